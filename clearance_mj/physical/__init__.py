@@ -16,6 +16,7 @@ from .elements import apply, inverse_inertia
 from .inertia import set_inverse_inertia
 from .limits import contact, joint_limit, tendon_limit
 from .packages import naming_package
+from .robots import robot
 from .softness import IMPEDANCE, INVERSE_INERTIA, SOLREF_PER_UNIT, solref_solimp, stiffness_damping
 from .step import largest_step
 from .transmission import DriveFriction, Efficiency
@@ -45,6 +46,7 @@ __all__ = [
     "joint_friction",
     "joint_limit",
     "largest_step",
+    "robot",
     "set_inverse_inertia",
     "solref_solimp",
     "stiffness_damping",

@@ -17,7 +17,10 @@ from ..core.errors import LawError, ModelError
 from .elements import compiled, find, joint_kind, name_of, pairs_of, specification
 from .records import MARK, marked, write_numbers
 
-__all__ = ["Friction", "friction", "frictions", "joint_friction", "rubbing", "tendon_friction"]
+__all__ = [
+    "Friction", "friction", "frictions", "give_friction", "joint_friction", "pair_friction", "rubbing",
+    "tendon_friction",
+]  # fmt: skip
 
 _CONE = 10.0  # times the coefficient: MuJoCo's cone, which no point's share of friction and spin together leaves
 
@@ -71,10 +74,7 @@ def friction(
     LawError
         For values out of range.
     """
-    _check("coefficient", coefficient, k, c)
-    for label, value in (("torsion", torsion), ("rolling", rolling)):
-        if not 0 <= value < np.inf:
-            raise LawError(f"{label} = {value:g} of friction must be finite and >= 0")
+    wanted = pair_friction(coefficient, k, c, torsion, rolling)
     model, several = compiled(specification(spec)), geoms if isinstance(geoms, list) else [geoms]
     pairs, found, rubs = pairs_of(model), [], rubbing(model)
     for each in several:
@@ -89,11 +89,33 @@ def friction(
                 "give it a softness first: contact(..., frictionless=True)"
             )
         found.append(name)
-    arms = (torsion, rolling) if rolling else (torsion,) if torsion else ()
-    for name in found:
-        write_numbers(spec, f"{MARK}friction:pair:{name}", (coefficient, k, c, *arms))
-        spec.pair(name).condim = (3, 4, 6)[len(arms)]
-        sliding = _CONE * coefficient
+    give_friction(spec, found, wanted)
+
+
+def pair_friction(
+    coefficient: float, k: float, c: float, torsion: float = 0.0, rolling: float = 0.0
+) -> tuple[float, ...]:  # fmt: skip
+    """Return the numbers that a model holds of the friction of a pair.
+
+    Raises
+    ------
+    LawError
+        For values out of range.
+    """
+    _check("coefficient", coefficient, k, c)
+    for label, value in (("torsion", torsion), ("rolling", rolling)):
+        if not 0 <= value < np.inf:
+            raise LawError(f"{label} = {value:g} of friction must be finite and >= 0")
+    return (coefficient, k, c, *((torsion, rolling) if rolling else (torsion,) if torsion else ()))
+
+
+def give_friction(spec: mujoco.MjSpec, pairs: list[str], wanted: tuple[float, ...]) -> None:
+    """Give pairs of a specification bristles of these numbers, and rows of MuJoCo's friction for them."""
+    coefficient, torsion, rolling = wanted[0], *(*wanted[3:], 0.0, 0.0)[:2]
+    sliding = _CONE * coefficient
+    for name in pairs:
+        write_numbers(spec, f"{MARK}friction:pair:{name}", wanted)
+        spec.pair(name).condim = (3, 4, 6)[len(wanted) - 3]
         spec.pair(name).friction = sliding, sliding, sliding * torsion, _CONE * rolling, _CONE * rolling
 
 

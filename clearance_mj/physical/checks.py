@@ -182,7 +182,7 @@ def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
 
 
 def _elements(model: mujoco.MjModel) -> Iterator[str]:
-    wanted, shared = {(kind, name): (k, c) for kind, name, (k, c, *_) in asked(model)}, _shared(model)
+    wanted, shared = {(kind, name): softness for kind, name, softness in asked(model)}, _shared(model)
     rubs = rubbing(model)
     for kind, i, name in _soft(model):
         where = f'{KINDS[kind].noun} "{name}"'
@@ -194,7 +194,8 @@ def _elements(model: mujoco.MjModel) -> Iterator[str]:
         elif solimp[0] > 10 * LARGEST_IMPEDANCE:
             yield f"{where}: impedance {solimp[0]:g} adds a mass that makes it ring too slow; 1e-4 does not"
         elif (kind, name) in wanted:
-            has, ask = softness_of(model, kind, i) or (np.nan, np.nan), wanted[kind, name]
+            has, asked_for = softness_of(model, kind, i) or (np.nan, np.nan), wanted[kind, name]
+            ask = asked_for.k, asked_for.damping(inverse_inertia(model, kind, i))
             if not np.allclose(has, ask, rtol=_SAME, atol=0):
                 yield (
                     f"{where} has k = {has[0]:.6g}, c = {has[1]:.6g}, but k = {ask[0]:.6g}, c = {ask[1]:.6g} "

@@ -10,20 +10,22 @@ import numpy as np
 
 from ..core.errors import ModelError
 from .actuators import actuator_count, drives_joint, settle
+from .damping import damping_ratio_of
 from .elements import Softness, ask, change, compiled, find, joint_kind, name_of, softness, specification
 
 if TYPE_CHECKING:
     from ..clearance.law import Law
 
-__all__ = ["add_annular_clearance", "add_backlash"]
+__all__ = ["add_annular_clearance", "add_backlash", "half_of"]
 
 _TINY = 1e-9  # kg and kg m², of a body that only carries a drive's inertia
 
 
 def add_backlash(
-    spec: mujoco.MjSpec, joint: Any, gap: float, k: float | None = None, c: float | None = None,
-    inertia: float | None = None, *, law: Law | None = None,
-) -> mujoco.MjsJoint:  # fmt: skip
+    spec: mujoco.MjSpec, joint: Any, gap: float | None = None, k: float | None = None, c: float | None = None,
+    inertia: float | None = None, *, backlash: float | None = None, damping_ratio: float | None = None,
+    restitution: float | None = None, law: Law | None = None,
+) -> Any:  # fmt: skip
     """Put play between a joint and its drive, which becomes a joint of its own.
 
     The joint stays what it was, the load's position, with its limits, springs, dampers and sensors. The drive, a new
@@ -34,14 +36,18 @@ def add_backlash(
     ----------
     spec : mujoco.MjSpec
         Changed in place; its keyframes get the drive at the load's position.
-    joint : str or mujoco.MjsJoint
-        A hinge or slide.
+    joint : str or mujoco.MjsJoint, or a list of them
+        Hinges or slides; several are compiled once.
     gap : float
         To either side, rad (m for a slide), > 0: half the backlash that makers of gears state.
+    backlash : float
+        Instead of the gap: from side to side, degrees, as catalogues have it; of a hinge.
     k : float
         Stiffness of the teeth at the joint, N m/rad (N/m), > 0.
     c : float
         Their damping, N m s/rad (N s/m), >= 0.
+    damping_ratio, restitution : float, optional
+        Instead of c, of drive and load against each other; see `contact`.
     inertia : float, optional
         Of the drive at the joint (rotor times gear ratio squared), kg m² (kg), > 0. Without it the joint's armature.
         The joint keeps none, for that was the rotor's.
@@ -50,7 +56,7 @@ def add_backlash(
 
     Returns
     -------
-    mujoco.MjsJoint
+    mujoco.MjsJoint, or a list of them
         The drive, to give it friction and damping of its own.
 
     Raises
@@ -61,38 +67,66 @@ def add_backlash(
     LawError
         For a stiffness or damping out of range.
     """
-    wanted = _check(gap, k, c, law)
-    name, model = name_of(joint), compiled(specification(spec))
-    kind = joint_kind(model, name, "backlash")
-    if spec.joint(f"{name} drive"):
-        raise ModelError(f'joint "{name}" has backlash already')
-    _refuse_coupled(spec, model, name)
-    if inertia is None:
-        inertia = _positive(spec.joint(name).armature, f'joint "{name}" has no armature: give')
-    else:
-        inertia = _positive(inertia, f'joint "{name}":')
-    positions = [_position(key.qpos, model, name) for key in spec.keys]
+    model = compiled(specification(spec))
+    names = [name_of(each) for each in (joint if isinstance(joint, list) else [joint])]
+    kinds = {name: joint_kind(model, name, "backlash") for name in names}
+    half = half_of(gap, backlash, all(kind == mujoco.mjtJoint.mjJNT_HINGE for kind in kinds.values()))
+    wanted = _check(half, k, c, law, damping_ratio_of(c, damping_ratio, restitution))
+    inertias = {}
+    for name in names:
+        if spec.joint(f"{name} drive"):
+            raise ModelError(f'joint "{name}" has backlash already')
+        _refuse_coupled(spec, model, name)
+        if inertia is None:
+            inertias[name] = _positive(spec.joint(name).armature, f'joint "{name}" has no armature: give')
+        else:
+            inertias[name] = _positive(inertia, f'joint "{name}":')
+    positions = {name: [_position(key.qpos, model, name) for key in spec.keys] for name in names}
     saved = [np.array(key.qpos) for key in spec.keys], [np.array(key.qvel) for key in spec.keys]
 
-    def between(changed: mujoco.MjSpec) -> mujoco.MjsJoint:
-        load = changed.joint(name)
-        drive = _add_drive(changed, load, kind, inertia)
-        load.armature = 0.0
-        for actuator in changed.actuators:
-            if drives_joint(actuator, name):
-                settle(actuator, model)
-                actuator.target = drive.name
-        tendon = _add_tendon(changed, f"{name} backlash", (-gap, gap))
-        tendon.wrap_joint(name, 1.0)
-        tendon.wrap_joint(drive.name, -1.0)
+    def between(changed: mujoco.MjSpec) -> list[mujoco.MjsJoint]:
+        made = []
+        for name in names:
+            load = changed.joint(name)
+            drive = _add_drive(changed, load, kinds[name], inertias[name])
+            load.armature = 0.0
+            for actuator in changed.actuators:
+                if drives_joint(actuator, name):
+                    settle(actuator, model)
+                    actuator.target = drive.name
+            tendon = _add_tendon(changed, f"{name} backlash", (-half, half))
+            tendon.wrap_joint(name, 1.0)
+            tendon.wrap_joint(drive.name, -1.0)
+            ask(changed, "tendon", [tendon.name], wanted)
+            made.append(drive)
         for key in changed.keys:
             key.qpos, key.qvel = np.zeros(0), np.zeros(0)
-        ask(changed, "tendon", [tendon.name], wanted)
-        return drive
+        return made
 
-    drive, now = change(spec, between)
-    _extend_keys(spec, now.joint(drive.name), positions, *saved)
-    return drive
+    drives, now = change(spec, between)
+    placed = sorted(((now.joint(drive.name), positions[name]) for drive, name in zip(drives, names)),
+                    key=lambda each: each[0].qposadr[0])  # fmt: skip
+    _extend_keys(spec, placed, *saved)
+    return drives if isinstance(joint, list) else drives[0]
+
+
+def half_of(gap: float | None, backlash: float | None, turns: bool) -> float:
+    """Return the play to either side, rad (m), of that or of a backlash from side to side, degrees.
+
+    Raises
+    ------
+    ModelError
+        For both or neither, and a backlash of what does not turn.
+    """
+    if (gap is None) == (backlash is None):
+        raise ModelError("give gap, to either side, rad (m), or backlash, from side to side, degrees")
+    if backlash is None:
+        return gap  # type: ignore[return-value]
+    if not turns:
+        raise ModelError("backlash in degrees is of a hinge; give a slide or a tendon a gap to either side")
+    if not isinstance(backlash, numbers.Real):
+        raise ModelError(f"backlash {backlash} must be a number of degrees")
+    return float(np.deg2rad(backlash)) / 2
 
 
 def add_annular_clearance(
@@ -149,10 +183,12 @@ def add_annular_clearance(
     return change(spec, between)[0]
 
 
-def _check(gap: float, k: float | None, c: float | None, law: Law | None) -> Softness:
+def _check(
+    gap: float, k: float | None, c: float | None, law: Law | None, ratio: float | None = None
+) -> Softness:  # fmt: skip
     if not isinstance(gap, numbers.Real) or not 0 < gap < np.inf:
         raise ModelError(f"gap {gap} must be > 0 and finite; it is the play to one side")
-    return softness(k, c, law, gap)
+    return softness(k, c, law, gap, ratio)
 
 
 def _positive(inertia: float, what: str) -> float:
@@ -188,12 +224,14 @@ def _position(qpos: Any, model: mujoco.MjModel, joint: str) -> float:
 
 
 def _extend_keys(
-    spec: mujoco.MjSpec, drive: Any, positions: list[float], qpos: list[np.ndarray], qvel: list[np.ndarray]
+    spec: mujoco.MjSpec, drives: list[tuple[Any, list[float]]], qpos: list[np.ndarray], qvel: list[np.ndarray]
 ) -> None:
-    """Put the drive into the keyframes, which MuJoCo would refuse without it."""
-    for key, position, place, speed in zip(spec.keys, positions, qpos, qvel):
-        key.qpos = np.insert(place, drive.qposadr[0], position) if place.size else place
-        key.qvel = np.insert(speed, drive.dofadr[0], 0.0) if speed.size else speed
+    """Put drives, in their order, into the keyframes, which MuJoCo would refuse without them."""
+    for i, (key, place, speed) in enumerate(zip(spec.keys, qpos, qvel)):
+        for drive, positions in drives:
+            place = np.insert(place, drive.qposadr[0], positions[i]) if place.size else place
+            speed = np.insert(speed, drive.dofadr[0], 0.0) if speed.size else speed
+        key.qpos, key.qvel = place, speed
 
 
 def _refuse_coupled(spec: mujoco.MjSpec, model: mujoco.MjModel, joint: str) -> None:

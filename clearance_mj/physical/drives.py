@@ -8,7 +8,7 @@ gains in ``gainprm`` and ``biasprm``; its activation is what `DriveState` has, a
 from __future__ import annotations
 
 import numbers
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import mujoco
@@ -17,7 +17,9 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
 from .actuators import ON_JOINT, actuator_count, output_of, settle
-from .elements import change, compiled, find, name_of, softness, specification
+from .clearances import half_of
+from .damping import damping_ratio_of
+from .elements import Softness, change, compiled, find, name_of, softness, specification
 from .records import MARK, marked, note_softener, write_numbers
 from .transmission import DriveFriction, Efficiency
 
@@ -117,8 +119,10 @@ def drive_state(model: mujoco.MjModel, act: ArrayLike, actuator: Any) -> DriveSt
 
 
 def add_drive(
-    spec: mujoco.MjSpec, actuator: Any, gap: float, k: float, c: float, inertia: float | None = None, *,
-    encoder: str = "motor", friction: DriveFriction | None = None, hysteresis: Sequence[tuple[float, float]] = (),
+    spec: mujoco.MjSpec, actuator: Any, gap: float | None = None, k: float | None = None, c: float | None = None,
+    inertia: float | None = None, *, backlash: float | None = None, damping_ratio: float | None = None,
+    restitution: float | None = None, encoder: str = "motor", friction: DriveFriction | None = None,
+    hysteresis: Sequence[tuple[float, float]] = (),
 ) -> None:  # fmt: skip
     """Put a rotor behind elastic teeth with play into an actuator: no joint is added, and no row of the solver's.
 
@@ -132,15 +136,19 @@ def add_drive(
     ----------
     spec : mujoco.MjSpec
         Changed in place.
-    actuator : str or mujoco.MjsActuator
-        A motor or servo of a hinge, slide or tendon (gain and bias fixed or affine; activation none, integrator or
-        filter).
+    actuator : str or mujoco.MjsActuator, or a list of them
+        Motors or servos of a hinge, slide or tendon (gain and bias fixed or affine; activation none, integrator or
+        filter); several are compiled once.
     gap : float
         To either side, rad (m), >= 0: half of the play; 0 for an elastic drive without play.
+    backlash : float
+        Instead of the gap: from side to side, degrees, as catalogues have it; of a hinge.
     k : float
         Stiffness of the teeth at the load, N m/rad (N/m), > 0.
     c : float
         Their damping, N m s/rad (N s/m), >= 0.
+    damping_ratio, restitution : float, optional
+        Instead of c, of rotor and load against each other in the model's initial pose; see `contact`.
     inertia : float, optional
         Of the rotor at the load (times gear ratio squared), kg m² (kg), > 0. Without it the joint's armature. The
         joint keeps none, for that was the rotor's.
@@ -160,31 +168,63 @@ def add_drive(
     LawError
         For a stiffness or damping out of range.
     """
-    name, model = name_of(actuator), compiled(specification(spec))
+    model = compiled(specification(spec))
+    names = [name_of(each) for each in (actuator if isinstance(actuator, list) else [actuator])]
+    teeth = softness(k, c, None, 0.0, damping_ratio_of(c, damping_ratio, restitution))
+    slips = [(float(stiffness), float(force)) for stiffness, force in hysteresis]
+    if encoder not in _ENCODERS:
+        raise ModelError(f'actuator "{names[0]}": encoder "{encoder}"; known: {", ".join(_ENCODERS)}')
+    own = float(_ENCODERS.index(encoder)), friction_numbers(friction), slips
+    made = [_inside(spec, model, name, (gap, backlash), teeth, inertia, *own) for name in names]
+    saved = [np.array(key.act) for key in spec.keys]
+
+    def inside(changed: mujoco.MjSpec) -> None:
+        for make in made:
+            make(changed)
+        note_softener(changed)
+        for key in changed.keys:
+            key.act = np.zeros(0)
+
+    _, now = change(spec, inside)
+    _extend_keys(spec, saved, model, now, names)
+
+
+def _inside(
+    spec: mujoco.MjSpec, model: mujoco.MjModel, name: str, play: tuple[float | None, float | None], teeth: Softness,
+    inertia: float | None, encoder: float, losses: tuple[float, ...], slips: list[tuple[float, float]],
+) -> Callable[[mujoco.MjSpec], None]:  # fmt: skip
+    """Return what puts a drive inside an actuator of a specification, which compiles to the model.
+
+    Raises
+    ------
+    ModelError
+        For an actuator that cannot have one, and numbers out of range.
+    """
     index, motor = find(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name), spec.actuator(name)
     where = f'actuator "{name}"'
     if any(drive.name == name for drive in drives(model)):
         raise ModelError(f"{where} has a drive already")
-    softness(k, c, None, 0.0)
-    slips = [(float(stiffness), float(force)) for stiffness, force in hysteresis]
+    _refuse(model, index, where)
+    on_tendon, limits = model.actuator_trntype[index] == mujoco.mjtTrn.mjTRN_TENDON, _motor_limits(model, index, where)
+    joint = 0 if on_tendon else int(model.actuator_trnid[index, 0])
+    gap = half_of(*play, not on_tendon and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE)
     given = {"gap": gap} | ({} if inertia is None else {"inertia": inertia})
     given |= {f"hysteresis[{i}]": min(slip) for i, slip in enumerate(slips)}
     for label, value in given.items():
         if not isinstance(value, numbers.Real) or not (value > 0 or (label == "gap" and value == 0)) or np.isinf(value):
             raise ModelError(f"{where}: {label} {value} must be finite and {'>=' if label == 'gap' else '>'} 0")
-    if encoder not in _ENCODERS:
-        raise ModelError(f'{where}: encoder "{encoder}"; known: {", ".join(_ENCODERS)}')
-    _refuse(model, index, where)
-    on_tendon, limits = model.actuator_trntype[index] == mujoco.mjtTrn.mjTRN_TENDON, _motor_limits(model, index, where)
+    armature = 0.0 if on_tendon else float(spec.joint(motor.target).armature)
     if inertia is None:
-        inertia = 0.0 if on_tendon else float(spec.joint(motor.target).armature)
+        inertia = armature
         if not inertia > 0:
             raise ModelError(f"{where}: its {'tendon' if on_tendon else 'joint'} has no armature; give inertia > 0")
+    behind = model.tendon_invweight0[model.actuator_trnid[index, 0]] if on_tendon else (
+        model.dof_invweight0[model.jnt_dofadr[joint]])  # fmt: skip
+    together = 1 / inertia + 1 / max(1 / max(behind, np.finfo(float).tiny) - armature, np.finfo(float).tiny)
     values = (
-        inertia, gap, k, c, _ENCODERS.index(encoder), _DYNAMICS[mujoco.mjtDyn(int(model.actuator_dyntype[index]))],
-        model.actuator_actearly[index], *friction_numbers(friction),
+        inertia, gap, teeth.k, teeth.damping(together), encoder,
+        _DYNAMICS[mujoco.mjtDyn(int(model.actuator_dyntype[index]))], model.actuator_actearly[index], *losses,
     )  # fmt: skip
-    saved = [np.array(key.act) for key in spec.keys]
 
     def inside(changed: mujoco.MjSpec) -> None:
         write_numbers(changed, f"{MARK}drive:{name}", [*values, *(value for slip in slips for value in slip)])
@@ -206,12 +246,8 @@ def add_drive(
         motor.actlimited = motor.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
         motor.actrange = model.actuator_actrange[index] if model.actuator_actlimited[index] else (0, 0)
         motor.forcerange = limits
-        note_softener(changed)
-        for key in changed.keys:
-            key.act = np.zeros(0)
 
-    _, now = change(spec, inside)
-    _extend_keys(spec, saved, model, now, name)
+    return inside
 
 
 def friction_numbers(friction: DriveFriction | None) -> tuple[float, ...]:
@@ -290,16 +326,16 @@ def _motor_limits(model: mujoco.MjModel, index: int, where: str) -> np.ndarray:
 
 
 def _extend_keys(
-    spec: mujoco.MjSpec, saved: Sequence[np.ndarray], model: mujoco.MjModel, now: mujoco.MjModel, name: str
+    spec: mujoco.MjSpec, saved: Sequence[np.ndarray], model: mujoco.MjModel, now: mujoco.MjModel, names: list[str]
 ) -> None:
-    """Give the drive its places in keyframes that have activations: its input goes along, all else is to begin."""
+    """Give drives their places in keyframes that have activations: their input goes along, all else is to begin."""
     for key, act in zip(spec.keys, saved):
         if not act.size:
             continue
         longer = np.zeros(now.na)
         for i in range(actuator_count(model)):
             old, new, count = model.actuator_actadr[i], now.actuator_actadr[i], model.actuator_actnum[i]
-            if now.actuator(i).name == name:
+            if now.actuator(i).name in names:
                 new += INPUT
             if count:
                 longer[new : new + count] = act[old : old + count]

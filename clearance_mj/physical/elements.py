@@ -169,17 +169,24 @@ class Softness(NamedTuple):
     law: Law | None = None
     depth: float = 0.0  # m or rad, of the penetration at which a law that hardens is linearised
     shared: bool = False  # whether the points of a pair share it
+    ratio: float | None = None  # of the critical damping of the inertia behind the element, instead of c
+
+    def damping(self, inverse: float) -> float:
+        """Return c of an element with Â behind it."""
+        return self.c if self.ratio is None else 2 * self.ratio * float(np.sqrt(self.k / inverse))
 
     @property
     def data(self) -> str:
         """What a model holds of it."""
         if self.law is None:
-            return f"k={float(self.k)!r} c={float(self.c)!r}"
+            return f"k={float(self.k)!r} " + (f"c={self.c!r}" if self.ratio is None else f"ratio={self.ratio!r}")
         return json.dumps({"law": self.law.to_dict(), "depth": self.depth} | ({"shared": True} if self.shared else {}))
 
 
-def softness(k: float | None, c: float | None, law: Law | None, depth: float) -> Softness:
-    """Return what a user asked: a stiffness and a damping, or a law.
+def softness(
+    k: float | None, c: float | None, law: Law | None, depth: float, ratio: float | None = None
+) -> Softness:  # fmt: skip
+    """Return what a user asked: a stiffness and a damping or its ratio, or a law.
 
     Raises
     ------
@@ -188,14 +195,16 @@ def softness(k: float | None, c: float | None, law: Law | None, depth: float) ->
         have as a limit.
     """
     if law is None:
-        if k is None or c is None:
-            raise LawError("give a stiffness k and a damping c, or a law")
+        if k is None or (c is None and ratio is None):
+            raise LawError(
+                "give a stiffness k and a damping c, or a law; damping_ratio or restitution may take the place of c"
+            )
         for label, value in (("k", k), ("c", c)):
-            if not isinstance(value, numbers.Real):
+            if value is not None and not isinstance(value, numbers.Real):
                 raise LawError(f"{label} must be a number, got {value!r}")
-        found = Softness(k, c)
+        found = Softness(k, float(c or 0.0), ratio=ratio)
     else:
-        if k is not None or c is not None:
+        if k is not None or c is not None or ratio is not None:
             raise LawError("give a stiffness k and a damping c, or a law, not both")
         if not hasattr(law, "largest"):
             raise LawError(f"law must be a law such as clearance_mj.clearance.ContactLaw, got {law!r}")
@@ -236,7 +245,7 @@ def read(data: str) -> Softness:
         found = softness(None, None, law_from_dict(values["law"]), float(values["depth"]))
         return found._replace(shared=bool(values.get("shared")))
     k, c = (float(part.split("=")[1]) for part in data.split())
-    return Softness(k, c)
+    return Softness(k, 0.0, ratio=c) if " ratio=" in data else Softness(k, c)
 
 
 def give(target: Target, model: mujoco.MjModel, kind: str, names: list[str], wanted: Softness) -> None:
@@ -251,7 +260,7 @@ def give(target: Target, model: mujoco.MjModel, kind: str, names: list[str], wan
         if wanted.law:
             raise ModelError("a law must be given to the MjSpec: a compiled model has no room for its record")
         for name in names:
-            _write_model(target, kind, name, wanted.k, wanted.c)
+            _write_model(target, kind, name, wanted)
         return
     behind = [inverse_inertia(model, kind, find(model, KINDS[kind].object, name)) for name in names]
     found = solver_parameters(kind, names, wanted, behind)
@@ -313,8 +322,8 @@ def apply(target: Target) -> None:
         If an element is gone, or has no inertia behind it.
     """
     if isinstance(target, mujoco.MjModel):
-        for kind, name, (k, c, *_) in asked(target):
-            _write_model(target, kind, name, k, c)
+        for element in asked(target):
+            _write_model(target, *element)
     else:
         write_all(target, compiled(target))
 
@@ -326,13 +335,13 @@ def write_all(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
         write_parameters(getattr(spec, kind)(name), kind, solver_parameters(kind, [name], wanted, [behind])[0])
 
 
-def _write_model(model: mujoco.MjModel, kind: str, name: str, k: float, c: float) -> None:
+def _write_model(model: mujoco.MjModel, kind: str, name: str, wanted: Softness) -> None:
     there, index = KINDS[kind], find(model, KINDS[kind].object, name)
     inverse = inverse_inertia(model, kind, index)
     if kind == "tendon" and not model.tendon_length0[index]:  # whose direction there is arbitrary
         inverse = model.tendon_invweight0[index] = max(inverse, _of_its_ends(model, index))
     solref, solimp = there.model
-    getattr(model, solref)[index], getattr(model, solimp)[index] = _checked(kind, name, solref_solimp, k, c, inverse)
+    getattr(model, solref)[index], getattr(model, solimp)[index] = _checked(kind, name, solref_solimp, wanted, inverse)
     for field in there.starts.values():
         getattr(model, field)[index] = 0
 
@@ -354,7 +363,7 @@ def solver_parameters(kind: str, names: list[str], wanted: Softness, behind: Seq
         For an element without inertia behind it, but for a tendon: `apply` to the compiled model finds one.
     """
     return [
-        None if inverse <= 0 and kind == "tendon" else _checked(kind, name, written, wanted.k, wanted.c, inverse)
+        None if inverse <= 0 and kind == "tendon" else _checked(kind, name, written, wanted, inverse)
         for name, inverse in zip(names, behind)
     ]
 
@@ -369,12 +378,12 @@ def write_parameters(element: Any, kind: str, parameters: Parameters) -> None:
         setattr(element, field, 0)
 
 
-def _checked(kind: str, name: str, mapping: Any, k: float, c: float, inverse: float) -> tuple[np.ndarray, np.ndarray]:
+def _checked(kind: str, name: str, mapping: Any, wanted: Softness, inverse: float) -> tuple[np.ndarray, np.ndarray]:
     noun = f'{KINDS[kind].noun} "{name}"'
     if inverse <= 0:
         raise ModelError(f"{noun} moves nothing that has an inertia, so it cannot be soft")
     with naming(noun, LawError, ModelError):
-        return _mapped(mapping, float(k), float(c), inverse)
+        return _mapped(mapping, float(wanted.k), float(wanted.damping(inverse)), inverse)
 
 
 @functools.lru_cache(1024)

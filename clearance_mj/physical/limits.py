@@ -9,7 +9,8 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
-from .bristles import rubbing
+from .bristles import give_friction, pair_friction, rubbing
+from .damping import damping_ratio_of
 from .elements import (
     KINDS,
     Softness,
@@ -25,20 +26,23 @@ from .elements import (
     solver_parameters,
     write_parameters,
 )
-from .records import texts, write_text
+from .records import MARK, marked, texts, write_numbers, write_text
 
 if TYPE_CHECKING:
     from ..clearance.law import Law
 
 __all__ = ["contact", "cover", "joint_limit", "tendon_limit", "touching", "uncovered_contacts"]
 
+_STUCK = 0.1  # damping ratio of bristles where nothing else says any
+_FRICTION_OF = f"{MARK}friction of geom:"  # begins the names of numbers that all contacts of one geom get
 ONE_GEOM = "geom", "frictionless geom"
 """Kinds of the texts that hold what was asked of all contacts of one geom: without friction, or with it left out"""
 
 
 def joint_limit(
-    target: Target, joint: Any, k: float | None = None, c: float | None = None, *, law: Law | None = None
-) -> None:
+    target: Target, joint: Any, k: float | None = None, c: float | None = None, *, law: Law | None = None,
+    damping_ratio: float | None = None, restitution: float | None = None,
+) -> None:  # fmt: skip
     """Make a joint's limits springs and dampers: torque k r + c ṙ, never pulling, r beyond the range.
 
     Parameters
@@ -54,6 +58,8 @@ def joint_limit(
     law : Law, optional
         Instead of k and c, such as ``ContactLaw(HuntCrossley(...))``; a `Softener` makes the limit follow it. Its
         amplitude and its grease are those of the motion about the middle of the range.
+    damping_ratio, restitution : float, optional
+        Instead of c, of the inertia behind the limit in the model's initial pose; see `contact`.
 
     Raises
     ------
@@ -62,12 +68,13 @@ def joint_limit(
     LawError
         For a stiffness or damping out of range, or a law that cannot be a limit's.
     """
-    _limits(target, "joint", joint, k, c, law)
+    _limits(target, "joint", joint, (k, c, law), damping_ratio_of(c, damping_ratio, restitution))
 
 
 def tendon_limit(
-    target: Target, tendon: Any, k: float | None = None, c: float | None = None, *, law: Law | None = None
-) -> None:
+    target: Target, tendon: Any, k: float | None = None, c: float | None = None, *, law: Law | None = None,
+    damping_ratio: float | None = None, restitution: float | None = None,
+) -> None:  # fmt: skip
     """Make a tendon's limits springs and dampers: force k r + c ṙ, never pulling, r beyond the range.
 
     Parameters
@@ -82,6 +89,8 @@ def tendon_limit(
         Damping, N s/m, >= 0.
     law : Law, optional
         Instead of k and c; see `joint_limit`. Lengths of a spatial tendon whose range begins at 0 count from there.
+    damping_ratio, restitution : float, optional
+        Instead of c, of the inertia behind the limit in the model's initial pose; see `contact`.
 
     Raises
     ------
@@ -90,10 +99,10 @@ def tendon_limit(
     LawError
         For a stiffness or damping out of range, or a law that cannot be a limit's.
     """
-    _limits(target, "tendon", tendon, k, c, law)
+    _limits(target, "tendon", tendon, (k, c, law), damping_ratio_of(c, damping_ratio, restitution))
 
 
-def _limits(target: Target, kind: str, elements: Any, k: float | None, c: float | None, law: Law | None) -> None:
+def _limits(target: Target, kind: str, elements: Any, given: tuple[Any, Any, Law | None], ratio: float | None) -> None:
     model, fields = compiled(target), "jnt" if kind == "joint" else kind
     names = [name_of(e) for e in (elements if isinstance(elements, list | tuple) else [elements])]
     ids = [find(model, KINDS[kind].object, name) for name in names]
@@ -101,16 +110,17 @@ def _limits(target: Target, kind: str, elements: Any, k: float | None, c: float 
         if not getattr(model, f"{fields}_limited")[i]:
             raise ModelError(f'{kind} "{name}" has no limits; give it a range (and limited="true")')
     widths = getattr(model, f"{fields}_range")[ids] @ (-0.5, 0.5)
-    wanted = [softness(k, c, law, float(width)) for width in (widths if law else widths[:1])]
-    for some, softest in zip([[name] for name in names] if law else [names], wanted):
+    wanted = [softness(*given, float(width), ratio) for width in (widths if given[2] else widths[:1])]
+    for some, softest in zip([[name] for name in names] if given[2] else [names], wanted):
         give(target, model, kind, some, softest)
 
 
 def contact(
     target: Target, geoms: Any, k: float | None = None, c: float | None = None, frictionless: bool = False, *,
-    law: Law | None = None, depth: float = 1e-3, points: str = "each",
+    damping_ratio: float | None = None, restitution: float | None = None, friction: float | None = None,
+    torsion: float = 0.0, rolling: float = 0.0, law: Law | None = None, depth: float = 1e-3, points: str = "each",
 ) -> None:  # fmt: skip
-    """Make contacts springs and dampers: normal force k r + c ṙ, never pulling, r the depth; no friction.
+    """Make contacts springs and dampers: normal force k r + c ṙ, never pulling, r the depth; and give them friction.
 
     In a specification each contact becomes an explicit pair, which begins where the surfaces touch. Geoms that meet
     in several points, such as a box on a plane or a height field, have k and c at each: `check` names them.
@@ -128,7 +138,16 @@ def contact(
         Damping, N s/m, >= 0.
     frictionless : bool
         Must be True if the model has friction at such a contact (``condim`` above 1, MuJoCo's default): it is then
-        left out, since MuJoCo's rows of friction change the normal stiffness. `friction` gives bristles instead.
+        left out, since MuJoCo's rows of friction change the normal stiffness. ``friction`` gives bristles instead.
+    damping_ratio : float, optional
+        Instead of c: ζ of the critical damping 2 √(k m), m the mass behind the contact in the model's initial pose, of
+        the two bodies together; c follows it when masses change and the model is compiled again.
+    restitution : float, optional
+        Instead of c: that of the mass m.
+    friction : float, optional
+        Coefficient μ of dry friction by bristles as stiff and as damped across as the contact is along its normal; see
+        `friction` for others, and for what ``torsion`` and ``rolling`` are, m; where a law has no constant damping, a
+        tenth of the critical one. It takes a `Softener`.
     law : Law, optional
         Instead of k and c; a `Softener` makes the contact follow it. Without grease and not over amplitude, which
         only a clearance has.
@@ -146,8 +165,15 @@ def contact(
         For a stiffness or damping out of range, or a law that cannot be a contact's.
     """
     ModelError.require_known("points", points, ("each", "share"))
-    wanted, model = softness(k, c, law, depth), compiled(target)
+    wanted, model = softness(k, c, law, depth, damping_ratio_of(c, damping_ratio, restitution)), compiled(target)
+    rubs = None
+    if friction is not None:
+        if isinstance(target, mujoco.MjModel):
+            raise ModelError("friction must be given to the MjSpec: a compiled model has no room for its record")
+        frictionless, rubs = True, pair_friction(friction, wanted.k, wanted.c, torsion, rolling)
     if points == "share":
+        if wanted.ratio is not None:
+            raise ModelError('points="share" needs c: several points have no mass of their own')
         wanted = _shared(wanted, depth)
     pairs, asked_of_one = pairs_of(model), []
     found: list[frozenset[int]] = []
@@ -167,18 +193,20 @@ def contact(
             )
         if isinstance(target, mujoco.MjModel) and not set(new) <= pairs.keys():
             raise ModelError(f'the model has no pair of geoms "{names[0]}" and "{names[1]}"; give it to the MjSpec')
-        found += new
-    rubs = rubbing(model)
+        found += [pair for pair in new if pair not in found]
+    have = rubbing(model)
     for pair in found:
-        _refuse_friction(model, pair, pairs.get(pair), frictionless, rubs)
+        _refuse_friction(model, pair, pairs.get(pair), frictionless, have)
     if isinstance(target, mujoco.MjModel):
-        model.pair_dim[[pairs[pair] for pair in found if model.pair(pairs[pair]).name not in rubs]] = 1
+        model.pair_dim[[pairs[pair] for pair in found if model.pair(pairs[pair]).name not in have]] = 1
         give(model, model, "pair", [_pair_name(model, pairs[pair]) for pair in found], wanted)
         return
 
-    _give_pairs(target, model, found, wanted)
+    _give_pairs(target, model, found, wanted, rubs)
     for name in asked_of_one:
         write_text(target, ONE_GEOM[frictionless], name, wanted.data)
+        if rubs:
+            write_numbers(target, f"{_FRICTION_OF}{name}", rubs)
 
 
 def _shared(wanted: Softness, depth: float) -> Softness:
@@ -217,11 +245,14 @@ def cover(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
         For a geom that is gone, and contacts with friction where none was to be left out.
     """
     added = False
-    for _, wanted, frictionless, uncovered in uncovered_contacts(model):
+    rubs = {before + name: model.numeric(f"{before}{_FRICTION_OF}{name}").data
+            for _, before, name in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, _FRICTION_OF)}  # fmt: skip
+    for geom, wanted, frictionless, uncovered in uncovered_contacts(model):
         for pair in uncovered:
             _refuse_friction(model, pair, None, frictionless, set())
         if uncovered:
-            _give_pairs(spec, model, uncovered, wanted)
+            numbers = rubs.get(model.geom(geom).name)
+            _give_pairs(spec, model, uncovered, wanted, None if numbers is None else tuple(map(float, numbers)))
             added = True
     return added
 
@@ -286,8 +317,14 @@ def _pair_name(model: mujoco.MjModel, pair: int) -> str:
     return name
 
 
-def _give_pairs(spec: mujoco.MjSpec, model: mujoco.MjModel, wanted: list[frozenset[int]], softness: Softness) -> None:
-    """Give pairs of geoms a softness, explicit ones where there are none; the specification compiles to the model."""
+def _give_pairs(
+    spec: mujoco.MjSpec, model: mujoco.MjModel, wanted: list[frozenset[int]], softness: Softness,
+    rubs: tuple[float, ...] | None,
+) -> None:  # fmt: skip
+    """Give pairs of geoms a softness, and friction, explicit pairs where there are none.
+
+    The specification compiles to the model.
+    """
     names = [" - ".join(_geom_name(model, g) for g in sorted(pair)) for pair in wanted]
     behind = [float(model.body_invweight0[model.geom_bodyid[[*pair]], 0].sum()) for pair in wanted]
     parameters = solver_parameters("pair", names, softness, behind)
@@ -295,6 +332,10 @@ def _give_pairs(spec: mujoco.MjSpec, model: mujoco.MjModel, wanted: list[frozens
     ask(spec, "pair", [pair.name for pair in pairs], softness)
     for pair, each in zip(pairs, parameters):
         write_parameters(pair, "pair", each)
+    if rubs:
+        across = Softness(rubs[1], 0.0, ratio=_STUCK if softness.ratio is None else softness.ratio)
+        for pair, inverse in zip(pairs, behind):
+            give_friction(spec, [pair.name], (*rubs[:2], rubs[2] or across.damping(inverse), *rubs[3:]))
 
 
 def _explicit(spec: mujoco.MjSpec, model: mujoco.MjModel, wanted: list[frozenset[int]]) -> list[Any]:

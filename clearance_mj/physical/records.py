@@ -48,7 +48,7 @@ def write_text(spec: mujoco.MjSpec, kind: str, name: str, data: str) -> None:
 def write_numbers(spec: mujoco.MjSpec, name: str, data: Sequence[float]) -> None:
     """Write, or write anew, custom numbers of a specification."""
     if there := spec.numeric(name):
-        there.data = data
+        there.size, there.data = len(data), data
     else:
         spec.add_numeric(name=name, data=data, size=len(data))
 

@@ -67,7 +67,7 @@ ELEMENT = np.dtype([*((name, np.int64) for name in _INTEGERS), ("release", np.fl
 row of the Jacobian begins and its length; ``numbers``: where in the memory its numbers of the kernel begin, of
 ``size``, and ``impact`` where its speed of impact is; ``always``: something happens in the gap too, or over time;
 ``behind``: Â, 1/kg, of one whose damping depends on that speed, else 0"""
-_SLOWED = 0.25  # share of a speed that the damping of such an element may take away in a step
+_SLOWED = 0.25  # share of a speed that the damping of all points of such an element may take away in a step
 ONE = (0,)  # lane of the kernel
 FAR = 1e9  # m or rad, where a wall is that is not there: the user's data stay finite
 _LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
@@ -212,11 +212,12 @@ def _follow(
         most = _SLOWED / (element.behind * doubles(model + head.m_timestep, 1)[0])
     if element.kind == PAIR and row >= 0:
         points = 0
-        for i in range(n_contacts if element.shared else 0):
+        for i in range(n_contacts if element.shared or element.behind > 0.0 else 0):
             contact = field(data + head.d_contact) + i * head.contact_size
             touches = integers(contact + head.c_efc_address, 1)[0] >= 0
             points += touches and between(integers(contact + head.c_geom, 2), element.geom1, element.geom2)
-        part = 1.0 / max(points, 1)
+        part = 1.0 / points if element.shared else 1.0
+        most /= max(points, 1)
         for i in range(n_contacts):
             contact = field(data + head.d_contact) + i * head.contact_size
             geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]

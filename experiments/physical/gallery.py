@@ -1,8 +1,8 @@
 """Gallery of MuJoCo models with physical contacts and play: `python -m experiments.physical.gallery --out FOLDER`.
 
-A ball set down on a floor, a box on a slope, a robot with backlash, a door latch with play and a ball in a tube, each
-against its closed form and beside what MuJoCo's default solref, its friction, two hinges or a tube of boxes give.
-Figures by matplotlib alone.
+A quadruped on its feet, a ball set down on a floor, a box on a slope, a robot with backlash, a door latch with play and
+a ball in a tube, each against its closed form and beside what MuJoCo's default solref, its friction, two hinges or a
+tube of boxes give. Figures by matplotlib alone.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from experiments.physical.ball_in_a_tube import draw_tube
 from experiments.physical.ball_on_a_floor import draw_floor
 from experiments.physical.box_on_a_slope import draw_slope
 from experiments.physical.door_latch import draw_latch
+from experiments.physical.quadruped import draw_quadruped
 from experiments.physical.robot_arm import draw_robot
 from experiments.physical.scene import ROOT
 
 FIGURES: dict[str, Callable[[], Figure]] = {
-    "default": draw_floor, "slope": draw_slope, "robot": draw_robot, "latch": draw_latch, "tube": draw_tube
+    "quadruped": draw_quadruped, "default": draw_floor, "slope": draw_slope, "robot": draw_robot,
+    "latch": draw_latch, "tube": draw_tube,
 }  # fmt: skip
 
 

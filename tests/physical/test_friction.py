@@ -21,12 +21,13 @@ BALL = '<geom name="body" size="0.1" mass="2" condim="{condim}"/>'
 BOX = '<geom name="body" type="box" size="0.2 0.2 0.1" mass="2" condim="{condim}"/>'
 
 
-def rest(geom, angle, seconds, condim=1, friction=True, speed=0.0, cone="pyramidal", **more):
+def rest(geom, angle, seconds, condim=1, friction=True, speed=0.0, cone="pyramidal", law=None, **more):
     """A body on a floor, gravity leaning by an angle: its path and speeds along the floor, m and m/s."""
     spec = mujoco.MjSpec.from_string(BODY.format(geom=geom.format(condim=condim), condim=condim, cone=cone))
     spec.option.gravity = [GRAVITY * np.sin(angle), 0, -GRAVITY * np.cos(angle)]
     if friction:
-        physical.contact(spec, ("body", "floor"), 1e5, 200.0)
+        softness = {"law": law} if law else {"k": 1e5, "c": 200.0}
+        physical.contact(spec, ("body", "floor"), **softness)
         physical.friction(spec, ("body", "floor"), MU, BRISTLE, 50.0, **more)
     model = physical.compile(spec)
     data, speeds = mujoco.MjData(model), []
@@ -60,9 +61,10 @@ def test_what_sticks_rests(law):
     assert np.abs(data.qvel).max() < 1e-10
 
 
-def test_a_box_stays_on_a_slope():
+@pytest.mark.parametrize("law", [None, *(ContactLaw(HuntCrossley(1e8, restitution=e)) for e in (0.5, 0.2))])
+def test_a_box_stays_on_a_slope(law):
     """Four corners, one bristle: all is at rest, where MuJoCo's own friction creeps."""
-    data, _ = rest(BOX, 0.4, 2.5)
+    data, _ = rest(BOX, 0.4, 2.5, law=law)
     assert np.abs(data.qvel).max() < 1e-8
     creeping, _ = rest(BOX, 0.4, 2.5, condim=3, friction=False)
     assert creeping.qvel[0] > 1e-6

@@ -22,7 +22,7 @@ TRUTH = Truth(drift=0.0)
 SLOPES = {"beta": TRUTH.hysteresis.beta, "gamma": TRUTH.hysteresis.gamma}
 FILM = {"damping": TRUTH.film_damping, "film_height": TRUTH.film_height, "film_limit": TRUTH.film_limit}
 GREASE = Grease(TRUTH.grease_stiffness, elastic_ratio=TRUTH.elastic_ratio, **SLOPES, **FILM)
-LAW = ContactLaw(HuntCrossley(TRUTH.contact_stiffness, restitution=0.85), grease=GREASE)
+LAW = ContactLaw(HuntCrossley(TRUTH.contact_stiffness, restitution=0.85, first_order=True), grease=GREASE)
 
 
 def difference_db(a, b):
