@@ -145,9 +145,11 @@ def contact(
     restitution : float, optional
         Instead of c: that of the mass m.
     friction : float, optional
-        Coefficient μ of dry friction by bristles as stiff and as damped across as the contact is along its normal; see
-        `friction` for others, and for what ``torsion`` and ``rolling`` are, m; where a law has no constant damping, a
-        tenth of the critical one. It takes a `Softener`.
+        Coefficient μ of dry friction by bristles as stiff and as damped across as the contact is along its normal
+        (where a law has no constant damping, a tenth of the critical one); see `friction` for others. It takes a
+        `Softener`.
+    torsion, rolling : float
+        Arms of friction against spin and rolling, m; see `friction`.
     law : Law, optional
         Instead of k and c; a `Softener` makes the contact follow it. Without grease and not over amplitude, which
         only a clearance has.
