@@ -1,4 +1,4 @@
-# make study | turning-study | reproduce | audit | test | test-slow | test-all | test-mujoco3 | test-models | warm-up | fuzz | steering | bench | lint | data | models | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
+# make study | turning-study | reproduce | audit | test | test-slow | test-all | test-mujoco3 | test-models | warm-up | fuzz | steering | bench | lint | data | models | wheel | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study turning-study reproduce audit test test-slow test-all test-mujoco3 test-models warm-up fuzz steering coverage bench lint data models readme docs gallery verification clean
+.PHONY: setup study turning-study reproduce audit test test-slow test-all test-mujoco3 test-models warm-up fuzz steering coverage bench lint data models wheel readme docs gallery verification clean
 
 setup: $(VENV)/.ready
 
@@ -132,6 +132,10 @@ data: setup
 
 models: setup
 	$(BIN)/python -c "from clearance_mj import Rig, engines; open('models/table1_rig_links.xml', 'w').write(engines.build_links(Rig.load('models/table1_rig.toml')).to_xml())"
+
+# The package for those who bring a MuJoCo model, as one file.
+wheel: setup
+	$(BIN)/pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist ./packaging/physical
 
 readme: setup
 	$(BIN)/python -m benchmarks.readme

@@ -119,7 +119,9 @@ def give_friction(spec: mujoco.MjSpec, pairs: list[str], wanted: tuple[float, ..
         spec.pair(name).friction = sliding, sliding, sliding * torsion, _CONE * rolling, _CONE * rolling
 
 
-def joint_friction(spec: mujoco.MjSpec, joint: Any, force: float, k: float, c: float = 0.0) -> None:
+def joint_friction(
+    spec: mujoco.MjSpec, joint: Any, force: float, k: float, c: float = 0.0, *, native: bool = False
+) -> None:  # fmt: skip
     """Give a joint dry friction: sticking is a spring and damper, sliding a constant torque.
 
     Parameters
@@ -134,17 +136,25 @@ def joint_friction(spec: mujoco.MjSpec, joint: Any, force: float, k: float, c: f
         Stiffness while it sticks, N m/rad (N/m), > 0.
     c : float
         Damping while it sticks, N m s/rad (N s/m), >= 0.
+    native : bool
+        Whether the joint's own spring yields at the force (``springyield`` of MuJoCo 4) instead: it needs no
+        `Softener`, but its damping acts while it slides, too, and ``discrete`` brakes what slides more than asked.
 
     Raises
     ------
     ModelError
-        For a joint that the model does not have, or of another type.
+        For a joint that the model does not have, or of another type; of native friction, for a joint that has a spring
+        already, and MuJoCo 3.
     LawError
         For values out of range.
     """
     _check("force", force, k, c)
     name = name_of(joint)
-    joint_kind(compiled(specification(spec)), name, "friction")
+    kind = joint_kind(compiled(specification(spec)), name, "friction")
+    if native:
+        in_degrees = spec.compiler.degree and kind == mujoco.mjtJoint.mjJNT_HINGE
+        _yielding(spec.joint(name), f'joint "{name}"', (force, k, c), np.rad2deg(1.0) if in_degrees else 1.0)
+        return
     write_numbers(spec, f"{MARK}friction:joint:{name}", (force, k, c))
 
 
@@ -178,6 +188,17 @@ def tendon_friction(spec: mujoco.MjSpec, tendon: Any, force: float, k: float, c:
     name = name_of(tendon)
     find(compiled(specification(spec)), mujoco.mjtObj.mjOBJ_TENDON, name)
     write_numbers(spec, f"{MARK}friction:tendon:{name}", (force, k, c))
+
+
+def _yielding(element: Any, where: str, numbers: tuple[float, float, float], unit: float) -> None:
+    """Let an element's own spring yield, at a displacement that the specification has in a unit."""
+    force, k, c = numbers
+    if not hasattr(element, "springyield"):
+        raise ModelError(f"{where}: springs yield from MuJoCo 4 on; leave native=True away")
+    if np.any(element.stiffness):
+        raise ModelError(f"{where} has a spring already, which cannot yield beside friction; leave native=True away")
+    element.stiffness[0], element.springyield = k, force / k * unit
+    element.damping[0] += c
 
 
 def rubbing(model: mujoco.MjModel) -> set[str]:

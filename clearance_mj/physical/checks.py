@@ -263,7 +263,9 @@ def _step_too_long_elsewhere(model: mujoco.MjModel, poses: ArrayLike | None) -> 
 def _too_long(model: mujoco.MjModel, stable: Stable, where: Callable[[int], str]) -> list[str]:
     if model.opt.timestep < stable.step:
         return []
+    k, c = stable.hardest_at(model.opt.timestep)
     return [
         f"timestep {model.opt.timestep:g} s is too long: {stable.element} is stable below {stable.step:.3g} s "
-        f"({where(stable.pose)}); accuracy takes about {stable.step / 10:.1g} s"
+        f"({where(stable.pose)}), and at this step up to k = {k:.3g} and c = {c:.3g}; accuracy takes about "
+        f"{stable.step / 10:.1g} s"
     ]

@@ -24,7 +24,7 @@ _TINY = 1e-9  # kg and kg m², of a body that only carries a drive's inertia
 def add_backlash(
     spec: mujoco.MjSpec, joint: Any, gap: float | None = None, k: float | None = None, c: float | None = None,
     inertia: float | None = None, *, backlash: float | None = None, damping_ratio: float | None = None,
-    restitution: float | None = None, law: Law | None = None,
+    restitution: float | None = None, law: Law | None = None, native: bool = False,
 ) -> Any:  # fmt: skip
     """Put play between a joint and its drive, which becomes a joint of its own.
 
@@ -53,6 +53,10 @@ def add_backlash(
         The joint keeps none, for that was the rotor's.
     law : Law, optional
         Instead of k and c, with grease too; a `Softener` makes the teeth follow it.
+    native : bool
+        Whether the tendon is a spring with a dead band instead of a limit: k and gap are exact in every integrator,
+        ``discrete`` too, in MJX and MuJoCo Warp, without a row of the solver's; its damping acts inside the gap too,
+        and it may pull while teeth part. It needs c.
 
     Returns
     -------
@@ -72,6 +76,8 @@ def add_backlash(
     kinds = {name: joint_kind(model, name, "backlash") for name in names}
     half = half_of(gap, backlash, all(kind == mujoco.mjtJoint.mjJNT_HINGE for kind in kinds.values()))
     wanted = _check(half, k, c, law, damping_ratio_of(c, damping_ratio, restitution))
+    if native and (law is not None or wanted.ratio is not None):
+        raise ModelError("native backlash is a spring and a damper: give k and c")
     inertias = {}
     for name in names:
         if spec.joint(f"{name} drive"):
@@ -97,7 +103,11 @@ def add_backlash(
             tendon = _add_tendon(changed, f"{name} backlash", (-half, half))
             tendon.wrap_joint(name, 1.0)
             tendon.wrap_joint(drive.name, -1.0)
-            ask(changed, "tendon", [tendon.name], wanted)
+            if native:
+                tendon.limited, tendon.springlength = mujoco.mjtLimited.mjLIMITED_FALSE, (-half, half)
+                tendon.stiffness[0], tendon.damping[0] = wanted.k, wanted.c
+            else:
+                ask(changed, "tendon", [tendon.name], wanted)
             made.append(drive)
         for key in changed.keys:
             key.qpos, key.qvel = np.zeros(0), np.zeros(0)

@@ -24,6 +24,13 @@ class Stable(NamedTuple):
     step: float  # s; infinite where nothing is stiff
     element: str
     pose: int  # index of the pose
+    k: float = 0.0  # of the element, N/m (N m/rad)
+    c: float = 0.0  # N s/m (N m s/rad)
+
+    def hardest_at(self, step: float) -> tuple[float, float]:
+        """Return the largest k and c, in the element's own proportion, that are stable at a longer step."""
+        share = self.step / step
+        return self.k * share**2, self.c * share
 
 
 def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float:
@@ -84,7 +91,8 @@ def hardest(model: mujoco.MjModel, poses: ArrayLike | None = None, contacts: boo
             step = steps[parts == part] = limit(*_cut(pose, parts == part, rows, implicit)) if rows else np.inf
             rates = {row.element: _rate(row, pose, implicit) for row in rows}
             worst = max(rates, key=lambda element: rates[element], default="nothing")
-            found = min(found, Stable(step, worst, pose.number), key=lambda stable: stable.step)
+            k, c = next(((row.k, row.c) for row in rows if row.element == worst), (0.0, 0.0))
+            found = min(found, Stable(step, worst, pose.number, k, c), key=lambda stable: stable.step)
         for rate, row in sorted(((_rate(row, pose, implicit), row) for row in pose.alone), key=lambda r: -r[0]):
             others = steps[row.direction != 0].min(initial=np.inf)
             if not runge_kutta and 1 / (1 / others + rate) > (1 - 1e-9) * found.step:
@@ -92,7 +100,7 @@ def hardest(model: mujoco.MjModel, poses: ArrayLike | None = None, contacts: boo
             moved = np.unique(parts[row.direction != 0])
             rows = [other for other, of in zip(pose.together, of_rows) if of in moved]
             beside = limit(*_cut(pose, np.isin(parts, moved), [*rows, row], implicit))
-            found = min(found, Stable(beside, row.element, pose.number), key=lambda stable: stable.step)
+            found = min(found, Stable(beside, row.element, pose.number, row.k, row.c), key=lambda stable: stable.step)
     return found
 
 

@@ -100,6 +100,65 @@ def test_backlash_of_several_joints_at_once():
     assert c == pytest.approx(0.2 * np.sqrt(k / first.tendon_invweight0[0]), rel=1e-6)
 
 
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "discrete"])
+def test_native_backlash_needs_no_row_of_the_solver(integrator):
+    """Under a torque the motor is by gap + τ/k ahead, in every integrator at 2 ms, with MuJoCo's own spring."""
+    try:
+        spec = mujoco.MjSpec.from_string(LEG.replace('"implicitfast"', f'"{integrator}"').replace("5e-4", "2e-3"))
+    except ValueError:
+        pytest.skip("this MuJoCo has no such integrator")
+    spec.option.gravity = [0, 0, 0]
+    spec.joint("knee").stiffness, spec.joint("knee").damping = [50, 0, 0], [0.2, 0, 0]
+    physical.add_backlash(spec, "knee", backlash=2.0, k=200.0, c=0.3, native=True)
+    model = physical.compile(spec)
+    assert not model.tendon_limited.any() and model.nuserdata == 0
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 0.0, 0.5
+    mujoco.mj_step(model, data, 5000)
+    assert data.nefc == 0
+    ahead = data.joint("knee drive").qpos[0] - data.joint("knee").qpos[0]
+    assert ahead == pytest.approx(np.deg2rad(1.0) + 50 * data.joint("knee").qpos[0] / 200.0, rel=1e-6)
+    with pytest.raises(ModelError, match="give k and c"):
+        physical.add_backlash(spec, "hip", backlash=2.0, k=200.0, damping_ratio=0.1, native=True)
+
+
+@pytest.mark.skipif(not hasattr(mujoco.MjModel, "jnt_springyield"), reason="springs yield from MuJoCo 4 on")
+def test_native_friction_of_a_joint():
+    """Sticks by τ/k below the force and is braked by it above, without a Softener: terminal speed (τ - force)/c."""
+    spec = mujoco.MjSpec.from_string(LEG)
+    spec.option.gravity = [0, 0, 0]
+    spec.delete(spec.keys[0])
+    spec.delete(spec.actuator("b"))
+    physical.joint_friction(spec, "knee", 1.0, k=200.0, c=0.5, native=True)
+    spec.add_actuator(name="m", target="knee", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    model = physical.compile(spec)
+    data = mujoco.MjData(model)
+    for torque, steps in ((0.4, 4000), (0.8, 4000), (1.4, 4000)):
+        before = data.ctrl[1]
+        for share in np.linspace(0, 1, 100):
+            data.ctrl[1] = before + share * (torque - before)
+            mujoco.mj_step(model, data, 10)
+        mujoco.mj_step(model, data, steps)
+        if torque < 1:
+            assert data.joint("knee").qpos[0] == pytest.approx(torque / 200, rel=1e-3)
+    assert data.joint("knee").qvel[0] > 0.1
+    with pytest.raises(ModelError, match='joint "knee" has a spring already'):
+        physical.joint_friction(spec, "knee", 1.0, k=200.0, native=True)
+
+
+def test_a_step_that_is_too_long_says_what_it_allows():
+    """A mass on a limit: h < 2/(δ + √(δ² + ω²)); with the k and c that are named the model compiles."""
+    spec = mujoco.MjSpec.from_string(BALLS)
+    spec.option.timestep = 0.01
+    physical.contact(spec, ("light", "floor"), k=1e5, c=30, frictionless=True)
+    with pytest.raises(ModelError, match=r"at this step up to k = (\S+) and c = (\S+);") as refused:
+        physical.compile(spec)
+    words = str(refused.value).replace(";", "").split()
+    k, c = (float(words[words.index(name) + 2]) for name in ("k", "c"))
+    physical.contact(spec, ("light", "floor"), k=0.99 * k, c=0.99 * c, frictionless=True)
+    assert 0.01 < physical.largest_step(physical.compile(spec)) < 0.0102
+
+
 def test_drives_of_several_actuators_at_once():
     one, other = (mujoco.MjSpec.from_string(LEG) for _ in range(2))
     physical.add_drive(one, ["a", "b"], backlash=1.0, k=500.0, c=1.0)
