@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .bristles import friction, joint_friction, tendon_friction
+from .bushings import add_bushing
 from .checks import ModelWarning, check, compile
 from .clearances import add_annular_clearance, add_backlash
 from .drives import DriveState, add_drive, drive_state
@@ -35,6 +36,7 @@ __all__ = [
     "Softener",
     "add_annular_clearance",
     "add_backlash",
+    "add_bushing",
     "add_drive",
     "apply",
     "check",

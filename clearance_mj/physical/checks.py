@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
 from .bristles import frictions, rubbing
+from .bushings import joined
 from .drives import drives
 from .elements import KINDS, apply, asked, compiled, inverse_inertia, specification, write_all
 from .limits import cover, uncovered_contacts
@@ -65,7 +66,8 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
     model = compiled(specification(spec))
     if cover(spec, model):
         model = compiled(spec)
-    if any(frictions(model)) or any(drives(model)) or any(element.softness.law for element in asked(model)):
+    acts = any(frictions(model)) or any(drives(model)) or any(joined(model))
+    if acts or any(element.softness.law for element in asked(model)):
         with naming_package("laws, friction and drives"):
             from .softener import reserve  # loads what compiles
 
@@ -174,6 +176,8 @@ def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
         return
     for each in frictions(model):
         yield f'friction of {each.kind} "{each.name}" does not act {until}'
+    for bushing in joined(model):
+        yield f'bushing "{bushing.name}" has one stiffness in all directions {until}'
     for drive in drives(model):
         yield f'actuator "{drive.name}" exerts nothing, for its drive does not turn {until}'
     for element in asked(model):

@@ -10,7 +10,7 @@ import numpy as np
 from ..core.jit import OPTIONS, jit
 from .library import doubles, field, integers
 
-__all__ = ["FRICTION", "OF_FRICTION", "bend", "between", "normal_rows", "rub"]
+__all__ = ["FRICTION", "OF_FRICTION", "bear", "bend", "between", "normal_rows", "rub"]
 
 OF_FRICTION = 7  # numbers of memory: the bristles' deflection, the angle about their normal, those rolled
 FRICTION = np.dtype(
@@ -84,15 +84,15 @@ def _want(
 ) -> None:
     """Let the solver give a contact a force, or torque, along its coordinate j, beside what presses."""
     if rows == 1:
-        _bear(head, model, data, row + 1 + j, force)
+        bear(head, model, data, row + 1 + j, force)
     else:
         edge = force / (2.0 * doubles(contact + head.c_friction, 5)[j])
-        _bear(head, model, data, row + 2 * j, pressing / rows + edge)
-        _bear(head, model, data, row + 2 * j + 1, pressing / rows - edge)
+        bear(head, model, data, row + 2 * j, pressing / rows + edge)
+        bear(head, model, data, row + 2 * j + 1, pressing / rows - edge)
 
 
 @jit(**OPTIONS)
-def _bear(head: Any, model: int, data: int, row: int, force: float) -> None:
+def bear(head: Any, model: int, data: int, row: int, force: float) -> None:
     """Let the solver give a row a force; the last step's acceleration makes up for the parasitic mass."""
     nv, kind = integers(model + head.m_nv, 1)[0], integers(model + head.m_jacobian, 1)[0]
     jacobian, accelerations = field(data + head.d_efc_J), doubles(field(data + head.d_qacc_warmstart), nv)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import ModelError
 from .actuators import actuator_count, control_of, output_of
 from .bristles import frictions, rubbing
+from .bushings import Joined, joined
 from .drives import PlacedDrive, drives
 from .elements import KINDS, find, inverse_inertia, pairs_of
 from .softness import stiffness_damping
@@ -22,7 +23,7 @@ __all__ = ["ParasiticMass", "Pose", "Row", "bent_poses", "parasitic_mass", "pose
 _NEAREST_WITHIN = 1e3  # m, distance up to which nearest points of geoms are looked for
 BENT_POSES = 24
 _NEXT_TO_RIGID = 1e6  # share of the inertia behind a row from which on its parasitic mass makes no difference
-_ADDED = ("friction of ", "teeth of ", "hysteresis of ", "drive of ")  # how the names of such rows begin
+_ADDED = ("friction of ", "teeth of ", "hysteresis of ", "drive of ", "bushing ")  # how the names of such rows begin
 _Bits, _Constraint = mujoco.mjtDisableBit, mujoco.mjtConstraint
 
 
@@ -266,8 +267,12 @@ def _counts(model: mujoco.MjModel, solref: np.ndarray) -> bool:
 
 def _active(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
     """Yield the solver's rows of contacts that touch and of equalities."""
-    pairs = pairs_of(model)
+    pairs, bushings = pairs_of(model), {bushing.equality: bushing for bushing in joined(model)}
     for r in range(data.nefc):
+        if data.efc_type[r] == _Constraint.mjCNSTR_EQUALITY and data.efc_id[r] in bushings:
+            if r == 0 or data.efc_id[r - 1] != data.efc_id[r] or data.efc_type[r - 1] != data.efc_type[r]:
+                yield from _bushing(model, data, r, bushings[data.efc_id[r]])
+            continue
         if data.efc_type[r] == _Constraint.mjCNSTR_EQUALITY:
             element, solref = f'equality "{model.equality(data.efc_id[r]).name}"', model.eq_solref[data.efc_id[r]]
         elif data.efc_type[r] < int(_Constraint.mjCNSTR_CONTACT_FRICTIONLESS):
@@ -281,6 +286,17 @@ def _active(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
         if _counts(model, solref):
             (stiffness, damping, impedance, _), mass = data.efc_KBIP[r], 1 / data.efc_R[r]
             yield Row(element, _jacobian(model, data, r), stiffness * impedance * mass, damping * mass, mass)
+
+
+def _bushing(model: mujoco.MjModel, data: mujoco.MjData, first: int, bushing: Joined) -> Iterator[Row]:
+    """Yield what presses along and about the axes of a bushing between two sites, whose rows begin at the first."""
+    k, c = model.numeric_data[bushing.numeric :][: 2 * bushing.axes].reshape(2, -1)
+    rows = np.array([_jacobian(model, data, r) for r in range(first, first + bushing.axes)])
+    mass, scale = 1 / data.efc_R[first : first + bushing.axes], model.eq_data[bushing.equality, 10]
+    rows[:3] = data.site_xmat[bushing.site].reshape(3, 3).T @ rows[:3]
+    for j in range(bushing.axes):
+        share = 1.0 if j < 3 else 4 / scale**2
+        yield Row(f'bushing "{bushing.name}"', rows[j], share * k[j], share * c[j], mass[j])
 
 
 def _jacobian(model: mujoco.MjModel, data: mujoco.MjData, r: int) -> np.ndarray:

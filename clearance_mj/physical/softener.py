@@ -19,6 +19,7 @@ from ..rig import Bushing, Contact, Grease
 from . import softener_loop as loop
 from .actuators import control_of, output_of
 from .bristles import Friction, frictions
+from .bushings import Joined, joined
 from .drive_loop import PLACE
 from .drives import PlacedDrive, drives
 from .elements import KINDS, Asked, asked, find, inverse_inertia
@@ -58,20 +59,21 @@ class Softener:
         if not isinstance(model, mujoco.MjModel):
             raise ModelError(f"got {type(model).__name__}, needs a mujoco.MjModel; compile() makes it of an MjSpec")
         laws, bristles, turning = _laws(model), list(frictions(model)), list(drives(model))
-        self._softens = bool(laws or bristles)
+        between = list(joined(model))
+        self._softens = bool(laws or bristles or between)
         if not self._softens and not turning:
             raise ModelError(
-                "no contact or limit follows a law, none has friction and no actuator a drive; constant ones need no "
-                "Softener"
+                "no contact or limit follows a law, none has friction, no actuator a drive, and there is no bushing; "
+                "constant ones need no Softener"
             )
         _refuse_integrator(model, bool(laws))
         self.model = model
-        self._parts = _parts(model, laws, bristles)
+        self._parts = _parts(model, laws, bristles, between)
         self._drives = _drive_places(model, turning)
         self._of_actuators = np.full(len(model.actuator_trntype), -1, dtype=np.int64)
         self._of_actuators[self._drives["actuator"]] = np.arange(len(self._drives))
         room = _reserved(model)
-        key = _key(model, room.first, laws, bristles, turning)
+        key = _key(model, room.first, laws, bristles, turning, between)
         size = self._parts.template.size if self._softens else 0
         if room[1:] != (2 * size, *key) or room.first + room.size > model.nuserdata:
             raise ModelError(
@@ -166,6 +168,7 @@ class _Parts(NamedTuple):
 
     elements: np.ndarray  # (n,) ELEMENT; pairs last
     frictions: np.ndarray  # (m,) FRICTION
+    joined: np.ndarray  # (b,) JOINED
     joints: np.ndarray  # (njnt,) which element each one is, or -1
     tendons: np.ndarray  # (ntendon,)
     bushings: np.ndarray  # (n,) BUSHING
@@ -175,10 +178,12 @@ class _Parts(NamedTuple):
         """Return what a HEAD holds of them."""
         arrays = {
             "elements": self.elements, "frictions": self.frictions, "joints": self.joints, "tendons": self.tendons,
+            "joined": self.joined,
             "bushings": self.bushings, "template": self.template,
         }  # fmt: skip
         return {name: array.ctypes.data for name, array in arrays.items()} | {
             "n_elements": len(self.elements), "first_pair": int(np.sum(self.elements["kind"] != loop.PAIR)),
+            "n_joined": len(self.joined),
             "n_frictions": len(self.frictions), "first_friction": 2 + len(self.elements), "size": self.template.size,
         }  # fmt: skip
 
@@ -199,7 +204,9 @@ def _laws(model: mujoco.MjModel) -> list[Asked]:
     return sorted((e for e in asked(model) if e.softness.law), key=lambda e: (e.kind == "pair", e.kind, e.name))
 
 
-def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Friction]) -> _Parts:
+def _parts(
+    model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Friction], between: Sequence[Joined]
+) -> _Parts:  # fmt: skip
     elements, bushings = np.zeros(len(laws), loop.ELEMENT), np.zeros(len(laws), BUSHING)
     memory = [np.zeros(2 + len(laws) + loop.OF_FRICTION * len(bristles))]
     joints, tendons = (np.full(max(n, 1), -1, dtype=np.int32) for n in (model.njnt, model.ntendon))
@@ -228,7 +235,12 @@ def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Fric
     found = np.zeros(len(bristles), loop.FRICTION)
     for row, friction in zip(found, bristles):
         _describe_friction(model, friction, laws, row)
-    return _Parts(elements, found, joints, tendons, bushings, np.concatenate(memory))
+    places = np.zeros(len(between), loop.JOINED)
+    for row, bushing in zip(places, between):
+        row["numeric"], row["equality"], row["axes"], row["site"] = (
+            bushing.numeric, bushing.equality, bushing.axes, bushing.site
+        )  # fmt: skip
+    return _Parts(elements, found, places, joints, tendons, bushings, np.concatenate(memory))
 
 
 class _Opening(NamedTuple):
@@ -269,11 +281,12 @@ def _describe_friction(model: mujoco.MjModel, friction: Friction, laws: Sequence
 
 def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     """Reserve room in a specification's user data for what laws and friction remember; say whether it has changed."""
-    laws, bristles, turning = _laws(model), list(frictions(model)), list(drives(model))
-    size = 2 * _parts(model, laws, bristles).template.size if laws or bristles else 0  # before a step and after
+    laws, bristles, turning, between = _laws(model), list(frictions(model)), list(drives(model)), list(joined(model))
+    softens = bool(laws or bristles or between)
+    size = 2 * _parts(model, laws, bristles, between).template.size if softens else 0  # before a step and after
     before = _reserved(model)
     first = before.first if before.first + before.size == spec.nuserdata else max(spec.nuserdata, 0)  # others have come
-    now = _Reserved(first, size, *_key(model, first, laws, bristles, turning))
+    now = _Reserved(first, size, *_key(model, first, laws, bristles, turning, between))
     if now == before or not (size or turning or any(before)):
         return False
     spec.nuserdata = first + size
@@ -301,7 +314,7 @@ def _reserved(model: mujoco.MjModel) -> _Reserved:
 
 def _key(
     model: mujoco.MjModel, first: int, laws: Sequence[Asked], bristles: Sequence[Friction],
-    turning: Sequence[PlacedDrive],
+    turning: Sequence[PlacedDrive], between: Sequence[Joined],
 ) -> tuple[int, int]:  # fmt: skip
     """Two numbers of six digits, as many as MJCF keeps, that tell laws, friction, drives and their places apart."""
     names = [(e.kind, e.name) for e in laws] + [(f.kind, f.name) for f in bristles]
@@ -309,7 +322,7 @@ def _key(
     sizes = first, model.nq, model.nv, model.na, getattr(model, "nJten", 0), model.ngeom, model.nbody
     content = (
         [(e.kind, e.name, e.softness.data) for e in laws], [(f.kind, f.name) for f in bristles], list(turning), places,
-        sizes,
+        sizes, *between,
     )  # fmt: skip
     key = zlib.crc32(repr(content).encode())
     return key % 1_000_000, key // 1_000_000

@@ -21,10 +21,11 @@ from ..clearance.pointers import caller
 from ..clearance.record import BUSHING
 from ..core.jit import OPTIONS, STRICT, jit
 from . import drive_loop, library
+from .bushing_loop import JOINED, press_back
 from .friction_loop import FRICTION, OF_FRICTION, bend, between, normal_rows, rub
 from .library import doubles, field, integers, pointer
 
-__all__ = ["ELEMENT", "FRICTION", "HEAD", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
+__all__ = ["ELEMENT", "FRICTION", "HEAD", "JOINED", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
 
 JOINT, TENDON, ROW, PAIR = range(4)
 """Kinds: a coordinate, a tendon's length, a row of the constraints alone (of a ball joint's limit), a pair of geoms"""
@@ -32,9 +33,9 @@ JOINT, TENDON, ROW, PAIR = range(4)
 DATA = (
     "time", "userdata", "qpos", "qvel", "qfrc_passive", "ten_length", "ten_velocity", "ten_J", "ncon", "nefc",
     "contact", "qacc_warmstart", "efc_J", "efc_J_rowadr", "efc_J_rownnz", "efc_J_colind", "efc_type", "efc_id",
-    "efc_pos", "efc_R", "efc_aref", "efc_vel",
+    "efc_pos", "efc_R", "efc_aref", "efc_vel", "site_xmat",
 )  # fmt: skip
-MODEL = ("signature", "nnumericdata", "numeric_data", "jnt_range", "tendon_range", "ten_J_colind", "nv")
+MODEL = ("signature", "nnumericdata", "numeric_data", "jnt_range", "tendon_range", "ten_J_colind", "nv", "eq_data")
 CONTACT = ("pos", "frame", "geom", "dim", "mu", "friction", "solref", "solimp", "efc_address")
 PLACES = {
     **{f"d_{name}": library.DATA[name] for name in DATA},
@@ -51,6 +52,7 @@ _OWN = (
     "elements", "n_elements", "first_pair",  # address and number of ELEMENT, and the first of them that is a pair
     "bushings",  # address of their records of the kernel
     "frictions", "n_frictions", "first_friction",  # of FRICTION, and where in the memory their bristles begin
+    "joined", "n_joined",  # of JOINED
     "joints", "tendons",  # addresses: which element a joint or tendon is, -1 for none
     "template", "first", "size",  # the memory's beginning, and where it is in the user's data: numbers of 8 bytes
     "drives", "n_drives", "of_actuators",  # address and number of their PLACE, and which each actuator has, -1 for none
@@ -161,6 +163,9 @@ def soften(where: int, model: int, data: int) -> None:
             _pull(head, model, data, friction.dof, friction.size, bend(numbers, bristles, step, speed), passive)
         else:
             rub(head, model, data, friction, numbers, bristles, step)
+    bushings_between_sites = numba.carray(pointer(head.joined), head.n_joined, JOINED)
+    for i in range(head.n_joined):
+        press_back(head, model, data, bushings_between_sites[i])
 
 
 @jit(**OPTIONS)

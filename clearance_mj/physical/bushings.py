@@ -1,0 +1,99 @@
+"""Rubber bushings between two sites: stiffness and damping along and about each axis.
+
+A bushing stands in the model as an equality, and as ``<custom><numeric name="physical:bushing:NAME" data="..."/>``, its
+stiffnesses and then its dampings, which is read at every step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.errors import LawError, ModelError
+from .elements import change, compiled, find, name_of, specification
+from .records import MARK, marked, note_softener, write_numbers
+from .softness import solref_solimp
+
+__all__ = ["Joined", "add_bushing", "joined"]
+
+_AXES = 3, 6
+
+
+class Joined(NamedTuple):
+    """A bushing that was asked for, as a custom number of the model has it."""
+
+    name: str
+    equality: int
+    numeric: int  # where in the model's numeric_data: stiffnesses, then dampings
+    axes: int  # 3 or 6
+    site: int  # whose axes they are
+
+
+def add_bushing(spec: mujoco.MjSpec, site_a: Any, site_b: Any, k: ArrayLike, c: ArrayLike) -> mujoco.MjsEquality:
+    """Join two sites by a bushing: forces k r + c ṙ along its axes and torques k θ + c ω about them.
+
+    The axes are those of ``site_b``. An equality "A to B" between the sites (``weld``, of three axes ``connect``) holds
+    the bushing; a `Softener` gives it its stiffness, exact in any pose and for any masses. Angles are twice the vector
+    part of the quaternion, θ to 1 % up to 0.5 rad.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Changed in place.
+    site_a, site_b : str or mujoco.MjsSite
+        On two bodies; they coincide in the bushing's rest.
+    k : array_like, shape (6,) or (3,)
+        Stiffness along x, y and z, N/m, and about them, N m/rad; with three numbers it turns freely. > 0.
+    c : array_like, shape (6,) or (3,)
+        Damping, N s/m and N m s/rad, >= 0.
+
+    Returns
+    -------
+    mujoco.MjsEquality
+        The equality.
+
+    Raises
+    ------
+    ModelError
+        For a site that the model does not have, and sites on one body.
+    LawError
+        For numbers out of range, or of another count.
+    """
+    stiffness, damping = np.asarray(k, dtype=float), np.asarray(c, dtype=float)
+    if stiffness.shape != damping.shape or stiffness.shape not in [(axes,) for axes in _AXES]:
+        raise LawError(f"k and c of a bushing have the shapes {stiffness.shape} and {damping.shape}; they need 3 or 6")
+    for name, values, ok in (("k", stiffness, stiffness > 0), ("c", damping, damping >= 0)):
+        if not np.all(ok & np.isfinite(values)):
+            raise LawError(
+                f"{name} = {values.tolist()} of a bushing must be finite and {'>' if name == 'k' else '>='} 0"
+            )
+    model, names = compiled(specification(spec)), [name_of(site) for site in (site_a, site_b)]
+    bodies = [model.site_bodyid[find(model, mujoco.mjtObj.mjOBJ_SITE, name)] for name in names]
+    if model.body_weldid[bodies[0]] == model.body_weldid[bodies[1]]:
+        raise ModelError(f'sites "{names[0]}" and "{names[1]}" are on one rigid body, so there is no bushing')
+    inverse = float(model.body_invweight0[bodies, 0].sum())
+    solref, solimp = solref_solimp(stiffness[:3].max(), damping[:3].max(), inverse)
+
+    def between(changed: mujoco.MjSpec) -> mujoco.MjsEquality:
+        made = changed.add_equality(
+            name=" to ".join(names), objtype=mujoco.mjtObj.mjOBJ_SITE, name1=names[0], name2=names[1],
+            type=mujoco.mjtEq.mjEQ_WELD if len(stiffness) == 6 else mujoco.mjtEq.mjEQ_CONNECT,
+        )  # fmt: skip
+        made.solref[:], made.solimp[:] = solref, solimp
+        write_numbers(changed, f"{MARK}bushing:{made.name}", [*stiffness, *damping])
+        note_softener(changed)
+        return made
+
+    return change(spec, between)[0]
+
+
+def joined(model: mujoco.MjModel) -> Iterator[Joined]:
+    """Yield the bushings of a model."""
+    for i, before, after in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}bushing:"):
+        equality = find(model, mujoco.mjtObj.mjOBJ_EQUALITY, before + after)
+        axes, site = int(model.numeric_size[i]) // 2, int(model.eq_obj2id[equality])
+        yield Joined(before + after, equality, int(model.numeric_adr[i]), axes, site)
