@@ -70,10 +70,10 @@ test-all: test test-slow
 	$(BIN)/python -m experiments.benches.mapping --benches 200
 	OPENBLAS_CORETYPE=$(OTHER_BLAS) NUMBA_CPU_NAME=generic $(PYTEST) -m 'not release'
 
-# Only the files of foreign models are read. gymnasium-robotics and dm_control depend on the package mujoco 3, which would
-# overwrite mujoco-core: hence none of what they depend on.
+# Of foreign models only the files are read; gymnasium itself runs an example. gymnasium-robotics and dm_control depend on
+# the package mujoco 3, which would overwrite mujoco-core: hence none of what they depend on.
 $(VENV)/.models: $(VENV)/.ready
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt gymnasium gymnasium-robotics dm_control
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt gymnasium farama-notifications gymnasium-robotics dm_control
 	touch $@
 
 # Pages are tried in the machine's own Chromium; without one their tests are skipped.
