@@ -163,7 +163,7 @@ def _settings(model: mujoco.MjModel) -> Iterator[str]:
         (
             kinds and model.opt.integrator == getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", None),
             "integrator discrete scales stiffness with the step where there is damping, and damps all ringing; use "
-            "Euler, implicitfast or RK4",
+            "Euler, implicitfast or RK4, or add_backlash(..., native=True), which is exact there",
         ),
     ):
         if wrong:
