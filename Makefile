@@ -1,4 +1,4 @@
-# make study | turning-study | reproduce | audit | test | test-slow | test-all | test-mujoco3 | test-models | warm-up | fuzz | steering | bench | lint | data | models | wheel | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
+# make study | turning-study | reproduce | audit | test | test-slow | test-all | test-mujoco3 test-mjx | test-models | warm-up | fuzz | steering | bench | lint | data | models | wheel | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study turning-study reproduce audit test test-slow test-all test-mujoco3 test-models warm-up fuzz steering coverage bench lint data models wheel readme docs gallery verification clean
+.PHONY: setup study turning-study reproduce audit test test-slow test-all test-mujoco3 test-mjx test-models warm-up fuzz steering coverage bench lint data models wheel readme docs gallery verification clean
 
 setup: $(VENV)/.ready
 
@@ -56,6 +56,16 @@ test-mujoco3: $(MUJOCO3)/.ready warm-up
 
 $(MUJOCO3)/.ready: $(VENV)/.ready
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --upgrade --target $(MUJOCO3) -c constraints.txt mujoco
+	touch $@
+
+# Friction and drives in MJX: JAX and MJX with that MuJoCo, in a folder of their own, too.
+MJX = $(VENV)/mjx
+test-mjx: $(MJX)/.ready
+	PYTHONPATH=$(CURDIR)/$(MJX) $(BIN)/python -m pytest -m '' tests/physical/test_mjx.py
+
+$(MJX)/.ready: $(VENV)/.ready
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --upgrade --target $(MJX) -c constraints.txt \
+		mujoco mujoco-mjx jax jaxlib ml_dtypes opt_einsum absl-py etils trimesh
 	touch $@
 
 test-slow: $(VENV)/.models $(VENV)/.browser warm-up

@@ -11,8 +11,8 @@ __all__ = ["naming_package"]
 
 
 @contextlib.contextmanager
-def naming_package(what: str) -> Iterator[None]:
-    """Say what needs a package that is missing, and how to get it.
+def naming_package(what: str, brings: str = "clearance-mj") -> Iterator[None]:
+    """Say what needs a package that is missing, and which distribution brings it.
 
     Raises
     ------
@@ -24,5 +24,5 @@ def naming_package(what: str) -> Iterator[None]:
     except ModuleNotFoundError as error:
         raise ModelError(
             f"{what} of clearance_mj.physical need the package {error.name}, which is not installed: "
-            "pip install clearance-mj brings it"
+            f"pip install {brings} brings it"
         ) from error

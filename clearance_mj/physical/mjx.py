@@ -1,0 +1,259 @@
+"""Friction and drives in MJX, MuJoCo's engine for thousands of environments on a GPU.
+
+Contacts, limits and backlash of constant stiffness and damping need nothing of this: MJX follows the solver parameters
+that the compiled model has. `step` adds what on a CPU a `Softener` does, as a function of arrays, which ``jax.jit``,
+``jax.vmap`` and ``jax.grad`` take.
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from ..core.errors import ModelError
+from .drives import ANGLE, MOTOR_TORQUE, SPEED, DriveState
+from .elements import KINDS, asked, find
+from .mjx_drives import Drives, drives_of
+from .mjx_friction import OF_PAIR, DryFriction, PairFriction, dry_friction, pair_friction
+from .packages import naming_package
+from .softness import IMPEDANCE
+
+with naming_package("functions for MJX", "clearance-mj[mjx]"):
+    import jax
+    import mujoco.mjx as mjx
+    from jax import numpy as jp
+
+__all__ = ["Parameters", "State", "drive_state", "init", "pair_solref", "put_model", "step"]
+
+_Dyn, _Gain, _Bias = mujoco.mjtDyn, mujoco.mjtGain, mujoco.mjtBias
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Parameters:
+    """Numbers of friction and drives, all arrays: they may be traced, differ between environments, be differentiated.
+
+    ``dataclasses.replace`` changes them.
+    """
+
+    friction: DryFriction
+    pairs: PairFriction
+    drives: Drives
+
+
+class State(NamedTuple):
+    """What friction and drives remember."""
+
+    friction: Any
+    """(n,) deflections of the bristles of joints and tendons, rad or m"""
+    pairs: Any
+    """(n, 7) those of contacts: deflection, m, angle about the normal, rad, and angles rolled, rad"""
+    drives: Any
+    """(n, size) a row for each drive, as the actuator's activation on a CPU"""
+    begun: Any
+    """1 from the first step on, before which bristles do not bend"""
+
+
+def put_model(model: mujoco.MjModel) -> tuple[Any, Parameters]:
+    """Return a compiled model for MJX, and the parameters of its friction and drives.
+
+    The model's pairs with bristles get rows that only press. Its actuators with drives have no activation there, and
+    ``mjx.step`` refuses them.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        Compiled with `compile`; not changed.
+
+    Returns
+    -------
+    tuple
+        A ``mujoco.mjx.Model`` and its `Parameters`.
+
+    Raises
+    ------
+    ModelError
+        For laws, integrator RK4, contacts without MuJoCo's friction in an elliptic cone, and drives of a model whose
+        actuation is disabled.
+    """
+    plain, kept = _without_softener(model)
+    parameters = Parameters(dry_friction(model), pair_friction(model), drives_of(model))
+    here = np.array(parameters.drives.actuators, dtype=int)
+    mx, own = mjx.put_model(plain, impl="jax"), np.isin(np.arange(model.nu), here)
+    count = np.where(own, 0, model.actuator_actnum)
+    first = np.where(count > 0, np.cumsum(count) - count, -1)
+    mx = mx.replace(
+        na=len(kept), actuator_actnum=count, actuator_actadr=first, key_act=model.key_act[:, kept],
+        actuator_dyntype=model.actuator_dyntype.copy(),
+    )  # fmt: skip
+    return mx, parameters
+
+
+def init(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Any, State]:
+    """Return data for MJX, and the state of friction and drives that `step` goes on from.
+
+    Drives are as in ``data.act``; bristles of friction begin undeflected.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        That was given to `put_model`.
+    data : mujoco.MjData
+        Positions, velocities, controls, ...; not changed.
+
+    Returns
+    -------
+    tuple
+        A ``mujoco.mjx.Data`` and a `State`.
+    """
+    plain, kept = _without_softener(model)
+    fresh, parts = mujoco.MjData(plain), int(mujoco.mjtState.mjSTATE_INTEGRATION)
+    state = np.zeros(mujoco.mj_stateSize(model, parts))
+    mujoco.mj_getState(model, data, state, parts)
+    mujoco.mj_setState(plain, fresh, state, parts)
+    mujoco.mj_fwdPosition(plain, fresh)
+    mujoco.mj_fwdVelocity(plain, fresh)
+    dx, turning = mjx.put_data(plain, fresh, impl="jax"), drives_of(model)
+    acts = np.zeros((len(turning.actuators), turning.size))
+    for row, actuator in zip(acts, turning.actuators):
+        own = data.act[model.actuator_actadr[actuator] :][: model.actuator_actnum[actuator]]
+        row[: len(own) - 1], row[-1] = own[:-1], own[-1]
+    bristles = len(dry_friction(model).names), len(pair_friction(model).names)
+    dx = dx.replace(act=dx.act[kept], act_dot=dx.act_dot[kept])
+    return dx, State(jp.zeros(bristles[0]), jp.zeros((bristles[1], OF_PAIR)), jp.array(acts), jp.zeros(()))
+
+
+def step(mx: Any, parameters: Parameters, dx: Any, state: State) -> tuple[Any, State]:
+    """Step as ``mujoco.mjx.step``, with friction and drives.
+
+    Forces of friction are among ``qfrc_passive``, those of drives are ``actuator_force`` and in ``qfrc_actuator``.
+
+    Parameters
+    ----------
+    mx : mujoco.mjx.Model
+        Of `put_model`; stiffness and damping of contacts are its ``pair_solref``, see `pair_solref`.
+    parameters : Parameters
+        Of `put_model`, or others of the same shapes.
+    dx : mujoco.mjx.Data
+        Of `init`, or of the step before.
+    state : State
+        Of `init`, or of the step before.
+
+    Returns
+    -------
+    tuple
+        Data and state after the step.
+    """
+    here = np.array(parameters.drives.actuators, dtype=int)
+    plain = _motors(mx, here)
+    dx = mjx.sensor_pos(plain, mjx.fwd_position(plain, dx))
+    dx = mjx.sensor_vel(plain, mjx.fwd_velocity(plain, dx))
+    h = mx.opt.timestep * state.begun
+    bristles, pairs, acts, control = state.friction, state.pairs, state.drives, dx.ctrl
+    if parameters.friction.names:
+        bristles, dx = parameters.friction.rub(dx, bristles, h)
+    if parameters.pairs.names:
+        pairs, dx = parameters.pairs.rub(mx, dx, pairs, h)
+    if len(here):
+        acts, exerted = parameters.drives.turn(mx, dx, acts)
+        dx = dx.replace(ctrl=control.at[here].set(exerted))
+    dx = mjx.fwd_acceleration(plain, mjx.fwd_actuation(plain, dx))
+    if dx._impl.efc_J.size:
+        dx = mjx.solve(plain, dx)
+        dx = mjx.sensor_acc(plain, dx)
+    else:
+        dx = dx.replace(qacc=dx.qacc_smooth)
+    euler = mx.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
+    dx = (mjx.euler if euler else mjx.implicit)(plain, dx).replace(ctrl=control)
+    return dx, State(bristles, pairs, acts, jp.ones_like(state.begun))
+
+
+def pair_solref(k: Any, c: Any, inverse_inertia: Any) -> Any:
+    """Return solref (..., 2) of contacts with a stiffness and damping that may be traced.
+
+    Parameters
+    ----------
+    k, c : array (...)
+        N/m and N s/m.
+    inverse_inertia : array (...)
+        1/kg, of `clearance_mj.physical.inverse_inertia`.
+
+    Returns
+    -------
+    array (..., 2)
+        For ``mx.pair_solref`` beside a ``pair_solimp`` of the impedance `IMPEDANCE`, which `contact` writes within
+        5e-4: ``mx.replace(pair_solimp=mx.pair_solimp.at[:, :2].set(IMPEDANCE))`` makes it so.
+    """
+    return jp.stack(jp.broadcast_arrays(k, c), axis=-1) * (-(1 - IMPEDANCE) * jp.asarray(inverse_inertia)[..., None])
+
+
+def drive_state(mx: Any, parameters: Parameters, state: State, actuator: str) -> DriveState:
+    """Return angle, speed and torques of a drive, as `clearance_mj.physical.drive_state` does of activations.
+
+    Parameters
+    ----------
+    mx : mujoco.mjx.Model
+        The model.
+    parameters : Parameters
+        Its parameters.
+    state : State
+        Of one environment and time, or of many.
+    actuator : str
+        Its name.
+
+    Returns
+    -------
+    DriveState
+        Arrays (...).
+
+    Raises
+    ------
+    ModelError
+        For an actuator without a drive.
+    """
+    ModelError.require_known("actuator", actuator, parameters.drives.names)
+    i = parameters.drives.names.index(actuator)
+    own, gear = state.drives[..., i, :], mx.actuator_gear[..., parameters.drives.actuators[i], 0]
+    return DriveState(own[..., ANGLE], own[..., SPEED], own[..., MOTOR_TORQUE], own[..., -1] * gear)
+
+
+def _without_softener(model: mujoco.MjModel) -> tuple[mujoco.MjModel, np.ndarray]:
+    """Return a copy of a model whose bristles and drives are others' business, and which activations remain."""
+    _refuse(model)
+    plain, kept = copy.copy(model), np.ones(model.na, dtype=bool)
+    for name in pair_friction(model).names:
+        plain.pair_dim[find(model, KINDS["pair"].object, name)] = 1
+    for i in drives_of(model).actuators:
+        plain.actuator_dyntype[i], plain.actuator_gaintype[i] = int(_Dyn.mjDYN_NONE), int(_Gain.mjGAIN_FIXED)
+        plain.actuator_biastype[i] = int(_Bias.mjBIAS_NONE)
+        kept[model.actuator_actadr[i] :][: model.actuator_actnum[i]] = False
+    return plain, np.flatnonzero(kept)
+
+
+def _motors(mx: Any, here: np.ndarray) -> Any:
+    """Return a model whose drives' actuators exert what their controls are."""
+    if not len(here):
+        return mx
+    kinds, limited = mx.actuator_dyntype.copy(), mx.actuator_ctrllimited.copy()
+    kinds[here], limited[here] = int(_Dyn.mjDYN_NONE), False
+    gains = jp.asarray(mx.actuator_gainprm).at[here].set(0.0).at[here, 0].set(1.0)
+    return mx.replace(actuator_dyntype=kinds, actuator_ctrllimited=limited, actuator_gainprm=gains)
+
+
+def _refuse(model: mujoco.MjModel) -> None:
+    for kind, name, softness in asked(model):
+        if softness.law:
+            raise ModelError(
+                f'{KINDS[kind].noun} "{name}" follows a law, which cannot be in MJX; constant k and c, friction and '
+                "drives can"
+            )
+    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+        raise ModelError("integrator RK4 asks for forces between the steps; use Euler or implicitfast")
+    if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC and any(pair_friction(model).names):
+        raise ModelError("MJX has no contacts without MuJoCo's friction in an elliptic cone; use cone pyramidal")
+    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION and drives_of(model).names:
+        raise ModelError("flag actuation is disabled, so drives exert nothing; enable it")
