@@ -157,8 +157,15 @@ def rub(
                     tz + a * frame[5] + b * frame[8],
                 )
     length = np.sqrt(nx * nx + ny * ny + nz * nz)
-    if length == 0.0:
+    if length == 0.0:  # nothing presses, but what parts faster than its damping allows may still be in touch
         bristles[:] = 0.0
+        for i in range(n_contacts):
+            contact = contacts + i * head.contact_size
+            row, rows, _ = _pressing(head, data, friction, contact)
+            if rows == 1:
+                rows = integers(contact + head.c_dim, 1)[0]
+            for j in range(rows):
+                _bear(head, model, data, row + j, 0.0)
         return
     nx, ny, nz = nx / length, ny / length, nz / length
     x, y, z, vx, vy, vz = x / pressed, y / pressed, z / pressed, vx / pressed, vy / pressed, vz / pressed

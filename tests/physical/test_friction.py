@@ -148,6 +148,30 @@ SLIDE = """
 </mujoco>"""
 
 
+@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
+@pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
+def test_what_parts_faster_than_it_is_pressed_does_not_rub(cone):
+    spec = mujoco.MjSpec.from_string(f"""
+    <mujoco>
+      <option timestep="1e-4" gravity="0 0 0" cone="{cone}"/>
+      <worldbody>
+        <geom name="floor" type="plane" size="1 1 1"/>
+        <body pos="0 0 0.0499">
+          <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><geom name="ball" size="0.05" mass="2"/>
+        </body>
+      </worldbody>
+    </mujoco>""")
+    physical.contact(spec, ("ball", "floor"), k=1e4, c=200, frictionless=True)  # 1 N of the spring, -20 N of the damper
+    physical.friction(spec, ("ball", "floor"), 0.5, k=1e5, c=50)
+    model = physical.compile(spec)
+    data = mujoco.MjData(model)
+    data.qvel[:] = 1.0, 0.1
+    with physical.Softener(model):
+        mujoco.mj_step(model, data, 5)
+    assert data.ncon and data.contact.dist[0] < 0
+    np.testing.assert_allclose(data.qvel, [1.0, 0.1], rtol=1e-9)
+
+
 @pytest.mark.parametrize(("name", "lever"), [("joint", 1.0), ("tendon", 3.0)])
 def test_a_joint_or_tendon_sticks_and_slips(name, lever):
     """Pulled with less than its force it rests by force/k, with more it gains speed by what is left."""
