@@ -100,7 +100,7 @@ class PairFriction:
         away = places - centre[:, None]
         square = (share * (away**2).sum(axis=-1)).sum(axis=1)
         arm = (share * _length(away)).sum(axis=1)
-        by_points = arm > self.torsion
+        by_points = arm > self.torsion + _ROUNDING * jp.finfo(arm.dtype).eps * jp.abs(centre).max(axis=1)
         circling = (share * (normal[:, None] * jp.cross(away, slip)).sum(axis=-1)).sum(axis=1)
         turning = (share * (normals * spin).sum(axis=-1)).sum(axis=1)
         turning = jp.where(by_points, circling / jp.where(by_points, square, 1.0), turning)
@@ -130,6 +130,9 @@ class PairFriction:
         aref = jp.where((same | swapped).any(axis=0), accelerating, dx._impl.efc_aref[rows])
         changed = {"qfrc_passive": dx.qfrc_passive + exerted, "_impl.efc_aref": dx._impl.efc_aref.at[rows].set(aref)}
         return now, dx.tree_replace(changed)
+
+
+_ROUNDING = 32.0  # times the relative error of a place: points that are no further apart are one
 
 
 def dry_friction(model: mujoco.MjModel) -> DryFriction:
