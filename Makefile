@@ -1,4 +1,4 @@
-# make study | turning-study | reproduce | audit | test | test-slow | test-all | test-mujoco3 test-mjx | test-models | warm-up | fuzz | steering | bench | lint | data | models | wheel | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
+# make study | turning-study | reproduce | audit | test | test-slow | test-all | test-mujoco3 | test-mjx | test-models | warm-up | fuzz | steering | bench | lint | data | models | wheel | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin

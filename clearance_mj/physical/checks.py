@@ -172,14 +172,15 @@ def _settings(model: mujoco.MjModel) -> Iterator[str]:
 
 def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
     until = "until a Softener(model) is in use, or its update() is called in every step"
+    in_mjx = f"{until}, or physical.mjx steps it in MJX, where mjx.put_model leaves it out"
     if mujoco.get_mjcb_control() is not None:  # that of a Softener in use, or one that may call its update()
         return
     for each in frictions(model):
-        yield f'friction of {each.kind} "{each.name}" does not act {until}'
+        yield f'friction of {each.kind} "{each.name}" does not act {in_mjx}'
     for bushing in joined(model):
         yield f'bushing "{bushing.name}" has one stiffness in all directions {until}'
     for drive in drives(model):
-        yield f'actuator "{drive.name}" exerts nothing, for its drive does not turn {until}'
+        yield f'actuator "{drive.name}" exerts nothing, for its drive does not turn {in_mjx}'
     for element in asked(model):
         if element.softness.law:
             yield f'{KINDS[element.kind].noun} "{element.name}" keeps one stiffness and follows no law {until}'

@@ -10,8 +10,9 @@ __all__ = ["MARK", "marked", "note_softener", "texts", "write_numbers", "write_t
 
 _NOTE = (
     "friction, laws and drives of this model act only while clearance_mj.physical.Softener(model) is in use, or its "
-    "update() is called in every step; without it, as in MJX and MuJoCo Warp, nothing rubs, actuators with drives "
-    "exert nothing, and stiffness stays that of a law's nominal depth"
+    "update() is called in every step, friction and drives in MJX while clearance_mj.physical.mjx steps it; without "
+    "it, as in mjx.put_model and MuJoCo Warp, nothing rubs, actuators with drives exert nothing, and stiffness stays "
+    "that of a law's nominal depth"
 )
 MARK = "physical:"  # begins the names of texts that hold what was asked
 

@@ -19,7 +19,9 @@ MACHINES = """
 <mujoco>
   <option timestep="5e-4" integrator="implicitfast"/>
   <default>
-    <default class="link"><geom type="capsule" fromto="0 0 0 .3 0 0" size=".02" mass="1" contype="0" conaffinity="0"/></default>
+    <default class="link">
+      <geom type="capsule" fromto="0 0 0 .3 0 0" size=".02" mass="1" contype="0" conaffinity="0"/>
+    </default>
   </default>
   <worldbody>
     <geom name="slope" type="plane" size="5 5 1" euler="0 10 0"/>
@@ -71,7 +73,9 @@ LEG = """
       </body>
     </body>
   </worldbody>
-  <actuator><position name="hip" joint="hip" kp="150" kv="3"/><position name="knee" joint="knee" kp="150" kv="3"/></actuator>
+  <actuator>
+    <position name="hip" joint="hip" kp="150" kv="3"/><position name="knee" joint="knee" kp="150" kv="3"/>
+  </actuator>
 </mujoco>"""
 FRICTION = physical.DriveFriction(
     5000.0, 2.0, 0.1, 0.05, physical.Efficiency.screw(0.17, 0.1), 0.02, 0.05, 0.1, 0.01, 0.02, 0.5, 1.5, 0.01, 0.02
