@@ -160,7 +160,7 @@ def step(mx: Any, parameters: Parameters, dx: Any, state: State) -> tuple[Any, S
         pairs, dx = parameters.pairs.rub(mx, dx, pairs, h)
     if len(here):
         acts, exerted = parameters.drives.turn(mx, dx, acts)
-        dx = dx.replace(ctrl=control.at[here].set(exerted))
+        dx = dx.replace(ctrl=parameters.drives.controls(control, exerted))
     dx = mjx.fwd_acceleration(plain, mjx.fwd_actuation(plain, dx))
     if dx._impl.efc_J.size:
         dx = mjx.solve(plain, dx)

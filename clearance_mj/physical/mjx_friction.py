@@ -75,22 +75,23 @@ class PairFriction:
         As `friction_loop.rub`: several points of contact have one bristle at the centre of their pressure, and the last
         step's acceleration makes up for the parasitic mass of what presses.
         """
-        contact, slots = dx._impl.contact, np.flatnonzero(dx._impl.contact.dim == 1)
-        if not slots.size:
+        count = int(np.sum(dx._impl.contact.dim == 1))  # these are the first, and so are their rows among the contacts
+        if not count:
             return jp.zeros_like(bristles), dx
-        rows = contact.efc_address[slots]
+        contact, first = dx._impl.contact, int(dx._impl.contact.efc_address[0])
+        rows = slice(first, first + count)
         wanted = jp.maximum(dx._impl.efc_aref[rows] * dx._impl.efc_D[rows], 0.0)
-        geoms, ours = contact.geom[slots], np.array(self.geoms)
+        geoms, ours = contact.geom[:count], np.array(self.geoms)
         same = (geoms == ours[:, None]).all(axis=-1)
         swapped = (geoms == ours[:, None, ::-1]).all(axis=-1)
-        pressing = jp.where(same | swapped, wanted, 0.0)  # (n, slots) N
-        normals = jp.where(swapped, -1.0, 1.0)[..., None] * contact.frame[slots, 0]
+        pressing = jp.where(same | swapped, wanted, 0.0)  # (n, count) N
+        normals = jp.where(swapped, -1.0, 1.0)[..., None] * contact.frame[:count, 0]
         pressed = pressing.sum(axis=1)
         share = pressing / jp.where(pressed > 0, pressed, 1.0)[:, None]
         normal = (share[..., None] * normals).sum(axis=1)
         normal = normal / jp.where(pressed > 0, _length(normal), 1.0)[:, None]
 
-        places, bodies = contact.pos[slots], mx.geom_bodyid[ours]
+        places, bodies = contact.pos[:count], mx.geom_bodyid[ours]
         spins = dx.cvel[bodies, :3]  # (n, 2, 3)
         origins = dx.subtree_com[mx.body_rootid[bodies]]
         arms = places[None, None] - origins[:, :, None]
@@ -128,7 +129,8 @@ class PairFriction:
             exerted += sign * (each * np.array(self.moved)[:, side]).sum(axis=0)
         accelerating = dx._impl.efc_J[rows] @ dx.qacc_warmstart + wanted / dx._impl.efc_D[rows]
         aref = jp.where((same | swapped).any(axis=0), accelerating, dx._impl.efc_aref[rows])
-        changed = {"qfrc_passive": dx.qfrc_passive + exerted, "_impl.efc_aref": dx._impl.efc_aref.at[rows].set(aref)}
+        aref = jp.concatenate((dx._impl.efc_aref[:first], aref, dx._impl.efc_aref[first + count :]))
+        changed = {"qfrc_passive": dx.qfrc_passive + exerted, "_impl.efc_aref": aref}
         return now, dx.tree_replace(changed)
 
 
@@ -175,13 +177,15 @@ def _moving(model: mujoco.MjModel, body: int) -> tuple[bool, ...]:
 def _bend(bristles: Any, largest: Any, k: Any, c: Any, step: Any, speed: Any, normal: Any) -> tuple[Any, Any]:
     """Bend bristles (n, 3) in planes; return them and their force: elastic up to the largest, where they slip."""
     speed = _tangential(speed, normal)
-    bent = _tangential(bristles + step * speed, normal)
-    bent = bent * jp.minimum(1.0, largest / (k * _length(bent) + _TINY))[:, None]
-    force = k[:, None] * bent + c[:, None] * speed
-    return bent, force * jp.minimum(1.0, largest / (_length(force) + _TINY))[:, None]
+    bent = _no_more(_tangential(bristles + step * speed, normal), largest / jp.where(k > 0, k, 1.0))
+    return bent, _no_more(k[:, None] * bent + c[:, None] * speed, largest)
 
 
-_TINY = 1e-30  # N, which single precision still has
+def _no_more(vectors: Any, largest: Any) -> Any:
+    """Return vectors (n, 3), shortened to the largest length (n,)."""
+    length = _length(vectors)
+    longer = length > largest
+    return vectors * jp.where(longer, largest / jp.where(longer, length, 1.0), 1.0)[:, None]
 
 
 def _length(vectors: Any) -> Any:

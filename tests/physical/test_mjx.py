@@ -1,6 +1,8 @@
 """Friction and drives in MJX against the same model with a Softener, and gradients against differences."""
 
 import dataclasses
+import re
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -233,3 +235,12 @@ def test_what_cannot_be_in_mjx_is_refused():
     model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     with pytest.raises(ModelError, match="cone pyramidal"):
         pmjx.put_model(model)
+
+
+def test_the_page(capsys):
+    page = (Path(__file__).parents[2] / "docs" / "physical.md").read_text(encoding="utf-8")
+    exec(re.search(r"^```py\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)[1], {})
+    pairs = re.findall(r" (-?[\d.]+) m/s, expected (-?[\d.]+)", capsys.readouterr().out)
+    assert len(pairs) == 2
+    for found, expected in pairs:
+        assert float(found) == pytest.approx(float(expected), rel=1e-3)
