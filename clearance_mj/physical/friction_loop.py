@@ -165,7 +165,7 @@ def rub(
             if rows == 1:
                 rows = integers(contact + head.c_dim, 1)[0]
             for j in range(rows):
-                _bear(head, model, data, row + j, 0.0)
+                bear(head, model, data, row + j, 0.0)
         return
     nx, ny, nz = nx / length, ny / length, nz / length
     x, y, z, vx, vy, vz = x / pressed, y / pressed, z / pressed, vx / pressed, vy / pressed, vz / pressed
