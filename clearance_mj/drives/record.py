@@ -16,6 +16,7 @@ from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.files import plain_file
 from ..core.notes import note
+from ..core.sampling import even_times
 from ..core.units import UNITS, unit_factor
 from ..io.channels import UNKNOWN, require_one_time
 from ..io.columns import SKIP
@@ -30,7 +31,6 @@ REQUIRED = ("time", "motor_angle", "motor_torque")
 QUANTITIES = {"time": "time"} | {column: column.partition("_")[2] for column in COLUMNS}
 SAMPLES = 100  # that a record has at least
 EVEN = 1e-3  # of the sampling interval, by which times may be off even ones
-UNEVEN = 0.5  # of the sampling interval, by which a time may be late before samples are missing
 REVERSAL = 0.05  # of the range of the motor's angle, by which it must turn back
 
 
@@ -172,8 +172,7 @@ class DriveRecord:
                     listed = ", ".join(table)
                     raise RecordError(f'no column "{column.removeprefix("-")}" ({what}); it has {listed}')
         time = found.pop("time")
-        fs = _rate(time, str(path))
-        even = time[0] + np.arange(time.size) / fs
+        fs, even = even_times(time, str(path))
         if (jitter := float(np.abs(time - even).max())) > max(EVEN / fs, _last_digit(time)):
             notes.append(f"times are up to {1e3 * jitter:.3g} ms off even ones, to which the run is interpolated")
             found = {what: np.interp(even, time, values) for what, values in found.items()}
@@ -208,20 +207,6 @@ def _factor(what: str, header: str, sign: float, unit: str, notes: list[str]) ->
 def _last_digit(time: np.ndarray) -> float:
     """Place of the last digit that times are written with, s."""
     return next((10.0**-d for d in range(9) if np.allclose(time, np.round(time, d), rtol=0, atol=1e-10)), 0.0)
-
-
-def _rate(time: np.ndarray, where: str) -> float:
-    step = np.diff(time)
-    if not step.size or not np.isfinite(step).all() or step.min() <= 0:
-        raise RecordError(f"{where}: times must rise from sample to sample")
-    usual = float(np.median(step))
-    late = np.flatnonzero(np.abs(step - usual) > UNEVEN * usual)
-    if late.size:
-        raise RecordError(
-            f"{where}: {step[late[0]]:.4g} s pass after {time[late[0]]:.6g} s instead of {usual:.4g} s "
-            f"({late.size} times): samples are missing; cut the run there, or bring it to an even rate"
-        )
-    return 1 / float(np.mean(step))
 
 
 # Files that logs of drives come in, as tables: Parquet, MCAP with joint states of ROS 2, all formats of records.

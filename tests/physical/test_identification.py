@@ -8,7 +8,8 @@ from scipy.integrate import solve_ivp
 from clearance_mj import physical
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import ModelError, RecordError
-from clearance_mj.physical import identification
+from clearance_mj.physical import drives, identification
+from clearance_mj.physical.identification import quantities
 from experiments.physical import elbow
 
 LOAD, DRIVE, SPRING = 0.02, 0.01, 3.0  # kg m², kg m², N m/rad
@@ -56,16 +57,17 @@ def load(timestep=5e-4):
 </mujoco>""")
 
 
-def drive(gap=GAP, k=K, c=C):
+def drive(gap=GAP, k=K, c=C, timestep=5e-4):
     """The same with a drive behind play."""
-    spec = load()
+    spec = load(timestep)
     physical.add_backlash(spec, "joint", gap, k, c, inertia=DRIVE).damping = [0.05, 0, 0]
     return spec
 
 
 def test_gap_and_stiffness_from_wrong_starts(record):
     """Both starts off by half and more; the record is of another integrator."""
-    fit = identification.fit_model(drive(1.5 * GAP, K / 2.5), record, ["joint backlash.gap", "joint backlash.k"])
+    start = drive(1.5 * GAP, K / 2.5, timestep=2.5e-4)
+    fit = identification.fit_model(start, record, ["joint backlash.gap", "joint backlash.k"])
     found = fit.values
     assert found["joint backlash.gap"] == pytest.approx(GAP, rel=0.01)
     assert found["joint backlash.k"] == pytest.approx(K, rel=0.03)
@@ -74,6 +76,8 @@ def test_gap_and_stiffness_from_wrong_starts(record):
     assert np.all(fit.estimates.varied_std < 0.05)
     assert fit.noise["angle"] == pytest.approx(NOISE, rel=0.1)
     assert "joint backlash.gap" in fit.summary()
+    assert fit.misfit["angle"] < 1.5
+    assert fit.starts == 1 and not fit.notes
     assert physical.compile(fit.spec).tendon_range[0, 1] == pytest.approx(found["joint backlash.gap"])
 
 
@@ -117,6 +121,19 @@ def test_friction_of_bristles():
     assert fit.values["joint.friction"] == pytest.approx(FRICTION, rel=0.01)
     assert fit.values["joint.damping"] == pytest.approx(0.1, rel=0.1)
     assert physical.compile(fit.spec).numeric("physical:friction:joint:joint").data[0] == fit.values["joint.friction"]
+
+
+@pytest.mark.slow
+def test_a_motor_constant_that_is_wrong_is_said_and_widens_intervals(record):
+    """What is found with a third too much torque is wrong, and its intervals hold the truth."""
+    wrong = identification.ModelRecord(FS, {"motor": 4 / 3 * record.control["motor"]}, record.sensors)
+    fit = identification.fit_model(drive(), wrong, ["joint backlash.gap", "joint backlash.k"], starts=2, seed=1)
+    assert fit.starts == 2
+    assert fit.misfit["angle"] > 20
+    assert "times its noise, after 2 starts: the model does not move as recorded" in str(fit)
+    low, high = fit.estimates.interval()
+    assert np.all((low < [GAP, K]) & ([GAP, K] < high))
+    assert all(f"{name} is not told by these records" in fit.notes for name in fit.not_told)
 
 
 def test_a_law_has_no_stiffness_to_be_found(record):
@@ -175,9 +192,34 @@ def test_csv(tmp_path, record):
     np.savetxt(path, table, delimiter=",", header="time,motor,angl", comments="")
     with pytest.raises(RecordError, match='neither an actuator nor a sensor; did you mean "angle"'):
         identification.ModelRecord.read_csv(path, drive())
-    np.savetxt(path, table[[0, 2, 3]], delimiter=",", header="time,motor,angle", comments="")
-    with pytest.raises(RecordError, match="not evenly spaced"):
+    np.savetxt(path, np.delete(table, 700, axis=0), delimiter=",", header="time,motor,angle", comments="")
+    with pytest.raises(
+        RecordError, match=r"0.004 s pass after 1.398 s instead of 0.002 s \(1 times\): samples are missing"
+    ):
         identification.ModelRecord.read_csv(path, drive())
+
+
+@pytest.mark.parametrize("hold", ["linear", "zero"])
+def test_times_that_jitter_are_brought_to_even_ones(hold):
+    """Half a millisecond RMS at 500 Hz; an angle is where it was, a held torque has its impulse."""
+    rng = np.random.default_rng(2)
+    time = TIME + np.clip(rng.normal(0, 5e-4, TIME.size), -9e-4, 9e-4)
+    held = rng.normal(size=TIME.size)
+    count = 2 * np.pi / 4096
+    sensors = {"angle": np.sin(9 * time), "counted": count * np.round(np.sin(9 * time) / count)}
+    record = identification.ModelRecord.of_time(time, {"motor": held}, sensors, hold)
+    even = time[0] + record.time
+    assert record.fs == pytest.approx(FS, rel=1e-3)
+    np.testing.assert_allclose(record.sensors["angle"][1:-1], np.sin(9 * even)[1:-1], atol=1.5e-4)
+    assert record.quantisation["counted"] == pytest.approx(count)
+    if hold == "zero":
+        impulse = np.cumsum(held[:-1] * np.diff(time))
+        own = np.interp(
+            time[1:-1] - even[0], record.time, np.append(0, np.cumsum(record.control["motor"])[:-1] / record.fs)
+        )
+        np.testing.assert_allclose(own, impulse[:-1], atol=4e-3)  # within a step of 2 ms and a torque of 2
+    else:
+        np.testing.assert_allclose(record.control["motor"], np.interp(even, time, held))
 
 
 UNITS = """<mujoco><worldbody>
@@ -248,3 +290,94 @@ def test_step_of_a_sensor_that_counts_is_seen():
     found = identification.ModelRecord(FS, {}, {"counted": counted, "other": np.sin(TIME)}).quantisation
     assert found["counted"] == pytest.approx(step)
     assert found["other"] == 0
+
+
+def inside(gap=GAP, k=K, c=C, **friction):
+    """The load with the drive inside its actuator."""
+    spec = load()
+    own = physical.DriveFriction(200.0, viscous=0.05, **friction)
+    physical.add_drive(spec, "motor", gap, k, c, inertia=DRIVE, friction=own)
+    return spec
+
+
+def test_drive_inside_an_actuator_with_unknown_motor_constant_delay_and_bias():
+    """Of the same independent record, with a rotor's angle; torque a quarter too large and early, the encoder off."""
+    path = solve_ivp(rate, (0, 2), np.zeros(4), "DOP853", TIME[:1000], rtol=1e-8, atol=1e-10, max_step=2e-3).y
+    noise = np.random.default_rng(5).normal(0, NOISE, (2, 1000))
+    early = torque(TIME[:1000] + 4e-3) * 1.25
+    record = identification.ModelRecord(
+        FS, {"motor": early}, {"angle": path[0] + noise[0], "motor.angle": path[1] + 0.03 + noise[1]}
+    )
+    names = ["motor.gap", "motor.k", "motor.gain", "motor.delay", "motor.angle.bias"]
+    fit = identification.fit_model(inside(1.3 * GAP, K / 1.5), record, names)
+    found = fit.values
+    assert found["motor.gap"] == pytest.approx(GAP, rel=0.03)
+    assert found["motor.k"] == pytest.approx(K, rel=0.1)
+    assert found["motor.gain"] == pytest.approx(0.8, rel=0.02)
+    assert found["motor.delay"] == pytest.approx(4e-3, abs=3e-4)
+    assert found["motor.angle.bias"] == pytest.approx(0.03, abs=1e-3)
+    low, high = fit.estimates.interval()
+    assert np.all((low < [GAP, K, 0.8, 4e-3, 0.03]) & ([GAP, K, 0.8, 4e-3, 0.03] < high))
+
+
+SERVO = """<mujoco><option timestep="1e-4"/><worldbody>
+  <body name="arm"><joint name="j" armature=".01"/><geom size=".05" pos=".1 0 0"/>
+  <body name="hand"><joint name="h"/><inertial pos="0 0 .1" mass="2" diaginertia=".03 .02 .02"/></body></body>
+  </worldbody>
+  <actuator><position name="servo" joint="j" kp="10" kv="1"/><velocity name="speed" joint="h" kv="3"/>
+  <motor name="motor" joint="h"/></actuator><sensor><jointpos name="q" joint="j"/></sensor></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "read"),
+    [
+        ("servo.kp", 10.0, lambda m: [m.actuator_gainprm[0, 0], -m.actuator_biasprm[0, 1]]),
+        ("servo.kv", 1.0, lambda m: [-m.actuator_biasprm[0, 2]]),
+        ("speed.kv", 3.0, lambda m: [m.actuator_gainprm[1, 0], -m.actuator_biasprm[1, 2]]),
+        ("motor.gain", 1.0, lambda m: [m.actuator_gainprm[2, 0]]),
+        ("hand.mass", 2.0, lambda m: [m.body_mass[2], 2 * m.body_inertia[2, 0] / 0.03]),
+        ("hand.inertia", 0.03, lambda m: [m.body_inertia[2, 0], 1.5 * m.body_inertia[2, 1]]),
+        ("arm.mass", 4 / 3 * np.pi * 0.05**3 * 1000, lambda m: [m.body_mass[1]]),
+        ("servo.gap", 0.01, lambda m: [m.numeric("physical:drive:servo").data[1]]),
+        ("servo.inertia", 0.01, lambda m: [m.numeric("physical:drive:servo").data[0]]),
+        ("servo.stribeck", 0.2, lambda m: [float(next(drives.drives(m)).numbers(m)["friction_stribeck"])]),
+        ("servo.coulomb", 0.1, lambda m: [float(next(drives.drives(m)).numbers(m)["friction_coulomb"])]),
+    ],
+)
+def test_numbers_of_actuators_bodies_and_drives(name, start, read):
+    """A model and a specification get the same numbers, those that were to be changed."""
+    spec = mujoco.MjSpec.from_string(SERVO)
+    friction = physical.DriveFriction(100.0, coulomb=0.1, stribeck=0.2, stribeck_speed=0.1)
+    physical.add_drive(spec, "servo", gap=0.01, k=100, c=0.1, friction=friction)
+    (parameter,) = quantities.open_parameters(spec, [name])
+    assert parameter.start == pytest.approx(start)
+    with pytest.warns(physical.ModelWarning, match="Softener"):
+        model = physical.compile(spec)
+        written = physical.compile(quantities.written_into(spec, {name: 1.7 * start}))
+    changed = quantities.put(model, {name: 1.7 * start})
+    assert read(model) == pytest.approx([start] * len(read(model)))
+    assert read(changed) == pytest.approx([1.7 * start] * len(read(changed)))
+    for field in (
+        "actuator_gainprm",
+        "actuator_biasprm",
+        "body_mass",
+        "body_inertia",
+        "numeric_data",
+        "dof_invweight0",
+    ):
+        np.testing.assert_allclose(getattr(changed, field), getattr(written, field), rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("motor.kp", 'actuator "motor" is no servo with kp'),
+        ("motr.gain", 'no actuator "motr"; did you mean "motor"'),
+        ("hnad.mass", 'no body "hnad"; did you mean "hand"'),
+        ("w.bias", 'no sensor "w"'),
+        ("servo.gap", 'no clearance "servo"'),
+    ],
+)
+def test_numbers_of_actuators_and_bodies_that_cannot_be(name, says):
+    with pytest.raises(ModelError, match=says):
+        quantities.open_parameters(mujoco.MjSpec.from_string(SERVO), [name])

@@ -14,14 +14,19 @@ import scipy.signal
 
 from ...core.errors import RecordError, SimulationError
 from ...estimate import Linearised, Parameter, Problem
+from ..drives import drives
 from .record import ModelRecord
 from .simulation import Simulator, moved
 
 __all__ = ["Prediction"]
 
+GUIDANCE = (2.0, 0.7)  # Hz, bandwidths with which simulations are pulled towards the record at first
 STEP = 0.05  # of a parameter's logarithm, for differences: above the jumps of trajectories when teeth meet
 GUIDED_STEP = 0.15  # the same while simulations are guided and parameters far off
 STATE_STEP = 0.1  # of a state's standard deviation, for differences
+APPROACH_BANDWIDTH = GUIDANCE[0]
+"""Hz, of the guidance in which states settle before samples count: with less, friction and weight keep them far from
+the record, and what follows would be that error and no longer the model's"""
 STATE_BANDWIDTH = 2.0  # Hz, which relates the deviations of velocities to those of positions
 ORDER = 20  # of the autoregressive model of a sensor's residual
 SETTLING = 0.5  # s at the beginning of a record that do not count: a guided simulation approaches it there
@@ -53,7 +58,7 @@ class Stage:
     begin: list[np.ndarray] | None = None
     """of each record, the state at the first sample that counts; None: guided all the way"""
     spread: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(0))
-    """(2 nv,) standard deviations of these states"""
+    """(2 (nv + n_drives),) standard deviations of these states"""
     duration: float = math.inf  #: s, that counts at most
     filters: list[np.ndarray] | None = None  #: of each channel, coefficients that make its residual white
 
@@ -105,7 +110,7 @@ class Comparison:
         left = np.full((len(points), n - first, len(self.channels)), np.inf)
         if models:
             if stage.begin is None:
-                states = self.approached(number, models, stage.bandwidth)
+                states = self.approached(number, models)
             else:
                 moves = self.deviations(points[good], number, stage)
                 states = np.array([moved(m, stage.begin[number], move) for m, move in zip(models, moves)])
@@ -114,11 +119,11 @@ class Comparison:
             self.simulations += len(models)
         return left
 
-    def approached(self, number: int, models: list[mujoco.MjModel], bandwidth: float) -> np.ndarray:
+    def approached(self, number: int, models: list[mujoco.MjModel]) -> np.ndarray:
         """Return the states at the first sample that counts, of guided simulations."""
         simulator = self.simulators[number]
-        states = simulator.start(models, bandwidth)
-        return simulator.guided(models, states, slice(0, self.first[number]), bandwidth).state
+        states = simulator.start(models)
+        return simulator.guided(models, states, slice(0, self.first[number]), APPROACH_BANDWIDTH).state
 
     def counted(self, left: np.ndarray, stage: Stage) -> np.ndarray:
         """Return the residuals (n_points, n_counted) in standard deviations, white if the stage has filters."""
@@ -198,8 +203,8 @@ class Comparison:
         for number, simulator in enumerate(self.simulators):
             own = simulator.model(values)
             assert own is not None  # since `weigh` has simulated it
-            size = own.nv
-            begin.append(self.approached(number, [own], guided.bandwidth)[0])
+            size = own.nv + sum(1 for _ in drives(own))
+            begin.append(self.approached(number, [own])[0])
         spans = [i for i, c in enumerate(self.channels) if c in {g.sensor for g in self.simulators[0].guides}]
         place = 10 * max((1 / guided.weight[spans]).tolist(), default=1e-3)
         return Stage(0.0, guided.weight, begin, np.repeat([place, place * 2 * np.pi * STATE_BANDWIDTH], size))

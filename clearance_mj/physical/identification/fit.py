@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 
-from ...core.errors import ModelError, RecordError
+from ...core.errors import ModelError, RecordError, SimulationError
 from ...estimate import Combination, Estimates, Parameter, Solution, Stop, principal_deviations, solve
 from ...estimate.covariance import jackknife, student_widening
 from ...estimate.estimates import COUNTS, UNIDENTIFIED
-from .comparison import Comparison, Prediction, Stage
+from .comparison import GUIDANCE, Comparison, Prediction, Stage
 from .quantities import open_parameters, written_into
 from .record import ModelRecord
 
 __all__ = ["ModelFit", "fit_model"]
 
-GUIDANCE = (2.0, 0.7)  # Hz, bandwidths with which simulations are pulled towards the record at first
 GUIDED_DURATION = 5.0  # s, of guided simulations
 ROUGH = Stop(25, decrease=1e-2, move=0.0)  # of a fit at one guidance, and of the first without
 LAST = Stop(6, decrease=-0.03, move=0.01)
@@ -30,6 +29,9 @@ LONGEST_STEP = 1.0  # of a logarithm
 STATE_DURATION = 1.0  # s, of a record to be predicted, from which its state is found
 BLOCKS = 30  # of all records, within which residuals may depend on each other
 UNKNOWN_STD = 10.0  # of a logarithm, from which on the records say nothing
+MISFIT = 3.0  # of a residual over its noise, from which on other starts are tried, and the fit says so
+AT_BOUND = 1e-3  # of a bound, within which a value has ended there
+SPREAD = 2.0  # factor, up to which to both sides of the given start the other ones are drawn
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,6 +48,8 @@ class ModelFit:
     """RMS of each sensor's residual that the samples before do not explain, in its unit: noise and quantisation"""
     simulations: int
     """of a whole record"""
+    starts: int = 1
+    """from which a search was made; what is best is here"""
 
     @property
     def values(self) -> dict[str, float]:
@@ -58,6 +62,34 @@ class ModelFit:
         squares = {n: np.concatenate([np.ravel(p.residual[n]) for p in self.predictions if n in p.residual]) ** 2
                    for p in self.predictions for n in p.residual}  # fmt: skip
         return {name: float(np.sqrt(s.mean())) for name, s in squares.items()}
+
+    @property
+    def misfit(self) -> dict[str, float]:
+        """Residual of each sensor over its noise: 1 for a model that moves as recorded."""
+        return {name: residual / self.noise[name] for name, residual in self.residual.items()}
+
+    @property
+    def not_told(self) -> tuple[str, ...]:
+        """Parameters that the records do not tell: known to half of their size at best, or to half of their prior."""
+        e = self.estimates
+        limits = (UNIDENTIFIED if p.transform == "log" else UNIDENTIFIED * p.known_std for p in e.parameters)
+        return tuple(name for name, std, limit in zip(e.names, e.varied_std, limits) if not std < limit)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know before the numbers are used, in sentences: misfit, bounds, and what is not told."""
+        notes = [
+            f"the residual of {name} is {ratio:.3g} times its noise, after {self.starts} starts: the model does not "
+            "move as recorded (what it lacks, a number that is taken for known, or its step); intervals are wider by "
+            "that factor"
+            for name, ratio in self.misfit.items() if ratio > MISFIT
+        ]  # fmt: skip
+        notes += [
+            f"{p.name} ended at its bound {value:.4g} {p.unit}".rstrip()
+            for p, value in zip(self.estimates.parameters, self.estimates.value)
+            if p.low < p.high and not p.low * (1 + AT_BOUND) < value < p.high * (1 - AT_BOUND)
+        ]
+        return (*notes, *(f"{name} is not told by these records" for name in self.not_told))
 
     def predict(self, record: ModelRecord) -> Prediction:
         """Simulate another record: its state is found in the first part, the rest is the model's own motion.
@@ -86,24 +118,24 @@ class ModelFit:
         return self.summary()
 
     def summary(self) -> str:
-        """Return a table in words: estimates with 95 % intervals, residuals, and what is not identified."""
+        """Return a table in words: estimates with 95 % intervals, residuals, what is not identified, and notes."""
         low, high = self.estimates.interval()
         width = max(map(len, self.estimates.names))
         lines = [
             f"{p.name:<{width}}  {v:10.4g}  95 %: {a:.4g} to {b:.4g} {p.unit}"
-            + ("" if s < UNIDENTIFIED else "  not identified")
-            for p, v, a, b, s in zip(
-                self.estimates.parameters, self.estimates.value, low, high, self.estimates.varied_std
-            )
+            + ("  not identified" if p.name in self.not_told else "")
+            for p, v, a, b in zip(self.estimates.parameters, self.estimates.value, low, high)
         ]  # fmt: skip
         lines += [f"residual of {n}: {r:.3g} RMS, noise {self.noise[n]:.3g}" for n, r in self.residual.items()]
-        return "\n".join(lines)
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
 
 def fit_model(
     spec: mujoco.MjSpec,
     records: ModelRecord | Sequence[ModelRecord],
     parameters: Sequence[str | Parameter] | Mapping[str, tuple[float, float]],
+    starts: int = 3,
+    seed: int = 0,
 ) -> ModelFit:
     """Fit a MuJoCo model's clearances and joints to records by output error.
 
@@ -130,6 +162,11 @@ def fit_model(
         "ELEMENT.QUANTITY": k or c of a contact, limit or clearance, gap of a clearance, friction of what has bristles;
         damping, frictionloss, stiffness or armature of a hinge or slide. Bounds are a factor of 100 to both sides
         unless given.
+    starts : int
+        Number of starts at most: the given one, and while the residual of what was found is beyond the noise, others
+        that are drawn about it; the best is kept.
+    seed : int
+        Of the random numbers with which they are drawn.
 
     Returns
     -------
@@ -150,8 +187,36 @@ def fit_model(
     records = [records] if isinstance(records, ModelRecord) else list(records)
     if not records or not all(isinstance(r, ModelRecord) for r in records):
         raise RecordError("records must be one or several of ModelRecord")
+    if starts < 1:
+        raise ModelError(f"starts is {starts}; a search needs one at least")
     compared = Comparison(spec, open_parameters(spec, parameters), records)
-    values = np.array([p.start for p in compared.parameters])
+    tried: list[ModelFit] = []
+    for values in _starts(compared.parameters, starts, seed):
+        try:
+            tried.append(_searched(spec, compared, values))
+        except SimulationError:  # a drawn start may be too stiff for the model's step, the given one must not be
+            if not tried:
+                raise
+        if max(tried[-1].misfit.values()) < MISFIT:
+            break
+    best = min(tried, key=lambda fit: sum(math.log(residual) for residual in fit.residual.values()))
+    widened = best.estimates.widened(max(1.0, *best.misfit.values()))
+    return replace(best, estimates=widened, simulations=compared.simulations, starts=len(tried))
+
+
+def _starts(parameters: Sequence[Parameter], count: int, seed: int) -> Iterator[np.ndarray]:
+    """Yield the given start (n_parameters,), then ones drawn about it, within the bounds."""
+    rng = np.random.default_rng(seed)
+    low, start, high = np.array([[p.low, p.start, p.high] for p in parameters]).T
+    spreads = [math.log(SPREAD) if p.transform == "log" else p.known_std for p in parameters]
+    for i in range(count):
+        moves = [spread * rng.uniform(-1, 1) for spread in spreads] if i else np.zeros(len(spreads))
+        drawn = [float(p.from_varied(np.array(p.to_varied(p.start) + move))) for p, move in zip(parameters, moves)]
+        yield np.clip(drawn if i else start, low, high)
+
+
+def _searched(spec: mujoco.MjSpec, compared: Comparison, values: np.ndarray) -> ModelFit:
+    """Search from values (n_parameters,): guided at first, then by the model's own motion over the whole record."""
     stage = Stage(0.0, np.ones(len(compared.channels)))
     for bandwidth in GUIDANCE if compared.simulators[0].guides else ():
         stage = Stage(bandwidth, np.ones(len(compared.channels)), duration=GUIDED_DURATION)

@@ -13,18 +13,37 @@ import numpy as np
 
 from ...core.errors import ModelError
 from ...estimate.parameter import Parameter
+from ..actuators import settle
 from ..bristles import frictions
+from ..drives import DRIVE, PlacedDrive, drives
 from ..elements import KINDS, Asked, Softness, Target, apply, asked, compiled, find, give, nearest
-from ..records import MARK
+from ..records import MARK, write_numbers
 from ..rows import softness_of
 
-__all__ = ["open_parameters", "put", "written_into"]
+__all__ = ["open_parameters", "put", "value_of", "written_into"]
 
 RANGE = 100.0  # Factor below and above its start within which a parameter lies, if no bounds are given
 SOFTNESS = ("k", "c")
+INERTIAL = (".armature", ".mass", ".inertia")
+OF_ROTOR = ("gap", "k", "c", "inertia")
 JOINT = {"damping": "N m s/rad", "stiffness": "N m/rad", "frictionloss": "N m", "armature": "kg m²"}
 """Fields of hinges and slides, with their units at hinges"""
-SLIDE = {"N m/rad": "N/m", "N m s/rad": "N s/m", "N m": "N", "kg m²": "kg", "rad": "m"}
+SERVO = {"gain": "", "kp": "", "kv": ""}
+"""Of an actuator: force per control, of a motor its constant; a servo's, whose bias goes along"""
+OF_RECORD = {"delay": ("s", 0.0, 0.01), "bias": ("", -math.inf, 0.1)}
+"""What a record has and the model has not: how late a control acts, what a sensor shows too much; with its unit, lower
+bound, and how large it is known to be before, in the sensor's unit"""
+RECORD = "record:"  # begins the names of custom numbers that hold them
+DRIVE_UNITS = {
+    "gap": "rad", "k": "N m/rad", "c": "N m s/rad", "inertia": "kg m²", "coulomb": "N m", "viscous": "N m s/rad",
+    "stribeck": "N m", "stribeck_speed": "rad/s",
+} | dict.fromkeys(
+    ("stribeck_exponent", "motor", "external", "stribeck_motor", "stribeck_external", "motor_square",
+     "external_square"), "",
+)  # fmt: skip
+"""Numbers of a drive inside an actuator: its own, and by their names those of its `DriveFriction`"""
+BODY = {"mass": "kg", "inertia": "kg m²"}
+SLIDE = {"N m/rad": "N/m", "N m s/rad": "N s/m", "N m": "N", "kg m²": "kg", "rad": "m", "rad/s": "m/s", "": ""}
 
 
 @dataclass(frozen=True)
@@ -50,6 +69,12 @@ def open_parameters(
             found.append(given)
             continue
         place = _place(spec, given)
+        if (quantity := given.rpartition(".")[2]) in OF_RECORD:
+            unit, least, std = OF_RECORD[quantity]
+            low, high = bounds.get(given) or (least, math.inf)
+            start = min(max(0.0, low), high)
+            found.append(Parameter(given, unit, start, float(low), float(high), std, "linear"))
+            continue
         low, high = bounds.get(given) or (place.value / RANGE, place.value * RANGE)
         if place.value <= 0 and given not in bounds:
             raise ModelError(f'"{given}" is {place.value:g} in the specification; start with a value > 0')
@@ -73,7 +98,7 @@ def written_into(spec: mujoco.MjSpec, values: Mapping[str, float]) -> mujoco.MjS
 def put(model: mujoco.MjModel, values: Mapping[str, float]) -> mujoco.MjModel:
     """Return a copy of a model with values by "element.quantity"."""
     changed = copy.copy(model)
-    for name in sorted(values, key=lambda name: not name.endswith(".armature")):  # on which Â depends
+    for name in sorted(values, key=lambda name: not name.endswith(INERTIAL)):  # on which Â depends
         _place(changed, name).write(changed, values[name])
     return changed
 
@@ -83,23 +108,116 @@ def _place(spec: Target, name: str) -> _Place:
     if not dot:
         raise ModelError(f'parameter "{name}" needs an element and a quantity, such as "elbow backlash.gap"')
     model = compiled(spec)
-    soft = {e.name: e for e in asked(model)}
+    soft, own = {e.name: e for e in asked(model)}, {d.name: d for d in drives(model)}
+    if quantity in DRIVE_UNITS and element in own:
+        return _of_drive(model, quantity, own[element])
     if quantity in SOFTNESS:
         if element not in soft:
             raise ModelError(
-                f'parameter "{name}": no contact, limit or clearance "{element}"; {nearest(element, soft)}'
+                f'parameter "{name}": no contact, limit or clearance "{element}"; {nearest(element, [*soft, *own])}'
             )
         return _softness(model, quantity, soft[element])
     if quantity == "gap":
         tendons = [n for n, e in soft.items() if e.kind == "tendon"]
         if element not in tendons:
-            raise ModelError(f'parameter "{name}": no clearance "{element}"; {nearest(element, tendons)}')
+            raise ModelError(f'parameter "{name}": no clearance "{element}"; {nearest(element, [*tendons, *own])}')
         return _gap(model, element)
-    if quantity == "friction":
-        return _friction(model, element)
-    if quantity in JOINT:
-        return _joint(model, element, quantity)
-    raise ModelError(f'parameter "{name}": {nearest(quantity, [*SOFTNESS, "gap", "friction", *JOINT])}')
+    if quantity in OF_RECORD:
+        kind = mujoco.mjtObj.mjOBJ_ACTUATOR if quantity == "delay" else mujoco.mjtObj.mjOBJ_SENSOR
+        if element not in {f"{d}.{what}" for d in own for what in ("angle", "speed")}:
+            find(model, kind, element)
+        return _of_record(model, name)
+    further = {"friction": _friction} | dict.fromkeys(JOINT, _joint) | dict.fromkeys(SERVO, _servo)
+    further |= dict.fromkeys(BODY, _body)
+    if quantity not in further:
+        known = dict.fromkeys([*SOFTNESS, "gap", *further, *OF_RECORD, *DRIVE_UNITS])
+        raise ModelError(f'parameter "{name}": {nearest(quantity, known)}')
+    return further[quantity](model, element, quantity)
+
+
+def _of_record(model: mujoco.MjModel, name: str) -> _Place:
+    """What a record has and the model has not stands in its custom numbers."""
+
+    def write(target: Target, value: float) -> None:
+        if isinstance(target, mujoco.MjModel):
+            target.numeric_data[target.numeric(RECORD + name).adr] = value
+        else:
+            write_numbers(target, RECORD + name, [value])
+
+    there = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, RECORD + name) >= 0
+    return _Place(OF_RECORD[name.rpartition(".")[2]][0], value_of(model, name) if there else 0.0, write)
+
+
+def value_of(model: mujoco.MjModel, name: str) -> float:
+    """Return a delay or bias of a record that stands in a model's custom numbers."""
+    return float(model.numeric(RECORD + name).data[0])
+
+
+def _of_drive(model: mujoco.MjModel, quantity: str, drive: PlacedDrive) -> _Place:
+    field = quantity if quantity in OF_ROTOR else f"friction_{quantity}"
+    at = (DRIVE.names or ()).index(field)
+    (numeric,) = np.flatnonzero(model.numeric_adr == drive.numeric)
+    name, hinge = model.numeric(int(numeric)).name, _turns(model, drive.actuator)
+
+    def write(target: Target, value: float) -> None:
+        if isinstance(target, mujoco.MjModel):
+            target.numeric_data[drive.numeric + at] = value
+            return
+        numbers = list(target.numeric(name).data)
+        numbers[at] = value
+        target.numeric(name).data = numbers
+
+    return _Place(_unit(DRIVE_UNITS[quantity], hinge), float(drive.numbers(model)[field]), write)
+
+
+def _servo(model: mujoco.MjModel, element: str, quantity: str) -> _Place:
+    """An actuator's gain; of a servo kp and kv, with which its bias goes along."""
+    index = find(model, mujoco.mjtObj.mjOBJ_ACTUATOR, element)
+    gain, bias = model.actuator_gainprm[index], model.actuator_biasprm[index]
+    missing = {"kp": not gain[0] == -bias[1] != 0, "kv": not bias[2]}
+    if missing.get(quantity):
+        raise ModelError(f'parameter "{element}.{quantity}": actuator "{element}" is no servo with {quantity}')
+    speed = quantity == "kv" and gain[0] == -bias[2]  # of a servo of speeds, whose gain it is
+
+    def write(target: Target, value: float) -> None:
+        if isinstance(target, mujoco.MjModel):
+            gains, biases = target.actuator_gainprm[index], target.actuator_biasprm[index]
+        else:
+            motor = target.actuator(element)
+            settle(motor, model)
+            gains, biases = motor.gainprm, motor.biasprm
+        if quantity != "kv" or speed:
+            gains[0] = value
+        if quantity != "gain":
+            biases[1 if quantity == "kp" else 2] = -value
+
+    return _Place("", float(-bias[2] if quantity == "kv" else gain[0]), write)
+
+
+def _body(model: mujoco.MjModel, element: str, quantity: str) -> _Place:
+    """Return a body's mass, with which its moments of inertia go, or the largest of these, with which the others go."""
+    index = find(model, mujoco.mjtObj.mjOBJ_BODY, element)
+    mass, inertia = float(model.body_mass[index]), model.body_inertia[index].copy()
+    value = mass if quantity == "mass" else float(inertia.max())
+
+    def write(target: Target, changed: float) -> None:
+        moments, own = inertia * (changed / value), changed if quantity == "mass" else mass
+        if isinstance(target, mujoco.MjModel):
+            target.body_mass[index], target.body_inertia[index] = own, moments
+            _settle_inertia(target)
+            return
+        body = target.body(element)
+        body.explicitinertial, body.mass, body.inertia = True, own, moments
+        body.ipos, body.iquat = model.body_ipos[index], model.body_iquat[index]
+        body.fullinertia = np.full(6, np.nan)
+
+    return _Place(BODY[quantity], value, write)
+
+
+def _settle_inertia(model: mujoco.MjModel) -> None:
+    """Bring what depends on a model's inertia up to date."""
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    apply(model)
 
 
 def _softness(model: mujoco.MjModel, quantity: str, element: Asked) -> _Place:
@@ -135,7 +253,7 @@ def _gap(model: mujoco.MjModel, element: str) -> _Place:
     return _Place(_unit("rad", _angular(model, "tendon", element)), float(high), write)
 
 
-def _friction(model: mujoco.MjModel, element: str) -> _Place:
+def _friction(model: mujoco.MjModel, element: str, _: str) -> _Place:
     """The force at which bristles slip, of a pair its ratio to the normal force."""
     known = {f.name: f for f in frictions(model)}
     if element not in known:
@@ -164,8 +282,7 @@ def _joint(model: mujoco.MjModel, element: str, quantity: str) -> _Place:
         if isinstance(target, mujoco.MjModel):
             (target.jnt_stiffness if quantity == "stiffness" else getattr(target, f"dof_{quantity}"))[at] = value
             if quantity == "armature":
-                mujoco.mj_setConst(target, mujoco.MjData(target))
-                apply(target)
+                _settle_inertia(target)
             return
         joint = target.joint(element)
         several = np.size(getattr(joint, quantity)) > 1
@@ -180,6 +297,13 @@ def _index(model: mujoco.MjModel, kind: str, name: str) -> int:
 
 def _unit(angular: str, hinge: bool) -> str:
     return angular if hinge else SLIDE[angular]
+
+
+def _turns(model: mujoco.MjModel, actuator: int) -> bool:
+    """Whether an actuator turns a hinge, or a tendon of hinges."""
+    if model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON:
+        return _angular(model, "tendon", model.tendon(model.actuator_trnid[actuator, 0]).name)
+    return _hinge(model, model.actuator_trnid[actuator, 0])
 
 
 def _hinge(model: mujoco.MjModel, joint: int) -> bool:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from ...core.checks import naming
 from ...core.errors import RecordError
 from ...core.files import plain_file
+from ...core.sampling import even_times
 from ...core.units import quantity_of, unit_factor
 from ..actuators import actuator_count
 from ..elements import compiled, nearest
@@ -109,34 +110,40 @@ class ModelRecord:
 
     @classmethod
     def of_time(
-        cls, time: ArrayLike, control: Mapping[str, ArrayLike], sensors: Mapping[str, ArrayLike]
-    ) -> ModelRecord:
+        cls, time: ArrayLike, control: Mapping[str, ArrayLike], sensors: Mapping[str, ArrayLike],
+        hold: Literal["linear", "zero"] = "linear",
+    ) -> ModelRecord:  # fmt: skip
         """Take samples with their times instead of a sampling rate.
+
+        Times that jitter are brought to even ones by linear interpolation; held controls keep their impulse.
 
         Parameters
         ----------
         time : array_like, shape (n,)
-            s, evenly spaced.
+            s, rising, of which none is missing.
         control, sensors : Mapping of str to array_like
             Controls and sensors, as in `ModelRecord`.
+        hold : "linear" or "zero"
+            What controls are between samples, as in `ModelRecord`.
 
         Raises
         ------
         RecordError
-            For times that are not evenly spaced, and whatever `ModelRecord` refuses.
+            For times that do not rise or of which some are missing, and whatever `ModelRecord` refuses.
         """
         time = np.asarray(time, dtype=float)
         if time.ndim != 1 or time.size < 2 or not np.isfinite(time).all():
             raise RecordError(f"time of shape {time.shape} must be finite numbers, two or more")
-        dt = (time[-1] - time[0]) / (time.size - 1)
-        off = np.abs(time - (time[0] + dt * np.arange(time.size)))
-        if dt <= 0 or off.max() > UNEVEN * dt:
-            raise RecordError(f"time is not evenly spaced at sample {int(off.argmax())}; resample the record")
-        size = {name: len(np.asarray(v)) for name, v in sensors.items()}
-        for name, n in size.items():
-            if n != time.size:
-                raise RecordError(f'"{name}" has {n} samples, time {time.size}')
-        return cls(1 / dt, control, sensors)
+        for name, values in (*control.items(), *sensors.items()):
+            if len(values) != time.size:  # type: ignore[arg-type]
+                raise RecordError(f'"{name}" has {len(values)} samples, time {time.size}')  # type: ignore[arg-type]
+        fs, even = even_times(time, "the record")
+        if np.abs(time - even).max() <= UNEVEN / fs:
+            return cls(fs, control, sensors, hold)
+        counted = {name: quantum(np.asarray(values, dtype=float)) for name, values in sensors.items()}
+        kept = {name: _at(even, time, values, hold) for name, values in control.items()}
+        seen = {name: _at(even, time, values) for name, values in sensors.items()}
+        return cls(fs, kept, seen, hold, counted)
 
     @classmethod
     def read_csv(cls, path: str | Path, spec: mujoco.MjSpec | mujoco.MjModel) -> ModelRecord:
@@ -214,6 +221,18 @@ def _factor(header: str, unit: str, quantities: list[str]) -> float:
         raise RecordError(f'column "{header}": its sensor has no unit; give its numbers as MuJoCo has them')
     with naming(f'column "{header}"'):
         return unit_factor(unit, (quantity_of(unit, quantities) or quantities)[0])
+
+
+def _at(even: np.ndarray, time: np.ndarray, samples: ArrayLike, hold: str = "linear") -> np.ndarray:
+    """Bring samples (n,) or (n, dim) to even times; of what is held, means over the steps between these."""
+    values = np.asarray(samples, dtype=float)
+    if hold == "linear":
+        columns = [np.interp(even, time, column) for column in values.reshape(time.size, -1).T]
+        return np.stack(columns, axis=1).reshape(values.shape)
+    dt = even[1] - even[0]
+    impulse = np.append(0.0, np.cumsum(values * np.diff(time, append=time[-1] + dt)))
+    ends = np.append(time, max(time[-1], even[-1]) + dt)
+    return np.diff(np.interp(np.append(even, even[-1] + dt), ends, impulse)) / dt
 
 
 def _joined(name: str, columns: Mapping[int, np.ndarray]) -> np.ndarray:

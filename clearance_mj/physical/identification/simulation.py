@@ -27,17 +27,18 @@ from ..actuators import actuator_count
 from ..bristles import frictions
 from ..checks import ModelWarning
 from ..checks import compile as physical_compile
-from ..drives import drives
+from ..drives import ANGLE, SPEED, drives
 from ..elements import asked, nearest
 from ..softener import Softener
 from ..step import largest_step
-from .quantities import put
+from .quantities import put, value_of, written_into
 from .record import ModelRecord
 
 __all__ = ["Run", "Simulator"]
 
 CHUNK = 2000  # samples that are simulated at once, so that states need little memory
 APPROACH = 1.5  # s, in which a guided simulation comes from the initial pose to the record's beginning
+START_BANDWIDTH = 8.0  # Hz, of the guidance there, against which the first torques do not move it far
 SMOOTH = 0.02  # s, over which measured positions are smoothed for their velocity
 STATE = ("time", "qpos", "qvel", "act", "userdata")
 """where simulations begin; laws and friction remember in the user data"""
@@ -89,7 +90,12 @@ class Simulator:
         _check_names(record, own, self.controls)
         self.columns, self.channels, self.measured = _channels(record, own)
         self.guides = list(_guides(record, own))
-        guided = spec.copy()
+        self.delays = {p.name: self.controls.index(_of(p, "delay")) for p in parameters if _of(p, "delay")}
+        self.biases = {
+            p.name: [i for i, channel in enumerate(self.channels) if channel == _of(p, "bias")]
+            for p in parameters if _of(p, "bias")
+        }  # fmt: skip
+        guided = written_into(spec, {name: 0.0 for name in (*self.delays, *self.biases)})
         guided.option.timestep = 1 / (record.fs * self.substeps)
         for guide in self.guides:
             guided.add_actuator(
@@ -111,7 +117,7 @@ class Simulator:
         changed = put(self._model, dict(zip([p.name for p in self.parameters], values)))
         return changed if changed.opt.timestep < largest_step(changed) else None
 
-    def start(self, models: Sequence[mujoco.MjModel], bandwidth: float) -> np.ndarray:
+    def start(self, models: Sequence[mujoco.MjModel]) -> np.ndarray:
         """States (n_models, n_state) at the record's first sample: guided there from the initial pose, if it can be."""
         pose = models[0].qpos0 if self.record.pose is None else np.asarray(self.record.pose, dtype=float)
         if pose.shape != (models[0].nq,):
@@ -125,7 +131,7 @@ class Simulator:
         begin = np.array([self._at(models[0], pose, g) for g in self.guides])
         targets, rates = begin + ramp * (first - begin), np.gradient(ramp * (first - begin), axis=0) * self.record.fs
         control = np.repeat(self._control[:1], n, axis=0) * ramp
-        return self._run(models, states, control, targets, rates, bandwidth).state
+        return self._run(models, states, control[None], targets, rates, START_BANDWIDTH).state
 
     def guided(self, models: Sequence[mujoco.MjModel], states: np.ndarray, window: slice, bandwidth: float) -> Run:
         """Simulate samples of the record, pulled towards it with a bandwidth, Hz; without guidance if it is 0."""
@@ -136,8 +142,19 @@ class Simulator:
         if len(targets):
             length = min(max(5, int(SMOOTH * self.record.fs) // 2 * 2 + 1), (self.record.size - 1) // 2 * 2 + 1)
             rates = scipy.signal.savgol_filter(targets, length, 2, 1, 1 / self.record.fs)
-        parts = (self._control[window], targets.T[window], rates.T[window])
-        return self._run(models, states, *parts, bandwidth, follow=window.stop)
+        control, after = self._delayed(models), min(window.stop, self.record.size - 1)
+        parts = (control[:, window], targets.T[window], rates.T[window])
+        return self._run(models, states, *parts, bandwidth, after=control[:, after : after + 1])
+
+    def _delayed(self, models: Sequence[mujoco.MjModel]) -> np.ndarray:
+        """Return controls (n_models, n, n_controls) as they act, later by each model's delays; (1, ...) without any."""
+        if not self.delays:
+            return self._control[None]
+        control, time = np.tile(self._control, (len(models), 1, 1)), self.record.time
+        for own, model in zip(control, models):
+            for name, i in self.delays.items():
+                own[:, i] = np.interp(time - value_of(model, name), time, self._control[:, i])
+        return control
 
     def _at(self, model: mujoco.MjModel, pose: np.ndarray, guide: _Guide) -> float:
         data = mujoco.MjData(model)
@@ -147,37 +164,50 @@ class Simulator:
 
     def _run(
         self, models: Sequence[mujoco.MjModel], states: np.ndarray, control: np.ndarray, targets: np.ndarray,
-        rates: np.ndarray, bandwidth: float, follow: int | None = None,
+        rates: np.ndarray, bandwidth: float, after: np.ndarray | None = None,
     ) -> Run:  # fmt: skip
+        """Simulate under controls (n_models or 1, n, n_controls), and what they are at the sample after the last."""
         omega, count = 2 * np.pi * bandwidth, len(self.controls)
         inertia = np.array([g.inertia for g in self.guides])
         for model in models:
             model.actuator_biasprm[count:, 1] = -inertia * omega**2
             model.actuator_biasprm[count:, 2] = -inertia * 2 * omega
         pull = inertia * (omega**2 * targets + 2 * omega * rates)
-        wide = np.hstack((control, pull))
-        after = wide[-1:] if follow is None or follow >= self.record.size else np.hstack(
-            (self._control[follow : follow + 1], pull[-1:])
-        )  # fmt: skip
+        pull = np.broadcast_to(np.vstack((pull, pull[-1:])), (len(models), len(pull) + 1, len(self.guides)))
+        control = np.concatenate((control, control[:, -1:] if after is None else after), axis=1)
+        wide = np.concatenate((np.broadcast_to(control, (len(models), *control.shape[1:])), pull), axis=2)
         batch = mujoco.batch.Batch(models[0], len(models), min(self._threads, len(models)))
         batch.set_models(models)
         parts = [batch.bind(name).reshape(len(models), -1) for name in STATE]
         for part, values in zip(parts, np.split(states, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)):
             part[:] = values
-        shown = np.empty((len(models), len(wide), len(self.columns)))
+        shown = np.empty((len(models), targets.shape[0], len(self.columns)))
         with self._softener:
-            for begin in range(0, len(wide), CHUNK):
-                fine = self._between(np.vstack((wide[begin : begin + CHUNK + 1], after))[: CHUNK + 1])
-                found = batch.rollout(len(fine), fine, record=("sensordata",))["sensordata"]
-                shown[:, begin : begin + CHUNK] = found[:, :: self.substeps, self.columns]
+            for begin in range(0, len(targets), CHUNK):
+                fine = self._between(wide[:, begin : begin + CHUNK + 1])
+                before = batch.bind("act").reshape(len(models), 1, -1).copy()
+                found = batch.rollout(fine.shape[1], fine, record=("sensordata", "act"))
+                # Sensors are those of a step's beginning, activations those of its end.
+                rotors = np.concatenate((before, found["act"][:, :-1]), axis=1)
+                seen = np.concatenate((found["sensordata"], rotors), axis=2)[:, :: self.substeps]
+                shown[:, begin : begin + CHUNK] = seen[:, :, self.columns]
+        for name, channels in self.biases.items():
+            shown[:, :, channels] += np.array([value_of(model, name) for model in models])[:, None, None]
         return Run(shown, np.hstack([part.copy() for part in parts]))
 
     def _between(self, samples: np.ndarray) -> np.ndarray:
-        """Controls ((n - 1) substeps, n_controls) of the steps between samples (n, n_controls)."""
+        """Controls (n_models, (n - 1) substeps, n_controls) of the steps between samples (n_models, n, n_controls)."""
         if self.record.hold == "zero":
-            return np.repeat(samples[:-1], self.substeps, axis=0)
-        share = ((np.arange(self.substeps) + self._ahead) / self.substeps)[None, :, None]
-        return (samples[:-1, None] + share * np.diff(samples, axis=0)[:, None]).reshape(-1, samples.shape[1])
+            return np.repeat(samples[:, :-1], self.substeps, axis=1)
+        share = ((np.arange(self.substeps) + self._ahead) / self.substeps)[:, None]
+        fine = samples[:, :-1, None] + share * np.diff(samples, axis=1)[:, :, None]
+        return fine.reshape(len(samples), -1, samples.shape[2])
+
+
+def _of(parameter: Parameter, quantity: str) -> str:
+    """Return the element whose quantity a parameter is; nothing if it is of another quantity."""
+    element, _, own = parameter.name.rpartition(".")
+    return element if own == quantity else ""
 
 
 def state_of(model: mujoco.MjModel, pose: np.ndarray) -> np.ndarray:
@@ -186,10 +216,16 @@ def state_of(model: mujoco.MjModel, pose: np.ndarray) -> np.ndarray:
 
 
 def moved(model: mujoco.MjModel, state: np.ndarray, move: np.ndarray) -> np.ndarray:
-    """Return a state with positions and velocities moved by (2 nv,)."""
+    """Return a state moved by (2 (nv + n_drives),): positions, of rotors too, then speeds."""
     found, places = state.copy(), slice(1, 1 + model.nq)
-    mujoco.mj_integratePos(model, found[places], move[: model.nv], 1.0)
-    found[places.stop : places.stop + model.nv] += move[model.nv :]
+    positions, speeds = np.split(move, 2)
+    mujoco.mj_integratePos(model, found[places], positions[: model.nv], 1.0)
+    activations = places.stop + model.nv
+    found[places.stop : activations] += speeds[: model.nv]
+    for i, drive in enumerate(drives(model), start=model.nv):
+        rotor = activations + model.actuator_actadr[drive.actuator]
+        found[rotor + ANGLE] += positions[i]
+        found[rotor + SPEED] += speeds[i]
     return found
 
 
@@ -201,7 +237,7 @@ def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 
 def _check_names(record: ModelRecord, model: mujoco.MjModel, controls: list[str]) -> None:
-    sensors = [model.sensor(i).name for i in range(model.nsensor)]
+    sensors = [*(model.sensor(i).name for i in range(model.nsensor)), *_of_drives(model)]
     for noun, given, known in (("actuator", record.control, controls), ("sensor", record.sensors, sensors)):
         for name in given:
             if name not in known:
@@ -211,14 +247,21 @@ def _check_names(record: ModelRecord, model: mujoco.MjModel, controls: list[str]
             raise RecordError(f'the record has no control of actuator "{name}"; it has {", ".join(record.control)}')
 
 
+def _of_drives(model: mujoco.MjModel) -> dict[str, tuple[int, int]]:
+    """Return columns, of sensor data and then activations, of what a record may show of drives, and their dimension."""
+    return {
+        f"{drive.name}.{what}": (model.nsensordata + int(model.actuator_actadr[drive.actuator]) + place, 1)
+        for drive in drives(model) for what, place in (("angle", ANGLE), ("speed", SPEED))
+    }  # fmt: skip
+
+
 def _channels(record: ModelRecord, model: mujoco.MjModel) -> tuple[np.ndarray, list[str], np.ndarray]:
-    """Columns of the model's sensor data, names of their sensors, and measured values (n, n_channels)."""
+    """Columns of sensor data and activations, names of their sensors, and measured values (n, n_channels)."""
     columns: list[int] = []
     names: list[str] = []
     measured = []
     for name, values in record.sensors.items():
-        sensor = model.sensor(name)
-        first, dim = int(sensor.adr[0]), int(sensor.dim[0])
+        first, dim = _of_drives(model).get(name) or (int(model.sensor(name).adr[0]), int(model.sensor(name).dim[0]))
         samples = np.asarray(values).reshape(record.size, -1)
         if samples.shape[1] != dim:
             raise RecordError(f'sensor "{name}" has {dim} numbers, the record {samples.shape[1]}')
@@ -230,7 +273,7 @@ def _channels(record: ModelRecord, model: mujoco.MjModel) -> tuple[np.ndarray, l
 
 def _guides(record: ModelRecord, model: mujoco.MjModel):  # type: ignore[no-untyped-def]
     """Yield every joint and tendon whose position is measured."""
-    for name in record.sensors:
+    for name in (each for each in record.sensors if each not in _of_drives(model)):
         sensor = model.sensor(name)
         at = int(sensor.objid[0])
         kind = int(sensor.type[0])
