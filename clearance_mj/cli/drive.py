@@ -8,18 +8,19 @@ from typing import Any
 
 from ..core.errors import ClearanceError, RecordError
 from ..core.validation import read_plain
-from ..drives import DriveRecord, fit_drive, fit_motor_side
+from ..drives import DriveRecord, ServoLog, fit_drive, fit_held, fit_motor_side
 from ..drives.record import QUANTITIES
 from ..io.columns import SKIP
 from ..io.tables.headers import split_header
-from ..report.drive import write_drive, write_motor_side
+from ..report.drive import write_drive, write_held, write_motor_side
 from .command import Options, Result, command, option
 
 
 @command(
     "drive",
     option("runs", "logs of both ends, or the motor's alone, with reversals: any format of records, Parquet, or joint "
-           "states of ROS 2 in MCAP", Path, nargs="+", metavar="RUN"),
+           "states of ROS 2 in MCAP; or logs of servos of which some hold while two pull them to and fro, with columns "
+           '"target pos (1)", "pos (1)", "load (1)" of each', Path, nargs="+", metavar="RUN"),
     option("--column", "column of time, motor_angle, motor_torque, load_angle or load_torque, such as "
            'motor_torque=-tau with a minus sign where it counts the other way round, or "motor_angle=pos '
            '[ticks/4096]"; units as in the header (deg, turn, ticks/4096, mN m, oz in ...), without one s, rad, N m',
@@ -33,6 +34,10 @@ from .command import Options, Result, command, option
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Find lost motion, stiffness and friction of a drive from logs of its two ends, or its motor's."""
+    if any(ServoLog.is_one(path) for path in options.runs):
+        logs = [ServoLog.read(path) for path in options.runs]
+        data = write_held({log.name: fit_held(log) for log in logs}, options.new)
+        return Result(data, _words(data))
     columns = _columns(options)
     runs, told = ([DriveRecord.read(path, columns) for path in paths] for paths in (options.runs, options.predict))
     if any(run.both_ends for run in runs):

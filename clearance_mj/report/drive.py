@@ -9,15 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from ..drives import DriveFit, DriveRecord, MotorSideFit
+from ..drives import DriveFit, DriveRecord, HeldServo, MotorSideFit
 from ..drives.diagram import draw_runs
+from ..drives.held import TURN
 from ..estimate import Estimates
 from . import html
 from .style import COLOURS, Drawing, canvas, tidy
 from .tables import Column, Table
 from .writer import ReportWriter
 
-__all__ = ["write_drive", "write_motor_side"]
+__all__ = ["write_drive", "write_held", "write_motor_side"]
 
 
 def write_drive(
@@ -73,6 +74,38 @@ def write_motor_side(found: MotorSideFit, folder: Path) -> dict[str, Any]:
     sections = [html.Section("summary", "What the motor tells of its drive", body)]
     ReportWriter(folder).page(f"Drive from {', '.join(found.runs)}", sections)
     return result
+
+
+def write_held(found: Mapping[str, Sequence[HeldServo]], folder: Path) -> dict[str, Any]:
+    """Write ``index.html`` of servos that held while others pulled, and return what it holds as plain data.
+
+    Parameters
+    ----------
+    found : mapping of str to sequence of HeldServo
+        By the name of the log.
+    folder : Path
+        Gets the files.
+    """
+    rows = tuple(
+        (log, servo.servo, when, lost.ticks, lost.low, lost.high, 360 / TURN * lost.ticks)
+        for log, servos in found.items() for servo in servos
+        for when, lost in (("stretched", servo.stretched), ("let go", servo.let_go))
+    )  # fmt: skip
+    columns = (
+        Column("Log"), Column("Servo"), Column("Pullers"), Column("Lost", "ticks", ".2f"),
+        Column("From", "95 %", ".2f"),
+        Column("To", "95 %", ".2f"), Column("Lost", "degrees", ".3f"),
+    )  # fmt: skip
+    caption = "Between the pulls to both sides: lost motion of gear and loop at the output, where the encoder sits."
+    not_told = [words for servos in found.values() for servo in servos for words in servo.not_told]
+    body = html.table(Table("held", caption, columns, rows)) + html.sentences(not_told, "note")
+    ReportWriter(folder).page(f"Servos held in {', '.join(found)}", [html.Section("summary", "What they lose", body)])
+    table = {
+        f"{log}, servo {number}, {when}, ticks (95 %: {low:.3g} to {high:.3g})": ticks
+        for log, number, when, ticks, low, high, _ in rows
+    }
+    servos = [{"log": log} | servo.to_dict() for log, each in found.items() for servo in each]
+    return {"table": table, "servos": servos, "not_told": not_told, "runs": list(found), "predicted": []}
 
 
 def _summary(found: DriveFit) -> str:

@@ -1,0 +1,230 @@
+"""Lost motion of servos that hold while others pull them to and fro, from their own logs, in ticks."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+import scipy.stats
+
+from ..core.errors import RecordError
+from .record import read_table
+
+__all__ = ["HeldServo", "LostMotion", "ServoLog", "fit_held"]
+
+TURN = 4096  # ticks
+SIGN_BIT = 10  # of a load, 1: negative
+CONFIDENCE = 0.95
+FOLLOWS = 0.9  # of the load's variance, from which on it follows the error
+_COLUMN = re.compile(r"\s*(target pos|pos|load)\s*\((\d+)\)\s*", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False)
+class ServoLog:
+    """Targets, positions and loads of several servos, as their controllers log them."""
+
+    name: str
+    """of the log"""
+    target: dict[int, np.ndarray]
+    """(n,) ticks, by the servo's number"""
+    position: dict[int, np.ndarray]
+    """(n,) ticks, of the encoder at the output"""
+    load: dict[int, np.ndarray]
+    """(n,) of the motor's voltage, in 0.1 % of the largest"""
+
+    @staticmethod
+    def is_one(path: str | Path) -> bool:
+        """Return whether a file's first line has targets and positions of servos.
+
+        Parameters
+        ----------
+        path : path
+            The file, of any kind.
+        """
+        with Path(path).open("rb") as file:
+            header = file.readline(10000).decode(errors="replace")
+        kinds = {found[1].lower() for cell in header.split(",") if (found := _COLUMN.fullmatch(cell))}
+        return {"target pos", "pos"} <= kinds
+
+    @classmethod
+    def read(cls, path: str | Path) -> ServoLog:
+        """Read a table with the columns ``target pos (1)``, ``pos (1)``, ``load (1)`` of each servo.
+
+        Loads are sign and magnitude with bit 10. Rows before the first telemetry, without positions, are left out.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+
+        Raises
+        ------
+        RecordError
+            For a file without such columns, or without rows.
+        """
+        table = read_table(path) if not cls.is_one(path) else pd.read_csv(path)
+        found: dict[str, dict[int, pd.Series]] = {"target pos": {}, "pos": {}, "load": {}}
+        for header, column in table.items():
+            if which := _COLUMN.fullmatch(str(header)):
+                found[which[1].lower()][int(which[2])] = pd.to_numeric(column, errors="coerce")
+        servos = sorted(found["target pos"].keys() & found["pos"].keys() & found["load"].keys())
+        if len(servos) < 3:
+            raise RecordError(f"{path}: needs target pos (N), pos (N) and load (N) of a held servo and two that pull")
+        rows = np.all([found[kind][i].notna() for kind in found for i in servos], axis=0)
+        if not rows.any():
+            raise RecordError(f"{path}: has no row with positions of all servos")
+        arrays = {kind: {i: found[kind][i][rows].to_numpy(dtype=float) for i in servos} for kind in found}
+        loads = {i: _signed(load) for i, load in arrays["load"].items()}
+        return cls(Path(path).name.split(".")[0], arrays["target pos"], arrays["pos"], loads)
+
+
+class LostMotion(NamedTuple):
+    """Where a held servo is after one puller less where it is after the other, ticks."""
+
+    ticks: float
+    low: float  #: of the interval: scatter of the pulls, and a tick that hides in each position
+    high: float
+    pulls: tuple[int, int]  #: of each puller
+
+
+@dataclass(frozen=True)
+class HeldServo:
+    """Lost motion of a held servo: of its gear and of its loop, which holds it."""
+
+    servo: int
+    """its number"""
+    stretched: LostMotion
+    """while the pullers stretch, at the end of each pull"""
+    let_go: LostMotion
+    """after they have let go, in the second half of the rest"""
+    gain: float
+    """0.1 % of the largest voltage per tick of error, by which the loop holds"""
+    follows: float
+    """share of the load's variance that follows the error"""
+
+    @property
+    def not_told(self) -> tuple[str, ...]:
+        """What the log does not tell, in words, and which would."""
+        whole = [("stretched", self.stretched), ("let go", self.let_go)]
+        words = [
+            f"servo {self.servo}, {when}: not told from none, for up to a tick hides in each position"
+            for when, lost in whole if lost.low <= 0
+        ]  # fmt: skip
+        seen = (
+            f"the loop pushes by {self.gain / 10:.3g} % of its voltage per tick of all that is lost"
+            if self.follows > FOLLOWS
+            else "its load does not say how much of that the loop pushes against"
+        )
+        return (
+            *words,
+            f"servo {self.servo}: gear and loop are not told apart, for the encoder sits at the output, within the "
+            f"loop; {seen}; a second log with another gain of the loop would tell (its part goes with one over the "
+            "gain, the gear's does not), or one of the motor's own angle",
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data, ticks and rad."""
+        motions = {
+            name: lost._asdict() | {"rad": lost.ticks * 2 * math.pi / TURN}
+            for name, lost in (("stretched", self.stretched), ("let_go", self.let_go))
+        }
+        return dataclasses.asdict(self) | motions | {"not_told": list(self.not_told)}
+
+
+def fit_held(
+    log: ServoLog, held: Sequence[int] | None = None, pullers: tuple[int, int] | None = None
+) -> tuple[HeldServo, ...]:
+    """Find how far held servos are moved between the pulls of two others.
+
+    A puller's target is at rest but when it stretches. Of every pull counts the last row before its target goes back,
+    and the second half of the rows from then on to the next change of any target.
+
+    Parameters
+    ----------
+    log : ServoLog
+        The log.
+    held : sequence of int, optional
+        Numbers of the servos that hold; by default all that do not pull.
+    pullers : (int, int), optional
+        Numbers of those that pull; by default, of those whose target has two values, the two that leave one most
+        often.
+
+    Raises
+    ------
+    RecordError
+        If it does not show which two pull, or one of them never does while the held ones have one target.
+    """
+    pullers = pullers or _pullers(log)
+    servos = [i for i in log.target if i not in pullers] if held is None else list(held)
+    if unknown := {*servos, *pullers} - log.target.keys():
+        raise RecordError(f'log "{log.name}" has no servo {min(unknown)}; it has {", ".join(map(str, log.target))}')
+    return tuple(_held(log, servo, servos, pullers) for servo in servos)
+
+
+def _pullers(log: ServoLog) -> tuple[int, int]:
+    two = [i for i, target in log.target.items() if np.unique(target).size == 2]
+    pulls = {i: int(np.count_nonzero(np.diff(log.target[i]))) for i in two}
+    often = sorted(two, key=lambda i: -pulls[i])
+    if len(two) < 2 or any(pulls[i] == pulls[often[1]] for i in often[2:]):
+        raise RecordError(f'log "{log.name}": its targets do not show which two servos pull; name them')
+    return min(often[:2]), max(often[:2])
+
+
+def _held(log: ServoLog, servo: int, servos: Sequence[int], pullers: tuple[int, int]) -> HeldServo:
+    away = {i: log.target[i] != _usual(log.target[i]) for i in pullers}
+    error = log.position[servo] - log.target[servo]
+    targets = np.array([*(log.target[i] for i in servos), *away.values()])
+    edges = [0, *(np.flatnonzero(np.any(np.diff(targets, axis=1), axis=0)) + 1), error.size]
+    stretched: dict[int, list[float]] = {i: [] for i in pullers}
+    let_go: dict[int, list[float]] = {i: [] for i in pullers}
+    rows: list[int] = []
+    last = None
+    for begin, end in zip(edges[:-1], edges[1:]):
+        pulling = [i for i in pullers if away[i][begin]]
+        moved = begin > 0 and any(log.target[i][begin] != log.target[i][begin - 1] for i in servos)
+        last = None if moved or len(pulling) > 1 else last
+        if len(pulling) == 1 and end < error.size:
+            last = pulling[0]
+            counted = [end - 1]
+            stretched[last].append(float(error[end - 1]))
+        elif last is not None and not pulling:
+            counted = [*range(begin + (end - begin) // 2, end)]
+            let_go[last].append(float(error[counted].mean()))
+            last = None
+        else:
+            continue
+        rows += counted
+    if min(map(len, (*stretched.values(), *let_go.values()))) < 2:
+        raise RecordError(f'log "{log.name}": servos {pullers[0]} and {pullers[1]} must each pull twice and let go')
+    line = scipy.stats.linregress(error[rows], log.load[servo][rows]) if np.ptp(error[rows]) else None
+    gain, follows = (abs(float(line.slope)), float(line.rvalue**2)) if line else (math.nan, 0.0)
+    return HeldServo(servo, _between(*stretched.values()), _between(*let_go.values()), gain, follows)
+
+
+def _between(first: Sequence[float], second: Sequence[float]) -> LostMotion:
+    """Difference of two means: Welch's interval, and the triangular one of two positions that are rounded."""
+    apart = abs(float(np.mean(first) - np.mean(second)))
+    shares = [np.var(each, ddof=1) / len(each) for each in (first, second)]
+    half = 0.0
+    if total := float(sum(shares)):
+        freedom = total**2 / sum(s**2 / (len(each) - 1) for s, each in zip(shares, (first, second)))
+        half = float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2, freedom)) * math.sqrt(total)
+    half = math.hypot(half, 1 - math.sqrt(1 - CONFIDENCE))
+    return LostMotion(apart, max(0.0, apart - half), apart + half, (len(first), len(second)))
+
+
+def _signed(load: np.ndarray) -> np.ndarray:
+    bits = load.astype(np.int64)
+    return np.where(bits >> SIGN_BIT & 1, -1.0, 1.0) * (bits & ((1 << SIGN_BIT) - 1))
+
+
+def _usual(values: np.ndarray) -> float:
+    known, counts = np.unique(values, return_counts=True)
+    return float(known[np.argmax(counts)])
