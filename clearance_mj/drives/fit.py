@@ -22,6 +22,7 @@ __all__ = ["PARTS", "DriveFit", "fit_drive"]
 POINTS = 1000  # of a run, means over its samples
 BLOCKS = 4  # of a run, within which errors may be correlated
 PIECES = 4  # at least, of which one after another is left out for intervals: whole runs, for errors of a law repeat
+UNEXPLAINED = 0.25  # of the load's torque, from which on the chain is not what the runs show
 EVIDENCE = 5.0  # by which a part must raise the logarithm of the evidence
 MOST = 20  # parameters
 FAR = 5.0  # of the errors' RMS, from which on they count less than by their squares
@@ -67,11 +68,21 @@ class DriveFit:
     """names of the runs that it was found from"""
     largest_torque: float
     """N m of the load, in these"""
+    unexplained: float = 0.0
+    """RMS error of the load's torque, as a share of its standard deviation"""
 
     @property
     def not_told(self) -> tuple[str, ...]:
         """What the runs do not tell, in words, and which motion would."""
-        return in_words(self.estimates.only_prior, ADVICE)
+        told = in_words(self.estimates.only_prior, ADVICE)
+        if self.unexplained < UNEXPLAINED:
+            return told
+        return (
+            f"efficiency, stiffness, friction and play are not told by these runs: the drive leaves "
+            f"{self.unexplained:.0%} of the load's torque unexplained, as of motion so fast that inertia and rattling "
+            "count; slower runs would tell, or physical.identification.fit_model, which has both",
+            *told,
+        )
 
     def table(self) -> dict[str, float]:
         """Return what a catalogue of gears says, seen at the load's end.
@@ -166,7 +177,7 @@ def fit_drive(
     largest = max(float(np.abs(record.load_torque).max()) for record in records)  # type: ignore[arg-type]
     return DriveFit(
         made(search.named(found)), found.estimates(covariance), tuple(kept), tuple(gains),
-        tuple(record.name for record in records), largest,
+        tuple(record.name for record in records), largest, search.unexplained(found),
     )  # fmt: skip
 
 
@@ -241,6 +252,11 @@ class _Search:
         """Take the errors of a fit for those that are expected."""
         drive = made(self.named(found))
         self.errors = np.sqrt(np.mean(np.square([drive.errors(record) for record in self.records]), axis=0))
+
+    def unexplained(self, found: Solution) -> float:
+        """RMS error of the load's torque in a fit, as a share of its standard deviation."""
+        self.rescale(found)
+        return float(self.errors[1] / np.std(np.concatenate([record.load_torque for record in self.records])))  # type: ignore[arg-type]
 
     @staticmethod
     def named(found: Solution) -> dict[str, float]:

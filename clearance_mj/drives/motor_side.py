@@ -1,4 +1,4 @@
-"""A drive found from logs of its motor alone: play, teeth, efficiency and friction, all in units of the motor."""
+"""A drive found from logs of its motor, and its load's angle if they have it: play, teeth, efficiency and friction."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from tqdm import tqdm
 
 from ..estimate import Estimates, Parameter, Problem, Solution, Stop, UnknownScale, jackknife, one_by_one, solve
 from ..estimate.estimates import UNIDENTIFIED
+from ..physical.identification.record import quantum
 from .fit import ADVICE, free, in_words, positive, require_motion
 from .record import DriveRecord
 from .teeth import NUMBERS, predicted
@@ -108,16 +109,16 @@ class MotorSideFit:
 
 
 def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> MotorSideFit:
-    """Find what logs of the motor's side alone tell of a drive.
+    """Find what logs of the motor's side tell of a drive, and of the load's angle where they have it.
 
     The load hangs behind play and elastic teeth (`teeth.predicted`). Play is held at several sizes while everything
     else is searched for, for searches that let go of it too early end at wrong ones; then all is set free, from the two
-    nearest.
+    nearest. Where runs have the load's angle, it is compared with that of the load behind the teeth.
 
     Parameters
     ----------
     records : sequence of DriveRecord
-        Runs with reversals; what they have of the load is not looked at.
+        Runs with reversals; torques of the load are not looked at.
     progress : bool
         Show a progress bar.
 
@@ -134,9 +135,10 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
     values = dict(zip(names, found.values.tolist()))
     # The teeth carry the load's friction after a crossing. How far they give then is not seen well where the angle is
     # not known so closely: their stiffness comes out too low by more than residuals show.
-    hidden = search.unsure(values["correction"]) * values["stiffness"] / values["load friction"]
-    at = names.index("stiffness")
-    covariance[at, at] += (hidden / found.problem.unit[at]) ** 2
+    if not search.ends:
+        hidden = search.unsure(values["correction"]) * values["stiffness"] / values["load friction"]
+        at = names.index("stiffness")
+        covariance[at, at] += (hidden / found.problem.unit[at]) ** 2
     return MotorSideFit(
         found.estimates(covariance), search.crossings(found.values), tuple(record.name for record in records)
     )
@@ -152,6 +154,8 @@ class _Search:
         self.reach: np.ndarray | float = 1e-3
         """coordinates, over which differences are taken"""
         self.noise = [_noise(record.motor_angle) for record in records]
+        self.ends = [(i, record) for i, record in enumerate(records) if record.load_angle is not None]
+        """runs, with their numbers, that have measured where the load is"""
         self.first = [round(SETTLED * record.fs) for record in records]
         way = float(np.mean([np.ptp(record.motor_angle) for record in records]))
         half = 0.5 * max(abs(self.start["spring"]) * way, 1e-12)
@@ -162,7 +166,7 @@ class _Search:
             piece = np.arange(record.motor_angle.size - first) // max(1, round(PIECE * record.fs)) + count
             pieces.append(piece)
             count = int(piece[-1]) + 1
-        self.pieces = np.concatenate(pieces)
+        self.pieces = np.concatenate(pieces + [pieces[i] for i, _ in self.ends])
         """(n_residuals,) piece that each is in"""
 
     def problem(self, held: Mapping[str, float]) -> Problem:
@@ -209,6 +213,10 @@ class _Search:
         rows = []
         for i, (record, noise, first) in enumerate(zip(self.records, self.noise, self.first)):
             rows.append((self._predicted(i, values)[0] - record.motor_angle)[first:] / (FAR * noise))
+        for i, record in self.ends:
+            ratio, zero = values[-2:]
+            off = ratio * self._predicted(i, values)[2] + zero - record.load_angle
+            rows.append(off[self.first[i] :] / (FAR * _noise(record.load_angle)))  # type: ignore[arg-type]
         return np.concatenate(rows)
 
     def crossings(self, values: np.ndarray) -> int:
@@ -227,7 +235,7 @@ class _Search:
         ]
         return float(np.sqrt(np.mean(squares)))
 
-    def _predicted(self, run: int, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _predicted(self, run: int, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         record, common = self.records[run], len(NUMBERS) - 2
         own = np.array([*values[:common], self.lean[run], values[common + run]])
         return predicted(record.motor_angle, record.motor_torque, 1 / record.fs, own, STEPS)
@@ -239,8 +247,9 @@ def _scale(found: Solution) -> float:
 
 
 def _noise(x: np.ndarray) -> float:
-    """Standard deviation of white noise (rad) on a smooth motion, from its third differences."""
-    return float(np.median(np.abs(np.diff(x, 3))) / 0.6745 / math.sqrt(20.0)) or 1e-9 * float(np.ptp(x))
+    """Standard deviation of white noise (rad) on a smooth motion, from its third differences, and of counting."""
+    white = float(np.median(np.abs(np.diff(x, 3))) / 0.6745 / math.sqrt(20.0))
+    return max(white, quantum(x) / math.sqrt(12)) or 1e-9 * float(np.ptp(x))
 
 
 def _smooth(record: DriveRecord) -> np.ndarray:
@@ -289,6 +298,12 @@ def _parameters(records: Sequence[DriveRecord]) -> list[Parameter]:
     moment = float(np.mean([np.ptp(record.motor_torque) for record in records]))
     inertia = max(rigid["inertia"] + rigid["load inertia"], 5e-4 * moment * way / speed**2)
     coulomb = max(rigid["friction"] + rigid["load friction"], 0.01 * moment)
+    ends = [(record.motor_angle, record.load_angle) for record in records if record.load_angle is not None]
+    ratio, zero = np.polyfit(*np.concatenate(ends, axis=1), 1).tolist() if ends else (1.0, 0.0)
+    of_load = [
+        free("ratio", "", ratio, 0.1 * abs(ratio)),
+        free("load zero", "rad", zero, 0.1 * way * abs(ratio)),
+    ]
 
     return [
         positive("inertia", "kg m²", 0.5 * inertia, 3.0),
@@ -311,4 +326,5 @@ def _parameters(records: Sequence[DriveRecord]) -> list[Parameter]:
             free(f"load of {record.name}", "N m", float(start), 0.1 * moment)
             for record, start in zip(records, loads)
         ),
+        *(of_load if ends else []),
     ]  # fmt: skip

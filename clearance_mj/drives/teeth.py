@@ -19,8 +19,8 @@ NUMBERS = (
 @jit(error_model="numpy")
 def predicted(
     angle: np.ndarray, torque: np.ndarray, step: float, values: np.ndarray, steps: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the motor's angle (n,), rad, that is expected at each sample from those before it, and the teeth's torque.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return angles (n,), rad, of motor and load that are expected from the samples before, and the teeth's torque.
 
     The motor's torque drives motor and load. At each sample, the error of the angle shifts angle and speed of both, as
     a stationary Kalman filter of a double integrator does, so that noise of the torque does not add up: errors are
@@ -43,14 +43,14 @@ def predicted(
 
     Returns
     -------
-    angle, teeth : ndarray, shape (n,)
-        rad and N m.
+    angle, teeth, load : ndarray, shape (n,)
+        rad, N m and rad.
     """
     (
         inertia, load_inertia, play, stiffness, dashpot, efficiency, turnover, tail, friction, width,
         load_friction, load_width, damping, load_damping, spring, correction, lean, load,
     ) = values  # fmt: skip
-    expected, teeth = np.empty(angle.size), np.empty(angle.size)
+    expected, teeth, followed = np.empty(angle.size), np.empty(angle.size), np.empty(angle.size)
     relaxation = dashpot / stiffness
     h = step / steps
     loss = -np.log(efficiency)
@@ -64,7 +64,7 @@ def predicted(
     x_m, v_m = angle[0], (angle[begun] - angle[0]) / (begun * step)
     x_l, v_l = x_m - side * play - held / stiffness, v_m
     z_m, z_l, passed = 0.0, 0.0, held
-    expected[0], teeth[0] = x_m, held
+    expected[0], teeth[0], followed[0] = x_m, held, x_l
     for i in range(1, angle.size):
         for j in range(steps):
             u = torque[i - 1] + (torque[i] - torque[i - 1]) * (j + 0.5) / steps
@@ -91,10 +91,10 @@ def predicted(
             v_l += h * a_l + touched * passed / load_inertia
             x_m += h * v_m
             x_l += h * v_l
-        expected[i], teeth[i] = x_m, passed
+        expected[i], teeth[i], followed[i] = x_m, passed, x_l
         error = angle[i] - x_m
         x_m += shift * error
         x_l += shift * error
         v_m += kick * error
         v_l += kick * error
-    return expected, teeth
+    return expected, teeth, followed

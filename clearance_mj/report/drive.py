@@ -65,10 +65,12 @@ def write_motor_side(found: MotorSideFit, folder: Path) -> dict[str, Any]:
         Gets the files.
     """
     result = found.to_dict() | {"predicted": []}
+    seen, hidden = "", " The ratio to the load and the load's own angle do not show there."
+    if "ratio" in found.estimates.names:
+        seen, hidden = " and the load's angle", ""
     words = (
-        f"From the motor's angle and torque alone, in {', '.join(found.runs)}: all numbers are those that the motor "
-        f"feels. The ratio to the load and the load's own angle do not show there. The teeth changed sides "
-        f"{found.crossings} times."
+        f"From the motor's angle and torque{seen or ' alone'}, in {', '.join(found.runs)}: all numbers are those that "
+        f"the motor feels.{hidden} The teeth changed sides {found.crossings} times."
     )
     body = html.sentences([words]) + html.sentences(found.not_told, "note") + _estimates(found.estimates)
     sections = [html.Section("summary", "What the motor tells of its drive", body)]
