@@ -253,6 +253,30 @@ def test_units_of_csv(tmp_path, header, si):
     np.testing.assert_allclose(read.sensors["acc"], 9.80665 * values, rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("column", "si"),
+    [
+        ("pos [ticks/4096]", 2 * np.pi / 4096), ("-pos [deg]", -np.pi / 180), ("pos [turn]", 2 * np.pi), ("-pos", -1.0),
+        ("-load", -np.pi / 180),
+    ],
+)  # fmt: skip
+def test_a_map_of_columns(tmp_path, column, si):
+    """Columns of a logger by what they are, which way round, and in which unit; what is not named is left out."""
+    path, values = tmp_path / "run.csv", 1 + np.arange(30.0)
+    table = np.stack((np.arange(30) * 2.0, values, values, values, values), axis=1)
+    np.savetxt(path, table, delimiter=",", header="t,pos,load [deg],tau,temperature", comments="")
+    columns = {"time": "t [ms]", "enc": column, "motor": "-tau [mN m]", "servo.angle": "load"}
+    spec = mujoco.MjSpec.from_string(UNITS.replace("</actuator>", '<motor name="servo" joint="hinge"/></actuator>'))
+    physical.add_drive(spec, "servo", gap=0.01, k=100, c=0.1, inertia=0.01)
+    read = identification.ModelRecord.read_csv(path, spec, columns, hold="zero")
+    assert read.fs == pytest.approx(500.0) and read.hold == "zero"
+    np.testing.assert_allclose(read.sensors["enc"], si * values, rtol=1e-12)
+    np.testing.assert_allclose(read.sensors["servo.angle"], np.pi / 180 * values, rtol=1e-12)
+    np.testing.assert_allclose(read.control["motor"], -1e-3 * values, rtol=1e-12)
+    with pytest.raises(RecordError, match=r'run.csv: no column "psi" \(enc\); it has t, pos'):
+        identification.ModelRecord.read_csv(path, spec, {"time": "t", "enc": "psi"})
+
+
 def test_columns_of_one_sensor_go_by_their_index(tmp_path):
     path, time = tmp_path / "run.csv", np.arange(30) / 500
     table = np.stack((time, time + 2, time + 1, 1e3 * time), axis=1)

@@ -19,6 +19,7 @@ from ..drives import DRIVE, PlacedDrive, drives
 from ..elements import KINDS, Asked, Softness, Target, apply, asked, compiled, find, give, nearest
 from ..records import MARK, write_numbers
 from ..rows import softness_of
+from .record import drive_columns
 
 __all__ = ["open_parameters", "put", "value_of", "written_into"]
 
@@ -124,7 +125,7 @@ def _place(spec: Target, name: str) -> _Place:
         return _gap(model, element)
     if quantity in OF_RECORD:
         kind = mujoco.mjtObj.mjOBJ_ACTUATOR if quantity == "delay" else mujoco.mjtObj.mjOBJ_SENSOR
-        if element not in {f"{d}.{what}" for d in own for what in ("angle", "speed")}:
+        if element not in drive_columns(model):
             find(model, kind, element)
         return _of_record(model, name)
     further = {"friction": _friction} | dict.fromkeys(JOINT, _joint) | dict.fromkeys(SERVO, _servo)

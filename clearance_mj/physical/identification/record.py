@@ -20,9 +20,10 @@ from ...core.files import plain_file
 from ...core.sampling import even_times
 from ...core.units import quantity_of, unit_factor
 from ..actuators import actuator_count
+from ..drives import ANGLE, SPEED, drives
 from ..elements import compiled, nearest
 
-__all__ = ["ModelRecord"]
+__all__ = ["ModelRecord", "drive_columns", "quantum"]
 
 UNEVEN = 1e-2  # of the sampling interval, by which times may be off
 SAMPLES = 20  # that a record has at least
@@ -146,7 +147,10 @@ class ModelRecord:
         return cls(fs, kept, seen, hold, counted)
 
     @classmethod
-    def read_csv(cls, path: str | Path, spec: mujoco.MjSpec | mujoco.MjModel) -> ModelRecord:
+    def read_csv(
+        cls, path: str | Path, spec: mujoco.MjSpec | mujoco.MjModel, columns: Mapping[str, str] | None = None,
+        hold: Literal["linear", "zero"] = "linear",
+    ) -> ModelRecord:  # fmt: skip
         """Read a CSV file with the columns time (s), and names of the model's actuators and sensors.
 
         A sensor of several numbers has columns NAME[0], NAME[1]; where an actuator and a sensor have one name, write
@@ -159,6 +163,12 @@ class ModelRecord:
             The file; its first line has the names.
         spec : mujoco.MjSpec or mujoco.MjModel
             Whose actuators and sensors are meant.
+        columns : Mapping of str to str, optional
+            The file's columns by what they are: "time", an actuator or a sensor; others are left out. A minus sign
+            before a column is for one that counts the other way round, a unit behind it goes before that of the file:
+            {"encoder": "-pos [ticks/4096]"}.
+        hold : "linear" or "zero"
+            What controls are between samples, as in `ModelRecord`.
 
         Raises
         ------
@@ -167,10 +177,13 @@ class ModelRecord:
             `ModelRecord` refuses.
         """
         names, values = _read(Path(path))
+        if columns is not None:
+            with naming(path):
+                names, values = _chosen(names, values, columns)
         model, time = compiled(spec), None
         known = {
             "actuator": [model.actuator(i).name for i in range(actuator_count(model))],
-            "sensor": [model.sensor(i).name for i in range(model.nsensor)],
+            "sensor": [*(model.sensor(i).name for i in range(model.nsensor)), *drive_columns(model)],
         }
         found: dict[str, dict[str, dict[int, np.ndarray]]] = {"actuator": {}, "sensor": {}}
         with naming(path):
@@ -184,14 +197,39 @@ class ModelRecord:
                 kinds = [k for k in ([kind] if kind in known else known) if base in known[k]]
                 if len(kinds) != 1:
                     raise RecordError(f"column {_why_not(header, base, kinds, known)}")
-                columns = found[kinds[0]].setdefault(base, {})
-                if index in columns:
+                parts = found[kinds[0]].setdefault(base, {})
+                if index in parts:
                     raise RecordError(f'column "{header}" is there twice; write {base}[0], {base}[1]')
-                columns[index] = column * (_factor(header, unit, _quantities(model, kinds[0], base)) if unit else 1.0)
+                parts[index] = column * (_factor(header, unit, _quantities(model, kinds[0], base)) if unit else 1.0)
             if time is None:
                 raise RecordError(f'has no column "time": {", ".join(names)}')
-            control, sensors = ({n: _joined(n, c) for n, c in columns.items()} for columns in found.values())
-            return cls.of_time(time, control, sensors)
+            control, sensors = ({n: _joined(n, c) for n, c in each.items()} for each in found.values())
+            return cls.of_time(time, control, sensors, hold)
+
+
+def drive_columns(model: mujoco.MjModel) -> dict[str, tuple[int, int]]:
+    """Return columns, of sensor data and then activations, of what a record may show of drives, and their dimension."""
+    return {
+        f"{drive.name}.{what}": (model.nsensordata + int(model.actuator_actadr[drive.actuator]) + place, 1)
+        for drive in drives(model) for what, place in (("angle", ANGLE), ("speed", SPEED))
+    }  # fmt: skip
+
+
+def _chosen(names: list[str], values: np.ndarray, columns: Mapping[str, str]) -> tuple[list[str], np.ndarray]:
+    """Return headers and values of the columns that a map names, as what they are."""
+    chosen, kept = list[str](), list[np.ndarray]()
+    known = [_HEADER.fullmatch(name).groups() for name in names]  # type: ignore[union-attr]
+    for what, column in columns.items():
+        sign = -1.0 if column.startswith("-") and column not in names else 1.0
+        bare = column if column in names else column.removeprefix("-")
+        name, index, *given = _HEADER.fullmatch(bare).groups()  # type: ignore[union-attr]
+        at = next((i for i, own in enumerate(known) if names[i] == bare or own[:2] == (name, index)), None)
+        if at is None:
+            raise RecordError(f'no column "{bare}" ({what}); it has {", ".join(names)}')
+        unit = next((text for text in (*given, *known[at][2:]) if text), "")
+        chosen.append(f"{what} [{unit}]" if unit else what)
+        kept.append(sign * values[:, at])
+    return chosen, np.array(kept).T
 
 
 def _parts(header: str, known: Mapping[str, list[str]]) -> tuple[str, int, str]:
@@ -204,6 +242,8 @@ def _parts(header: str, known: Mapping[str, list[str]]) -> tuple[str, int, str]:
 
 def _quantities(model: mujoco.MjModel, kind: str, name: str) -> list[str]:
     """Quantities that a sensor, or the control of an actuator, may have; those of its joint if it has one."""
+    if name in drive_columns(model):
+        kind, name = "actuator", name.rpartition(".")[0]
     found, of, number = [*TURNING, *SLIDING], mujoco.mjtObj.mjOBJ_ACTUATOR, getattr(model, kind)(name).id
     if kind == "sensor":
         of, type_ = model.sensor_objtype[number], mujoco.mjtSensor(model.sensor_type[number]).name

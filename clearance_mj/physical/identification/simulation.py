@@ -32,7 +32,7 @@ from ..elements import asked, nearest
 from ..softener import Softener
 from ..step import largest_step
 from .quantities import put, value_of, written_into
-from .record import ModelRecord
+from .record import ModelRecord, drive_columns
 
 __all__ = ["Run", "Simulator"]
 
@@ -237,7 +237,7 @@ def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 
 def _check_names(record: ModelRecord, model: mujoco.MjModel, controls: list[str]) -> None:
-    sensors = [*(model.sensor(i).name for i in range(model.nsensor)), *_of_drives(model)]
+    sensors = [*(model.sensor(i).name for i in range(model.nsensor)), *drive_columns(model)]
     for noun, given, known in (("actuator", record.control, controls), ("sensor", record.sensors, sensors)):
         for name in given:
             if name not in known:
@@ -247,21 +247,13 @@ def _check_names(record: ModelRecord, model: mujoco.MjModel, controls: list[str]
             raise RecordError(f'the record has no control of actuator "{name}"; it has {", ".join(record.control)}')
 
 
-def _of_drives(model: mujoco.MjModel) -> dict[str, tuple[int, int]]:
-    """Return columns, of sensor data and then activations, of what a record may show of drives, and their dimension."""
-    return {
-        f"{drive.name}.{what}": (model.nsensordata + int(model.actuator_actadr[drive.actuator]) + place, 1)
-        for drive in drives(model) for what, place in (("angle", ANGLE), ("speed", SPEED))
-    }  # fmt: skip
-
-
 def _channels(record: ModelRecord, model: mujoco.MjModel) -> tuple[np.ndarray, list[str], np.ndarray]:
     """Columns of sensor data and activations, names of their sensors, and measured values (n, n_channels)."""
     columns: list[int] = []
     names: list[str] = []
     measured = []
     for name, values in record.sensors.items():
-        first, dim = _of_drives(model).get(name) or (int(model.sensor(name).adr[0]), int(model.sensor(name).dim[0]))
+        first, dim = drive_columns(model).get(name) or (int(model.sensor(name).adr[0]), int(model.sensor(name).dim[0]))
         samples = np.asarray(values).reshape(record.size, -1)
         if samples.shape[1] != dim:
             raise RecordError(f'sensor "{name}" has {dim} numbers, the record {samples.shape[1]}')
@@ -273,7 +265,7 @@ def _channels(record: ModelRecord, model: mujoco.MjModel) -> tuple[np.ndarray, l
 
 def _guides(record: ModelRecord, model: mujoco.MjModel):  # type: ignore[no-untyped-def]
     """Yield every joint and tendon whose position is measured."""
-    for name in (each for each in record.sensors if each not in _of_drives(model)):
+    for name in (each for each in record.sensors if each not in drive_columns(model)):
         sensor = model.sensor(name)
         at = int(sensor.objid[0])
         kind = int(sensor.type[0])
