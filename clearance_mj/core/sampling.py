@@ -42,7 +42,7 @@ def even_times(time: np.ndarray, where: str) -> tuple[float, np.ndarray]:
         return float(abs(np.median(off[i + 1 : i + 1 + AROUND]) - np.median(off[max(0, i + 1 - AROUND) : i + 1])))
 
     uneven = np.flatnonzero(np.abs(step - usual) > LATE * usual)
-    lost = [i for i in uneven if shift(i) > LATE * usual]
+    lost = [i for i in uneven.tolist() if shift(i) > LATE * usual]
     if lost:
         raise RecordError(
             f"{where}: {step[lost[0]]:.4g} s pass after {time[lost[0]]:.6g} s instead of {usual:.4g} s "

@@ -30,6 +30,7 @@ STATE_DURATION = 1.0  # s, of a record to be predicted, from which its state is 
 BLOCKS = 30  # of all records, within which residuals may depend on each other
 UNKNOWN_STD = 10.0  # of a logarithm, from which on the records say nothing
 MISFIT = 3.0  # of a residual over its noise, from which on other starts are tried, and the fit says so
+SAME = 0.05  # by which residuals of two starts differ at most that have ended at the same place
 AT_BOUND = 1e-3  # of a bound, within which a value has ended there
 SPREAD = 2.0  # factor, up to which to both sides of the given start the other ones are drawn
 
@@ -163,8 +164,8 @@ def fit_model(
         damping, frictionloss, stiffness or armature of a hinge or slide. Bounds are a factor of 100 to both sides
         unless given.
     starts : int
-        Number of starts at most: the given one, and while the residual of what was found is beyond the noise, others
-        that are drawn about it; the best is kept.
+        Number of starts at most: the given one, and while the residual of what was found is beyond the noise and no
+        two agree, others that are drawn about it; the best is kept.
     seed : int
         Of the random numbers with which they are drawn.
 
@@ -197,11 +198,18 @@ def fit_model(
         except SimulationError:  # a drawn start may be too stiff for the model's step, the given one must not be
             if not tried:
                 raise
-        if max(tried[-1].misfit.values()) < MISFIT:
+        tried.sort(key=_size)
+        again = len(tried) > 1 and _size(tried[1]) - _size(tried[0]) < SAME
+        if again or max(tried[0].misfit.values()) < MISFIT:
             break
-    best = min(tried, key=lambda fit: sum(math.log(residual) for residual in fit.residual.values()))
+    best = tried[0]
     widened = best.estimates.widened(max(1.0, *best.misfit.values()))
     return replace(best, estimates=widened, simulations=compared.simulations, starts=len(tried))
+
+
+def _size(fit: ModelFit) -> float:
+    """Mean logarithm of the residuals, which compares fits whatever the sensors' units."""
+    return sum(math.log(max(residual, 1e-300)) for residual in fit.residual.values()) / len(fit.residual)
 
 
 def _starts(parameters: Sequence[Parameter], count: int, seed: int) -> Iterator[np.ndarray]:

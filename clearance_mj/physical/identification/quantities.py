@@ -254,7 +254,7 @@ def _gap(model: mujoco.MjModel, element: str) -> _Place:
     return _Place(_unit("rad", _angular(model, "tendon", element)), float(high), write)
 
 
-def _friction(model: mujoco.MjModel, element: str, _: str) -> _Place:
+def _friction(model: mujoco.MjModel, element: str, _quantity: str) -> _Place:
     """The force at which bristles slip, of a pair its ratio to the normal force."""
     known = {f.name: f for f in frictions(model)}
     if element not in known:
