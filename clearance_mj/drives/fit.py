@@ -256,7 +256,7 @@ class _Search:
     def unexplained(self, found: Solution) -> float:
         """RMS error of the load's torque in a fit, as a share of its standard deviation."""
         self.rescale(found)
-        return float(self.errors[1] / np.std(np.concatenate([record.load_torque for record in self.records])))  # type: ignore[arg-type]
+        return float(self.errors[1] / np.std(np.concatenate([record.load_torque for record in self.records])))
 
     @staticmethod
     def named(found: Solution) -> dict[str, float]:

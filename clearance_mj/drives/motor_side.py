@@ -299,7 +299,8 @@ def _parameters(records: Sequence[DriveRecord]) -> list[Parameter]:
     inertia = max(rigid["inertia"] + rigid["load inertia"], 5e-4 * moment * way / speed**2)
     coulomb = max(rigid["friction"] + rigid["load friction"], 0.01 * moment)
     ends = [(record.motor_angle, record.load_angle) for record in records if record.load_angle is not None]
-    ratio, zero = np.polyfit(*np.concatenate(ends, axis=1), 1).tolist() if ends else (1.0, 0.0)
+    x, angle = np.concatenate(ends, axis=1) if ends else np.array(((0.0, 1.0), (0.0, 1.0)))
+    ratio, zero = np.polyfit(x, angle, 1).tolist()
     of_load = [
         free("ratio", "", ratio, 0.1 * abs(ratio)),
         free("load zero", "rad", zero, 0.1 * way * abs(ratio)),

@@ -1,0 +1,72 @@
+"""Numbers that a fit varies, of actuators, bodies and drives: where they stand in a model and its specification."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from clearance_mj import physical
+from clearance_mj.core.errors import ModelError
+from clearance_mj.physical import drives
+from clearance_mj.physical.identification import quantities
+
+SERVO = """<mujoco><option timestep="1e-4"/><worldbody>
+  <body name="arm"><joint name="j" armature=".01"/><geom size=".05" pos=".1 0 0"/>
+  <body name="hand"><joint name="h"/><inertial pos="0 0 .1" mass="2" diaginertia=".03 .02 .02"/></body></body>
+  </worldbody>
+  <actuator><position name="servo" joint="j" kp="10" kv="1"/><velocity name="speed" joint="h" kv="3"/>
+  <motor name="motor" joint="h"/></actuator><sensor><jointpos name="q" joint="j"/></sensor></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "read"),
+    [
+        ("servo.kp", 10.0, lambda m: [m.actuator_gainprm[0, 0], -m.actuator_biasprm[0, 1]]),
+        ("servo.kv", 1.0, lambda m: [-m.actuator_biasprm[0, 2]]),
+        ("speed.kv", 3.0, lambda m: [m.actuator_gainprm[1, 0], -m.actuator_biasprm[1, 2]]),
+        ("motor.gain", 1.0, lambda m: [m.actuator_gainprm[2, 0]]),
+        ("hand.mass", 2.0, lambda m: [m.body_mass[2], 2 * m.body_inertia[2, 0] / 0.03]),
+        ("hand.inertia", 0.03, lambda m: [m.body_inertia[2, 0], 1.5 * m.body_inertia[2, 1]]),
+        ("arm.mass", 4 / 3 * np.pi * 0.05**3 * 1000, lambda m: [m.body_mass[1]]),
+        ("servo.gap", 0.01, lambda m: [m.numeric("physical:drive:servo").data[1]]),
+        ("servo.inertia", 0.01, lambda m: [m.numeric("physical:drive:servo").data[0]]),
+        ("servo.stribeck", 0.2, lambda m: [float(next(drives.drives(m)).numbers(m)["friction_stribeck"])]),
+        ("servo.coulomb", 0.1, lambda m: [float(next(drives.drives(m)).numbers(m)["friction_coulomb"])]),
+    ],
+)
+def test_numbers_of_actuators_bodies_and_drives(name, start, read):
+    """A model and a specification get the same numbers, those that were to be changed."""
+    spec = mujoco.MjSpec.from_string(SERVO)
+    friction = physical.DriveFriction(100.0, coulomb=0.1, stribeck=0.2, stribeck_speed=0.1)
+    physical.add_drive(spec, "servo", gap=0.01, k=100, c=0.1, friction=friction)
+    (parameter,) = quantities.open_parameters(spec, [name])
+    assert parameter.start == pytest.approx(start)
+    with pytest.warns(physical.ModelWarning, match="Softener"):
+        model = physical.compile(spec)
+        written = physical.compile(quantities.written_into(spec, {name: 1.7 * start}))
+    changed = quantities.put(model, {name: 1.7 * start})
+    assert read(model) == pytest.approx([start] * len(read(model)))
+    assert read(changed) == pytest.approx([1.7 * start] * len(read(changed)))
+    for field in (
+        "actuator_gainprm",
+        "actuator_biasprm",
+        "body_mass",
+        "body_inertia",
+        "numeric_data",
+        "dof_invweight0",
+    ):
+        np.testing.assert_allclose(getattr(changed, field), getattr(written, field), rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("motor.kp", 'actuator "motor" is no servo with kp'),
+        ("motr.gain", 'no actuator "motr"; did you mean "motor"'),
+        ("hnad.mass", 'no body "hnad"; did you mean "hand"'),
+        ("w.bias", 'no sensor "w"'),
+        ("servo.gap", 'no clearance "servo"'),
+    ],
+)
+def test_numbers_of_actuators_and_bodies_that_cannot_be(name, says):
+    with pytest.raises(ModelError, match=says):
+        quantities.open_parameters(mujoco.MjSpec.from_string(SERVO), [name])
