@@ -15,6 +15,7 @@ import pandas as pd
 import scipy.stats
 
 from ..core.errors import RecordError
+from ..core.files import plain_file
 from .record import read_table
 
 __all__ = ["HeldServo", "LostMotion", "ServoLog", "fit_held"]
@@ -48,8 +49,11 @@ class ServoLog:
         path : path
             The file, of any kind.
         """
-        with Path(path).open("rb") as file:
-            header = file.readline(10000).decode(errors="replace")
+        try:
+            with plain_file(path).open("rb") as file:
+                header = file.readline(10000).decode(errors="replace")
+        except OSError:
+            return False  # what reads it says why
         kinds = {found[1].lower() for cell in header.split(",") if (found := _COLUMN.fullmatch(cell))}
         return {"target pos", "pos"} <= kinds
 

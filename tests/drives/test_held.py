@@ -74,6 +74,8 @@ def test_command(tmp_path, capsys):
     assert servo["stretched"]["rad"] == pytest.approx(servo["stretched"]["ticks"] * 2 * np.pi / 4096)
     assert "not told apart" in told["not_told"][0]
     assert "Between the pulls to both sides" in (out / "index.html").read_text()
+    assert main(["drive", str(tmp_path / "none.csv"), "--out", str(tmp_path / "other")]) == 2
+    assert "none.csv: cannot be read" in capsys.readouterr().err
 
 
 def test_targets_that_do_not_show_who_pulls(tmp_path):
