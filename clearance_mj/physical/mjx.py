@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
+from .bushings import joined
 from .drives import ANGLE, MOTOR_TORQUE, SPEED, DriveState
 from .elements import KINDS, asked, find
 from .mjx_drives import Drives, drives_of
@@ -251,6 +252,8 @@ def _refuse(model: mujoco.MjModel) -> None:
                 f'{KINDS[kind].noun} "{name}" follows a law, which cannot be in MJX; constant k and c, friction and '
                 "drives can"
             )
+    for bushing in joined(model):
+        raise ModelError(f'bushing "{bushing.name}" acts within a Softener alone, not in MJX')
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
         raise ModelError("integrator RK4 asks for forces between the steps; use Euler or implicitfast")
     if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC and any(pair_friction(model).names):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
@@ -50,7 +51,7 @@ class Pose(NamedTuple):
     mass: np.ndarray  # (n, n)
     inverse: np.ndarray  # (n, n)
     together: list[Row]  # at once
-    alone: list[Row]  # each beside those
+    alone: list[list[Row]]  # of pairs of geoms that do not touch, each pair beside those
 
 
 class ParasiticMass(NamedTuple):
@@ -65,7 +66,7 @@ def parasitic_mass(model: mujoco.MjModel, poses: ArrayLike | None = None) -> dic
     """Return, by element, where the parasitic mass of contacts and limits is largest beside the inertia behind them."""
     found: dict[str, ParasiticMass] = {}
     for pose in poses_of(model, poses):
-        for row in (row for row in (*pose.together, *pose.alone) if row.mass):
+        for row in (row for row in (*pose.together, *itertools.chain(*pose.alone)) if row.mass):
             inverse = float(row.direction @ pose.inverse @ row.direction)
             case = ParasiticMass(row.mass * inverse, inverse, pose.number)
             found[row.element] = max(found.get(row.element, case), case)
@@ -103,12 +104,13 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None, contacts: bool = Tr
         mujoco.mj_fullM(model, data, mass)
         whole = rotors + np.pad(mass, (0, len(inside)))
         inverse = np.linalg.inv(whole)
+        bristles = _bristles(model, data)
+        apart = [list(_padded(rows, len(whole))) for rows in _apart(model, data, bristles)]
         together = [
-            *_passive(model, data), *_servos(model, data), *_limits(model, data), *_bristles(model, data),
+            *_passive(model, data), *_servos(model, data), *_limits(model, data), *itertools.chain(*bristles.values()),
             *_active(model, data),
         ]  # fmt: skip
         together = [*_padded(together, len(whole)), *_turning(model, data, inside)]
-        apart = list(_padded(_apart(model, data), len(whole)))
         yield Pose(number, whole, inverse, [_softened(row, inverse) for row in together], apart)
 
 
@@ -209,8 +211,9 @@ def _limits(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
         yield from _element(model, "tendon", i, _lengthening(model, data, i))
 
 
-def _bristles(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
-    """Yield the friction of joints and tendons, and that of pairs of geoms where they are nearest."""
+def _bristles(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, list[Row]]:
+    """Return the friction of pairs of geoms where they are nearest, by pair, and that of joints and tendons at -1."""
+    found: dict[int, list[Row]] = {-1: []}
     for kind, name, at, size in frictions(model):
         k, c = model.numeric_data[at + 1 : at + 3]
         index = find(model, KINDS[kind].object, name)
@@ -221,9 +224,10 @@ def _bristles(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
         else:
             normal, between = _nearest(model, data, index)
             direction = np.linalg.svd(normal[None])[2][1:] @ between
-            yield from _turned(model, data, index, name, model.numeric_data[at : at + size])
-        for row in direction:
-            yield Row(f'friction of {kind} "{name}"', row, k, c)
+            found[index] = list(_turned(model, data, index, name, model.numeric_data[at : at + size]))
+        rows = [Row(f'friction of {kind} "{name}"', row, k, c) for row in direction]
+        found[index if kind == "pair" else -1] += rows
+    return found
 
 
 def _turned(model: mujoco.MjModel, data: mujoco.MjData, pair: int, name: str, numbers: np.ndarray) -> Iterator[Row]:
@@ -308,19 +312,24 @@ def _jacobian(model: mujoco.MjModel, data: mujoco.MjData, r: int) -> np.ndarray:
     return direction
 
 
-def _apart(model: mujoco.MjModel, data: mujoco.MjData) -> list[Row]:
-    """Pairs of geoms that do not touch, where they are nearest."""
-    rows: list[Row] = []
-    if model.opt.disableflags & (_Bits.mjDSBL_CONSTRAINT | _Bits.mjDSBL_CONTACT):
-        return rows
+def _apart(model: mujoco.MjModel, data: mujoco.MjData, bristles: dict[int, list[Row]]) -> Iterator[list[Row]]:
+    """Yield what presses and rubs between pairs of geoms that do not touch, where they are nearest.
+
+    Their bristles are taken out of those that are given.
+    """
+    off = model.opt.disableflags & (_Bits.mjDSBL_CONSTRAINT | _Bits.mjDSBL_CONTACT)
     touching = {frozenset(c.geom.tolist()) for c in data.contact[: data.ncon] if c.efc_address >= 0}
     for i in range(model.npair):
         geoms = int(model.pair_geom1[i]), int(model.pair_geom2[i])
-        if frozenset(geoms) not in touching and _counts(model, model.pair_solref[i]):
+        if frozenset(geoms) in touching:
+            continue
+        rows = bristles.pop(i, [])
+        if not off and _counts(model, model.pair_solref[i]):
             normal, between = _nearest(model, data, i)
             if normal.any():
                 rows += _element(model, "pair", i, (normal @ between)[None])
-    return rows
+        if rows := [row for row in rows if row.direction.any()]:
+            yield rows
 
 
 def _nearest(model: mujoco.MjModel, data: mujoco.MjData, pair: int) -> tuple[np.ndarray, np.ndarray]:

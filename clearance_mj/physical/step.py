@@ -93,14 +93,18 @@ def hardest(model: mujoco.MjModel, poses: ArrayLike | None = None, contacts: boo
             worst = max(rates, key=lambda element: rates[element], default="nothing")
             k, c = next(((row.k, row.c) for row in rows if row.element == worst), (0.0, 0.0))
             found = min(found, Stable(step, worst, pose.number, k, c), key=lambda stable: stable.step)
-        for rate, row in sorted(((_rate(row, pose, implicit), row) for row in pose.alone), key=lambda r: -r[0]):
-            others = steps[row.direction != 0].min(initial=np.inf)
-            if not runge_kutta and 1 / (1 / others + rate) > (1 - 1e-9) * found.step:
-                continue  # two springs or dampers need a step that is at worst as short as both in a row
-            moved = np.unique(parts[row.direction != 0])
+        rates_of = [[_rate(row, pose, implicit) for row in rows] for rows in pose.alone]
+        for rates_of_pair, pair in sorted(zip(rates_of, pose.alone), key=lambda both: -sum(both[0])):
+            moves = np.any([row.direction != 0 for row in pair], axis=0)
+            others = steps[moves].min(initial=np.inf)
+            if not runge_kutta and 1 / (1 / others + sum(rates_of_pair)) > (1 - 1e-9) * found.step:
+                continue  # springs and dampers need a step that is at worst as short as theirs in a row
+            moved = np.unique(parts[moves])
             rows = [other for other, of in zip(pose.together, of_rows) if of in moved]
-            beside = limit(*_cut(pose, np.isin(parts, moved), [*rows, row], implicit))
-            found = min(found, Stable(beside, row.element, pose.number, row.k, row.c), key=lambda stable: stable.step)
+            beside = limit(*_cut(pose, np.isin(parts, moved), [*rows, *pair], implicit))
+            worst_row = pair[int(np.argmax(rates_of_pair))]
+            stable = Stable(beside, worst_row.element, pose.number, worst_row.k, worst_row.c)
+            found = min(found, stable, key=lambda each: each.step)
     return found
 
 
