@@ -179,7 +179,9 @@ class Softness(NamedTuple):
     def data(self) -> str:
         """What a model holds of it."""
         if self.law is None:
-            return f"k={float(self.k)!r} " + (f"c={self.c!r}" if self.ratio is None else f"ratio={self.ratio!r}")
+            return f"k={float(self.k)!r} " + (
+                f"c={float(self.c)!r}" if self.ratio is None else f"ratio={float(self.ratio)!r}"
+            )
         return json.dumps({"law": self.law.to_dict(), "depth": self.depth} | ({"shared": True} if self.shared else {}))
 
 
