@@ -234,7 +234,9 @@ def geared(name: str, recipe: bool, scale: float = 1.0) -> tuple[mujoco.MjModel,
         else:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
+                armature = spec.joint(joint).armature
                 physical.add_backlash(spec, joint, GAP, row.k, row.c, inertia=inertia)
+                spec.joint(joint).armature = armature  # most of such links' inertia, for which their step is made
             rows.append(Row("tendon", f"{joint} backlash", row.k, row.c))
     model = _compiled(spec)
     if scale != 1:  # heavier links, the same k and c
