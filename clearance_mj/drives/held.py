@@ -73,7 +73,7 @@ class ServoLog:
         RecordError
             For a file without such columns, or without rows.
         """
-        table = read_table(path) if not cls.is_one(path) else pd.read_csv(path)
+        table = read_table(path)
         found: dict[str, dict[int, pd.Series]] = {"target pos": {}, "pos": {}, "load": {}}
         for header, column in table.items():
             if which := _COLUMN.fullmatch(str(header)):
@@ -84,7 +84,7 @@ class ServoLog:
         rows = np.all([found[kind][i].notna() for kind in found for i in servos], axis=0)
         if not rows.any():
             raise RecordError(f"{path}: has no row with positions of all servos")
-        arrays = {kind: {i: found[kind][i][rows].to_numpy(dtype=float) for i in servos} for kind in found}
+        arrays = {kind: {i: found[kind][i][rows].to_numpy(dtype=float, copy=True) for i in servos} for kind in found}
         loads = {i: _signed(load) for i, load in arrays["load"].items()}
         return cls(Path(path).name.split(".")[0], arrays["target pos"], arrays["pos"], loads)
 

@@ -20,7 +20,7 @@ from .rows import ParasiticMass, bent_poses, parasitic_mass, softness_of
 from .softness import LARGEST_IMPEDANCE
 from .step import Stable, hardest
 
-__all__ = ["ModelWarning", "check", "compile"]
+__all__ = ["ModelWarning", "check", "compile", "points_of"]
 
 _SAME = 1e-5  # share up to which the softness of a model is what was asked, after MJCF's six digits
 _MAX_SLOWER = 1e-3  # share up to which ringing may be too slow
@@ -219,11 +219,16 @@ def _pair(model: mujoco.MjModel, pair: int, where: str, shared: bool, rubs: set[
         if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
             cone, what = "an elliptic", "changes its normal force while it slides"
         yield f"{where}: friction (condim {model.pair_dim[pair]}) in {cone} cone {what}; use condim 1"
-    geoms = model.geom_type[[model.pair_geom1[pair], model.pair_geom2[pair]]]
-    first, second = (mujoco.mjtGeom(int(g)).name.removeprefix("mjGEOM_") for g in sorted(geoms))
-    points = _POINTS.get((first, second), 1)
+    first, second, points = points_of(model, int(model.pair_geom1[pair]), int(model.pair_geom2[pair]))
     if points > 1 and not shared:
-        yield f"{where}: {first.lower()} and {second.lower()} touch in up to {points} points, each with this stiffness"
+        yield f"{where}: {first} and {second} touch in up to {points} points, each with this stiffness"
+
+
+def points_of(model: mujoco.MjModel, *geoms: int) -> tuple[str, str, int]:
+    """Return the kinds of two geoms, and in how many points they may touch at once; 1 with height fields' prisms."""
+    names = [mujoco.mjtGeom(int(g)).name.removeprefix("mjGEOM_") for g in sorted(model.geom_type[[*geoms]])]
+    first, second = names
+    return first.lower(), second.lower(), _POINTS.get((first, second), 1)
 
 
 def _slow_ringing(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[str]:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["contact", "cover", "joint_limit", "tendon_limit", "touching", "uncovered_contacts"]
 
-_STUCK = 0.1  # damping ratio of bristles where nothing else says any
+_STUCK = 0.1  # damping ratio of bristles beside a law without constant damping
 _FRICTION_OF = f"{MARK}friction of geom:"  # begins the names of numbers that all contacts of one geom get
 ONE_GEOM = "geom", "frictionless geom"
 """Kinds of the texts that hold what was asked of all contacts of one geom: without friction, or with it left out"""
@@ -335,9 +335,11 @@ def _give_pairs(
     for pair, each in zip(pairs, parameters):
         write_parameters(pair, "pair", each)
     if rubs:
-        across = Softness(rubs[1], 0.0, ratio=_STUCK if softness.ratio is None else softness.ratio)
+        across = Softness(rubs[1], rubs[2], ratio=softness.ratio)
+        if softness.law and not softness.c:
+            across = across._replace(ratio=_STUCK)
         for pair, inverse in zip(pairs, behind):
-            give_friction(spec, [pair.name], (*rubs[:2], rubs[2] or across.damping(inverse), *rubs[3:]))
+            give_friction(spec, [pair.name], (*rubs[:2], across.damping(inverse), *rubs[3:]))
 
 
 def _explicit(spec: mujoco.MjSpec, model: mujoco.MjModel, wanted: list[frozenset[int]]) -> list[Any]:

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from ..core.errors import ModelError
-from .checks import compile
+from .checks import compile, points_of
+from .damping import damping_ratio_of
 from .drives import add_drive
-from .elements import compiled, find, name_of, specification
+from .elements import compiled, find, name_of, softness, specification
 from .limits import contact, touching
 
 __all__ = ["robot"]
@@ -35,11 +35,11 @@ def robot(
     feet : sequence of str or mujoco.MjsGeom
         Geoms whose contacts with all that is fixed to the world get k, damping and friction.
     k : float
-        Stiffness of each foot's contact, N/m, for all points of the foot together.
+        Stiffness of each foot's contact, N/m; the points of a foot that touches in several, such as a box, share it.
     c : float, optional
         Damping, N s/m.
     damping_ratio : float, optional
-        Instead of c, of each foot's contact; see `contact`. It leaves k to each point of contact.
+        Instead of c, of the mass behind each foot; see `contact`.
     friction : float, optional
         Coefficient of dry friction.
     torsion : float
@@ -67,9 +67,15 @@ def robot(
         raise ModelError("backlash needs the stiffness of the gears: give teeth, N m/rad at the joint")
     spec = spec.copy()
     if feet:
-        geoms = _on_the_ground(compiled(specification(spec)), [name_of(foot) for foot in feet])
-        points = "each" if damping_ratio is not None else "share"
-        contact(spec, geoms, k, c, True, damping_ratio=damping_ratio, friction=friction, torsion=torsion, points=points)
+        model = compiled(specification(spec))
+        wanted = softness(k, c, None, 0.0, damping_ratio_of(c, damping_ratio, None))
+        alone, shared = _on_the_ground(model, [name_of(foot) for foot in feet])
+        if alone:
+            contact(spec, alone, k, c, True, damping_ratio=damping_ratio, friction=friction, torsion=torsion)
+        for foot, ground in shared:
+            inverse = float(model.body_invweight0[model.geom(foot).bodyid[0], 0])
+            own = wanted.damping(inverse)
+            contact(spec, (foot, ground), k, own, True, friction=friction, torsion=torsion, points="share")
     if backlash is not None:
         plays = backlash if isinstance(backlash, Mapping) else dict.fromkeys(_turning(spec), backlash)
         for play in sorted(set(plays.values())):
@@ -78,9 +84,11 @@ def robot(
     return compile(spec)
 
 
-def _on_the_ground(model: mujoco.MjModel, feet: list[str]) -> list[tuple[str, str]]:
-    """Pairs of each foot and what is fixed to the world, as far as they can touch."""
-    found = []
+def _on_the_ground(
+    model: mujoco.MjModel, feet: list[str]
+) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:  # fmt: skip
+    """Pairs of each foot and what is fixed to the world, as far as they can touch: in one point, and in several."""
+    alone, shared = list[tuple[str, str]](), list[tuple[str, str]]()
     for foot in feet:
         geom = find(model, mujoco.mjtObj.mjOBJ_GEOM, foot)
         others = [other for pair in touching(model, geom) for other in pair - {geom}]
@@ -91,14 +99,16 @@ def _on_the_ground(model: mujoco.MjModel, feet: list[str]) -> list[tuple[str, st
             if not model.geom(other).name:
                 body = model.body(model.geom_bodyid[other]).name
                 raise ModelError(f'the geom of body "{body}" that foot "{foot}" stands on has no name; give it one')
-            found.append((foot, model.geom(other).name))
-    return found
+            kinds = points_of(model, geom, other)
+            several = kinds[2] > 1 or "hfield" in kinds
+            (shared if several else alone).append((foot, model.geom(other).name))
+    return alone, shared
 
 
 def _turning(spec: mujoco.MjSpec) -> list[str]:
     """Names of the actuators of hinges."""
     hinges = {joint.name for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_HINGE}
     names = [motor.name for motor in spec.actuators if motor.target in hinges]
-    if not names or not np.all([bool(name) for name in names]):
+    if not names or not all(names):
         raise ModelError("backlash of all gears needs actuators of hinges that have names")
     return names

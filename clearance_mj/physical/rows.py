@@ -299,8 +299,8 @@ def _bushing(model: mujoco.MjModel, data: mujoco.MjData, first: int, bushing: Jo
     mass, scale = 1 / data.efc_R[first : first + bushing.axes], model.eq_data[bushing.equality, 10]
     rows[:3] = data.site_xmat[bushing.site].reshape(3, 3).T @ rows[:3]
     for j in range(bushing.axes):
-        share = 1.0 if j < 3 else 4 / scale**2
-        yield Row(f'bushing "{bushing.name}"', rows[j], share * k[j], share * c[j], mass[j])
+        turns = 1.0 if j < 3 else 2 / scale  # angle of a row's residual, see `bushing_loop`
+        yield Row(f'bushing "{bushing.name}"', turns * rows[j], k[j], c[j], mass[j] / turns**2)
 
 
 def _jacobian(model: mujoco.MjModel, data: mujoco.MjData, r: int) -> np.ndarray:

@@ -70,3 +70,20 @@ def test_numbers_of_actuators_bodies_and_drives(name, start, read):
 def test_numbers_of_actuators_and_bodies_that_cannot_be(name, says):
     with pytest.raises(ModelError, match=says):
         quantities.open_parameters(mujoco.MjSpec.from_string(SERVO), [name])
+
+
+def test_a_stiffness_beside_a_damping_ratio_keeps_the_damping():
+    """Whatever k is written, c stays what it was, in a model as in a specification."""
+    spec = mujoco.MjSpec.from_string(SERVO)
+    physical.add_backlash(spec, "j", 0.01, k=500.0, damping_ratio=0.1)
+    model = physical.compile(spec)
+    before = physical.stiffness_damping(
+        model.tendon_solref_lim[0], model.tendon_solimp_lim[0, 0], model.tendon_invweight0[0]
+    )
+    values = {"j backlash.k": 700.0}
+    for changed in (quantities.put(model, values), physical.compile(quantities.written_into(spec, values))):
+        k, c = physical.stiffness_damping(
+            changed.tendon_solref_lim[0], changed.tendon_solimp_lim[0, 0], changed.tendon_invweight0[0]
+        )
+        assert k == pytest.approx(700.0, rel=1e-6)
+        assert c == pytest.approx(before[1], rel=1e-6) and c > 0

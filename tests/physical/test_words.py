@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import physical
+from clearance_mj.clearance import ContactLaw, HuntCrossley
 from clearance_mj.core.errors import LawError, ModelError
 from clearance_mj.physical.damping import damping_ratio_of, restitution_of
 
@@ -228,3 +229,29 @@ def test_a_robot_stands_as_deep_as_its_feet_are_stiff():
     depth = [0.02 - data.geom(foot).xpos[2] for foot in feet]
     weight = 9.81 * model.body_subtreemass[1]
     assert np.mean(depth) == pytest.approx(weight / 4 / 2e4, rel=2e-3)
+
+
+def test_feet_of_several_points_share_their_stiffness():
+    """A block on a plane stands m g/k deep by its four corners together, whether c is given or a damping ratio."""
+    xml = BALLS.replace('<geom name="light" size=".1"', '<geom name="light" type="box" size=".1 .1 .1"')
+    for damping in ({"c": 200.0}, {"damping_ratio": 0.5}):
+        spec = mujoco.MjSpec.from_string(xml)
+        spec.option.gravity, spec.option.timestep = [0, 0, -9.81], 2e-4
+        model = physical.robot(spec, ["light"], k=2e4, friction=0.5, **damping)
+        data = mujoco.MjData(model)
+        with physical.Softener(model):
+            mujoco.mj_step(model, data, 5000)
+        assert 0.1 - data.geom("light").xpos[2] == pytest.approx(9.81 / 2e4, rel=1e-4)
+
+
+def test_friction_without_damping_has_none():
+    """With c = 0 of a contact the bristles have none; beside a law of impacts they have a tenth of the critical one."""
+    spec = mujoco.MjSpec.from_string(BALLS)
+    physical.contact(spec, ("light", "floor"), k=1e4, c=0.0, friction=0.5)
+    law = ContactLaw(HuntCrossley(1e6, 0.5))
+    physical.contact(spec, ("heavy", "floor"), law=law, friction=0.5)
+    light, heavy = (
+        physical.compile(spec).numeric(f"physical:friction:pair:floor - {name}").data for name in ("light", "heavy")
+    )
+    assert light[2] == 0.0
+    assert heavy[2] == pytest.approx(0.2 * np.sqrt(heavy[1] * 10.0), rel=1e-6)

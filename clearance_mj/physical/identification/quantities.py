@@ -229,10 +229,9 @@ def _softness(model: mujoco.MjModel, quantity: str, element: Asked) -> _Place:
 
     def write(target: Target, value: float) -> None:
         own = compiled(target)
-        if target is own:
+        now = next(e.softness for e in asked(own) if (e.kind, e.name) == (kind, name))
+        if target is own or now.ratio is not None:  # whose damping is to stay as it is
             now = Softness(*softness_of(own, kind, _index(own, kind, name)) or ())
-        else:
-            now = next(e.softness for e in asked(own) if (e.kind, e.name) == (kind, name))
         changed = Softness(value, now.c) if quantity == "k" else Softness(now.k, value)
         give(target, own, kind, [name], changed)
 
