@@ -11,8 +11,8 @@ from clearance_mj import __version__
 from clearance_mj.core.files import replacing
 
 PARTS = (
-    "speed", "alternatives", "scaling", "options", "memory", "ridge", "periodic", "softener", "drives", "rotors",
-    "space", "productions",
+    "speed", "alternatives", "scaling", "options", "memory", "ridge", "periodic", "softener", "drives", "bushings",
+    "rotors", "space", "productions",
 )  # fmt: skip
 
 

@@ -1,10 +1,14 @@
-"""Play of drives: inside the actuators, and as two joints, over the same chain of links without play.
+"""Play of drives: inside the actuators, and between two joints, over the same chain of links without play.
+
+Between two joints teeth are rows of the solver's, or MuJoCo's own dead band, a tendon with a spring (``native=True``).
 
 Links on hinges in a row, each with a position servo, 1 to 30 of them. Costs are of the processor's time over mj_step of
 the chain without play, of runs in turn: free, at rest in the middle of the play without weight or servo, and engaged,
 servos that hold their links against gravity. 64 environments are stepped by ``mujoco.batch``.
 """
 
+import contextlib
+import functools
 import statistics
 import time
 
@@ -19,37 +23,44 @@ from .case import row
 JOINTS = 1, 2, 5, 10, 20, 30
 STEPS, ROUNDS, ENVIRONMENTS = 4000, 15, 64
 GAP, K, C = 2e-3, 3000.0, 0.5  # rad, N m/rad, N m s/rad
+FORMS = {
+    "actuator": "play inside the actuators",
+    "joint": "play between two joints each",
+    "native": "play between two joints each, as a dead band of MuJoCo's own",
+}
 
 
 def measure():
     """Return rows as of `periodic`."""
     rows, series = [], {}
     for joints in JOINTS:
-        models = {form: _chain(joints, form) for form in ("none", "actuator", "joint")}
+        plain_model, models = _chain(joints, "none"), {form: _chain(joints, form) for form in FORMS}
         softener = physical.Softener(models["actuator"])
         for state, gain in (("free", 0.0), ("engaged", 1.0)):
-            costs = {"actuator": [], "joint": []}
-            for _ in range(ROUNDS):
-                plain = _march(models["none"], gain)
-                with softener:
-                    costs["actuator"].append(_march(models["actuator"], gain) / plain)
-                costs["joint"].append(_march(models["joint"], gain) / plain)
+            costs, plain = _costs(plain_model, models, softener, functools.partial(_march, gain=gain))
             for form, ratios in costs.items():
                 series.setdefault(f"{form} {state}", []).append(statistics.median(ratios))
-            begin = f"{joints} joints, {state} ({1e6 * plain / STEPS:.1f} µs a step without play)"
-            rows.append(row(f"{begin}: play inside the actuators", costs["actuator"], "x", "<= 1.2"))
-            rows.append(row(f"{begin}: play between two joints each", costs["joint"], "x", ""))
+            rows += _rows(f"{joints} joints, {state} ({1e6 * plain / STEPS:.1f} µs a step without play)", costs)
         if joints in (1, 10, 30):
-            costs = {"actuator": [], "joint": []}
-            for _ in range(ROUNDS):
-                plain = _batch(models["none"])
-                with softener:
-                    costs["actuator"].append(_batch(models["actuator"]) / plain)
-                costs["joint"].append(_batch(models["joint"]) / plain)
-            begin = f"{joints} joints, {ENVIRONMENTS} environments on two threads"
-            rows.append(row(f"{begin}: play inside the actuators", costs["actuator"], "x", "<= 1.2"))
-            rows.append(row(f"{begin}: play between two joints each", costs["joint"], "x", ""))
+            costs, _ = _costs(plain_model, models, softener, _batch)
+            rows += _rows(f"{joints} joints, {ENVIRONMENTS} environments on two threads", costs)
     return {"rows": rows, "joints": JOINTS, "series": series, "skipped": {}}
+
+
+def _costs(plain_model, models, softener, run):
+    """Return the times of models over that without play, by form, of runs in turn, and the last of that."""
+    costs = {form: [] for form in models}
+    for _ in range(ROUNDS):
+        plain = run(plain_model)
+        for form, model in models.items():
+            with softener if form == "actuator" else contextlib.nullcontext():
+                costs[form].append(run(model) / plain)
+    return costs, plain
+
+
+def _rows(begin, costs):
+    targets = {"actuator": "<= 1.2"}
+    return [row(f"{begin}: {FORMS[form]}", ratios, "x", targets.get(form, "")) for form, ratios in costs.items()]
 
 
 def _chain(joints, form):
@@ -66,8 +77,8 @@ def _chain(joints, form):
     for i in range(joints):
         if form == "actuator":
             physical.add_drive(spec, f"servo {i}", GAP, K, C)
-        elif form == "joint":
-            physical.add_backlash(spec, f"joint {i}", GAP, K, C)
+        elif form != "none":
+            physical.add_backlash(spec, f"joint {i}", GAP, K, C, native=form == "native")
     return physical.compile(spec)
 
 

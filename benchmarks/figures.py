@@ -52,7 +52,10 @@ def drives(found):
     """Time of a step over that without play, inside the actuators and between two joints, over their number."""
     figure = Figure(figsize=(5.5, 3.2), layout="constrained")
     axes = figure.add_subplot()
-    names = {"actuator": "play inside the actuators", "joint": "play between two joints each"}
+    names = {
+        "actuator": "play inside the actuators", "joint": "play between two joints each",
+        "native": "as a dead band of MuJoCo's own",
+    }  # fmt: skip
     for (form, name), colour in zip(names.items(), COLOURS):
         for state, line, marker in (("free", "--", "o"), ("engaged", "-", "s")):
             ratios = found["series"][f"{form} {state}"]

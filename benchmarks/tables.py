@@ -42,6 +42,10 @@ def drives(found):
     return {"drives": _rows(found)}
 
 
+def bushings(found):
+    return {"bushings": _rows(found)}
+
+
 def productions(found):
     return {"productions": _rows(found)}
 

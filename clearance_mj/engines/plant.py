@@ -12,7 +12,8 @@ import scipy.linalg
 from ..clearance.law import Law
 from ..clearance.record import fillings_of
 from ..linear import RigRows
-from ..physical.elements import Softness, ask
+from ..physical.elements import ask
+from ..physical.softness import Softness
 from ..rig import Bushing, Rig
 from ..rig.instruments import Kinds, each_kind
 from ..rig.loads import load_force

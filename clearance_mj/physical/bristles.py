@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import LawError, ModelError
-from .elements import compiled, find, joint_kind, name_of, pairs_of, specification
+from .elements import asked, compiled, find, joint_kind, name_of, pairs_of, specification
 from .records import MARK, marked, write_numbers
 
 __all__ = [
@@ -77,6 +77,7 @@ def friction(
     wanted = pair_friction(coefficient, k, c, torsion, rolling)
     model, several = compiled(specification(spec)), geoms if isinstance(geoms, list) else [geoms]
     pairs, found, rubs = pairs_of(model), [], rubbing(model)
+    implicit = {name for kind, name, softness in asked(model) if kind == "pair" and softness.implicit}
     for each in several:
         names = [name_of(geom) for geom in each]
         if len(names) != 2:
@@ -88,6 +89,8 @@ def friction(
                 f'geoms "{names[0]}" and "{names[1]}" have no contact without MuJoCo\'s friction; '
                 "give it a softness first: contact(..., frictionless=True)"
             )
+        if name in implicit:
+            raise ModelError(f'contact "{name}" is implicit, but a Softener\'s friction is explicit; leave one away')
         found.append(name)
     give_friction(spec, found, wanted)
 

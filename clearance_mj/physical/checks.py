@@ -154,6 +154,7 @@ def _settings(model: mujoco.MjModel) -> Iterator[str]:
     kinds = {kind for kind, _, _ in _soft(model)}
     off, on, bits, more = model.opt.disableflags, model.opt.enableflags, mujoco.mjtDisableBit, mujoco.mjtEnableBit
     limits, contacts = bool(kinds & {"joint", "tendon"}), "pair" in kinds
+    implicit = any(element.softness.implicit for element in asked(model))
     for wrong, says in (
         (kinds and off & bits.mjDSBL_CONSTRAINT, "flag constraint is disabled: no contact or limit acts"),
         (limits and off & bits.mjDSBL_LIMIT, "flag limit is disabled: no joint or tendon limit acts"),
@@ -164,6 +165,10 @@ def _settings(model: mujoco.MjModel) -> Iterator[str]:
             kinds and model.opt.integrator == getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", None),
             "integrator discrete scales stiffness with the step where there is damping, and damps all ringing; use "
             "Euler, implicitfast or RK4, or add_backlash(..., native=True), which is exact there",
+        ),
+        (
+            implicit and model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4,
+            "integrator RK4 takes implicit contacts and limits for soft ones with a mass; use Euler or implicitfast",
         ),
     ):
         if wrong:
@@ -196,11 +201,11 @@ def _elements(model: mujoco.MjModel) -> Iterator[str]:
             yield f"{where} is rigid, since MuJoCo finds no inertia behind it in the initial pose; apply() gives it one"
         elif solimp[0] != solimp[1]:
             yield f"{where}: impedance changes from {solimp[0]:g} to {solimp[1]:g} with depth, and so does stiffness"
-        elif solimp[0] > 10 * LARGEST_IMPEDANCE:
+        elif solimp[0] > 10 * LARGEST_IMPEDANCE and not ((kind, name) in wanted and wanted[kind, name].implicit):
             yield f"{where}: impedance {solimp[0]:g} adds a mass that makes it ring too slow; 1e-4 does not"
         elif (kind, name) in wanted:
             has, asked_for = softness_of(model, kind, i) or (np.nan, np.nan), wanted[kind, name]
-            ask = asked_for.k, asked_for.damping(inverse_inertia(model, kind, i))
+            ask = asked_for.at_step(inverse_inertia(model, kind, i), model.opt.timestep)
             if not np.allclose(has, ask, rtol=_SAME, atol=0):
                 yield (
                     f"{where} has k = {has[0]:.6g}, c = {has[1]:.6g}, but k = {ask[0]:.6g}, c = {ask[1]:.6g} "
@@ -274,8 +279,13 @@ def _too_long(model: mujoco.MjModel, stable: Stable, where: Callable[[int], str]
     if model.opt.timestep < stable.step:
         return []
     k, c = stable.hardest_at(model.opt.timestep)
+    implicit = ""
+    if stable.element.startswith("teeth"):
+        implicit = "; add_backlash(..., implicit=True) is stable at any step"
+    elif any(stable.element == f'{kind} "{name}"' and not soft.implicit for kind, name, soft in asked(model)):
+        implicit = "; implicit=True makes it stable at any step"
     return [
         f"timestep {model.opt.timestep:g} s is too long: {stable.element} is stable below {stable.step:.3g} s "
         f"({where(stable.pose)}), and at this step up to k = {k:.3g} and c = {c:.3g}; accuracy takes about "
-        f"{stable.step / 10:.1g} s"
+        f"{stable.step / 10:.1g} s{implicit}"
     ]

@@ -11,7 +11,8 @@ import numpy as np
 from ..core.errors import ModelError
 from .actuators import actuator_count, drives_joint, settle
 from .damping import damping_ratio_of
-from .elements import Softness, ask, change, compiled, find, joint_kind, name_of, softness, specification
+from .elements import ask, change, compiled, find, joint_kind, name_of, specification
+from .softness import Softness, softness
 
 if TYPE_CHECKING:
     from ..clearance.law import Law
@@ -25,6 +26,7 @@ def add_backlash(
     spec: mujoco.MjSpec, joint: Any, gap: float | None = None, k: float | None = None, c: float | None = None,
     inertia: float | None = None, *, backlash: float | None = None, damping_ratio: float | None = None,
     restitution: float | None = None, law: Law | None = None, native: bool = False,
+    implicit: bool = False,
 ) -> Any:  # fmt: skip
     """Put play between a joint and its drive, which becomes a joint of its own.
 
@@ -57,6 +59,8 @@ def add_backlash(
         Whether the tendon is a spring with a dead band instead of a limit: k and gap are exact in every integrator,
         ``discrete`` too, in MJX and MuJoCo Warp, without a row of the solver's; its damping acts inside the gap too,
         and it may pull while teeth part. It needs c.
+    implicit : bool
+        Whether teeth, rotor and load act on each other as by backward Euler: stable at any time step; see `contact`.
 
     Returns
     -------
@@ -75,8 +79,8 @@ def add_backlash(
     names = [name_of(each) for each in (joint if isinstance(joint, list) else [joint])]
     kinds = {name: joint_kind(model, name, "backlash") for name in names}
     half = half_of(gap, backlash, all(kind == mujoco.mjtJoint.mjJNT_HINGE for kind in kinds.values()))
-    wanted = _check(half, k, c, law, damping_ratio_of(c, damping_ratio, restitution))
-    if native and (law is not None or wanted.ratio is not None):
+    wanted = _check(half, k, c, law, damping_ratio_of(c, damping_ratio, restitution), implicit)
+    if native and (law is not None or wanted.ratio is not None or implicit):
         raise ModelError("native backlash is a spring and a damper: give k and c")
     inertias = {}
     for name in names:
@@ -141,7 +145,7 @@ def half_of(gap: float | None, backlash: float | None, turns: bool) -> float:
 
 def add_annular_clearance(
     spec: mujoco.MjSpec, site_a: Any, site_b: Any, gap: float, k: float | None = None, c: float | None = None, *,
-    law: Law | None = None,
+    law: Law | None = None, implicit: bool = False,
 ) -> mujoco.MjsTendon:  # fmt: skip
     """Let two sites move apart freely up to a gap: a bushing or a ball joint with play.
 
@@ -164,6 +168,8 @@ def add_annular_clearance(
         Damping, N s/m, >= 0.
     law : Law, optional
         Instead of k and c; a `Softener` makes the contact follow it. Its grease acts along the tendon.
+    implicit : bool
+        Whether it acts as by backward Euler; see `contact`.
 
     Returns
     -------
@@ -177,7 +183,7 @@ def add_annular_clearance(
     LawError
         For a stiffness or damping out of range.
     """
-    wanted = _check(gap, k, c, law)
+    wanted = _check(gap, k, c, law, implicit=implicit)
     model, names = compiled(specification(spec)), [name_of(site) for site in (site_a, site_b)]
     bodies = [model.body_weldid[model.site_bodyid[find(model, mujoco.mjtObj.mjOBJ_SITE, name)]] for name in names]
     if bodies[0] == bodies[1]:
@@ -194,11 +200,11 @@ def add_annular_clearance(
 
 
 def _check(
-    gap: float, k: float | None, c: float | None, law: Law | None, ratio: float | None = None
+    gap: float, k: float | None, c: float | None, law: Law | None, ratio: float | None = None, implicit: bool = False
 ) -> Softness:  # fmt: skip
     if not isinstance(gap, numbers.Real) or not 0 < gap < np.inf:
         raise ModelError(f"gap {gap} must be > 0 and finite; it is the play to one side")
-    return softness(k, c, law, gap, ratio)
+    return softness(k, c, law, gap, ratio, implicit)
 
 
 def _positive(inertia: float, what: str) -> float:

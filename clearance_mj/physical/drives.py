@@ -19,8 +19,9 @@ from ..core.errors import ModelError
 from .actuators import ON_JOINT, actuator_count, output_of, settle
 from .clearances import half_of
 from .damping import damping_ratio_of
-from .elements import Softness, change, compiled, find, name_of, softness, specification
+from .elements import change, compiled, find, name_of, specification
 from .records import MARK, marked, note_softener, write_numbers
+from .softness import Softness, softness
 from .transmission import DriveFriction, Efficiency
 
 __all__ = ["BEGUN", "DRIVE", "DriveState", "PlacedDrive", "add_drive", "drive_state", "drives", "friction_numbers"]

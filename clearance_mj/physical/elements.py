@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import difflib
 import functools
-import json
-import numbers
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
@@ -21,14 +19,14 @@ import numpy as np
 from ..core.checks import naming
 from ..core.errors import LawError, ModelError
 from .records import MARK, texts, write_text
-from .softness import solref_solimp, written
+from .softness import Softness, implicit_impedance, read_softness, solref_solimp, written
 
 if TYPE_CHECKING:
-    from ..clearance.law import Law
+    pass
 
 __all__ = [
-    "KINDS", "Asked", "Kind", "Softness", "Target", "apply", "ask", "asked", "change", "compiled", "find", "give",
-    "inverse_inertia", "joint_kind", "name_of", "nearest", "pairs_of", "read", "softness", "solver_parameters",
+    "KINDS", "Asked", "Kind", "Target", "apply", "ask", "asked", "change", "compiled", "find", "give",
+    "inverse_inertia", "joint_kind", "name_of", "nearest", "pairs_of", "solver_parameters",
     "specification", "write_all", "write_parameters",
 ]  # fmt: skip
 
@@ -161,63 +159,6 @@ def inverse_inertia(model: mujoco.MjModel, kind: str, index: int) -> float:
     return float(model.body_invweight0[bodies, 0].sum())
 
 
-class Softness(NamedTuple):
-    """Stiffness and damping of an element, and the law that they are the hardest of, if there is one."""
-
-    k: float  # N/m, or N m/rad
-    c: float
-    law: Law | None = None
-    depth: float = 0.0  # m or rad, of the penetration at which a law that hardens is linearised
-    shared: bool = False  # whether the points of a pair share it
-    ratio: float | None = None  # of the critical damping of the inertia behind the element, instead of c
-
-    def damping(self, inverse: float) -> float:
-        """Return c of an element with Â behind it."""
-        return self.c if self.ratio is None else 2 * self.ratio * float(np.sqrt(self.k / inverse))
-
-    @property
-    def data(self) -> str:
-        """What a model holds of it."""
-        if self.law is None:
-            return f"k={float(self.k)!r} " + (
-                f"c={float(self.c)!r}" if self.ratio is None else f"ratio={float(self.ratio)!r}"
-            )
-        return json.dumps({"law": self.law.to_dict(), "depth": self.depth} | ({"shared": True} if self.shared else {}))
-
-
-def softness(
-    k: float | None, c: float | None, law: Law | None, depth: float, ratio: float | None = None
-) -> Softness:  # fmt: skip
-    """Return what a user asked: a stiffness and a damping or its ratio, or a law.
-
-    Raises
-    ------
-    LawError
-        For both or neither, a stiffness that is not > 0, a damping that is not >= 0, and laws that engines cannot
-        have as a limit.
-    """
-    if law is None:
-        if k is None or (c is None and ratio is None):
-            raise LawError(
-                "give a stiffness k and a damping c, or a law; damping_ratio or restitution may take the place of c"
-            )
-        for label, value in (("k", k), ("c", c)):
-            if value is not None and not isinstance(value, numbers.Real):
-                raise LawError(f"{label} must be a number, got {value!r}")
-        found = Softness(k, float(c or 0.0), ratio=ratio)
-    else:
-        if k is not None or c is not None or ratio is not None:
-            raise LawError("give a stiffness k and a damping c, or a law, not both")
-        if not hasattr(law, "largest"):
-            raise LawError(f"law must be a law such as clearance_mj.clearance.ContactLaw, got {law!r}")
-        if np.any(law.table(1).adhesion):
-            raise LawError("MuJoCo's contacts and limits never pull, so a law with adhesion cannot be theirs")
-        hardest_k, hardest_c = (float(most[0]) for most in law.largest([depth]))
-        found = Softness(hardest_k, hardest_c, law, depth)
-    solref_solimp(found.k, found.c, 1.0)  # refuses what cannot be
-    return found
-
-
 class Asked(NamedTuple):
     """An element of which a softness was asked."""
 
@@ -231,23 +172,11 @@ def asked(model: mujoco.MjModel) -> Iterator[Asked]:
     for kind, name, data in texts(model):
         if kind in KINDS:
             try:
-                yield Asked(kind, name, read(data))
+                yield Asked(kind, name, read_softness(data))
             except (IndexError, TypeError, ValueError, KeyError):
                 raise ModelError(
                     f'text "{MARK}{kind}:{name}" holds "{data}", needs "k=STIFFNESS c=DAMPING" or a law'
                 ) from None
-
-
-def read(data: str) -> Softness:
-    """Return the softness that a text of a model holds."""
-    if data.startswith("{"):
-        from ..clearance.law_files import law_from_dict
-
-        values = json.loads(data)
-        found = softness(None, None, law_from_dict(values["law"]), float(values["depth"]))
-        return found._replace(shared=bool(values.get("shared")))
-    k, c = (float(part.split("=")[1]) for part in data.split())
-    return Softness(k, 0.0, ratio=c) if " ratio=" in data else Softness(k, c)
 
 
 def give(target: Target, model: mujoco.MjModel, kind: str, names: list[str], wanted: Softness) -> None:
@@ -265,7 +194,7 @@ def give(target: Target, model: mujoco.MjModel, kind: str, names: list[str], wan
             _write_model(target, kind, name, wanted)
         return
     behind = [inverse_inertia(model, kind, find(model, KINDS[kind].object, name)) for name in names]
-    found = solver_parameters(kind, names, wanted, behind)
+    found = solver_parameters(kind, names, wanted, behind, model.opt.timestep)
     ask(target, kind, names, wanted)
     for name, parameters in zip(names, found):
         write_parameters(getattr(target, kind)(name), kind, parameters)
@@ -334,7 +263,8 @@ def write_all(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     """Write into a specification, which compiles to a model, everything that was asked of its elements."""
     for kind, name, wanted in asked(model):
         behind = inverse_inertia(model, kind, find(model, KINDS[kind].object, name))
-        write_parameters(getattr(spec, kind)(name), kind, solver_parameters(kind, [name], wanted, [behind])[0])
+        found = solver_parameters(kind, [name], wanted, [behind], model.opt.timestep)
+        write_parameters(getattr(spec, kind)(name), kind, found[0])
 
 
 def _write_model(model: mujoco.MjModel, kind: str, name: str, wanted: Softness) -> None:
@@ -343,7 +273,8 @@ def _write_model(model: mujoco.MjModel, kind: str, name: str, wanted: Softness) 
     if kind == "tendon" and not model.tendon_length0[index]:  # whose direction there is arbitrary
         inverse = model.tendon_invweight0[index] = max(inverse, _of_its_ends(model, index))
     solref, solimp = there.model
-    getattr(model, solref)[index], getattr(model, solimp)[index] = _checked(kind, name, solref_solimp, wanted, inverse)
+    found = _checked(kind, name, solref_solimp, wanted, inverse, model.opt.timestep)
+    getattr(model, solref)[index], getattr(model, solimp)[index] = found
     for field in there.starts.values():
         getattr(model, field)[index] = 0
 
@@ -356,7 +287,9 @@ def _of_its_ends(model: mujoco.MjModel, tendon: int) -> float:
     return float(model.body_invweight0[model.site_bodyid[sites], 0].sum())
 
 
-def solver_parameters(kind: str, names: list[str], wanted: Softness, behind: Sequence[float]) -> list[Parameters]:
+def solver_parameters(
+    kind: str, names: list[str], wanted: Softness, behind: Sequence[float], step: float
+) -> list[Parameters]:  # fmt: skip
     """Return solref and solimp, as a specification gets them, of elements with Â ``behind`` them.
 
     Raises
@@ -365,7 +298,7 @@ def solver_parameters(kind: str, names: list[str], wanted: Softness, behind: Seq
         For an element without inertia behind it, but for a tendon: `apply` to the compiled model finds one.
     """
     return [
-        None if inverse <= 0 and kind == "tendon" else _checked(kind, name, written, wanted, inverse)
+        None if inverse <= 0 and kind == "tendon" else _checked(kind, name, written, wanted, inverse, step)
         for name, inverse in zip(names, behind)
     ]
 
@@ -380,15 +313,20 @@ def write_parameters(element: Any, kind: str, parameters: Parameters) -> None:
         setattr(element, field, 0)
 
 
-def _checked(kind: str, name: str, mapping: Any, wanted: Softness, inverse: float) -> tuple[np.ndarray, np.ndarray]:
+def _checked(
+    kind: str, name: str, mapping: Any, wanted: Softness, inverse: float, step: float
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     noun = f'{KINDS[kind].noun} "{name}"'
     if inverse <= 0:
         raise ModelError(f"{noun} moves nothing that has an inertia, so it cannot be soft")
     with naming(noun, LawError, ModelError):
-        return _mapped(mapping, float(wanted.k), float(wanted.damping(inverse)), inverse)
+        numbers: tuple[float, ...] = (*wanted.at_step(inverse, step), inverse)
+        if wanted.implicit:
+            numbers = *numbers, implicit_impedance(wanted.k, wanted.damping(inverse), inverse, step)
+        return _mapped(mapping, *numbers)
 
 
 @functools.lru_cache(1024)
-def _mapped(mapping: Any, k: float, c: float, inverse: float) -> tuple[np.ndarray, np.ndarray]:
+def _mapped(mapping: Any, *numbers: float) -> tuple[np.ndarray, np.ndarray]:
     """Return solver parameters, which are the same for many elements of a model."""
-    return mapping(k, c, inverse)
+    return mapping(*numbers)

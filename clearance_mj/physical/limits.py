@@ -13,7 +13,6 @@ from .bristles import give_friction, pair_friction, rubbing
 from .damping import damping_ratio_of
 from .elements import (
     KINDS,
-    Softness,
     Target,
     ask,
     compiled,
@@ -21,12 +20,11 @@ from .elements import (
     give,
     name_of,
     pairs_of,
-    read,
-    softness,
     solver_parameters,
     write_parameters,
 )
 from .records import MARK, marked, texts, write_numbers, write_text
+from .softness import Softness, read_softness, softness
 
 if TYPE_CHECKING:
     from ..clearance.law import Law
@@ -41,7 +39,7 @@ ONE_GEOM = "geom", "frictionless geom"
 
 def joint_limit(
     target: Target, joint: Any, k: float | None = None, c: float | None = None, *, law: Law | None = None,
-    damping_ratio: float | None = None, restitution: float | None = None,
+    damping_ratio: float | None = None, restitution: float | None = None, implicit: bool = False,
 ) -> None:  # fmt: skip
     """Make a joint's limits springs and dampers: torque k r + c ṙ, never pulling, r beyond the range.
 
@@ -60,6 +58,8 @@ def joint_limit(
         amplitude and its grease are those of the motion about the middle of the range.
     damping_ratio, restitution : float, optional
         Instead of c, of the inertia behind the limit in the model's initial pose; see `contact`.
+    implicit : bool
+        Whether it acts as by backward Euler; see `contact`.
 
     Raises
     ------
@@ -68,12 +68,12 @@ def joint_limit(
     LawError
         For a stiffness or damping out of range, or a law that cannot be a limit's.
     """
-    _limits(target, "joint", joint, (k, c, law), damping_ratio_of(c, damping_ratio, restitution))
+    _limits(target, "joint", joint, (k, c, law), damping_ratio_of(c, damping_ratio, restitution), implicit)
 
 
 def tendon_limit(
     target: Target, tendon: Any, k: float | None = None, c: float | None = None, *, law: Law | None = None,
-    damping_ratio: float | None = None, restitution: float | None = None,
+    damping_ratio: float | None = None, restitution: float | None = None, implicit: bool = False,
 ) -> None:  # fmt: skip
     """Make a tendon's limits springs and dampers: force k r + c ṙ, never pulling, r beyond the range.
 
@@ -91,6 +91,8 @@ def tendon_limit(
         Instead of k and c; see `joint_limit`. Lengths of a spatial tendon whose range begins at 0 count from there.
     damping_ratio, restitution : float, optional
         Instead of c, of the inertia behind the limit in the model's initial pose; see `contact`.
+    implicit : bool
+        Whether it acts as by backward Euler; see `contact`.
 
     Raises
     ------
@@ -99,10 +101,12 @@ def tendon_limit(
     LawError
         For a stiffness or damping out of range, or a law that cannot be a limit's.
     """
-    _limits(target, "tendon", tendon, (k, c, law), damping_ratio_of(c, damping_ratio, restitution))
+    _limits(target, "tendon", tendon, (k, c, law), damping_ratio_of(c, damping_ratio, restitution), implicit)
 
 
-def _limits(target: Target, kind: str, elements: Any, given: tuple[Any, Any, Law | None], ratio: float | None) -> None:
+def _limits(
+    target: Target, kind: str, elements: Any, given: tuple[Any, Any, Law | None], ratio: float | None, implicit: bool
+) -> None:  # fmt: skip
     model, fields = compiled(target), "jnt" if kind == "joint" else kind
     names = [name_of(e) for e in (elements if isinstance(elements, list | tuple) else [elements])]
     ids = [find(model, KINDS[kind].object, name) for name in names]
@@ -110,7 +114,7 @@ def _limits(target: Target, kind: str, elements: Any, given: tuple[Any, Any, Law
         if not getattr(model, f"{fields}_limited")[i]:
             raise ModelError(f'{kind} "{name}" has no limits; give it a range (and limited="true")')
     widths = getattr(model, f"{fields}_range")[ids] @ (-0.5, 0.5)
-    wanted = [softness(*given, float(width), ratio) for width in (widths if given[2] else widths[:1])]
+    wanted = [softness(*given, float(width), ratio, implicit) for width in (widths if given[2] else widths[:1])]
     for some, softest in zip([[name] for name in names] if given[2] else [names], wanted):
         give(target, model, kind, some, softest)
 
@@ -119,6 +123,7 @@ def contact(
     target: Target, geoms: Any, k: float | None = None, c: float | None = None, frictionless: bool = False, *,
     damping_ratio: float | None = None, restitution: float | None = None, friction: float | None = None,
     torsion: float = 0.0, rolling: float = 0.0, law: Law | None = None, depth: float = 1e-3, points: str = "each",
+    implicit: bool = False,
 ) -> None:  # fmt: skip
     """Make contacts springs and dampers: normal force k r + c ṙ, never pulling, r the depth; and give them friction.
 
@@ -158,6 +163,10 @@ def contact(
     points : str
         "each": k and c, or the law, hold for each point; "share": for the mean depth of all points of the pair, however
         many there are, which takes a `Softener`.
+    implicit : bool
+        Whether it acts as by backward Euler: stable at any time step, as exact at rest, its ringing damped by the step
+        (an amplitude by 1/√(1 + h²ω²) in each). It has neither friction nor a law, and is right for the step that the
+        model is compiled with; see `apply`.
 
     Raises
     ------
@@ -167,8 +176,11 @@ def contact(
         For a stiffness or damping out of range, or a law that cannot be a contact's.
     """
     ModelError.require_known("points", points, ("each", "share"))
-    wanted, model = softness(k, c, law, depth, damping_ratio_of(c, damping_ratio, restitution)), compiled(target)
+    wanted = softness(k, c, law, depth, damping_ratio_of(c, damping_ratio, restitution), implicit)
+    model = compiled(target)
     rubs = None
+    if implicit and (friction is not None or points == "share"):
+        raise ModelError("an implicit contact has neither friction nor shared points: a Softener's forces are explicit")
     if friction is not None:
         if isinstance(target, mujoco.MjModel):
             raise ModelError("friction must be given to the MjSpec: a compiled model has no room for its record")
@@ -268,7 +280,8 @@ def uncovered_contacts(model: mujoco.MjModel) -> Iterator[tuple[int, Softness, b
     for kind, name, data in texts(model):
         if kind in ONE_GEOM:
             geom = find(model, mujoco.mjtObj.mjOBJ_GEOM, name)
-            yield geom, read(data), kind == ONE_GEOM[True], [p for p in touching(model, geom) if p not in pairs]
+            uncovered = [pair for pair in touching(model, geom) if pair not in pairs]
+            yield geom, read_softness(data), kind == ONE_GEOM[True], uncovered
 
 
 def touching(model: mujoco.MjModel, geom: int) -> list[frozenset[int]]:
@@ -329,7 +342,7 @@ def _give_pairs(
     """
     names = [" - ".join(_geom_name(model, g) for g in sorted(pair)) for pair in wanted]
     behind = [float(model.body_invweight0[model.geom_bodyid[[*pair]], 0].sum()) for pair in wanted]
-    parameters = solver_parameters("pair", names, softness, behind)
+    parameters = solver_parameters("pair", names, softness, behind, model.opt.timestep)
     pairs = _explicit(spec, model, wanted)
     ask(spec, "pair", [pair.name for pair in pairs], softness)
     for pair, each in zip(pairs, parameters):

@@ -9,10 +9,12 @@ import mujoco
 
 from ..core.errors import ModelError
 from .checks import compile, points_of
+from .clearances import add_backlash
 from .damping import damping_ratio_of
 from .drives import add_drive
-from .elements import compiled, find, name_of, softness, specification
+from .elements import compiled, find, name_of, specification
 from .limits import contact, touching
+from .softness import softness
 
 __all__ = ["robot"]
 
@@ -21,6 +23,7 @@ def robot(
     spec: mujoco.MjSpec, feet: Sequence[Any] = (), k: float | None = None, *, c: float | None = None,
     damping_ratio: float | None = None, friction: float | None = None, torsion: float = 0.0,
     backlash: float | Mapping[str, float] | None = None, teeth: float | None = None, teeth_damping_ratio: float = 0.1,
+    implicit: bool = False,
 ) -> mujoco.MjModel:  # fmt: skip
     """Give a robot's feet a stiffness and friction and its gears play, and compile it.
 
@@ -50,6 +53,9 @@ def robot(
         Stiffness of gears at their joints, N m/rad.
     teeth_damping_ratio : float
         Of rotor and load against each other.
+    implicit : bool
+        Whether gears are joints of their own with implicit teeth, `add_backlash`, instead of drives: stable at any time
+        step, without a `Softener`; ``nq`` and ``nv`` grow by one each.
 
     Returns
     -------
@@ -80,7 +86,13 @@ def robot(
         plays = backlash if isinstance(backlash, Mapping) else dict.fromkeys(_turning(spec), backlash)
         for play in sorted(set(plays.values())):
             names = [name for name, own in plays.items() if own == play]
-            add_drive(spec, names, backlash=play, k=teeth, damping_ratio=teeth_damping_ratio)
+            if implicit:
+                joints = [spec.actuator(name).target for name in names]
+                add_backlash(
+                    spec, joints, backlash=play, k=teeth, damping_ratio=teeth_damping_ratio, implicit=True
+                )  # fmt: skip
+            else:
+                add_drive(spec, names, backlash=play, k=teeth, damping_ratio=teeth_damping_ratio)
     return compile(spec)
 
 

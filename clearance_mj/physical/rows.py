@@ -22,6 +22,7 @@ from .softness import stiffness_damping
 __all__ = ["ParasiticMass", "Pose", "Row", "bent_poses", "parasitic_mass", "poses_of", "softness_of"]
 
 _NEAREST_WITHIN = 1e3  # m, distance up to which nearest points of geoms are looked for
+_LIFT = 1e-6  # m
 BENT_POSES = 24
 _NEXT_TO_RIGID = 1e6  # share of the inertia behind a row from which on its parasitic mass makes no difference
 _ADDED = ("friction of ", "teeth of ", "hysteresis of ", "drive of ", "bushing ")  # how the names of such rows begin
@@ -334,14 +335,30 @@ def _apart(model: mujoco.MjModel, data: mujoco.MjData, bristles: dict[int, list[
 
 def _nearest(model: mujoco.MjModel, data: mujoco.MjData, pair: int) -> tuple[np.ndarray, np.ndarray]:
     """Normal (3,) of a pair of geoms where they are nearest, 0 if that is far, and (3, nv) what moves them apart."""
-    geoms, ends = [int(model.pair_geom1[pair]), int(model.pair_geom2[pair])], np.zeros(6)
-    distance = mujoco.mj_geomDistance(model, data, *geoms, _NEAREST_WITHIN, ends)
+    geoms = [int(model.pair_geom1[pair]), int(model.pair_geom2[pair])]
+    distance, ends = _distance(model, data, geoms)
     normal = ends[3:] - ends[:3]
+    if not normal.any() and abs(distance) < _NEAREST_WITHIN:  # they just touch: what parts them most shows the normal
+        lifts = [_LIFT * lift for lift in (*np.eye(3), *-np.eye(3))]
+        lifted = max((_distance(model, data, geoms, lift) for lift in lifts), key=lambda each: each[0])
+        normal = lifted[1][3:] - lifted[1][:3]
     length = np.linalg.norm(normal)
     known = abs(distance) < _NEAREST_WITHIN and length > 0
     return normal / length if known else np.zeros(3), _between(
         model, data, model.geom_bodyid[geoms], ends.reshape(2, 3)
     )
+
+
+def _distance(
+    model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int], lift: ArrayLike = 0.0
+) -> tuple[float, np.ndarray]:  # fmt: skip
+    """Distance of two geoms, the second of them lifted, m, and their points (6,) that are nearest."""
+    place, ends = data.geom_xpos[geoms[1]], np.zeros(6)
+    before = place.copy()
+    place += lift
+    distance = mujoco.mj_geomDistance(model, data, *geoms, _NEAREST_WITHIN, ends)
+    place[:] = before
+    return distance, ends
 
 
 def _lengthening(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> np.ndarray:

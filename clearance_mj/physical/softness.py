@@ -5,16 +5,29 @@ d r. In the direct format K = -solref[0]/d², B = -solref[1]/d. With one impedan
 (1-d) Â, -c (1-d) Â] therefore gives f = k r + c ṙ - μ a with μ = d/((1-d) Â): the physical force but for a parasitic
 mass μ, which a small d makes negligible (MuJoCo documentation, Computation: Constraint model, Parameters). With the
 default impedance 0.9 the force is wrong by a factor.
+
+With μ = h² k + h c and the damping c + h k it is the force of backward Euler, k (r + h ṙ₊) + c ṙ₊ with ṙ₊ = ṙ + h a,
+which is stable at any time step h.
 """
 
 from __future__ import annotations
+
+import json
+import numbers
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import LawError
 
-__all__ = ["IMPEDANCE", "INVERSE_INERTIA", "SOLREF_PER_UNIT", "solref_solimp", "stiffness_damping", "written"]
+if TYPE_CHECKING:
+    from ..clearance.law import Law
+
+__all__ = [
+    "IMPEDANCE", "INVERSE_INERTIA", "SOLREF_PER_UNIT", "Softness", "implicit_impedance", "read_softness", "softness",
+    "solref_solimp", "stiffness_damping", "written",
+]  # fmt: skip
 
 IMPEDANCE = 1e-4
 """Smallest impedance that MuJoCo does not clamp."""
@@ -26,6 +39,82 @@ INVERSE_INERTIA = 1e4
 
 SOLREF_PER_UNIT = -(1 - IMPEDANCE) * INVERSE_INERTIA
 """of 1 N/m or 1 N s/m, to which solref is proportional, where Â is `INVERSE_INERTIA`"""
+
+
+class Softness(NamedTuple):
+    """Stiffness and damping of an element, and the law that they are the hardest of, if there is one."""
+
+    k: float  # N/m, or N m/rad
+    c: float
+    law: Law | None = None
+    depth: float = 0.0  # m or rad, of the penetration at which a law that hardens is linearised
+    shared: bool = False  # whether the points of a pair share it
+    ratio: float | None = None  # of the critical damping of the inertia behind the element, instead of c
+    implicit: bool = False  # whether it acts as by backward Euler
+
+    def at_step(self, inverse: float, step: float) -> tuple[float, float]:
+        """Return k and c of the solver's row: an implicit one is damped by h k as well."""
+        return float(self.k), float(self.damping(inverse) + self.implicit * step * self.k)
+
+    def damping(self, inverse: float) -> float:
+        """Return c of an element with Â behind it."""
+        return self.c if self.ratio is None else 2 * self.ratio * float(np.sqrt(self.k / inverse))
+
+    @property
+    def data(self) -> str:
+        """What a model holds of it."""
+        if self.law is None:
+            damping = f"c={float(self.c)!r}" if self.ratio is None else f"ratio={float(self.ratio)!r}"
+            return f"k={float(self.k)!r} {damping}" + (" implicit=1" if self.implicit else "")
+        return json.dumps({"law": self.law.to_dict(), "depth": self.depth} | ({"shared": True} if self.shared else {}))
+
+
+def softness(
+    k: float | None, c: float | None, law: Law | None, depth: float, ratio: float | None = None,
+    implicit: bool = False,
+) -> Softness:  # fmt: skip
+    """Return what a user asked: a stiffness and a damping or its ratio, or a law.
+
+    Raises
+    ------
+    LawError
+        For both or neither, an implicit law, a stiffness that is not > 0, a damping that is not >= 0, and laws that
+        engines cannot have as a limit.
+    """
+    if law is None:
+        if k is None or (c is None and ratio is None):
+            raise LawError(
+                "give a stiffness k and a damping c, or a law; damping_ratio or restitution may take the place of c"
+            )
+        for label, value in (("k", k), ("c", c)):
+            if value is not None and not isinstance(value, numbers.Real):
+                raise LawError(f"{label} must be a number, got {value!r}")
+        found = Softness(k, float(c or 0.0), ratio=ratio, implicit=bool(implicit))
+    else:
+        if k is not None or c is not None or ratio is not None:
+            raise LawError("give a stiffness k and a damping c, or a law, not both")
+        if implicit:
+            raise LawError("implicit=True needs a stiffness k and a damping, not a law")
+        if not hasattr(law, "largest"):
+            raise LawError(f"law must be a law such as clearance_mj.clearance.ContactLaw, got {law!r}")
+        if np.any(law.table(1).adhesion):
+            raise LawError("MuJoCo's contacts and limits never pull, so a law with adhesion cannot be theirs")
+        hardest_k, hardest_c = (float(most[0]) for most in law.largest([depth]))
+        found = Softness(hardest_k, hardest_c, law, depth)
+    solref_solimp(found.k, found.c, 1.0)  # refuses what cannot be
+    return found
+
+
+def read_softness(data: str) -> Softness:
+    """Return the softness that a text of a model holds."""
+    if data.startswith("{"):
+        from ..clearance.law_files import law_from_dict
+
+        values = json.loads(data)
+        found = softness(None, None, law_from_dict(values["law"]), float(values["depth"]))
+        return found._replace(shared=bool(values.get("shared")))
+    values = {name: float(value) for name, value in (part.split("=") for part in data.split())}
+    return Softness(values["k"], values.get("c", 0.0), ratio=values.get("ratio"), implicit="implicit" in values)
 
 
 def solref_solimp(
@@ -94,7 +183,38 @@ def stiffness_damping(solref: ArrayLike, impedance: ArrayLike, inverse_inertia: 
     return -np.asarray(solref, dtype=float) / scale[..., None]
 
 
-def written(k: float, c: float, inverse_inertia: float) -> tuple[np.ndarray, np.ndarray]:
+def implicit_impedance(k: float, c: float, inverse_inertia: float, step: float) -> float:
+    """Return the impedance with which a spring k and damper c + h k act as by backward Euler with a time step h.
+
+    Parameters
+    ----------
+    k, c : float
+        Stiffness, N/m, and damping, N s/m.
+    inverse_inertia : float
+        Â of the row, 1/kg.
+    step : float
+        Time step h, s.
+
+    Raises
+    ------
+    LawError
+        Where MuJoCo would clamp it: the spring is then rigid at this step.
+    """
+    mass = (step**2 * k + step * c) * inverse_inertia
+    if mass > _RIGID:
+        largest = _RIGID / inverse_inertia / step**2
+        raise LawError(
+            f"k = {k:g} and c = {c:g} are rigid at the time step {step:g} s; up to k = {largest:.3g} can be implicit"
+        )
+    return max(mass / (1 + mass), IMPEDANCE)
+
+
+_RIGID = 9999.0  # d/(1 - d) of the largest impedance that MuJoCo does not clamp
+
+
+def written(
+    k: float, c: float, inverse_inertia: float, impedance: float | None = None
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Solver parameters of six digits, which is what MJCF files keep, that give k and c within 1e-6.
 
     The impedance may be anything small, so it is chosen, from `IMPEDANCE` up, such that rounding loses nothing of the
@@ -106,12 +226,17 @@ def written(k: float, c: float, inverse_inertia: float) -> tuple[np.ndarray, np.
         Stiffness, N/m, > 0, and damping, N s/m, >= 0.
     inverse_inertia : float
         Â of the row, 1/kg.
+    impedance : float, optional
+        Instead of a small one; beside one near 1 rounding loses up to 5e-7/(1 - d).
 
     Returns
     -------
     solref, solimp : ndarray, shapes (2,) and (5,)
         As of `solref_solimp`, which says what is refused.
     """
+    if impedance is not None:
+        solref, solimp = solref_solimp(k, c, inverse_inertia, _six_digits(impedance))
+        return np.array([_six_digits(value) for value in solref]), solimp
     largest = -solref_solimp(k, c, inverse_inertia)[0][0]
     digit = 10.0 ** (np.floor(np.log10(largest)) - 5)
     count = int(largest / digit * (LARGEST_IMPEDANCE - IMPEDANCE))

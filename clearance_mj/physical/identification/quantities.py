@@ -16,7 +16,7 @@ from ...estimate.parameter import Parameter
 from ..actuators import settle
 from ..bristles import frictions
 from ..drives import DRIVE, PlacedDrive, drives
-from ..elements import KINDS, Asked, Softness, Target, apply, asked, compiled, find, give, nearest
+from ..elements import KINDS, Asked, Target, apply, asked, compiled, find, give, nearest
 from ..records import MARK, write_numbers
 from ..rows import softness_of
 from .record import drive_columns
@@ -231,9 +231,9 @@ def _softness(model: mujoco.MjModel, quantity: str, element: Asked) -> _Place:
         own = compiled(target)
         now = next(e.softness for e in asked(own) if (e.kind, e.name) == (kind, name))
         if target is own or now.ratio is not None:  # whose damping is to stay as it is
-            now = Softness(*softness_of(own, kind, _index(own, kind, name)) or ())
-        changed = Softness(value, now.c) if quantity == "k" else Softness(now.k, value)
-        give(target, own, kind, [name], changed)
+            k, c = softness_of(own, kind, _index(own, kind, name)) or (now.k, now.c)
+            now = now._replace(k=k, c=c - now.implicit * own.opt.timestep * k, ratio=None)
+        give(target, own, kind, [name], now._replace(k=value) if quantity == "k" else now._replace(c=value))
 
     return _Place(_unit({"k": "N m/rad", "c": "N m s/rad"}[quantity], hinge), getattr(softness, quantity), write)
 
