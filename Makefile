@@ -83,7 +83,7 @@ test-all: test test-slow
 # Of foreign models only the files are read; gymnasium itself runs an example. gymnasium-robotics and dm_control depend on
 # the package mujoco 3, which would overwrite mujoco-core: hence none of what they depend on.
 $(VENV)/.models: $(VENV)/.ready
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt gymnasium farama-notifications gymnasium-robotics dm_control
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt gymnasium farama-notifications gymnasium-robotics dm_control playground
 	touch $@
 
 # Pages are tried in the machine's own Chromium; without one their tests are skipped.
@@ -92,7 +92,7 @@ $(VENV)/.browser: $(VENV)/.ready
 	touch $@
 
 test-models: $(VENV)/.models
-	$(BIN)/python -m pytest -m '' tests/physical/test_models.py
+	$(BIN)/python -m pytest -m '' tests/physical/test_models.py tests/physical/test_robots.py
 
 fuzz: setup
 	$(BIN)/python -m tests.fuzz --out results/fuzz

@@ -6,7 +6,7 @@ from typing import Any
 
 import mujoco
 
-__all__ = ["actuator_count", "control_of", "drives_joint", "output_of", "settle"]
+__all__ = ["actuator_count", "control_of", "drives_joint", "output_of", "settle", "settle_damping"]
 
 ON_JOINT = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT
 
@@ -32,10 +32,9 @@ def drives_joint(motor: Any, joint: str) -> bool:
 
 
 def settle(motor: Any, model: mujoco.MjModel) -> None:
-    """Write into an actuator of a specification the ranges and the damping that its compiler derives from its joint.
+    """Write into an actuator of a specification the ranges that its compiler derives from its joint.
 
-    ``inheritrange`` takes the joint's range and ``dampratio`` the inertia behind the joint; neither is to change when
-    a rotor comes between the actuator and the joint.
+    ``inheritrange`` takes the joint's range, which is not to change when a rotor comes between actuator and joint.
 
     Parameters
     ----------
@@ -44,12 +43,25 @@ def settle(motor: Any, model: mujoco.MjModel) -> None:
     model : mujoco.MjModel
         What its specification compiles to.
     """
-    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, motor.name) if motor.name else motor.id
-    motor.biasprm[:] = model.actuator_biasprm[index]
     if not motor.inheritrange:
         return
+    index = _index(motor, model)
     motor.inheritrange, place, limited = 0.0, control_of(model, index), mujoco.mjtLimited.mjLIMITED_TRUE
     if model.actuator_ctrllimited[place]:
         motor.ctrllimited, motor.ctrlrange = limited, model.actuator_ctrlrange[place]
     if model.actuator_actlimited[index]:
         motor.actlimited, motor.actrange = limited, model.actuator_actrange[index]
+
+
+def settle_damping(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+    """Write into all servos of a specification, which compiles to a model, the damping that their ratio makes.
+
+    ``dampratio`` takes the inertia behind the joint, to which the armature of others counts too.
+    """
+    for motor in spec.actuators:
+        if motor.biastype == mujoco.mjtBias.mjBIAS_AFFINE and motor.biasprm[2] > 0:  # a ratio until it is compiled
+            motor.biasprm[:] = model.actuator_biasprm[_index(motor, model)]
+
+
+def _index(motor: Any, model: mujoco.MjModel) -> int:
+    return mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, motor.name) if motor.name else int(motor.id)

@@ -23,6 +23,7 @@ from .step import Stable, hardest
 __all__ = ["ModelWarning", "check", "compile", "points_of"]
 
 _SAME = 1e-5  # share up to which the softness of a model is what was asked, after MJCF's six digits
+_ITERATIONS = 10  # of the solver, below which it may be far from its end
 _MAX_SLOWER = 1e-3  # share up to which ringing may be too slow
 _POINTS = {
     ("PLANE", "CAPSULE"): 2, ("PLANE", "CYLINDER"): 4, ("PLANE", "BOX"): 4, ("PLANE", "MESH"): 4,
@@ -99,7 +100,7 @@ def check(model: mujoco.MjModel, poses: ArrayLike | None = None) -> tuple[str, .
         One line each; empty if all is well. Contacts and limits whose solref is not in physical units are left alone.
     """
     found = [*_what_spoils(model), *_without_softener(model), *_elements(model)]
-    found += [*_slow_ringing(model, poses), *_geoms(model)]
+    found += [*_slow_ringing(model, poses), *_geoms(model), *_solver(model)]
     return *found, *(_step_too_long(model, poses) or _step_too_long_elsewhere(model, poses))
 
 
@@ -261,6 +262,13 @@ def _geoms(model: mujoco.MjModel) -> Iterator[str]:
         )
 
 
+def _solver(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield that the solver may end early: its rows are coupled where there is friction, or implicit softness."""
+    coupled = any(frictions(model)) or any(element.softness.implicit for element in asked(model))
+    if coupled and model.opt.iterations < _ITERATIONS:
+        yield f"iterations {model.opt.iterations}: the solver may end before contacts have their force; use 100"
+
+
 def _step_too_long(model: mujoco.MjModel, poses: ArrayLike | None) -> list[str]:
     return _too_long(model, hardest(model, poses), "pose {}".format)
 
@@ -284,6 +292,9 @@ def _too_long(model: mujoco.MjModel, stable: Stable, where: Callable[[int], str]
         implicit = "; add_backlash(..., implicit=True) is stable at any step"
     elif any(stable.element == f'{kind} "{name}"' and not soft.implicit for kind, name, soft in asked(model)):
         implicit = "; implicit=True makes it stable at any step"
+    euler = model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
+    if euler and model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP and model.dof_damping.any():
+        implicit += "; flag eulerdamp is disabled, so dampers of joints are explicit: enable it, or take implicitfast"
     return [
         f"timestep {model.opt.timestep:g} s is too long: {stable.element} is stable below {stable.step:.3g} s "
         f"({where(stable.pose)}), and at this step up to k = {k:.3g} and c = {c:.3g}; accuracy takes about "

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
-from .actuators import actuator_count, drives_joint, settle
+from .actuators import actuator_count, drives_joint, settle, settle_damping
 from .damping import damping_ratio_of
 from .elements import ask, change, compiled, find, joint_kind, name_of, specification
 from .softness import Softness, softness
@@ -96,6 +96,7 @@ def add_backlash(
 
     def between(changed: mujoco.MjSpec) -> list[mujoco.MjsJoint]:
         made = []
+        settle_damping(changed, model)
         for name in names:
             load = changed.joint(name)
             drive = _add_drive(changed, load, kinds[name], inertias[name])

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
-from .actuators import ON_JOINT, actuator_count, output_of, settle
+from .actuators import ON_JOINT, actuator_count, output_of, settle, settle_damping
 from .clearances import half_of
 from .damping import damping_ratio_of
 from .elements import change, compiled, find, name_of, specification
@@ -180,6 +180,7 @@ def add_drive(
     saved = [np.array(key.act) for key in spec.keys]
 
     def inside(changed: mujoco.MjSpec) -> None:
+        settle_damping(changed, model)
         for make in made:
             make(changed)
         note_softener(changed)

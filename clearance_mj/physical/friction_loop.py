@@ -18,6 +18,7 @@ FRICTION = np.dtype(
 )  # Bristles; where in the custom numbers the largest force is (for pairs its ratio to the normal force), k and c; how
 # many they are; whether the pair follows a law
 _SPARSE_FROM = 60  # velocities: MuJoCo takes a sparse Jacobian then, if it may choose
+_ROUNDING = 1e-14  # of a place, relative: points that are no further apart are one
 _SPARSE, _AUTO = int(mujoco.mjtJacobian.mjJAC_SPARSE), int(mujoco.mjtJacobian.mjJAC_AUTO)
 _PYRAMIDAL = int(mujoco.mjtConstraint.mjCNSTR_CONTACT_PYRAMIDAL)
 
@@ -181,7 +182,7 @@ def rub(
             a, b = _moving(head, data, contact, row, rows, 0), _moving(head, data, contact, row, rows, 1)
             ux, uy, uz = a * frame[3] + b * frame[6], a * frame[4] + b * frame[7], a * frame[5] + b * frame[8]
             circling += share * (nx * (ry * uz - rz * uy) + ny * (rz * ux - rx * uz) + nz * (rx * uy - ry * ux))
-    by_points = arm > torsion
+    by_points = arm > torsion + _ROUNDING * max(abs(x), abs(y), abs(z))
     if by_points:
         turning = circling / square
     else:

@@ -12,7 +12,7 @@ from .checks import compile, points_of
 from .clearances import add_backlash
 from .damping import damping_ratio_of
 from .drives import add_drive
-from .elements import compiled, find, name_of, specification
+from .elements import compiled, find, name_of, pairs_of, specification
 from .limits import contact, touching
 from .softness import softness
 
@@ -23,7 +23,7 @@ def robot(
     spec: mujoco.MjSpec, feet: Sequence[Any] = (), k: float | None = None, *, c: float | None = None,
     damping_ratio: float | None = None, friction: float | None = None, torsion: float = 0.0,
     backlash: float | Mapping[str, float] | None = None, teeth: float | None = None, teeth_damping_ratio: float = 0.1,
-    implicit: bool = False,
+    inertia: float | None = None, implicit: bool = False,
 ) -> mujoco.MjModel:  # fmt: skip
     """Give a robot's feet a stiffness and friction and its gears play, and compile it.
 
@@ -53,6 +53,8 @@ def robot(
         Stiffness of gears at their joints, N m/rad.
     teeth_damping_ratio : float
         Of rotor and load against each other.
+    inertia : float, optional
+        Of each rotor at its joint, kg m²; without it the joints' armatures.
     implicit : bool
         Whether gears are joints of their own with implicit teeth, `add_backlash`, instead of drives: stable at any time
         step, without a `Softener`; ``nq`` and ``nv`` grow by one each.
@@ -71,9 +73,23 @@ def robot(
     """
     if backlash is not None and teeth is None:
         raise ModelError("backlash needs the stiffness of the gears: give teeth, N m/rad at the joint")
-    spec = spec.copy()
+    spec = specification(spec).copy()
+    if backlash is not None:  # first, for damping ratios of feet are of what is left of the inertia behind them
+        plays = backlash if isinstance(backlash, Mapping) else dict.fromkeys(_turning(spec), backlash)
+        for play in sorted(set(plays.values())):
+            names = [name for name, own in plays.items() if own == play]
+            given: dict[str, Any] = {
+                "backlash": play,
+                "k": teeth,
+                "damping_ratio": teeth_damping_ratio,
+                "inertia": inertia,
+            }
+            if implicit:
+                add_backlash(spec, [spec.actuator(name).target for name in names], **given, implicit=True)
+            else:
+                add_drive(spec, names, **given)
     if feet:
-        model = compiled(specification(spec))
+        model = compiled(spec)
         wanted = softness(k, c, None, 0.0, damping_ratio_of(c, damping_ratio, None))
         alone, shared = _on_the_ground(model, [name_of(foot) for foot in feet])
         if alone:
@@ -82,17 +98,6 @@ def robot(
             inverse = float(model.body_invweight0[model.geom(foot).bodyid[0], 0])
             own = wanted.damping(inverse)
             contact(spec, (foot, ground), k, own, True, friction=friction, torsion=torsion, points="share")
-    if backlash is not None:
-        plays = backlash if isinstance(backlash, Mapping) else dict.fromkeys(_turning(spec), backlash)
-        for play in sorted(set(plays.values())):
-            names = [name for name, own in plays.items() if own == play]
-            if implicit:
-                joints = [spec.actuator(name).target for name in names]
-                add_backlash(
-                    spec, joints, backlash=play, k=teeth, damping_ratio=teeth_damping_ratio, implicit=True
-                )  # fmt: skip
-            else:
-                add_drive(spec, names, backlash=play, k=teeth, damping_ratio=teeth_damping_ratio)
     return compile(spec)
 
 
@@ -103,7 +108,8 @@ def _on_the_ground(
     alone, shared = list[tuple[str, str]](), list[tuple[str, str]]()
     for foot in feet:
         geom = find(model, mujoco.mjtObj.mjOBJ_GEOM, foot)
-        others = [other for pair in touching(model, geom) for other in pair - {geom}]
+        pairs = {*touching(model, geom), *(pair for pair in pairs_of(model) if geom in pair)}
+        others = sorted(other for pair in pairs for other in pair - {geom})
         ground = [other for other in others if model.body_weldid[model.geom_bodyid[other]] == 0]
         if not ground:
             raise ModelError(f'foot "{foot}" can touch nothing that is fixed to the world')

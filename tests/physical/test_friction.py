@@ -290,3 +290,24 @@ def test_a_conveyor_carries_along():
     early, late, _ = spun('type="box" size=".1 .1 .05"', surfacevel=[0.3, 0, 0, 0, 0, 0])
     assert early[0] == pytest.approx(0.05 * 0.5 * 9.81, rel=0.03)
     np.testing.assert_allclose(late[:2], [0.3, 0], atol=5e-4)
+
+
+@pytest.mark.parametrize("place", [(0.1, 0.3, 0.0), (1 / 3, -0.7, 0.0), (12.3, 4.56, 0.0)])
+def test_a_single_point_slides_at_mu_n_wherever_it_is(place):
+    """A ball that does not turn and slides askew is braked by μ N along its way in every step."""
+    spec = mujoco.MjSpec.from_string("""
+    <mujoco><option timestep="2e-4"/><worldbody><geom name="floor" type="plane" size="50 50 1"/>
+      <body name="b"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
+        <joint type="slide" axis="0 0 1"/><geom name="ball" size=".1" mass="2"/></body></worldbody></mujoco>""")
+    physical.contact(spec, ("ball", "floor"), k=1e5, c=300, friction=0.6)
+    model = physical.compile(spec)
+    data, speed = mujoco.MjData(model), np.array([3.0, 2.0])
+    data.qpos[:], data.qvel[:2] = (*place[:2], 0.1 - 2 * 9.81 / 1e5), speed
+    with physical.Softener(model):
+        mujoco.mj_step(model, data, 200)  # bristles bend within 0.1 ms
+        before = data.qvel.copy()
+        for _ in range(500):
+            mujoco.mj_step(model, data)
+            braking = (before - data.qvel)[:2] / model.opt.timestep
+            np.testing.assert_allclose(braking, 0.6 * 9.81 * speed / np.hypot(*speed), rtol=2e-4)
+            before = data.qvel.copy()
