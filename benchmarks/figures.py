@@ -61,9 +61,9 @@ def drives(found):
             ratios = found["series"][f"{form} {state}"]
             axes.plot(found["joints"], ratios, line, color=colour, marker=marker, label=f"{name}, {state}", **STYLE)
     axes.axhline(1.0, color="#8c8c8c", linewidth=0.8)
-    axes.set_ylim(0, None)
+    axes.set_ylim(0, 1.5 * axes.get_ylim()[1])  # room for the legend
     _label(axes, "joints", "time of a step over that without play")
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=7, loc="upper left", ncols=2)
     return figure
 
 
