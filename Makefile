@@ -1,4 +1,4 @@
-# make study | turning-study | reproduce | audit | test | test-slow | test-all | test-mujoco3 | test-mjx | test-models | warm-up | fuzz | steering | bench | lint | data | models | wheel | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
+# make study | turning-study | reproduce | audit | test | test-slow | test-all | test-mujoco3 | test-mjx | test-warp | test-models | warm-up | fuzz | steering | bench | lint | data | models | wheel | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study turning-study reproduce audit test test-slow test-all test-mujoco3 test-mjx test-models warm-up fuzz steering coverage bench lint data models wheel readme docs gallery verification clean
+.PHONY: setup study turning-study reproduce audit test test-slow test-all test-mujoco3 test-mjx test-warp test-models warm-up fuzz steering coverage bench lint data models wheel readme docs gallery verification clean
 
 setup: $(VENV)/.ready
 
@@ -66,6 +66,16 @@ test-mjx: $(MJX)/.ready
 $(MJX)/.ready: $(VENV)/.ready
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --upgrade --target $(MJX) -c constraints.txt \
 		mujoco mujoco-mjx jax jaxlib ml_dtypes opt_einsum absl-py etils trimesh
+	touch $@
+
+# The same in MuJoCo Warp, which goes with the MuJoCo of the environment.
+WARP = $(VENV)/warp
+test-warp: $(WARP)/.ready
+	PYTHONPATH=$(CURDIR)/$(WARP) $(BIN)/python -m pytest -m '' tests/physical/test_warp.py
+
+$(WARP)/.ready: $(VENV)/.ready
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --upgrade --target $(WARP) -c constraints.txt \
+		mujoco-warp warp-lang absl-py etils
 	touch $@
 
 test-slow: $(VENV)/.models $(VENV)/.browser warm-up

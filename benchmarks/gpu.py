@@ -1,23 +1,20 @@
-"""A quadruped in MJX: environments a second, what friction and drives cost there, and how far it is from the CPU.
+"""A quadruped on a GPU: steps a second, what friction and drives cost there, and how far it is from the CPU.
 
-``python -m benchmarks.gpu [ENVIRONMENTS ...]``, by default 1, 64, 4096 and 16384, in an environment with the extra
-``mjx``. The robot is like Unitree's Go1: 12 joints with position servos, four feet. Costs are over ``mjx.step`` of the
-same robot with rigid drives, once with the same rows of contact that only press, once with MuJoCo's friction; of runs
-in turn. On a CPU only small counts end soon.
+``python -m benchmarks.gpu [ENVIRONMENTS ...] [--engine mjx|warp]``, by default 1, 64, 4096 and 16384 in MJX, in an
+environment with the extra of that name. The robot is like Unitree's Go1: 12 joints with position servos, four feet.
+Costs are over the engine's own step of the same robot with rigid drives, once with the same rows of contact that only
+press, once with MuJoCo's friction; of runs in turn. On a CPU only small counts end soon.
 """
 
 import argparse
+import importlib
 import statistics
 import time
 
-import jax
 import mujoco
 import numpy as np
-from jax import numpy as jp
-from mujoco import mjx
 
 from clearance_mj import physical
-from clearance_mj.physical import mjx as physical_mjx
 
 STEPS, ROUNDS, COMPARED = 50, 7, 200
 GAP, TEETH, K, C, MU = 5e-3, (600.0, 1.0), 2e4, 150.0, 0.6  # rad; N m/rad, N m s/rad; N/m, N s/m
@@ -83,61 +80,37 @@ def standing(model):
     return data
 
 
-def control(step):
-    """Return the servos' controls (12,) of a step, rad: it trots on the spot."""
-    swing = 0.15 * jp.sin(2 * jp.pi * 2e-3 * step + jp.array([0, jp.pi, jp.pi, 0]))
-    return (jp.array(STANDING) + swing[:, None] * jp.array([0, 1.0, -2.0])).ravel()
+def controls(steps):
+    """Return the servos' controls (steps, 12), rad: it trots on the spot."""
+    swing = 0.15 * np.sin(2 * np.pi * 2e-3 * np.arange(steps)[:, None] + np.array([0, np.pi, np.pi, 0]))
+    return (STANDING + swing[..., None] * np.array([0, 1.0, -2.0])).reshape(steps, 12)
 
 
-def runner(form, count):
-    """Return a function that lets environments take STEPS steps."""
-    model = robot(form)
-    if form == "physical":
-        mx, parameters = physical_mjx.put_model(model)
-        start = physical_mjx.init(model, standing(model))
-    else:
-        mx = mjx.put_model(model, impl="jax")
-        start = mjx.put_data(model, standing(model), impl="jax"), None
-
-    def one(carry, step):
-        dx, state = carry[0].replace(ctrl=control(step)), carry[1]
-        return (physical_mjx.step(mx, parameters, dx, state) if state is not None else (mjx.step(mx, dx), None)), None
-
-    several = jax.jit(jax.vmap(lambda dx, state: jax.lax.scan(one, (dx, state), jp.arange(STEPS))[0]))
-    many = jax.tree.map(lambda leaf: jp.broadcast_to(leaf, (count, *jp.shape(leaf))), start)
-    return lambda: jax.block_until_ready(several(*many))
-
-
-def error():
+def error(engine):
     """Return how far the trunk and the joints are from the CPU's at most, m and rad, after COMPARED steps."""
     model = robot("physical")
-    mx, parameters = physical_mjx.put_model(model)
+    data, wanted = standing(model), controls(COMPARED)
+    found = engine.positions(model, data, wanted)
     model.opt.iterations = model.opt.ls_iterations = 100  # the CPU has rows of friction, which need more of them
-    data = standing(model)
-
-    def one(carry, step):
-        carry = physical_mjx.step(mx, parameters, carry[0].replace(ctrl=control(step)), carry[1])
-        return carry, carry[0].qpos
-
-    found = np.array(jax.jit(lambda *start: jax.lax.scan(one, start, jp.arange(COMPARED))[1])(
-        *physical_mjx.init(model, data)
-    ))  # fmt: skip
     expected = []
     with physical.Softener(model):
-        for step in range(COMPARED):
-            data.ctrl[:] = control(step)
+        for control in wanted:
+            data.ctrl[:] = control
             mujoco.mj_step(model, data)
             expected.append(data.qpos.copy())
     away = np.abs(found - np.array(expected)).max(axis=0)
     return away[:3].max(), away[7:].max()
 
 
-def measure(counts):
+def measure(counts, engine):
     """Print a line for each number of environments."""
-    place, angle = error()
-    print(f"{jax.devices()[0].device_kind}: {COMPARED} steps end within {place:.1e} m and {angle:.1e} rad of the CPU's")
+    place, angle = error(engine)
+    print(f"{engine.device()}: {COMPARED} steps end within {place:.1e} m and {angle:.1e} rad of the CPU's")
     for count in counts:
-        runs = {form: runner(form, count) for form in ("physical", "pressing", "mujoco")}
+        runs = {}
+        for form in ("physical", "pressing", "mujoco"):
+            model = robot(form)
+            runs[form] = engine.runner(model, standing(model), controls(STEPS), count, form == "physical")
         spent = {form: [] for form in runs}
         for run in runs.values():
             run()
@@ -159,4 +132,6 @@ def measure(counts):
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(prog="python -m benchmarks.gpu", description=__doc__)
     parser.add_argument("environments", nargs="*", type=int, default=[1, 64, 4096, 16384])
-    measure(parser.parse_args().environments)
+    parser.add_argument("--engine", choices=("mjx", "warp"), default="mjx")
+    given = parser.parse_args()
+    measure(given.environments, importlib.import_module(f"benchmarks.gpu_{given.engine}"))

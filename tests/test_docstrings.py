@@ -115,8 +115,9 @@ def test_every_public_argument_is_documented(name):
 
 @pytest.mark.parametrize("name", MODULES)
 def test_everything_has_a_docstring(name):
-    if name.startswith("clearance_mj.physical.mjx"):
-        pytest.importorskip("mujoco.mjx")
+    for engine, package in (("mjx", "mujoco.mjx"), ("warp", "mujoco_warp")):
+        if name.startswith(f"clearance_mj.physical.{engine}"):
+            pytest.importorskip(package)
     module = importlib.import_module(name)
     assert module.__doc__
     assert not list(without_docstring(defined(module).items()))

@@ -178,15 +178,15 @@ def _settings(model: mujoco.MjModel) -> Iterator[str]:
 
 def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
     until = "until a Softener(model) is in use, or its update() is called in every step"
-    in_mjx = f"{until}, or physical.mjx steps it in MJX, where mjx.put_model leaves it out"
+    elsewhere = f"{until}; in MJX until physical.mjx steps it, in MuJoCo Warp until physical.warp puts it there"
     if mujoco.get_mjcb_control() is not None:  # that of a Softener in use, or one that may call its update()
         return
     for each in frictions(model):
-        yield f'friction of {each.kind} "{each.name}" does not act {in_mjx}'
+        yield f'friction of {each.kind} "{each.name}" does not act {elsewhere}'
     for bushing in joined(model):
         yield f'bushing "{bushing.name}" has one stiffness in all directions {until}'
     for drive in drives(model):
-        yield f'actuator "{drive.name}" exerts nothing, for its drive does not turn {in_mjx}'
+        yield f'actuator "{drive.name}" exerts nothing, for its drive does not turn {elsewhere}'
     for element in asked(model):
         if element.softness.law:
             yield f'{KINDS[element.kind].noun} "{element.name}" keeps one stiffness and follows no law {until}'

@@ -17,7 +17,7 @@ from . import library
 from .drives import ANGLE, BEGUN, BRISTLES, DRIVE, INPUT, MOTOR_TORQUE, SPEED
 from .library import doubles, field, integers, pointer
 
-__all__ = ["PLACE", "PLACES", "advance", "turn"]
+__all__ = ["PLACE", "PLACES", "accelerate", "advance", "enter", "exert", "press", "slip", "turn"]
 
 _DATA = ("act", "act_dot", "ctrl", "actuator_length", "actuator_velocity")
 _MODEL = (
@@ -28,6 +28,7 @@ PLACE = np.dtype([(name, np.int64) for name in ("actuator", "numeric", "slips", 
 """Where a drive has its numbers, its activation, its length and its control"""
 
 _SIZE, _PRM = DRIVE.itemsize, 10
+_SHORTEST = 1e-15  # s, of a filter, as MuJoCo has it
 _WORST = 1e10  # from which on MuJoCo takes a control for an error
 _OPTION = {f"m_{name}": library.MODEL["opt"] + library.OPTION[name] for name in ("disableflags", "disableactuator")}
 PLACES = {
@@ -61,34 +62,32 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
     angle, speed = (act[ANGLE], act[SPEED]) if begun else (load, load_speed)
     if drive.encoder == 0.0:
         length, velocity = gear * angle, gear * speed
-    entered, rates[INPUT] = _input(head, model, data, place, drive, h, act[INPUT])
-    motor, braking = _motor(head, model, place, entered, length, velocity)
+    limited = numba.carray(pointer(field(model + head.m_actuator_ctrllimited) + place.control), 1, np.uint8)[0]
+    entered, rates[INPUT] = enter(
+        drive, h, act[INPUT], doubles(field(data + head.d_ctrl) + 8 * place.control, 1)[0],
+        limited and not integers(model + head.m_disableflags, 1)[0] & _CLAMP_OFF,
+        doubles(field(model + head.m_actuator_ctrlrange) + 16 * place.control, 2),
+        doubles(field(model + head.m_actuator_actrange) + 16 * place.actuator, 2),
+        doubles(field(model + head.m_actuator_dynprm) + 8 * _PRM * place.actuator, 1)[0],
+    )  # fmt: skip
+    motor, braking = exert(
+        doubles(field(model + head.m_actuator_gainprm) + 8 * _PRM * place.actuator, 3),
+        doubles(field(model + head.m_actuator_biasprm) + 8 * _PRM * place.actuator, 3),
+        doubles(field(model + head.m_actuator_forcerange) + 16 * place.actuator, 2), entered, length, velocity,
+    )  # fmt: skip
     motor, braking = gear * motor, gear * gear * braking if drive.encoder == 0.0 else 0.0
 
-    ahead, closing = angle - load, speed - load_speed
-    torque = 0.0
-    if drive.gap == 0.0:
-        torque = drive.k * ahead + drive.c * closing
-    elif ahead > drive.gap:
-        torque = max(drive.k * (ahead - drive.gap) + drive.c * closing, 0.0)
-    elif ahead < -drive.gap:
-        torque = min(drive.k * (ahead + drive.gap) + drive.c * closing, 0.0)
+    closing = speed - load_speed
+    torque = press(drive, angle - load, closing)
     for i in range(place.slips):
         k, largest = slips[2 * i], slips[2 * i + 1]
         bent = min(max(act[BRISTLES + 1 + i] + begun * h * closing, -largest / k), largest / k)
         rates[BRISTLES + 1 + i] = (bent - act[BRISTLES + 1 + i]) * per_second
         torque += k * bent
 
-    largest, smallest = _slipping(drive, speed, motor, torque)
-    rubbing = 0.0
-    if largest > smallest or act[BRISTLES] != 0.0:
-        bent = act[BRISTLES] + begun * h * speed
-        bent = min(max(bent, smallest / drive.friction_k), largest / drive.friction_k)
-        rates[BRISTLES] = (bent - act[BRISTLES]) * per_second
-        rubbing = min(max(drive.friction_k * bent + drive.friction_c * speed, smallest), largest)
-
-    damping = drive.friction_viscous + braking
-    faster = (motor - torque - rubbing - drive.friction_viscous * speed) / (drive.inertia + h * damping)
+    largest, smallest = slip(drive, speed, motor, torque)
+    bent, faster = accelerate(drive, h, act[BRISTLES], begun * h, speed, motor, braking, torque, largest, smallest)
+    rates[BRISTLES] = (bent - act[BRISTLES]) * per_second
     after = speed + h * faster
     rates[SPEED] = faster if begun else (after - act[SPEED]) * per_second
     rates[ANGLE] = after if begun else (angle + h * after - act[ANGLE]) * per_second
@@ -98,45 +97,54 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
 
 
 @jit(**OPTIONS)
-def _input(head: Any, model: int, data: int, place: Any, drive: Any, h: float, before: float) -> tuple[float, float]:
+def enter(
+    drive: Any, h: float, before: float, control: float, clamped: bool, control_range: Any, range_of_input: Any,
+    tau: float,
+) -> tuple[float, float]:  # fmt: skip
     """Return what the motor's gain is multiplied with, and the derivative of the actuator's former activation."""
-    control = doubles(field(data + head.d_ctrl) + 8 * place.control, 1)[0]
     if not abs(control) <= _WORST:
         control = 0.0
-    limited = numba.carray(pointer(field(model + head.m_actuator_ctrllimited) + place.control), 1, np.uint8)[0]
-    if limited and not integers(model + head.m_disableflags, 1)[0] & _CLAMP_OFF:
-        limits = doubles(field(model + head.m_actuator_ctrlrange) + 16 * place.control, 2)
-        control = min(max(control, limits[0]), limits[1])
+    if clamped:
+        control = min(max(control, control_range[0]), control_range[1])
     if drive.dynamics == 0.0:
         return control, 0.0
     rate = control
     if drive.dynamics > 1.0:
-        tau = max(doubles(field(model + head.m_actuator_dynprm) + 8 * _PRM * place.actuator, 1)[0], 1e-15)
-        rate = (control - before) / (tau if drive.dynamics == 2.0 else h / -np.expm1(-h / tau))
-    limits = doubles(field(model + head.m_actuator_actrange) + 16 * place.actuator, 2)
-    if limits[0] < limits[1]:
-        rate = (min(max(before + h * rate, limits[0]), limits[1]) - before) / h
-    return before + h * rate if drive.early else before, rate
+        slow = max(tau, _SHORTEST)
+        if drive.dynamics > 2.0:
+            half = np.tanh(0.5 * h / slow)  # with it 1 - exp(-h/tau) is exact in single precision too
+            slow = h * (1.0 + half) / (2.0 * half)
+        rate = (control - before) / slow
+    if range_of_input[0] < range_of_input[1]:
+        rate = (min(max(before + h * rate, range_of_input[0]), range_of_input[1]) - before) / h
+    return before + h * rate if drive.early != 0.0 else before, rate
 
 
 @jit(**OPTIONS)
-def _motor(
-    head: Any, model: int, place: Any, entered: float, length: float, velocity: float
-) -> tuple[float, float]:  # fmt: skip
+def exert(gain: Any, bias: Any, limits: Any, entered: float, length: float, velocity: float) -> tuple[float, float]:
     """Return the actuator's own force, and the damping that is in it."""
-    gain = doubles(field(model + head.m_actuator_gainprm) + 8 * _PRM * place.actuator, 3)
-    bias = doubles(field(model + head.m_actuator_biasprm) + 8 * _PRM * place.actuator, 3)
-    limits = doubles(field(model + head.m_actuator_forcerange) + 16 * place.actuator, 2)
     force = (
         (gain[0] + gain[1] * length + gain[2] * velocity) * entered + bias[0] + bias[1] * length + bias[2] * velocity
     )
-    if limits[0] < limits[1] and not limits[0] <= force <= limits[1]:
+    if limits[0] < limits[1] and (force < limits[0] or force > limits[1]):
         return min(max(force, limits[0]), limits[1]), 0.0
     return force, max(-(gain[2] * entered + bias[2]), 0.0)
 
 
 @jit(**OPTIONS)
-def _slipping(drive: Any, speed: float, motor: float, torque: float) -> tuple[float, float]:
+def press(drive: Any, ahead: float, closing: float) -> float:
+    """Return the torque of teeth with play on the load."""
+    if drive.gap == 0.0:
+        return drive.k * ahead + drive.c * closing
+    if ahead > drive.gap:
+        return max(drive.k * (ahead - drive.gap) + drive.c * closing, 0.0)
+    if ahead < -drive.gap:
+        return min(drive.k * (ahead + drive.gap) + drive.c * closing, 0.0)
+    return 0.0
+
+
+@jit(**OPTIONS)
+def slip(drive: Any, speed: float, motor: float, torque: float) -> tuple[float, float]:
     """Return the friction at which the rotor slips forward, and backward; see `DriveFriction`."""
     load = -torque
     limit = drive.friction_coulomb + abs(drive.friction_external * load - drive.friction_motor * motor)
@@ -144,15 +152,27 @@ def _slipping(drive: Any, speed: float, motor: float, torque: float) -> tuple[fl
     more += abs(drive.friction_stribeck_external * load - drive.friction_stribeck_motor * motor)
     if load * motor < 0.0:
         if abs(load) < abs(motor):
-            more += drive.friction_motor_square * load**2
+            more += drive.friction_motor_square * load * load
         elif abs(load) > abs(motor):
-            more += drive.friction_external_square * motor**2
+            more += drive.friction_external_square * motor * motor
     if more > 0.0:
         limit += more * np.exp(-(abs(speed / drive.friction_stribeck_speed) ** drive.friction_stribeck_exponent))
     driven, driving = drive.loss_forward * abs(torque), drive.loss_backward * abs(torque)
     if torque >= 0.0:
         return limit + driven, -limit - driving
     return limit + driving, -limit - driven
+
+
+@jit(**OPTIONS)
+def accelerate(
+    drive: Any, h: float, bristle: float, step: float, speed: float, motor: float, braking: float, torque: float,
+    largest: float, smallest: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Return the deflection of the friction's bristle after a step, and the rotor's acceleration in it."""
+    bent = min(max(bristle + step * speed, smallest / drive.friction_k), largest / drive.friction_k)
+    rubbing = min(max(drive.friction_k * bent + drive.friction_c * speed, smallest), largest)
+    damping = drive.friction_viscous + braking
+    return bent, (motor - torque - rubbing - drive.friction_viscous * speed) / (drive.inertia + h * damping)
 
 
 @jit(**STRICT)

@@ -10,7 +10,7 @@ import numpy as np
 from ..core.jit import OPTIONS, jit
 from .library import doubles, field, integers
 
-__all__ = ["FRICTION", "OF_FRICTION", "bear", "bend", "between", "normal_rows", "rub"]
+__all__ = ["FRICTION", "OF_FRICTION", "bear", "bend", "bend_in_plane", "between", "normal_rows", "rub"]
 
 OF_FRICTION = 7  # numbers of memory: the bristles' deflection, the angle about their normal, those rolled
 FRICTION = np.dtype(
@@ -20,22 +20,22 @@ FRICTION = np.dtype(
 _SPARSE_FROM = 60  # velocities: MuJoCo takes a sparse Jacobian then, if it may choose
 _ROUNDING = 1e-14  # of a place, relative: points that are no further apart are one
 _SPARSE, _AUTO = int(mujoco.mjtJacobian.mjJAC_SPARSE), int(mujoco.mjtJacobian.mjJAC_AUTO)
+_TINY = 1e-30  # N, above zero in single precision too
 _PYRAMIDAL = int(mujoco.mjtConstraint.mjCNSTR_CONTACT_PYRAMIDAL)
 
 
 @jit(**OPTIONS)
-def between(geoms: np.ndarray, geom1: int, geom2: int) -> bool:
+def between(geoms: Any, geom1: int, geom2: int) -> bool:
     """Whether two geoms of a contact are two others, in any order."""
     return (geoms[0] == geom1 and geoms[1] == geom2) or (geoms[0] == geom2 and geoms[1] == geom1)
 
 
 @jit(**OPTIONS)
-def bend(numbers: np.ndarray, bristles: np.ndarray, step: float, speed: float) -> float:
-    """Bend the bristles of a coordinate and return their force: elastic up to the largest, where they slip."""
-    largest, k, c = numbers[0], numbers[1], numbers[2]
+def bend(largest: float, k: float, c: float, bent: float, step: float, speed: float) -> tuple[float, float]:
+    """Return the bristles of a coordinate and their force after a step: elastic up to the largest, where they slip."""
     slips = largest / k
-    bristles[0] = min(max(bristles[0] + step * speed, -slips), slips)
-    return min(max(k * bristles[0] + c * speed, -largest), largest)
+    bent = min(max(bent + step * speed, -slips), slips)
+    return bent, min(max(k * bent + c * speed, -largest), largest)
 
 
 @jit(**OPTIONS)
@@ -188,17 +188,18 @@ def rub(
     else:
         arm, square, turning = torsion, torsion * torsion, turning / pressed
     largest, k, c = numbers[0] * pressed, numbers[1], numbers[2]
-    fx, fy, fz = _bend_in_plane(bristles[:3], largest, k, c, step, vx, vy, vz, nx, ny, nz)
+    bristles[0], bristles[1], bristles[2], fx, fy, fz = bend_in_plane(
+        bristles[:3], largest, k, c, step, (vx, vy, vz), (nx, ny, nz)
+    )
     torque = 0.0
     if square > 0.0:
-        slips = largest * arm / (k * square)
-        bristles[3] = min(max(bristles[3] + step * turning, -slips), slips)
-        torque = square * (k * bristles[3] + c * turning)
-        torque = min(max(torque, -largest * arm), largest * arm)
+        bristles[3], torque = bend(largest * arm, k * square, c * square, bristles[3], step, turning)
     if rolls:
         by_square = rolling * rolling
-        tx, ty, tz = _bend_in_plane(bristles[4:7], largest * rolling, k * by_square, c * by_square, step,
-                                    tx / pressed, ty / pressed, tz / pressed, nx, ny, nz)  # fmt: skip
+        bristles[4], bristles[5], bristles[6], tx, ty, tz = bend_in_plane(
+            bristles[4:7], largest * rolling, k * by_square, c * by_square, step,
+            (tx / pressed, ty / pressed, tz / pressed), (nx, ny, nz),
+        )  # fmt: skip
     for i in range(n_contacts):
         contact = contacts + i * head.contact_size
         row, rows, force = _pressing(head, data, friction, contact)
@@ -218,18 +219,18 @@ def rub(
 
 
 @jit(**OPTIONS)
-def _bend_in_plane(
-    bristles: np.ndarray, largest: float, k: float, c: float, step: float, vx: float, vy: float, vz: float,
-    nx: float, ny: float, nz: float,
-) -> tuple[float, float, float]:  # fmt: skip
-    """Bend bristles in a plane by a speed, and return their force: elastic up to the largest, where they slip."""
-    along = vx * nx + vy * ny + vz * nz
-    vx, vy, vz = vx - along * nx, vy - along * ny, vz - along * nz
+def bend_in_plane(
+    bristles: Any, largest: float, k: float, c: float, step: float, speed: Any, normal: Any
+) -> tuple[float, float, float, float, float, float]:
+    """Return the bristles in a plane and their force after a step: elastic up to the largest, where they slip."""
+    nx, ny, nz = normal[0], normal[1], normal[2]
+    along = speed[0] * nx + speed[1] * ny + speed[2] * nz
+    vx, vy, vz = speed[0] - along * nx, speed[1] - along * ny, speed[2] - along * nz
     bx, by, bz = bristles[0] + step * vx, bristles[1] + step * vy, bristles[2] + step * vz
     along = bx * nx + by * ny + bz * nz
     bx, by, bz = bx - along * nx, by - along * ny, bz - along * nz
-    share = min(1.0, largest / max(k * np.sqrt(bx * bx + by * by + bz * bz), 1e-300))
-    bristles[0], bristles[1], bristles[2] = share * bx, share * by, share * bz
-    fx, fy, fz = k * bristles[0] + c * vx, k * bristles[1] + c * vy, k * bristles[2] + c * vz
-    share = min(1.0, largest / max(np.sqrt(fx * fx + fy * fy + fz * fz), 1e-300))
-    return share * fx, share * fy, share * fz
+    share = min(1.0, largest / max(k * np.sqrt(bx * bx + by * by + bz * bz), _TINY))
+    bx, by, bz = share * bx, share * by, share * bz
+    fx, fy, fz = k * bx + c * vx, k * by + c * vy, k * bz + c * vz
+    share = min(1.0, largest / max(np.sqrt(fx * fx + fy * fy + fz * fz), _TINY))
+    return bx, by, bz, share * fx, share * fy, share * fz

@@ -7,7 +7,6 @@ that the compiled model has. `step` adds what on a CPU a `Softener` does, as a f
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -15,9 +14,9 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
-from .bushings import joined
+from .accelerators import pressing_alone
+from .bristles import rubbing
 from .drives import ANGLE, MOTOR_TORQUE, SPEED, DriveState
-from .elements import KINDS, asked, find
 from .mjx_drives import Drives, drives_of
 from .mjx_friction import OF_PAIR, DryFriction, PairFriction, dry_friction, pair_friction
 from .packages import naming_package
@@ -224,10 +223,9 @@ def drive_state(mx: Any, parameters: Parameters, state: State, actuator: str) ->
 
 def _without_softener(model: mujoco.MjModel) -> tuple[mujoco.MjModel, np.ndarray]:
     """Return a copy of a model whose bristles and drives are others' business, and which activations remain."""
-    _refuse(model)
-    plain, kept = copy.copy(model), np.ones(model.na, dtype=bool)
-    for name in pair_friction(model).names:
-        plain.pair_dim[find(model, KINDS["pair"].object, name)] = 1
+    if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC and rubbing(model):
+        raise ModelError("MJX has no contacts without MuJoCo's friction in an elliptic cone; use cone pyramidal")
+    plain, kept = pressing_alone(model, "MJX"), np.ones(model.na, dtype=bool)
     for i in drives_of(model).actuators:
         plain.actuator_dyntype[i], plain.actuator_gaintype[i] = int(_Dyn.mjDYN_NONE), int(_Gain.mjGAIN_FIXED)
         plain.actuator_biastype[i] = int(_Bias.mjBIAS_NONE)
@@ -243,20 +241,3 @@ def _motors(mx: Any, here: np.ndarray) -> Any:
     kinds[here], limited[here] = int(_Dyn.mjDYN_NONE), False
     gains = jp.asarray(mx.actuator_gainprm).at[here].set(0.0).at[here, 0].set(1.0)
     return mx.replace(actuator_dyntype=kinds, actuator_ctrllimited=limited, actuator_gainprm=gains)
-
-
-def _refuse(model: mujoco.MjModel) -> None:
-    for kind, name, softness in asked(model):
-        if softness.law:
-            raise ModelError(
-                f'{KINDS[kind].noun} "{name}" follows a law, which cannot be in MJX; constant k and c, friction and '
-                "drives can"
-            )
-    for bushing in joined(model):
-        raise ModelError(f'bushing "{bushing.name}" acts within a Softener alone, not in MJX')
-    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
-        raise ModelError("integrator RK4 asks for forces between the steps; use Euler or implicitfast")
-    if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC and any(pair_friction(model).names):
-        raise ModelError("MJX has no contacts without MuJoCo's friction in an elliptic cone; use cone pyramidal")
-    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION and drives_of(model).names:
-        raise ModelError("flag actuation is disabled, so drives exert nothing; enable it")

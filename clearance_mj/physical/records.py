@@ -10,9 +10,9 @@ __all__ = ["MARK", "marked", "note_softener", "texts", "write_numbers", "write_t
 
 _NOTE = (
     "friction, laws and drives of this model act only while clearance_mj.physical.Softener(model) is in use, or its "
-    "update() is called in every step, friction and drives in MJX while clearance_mj.physical.mjx steps it; without "
-    "it, as in mjx.put_model and MuJoCo Warp, nothing rubs, actuators with drives exert nothing, and stiffness stays "
-    "that of a law's nominal depth"
+    "update() is called in every step, friction and drives in MJX while clearance_mj.physical.mjx steps it and in "
+    "MuJoCo Warp where clearance_mj.physical.warp has put it; without, as by mjx.put_model or mujoco_warp.put_model, "
+    "nothing rubs, actuators with drives exert nothing, and stiffness stays that of a law's nominal depth"
 )
 MARK = "physical:"  # begins the names of texts that hold what was asked
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import zlib
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -25,7 +25,7 @@ from .drives import PlacedDrive, drives
 from .elements import KINDS, Asked, asked, find, inverse_inertia
 from .records import MARK, note_softener, write_numbers
 
-__all__ = ["Softener", "reserve"]
+__all__ = ["Softener", "drive_places", "friction_places", "reserve", "reserved"]
 
 _MEMORY = f"{MARK}memory"  # name of the custom number that says where in the user data laws remember
 
@@ -69,17 +69,11 @@ class Softener:
         _refuse_integrator(model, bool(laws))
         self.model = model
         self._parts = _parts(model, laws, bristles, between)
-        self._drives = _drive_places(model, turning)
+        self._drives = drive_places(model, turning)
         self._of_actuators = np.full(len(model.actuator_trntype), -1, dtype=np.int64)
         self._of_actuators[self._drives["actuator"]] = np.arange(len(self._drives))
-        room = _reserved(model)
-        key = _key(model, room.first, laws, bristles, turning, between)
         size = self._parts.template.size if self._softens else 0
-        if room[1:] != (2 * size, *key) or room.first + room.size > model.nuserdata:
-            raise ModelError(
-                "the model has no room in its userdata for what these laws, friction and drives remember; "
-                "make it with clearance_mj.physical.compile()"
-            )
+        room = reserved(model, size, laws, bristles, turning, between)
         self._head = np.zeros(1, loop.HEAD)
         index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
         own = {"first": room.first, "size": size, "numeric": model.numeric_adr[index] + 2}
@@ -88,7 +82,7 @@ class Softener:
         own["soften"] = address(loop.soften, loop.SOFTEN)
         for name, value in {**self._parts.places(), **loop.PLACES, **own}.items():
             self._head[name] = value
-        self._head["signature"], self._head["key"] = np.uint64(model.signature).view(np.int64), key
+        self._head["signature"], self._head["key"] = np.uint64(model.signature).view(np.int64), room[2:]
         self._address = self._head.ctypes.data
         self._called: tuple[Any, ...] = (None, None)
 
@@ -188,7 +182,7 @@ class _Parts(NamedTuple):
         }  # fmt: skip
 
 
-def _drive_places(model: mujoco.MjModel, placed: Sequence[PlacedDrive]) -> np.ndarray:
+def drive_places(model: mujoco.MjModel, placed: Sequence[PlacedDrive]) -> np.ndarray:
     """(n,) where compiled code finds the drives of a model."""
     found = np.zeros(len(placed), PLACE)
     for place, drive in zip(found, placed):
@@ -232,15 +226,13 @@ def _parts(
         bushings[e], element["numbers"], element["size"] = record[0], sum(part.size for part in memory), numbers.size
         element["impact"] = element["numbers"] + record["ends"][0]
         memory.append(numbers)
-    found = np.zeros(len(bristles), loop.FRICTION)
-    for row, friction in zip(found, bristles):
-        _describe_friction(model, friction, laws, row)
     places = np.zeros(len(between), loop.JOINED)
     for row, bushing in zip(places, between):
         row["numeric"], row["equality"], row["axes"], row["site"] = (
             bushing.numeric, bushing.equality, bushing.axes, bushing.site
         )  # fmt: skip
-    return _Parts(elements, found, places, joints, tendons, bushings, np.concatenate(memory))
+    rubbing = friction_places(model, bristles, {law.name for law in laws if law.kind == "pair"})
+    return _Parts(elements, rubbing, places, joints, tendons, bushings, np.concatenate(memory))
 
 
 class _Opening(NamedTuple):
@@ -265,18 +257,23 @@ def _describe(model: mujoco.MjModel, kind: str, index: int, element: Any) -> Non
         element["geom1"], element["geom2"] = model.pair_geom1[index], model.pair_geom2[index]
 
 
-def _describe_friction(model: mujoco.MjModel, friction: Friction, laws: Sequence[Asked], row: Any) -> None:
-    index = find(model, KINDS[friction.kind].object, friction.name)
-    row["numeric"], row["numbers"] = friction.numeric, friction.size
-    if friction.kind == "joint":
-        row["kind"], row["dof"] = loop.JOINT, model.jnt_dofadr[index]
-    elif friction.kind == "tendon":
-        row["kind"], row["geom1"] = loop.TENDON, index
-        row["dof"], row["size"] = model.ten_J_rowadr[index], model.ten_J_rownnz[index]
-    else:
-        row["kind"] = loop.PAIR
-        row["geom1"], row["geom2"] = model.pair_geom1[index], model.pair_geom2[index]
-        row["law"] = ("pair", friction.name) in {(law.kind, law.name) for law in laws}
+def friction_places(
+    model: mujoco.MjModel, bristles: Sequence[Friction], pairs_with_law: Container[str] = ()
+) -> np.ndarray:
+    """(n,) FRICTION: where compiled code finds the bristles of a model."""
+    found = np.zeros(len(bristles), loop.FRICTION)
+    for row, friction in zip(found, bristles):
+        index = find(model, KINDS[friction.kind].object, friction.name)
+        row["numeric"], row["numbers"] = friction.numeric, friction.size
+        if friction.kind == "joint":
+            row["kind"], row["dof"] = loop.JOINT, model.jnt_dofadr[index]
+        elif friction.kind == "tendon":
+            row["kind"], row["geom1"] = loop.TENDON, index
+            row["dof"], row["size"] = model.ten_J_rowadr[index], model.ten_J_rownnz[index]
+        else:
+            row["kind"], row["law"] = loop.PAIR, friction.name in pairs_with_law
+            row["geom1"], row["geom2"] = model.pair_geom1[index], model.pair_geom2[index]
+    return found
 
 
 def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
@@ -286,7 +283,7 @@ def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     size = 2 * _parts(model, laws, bristles, between).template.size if softens else 0  # before a step and after
     before = _reserved(model)
     first = before.first if before.first + before.size == spec.nuserdata else max(spec.nuserdata, 0)  # others have come
-    now = _Reserved(first, size, *_key(model, first, laws, bristles, turning, between))
+    now = Reserved(first, size, *_key(model, first, laws, bristles, turning, between))
     if now == before or not (size or turning or any(before)):
         return False
     spec.nuserdata = first + size
@@ -295,7 +292,28 @@ def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     return True
 
 
-class _Reserved(NamedTuple):
+def reserved(
+    model: mujoco.MjModel, size: int, laws: Sequence[Asked], bristles: Sequence[Friction],
+    turning: Sequence[PlacedDrive], between: Sequence[Joined],
+) -> Reserved:  # fmt: skip
+    """Return the room that `reserve` made in the user data of a model for so many numbers, twice.
+
+    Raises
+    ------
+    ModelError
+        For a model that was compiled without.
+    """
+    room = _reserved(model)
+    key = _key(model, room.first, laws, bristles, turning, between)
+    if room[1:] != (2 * size, *key) or room.first + room.size > model.nuserdata:
+        raise ModelError(
+            "the model has no room in its userdata for what these laws, friction and drives remember; "
+            "make it with clearance_mj.physical.compile()"
+        )
+    return room
+
+
+class Reserved(NamedTuple):
     """The room in the user data of a model, and for which laws it is, as a custom number of the model."""
 
     first: int
@@ -304,12 +322,12 @@ class _Reserved(NamedTuple):
     other_key: int
 
 
-def _reserved(model: mujoco.MjModel) -> _Reserved:
+def _reserved(model: mujoco.MjModel) -> Reserved:
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
     if index < 0:
-        return _Reserved(0, 0, 0, 0)
+        return Reserved(0, 0, 0, 0)
     begin = model.numeric_adr[index]
-    return _Reserved(*(int(value) for value in model.numeric_data[begin : begin + model.numeric_size[index]]))
+    return Reserved(*(int(value) for value in model.numeric_data[begin : begin + model.numeric_size[index]]))
 
 
 def _key(

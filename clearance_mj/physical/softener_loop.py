@@ -157,10 +157,12 @@ def soften(where: int, model: int, data: int) -> None:
         bristles = memory[start : start + OF_FRICTION]
         numbers = doubles(field(model + head.m_numeric_data) + 8 * friction.numeric, friction.numbers)
         if friction.kind == JOINT:
-            passive[friction.dof] -= bend(numbers, bristles, step, qvel[friction.dof])
+            bristles[0], force = bend(numbers[0], numbers[1], numbers[2], bristles[0], step, qvel[friction.dof])
+            passive[friction.dof] -= force
         elif friction.kind == TENDON:
             speed = doubles(field(data + head.d_ten_velocity) + 8 * friction.geom1, 1)[0]
-            _pull(head, model, data, friction.dof, friction.size, bend(numbers, bristles, step, speed), passive)
+            bristles[0], force = bend(numbers[0], numbers[1], numbers[2], bristles[0], step, speed)
+            _pull(head, model, data, friction.dof, friction.size, force, passive)
         else:
             rub(head, model, data, friction, numbers, bristles, step)
     bushings_between_sites = numba.carray(pointer(head.joined), head.n_joined, JOINED)

@@ -1,0 +1,54 @@
+"""What becomes of a compiled model that engines for accelerators take: MJX and MuJoCo Warp."""
+
+from __future__ import annotations
+
+import copy
+
+import mujoco
+
+from ..core.errors import ModelError
+from .bristles import rubbing
+from .bushings import joined
+from .drives import drives
+from .elements import KINDS, asked, find
+
+__all__ = ["pressing_alone"]
+
+
+def pressing_alone(model: mujoco.MjModel, engine: str) -> mujoco.MjModel:
+    """Return a copy of a model whose contacts with bristles have rows that only press.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        Compiled with `compile`; not changed.
+    engine : str
+        Its name, for messages.
+
+    Returns
+    -------
+    mujoco.MjModel
+        Equal but for the dimension of these contacts.
+
+    Raises
+    ------
+    ModelError
+        For what neither engine can have: laws, bushings, integrator RK4, and drives of a model whose actuation is
+        disabled.
+    """
+    for kind, name, softness in asked(model):
+        if softness.law:
+            raise ModelError(
+                f'{KINDS[kind].noun} "{name}" follows a law, which cannot be in {engine}; constant k and c, friction '
+                "and drives can"
+            )
+    for bushing in joined(model):
+        raise ModelError(f'bushing "{bushing.name}" acts within a Softener alone, not in {engine}')
+    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+        raise ModelError("integrator RK4 asks for forces between the steps; use Euler or implicitfast")
+    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION and any(drives(model)):
+        raise ModelError("flag actuation is disabled, so drives exert nothing; enable it")
+    pressing = copy.copy(model)
+    for name in rubbing(model):
+        pressing.pair_dim[find(model, KINDS["pair"].object, name)] = 1
+    return pressing
