@@ -10,6 +10,7 @@ import argparse
 import importlib
 import statistics
 import time
+import warnings
 
 import mujoco
 import numpy as np
@@ -134,4 +135,5 @@ if __name__ == "__main__":
     parser.add_argument("environments", nargs="*", type=int, default=[1, 64, 4096, 16384])
     parser.add_argument("--engine", choices=("mjx", "warp"), default="mjx")
     given = parser.parse_args()
+    warnings.simplefilter("ignore", physical.ModelWarning)  # that friction and drives do not act by themselves
     measure(given.environments, importlib.import_module(f"benchmarks.gpu_{given.engine}"))

@@ -40,8 +40,8 @@ def runner(model, data, wanted, count, with_physical):
     def run():
         for own, begin in state:
             wp.copy(own, begin)
-        for control in of_worlds:
-            wp.copy(d.ctrl, control)
+        for i in range(len(wanted)):
+            wp.copy(d.ctrl, of_worlds[i])
             if graph:
                 wp.capture_launch(graph)
             else:

@@ -182,14 +182,13 @@ def rub_all(
         wp.vec3(memory[w, at + 4], memory[w, at + 5], memory[w, at + 6]), largest * rolling,
         own.k * rolling * rolling, own.c * rolling * rolling, step, rolls, normal,
     )  # fmt: skip
-    presses = wp.where(pressed > 0.0, 1.0, 0.0)
-    memory[w, at] = presses * bx
-    memory[w, at + 1] = presses * by
-    memory[w, at + 2] = presses * bz
-    memory[w, at + 3] = presses * angle
-    memory[w, at + 4] = presses * rx
-    memory[w, at + 5] = presses * ry
-    memory[w, at + 6] = presses * rz
+    memory[w, at] = bx
+    memory[w, at + 1] = by
+    memory[w, at + 2] = bz
+    memory[w, at + 3] = angle
+    memory[w, at + 4] = rx
+    memory[w, at + 5] = ry
+    memory[w, at + 6] = rz
     total, about = wp.vec3(), wp.vec3()
     contact = begin
     while contact >= 0:
