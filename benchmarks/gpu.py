@@ -84,7 +84,8 @@ def standing(model):
 def controls(steps):
     """Return the servos' controls (steps, 12), rad: it trots on the spot."""
     swing = 0.15 * np.sin(2 * np.pi * 2e-3 * np.arange(steps)[:, None] + np.array([0, np.pi, np.pi, 0]))
-    return (STANDING + swing[..., None] * np.array([0, 1.0, -2.0])).reshape(steps, 12)
+    targets = STANDING + swing[..., None] * np.array([0, 1.0, -2.0])
+    return targets.reshape(steps, 12).astype(np.float32)  # the same numbers on the CPU
 
 
 def error(engine):

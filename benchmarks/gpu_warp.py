@@ -18,7 +18,7 @@ def positions(model, data, wanted):
     d = mjw.put_data(model, data)
     found = []
     for control in wanted:
-        d.ctrl.assign(control[None].astype(np.float32))
+        d.ctrl.assign(control[None])
         mjw.step(m, d)
         found.append(d.qpos.numpy()[0].copy())
     return np.array(found)
