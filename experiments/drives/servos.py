@@ -1,11 +1,14 @@
 """Virtual servos with physics of their own, and how near `fit_model` comes to what they are from one log.
 
     python -m experiments.drives.servos --first 0 --seeds 10 --out results/servos.csv
+    python -m experiments.drives.servos --first 0 --seeds 10 --lossy --out results/servos_lossy.csv
 
 A rotor behind play and elastic teeth moves a pendulum. Friction at the rotor is a clipped bristle with Stribeck's
-curve; a PD loop at 1 kHz reads the load by 12 bits. It is integrated at 2e-5 s. All numbers are drawn, the motor's
-constant too: the log has its current. The loop jitters, and both angles are counted by 12 bits; synthetic. The model
-has a drive inside its actuator; fits begin with numbers that are wrong by up to a half.
+curve; of lossy servos also Dahl's friction in proportion to the torque of the teeth, by other shares as power flows
+to the load and back, and an exponent of Stribeck's curve of their own. A PD loop at 1 kHz reads the load by 12 bits.
+It is integrated at 2e-5 s. All numbers are drawn, the motor's constant too: the log has its current. The loop jitters,
+and both angles are counted by 12 bits; synthetic. The model has a drive inside its actuator; fits begin with numbers
+that are wrong by up to a half.
 """
 
 from __future__ import annotations
@@ -13,7 +16,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import mujoco
@@ -34,7 +37,11 @@ PROPORTIONAL, DERIVATIVE, LARGEST = 12.0, 0.25, 2.5  # N m/rad, N m s/rad, N m
 MASS_MOMENT = 0.35 / 9.81  # kg m, of the pendulum
 INERTIA = 0.012  # kg m², of the pendulum about its joint
 DRAG = 0.01  # N m s/rad
+WIDTH = 2e-4  # rad, after which most of the teeth's friction is there
 START = 1.5  # factor, by which starts are wrong at most
+FRICTION = ("coulomb", "viscous", "stribeck", "stribeck_speed", "stribeck_exponent")
+WANTED = ("gap", "k", "c", "gain", "coulomb", "stribeck", "viscous")
+WANTED_OF_LOSSY = ("stribeck_speed", "stribeck_exponent", "loss_forward", "loss_backward")
 TARGETS = {"servo.gap": 0.03, "servo.k": 0.10, "servo.gain": 0.02}
 CONFIDENCE = 0.9
 
@@ -49,16 +56,22 @@ class Servo:
     inertia: float
     coulomb: float
     stribeck: float
-    speed: float
+    stribeck_speed: float
     viscous: float
     gain: float
+    stribeck_exponent: float = 2.0
+    loss_forward: float = 0.0  #: friction per torque of the teeth, of a rotor that drives its load
+    loss_backward: float = 0.0  #: of one that is driven
 
     @classmethod
-    def drawn(cls, seed: int) -> Servo:
-        """Draw a servo."""
+    def drawn(cls, seed: int, lossy: bool = False) -> Servo:
+        """Draw a servo, without losses in its gear or with."""
         rng = np.random.default_rng((seed, 4097))
         usual = (np.deg2rad(0.25), 150.0, 0.3, 0.012, 0.1, 0.04, 0.08, 0.08, 0.8)
-        return cls(*(value * 1.5 ** rng.uniform(-1, 1) for value in usual))
+        servo = cls(*(value * 1.5 ** rng.uniform(-1, 1) for value in usual))
+        exponent, forward, backward = rng.uniform((1.0, 0.1, 0.1), (2.0, 0.5, 0.5)).tolist()
+        losses = {"stribeck_exponent": exponent, "loss_forward": forward, "loss_backward": backward}
+        return replace(servo, **losses) if lossy else servo
 
     def log(self, seed: int) -> ModelRecord:
         """Return ten seconds of it."""
@@ -71,7 +84,7 @@ class Servo:
             )
             + np.repeat(rng.uniform(-0.25, 0.25, 13), 800)[: at.size]
         )
-        numbers = (self.gap, self.k, self.c, self.inertia, self.coulomb, self.stribeck, self.speed, self.viscous)
+        numbers = [value for name, value in asdict(self).items() if name != "gain"]
         late = np.clip(rng.normal(0, JITTER, at.size), -0.4 * LOOP, 0.4 * LOOP)
         starts = np.round((at + late - late[0]) / FINE).astype(np.int64)
         states = _march(wanted, starts, np.array(numbers))
@@ -90,26 +103,26 @@ class Servo:
   <inertial pos="0 0 {-arm}" mass="{MASS_MOMENT / arm}" diaginertia="{own} {own} {own}"/></body></worldbody>
   <actuator><motor name="servo" joint="joint"/></actuator>
   <sensor><jointpos name="load" joint="joint"/></sensor></mujoco>""")
-        friction = physical.DriveFriction(
-            2e3, 0.2, coulomb=self.coulomb, viscous=self.viscous, stribeck=self.stribeck, stribeck_speed=self.speed
-        )
+        named = {name: value for name, value in asdict(self).items() if name in FRICTION}
+        efficiency = physical.Efficiency(1 / (1 + self.loss_forward), 1 - self.loss_backward)
+        friction = physical.DriveFriction(2e3, 0.2, efficiency=efficiency, **named)
         physical.add_drive(spec, "servo", self.gap, self.k, self.c, inertia=self.inertia, friction=friction)
         spec.actuator("servo").gainprm[0] = self.gain
         return spec
 
     def truth(self) -> dict[str, float]:
         """Return what a fit looks for, by its names."""
-        named = {"gap": self.gap, "k": self.k, "c": self.c, "gain": self.gain, "coulomb": self.coulomb,
-                 "stribeck": self.stribeck, "viscous": self.viscous}  # fmt: skip
-        return {f"servo.{name}": value for name, value in named.items()}
+        lossy = self.loss_forward or self.loss_backward
+        return {f"servo.{n}": v for n, v in asdict(self).items() if n in WANTED or (lossy and n in WANTED_OF_LOSSY)}
 
 
 @jit
 def _march(wanted, starts, numbers):  # type: ignore[no-untyped-def]
     """Angles of motor and load and the motor's torque (n, 3) in each round of the loop; semi-implicit Euler."""
-    gap, k, c, inertia, coulomb, stribeck, usual, viscous = numbers
+    gap, k, c, inertia, coulomb, stribeck, usual, viscous, exponent, forward, backward = numbers
     out = np.empty((wanted.size, 3))
     x_m, v_m, x_l, v_l, bristle, torque, before, turn = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+    rubs = 0.0  # share of the losses that is there after a reversal, from -1 to 1
     stiff = 2e4 * coulomb
     for i in range(starts[-1] + 1):
         if i == starts[turn]:
@@ -124,22 +137,23 @@ def _march(wanted, starts, numbers):  # type: ignore[no-untyped-def]
             teeth = max(k * (lag - gap) + c * (v_m - v_l), 0.0)
         elif lag < -gap:
             teeth = min(k * (lag + gap) + c * (v_m - v_l), 0.0)
-        slips = (coulomb + stribeck * np.exp(-((v_m / usual) ** 2))) / stiff
+        slips = (coulomb + stribeck * np.exp(-(abs(v_m / usual) ** exponent))) / stiff
         bristle = min(max(bristle + FINE * v_m, -slips), slips)
-        v_m += FINE * (torque - teeth - stiff * bristle - viscous * v_m) / inertia
+        rubs = min(max(rubs + FINE * (v_m - abs(v_m) * rubs) / WIDTH, -1.0), 1.0)
+        lost = abs(teeth) * rubs * (forward if teeth * rubs > 0.0 else backward)
+        v_m += FINE * (torque - teeth - lost - stiff * bristle - viscous * v_m) / inertia
         v_l += FINE * (teeth - MASS_MOMENT * 9.81 * np.sin(x_l) - DRAG * v_l) / INERTIA
         x_m += FINE * v_m
         x_l += FINE * v_l
     return out
 
 
-def judge(seed: int) -> tuple[list[dict], ModelFit]:
+def judge(seed: int, lossy: bool = False) -> tuple[list[dict], ModelFit]:
     """Rows of one servo: each number beside its truth."""
-    servo = Servo.drawn(seed)
-    truth, rng, spec = servo.truth(), np.random.default_rng((seed, 11)), servo.model()
-    begun = {name: (value, value * START ** rng.uniform(-1, 1)) for name, value in truth.items()}
-    wrong = {name.removeprefix("servo."): start for name, (_, start) in begun.items()}
-    spec = Servo(**{**servo.__dict__, **wrong}).model()
+    servo = Servo.drawn(seed, lossy)
+    truth, rng = servo.truth(), np.random.default_rng((seed, 11))
+    wrong = {n.removeprefix("servo."): value * START ** rng.uniform(-1, 1) for n, value in truth.items()}
+    spec = replace(servo, **wrong).model()
     begin = time.perf_counter()
     fit = fit_model(spec, servo.log(seed), list(truth))
     seconds = time.perf_counter() - begin
@@ -159,10 +173,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--first", type=int, default=0, help="seed of the first")
     parser.add_argument("--seeds", type=int, default=10, help="number of servos")
     parser.add_argument("--out", type=Path, required=True, help="table (CSV)")
+    parser.add_argument("--lossy", action="store_true", help="gears with losses, which are looked for too")
     options = parser.parse_args(arguments)
     rows: list[dict] = []
     for seed in range(options.first, options.first + options.seeds):
-        found, fit = judge(seed)
+        found, fit = judge(seed, options.lossy)
         rows += found
         print(f"servo {seed}, {found[0]['seconds']:.0f} s", fit, sep="\n", flush=True)
     table = pd.DataFrame(rows)

@@ -30,14 +30,24 @@ SERVO = """<mujoco><option timestep="1e-4"/><worldbody>
         ("servo.gap", 0.01, lambda m: [m.numeric("physical:drive:servo").data[1]]),
         ("servo.inertia", 0.01, lambda m: [m.numeric("physical:drive:servo").data[0]]),
         ("servo.stribeck", 0.2, lambda m: [float(next(drives.drives(m)).numbers(m)["friction_stribeck"])]),
+        ("servo.friction_k", 100.0, lambda m: [float(next(drives.drives(m)).numbers(m)["friction_k"])]),
+        ("servo.stribeck_exponent", 1.5, lambda m: [m.numeric("physical:drive:servo").data[17]]),
+        ("servo.loss_forward", 0.25, lambda m: [m.numeric("physical:drive:servo").data[20]]),
+        ("servo.loss_backward", 0.1, lambda m: [m.numeric("physical:drive:servo").data[21]]),
+        ("h.friction", 0.5, lambda m: [m.numeric("physical:friction:joint:h").data[0]]),
+        ("h.friction_k", 50.0, lambda m: [m.numeric("physical:friction:joint:h").data[1]]),
+        ("h.friction_c", 2.0, lambda m: [m.numeric("physical:friction:joint:h").data[2]]),
         ("servo.coulomb", 0.1, lambda m: [float(next(drives.drives(m)).numbers(m)["friction_coulomb"])]),
     ],
 )
 def test_numbers_of_actuators_bodies_and_drives(name, start, read):
     """A model and a specification get the same numbers, those that were to be changed."""
     spec = mujoco.MjSpec.from_string(SERVO)
-    friction = physical.DriveFriction(100.0, coulomb=0.1, stribeck=0.2, stribeck_speed=0.1)
+    friction = physical.DriveFriction(
+        100.0, coulomb=0.1, stribeck=0.2, stribeck_speed=0.1, stribeck_exponent=1.5, efficiency=(0.8, 0.9)
+    )
     physical.add_drive(spec, "servo", gap=0.01, k=100, c=0.1, friction=friction)
+    physical.joint_friction(spec, "h", 0.5, 50.0, 2.0)
     (parameter,) = quantities.open_parameters(spec, [name])
     assert parameter.start == pytest.approx(start)
     with pytest.warns(physical.ModelWarning, match="Softener"):
@@ -55,6 +65,15 @@ def test_numbers_of_actuators_bodies_and_drives(name, start, read):
         "dof_invweight0",
     ):
         np.testing.assert_allclose(getattr(changed, field), getattr(written, field), rtol=1e-9, atol=1e-15)
+
+
+def test_losses_begin_where_the_specification_has_them_and_may_vanish():
+    """A gear without losses is a start, and the bound of a loss; a Stribeck exponent has narrow ones."""
+    spec = mujoco.MjSpec.from_string(SERVO)
+    physical.add_drive(spec, "servo", gap=0.01, k=100, c=0.1, friction=physical.DriveFriction(100.0))
+    loss, exponent = quantities.open_parameters(spec, ["servo.loss_forward", "servo.stribeck_exponent"])
+    assert (loss.start, loss.low, loss.high, loss.transform) == (0.0, 0.0, np.inf, "linear")
+    assert (exponent.start, exponent.high, exponent.transform) == (2.0, 6.0, "log")
 
 
 @pytest.mark.parametrize(

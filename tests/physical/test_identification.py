@@ -1,5 +1,7 @@
 """Identification of any MuJoCo model: a drive with play against an ODE of its own, and what is refused."""
 
+import dataclasses
+
 import mujoco
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from clearance_mj import physical
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import ModelError, RecordError
 from clearance_mj.physical import identification
+from experiments.drives import servos
 from experiments.physical import elbow
 
 LOAD, DRIVE, SPRING = 0.02, 0.01, 3.0  # kg m², kg m², N m/rad
@@ -224,3 +227,16 @@ def test_drive_inside_an_actuator_with_unknown_motor_constant_delay_and_bias():
     assert found["motor.angle.bias"] == pytest.approx(0.03, abs=1e-3)
     low, high = fit.estimates.interval()
     assert np.all((low < [GAP, K, 0.8, 4e-3, 0.03]) & ([GAP, K, 0.8, 4e-3, 0.03] < high))
+
+
+@pytest.mark.slow
+def test_losses_of_a_gear_from_a_record_of_other_physics(monkeypatch):
+    """A servo of Dahl's friction under its teeth's torque, integrated at 2e-5 s: losses that begin at almost none."""
+    monkeypatch.setattr(servos, "SECONDS", 4.0)
+    servo = servos.Servo.drawn(50, lossy=True)
+    begun = dataclasses.replace(servo, loss_forward=0.02, loss_backward=0.02)
+    fit = identification.fit_model(begun.model(), servo.log(1), ["servo.loss_forward", "servo.loss_backward"])
+    true = np.array([servo.loss_forward, servo.loss_backward])
+    np.testing.assert_allclose(fit.estimates.value, true, rtol=0.03)
+    low, high = fit.estimates.interval()
+    assert np.all((low < true) & (true < high)) and not fit.not_told

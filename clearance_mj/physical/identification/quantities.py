@@ -24,25 +24,29 @@ from .record import drive_columns
 __all__ = ["open_parameters", "put", "value_of", "written_into"]
 
 RANGE = 100.0  # Factor below and above its start within which a parameter lies, if no bounds are given
+RANGES = {"stribeck_exponent": 3.0}  # The same, of what no record tells once it is large
 SOFTNESS = ("k", "c")
 INERTIAL = (".armature", ".mass", ".inertia")
-OF_ROTOR = ("gap", "k", "c", "inertia")
 JOINT = {"damping": "N m s/rad", "stiffness": "N m/rad", "frictionloss": "N m", "armature": "kg m²"}
 """Fields of hinges and slides, with their units at hinges"""
 SERVO = {"gain": "", "kp": "", "kv": ""}
 """Of an actuator: force per control, of a motor its constant; a servo's, whose bias goes along"""
-OF_RECORD = {"delay": ("s", 0.0, 0.01), "bias": ("", -math.inf, 0.1)}
-"""What a record has and the model has not: how late a control acts, what a sensor shows too much; with its unit, lower
-bound, and how large it is known to be before, in the sensor's unit"""
+OF_RECORD = {"delay": "s", "bias": ""}
+"""What a record has and the model has not: how late a control acts, what a sensor shows too much; with its unit"""
+MAY_VANISH = {"delay": (0.0, 0.01), "bias": (-math.inf, 0.1), "loss_forward": (0.0, 0.3), "loss_backward": (0.0, 0.3)}
+"""What varies by itself and not by its logarithm: lower bound, and how large it is known to be before, SI units"""
 RECORD = "record:"  # begins the names of custom numbers that hold them
 DRIVE_UNITS = {
     "gap": "rad", "k": "N m/rad", "c": "N m s/rad", "inertia": "kg m²", "coulomb": "N m", "viscous": "N m s/rad",
-    "stribeck": "N m", "stribeck_speed": "rad/s",
+    "stribeck": "N m", "stribeck_speed": "rad/s", "friction_k": "N m/rad", "friction_c": "N m s/rad",
 } | dict.fromkeys(
     ("stribeck_exponent", "motor", "external", "stribeck_motor", "stribeck_external", "motor_square",
-     "external_square"), "",
+     "external_square", "loss_forward", "loss_backward"), "",
 )  # fmt: skip
-"""Numbers of a drive inside an actuator: its own, and by their names those of its `DriveFriction`"""
+"""Numbers of a drive inside an actuator: its own, and by their names those of its `DriveFriction`, whose stiffness and
+damping are friction_k and friction_c; of its efficiency the losses, 1/forward - 1 and 1 - backward"""
+BRISTLES = {"friction": "N m", "friction_k": "N m/rad", "friction_c": "N m s/rad"}
+"""Numbers of bristles, in their order"""
 BODY = {"mass": "kg", "inertia": "kg m²"}
 SLIDE = {"N m/rad": "N/m", "N m s/rad": "N s/m", "N m": "N", "kg m²": "kg", "rad": "m", "rad/s": "m/s", "": ""}
 
@@ -70,13 +74,14 @@ def open_parameters(
             found.append(given)
             continue
         place = _place(spec, given)
-        if (quantity := given.rpartition(".")[2]) in OF_RECORD:
-            unit, least, std = OF_RECORD[quantity]
+        if (quantity := given.rpartition(".")[2]) in MAY_VANISH:
+            least, std = MAY_VANISH[quantity]
             low, high = bounds.get(given) or (least, math.inf)
-            start = min(max(0.0, low), high)
-            found.append(Parameter(given, unit, start, float(low), float(high), std, "linear"))
+            start = min(max(place.value, low), high)
+            found.append(Parameter(given, place.unit, start, float(low), float(high), std, "linear"))
             continue
-        low, high = bounds.get(given) or (place.value / RANGE, place.value * RANGE)
+        wide = RANGES.get(quantity, RANGE)
+        low, high = bounds.get(given) or (place.value / wide, place.value * wide)
         if place.value <= 0 and given not in bounds:
             raise ModelError(f'"{given}" is {place.value:g} in the specification; start with a value > 0')
         if not (0 < low < high < math.inf and low <= place.value <= high):
@@ -128,7 +133,7 @@ def _place(spec: Target, name: str) -> _Place:
         if element not in drive_columns(model):
             find(model, kind, element)
         return _of_record(model, name)
-    further = {"friction": _friction} | dict.fromkeys(JOINT, _joint) | dict.fromkeys(SERVO, _servo)
+    further = dict.fromkeys(BRISTLES, _friction) | dict.fromkeys(JOINT, _joint) | dict.fromkeys(SERVO, _servo)
     further |= dict.fromkeys(BODY, _body)
     if quantity not in further:
         known = dict.fromkeys([*SOFTNESS, "gap", *further, *OF_RECORD, *DRIVE_UNITS])
@@ -146,7 +151,7 @@ def _of_record(model: mujoco.MjModel, name: str) -> _Place:
             write_numbers(target, RECORD + name, [value])
 
     there = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, RECORD + name) >= 0
-    return _Place(OF_RECORD[name.rpartition(".")[2]][0], value_of(model, name) if there else 0.0, write)
+    return _Place(OF_RECORD[name.rpartition(".")[2]], value_of(model, name) if there else 0.0, write)
 
 
 def value_of(model: mujoco.MjModel, name: str) -> float:
@@ -155,20 +160,11 @@ def value_of(model: mujoco.MjModel, name: str) -> float:
 
 
 def _of_drive(model: mujoco.MjModel, quantity: str, drive: PlacedDrive) -> _Place:
-    field = quantity if quantity in OF_ROTOR else f"friction_{quantity}"
-    at = (DRIVE.names or ()).index(field)
+    names = DRIVE.names or ()
+    place = names.index(quantity if quantity in names else f"friction_{quantity}")
+    unit = _unit(DRIVE_UNITS[quantity], _turns(model, drive.actuator))
     (numeric,) = np.flatnonzero(model.numeric_adr == drive.numeric)
-    name, hinge = model.numeric(int(numeric)).name, _turns(model, drive.actuator)
-
-    def write(target: Target, value: float) -> None:
-        if isinstance(target, mujoco.MjModel):
-            target.numeric_data[drive.numeric + at] = value
-            return
-        numbers = list(target.numeric(name).data)
-        numbers[at] = value
-        target.numeric(name).data = numbers
-
-    return _Place(_unit(DRIVE_UNITS[quantity], hinge), float(drive.numbers(model)[field]), write)
+    return _numeric(model, model.numeric(int(numeric)).name, drive.numeric, place, unit)
 
 
 def _servo(model: mujoco.MjModel, element: str, quantity: str) -> _Place:
@@ -253,22 +249,29 @@ def _gap(model: mujoco.MjModel, element: str) -> _Place:
     return _Place(_unit("rad", _angular(model, "tendon", element)), float(high), write)
 
 
-def _friction(model: mujoco.MjModel, element: str, _quantity: str) -> _Place:
-    """The force at which bristles slip, of a pair its ratio to the normal force."""
+def _friction(model: mujoco.MjModel, element: str, quantity: str) -> _Place:
+    """The force at which bristles slip, of a pair its ratio to the normal force; their stiffness and damping."""
     known = {f.name: f for f in frictions(model)}
     if element not in known:
-        raise ModelError(f'parameter "{element}.friction": no friction of "{element}"; {nearest(element, known)}')
-    kind, _, at, _ = known[element]
-    hinge = _angular(model, kind, element)
+        raise ModelError(f'parameter "{element}.{quantity}": no friction of "{element}"; {nearest(element, known)}')
+    kind, at, place = known[element].kind, known[element].numeric, [*BRISTLES].index(quantity)
+    unit = "" if kind == "pair" and not place else _unit(BRISTLES[quantity], _angular(model, kind, element))
+    return _numeric(model, f"{MARK}friction:{kind}:{element}", at, place, unit)
+
+
+def _numeric(model: mujoco.MjModel, name: str, at: int, place: int, unit: str) -> _Place:
+    """Return a number of a custom numeric, whose numbers begin at a place in the model's data."""
 
     def write(target: Target, value: float) -> None:
         if isinstance(target, mujoco.MjModel):
-            target.numeric_data[at] = value
+            target.numeric_data[at + place] = value
             return
-        numeric = next(n for n in target.numerics if n.name == f"{MARK}friction:{kind}:{element}")
-        numeric.data = [value, *list(numeric.data)[1:]]
+        numeric = next(n for n in target.numerics if n.name == name)
+        numbers = list(numeric.data)
+        numbers[place] = value
+        numeric.data = numbers
 
-    return _Place("" if kind == "pair" else _unit("N m", hinge), float(model.numeric_data[at]), write)
+    return _Place(unit, float(model.numeric_data[at + place]), write)
 
 
 def _joint(model: mujoco.MjModel, element: str, quantity: str) -> _Place:
