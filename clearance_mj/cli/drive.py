@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,10 @@ from .command import Options, Result, command, option
 def run(options: Options) -> Result:
     """Find lost motion, stiffness and friction of a drive from logs of its two ends, or its motor's."""
     if any(ServoLog.is_one(path) for path in options.runs):
+        if options.column or options.map or options.predict:
+            raise ClearanceError(
+                "logs of servos that hold have their own columns: leave --column, --map, --predict away"
+            )
         logs = [ServoLog.read(path) for path in options.runs]
         data = write_held({log.name: fit_held(log) for log in logs}, options.new)
         return Result(data, _words(data))
@@ -55,7 +60,9 @@ def _words(data: dict[str, Any]) -> Iterator[str]:
     yield from (f"{name}: {value:.4g}" for name, value in data["table"].items())
     yield from data["not_told"]
     for row in data["predicted"]:
-        yield f"{row['run']}: angle {row['angle_rms_deg']:.3g} degrees, torque {row['torque_rms_Nm']:.3g} N m RMS off"
+        errors = {"angle {:.3g} degrees": row["angle_rms_deg"], "torque {:.3g} N m": row["torque_rms_Nm"]}
+        off = ", ".join(words.format(error) for words, error in errors.items() if not math.isnan(error))
+        yield f"{row['run']}: {off} RMS off"
 
 
 def _columns(options: Options) -> dict[str, str]:

@@ -104,25 +104,26 @@ class Drive:
         return self.zero + self.ratio * angle, self.efficiency / self.ratio * np.asarray(out)
 
     def errors(self, record: DriveRecord) -> tuple[float, float]:
-        """Return the RMS errors of the load's angle, rad, and torque, N m, of a run that has measured both.
+        """Return the RMS errors of the load's angle, rad, and torque, N m; nan of one that was not measured.
 
         Parameters
         ----------
         record : DriveRecord
-            With both ends.
+            With the load's end, or one channel of it.
 
         Raises
         ------
         RecordError
             For a run of the motor's end alone.
         """
-        if record.load_angle is None or record.load_torque is None:
-            raise RecordError(f'run "{record.name}" has no angle and torque of the load to compare with')
-        angle, torque = self.follow(record)
-        return (
-            float(np.sqrt(np.mean((angle - record.load_angle) ** 2))),
-            float(np.sqrt(np.mean((torque - record.load_torque) ** 2))),
+        measured = record.load_angle, record.load_torque
+        if all(channel is None for channel in measured):
+            raise RecordError(f'run "{record.name}" has no angle or torque of the load to compare with')
+        angle, torque = (
+            math.nan if channel is None else float(np.sqrt(np.mean((told - channel) ** 2)))
+            for told, channel in zip(self.follow(record), measured)
         )
+        return angle, torque
 
     def hysteresis(self, torque: float, points: int = 2000) -> tuple[np.ndarray, np.ndarray]:
         """Return torque, N m, and angle, rad, of the load (points,) whose torque goes to and fro, with the motor held.

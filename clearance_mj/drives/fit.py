@@ -174,10 +174,12 @@ def fit_drive(
     found = search.fitted(kept, search.named(found))
     covariance = jackknife(found.rows, found.scores, search.pieces, found.prior)
     covariance *= student_widening(np.unique(search.pieces).size) ** 2
+    drive, load = made(search.named(found)), np.concatenate([record.load_torque for record in search.records])
+    unexplained = np.sqrt(np.mean([drive.errors(record)[1] ** 2 for record in search.records])) / np.std(load)
     largest = max(float(np.abs(record.load_torque).max()) for record in records)  # type: ignore[arg-type]
     return DriveFit(
-        made(search.named(found)), found.estimates(covariance), tuple(kept), tuple(gains),
-        tuple(record.name for record in records), largest, search.unexplained(found),
+        drive, found.estimates(covariance), tuple(kept), tuple(gains),
+        tuple(record.name for record in records), largest, float(unexplained),
     )  # fmt: skip
 
 
@@ -252,11 +254,6 @@ class _Search:
         """Take the errors of a fit for those that are expected."""
         drive = made(self.named(found))
         self.errors = np.sqrt(np.mean(np.square([drive.errors(record) for record in self.records]), axis=0))
-
-    def unexplained(self, found: Solution) -> float:
-        """RMS error of the load's torque in a fit, as a share of its standard deviation."""
-        self.rescale(found)
-        return float(self.errors[1] / np.std(np.concatenate([record.load_torque for record in self.records])))
 
     @staticmethod
     def named(found: Solution) -> dict[str, float]:

@@ -16,6 +16,7 @@ import scipy.stats
 
 from ..core.errors import RecordError
 from ..core.files import plain_file
+from ..core.notes import note
 from .record import read_table
 
 __all__ = ["HeldServo", "LostMotion", "ServoLog", "fit_held"]
@@ -81,6 +82,9 @@ class ServoLog:
         servos = sorted(found["target pos"].keys() & found["pos"].keys() & found["load"].keys())
         if len(servos) < 3:
             raise RecordError(f"{path}: needs target pos (N), pos (N) and load (N) of a held servo and two that pull")
+        if partial := sorted({i for kind in found for i in found[kind]} - {*servos}):
+            note(path, [f"servo {i} is left out, for it has no {kind} ({i})" for i in partial for kind in found
+                        if i not in found[kind]])  # fmt: skip
         rows = np.all([found[kind][i].notna() for kind in found for i in servos], axis=0)
         if not rows.any():
             raise RecordError(f"{path}: has no row with positions of all servos")

@@ -1,10 +1,10 @@
-"""A drive found from logs of its motor, and its load's angle if they have it: play, teeth, efficiency and friction."""
+"""A drive found from logs of its motor, and its load's angle or torque if there: play, teeth, efficiency, friction."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,8 +26,10 @@ POINTS = 10000  # of a run, means over its samples
 STEPS = 4  # of the integration between samples
 SETTLED = 0.5  # s, after which what was before the log is forgotten
 PIECE = 1.0  # s, within which errors may be correlated: one after another is left out for intervals
+TORQUE_ERROR = 0.05  # of its range, that a load's torque is expected to be off at first
 FAR = 5.0  # of the noise, from which on errors count less than by their squares
 SMOOTHED = 0.1  # s, over which a parabola is laid for the speeds where the search begins
+MEANS = 0.1  # s, over whose means the load's torque counts
 SLOW = 0.2  # of the usual speed, below which friction may not slide
 EFFICIENCIES = np.linspace(0.3, 1.0, 36)  # where the search begins
 PLAY = 0.01  # of the motion, to be expected
@@ -109,16 +111,16 @@ class MotorSideFit:
 
 
 def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> MotorSideFit:
-    """Find what logs of the motor's side tell of a drive, and of the load's angle where they have it.
+    """Find what logs of the motor's side tell of a drive, and of the load's angle or torque where they have it.
 
     The load hangs behind play and elastic teeth (`teeth.predicted`). Play is held at several sizes while everything
     else is searched for, for searches that let go of it too early end at wrong ones; then all is set free, from the two
-    nearest. Where runs have the load's angle, it is compared with that of the load behind the teeth.
+    nearest. Where runs have the load's angle or torque, they are compared with those of the load behind the teeth.
 
     Parameters
     ----------
     records : sequence of DriveRecord
-        Runs with reversals; torques of the load are not looked at.
+        Runs with reversals.
     progress : bool
         Show a progress bar.
 
@@ -129,19 +131,39 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
     """
     require_motion(records)
     search = _Search([record.thinned(POINTS) for record in records])
-    found = min((search.freed(end) for end in search.begun(progress)[:FREED]), key=_scale)
+    begun = search.begun(progress)[:FREED]
+    search.weigh(begun[0].values)
+    found = min((search.freed(end) for end in begun), key=_scale)
     covariance = jackknife(found.rows, found.scores, search.pieces, found.prior)
     names = [p.name for p in search.parameters]
     values = dict(zip(names, found.values.tolist()))
     # The teeth carry the load's friction after a crossing. How far they give then is not seen well where the angle is
     # not known so closely: their stiffness comes out too low by more than residuals show.
-    if not search.ends:
+    if not any(each.name == "load_angle" for each in search.channels):
         hidden = search.unsure(values["correction"]) * values["stiffness"] / values["load friction"]
         at = names.index("stiffness")
         covariance[at, at] += (hidden / found.problem.unit[at]) ** 2
     return MotorSideFit(
         found.estimates(covariance), search.crossings(found.values), tuple(record.name for record in records)
     )
+
+
+@dataclass
+class _Channel:
+    """What a run has measured, and how its errors count."""
+
+    run: int
+    name: str  #: of the record's column
+    measured: np.ndarray
+    error: float  #: that is expected, rad or N m
+    window: int  #: samples, over whose means errors count
+
+
+def _counted(name: str, measured: np.ndarray, fs: float) -> tuple[float, int]:
+    """Return the error that is expected of a channel at first, and over how many samples it is a mean."""
+    if name == "load_torque":  # the teeth ring, in other phases than the model's
+        return TORQUE_ERROR * float(np.ptp(measured)), max(1, round(MEANS * fs))
+    return _noise(measured), 1
 
 
 class _Search:
@@ -153,9 +175,11 @@ class _Search:
         self.start = {p.name: p.start for p in self.parameters}
         self.reach: np.ndarray | float = 1e-3
         """coordinates, over which differences are taken"""
-        self.noise = [_noise(record.motor_angle) for record in records]
-        self.ends = [(i, record) for i, record in enumerate(records) if record.load_angle is not None]
-        """runs, with their numbers, that have measured where the load is"""
+        self.channels = [
+            _Channel(i, name, measured, *_counted(name, measured, record.fs))
+            for name in ("motor_angle", "load_angle", "load_torque") for i, record in enumerate(records)
+            if (measured := getattr(record, name)) is not None
+        ]  # fmt: skip
         self.first = [round(SETTLED * record.fs) for record in records]
         way = float(np.mean([np.ptp(record.motor_angle) for record in records]))
         half = 0.5 * max(abs(self.start["spring"]) * way, 1e-12)
@@ -166,7 +190,7 @@ class _Search:
             piece = np.arange(record.motor_angle.size - first) // max(1, round(PIECE * record.fs)) + count
             pieces.append(piece)
             count = int(piece[-1]) + 1
-        self.pieces = np.concatenate(pieces + [pieces[i] for i, _ in self.ends])
+        self.pieces = np.concatenate([_means(pieces[each.run], each.window).astype(int) for each in self.channels])
         """(n_residuals,) piece that each is in"""
 
     def problem(self, held: Mapping[str, float]) -> Problem:
@@ -209,15 +233,27 @@ class _Search:
         return found
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
-        """Errors (n,) of the angle that is expected, run by run."""
-        rows = []
-        for i, (record, noise, first) in enumerate(zip(self.records, self.noise, self.first)):
-            rows.append((self._predicted(i, values)[0] - record.motor_angle)[first:] / (FAR * noise))
-        for i, record in self.ends:
-            ratio, zero = values[-2:]
-            off = ratio * self._predicted(i, values)[2] + zero - record.load_angle
-            rows.append(off[self.first[i] :] / (FAR * _noise(record.load_angle)))  # type: ignore[arg-type]
-        return np.concatenate(rows)
+        """Errors (n,) of what is expected, of one channel after the other."""
+        return np.concatenate([*self._errors(values)])
+
+    def _errors(self, values: np.ndarray) -> Iterator[np.ndarray]:
+        predictions = [self._predicted(i, values) for i in range(len(self.records))]
+        named = dict(zip((p.name for p in self.parameters), values))
+        for each in self.channels:
+            told, teeth, load = predictions[each.run]
+            if each.name == "load_angle":
+                told = named["ratio"] * load + named["load zero"]
+            elif each.name == "load_torque":
+                told = teeth / named["ratio"] + named["load torque zero"]
+            off = (told - each.measured)[self.first[each.run] :]
+            yield _means(off, each.window) / (FAR * each.error)
+
+    def weigh(self, values: np.ndarray) -> None:
+        """Take what is usually left of the load's torques for the errors that are expected of them."""
+        for each, left in zip(self.channels, [*self._errors(values)]):
+            if each.name == "load_torque":
+                usual = FAR * each.error * float(np.median(np.abs(left))) / 0.6745
+                each.error = max(1e-9 * float(np.ptp(each.measured)), usual)
 
     def crossings(self, values: np.ndarray) -> int:
         """How often the teeth change sides, once what was before the log is forgotten."""
@@ -230,8 +266,8 @@ class _Search:
     def unsure(self, correction: float) -> float:
         """Standard deviation of the angle, rad: what is left of noise, and where within a sample something happens."""
         squares = [
-            math.sqrt(2) * correction / record.fs * noise**2 + np.mean(np.diff(_smooth(record)[0]) ** 2) / 12
-            for noise, record in zip(self.noise, self.records)
+            math.sqrt(2) * correction / record.fs * each.error**2 + np.mean(np.diff(_smooth(record)[0]) ** 2) / 12
+            for each, record in zip(self.channels, self.records)
         ]
         return float(np.sqrt(np.mean(squares)))
 
@@ -239,6 +275,11 @@ class _Search:
         record, common = self.records[run], len(NUMBERS) - 2
         own = np.array([*values[:common], self.lean[run], values[common + run]])
         return predicted(record.motor_angle, record.motor_torque, 1 / record.fs, own, STEPS)
+
+
+def _means(x: np.ndarray, window: int) -> np.ndarray:
+    """Return means over one window after the other, without what is left at the end."""
+    return np.asarray(x[: x.size // window * window].reshape(-1, window).mean(axis=1))
 
 
 def _scale(found: Solution) -> float:
@@ -298,13 +339,6 @@ def _parameters(records: Sequence[DriveRecord]) -> list[Parameter]:
     moment = float(np.mean([np.ptp(record.motor_torque) for record in records]))
     inertia = max(rigid["inertia"] + rigid["load inertia"], 5e-4 * moment * way / speed**2)
     coulomb = max(rigid["friction"] + rigid["load friction"], 0.01 * moment)
-    ends = [(record.motor_angle, record.load_angle) for record in records if record.load_angle is not None]
-    x, angle = np.concatenate(ends, axis=1) if ends else np.array(((0.0, 1.0), (0.0, 1.0)))
-    ratio, zero = np.polyfit(x, angle, 1).tolist()
-    of_load = [
-        free("ratio", "", ratio, 0.1 * abs(ratio)),
-        free("load zero", "rad", zero, 0.1 * way * abs(ratio)),
-    ]
 
     return [
         positive("inertia", "kg m²", 0.5 * inertia, 3.0),
@@ -327,5 +361,26 @@ def _parameters(records: Sequence[DriveRecord]) -> list[Parameter]:
             free(f"load of {record.name}", "N m", float(start), 0.1 * moment)
             for record, start in zip(records, loads)
         ),
-        *(of_load if ends else []),
+        *_of_load(records),
     ]  # fmt: skip
+
+
+def _of_load(records: Sequence[DriveRecord]) -> list[Parameter]:
+    """Return the ratio, and zeros of what was measured at the load; where there is nothing, none."""
+    found = list[Parameter]()
+    for channel, unit in (("angle", "rad"), ("torque", "N m")):
+        pairs = [(getattr(r, f"motor_{channel}"), getattr(r, f"load_{channel}")) for r in records]
+        measured = [pair for pair in pairs if pair[1] is not None]
+        if not measured:
+            continue
+        motor, load = np.concatenate(measured, axis=1)
+        slope, zero = np.polyfit(motor, load, 1).tolist()
+        std = 0.1 * float(np.ptp(load))
+        if channel == "angle":
+            found += [free("ratio", "", slope, 0.1 * abs(slope)), free("load zero", unit, zero, std)]
+            continue
+        if not found:  # without losses the torque grows by one over it
+            low, high = sorted((0.2 / slope, 5.0 / slope))
+            found.append(free("ratio", "", 1 / slope, 0.3 / abs(slope), low, high))
+        found.append(free("load torque zero", unit, 0.0, std))
+    return found

@@ -31,6 +31,7 @@ REQUIRED = ("time", "motor_angle", "motor_torque")
 QUANTITIES = {"time": "time"} | {column: column.partition("_")[2] for column in COLUMNS}
 SAMPLES = 100  # that a record has at least
 EVEN = 1e-3  # of the sampling interval, by which times may be off even ones
+SHOWN = 8  # columns at most, that a note names as not used
 REVERSAL = 0.05  # of the range of the motor's angle, by which it must turn back
 
 
@@ -98,6 +99,11 @@ class DriveRecord:
         return self.load_angle is not None and self.load_torque is not None
 
     @property
+    def any_end(self) -> bool:
+        """Whether angle or torque of the load was measured."""
+        return self.load_angle is not None or self.load_torque is not None
+
+    @property
     def lost_work(self) -> float:
         """Work of the motor less work on the load, J, of a run of both ends."""
         if self.load_angle is None or self.load_torque is None:
@@ -139,7 +145,7 @@ class DriveRecord:
 
         Units are those in brackets in the header of a column, or in ``columns``, such as "motor [deg]", "tau [mN m]",
         "pos [turn]" or "count [ticks/4096]"; without one rad, N m and s. A `RecordNote` says where that was assumed, or
-        an end of a name such as ``_deg`` was taken for the unit.
+        an end of a name such as ``_deg`` was taken for the unit, and which columns of the file are not used.
 
         Parameters
         ----------
@@ -163,9 +169,11 @@ class DriveRecord:
         notes, found = list[str](), dict[str, np.ndarray]()
         times = sorted((h for h in table if is_time(split_header(h)[0])), key=lambda h: split_header(h)[0] != "time")
         names = {known: known for known in QUANTITIES} | dict.fromkeys(("time",), [*times, "time"][0]) | columns
+        unused = dict.fromkeys(header for header in table if names.get(split_header(header)[0]) != SKIP)
         with naming(path):
             for what, column in names.items():
                 if header := _header(table, what, column):
+                    unused.pop(header[0], None)
                     values = pd.to_numeric(table[header[0]], errors="coerce").to_numpy(dtype=float)
                     found[what] = values * _factor(what, *header, notes)
                 elif column != SKIP and (what in REQUIRED or what in columns):
@@ -176,6 +184,9 @@ class DriveRecord:
         if (jitter := float(np.abs(time - even).max())) > max(EVEN / fs, _last_digit(time)):
             notes.append(f"times are up to {1e3 * jitter:.3g} ms off even ones, to which the run is interpolated")
             found = {what: np.interp(even, time, values) for what, values in found.items()}
+        if unused:
+            more = f" and {len(unused) - SHOWN} more" if len(unused) > SHOWN else ""
+            notes.append(f"not used: {', '.join([*unused][:SHOWN])}{more}")
         note(path, notes)
         return cls(name, fs, *(found.get(what) for what in COLUMNS))  # type: ignore[arg-type]
 

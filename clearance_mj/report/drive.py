@@ -39,7 +39,7 @@ def write_drive(
     """
     errors = [
         {"run": run.name, "angle_rms_deg": math.degrees(angle), "torque_rms_Nm": torque}
-        for run in told if run.both_ends for angle, torque in (found.drive.errors(run),)
+        for run in told if run.any_end for angle, torque in (found.drive.errors(run),)
     ]  # fmt: skip
     result = found.to_dict() | {"predicted": errors}
     writer = ReportWriter(folder)
@@ -65,11 +65,12 @@ def write_motor_side(found: MotorSideFit, folder: Path) -> dict[str, Any]:
         Gets the files.
     """
     result = found.to_dict() | {"predicted": []}
-    seen, hidden = "", " The ratio to the load and the load's own angle do not show there."
-    if "ratio" in found.estimates.names:
-        seen, hidden = " and the load's angle", ""
+    zeros = {"load zero": "angle", "load torque zero": "torque"}
+    seen = [channel for zero, channel in zeros.items() if zero in found.estimates.names]
+    beside = f" and the load's {' and '.join(seen)}" if seen else " alone"
+    hidden = "" if seen else " The ratio to the load and the load's own angle do not show there."
     words = (
-        f"From the motor's angle and torque{seen or ' alone'}, in {', '.join(found.runs)}: all numbers are those that "
+        f"From the motor's angle and torque{beside}, in {', '.join(found.runs)}: all numbers are those that "
         f"the motor feels.{hidden} The teeth changed sides {found.crossings} times."
     )
     body = html.sentences([words]) + html.sentences(found.not_told, "note") + _estimates(found.estimates)

@@ -39,6 +39,18 @@ def test_a_drive_and_a_run_that_is_predicted(logs, tmp_path, capsys):
     assert json.loads((out / "drive.json").read_text())["drive"]["ratio"] == told["table"]["ratio"]
 
 
+def test_a_run_to_predict_that_has_the_load_angle_alone(logs, tmp_path, capsys):
+    """Its error is said; there is none of a torque that nobody measured."""
+    rows = np.loadtxt(logs[2], delimiter=",", skiprows=1)[:, :4]
+    np.savetxt(logs[2], rows, "%.7f", ",", header="t,motor_angle,tau,load_angle", comments="")
+    given = ["--column", "motor_torque=-tau", "--predict", str(logs[2]), "--out", str(tmp_path / "out")]
+    assert main(["drive", str(logs[0]), str(logs[1]), *given]) == 0
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("log_2: "))
+    assert line.startswith("log_2: angle 0.0") and line.endswith(" degrees RMS off")
+    (row,) = json.loads((tmp_path / "out" / "drive.json").read_text())["predicted"]
+    assert row["angle_rms_deg"] == pytest.approx(np.degrees(1e-3), rel=0.2) and row["torque_rms_Nm"] is None
+
+
 def test_a_map_and_what_is_skipped(logs, tmp_path, capsys):
     """Degrees and mN m in headers, a map, and the load's torque left out: the motor's side alone is looked at."""
     for path in logs:

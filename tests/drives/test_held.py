@@ -7,6 +7,7 @@ import pytest
 
 from clearance_mj.cli import main
 from clearance_mj.core.errors import RecordError
+from clearance_mj.core.notes import RecordNote
 from clearance_mj.drives import ServoLog, fit_held
 
 HEADER = ",".join(f"target pos ({i}),pos ({i}),load ({i})" for i in (7, 3, 4))
@@ -101,3 +102,23 @@ def test_logs_that_cannot_be(tmp_path, change, given, says):
     path.write_text(path.read_text().replace(*change) if change[0] else path.read_text())
     with pytest.raises(RecordError, match=says):
         fit_held(ServoLog.read(path), **given)
+
+
+def test_a_servo_without_loads_is_left_out_and_said(tmp_path):
+    path = log(tmp_path / "log.csv")
+    rows = path.read_text().splitlines()
+    path.write_text("\n".join([rows[0] + ",target pos (9),pos (9)", *(f"{row},2000,2000" for row in rows[1:])]))
+    with pytest.warns(RecordNote, match=r"servo 9 is left out, for it has no load \(9\)$"):
+        read = ServoLog.read(path)
+    assert sorted(read.target) == [3, 4, 7]
+
+
+@pytest.mark.parametrize("given", [["--predict", "other.csv"], ["--column", "motor_torque=tau"]])
+def test_options_that_logs_of_servos_do_not_take(tmp_path, capsys, given):
+    """They would be left out in silence."""
+    path = log(tmp_path / "log.csv")
+    assert main(["drive", str(path), *given, "--out", str(tmp_path / "out")]) == 2
+    assert (
+        "logs of servos that hold have their own columns: leave --column, --map, --predict away"
+        in capsys.readouterr().err
+    )

@@ -13,12 +13,17 @@ from experiments.drives import virtual
 GEAR = virtual.Gear.drawn(3)
 
 
-def motor_runs(*loads, seconds=6.0):
-    """Runs with noise of 0.02 % of the range; integrated at 20 kHz, of the motor's end alone."""
+def gear_runs(*loads, seconds, noise):
+    """Runs of both ends with noise in proportion to the range, integrated at 20 kHz."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(virtual, "SECONDS", seconds)
-        patch.setattr(virtual, "NOISE", 2e-4)
-        runs = [GEAR.run(f"load {load:g}", load, i) for i, load in enumerate(loads)]
+        patch.setattr(virtual, "NOISE", noise)
+        return [GEAR.run(f"load {load:g}", load, i) for i, load in enumerate(loads)]
+
+
+def motor_runs(*loads, seconds=6.0):
+    """Runs of the motor's end alone, with noise of 0.02 % of the range."""
+    runs = gear_runs(*loads, seconds=seconds, noise=2e-4)
     return [DriveRecord(run.name, run.fs, run.motor_angle, run.motor_torque) for run in runs]
 
 
@@ -91,3 +96,17 @@ def test_runs_that_are_no_use(change, said):
 def test_no_runs():
     with pytest.raises(RecordError, match="from one run at least"):
         fit_motor_side([])
+
+
+@pytest.mark.slow
+def test_the_load_torque_tells_both_frictions_and_the_ratio():
+    """Without the load's angle: friction at motor and load, which the motor alone tells to 3 and 8 % here."""
+    loaded = gear_runs(0.0, 1.5, seconds=6.0, noise=2e-3)
+    runs = [DriveRecord(r.name, r.fs, r.motor_angle, r.motor_torque, load_torque=r.load_torque) for r in loaded]
+    fit = fit_motor_side(runs)
+    n = GEAR.ratio
+    assert fit.values["ratio"] == pytest.approx(n, rel=1e-3)
+    assert fit.values["efficiency"] == pytest.approx(GEAR.efficiency, abs=0.002)
+    assert fit.values["friction"] == pytest.approx(GEAR.friction[0], rel=0.01)
+    assert fit.values["load friction"] == pytest.approx(GEAR.friction[1] * n, rel=0.02)
+    assert not any(words.startswith(("ratio", "efficiency", "friction", "load friction")) for words in fit.not_told)

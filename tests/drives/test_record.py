@@ -90,6 +90,15 @@ def test_what_is_taken_for_a_unit_is_said(tmp_path):
     np.testing.assert_allclose(record.motor_angle, np.radians(np.sin(3 * TIME)), atol=1e-7)
 
 
+def test_columns_that_are_not_used_are_said(tmp_path):
+    """Not those that were to be left out."""
+    path, rows = tmp_path / "run.csv", table(heading="time,motor_angle,motor_torque").splitlines()
+    path.write_text("\n".join([rows[0] + ",load_angle,load torque [Nm]", *(f"{row},1,2" for row in rows[1:])]))
+    with pytest.warns(RecordNote, match=r"run.csv: not used: load torque \[Nm\]$"):
+        record = DriveRecord.read(path, {"load_angle": "skip"})
+    assert not record.any_end
+
+
 @pytest.mark.parametrize(
     ("heading", "given", "said"),
     [
