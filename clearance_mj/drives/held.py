@@ -82,9 +82,8 @@ class ServoLog:
         servos = sorted(found["target pos"].keys() & found["pos"].keys() & found["load"].keys())
         if len(servos) < 3:
             raise RecordError(f"{path}: needs target pos (N), pos (N) and load (N) of a held servo and two that pull")
-        if partial := sorted({i for kind in found for i in found[kind]} - {*servos}):
-            note(path, [f"servo {i} is left out, for it has no {kind} ({i})" for i in partial for kind in found
-                        if i not in found[kind]])  # fmt: skip
+        lacking = ((i, kind) for i in sorted({*found["pos"], *found["load"]} - {*servos}) for kind in found)
+        note(path, [f"servo {i} is left out: no {kind} ({i})" for i, kind in lacking if i not in found[kind]])
         rows = np.all([found[kind][i].notna() for kind in found for i in servos], axis=0)
         if not rows.any():
             raise RecordError(f"{path}: has no row with positions of all servos")

@@ -26,7 +26,9 @@ POINTS = 10000  # of a run, means over its samples
 STEPS = 4  # of the integration between samples
 SETTLED = 0.5  # s, after which what was before the log is forgotten
 PIECE = 1.0  # s, within which errors may be correlated: one after another is left out for intervals
-TORQUE_ERROR = 0.05  # of its range, that a load's torque is expected to be off at first
+TORQUE_ERROR = (
+    0.01  # of its range, that means of the load's torque are expected to be off at least: efficiency turns over
+)
 FAR = 5.0  # of the noise, from which on errors count less than by their squares
 SMOOTHED = 0.1  # s, over which a parabola is laid for the speeds where the search begins
 MEANS = 0.1  # s, over whose means the load's torque counts
@@ -131,9 +133,10 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
     """
     require_motion(records)
     search = _Search([record.thinned(POINTS) for record in records])
-    begun = search.begun(progress)[:FREED]
-    search.weigh(begun[0].values)
-    found = min((search.freed(end) for end in begun), key=_scale)
+    found = min((search.freed(end) for end in search.begun(progress)[:FREED]), key=_scale)
+    if any(each.name == "load_torque" for each in search.channels):
+        search.weigh(found.values)
+        found = search.freed(found)
     covariance = jackknife(found.rows, found.scores, search.pieces, found.prior)
     names = [p.name for p in search.parameters]
     values = dict(zip(names, found.values.tolist()))
@@ -156,14 +159,15 @@ class _Channel:
     name: str  #: of the record's column
     measured: np.ndarray
     error: float  #: that is expected, rad or N m
-    window: int  #: samples, over whose means errors count
+    window: int = 1  #: samples, over whose means errors count
 
-
-def _counted(name: str, measured: np.ndarray, fs: float) -> tuple[float, int]:
-    """Return the error that is expected of a channel at first, and over how many samples it is a mean."""
-    if name == "load_torque":  # the teeth ring, in other phases than the model's
-        return TORQUE_ERROR * float(np.ptp(measured)), max(1, round(MEANS * fs))
-    return _noise(measured), 1
+    @classmethod
+    def of(cls, run: int, name: str, record: DriveRecord) -> _Channel:
+        """Return a channel of a run; torques count by means, for teeth ring in other phases than the model's."""
+        measured = getattr(record, name)
+        if name != "load_torque":
+            return cls(run, name, measured, _noise(measured))
+        return cls(run, name, measured, TORQUE_ERROR * float(np.ptp(measured)), max(1, round(MEANS * record.fs)))
 
 
 class _Search:
@@ -176,9 +180,9 @@ class _Search:
         self.reach: np.ndarray | float = 1e-3
         """coordinates, over which differences are taken"""
         self.channels = [
-            _Channel(i, name, measured, *_counted(name, measured, record.fs))
-            for name in ("motor_angle", "load_angle", "load_torque") for i, record in enumerate(records)
-            if (measured := getattr(record, name)) is not None
+            _Channel.of(i, name, record)
+            for name in ("motor_angle", "load_angle", "load_torque")
+            for i, record in enumerate(records) if getattr(record, name) is not None
         ]  # fmt: skip
         self.first = [round(SETTLED * record.fs) for record in records]
         way = float(np.mean([np.ptp(record.motor_angle) for record in records]))
@@ -252,8 +256,8 @@ class _Search:
         """Take what is usually left of the load's torques for the errors that are expected of them."""
         for each, left in zip(self.channels, [*self._errors(values)]):
             if each.name == "load_torque":
-                usual = FAR * each.error * float(np.median(np.abs(left))) / 0.6745
-                each.error = max(1e-9 * float(np.ptp(each.measured)), usual)
+                usual = float(np.median(np.abs(left))) / 0.6745
+                each.error *= max(1e-9, FAR * usual)
 
     def crossings(self, values: np.ndarray) -> int:
         """How often the teeth change sides, once what was before the log is forgotten."""
@@ -368,19 +372,13 @@ def _parameters(records: Sequence[DriveRecord]) -> list[Parameter]:
 def _of_load(records: Sequence[DriveRecord]) -> list[Parameter]:
     """Return the ratio, and zeros of what was measured at the load; where there is nothing, none."""
     found = list[Parameter]()
-    for channel, unit in (("angle", "rad"), ("torque", "N m")):
+    for channel, unit, zero in (("angle", "rad", "load zero"), ("torque", "N m", "load torque zero")):
         pairs = [(getattr(r, f"motor_{channel}"), getattr(r, f"load_{channel}")) for r in records]
-        measured = [pair for pair in pairs if pair[1] is not None]
-        if not measured:
-            continue
-        motor, load = np.concatenate(measured, axis=1)
-        slope, zero = np.polyfit(motor, load, 1).tolist()
-        std = 0.1 * float(np.ptp(load))
-        if channel == "angle":
-            found += [free("ratio", "", slope, 0.1 * abs(slope)), free("load zero", unit, zero, std)]
-            continue
-        if not found:  # without losses the torque grows by one over it
-            low, high = sorted((0.2 / slope, 5.0 / slope))
-            found.append(free("ratio", "", 1 / slope, 0.3 / abs(slope), low, high))
-        found.append(free("load torque zero", unit, 0.0, std))
+        if measured := [pair for pair in pairs if pair[1] is not None]:
+            motor, load = np.concatenate(measured, axis=1)
+            slope, offset = np.polyfit(motor, load, 1).tolist()
+            # Without losses the torque grows by one over the ratio.
+            ratio, start, std = (slope, offset, 0.1) if channel == "angle" else (1 / slope, 0.0, 0.15)
+            found += [] if found else [free("ratio", "", ratio, std * abs(ratio))]
+            found.append(free(zero, unit, start, 0.1 * float(np.ptp(load))))
     return found

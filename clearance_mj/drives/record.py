@@ -31,7 +31,6 @@ REQUIRED = ("time", "motor_angle", "motor_torque")
 QUANTITIES = {"time": "time"} | {column: column.partition("_")[2] for column in COLUMNS}
 SAMPLES = 100  # that a record has at least
 EVEN = 1e-3  # of the sampling interval, by which times may be off even ones
-SHOWN = 8  # columns at most, that a note names as not used
 REVERSAL = 0.05  # of the range of the motor's angle, by which it must turn back
 
 
@@ -185,8 +184,7 @@ class DriveRecord:
             notes.append(f"times are up to {1e3 * jitter:.3g} ms off even ones, to which the run is interpolated")
             found = {what: np.interp(even, time, values) for what, values in found.items()}
         if unused:
-            more = f" and {len(unused) - SHOWN} more" if len(unused) > SHOWN else ""
-            notes.append(f"not used: {', '.join([*unused][:SHOWN])}{more}")
+            notes.append(f"not used: {', '.join(unused)}")
         note(path, notes)
         return cls(name, fs, *(found.get(what) for what in COLUMNS))  # type: ignore[arg-type]
 

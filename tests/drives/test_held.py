@@ -108,7 +108,7 @@ def test_a_servo_without_loads_is_left_out_and_said(tmp_path):
     path = log(tmp_path / "log.csv")
     rows = path.read_text().splitlines()
     path.write_text("\n".join([rows[0] + ",target pos (9),pos (9)", *(f"{row},2000,2000" for row in rows[1:])]))
-    with pytest.warns(RecordNote, match=r"servo 9 is left out, for it has no load \(9\)$"):
+    with pytest.warns(RecordNote, match=r"servo 9 is left out: no load \(9\)$"):
         read = ServoLog.read(path)
     assert sorted(read.target) == [3, 4, 7]
 

@@ -100,7 +100,7 @@ def test_no_runs():
 
 @pytest.mark.slow
 def test_the_load_torque_tells_both_frictions_and_the_ratio():
-    """Without the load's angle: friction at motor and load, which the motor alone tells to 3 and 8 % here."""
+    """Without the load's angle: numbers of the gear, which was integrated at 20 kHz."""
     loaded = gear_runs(0.0, 1.5, seconds=6.0, noise=2e-3)
     runs = [DriveRecord(r.name, r.fs, r.motor_angle, r.motor_torque, load_torque=r.load_torque) for r in loaded]
     fit = fit_motor_side(runs)
