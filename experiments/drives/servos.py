@@ -94,15 +94,19 @@ class Servo:
             {"servo.angle": angles[:, 0], "load": angles[:, 1]}, hold="zero",
         )  # fmt: skip
 
-    def model(self) -> mujoco.MjSpec:
-        """Return a MuJoCo model with these numbers."""
+    def bare(self) -> mujoco.MjSpec:
+        """Return a MuJoCo model of the pendulum and its motor, without a drive."""
         arm, own = 0.1, INERTIA - MASS_MOMENT * 0.1
-        spec = mujoco.MjSpec.from_string(f"""
+        return mujoco.MjSpec.from_string(f"""
 <mujoco><compiler angle="radian"/><option timestep="2.5e-4"/><worldbody><body>
   <joint name="joint" axis="0 1 0" damping="{DRAG}"/>
   <inertial pos="0 0 {-arm}" mass="{MASS_MOMENT / arm}" diaginertia="{own} {own} {own}"/></body></worldbody>
   <actuator><motor name="servo" joint="joint"/></actuator>
   <sensor><jointpos name="load" joint="joint"/></sensor></mujoco>""")
+
+    def model(self) -> mujoco.MjSpec:
+        """Return a MuJoCo model with these numbers."""
+        spec = self.bare()
         named = {name: value for name, value in asdict(self).items() if name in FRICTION}
         efficiency = physical.Efficiency(1 / (1 + self.loss_forward), 1 - self.loss_backward)
         friction = physical.DriveFriction(2e3, 0.2, efficiency=efficiency, **named)
