@@ -1,6 +1,6 @@
 """What others find in the logs of virtual servos: BAM, MuJoCo's own identification, and `fit_model`, side by side.
 
-    python -m experiments.drives.others --first 20 --seeds 3 --out results/others.csv
+    python -m experiments.drives.others --first 20 --seeds 2 --out results/others.csv
 
 The servos are those of `experiments.drives.servos`: play, elastic teeth, Stribeck's friction, a motor's constant that
 is not known. Each program gets the same ten seconds, and predicts the load's angle of ten others, from their first
@@ -229,7 +229,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Judge the programs and print the table of the page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--first", type=int, default=20, help="seed of the first servo")
-    parser.add_argument("--seeds", type=int, default=3, help="number of servos")
+    parser.add_argument("--seeds", type=int, default=2, help="number of servos")
     parser.add_argument("--out", type=Path, required=True, help="table (CSV)")
     options = parser.parse_args(arguments)
     table = pd.DataFrame([row for i in range(options.seeds) for row in judge(options.first + i)])
