@@ -3,9 +3,10 @@
     python -m experiments.drives.others --first 20 --seeds 2 --out results/others.csv
 
 The servos are those of `experiments.drives.servos`: play, elastic teeth, Stribeck's friction, a motor's constant that
-is not known. Each program gets the same ten seconds, and predicts the load's angle of ten others, from their first
-samples and their currents alone. Programs that are not installed are left out: BAM is the package
-better-actuator-models, MuJoCo's identification is ``mujoco.sysid`` with what ``pip install "mujoco[sysid]"`` brings.
+is not known. Each program gets the same ten seconds, and predicts the load's angle of ten others from their currents,
+scored after a second: `fit_model` finds the state in the first second and a half, others begin with smoothed angles.
+Programs that are not installed are left out: BAM is the package better-actuator-models, MuJoCo's
+identification is ``mujoco.sysid`` with what ``pip install "mujoco[sysid]"`` brings.
 
 All know the pendulum and the rotor's inertia. BAM and `fit_model` also know the speed of Stribeck's curve. BAM has one
 rigid joint, a curve of Stribeck's and bounds instead of a start; it searches by evolution, as its own script does.
