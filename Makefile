@@ -58,10 +58,10 @@ $(MUJOCO3)/.ready: $(VENV)/.ready
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --upgrade --target $(MUJOCO3) -c constraints.txt mujoco
 	touch $@
 
-# Friction and drives in MJX: JAX and MJX with that MuJoCo, in a folder of their own, too.
+# Friction and drives in MJX, and rigs in JAX: JAX and MJX with that MuJoCo, in a folder of their own, too.
 MJX = $(VENV)/mjx
 test-mjx: $(MJX)/.ready
-	PYTHONPATH=$(CURDIR)/$(MJX) $(BIN)/python -m pytest -m '' tests/physical/test_mjx.py
+	PYTHONPATH=$(CURDIR)/$(MJX) $(BIN)/python -m pytest -m '' tests/physical/test_mjx.py tests/engines/test_mjx.py
 
 $(MJX)/.ready: $(VENV)/.ready
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --upgrade --target $(MJX) -c constraints.txt \

@@ -1,10 +1,12 @@
 """Functions of laws of plain numbers, and of the lanes of a register: of several cases side by side.
 
 A law that is made of + - * /, abs and these functions, without branches, works on all lanes at once; see `registers`.
+Called by Python it then works on arrays of JAX, too, which the engine mjx traces.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from typing import Any
@@ -22,62 +24,84 @@ __all__ = [
 ]  # fmt: skip
 
 
-def _of_plain_numbers(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Let compiled code call a function of two plain numbers; a decorator."""
+def _or_arrays(of_arrays: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
+    """Let Python call a function of plain numbers with arrays: a function of their library and them; a decorator."""
 
-    @overload(function)
-    def plain(a, b):  # type: ignore[no-untyped-def]
-        return None if isinstance(a, Register) or isinstance(b, Register) else function
+    def decorate(function: Callable[..., Any]) -> Any:
+        @functools.wraps(function)
+        def of_any(*numbers: Any) -> Any:
+            arrays = [n for n in numbers if hasattr(n, "__array_namespace__") and not isinstance(n, float)]
+            return of_arrays(arrays[0].__array_namespace__(), *numbers) if arrays else function(*numbers)
 
-    return function
+        return of_any
+
+    return decorate
 
 
-@_of_plain_numbers
+def _of_plain_numbers(of_arrays: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
+    """Let compiled code call a function of two plain numbers, and Python that of arrays; a decorator."""
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        of_any = _or_arrays(of_arrays)(function)
+
+        @overload(of_any)
+        def plain(a, b):  # type: ignore[no-untyped-def]
+            return None if isinstance(a, Register) or isinstance(b, Register) else function
+
+        return of_any
+
+    return decorate
+
+
+@_of_plain_numbers(lambda library, a, b: library.maximum(a, b))
 def larger(a, b):  # type: ignore[no-untyped-def]
     """Return the larger of two numbers, lane by lane."""
     return max(a, b)
 
 
-@_of_plain_numbers
+@_of_plain_numbers(lambda library, a, b: library.minimum(a, b))
 def smaller(a, b):  # type: ignore[no-untyped-def]
     """Return the smaller of two numbers, lane by lane."""
     return min(a, b)
 
 
-@_of_plain_numbers
+@_of_plain_numbers(lambda library, a, b: library.where(b > 0.0, a, 0.0))
 def where_above(a, b):  # type: ignore[no-untyped-def]
     """Return the number a where b is above 0, and 0 elsewhere."""
     return a if b > 0.0 else 0.0
 
 
-@_of_plain_numbers
+@_of_plain_numbers(lambda library, a, b: library.where(b > 0.0, a, -a))
 def signed(a, b):  # type: ignore[no-untyped-def]
     """Return the number a where b is above 0, and -a elsewhere."""
     return a if b > 0.0 else -a
 
 
+@_or_arrays(lambda library, a, b, c: library.where(c > 0.0, a, b))
 def choose(a, b, c):  # type: ignore[no-untyped-def]
     """Return the number a where c is above 0, and b elsewhere."""
     return a if c > 0.0 else b
 
 
+@_or_arrays(lambda library, a: library.sqrt(a))
 def root(a):  # type: ignore[no-untyped-def]
     """Return the square root of a number that is not negative."""
     return math.sqrt(a)
 
 
-@_of_plain_numbers
+@_of_plain_numbers(lambda library, a, b: True)  # as if another lane were
 def any_below(a, b):  # type: ignore[no-untyped-def]
-    """Return whether a number a is below a plain number b, in any lane."""
+    """Return whether a number a is below a plain number b, in any lane; of arrays perhaps."""
     return a < b
 
 
-@_of_plain_numbers
+@_of_plain_numbers(lambda library, a, b: library.all(a < b))
 def all_below(a, b):  # type: ignore[no-untyped-def]
     """Return whether a number a is below a number b, in all lanes; no NaN is."""
     return a < b
 
 
+@_or_arrays(lambda library, a: library.exp(a))
 def exponential(a):  # type: ignore[no-untyped-def]
     """Return the power of e to a number below 700; of registers to a relative error of 1e-14 down to -30."""
     return math.exp(a)
@@ -88,7 +112,7 @@ def whole(a):  # type: ignore[no-untyped-def]
     return int(a)
 
 
-@_of_plain_numbers
+@_of_plain_numbers(lambda library, a, b: library.power(a, b))
 def power(a, b):  # type: ignore[no-untyped-def]
     """Return a number a, not negative, to the power b; of registers to a relative error of 1e-14."""
     return a * a if b == 2.0 else a**b
@@ -181,7 +205,7 @@ def _choose(_: Any, a: Any, b: Any, c: Any) -> Any:
 def _choose_of_any(a, b, c):  # type: ignore[no-untyped-def]
     if any(isinstance(kind, Register) for kind in (a, b, c)):
         return lambda a, b, c: _choose(a, b, c)
-    return choose
+    return choose.__wrapped__
 
 
 def _root_of(builder: Any, number: Any, count: int) -> Any:
@@ -194,7 +218,7 @@ _root = _define_one(_root_of)
 
 @overload(root)
 def _root_of_any(a):  # type: ignore[no-untyped-def]
-    return (lambda a: _root(a)) if isinstance(a, Register) else root
+    return (lambda a: _root(a)) if isinstance(a, Register) else root.__wrapped__
 
 
 def _define_comparison(function: Callable[..., Any], of_all: bool) -> None:

@@ -1,4 +1,4 @@
-"""Engines: MuJoCo flexible links, compiled modes; every file in this folder is imported."""
+"""Engines: MuJoCo flexible links, compiled modes, links in JAX; every file in this folder is imported."""
 
 import importlib
 import pkgutil
@@ -7,6 +7,7 @@ from .base import Engine, default_engine, get_engine, register
 from .batch import simulate_batch, simulate_each
 from .equilibrium import Equilibrium, static_equilibrium
 from .links import Links, build_links
+from .mjx import Mjx
 from .modal import Modal
 from .simulation import simulate, simulate_blocks
 from .together import simulate_and_keep, simulate_together
@@ -15,6 +16,7 @@ __all__ = [
     "Engine",
     "Equilibrium",
     "Links",
+    "Mjx",
     "Modal",
     "build_links",
     "default_engine",

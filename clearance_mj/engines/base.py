@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -36,13 +37,13 @@ class SeveralRuns(ABC):
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`, whose columns each run has here: (n_runs, n, columns)."""
 
-    @abstractmethod
     def whole(self, excitation: np.ndarray, factor: int, samples: int, forces: bool = True) -> np.ndarray:
         """Simulate a whole excitation; return (n_runs, columns, samples): what `Run.advance` returns, decimated.
 
         Every sample stands for a factor of steps; the excitation goes on for as long as the last one's filter looks
         ahead. Without ``forces`` their columns and those that follow may be left out.
         """
+        raise ClearanceError("the engine hands its runs over in blocks; use simulate_batch")
 
 
 class Run(ABC):
@@ -83,6 +84,9 @@ class Engine(Registered, ABC):
     """A way to simulate a rig. Fields of a subclass are the engine's settings."""
 
     known, refusal, called = _ENGINES, ClearanceError, "engine {name}"
+    at_once: ClassVar[int] = 1
+    """how many cases batches hand over together; of more than one, those that are `Run.alike` run as one program, and
+    ``advance`` of `Run.beside` takes an excitation (n, n_inputs) of each"""
 
     @abstractmethod
     def largest_step(self, rig: Rig, law: Law) -> float:

@@ -1,29 +1,33 @@
-"""Many simulations at once, on threads or on an executor that is given."""
+"""Many simulations at once: on threads, on an executor that is given, or as one program where the engine makes one."""
 
 from __future__ import annotations
 
 import collections
+import functools
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import nullcontext
 from typing import Any, TypeAlias, TypeVar
 
+import numpy as np
 from tqdm import tqdm
 
 from ..clearance.law import Law
-from ..clearance.modelled import Modelled
+from ..clearance.modelled import Modelled, rig_and_law
 from ..core.errors import ClearanceError
 from ..core.tasks import workers_to_use
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from .base import Engine, get_engine
-from .simulation import simulate
+from .base import Engine, get_engine, in_columns
+from .simulation import BLOCK, Simulation, simulate
 
-__all__ = ["simulate_batch", "simulate_each"]
+__all__ = ["simulate_all", "simulate_batch", "simulate_each"]
 
 CASES_PER_THREAD = 4  # cases for each thread that run, or wait to be run, at once
+LARGEST_RESULT = 2**27  # numbers of the responses that are made together
+LARGEST_BLOCK = 2**24  # numbers at the engine's step that are decimated together
 
 T = TypeVar("T")
 One: TypeAlias = T | Sequence[T]
@@ -82,7 +86,8 @@ def simulate_each(
     engine : str or Engine
         Name or settings of the engine, as in `simulate`.
     workers : int, optional
-        Threads; compiled loops release the interpreter lock. Default: one for each processor.
+        Threads; compiled loops release the interpreter lock. Default: one for each processor. The engine mjx, whose
+        cases are one program, needs none.
     progress : bool
         Show a progress bar.
     executor : concurrent.futures.Executor, optional
@@ -100,6 +105,13 @@ def simulate_each(
     """
     used, threads = get_engine(engine), workers_to_use(workers)
     cases = _cases(models, excitations, laws)
+    if used.at_once > 1:
+        made = [functools.partial(tuple, case) for case in cases]
+        for response in tqdm(simulate_all(made, used), "simulating", len(cases), unit="run", disable=not progress):
+            if isinstance(response, ClearanceError):
+                raise response
+            yield response
+        return
     waiting, ahead = iter(cases), collections.deque[Future[Response]]()
     with nullcontext(executor) if executor else ThreadPoolExecutor(threads) as pool:
         try:
@@ -122,3 +134,78 @@ def _cases(*columns: Any) -> list[tuple[Rig | Modelled, Excitation, Law | None]]
         )
     n = lengths.pop() if lengths else 1
     return list(zip(*(row if row is not None else [column] * n for row, column in zip(rows, columns))))
+
+
+def simulate_all(cases: Sequence[Callable[[], tuple[Any, ...]]], engine: Engine) -> Iterator[Response | ClearanceError]:
+    """Simulate every case, as one program those that may be, and hand over each one's response, or why it has none.
+
+    Parameters
+    ----------
+    cases : sequence of callable
+        Make model or rig, excitation and law, or None, of each case when it is its turn.
+    engine : Engine
+        Simulates them.
+
+    Yields
+    ------
+    Response or ClearanceError
+        In the order of the cases.
+    """
+    batch, size = list[Simulation | ClearanceError](), 0
+    for case in cases:
+        try:
+            model, excitation, law = case()
+            rig, law = rig_and_law(model, law)
+            simulation = Simulation(rig, excitation, law, engine)
+            batch.append(simulation)
+            size += simulation.columns * excitation.value.shape[-1]
+        except ClearanceError as error:
+            batch.append(error)
+        if len(batch) >= engine.at_once or size > LARGEST_RESULT:
+            yield from _responses(batch)
+            batch, size = [], 0
+    yield from _responses(batch)
+
+
+def _responses(batch: Sequence[Simulation | ClearanceError]) -> list[Response | ClearanceError]:
+    """Responses of simulations, of those that are one program together."""
+    groups = collections.defaultdict[object, dict[int, Simulation]](dict)
+    for i, simulation in enumerate(batch):
+        if isinstance(simulation, Simulation):
+            groups[simulation.run.alike() if simulation.engine.at_once > 1 else i][i] = simulation
+    found: dict[int, Response | ClearanceError] = {
+        i: error for i, error in enumerate(batch) if isinstance(error, ClearanceError)
+    }
+    for group in groups.values():
+        found |= zip(group, _as_one(list(group.values())))
+    return [found[i] for i in range(len(batch))]
+
+
+def _as_one(simulations: Sequence[Simulation]) -> list[Response | ClearanceError]:
+    """Responses of simulations whose runs are alike, or of one alone."""
+    first = simulations[0]
+    if first.engine.at_once == 1:
+        try:
+            return [first.whole()]
+        except ClearanceError as error:
+            return [error]
+    runs, factor = first.run.beside([simulation.run for simulation in simulations]), first.interpolator.factor
+    block = int(np.clip(LARGEST_BLOCK // (len(simulations) * first.columns * factor), 1, BLOCK))
+    signals = [_padded(s.excitation.value.T, s.excitation.value.shape[-1] + s.ahead) for s in simulations]
+    samples: list[list[np.ndarray]] = [[] for _ in simulations]
+    errors: dict[int, ClearanceError] = {}
+    for start in range(0, max(map(len, signals)), block):
+        given = [_padded(signal[start : start + block], block) for signal in signals]
+        fast = np.stack([in_columns(s.interpolator.push(part)) for s, part in zip(simulations, given)])
+        for i, (simulation, outputs) in enumerate(zip(simulations, runs.advance(fast))):
+            try:
+                samples[i].append(simulation.sampled(fast[i], outputs) if i not in errors else outputs[:0])
+            except ClearanceError as error:
+                errors[i] = error
+    wholes = [np.concatenate(parts)[: s.excitation.value.shape[-1]] for parts, s in zip(samples, simulations)]
+    return [errors.get(i) or s.response(s.excitation.value.T, wholes[i]) for i, s in enumerate(simulations)]
+
+
+def _padded(samples: np.ndarray, count: int) -> np.ndarray:
+    """Samples, and zeros after them, as many as a count."""
+    return np.pad(samples, ((0, count - len(samples)), *((0, 0),) * (samples.ndim - 1)))

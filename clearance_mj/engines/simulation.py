@@ -142,6 +142,7 @@ class Simulation:
             if refusal := rig.linear.refusal(kind):
                 raise ExcitationError(f"rig {rig.name!r}: {refusal}")
         self.rig, self.law, self.excitation, self.engine, self.block = rig, law, excitation, engine, BLOCK
+        self.steps = 0
         self.columns = len(rig.sensors) + sum(count for _, count in _blocks_of(rig))
         with computable(rig.name, rig.to_dict):
             factor = _affordable(rig, law, engine, excitation.fs)
@@ -183,24 +184,34 @@ class Simulation:
 
     def outputs(self, excitations: Iterable[Excitation]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield excitation, (n,) or (n, n_inputs), and outputs (n, columns) of consecutive samples."""
-        waiting, steps = np.empty((0, *self.excitation.value.shape[:-1])), 0
+        waiting = np.empty((0, *self.excitation.value.shape[:-1]))
         count = self.block * self.interpolator.factor
         for excitation in self._blocks(excitations):
             waiting, fast = np.concatenate((waiting, excitation)), self.interpolator.push(excitation)
             for start in range(0, len(fast), count):
-                outputs = self.run.advance(fast[start : start + count])
-                if not np.isfinite(outputs).all():
-                    failed = steps + np.argmin(np.isfinite(outputs).all(axis=1))
-                    raise diverged(self.rig, self.engine, failed * self.step, 0)
-                steps += len(outputs)
-                if untold := self.columns - outputs.shape[1]:  # an engine need not tell where it touches
-                    outputs = np.pad(outputs, ((0, 0), (0, untold)), constant_values=np.nan)
-                base = self.completion.push(fast[start : start + count]) if self.completion.base_moves else None
-                self.completion.add(outputs, base)
-                block = self.decimator.push(self.late.push(outputs) if self.late else outputs)
+                part = fast[start : start + count]
+                block = self.sampled(part, self.run.advance(part))
                 if len(block):
                     yield waiting[: len(block)], block
                     waiting = waiting[len(block) :]
+
+    def sampled(self, excitation: np.ndarray, outputs: np.ndarray) -> np.ndarray:
+        """Return samples (m, columns) of consecutive steps: of their excitation and what `Run.advance` returns.
+
+        Raises
+        ------
+        SimulationError
+            If the simulation has diverged.
+        """
+        if not np.isfinite(outputs).all():
+            failed = self.steps + np.argmin(np.isfinite(outputs).all(axis=1))
+            raise diverged(self.rig, self.engine, failed * self.step, 0)
+        self.steps += len(outputs)
+        if untold := self.columns - outputs.shape[1]:  # an engine need not tell where it touches
+            outputs = np.pad(outputs, ((0, 0), (0, untold)), constant_values=np.nan)
+        base = self.completion.push(excitation) if self.completion.base_moves else None
+        self.completion.add(outputs, base)
+        return self.decimator.push(self.late.push(outputs) if self.late else outputs)
 
     def _blocks(self, excitations: Iterable[Excitation]) -> Iterator[np.ndarray]:
         """Blocks of the excitation, then zeros: the filters of the last samples look ahead."""
@@ -212,8 +223,12 @@ class Simulation:
                 )
             for start in range(0, piece.value.shape[-1], INTERPOLATED):
                 yield piece.value.T[start : start + INTERPOLATED]
-        late = self.late.ahead // self.interpolator.factor if self.late else 0
-        yield np.zeros((2 * self.interpolator.ahead + late, *self.excitation.value.shape[:-1]))
+        yield np.zeros((self.ahead, *self.excitation.value.shape[:-1]))
+
+    @property
+    def ahead(self) -> int:
+        """How many samples the filters of the last one look ahead."""
+        return 2 * self.interpolator.ahead + (self.late.ahead // self.interpolator.factor if self.late else 0)
 
     def response(self, excitation: np.ndarray, output: np.ndarray) -> Response:
         """Return the response of samples of the excitation, (n,) or (n, n_inputs), and what `Run.advance` returns.

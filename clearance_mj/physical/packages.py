@@ -11,7 +11,7 @@ __all__ = ["naming_package"]
 
 
 @contextlib.contextmanager
-def naming_package(what: str, brings: str = "clearance-mj") -> Iterator[None]:
+def naming_package(what: str, brings: str = "clearance-mj", of: str = "clearance_mj.physical") -> Iterator[None]:
     """Say what needs a package that is missing, and which distribution brings it.
 
     Raises
@@ -23,6 +23,5 @@ def naming_package(what: str, brings: str = "clearance-mj") -> Iterator[None]:
         yield
     except ModuleNotFoundError as error:
         raise ModelError(
-            f"{what} of clearance_mj.physical need the package {error.name}, which is not installed: "
-            f"pip install {brings} brings it"
+            f"{what} of {of} need the package {error.name}, which is not installed: pip install {brings} brings it"
         ) from error

@@ -13,7 +13,6 @@ from ..clearance.law import Law
 from ..clearance.modelled import rig_in_gap
 from ..core.errors import ClearanceError, RecordError
 from ..core.validation import Number, Whole, checked
-from ..engines import Engine, simulate
 from ..rig import BASE_NODE, SHAKER_NODE, Rig
 from ..signals.correlation import rmse_db
 from ..signals.excitation import Excitation
@@ -48,9 +47,8 @@ class Outputs:
 
 @dataclass(frozen=True, eq=False)
 class Observer:
-    """Turns a case into results; made once for a plan."""
+    """Turns the response of a case into results; made once for a plan."""
 
-    engine: Engine  #: simulates the cases
     outputs: Outputs  #: what is asked for
     band: tuple[float, float]  #: Hz, of the FRFs
     frequency: np.ndarray  #: (n_f,) Hz, their lines
@@ -60,7 +58,7 @@ class Observer:
     compared: tuple[int, ...]  #: rows of the sensors that the reference has
 
     @classmethod
-    def of(cls, engine: Engine, outputs: Outputs, rig: Rig, excitation: Excitation, reference: FRF | None) -> Observer:
+    def of(cls, outputs: Outputs, rig: Rig, excitation: Excitation, reference: FRF | None) -> Observer:
         """Make the observer of a plan with this rig and, in its first case, this excitation.
 
         A ClearanceError says which sensor, band or line of the reference does not fit them.
@@ -79,7 +77,7 @@ class Observer:
         compared = () if reference is None else _rows_of(reference, rig, excitation.kind)
         if reference is not None:
             reference = _on_lines(reference, band, frequency)
-        return cls(engine, outputs, band, frequency, tuple(kept), peaks, reference, compared)
+        return cls(outputs, band, frequency, tuple(kept), peaks, reference, compared)
 
     def shapes(self, rig: Rig) -> dict[str, tuple[int, ...]]:
         """Return the shape of each result of a simulated case."""
@@ -93,9 +91,8 @@ class Observer:
             shapes["frf"] = (len(self.kept), self.frequency.size, 2)
         return shapes
 
-    def __call__(self, rig: Rig, excitation: Excitation, law: Law) -> dict[str, np.ndarray]:
-        """Simulate a case; results are as `shapes` says."""
-        response = simulate(rig, excitation, law, self.engine)
+    def __call__(self, response: Response) -> dict[str, np.ndarray]:
+        """Return the results of a case, as `shapes` says."""
         frf = estimate_frf(response, resolution=self.outputs.resolution, band=self.band)
         statistics = contact_statistics(response)
         results = {

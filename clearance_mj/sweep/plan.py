@@ -7,6 +7,7 @@ import dataclasses
 import functools
 import hashlib
 import inspect
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from ..core.errors import ClearanceError, RecordError
 from ..core.plain_numbers import find_numbers, get_number, with_numbers
 from ..core.validation import from_plain, read_plain, to_plain
 from ..engines import Engine, get_engine
+from ..engines.batch import simulate_all
 from ..io.dataset import Record
 from ..io.uff import read_uff
 from ..model import LAW_FILE, Model
@@ -108,7 +110,7 @@ class Plan:
         if excitation is None:
             return None
         with naming("reference") if self.reference is not None else contextlib.nullcontext():
-            return Observer.of(self.engine, self.outputs, self.rig, excitation, self.reference)
+            return Observer.of(self.outputs, self.rig, excitation, self.reference)
 
     @property
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -151,12 +153,32 @@ class Plan:
         dict of str to ndarray, or str
             As `shapes` says; or, if it cannot be simulated, why.
         """
-        try:
+        return next(self.evaluate_all([case]))
+
+    def evaluate_all(self, cases: Sequence[int]) -> Iterator[dict[str, np.ndarray] | str]:
+        """Compute cases, as one program where the engine makes one, and hand over what `evaluate` returns of each.
+
+        Parameters
+        ----------
+        cases : sequence of int
+            Numbers of the cases.
+        """
+
+        def made(case: int) -> tuple[Rig, Excitation | None, Law]:
             rig, law, excitation = self.case(case)
-            results = {"natural_frequency": linear_frequencies(rig, law, self.outputs.natural_frequencies)}
-            return results | (self.observer(rig, excitation, law) if self.observer and excitation else {})
-        except ClearanceError as error:
-            return str(error)
+            return rig, excitation, law
+
+        makers = [functools.partial(made, case) for case in cases]
+        responses = simulate_all(makers, self.engine) if self.observer else [None] * len(cases)
+        for case, response in zip(cases, responses):
+            try:
+                if isinstance(response, ClearanceError):
+                    raise response
+                rig, law, _ = self._parts(case)
+                results = {"natural_frequency": linear_frequencies(rig, law, self.outputs.natural_frequencies)}
+                yield results | (self.observer(response) if self.observer and response else {})
+            except ClearanceError as error:
+                yield str(error)
 
     def to_dict(self) -> dict:
         """Return the plan as plain data, with digests of what is too long for it."""

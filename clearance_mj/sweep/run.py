@@ -88,11 +88,14 @@ def run_sweep(plan: Plan, out: str | Path, runner: Runner = ALL_CORES) -> xr.Dat
 def _computed(plan: Plan, runner: Runner) -> dict[str, np.ndarray]:
     """Results of all cases, and the field "error": why a case has none."""
     n = len(plan.points)
-    model, size = Model(*plan.case(0)[:2]), -(-n // MOST_FILES)
+    model, at_once = Model(*plan.case(0)[:2]), plan.engine.at_once
+    size = max(-(-n // MOST_FILES), at_once)
     shown = digest(plan.to_dict(), model.content(), code_outside(plan.engine))
     parts = [range(first, min(first + size, n)) for first in range(0, n, size)]
     timed = np.random.default_rng(0).permutation(n)[: min(int(SHARE_TIMED * n), TIMED)].tolist()
-    samples = [functools.partial(plan.evaluate, case) for case in timed]
+    samples = [functools.partial(plan.evaluate, case) for case in timed if at_once == 1]
+    if at_once > 1:  # one program, for which processes would compete
+        runner = replace(runner, workers=1)
     found = runner.run(
         "sweep", functools.partial(_of_part, plan), parts, lambda part: (shown, part.start, part.stop), samples, n
     )
@@ -100,7 +103,7 @@ def _computed(plan: Plan, runner: Runner) -> dict[str, np.ndarray]:
 
 
 def _of_part(plan: Plan, cases: range) -> dict[str, np.ndarray]:
-    found = [plan.evaluate(case) for case in cases]
+    found = list(plan.evaluate_all(cases))
     none = {name: np.full(shape, np.nan) for name, shape in plan.shapes.items()}
     rows = [none if isinstance(each, str) else each for each in found]
     errors = [each[:MESSAGE] if isinstance(each, str) else "" for each in found]

@@ -36,7 +36,7 @@ from clearance_mj.clearance.lanes import (
     where_above,
     whole,
 )
-from clearance_mj.clearance.record import clearance_records, laws_of, side_by_side
+from clearance_mj.clearance.record import clearance_records, laws_of, one_each, side_by_side
 from clearance_mj.clearance.registers import load, spread, store
 from clearance_mj.core.jit import OPTIONS, jit
 from clearance_mj.rig import Bushing, Contact, Friction, Grease
@@ -218,3 +218,32 @@ def test_laws_with_branches_are_called_lane_by_lane():
     error, record = compared(bushings(), laws)
     assert error < CLOSE
     assert record["filling_by_lane"] and not record["contact_by_lane"]
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_contacts_of_arrays(contact, rng):
+    """Python's own call with arrays of an array library, as JAX traces it, is that with each number."""
+    model = CONTACTS[contact][0]
+    depth, impact = rng.uniform(1e-6, 1e-4, 9), rng.uniform(0.01, 1.0, 9)
+    both = [0.0, 0.0]
+    model.law(np.array(model.parameters()), depth, -impact, impact, both)
+    for i in range(9):
+        one = [0.0, 0.0]
+        model.law(model.parameters(), float(depth[i]), -float(impact[i]), float(impact[i]), one)
+        for found, told in zip(both, one):
+            assert np.broadcast_to(found, 9)[i] == pytest.approx(told, rel=1e-13)
+
+
+@pytest.mark.parametrize("size", [1, 2])
+@pytest.mark.parametrize("filling", ["linear", "Bouc-Wen", "long film"])
+def test_fillings_of_arrays(filling, size, rng):
+    (model,) = one_each([FILLINGS[filling][3]], 1)
+    states, places, ways = (rng.uniform(-2e-4, 2e-4, (size, 9)) for _ in range(3))
+    memory, both = list(states), [0.0] * (size + size**2)
+    model.law(np.array(model.parameters()), memory, tuple(places), tuple(ways), 0.0, STEP, both)
+    for i in range(9):
+        own, one = states[:, i].tolist(), [0.0] * (size + size**2)
+        given = tuple(places[:, i].tolist()), tuple(ways[:, i].tolist())
+        model.law(model.parameters(), own, *given, 0.0, STEP, one)
+        for found, told in zip((*both, *memory), (*one, *own)):
+            assert np.broadcast_to(found, 9)[i] == pytest.approx(told, rel=1e-13, abs=1e-18)

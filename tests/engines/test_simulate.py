@@ -2,6 +2,7 @@
 
 import dataclasses
 import multiprocessing
+import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 
@@ -169,12 +170,19 @@ def test_refusals(rig, excitation, law, error, message, engine):
     [
         ([noise(0.05)] * 2, [LAW] * 3, "links", ClearanceError, r"differ in number: \[2, 3\]"),
         ([noise(0.05), noise(0.05, 1e9)], LAW, "modal", SimulationError, "rig 'table1': the modal simulation diverged"),
-        (noise(0.05), LAW, "fem", ClearanceError, 'engine "fem" is unknown; known: links, modal'),
+        (noise(0.05), LAW, "fem", ClearanceError, 'engine "fem" is unknown; known: links, mjx, modal'),
     ],
 )
 def test_refusals_of_batches(excitations, laws, engine, error, message):
     with pytest.raises(error, match=message):
         simulate_batch(RIG, excitations, laws, engine, workers=2)
+
+
+def test_the_engine_mjx_says_what_it_needs(monkeypatch):
+    monkeypatch.setitem(sys.modules, "jax", None)
+    missing = r"simulations of engine mjx need the package jax, .*: pip install clearance-mj\[mjx\] brings it"
+    with pytest.raises(ClearanceError, match=missing):
+        simulate(RIG, noise(0.05), LAW, "mjx")
 
 
 @pytest.mark.parametrize(

@@ -262,7 +262,7 @@ def test_records_of_several_bands_go_into_one_file(brief, tmp_path, quick):
 
 
 def test_unknown_engine_is_refused_before_any_work(brief, tmp_path):
-    with pytest.raises(ClearanceError, match='engine "warp" is unknown; known: links, modal'):
+    with pytest.raises(ClearanceError, match='engine "warp" is unknown; known: links, mjx, modal'):
         report_study(brief, tmp_path / "out", ("warp",), progress=False)
 
 

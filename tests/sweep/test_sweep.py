@@ -206,15 +206,16 @@ def test_case_without_results_says_why(tmp_path):
 
 def interrupted_after(monkeypatch, count):
     """Let a sweep be interrupted when so many cases have been computed; returns those that were asked for."""
-    asked, evaluate = [], Plan.evaluate
+    asked, evaluate_all = [], Plan.evaluate_all
 
-    def watched(plan, case):
-        if len(asked) == count:
-            raise KeyboardInterrupt
-        asked.append(case)
-        return evaluate(plan, case)
+    def watched(plan, cases):
+        for case in cases:
+            if len(asked) == count:
+                raise KeyboardInterrupt
+            asked.append(case)
+            yield from evaluate_all(plan, [case])
 
-    monkeypatch.setattr(Plan, "evaluate", watched)
+    monkeypatch.setattr(Plan, "evaluate_all", watched)
     return asked
 
 

@@ -12,7 +12,6 @@ from typing import Any, ClassVar
 
 from numba.extending import register_jitable
 
-from ...core.jit import jit
 from ...rig import Bushing, Grease
 from ..contact import Numbers
 from ..family import DECADE, FamilyParameter, FillingFamily, positive_parameter, register_family
@@ -31,7 +30,7 @@ __all__ = [
 ]
 
 
-@jit(inline="always")
+@register_jitable(inline="always")
 def film_damping(x: float, damping: float, inverse_film: float, limit: float) -> float:
     """Return the squeeze-film damping c / max(1 - |x|/h, ε)², N s/m, at a displacement x, m; 1/h is 0 without film."""
     thin = larger(1.0 - abs(x) * inverse_film, limit)
