@@ -18,6 +18,7 @@ from .inertia import set_inverse_inertia
 from .limits import contact, joint_limit, tendon_limit
 from .packages import naming_package
 from .robots import robot
+from .rotor_sensors import add_rotor_sensor
 from .softness import IMPEDANCE, INVERSE_INERTIA, SOLREF_PER_UNIT, solref_solimp, stiffness_damping
 from .step import largest_step
 from .transmission import DriveFriction, Efficiency
@@ -38,6 +39,7 @@ __all__ = [
     "add_backlash",
     "add_bushing",
     "add_drive",
+    "add_rotor_sensor",
     "apply",
     "check",
     "compile",

@@ -11,6 +11,7 @@ from .bristles import rubbing
 from .bushings import joined
 from .drives import drives
 from .elements import KINDS, asked, find
+from .rotor_sensors import rotor_sensors
 
 __all__ = ["pressing_alone"]
 
@@ -33,8 +34,8 @@ def pressing_alone(model: mujoco.MjModel, engine: str) -> mujoco.MjModel:
     Raises
     ------
     ModelError
-        For what neither engine can have: laws, bushings, integrator RK4, and drives of a model whose actuation is
-        disabled.
+        For what neither engine can have: laws, bushings, sensors of rotors, integrator RK4, and drives of a model whose
+        actuation is disabled.
     """
     for kind, name, softness in asked(model):
         if softness.law:
@@ -44,6 +45,8 @@ def pressing_alone(model: mujoco.MjModel, engine: str) -> mujoco.MjModel:
             )
     for bushing in joined(model):
         raise ModelError(f'bushing "{bushing.name}" acts within a Softener alone, not in {engine}')
+    for sensor in rotor_sensors(model):
+        raise ModelError(f'sensor "{sensor.name}" is filled in by a Softener alone, not in {engine}; use drive_state()')
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
         raise ModelError("integrator RK4 asks for forces between the steps; use Euler or implicitfast")
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION and any(drives(model)):

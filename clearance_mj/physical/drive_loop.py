@@ -17,15 +17,17 @@ from . import library
 from .drives import ANGLE, BEGUN, BRISTLES, DRIVE, INPUT, MOTOR_TORQUE, SPEED
 from .library import doubles, field, integers, pointer
 
-__all__ = ["PLACE", "PLACES", "accelerate", "advance", "enter", "exert", "press", "slip", "turn"]
+__all__ = ["PLACE", "PLACES", "SENSED", "accelerate", "advance", "enter", "exert", "press", "sense", "slip", "turn"]
 
-_DATA = ("act", "act_dot", "ctrl", "actuator_length", "actuator_velocity")
+_DATA = ("act", "act_dot", "ctrl", "actuator_length", "actuator_velocity", "sensordata")
 _MODEL = (
     "actuator_actrange", "actuator_biasprm", "actuator_ctrllimited", "actuator_ctrlrange", "actuator_dynprm",
     "actuator_forcerange", "actuator_gainprm", "actuator_gear", "actuator_group", "numeric_data",
 )  # fmt: skip
 PLACE = np.dtype([(name, np.int64) for name in ("actuator", "numeric", "slips", "act", "size", "output", "control")])
 """Where a drive has its numbers, its activation, its length and its control"""
+SENSED = np.dtype([("address", np.int64), ("drive", np.int64)])
+"""Where a rotor's angle goes in the sensors' data, and of which drive it is"""
 
 _SIZE, _PRM = DRIVE.itemsize, 10
 _SHORTEST = 1e-15  # s, of a filter, as MuJoCo has it
@@ -184,3 +186,14 @@ def advance(head: Any, model: int, data: int, place: Any) -> None:
     rates = doubles(field(data + head.d_act_dot) + 8 * place.act, place.size)
     for i in range(place.size):
         act[i] += h * rates[i]
+
+
+@jit(**OPTIONS)
+def sense(head: Any, model: int, data: int, place: Any, address: int) -> None:
+    """Write the angle of a drive's rotor into the sensors' data."""
+    act = doubles(field(data + head.d_act) + 8 * place.act, place.size)
+    angle = act[ANGLE]
+    if act[BEGUN] == 0.0:  # where it is going to begin
+        length = doubles(field(data + head.d_actuator_length), place.output + 1)[place.output]
+        angle = length / doubles(field(model + head.m_actuator_gear) + 48 * place.output, 1)[0]
+    doubles(field(data + head.d_sensordata), address + 1)[address] = angle

@@ -20,10 +20,11 @@ from . import softener_loop as loop
 from .actuators import control_of, output_of
 from .bristles import Friction, frictions
 from .bushings import Joined, joined
-from .drive_loop import PLACE
+from .drive_loop import PLACE, SENSED
 from .drives import PlacedDrive, drives
 from .elements import KINDS, Asked, asked, find, inverse_inertia
 from .records import MARK, note_softener, write_numbers
+from .rotor_sensors import rotor_sensors
 
 __all__ = ["Softener", "drive_places", "friction_places", "reserve", "reserved"]
 
@@ -79,6 +80,10 @@ class Softener:
         own = {"first": room.first, "size": size, "numeric": model.numeric_adr[index] + 2}
         own |= {"drives": self._drives.ctypes.data, "n_drives": len(self._drives)}
         own["of_actuators"] = self._of_actuators.ctypes.data
+        self._sensed = np.array(
+            [(sensor.address, turning.index(sensor.drive)) for sensor in rotor_sensors(model)], SENSED
+        )  # fmt: skip
+        own |= {"sensed": self._sensed.ctypes.data, "n_sensed": len(self._sensed)}
         own["soften"] = address(loop.soften, loop.SOFTEN)
         for name, value in {**self._parts.places(), **loop.PLACES, **own}.items():
             self._head[name] = value
@@ -139,8 +144,14 @@ class Softener:
                     raise ModelError("MuJoCo has a control callback already; call update() in it instead")
                 if mujoco.get_mjcb_act_dyn() is not None:
                     raise ModelError("MuJoCo has a callback for the dynamics of actuators already; take it away")
+                _OURS.senses = mujoco.get_mjcb_sensor() is None
+            if len(self._sensed) and not _OURS.senses:
+                raise ModelError("MuJoCo has a callback for users' sensors already, which rotors' sensors need")
+            if not places.any():
                 mujoco.set_mjcb_control(_control())
                 mujoco.set_mjcb_act_dyn(_dynamics())
+                if _OURS.senses:
+                    mujoco.set_mjcb_sensor(_sensors())
             place = int(np.argmin(places != 0))
             places[place] = self._address
             loop.IN_USE[0] = max(loop.IN_USE[0], place + 1)
@@ -155,6 +166,8 @@ class Softener:
             if not places.any():
                 mujoco.set_mjcb_control(None)
                 mujoco.set_mjcb_act_dyn(None)
+                if _OURS.senses:
+                    mujoco.set_mjcb_sensor(None)
 
 
 class _Parts(NamedTuple):
@@ -367,4 +380,17 @@ def _dynamics() -> Any:
     return loop.as_c(loop.dynamics, types.int32, result=types.float64)
 
 
+@cache
+def _sensors() -> Any:
+    """Return MuJoCo's callback for users' sensors, which looks for the Softener of their model."""
+    return loop.as_c(loop.sensors, types.int32)
+
+
+class _Ours:
+    """Whether MuJoCo's callback for users' sensors is the Softeners'."""
+
+    senses = False
+
+
+_OURS = _Ours()
 _CHANGING = threading.Lock()

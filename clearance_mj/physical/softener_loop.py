@@ -55,6 +55,7 @@ _OWN = (
     "joined", "n_joined",  # of JOINED
     "joints", "tendons",  # addresses: which element a joint or tendon is, -1 for none
     "template", "first", "size",  # the memory's beginning, and where it is in the user's data: numbers of 8 bytes
+    "sensed", "n_sensed",  # address and number of SENSED
     "drives", "n_drives", "of_actuators",  # address and number of their PLACE, and which each actuator has, -1 for none
 )  # fmt: skip
 HEAD = np.dtype([("key", np.float64, 2), *((name, np.int64) for name in (*_OWN, *PLACES))])
@@ -72,6 +73,7 @@ row of the Jacobian begins and its length; ``numbers``: where in the memory its 
 _SLOWED = 0.25  # share of a speed that the damping of all points of such an element may take away in a step
 ONE = (0,)  # lane of the kernel
 FAR = 1e9  # m or rad, where a wall is that is not there: the user's data stay finite
+_POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
 _LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 _LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
 
@@ -288,6 +290,23 @@ def dynamics(model: int, data: int, actuator: int) -> float:
     return 0.0
 
 
+@jit(**OPTIONS)
+def _sense(head: Any, model: int, data: int) -> None:
+    """Show the rotors' angles in the sensors of the model."""
+    sensed = numba.carray(pointer(head.sensed), head.n_sensed, drive_loop.SENSED)
+    drives = numba.carray(pointer(head.drives), head.n_drives, drive_loop.PLACE)
+    for i in range(head.n_sensed):
+        drive_loop.sense(head, model, data, drives[sensed[i].drive], sensed[i].address)
+
+
+@jit(**OPTIONS)
+def sensors(model: int, data: int, stage: int) -> None:
+    """Fill in the sensors of rotors' angles; MuJoCo's callback for users' sensors."""
+    where = _used(model)
+    if stage == _POSITIONS and where != 0:
+        _sense(numba.carray(pointer(where), 1, HEAD)[0], model, data)
+
+
 @jit(**STRICT)
 def turn_at(places: int) -> None:
     """Let all drives of a model turn in a user's own loop, unless `dynamics` does; places are those of `soften_at`."""
@@ -295,6 +314,7 @@ def turn_at(places: int) -> None:
     head = numba.carray(pointer(given[0]), 1, HEAD)[0]
     if _used(given[1]) != 0:
         return
+    _sense(head, given[1], given[2])
     drives = numba.carray(pointer(head.drives), head.n_drives, drive_loop.PLACE)
     for i in range(head.n_drives):
         drive_loop.advance(head, given[1], given[2], drives[i])
