@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 
 import mujoco
 
@@ -10,13 +11,15 @@ from ..core.errors import ModelError
 from .bristles import rubbing
 from .bushings import joined
 from .drives import drives
-from .elements import KINDS, asked, find
+from .elements import KINDS, Asked, asked, find
 from .rotor_sensors import rotor_sensors
 
 __all__ = ["pressing_alone"]
 
 
-def pressing_alone(model: mujoco.MjModel, engine: str) -> mujoco.MjModel:
+def pressing_alone(
+    model: mujoco.MjModel, engine: str, can_follow: Callable[[mujoco.MjModel, Asked], bool] = lambda *_: False
+) -> mujoco.MjModel:  # fmt: skip
     """Return a copy of a model whose contacts with bristles have rows that only press.
 
     Parameters
@@ -25,6 +28,8 @@ def pressing_alone(model: mujoco.MjModel, engine: str) -> mujoco.MjModel:
         Compiled with `compile`; not changed.
     engine : str
         Its name, for messages.
+    can_follow : callable
+        Whether it can follow the law of an element.
 
     Returns
     -------
@@ -37,11 +42,12 @@ def pressing_alone(model: mujoco.MjModel, engine: str) -> mujoco.MjModel:
         For what neither engine can have: laws, bushings, sensors of rotors, integrator RK4, and drives of a model whose
         actuation is disabled.
     """
-    for kind, name, softness in asked(model):
-        if softness.law:
+    for element in asked(model):
+        if element.softness.law and not can_follow(model, element):
             raise ModelError(
-                f'{KINDS[kind].noun} "{name}" follows a law, which cannot be in {engine}; constant k and c, friction '
-                "and drives can"
+                f'{KINDS[element.kind].noun} "{element.name}" follows a law, which cannot be in {engine}; constant k '
+                "and c, friction and drives can, and in MJX tables of k and c over amplitude or time at joints and "
+                "tendons"
             )
     for bushing in joined(model):
         raise ModelError(f'bushing "{bushing.name}" acts within a Softener alone, not in {engine}')

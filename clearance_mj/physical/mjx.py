@@ -1,4 +1,4 @@
-"""Friction and drives in MJX, MuJoCo's engine for thousands of environments on a GPU.
+"""Friction, drives and laws by table in MJX, MuJoCo's engine for thousands of environments on a GPU.
 
 Contacts, limits and backlash of constant stiffness and damping need nothing of this: MJX follows the solver parameters
 that the compiled model has. `step` adds what on a CPU a `Softener` does, as a function of arrays, which ``jax.jit``,
@@ -19,6 +19,7 @@ from .bristles import rubbing
 from .drives import ANGLE, MOTOR_TORQUE, SPEED, DriveState
 from .mjx_drives import Drives, drives_of
 from .mjx_friction import OF_PAIR, DryFriction, PairFriction, dry_friction, pair_friction
+from .mjx_laws import TabulatedLaws, can_be_tabulated, tabulated_laws
 from .packages import naming_package
 from .softness import IMPEDANCE
 
@@ -35,7 +36,7 @@ _Dyn, _Gain, _Bias = mujoco.mjtDyn, mujoco.mjtGain, mujoco.mjtBias
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Parameters:
-    """Numbers of friction and drives, all arrays: they may be traced, differ between environments, be differentiated.
+    """Numbers of friction, drives and laws, all arrays: traced, different between environments, differentiated.
 
     ``dataclasses.replace`` changes them.
     """
@@ -43,10 +44,11 @@ class Parameters:
     friction: DryFriction
     pairs: PairFriction
     drives: Drives
+    laws: TabulatedLaws
 
 
 class State(NamedTuple):
-    """What friction and drives remember."""
+    """What friction, drives and laws remember."""
 
     friction: Any
     """(n,) deflections of the bristles of joints and tendons, rad or m"""
@@ -56,10 +58,12 @@ class State(NamedTuple):
     """(n, size) a row for each drive, as the actuator's activation on a CPU"""
     begun: Any
     """1 from the first step on, before which bristles do not bend"""
+    laws: Any
+    """(n,) amplitudes that laws follow, rad or m"""
 
 
 def put_model(model: mujoco.MjModel) -> tuple[Any, Parameters]:
-    """Return a compiled model for MJX, and the parameters of its friction and drives.
+    """Return a compiled model for MJX, and the parameters of its friction, drives and laws.
 
     The model's pairs with bristles get rows that only press. Its actuators with drives have no activation there, and
     ``mjx.step`` refuses them.
@@ -77,11 +81,11 @@ def put_model(model: mujoco.MjModel) -> tuple[Any, Parameters]:
     Raises
     ------
     ModelError
-        For laws, integrator RK4, contacts without MuJoCo's friction in an elliptic cone, and drives of a model whose
-        actuation is disabled.
+        For laws that are no table of a limit's k and c, integrator RK4, contacts without MuJoCo's friction in an
+        elliptic cone, and drives of a model whose actuation is disabled.
     """
     plain, kept = _without_softener(model)
-    parameters = Parameters(dry_friction(model), pair_friction(model), drives_of(model))
+    parameters = Parameters(dry_friction(model), pair_friction(model), drives_of(model), tabulated_laws(model))
     here = np.array(parameters.drives.actuators, dtype=int)
     mx, own = mjx.put_model(plain, impl="jax"), np.isin(np.arange(model.nu), here)
     count = np.where(own, 0, model.actuator_actnum)
@@ -122,13 +126,13 @@ def init(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Any, State]:
     for row, actuator in zip(acts, turning.actuators):
         own = data.act[model.actuator_actadr[actuator] :][: model.actuator_actnum[actuator]]
         row[: len(own) - 1], row[-1] = own[:-1], own[-1]
-    bristles = len(dry_friction(model).names), len(pair_friction(model).names)
+    dry, pairs, laws = (len(of(model).names) for of in (dry_friction, pair_friction, tabulated_laws))
     dx = dx.replace(act=dx.act[kept], act_dot=dx.act_dot[kept])
-    return dx, State(jp.zeros(bristles[0]), jp.zeros((bristles[1], OF_PAIR)), jp.array(acts), jp.zeros(()))
+    return dx, State(jp.zeros(dry), jp.zeros((pairs, OF_PAIR)), jp.array(acts), jp.zeros(()), jp.zeros(laws))
 
 
 def step(mx: Any, parameters: Parameters, dx: Any, state: State) -> tuple[Any, State]:
-    """Step as ``mujoco.mjx.step``, with friction and drives.
+    """Step as ``mujoco.mjx.step``, with friction, drives and laws.
 
     Forces of friction are among ``qfrc_passive``, those of drives are ``actuator_force`` and in ``qfrc_actuator``.
 
@@ -153,7 +157,9 @@ def step(mx: Any, parameters: Parameters, dx: Any, state: State) -> tuple[Any, S
     dx = mjx.sensor_pos(plain, mjx.fwd_position(plain, dx))
     dx = mjx.sensor_vel(plain, mjx.fwd_velocity(plain, dx))
     h = mx.opt.timestep * state.begun
-    bristles, pairs, acts, control = state.friction, state.pairs, state.drives, dx.ctrl
+    bristles, pairs, acts, amplitudes, control = state.friction, state.pairs, state.drives, state.laws, dx.ctrl
+    if parameters.laws.names:
+        amplitudes, dx = parameters.laws.follow(mx, dx, amplitudes, h)
     if parameters.friction.names:
         bristles, dx = parameters.friction.rub(dx, bristles, h)
     if parameters.pairs.names:
@@ -169,7 +175,7 @@ def step(mx: Any, parameters: Parameters, dx: Any, state: State) -> tuple[Any, S
         dx = dx.replace(qacc=dx.qacc_smooth)
     euler = mx.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
     dx = (mjx.euler if euler else mjx.implicit)(plain, dx).replace(ctrl=control)
-    return dx, State(bristles, pairs, acts, jp.ones_like(state.begun))
+    return dx, State(bristles, pairs, acts, jp.ones_like(state.begun), amplitudes)
 
 
 def pair_solref(k: Any, c: Any, inverse_inertia: Any) -> Any:
@@ -225,7 +231,7 @@ def _without_softener(model: mujoco.MjModel) -> tuple[mujoco.MjModel, np.ndarray
     """Return a copy of a model whose bristles and drives are others' business, and which activations remain."""
     if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC and rubbing(model):
         raise ModelError("MJX has no contacts without MuJoCo's friction in an elliptic cone; use cone pyramidal")
-    plain, kept = pressing_alone(model, "MJX"), np.ones(model.na, dtype=bool)
+    plain, kept = pressing_alone(model, "MJX", can_be_tabulated), np.ones(model.na, dtype=bool)
     for i in drives_of(model).actuators:
         plain.actuator_dyntype[i], plain.actuator_gaintype[i] = int(_Dyn.mjDYN_NONE), int(_Gain.mjGAIN_FIXED)
         plain.actuator_biastype[i] = int(_Bias.mjBIAS_NONE)

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from clearance_mj import physical
+from clearance_mj.clearance import AmplitudeLaw, ContactLaw, HuntCrossley, TimeLaw
 from clearance_mj.core.errors import ModelError
+from clearance_mj.rig import Grease
 
 from .accelerated import STEPS, controls, feet, leg, machines, on_cpu, refused
 
@@ -50,6 +52,55 @@ def test_everything_moves_as_with_a_softener(make, speeds, double):
         np.testing.assert_allclose(
             pmjx.drive_state(mx, parameters, state, name), physical.drive_state(model, data.act, name), rtol=1e-3
         )
+
+
+LIMITS = """
+<mujoco>
+  <option timestep="5e-4" integrator="implicitfast"/>
+  <default><geom size=".05" mass="1" contype="0" conaffinity="0"/><joint axis="0 1 0" stiffness="20"/></default>
+  <worldbody>
+    <body pos="-1 0 0"><joint type="ball" range="0 40" stiffness="0"/><geom pos="0 0 -.1"/></body>
+    <body><joint name="constant" range="-10 10"/><geom pos=".2 0 0"/></body>
+    <body pos="0 1 0"><joint name="envelope" range="-4 10"/><geom pos=".2 0 0"/></body>
+    <body pos="0 2 0"><joint name="play" armature=".02"/><geom pos=".2 0 0"/></body>
+    <body pos="0 3 0"><joint name="coupled"/><geom pos=".2 0 0"/></body>
+    <body pos="0 4 0"><joint name="hangs" type="slide" axis="0 0 1"/><geom/><site name="end" pos="0 0 -.2"/></body>
+    <site name="hook" pos="0 4 0"/>
+  </worldbody>
+  <tendon>
+    <fixed name="coupled" range="-.05 .02"><joint joint="coupled" coef=".5"/></fixed>
+    <spatial name="rope" range="0 .25"><site site="hook"/><site site="end"/></spatial>
+  </tendon>
+  <actuator><motor joint="envelope"/><motor joint="play"/><motor joint="coupled" gear="10"/></actuator>
+</mujoco>"""
+ENVELOPE = AmplitudeLaw([0.1, 0.25, 0.4], [300.0, 900.0, 2000.0], [1.0, 4.0, 6.0], release=0.05)
+IN_TIME = TimeLaw([0.0, 0.03, 0.06], [5e3, 2e3, 9e3], [5.0, 20.0, 2.0])
+
+
+def limits():
+    """A law over amplitude and time on each kind of limit, beside limits without one."""
+    spec = mujoco.MjSpec.from_string(LIMITS)
+    physical.joint_limit(spec, "constant", k=500, c=5)
+    physical.joint_limit(spec, "envelope", law=ENVELOPE)
+    physical.add_backlash(spec, "play", gap=0.01, law=AmplitudeLaw([0.005, 0.02], [200.0, 900.0], [1.0, 4.0]))
+    physical.tendon_limit(spec, "coupled", law=IN_TIME)
+    physical.tendon_limit(spec, "rope", law=AmplitudeLaw([0.2, 0.3], [1e3, 4e3], [5.0, 10.0]))
+    return physical.compile(spec)
+
+
+def test_laws_by_table_move_as_with_a_softener():
+    """To rounding in double precision, and k of the table changes the motion as that of the law does."""
+    model = limits()
+    with jax.enable_x64(True):
+        mx, parameters = pmjx.put_model(model)
+        run = jax.jit(lambda parameters: in_mjx(mx, parameters, *start, jp.array(controls(model, STEPS)))[0])
+        start = pmjx.init(model, mujoco.MjData(model))
+        assert len(parameters.laws.names) == 4
+        expected = on_cpu(model, mujoco.MjData(model))
+        np.testing.assert_allclose(run(parameters), expected, rtol=0, atol=1e-10)
+        harder = tuple(2 * k for k in parameters.laws.k)
+        changed = dataclasses.replace(parameters, laws=dataclasses.replace(parameters.laws, k=harder))
+        assert np.abs(run(changed) - expected)[:, 5 : model.nq].max(axis=0).min() > 1e-4
 
 
 def test_stiffness_differs_between_environments():
@@ -110,6 +161,14 @@ def test_what_cannot_be_in_mjx_is_refused():
     for model, says in refused("MJX"):
         with pytest.raises(ModelError, match=says):
             pmjx.put_model(model)
+    for law in (
+        ContactLaw(HuntCrossley(1e3, 0.5)),
+        AmplitudeLaw([0.1, 0.2], [1.0, 2.0], [1.0, 1.0], grease=Grease(5.0)),
+    ):
+        spec = mujoco.MjSpec.from_string(LIMITS)
+        physical.joint_limit(spec, "envelope", law=law)
+        with pytest.raises(ModelError, match=r'joint limit "envelope" follows a law, .* tables of k and c'):
+            pmjx.put_model(physical.compile(spec))
     model = leg()
     model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     with pytest.raises(ModelError, match="cone pyramidal"):
