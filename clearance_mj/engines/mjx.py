@@ -192,7 +192,7 @@ class MjxRuns(SeveralRuns):
         with jax.enable_x64(True):
             each = (part[0] if alike else np.stack(part) for part, alike in zip(parts, same))
             self.equations = _Equations(*map(jax.numpy.asarray, each))
-            self.motion = jax.tree.map(lambda part: jax.numpy.stack([part] * len(runs)), first.rest())
+            self.motion = jax.tree.map(lambda part: np.broadcast_to(part, (len(runs), *part.shape)), first.rest())
             one = _Equations(*(part[0] for part in parts)), first.rest(), np.zeros(first.equations.of_input.shape[1])
             try:
                 jax.eval_shape(functools.partial(_step, first.clearances), *one, 0.0)
