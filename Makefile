@@ -52,7 +52,7 @@ warm-up: setup
 MUJOCO3 = $(VENV)/mujoco3
 ON_MUJOCO3 = PYTHONPATH=$(CURDIR)/$(MUJOCO3) $(PYTEST)
 test-mujoco3: $(MUJOCO3)/.ready warm-up
-	$(ON_MUJOCO3) -m '$(QUICK)' tests/physical/test_[cdfls]*.py
+	$(ON_MUJOCO3) -m '$(QUICK)' tests/physical/test_[cdflrs]*.py tests/physical/test_implicit.py
 
 $(MUJOCO3)/.ready: $(VENV)/.ready
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --upgrade --target $(MUJOCO3) -c constraints.txt mujoco
