@@ -26,9 +26,7 @@ POINTS = 10000  # of a run, means over its samples
 STEPS = 4  # of the integration between samples
 SETTLED = 0.5  # s, after which what was before the log is forgotten
 PIECE = 1.0  # s, within which errors may be correlated: one after another is left out for intervals
-TORQUE_ERROR = (
-    0.01  # of its range, that means of the load's torque are expected to be off at least: efficiency turns over
-)
+TORQUE_ERROR = 0.01  # of its range, that means of the load's torque are expected to be off: efficiency turns over
 FAR = 5.0  # of the noise, from which on errors count less than by their squares
 SMOOTHED = 0.1  # s, over which a parabola is laid for the speeds where the search begins
 MEANS = 0.1  # s, over whose means the load's torque counts
