@@ -29,6 +29,7 @@ exclude_patterns = ["_build"]
 default_role = "py:obj"
 myst_heading_anchors = 3
 
+autodoc_mock_imports = ["jax", "mujoco.mjx", "mujoco_warp", "warp"]  # whose extras exclude each other
 autosummary_generate = True
 INNER = [f"clearance_mj.cli.{module.name}" for module in pkgutil.iter_modules(cli.__path__)]
 autosummary_context = {"inner": INNER}
