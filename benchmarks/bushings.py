@@ -32,7 +32,12 @@ SHOWN = {0: "along x", 2: "along z", 3: "about x", 5: "about z"}
 
 def measure():
     """Return rows as of `periodic`."""
-    warnings.simplefilter("ignore", physical.ModelWarning)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", physical.ModelWarning)
+        return {"rows": _rows(), "skipped": {}}
+
+
+def _rows():
     rows = []
     for form, name in FORMS.items():
         shares = np.array([_stiffness(form, mass) / K for mass in MASSES])
@@ -44,7 +49,7 @@ def measure():
         with physical.Softener(bushing):
             costs.append(_march(bushing) / plain)
     rows.append(row("add_bushing: time of a step over that with a weld", costs, "x", ""))
-    return {"rows": rows, "skipped": {}}
+    return rows
 
 
 def _model(form, mass):

@@ -264,7 +264,9 @@ def simulation(
 ) -> tuple[Option, ...]:
     """Return the options of a command that simulates a rig; its engine, if none is given, see `load_model`."""
     sine = option("--sine", "drive with a sine (default: with noise)", hertz, metavar="HZ")
-    engines = option("--engine", f"links or modal (default: {engine or 'links where it can, else modal'})", str, engine)
+    engines = option(
+        "--engine", f"links, modal or mjx (default: {engine or 'links where it can, else modal'})", str, engine
+    )
     return option("rig", rig, Path), *LAW_AND_GAP, engines, sine, *noise(duration, fs)
 
 

@@ -20,7 +20,7 @@ from .options import POWER_SPECTRUM, RIG, SEED, kind, level, load_model, plugin,
     option("--hours", "time that is predicted, h", float, 1.0),
     option("--duration", "s that are marched", seconds, 60.0),
     SEED,
-    option("--engine", "links or modal", default="modal"),
+    option("--engine", "links, modal or mjx", default="modal"),
     plugin("an engine, a contact or a grease"),
     writes=RESULTS,
 )  # fmt: skip

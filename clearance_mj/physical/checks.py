@@ -287,16 +287,16 @@ def _too_long(model: mujoco.MjModel, stable: Stable, where: Callable[[int], str]
     if model.opt.timestep < stable.step:
         return []
     k, c = stable.hardest_at(model.opt.timestep)
-    implicit = ""
+    hint = ""
     if stable.element.startswith("teeth"):
-        implicit = "; add_backlash(..., implicit=True) is stable at any step"
+        hint = "; add_backlash(..., implicit=True) is stable at any step"
     elif any(stable.element == f'{kind} "{name}"' and not soft.implicit for kind, name, soft in asked(model)):
-        implicit = "; implicit=True makes it stable at any step"
+        hint = "; implicit=True makes it stable at any step"
     euler = model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
     if euler and model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP and model.dof_damping.any():
-        implicit += "; flag eulerdamp is disabled, so dampers of joints are explicit: enable it, or take implicitfast"
+        hint += "; flag eulerdamp is disabled, so dampers of joints are explicit: enable it, or take implicitfast"
     return [
         f"timestep {model.opt.timestep:g} s is too long: {stable.element} is stable below {stable.step:.3g} s "
         f"({where(stable.pose)}), and at this step up to k = {k:.3g} and c = {c:.3g}; accuracy takes about "
-        f"{stable.step / 10:.1g} s{implicit}"
+        f"{stable.step / 10:.1g} s{hint}"
     ]

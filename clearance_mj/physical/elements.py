@@ -11,7 +11,7 @@ import difflib
 import functools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import mujoco
 import numpy as np
@@ -20,9 +20,6 @@ from ..core.checks import naming
 from ..core.errors import LawError, ModelError
 from .records import MARK, texts, write_text
 from .softness import Softness, implicit_impedance, read_softness, solref_solimp, written
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = [
     "KINDS", "Asked", "Kind", "Target", "apply", "ask", "asked", "change", "compiled", "find", "give",

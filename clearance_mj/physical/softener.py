@@ -144,13 +144,13 @@ class Softener:
                     raise ModelError("MuJoCo has a control callback already; call update() in it instead")
                 if mujoco.get_mjcb_act_dyn() is not None:
                     raise ModelError("MuJoCo has a callback for the dynamics of actuators already; take it away")
-                _OURS.senses = mujoco.get_mjcb_sensor() is None
-            if len(self._sensed) and not _OURS.senses:
+            senses = mujoco.get_mjcb_sensor() in (None, _sensors())
+            if len(self._sensed) and not senses:
                 raise ModelError("MuJoCo has a callback for users' sensors already, which rotors' sensors need")
             if not places.any():
                 mujoco.set_mjcb_control(_control())
                 mujoco.set_mjcb_act_dyn(_dynamics())
-                if _OURS.senses:
+                if senses:
                     mujoco.set_mjcb_sensor(_sensors())
             place = int(np.argmin(places != 0))
             places[place] = self._address
@@ -166,7 +166,7 @@ class Softener:
             if not places.any():
                 mujoco.set_mjcb_control(None)
                 mujoco.set_mjcb_act_dyn(None)
-                if _OURS.senses:
+                if mujoco.get_mjcb_sensor() is _sensors():
                     mujoco.set_mjcb_sensor(None)
 
 
@@ -386,11 +386,4 @@ def _sensors() -> Any:
     return loop.as_c(loop.sensors, types.int32)
 
 
-class _Ours:
-    """Whether MuJoCo's callback for users' sensors is the Softeners'."""
-
-    senses = False
-
-
-_OURS = _Ours()
 _CHANGING = threading.Lock()

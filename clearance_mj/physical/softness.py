@@ -34,6 +34,8 @@ IMPEDANCE = 1e-4
 
 LARGEST_IMPEDANCE = 5e-4  # Up to which `written` looks for numbers of few digits
 
+_RIGID = 9999.0  # d/(1 - d) of the largest impedance that MuJoCo does not clamp
+
 INVERSE_INERTIA = 1e4
 """1/kg; `set_inverse_inertia` writes it over MuJoCo's frozen estimate: a known Â, and a parasitic mass of 1e-8 kg"""
 
@@ -207,9 +209,6 @@ def implicit_impedance(k: float, c: float, inverse_inertia: float, step: float) 
             f"k = {k:g} and c = {c:g} are rigid at the time step {step:g} s; up to k = {largest:.3g} can be implicit"
         )
     return max(mass / (1 + mass), IMPEDANCE)
-
-
-_RIGID = 9999.0  # d/(1 - d) of the largest impedance that MuJoCo does not clamp
 
 
 def written(

@@ -163,18 +163,22 @@ class Plan:
         cases : sequence of int
             Numbers of the cases.
         """
+        models = dict[int, tuple[Rig, Law]]()
 
         def made(case: int) -> tuple[Rig, Excitation | None, Law]:
             rig, law, excitation = self.case(case)
+            models[case] = rig, law
             return rig, excitation, law
 
         makers = [functools.partial(made, case) for case in cases]
         responses = simulate_all(makers, self.engine) if self.observer else [None] * len(cases)
         for case, response in zip(cases, responses):
             try:
-                if isinstance(response, ClearanceError):
+                if response is None:
+                    made(case)
+                elif isinstance(response, ClearanceError):
                     raise response
-                rig, law, _ = self._parts(case)
+                rig, law = models.pop(case)
                 results = {"natural_frequency": linear_frequencies(rig, law, self.outputs.natural_frequencies)}
                 yield results | (self.observer(response) if self.observer and response else {})
             except ClearanceError as error:
