@@ -9,6 +9,7 @@ import difflib
 import errno
 import io
 import pkgutil
+import re
 import shutil
 import sys
 import textwrap
@@ -134,7 +135,7 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
             parser.add_argument_group(task, "\n".join(_listed(each) for each in modules.split()))
     options, unknown = parser.parse_known_args(arguments)
     if unknown:
-        known = [flag for flag in options.parser._option_string_actions if flag.startswith("--")]
+        known = re.findall(r"--[\w-]+", options.parser.format_usage())
         options.parser.error(f"{unknown[0]!r} is not known{_meant(unknown[0].partition('=')[0], known)}")
     return options
 

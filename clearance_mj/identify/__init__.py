@@ -1,9 +1,6 @@
 """Identification of the clearance from test records."""
 
-from ..drives import DriveFit, MotorSideFit, fit_drive, fit_motor_side
-from ..joints.hysteresis import bouc_wen
-from ..joints.jointed_mode import ForcedCurve, fit_jointed_mode
-from ..joints.jointed_structure import JointedStructure, fit_jointed_structure
+from ..core.deprecation import old_names
 from ..signals.free_decay import decay
 from ..signals.wavelet import ridge, ridges
 from . import methods
@@ -24,9 +21,11 @@ from .structure.priors import priors
 from .structure.rig_update import RigUpdate
 
 __all__ = [
-    "METHODS", "Alarm", "BenchFit", "Diagnosis", "DriveFit", "FamilyFit", "ForcedCurve", "Identified",
-    "JointedStructure", "MotorSideFit", "OrbitFit", "RigUpdate", "Twin", "bouc_wen",
-    "decay", "diagnose", "fit_bench", "fit_drive", "fit_jointed_mode", "fit_jointed_structure", "fit_motor_side",
-    "fitted_model", "follow_orbits", "get_method", "identify", "law", "map_channels", "methods", "orbits", "priors",
-    "register", "require", "ridge", "ridges", "sdof", "twin", "update_rig",
+    "METHODS", "Alarm", "BenchFit", "Diagnosis", "FamilyFit", "Identified", "OrbitFit", "RigUpdate", "Twin",
+    "decay", "diagnose", "fit_bench", "fitted_model", "follow_orbits", "get_method", "identify", "law",
+    "map_channels", "methods", "orbits", "priors", "register", "require", "ridge", "ridges", "sdof", "twin",
+    "update_rig",
 ]  # fmt: skip
+
+_DRIVES = ("DriveFit", "MotorSideFit", "fit_drive", "fit_motor_side")
+__getattr__ = old_names(__name__, {name: f"clearance_mj.drives.{name}" for name in _DRIVES})

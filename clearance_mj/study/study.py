@@ -96,11 +96,11 @@ class Study:
 
     def _part(self, condition: Condition, records: tuple[Record, ...]) -> Study:
         """The same study of some of the validation records; results are shared."""
-        part = Study.__new__(Study)
-        shared = ("_engines", "found", "_workers", "_progress", "_tests", "_cases")
-        part.__dict__ |= {name: self.__dict__[name] for name in shared}
         others = tuple(r for r in self.dataset.records if r.role != "validate")
-        part.dataset, part.condition = dataclasses.replace(self.dataset, records=(*others, *records)), condition
+        dataset = dataclasses.replace(self.dataset, records=(*others, *records))
+        part = Study(dataset, engines=self._engines, workers=self._workers, progress=self._progress)
+        part.found, part.condition = self.found, condition
+        part._tests, part._cases = self._tests, self._cases
         return part
 
     @property

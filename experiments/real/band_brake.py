@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 
 from clearance_mj.core.errors import RecordError
 from clearance_mj.estimate import Estimates, Parameter, Problem, SoftL1, Stop, coloured, one_by_one, solve
-from clearance_mj.joints.hysteresis import UNRELATED, checked, checked_records
+from experiments.joints.hysteresis import UNRELATED, checked, checked_records
 from experiments.real.band_brake_loop import band_brake_force, reversal_travel
 
 __all__ = ["BandBrakeFit", "BrakeSide", "band_brake", "travel_since_reversal"]

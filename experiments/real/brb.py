@@ -19,9 +19,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.identify import ForcedCurve, decay, fit_jointed_mode, ridge
-from clearance_mj.joints.jointed_mode import ForcedTest, JointedMode, JointedModeFit
+from clearance_mj.identify import decay, ridge
 from clearance_mj.signals.free_decay import Decay
+from experiments.joints.jointed_mode import ForcedCurve, ForcedTest, JointedMode, JointedModeFit, fit_jointed_mode
 
 from .records import HammerRecord, SteppedSine, read_hammer, read_stepped_sines
 from .script import run

@@ -19,7 +19,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from clearance_mj.core.tasks import run_tasks
-from clearance_mj.identify import bouc_wen
+from experiments.joints.hysteresis import bouc_wen
 from experiments.real.band_brake import BandBrakeFit, band_brake, speed, travel_since_reversal
 
 from .records import DamperRecord, read_damper

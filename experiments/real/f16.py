@@ -20,10 +20,10 @@ from matplotlib.figure import Figure
 
 import clearance_mj as cm
 from clearance_mj.core.errors import RecordError
-from clearance_mj.identify import JointedStructure, fit_jointed_structure
 from clearance_mj.signals.correlation import rmse_db
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.signals.response import Response
+from experiments.joints.jointed_structure import JointedStructure, fit_jointed_structure
 
 from .records import read_f16
 from .script import run

@@ -193,7 +193,7 @@ PAIRS = {
         "identify.laws.grease._bouc_wen",
         "joints.hysteresis.loop_force",
     ],
-    ("clearance/walls/slot.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["joints.hysteresis.loop_force"],
+    ("clearance/walls/slot.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["experiments.joints.hysteresis.loop_force"],
     ("clearance/lanes.py", "larger(b * log2, -1020.0)", "larger(b * log2, -1000.0)"): ["engines.modal_loop.advance"],
     ("clearance/pointers.py", "builder.gep(view.data, [values[1]])", "view.data"): ["periodic.forces._over_period"],
     ("periodic/harmonic_balance.py", "+= re * c + im * s", "-= re * c + im * s"): ["periodic.balance.left"],
@@ -210,14 +210,14 @@ import importlib, json, operator, sys
 import numpy as np
 from clearance_mj.core.jit import digest
 from clearance_mj.identify.laws.grease import _bouc_wen
-from clearance_mj.joints.hysteresis import loop_force
+from experiments.joints.hysteresis import loop_force
 from clearance_mj.vehicle.lost_motion import LostMotion
 from clearance_mj.vehicle.steering import _lost_motion
 
 def digest_of(name):
-    module, _, function = ("clearance_mj." + name).rpartition(".") if ":" not in name else name.partition(":")
-    module = module.removeprefix("clearance_mj.")
-    return digest(operator.attrgetter(function)(importlib.import_module("clearance_mj." + module)))
+    module, _, function = name.rpartition(".") if ":" not in name else name.partition(":")
+    module = module if module.startswith("experiments.") else "clearance_mj." + module
+    return digest(operator.attrgetter(function)(importlib.import_module(module)))
 
 x = np.linspace(0.0, 1e-4, 9)
 play = LostMotion(half_gap=1e-3, stiffness=1e4, damping=5.0)

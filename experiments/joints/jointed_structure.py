@@ -21,17 +21,17 @@ import numpy as np
 import scipy.ndimage
 from tqdm import tqdm
 
-from ..clearance import ConstantLaw, MaxwellSlip
-from ..core.errors import RecordError
-from ..engines import simulate_and_keep
-from ..estimate import Parameter, Problem, Solution, Stop, solve
-from ..rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
-from ..signals.excitation import Excitation
-from ..signals.frf import FRF, QUANTITY
-from ..signals.nonlinear import periods
-from ..signals.response import Response
-from ..signals.welch import lines_within
-from ..structure import ModalStructure, modes_from_frf
+from clearance_mj.clearance import ConstantLaw, MaxwellSlip
+from clearance_mj.core.errors import RecordError
+from clearance_mj.engines import simulate_and_keep
+from clearance_mj.estimate import Parameter, Problem, Solution, Stop, solve
+from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
+from clearance_mj.signals.excitation import Excitation
+from clearance_mj.signals.frf import FRF, QUANTITY
+from clearance_mj.signals.nonlinear import periods
+from clearance_mj.signals.response import Response
+from clearance_mj.signals.welch import lines_within
+from clearance_mj.structure import ModalStructure, modes_from_frf
 
 __all__ = ["JOINT_NODE", "JointedStructure", "fit_jointed_structure"]
 

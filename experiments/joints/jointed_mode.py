@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..clearance.greases.maxwell_slip import MaxwellSlip
-from ..clearance.harmonic import periodic_amplitudes, slip_stiffness
-from ..core.errors import RecordError
-from ..estimate import Estimates, Parameter, Problem, Stop, correlation_time, one_by_one, solve
-from ..signals.free_decay import Decay
+from clearance_mj.clearance.greases.maxwell_slip import MaxwellSlip
+from clearance_mj.clearance.harmonic import periodic_amplitudes, slip_stiffness
+from clearance_mj.core.errors import RecordError
+from clearance_mj.estimate import Estimates, Parameter, Problem, Stop, correlation_time, one_by_one, solve
+from clearance_mj.signals.free_decay import Decay
 
 __all__ = ["ForcedCurve", "ForcedTest", "JointedMode", "JointedModeFit", "fit_jointed_mode"]
 

@@ -21,13 +21,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..clearance.greases.bouc_wen import bouc_wen_step
-from ..clearance.walls.slot import gap as penetration
-from ..core.errors import RecordError
-from ..core.jit import jit
-from ..estimate import Estimates, Parameter, Problem, Solution, Stop, coloured, one_by_one, solve
-from ..estimate.estimates import UNIDENTIFIED
-from ..rig import Grease
+from clearance_mj.clearance.greases.bouc_wen import bouc_wen_step
+from clearance_mj.clearance.walls.slot import gap as penetration
+from clearance_mj.core.errors import RecordError
+from clearance_mj.core.jit import jit
+from clearance_mj.estimate import Estimates, Parameter, Problem, Solution, Stop, coloured, one_by_one, solve
+from clearance_mj.estimate.estimates import UNIDENTIFIED
+from clearance_mj.rig import Grease
 
 __all__ = ["DEAD_TRAVEL", "BoucWenFit", "bouc_wen"]
 

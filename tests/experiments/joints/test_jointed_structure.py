@@ -8,11 +8,11 @@ import pytest
 import clearance_mj as cm
 from clearance_mj.core.errors import RecordError
 from clearance_mj.core.jit import jit
-from clearance_mj.identify import fit_jointed_structure
 from clearance_mj.signals.correlation import mac
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.signals.response import Response
 from clearance_mj.structure import ModalStructure
+from experiments.joints.jointed_structure import fit_jointed_structure
 
 FREQUENCY, RATIOS = np.array([3.0, 4.6, 7.3]), np.array([0.012, 0.01, 0.015])
 SHAPES = np.array([[0.05, 0.06, 0.04], [0.07, -0.05, 0.06], [0.06, -0.02, -0.08]])

@@ -7,8 +7,8 @@ import pytest
 
 from clearance_mj import RecordError, identify
 from clearance_mj.clearance.harmonic import harmonic_stiffness
-from clearance_mj.joints.jointed_mode import ForcedCurve, ForcedTest, JointedMode, fit_jointed_mode
 from clearance_mj.signals.free_decay import Decay, decay
+from experiments.joints.jointed_mode import ForcedCurve, ForcedTest, JointedMode, fit_jointed_mode
 
 MODE = JointedMode(80.0, 0.0012, 6e-4, 8e-3, 4e-3, 1.2e-4)
 TEST = ForcedTest(mass=1.9, residual=-0.8, shift=-0.1, phase=0.01)

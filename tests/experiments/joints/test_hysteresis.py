@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.joints.hysteresis import BoucWenFit, bouc_wen
+from experiments.joints.hysteresis import BoucWenFit, bouc_wen
 
 TIME = np.linspace(0, 4, 2001)
 MOTION = 1e-3 * (np.sin(2 * np.pi * TIME) * (0.4 + 0.15 * TIME) + 0.3 * np.sin(5.4 * np.pi * TIME))
