@@ -19,7 +19,7 @@ from clearance_mj.signals.excitation import level_ramp, random
 from . import timing
 from .processes import LONGEST, heed_interrupts, limited
 from .store import kept
-from .verification.page import Measured, Row, page
+from .verification.page import Measured, Row, cases, page
 
 ROOT = Path(__file__).parent.parent
 SMALL_LAW = ConstantLaw(6e3, 12.0, grease=Grease(stiffness=4000.0, damping=5.0))
@@ -125,7 +125,9 @@ ROWS = pytest.StashKey[dict[str, list[Row]]]()
 
 
 def pytest_addoption(parser):
-    parser.addoption("--verification", metavar="FILE", help="run the tests that measure; write a page of their figures")
+    parser.addoption(
+        "--verification", metavar="FILE", help="run the tests that measure; write a page, and every case as CSV"
+    )
     parser.addoption("--timings", metavar="FILE", help="write a page of where the seconds go")
 
 
@@ -174,13 +176,15 @@ def group_of(item) -> str:
 def pytest_sessionfinish(session, exitstatus):
     path = session.config.getoption("verification")
     if path and exitstatus == pytest.ExitCode.OK:
-        path = Path(path)
-        before = path.read_text(encoding="utf-8") if path.is_file() else ""
-        path.write_text(page(session.config.stash[ROWS], before), encoding="utf-8")
+        path, rows = Path(path), session.config.stash[ROWS]
+        file = path.with_suffix(".csv")
+        before = file.read_text(encoding="utf-8") if file.is_file() else ""
+        file.write_text(cases(rows, before), encoding="utf-8")
+        path.write_text(page(rows, file.name), encoding="utf-8")
 
 
 def subject(module) -> str:
-    """Heading of a module's table: the first sentence of its docstring."""
+    """Subject of a module's rows: the first sentence of its docstring."""
     return inspect.getdoc(module).partition("\n\n")[0].partition(". ")[0].rstrip(".").replace("\n", " ")
 
 

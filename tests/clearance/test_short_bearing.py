@@ -1,4 +1,4 @@
-"""The oil film of a short bearing beside Reynolds' equation, Ocvirk's locus and published thresholds of stability."""
+"""The oil film of a short bearing against Reynolds' equation, Ocvirk's locus and published stability thresholds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The modal engine in space beside the planar one, closed forms of a Jeffcott rotor and a shaft that rests."""
+"""The modal engine in space against the planar one, closed forms of a Jeffcott rotor and a shaft at rest."""
 
 from __future__ import annotations
 

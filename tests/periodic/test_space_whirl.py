@@ -1,4 +1,4 @@
-"""Unbalance, rub and whirl by harmonic balance: beside circles in closed form, thresholds in oil, and the engine."""
+"""Unbalance, rub and whirl by harmonic balance against closed-form circles, thresholds in oil, and time integration."""
 
 import numpy as np
 import pytest

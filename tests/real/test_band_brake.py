@@ -1,4 +1,4 @@
-"""Self-energising band brake: its loops have closed forms, and a known brake is recovered from its loops."""
+"""Self-energising band brake: loops in closed form, and identification of known parameters from loops."""
 
 import numpy as np
 import pytest

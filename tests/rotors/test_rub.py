@@ -1,4 +1,4 @@
-"""Rub in a round clearance beside the closed forms of a Jeffcott rotor, and beside a march through time."""
+"""Rub in a round clearance against closed forms of a Jeffcott rotor and against time integration."""
 
 from __future__ import annotations
 

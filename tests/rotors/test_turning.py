@@ -1,4 +1,4 @@
-"""Turning shafts beside closed forms: an overhung disc, a Jeffcott rotor with damping that turns, unbalance."""
+"""Turning shafts against closed forms: an overhung disc, a Jeffcott rotor with rotating damping, unbalance."""
 
 from __future__ import annotations
 

@@ -1,22 +1,36 @@
-"""The verification page: what the tests measured, beside its target and the source of that."""
+"""The verification page: the case of each subject that is closest to its limit; a CSV file has every case."""
 
-import re
+import csv
+import io
 from typing import NamedTuple
 
 import pytest
 
 HEAD = """# Verification
 
-Each figure was measured by a test: against a closed form, a published case, a method that shares no code with the model
-or the truth behind a simulated record that an identification did not know, or on measured records. It fails when the
-figure is outside what is allowed; "used" is the share of that which it takes. An error's target is 0.
-`make verification` runs the tests and writes this page.
+Each case is a quantity that a test measures and compares with a closed form, a published case, a method that shares no
+code with the model, the true parameters of simulated records (which the identification did not use), or a measured
+record. The test fails when the value is outside the allowed range. The fraction used is the error divided by the
+allowed error; of a value that must exceed a lower bound it is the bound divided by the value. The target of an error
+is 0.
+
+{{download}}`verification.csv <{file}>` (UTF-8) lists the {count} cases: subject, quantity, target, measured value, allowed
+range, fraction used in per cent, and source of the target. `make verification` runs the tests and writes this page and
+the file.
 
 """
-COLUMNS = "| what | target | measured | allowed | used | source |\n|---|---:|---:|---:|---:|---|\n"
-SUMMARY = "| subject | cases | most used | by |\n|---|---:|---:|---|\n"
-ABSENT = "The records were not there when this page was written.\n"
-KEPT = "The records were not there when this page was written: these rows are of the last run that had them.\n\n"
+SUMMARY = """## Verified subjects
+
+Each row shows the case of the subject that uses the largest fraction of what is allowed.
+
+| subject | cases | case | target | measured | allowed | used | source |
+|---|---:|---|---:|---:|---:|---:|---|
+"""
+ABSENT = """
+The records of a subject that was not run were absent when this page was written. Its rows in the file, if it has any,
+are those of the last run that had the records, and are not counted here.
+"""
+FIELDS = "subject", "quantity", "target", "measured", "allowed", "used (%)", "source"
 RELATIVE = {"rel": " relative", "abs": ""}
 
 
@@ -26,7 +40,7 @@ class Row(NamedTuple):
     measured: str
     allowed: str
     source: str
-    used: float  #: Share of what is allowed
+    used: float  #: Fraction of what is allowed
 
 
 class Measured:
@@ -54,31 +68,43 @@ class Measured:
         assert value > limit
 
 
-def page(groups: dict[str, list[Row]], before: str = "") -> str:
-    """Summary, then one table for each group in the order of the tests.
+def page(groups: dict[str, list[Row]], file: str) -> str:
+    """Return the page: one row for each group in the order of the tests.
 
-    A group without rows could not be measured: its rows on the page as it was ``before`` stay, and are not counted.
+    A group without rows could not be measured. ``file`` is the name of the CSV file with every case.
     """
-    measured = {title: rows for title, rows in groups.items() if rows}
-    total = sum(map(len, measured.values()))
-    summary = "".join(_summary(title, rows) for title, rows in measured.items())
-    absent = "".join(f"| {title} | not run | | |\n" for title in groups if title not in measured)
-    tables = (_section(title, rows, before) for title, rows in groups.items())
-    return f"{HEAD}{total} cases.\n\n{SUMMARY}{summary}{absent}\n" + "\n".join(tables)
+    return "".join([
+        HEAD.format(file=file, count=sum(map(len, groups.values()))),
+        SUMMARY,
+        *(_summary(title, group) for title, group in groups.items()),
+        "" if all(groups.values()) else ABSENT,
+    ])  # fmt: skip
+
+
+def cases(groups: dict[str, list[Row]], before: str = "") -> str:
+    """Return every case as CSV; of a group without rows those in the CSV ``before`` stay."""
+    kept = list(csv.reader(io.StringIO(before)))[1:]
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(FIELDS)
+    for title, rows in groups.items():
+        found = [[title, *_cells(row)] for row in rows]
+        writer.writerows(found or [line for line in kept if line[0] == title])
+    return out.getvalue()
 
 
 def _summary(title, rows):
+    if not rows:
+        return _line((title, "not run", *6 * [""]))
     worst = max(rows, key=lambda row: row.used)
-    return f"| {title} | {len(rows)} | {worst.used:.0%} | {worst.what} |\n"
+    *cells, used, source = _cells(worst)
+    return _line((title, str(len(rows)), *cells, f"{used}%", source))
 
 
-def _section(title, rows, before):
-    if rows:
-        return f"## {title}\n\n{COLUMNS}{''.join(map(_line, rows))}"
-    last = re.search(rf"^## {re.escape(title)}\n[^|]*((?:\|.*\n)+)", before, re.MULTILINE)
-    return f"## {title}\n\n{KEPT + last[1] if last else ABSENT}"
+def _cells(row) -> tuple[str, ...]:
+    texts = (row.what, row.target, row.measured, row.allowed, f"{100 * row.used:.1f}", row.source)
+    return tuple(map(str.strip, texts))
 
 
-def _line(row) -> str:
-    cells = (row.what, row.target, row.measured, row.allowed, f"{row.used:.1%}", row.source)
-    return f"| {' | '.join(map(str.strip, cells))} |\n"
+def _line(cells) -> str:
+    return f"| {' | '.join(cells)} |\n"

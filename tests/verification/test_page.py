@@ -1,8 +1,11 @@
 """The verification page, and that what it shows was held to what it says."""
 
+import csv
+
 import pytest
 
-from .page import ABSENT, KEPT, Measured, page
+from ..conftest import ROOT
+from .page import ABSENT, Measured, cases, page
 
 
 @pytest.fixture
@@ -15,27 +18,44 @@ def kept():
 
 
 def test_page(kept):
-    text = page({"Oscillator": kept.rows})
-    assert "\n3 cases.\n" in text
-    assert "\n| Oscillator | 3 | 84% | order |\n" in text
-    lines = text.splitlines()
-    assert lines[lines.index("## Oscillator") + 4 :] == [
-        "| period (s) | 2 | 2.0001 | ± 0.001 relative | 5.0% | 2π/ω |",
-        "| phase: error | 0 | 0.00123 rad | < 0.01 rad | 12.3% | ODE solver |",
-        "| order |  | 2.99 | > 2.5 | 83.7% | theory |",
+    text = page({"Oscillator": kept.rows}, "cases.csv")
+    assert "{download}`verification.csv <cases.csv>` (UTF-8) lists the 3 cases" in text
+    assert text.splitlines()[-1] == "| Oscillator | 3 | order |  | 2.99 | > 2.5 | 83.7% | theory |"
+    assert ABSENT not in text
+
+
+def test_every_case_is_in_the_file(kept):
+    assert cases({"Oscillator": kept.rows}).splitlines() == [
+        "subject,quantity,target,measured,allowed,used (%),source",
+        "Oscillator,period (s),2,2.0001,± 0.001 relative,5.0,2π/ω",
+        "Oscillator,phase: error,0,0.00123 rad,< 0.01 rad,12.3,ODE solver",
+        "Oscillator,order,,2.99,> 2.5,83.7,theory",
     ]
 
 
 def test_rows_of_records_that_are_not_there_stay(kept):
-    before = page({"Oscillator": kept.rows, "A record": kept.rows[:1], "Another": kept.rows[1:]})
-    text = page({"Oscillator": kept.rows, "A record": [], "New": []}, before)
-    assert "\n3 cases.\n" in text
-    assert "\n| A record | not run | | |\n" in text
-    assert text.partition("## A record\n\n")[2].startswith(f"{KEPT}| what | ")
-    assert text.count("| period (s) | 2 |") == 2
-    assert text.endswith(f"## New\n\n{ABSENT}")
-    again = page({"Oscillator": kept.rows, "A record": [], "New": []}, text)
-    assert again == text
+    before = cases({"Oscillator": kept.rows, "A record, lost": kept.rows[:1], "Another": kept.rows[1:]})
+    groups = {"Oscillator": kept.rows[:2], "A record, lost": [], "New": []}
+    text = page(groups, "cases.csv")
+    assert "lists the 2 cases" in text
+    assert "\n| A record, lost | not run |  |" in text and text.endswith(ABSENT)
+    file = cases(groups, before)
+    assert file == cases({"Oscillator": kept.rows[:2], "A record, lost": kept.rows[:1]})
+    assert cases(groups, file) == file
+
+
+def test_the_page_and_its_file_agree():
+    """As many rows of each subject as the page says, and each of its cases, with the numbers."""
+    with (ROOT / "docs" / "verification.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))[1:]
+    table = [line[2:-2].split(" | ") for line in (ROOT / "docs" / "verification.md").read_text("utf-8").splitlines()
+             if line.startswith("| ")][1:]  # fmt: skip
+    counts = {subject: int(n) for subject, n, *_ in table if n != "not run"}
+    assert counts == {subject: sum(row[0] == subject for row in rows) for subject in counts}
+    worst = [
+        [subject, *cells, used.rstrip("%"), source] for subject, n, *cells, used, source in table if n != "not run"
+    ]
+    assert all(row in rows for row in worst)
 
 
 def test_a_figure_outside_what_is_allowed_fails():
