@@ -276,34 +276,35 @@ def pictures(rig):
 
 ROWS = {
     "simulate, `modal`": (by_modes, "`links`, 1 % of RMS"),
-    "simulate, `links`": (by_links, "half the step, 1 % of RMS"),
-    "simulate side by side, lanes of `modal`": (in_lanes, "one by one, 1e-9"),
-    "energies, `modal`": (energies_of_modes, "closed, 1e-3"),
-    "energies, `links`": (energies_of_links, "closed, 1e-3; losses of `modal`, 1 %"),
-    "force along a motion": (along_a_motion, "laws written out, 1e-6"),
-    "static equilibrium under weight and loads": (at_rest, "cantilever, 1e-5"),
-    "impacts": (impacts, "`links`, peak and impulse, 2 %"),
-    "friction": (friction, "energies closed, 1e-3; losses of `links`, 2 %"),
-    "sensors": (sensors, "velocity integrated, 1 %"),
+    "simulate, `links`": (by_links, "`links` at half the step, 1 % of RMS"),
+    "simulate many cases at once, `modal`": (in_lanes, "each case alone, 1e-9"),
+    "energies, `modal`": (energies_of_modes, "residual of the energy balance, 1e-3"),
+    "energies, `links`": (energies_of_links, "residual of the energy balance, 1e-3; losses of `modal`, 1 %"),
+    "force along a motion": (along_a_motion, "formulas of the laws, 1e-6"),
+    "static equilibrium under weight and loads": (at_rest, "statics of a cantilever in closed form, 1e-5"),
+    "impacts": (impacts, "peak and impulse of `links`, 2 %"),
+    "friction": (friction, "residual of the energy balance, 1e-3; losses of `links`, 2 %"),
+    "sensors": (sensors, "integral of the velocity, 1 %"),
     "unbalance and orders of the spin": (driven_by_turning, "linear response, 1 %"),
-    "drawing and animation": (pictures, "lifts as recorded, 1e-3 of the gap"),
+    "drawing and animation": (pictures, "recorded displacements, 1e-3 of the gap"),
     **capability_rows.ROWS,
     **identification_rows.ROWS,
     **population_rows.ROWS,
 }
 """Of each capability the check and the known answer or other method"""
+SLIDING = "the model has angles only, while tooth flanks slide along the line of action and back beyond the pitch point"
 REASONS = {
     (
         "friction",
         "teeth with mean torque",
-    ): "an angle alone: flanks slide along the line of action, and back beyond the pitch point",
+    ): SLIDING,
     (
         "life under a sine",
         "teeth with mean torque",
-    ): "an angle alone: flanks slide along the line of action, and back beyond the pitch point",
-    ("sound of a plate", "teeth with mean torque"): "a shaft that twists moves no plate",
-    ("backbone", "round turning with film"): "oil that turns has no mode that swings: its free vibration is a whirl, "
-    "`follow_whirl`",
+    ): SLIDING,
+    ("sound of a plate", "teeth with mean torque"): "torsion of a shaft moves no plate",
+    ("backbone", "round turning with film"): "free vibration in oil that rotates is a whirl (`follow_whirl`), "
+    "not an oscillating mode",
 }
 """Cells that mean nothing, and why"""
 SLOW = {("level of first contact", "round turning with film"), ("periodic response over frequency", "slot")}
@@ -316,15 +317,19 @@ CELLS = [
 
 
 def page():
-    """The page: what is held to what, of which clearance."""
+    """The page: which analysis takes which clearance, what it is compared with, and the exceptions."""
     lines = [
         "# Capabilities", "",
-        "What acts on which clearance. Every cell is run by `tests/test_capabilities.py`, which makes this page, and",
-        "held to the known answer or the other method that it names; or it says why it means nothing there.", "",
-        f"| | {' | '.join(COLUMNS)} |", f"|---|{'---|' * len(COLUMNS)}",
+        "Which analysis takes which kind of clearance. `tests/test_capabilities.py` runs every cell with a ✓ and",
+        "compares it with the reference of its row, within the given tolerance; `python -m tests.test_capabilities` writes",
+        "this page. A cell with a – is an analysis that has no meaning for that clearance, as the last table explains.", "",
+        f"| analysis | reference, tolerance | {' | '.join(COLUMNS)} |", f"|---|---|{':---:|' * len(COLUMNS)}",
     ]  # fmt: skip
-    for row, (_, against) in ROWS.items():
-        lines.append(f"| {row} | {' | '.join(REASONS.get((row, column), against) for column in COLUMNS)} |")
+    for row, (_, reference) in ROWS.items():
+        cells = ("–" if (row, column) in REASONS else "✓" for column in COLUMNS)
+        lines.append(f"| {row} | {reference} | {' | '.join(cells)} |")
+    lines += ["", "| analysis | clearance | why it has no meaning |", "|---|---|---|"]
+    lines += [f"| {row} | {column} | {reason} |" for (row, column), reason in REASONS.items()]
     return "\n".join(lines) + "\n"
 
 

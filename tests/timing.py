@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-LISTED = 40  # Rows of a table: what costs less does not decide anything
+LISTED = 10  # Rows of a table: the slowest decide how long a run takes; the sum of the others follows
 
 
 class Timings:
@@ -108,13 +108,13 @@ def tables(seconds: dict[str, dict[str, float]], clock: float) -> str:
     """Return the tables as Markdown."""
     compiled = sum(seconds["kernel"].values())
     lines = [
-        f"Run on {time.strftime('%Y-%m-%d')}, {os.cpu_count()} cores: {clock:.0f} s on the clock, "
+        f"Run on {time.strftime('%Y-%m-%d')}, {os.cpu_count()} cores: {clock:.0f} s elapsed, "
         f"{sum(seconds['file'].values()):.0f} s in tests and fixtures, of which {compiled:.0f} s compilation."
     ]
-    for kind in ("folder", "file", "fixture", "kernel", "test"):
+    for kind in ("test", "folder", "file", "fixture", "kernel"):
         rows = sorted(seconds[kind].items(), key=lambda row: -row[1])
         rest = sum(value for _, value in rows[LISTED:])
-        lines += ["", f"| {kind} | s |", "|---|---|"]
+        lines += ["", f"| {kind} | s |", "|---|---:|"]
         lines += [f"| `{name}` | {value:.1f} |" for name, value in rows[:LISTED]]
         lines += [f"| {len(rows) - LISTED} others | {rest:.1f} |"] if len(rows) > LISTED else []
     return "\n".join(lines) + "\n"

@@ -86,5 +86,5 @@ def identified(rig):
             assert abs(value[offset] - getattr(b, name)) < 3 * std[offset]
 
 
-ROWS = {"identification, method `bench`": (identified, "walls of the rig that was simulated, 3 % of the gap")}
+ROWS = {"identification, method `bench`": (identified, "walls of the simulated rig, 3 % of the gap")}
 SLOW = tuple(ROWS)

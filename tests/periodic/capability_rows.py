@@ -253,18 +253,18 @@ def rattle_map(rig):
 
 
 ROWS = {
-    "periodic response over frequency": (over_frequency, "march of `modal` stays, 0.1 %"),
-    "periodic response over level": (over_level, "over frequency, 1e-6"),
-    "periodic response over loads": (over_loads, "over frequency, 1e-6"),
-    "periodic response over gaps": (over_gaps, "over frequency, 1e-6"),
-    "periodic response over the spin": (over_spin, "over frequency, 1e-6"),
-    "backbone": (along_backbone, "linear mode, 1e-6; free march of `modal`, 0.1 %"),
-    "level of first contact": (first_contact, "linear response reaches the wall, 1e-6"),
+    "periodic response over frequency": (over_frequency, "time integration by `modal`, 0.1 %"),
+    "periodic response over level": (over_level, "branch over frequency, 1e-6"),
+    "periodic response over loads": (over_loads, "branch over frequency, 1e-6"),
+    "periodic response over gaps": (over_gaps, "branch over frequency, 1e-6"),
+    "periodic response over the spin": (over_spin, "branch over frequency, 1e-6"),
+    "backbone": (along_backbone, "linear mode, 1e-6; free time integration by `modal`, 0.1 %"),
+    "level of first contact": (first_contact, "level at which the linear response reaches the wall, 1e-6"),
     "folds over level": (folds_over_level, "fold of the branch at another level, 1e-4"),
-    "doubled branches": (doubled, "march of `modal` stays, 0.1 %"),
-    "isolas and basins": (isolas, "march of `modal` stays, 0.1 %"),
+    "branches of doubled period": (doubled, "time integration by `modal`, 0.1 %"),
+    "isolas and basins": (isolas, "time integration by `modal`, 0.1 %"),
     "rattle map": (rattle_map, "branch over frequency, 0.1 %"),
 }
 SLOW = ("periodic response over loads", "periodic response over gaps", "periodic response over the spin", "backbone",
-        "folds over level", "doubled branches", "isolas and basins")  # fmt: skip
+        "folds over level", "branches of doubled period", "isolas and basins")  # fmt: skip
 """Rows of which a cell takes longer than 2 s."""

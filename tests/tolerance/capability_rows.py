@@ -144,11 +144,11 @@ def sound(rig):
 
 
 ROWS = {
-    "production over level and frequency": (shares, "marches of each design 4 % below and above its level"),
-    "tightening of tolerances": (tightened, "production of the tightened designs, its interval"),
+    "production over level and frequency": (shares, "time integration of each design 4 % below and above its level"),
+    "tightening of tolerances": (tightened, "production of the tightened designs, within its interval"),
     "production under random excitation": (random_shares, "each design alone, 1e-4"),
-    "peaks over an hour": (peaks, "`links`, impacts and largest force, 5 and 2 %"),
-    "life under a sine": (life, "march of `modal`, 2 %"),
-    "sound of a plate": (sound, "piston's formula, 2 %"),
+    "peaks over an hour": (peaks, "impacts of `links` 5 %, largest force 2 %"),
+    "life under a sine": (life, "time integration by `modal`, 2 %"),
+    "sound of a plate": (sound, "formula of a baffled piston, 2 %"),
 }
 SLOW = ("tightening of tolerances", "production under random excitation", "life under a sine", "peaks over an hour")

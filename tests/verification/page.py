@@ -14,9 +14,9 @@ record. The test fails when the value is outside the allowed range. The fraction
 allowed error; of a value that must exceed a lower bound it is the bound divided by the value. The target of an error
 is 0.
 
-{{download}}`verification.csv <{file}>` (UTF-8) lists the {count} cases: subject, quantity, target, measured value, allowed
-range, fraction used in per cent, and source of the target. `make verification` runs the tests and writes this page and
-the file.
+{{download}}`verification.csv <{file}>` (UTF-8) lists the {count} cases: subject, quantity, target, measured value,
+allowed range, fraction used in per cent, and source of the target. `make verification` runs the tests and writes this
+page and the file.
 
 """
 SUMMARY = """## Verified subjects
