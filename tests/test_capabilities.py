@@ -321,8 +321,9 @@ def page():
     lines = [
         "# Capabilities", "",
         "Which analysis takes which kind of clearance. `tests/test_capabilities.py` runs every cell with a ✓ and",
-        "compares it with the reference of its row, within the given tolerance; `python -m tests.test_capabilities` writes",
-        "this page. A cell with a – is an analysis that has no meaning for that clearance, as the last table explains.", "",
+        "compares it with the reference of its row, within the given tolerance. A cell with a – is an analysis that",
+        "has no meaning for that clearance, as the last table explains. `python -m tests.test_capabilities` writes",
+        "this page.", "",
         f"| analysis | reference, tolerance | {' | '.join(COLUMNS)} |", f"|---|---|{':---:|' * len(COLUMNS)}",
     ]  # fmt: skip
     for row, (_, reference) in ROWS.items():

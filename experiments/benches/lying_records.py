@@ -10,8 +10,11 @@ records to validate, which do not lie, are predicted: as well as without the lie
 from __future__ import annotations
 
 import argparse
+import csv
 import dataclasses
+import io
 import json
+import re
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -34,11 +37,12 @@ from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.rig import Rig
 from clearance_mj.signals import estimate_frf
 from clearance_mj.signals.correlation import rmse_db
-from experiments.tables import put_between_marks
+from experiments.tables import markdown_table, put_between_marks
 
 DATA = Path(__file__).parents[2] / "data" / "table1_rig"
 LEVEL = 1.0  # m/s², of the records whose FRFs are predicted where nothing is said
-LONGEST = 240  # characters of what is said, in the table
+LONGEST = 240  # characters of a message in the file of all messages
+CASES = "robustness_records.csv"  # next to the page: every message or effect
 
 Lie = Callable[[Dataset], Dataset]
 Change = Callable[[np.ndarray, float], np.ndarray]  # Takes samples and samples per second
@@ -252,7 +256,7 @@ LIES: dict[str, Lie] = {
     "accelerometer: clock 0.01 % fast": changed(ACCELEROMETER, by=other_clock(1.0001)),
     "both probes: clock 0.1 % fast": changed(PROBE, OTHER_PROBE, by=other_clock(1.001)),
     "excitation: clock 0.1 % fast": changed(EXCITATION, by=other_clock(1.001)),
-    "all channels: rate told 0.1 % too low": slower(1.001),
+    "all channels: stated rate 0.1 % too low": slower(1.001),
     "accelerometer of 8 bits": changed(ACCELEROMETER, by=quantised),
     "excitation reversed": changed(EXCITATION, by=times(-1.0)),
     "excitation 5 ms late": changed(EXCITATION, by=delayed(5e-3)),
@@ -263,21 +267,23 @@ LIES: dict[str, Lie] = {
     "excitation drops out for 1 s": changed(EXCITATION, by=dropout(1.0)),
     "excitation: offset of 5 m/s²": changed(EXCITATION, by=offset(5.0)),
     "excitation and accelerometer 1 swapped": swapped(EXCITATION, (1, "acceleration")),
-    "rod told 10 % long": beam(length=1.1),
-    "diameter told 15 % thick": beam(diameter=1.15),
-    "modulus told a third too small": beam(young_modulus=2 / 3),
-    "density told twice as large": beam(density=2.0),
-    "masses not told": told(without_masses),
-    "gaps told three times too small": bushings(gap=lambda gap: gap / 3),
-    "gaps told three times too large": bushings(gap=lambda gap: 3 * gap),
-    "gaps told 30 % too large": bushings(gap=lambda gap: 1.3 * gap),
-    "bushings told 60 mm too near to the clamp": bushings(position=lambda x: x - 0.06),
-    "accelerometer 3 told 80 mm from its place": told(moved_sensor),
-    "contact told ten times too stiff": bushings(
+    "rig file: rod 10 % too long": beam(length=1.1),
+    "rig file: diameter 15 % too large": beam(diameter=1.15),
+    "rig file: modulus a third too small": beam(young_modulus=2 / 3),
+    "rig file: density twice too large": beam(density=2.0),
+    "rig file: masses missing": told(without_masses),
+    "rig file: gaps three times too small": bushings(gap=lambda gap: gap / 3),
+    "rig file: gaps three times too large": bushings(gap=lambda gap: 3 * gap),
+    "rig file: gaps 30 % too large": bushings(gap=lambda gap: 1.3 * gap),
+    "rig file: bushings 60 mm too near to the clamp": bushings(position=lambda x: x - 0.06),
+    "rig file: accelerometer 3 at 80 mm from its place": told(moved_sensor),
+    "rig file: contact ten times too stiff": bushings(
         contact=lambda c: dataclasses.replace(c, stiffness=10 * c.stiffness)
     ),
-    "grease told ten times too soft": bushings(grease=lambda g: dataclasses.replace(g, stiffness=g.stiffness / 10)),
-    "damping told ten times too small": told(
+    "rig file: grease ten times too soft": bushings(
+        grease=lambda g: dataclasses.replace(g, stiffness=g.stiffness / 10)
+    ),
+    "rig file: damping ten times too small": told(
         lambda rig: rig.replace(
             beam=rig.beam and dataclasses.replace(rig.beam, rayleigh=tuple(0.1 * r for r in rig.beam.rayleigh))
         )
@@ -326,10 +332,38 @@ def judge(name: str, dataset: Dataset, validate: Sequence[Record]) -> dict:
     return {"lie": name, "said": words, "rmse_db": None if words else predicted(lied, validate)}
 
 
-def markdown(rows: Sequence[dict]) -> str:
-    """A line for each lie."""
-    told_of = [f"| {row['lie']} | {table_cell(row)} |" for row in rows]
-    return "\n" + "\n".join(["| lie | what is said, or what it does |", "|---|---|", *told_of]) + "\n\n"
+Outcome = tuple[str, str]  # What is wrong, and the message or the effect
+RESULTS = {
+    "refused; channels are named": "refused: ",
+    "channel and fault are named": "record ",
+    "no single cause; the likeliest is named": "no single cause",
+    "accepted; RMSE of the predicted FRFs, dB": "nothing",
+    "cause and value are named": "",
+}
+"""Kinds of outcome, by how the message begins."""
+
+
+def markdown(outcomes: Sequence[Outcome]) -> str:
+    """Return a table with one line for each kind of outcome, which lists what is wrong."""
+    wrong: dict[str, list[str]] = {result: [] for result in RESULTS}
+    for name, words in outcomes:
+        result = next(result for result, begin in RESULTS.items() if words.startswith(begin))
+        missed = re.fullmatch(r"nothing; .* ([\d.]+) dB", words)
+        wrong[result].append(f"{name}: {missed[1]}" if missed else name)
+    return "\n" + markdown_table([("outcome", "errors"), *((k, "; ".join(v)) for k, v in wrong.items() if v)]) + "\n"
+
+
+def to_csv(outcomes: Sequence[Outcome]) -> str:
+    """Return every message or effect as CSV."""
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows([("error", "message or effect"), *outcomes])
+    return out.getvalue()
+
+
+def from_csv(path: Path) -> dict[str, str]:
+    """Return message or effect by what is wrong."""
+    with path.open(encoding="utf-8", newline="") as file:
+        return {name: words for name, words in [*csv.reader(file)][1:]}
 
 
 def table_cell(row: dict) -> str:
@@ -340,7 +374,7 @@ def table_cell(row: dict) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Judge lies, write lying_records.json and the table of a page."""
+    """Judge lies, write lying_records.json, the table of a page and the CSV file next to it."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("results/lying_records"), help="folder")
     parser.add_argument("--lie", action="append", help="default: all")
@@ -355,8 +389,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         tqdm.write(f"{name}: {table_cell(known[name])}")
         write_text(path, to_json([known[n] for n in LIES if n in known]))
     if options.page:
-        table = markdown([known[name] for name in LIES if name in known])
-        put_between_marks(options.page, "lies", table)
+        outcomes = [(name, table_cell(known[name])) for name in LIES if name in known]
+        write_text(options.page.with_name(CASES), to_csv(outcomes))
+        put_between_marks(options.page, "lies", markdown(outcomes))
 
 
 if __name__ == "__main__":
