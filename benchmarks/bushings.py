@@ -42,13 +42,13 @@ def _rows():
     for form, name in FORMS.items():
         shares = np.array([_stiffness(form, mass) / K for mass in MASSES])
         for axis, where in SHOWN.items():
-            rows.append(row(f"{name}: stiffness {where} over that asked", shares[:, axis], "x", "1"))
+            rows.append(row(f"{name}: stiffness {where}", shares[:, axis], "x", "1"))
     bushing, weld, costs = _model("bushing", 2.0), _model("scaled", 2.0), []
     for _ in range(ROUNDS):
         plain = _march(weld)
         with physical.Softener(bushing):
             costs.append(_march(bushing) / plain)
-    rows.append(row("add_bushing: time of a step over that with a weld", costs, "x", ""))
+    rows.append(row("add_bushing: time of a step / that with a weld", costs, "x", ""))
     return rows
 
 

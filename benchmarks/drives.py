@@ -24,9 +24,9 @@ JOINTS = 1, 2, 5, 10, 20, 30
 STEPS, ROUNDS, ENVIRONMENTS = 4000, 15, 64
 GAP, K, C = 2e-3, 3000.0, 0.5  # rad, N m/rad, N m s/rad
 FORMS = {
-    "actuator": "play inside the actuators",
+    "actuator": "play in the actuators",
     "joint": "play between two joints each",
-    "native": "play between two joints each, as a dead band of MuJoCo's own",
+    "native": "dead band between two joints each",
 }
 
 
@@ -40,10 +40,10 @@ def measure():
             costs, plain = _costs(plain_model, models, softener, functools.partial(_march, gain=gain))
             for form, ratios in costs.items():
                 series.setdefault(f"{form} {state}", []).append(statistics.median(ratios))
-            rows += _rows(f"{joints} joints, {state} ({1e6 * plain / STEPS:.1f} µs a step without play)", costs)
+            rows += _rows(f"{joints}, {state} ({1e6 * plain / STEPS:.1f} µs a step without play)", costs)
         if joints in (1, 10, 30):
             costs, _ = _costs(plain_model, models, softener, _batch)
-            rows += _rows(f"{joints} joints, {ENVIRONMENTS} environments on two threads", costs)
+            rows += _rows(f"{joints}, {ENVIRONMENTS} environments", costs)
     return {"rows": rows, "joints": JOINTS, "series": series, "skipped": {}}
 
 

@@ -44,7 +44,7 @@ def measure():
         ratios = [_rate(own) / _rate(other) for own, other in pairs]
         rows.append(row("one-sided spring, clearance_mj / pyHarm", ratios, "x", ">= 10"))
         peaks["largest difference of amplitudes"] = _apart(*pairs[0])
-    rows.append(row("rattle map, 50 levels x 400 frequencies x 3 gaps", [_map()], "s", "<= 60"))
+    rows.append(row("rattle map, 50 levels, 400 frequencies, 3 gaps", [_map()], "s", "<= 60"))
     skipped = {} if pairs else {"pyHarm": "PYHARM_PYTHON names no interpreter that has it; make bench makes one"}
     return {"rows": rows, "peaks": peaks, "skipped": skipped}
 

@@ -31,17 +31,17 @@ def measure():
     rows = []
     for n in (100, 1000, 10_000):
         seconds, peak = _seconds(n, FEW)
-        rows.append(row(f"{n} designs x 50 levels x 10 frequencies", [seconds], "s", ""))
+        rows.append(row(f"{n} designs, 50 levels, 10 frequencies", [seconds], "s", ""))
     rows.append(row("10000 designs, memory of all processes", [peak / 1e9], "GB", "<= 1"))
     alone, _ = _seconds(BESIDE, FREQUENCIES, workers=1)
     together, _ = _seconds(BESIDE, FREQUENCIES)
-    rows.append(row(f"{BESIDE} designs x 50 levels x 400 frequencies, one worker", [alone], "s", ""))
-    rows.append(row(f"{BESIDE} designs x 50 levels x 400 frequencies, one worker / all", [alone / together], "x", ""))
+    rows.append(row(f"{BESIDE} designs, 50 levels, 400 frequencies, one worker", [alone], "s", ""))
+    rows.append(row(f"{BESIDE} designs, 50 levels, 400 frequencies, one worker / all", [alone / together], "x", ""))
     designs = SCATTER.draw(MODEL, MAPS)
     ratios = [_map(designs.model(i)) / (alone / BESIDE) for i in range(MAPS)]
     rows.append(row("rattle map of a design / a design by branches over the level, one worker", ratios, "x", ""))
     seconds, peak = _seconds(1000, FREQUENCIES)
-    rows.append(row("1000 designs x 50 levels x 400 frequencies", [seconds], "s", "<= 600"))
+    rows.append(row("1000 designs, 50 levels, 400 frequencies", [seconds], "s", "<= 600"))
     rows.append(row("1000 designs, memory of all processes", [peak / 1e9], "GB", "<= 1"))
     return {"rows": rows, "skipped": {}}
 

@@ -1,5 +1,6 @@
 """Put the last study and benchmark into docs/results.md and docs/benchmarks.md: ``python -m benchmarks.readme``."""
 
+import csv
 import json
 import re
 import shutil
@@ -10,6 +11,7 @@ from clearance_mj.core.files import replacing
 from . import figures, tables
 
 RESULTS, PAGE = Path("docs/results.md"), Path("docs/benchmarks.md")
+LINKS = Path("docs/benchmarks_links.csv")
 STUDY, BENCH = Path("results/study"), Path("results/bench.json")
 
 
@@ -19,10 +21,12 @@ def main():
         _put(RESULTS, {"study": tables.study(json.loads((STUDY / "summary.json").read_text()))})
         shutil.copyfile(STUDY / "figures" / "frf_bushings_level_2.png", "docs/frf_bushings.png")
     blocks = {"bench": tables.speed(bench["speed"])} if "speed" in bench else {}
-    for part in bench.keys() - {"speed"}:
+    for part in bench.keys() - {"speed", "options"}:
         if table := getattr(tables, part, None):
             blocks |= table(bench[part])
     _put(PAGE, blocks)
+    if "options" in bench:
+        write_table(LINKS, tables.links(bench["options"]))
     if "alternatives" in bench:
         _save(figures.alternatives(bench["alternatives"]), "alternatives")
     if "scaling" in bench:
@@ -42,6 +46,12 @@ def _put(path, blocks):
             text = pattern.sub(lambda found, block=block: f"{found[1]}\n{block}\n{found[2]}", text)
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def write_table(path, rows):
+    """Write rows of text as CSV."""
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(rows)
 
 
 def _save(figure, name):

@@ -65,8 +65,8 @@ def _of(name, spec, floor):
     microseconds = f"{n} elements, {1e6 * plain / STEPS:.1f} µs a step"
     return [
         row(f"{name} ({microseconds}): cost over mj_step", costs["mj_step"], "%", "<= 5"),
-        row(f"{name}: cost of update() in a loop of Python's", costs["update"], "%", "<= 5"),
-        row(f"{name}: {ENVIRONMENTS} environments, two threads for one", costs["threads"], "x", ">= 1.7"),
+        row(f"{name}: cost of update() in a Python loop", costs["update"], "%", "<= 5"),
+        row(f"{name}: {ENVIRONMENTS} environments, speed-up by two threads", costs["threads"], "x", ">= 1.7"),
     ]
 
 

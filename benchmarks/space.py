@@ -49,12 +49,14 @@ def _lanes(noise):
 
 
 def _agreement():
-    """RMSE of FRFs of links beside modal: in the gap; in contact, beside that of another seed."""
+    """RMSE of FRFs of links beside modal: in the gap; in contact, compared with that of another seed."""
     for name, rms, target in (("in the gap", 0.3, "<= 0.3"), ("in contact", 4.0, "<= another seed's")):
         drives = [cm.excitation.random(16.0, 2048.0, band=(5, 220), rms=rms, seed=seed) for seed in (1, 2)]
         told, other = (_frf(cm.simulate(SPACE, drive, engine="modal")) for drive in drives)
         found = _frf(cm.simulate(SPACE, drives[0], engine="links"))
-        yield row(f"links beside modal in space, {name}: RMSE", [float(np.mean(cm.rmse_db(told, found)))], "dB", target)
+        yield row(
+            f"links against modal in space, {name}: RMSE", [float(np.mean(cm.rmse_db(told, found)))], "dB", target
+        )
         yield row(f"another seed, {name}: RMSE", [float(np.mean(cm.rmse_db(told, other)))], "dB", "")
 
 

@@ -1,5 +1,7 @@
 """The benchmarks' figures as Markdown tables; where a part makes several, by name."""
 
+import re
+
 from .options import STAGES
 
 
@@ -18,8 +20,7 @@ def study(summary):
 
 
 def speed(rows):
-    cells = ((r["name"], f"{r['median']:.2f} x", f"{r['low']:.2f} to {r['high']:.2f}") for r in rows)
-    return _table(("what", "median", "range"), cells)
+    return _table(("ratio", "median (range)"), ((r["name"], _median(r, ".2f")) for r in rows))
 
 
 def rotors(found):
@@ -35,15 +36,18 @@ def periodic(found):
 
 
 def softener(found):
-    return {"softener": _rows(found)}
+    named = r"(?P<row>.+?)(?: \((?P<size>\d+ elements), (?P<step>[\d.]+) µs a step\))?: (?P<column>.+)"
+    return {"softener": _pivot(found, named, "model: median (range)", {"size": "elements", "step": "step, µs"})}
 
 
 def drives(found):
-    return {"drives": _rows(found)}
+    named = r"(?P<row>\d+, [^(:]+?)(?: \((?P<step>[\d.]+) µs a step without play\))?: (?P<column>.+)"
+    return {"drives": _pivot(found, named, "joints, state: median (range)", {"step": "step without play, µs"})}
 
 
 def bushings(found):
-    return {"bushings": _rows(found)}
+    named = r"(?P<row>.+): (?P<column>(?:stiffness|time) .+)"
+    return {"bushings": _pivot(found, named, "ratio: median (range)", {})}
 
 
 def productions(found):
@@ -51,12 +55,39 @@ def productions(found):
 
 
 def _rows(found):
-    cells = [
-        (r["name"], f"{r['median']:.3g} {r['unit']}", f"{r['low']:.3g} to {r['high']:.3g}", r["target"])
-        for r in found["rows"]
-    ]
-    cells += [(name, why, "", "") for name, why in found["skipped"].items()]
-    return _table(("what", "median", "range", "target"), cells)
+    cells = [(_with_unit(r), _median(r, ".3g"), r["target"]) for r in found["rows"]]
+    cells += [(name, why, "") for name, why in found["skipped"].items()]
+    return _table(("quantity", "median (range)", "target"), cells)
+
+
+def _with_unit(row):
+    return row["name"] if row["unit"] == "x" else f"{row['name']}, {row['unit']}"
+
+
+def _median(row, digits):
+    """Return the median with smallest and largest value, where they differ."""
+    low, high = f"{row['low']:{digits}}", f"{row['high']:{digits}}"
+    limits = f"{low} to {high}" if low.startswith("-") else f"{low}–{high}"
+    return f"{row['median']:{digits}}" + ("" if low == high else f" ({limits})")
+
+
+def _pivot(found, named, head, details):
+    """Return a table with a column for each kind of quantity, whose names match ``row`` and ``column``.
+
+    ``details`` are groups of the pattern that describe a row, with their heading. A column's target is in its heading.
+    """
+    rows, columns = {}, {}
+    for measured in found["rows"]:
+        parts = re.fullmatch(named, measured["name"])
+        cells = rows.setdefault(parts["row"], {name: "" for name in details})
+        cells |= {name: parts[name].removesuffix(" elements") for name in details if parts[name]}
+        cells[parts["column"]] = _median(measured, ".3g")
+        unit = ", %" if measured["unit"] == "%" else ""
+        target = f", target {measured['target']}" if measured["target"] else ""
+        columns[parts["column"]] = f"{parts['column']}{unit}{target}"
+    cells = [(name, *(of_row.get(key, "") for key in (*details, *columns))) for name, of_row in rows.items()]
+    cells += [(name, why, *[""] * (len(details) + len(columns) - 1)) for name, why in found["skipped"].items()]
+    return _table((head, *details.values(), *columns.values()), cells)
 
 
 def alternatives(found):
@@ -65,8 +96,8 @@ def alternatives(found):
     rows = [(r["method"], r["setting"], f"{r['error']:.2f}", *_costs(r["cost"], links)) for r in best]
     raw = found["raw_loop"]
     rows.append(("mj_step in C, nothing read", raw["setting"], "", *_costs(raw["cost"], links)))
-    rows += [(name, why, "", "", "", "") for name, why in found["skipped"].items()]
-    heads = ("method", "cheapest setting within 0.5 dB", "error (dB)", "ms per simulated s", "times real time")
+    rows += [(name, why, "", "", "") for name, why in found["skipped"].items()]
+    heads = ("method", "cheapest setting within 0.5 dB", "error (dB)", "ms per simulated s")
     checks = [(name, f"{error:.4f}") for name, error in found["reference"]["checks"].items()]
     return {
         "alternatives": _table((*heads, "time, links = 1"), rows),
@@ -75,15 +106,15 @@ def alternatives(found):
 
 
 def _costs(cost, links):
-    return f"{1e3 * cost:.1f}", f"{1 / cost:.1f}", f"{cost / links:.2f}"
+    return f"{1e3 * cost:.1f}", f"{cost / links:.2f}"
 
 
 def scaling(found):
     rows = []
     for s in found["series"]:
-        ends = f"{s['values'][0]:g} to {s['values'][-1]:g} {s['unit']}"
-        rows.append((s["name"], ends, f"{_time(s['seconds'][0])} to {_time(s['seconds'][-1])}", f"{s['exponent']:.2f}"))
-    return {"scaling": _table(("what", "from, to", "time", "exponent"), rows)}
+        ends = f"{s['values'][0]:g}–{s['values'][-1]:g} {s['unit']}"
+        rows.append((s["name"], ends, f"{s['exponent']:.2f}"))
+    return {"scaling": _table(("time", "range", "exponent"), rows)}
 
 
 def memory(found):
@@ -96,31 +127,22 @@ def memory(found):
     }
 
 
-def options(found):
+def links(found):
+    """Return rows of a CSV file: costs of MuJoCo's functions, of its options and of armatures in the engine links."""
     stages = {**STAGES, "mj_step": "a whole step", "engine": "a step of the engine, all updates and outputs included"}
-    engines = list(found["profile"])
-    profile = [(f"`{s}`", text, *(f"{found['profile'][e][s]:.2f}" for e in engines)) for s, text in stages.items()]
-    rows = [(r["engine"], r["option"], *_outcome(r)) for r in found["options"]]
-    scaled = [(r["option"], *_outcome(r)) for r in found["armature"]]
-    heads = ("µs per step", "ms per simulated s", "error (dB)")
-    return {
-        "profile": _table(("function", "what it does", *(f"{e} (µs)" for e in engines)), profile),
-        "options": _table(("engine", "option", *heads), rows),
-        "armature": _table(("chain", *heads), scaled),
-    }
+    profile = found["profile"]["links"]
+    return [
+        ("kind", "item", "time per step, µs", "time per simulated s, ms", "FRF error, dB"),
+        *(("function", f"{stage}: {text}", f"{profile[stage]:.2f}", "", "") for stage, text in stages.items()),
+        *(("option", r["option"], *_outcome(r)) for r in found["options"] if r["engine"] == "links"),
+        *(("armature", r["option"], *_outcome(r)) for r in found["armature"]),
+    ]
 
 
 def _outcome(row):
     if "failed" in row:
         return "failed", "", ""
     return f"{1e6 * row['per_step']:.1f}", f"{1e3 * row['cost']:.0f}", f"{row['error']:.3f}"
-
-
-def _time(seconds):
-    for unit, scale in (("s", 1.0), ("ms", 1e3), ("µs", 1e6)):
-        if seconds * scale >= 0.1:
-            return f"{seconds * scale:.3g} {unit}"
-    return f"{seconds * 1e6:.2g} µs"
 
 
 def _table(heads, rows):
