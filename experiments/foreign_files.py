@@ -1,15 +1,19 @@
 """What is read of files that other programs wrote, file by file: ``python -m experiments.foreign_files``.
 
 The files are in the folder that the environment variable CLEARANCE_FOREIGN_FILES names, or in ../shared/data/foreign
-beside the project; they are not this project's to hand on. ``--page docs/files.md`` writes the table of that page anew.
+beside the project; they are not this project's to hand on. ``--page docs/files.md`` writes the table of that page anew,
+which has a row for each folder of files.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import os
 import re
 import warnings
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 import clearance_mj as cm
@@ -74,8 +78,7 @@ def _words(obj: object) -> str:
     first = items[0]
     if first.kind == "geometry":
         return f"geometry: {first.size} nodes, {first.rate}"
-    several = f"{first.kind}s".replace("spectrums", "spectra")
-    kinds = f"{len(items)} {several if len(items) > 1 else first.kind}"
+    kinds = f"{len(items)} {_plural(first.kind) if len(items) > 1 else first.kind}"
     unit = f" in {first.unit}" if first.unit else ""
     return f"{kinds}: {first.quantity}{unit}, {first.size} {'values' if first.kind == 'mode' else 'samples'}"
 
@@ -89,8 +92,36 @@ def table(rows: list[tuple[str, str, str, str]]) -> str:
     return "\n".join(lines)
 
 
+def summary(rows: Sequence[tuple[str, str, str, str]]) -> str:
+    """Return rows of Markdown, one for each folder: files, programs, objects that are read, and files without any."""
+    lines = ["| source | files | programs | objects read | files without an object | files refused |"]
+    lines.append("|---|---|---|---|---|---|")
+    for folder, group in itertools.groupby(rows, lambda each: each[0].partition("/")[0]):
+        of = list(group)
+        programs = ", ".join(sorted({writer for _, writer, _, _ in of if writer}))
+        reads = [read.partition("; said: ")[0] for _, _, _, read in of]
+        objects = sum(map(_objects, reads), Counter[str]())
+        counted = ", ".join(f"{n} {_plural(kind) if n > 1 else kind}" for kind, n in objects.items())
+        empty = sum("only; there is no" in read for read in reads)
+        refused = sum(not _objects(read) for read in reads) - empty
+        cells = f"`{folder}`", f"{len(of)}", programs, counted, f"{empty}", f"{refused}"
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _objects(read: str) -> Counter[str]:
+    """Kinds of the objects that are read of a file, and how many there are of each."""
+    found = re.findall(r"(?:^|; )(?:(\d+) ([a-zA-Z ]+)|(geometry)): ", read)
+    kinds = (re.sub("spectra$", "spectrum", kind).removesuffix("s") or other for _, kind, other in found)
+    return Counter({kind: int(number or 1) for kind, (number, _, _) in zip(kinds, found)})
+
+
+def _plural(kind: str) -> str:
+    return re.sub("ys$", "ies", f"{kind}s").replace("spectrums", "spectra")
+
+
 def main() -> None:
-    """Print the table, or write it into a page."""
+    """Print the table of files, or write that of folders into a page."""
     parser = argparse.ArgumentParser(prog="python -m experiments.foreign_files", description=__doc__)
     parser.add_argument("--folder", type=Path, default=FOLDER, help="folder of folders of files")
     parser.add_argument("--page", type=Path, help="page whose table is written anew")
@@ -98,10 +129,11 @@ def main() -> None:
     found = files(options.folder)
     if not found:
         parser.error(f"{options.folder}: no file is there; name the folder by CLEARANCE_FOREIGN_FILES")
-    text = table([row(path) for path in found])
+    rows = [row(path) for path in found]
     if options.page is None:
-        print(text)
+        print(table(rows))
         return
+    text = summary(rows)
     page = options.page.read_text(encoding="utf-8")
     write_text(options.page, TABLE.sub(lambda marks: f"{marks[1]}\n{text}\n\n{marks[2]}", page))
 

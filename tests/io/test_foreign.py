@@ -14,7 +14,7 @@ from clearance_mj.io.uff import FileWarning
 from clearance_mj.universal import contents, scan
 from clearance_mj.universal.dataset_58 import samples
 from clearance_mj.universal.fields import SI
-from experiments.foreign_files import FOLDER, ROOT, TABLE, UNIVERSAL, files, row, table
+from experiments.foreign_files import FOLDER, ROOT, TABLE, UNIVERSAL, files, row, summary
 
 GEOMETRY = {15, 18, 82, 2411, 2412, 2420}
 FILES = [path for path in files() if path.suffix.lower() in UNIVERSAL]
@@ -166,10 +166,18 @@ def test_modes_are_pyuffs(path):
 
 @pytest.mark.skipif(not FILES, reason=WHY)
 def test_table_of_the_page():
-    """Files that the page lists and that are here have the rows that the code makes; the folder is not named."""
+    """Folders that the page lists and that are here have the rows that the code makes; their place is not named."""
     page = (ROOT / "docs" / "files.md").read_text(encoding="utf-8")
     listed = TABLE.search(page)[0]
-    for path in FILES:
-        line = table([row(path)]).splitlines()[-1]
+    for line in summary([row(path) for path in files()]).splitlines():
         assert str(FOLDER) not in line
-        assert line in listed or f"`{path.parent.name}/{path.name}`" not in listed
+        assert line in listed or line.split(" | ")[0] not in listed
+
+
+def test_objects_of_a_folder_are_counted():
+    of_tests = [
+        ("lab/a.unv", "Oros", "55 (data at nodes)", "2 auto spectra: unknown in Pa, 9 samples; geometry: 3 nodes"),
+        ("lab/b.unv", "", "164 (units)", "holds data sets 164 (units) only; there is no function, mode or node in it"),
+        ("lab/c.lvm", "LabVIEW", "LVM, 9 bytes", '"A": its times are uneven at sample 1'),
+    ]
+    assert summary(of_tests).splitlines()[2:] == ["| `lab` | 3 | LabVIEW, Oros | 2 auto spectra, 1 geometry | 1 | 1 |"]
