@@ -69,13 +69,12 @@ def test_page_says_who_wins_and_who_left(tmp_path):
     rows = made_rows(lambda name, seed: {"smc-cm": 0.02, "mpc-cm": np.inf}.get(name, 0.05), lambda name: 4.0)
     write_page(rows, "car", tmp_path)
     text = (tmp_path / "vehicle_comparison.md").read_text(encoding="utf-8")
-    row = "| Slalom | torque | SMC-CM: 20 (20 to 20) | 60 (60 to 60): better | left (left to left): worse |"
-    assert row in text
-    assert "| SMC-CM | half-gap, stiffness and friction | 1 | 1 | 1 | 1 |" in text
-    assert "- MPC-CM against MPC-DOB: worse in 2 of 2 cases." in text
-    assert "| MPC-CM | left (left to left) | 30 |" in text
-    assert "| SMC-CM | 25, 25 |" in text
-    assert "| MPC-CM | 25" not in text
+    assert "| Slalom | torque | 60 (60…60) | left (left…left) |" in text
+    assert "| SMC-CM | 1 (1) | 1 (1) | 2 | 0 | 0 | 0 |" in text
+    assert "| MPC-CM | 0 (0) | 0 (0) | 0 | 0 | 0 | 2 |" in text
+    assert "| MPC-CM | left/left | 30/30 |" in text
+    assert "SMC-CM 25 to 25 %; " in text
+    assert "MPC-CM 25" not in text
     for name in ("torque", "friction", "pairs", "effort"):
         assert (tmp_path / f"vehicle_comparison_{name}.png").read_bytes()[:4] == b"\x89PNG"
 
