@@ -141,18 +141,28 @@ def draw(found: pd.DataFrame) -> Figure:
 
 
 def markdown(found: pd.DataFrame) -> str:
-    """Medians of the peaks and of the gain, with quartiles, as a table."""
+    """Medians of the peaks and of the gain, with quartiles, of a car's sensors and of the ends of the sweeps."""
+    sweeps = {sweep.label: sweep for sweep in SWEEPS}
     lines = [
-        "| | torque-driven: SMC | SMC-CM | gain, % | friction-driven: SMC | SMC-CM | gain, % |",
-        "|---|---|---|---|---|---|---|",
+        "| | torque-driven: SMC/SMC-CM, mm | gain, % | friction-driven: SMC/SMC-CM, mm | gain, % |",
+        "|---|---|---|---|---|",
     ]
+    named: dict[str, pd.DataFrame] = {}
     for (label, value), table in found.groupby(["sweep", "value"], sort=False):
-        quantity, _, unit = label.partition(" (")
-        cells = [f"{quantity.lower()}: {value:g} {unit.rstrip(')')}" if unit else "ideal sensors"]
+        if not (sweep := sweeps.get(label)):
+            named["ideal sensors"] = table
+        elif value == sweep.usual:
+            named["car sensors"] = table  # the same runs in every sweep
+        elif value in (sweep.values[0], sweep.values[-1]):
+            quantity, _, unit = label.partition(" (")
+            named[f"{quantity.lower()} {value:g} {unit.rstrip(')')}"] = table
+    for name in sorted(named, key=lambda name: name != "car sensors"):
+        cells = [name]
         for regime in REGIMES:
-            here = table[table["regime"] == regime]
+            here = named[name][named[name]["regime"] == regime]
             low, middle, high = here["gain"].quantile([0.25, 0.5, 0.75])
-            cells += [*(f"{here[n].median():.1f}" for n in CONTROLLERS), f"{middle:.0f} ({low:.0f} to {high:.0f})"]
+            peaks = "/".join(f"{here[n].median():.1f}" for n in CONTROLLERS)
+            cells += [peaks, f"{middle:.0f} ({low:.0f}…{high:.0f})"]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 

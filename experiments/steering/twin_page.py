@@ -39,8 +39,8 @@ def counted(found: list[tuple[str, int, float, History]]) -> pd.DataFrame:
 def convergence_table(table: pd.DataFrame) -> str:
     """Errors and coverage, as Markdown."""
     lines = [
-        "| regime | time, s | median error of the half-gap, % | mean | worst | fraction within 5 %, % | within 10 %, % | "
-        "95 % intervals that hold, %: half-gap | stiffness | friction |",
+        "| regime | time, s | median error of the half-gap, % | mean | worst | fraction within 5 %, % | "
+        "within 10 %, % | 95 % intervals that hold, %: half-gap | stiffness | friction |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for (regime, at), here in table.groupby(["regime", "time"], sort=False):
