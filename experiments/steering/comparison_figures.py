@@ -108,7 +108,8 @@ def chatter(rows: pd.DataFrame) -> Drawing:
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=4, fontsize=FONT - 1, frameon=False)
     caption = (
-        "Medians over all manoeuvres and vehicles of the ratio to SMC on the same run: below the line error is saved, "
-        f"to the right of the other by more fast steering. What is beyond {LARGEST:g} is drawn there, as a triangle."
+        "Medians over all manoeuvres and vehicles of the ratio to SMC on the same run: below the horizontal line the "
+        "error is smaller than SMC's, to the right of the vertical line the servo steers faster. Triangles: ratios "
+        f"beyond {LARGEST:g}."
     )
     return Drawing("vehicle_comparison_effort", figure, caption, "Peak error over fast steering of every controller.")
