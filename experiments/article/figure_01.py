@@ -26,14 +26,13 @@ ARROW = {"arrowstyle": "<->", "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0}
 def run(item: Item, rig: Rig) -> Result:
     """Draw the model."""
     caption = (
-        f"Rig “{rig.name}” from its own file. (a) side view, to scale along and across the shaft; springs, dampers, "
-        "boss and base plate are symbols. (b), (c) sections through the bushings, to scale except for the gaps, "
-        f"which are drawn {EXAGGERATION} times too wide."
+        f"Rig “{rig.name}”. (a) side view, to scale except for the symbols of springs, dampers, boss and base plate. "
+        f"(b), (c) sections through the bushings, with gaps drawn {EXAGGERATION} times too wide."
     )
     rows = dimensions(rig)
     columns = (Column("Quantity"), Column("Value", "", ".6g"), Column("Unit"))
     return Result(
-        method="Drawn from the dataset's rig.toml, which the engines simulate too.",
+        method="Drawn from the dataset's rig.toml, which the engines simulate.",
         shows=_shows(rig),
         drawings=(Drawing(item.name, _draw(rig), caption, "Cantilever with two bushings, with dimensions."),),
         data={item.name: rows},

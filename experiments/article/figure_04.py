@@ -43,19 +43,19 @@ def run(item: Item, quick: bool, snrs: Sequence[float] = (100, SHOWN, 20), seeds
     rows = _rows(study, error, snrs)
     caption = (
         f"Sequences 1 to 3 of scales a. (a)-(c): damping at each scale, SNR {SHOWN} dB; (d)-(f): its RMS error, median "
-        f"of {len(noises)} noises. Dotted: a = ω0/ω, where the ridge is."
+        f"of {len(noises)} noises, which is least near the ridge a = ω0/ω (dotted)."
     )
     alt = "Damping over time at single scales in three sequences, and its error over the scale."
     return Result(
         method=(
             "Translations b = a(16κ + 8), κ = 0 : 0.005 : T/(4a), on 4 s of the decay of 0.025 kg and 8000 N/m; Morlet "
-            "wavelet with ω0 = 5; c = -2m A'/A from a local slope of ln A, the same at every scale."
+            "wavelet with ω0 = 5; c = -2m A'/A from a local slope of ln A at every scale."
         ),
         shows=_shows(error, scales, snrs),
         drawings=(Drawing(item.name, _draw(study, error, known, snrs), caption, alt),),
         data={item.name: rows},
-        tables=(_table(study, rows, snrs),),
-        prior_information={"each scale": "the displacement, the mass and the scale; nothing of the frequency"},
+        tables=(_table(rows, snrs),),
+        prior_information={"each scale": "displacement, mass and scale, not the frequency"},
     )
 
 
@@ -80,20 +80,16 @@ def _rows(study, error, snrs) -> pd.DataFrame:
     return pd.DataFrame(rows).astype({"points_printed": "Int64"})
 
 
-def _table(study, rows, snrs) -> Table:
+def _table(rows, snrs) -> Table:
     columns = (
         Column("Scale", "log2 s", "g"),
         Column("Translations", "", "d"),
         Column("as printed", "", "d"),
-        Column("Products", "1e6", ".3g"),
-        Column("Time", "s", ".2f"),
         *(Column(f"Error of c, {snr:g} dB", "%", ".3g") for snr in snrs),
     )
-    seconds = {_exponent(scale): found.seconds for scale, found in study.items()}
-    shown = rows.drop_duplicates("log2_scale").sort_values("log2_scale").drop(columns=["sequence", "k_error_percent"])
-    shown["products"] /= 1e6
-    shown.insert(4, "seconds", shown["log2_scale"].map(seconds))
-    return to_table("scales", "Cost and error of each scale; errors are medians over the noises", columns, shown)
+    shown = rows.drop_duplicates("log2_scale").sort_values("log2_scale")
+    shown = shown.drop(columns=["sequence", "products", "k_error_percent"])
+    return to_table("scales", "Translations and median error of each scale", columns, shown)
 
 
 def _shows(error, scales, snrs) -> str:

@@ -41,7 +41,7 @@ class Item:
 
     @property
     def texts(self) -> dict[str, str]:
-        """What the article says ("article"), and what differs here and why ("differs"), from ``texts.toml``."""
+        """The article ("article"), the differences ("differs") and references to other items, from ``texts.toml``."""
         return _texts().get(self.name, {})
 
 
@@ -120,9 +120,9 @@ for _item in (
         {"number": 5, "speed": 120.0, "metrics": {
             "lateral_acceleration_peak": "peak_lateral_acceleration", "yaw_velocity_peak": "peak_yaw_rate"}},
     ),
-    Item("calibrate_table1", "Calibration: a rig out of Table 1", ".calibrate_table1:run", ("rig", "quick")),
+    Item("calibrate_table1", "Calibration of a rig to Table 1", ".calibrate_table1:run", ("rig", "quick")),
     Item("sensor_placement", "Sensor placement by Fisher information", ".sensor_placement:run", ("rig",)),
-    Item("modal_links_rig", "Modal against links against rig", ".modal_links_rig:run", ("study", "quick")),
+    Item("modal_links_rig", "Modal engine, links engine and virtual rig compared", ".modal_links_rig:run", ("study", "quick")),
     Item(
         "motion_control", "Motion control: gap, misestimated gap, preview, plants, identified laws",
         ".motion_control:run", ("study", "runs", "quick"),

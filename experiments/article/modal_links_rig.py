@@ -1,4 +1,4 @@
-"""Modal against links against rig: shapes, backbones, harmonics, jumps and best linear approximations."""
+"""Modal engine, links engine and virtual rig: shapes, backbones, harmonics, jumps and best linear approximations."""
 
 from __future__ import annotations
 
@@ -67,9 +67,7 @@ def run(item: Item, study: Study, quick: bool, setup: Setup | None = None) -> Re
         "best_linear": draw_best_linear(approximations, setup.shown, row, rig.sensors[row].node),
     }
     words = (
-        _shapes_in_words(macs, setup), _backbones_in_words(backbones, setup),
-        _scatter_in_words(approximations, setup, row), _harmonics_in_words(harmonics, setup),
-        _jumps_in_words(jumps, setup),
+        _shapes_in_words(macs, setup), _backbones_in_words(backbones, setup), _harmonics_in_words(harmonics, setup)
     )  # fmt: skip
     return Result(
         method=_method(setup, law.name),
@@ -82,15 +80,12 @@ def run(item: Item, study: Study, quick: bool, setup: Setup | None = None) -> Re
             f"{item.name}_jumps": jumps,
             f"{item.name}_best_linear": _over_frequency(approximations, setup, rig),
         },
-        tables=(_backbone_table(backbones), _scatter_table(approximations, row), _jump_table(jumps)),
+        tables=(_backbone_table(backbones, setup), _scatter_table(approximations, setup, row), _jump_table(jumps)),
         prior_information={
-            "rig": "nothing: it is the virtual test rig (synthetic), measured with 1 % noise and 24 bits",
-            "engines": f"{law.prior_information}; driven by the commanded excitation, not the measured one",
-            "engines, grease reduced": (
-                "in addition the stiffness and damping of the grease that the rig was given; sliding share, yield, "
-                "film and contact stay as identified with the other grease"
-            ),
-            GREASE_ONLY: "the same law with the contact's force left out",
+            "rig": "none: the virtual test rig (synthetic), measured with 1 % noise and 24 bits",
+            "engines": f"{law.prior_information}; driven by the commanded excitation",
+            "engines, grease reduced": "in addition the stiffness and damping of the reduced grease",
+            GREASE_ONLY: "the same law without contact force",
         },
     )
 
@@ -244,49 +239,42 @@ def _hysteresis(jumps: pd.DataFrame) -> pd.DataFrame:
 
 CAPTIONS = {
     "shapes": (
-        "(a)-(d): mode shapes at the lowest level, accelerations relative to the largest; (e)-(j): MAC of the rig's "
-        "modes with themselves, with links and with modal, at the lowest and the highest level.",
+        "(a)-(d): mode shapes at the lowest level; (e)-(j): MAC of the rig's modes with themselves, with links and "
+        "with modal, at the lowest and the highest level.",
         "Mode shapes and MAC matrices.",
     ),
     "backbones": (
-        "Natural frequency and damping ratio of each mode over the level of the multisines. Where a mode is missing, "
-        "it does not stand out of the FRFs at that level.",
+        "Natural frequency and damping ratio of each mode over the level of the multisines: both move with level.",
         "Frequency and damping over level for four modes.",
     ),
     "harmonics": (
-        f"Motion in bushing 2 under a sine of {SINE:g} Hz: harmonics 1 to {ORDERS} over its amplitude. Dotted: the "
-        "modal engine with the same grease and no contact; the thin line is the radial gap. Even harmonics of the rig "
-        "are its noise floor.",
+        f"Harmonics 1 to {ORDERS} of the motion in bushing 2 under a sine of {SINE:g} Hz. Dotted: without contact; thin "
+        "line: radial gap. Even harmonics of the rig are its noise floor.",
         "Amplitude of five harmonics over level.",
     ),
     "jumps": (
         f"Motion in bushing 2 (first harmonic) under a sine of {SWEEP_AMPLITUDE:g} m/s² that steps up (filled) and "
-        "down (open) in frequency without a pause, with the grease as it is and reduced.",
+        "down (open) in frequency: with reduced grease the motion jumps.",
         "Amplitude over frequency, up and down.",
     ),
     "best_linear": (
-        "Best linear approximation at the sensor in bushing 2 over levels. Dark band: ± one standard deviation of its "
-        "noise; light band: ± one of the nonlinear distortion of a single realisation; below, both by themselves, "
-        "variances averaged over five lines. Engines have no noise: what changes from period to period there is the "
-        "rest of the transient, or a motion that does not repeat itself; below -80 dB it is off the scale.",
+        "Best linear approximation at the sensor in bushing 2. Dark band: ± one standard deviation of its noise; light "
+        "band: ± one of the nonlinear distortion of a single realisation, which grows with level; below, both alone.",
         "FRFs with bands of noise and nonlinear distortion.",
     ),
 }
 
 
 def _method(setup, law) -> str:
-    states = " and ".join(setup.sweeps)
     return (
-        f"Rig and engines ({', '.join(setup.engines)}) are shaken alike at the base; the engines use the law “{law}”, "
-        "identified from the records with role identify. Best linear approximations: random-phase multisines of "
-        f"{BAND[0]:g}-{BAND[1]:g} Hz, {1 / PERIOD:g} Hz apart, {setup.realisations} realisations of {setup.periods} "
-        f"periods after {setup.drop} for the transient, at {', '.join(f'{level:g}' for level in setup.levels)} m/s² "
-        "RMS; the scatter over periods is noise, what the scatter over realisations exceeds it by is nonlinear "
-        "distortion (Pintelon and Schoukens, robust method). Modes are extracted from them; shapes and backbones are "
-        f"those. Harmonics: a sine of {SINE:g} Hz whose amplitude steps up. Jumps: a sine of {SWEEP_AMPLITUDE:g} m/s² "
-        f"that steps up and down in frequency as one record, {setup.dwell:g} s a step, grease {states}; harmonics by "
-        f"least squares over the second half of each step. Reduced grease: {REDUCED['stiffness']:g} N/m and "
-        f"{REDUCED['damping']:g} N s/m at each bushing, another rig than the shipped one."
+        f"Rig and engines ({', '.join(setup.engines)}, law “{law}”) are shaken alike at the base. Best linear "
+        f"approximations: random-phase multisines of {BAND[0]:g}-{BAND[1]:g} Hz, {1 / PERIOD:g} Hz apart, "
+        f"{setup.realisations} realisations of {setup.periods} periods after {setup.drop} for the transient, at "
+        f"{', '.join(f'{level:g}' for level in setup.levels)} m/s² RMS; the scatter over periods is noise, the excess "
+        "of the scatter over realisations nonlinear distortion (Pintelon and Schoukens, robust method). Harmonics: a "
+        f"sine of {SINE:g} Hz with rising amplitude. Jumps: a sine of {SWEEP_AMPLITUDE:g} m/s² that steps up and down "
+        f"in frequency, {setup.dwell:g} s a step. Reduced grease: {REDUCED['stiffness']:g} N/m and "
+        f"{REDUCED['damping']:g} N s/m at each bushing."
     )
 
 
@@ -309,16 +297,6 @@ def _backbones_in_words(backbones: pd.DataFrame, setup: Setup) -> str:
     )
 
 
-def _scatter_in_words(approximations: Approximations, setup: Setup, row: int) -> str:
-    high = setup.levels[-1]
-    noise, distortion = _scatter(approximations["rig", high], row)
-    engines = ", ".join(f"{name} {_scatter(approximations[name, high], row)[1]:.1f} dB" for name in setup.engines)
-    return (
-        f"At {high:g} m/s² the nonlinear distortion of one realisation at the sensor in bushing 2 is {distortion:.1f} "
-        f"dB of the FRF ({engines}), the noise of the mean {noise:.0f} dB."
-    )
-
-
 def _harmonics_in_words(harmonics: pd.DataFrame, setup: Setup) -> str:
     top = harmonics[harmonics["amplitude_m_s2"] == setup.amplitudes[-1]]
     wide = top.pivot(index="system", columns="harmonic", values="displacement_m")
@@ -330,40 +308,30 @@ def _harmonics_in_words(harmonics: pd.DataFrame, setup: Setup) -> str:
     )
 
 
-def _jumps_in_words(jumps: pd.DataFrame, setup: Setup) -> str:
-    found, words = _hysteresis(jumps), []
-    for state in setup.sweeps:
-        parts = []
-        for name in ("rig", *setup.engines):
-            largest, low, high = found.loc[(state, name)]
-            parts.append(f"{name} {largest:.2f}" + (f" at {low:g}-{high:g} Hz" if np.isfinite(low) else ""))
-        words.append(f"Largest ratio between the ways up and down, grease {state}: {', '.join(parts)}.")
-    return " ".join(words)
-
-
-def _backbone_table(backbones: pd.DataFrame) -> Table:
+def _backbone_table(backbones: pd.DataFrame, setup: Setup) -> Table:
+    backbones = backbones[backbones["level_m_s2"].isin(setup.shown)]
     keys, modes = ["system", "level_m_s2"], range(1, N_MODES + 1)
     columns = (
         Column("System"),
         Column("Level", "m/s²", "g"),
-        *(Column(f"Mode {m}", "Hz", ".2f", "Natural frequency") for m in modes),
-        *(Column(f"Mode {m}", "%", ".2f", "Damping ratio") for m in modes),
+        *(Column(f"f{m}", "Hz", ".2f") for m in modes),
+        *(Column(f"ζ{m}", "%", ".2f") for m in modes),
     )
     values = ["frequency_hz", "damping"]
     wide = backbones.assign(damping=100 * backbones["damping"]).pivot(index=keys, columns="mode", values=values)
     order = pd.MultiIndex.from_frame(backbones[keys].drop_duplicates())
     wide = wide.reindex(index=order, columns=pd.MultiIndex.from_product([values, modes]))
-    return to_table("backbones", "Natural frequencies and damping over level", columns, wide.reset_index())
+    return to_table("backbones", "Natural frequencies f and damping ratios ζ of four modes over level", columns, wide.reset_index())
 
 
-def _scatter_table(approximations: Approximations, row: int) -> Table:
+def _scatter_table(approximations: Approximations, setup: Setup, row: int) -> Table:
     columns = (
         Column("System"),
         Column("Level", "m/s²", "g"),
         Column("Noise of the mean", "dB", ".1f"),
         Column("Distortion of one realisation", "dB", ".1f"),
     )
-    rows = [(*key, *_scatter(found, row)) for key, found in approximations.items()]
+    rows = [(*key, *_scatter(found, row)) for key, found in approximations.items() if key[1] in setup.shown]
     return to_table("scatter", "Scatter of the FRF in bushing 2 over the band, relative to the FRF", columns, rows)
 
 
@@ -371,9 +339,9 @@ def _jump_table(jumps: pd.DataFrame) -> Table:
     columns = (
         Column("Grease"),
         Column("System"),
-        Column("Largest ratio up / down", "", ".2f"),
+        Column("Largest ratio", "", ".2f"),
         Column("From", "Hz", ".2f"),
         Column("To", "Hz", ".2f"),
     )
-    caption = "Two motions at one frequency: where they differ by more than a fifth"
+    caption = "Ratio of the motions on the way up and down, and where it exceeds 1.2"
     return to_table("jumps", caption, columns, _hysteresis(jumps).reset_index())

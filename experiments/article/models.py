@@ -54,18 +54,19 @@ MODELS = {
 TEST = {"color": VERMILION, "lw": 2.6, "alpha": 0.7, "label": "test (synthetic)"}
 REPEAT = {"color": GREY, "lw": 1.0, "label": "test, other seed"}
 ARTICLE_PRIOR = {
-    "article, initial": "constant stiffness and damping; where their values come from is not said",
-    "article, updated": (
-        "stiffness and damping over time from the wavelet ridge; it is not said of which record, nor whether the test "
-        "it is compared with is another"
-    ),
+    "article, initial": "constant stiffness and damping of unstated origin",
+    "article, updated": "stiffness and damping over time from the wavelet ridge of an unstated record",
 }
 
 
 def prior_information(study: Study) -> dict[str, str]:
-    """Return the prior information of each model, ours and the article's, with the warnings of its identification."""
-    ours = {MODELS[law.name].label: ". Warning: ".join((law.prior_information, *law.warnings)) for law in study.laws}
-    return ours | ARTICLE_PRIOR
+    """Return the prior information of each model, ours and the article's, with the warnings of the identification."""
+    ours = {MODELS[law.name].label: law.prior_information for law in study.laws}
+    warned: dict[str, list[str]] = {}
+    for law in study.laws:
+        for warning in law.warnings:
+            warned.setdefault(warning, []).append(MODELS[law.name].label)
+    return ours | ARTICLE_PRIOR | {f"warning, {', '.join(laws)}": text for text, laws in warned.items()}
 
 
 def name_of(law: str) -> str:
@@ -128,4 +129,4 @@ def position(rig: Rig, row: int) -> str:
 def test_words(study: Study, level: float) -> str:
     """Return what the models are compared with, in words."""
     name = study.records(level)[0].name
-    return f"{level:g} m/s² RMS, validation record {name} of the virtual rig (synthetic, not measured)"
+    return f"{level:g} m/s² RMS, record {name} of the virtual rig (synthetic)"

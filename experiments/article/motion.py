@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ import scipy.stats
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.report.vehicle import METRICS, histories, look
+from clearance_mj.statistics.intervals import Interval
 from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, REGIMES, Case, Outcome
 
 from .inputs import Runs
@@ -29,6 +31,7 @@ __all__ = [
     "over_seeds",
     "prior_information",
     "reduction",
+    "regimes",
     "seeds_table",
     "setting",
 ]  # fmt: skip
@@ -73,19 +76,26 @@ def setting(speed: float) -> str:
     needed = case.task.path.needed_acceleration(case.task.speed)
     return (
         f"Double lane change at {speed:g} km/h that needs {needed:.1f} m/s², multi-body plant, half-gap "
-        f"{np.degrees(GAP):.1f}° at the road wheel, noise of sensors and road. Torque-driven: "
-        f"trail {1e3 * REGIMES['torque'].trail:g} mm, no friction; friction-driven: trail "
-        f"{1e3 * REGIMES['friction'].trail:g} mm, as with a servo at the rack that carries the rest of the moment, and "
-        f"{REGIMES['friction'].friction:g} N m of friction at the road wheel, more than the moment. Controllers are "
-        "tuned alike, with this clearance, on other lane changes, and see the same "
-        f"{case.preview:g} s of road ahead. Sensors are ideal but for white noise."
+        f"{np.degrees(GAP):.1f}° at the road wheel, preview {case.preview:g} s, white noise of sensors and road."
+    )
+
+
+def regimes() -> str:
+    """Return words on the regimes and the tuning."""
+    return (
+        f"Torque-driven: trail {1e3 * REGIMES['torque'].trail:g} mm, no friction. Friction-driven: trail "
+        f"{1e3 * REGIMES['friction'].trail:g} mm and {REGIMES['friction'].friction:g} N m of friction at the road "
+        "wheel, more than the aligning moment. Controllers are tuned alike, with this clearance, on other lane changes."
     )
 
 
 def prior_information(names: Sequence[str] = COMPARED) -> dict[str, str]:
-    """Return the prior information of each controller, by its label."""
-    nominal = "the nominal vehicle, the servo, the steering's stiffness without clearance"
-    return {CONTROLLERS[n].label: f"{nominal}; of the clearance: {CONTROLLERS[n].prior}" for n in names}
+    """Return the prior information of controllers, of those with the same one together."""
+    of_clearance: dict[str, list[str]] = {}
+    for name in names:
+        of_clearance.setdefault(CONTROLLERS[name].prior, []).append(CONTROLLERS[name].label)
+    common = {"all": "the nominal vehicle, the servo, the steering's stiffness without clearance"}
+    return common | {"; ".join(labels): f"of the clearance: {prior}" for prior, labels in of_clearance.items()}
 
 
 # Figures 11 to 13.
@@ -97,15 +107,17 @@ def histories_of(item: Item, runs: Runs, speed: float, controllers: Sequence[str
     drawings, data = [], {}
     for regime in REGIMES:
         outcomes = [found[name, regime] for name in controllers]
-        drawings.append(histories(outcomes, f"{item.name}_{regime}", quantities))
+        drawing = histories(outcomes, f"{item.name}_{regime}", quantities)
+        caption = f"{regime.capitalize()}-driven; bottom panel: side of the clearance in contact."
+        drawings.append(replace(drawing, caption=caption))
         data[f"{item.name}_{regime}"] = _over_time(outcomes, quantities)
     data[f"{item.name}_metrics"] = pd.DataFrame(o.row() for o in found.values())
     return Result(
-        method=setting(speed) + " Nominal vehicle, seed 0.",
+        method=f"{setting(speed)} {regimes()} Nominal vehicle, seed 0.",
         shows=_peaks_in_words(found, controllers, quantities),
         drawings=drawings,
         data=data,
-        prior_information=prior_information(controllers),
+        prior_information=prior_information(),
     )
 
 
@@ -145,12 +157,14 @@ def beside_published(
     rows, printed = pd.DataFrame(o.row() for o in runs(cases)), Printed.load(number).numbers
     others = [name for name in ("smc", "mpc") if name in printed]
     return Result(
-        method=setting(speed) + f" {len(seeds)} vehicles (mass ± 10 %, cornering stiffness ± 15 %, friction 0.8 to 1 "
-        "of nominal, which is all that controllers know) and noises, the same for each controller.",
-        shows=_reductions_in_words(rows, others, metrics.values()),
+        method=f"{setting(speed)} Regimes and tuning as for Figure 11. {len(seeds)} vehicles (mass ± 10 %, cornering "
+        "stiffness ± 15 %, friction 0.8 to 1 of nominal; controllers know the nominal ones) and noises, the same for "
+        "each controller.",
+        shows="A reduction whose interval excludes 0 is significant.",
         drawings=(_draw_spread(rows, item.name, list(metrics.values())),),
         data={item.name: rows},
-        tables=(_beside(rows, printed, metrics, others), seeds_table(rows, f"{item.name}_seeds")),
+        tables=(_beside(rows, printed, metrics, others),),
+        details=(seeds_table(rows, f"{item.name}_seeds"),),
         prior_information=prior_information(names),
     )
 
@@ -188,7 +202,6 @@ def _beside(rows: pd.DataFrame, printed: pd.DataFrame, metrics: Mapping[str, str
     columns = [Column("Quantity"), Column("From")]
     columns += [Column(CONTROLLERS[n].label, "", ".3g") for n in names]
     columns += [Column(f"SMC-CM below {CONTROLLERS[n].label}", "%", ".1f") for n in others]
-    columns += [Column("95 % interval", "%") for _ in others]
     body = []
     for quantity, metric in metrics.items():
         q = METRICS[metric]
@@ -196,25 +209,13 @@ def _beside(rows: pd.DataFrame, printed: pd.DataFrame, metrics: Mapping[str, str
         values = [scale * abs(printed.at[quantity, n.replace("-", "_")]) for n in names]
         below = [100 * (1 - values[0] / v) for v in values[1:]]
         label = f"{q.label} ({q.unit})"
-        body.append((label, "article", *values, *below, *["" for _ in others]))
+        body.append((label, "article", *values, *below))
         for regime in REGIMES:
             ours = [q.scale * float(np.median(over_seeds(rows, n, regime, metric))) for n in names]
             found = [median(reduction(rows, "smc-cm", n, regime, metric)) for n in others]
-            limits = [f"{m.low:.1f} to {m.high:.1f}" for m in found]
-            body.append((label, f"ours, {regime}-driven", *ours, *(m.value for m in found), *limits))
-    return to_table("beside", "The article's numbers and ours: medians over seeds", columns, body)
-
-
-def _reductions_in_words(rows: pd.DataFrame, others: list[str], metrics: Sequence[str]) -> str:
-    words = []
-    for regime in REGIMES:
-        for other in others:
-            parts = []
-            for metric in metrics:
-                found = median(reduction(rows, "smc-cm", other, regime, metric))
-                parts.append(f"{METRICS[metric].label} {found.value:.0f} % ({found.low:.0f} to {found.high:.0f})")
-            words.append(f"SMC-CM below {CONTROLLERS[other].label}, {regime}-driven: {', '.join(parts)}.")
-    return " ".join(words)
+            body.append((label, f"ours, {regime}-driven", *ours, *(Interval(*m) for m in found)))
+    caption = "The article's numbers and ours: medians over seeds, reductions with 95 % intervals"
+    return to_table("beside", caption, columns, body)
 
 
 def _draw_spread(rows: pd.DataFrame, item: str, metrics: Sequence[str]) -> Drawing:
@@ -236,5 +237,5 @@ def _draw_spread(rows: pd.DataFrame, item: str, metrics: Sequence[str]) -> Drawi
             ax.tick_params(axis="x", labelsize=FONT - 1.5)
             ax.set_yscale(scale)
             ax.yaxis.set_major_formatter("{x:g}")
-    caption = "Each mark is one vehicle and noise, the line their median."
+    caption = "Each mark is one vehicle and noise, the line the median of a controller."
     return Drawing(item, figure, caption, f"Spread of {', '.join(METRICS[m].label for m in metrics)} over seeds.")

@@ -19,16 +19,16 @@ from .result import Result
 __all__ = ["index", "markdown", "markdown_table", "section"]
 
 SVG_LIMIT = 600_000  # bytes, above which the index page shows the PNG
-PRIOR = "Prior information of each model"
+PRIOR = "Prior information"
 
 
 def _words(item: Item, result: Result) -> list[tuple[str, str]]:
     """Headings and texts, in the order of reading."""
     parts = [
-        ("What the article says", item.texts.get("article")),
-        ("What was done here", result.method),
-        ("What it shows", result.shows),
-        ("What differs, and why", item.texts.get("differs")),
+        ("The article", item.texts.get("article")),
+        ("Method", " ".join(filter(None, (item.texts.get("method", result.method), item.texts.get("models"))))),
+        ("Results", result.shows),
+        ("Differences", item.texts.get("differs")),
     ]
     return [(heading, text) for heading, text in parts if text]
 
@@ -37,12 +37,12 @@ def section(item: Item, result: Result, images: Mapping[str, bytes]) -> str:
     """Return an item as a section's markup, which needs no other file; images are PNG and SVG by the file's name."""
     parts = [_figure(drawing, images) for drawing in result.drawings]
     parts += [f"<h3>{heading}</h3>\n{html.paragraph(escape(text))}" for heading, text in _words(item, result)]
-    if result.prior_information:
+    if result.prior_information and "models" not in item.texts:
         entries = "".join(
             f"<dt>{escape(model)}</dt><dd>{escape(text)}</dd>\n" for model, text in result.prior_information.items()
         )
         parts.append(f"<h3>{PRIOR}</h3>\n<dl>{entries}</dl>\n")
-    parts += [html.table(table) for table in result.tables]
+    parts += [html.table(table) for table in (*result.tables, *result.details)]
     files = ", ".join(f'<a href="{file}.csv">{file}.csv</a>' for file in result.data)
     return "".join(parts) + (html.paragraph(f"Numbers: {files}.", "note") if files else "")
 
@@ -68,13 +68,12 @@ def markdown(item: Item, result: Result) -> str:
     parts = [f"# {item.title}"]
     parts += [f"![{d.alt}]({d.name}.png)\n\n{d.caption}" for d in result.drawings]
     parts += [f"## {heading}\n\n{text}" for heading, text in _words(item, result)]
-    if result.prior_information:
+    if result.prior_information and "models" not in item.texts:
         parts.append(
             f"## {PRIOR}\n\n"
             + "\n".join(f"- **{model}**: {words}" for model, words in result.prior_information.items())
         )
     parts += [markdown_table(table) for table in result.tables]
-    parts.append(f"Made by `python -m experiments.article {item.name}`.")
     return "\n\n".join(parts) + "\n"
 
 

@@ -29,8 +29,8 @@ def structure(item: Item, rig: Rig) -> Result:
     columns = (Column("Sensor", "", "d"), Column("Distance from the clamp", "m", ".4f"), Column("Clearance", "", "d"))
     within = ", ".join(map(str, rows["sensor"][rows["clearance"].notna()]))
     return Result(
-        method="Drawn from the dataset's rig.toml: to scale along the shaft; across it, and the gaps, drawn wide.",
-        shows=f"{len(rows)} accelerometers; at the clearances: {within or 'none'}.",
+        method="Drawn from the dataset's rig.toml.",
+        shows=f"{len(rows)} accelerometers, of which {within or 'none'} are at the clearances.",
         drawings=(replace(rig_drawing(rig), name=item.name),),
         data={item.name: rows},
         tables=(to_table("sensors", "Sensors of the rig", columns, rows),),
@@ -51,9 +51,9 @@ def rendering(item: Item, rig: Rig) -> Result:
          "elevation_deg": v.elevation}
         for title, v in views.items()
     )  # fmt: skip
-    shows = f"Not rendered: {reason}" if reason else "The chain of links, the bushings’ halves, and in (a) the sensors."
+    shows = f"Not rendered: {reason}" if reason else "The chain of links, the halves of the bushings and, in (a), the sensors."
     return Result(
-        method="The rig's MJCF, rendered off screen by MuJoCo. Without a GL backend there is no figure, but a reason.",
+        method="Rendered off screen by MuJoCo, which needs a GL backend.",
         shows=shows,
         drawings=() if reason else (_drawing(item.name, dict(zip(views, images))),),
         data={item.name: rows},
@@ -67,5 +67,5 @@ def _drawing(name: str, images: dict) -> Drawing:
         ax.imshow(image)
         ax.set_axis_off()
         ax.set_title(title, fontsize=FONT, loc="left", pad=3)
-    caption = "The rig as MuJoCo simulates it. Perspective; gaps as they are."
+    caption = "The rig as MuJoCo simulates it, in perspective, with gaps to scale."
     return Drawing(name, figure, caption, "Rendering of the rig and of its first bushing.")

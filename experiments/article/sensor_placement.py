@@ -44,12 +44,11 @@ def run(item: Item, rig: Rig, sensors: int = 8, count: int = 24, modes=(1, 2, 3,
     ours = dataclasses.replace(draw(rig, places, found[OURS], modes), name=item.name)
     return Result(
         method=(
-            f"{count} candidates, evenly spaced outside the bushings of the rig (the distance is the least between two "
-            f"sensors), modes {', '.join(map(str, modes))} in the gap, equal noise everywhere. Fisher information "
-            "Q = ΦᵀR⁻¹Φ; its determinant is to be largest. Effective independence deletes the sensor with the least "
-            "contribution E one after the other (Kammer 1991), forward selection adds one after the other, exchange "
-            "improves both by single exchanges. All layouts of as many candidates are tried too. Every layout is "
-            "judged by the same information, without disturbing modes."
+            f"{count} candidates, evenly spaced outside the bushings, modes {', '.join(map(str, modes))} in the gap, "
+            "equal noise. The determinant of the Fisher information Q = ΦᵀR⁻¹Φ is maximised. Effective independence "
+            "deletes the sensor with the least contribution E one after the other (Kammer 1991), forward selection "
+            "adds one after the other, exchange improves both by single exchanges; all layouts are tried as well. "
+            "Every layout is judged by the same information, without disturbing modes."
         ),
         shows=_shows(rows, found),
         drawings=(ours, _draw_layouts(rig, rows, found)),
@@ -88,15 +87,9 @@ def _shows(rows, found) -> str:
     ours, own = found[OURS], found["rig file"]
     most, least = int(np.argmax(ours.contribution)), int(np.argmin(ours.contribution))
     return (
-        f"Exchange reaches {share[OURS]:.2f} % of the largest determinant there is, effective independence alone "
-        f"{share['effective independence (backward)']:.2f} %, forward selection {share['forward']:.2f} %, the trace "
-        f"{share['trace']:.1f} %. The sensor at {ours.position[most]:.3f} m carries most (E = "
-        f"{ours.contribution[most]:.3f}): without it {100 * (1 - ours.contribution[most]):.0f} % of the determinant is "
-        f"left, and one mode's standard deviation is {ours.std_growth[most].max():.2f} times as large. Without the one "
-        f"at {ours.position[least]:.3f} m, {100 * (1 - ours.contribution[least]):.0f} % is left. The layout of the rig "
-        f"file has {share['rig file']:.0f} % of the best determinant, an efficiency of "
-        f"{100 * rows['efficiency'].iloc[-1]:.0f} % a mode; it would miss the sensor at "
-        f"{own.position[np.argmax(own.contribution)]:.4g} m most."
+        f"The sensor at {ours.position[most]:.3f} m contributes most, the one at {ours.position[least]:.3f} m least. "
+        f"The layout of the rig file has {share['rig file']:.0f} % of the best determinant; in it the sensor at "
+        f"{own.position[np.argmax(own.contribution)]:.4g} m contributes most."
     )
 
 
@@ -108,7 +101,7 @@ def _layout_table(rows) -> Table:
         Column("Trace", "", ".2f"),
         Column("Condition", "", ".2f"),
         Column("Largest MAC between modes", "", ".3f"),
-        Column("Largest growth of a std by one loss", "", ".2f"),
+        Column("Largest std ratio", "", ".2f"),
     )
     return to_table("layouts", "Layouts of eight sensors for four modes", columns, rows.drop(columns="positions_m"))
 
@@ -120,9 +113,9 @@ def _sensor_table(layout) -> Table:
         Column("Position", "m", ".4f"),
         Column("Contribution E", "", ".4f"),
         Column("Determinant left", "", ".4f"),
-        *(Column(f"Mode {mode}", "", ".3f", "Std without it over that with it") for mode in modes),
+        *(Column(f"Std ratio {mode}", "", ".3f") for mode in modes),
     )
-    return to_table("sensors", "What each sensor carries, and what its loss costs", columns, layout.table)
+    return to_table("sensors", "Contribution of each sensor; std ratio: standard deviation of a mode without it over that with it", columns, layout.table)
 
 
 def _draw_layouts(rig, rows, found) -> Drawing:
@@ -142,5 +135,5 @@ def _draw_layouts(rig, rows, found) -> Drawing:
     panel(bars, "determinant", "Determinant over the best (1)")
     shaft.set_yticks(lines, rows["layout"], fontsize=7)
     bars.set_xlim(0, 1.4)
-    caption = "Layouts compared; grey bands: bushings. One in each bushing exceeds 1: those places are no candidates."
+    caption = "Layouts compared; grey bands: bushings. One sensor in each bushing exceeds 1, since bushings are no candidates."
     return Drawing("sensor_placement_layouts", figure, caption, "Positions and determinants of eight layouts.")

@@ -18,19 +18,25 @@ _INTRODUCTION = (
     "calculation. The article is *Prediction of Clearance Vibration for Intelligent Vehicles Motion Control* "
     "(Sustainability 14, 6698)."
 )
+_ALL = (
+    "The tables list the others; `python -m experiments.article.audit --out audit.html` writes all of them, also as "
+    "`.csv`."
+)
 _COLUMNS = ("where", "text", "printed", "recomputed", "verdict")
 _HEADINGS = ("Where", "Claim", "Printed", "Recomputed", "Verdict")
 
 
 def to_markdown(claims: Sequence[Claim]) -> str:
-    """Return the audit as a page of Markdown."""
-    lines = ["# Audit of the article", "", _INTRODUCTION, "", _summary(claims), ""]
+    """Return the audit as a page of Markdown, with the claims that do not hold."""
+    lines = ["# Audit of the article", "", _INTRODUCTION, "", f"{_summary(claims)} {_ALL}", ""]
     for part, members in _parts(claims):
-        lines += [f"## {part}", "", _row(_HEADINGS), _row(["---"] * len(_HEADINGS))]
-        lines += [_row(getattr(claim, name) for name in _COLUMNS) for claim in members] + [""]
-    lines += ["## How numbers are judged", "", "The first that applies:", ""]
-    lines += [f"- {verdict}: {meaning}." for verdict, meaning in VERDICTS.items()]
-    return "\n".join([*lines, "", "Made by `python -m experiments.article.audit`."]) + "\n"
+        doubted = [claim for claim in members if not claim.holds]
+        lines += [f"## {part}", "", _summary(members), ""]
+        if doubted:
+            lines += [_row(_HEADINGS), _row(["---"] * len(_HEADINGS))]
+            lines += [_row(getattr(claim, name) for name in _COLUMNS) for claim in doubted] + [""]
+    lines += ["## Verdicts", "", "The first that applies:", ""]
+    return "\n".join([*lines, *(f"- {verdict}: {meaning}." for verdict, meaning in VERDICTS.items())]) + "\n"
 
 
 def to_html(claims: Sequence[Claim]) -> str:
@@ -42,7 +48,7 @@ def to_html(claims: Sequence[Claim]) -> str:
         for i, (part, members) in enumerate(_parts(claims), 1)
     ]  # fmt: skip
     rules = "".join(f"<li>{html.formula(f'{verdict}: {meaning}')}</li>\n" for verdict, meaning in VERDICTS.items())
-    sections.append(html.Section("rules", "How numbers are judged", f"<ul>\n{rules}</ul>\n"))
+    sections.append(html.Section("rules", "Verdicts", f"<ul>\n{rules}</ul>\n"))
     introduction = html.paragraph(_INTRODUCTION.replace("*", "")) + html.paragraph(_summary(claims), "verdict")
     return html.page("Audit of the article", sections, introduction)
 
