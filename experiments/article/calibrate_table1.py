@@ -149,8 +149,8 @@ def _shows(found, parameters, members, material, with_shapes) -> str:
         f"rigs fits as well; their fifth frequencies differ by up to {spread:.1f} %, and the least MAC with the "
         f"calibrated rig is {members['least_mac'].min():.3f}. With E, ρ, stiffness and mass free instead, "
         f"{material.warnings[0].partition(' (')[0]}: all may grow by the same factor. With shapes measured to "
-        f"{100 * SHAPE_STD:g} % of their length, {count - len(with_shapes.unidentified)} of {count} parameters would be "
-        f"identified, the mass to {100 * with_shapes.estimates.varied_std[-1]:.1f} %."
+        f"{100 * SHAPE_STD:g} % of their length, {count - len(with_shapes.unidentified)} of {count} parameters would "
+        f"be identified, the mass to {100 * with_shapes.estimates.varied_std[-1]:.1f} %."
     )
 
 

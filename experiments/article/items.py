@@ -122,7 +122,10 @@ for _item in (
     ),
     Item("calibrate_table1", "Calibration of a rig to Table 1", ".calibrate_table1:run", ("rig", "quick")),
     Item("sensor_placement", "Sensor placement by Fisher information", ".sensor_placement:run", ("rig",)),
-    Item("modal_links_rig", "Modal engine, links engine and virtual rig compared", ".modal_links_rig:run", ("study", "quick")),
+    Item(
+        "modal_links_rig", "Modal engine, links engine and virtual rig compared", ".modal_links_rig:run",
+        ("study", "quick"),
+    ),
     Item(
         "motion_control", "Motion control: gap, misestimated gap, preview, plants, identified laws",
         ".motion_control:run", ("study", "runs", "quick"),

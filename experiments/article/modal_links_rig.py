@@ -248,8 +248,8 @@ CAPTIONS = {
         "Frequency and damping over level for four modes.",
     ),
     "harmonics": (
-        f"Harmonics 1 to {ORDERS} of the motion in bushing 2 under a sine of {SINE:g} Hz. Dotted: without contact; thin "
-        "line: radial gap. Even harmonics of the rig are its noise floor.",
+        f"Harmonics 1 to {ORDERS} of the motion in bushing 2 under a sine of {SINE:g} Hz. Dotted: without contact; "
+        "thin line: radial gap. Even harmonics of the rig are its noise floor.",
         "Amplitude of five harmonics over level.",
     ),
     "jumps": (
@@ -321,7 +321,8 @@ def _backbone_table(backbones: pd.DataFrame, setup: Setup) -> Table:
     wide = backbones.assign(damping=100 * backbones["damping"]).pivot(index=keys, columns="mode", values=values)
     order = pd.MultiIndex.from_frame(backbones[keys].drop_duplicates())
     wide = wide.reindex(index=order, columns=pd.MultiIndex.from_product([values, modes]))
-    return to_table("backbones", "Natural frequencies f and damping ratios ζ of four modes over level", columns, wide.reset_index())
+    caption = "Natural frequencies f and damping ratios ζ of four modes over level"
+    return to_table("backbones", caption, columns, wide.reset_index())
 
 
 def _scatter_table(approximations: Approximations, setup: Setup, row: int) -> Table:

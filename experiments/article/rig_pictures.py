@@ -51,10 +51,10 @@ def rendering(item: Item, rig: Rig) -> Result:
          "elevation_deg": v.elevation}
         for title, v in views.items()
     )  # fmt: skip
-    shows = f"Not rendered: {reason}" if reason else "The chain of links, the halves of the bushings and, in (a), the sensors."
+    shown = "The chain of links, the halves of the bushings and, in (a), the sensors."
     return Result(
         method="Rendered off screen by MuJoCo, which needs a GL backend.",
-        shows=shows,
+        shows=f"Not rendered: {reason}" if reason else shown,
         drawings=() if reason else (_drawing(item.name, dict(zip(views, images))),),
         data={item.name: rows},
     )

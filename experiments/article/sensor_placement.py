@@ -115,7 +115,8 @@ def _sensor_table(layout) -> Table:
         Column("Determinant left", "", ".4f"),
         *(Column(f"Std ratio {mode}", "", ".3f") for mode in modes),
     )
-    return to_table("sensors", "Contribution of each sensor; std ratio: standard deviation of a mode without it over that with it", columns, layout.table)
+    caption = "Contribution of each sensor; std ratio: standard deviation of a mode without it over that with it"
+    return to_table("sensors", caption, columns, layout.table)
 
 
 def _draw_layouts(rig, rows, found) -> Drawing:
@@ -135,5 +136,5 @@ def _draw_layouts(rig, rows, found) -> Drawing:
     panel(bars, "determinant", "Determinant over the best (1)")
     shaft.set_yticks(lines, rows["layout"], fontsize=7)
     bars.set_xlim(0, 1.4)
-    caption = "Layouts compared; grey bands: bushings. One sensor in each bushing exceeds 1, since bushings are no candidates."
+    caption = "Layouts; grey bands: bushings. One sensor in each bushing exceeds 1, since bushings are no candidates."
     return Drawing("sensor_placement_layouts", figure, caption, "Positions and determinants of eight layouts.")
