@@ -65,8 +65,7 @@ def run(item: Item, rig: Rig, quick: bool, starts: int = 32, step: float = 0.01,
             "Free: positions of the two bushings, their grease stiffness (the same in both) and the mass at the tip; "
             "given: a steel shaft of 1 m and 8.617 mm diameter. Bounded least squares on the logarithms, "
             f"{starts} starts (Latin hypercube, seed {seed}). Standard deviation of a frequency: rounding to {STEP:g} "
-            f"Hz, {STEP / 12**0.5:.4f} Hz. For the family the diameter is free too, and the first bushing is held at "
-            "one position after the other."
+            f"Hz, {STEP / 12**0.5:.4f} Hz. For the family the diameter is free too."
         ),
         shows=_shows(found, parameters, members, material, with_shapes),
         drawings=(first, _draw_family(rig, found, members)),

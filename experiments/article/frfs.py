@@ -39,7 +39,7 @@ def overlay(item: Item, study: Study, nodes: Sequence[int], columns: int, level:
     errors, words = _errors(study, found, level, nodes, rows), test_words(study, level)
     caption = (
         f"Magnitude of acceleration over base acceleration, engine {study.engines[0]}; test: {words}. Closest to the "
-        f"test: {_closest(errors, study.engines[0])}. Dips of a model far below the test are cut."
+        f"test: {_closest(errors, study.engines[0])}."
     )
     alt = f"FRF magnitudes of test and models at sensors {', '.join(map(str, nodes))}."
     levels = {"test_db": test, "repeat_db": decibel(found[-1].frf)}

@@ -309,7 +309,7 @@ def _harmonics_in_words(harmonics: pd.DataFrame, setup: Setup) -> str:
 
 
 def _backbone_table(backbones: pd.DataFrame, setup: Setup) -> Table:
-    backbones = backbones[backbones["level_m_s2"].isin(setup.shown)]
+    backbones = backbones[backbones["level_m_s2"].isin((setup.levels[0], setup.levels[-1]))]
     keys, modes = ["system", "level_m_s2"], range(1, N_MODES + 1)
     columns = (
         Column("System"),
@@ -332,7 +332,8 @@ def _scatter_table(approximations: Approximations, setup: Setup, row: int) -> Ta
         Column("Noise of the mean", "dB", ".1f"),
         Column("Distortion of one realisation", "dB", ".1f"),
     )
-    rows = [(*key, *_scatter(found, row)) for key, found in approximations.items() if key[1] in setup.shown]
+    ends = setup.levels[0], setup.levels[-1]
+    rows = [(*key, *_scatter(found, row)) for key, found in approximations.items() if key[1] in ends]
     return to_table("scatter", "Scatter of the FRF in bushing 2 over the band, relative to the FRF", columns, rows)
 
 

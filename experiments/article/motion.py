@@ -94,8 +94,8 @@ def prior_information(names: Sequence[str] = COMPARED) -> dict[str, str]:
     of_clearance: dict[str, list[str]] = {}
     for name in names:
         of_clearance.setdefault(CONTROLLERS[name].prior, []).append(CONTROLLERS[name].label)
-    common = {"all": "the nominal vehicle, the servo, the steering's stiffness without clearance"}
-    return common | {"; ".join(labels): f"of the clearance: {prior}" for prior, labels in of_clearance.items()}
+    common = {"all": "nominal vehicle, servo, steering's stiffness without clearance; of the clearance in addition:"}
+    return common | {"; ".join(labels): prior for prior, labels in of_clearance.items()}
 
 
 # Figures 11 to 13.

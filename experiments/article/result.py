@@ -27,10 +27,10 @@ class Result:
     """each becomes a CSV file, by its name without ".csv"; no timings: two runs give the same bytes"""
     tables: Sequence[Table] = ()
     """to read: published values beside ours"""
-    details: Sequence[Table] = ()
-    """further tables, of the index page alone"""
     prior_information: Mapping[str, str] = field(default_factory=dict)
     """of each model, by its name"""
+    details: Sequence[Table] = ()
+    """further tables, of the index page alone"""
 
 
 def to_table(name: str, caption: str, columns: Iterable[Column], rows: pd.DataFrame | Iterable[Sequence]) -> Table:
