@@ -191,7 +191,7 @@ PAIRS = {
     ("periodic/loops.py", "SLOW = 0.1", "SLOW = 0.2"): ["periodic.solver:Solver.loops.onwards"],
     ("clearance/greases/bouc_wen.py", "half = plus(z, times(0.5", "half = plus(z, times(0.4"): [
         "identify.laws.grease._bouc_wen",
-        "joints.hysteresis.loop_force",
+        "experiments.joints.hysteresis.loop_force",
     ],
     ("clearance/walls/slot.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["experiments.joints.hysteresis.loop_force"],
     ("clearance/lanes.py", "larger(b * log2, -1020.0)", "larger(b * log2, -1000.0)"): ["engines.modal_loop.advance"],
