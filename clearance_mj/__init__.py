@@ -93,17 +93,17 @@ _HOMES = {name: module for module, names in _NAMES.items() for name in names.spl
 def __getattr__(name: str) -> Any:
     """Import a public name, or a part of the package."""
     if name in _HOMES:
-        found = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+        value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     else:
         home = f"{__name__}.{'signals.excitation' if name == 'excitation' else name}"
         try:
-            found = import_module(home)
+            value = import_module(home)
         except ModuleNotFoundError as error:
             if error.name != home:
                 raise
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
-    globals()[name] = found
-    return found
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

@@ -65,8 +65,8 @@ def mode_shapes(rig: Rig, x: Sequence[float | str] | np.ndarray, n: int) -> np.n
     ndarray, shape (n_x, n)
         1/sqrt(kg).
     """
-    found, points = _in_gap(rig, n + 16), x.tolist() if isinstance(x, np.ndarray) else list(x)
-    return np.asarray(found.rows(points) @ found.transform)[:, :n]
+    in_gap, points = _in_gap(rig, n + 16), x.tolist() if isinstance(x, np.ndarray) else list(x)
+    return np.asarray(in_gap.rows(points) @ in_gap.transform)[:, :n]
 
 
 @checks_kinds

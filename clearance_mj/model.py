@@ -208,10 +208,10 @@ def _kept(path: Path, rig: Rig, n: int, seed: int) -> list[Model]:
     damages = OSError, ValueError, KeyError, TypeError, RecursionError
     with naming(path, damages, LawError, "{}: holds no draws of a model ({})"):
         drawn = json.loads(plain_file(path).read_text(encoding="utf-8"))["drawn"]
-        found = [Model.from_dict(drawn[i], rig) for i in np.random.default_rng(seed).permutation(len(drawn))[:n]]
-    if len(found) < n:
+        models = [Model.from_dict(drawn[i], rig) for i in np.random.default_rng(seed).permutation(len(drawn))[:n]]
+    if len(models) < n:
         raise LawError(f"{path}: keeps {len(drawn)} draws, {n} are wanted; identify again to draw more")
-    return found
+    return models
 
 
 def _rig(data: dict[str, Any], known: Rig) -> Rig:

@@ -87,9 +87,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.simplefilter("error", ImplausibleRig)
             load_plugin(getattr(options, "plugin", None))
             with vectors(getattr(options, "figures", None)):
-                found = options.entry.result(options)
-            data = found.data | ({"out": str(options.out)} if options.out else {})
-            said = to_json(data) if options.json else "".join(f"{words}\n" for words in found.words)
+                result = options.entry.result(options)
+            data = result.data | ({"out": str(options.out)} if options.out else {})
+            said = to_json(data) if options.json else "".join(f"{words}\n" for words in result.words)
         print(said, end="")
         if sys.stdout:
             sys.stdout.flush()

@@ -32,7 +32,7 @@ def run(options: Options) -> Result:
         return follow_backbone(model, mode, amplitudes, **shared)
 
     by_mode = dict(run_tasks(follow, modes, options.workers, progress="" if options.quiet else "modes"))
-    found = [by_mode[mode] for mode in modes]
+    curves = [by_mode[mode] for mode in modes]
     data = settings(model) | {name: getattr(options, name) for name in PERIODIC}
-    said = [line for each in found for line in words(each)]
-    return Result(data | {"backbones": [of_backbone(each) for each in found]}, said, rows(found), [draw(found)])
+    said = [line for each in curves for line in words(each)]
+    return Result(data | {"backbones": [of_backbone(each) for each in curves]}, said, rows(curves), [draw(curves)])

@@ -44,9 +44,9 @@ def _free(text: str) -> tuple[str, tuple[float, float] | None]:
 def run(options: Options) -> Result:
     """Find a rig's parameters from measured natural frequencies, shapes or FRFs."""
     rig, targets = Rig.load(options.rig), [_target(path, options) for path in options.targets]
-    found = calibrate(rig, targets, dict(options.free), options.starts, options.seed, not options.quiet)
-    found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
-    return Result(found.to_dict(), _words(found), drawings=[draw(found)])
+    calibration = calibrate(rig, targets, dict(options.free), options.starts, options.seed, not options.quiet)
+    calibration.rig.copied(options.new / "structure").save(options.new / "rig.toml")
+    return Result(calibration.to_dict(), _words(calibration), drawings=[draw(calibration)])
 
 
 def _target(path: Path, options: Options) -> ModalTarget | FRFTarget:
@@ -56,10 +56,10 @@ def _target(path: Path, options: Options) -> ModalTarget | FRFTarget:
     return target if options.fit == "frf" else modal_target(target, options.modes, options.std)
 
 
-def _words(found: Calibration) -> Iterator[str]:
-    fit = found.estimates
+def _words(calibration: Calibration) -> Iterator[str]:
+    fit = calibration.estimates
     for path, value, std in zip(fit.names, fit.value, fit.std):
         yield f"{path:32s} {value:.6g} ± {std:.2g}"
-    for row in found.to_dict()["modes"]:
+    for row in calibration.to_dict()["modes"]:
         yield "mode {mode:.0f}  {test_hz:.3f} Hz, started {start_hz:.3f}, calibrated {calibrated_hz:.3f}".format(**row)
-    yield from (f"warning: {words}" for words in found.warnings)
+    yield from (f"warning: {words}" for words in calibration.warnings)

@@ -55,19 +55,19 @@ def spins_of(options: Options, beyond: float = BEYOND) -> tuple[Model, Rig, np.n
 
 
 def of_speeds(
-    options: Options, model: Model, found: Campbell | UnbalanceResponse, caption: str, table: pd.DataFrame
+    options: Options, model: Model, diagram: Campbell | UnbalanceResponse, caption: str, table: pd.DataFrame
 ) -> Result:
     """Return what a command found over the speed, its critical speeds too, which are written."""
-    critical, threshold = found.criticals, found.shaft.threshold(found.speed)
-    data = {"speed": found.speed[[0, -1]].tolist(), "operating": found.operating}
+    critical, threshold = diagram.criticals, diagram.shaft.threshold(diagram.speed)
+    data = {"speed": diagram.speed[[0, -1]].tolist(), "operating": diagram.operating}
     data |= {"threshold": threshold, "critical_speeds": critical.to_dict("records")}
     write_csv(options.new / "critical_speeds.csv", critical)
-    words = [f"critical speeds up to {RPM * found.speed[-1]:.5g} rev/min:{'' if len(critical) else ' none'}"]
+    words = [f"critical speeds up to {RPM * diagram.speed[-1]:.5g} rev/min:{'' if len(critical) else ' none'}"]
     if len(critical):
         words += [critical.drop(columns="spin_rad_s").to_string(index=False, float_format="{:.4g}".format)]
     above = "at none of these speeds" if threshold is None else f"above {RPM * threshold:.5g} rev/min"
     words += [f"the shaft whirls by itself {above}"]
-    return Result(settings(model) | data, words, table, [Drawing(options.command, found.plot(), caption, caption)])
+    return Result(settings(model) | data, words, table, [Drawing(options.command, diagram.plot(), caption, caption)])
 
 
 @command(
@@ -77,9 +77,9 @@ def of_speeds(
 def run(options: Options) -> Result:
     """Draw natural frequencies of a turning shaft over its spin; critical speeds, margins, onset of whirl."""
     model, rig, spins, operating = spins_of(options)
-    found = campbell(rig, spins, options.n, options.modes, operating)
-    of_each = {"frequency_hz": found.frequency, "damping_ratio": found.damping_ratio, "sense": found.sense}
-    of_each["whirl"] = whirl_names(found.sense)
-    table = long_table("mode", range(1, len(found.frequency) + 1), "spin_rad_s", found.speed, **of_each)
+    diagram = campbell(rig, spins, options.n, options.modes, operating)
+    of_each = {"frequency_hz": diagram.frequency, "damping_ratio": diagram.damping_ratio, "sense": diagram.sense}
+    of_each["whirl"] = whirl_names(diagram.sense)
+    table = long_table("mode", range(1, len(diagram.frequency) + 1), "spin_rad_s", diagram.speed, **of_each)
     caption = f"Natural frequencies of rig “{rig.name}” over its spin, its bushings filled and not in contact."
-    return of_speeds(options, model, found, caption, table)
+    return of_speeds(options, model, diagram, caption, table)

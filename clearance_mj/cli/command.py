@@ -129,18 +129,18 @@ class Command:
             options.new = folder.new
             return self._written(self.run(options), options)
 
-    def _written(self, found: Result, options: Options) -> Result:
+    def _written(self, result: Result, options: Options) -> Result:
         """Write data, rows and drawings; nothing if the data are no JSON."""
         from ..report.tables import write_csv
 
-        drawings = [*found.drawings]
+        drawings = [*result.drawings]
         figures = [str(options.out / f"{drawing.name}.png") for drawing in drawings]
-        data, words = found.data | ({"figures": figures} if figures else {}), [*found.words]
+        data, words = result.data | ({"figures": figures} if figures else {}), [*result.words]
         if self.holds_data:
             data |= {"provenance": provenance(options)}
             write_text(options.new / f"{self.base}.json", to_json(data))
-        if found.rows is not None:
-            write_csv(options.new / f"{self.base}.csv", found.rows)
+        if result.rows is not None:
+            write_csv(options.new / f"{self.base}.csv", result.rows)
         for path, drawing in zip(figures, drawings):
             drawing.write(options.new)
             words.append(f"figure: {path}\n  {drawing.caption}")

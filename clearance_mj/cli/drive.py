@@ -46,8 +46,8 @@ def run(options: Options) -> Result:
     columns = _columns(options)
     runs, told = ([DriveRecord.read(path, columns) for path in paths] for paths in (options.runs, options.predict))
     if any(run.both_ends for run in runs):
-        found = fit_drive(runs, progress=not options.quiet)
-        data = write_drive(found, runs, told, options.new)
+        fit = fit_drive(runs, progress=not options.quiet)
+        data = write_drive(fit, runs, told, options.new)
     elif told:
         raise ClearanceError("--predict needs logs of both ends to find a drive from; these have the motor's alone")
     else:

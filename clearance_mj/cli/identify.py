@@ -48,30 +48,30 @@ def run(options: Options) -> Result:
     with output_folder(out, "identify", inputs(options)) as folder:
         folder.refuse_others("rig.toml", "law.json", "posterior.json", "identified.json", "index.html")
         name = options.method or (RIG_EXACT if options.rig_exact else DEFAULT)
-        found = _found(options, dataset, name)
-        failure = _written(found, dataset, folder.new, options)
+        identified = _identified(options, dataset, name)
+        failure = _written(identified, dataset, folder.new, options)
         if not failure:  # a study does not find it again
-            stored_law(folder.cache, name, dataset, lambda: found)
+            stored_law(folder.cache, name, dataset, lambda: identified)
             folder.cache.drop_unused()
-    words = [*_words(found, out)]
+    words = [*_words(identified, out)]
     if failure:
         print("\n".join(words))
         raise ClearanceError(f"{out}: what was found is kept, and drawing it failed: {failure}") from failure
     if not options.no_figures:
         words += [f"report: {out / 'index.html'}"]
-    if len(found.unseen_gaps) < len(found.rig.bushings):
+    if len(identified.unseen_gaps) < len(identified.rig.bushings):
         words += [f"next: {spelled('simulate', out, '--rms', 2, '--gap', 'x0.5')}: what half of the gap would do"]
     if dataset.path and dataset.path.is_dir() and any(record.role == "validate" for record in dataset.records):
         words += [f"next: {spelled('study', dataset.path)}: how well records that were kept back are predicted"]
-    return Result({"law": found.law.to_dict()} | found.to_dict(), words)
+    return Result({"law": identified.law.to_dict()} | identified.to_dict(), words)
 
 
-def _written(found: Identified, dataset: Dataset, new: Path, options: Options) -> Exception | None:
+def _written(identified: Identified, dataset: Dataset, new: Path, options: Options) -> Exception | None:
     """Write what was found, then draw it; return what made drawing fail, of which nothing then stays."""
     try:
-        found.save(new, dataset, provenance(options))
+        identified.save(new, dataset, provenance(options))
         if not options.no_figures:
-            write_identification(found, dataset, new, options.out, workers=None, progress=not options.quiet)
+            write_identification(identified, dataset, new, options.out, workers=None, progress=not options.quiet)
     except Exception as failure:
         if not (new / "law.json").exists():
             raise
@@ -82,29 +82,29 @@ def _written(found: Identified, dataset: Dataset, new: Path, options: Options) -
     return None
 
 
-def _found(options: Options, dataset: Dataset, name: str) -> Identified:
+def _identified(options: Options, dataset: Dataset, name: str) -> Identified:
     """What the method finds; what it warns of is printed, also where it then fails."""
     said: list[str] = []
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: said.append(str(message))
         try:
-            found = identify(dataset, name, not options.quiet)
-            said += found.warnings
+            identified = identify(dataset, name, not options.quiet)
+            said += identified.warnings
         finally:
             for words in dict.fromkeys(said):
                 say(words, "warning")
-    return found
+    return identified
 
 
-def _words(found: Identified, out: Path) -> Iterator[str]:
-    if found.estimates:
-        yield from parameter_words(found.estimates, 48, f"{'found':>11s}   std  (over that of before)")
-    if families := found.pages.get("families", ()):
+def _words(identified: Identified, out: Path) -> Iterator[str]:
+    if identified.estimates:
+        yield from parameter_words(identified.estimates, 48, f"{'found':>11s}   std  (over that of before)")
+    if families := identified.pages.get("families", ()):
         yield f"{'family':71s} weight  misfit  held out"
     for family in families:
         numbers = f"{family.weight:6.3f} {family.misfit:7.3f} {family.held_out:9.3f}"
         yield f"bushing {family.bushing + 1}: {family.name:60s} {numbers}"
-    yield str(found.model)
+    yield str(identified.model)
     yield f"rig and law: {out / 'rig.toml'}, {out / 'law.json'}"
 
 

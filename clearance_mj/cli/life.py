@@ -45,8 +45,8 @@ def run(options: Options) -> Result:
     if options.history and options.draws:
         raise ClearanceError("--draws is of what tolerances say, and with --history that says it; leave --draws out")
     model = load_model(options)
-    found = _predicted(options, model, _operation(options, model))
-    return Result(settings(model) | summary(found), found.words(), rows(found), [draw(found)])
+    life = _predicted(options, model, _operation(options, model))
+    return Result(settings(model) | summary(life), life.words(), rows(life), [draw(life)])
 
 
 def _operation(options: Options, model: Model) -> Operation:

@@ -123,17 +123,17 @@ def _responses(options: Options, name: str, model: Model) -> list[tuple[float, R
     rms = options.levels(kind) if options.levels else (psd.rms,) if psd else LEVELS
     drawn = Scatter.load(options.scatter).draw(model, count, options.seed) if options.scatter else None
     cases = [(level, i) for level in rms for i in range(count)]
-    found = simulate_batch(
+    responses = simulate_batch(
         [drawn.model(i) if drawn else model for _, i in cases],
         [excitation(options, kind, level, i, psd) for level, i in cases], None, options.engine, options.workers,
         not options.quiet,
     )  # fmt: skip
-    return [(level, response) for (level, _), response in zip(cases, found)]
+    return [(level, response) for (level, _), response in zip(cases, responses)]
 
 
 def _measured(path: Path, model: Model) -> Response:
-    found = read(path)
-    return found if isinstance(found, Response) else read_record(path, model.rig, "validate").response()
+    response = read(path)
+    return response if isinstance(response, Response) else read_record(path, model.rig, "validate").response()
 
 
 def _write_wavs(

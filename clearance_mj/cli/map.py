@@ -32,20 +32,20 @@ def run(options: Options) -> Result:
     names = {channel.name for channels in files.values() for channel in channels}
     if unknown := sorted(decided.keys() - names):
         raise ClearanceError(f'--column: {options.files[0]} has no channel "{unknown[0]}"')
-    found = map_channels(files, rig, options.kind, options.band, not options.quiet)
-    reasons = {**found.reasons, **dict.fromkeys(decided, "as you said")}
-    found = dataclasses.replace(found, channels={**found.channels, **decided}, reasons=reasons)
-    if out.exists() and read_lines(out) != found.to_toml().splitlines():
+    channel_map = map_channels(files, rig, options.kind, options.band, not options.quiet)
+    reasons = {**channel_map.reasons, **dict.fromkeys(decided, "as you said")}
+    channel_map = dataclasses.replace(channel_map, channels={**channel_map.channels, **decided}, reasons=reasons)
+    if out.exists() and read_lines(out) != channel_map.to_toml().splitlines():
         raise ClearanceError(f"--out {out}: is there and says otherwise; give another name, or remove it")
-    found.save(out)
-    words = [str(found)]
-    if asked := ", ".join(f'"{name}"' for name in found.undecided):
+    channel_map.save(out)
+    words = [str(channel_map)]
+    if asked := ", ".join(f'"{name}"' for name in channel_map.undecided):
         words += [f'{out}: to be decided: {asked}; write what each is instead of "?", such as "acc:3 [g]" or "skip"']
     words += [f"next: {spelled('convert', *options.files, 'bench', '--rig', options.rig, '--map', out)}"]
     data = {
-        "channels": dict(found.channels),
-        "reasons": dict(found.reasons),
-        "notes": list(found.notes),
-        "undecided": list(found.undecided),
+        "channels": dict(channel_map.channels),
+        "reasons": dict(channel_map.reasons),
+        "notes": list(channel_map.notes),
+        "undecided": list(channel_map.undecided),
     }
     return Result(data, words)

@@ -30,11 +30,11 @@ def run(options: Options) -> Result:
     names = dict(_driving_points(options.driving_point))
     frfs = [read_frf(path, options.column) for path in options.frfs]
     with naming(", ".join(map(str, options.frfs)), ClearanceError):
-        found = modes_from_frf(frfs, options.modes, options.band, driving_points=names)
-    found.structure.write_csv(options.new / "modes.csv")
+        measured = modes_from_frf(frfs, options.modes, options.band, driving_points=names)
+    measured.structure.write_csv(options.new / "modes.csv")
     caption = "Measured FRFs and what the structure gives for them."
-    drawing = Drawing("synthesis", found.figure(), caption, caption)
-    return Result(found.summary() | {"out": str(options.out)}, _words(found, options.out), drawings=[drawing])
+    drawing = Drawing("synthesis", measured.figure(), caption, caption)
+    return Result(measured.summary() | {"out": str(options.out)}, _words(measured, options.out), drawings=[drawing])
 
 
 def _driving_points(pairs: list[str]) -> list[tuple[str, str]]:
@@ -44,16 +44,16 @@ def _driving_points(pairs: list[str]) -> list[tuple[str, str]]:
     return [(reference.strip(), dof.strip()) for reference, dof in (pair.split("=") for pair in pairs)]
 
 
-def _words(found: MeasuredModes, out: Path) -> Iterator[str]:
-    structure, below = found.structure, found.below
+def _words(measured: MeasuredModes, out: Path) -> Iterator[str]:
+    structure, below = measured.structure, measured.below
     yield "mode  frequency (Hz)  damping (%)  phase collinearity"
-    modes = zip(structure.frequencies[below:], structure.ratios[below:], found.collinearity)
+    modes = zip(structure.frequencies[below:], structure.ratios[below:], measured.collinearity)
     for i, (frequency, damping, mpc) in enumerate(modes, 1):
         yield f"{i:4d}  {frequency:14.3f}  {100 * damping:11.2f}  {mpc:18.3f}"
-    for label, share, error in zip(found.measured.labels, found.frac, found.rmse_db):
+    for label, share, error in zip(measured.measured.labels, measured.frac, measured.rmse_db):
         yield f"{label}: FRAC {share:.4f}, RMSE {error:.2f} dB"
     if below:
         yield f"{below} more stand for modes below the band"
-    if found.left_out:
-        yield f"left out, of negative mass at the driving point: {', '.join(f'{f:.3g} Hz' for f in found.left_out)}"
+    if measured.left_out:
+        yield f"left out, of negative mass at the driving point: {', '.join(f'{f:.3g} Hz' for f in measured.left_out)}"
     yield f"next: {spelled('new', 'NAME', '--kind', 'modes', '--file', out / 'modes.csv')}: a rig of this structure"

@@ -28,8 +28,8 @@ def run(options: Options) -> Result:
         raise ClearanceError(f"{options.rig}: the rig has no bushings whose motion could be drawn")
     kind = rig.shaker.kind
     excitations = [excitation(options, kind, level) for level in options.levels(kind)]
-    found = simulate_batch(model, excitations, None, options.engine, options.workers, not options.quiet)
-    responses = dict(zip(options.levels(kind), found))
+    simulated = simulate_batch(model, excitations, None, options.engine, options.workers, not options.quiet)
+    responses = dict(zip(options.levels(kind), simulated))
     peaks = {f"{level:g}": abs(r.displacement).max(axis=1).tolist() for level, r in responses.items()}
     data = settings(model) | {"peak_displacement": peaks, "engine": options.engine}
     return Result(data, drawings=drawings(rig, responses, options.sine, drop))

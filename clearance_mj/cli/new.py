@@ -232,12 +232,12 @@ def _with_examples(options: Options) -> list[str]:
     if options.bushing_material and (options.contact or options.section or options.kind in EXAMPLE_FILES):
         raise ClearanceError("--bushing-material proposes the contact of a round shaft: leave it out, or --contact")
     instead = {"diameter": options.section or options.step, "length": options.step, "grease": options.oil is not None}
-    found = []
+    lines = []
     for name, (value, paths) in (OF_GEARS if options.kind == "gears" else EXAMPLES).items():
         if getattr(options, name) in (None, []) and not instead.get(name):
-            found += paths.split()
+            lines += paths.split()
             setattr(options, name, value)
-    return [path for path in found if not (options.bushing_material and path == "contact.stiffness")]
+    return [path for path in lines if not (options.bushing_material and path == "contact.stiffness")]
 
 
 def _marked(options: Options, ends: Sequence[str], rig: dict[str, Any]) -> dict[str, Any]:
@@ -263,9 +263,9 @@ def _contact_and_film(
     if not options.bushing_material:
         return Contact(*options.contact), film
     sizes = options.bushing_thickness, options.bushing_length, radius, options.gap
-    found = layer_contact(options.bushing_material, *sizes)
-    options.spread = max(getattr(options, "spread", 0.0), found.spread)
-    rounded = [float(f"{value:.3g}") for value in (found.stiffness, found.bearable_depth)]
+    contact = layer_contact(options.bushing_material, *sizes)
+    options.spread = max(getattr(options, "spread", 0.0), contact.spread)
+    rounded = [float(f"{value:.3g}") for value in (contact.stiffness, contact.bearable_depth)]
     return Contact(rounded[0], options.contact[1], rounded[1]), film
 
 

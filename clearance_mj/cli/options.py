@@ -42,17 +42,17 @@ def numbers(text: str, quantity: str = "") -> tuple[float, ...]:
     try:
         if ":" in text:
             low, high, count = text.split(":")
-            found = tuple(_evenly(number(low), number(high), int(count)))
+            values = tuple(_evenly(number(low), number(high), int(count)))
         else:
-            found = tuple(number(part) for part in text.split(","))
+            values = tuple(number(part) for part in text.split(","))
     except ValueError:
-        found = ()
-    if not found or not all(0 < number < math.inf for number in found):
+        values = ()
+    if not values or not all(0 < number < math.inf for number in values):
         raise argparse.ArgumentTypeError(
             f"{text!r} is neither a list of numbers above 0, such as 0.5,1,2, nor a range FROM:TO:COUNT of up to "
             f"{MAX_NUMBERS}, such as 0.5:10:50"
         )
-    return found
+    return values
 
 
 def listed(kind: type[float], words: str) -> Callable[[str], list[float]]:

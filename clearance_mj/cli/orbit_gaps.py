@@ -33,12 +33,12 @@ def run(options: Options) -> Result:
     if unknown := [name for name in options.follow if name not in records]:
         raise RecordError(f"--follow {unknown[0]}: {options.records} has no such record; it has {', '.join(records)}")
     later = [records.pop(name) for name in dict.fromkeys(options.follow)]
-    found = orbits(list(records.values()), given or dataset.rig)
-    found.model.save(options.new, provenance(options))
-    caption = f"Orbits in the bushings of rig “{found.rig.name}”, about the middle of the wall that they tell."
-    words = [*found.words(), *(f"warning: {each}" for each in found.warnings)]
-    drawings, said_of = [Drawing("orbits", found.plot(), caption, caption)], {}
-    for twin in (follow_orbits(record, found) for record in later):
+    gaps = orbits(list(records.values()), given or dataset.rig)
+    gaps.model.save(options.new, provenance(options))
+    caption = f"Orbits in the bushings of rig “{gaps.rig.name}”, about the middle of the wall that they tell."
+    words = [*gaps.words(), *(f"warning: {each}" for each in gaps.warnings)]
+    drawings, said_of = [Drawing("orbits", gaps.plot(), caption, caption)], {}
+    for twin in (follow_orbits(record, gaps) for record in later):
         name = f"followed_{twin.record}"
         alarms = [alarm.to_dict() | {"words": str(alarm)} for alarm in twin.alarms]
         told = {"record": twin.record, "windows": twin.rows(), "alarms": alarms, "provenance": provenance(options)}
@@ -47,4 +47,4 @@ def run(options: Options) -> Result:
         words += [f"{twin.record}: {said}" for said in twin.alarms or ("no alarm",)]
         said_of[twin.record] = [str(alarm) for alarm in twin.alarms]
     words += [f"next: {spelled('unbalance', options.out)}: critical speeds under the unbalance that was found"]
-    return Result(found.to_dict() | {"clearances": found.rows(), "alarms": said_of}, words, drawings=drawings)
+    return Result(gaps.to_dict() | {"clearances": gaps.rows(), "alarms": said_of}, words, drawings=drawings)

@@ -35,11 +35,11 @@ def run(options: Options) -> Result:
     if not options.resolution > 0:
         raise ClearanceError(f"--resolution {options.resolution:g} Hz: must be above 0")
     rig, response, used = _read(options) if options.rig.suffix.lower() in RESPONSES else _simulated(options)
-    found = _without_start(whirl(rig, response), options.drop)
-    end = found.ending(1 / options.resolution, options.turns)
+    motion = _without_start(whirl(rig, response), options.drop)
+    end = motion.ending(1 / options.resolution, options.turns)
     drawings = [draw_orbits(end, options.turns), draw_spectra(end, options.resolution)]
-    if not found.is_steady:
-        drawings += draw_over_speed(found, 2 * options.resolution)
+    if not motion.is_steady:
+        drawings += draw_over_speed(motion, 2 * options.resolution)
     bushings = of_orbits(end, options.turns)
     return Result(used | {"bushings": bushings}, map(_words, bushings), drawings=drawings)
 
@@ -65,14 +65,14 @@ def _simulated(options: Options) -> tuple[Rig, Response, dict[str, Any]]:
     return model.rig, response, settings(model) | {"engine": options.engine}
 
 
-def _without_start(found: Whirl, drop: float | None) -> Whirl:
+def _without_start(motion: Whirl, drop: float | None) -> Whirl:
     if drop is None:
-        drop = (found.time[-1] - found.time[0]) / 4 if found.is_steady else 0.0
-    if not 0 <= drop < found.time[-1]:
+        drop = (motion.time[-1] - motion.time[0]) / 4 if motion.is_steady else 0.0
+    if not 0 <= drop < motion.time[-1]:
         raise ClearanceError(
-            f"--drop {drop:g}: must be in 0 to less than {found.time[-1]:g} s, where the response ends"
+            f"--drop {drop:g}: must be in 0 to less than {motion.time[-1]:g} s, where the response ends"
         )
-    return found.between(drop) if drop else found
+    return motion.between(drop) if drop else motion
 
 
 def _words(of: dict[str, Any]) -> str:

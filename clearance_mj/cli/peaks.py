@@ -32,10 +32,10 @@ def run(options: Options) -> Result:
     psd = psd if options.rms is None else psd.scaled(options.rms(psd.kind))
     quantity = KINDS.get(options.quantity, options.quantity)
     limit = None if options.limit is None else si_value(options.limit, quantity)
-    found = peaks_over_an_hour(
+    peaks = peaks_over_an_hour(
         model, psd, options.duration, options.seed, options.quantity, options.hours, limit,
         engine=options.engine,
     )  # fmt: skip
-    warn_of_depths(model, found.median, found.quantity)
-    data = settings(model) | {"psd": psd.to_dict(), "seed": options.seed, "engine": options.engine} | plain(found)
-    return Result(data, words(found), rows(found), [draw(found)])
+    warn_of_depths(model, peaks.median, peaks.quantity)
+    data = settings(model) | {"psd": psd.to_dict(), "seed": options.seed, "engine": options.engine} | plain(peaks)
+    return Result(data, words(peaks), rows(peaks), [draw(peaks)])

@@ -48,9 +48,9 @@ def run(options: Options) -> Result:
     noise = _noise(options.noise, position)
     places = candidates(rig, position, options.modes, options.weights, noise, options.unwanted)
     required = [position.index(x) for x in options.at]
-    found = place_sensors(places, options.sensors, options.criterion, options.method, required)
-    data = found.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
-    return Result(data, _words(found), found.table, [draw(rig, places, found, options.modes)])
+    placement = place_sensors(places, options.sensors, options.criterion, options.method, required)
+    data = placement.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
+    return Result(data, _words(placement), placement.table, [draw(rig, places, placement, options.modes)])
 
 
 def _noise(text: str, position: list[float | str]) -> float | np.ndarray:
@@ -71,12 +71,12 @@ def _noise(text: str, position: list[float | str]) -> float | np.ndarray:
     return np.interp(np.array(position, dtype=float), known, std)
 
 
-def _words(found: Placement) -> Iterator[str]:
-    for label, share, growth in zip(found.labels, found.contribution, found.std_growth.max(axis=1)):
+def _words(placement: Placement) -> Iterator[str]:
+    for label, share, growth in zip(placement.labels, placement.contribution, placement.std_growth.max(axis=1)):
         grown = f"standard deviations grow up to {growth:.2f} times"
         cost = grown if growth < np.inf else "a mode is no longer identifiable"
         yield f"{label:9} carries {share:.3f}; without it the determinant is {1 - share:.3f} of this, {cost}"
     yield (
-        f"determinant {found.determinant:.4g}, trace {found.trace:.4g}, condition {found.condition:.3g}, "
-        f"largest MAC between modes {found.worst_mac:.3f}"
+        f"determinant {placement.determinant:.4g}, trace {placement.trace:.4g}, condition {placement.condition:.3g}, "
+        f"largest MAC between modes {placement.worst_mac:.3f}"
     )

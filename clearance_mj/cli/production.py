@@ -68,7 +68,7 @@ def run(options: Options) -> Result:
     designs = tolerance.draw_designs(model, scatter or "posterior", options.designs, options.seed)
     kept = options.out / ".clearance-mj" / "designs"
     runner = tolerance.Runner(options.workers, options.scheduler, None, not options.quiet, kept)
-    found = sensitivity = hours = None
+    production = sensitivity = hours = None
     tightenings: dict[str, tolerance.Tightening] = {}
     tighter = options.allowed, min(options.designs, MOST_LEARNT_FROM), options.seed, runner
     if noise:
@@ -80,7 +80,7 @@ def run(options: Options) -> Result:
             tightenings["tightening_random"] = tolerance.random_tightening(model, scatter, random, *tighter)
     sines = tolerance.Sines(levels, frequencies, limit, options.kind, **shared.periodic_settings(options))
     if of_sines:
-        found = tolerance.production(model, scatter or "posterior", sines, options.designs, options.seed, runner)
+        production = tolerance.production(model, scatter or "posterior", sines, options.designs, options.seed, runner)
     if options.sobol:
         sensitivity = tolerance.rattle_sensitivity(model, scatter, sines, options.sobol, options.seed, runner)
     if of_sines and options.allowed:
@@ -89,19 +89,19 @@ def run(options: Options) -> Result:
     runner.drop_unused()
     data = settings(model) | {"scatter": scatter.to_dict() if scatter else "posterior", "seed": options.seed}
     data |= {"frequency": frequencies.tolist()} if of_sines else {}
-    data |= write_production(designs, options.new, found, sensitivity, tightenings, hours)
+    data |= write_production(designs, options.new, production, sensitivity, tightenings, hours)
     for name, tightening in tightenings.items():
         if tightening.cheapest:
             tightening.scatter.save(options.new / f"{name.replace('ening', 'ened')}.toml")
-    return Result(data, _words(found, scatter, hours, tightenings), rows(found) if found else None)
+    return Result(data, _words(production, scatter, hours, tightenings), rows(production) if production else None)
 
 
 def _words(
-    found: tolerance.Production | None, scatter: tolerance.Scatter | None, hours: Hours | None,
+    production: tolerance.Production | None, scatter: tolerance.Scatter | None, hours: Hours | None,
     tightenings: dict[str, tolerance.Tightening],
 ) -> Iterator[str]:  # fmt: skip
-    if found:
-        yield "\n  ".join(words(found))
+    if production:
+        yield "\n  ".join(words(production))
     for left in scatter.left_out if scatter else ():
         yield f"note: {left} is left out: a production does not scatter by it"
     yield from hours.words() if hours else ()
@@ -111,7 +111,7 @@ def _words(
 
 def _hours(designs: tolerance.Designs, noise: tolerance.Noise, seed: int, runner: tolerance.Runner) -> Hours:
     """What hours of random excitation do."""
-    found, rig = tolerance.random_production(designs, noise, seed, runner), designs.nominal.rig
-    warn_of_depths(designs.nominal, found[-1].largest[:, 1], noise.quantity)
+    peaks, rig = tolerance.random_production(designs, noise, seed, runner), designs.nominal.rig
+    warn_of_depths(designs.nominal, peaks[-1].largest[:, 1], noise.quantity)
     places = rig.sensor_labels if noise.quantity == "acceleration" else rig.clearance_labels
-    return Hours(tuple(found), noise, tuple(rig.clearance_labels), tuple(places))
+    return Hours(tuple(peaks), noise, tuple(rig.clearance_labels), tuple(places))

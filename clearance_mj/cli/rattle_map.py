@@ -39,12 +39,12 @@ def run(options: Options) -> Result:
     def mapped(model: Model) -> RattleMap:
         return map_rattle(model, levels, frequencies, gaps=options.gaps, **shared)
 
-    found, said = mapped(model), rattle_maps.words
+    rattle, said = mapped(model), rattle_maps.words
     ends = softer_and_stiffer(model) if options.contact_spread else ()
     spread = {name: mapped(each) for name, each in zip(("softer", "stiffer"), ends)}
-    data = used | of_map(found) | {name: of_map(each) for name, each in spread.items()}
-    for gaps, depth in zip(found.gap, data["largest_depth"]):
+    data = used | of_map(rattle) | {name: of_map(each) for name, each in spread.items()}
+    for gaps, depth in zip(rattle.gap, data["largest_depth"]):
         warn_of_depths(model.with_gap(gaps.tolist()), depth)
-    words = ["\n  ".join(said(found))]
+    words = ["\n  ".join(said(rattle))]
     words += [f"contacts a standard deviation {name}: " + "\n  ".join(said(each)) for name, each in spread.items()]
-    return Result(data, words, rattle_maps.rows(found), [rattle_maps.draw(found)])
+    return Result(data, words, rattle_maps.rows(rattle), [rattle_maps.draw(rattle)])

@@ -77,17 +77,17 @@ def _branches(options: Options, model: Model) -> list[list[Branch]]:
     def follow(at: tuple[float, float]) -> list[Branch]:
         level, frequency = at
         if options.over:
-            found = [follow_response_over(model, options.over, ends, frequency, level, **shared)]
+            curves = [follow_response_over(model, options.over, ends, frequency, level, **shared)]
         elif options.frequency:
-            found = [follow_response_over_level(model, frequency, ends, **shared)]
+            curves = [follow_response_over_level(model, frequency, ends, **shared)]
         else:
-            found = list(from_both_ends(model, level, ends, **shared))
-        return found + [new for branch in found for new in _doubled(branch)] if options.period_doublings else found
+            curves = list(from_both_ends(model, level, ends, **shared))
+        return curves + [new for branch in curves for new in _doubled(branch)] if options.period_doublings else curves
 
     given = options.level(kind) if options.level else (0.0,)
     wanted = list(itertools.product(given, options.frequency or (0.0,)))
-    found = dict(run_tasks(follow, wanted, options.workers, progress="" if options.quiet else "branches"))
-    return [found[value] for value in wanted]
+    branches = dict(run_tasks(follow, wanted, options.workers, progress="" if options.quiet else "branches"))
+    return [branches[value] for value in wanted]
 
 
 def _left_out(by_level: list[list[Branch]]) -> Iterator[tuple[str, tuple[float, float]]]:
@@ -128,8 +128,8 @@ def _doubled(branch: Branch) -> Iterator[Branch]:
 
 def _with_isolas(options: Options, known: list[Branch]) -> dict[str, Any]:
     """Add to the branches of a level those that random starts find; return the shares of the starts."""
-    found = find_isolas(known, options.isolas, workers=options.workers, progress=not options.quiet)
-    known += found.branches
+    isolas = find_isolas(known, options.isolas, workers=options.workers, progress=not options.quiet)
+    known += isolas.branches
     level = float(abs(known[0].level[0, 0]))
-    new = len(found.branches)
-    return {"level": level, "new": new, "frequency": found.frequency.tolist(), "shares": found.basins.tolist()}
+    new = len(isolas.branches)
+    return {"level": level, "new": new, "frequency": isolas.frequency.tolist(), "shares": isolas.basins.tolist()}

@@ -31,40 +31,40 @@ def run(options: Options) -> Result:
     """Orbits under unbalance beside three quarters of the clearances (API 617)."""
     model, rig, spins, between = spins_of(options, TRIP)
     operating = between or (0.0, 0.0)
-    found = running_clearance(rig, np.union1d(spins, operating), operating, options.modes)
-    touching = None if options.run_up is None else _run_up(model, found, options)
+    check = running_clearance(rig, np.union1d(spins, operating), operating, options.modes)
+    touching = None if options.run_up is None else _run_up(model, check, options)
     caption = (
-        f"Major axes of rig “{model.rig.name}” under {found.scale:.3g} times its unbalances: of 0.5 to 6 the factor "
-        f"at which a probe moves by {1e6 * found.limit:.3g} µm, peak to peak, at operating speeds (API 617)."
+        f"Major axes of rig “{model.rig.name}” under {check.scale:.3g} times its unbalances: of 0.5 to 6 the factor "
+        f"at which a probe moves by {1e6 * check.limit:.3g} µm, peak to peak, at operating speeds (API 617)."
     )
-    drawing = Drawing("running_clearance", found.plot(touching), caption, caption)
-    axes = {"major_axis_m": found.scale * found.major, "allowed_m": np.repeat(found.allowed, found.speed.size)}
-    table = long_table("bushing", range(1, len(found.major) + 1), "spin_rad_s", found.speed, **axes)
+    drawing = Drawing("running_clearance", check.plot(touching), caption, caption)
+    axes = {"major_axis_m": check.scale * check.major, "allowed_m": np.repeat(check.allowed, check.speed.size)}
+    table = long_table("bushing", range(1, len(check.major) + 1), "spin_rad_s", check.speed, **axes)
     data = {
-        "vibration_limit": found.limit,
-        "scale": found.scale,
-        "allowed": found.allowed.tolist(),
-        "used": found.used.max(axis=1).tolist(),
-        "at_speed": found.speed[found.used.argmax(axis=1)].tolist(),
-        "holds": found.holds.tolist(),
+        "vibration_limit": check.limit,
+        "scale": check.scale,
+        "allowed": check.allowed.tolist(),
+        "used": check.used.max(axis=1).tolist(),
+        "at_speed": check.speed[check.used.argmax(axis=1)].tolist(),
+        "holds": check.holds.tolist(),
     }
-    return Result(settings(model) | data, _words(found), table, [drawing])
+    return Result(settings(model) | data, _words(check), table, [drawing])
 
 
-def _run_up(model: Model, found: RunningClearance, options: Options) -> Whirl:
+def _run_up(model: Model, check: RunningClearance, options: Options) -> Whirl:
     """A run-up through the speeds, with contact, under the scaled unbalances."""
     seconds = options.run_up
     if not seconds > 0:
         raise ClearanceError(f"--run-up {seconds:g} s: must be positive")
-    first, last = map(float, found.speed[[0, -1]])
+    first, last = map(float, check.speed[[0, -1]])
     rig = model.rig.replace(
-        unbalances=found.scaled_rig.unbalances, spin=Spin(first, rate=(last - first) / seconds, until=last)
+        unbalances=check.scaled_rig.unbalances, spin=Spin(first, rate=(last - first) / seconds, until=last)
     )
     return whirl(rig, simulate(rig, still(seconds, FS), model.law, engine="modal", progress=not options.quiet))
 
 
-def _words(found: RunningClearance) -> Iterator[str]:
-    yield f"vibration limit {1e6 * found.limit:.3g} µm p-p: {found.scale:.3g} times the rig's unbalances"
-    for j, (used, holds) in enumerate(zip(found.used, found.holds)):
-        at, met = RPM * found.speed[used.argmax()], "met" if holds else "not met"
+def _words(check: RunningClearance) -> Iterator[str]:
+    yield f"vibration limit {1e6 * check.limit:.3g} µm p-p: {check.scale:.3g} times the rig's unbalances"
+    for j, (used, holds) in enumerate(zip(check.used, check.holds)):
+        at, met = RPM * check.speed[used.argmax()], "met" if holds else "not met"
         yield f"bushing {j + 1}: {100 * used.max():.0f} % of what is allowed at {at:.0f} rev/min: {met}"

@@ -33,15 +33,15 @@ def run(options: Options) -> Result:
     """Show what a file holds: names, places, quantities, units, rates, levels."""
     if options.out is not None and len(options.files) > 1:
         raise ClearanceError(f"--out {options.out}: one picture is drawn of one file, got {len(options.files)}")
-    found, words = {}, []
+    result, words = {}, []
     for path in options.files:
         obj = read_file(path, options)
-        found[str(path)], said = _shown(path, obj)
+        result[str(path)], said = _shown(path, obj)
         words += said
     if options.out is not None:
         _draw(obj, options.files[0], options.out)
         words.append(str(options.out))
-    return Result({"files": found}, words)
+    return Result({"files": result}, words)
 
 
 def _shown(path: Path, obj: object) -> tuple[dict[str, Any], list[str]]:

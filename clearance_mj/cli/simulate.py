@@ -62,17 +62,17 @@ def run(options: Options) -> Result:
 
 def _warn_of_truncation(rig: Rig) -> None:
     """Say where modes that a structure lacks make a contact too stiff."""
-    for found in find_truncation(rig):
-        if not found.stiffness_error < MAX_STIFFNESS_ERROR:
-            share = f"about {100 * found.stiffness_error:.0f} %" if found.missing >= 0 else "an unknown share"
-            lacking = f"clearance at {found.where}: the modes lack flexibility there, so its contact is too stiff by"
+    for deficit in find_truncation(rig):
+        if not deficit.stiffness_error < MAX_STIFFNESS_ERROR:
+            share = f"about {100 * deficit.stiffness_error:.0f} %" if deficit.missing >= 0 else "an unknown share"
+            lacking = f"clearance at {deficit.where}: the modes lack flexibility there, so its contact is too stiff by"
             say(f"{lacking} {share}; give residual_flexibility, or more modes", "warning")
 
 
 def _words(balance: EnergyBalance) -> Iterator[str]:
-    found = balance.summary()
-    yield from (f"{name:16s}{value: .4e} J" for name, value in found["energy"].items())
-    yield f"impacts at each bushing: {', '.join(map(str, found['impacts']))}; up to {found['peak_force']:.3g} N"
+    summary = balance.summary()
+    yield from (f"{name:16s}{value: .4e} J" for name, value in summary["energy"].items())
+    yield f"impacts at each bushing: {', '.join(map(str, summary['impacts']))}; up to {summary['peak_force']:.3g} N"
     yield f"the energies balance within {100 * balance.imbalance:.2g} % of what was put in"
     if balance.imbalance > GOOD_BALANCE:
         yield "that is more than 1 %: the engine's step is too long for contacts this stiff"

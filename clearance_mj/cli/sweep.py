@@ -33,11 +33,11 @@ def run(options: Options) -> Result:
     for case, error in list(errors.items())[:1]:
         words += [f"{len(errors)} cases have no results; case {case}: {error}"]
     if plan.design.method == "saltelli" and not errors:
-        found = sensitivity(results, plan.design.samples)
-        data["sensitivity"] = rows = found.rows()
+        sobol = sensitivity(results, plan.design.samples)
+        data["sensitivity"] = rows = sobol.rows()
         write_text(out / "sensitivity.json", to_json(rows))
         write_csv(out / "sensitivity.csv", rows)
-        drawings.append(draw_sensitivity(found))
+        drawings.append(draw_sensitivity(sobol))
         words += ["Sobol indices, first order / total"]
         for row in rows:
             indices = f"{row['first_order']:6.3f} / {row['total_order']:.3f}"

@@ -37,9 +37,9 @@ def run(options: Options) -> Result:
     record = read_record(options.record, model.rig, "identify", **reading(options))
     record = dataclasses.replace(record, provenance={"file": str(options.record)} | record.provenance)
     start = time.perf_counter()
-    found = twin(record, given, options.window, options.learn, options.rig_exact, not options.quiet)
+    result = twin(record, given, options.window, options.learn, options.rig_exact, not options.quiet)
     took = time.perf_counter() - start
-    data = write_twin(found, record, given.law if given else None, options.new, provenance(options))
-    words = [*found.words(), f"{len(found.alarms)} alarms" if found.alarms else "no alarm"]
-    words += [*(f"alarm: {alarm}" for alarm in found.alarms), *(f"warning: {each}" for each in found.warnings)]
+    data = write_twin(result, record, given.law if given else None, options.new, provenance(options))
+    words = [*result.words(), f"{len(result.alarms)} alarms" if result.alarms else "no alarm"]
+    words += [*(f"alarm: {alarm}" for alarm in result.alarms), *(f"warning: {each}" for each in result.warnings)]
     return Result(data, [*words, f"{record.duration:.4g} s of record in {took:.3g} s"])

@@ -12,12 +12,12 @@ from .command import RESULTS, Options, Result, command, say
 def run(options: Options) -> Result:
     """Draw amplitude and phase at probes over the spin under unbalance (Bode); critical speeds, margins."""
     model, rig, spins, operating = spins_of(options)
-    found = unbalance_response(rig, spins, operating, options.modes)
+    response = unbalance_response(rig, spins, operating, options.modes)
     caption = f"Motion of rig “{rig.name}” under its unbalances over its spin, its bushings filled and not in contact."
-    of_each = {"amplitude_um_pp": 1e6 * found.amplitude, "phase_lag_deg": found.phase_lag}
-    table = long_table("probe", [*found.planes], "spin_rad_s", found.speed, **of_each)
+    of_each = {"amplitude_um_pp": 1e6 * response.amplitude, "phase_lag_deg": response.phase_lag}
+    table = long_table("probe", [*response.planes], "spin_rad_s", response.speed, **of_each)
     clearances = zip(rig.probe_labels, (2 * rig.bushings[j].gap for j in rig.bushing_of_row))
-    read = dict(zip(found.planes, found.amplitude.max(axis=1)))
+    read = dict(zip(response.planes, response.amplitude.max(axis=1)))
     if touching := [probe for probe, clearance in clearances if read.get(probe, 0.0) > clearance]:
         say(f"{', '.join(touching)}: wider than the clearance: the shaft touches, which clearance-mj orbits simulates")
-    return of_speeds(options, model, found, caption, table)
+    return of_speeds(options, model, response, caption, table)

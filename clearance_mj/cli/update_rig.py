@@ -28,17 +28,17 @@ def run(options: Options) -> Result:
     dataset = Dataset.load(options.dataset)
     records = prepare(dataset)
     if options.as_drawn:
-        found = update_from(dataset.rig, records)
-        diagnosis = diagnose(found)
+        update = update_from(dataset.rig, records)
+        diagnosis = diagnose(update)
     else:
-        found, diagnosis = examine(dataset.rig, records, progress=not options.quiet)
-    found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
-    data = found.to_dict() | {"diagnosis": list(diagnosis.words)}
-    return Result(data, _words(found, diagnosis), drawings=[draw(found)])
+        update, diagnosis = examine(dataset.rig, records, progress=not options.quiet)
+    update.rig.copied(options.new / "structure").save(options.new / "rig.toml")
+    data = update.to_dict() | {"diagnosis": list(diagnosis.words)}
+    return Result(data, _words(update, diagnosis), drawings=[draw(update)])
 
 
-def _words(found: RigUpdate, diagnosis: Diagnosis) -> Iterator[str]:
-    for piece in found.misfit:
+def _words(update: RigUpdate, diagnosis: Diagnosis) -> Iterator[str]:
+    for piece in update.misfit:
         yield f"record {piece.record}: misfit up to {100 * piece.share.max():.1f} %"
-    yield from parameter_words(found.estimates, 40, f"{'now':>11s}   std  (posterior over prior)")
-    yield from (f"warning: {words}" for words in (*found.warnings, *diagnosis.words))
+    yield from parameter_words(update.estimates, 40, f"{'now':>11s}   std  (posterior over prior)")
+    yield from (f"warning: {words}" for words in (*update.warnings, *diagnosis.words))

@@ -68,8 +68,8 @@ def even_rate(time: np.ndarray, digits: float, notes: list[str] | None = None) -
     slack = 2 * digits * np.abs(time).max()
     off = np.abs(time - (time[0] + step * np.arange(time.size))) > 1e-3 * step + slack
     if not step > slack or off.any():
-        if notes is not None and (found := jittering_rate(time, notes)):
-            return found
+        if notes is not None and (rate := jittering_rate(time, notes)):
+            return rate
         raise RecordError(
             f"its times are uneven at sample {int(np.argmax(off))} or have too few digits; needs one time step "
             "throughout"

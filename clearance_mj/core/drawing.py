@@ -124,8 +124,8 @@ def of_curves(looks: dict[str, dict[str, Any]]) -> list[Line2D]:
 def decibel(value: np.ndarray) -> np.ndarray:
     """Return magnitudes in dB."""
     with np.errstate(divide="ignore"):
-        found: np.ndarray = 20 * np.log10(np.abs(value))
-    return found
+        level: np.ndarray = 20 * np.log10(np.abs(value))
+    return level
 
 
 def phase(value: np.ndarray) -> np.ma.MaskedArray:
@@ -143,6 +143,6 @@ def envelope(time: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarra
     if size < 3:
         return time, value
     starts = np.arange(0, value.size, size)
-    found = np.empty(2 * starts.size)
-    found[::2], found[1::2] = np.minimum.reduceat(value, starts), np.maximum.reduceat(value, starts)
-    return np.repeat(time[starts], 2), found
+    order = np.empty(2 * starts.size)
+    order[::2], order[1::2] = np.minimum.reduceat(value, starts), np.maximum.reduceat(value, starts)
+    return np.repeat(time[starts], 2), order

@@ -40,13 +40,13 @@ SPECIAL = {
 
 def plain_file(path: str | PathLike[str]) -> Path:
     """Return the path of a file that can be read to its end; an OSError says what is no file, or too large a one."""
-    found = os.stat(path)
-    if stat.S_ISDIR(found.st_mode):
+    status = os.stat(path)
+    if stat.S_ISDIR(status.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    if what := SPECIAL.get(stat.S_IFMT(found.st_mode)):
+    if what := SPECIAL.get(stat.S_IFMT(status.st_mode)):
         raise OSError(errno.EINVAL, f"it is {what}, not a plain file", str(path))
-    if found.st_size > MAX_BYTES:
-        size = f"it has {found.st_size / 2**30:.3g} GiB; at most {MAX_BYTES / 2**30:g} GiB are read"
+    if status.st_size > MAX_BYTES:
+        size = f"it has {status.st_size / 2**30:.3g} GiB; at most {MAX_BYTES / 2**30:g} GiB are read"
         raise OSError(errno.EFBIG, size, str(path))
     return Path(path)
 

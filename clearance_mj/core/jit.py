@@ -159,8 +159,8 @@ def digest(function: Any) -> str:
                 entries[f"{name} {_code(value.__code__)} {value.__defaults__!r}"] = None
                 waiting += _references(value)
         else:
-            found, more = _value(value)
-            entries[f"{name} {found}"] = None
+            summary, more = _value(value)
+            entries[f"{name} {summary}"] = None
             if id(value) not in seen:
                 seen.add(id(value))
                 waiting += [(name, each) for each in more]
@@ -210,15 +210,15 @@ def _class(kind: type) -> str:
 
 def _kind(kind: Any) -> str:
     """Description of an argument's type: numba's name, the fields of named tuples, the file of a type of our own."""
-    found = [str(kind)]
+    parts = [str(kind)]
     if isinstance(kind, types.Dispatcher):
         return digest(kind.dispatcher)
     if isinstance(kind, types.BaseNamedTuple):
-        found.append(_class(kind.__dict__["instance_class"]))
+        parts.append(_class(kind.__dict__["instance_class"]))
     if not _is_foreign(type(kind).__module__):
-        found.append(_file(type(kind).__module__))
+        parts.append(_file(type(kind).__module__))
     inner = getattr(kind, "types", ())
-    return " ".join(found + [_kind(each) for each in inner if isinstance(each, types.Type)])
+    return " ".join(parts + [_kind(each) for each in inner if isinstance(each, types.Type)])
 
 
 def _is_foreign(module: str | None) -> bool:

@@ -53,8 +53,8 @@ def checks_kinds(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _kinds(annotation: str) -> tuple[str, ...]:
-    found = tuple(NAMES.get(part.strip(), part.strip()) for part in annotation.split("|"))
-    return found if {*found} <= {*SUCH_AS, "None"} and {*found} != {"None"} else ()
+    kinds = tuple(NAMES.get(part.strip(), part.strip()) for part in annotation.split("|"))
+    return kinds if {*kinds} <= {*SUCH_AS, "None"} and {*kinds} != {"None"} else ()
 
 
 def _require(name: str, value: object, kinds: tuple[str, ...]) -> None:

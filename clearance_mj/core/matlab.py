@@ -39,7 +39,7 @@ def arrays(data: bytes, room: int | None = None) -> dict[str, Value]:
     order = {b"IM": "<", b"MI": ">"}.get(data[126:HEADER])
     if order is None or data[124:126] not in (b"\x00\x01", b"\x01\x00"):
         raise RecordError("has no header of version 5 to 7")
-    found, room = {}, most_unpacked(len(data)) if room is None else room
+    variables, room = {}, most_unpacked(len(data)) if room is None else room
     for kind, content in _elements(data[HEADER:], order, padded=False):
         if kind == COMPRESSED:
             content = _unpacked(content, room)
@@ -48,8 +48,8 @@ def arrays(data: bytes, room: int | None = None) -> dict[str, Value]:
         if kind != ARRAY:
             raise RecordError(f"holds an element of type {kind} where an array is expected")
         name, value = _array(content, order, DEPTH)
-        found[name] = value
-    return found
+        variables[name] = value
+    return variables
 
 
 def _elements(data: bytes, order: str, padded: bool = True) -> Iterator[Element]:
@@ -140,9 +140,9 @@ def _sparse(content: list[Element], shape: tuple[int, ...], order: str) -> scipy
     if columns.size != shape[1] + 1 or not 0 <= (count := int(columns[-1])) <= min(rows.size, values[0].size):
         raise RecordError(f"a sparse matrix of {shape[1]} columns does not hold its columns or numbers")
     numbers = values[0] if len(values) == 1 else values[0] + 1j * values[1]
-    found = scipy.sparse.csc_array((numbers[:count], rows[:count].astype(int), columns.astype(int)), shape=shape)
-    found.check_format(full_check=True)
-    return found
+    matrix = scipy.sparse.csc_array((numbers[:count], rows[:count].astype(int), columns.astype(int)), shape=shape)
+    matrix.check_format(full_check=True)
+    return matrix
 
 
 def _numbers(part: Element, shape: tuple[int, ...] | None, order: str) -> np.ndarray:

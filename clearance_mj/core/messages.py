@@ -19,9 +19,9 @@ from pydantic import ValidationError
 __all__ = ["WORDS", "descriptions", "either", "message", "names_of", "shown", "wrong_type"]
 
 
-def message(found: ValidationError, kind: Any, where: str) -> str:
+def message(error: ValidationError, kind: Any, where: str) -> str:
     """One line on what is wrong first: of unknown keys, or else of the fields in their order."""
-    errors = found.errors(include_url=False)
+    errors = error.errors(include_url=False)
     first = next((e for e in errors if e["type"] in _UNKNOWN), errors[0])
     *above, last = first["loc"] or (None,)
     path = _path(where, first["loc"])
@@ -156,7 +156,7 @@ def descriptions(kind: type) -> dict[str, str]:
 
     Read when they are asked for; pydantic would read every class's source at import.
     """
-    found: dict[str, str] = {}
+    texts: dict[str, str] = {}
     for base in (base for base in reversed(kind.__mro__) if dataclasses.is_dataclass(base)):
         try:
             body = ast.parse(textwrap.dedent(inspect.getsource(base))).body[0]
@@ -166,5 +166,5 @@ def descriptions(kind: type) -> dict[str, str]:
         for field, words in pairwise(body.body):
             match field, words:
                 case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
-                    found[name] = inspect.cleandoc(text)
-    return found
+                    texts[name] = inspect.cleandoc(text)
+    return texts

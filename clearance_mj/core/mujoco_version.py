@@ -27,17 +27,17 @@ def check() -> None:
     """
     if importlib.util.find_spec("mujoco") is None:
         raise ImportError(f'clearance_mj needs MuJoCo: {_GET}, or a "mujoco" from {_text(OLDEST)} on', name="mujoco")
-    found = {}
+    versions = {}
     for name in ("mujoco-core", "mujoco"):  # of 4.x the engine is in the first
         try:
-            found[name] = importlib.metadata.distribution(name)
+            versions[name] = importlib.metadata.distribution(name)
         except importlib.metadata.PackageNotFoundError:
             continue
-    folders = {str(each.locate_file("mujoco")) for each in found.values()}
-    if len(found) == 2 and len(folders) == 1 and _numbers(found["mujoco"].version) < (4,):
-        both = " and ".join(f"{name} {each.version}" for name, each in found.items())
+    folders = {str(each.locate_file("mujoco")) for each in versions.values()}
+    if len(versions) == 2 and len(folders) == 1 and _numbers(versions["mujoco"].version) < (4,):
+        both = " and ".join(f"{name} {each.version}" for name, each in versions.items())
         warnings.warn(f"{both} are installed one over the other; pip uninstall both, then install one", stacklevel=3)
-    for each in found.values():
+    for each in versions.values():
         version = _numbers(each.version)
         if version < OLDEST:
             raise ImportError(

@@ -96,7 +96,7 @@ class OutputFolder:
         files = {name: {"sha256": sha256(path), "by": self.what} for name, path in written.items()}
         kept = {n: entry for n, entry in self._listed().items() if n not in written and n not in stale}
         known = _read_json(self._manifest, "files").get("made", {}) if self._manifest.exists() else {}
-        made = {what: found for what, found in known.items() if any(entry["by"] == what for entry in kept.values())}
+        made = {what: record for what, record in known.items() if any(entry["by"] == what for entry in kept.values())}
         made[self.what] = made_from(self._inputs, self.what)
         moves = {"new": files, "stale": dict.fromkeys(stale), "files": kept | files, "made": made}
         _write_json(self._moves, moves)

@@ -77,7 +77,7 @@ def stale(paths: Iterable[Path]) -> list[str]:
             if written and written["sha256"] != sha256(file):
                 words.append(f"{file} was changed after clearance-mj {written['by']} wrote it")
             inputs = made.get("inputs", {})
-            changed = [path for path, found in inputs.items() if os.path.isfile(path) and sha256(path) != found]
+            changed = [path for path, digest in inputs.items() if os.path.isfile(path) and sha256(path) != digest]
             changed = [path for path in changed if not _has_grown(Path(path), inputs)]
         except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
             continue  # no record that can be read
@@ -109,8 +109,8 @@ def _recorded(file: Path) -> tuple[dict[str, str] | None, dict[str, Any]]:
 
 
 def _json(path: Path) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return found
+    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return content
 
 
 def files_of(inputs: Iterable[Path]) -> list[Path]:

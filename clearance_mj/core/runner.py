@@ -84,26 +84,26 @@ class Runner:
         ClearanceError
             As `tasks.run_tasks`.
         """
-        found: dict[int, Arrays] = {}
+        results: dict[int, Arrays] = {}
         files, cache = name.replace(" ", "_"), self._cache
         if cache:
             kept = {i: cache.find(files, inputs(task), load_arrays, SUFFIX) for i, task in enumerate(tasks)}
-            found |= {i: arrays for i, arrays in kept.items() if arrays is not None}
+            results |= {i: arrays for i, arrays in kept.items() if arrays is not None}
         shuffled = np.random.default_rng(0).permutation(len(tasks)).tolist()
-        left = [_Numbered(i, tasks[i]) for i in shuffled if i not in found]
+        left = [_Numbered(i, tasks[i]) for i in shuffled if i not in results]
         elsewhere, count = bool(self.scheduler or self.executor), workers_to_use(self.workers)
         if self.progress and left and samples and not elsewhere:
             print_duration(name, samples, times * len(left) / len(tasks), min(count, len(left)))
         run = run_tasks(
             functools.partial(_computed, function), left, 1 if len(left) == 1 else count,
             processes=count > 1 and len(left) > 1, scheduler=self.scheduler, executor=self.executor,
-            progress=name if self.progress else "", done=len(found),
+            progress=name if self.progress else "", done=len(results),
         )  # fmt: skip
         for each, arrays in run:
-            found[each.number] = arrays
+            results[each.number] = arrays
             if cache:
                 cache.keep(files, inputs(each.task), arrays, save_arrays, SUFFIX)
-        return [found[i] for i in range(len(tasks))]
+        return [results[i] for i in range(len(tasks))]
 
     def drop_unused(self) -> None:
         """Remove what is kept of earlier calls, with other inputs, that no call of this runner took."""

@@ -68,11 +68,11 @@ def si_value(text: str, quantity: str) -> float:
     ClearanceError
         If it is no number, or the unit is none of the quantity, see `unit_factor`.
     """
-    if not (found := _NUMBER.fullmatch(text.strip())):
+    if not (match := _NUMBER.fullmatch(text.strip())):
         known = ", ".join(UNITS.get(quantity, [quantity]))
         raise ClearanceError(f'"{text}" is no number, alone or with a unit: {known}')
     # Fifteen digits: 24 in are 0.6096 m, not 0.6095999999999999 m.
-    return float(f"{float(found[1]) * unit_factor(found[2], quantity):.15g}" if found[2] else found[1])
+    return float(f"{float(match[1]) * unit_factor(match[2], quantity):.15g}" if match[2] else match[1])
 
 
 def quantity_of(label: str, among: Sequence[str] = (*QUANTITIES,)) -> tuple[str, float] | None:
@@ -80,10 +80,10 @@ def quantity_of(label: str, among: Sequence[str] = (*QUANTITIES,)) -> tuple[str,
 
     Times and frequencies are no quantities that a channel measures. Capitals count: "G" and "M" are other units.
     """
-    found = _meanings(label)
-    if _DIMENSIONS["frequency"] in found:
+    meanings = _meanings(label)
+    if _DIMENSIONS["frequency"] in meanings:
         return None
-    return next(((q, found[_DIMENSIONS[q]]) for q in among if _DIMENSIONS[q] in found), None)
+    return next(((q, meanings[_DIMENSIONS[q]]) for q in among if _DIMENSIONS[q] in meanings), None)
 
 
 def is_angular(label: str) -> bool:
@@ -129,21 +129,21 @@ def _meanings(label: str, any_case: bool = False) -> dict[Dimension, float]:
     if counts := _COUNTS.fullmatch(joined):
         turn = float(counts[1] or counts[2] or 0)
         return {_DIMENSIONS["angle"]: 2 * math.pi / turn} if turn else {}
-    found, spelled = _composed(label, any_case), _SAME.get(joined.lower(), label)
+    meanings, spelled = _composed(label, any_case), _SAME.get(joined.lower(), label)
     more = {} if spelled == label else _meanings(spelled, any_case)  # "kg cm" of servos is a torque, too
-    return found | {dimension: factor for dimension, factor in more.items() if dimension not in found}
+    return meanings | {dimension: factor for dimension, factor in more.items() if dimension not in meanings}
 
 
 def _composed(label: str, any_case: bool) -> dict[Dimension, float]:
     """Return what `_meanings` does of products, quotients and powers."""
-    found, sign, outer, within, named = {_NONE: 1.0}, 1, 1, list[int](), False
+    factors, sign, outer, within, named = {_NONE: 1.0}, 1, 1, list[int](), False
     for token in _TOKEN.finditer(label.strip().replace("**", "").translate(_WRITTEN)):
         if token["bad"] or token.end() > _LONGEST or (token["mark"] == ")" and not within):
             return {}
         if token["name"]:
             power, named = sign * int(token["power"] or 1), True
             several = _named(token["name"], any_case).items()
-            found = {_product(d, e, power): f * g**power for d, f in found.items() for e, g in several}
+            factors = {_product(d, e, power): f * g**power for d, f in factors.items() for e, g in several}
         elif token["mark"] == "(":
             within.append(outer)
             outer = sign
@@ -151,13 +151,13 @@ def _composed(label: str, any_case: bool) -> dict[Dimension, float]:
             outer = within.pop()
         if not token["blank"]:
             sign = -outer if token["mark"] == "/" else outer
-    return found if named else {}
+    return factors if named else {}
 
 
 def _named(name: str, any_case: bool) -> dict[Dimension, float]:
     """Return the SI units in a unit with a name of its own, by dimension."""
-    if found := {_DIMENSIONS[q]: units[name] for q, units in UNITS.items() if name in units}:
-        return found
+    if quantities := {_DIMENSIONS[q]: units[name] for q, units in UNITS.items() if name in units}:
+        return quantities
     if spelled := _SAME.get(name) or _SAME.get(name.lower()):
         return _meanings(spelled)
     lower = name.lower() if any_case else ""

@@ -58,10 +58,10 @@ def checked(
     JSON Schema: rules between fields.
     """
 
-    def describe(found: dict[str, Any], kind: type) -> None:
+    def describe(schema_of_class: dict[str, Any], kind: type) -> None:
         for field, words in descriptions(kind).items():
-            found["properties"][field]["description"] = words
-        found.update(schema or {})
+            schema_of_class["properties"][field]["description"] = words
+        schema_of_class.update(schema or {})
 
     config = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True, json_schema_extra=describe)
 
@@ -76,8 +76,8 @@ def checked(
                 raise error(f"{where or cls.__name__} takes each of {', '.join(names)} once")
             try:
                 made.__pydantic_validator__.validate_python(values, self_instance=self)
-            except ValidationError as found:
-                raise error(message(found, made, where)) from None
+            except ValidationError as failure:
+                raise error(message(failure, made, where)) from None
 
         made.__init__ = init  # type: ignore[method-assign, assignment]
         return made  # type: ignore[return-value]
@@ -126,11 +126,11 @@ class OneOf:
     def __get_pydantic_json_schema__(
         self, schema: core_schema.CoreSchema, handler: pydantic.GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        found = []
+        schemas = []
         for cls in self.known.values():
             own = handler.resolve_ref_schema(handler(_adapter(cls).core_schema))
-            found.append(own | {"required": ["kind", *own.get("required", ())]})
-        return {"oneOf": found}
+            schemas.append(own | {"required": ["kind", *own.get("required", ())]})
+        return {"oneOf": schemas}
 
     def _made(self, value: object) -> object:
         use = f"use {either(self.known)}"
@@ -147,9 +147,9 @@ class OneOf:
             raise _Inside(f'kind "{kind}" is unknown; {use}', ["kind"])
         try:
             return _adapter(self.known[kind]).validate_python(value)
-        except ValidationError as found:
-            names = [*names_of(self.known[kind]), *(str(e["loc"][0]) for e in found.errors() if e["loc"])]
-            raise _Inside(message(found, self.known[kind], ""), names) from None
+        except ValidationError as failure:
+            names = [*names_of(self.known[kind]), *(str(e["loc"][0]) for e in failure.errors() if e["loc"])]
+            raise _Inside(message(failure, self.known[kind], ""), names) from None
 
 
 class _Inside(ValueError):
@@ -169,8 +169,8 @@ def from_plain(kind: type[T], data: object, where: str, error: type[ClearanceErr
     adapter: pydantic.TypeAdapter[T] = _adapter(kind)
     try:
         return adapter.validate_python(data)
-    except ValidationError as found:
-        raise error(message(found, kind, where)) from None
+    except ValidationError as failure:
+        raise error(message(failure, kind, where)) from None
 
 
 def to_plain(value: Any) -> Any:
@@ -193,10 +193,10 @@ def read_plain(path: str | Path, error: type[ClearanceError]) -> dict[str, Any]:
     form, parse = ("JSON", json.loads) if path.suffix == ".json" else ("TOML", tomllib.loads)
     try:
         return parse(plain_file(path).read_text(encoding="utf-8"))
-    except OSError as found:
-        raise error(f"{path}: cannot be read ({found.strerror})") from None
-    except (ValueError, RecursionError) as found:
-        raise error(f"{path}: not valid {form}: {found}") from None
+    except OSError as failure:
+        raise error(f"{path}: cannot be read ({failure.strerror})") from None
+    except (ValueError, RecursionError) as failure:
+        raise error(f"{path}: not valid {form}: {failure}") from None
 
 
 def json_schema(kind: type, title: str) -> dict[str, Any]:

@@ -38,10 +38,10 @@ _UNIT = re.compile(r"^[^,:]*, ([^,:;]+)")
 
 def controls(model: Model, dataset: Dataset | None = None) -> tuple[Control, ...]:
     """Return everything that can be moved, in the order of the page."""
-    found = [*_of_excitation(model.rig, dataset), *_of_motion(model.rig)]
+    sliders = [*_of_excitation(model.rig, dataset), *_of_motion(model.rig)]
     for i, bushing in enumerate(model.rig.bushings):
-        found += _of_bushing(model.rig, model.law, i, bushing)
-    return tuple(found)
+        sliders += _of_bushing(model.rig, model.law, i, bushing)
+    return tuple(sliders)
 
 
 def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
@@ -127,8 +127,8 @@ def _number(name: str, group: str, of: str, field: str, value: float, units: Map
 def _units(model: type) -> dict[str, str]:
     """Units of a model's fields, from the words that document them."""
     fields = json_schema(model, "model")["properties"]
-    found = {name: _UNIT.match(field.get("description", "")) for name, field in fields.items()}
-    return {name: match[1].strip() for name, match in found.items() if match}
+    units = {name: _UNIT.match(field.get("description", "")) for name, field in fields.items()}
+    return {name: match[1].strip() for name, match in units.items() if match}
 
 
 def _contact_units(law: Law, i: int) -> dict[str, str]:
@@ -152,13 +152,13 @@ def _numbers(model: Any) -> dict[str, float]:
     linear = isinstance(model, Grease) and model.beta + model.gamma <= 0
     left_out = {"elastic_ratio", "amplitude", "beta", "gamma", "exponent"} if linear else set()
     left_out |= {"film_limit"} if getattr(model, "film_height", 1.0) is None else set()
-    found = {}
+    numbers = {}
     for field in dataclasses.fields(model):
         value = getattr(model, field.name)
         if field.name in left_out or isinstance(value, bool | str) or value is None:
             continue
-        found[field.name] = 1.0 if isinstance(value, tuple) else float(value)
-    return found
+        numbers[field.name] = 1.0 if isinstance(value, tuple) else float(value)
+    return numbers
 
 
 def _own(models: tuple[Any, ...], i: int) -> Any:
@@ -171,7 +171,7 @@ def _grease(rig: Rig, law: Law, i: int) -> Any:
 
 def checked_values(known: Mapping[str, Control], changes: Mapping[str, Any]) -> dict[str, Value]:
     """Return changes whose names and values controls have; a ClearanceError says which one is none."""
-    found: dict[str, Value] = {}
+    checked: dict[str, Value] = {}
     for name, value in changes.items():
         if name not in known:
             raise ClearanceError(f"{name!r} is nothing that can be moved")
@@ -179,14 +179,14 @@ def checked_values(known: Mapping[str, Control], changes: Mapping[str, Any]) -> 
         if control.choices:
             if value not in control.choices:
                 raise ClearanceError(f"{control.label}: {value!r} is unknown; use {', '.join(control.choices)}")
-            found[name] = value
+            checked[name] = value
             continue
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST_NUMBER:
             raise ClearanceError(f"{control.label}: needs a number, got {value!r}")
         if control.whole and (value != round(value) or not 0 <= value < 2**31):
             raise ClearanceError(f"{control.label}: needs a whole number from 0 to 2147483647, got {value!r}")
-        found[name] = float(value)
-    return found
+        checked[name] = float(value)
+    return checked
 
 
 def built(model: Model, values: Mapping[str, Value]) -> Model:
@@ -234,14 +234,14 @@ def _spin(spin: Spin, values: Mapping[str, Value]) -> Spin:
 def _clearance(bushing: Bushing, values: Mapping[str, Value], name: str) -> dict[str, Any]:
     """The fields of a bushing that controls of its own change, but for what fills it."""
     lengths = ("gap", "offset", "offset_y")
-    found: dict[str, Any] = {field: float(values[name + field]) for field in lengths if name + field in values}
+    fields: dict[str, Any] = {field: float(values[name + field]) for field in lengths if name + field in values}
     if f"{name}friction" in values:
         coefficient = float(values[f"{name}friction"])
         known = bushing.friction or (Friction(coefficient) if coefficient else None)
-        found["friction"] = known and dataclasses.replace(known, coefficient=coefficient)
+        fields["friction"] = known and dataclasses.replace(known, coefficient=coefficient)
     if bushing.film and f"{name}viscosity" in values:
-        found["film"] = dataclasses.replace(bushing.film, viscosity=float(values[f"{name}viscosity"]))
-    return found
+        fields["film"] = dataclasses.replace(bushing.film, viscosity=float(values[f"{name}viscosity"]))
+    return fields
 
 
 def _law(law: Law, values: Mapping[str, Value], n: int, grease: tuple[Any, ...] | None) -> Law:

@@ -44,8 +44,8 @@ def excited(rig: Rig, values: Mapping[str, Value], dataset: Dataset | None) -> E
     period = segment(values)
     if what == "impacts":
         times = [period * i for i in range(int(duration / period + 1e-9))]
-        found = excitation.hammer(duration, fs, float(values["peak"]), float(values["width"]), times, kind)
-        return dataclasses.replace(found, band=band)
+        pulses = excitation.hammer(duration, fs, float(values["peak"]), float(values["width"]), times, kind)
+        return dataclasses.replace(pulses, band=band)
     make: Callable[..., Excitation] = excitation.multisine if what == "multisine" else excitation.burst_random
     return make(duration, fs, band, level, seed, kind, period=period)
 
@@ -71,7 +71,7 @@ def stepped(rig: Rig, values: Mapping[str, Value], frequencies: Sequence[float],
 
 def record_named(dataset: Dataset | None, name: str) -> Record:
     """Return a record of the dataset; a ClearanceError says if there is none of this name."""
-    found = [r for r in (dataset.records if dataset else ()) if r.name == name]
-    if not found:
+    matches = [r for r in (dataset.records if dataset else ()) if r.name == name]
+    if not matches:
         raise ClearanceError(f"the opened dataset has no record {name!r}")
-    return found[0]
+    return matches[0]

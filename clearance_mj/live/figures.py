@@ -73,9 +73,9 @@ def thinned(values: np.ndarray, most: int = POINTS) -> tuple[np.ndarray, np.ndar
     padded = np.pad(values, ((0, 0), (0, count * length - n)), mode="edge").reshape(len(values), count, length)
     low, high = padded.argmin(axis=2), padded.argmax(axis=2)
     both = np.stack((np.minimum(low, high), np.maximum(low, high)), axis=2)
-    found = np.take_along_axis(padded, both, axis=2).reshape(len(values), 2 * count)
+    extremes = np.take_along_axis(padded, both, axis=2).reshape(len(values), 2 * count)
     places = length * (np.arange(count)[:, None] + [0.25, 0.75]).ravel() - 0.5
-    return np.minimum(places, n - 1), found
+    return np.minimum(places, n - 1), extremes
 
 
 def frf_numbers(frf: FRF, prefix: str = "") -> Numbers:
@@ -108,11 +108,11 @@ def history(response: Response, first: float = 0.0, last: float = np.inf) -> Num
 
 def names(rig: Rig) -> list[str]:
     """Return the names of the rows of displacements: one of each clearance, or y and z of a round one."""
-    found: list[str] = []
+    labels: list[str] = []
     for j, (axis, _) in zip(rig.bushing_of_row, rig.row_axes):
         words = f", {axis.lower()}" if rig.bushings[j].is_round else " (mrad)" if axis.startswith("R") else ""
-        found.append(f"clearance {j + 1}, {rig.bushings[j].where}{words}")
-    return found
+        labels.append(f"clearance {j + 1}, {rig.bushings[j].where}{words}")
+    return labels
 
 
 def places(rig: Rig, response: Response) -> Response:
@@ -127,13 +127,13 @@ def motion(rig: Rig, response: Response) -> Numbers:
     x, force = response.displacement, response.contact_force
     if x is None or force is None or not len(x):
         return Numbers({"clearances": []})
-    found, pushed = contact_statistics(response), [force[part] for part in rig.clearance_rows]
+    contact, pushed = contact_statistics(response), [force[part] for part in rig.clearance_rows]
     size = np.array([np.linalg.norm(each, axis=0) for each in pushed])
     touch = size > np.maximum(TOUCH * size.max(axis=1, keepdims=True), LEAST)
     rows = [
         {
-            "where": bushing.where, "share": found["contact_share"][i], "rms": found["displacement_rms"][i],
-            "peak": found["displacement_peak"][i], "force": found["contact_peak"][i],
+            "where": bushing.where, "share": contact["contact_share"][i], "rms": contact["displacement_rms"][i],
+            "peak": contact["displacement_peak"][i], "force": contact["contact_peak"][i],
             "impacts": float(np.count_nonzero(np.diff(touch[i].astype(int)) > 0) / response.duration),
             "rattle": _rattle(pushed[i][:, touch[i]], bushing), "row": rig.clearance_rows[i].start,
         }
@@ -215,5 +215,5 @@ def frequencies_in_gap(model: Model) -> list[float]:
     if not rig.moves_across:
         return natural_frequencies(rig, MODES).tolist()
     spin = rig.spin
-    found = turning_shaft(rig).poles(spin.speed).value.imag if spin else linear_model(rig, grease=True).omega
-    return (np.sort(found)[:MODES] / (2 * np.pi)).tolist()
+    omega = turning_shaft(rig).poles(spin.speed).value.imag if spin else linear_model(rig, grease=True).omega
+    return (np.sort(omega)[:MODES] / (2 * np.pi)).tolist()

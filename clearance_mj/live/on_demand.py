@@ -57,11 +57,11 @@ def branch(session: Session, values: Mapping[str, Value], low: float, high: floa
     refuse_across(rig, "the branch of periodic vibrations")
     kind, level = str(values.get("kind", rig.shaker.kind)), np.sqrt(2) * float(values["level"])
     heard = lambda f: watch(min(max((f - low) / (high - low), 0.0), 1.0) if high != low else 0.0)  # noqa: E731
-    found = from_both_ends(model, level, (low, high), n_harmonics=HARMONICS, kind=kind, watch=heard)
-    special = [{"kind": p.kind, "frequency": p.frequency} for part in found for p in part.special]
-    facts = {"special": special, "ended": "; ".join(part.ended for part in found if part.ended), "level": float(level)}
+    pieces = from_both_ends(model, level, (low, high), n_harmonics=HARMONICS, kind=kind, watch=heard)
+    special = [{"kind": p.kind, "frequency": p.frequency} for part in pieces for p in part.special]
+    facts = {"special": special, "ended": "; ".join(part.ended for part in pieces if part.ended), "level": float(level)}
     gap = np.full((1, len(rig.sensors) + 2), np.nan)
-    rows = [np.column_stack((part.frequency, stable_points(part), part.amplitude())) for part in found]
+    rows = [np.column_stack((part.frequency, stable_points(part), part.amplitude())) for part in pieces]
     table = np.concatenate([row for part in rows for row in (part, gap)][:-1])
     return Numbers(facts, {"frequency": table[:, 0], "stable": table[:, 1], "amplitude": table[:, 2:].T})
 

@@ -115,10 +115,10 @@ def _rendered(scene: Scene, progress: bool) -> tuple[list[np.ndarray], str]:
     batches = [slice(i, i + BATCH) for i in range(0, shown.time.size, BATCH)]
     for batch in tqdm(batches, desc="rendering", unit=f"{BATCH} pictures", disable=not progress):
         of_batch = [replace(stroke, ends=stroke.ends[batch]) for stroke in strokes]
-        found, reason = render(mjcf, [view] * shown.time[batch].size, of_batch)
+        frames, reason = render(mjcf, [view] * shown.time[batch].size, of_batch)
         if reason:
             return [], reason
-        images += found
+        images += frames
     return images, ""
 
 

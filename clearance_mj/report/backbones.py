@@ -20,13 +20,13 @@ __all__ = ["draw", "rows", "words"]
 PANEL = 1.9  # in, height
 
 
-def draw(found: Sequence[Backbone]) -> Drawing:
+def draw(backbones: Sequence[Backbone]) -> Drawing:
     """Draw frequency, damping ratio and the level that holds resonance over the amplitude, a row for each mode."""
-    figure = canvas(0.3 + PANEL * len(found))
-    axes = figure.subplots(len(found), 3, squeeze=False)
+    figure = canvas(0.3 + PANEL * len(backbones))
+    axes = figure.subplots(len(backbones), 3, squeeze=False)
     names = iter(letters(axes.size))
-    for row, (panels, each) in enumerate(zip(axes, found)):
-        label = "Displacement / gap (1)" if row == len(found) - 1 else ""
+    for row, (panels, each) in enumerate(zip(axes, backbones)):
+        label = "Displacement / gap (1)" if row == len(backbones) - 1 else ""
         unit = "m/s²" if each.model.rig.shaker.kind == "base" else "N"
         shown = {
             "Frequency (Hz)": each.frequency, "Damping ratio (%)": 100 * each.damping, f"Level ({unit})": each.level,
@@ -36,19 +36,19 @@ def draw(found: Sequence[Backbone]) -> Drawing:
             tidy(ax, f"{next(names)} mode {each.mode}", words, label)
         if (each.level[np.isfinite(each.level)] > 0).any():  # not of modes that nothing excites, or nothing damps
             panels[-1].set_yscale("log")
-    of = "; ".join(f"mode {each.mode}: clearance {each.clearances[each.clearance]}" for each in found)
+    of = "; ".join(f"mode {each.mode}: clearance {each.clearances[each.clearance]}" for each in backbones)
     caption = (
-        f"Nonlinear modes of rig “{found[0].model.rig.name}” over amplitude: frequency, damping ratio, and the "
+        f"Nonlinear modes of rig “{backbones[0].model.rig.name}” over amplitude: frequency, damping ratio, and the "
         "amplitude of a sine that would hold the vibration in resonance. The displacement is that of the clearance "
         f"that a mode moves most ({of}), its fundamental; beyond the gap it touches."
     )
-    return Drawing("backbone", figure, caption, f"Frequency and damping of {len(found)} modes over amplitude.")
+    return Drawing("backbone", figure, caption, f"Frequency and damping of {len(backbones)} modes over amplitude.")
 
 
-def _panel(ax: Axes, found: Backbone, values: np.ndarray) -> None:
-    amplitude = motion(found) / found.gap
+def _panel(ax: Axes, backbone: Backbone, values: np.ndarray) -> None:
+    amplitude = motion(backbone) / backbone.gap
     ax.plot(amplitude, np.where(np.isfinite(values), values, np.nan), color=COLOURS[0], lw=1.1)
-    if found.ended:
+    if backbone.ended:
         ax.plot(amplitude[-1], values[-1], "x", color=TEST, ms=4.5, mew=0.9)
     ax.axvline(1.0, color=TEST, lw=0.6)
     ax.set_xscale("log")
@@ -58,32 +58,32 @@ def _panel(ax: Axes, found: Backbone, values: np.ndarray) -> None:
     ax.ticklabel_format(axis="y", useOffset=False)
 
 
-def rows(found: Sequence[Backbone]) -> pd.DataFrame:
+def rows(backbones: Sequence[Backbone]) -> pd.DataFrame:
     """Return a row per point: frequency, damping, level of resonance, harmonics' amplitudes at sensors; SI units."""
-    return pd.concat([_rows(each) for each in found], ignore_index=True)
+    return pd.concat([_rows(each) for each in backbones], ignore_index=True)
 
 
-def _rows(found: Backbone) -> pd.DataFrame:
+def _rows(backbone: Backbone) -> pd.DataFrame:
     columns: dict[str, Any] = {
-        "mode": found.mode,
-        "frequency_hz": found.frequency,
-        "damping_ratio": found.damping,
-        "level": found.level,
-        "level_unit": "m/s²" if found.model.rig.shaker.kind == "base" else "N",
+        "mode": backbone.mode,
+        "frequency_hz": backbone.frequency,
+        "damping_ratio": backbone.damping,
+        "level": backbone.level,
+        "level_unit": "m/s²" if backbone.model.rig.shaker.kind == "base" else "N",
     }
-    return pd.DataFrame(columns | amplitude_columns(found, 1, False))
+    return pd.DataFrame(columns | amplitude_columns(backbone, 1, False))
 
 
-def words(found: Backbone) -> Iterator[str]:
+def words(backbone: Backbone) -> Iterator[str]:
     """Say in lines where a backbone begins and ends, and whether it ends early."""
     ends = (
-        f"{found.frequency[i]:.5g} Hz, {100 * found.damping[i]:.3g} % at {1e3 * motion(found)[i]:.3g} mm"
+        f"{backbone.frequency[i]:.5g} Hz, {100 * backbone.damping[i]:.3g} % at {1e3 * motion(backbone)[i]:.3g} mm"
         for i in (0, -1)
     )
-    low, high = found.frequency.min(), found.frequency.max()
+    low, high = backbone.frequency.min(), backbone.frequency.max()
     yield (
-        f"mode {found.mode}, amplitudes at {found.clearances[found.clearance]}: {' to '.join(ends)}; "
+        f"mode {backbone.mode}, amplitudes at {backbone.clearances[backbone.clearance]}: {' to '.join(ends)}; "
         f"between {low:.5g} and {high:.5g} Hz"
     )
-    if found.ended:
-        yield f"  {found.ended}"
+    if backbone.ended:
+        yield f"  {backbone.ended}"

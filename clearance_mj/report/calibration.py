@@ -25,27 +25,27 @@ def _name(path: str) -> str:
     return "\n".join(words)
 
 
-def draw(found: Calibration) -> Drawing:
+def draw(calibration: Calibration) -> Drawing:
     """Draw a calibration: data and fit, the solutions of all starts, correlations."""
-    n = len(found.estimates.names)
-    figure = canvas(2.6 * len(found.targets) + 3.1)
-    upper, lower = np.asarray(figure.subfigures(2, 1, height_ratios=(2.6 * len(found.targets), 3.1))).tolist()
-    rows = np.atleast_1d(np.asarray(upper.subfigures(len(found.targets), 1))).tolist()
-    for target, part in zip(found.targets, rows):
-        _frequencies(part, found, target) if isinstance(target, ModalTarget) else _frfs(part, found, target)
+    n = len(calibration.estimates.names)
+    figure = canvas(2.6 * len(calibration.targets) + 3.1)
+    upper, lower = np.asarray(figure.subfigures(2, 1, height_ratios=(2.6 * len(calibration.targets), 3.1))).tolist()
+    rows = np.atleast_1d(np.asarray(upper.subfigures(len(calibration.targets), 1))).tolist()
+    for target, part in zip(calibration.targets, rows):
+        _frequencies(part, calibration, target) if isinstance(target, ModalTarget) else _frfs(part, calibration, target)
     starts, correlation = lower.subplots(1, 2, width_ratios=(1.25, 1))
-    _starts(starts, found)
-    _correlation(correlation, found)
+    _starts(starts, calibration)
+    _correlation(correlation, calibration)
     caption = (
         "Calibration: measured and fitted; the values that each start ended with, over those of the best fit; "
         "correlation of the parameters’ logarithms."
     )
-    return Drawing("calibration", figure, caption, f"Calibration of {n} parameters of rig {found.rig.name}.")
+    return Drawing("calibration", figure, caption, f"Calibration of {n} parameters of rig {calibration.rig.name}.")
 
 
-def _frequencies(part: SubFigure, found: Calibration, target: ModalTarget) -> None:
+def _frequencies(part: SubFigure, calibration: Calibration, target: ModalTarget) -> None:
     error, shapes = part.subplots(1, 2)
-    pairs = (("start", found.start, START, "s", -0.1), ("calibrated", found.rig, FOUND, "o", 0.1))
+    pairs = (("start", calibration.start, START, "s", -0.1), ("calibrated", calibration.rig, FOUND, "o", 0.1))
     test = None if target.shape is None else target.shape / np.linalg.norm(target.shape, axis=0)
     for name, rig, colour, marker, aside in pairs:
         frequency, shape = target.model(rig)
@@ -65,16 +65,16 @@ def _frequencies(part: SubFigure, found: Calibration, target: ModalTarget) -> No
     part.legend(*error.get_legend_handles_labels(), fontsize=FONT - 1, frameon=False, loc="outside upper left", ncols=3)
     error.set_xticks(target.mode)
     if test is None:
-        _table(shapes, found, target)
+        _table(shapes, calibration, target)
         return
     tidy(shapes, "mode shapes", "1 - MAC with the test (1)", "Mode (number)")
     shapes.set_xticks(target.mode)
     shapes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _table(ax: Axes, found: Calibration, target: ModalTarget) -> None:
+def _table(ax: Axes, calibration: Calibration, target: ModalTarget) -> None:
     ax.axis("off")
-    columns = (target.frequency, target.model(found.start)[0], target.model(found.rig)[0])
+    columns = (target.frequency, target.model(calibration.start)[0], target.model(calibration.rig)[0])
     cells = [[f"{mode:.0f}", *(f"{v:.3f}" for v in row)] for mode, *row in zip(target.mode, *columns)]
     labels = ("mode", "test (Hz)", "start (Hz)", "calibrated (Hz)")
     table = ax.table(cells, colLabels=labels, loc="center", cellLoc="center", edges="horizontal")
@@ -83,10 +83,10 @@ def _table(ax: Axes, found: Calibration, target: ModalTarget) -> None:
     table.auto_set_column_width(range(4))
 
 
-def _frfs(part: SubFigure, found: Calibration, target: FRFTarget) -> None:
+def _frfs(part: SubFigure, calibration: Calibration, target: FRFTarget) -> None:
     shown = np.unique(np.linspace(0, len(target.nodes) - 1, min(MAX_SENSORS, len(target.nodes))).astype(int))
-    frfs = (("test", target.frf.functions, TEST, 1.5), ("start", target.model(found.start), START, 0.9),
-            ("calibrated", target.model(found.rig), FOUND, 0.9))  # fmt: skip
+    frfs = (("test", target.frf.functions, TEST, 1.5), ("start", target.model(calibration.start), START, 0.9),
+            ("calibrated", target.model(calibration.rig), FOUND, 0.9))  # fmt: skip
     axes = part.subplots(1, len(shown), sharey=True, squeeze=False)[0]
     for ax, row in zip(axes, shown):
         for name, value, colour, width in frfs:
@@ -97,15 +97,15 @@ def _frfs(part: SubFigure, found: Calibration, target: FRFTarget) -> None:
     axes[0].legend(fontsize=FONT - 1, frameon=False)
 
 
-def _starts(ax: Axes, found: Calibration) -> None:
-    best, ticks = found.solutions[0], np.arange(len(found.estimates.names))
-    for solution in reversed(found.solutions):
+def _starts(ax: Axes, result: Calibration) -> None:
+    best, ticks = result.solutions[0], np.arange(len(result.estimates.names))
+    for solution in reversed(result.solutions):
         fits = solution.chi2 <= best.chi2 + 1
         colour, width, marker = (FOUND, 1.2, "o") if fits else (REPEAT, 0.6, "x")
         ax.plot(ticks, solution.value / best.value, color=colour, lw=width, marker=marker, ms=4 if fits else 3)
-    fitting = sum(s.chi2 <= best.chi2 + 1 for s in found.solutions)
-    ax.plot([], [], color=FOUND, marker="o", ms=4, label=f"fits: {fitting} starts, {len(found.distinct)} different")
-    short = f"stopped short: {len(found.solutions) - fitting} starts"
+    fitting = sum(s.chi2 <= best.chi2 + 1 for s in result.solutions)
+    ax.plot([], [], color=FOUND, marker="o", ms=4, label=f"fits: {fitting} starts, {len(result.distinct)} different")
+    short = f"stopped short: {len(result.solutions) - fitting} starts"
     ax.plot([], [], color=REPEAT, marker="x", ms=3, lw=0.6, label=short)
     ax.set_yscale("log")
     low, high = ax.get_ylim()
@@ -113,15 +113,15 @@ def _starts(ax: Axes, found: Calibration) -> None:
     ax.yaxis.set_major_formatter("{x:g}")
     ax.yaxis.set_minor_formatter(NullFormatter())
     tidy(ax, "every start", "Value over best fit (1)", "")
-    ax.set_xticks(ticks, [_name(path) for path in found.estimates.names], fontsize=FONT - 1)
+    ax.set_xticks(ticks, [_name(path) for path in result.estimates.names], fontsize=FONT - 1)
     ax.legend(fontsize=FONT - 1, frameon=False)
 
 
-def _correlation(ax: Axes, found: Calibration) -> None:
-    ax.imshow(found.estimates.correlation, vmin=-1, vmax=1, cmap="PuOr")
-    ticks = np.arange(len(found.estimates.names))
+def _correlation(ax: Axes, calibration: Calibration) -> None:
+    ax.imshow(calibration.estimates.correlation, vmin=-1, vmax=1, cmap="PuOr")
+    ticks = np.arange(len(calibration.estimates.names))
     tidy(ax, "correlation of the logarithms")
-    write_numbers(ax, found.estimates.correlation, "{:.2f}".format, lambda value: abs(value) > 0.7)
-    names = [_name(path) for path in found.estimates.names]
+    write_numbers(ax, calibration.estimates.correlation, "{:.2f}".format, lambda value: abs(value) > 0.7)
+    names = [_name(path) for path in calibration.estimates.names]
     ax.set_xticks(ticks, names, fontsize=FONT - 1)
     ax.set_yticks(ticks, names, fontsize=FONT - 1)

@@ -29,7 +29,7 @@ CURVE = 200  # amplitudes of a law's curve
 
 
 def contact_drawings(
-    found: Identified, records: Sequence[Record], forces: Sequence[RestoringForce]
+    identified: Identified, records: Sequence[Record], forces: Sequence[RestoringForce]
 ) -> Iterator[Drawing | str]:
     """Yield figures, and in words what the records do not allow.
 
@@ -62,7 +62,7 @@ def contact_drawings(
             except RecordError as error:
                 words.append(str(error))
         try:
-            ridge = _ridge(found, record, records)
+            ridge = _ridge(identified, record, records)
         except RecordError as error:
             ridge = None
             words.append(str(error))
@@ -73,7 +73,7 @@ def contact_drawings(
         figure = contact_over_time(f"{record.name}: contact over time", measured, ridge)
         yield Drawing(f"contact_over_time_{record.name}", figure, caption, caption)
     if windows:
-        figure = contact_over_amplitude(windows, _curves(found, forces), [b.gap for b in found.rig.bushings])
+        figure = contact_over_amplitude(windows, _curves(identified, forces), [b.gap for b in identified.rig.bushings])
         caption = "Contact stiffness and damping over the amplitude of the motion: of windows, and of the law."
         yield Drawing("contact_over_amplitude", figure, caption, caption)
 
@@ -86,15 +86,15 @@ def _scalograms(record: Record) -> Figure:
     return scalograms(f"{record.name}: lowest mode", planes, [skeleton(p) for p in planes], gaps)
 
 
-def _ridge(found: Identified, record: Record, records: Sequence[Record]) -> TimeLaw:
-    if isinstance(found.law, TimeLaw) and record.duration == max(r.duration for r in records):
-        return found.law
-    return ridge_law(Dataset(found.rig, (record,)))
+def _ridge(identified: Identified, record: Record, records: Sequence[Record]) -> TimeLaw:
+    if isinstance(identified.law, TimeLaw) and record.duration == max(r.duration for r in records):
+        return identified.law
+    return ridge_law(Dataset(identified.rig, (record,)))
 
 
-def _curves(found: Identified, forces: Sequence[RestoringForce]) -> list[AmplitudeCurve]:
+def _curves(identified: Identified, forces: Sequence[RestoringForce]) -> list[AmplitudeCurve]:
     """The law's stiffness and damping over the amplitudes that each bushing reached."""
-    law, gaps = found.law, np.array([b.gap for b in found.rig.bushings])
+    law, gaps = identified.law, np.array([b.gap for b in identified.rig.bushings])
     if isinstance(law, TimeLaw):
         return []
     largest = np.max([np.abs(f.displacement[:, f.valid]).max(axis=1) for f in forces], axis=0)
@@ -161,7 +161,7 @@ def _draw_track(ax: Axes, ridge: Ridge, value: np.ndarray, colour: str) -> None:
 
 def contact_over_time(title: str, measured: ContactParameters | None, ridge: TimeLaw | None) -> Figure:
     """Contact stiffness and damping over time: in windows, with two standard deviations, and on the wavelet ridge."""
-    n = next(found.k.shape[1] for found in (measured, ridge) if found)
+    n = next(law.k.shape[1] for law in (measured, ridge) if law)
     figure = _sheet(title, 1.9 * n)
     axes = figure.subplots(n, 2, squeeze=False, sharex=True)
     for j, line in enumerate(axes):

@@ -71,8 +71,8 @@ def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarr
     flexible = np.divide(1.0, model.omega**2, out=np.zeros(model.size), where=model.omega > 0)
     shapes = model.moved(x).reshape(-1, model.size) if rig.moves_across else model.shapes(x)
     here, there = (shapes * flexible) @ middles.T, (middles * flexible) @ middles.T
-    found = motion @ shapes.T + (moved - motion @ middles.T) @ np.linalg.solve(there, here.T)
-    return np.asarray(found.reshape(len(motion), -1, 2).transpose(0, 2, 1)) if rig.moves_across else found
+    lateral = motion @ shapes.T + (moved - motion @ middles.T) @ np.linalg.solve(there, here.T)
+    return np.asarray(lateral.reshape(len(motion), -1, 2).transpose(0, 2, 1)) if rig.moves_across else lateral
 
 
 def _modal_motion(
@@ -139,5 +139,5 @@ def _flow(model: LinearModel, spin: float, step: float, scale: np.ndarray) -> tu
     rates[:n, n : 2 * n] = step * np.diag(scale)
     rates[n : 2 * n, : 3 * n] = step * np.hstack((-model.stiff(spin) / scale, -model.viscous(spin), np.eye(n)))
     rates[2 * n : 3 * n, 3 * n :] = np.eye(n)
-    found = scipy.linalg.expm(rates)[: 2 * n]
-    return found[:, : 2 * n], found[:, 2 * n : 3 * n], found[:, 3 * n :]
+    transition = scipy.linalg.expm(rates)[: 2 * n]
+    return transition[:, : 2 * n], transition[:, 2 * n : 3 * n], transition[:, 3 * n :]

@@ -22,7 +22,7 @@ __all__ = ["write_drive", "write_held", "write_motor_side"]
 
 
 def write_drive(
-    found: DriveFit, runs: Sequence[DriveRecord], told: Sequence[DriveRecord], folder: Path
+    fit: DriveFit, runs: Sequence[DriveRecord], told: Sequence[DriveRecord], folder: Path
 ) -> dict[str, Any]:
     """Write ``index.html`` and its figures, and return what they hold as plain data.
 
@@ -39,22 +39,20 @@ def write_drive(
     """
     errors = [
         {"run": run.name, "angle_rms_deg": math.degrees(angle), "torque_rms_Nm": torque}
-        for run in told if run.any_end for angle, torque in (found.drive.errors(run),)
+        for run in told if run.any_end for angle, torque in (fit.drive.errors(run),)
     ]  # fmt: skip
-    result = found.to_dict() | {"predicted": errors}
+    result = fit.to_dict() | {"predicted": errors}
     writer = ReportWriter(folder)
     sections = [
-        html.Section("summary", "What the drive is like", _summary(found) + writer.figure(_held(found))),
-        html.Section(
-            "runs", "Runs beside the model", _errors(found, errors) + writer.figure(_loops(found, runs, told))
-        ),
-        html.Section("numbers", "Numbers and parts", _numbers(found)),
+        html.Section("summary", "What the drive is like", _summary(fit) + writer.figure(_held(fit))),
+        html.Section("runs", "Runs beside the model", _errors(fit, errors) + writer.figure(_loops(fit, runs, told))),
+        html.Section("numbers", "Numbers and parts", _numbers(fit)),
     ]
-    writer.page(f"Drive from {', '.join(found.runs)}", sections)
+    writer.page(f"Drive from {', '.join(fit.runs)}", sections)
     return result
 
 
-def write_motor_side(found: MotorSideFit, folder: Path) -> dict[str, Any]:
+def write_motor_side(fit: MotorSideFit, folder: Path) -> dict[str, Any]:
     """Write ``index.html`` of what its motor tells of a drive, and return what it holds as plain data.
 
     Parameters
@@ -64,22 +62,22 @@ def write_motor_side(found: MotorSideFit, folder: Path) -> dict[str, Any]:
     folder : Path
         Gets the files.
     """
-    result = found.to_dict() | {"predicted": []}
+    result = fit.to_dict() | {"predicted": []}
     zeros = {"load zero": "angle", "load torque zero": "torque"}
-    seen = [channel for zero, channel in zeros.items() if zero in found.estimates.names]
+    seen = [channel for zero, channel in zeros.items() if zero in fit.estimates.names]
     beside = f" and the load's {' and '.join(seen)}" if seen else " alone"
     hidden = "" if seen else " The ratio to the load and the load's own angle do not show there."
     words = (
-        f"From the motor's angle and torque{beside}, in {', '.join(found.runs)}: all numbers are those that "
-        f"the motor feels.{hidden} The teeth changed sides {found.crossings} times."
+        f"From the motor's angle and torque{beside}, in {', '.join(fit.runs)}: all numbers are those that "
+        f"the motor feels.{hidden} The teeth changed sides {fit.crossings} times."
     )
-    body = html.sentences([words]) + html.sentences(found.not_told, "note") + _estimates(found.estimates)
+    body = html.sentences([words]) + html.sentences(fit.not_told, "note") + _estimates(fit.estimates)
     sections = [html.Section("summary", "What the motor tells of its drive", body)]
-    ReportWriter(folder).page(f"Drive from {', '.join(found.runs)}", sections)
+    ReportWriter(folder).page(f"Drive from {', '.join(fit.runs)}", sections)
     return result
 
 
-def write_held(found: Mapping[str, Sequence[HeldServo]], folder: Path) -> dict[str, Any]:
+def write_held(by_log: Mapping[str, Sequence[HeldServo]], folder: Path) -> dict[str, Any]:
     """Write ``index.html`` of servos that held while others pulled, and return what it holds as plain data.
 
     Parameters
@@ -91,7 +89,7 @@ def write_held(found: Mapping[str, Sequence[HeldServo]], folder: Path) -> dict[s
     """
     rows = tuple(
         (log, servo.servo, when, lost.ticks, lost.low, lost.high, 360 / TURN * lost.ticks)
-        for log, servos in found.items() for servo in servos
+        for log, servos in by_log.items() for servo in servos
         for when, lost in (("stretched", servo.stretched), ("let go", servo.let_go))
     )  # fmt: skip
     columns = (
@@ -100,32 +98,32 @@ def write_held(found: Mapping[str, Sequence[HeldServo]], folder: Path) -> dict[s
         Column("To", "95 %", ".2f"), Column("Lost", "degrees", ".3f"),
     )  # fmt: skip
     caption = "Between the pulls to both sides: lost motion of gear and loop at the output, where the encoder sits."
-    not_told = [words for servos in found.values() for servo in servos for words in servo.not_told]
+    not_told = [words for servos in by_log.values() for servo in servos for words in servo.not_told]
     body = html.table(Table("held", caption, columns, rows)) + html.sentences(not_told, "note")
-    ReportWriter(folder).page(f"Servos held in {', '.join(found)}", [html.Section("summary", "What they lose", body)])
+    ReportWriter(folder).page(f"Servos held in {', '.join(by_log)}", [html.Section("summary", "What they lose", body)])
     table = {
         f"{log}, servo {number}, {when}, ticks (95 %: {low:.3g} to {high:.3g})": ticks
         for log, number, when, ticks, low, high, _ in rows
     }
-    servos = [{"log": log} | servo.to_dict() for log, each in found.items() for servo in each]
-    return {"table": table, "servos": servos, "not_told": not_told, "runs": list(found), "predicted": []}
+    servos = [{"log": log} | servo.to_dict() for log, each in by_log.items() for servo in each]
+    return {"table": table, "servos": servos, "not_told": not_told, "runs": list(by_log), "predicted": []}
 
 
-def _summary(found: DriveFit) -> str:
+def _summary(fit: DriveFit) -> str:
     rows = tuple((name.partition(",")[0], name.rpartition(", ")[2] if "," in name else "", value)
-                 for name, value in found.table().items())  # fmt: skip
+                 for name, value in fit.table().items())  # fmt: skip
     columns = Column("At the load's end, motor held"), Column("Unit"), Column("Value", "", ".4g")
     shown = html.table(Table("catalogue", "The drive as catalogues of gears describe one.", columns, rows))
-    return shown + html.sentences(found.not_told, "note")
+    return shown + html.sentences(fit.not_told, "note")
 
 
-def _held(found: DriveFit) -> Drawing:
-    torque, angle = found.drive.hysteresis(found.largest_torque)
+def _held(fit: DriveFit) -> Drawing:
+    torque, angle = fit.drive.hysteresis(fit.largest_torque)
     figure = canvas(3.0)
     ax = figure.subplots()
     ax.plot(torque, np.degrees(angle), color=COLOURS[0], lw=1.2)
     for end in (-0.03, 0.03):
-        ax.axvline(end * found.largest_torque, color="0.7", lw=0.8, ls=":")
+        ax.axvline(end * fit.largest_torque, color="0.7", lw=0.8, ls=":")
     tidy(ax, "", "Load's angle (degrees)", "Load's torque (N m)")
     caption = (
         "Hysteresis of the drive with its motor held, as it follows from what was found: the load's angle while its "
@@ -134,24 +132,24 @@ def _held(found: DriveFit) -> Drawing:
     return Drawing("hysteresis", figure, caption, "Loop of the load's angle over its torque, with the motor held.")
 
 
-def _loops(found: DriveFit, runs: Sequence[DriveRecord], told: Sequence[DriveRecord]) -> Drawing:
+def _loops(fit: DriveFit, runs: Sequence[DriveRecord], told: Sequence[DriveRecord]) -> Drawing:
     whose = "Runs from which no drive was found" if told else "The runs that it was found from"
     caption = f"{whose}: the load's end as measured, and as it follows from the motor's end."
-    return Drawing("runs", draw_runs(told or runs, found.drive), caption, caption)
+    return Drawing("runs", draw_runs(told or runs, fit.drive), caption, caption)
 
 
-def _errors(found: DriveFit, errors: Sequence[Mapping[str, Any]]) -> str:
+def _errors(fit: DriveFit, errors: Sequence[Mapping[str, Any]]) -> str:
     if not errors:
         return html.paragraph("No run was kept back: how well the drive predicts others is not measured here.", "note")
     rows = tuple((row["run"], row["angle_rms_deg"], row["torque_rms_Nm"]) for row in errors)
     columns = Column("Run"), Column("Angle", "degrees RMS", ".3g"), Column("Torque", "N m RMS", ".3g")
-    caption = f"Errors of the load's end, predicted from the motor's; found from {', '.join(found.runs)}."
+    caption = f"Errors of the load's end, predicted from the motor's; found from {', '.join(fit.runs)}."
     return html.table(Table("predicted", caption, columns, rows))
 
 
-def _estimates(found: Estimates) -> str:
+def _estimates(estimates: Estimates) -> str:
     names = "name", "unit", "value", "low", "high", "posterior_over_prior"
-    rows = tuple(tuple(row[name] for name in names) for row in found.beside_priors())
+    rows = tuple(tuple(row[name] for name in names) for row in estimates.beside_priors())
     columns = (
         Column("Number"), Column("Unit"), Column("Value", "", ".4g"), Column("From", "95 %", ".4g"),
         Column("To", "95 %", ".4g"), Column("Posterior over prior", "", ".2f"),
@@ -160,10 +158,10 @@ def _estimates(found: Estimates) -> str:
     return html.table(Table("numbers", caption, columns, rows))
 
 
-def _numbers(found: DriveFit) -> str:
-    numbers = _estimates(found.estimates)
-    if not found.parts:
+def _numbers(fit: DriveFit) -> str:
+    numbers = _estimates(fit.estimates)
+    if not fit.parts:
         return numbers + html.paragraph("No part beside ratio, elasticity, play and friction was worth its parameters.")
-    parts = tuple(zip(found.parts, found.gains))
+    parts = tuple(zip(fit.parts, fit.gains))
     caption = "Parts that were accepted, in this order, and by how much each raised the logarithm of the evidence."
     return numbers + html.table(Table("parts", caption, (Column("Part"), Column("Gain", "", ".1f")), parts))

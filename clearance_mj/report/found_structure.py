@@ -30,30 +30,30 @@ def found_structure(update: RigUpdate, writer: ReportWriter) -> str:
     writer : ReportWriter
         What writes figures and tables.
     """
-    found = update.structure
-    if not found.rounds:
+    structure = update.structure
+    if not structure.rounds:
         return ""
-    words = "".join(html.paragraph(f"{escape(_capital(str(one)))}.") for one in found.accepted)
-    if not found.accepted:
+    words = "".join(html.paragraph(f"{escape(_capital(str(one)))}.") for one in structure.accepted)
+    if not structure.accepted:
         words = html.paragraph(
             "No hypothesis of a structure that the rig file does not draw explains the records better."
         )
-    drawn = writer.figure(draw_misfits(update)) if found.accepted else ""
-    return words + drawn + html.table(_table(found))
+    drawn = writer.figure(draw_misfits(update)) if structure.accepted else ""
+    return words + drawn + html.table(_table(structure))
 
 
 def _capital(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _table(found: FoundStructure) -> Table:
+def _table(structure: FoundStructure) -> Table:
     columns = (
         Column("Beside"), Column("Hypothesis"), Column("Gain", "ln evidence", ".1f"), Column("Fitted"),
         Column("Accepted"),
     )  # fmt: skip
     rows, before = [], "the rig file"
-    for i, tried in enumerate(found.rounds):
-        one = found.accepted[i] if i < len(found.accepted) else None
+    for i, tried in enumerate(structure.rounds):
+        one = structure.accepted[i] if i < len(structure.accepted) else None
         for each in tried:
             accepted = "yes" if one and each.name == one.name else ""
             rows.append((before, _capital(each.called), each.gain, "yes" if each.fitted else "", accepted))
@@ -101,8 +101,8 @@ def _by_band(misfits: tuple[RecordMisfit, ...], edges: np.ndarray) -> np.ndarray
         np.concatenate([np.abs(part) ** 2 for part in parts], axis=1)
         for parts in ([m.fitted - m.measured for m in misfits], [m.measured for m in misfits])
     )
-    found = np.full((len(missed), BANDS), np.nan)
+    bands = np.full((len(missed), BANDS), np.nan)
     for b in np.unique(band):
         inside = band == b
-        found[:, b] = np.sqrt(missed[:, inside].sum(axis=1) / level[:, inside].sum(axis=1))
-    return found
+        bands[:, b] = np.sqrt(missed[:, inside].sum(axis=1) / level[:, inside].sum(axis=1))
+    return bands

@@ -42,8 +42,8 @@ _KEYS = [m.key for m in MEASURES]
 
 def interval(row: dict, key: str, factor: float = 1.0) -> Interval:
     """Return a measure of a row of `Study.rows` or `sensor_means` with its interval, times the factor of its unit."""
-    found = repeatability.interval_of(row, key)
-    return Interval(factor * found.value, factor * found.low, factor * found.high, found.doubtful, found.missing)
+    pooled = repeatability.interval_of(row, key)
+    return Interval(factor * pooled.value, factor * pooled.low, factor * pooled.high, pooled.doubtful, pooled.missing)
 
 
 def _stacked(study: Study, part: Callable[[Comparison], pd.DataFrame]) -> pd.DataFrame:
@@ -96,8 +96,8 @@ def sensor_means(study: Study) -> pd.DataFrame:
     if study.parts != (study,):
         return pd.concat([sensor_means(part).assign(**part.columns) for part in study.parts], ignore_index=True)
     rows: list[dict] = []
-    for (sensor, law, engine), found in sensors(study).groupby(["sensor", "law", "engine"], sort=False):
-        by_level: dict[Any, Any] = {level: part[_KEYS].to_dict("records") for level, part in found.groupby("level")}
+    for (sensor, law, engine), of_pair in sensors(study).groupby(["sensor", "law", "engine"], sort=False):
+        by_level: dict[Any, Any] = {level: part[_KEYS].to_dict("records") for level, part in of_pair.groupby("level")}
         if (law, engine) == REPEAT:
             means = repeatability.repeat_rows({level: only for level, (only,) in by_level.items()})
         else:
@@ -126,11 +126,11 @@ def contact(study: Study) -> pd.DataFrame:
             pd.DataFrame({
                 **condition(study, record), "level": record.level, "record": record.name, "law": law, "engine": engine,
                 "bushing": range(1, len(rig.bushings) + 1), "gap_m": [b.gap for b in rig.bushings],
-                "displacement_rms_m": found["displacement_rms"],
-                "displacement_peak_m": found["displacement_peak"], "contact_share": found["contact_share"],
-                "contact_peak_n": found["contact_peak"],
+                "displacement_rms_m": statistics["displacement_rms"],
+                "displacement_peak_m": statistics["displacement_peak"], "contact_share": statistics["contact_share"],
+                "contact_peak_n": statistics["contact_peak"],
             })
-            for record, law, engine, rig, found in parts
+            for record, law, engine, rig, statistics in parts
         ],
         ignore_index=True,
     )  # fmt: skip
@@ -145,11 +145,11 @@ def improvements(study: Study) -> pd.DataFrame:
     """Return the change from the base law to another in percent of the former: a row per level, law and quantity."""
     if study.parts != (study,):
         return pd.concat([improvements(part).assign(**part.columns) for part in study.parts], ignore_index=True)
-    found = {(r["level"], r["law"]): r for r in study.rows() if r["engine"] == study.main_engine}
+    row_of = {(r["level"], r["law"]): r for r in study.rows() if r["engine"] == study.main_engine}
     rows = []
-    for (level, law), row in found.items():
+    for (level, law), row in row_of.items():
         for quantity, key in IMPROVED.items() if law != study.base_law else ():
-            change = ratio(interval(row, key), interval(found[level, study.base_law], key))
+            change = ratio(interval(row, key), interval(row_of[level, study.base_law], key))
             low, value, high = (100 * (x - 1) for x in (change.low, change.value, change.high))
             head = {"level": level, "law": law, "over": study.base_law, "quantity": quantity}
             limits = {"change_pct": value, "change_pct_low": low, "change_pct_high": high}
@@ -214,12 +214,12 @@ def families(study: Study) -> pd.DataFrame:
 def engines(study: Study) -> pd.DataFrame:
     """Return the time step of every engine under every law: the shortest and the longest over the records."""
     steps = pd.DataFrame([{"engine": c.engine, "law": c.law, "step": c.statistics["step"]} for c in study.cases])
-    found = steps.groupby(["engine", "law"], sort=False)["step"].agg(step_min_s="min", step_max_s="max")
+    step_range = steps.groupby(["engine", "law"], sort=False)["step"].agg(step_min_s="min", step_max_s="max")
     settings = {
         name: ", ".join(f"{key} {value}" for key, value in dataclasses.asdict(get_engine(name)).items())
         for name in study.engines
     }
-    frame = found.loc[[(engine, law) for engine in study.engines for law in study.methods]].reset_index()
+    frame = step_range.loc[[(engine, law) for engine in study.engines for law in study.methods]].reset_index()
     frame.insert(1, "settings", frame["engine"].map(settings))
     return frame
 

@@ -36,7 +36,7 @@ CORRELATED = 0.5  # size of a correlation from which on it is listed
 
 
 def write_identification(
-    found: Identified, dataset: Dataset, folder: Path, shown: Path, workers: int | None = 1, progress: bool = False
+    fit: Identified, dataset: Dataset, folder: Path, shown: Path, workers: int | None = 1, progress: bool = False
 ) -> None:
     """Write ``index.html``, ``figures/`` and ``tables/``.
 
@@ -55,33 +55,33 @@ def write_identification(
     progress : bool
         Show a progress bar.
     """
-    writer, pages = ReportWriter(folder, progress), dict(found.pages)
+    writer, pages = ReportWriter(folder, progress), dict(fit.pages)
     forces = pages.pop("forces")() if "forces" in pages else []
     sections = [
-        html.Section("rattling", "Does it rattle?", rattling(found, dataset, writer, workers)),
-        html.Section("summary", "What was found", _summary(found, dataset, shown)),
+        html.Section("rattling", "Does it rattle?", rattling(fit, dataset, writer, workers)),
+        html.Section("summary", "What was found", _summary(fit, dataset, shown)),
     ]
     if forces:
-        sections.append(html.Section("forces", "Restoring forces and walls", writer.figure(draw_forces(found, forces))))
-    if found.estimates:
-        sections.append(html.Section("parameters", "How well it is known", _parameters(found, writer)))
+        sections.append(html.Section("forces", "Restoring forces and walls", writer.figure(draw_forces(fit, forces))))
+    if fit.estimates:
+        sections.append(html.Section("parameters", "How well it is known", _parameters(fit, writer)))
     for name, data in pages.items():
         title, write = PAGES[name]
-        sections.append(html.Section(name, title, write(found, data, forces, writer)))
-    writer.page(f"Identified model of rig “{found.rig.name}”", sections)
+        sections.append(html.Section(name, title, write(fit, data, forces, writer)))
+    writer.page(f"Identified model of rig “{fit.rig.name}”", sections)
 
 
-def _summary(found: Identified, dataset: Dataset, shown: Path) -> str:
+def _summary(fit: Identified, dataset: Dataset, shown: Path) -> str:
     return html.render(
-        "identification.html.j2", warnings=found.warnings, folder=shlex.quote(str(shown)), gaps=_gaps(found, dataset),
+        "identification.html.j2", warnings=fit.warnings, folder=shlex.quote(str(shown)), gaps=_gaps(fit, dataset),
         synthetic=dataset.is_synthetic, source=dataset.source,
-        records=[r.name for r in dataset.identify], model=_model(found),
+        records=[r.name for r in dataset.identify], model=_model(fit),
     )  # fmt: skip
 
 
-def _model(found: Identified) -> Table:
+def _model(fit: Identified) -> Table:
     """The law that was found, bushing by bushing."""
-    shown = found.model._overview()
+    shown = fit.model._overview()
     head, *rows = shown.table
     kept = [i for i, name in enumerate(head) if not name.startswith(("gap", "offset"))]
     columns = tuple(Column(head[i][:1].upper() + head[i][1:]) for i in kept)
@@ -89,15 +89,15 @@ def _model(found: Identified) -> Table:
     return Table("law", caption, columns, tuple(tuple(row[i] for i in kept) for row in rows))
 
 
-def _gaps(found: Identified, dataset: Dataset) -> Table:
-    rows = {r["name"]: r for r in found.estimates.beside_priors()} if found.estimates else {}
+def _gaps(fit: Identified, dataset: Dataset) -> Table:
+    rows = {r["name"]: r for r in fit.estimates.beside_priors()} if fit.estimates else {}
     cells = []
-    for j, (bushing, before) in enumerate(zip(found.rig.bushings, dataset.rig.bushings)):
+    for j, (bushing, before) in enumerate(zip(fit.rig.bushings, dataset.rig.bushings)):
         own = []
         for name in ("gap", "offset"):
             row = rows.get(f"bushings[{j}].{name}")
             limits = (1e6 * row["low"], 1e6 * row["high"]) if row else ()
-            is_unseen = name == "gap" and j in found.unseen_gaps
+            is_unseen = name == "gap" and j in fit.unseen_gaps
             shown = "not seen" if is_unseen else Interval(1e6 * getattr(bushing, name), *limits)
             own += [1e6 * getattr(before, name), shown]
         cells.append((f"{j + 1} ({bushing.where})", *own))
@@ -108,7 +108,7 @@ def _gaps(found: Identified, dataset: Dataset) -> Table:
 
 
 def _families(
-    found: Identified, families: Sequence[FamilyFit], forces: Sequence[RestoringForce], writer: ReportWriter
+    fit: Identified, families: Sequence[FamilyFit], forces: Sequence[RestoringForce], writer: ReportWriter
 ) -> str:
     writer.csv("families", [family.to_dict() for family in families])
     best = {family.bushing: family for family in reversed(families)}
@@ -136,9 +136,9 @@ def _families(
     return html.paragraph(sentence) + table + html.paragraph(note, "note")
 
 
-def _parameters(found: Identified, writer: ReportWriter) -> str:
-    assert found.estimates is not None
-    table_rows = found.estimates.beside_priors()
+def _parameters(fit: Identified, writer: ReportWriter) -> str:
+    assert fit.estimates is not None
+    table_rows = fit.estimates.beside_priors()
     writer.csv("parameters", table_rows)
     values = [Interval(r["value"], r["low"], r["high"]) for r in table_rows]
     rows = tuple(
@@ -150,19 +150,19 @@ def _parameters(found: Identified, writer: ReportWriter) -> str:
         Column("Std / prior std", "", ".2f"),
     )  # fmt: skip
     caption = "Parameters of the rig, then of every bushing’s law, SI units."
-    only = found.estimates.only_prior
+    only = fit.estimates.only_prior
     held = f"{unsaid_words(only, BEFORE)}." if only else "the records say something about every parameter."
     table = html.table(Table("parameters", caption, columns, rows))
     return (
-        writer.figure(draw_parameters(found.estimates))
+        writer.figure(draw_parameters(fit.estimates))
         + html.paragraph(str(escape(held[0].upper() + held[1:])))
         + f'<details id="values"><summary>All {len(rows)} parameters</summary>\n{table}</details>\n'
-        + _correlations(found.estimates)
+        + _correlations(fit.estimates)
     )
 
 
-def _correlations(found: Estimates) -> str:
-    names, matrix = found.names, found.correlation
+def _correlations(estimates: Estimates) -> str:
+    names, matrix = estimates.names, estimates.correlation
     pairs = [(i, j) for i in range(len(names)) for j in range(i) if abs(matrix[i, j]) > CORRELATED]
     pairs.sort(key=lambda pair: -abs(matrix[pair]))
     if not pairs:
@@ -177,21 +177,19 @@ def _correlations(found: Estimates) -> str:
     return f'<details id="correlations"><summary>Correlations</summary>\n{table}</details>\n'
 
 
-def _update(found: Identified, update: RigUpdate, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
+def _update(fit: Identified, update: RigUpdate, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
     return writer.figure(draw_spectra(update)) + found_structure(update, writer)
 
 
-def _contact(
-    found: Identified, records: Sequence[Record], forces: Sequence[RestoringForce], writer: ReportWriter
-) -> str:
+def _contact(fit: Identified, records: Sequence[Record], forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
     parts = [
         html.paragraph(f"Not drawn: {html.formula(drawn)}.", "note") if isinstance(drawn, str) else writer.figure(drawn)
-        for drawn in contact_drawings(found, records, forces)
+        for drawn in contact_drawings(fit, records, forces)
     ]
     return "".join(parts)
 
 
-def _misfit(found: Identified, misfit: LawMisfit, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
+def _misfit(fit: Identified, misfit: LawMisfit, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
     frfs, decays = misfit.rows(), misfit.decay_rows()
     missed = [np.nanmedian(s.missed) for s in misfit.stretches]
     met = f"FRFs of the records are met within {min(missed):.2g} to {max(missed):.2g} dB, by level. " if missed else ""

@@ -31,18 +31,18 @@ COLOURS_OF_RATIOS, COLOUR_BEYOND = ("#f7f7f7", "#d9d9d9", "#b3b3b3", "#e69f00", 
 """grey below what a warning needs, warm colours above"""
 
 
-def draw_forces(found: Identified, forces: Sequence[RestoringForce]) -> Drawing:
+def draw_forces(identified: Identified, forces: Sequence[RestoringForce]) -> Drawing:
     """Draw the restoring force of every bushing over its displacement, measured and of the law, and both walls."""
-    bushings = found.rig.bushings
+    bushings = identified.rig.bushings
     figure = canvas(0.3 + 2.5 * len(bushings))
     axes = figure.subplots(len(bushings), 2, squeeze=False)
-    laws = [force.force_of(found.law) for force in forces]
-    drawn = _drawn(found)
+    laws = [force.force_of(identified.law) for force in forces]
+    drawn = _drawn(identified)
     for j, (line, bushing) in enumerate(zip(axes, bushings)):
         x, measured = (np.concatenate([getattr(f, n)[j, f.valid] for f in forces]) for n in ("displacement", "force"))
         law = np.concatenate([of[j, f.valid] for f, of in zip(forces, laws)])
         gap, offset = (drawn.get(f"bushings[{j}].{n}", getattr(bushing, n)) for n in ("gap", "offset"))
-        places = (-np.inf, np.inf) if j in found.unseen_gaps else bushing.walls
+        places = (-np.inf, np.inf) if j in identified.unseen_gaps else bushing.walls
         walls = [w for w in zip(places, (-gap - offset, gap - offset)) if np.isfinite(w[0])]
         look: dict[str, Any] = {"ms": 1.5, "mew": 0, "rasterized": True}
         for ax in line:
@@ -52,11 +52,11 @@ def draw_forces(found: Identified, forces: Sequence[RestoringForce]) -> Drawing:
                 ax.axvspan(*(MM * np.percentile(spread, INTERVAL)), color=WALL, alpha=0.3, lw=0)
                 ax.axvline(MM * wall, color=WALL, lw=1.0)
         along = "Displacement at the bushing’s middle (mm)" if j == len(bushings) - 1 else ""
-        tidy(line[0], f"bushing {j + 1}: {_in_words(found, j)}", "Restoring force (N)", along)
+        tidy(line[0], f"bushing {j + 1}: {_in_words(identified, j)}", "Restoring force (N)", along)
         tidy(line[1], f"bushing {j + 1}, between the walls", "", along)
         _between(line[1], x, measured, places)
     dots = {name: {"color": colour, "ls": "none", "marker": "."} for name, colour in (("measured", TEST), ("law", LAW))}
-    of_walls = {"walls, 95 % interval": {"color": WALL}} if len(found.unseen_gaps) < len(bushings) else {}
+    of_walls = {"walls, 95 % interval": {"color": WALL}} if len(identified.unseen_gaps) < len(bushings) else {}
     key(figure, of_curves(dots | of_walls), 3)
     names = ", ".join(f.name for f in forces)
     caption = (
@@ -71,21 +71,21 @@ def draw_forces(found: Identified, forces: Sequence[RestoringForce]) -> Drawing:
     return Drawing("restoring_force", figure, caption, alt, sharp=False, chart=True)
 
 
-def _drawn(found: Identified) -> dict[str, np.ndarray]:
+def _drawn(identified: Identified) -> dict[str, np.ndarray]:
     """Gaps and offsets that were fitted, drawn from their covariance."""
-    estimates = found.estimates
+    estimates = identified.estimates
     if estimates is None or not any(name.endswith((".gap", ".offset")) for name in estimates.names):
         return {}
     return dict(zip(estimates.names, estimates.draw(DRAWN).T))
 
 
-def _in_words(found: Identified, j: int) -> str:
-    rows = {r["name"]: r for r in found.estimates.beside_priors()} if found.estimates else {}
+def _in_words(identified: Identified, j: int) -> str:
+    rows = {r["name"]: r for r in identified.estimates.beside_priors()} if identified.estimates else {}
     words = []
     for name in ("gap", "offset"):
-        value = 1e6 * getattr(found.rig.bushings[j], name)
+        value = 1e6 * getattr(identified.rig.bushings[j], name)
         std = rows.get(f"bushings[{j}].{name}", {}).get("std", 0.0)
-        is_unseen = name == "gap" and j in found.unseen_gaps
+        is_unseen = name == "gap" and j in identified.unseen_gaps
         words.append("gap not seen" if is_unseen else f"{name} {value:.0f} ± {2e6 * std:.0f} µm")
     return ", ".join(words)
 
@@ -99,13 +99,13 @@ def _between(ax: Axes, x: np.ndarray, force: np.ndarray, walls: tuple[float, flo
         ax.set_ylim(-most, most)
 
 
-def draw_misfit(found: LawMisfit) -> Drawing | None:
+def draw_misfit(misfit: LawMisfit) -> Drawing | None:
     """Draw what rig and law miss by sensor, frequency and level, in dB and over its random error; None without FRFs."""
-    if not found.stretches:
+    if not misfit.stretches:
         return None
-    shown = np.unique(np.linspace(0, len(found.stretches) - 1, PANELS).astype(int))
-    stretches = [found.stretches[i] for i in shown]
-    figure = canvas(1.0 + 2 * (0.55 + 0.11 * len(found.sensors)), 8.5)
+    shown = np.unique(np.linspace(0, len(misfit.stretches) - 1, PANELS).astype(int))
+    stretches = [misfit.stretches[i] for i in shown]
+    figure = canvas(1.0 + 2 * (0.55 + 0.11 * len(misfit.sensors)), 8.5)
     axes = figure.subplots(2, len(stretches), squeeze=False, sharex=True, sharey=True)
     ratio = ListedColormap(COLOURS_OF_RATIOS).with_extremes(over=COLOUR_BEYOND)
     most = max(1.0, float(np.nanmax([s.missed for s in stretches])))
@@ -115,10 +115,10 @@ def draw_misfit(found: LawMisfit) -> Drawing | None:
     )
     for line, name, label, colours, norm in rows:
         for ax, stretch in zip(line, stretches):
-            image = ax.pcolormesh(found.edges, np.arange(len(found.sensors) + 1), getattr(stretch, name), norm=norm,
+            image = ax.pcolormesh(misfit.edges, np.arange(len(misfit.sensors) + 1), getattr(stretch, name), norm=norm,
                                   cmap=colours)  # fmt: skip
-            title = f"{stretch.level:.2g} {found.unit}" if name == "missed" else ""
-            band_axes(ax, title, found.edges, found.sensors)
+            title = f"{stretch.level:.2g} {misfit.unit}" if name == "missed" else ""
+            band_axes(ax, title, misfit.edges, misfit.sensors)
         extend = "max" if name == "ratio" else "neither"
         colour_bar(figure, image, line, label, FONT - 1, pad=0.01, aspect=15, extend=extend)
     for ax in axes[0]:

@@ -58,7 +58,7 @@ def chart(figure: Figure) -> dict[str, Any]:
     ValueError
         If the x of a line steps back.
     """
-    found = _Data()
+    data = _Data()
     cells: list[dict[str, Any]] = []
     for column, axes in enumerate(_columns(figure)):
         own: list[dict[str, Any]] = []
@@ -67,10 +67,10 @@ def chart(figure: Figure) -> dict[str, Any]:
             if not own or (title and not _LETTER.fullmatch(title)):
                 words = "" if _LETTER.fullmatch(title) else title
                 own.append({"title": words, "column": column, "top": _place(ax)[1], "panels": []})
-            own[-1]["panels"].append(_panel(ax, figure, found))
+            own[-1]["panels"].append(_panel(ax, figure, data))
         cells += own
     cells.sort(key=lambda cell: (-round(cell["top"], 2), cell["column"]))
-    return {"arrays": found.arrays, "numbers": packed(found.numbers), "series": found.series, "cells": cells}
+    return {"arrays": data.arrays, "numbers": packed(data.numbers), "series": data.series, "cells": cells}
 
 
 def packed(numbers: np.ndarray) -> str:
@@ -143,7 +143,7 @@ def _is_curve(ax: Axes, line: Line2D) -> bool:
     return all(line.get_transform().contains_branch_seperately(ax.transData)) and np.size(line.get_xdata()) > 0
 
 
-def _panel(ax: Axes, figure: Figure, found: _Data) -> dict[str, Any]:
+def _panel(ax: Axes, figure: Figure, data: _Data) -> dict[str, Any]:
     words = _first(other.get_ylabel() for other in _beside(ax, figure))
     decibel = _DECIBEL.search(words.replace("\n", " "))
     (left, right), (bottom, top) = sorted(ax.get_xlim()), sorted(ax.get_ylim())
@@ -155,15 +155,15 @@ def _panel(ax: Axes, figure: Figure, found: _Data) -> dict[str, Any]:
         "log": [ax.get_xscale() == "log", ax.get_yscale() == "log"],
         "limits": [[float(left), float(right)], [float(bottom), float(top)]],
         "decibel": decibel[1] if decibel and not _SHIFTED.search(words) else "",
-        "lines": [_line(ax, line, found) for line in ax.lines if _is_curve(ax, line)],
+        "lines": [_line(ax, line, data) for line in ax.lines if _is_curve(ax, line)],
         "marks": [_mark(line) for line in ax.lines if not _is_curve(ax, line)],
     }
 
 
-def _line(ax: Axes, line: Line2D, found: _Data) -> dict[str, Any]:
-    series = found.line(line)
+def _line(ax: Axes, line: Line2D, data: _Data) -> dict[str, Any]:
+    series = data.line(line)
     x, y = (np.asarray(values, dtype=float) for values in line.get_data())
-    if not found.series[series]["joined"]:
+    if not data.series[series]["joined"]:
         inside = (x >= min(ax.get_xlim())) & (x <= max(ax.get_xlim()))
         x, y = thinned(x[inside], y[inside])
     elif np.any(np.diff(x) < 0):
@@ -171,7 +171,7 @@ def _line(ax: Axes, line: Line2D, found: _Data) -> dict[str, Any]:
     else:
         x, y = decimated(x, y)
     up = float((line.get_transform() - ax.transData).transform((0, 0))[1]) if ax.get_yscale() == "linear" else 0.0
-    return {"series": series, "x": found.array(x), "y": found.array(y), "up": round(up, 9)}
+    return {"series": series, "x": data.array(x), "y": data.array(y), "up": round(up, 9)}
 
 
 def decimated(x: np.ndarray, y: np.ndarray, most: int = MAX_POINTS) -> tuple[np.ndarray, np.ndarray]:

@@ -18,7 +18,7 @@ __all__ = ["draw", "rows", "words"]
 FEWEST = 0.01  # sone: what is softer is drawn there, as nothing
 
 
-def draw(found: Mapping[str, LoudnessOverLevel]) -> Drawing:
+def draw(loudness: Mapping[str, LoudnessOverLevel]) -> Drawing:
     """Return the figure of one design or several: N5 over level, and N(t) at the highest level of each.
 
     Parameters
@@ -28,7 +28,7 @@ def draw(found: Mapping[str, LoudnessOverLevel]) -> Drawing:
     """
     figure = canvas(3.2)
     left, right = figure.subplots(1, 2, width_ratios=(1, 1.25))
-    for i, (name, each) in enumerate(found.items()):
+    for i, (name, each) in enumerate(loudness.items()):
         colour = COLOURS[i % len(COLOURS)]
         look = {"color": colour, "marker": MARKERS[i % len(MARKERS)], "ms": 4, "lw": 1.2}
         means = _means(each)
@@ -38,28 +38,28 @@ def draw(found: Mapping[str, LoudnessOverLevel]) -> Drawing:
         loudest = each.loudness[int(np.argmax(each.level))]
         label = f"{name}, {max(each.level):g} {each.unit}"
         right.plot(*envelope(loudest.time, loudest.sone), color=colour, lw=0.9, label=label)
-    unit = next(iter(found.values())).unit
+    unit = next(iter(loudness.values())).unit
     left.set_yscale("log")
     left.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     left.yaxis.set_minor_locator(LogLocator(subs=(2, 5)))  # more numbers would overlap
     left.yaxis.set_minor_formatter(StrMethodFormatter("{x:g}"))
-    level_axis(left, sorted({level for each in found.values() for level in each.level}))
+    level_axis(left, sorted({level for each in loudness.values() for level in each.level}))
     tidy(left, "Exceeded in 5 % of the time", "Loudness N5 (sone)", f"Level ({unit} RMS)")
     tidy(right, "At the highest level", "Loudness N(t) (sone)", "Time (s)")
     right.set_ylim(bottom=0)
     for ax in (left, right):
         ax.legend(fontsize=FONT - 1, frameon=False)
     caption = "Loudness by ISO 532-1 of what the plate radiates: over level, and over time at the highest level."
-    if any(len({*each.level}) < len(each.level) for each in found.values()):
+    if any(len({*each.level}) < len(each.level) for each in loudness.values()):
         caption += " Vertical lines: 95 % intervals of the mean of several noises or designs."
-    return Drawing("loudness", figure, caption, f"{caption} {' '.join(words(found))}")
+    return Drawing("loudness", figure, caption, f"{caption} {' '.join(words(loudness))}")
 
 
-def _means(found: LoudnessOverLevel) -> dict[float, tuple[float, float, float]]:
+def _means(loudness: LoudnessOverLevel) -> dict[float, tuple[float, float, float]]:
     """Mean N5 of the sounds of each level, sone, levels rising, with Student's 95 % interval; nan of a single sound."""
     means = {}
-    for level in sorted({*found.level}):
-        n5 = found.n5[np.equal(found.level, level)]
+    for level in sorted({*loudness.level}):
+        n5 = loudness.n5[np.equal(loudness.level, level)]
         half = (
             two_sided_quantile(CONFIDENCE, n5.size - 1) * n5.std(ddof=1) / np.sqrt(n5.size) if n5.size > 1 else np.nan
         )
@@ -67,7 +67,7 @@ def _means(found: LoudnessOverLevel) -> dict[float, tuple[float, float, float]]:
     return means
 
 
-def rows(found: Mapping[str, LoudnessOverLevel]) -> pd.DataFrame:
+def rows(loudness: Mapping[str, LoudnessOverLevel]) -> pd.DataFrame:
     """Return a row for each design and level.
 
     Parameters
@@ -76,7 +76,7 @@ def rows(found: Mapping[str, LoudnessOverLevel]) -> pd.DataFrame:
         By the design's name.
     """
     table = []
-    for name, each in found.items():
+    for name, each in loudness.items():
         means = _means(each)
         for level, sound, heard in zip(each.level, each.sound, each.loudness):
             row = {
@@ -89,7 +89,7 @@ def rows(found: Mapping[str, LoudnessOverLevel]) -> pd.DataFrame:
     return pd.DataFrame(table)
 
 
-def words(found: Mapping[str, LoudnessOverLevel]) -> Iterator[str]:
+def words(loudness: Mapping[str, LoudnessOverLevel]) -> Iterator[str]:
     """Say in a line for each design how loud it is at its lowest and highest level, and which of two is louder.
 
     Parameters
@@ -97,7 +97,7 @@ def words(found: Mapping[str, LoudnessOverLevel]) -> Iterator[str]:
     found : mapping
         By the design's name.
     """
-    for name, each in found.items():
+    for name, each in loudness.items():
         said, means = [], _means(each)
         for level in sorted({min(means), max(means)}):
             middle, low, high = means[level]
@@ -108,8 +108,8 @@ def words(found: Mapping[str, LoudnessOverLevel]) -> Iterator[str]:
                 words += f"its 95 % interval {low:.3g} to {high:.3g}"
             said.append(words)
         yield f"{name}: {'; '.join(said)}."
-    if len(found) == 2:
-        (a, first), (b, second) = found.items()
+    if len(loudness) == 2:
+        (a, first), (b, second) = loudness.items()
         if common := sorted(set(first.level) & set(second.level)):
             one, other = (_means(each)[common[-1]][0] for each in (first, second))
             if one > 0 and other > 0:

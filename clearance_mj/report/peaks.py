@@ -13,55 +13,55 @@ from .style import Drawing
 __all__ = ["draw", "plain", "rows", "words"]
 
 
-def draw(found: HourPeaks) -> Drawing:
+def draw(peaks: HourPeaks) -> Drawing:
     """Draw the peaks of a record, their fit and the largest value of the time."""
-    what = found.quantity.replace("_", " ")
+    what = peaks.quantity.replace("_", " ")
     caption = (
-        f"Peaks of the {what} in {found.duration:g} s of random excitation, as many an hour as exceed a value, the "
-        f"generalised Pareto distribution fitted to them, and the largest value of {found.hours:g} h: its median, "
+        f"Peaks of the {what} in {peaks.duration:g} s of random excitation, as many an hour as exceed a value, the "
+        f"generalised Pareto distribution fitted to them, and the largest value of {peaks.hours:g} h: its median, "
         "and the interval that holds it nine times in ten, at the height where it is expected."
     )
-    return Drawing("peaks", found.plot(), caption, f"Peaks of the {what} over how often they are exceeded.", False)
+    return Drawing("peaks", peaks.plot(), caption, f"Peaks of the {what} over how often they are exceeded.", False)
 
 
-def rows(found: HourPeaks) -> pd.DataFrame:
+def rows(peaks: HourPeaks) -> pd.DataFrame:
     """Return a row for each clearance's impacts, and one for the largest value of each clearance or sensor."""
-    unit = found.unit.replace("²", "2")
+    unit = peaks.unit.replace("²", "2")
     impacts = [
         {"place": name, "what": "impacts per second", "unit": "1/s", "value": rate.value, "low": rate.low,
          "high": rate.high, "probability_of_impact": touch, "rests": bool(rests)}
-        for name, rate, touch, rests in zip(found.clearances, found.impacts, found.impact_probability, found.rests)
+        for name, rate, touch, rests in zip(peaks.clearances, peaks.impacts, peaks.impact_probability, peaks.rests)
     ]  # fmt: skip
     largest = [
-        {"place": name, "what": f"largest {found.quantity}", "unit": unit, "value": fit.median, "low": fit.low,
+        {"place": name, "what": f"largest {peaks.quantity}", "unit": unit, "value": fit.median, "low": fit.low,
          "high": fit.high, "in_record": seen, "exceeded": over, "threshold": fit.threshold, "peaks": fit.peaks,
          "scale": fit.scale, "shape": fit.shape, "misfit": fit.misfit}
-        for name, fit, seen, over in zip(found.rows, found.largest, found.observed, found.exceeded)
+        for name, fit, seen, over in zip(peaks.rows, peaks.largest, peaks.observed, peaks.exceeded)
     ]  # fmt: skip
     return pd.DataFrame([*impacts, *largest])
 
 
-def plain(found: HourPeaks) -> dict[str, Any]:
+def plain(peaks: HourPeaks) -> dict[str, Any]:
     """Return everything but the peaks and where they come from as plain data."""
     clearances = [
         {"name": name, **asdict(rate), "probability": float(touch), "rests": bool(rests)}
-        for name, rate, touch, rests in zip(found.clearances, found.impacts, found.impact_probability, found.rests)
+        for name, rate, touch, rests in zip(peaks.clearances, peaks.impacts, peaks.impact_probability, peaks.rests)
     ]
     largest = [
         {"name": name, "in_record": float(seen), **asdict(fit)}
-        for name, fit, seen in zip(found.rows, found.largest, found.observed)
+        for name, fit, seen in zip(peaks.rows, peaks.largest, peaks.observed)
     ]
-    facts = {name: getattr(found, name) for name in ("quantity", "unit", "hours", "duration", "limit")}
+    facts = {name: getattr(peaks, name) for name in ("quantity", "unit", "hours", "duration", "limit")}
     return facts | {"impacts_per_second": clearances, "largest": largest}
 
 
-def words(found: HourPeaks) -> list[str]:
+def words(peaks: HourPeaks) -> list[str]:
     """Say in lines what was found: the table of `HourPeaks`, who touches, and how likely the limit is exceeded."""
-    said = [str(found)]
-    for name, touch, rests in zip(found.clearances, found.impact_probability, found.rests):
+    said = [str(peaks)]
+    for name, touch, rests in zip(peaks.clearances, peaks.impact_probability, peaks.rests):
         does = "leaves the wall against which it rests" if rests else "touches"
-        said.append(f"{name} {does} within {found.hours:g} h with a probability of {touch:.3g}")
-    if found.limit is not None:
-        over = ", ".join(f"{name} {share:.3g}" for name, share in zip(found.rows, found.exceeded))
-        said.append(f"probability of more than {found.limit:g} {found.unit} within {found.hours:g} h: {over}")
+        said.append(f"{name} {does} within {peaks.hours:g} h with a probability of {touch:.3g}")
+    if peaks.limit is not None:
+        over = ", ".join(f"{name} {share:.3g}" for name, share in zip(peaks.rows, peaks.exceeded))
+        said.append(f"probability of more than {peaks.limit:g} {peaks.unit} within {peaks.hours:g} h: {over}")
     return said

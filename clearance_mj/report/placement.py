@@ -23,24 +23,24 @@ BOX = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": TEST, "l
 MAX_GROWTH = 10.0  # of a standard deviation that is drawn
 
 
-def draw(rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -> Drawing:
+def draw(rig: Rig, places: Candidates, layout: Placement, modes: Sequence[int]) -> Drawing:
     """Draw a layout for the modes of these numbers, and where its sensors might have sat."""
     figure = canvas(5.6)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.25, 1))
     on_one_shaft = len(rig.linear.shafts) == 1 and places.position.dtype == float
-    (_shaft if on_one_shaft else _points)(figure.add_subplot(grid[0, :]), rig, places, found, modes)
-    _carried(figure.add_subplot(grid[1, 0]), found)
-    _lost(figure.add_subplot(grid[1, 1]), found, modes)
+    (_shaft if on_one_shaft else _points)(figure.add_subplot(grid[0, :]), rig, places, layout, modes)
+    _carried(figure.add_subplot(grid[1, 0]), layout)
+    _lost(figure.add_subplot(grid[1, 1]), layout, modes)
     caption = (
-        f"{len(found.chosen)} sensors (numbered) for modes {', '.join(map(str, modes))} of rig “{rig.name}”; ticks: "
+        f"{len(layout.chosen)} sensors (numbered) for modes {', '.join(map(str, modes))} of rig “{rig.name}”; ticks: "
         f"candidates{'; grey: bushings' * on_one_shaft}. Below: the share of the information that goes with each "
         "sensor, and how many times the least standard deviation of each mode grows without it."
     )
-    alt = f"Layout of {len(found.chosen)} sensors{' along the shaft' * on_one_shaft}."
+    alt = f"Layout of {len(layout.chosen)} sensors{' along the shaft' * on_one_shaft}."
     return Drawing("placement", figure, caption, alt)
 
 
-def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -> None:
+def _shaft(ax: Axes, rig: Rig, places: Candidates, layout: Placement, modes: Sequence[int]) -> None:
     shaft = rig.linear.shafts[0]
     start, end = shaft.start, shaft.end
     length = end - start
@@ -60,7 +60,7 @@ def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequ
         ax.plot(x, shape / np.max(np.abs(shape)), **look)
     ax.plot(places.position, np.full(places.position.size, -1.32), "|", color=REPEAT, ms=6, label="candidates")
     row, previous, top = 0, -np.inf, 1.75
-    for number, position in enumerate(found.position, 1):
+    for number, position in enumerate(layout.position, 1):
         row = (row + 1) % 2 if position - previous < 0.035 * length else 0
         previous, height = position, 1.35 + 0.3 * row
         top = max(top, height + 0.4)
@@ -72,12 +72,12 @@ def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequ
     ax.legend(fontsize=FONT - 1, frameon=False, ncols=len(modes) + 1, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
-def _points(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -> None:
+def _points(ax: Axes, rig: Rig, places: Candidates, layout: Placement, modes: Sequence[int]) -> None:
     """The modes at every candidate, one beside the other."""
     shapes, number = mode_shapes(rig, list(places.position), max(modes))[:, np.array(modes) - 1], len(places.position)
     for i, shape in enumerate((shapes / np.max(np.abs(shapes), axis=0)).T):
         ax.plot(shape, color=MODES[i % 6], ls=STYLES[i % 6], lw=1.0, marker=".", label=f"mode {modes[i]}")
-    for order, i in enumerate(found.chosen, 1):
+    for order, i in enumerate(layout.chosen, 1):
         ax.axvline(i, color=TEST, lw=0.7, zorder=1)
         ax.text(i, 1.15, f"{order}", ha="center", va="bottom", fontsize=FONT - 1, bbox=BOX)
     tidy(ax, "", "Mode shape over its largest (1)", "Candidate")
@@ -87,29 +87,29 @@ def _points(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Seq
     ax.legend(fontsize=FONT - 1, frameon=False, ncols=len(modes), loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
-def _labels(found: Placement) -> list[str]:
-    texts = (x if isinstance(x, str) else f"{x:.3g}" for x in found.position.tolist())
+def _labels(layout: Placement) -> list[str]:
+    texts = (x if isinstance(x, str) else f"{x:.3g}" for x in layout.position.tolist())
     return [f"{i}\n{text}" for i, text in enumerate(texts, 1)]
 
 
-def _carried(ax: Axes, found: Placement) -> None:
-    places = np.arange(len(found.chosen))
-    ax.bar(places - 0.2, found.contribution, 0.4, color="#0072b2", label="contribution E")
-    ax.bar(places + 0.2, found.determinant_after_loss, 0.4, color="#e69f00", hatch="///", edgecolor="white",
+def _carried(ax: Axes, layout: Placement) -> None:
+    places = np.arange(len(layout.chosen))
+    ax.bar(places - 0.2, layout.contribution, 0.4, color="#0072b2", label="contribution E")
+    ax.bar(places + 0.2, layout.determinant_after_loss, 0.4, color="#e69f00", hatch="///", edgecolor="white",
            label="determinant left without it")  # fmt: skip
     tidy(ax, "what each sensor carries", "Share (1)", "Sensor, position (m)")
-    ax.set_xticks(places, _labels(found), fontsize=FONT - 1)
+    ax.set_xticks(places, _labels(layout), fontsize=FONT - 1)
     ax.set_ylim(0, 1.32)
     ax.legend(fontsize=FONT - 1, frameon=False, loc="upper left", ncols=2)
 
 
-def _lost(ax: Axes, found: Placement, modes: Sequence[int]) -> None:
-    growth = np.minimum(found.std_growth, MAX_GROWTH).T
+def _lost(ax: Axes, layout: Placement, modes: Sequence[int]) -> None:
+    growth = np.minimum(layout.std_growth, MAX_GROWTH).T
     image = ax.imshow(growth, cmap="viridis_r", aspect="auto", vmin=1, vmax=max(2.0, growth.max()))
     tidy(ax, "standard deviation without it, over that with it (1)", "Mode (number)", "Sensor, position (m)")
     write_numbers(
         ax, growth, lambda value: f"{value:.2f}" if value < MAX_GROWTH else f"> {MAX_GROWTH:g}",
         lambda value: float(np.asarray(image.norm(value))) > 0.5,
     )  # fmt: skip
-    ax.set_xticks(np.arange(len(found.chosen)), _labels(found), fontsize=FONT - 1)
+    ax.set_xticks(np.arange(len(layout.chosen)), _labels(layout), fontsize=FONT - 1)
     ax.set_yticks(np.arange(len(modes)), [str(mode) for mode in modes])

@@ -34,19 +34,19 @@ class Hours:
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row of plain data for each level and place; three numbers are a value with its 5 and 95 % ends."""
-        found: list[dict[str, Any]] = []
+        rows: list[dict[str, Any]] = []
         for each in self.levels:
             for i, name in enumerate(self.clearances):
-                found.append({
+                rows.append({
                     "level": each.level, "place": name, "touches": each.touches[i].tolist(),
                     "impacts_per_second": each.impacts_per_second[i].tolist(),
                 })  # fmt: skip
             for i, name in enumerate(self.places):
-                found.append({
+                rows.append({
                     "level": each.level, "place": name, f"largest_{self.noise.quantity}": each.largest[i].tolist(),
                     "too_few_peaks": float(each.too_few[i]),
                 } | ({"exceeds": each.exceeds[i].tolist()} if self.noise.limit else {}))  # fmt: skip
-        return found
+        return rows
 
     def words(self) -> list[str]:
         """Say what happens at each level."""

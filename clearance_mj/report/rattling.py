@@ -28,7 +28,7 @@ SHARES = (1.0, 0.5)  # of the gaps found
 BAND = (0.002, 0.4)  # of the samples per second, where a record does not say its band
 
 
-def rattling(found: Identified, dataset: Dataset, writer: ReportWriter, workers: int | None = 1) -> str:
+def rattling(identified: Identified, dataset: Dataset, writer: ReportWriter, workers: int | None = 1) -> str:
     """Return the figure, the sentences and the table of a rattle map over the records' levels and band.
 
     There is none where no record shows a gap: what the rig file says of it is no result.
@@ -44,7 +44,7 @@ def rattling(found: Identified, dataset: Dataset, writer: ReportWriter, workers:
     workers : int, optional
         Processes of the map; None: one for each core.
     """
-    model, unseen = found.model, _unseen(found, dataset)
+    model, unseen = identified.model, _unseen(identified, dataset)
     said = html.sentences(unseen, "note")
     if unseen and len(unseen) == len(model.rig.bushings):
         return said
@@ -59,15 +59,15 @@ def rattling(found: Identified, dataset: Dataset, writer: ReportWriter, workers:
     return said + sentences + writer.figure(draw(rattle)) + html.table(_table(rattle))
 
 
-def _unseen(found: Identified, dataset: Dataset) -> list[str]:
+def _unseen(identified: Identified, dataset: Dataset) -> list[str]:
     """In words, which gaps no record shows: by the probes, without them where the records add nothing to the prior."""
-    rig = found.model.rig
+    rig = identified.model.rig
     far = reached(prepare(dataset), rig) if rig.bushings else None
     said = []
     for j, bushing in enumerate(rig.bushings):
         if far is not None and far[j] <= bushing.gap:
             larger = f"it is larger than {1e3 * far[j]:.2g} mm, as far as the shaft came from its middle"
-        elif far is None and j in found.unseen_gaps:
+        elif far is None and j in identified.unseen_gaps:
             larger = "the records add nothing to what was known of it"
         else:
             continue
@@ -82,39 +82,39 @@ def _map(model: Model, dataset: Dataset, workers: int | None) -> RattleMap:
     top = 2 * float(np.std(loudest.response().excitation))  # a ramp ends at about twice its RMS
     low, high = loudest.band or (share * loudest.fs for share in BAND)
     gaps = [[share * bushing.gap for bushing in model.rig.bushings] for share in SHARES]
-    found = map_rattle(
+    rattle = map_rattle(
         model, top * LEVEL_RATIO ** np.arange(1.0 - LEVELS, 1.0), np.geomspace(low, high, FREQUENCIES), gaps=gaps,
         kind=loudest.excitation_kind, n_harmonics=HARMONICS, workers=workers,
     )  # fmt: skip
-    first = found.first_contact.copy()
-    for gap, over_frequency in zip(found.gap, first):
+    first = rattle.first_contact.copy()
+    for gap, over_frequency in zip(rattle.gap, first):
         if np.isfinite(over_frequency).any():
             # The map's levels are far apart: where it touches first, the level itself is followed.
             lines = over_frequency == np.nanmin(over_frequency)
-            exact = find_first_contact(model.with_gap(gap), found.frequency[lines], found.kind, n_harmonics=HARMONICS)
+            exact = find_first_contact(model.with_gap(gap), rattle.frequency[lines], rattle.kind, n_harmonics=HARMONICS)
             over_frequency[lines] = np.fmin(over_frequency[lines], exact.value)
-    return dataclasses.replace(found, first_contact=first)
+    return dataclasses.replace(rattle, first_contact=first)
 
 
-def _cells(found: RattleMap, gap: int, level: int) -> tuple[float | None, float, float, float]:
+def _cells(rattle: RattleMap, gap: int, level: int) -> tuple[float | None, float, float, float]:
     """Lowest frequency (Hz) that rattles, share of those that do, largest contact force (N) and penetration (µm)."""
-    rattles = found.rattles[gap, level]
-    first = float(found.frequency[np.argmax(rattles)]) if rattles.any() else None
-    force, depth = (np.nanmax(np.nan_to_num(v[:, gap, level])) for v in (found.contact_force, found.penetration))
+    rattles = rattle.rattles[gap, level]
+    first = float(rattle.frequency[np.argmax(rattles)]) if rattles.any() else None
+    force, depth = (np.nanmax(np.nan_to_num(v[:, gap, level])) for v in (rattle.contact_force, rattle.penetration))
     return first, float(rattles.mean()), float(force), 1e6 * float(depth)
 
 
-def _table(found: RattleMap) -> Table:
+def _table(rattle: RattleMap) -> Table:
     groups = ["gap found", "half the gap"]
-    columns = [Column("Amplitude", unit(found), ".3g")]
+    columns = [Column("Amplitude", unit(rattle), ".3g")]
     for group in groups:
         columns += [
             Column("rattles from", "Hz", ".1f", group), Column("of the band", "", ".0%", group),
             Column("contact force", "N", ".3g", group), Column("penetration", "µm", ".1f", group),
         ]  # fmt: skip
     cells = []
-    for i, level in enumerate(found.level):
-        cells.append((float(level), *(cell for gap in range(len(groups)) for cell in _cells(found, gap, i))))
+    for i, level in enumerate(rattle.level):
+        cells.append((float(level), *(cell for gap in range(len(groups)) for cell in _cells(rattle, gap, i))))
     caption = (
         "Under a sine of each amplitude: lowest frequency at which a wall is touched, share of the band in which one "
         "is, and the largest contact force and penetration over the band; for the gaps found, and for half of them."

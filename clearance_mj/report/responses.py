@@ -77,14 +77,14 @@ def _rows(branch: Branch, number: int) -> pd.DataFrame:
     return pd.DataFrame(columns | amplitude_columns(branch, branch.periods, True))
 
 
-def amplitude_columns(found: Branch | Backbone, order: int, phases: bool) -> dict[str, np.ndarray]:
+def amplitude_columns(curve: Branch | Backbone, order: int, phases: bool) -> dict[str, np.ndarray]:
     """Return the columns of a table: amplitudes by sensor and clearance, and their harmonic of an order."""
     columns: dict[str, np.ndarray] = {}
     for quantity, labels, of in (
-        ("acceleration", found.responses, "m_s2"), ("clearance_displacement", found.clearances, "m"),
-        ("contact_force", found.clearances, "n"),
+        ("acceleration", curve.responses, "m_s2"), ("clearance_displacement", curve.clearances, "m"),
+        ("contact_force", curve.clearances, "n"),
     ):  # fmt: skip
-        amplitude, first = found.amplitude(quantity), getattr(found, quantity)[..., order]
+        amplitude, first = curve.amplitude(quantity), getattr(curve, quantity)[..., order]
         for i, label in enumerate(labels):
             columns[f"{quantity}_{label}_amplitude_{of}"] = amplitude[:, i]
             columns[f"{quantity}_{label}_fundamental_{of}"] = np.abs(first[:, i])

@@ -83,14 +83,14 @@ class Scene:
     def _discs(self) -> Iterator[Disc]:
         rig, most = self.rig, (DOT if self.is_plane else LARGEST_DISC) * self.length
         heavy = {each.position: each.phase for each in rig.unbalances}
-        found: list[tuple[float | str, float]] = []
+        discs: list[tuple[float | str, float]] = []
         for shaft, edges in zip(self.shafts, self.edges):
             for disc in shaft.discs:
                 point = f"{shaft.name}@{disc.position!r}" if shaft.name else disc.position
                 radius = np.sqrt(2 * disc.polar_inertia / disc.mass) if disc.polar_inertia and disc.mass else 0.0
-                found.append((point, float(radius or DISC_RADII * edges[1].max())))
-        found += [(mass.position, DISC_RADII / 2 * float(self.radii.max())) for mass in rig.masses]
-        for point, radius in found:
+                discs.append((point, float(radius or DISC_RADII * edges[1].max())))
+        discs += [(mass.position, DISC_RADII / 2 * float(self.radii.max())) for mass in rig.masses]
+        for point, radius in discs:
             radius = most if self.is_plane else min(radius, most)
             yield Disc(point, *rig.linear.place(point), radius, heavy.get(point, 0.0))
 

@@ -138,11 +138,11 @@ class Stage:
             if not scene.turns[j]:
                 bore = self.shown.exaggeration * bushing.gap + scene.at_bushings[j]
                 rings.append((scene.middle(j)[:, :1], bore))
-        found = [line - scene.radii, line + scene.radii]
+        corners = [line - scene.radii, line + scene.radii]
         for places, radius in rings:
             circle = radius * self._across(TURN[::6])
-            found.append(np.tensordot(self.view, places[:, :, None] + circle[:, None], 1))
-        points = np.concatenate([part.reshape(2, -1) for part in found], axis=1)
+            corners.append(np.tensordot(self.view, places[:, :, None] + circle[:, None], 1))
+        points = np.concatenate([part.reshape(2, -1) for part in corners], axis=1)
         low, high = points.min(axis=1), points.max(axis=1)
         corner = 0.17 * length  # where the directions are, below on the right
         low[1] = min(low[1], high[1] - 1.5 * corner)
@@ -250,7 +250,7 @@ class Stage:
 
     def _pieces(self) -> list[tuple[np.ndarray, Polygon]]:
         """Pieces of the shafts between discs, which hide what is behind them: points of each, and what is drawn."""
-        position, found = self.shown.position, []
+        position, pieces = self.shown.position, []
         for number, on in enumerate(self.scene.numbers):
             points = np.flatnonzero(on)
             places = {disc.position for disc in self.scene.discs if disc.shaft == number}
@@ -258,8 +258,8 @@ class Stage:
             edges = [0, *np.searchsorted(position[points], inner), points.size - 1]
             for first, last in zip(edges[:-1], edges[1:]):
                 piece = points[first : last + 1]
-                found.append((piece, self._polygon(STEEL, self._order(float(position[piece].mean())))))
-        return found
+                pieces.append((piece, self._polygon(STEEL, self._order(float(position[piece].mean())))))
+        return pieces
 
     def _polygon(self, colour: str, order: float, moves: bool = True, lw: float = 0.5, **look: Any) -> Polygon:
         patch = Polygon(np.zeros((1, 2)), facecolor=colour, lw=lw, zorder=order, **{"edgecolor": HALF} | look)

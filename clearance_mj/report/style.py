@@ -175,8 +175,8 @@ def letters(n: int) -> list[str]:
 
 def finite(values: np.ndarray) -> np.ndarray:
     """Return the finite values, or a zero if there is none."""
-    found = values[np.isfinite(values)]
-    return found if found.size else np.zeros(1)
+    known = values[np.isfinite(values)]
+    return known if known.size else np.zeros(1)
 
 
 def at_bushings(rig: Rig) -> list[int]:

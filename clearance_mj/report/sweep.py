@@ -40,12 +40,12 @@ MAX_KEPT = 4
 
 def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | None:
     """Draw what came out over each varied parameter; None if all cases gave the same, or nothing."""
-    if not (found := _most_telling(quantities(results))):
+    if not (spread := _most_telling(quantities(results))):
         return None
-    shape = len(found), len(varied)
+    shape = len(spread), len(varied)
     figure = canvas(0.7 + 1.15 * shape[0])
     axes = figure.subplots(*shape, squeeze=False, sharex="col", sharey="row")
-    for row, (name, values) in zip(axes, found.items()):
+    for row, (name, values) in zip(axes, spread.items()):
         for ax, vary, parameter in zip(row, varied, results["parameter"].values.T):
             ax.plot(parameter, values, ".", color=FIRST, ms=3, alpha=0.5, mew=0, rasterized=True)
             ax.set_xscale(vary.scale)
@@ -112,20 +112,20 @@ def _mark_ends(ax: Axes, values: Sequence[float]) -> None:
         label.set(horizontalalignment=side)
 
 
-def draw_sensitivity(found: Sensitivity) -> Drawing:
+def draw_sensitivity(sensitivity: Sensitivity) -> Drawing:
     """Draw Sobol indices, with their 95 % intervals."""
-    n = len(found.quantity)
+    n = len(sensitivity.quantity)
     columns = min(n, 4)
     rows = -(-n // columns)
-    figure = canvas(0.55 + rows * (0.5 + 0.22 * len(found.parameter)))
+    figure = canvas(0.55 + rows * (0.5 + 0.22 * len(sensitivity.parameter)))
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    places = np.arange(len(found.parameter))
+    places = np.arange(len(sensitivity.parameter))
     for ax in axes.ravel()[n:]:
         ax.set_axis_off()
-    for i, (ax, quantity) in enumerate(zip(axes.ravel(), found.quantity)):
-        _bars(ax, places - 0.19, found.first[i], found.first_interval[:, i], FIRST, "first order")
-        _bars(ax, places + 0.19, found.total[i], found.total_interval[:, i], TOTAL, "total", hatch="////")
-        ax.set_yticks(places, [_short(path) for path in found.parameter])
+    for i, (ax, quantity) in enumerate(zip(axes.ravel(), sensitivity.quantity)):
+        _bars(ax, places - 0.19, sensitivity.first[i], sensitivity.first_interval[:, i], FIRST, "first order")
+        _bars(ax, places + 0.19, sensitivity.total[i], sensitivity.total_interval[:, i], TOTAL, "total", hatch="////")
+        ax.set_yticks(places, [_short(path) for path in sensitivity.parameter])
         last = i + columns >= n
         tidy(ax, textwrap.fill(quantity, LONGEST_TITLE), "", "Sobol index (1)" if last else "")
         ax.tick_params(labelbottom=last)
@@ -146,12 +146,12 @@ def _bars(
     ax.hlines(places, *interval, color="black", lw=0.9)
 
 
-def _most_telling(found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _most_telling(spread: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Results that vary; of too many, one of each kind after the other."""
-    found = {name: values for name, values in found.items() if np.unique(values[np.isfinite(values)]).size > 1}
-    number = {name: "".join(c for c in name if c.isdigit()) for name in found}
-    kept = sorted(found, key=lambda name: number[name])[:MAX_ROWS]
-    return {name: values for name, values in found.items() if name in kept}
+    spread = {name: values for name, values in spread.items() if np.unique(values[np.isfinite(values)]).size > 1}
+    number = {name: "".join(c for c in name if c.isdigit()) for name in spread}
+    kept = sorted(spread, key=lambda name: number[name])[:MAX_ROWS]
+    return {name: values for name, values in spread.items() if name in kept}
 
 
 def _short(path: str) -> str:

@@ -20,48 +20,48 @@ from .writer import ReportWriter
 __all__ = ["draw", "write_twin"]
 
 
-def draw(found: Twin) -> Drawing:
+def draw(twin: Twin) -> Drawing:
     """Draw what is tracked over time with its 95 % bands and the alarms, a column for each clearance."""
-    what = f"{', '.join(found.quantities[:-1])} and {found.quantities[-1]}".capitalize()
+    what = f"{', '.join(twin.quantities[:-1])} and {twin.quantities[-1]}".capitalize()
     caption = (
-        f"{what} of the clearances of rig “{found.rig.name}” along record “{found.record}”, each value from what was "
+        f"{what} of the clearances of rig “{twin.rig.name}” along record “{twin.record}”, each value from what was "
         "measured by then, with 95 % bands, above what laws miss of the force; vertical lines: alarms."
     )
-    return Drawing("twin", found.plot(), caption, f"{what} over time with bands and alarms.")
+    return Drawing("twin", twin.plot(), caption, f"{what} over time with bands and alarms.")
 
 
 def write_twin(
-    found: Twin, record: Record, law: Law | None, folder: Path, made_from: Mapping[str, Any]
+    twin: Twin, record: Record, law: Law | None, folder: Path, made_from: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Write ``index.html``, figure, ``twin.csv``, ``twin.nc`` and ``twin.json``; return what the last one holds.
 
     The last two say what they were made from.
     """
-    write_csv(folder / "twin.csv", found.rows())
+    write_csv(folder / "twin.csv", twin.rows())
     with replacing(folder / "twin.nc") as temporary:
-        histories = found.to_xarray().assign_attrs(provenance=json.dumps(made_from))
+        histories = twin.to_xarray().assign_attrs(provenance=json.dumps(made_from))
         histories.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
-    last = [row for row in found.rows() if row["time_s"] == found.time[-1]]
+    last = [row for row in twin.rows() if row["time_s"] == twin.time[-1]]
     result = {
-        "version": __version__, "record": found.record, "provenance": record.provenance,
-        "made_from": made_from, "window": found.window,
-        "rig": found.rig.to_dict(), "law": law.to_dict() if law else None, "depth": found.depth.tolist(),
-        "alarms": [a.to_dict() for a in found.alarms], "last": last,
-        "warnings": list(found.warnings),
+        "version": __version__, "record": twin.record, "provenance": record.provenance,
+        "made_from": made_from, "window": twin.window,
+        "rig": twin.rig.to_dict(), "law": law.to_dict() if law else None, "depth": twin.depth.tolist(),
+        "alarms": [a.to_dict() for a in twin.alarms], "last": last,
+        "warnings": list(twin.warnings),
     }  # fmt: skip
     write_text(folder / "twin.json", to_json(result))
     writer = ReportWriter(folder)
-    summary = html.sentences([*found.words(), *found.warnings])
+    summary = html.sentences([*twin.words(), *twin.warnings])
     sections = [
-        html.Section("summary", "What the record shows", summary + writer.figure(draw(found))),
-        html.Section("alarms", "Alarms", _alarms(found)),
+        html.Section("summary", "What the record shows", summary + writer.figure(draw(twin))),
+        html.Section("alarms", "Alarms", _alarms(twin)),
     ]
-    writer.page(f"Twin of rig “{found.rig.name}”", sections, html.examples(found.rig))
+    writer.page(f"Twin of rig “{twin.rig.name}”", sections, html.examples(twin.rig))
     return result
 
 
-def _alarms(found: Twin) -> str:
-    if not found.alarms:
+def _alarms(twin: Twin) -> str:
+    if not twin.alarms:
         return html.paragraph("No quantity changed by more than what its windows explain.")
     columns = (
         Column("At", "s", ".2f"), Column("Bushing"), Column("Quantity"), Column("Likely since", "s", ".2f"),
@@ -69,6 +69,6 @@ def _alarms(found: Twin) -> str:
     )  # fmt: skip
     rows = tuple(
         (a.time, str(a.bushing + 1), a.quantity, a.since, a.before, a.after, 100 * (a.after / a.before - 1))
-        for a in found.alarms
+        for a in twin.alarms
     )
     return html.table(Table("alarms", "Changes beyond what the windows’ covariances explain.", columns, rows))

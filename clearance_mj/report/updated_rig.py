@@ -17,31 +17,31 @@ MAX_CHANNELS = 4  # spectra that are drawn
 ROW = 0.13  # in, of a parameter
 
 
-def draw(found: RigUpdate) -> Drawing:
+def draw(update: RigUpdate) -> Drawing:
     """Draw spectra of the longest record, and every parameter in prior standard deviations."""
-    count = len(found.estimates.names)
+    count = len(update.estimates.names)
     figure = canvas(4.2 + ROW * count)
     upper, lower = np.asarray(figure.subfigures(2, 1, height_ratios=(4.2, ROW * count))).tolist()
-    spectra_words = _spectra(upper, found)
-    _parameters(lower.subplots(), found.estimates)
+    spectra_words = _spectra(upper, update)
+    _parameters(lower.subplots(), update.estimates)
     caption = f"{spectra_words} Below, {PARAMETER_WORDS}"
-    return Drawing("updated_rig", figure, caption, f"Updated rig {found.rig.name}: spectra and {count} parameters.")
+    return Drawing("updated_rig", figure, caption, f"Updated rig {update.rig.name}: spectra and {count} parameters.")
 
 
-def draw_spectra(found: RigUpdate) -> Drawing:
+def draw_spectra(update: RigUpdate) -> Drawing:
     """Draw spectra of the longest record, measured and of the rig before and after."""
     figure = canvas(4.2)
-    caption = f"{_spectra(figure, found)} Each rig is under the forces in its clearances that meet all sensors best."
-    alt = f"Spectra of record and updated rig {found.rig.name} at some channels."
+    caption = f"{_spectra(figure, update)} Each rig is under the forces in its clearances that meet all sensors best."
+    alt = f"Spectra of record and updated rig {update.rig.name} at some channels."
     return Drawing("spectra", figure, caption, alt, chart=True)
 
 
-def draw_parameters(found: Estimates) -> Drawing:
+def draw_parameters(estimates: Estimates) -> Drawing:
     """Draw every parameter in prior standard deviations."""
-    figure = canvas(1.0 + ROW * len(found.names))
-    _parameters(figure.subplots(), found)
+    figure = canvas(1.0 + ROW * len(estimates.names))
+    _parameters(figure.subplots(), estimates)
     words = f"{PARAMETER_WORDS[0].upper()}{PARAMETER_WORDS[1:]}"
-    return Drawing("parameters", figure, words, f"{len(found.names)} parameters before and after the records.")
+    return Drawing("parameters", figure, words, f"{len(estimates.names)} parameters before and after the records.")
 
 
 PARAMETER_WORDS = (
@@ -50,10 +50,10 @@ PARAMETER_WORDS = (
 )
 
 
-def _spectra(figure: FigureBase, found: RigUpdate) -> str:
+def _spectra(figure: FigureBase, update: RigUpdate) -> str:
     """Draw and return what it shows."""
-    piece = max(found.misfit, key=lambda m: (m.is_whole, m.duration))
-    shown = np.unique(np.linspace(0, len(found.channels) - 1, MAX_CHANNELS).astype(int))
+    piece = max(update.misfit, key=lambda m: (m.is_whole, m.duration))
+    shown = np.unique(np.linspace(0, len(update.channels) - 1, MAX_CHANNELS).astype(int))
     axes = np.atleast_1d(figure.subplots(-(-len(shown) // 2), 2, sharex=True)).ravel()
     looks = (("measured", piece.measured, TEST, 1.4), ("rig file", piece.before, START, 0.8),
              ("updated", piece.fitted, FOUND, 0.8))  # fmt: skip
@@ -61,7 +61,7 @@ def _spectra(figure: FigureBase, found: RigUpdate) -> str:
         for label, value, colour, width in looks:
             ax.plot(piece.frequency, decibel(value[row]), color=colour, lw=width, label=label)
         frequency_axis(ax, (float(piece.frequency[0]), float(piece.frequency[-1])), labelled=True)
-        title = f"{found.channels[row]}, misfit {100 * piece.share[row]:.1f} %"
+        title = f"{update.channels[row]}, misfit {100 * piece.share[row]:.1f} %"
         tidy(ax, title, "Spectrum (dB)", "Frequency (Hz)")
     axes[0].legend(fontsize=FONT - 1, frameon=False)
     return f"Record {piece.record}, {piece.duration:.1f} s: measured, of the rig file and of the updated rig."

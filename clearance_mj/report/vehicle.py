@@ -154,8 +154,8 @@ def _spectra(outcomes: Sequence[Outcome]) -> Drawing:
     figure = canvas(4.2)
     servo, wheel = figure.subplots(2, 1, sharex=True)
     for outcome in outcomes:
-        for ax, found in ((servo, outcome.run.servo_rate_spectrum()), (wheel, outcome.run.wheel_rate_spectrum())):
-            ax.semilogy(found.frequency[1:], DEGREE**2 * found.density[1:], **look(outcome.case.controller))
+        for ax, spectrum in ((servo, outcome.run.servo_rate_spectrum()), (wheel, outcome.run.wheel_rate_spectrum())):
+            ax.semilogy(spectrum.frequency[1:], DEGREE**2 * spectrum.density[1:], **look(outcome.case.controller))
     tidy(servo, "(a)", "Servo rate ((°/s)²/Hz)")
     tidy(wheel, "(b)", "Wheel rate ((°/s)²/Hz)", "Frequency (Hz)")
     wheel.set_xlim(0, 30)
@@ -170,7 +170,7 @@ def _spectra(outcomes: Sequence[Outcome]) -> Drawing:
 def _metrics_table(outcomes: Sequence[Outcome]) -> Table:
     columns = [Column("Controller"), *(Column(q.label, q.unit, q.form) for q in METRICS.values())]
     metrics = [(_label(o), o.run.metrics()) for o in outcomes]
-    rows = [(label, *(q.scale * found[key] for key, q in METRICS.items())) for label, found in metrics]
+    rows = [(label, *(q.scale * values[key] for key, q in METRICS.items())) for label, values in metrics]
     return Table("metrics", "Metrics of each run", tuple(columns), tuple(rows))
 
 

@@ -81,7 +81,7 @@ def _bode(whirl: Whirl) -> Figure:
 
 def of_orbits(whirl: Whirl, turns: int) -> list[dict[str, Any]]:
     """Return the numbers of each bushing's last turns: place, reach, and 1X motion where the shaft turns; SI units."""
-    found = []
+    rows = []
     for j, bushing in enumerate(whirl.bushings):
         place = whirl.position[j]
         of: dict[str, Any] = {"bushing": whirl.names[j], "gap": bushing.gap}
@@ -90,8 +90,8 @@ def of_orbits(whirl: Whirl, turns: int) -> list[dict[str, Any]]:
             place = np.concatenate((*orbits.position,), axis=1)
             of |= {"turns": len(orbits.time), "spin": float(orbits.speed.mean())} | _first(orbits)
         radius = np.hypot(*place)
-        found.append(of | {"mean": place.mean(axis=1).tolist(), "largest_radius_over_gap": radius.max() / bushing.gap})
-    return found
+        rows.append(of | {"mean": place.mean(axis=1).tolist(), "largest_radius_over_gap": radius.max() / bushing.gap})
+    return rows
 
 
 def _first(orbits: Orbits) -> dict[str, Any]:

@@ -89,7 +89,7 @@ def conditions_of(records: Sequence[Record]) -> dict[Condition, tuple[Record, ..
     records : sequence of Record
         Of one rig in space.
     """
-    found: dict[Condition, list[Record]] = {}
+    records_of: dict[Condition, list[Record]] = {}
     for record in records:
-        found.setdefault(condition_of(record), []).append(record)
-    return {condition: tuple(of) for condition, of in found.items()}
+        records_of.setdefault(condition_of(record), []).append(record)
+    return {condition: tuple(of) for condition, of in records_of.items()}

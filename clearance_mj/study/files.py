@@ -59,9 +59,9 @@ def write_results(study: Study, folder: Path) -> None:
 
 def _arrays(frf: FRF) -> xr.Dataset:
     """FRFs with a coherence, of nan where records have one segment only."""
-    found = with_parts(frf.to_xarray())
-    nothing = xr.full_like(found["value"].isel(part=0, drop=True), np.nan).assign_attrs(units="1")
-    return found if "coherence" in found else found.assign(coherence=nothing)
+    dataset = with_parts(frf.to_xarray())
+    nothing = xr.full_like(dataset["value"].isel(part=0, drop=True), np.nan).assign_attrs(units="1")
+    return dataset if "coherence" in dataset else dataset.assign(coherence=nothing)
 
 
 def study_summary(study: Study) -> dict:
@@ -124,16 +124,16 @@ def _in_space(study: Study) -> dict:
 
 
 def _periodic(study: Study) -> dict:
-    found = study.periodic
+    periodic = study.periodic
     return {
-        "law": found.law,
-        "missing": found.missing,
-        "branches": [of_branch(branch) for branch in found.branches],
-        "rattle_map": found.map and of_map(found.map),
+        "law": periodic.law,
+        "missing": periodic.missing,
+        "branches": [of_branch(branch) for branch in periodic.branches],
+        "rattle_map": periodic.map and of_map(periodic.map),
         "stepped_sines": [
             {"record": name}
             | {key: getattr(steps, key).tolist() for key in ("frequency", "level", "upwards", "acceleration")}
-            | {"missed": missed(found.branches, steps).tolist() if found.branches else None}
+            | {"missed": missed(periodic.branches, steps).tolist() if periodic.branches else None}
             for name, steps in study.sine_steps.items()
         ],
     }

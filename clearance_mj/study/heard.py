@@ -55,8 +55,8 @@ class Heard:
     def _of(self, name: str, records: Sequence[Record]) -> LoudnessOverLevel:
         def compute() -> dict[str, np.ndarray]:
             sounds = [self._excerpt(name, record) for record in records]
-            found = loudness_of_each(sounds, METHOD, FIELD, workers=1)
-            return dict(_flat(sounds, found))
+            loudness = loudness_of_each(sounds, METHOD, FIELD, workers=1)
+            return dict(_flat(sounds, loudness))
 
         rig = self.study.dataset.rig
         inputs: list[object] = [rig.content(), EXCERPT, METHOD, FIELD, *map(stored.record_digest, records)]
@@ -78,8 +78,8 @@ class Heard:
         return radiate(response, rig, rig.plate).between(start, start + EXCERPT).faded()
 
 
-def _flat(sounds: Sequence[Sound], found: Sequence[Loudness]) -> Iterator[tuple[str, np.ndarray]]:
-    for i, (sound, heard) in enumerate(zip(sounds, found)):
+def _flat(sounds: Sequence[Sound], loudness: Sequence[Loudness]) -> Iterator[tuple[str, np.ndarray]]:
+    for i, (sound, heard) in enumerate(zip(sounds, loudness)):
         yield f"pressure_{i}", sound.pressure
         yield f"sone_{i}", heard.sone
         yield f"specific_{i}", heard.specific.astype(np.float32)

@@ -96,8 +96,8 @@ class StudiedLaws:
                     warnings.simplefilter("ignore", IdentifiabilityWarning)
                     return get_method(name).find(self.dataset, self._progress)
 
-            found = self.known[name] = stored_law(self.cache, name, self.dataset, find)
-            for text in found.warnings:
+            law = self.known[name] = stored_law(self.cache, name, self.dataset, find)
+            for text in law.warnings:
                 warnings.warn(text, IdentifiabilityWarning, stacklevel=3)
         return self.known[name]
 

@@ -59,12 +59,12 @@ def matrices_of(study: Study) -> list[FRFMatrices]:
     for part in study.parts:
         if part.condition:
             pairs.setdefault((part.condition.kind, part.condition.speed), {})[part.condition.direction] = part
-    found = []
+    results = []
     for (kind, speed), along in pairs.items():
         if set(along) >= {"y", "z"}:
             y, z = along["y"], along["z"]
-            found += [_matrices(kind, speed, level, (y, z)) for level in sorted(set(y.levels) & set(z.levels))]
-    return found
+            results += [_matrices(kind, speed, level, (y, z)) for level in sorted(set(y.levels) & set(z.levels))]
+    return results
 
 
 def _matrices(kind: str, speed: float, level: float, parts: tuple[Study, ...]) -> FRFMatrices:
@@ -87,13 +87,13 @@ def matrix_rows(study: Study) -> list[dict[str, Any]]:
         Of a rig in space.
     """
     rows = []
-    for found in matrices_of(study):
-        directional = found.directional
+    for matrices in matrices_of(study):
+        directional = matrices.directional
         test = directional.pop("test")
         for law, model in directional.items():
-            summary = compare(found.test, found.frfs[law]).summary()
+            summary = compare(matrices.test, matrices.frfs[law]).summary()
             engine = REPEAT[1] if law == REPEAT[0] else study.main_engine
-            head = {"spin_rpm": found.spin_rpm, "level": found.level, "law": law, "engine": engine}
+            head = {"spin_rpm": matrices.spin_rpm, "level": matrices.level, "law": law, "engine": engine}
             rows.append(head | {key: summary[key] for key in ("rmse_db", "frac", "csac", "csf", "mre", "random_db")} | {
                 "normal_db": float(np.mean(rmse_db(test.normal, model.normal))),
                 "reverse_db": float(np.mean(rmse_db(test.reverse, model.reverse))),

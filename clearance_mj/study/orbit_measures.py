@@ -34,16 +34,16 @@ def compare_orbits(test: Orbits, model: Orbits) -> dict[str, float]:
     turns = [np.mean(o.position[:, 0] + 1j * o.position[:, 1], axis=0) for o in (test, model)]
     about = [w - w.mean() for w in turns]
     size = _rms(about[0])
-    found = {"error": _rms(about[1] - about[0]) / size if size else math.nan}
-    found["middle_m"] = abs(both[1].centre - both[0].centre)
+    errors = {"error": _rms(about[1] - about[0]) / size if size else math.nan}
+    errors["middle_m"] = abs(both[1].centre - both[0].centre)
     for who, orbits, once in zip(("test", "model"), (test, model), both):
         whole = orbits.position[:, 0] + 1j * orbits.position[:, 1]
-        found |= {
+        errors |= {
             f"radius_{who}_m": _rms(whole - whole.mean()),
             f"forward_{who}_m": abs(once.forward), f"forward_phase_{who}_deg": math.degrees(np.angle(once.forward)),
             f"backward_{who}_m": abs(once.backward),
         }  # fmt: skip
-    return found
+    return errors
 
 
 def compare_run_ups(test: Orbits, model: Orbits) -> dict[str, float]:
@@ -63,15 +63,15 @@ def compare_run_ups(test: Orbits, model: Orbits) -> dict[str, float]:
     of_model = np.abs(model.speed)[order]
     shared = (speed >= of_model[0]) & (speed <= of_model[-1])
     size = _rms(test.harmonic()[0][shared]) if shared.any() else 0.0
-    found = {}
+    errors = {}
     for name, one, other in zip(("forward", "backward"), test.harmonic(), model.harmonic()):
         between = np.interp(speed[shared], of_model, other[order])
-        found[f"{name}_error"] = _rms(between - one[shared]) / size if size else math.nan
+        errors[f"{name}_error"] = _rms(between - one[shared]) / size if size else math.nan
     for who, orbits in (("test", test), ("model", model)):
         forward = np.abs(orbits.harmonic()[0])
-        found[f"peak_{who}_m"] = float(forward.max())
-        found[f"peak_{who}_rpm"] = RPM * abs(float(orbits.speed[np.argmax(forward)]))
-    return found
+        errors[f"peak_{who}_m"] = float(forward.max())
+        errors[f"peak_{who}_rpm"] = RPM * abs(float(orbits.speed[np.argmax(forward)]))
+    return errors
 
 
 def onset_of_contact(orbits: Orbits, rest: np.ndarray, gap: float) -> float:

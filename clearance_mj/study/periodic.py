@@ -51,7 +51,7 @@ def missed(branches: tuple[Branch, ...], steps: SineSteps) -> np.ndarray:
     steps : SineSteps
         Steps of a record.
     """
-    found = np.full(steps.acceleration.shape, np.nan)
+    errors = np.full(steps.acceleration.shape, np.nan)
     levels = np.array([abs(branch.level[0, 0]) for branch in branches])
     for i, (frequency, level) in enumerate(zip(steps.frequency, steps.level)):
         nearest = levels[np.argmin(np.abs(levels - level))]
@@ -61,18 +61,18 @@ def missed(branches: tuple[Branch, ...], steps: SineSteps) -> np.ndarray:
             for amplitude in _stable_amplitudes(branch, frequency)
         ]
         if met:
-            found[i] = met[0 if steps.upwards[i] else -1] * level / nearest / steps.acceleration[i] - 1
-    return found
+            errors[i] = met[0 if steps.upwards[i] else -1] * level / nearest / steps.acceleration[i] - 1
+    return errors
 
 
 def _stable_amplitudes(branch: Branch, frequency: float) -> list[np.ndarray]:
     """Of the sensors at a frequency, in the order in which they follow each other from low frequencies on."""
     x, y, stable = branch.frequency, branch.amplitude(), stable_points(branch)
-    found = []
+    amplitudes = []
     for j in np.flatnonzero(((x[:-1] - frequency) * (x[1:] - frequency) <= 0) & stable[:-1] & stable[1:]):
         share = (frequency - x[j]) / (x[j + 1] - x[j]) if x[j + 1] != x[j] else 0.0
-        found.append(y[j] + share * (y[j + 1] - y[j]))
-    return found if x[0] <= x[-1] else found[::-1]
+        amplitudes.append(y[j] + share * (y[j + 1] - y[j]))
+    return amplitudes if x[0] <= x[-1] else amplitudes[::-1]
 
 
 def has_periodic_vibrations(law: Law) -> bool:
@@ -148,8 +148,8 @@ def periodic_vibrations(
     tasks: list[Callable[[], Any]] = [mapped, *map(followed, wanted)]
     try:
         ends_of_range(band)  # map and branches are computed side by side: which of them refuses first is chance
-        found = dict(run_tasks(lambda task: task(), tasks, workers, progress="periodic vibrations" if progress else ""))
+        parts = dict(run_tasks(lambda task: task(), tasks, workers, progress="periodic vibrations" if progress else ""))
     except ClearanceError as error:
         return PeriodicVibrations(name, (), None, str(error))
-    branches = tuple(branch for task in tasks[1:] for branch in found[task])
-    return PeriodicVibrations(name, branches, found[mapped], "")
+    branches = tuple(branch for task in tasks[1:] for branch in parts[task])
+    return PeriodicVibrations(name, branches, parts[mapped], "")

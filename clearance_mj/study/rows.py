@@ -16,7 +16,7 @@ Summaries = dict[float, list[dict[str, float]]]
 """By level, the summary of each record's comparison."""
 
 
-def level_summaries(found: Sequence[Comparison]) -> list[dict[str, float]]:
+def level_summaries(comparisons: Sequence[Comparison]) -> list[dict[str, float]]:
     """Return the summaries of the records of a level, of the modes that are compared in all of them.
 
     A mean over records of which one has another mode, or none, would be no mean of anything.
@@ -26,10 +26,10 @@ def level_summaries(found: Sequence[Comparison]) -> list[dict[str, float]]:
     found : sequence of Comparison
         One for each record, modes in one order.
     """
-    compared = np.all([np.isfinite(c.per_mode["relative_error"]) for c in found], axis=0)
+    compared = np.all([np.isfinite(c.per_mode["relative_error"]) for c in comparisons], axis=0)
     columns = ["model_hz", "relative_error", "mac", "model_damping"]
     summaries = []
-    for comparison in found:
+    for comparison in comparisons:
         modes = comparison.per_mode
         modes = modes.assign(**{name: np.where(compared, modes[name], np.nan) for name in columns})
         summaries.append(dataclasses.replace(comparison, per_mode=modes).summary())
@@ -73,8 +73,8 @@ def scatter_rows(summaries: Mapping[tuple[str, str], Summaries]) -> list[dict]:
     for (law, engine), by_level in summaries.items():
         first = next(iter(by_level.values()))[0]
         for key in filter(repeatability.has_interval, first):
-            found = repeatability.pooled(by_level, key)
-            row = {"law": law, "engine": engine, "measure": key, "scatter_of_logarithm": found.scatter}
-            row |= {"degrees_of_freedom": found.freedom, "cochran": found.cochran}
-            rows.append(row | {"cochran_limit": found.cochran_limit})
+            pooled = repeatability.pooled(by_level, key)
+            row = {"law": law, "engine": engine, "measure": key, "scatter_of_logarithm": pooled.scatter}
+            row |= {"degrees_of_freedom": pooled.freedom, "cochran": pooled.cochran}
+            rows.append(row | {"cochran_limit": pooled.cochran_limit})
     return rows

@@ -36,8 +36,8 @@ CaseResult = tuple[FRF, Comparison, dict]
 def record_digest(record: Record) -> str:
     """Return the digest of everything that a law or a case takes from a record."""
     response = record.response()
-    found = response.excitation, response.channels, response.displacement, response.spin
-    arrays = [a for a in found if a is not None]
+    signals = response.excitation, response.channels, response.displacement, response.spin
+    arrays = [a for a in signals if a is not None]
     samples = [hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays]
     facts = (record.name, record.fs, record.excitation_kind, record.band, record.level, record.tested_rig.content())
     return digest(*facts, *samples)
@@ -48,8 +48,8 @@ def law(
 ) -> IdentifiedModel:
     """Return an identified law from the cache, or compute it; ``rig`` is the rig file's."""
 
-    def save(found: IdentifiedModel, path: Path) -> None:
-        path.write_text(json.dumps(found.to_dict()))
+    def save(identified: IdentifiedModel, path: Path) -> None:
+        path.write_text(json.dumps(identified.to_dict()))
 
     def load(path: Path) -> IdentifiedModel:
         return IdentifiedModel.from_dict(json.loads(path.read_text()), rig)
@@ -62,8 +62,8 @@ def case(
 ) -> CaseResult:
     """Return the results of a case from the cache, or compute them."""
 
-    def save(found: CaseResult, path: Path) -> None:
-        frf, comparison, statistics = found
+    def save(result: CaseResult, path: Path) -> None:
+        frf, comparison, statistics = result
         per_mode = {key: column.tolist() for key, column in comparison.per_mode.items()}
         kept = json.dumps({"statistics": statistics, "per_mode": per_mode})
         _to_netcdf(with_parts(frf.to_xarray()).assign_attrs(kept=kept), path)
@@ -82,13 +82,13 @@ def band(
     """Return an FRF band and a random error from the cache, or compute them."""
     lines = ("response", "reference", "frequency")
 
-    def save(found: tuple[Band, np.ndarray], path: Path) -> None:
-        kept = {"drawn": (("draw", *lines), found[0].drawn), "error": (lines, found[1])}
-        if found[0].missed is not None:
-            kept["missed"] = lines, found[0].missed
-        if found[0].contact is not None:
-            kept["contact"] = ("law", "clearance"), found[0].contact
-        _to_netcdf(with_parts(found[0].fitted.to_xarray()).assign(kept), path)
+    def save(result: tuple[Band, np.ndarray], path: Path) -> None:
+        kept = {"drawn": (("draw", *lines), result[0].drawn), "error": (lines, result[1])}
+        if result[0].missed is not None:
+            kept["missed"] = lines, result[0].missed
+        if result[0].contact is not None:
+            kept["contact"] = ("law", "clearance"), result[0].contact
+        _to_netcdf(with_parts(result[0].fitted.to_xarray()).assign(kept), path)
 
     def load(path: Path) -> tuple[Band, np.ndarray]:
         with xr.open_dataset(path, engine="scipy") as data:
@@ -105,15 +105,15 @@ def periodic(
 ) -> PeriodicVibrations:
     """Return the periodic vibrations of a rig with a law from the cache, or compute them."""
 
-    def save(found: PeriodicVibrations, path: Path) -> None:
-        parts: list[Branch | RattleMap] = [*found.branches, *([found.map] if found.map else [])]
+    def save(result: PeriodicVibrations, path: Path) -> None:
+        parts: list[Branch | RattleMap] = [*result.branches, *([result.map] if result.map else [])]
         fields = [{f.name: getattr(part, f.name) for f in dataclasses.fields(part)} for part in parts]
         arrays: dict[str, Any] = {}
         others = []
         for i, values in enumerate(fields):
             arrays |= {f"{i}.{key}": value for key, value in values.items() if isinstance(value, np.ndarray)}
             others.append({k: v for k, v in values.items() if not isinstance(v, np.ndarray | Model)})
-        kept = {"law": found.law, "missing": found.missing, "map": found.map is not None, "parts": others}
+        kept = {"law": result.law, "missing": result.missing, "map": result.map is not None, "parts": others}
         with path.open("wb") as file:
             np.savez(file, kept=json.dumps(kept, default=dataclasses.asdict), **arrays)
 
@@ -124,14 +124,14 @@ def periodic(
             for i, values in enumerate(kept["parts"]):
                 values |= {key.partition(".")[2]: data[key] for key in data if key.startswith(f"{i}.")}
                 parts.append({k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
-        found = None
+        rattle = None
         if kept["map"]:
             values = parts.pop()
-            found = RattleMap(Model(rig, law), **values | {"jumps": tuple(Jump(*jump) for jump in values["jumps"])})
+            rattle = RattleMap(Model(rig, law), **values | {"jumps": tuple(Jump(*jump) for jump in values["jumps"])})
         for values in parts:
             values["special"] = tuple(SpecialPoint(**point) for point in values["special"])
         return PeriodicVibrations(
-            kept["law"], tuple(Branch(Model(rig, law), **values) for values in parts), found, kept["missing"]
+            kept["law"], tuple(Branch(Model(rig, law), **values) for values in parts), rattle, kept["missing"]
         )
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load, ".npz")

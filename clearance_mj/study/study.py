@@ -92,7 +92,7 @@ class Study:
         """Of a rig in space: a study of the records of each direction and spin; of another: the study itself."""
         if not self.dataset.rig.moves_across or self.condition is not None:
             return (self,)
-        return tuple(self._part(*found) for found in conditions_of(self.driven).items())
+        return tuple(self._part(*condition) for condition in conditions_of(self.driven).items())
 
     def _part(self, condition: Condition, records: tuple[Record, ...]) -> Study:
         """The same study of some of the validation records; results are shared."""
@@ -188,12 +188,12 @@ class Study:
     @functools.cached_property
     def level_modes(self) -> dict[float, LevelModes]:
         """By level: the modes that all its records show well, which are compared, and why others are not."""
-        found = {}
+        modes_by_level = {}
         for level in self.levels:
             names = [record.name for record in self.records(level)]
             modes, left_out = common_modes([self.test(record) for record in self.records(level)], names, N_MODES)
-            found[level] = LevelModes(dict(zip(names, modes)), tuple(left_out))
-        return found
+            modes_by_level[level] = LevelModes(dict(zip(names, modes)), tuple(left_out))
+        return modes_by_level
 
     def _compared(self, record: Record, model: FRF) -> Comparison:
         """The test's FRFs of a validation record, compared with others."""
@@ -247,8 +247,8 @@ class Study:
         inputs = [*model.content(), engine, dataclasses.asdict(used), RESOLUTION, N_MODES]
         inputs += [stored.record_digest(record), modes.frequency.tolist()]
         inputs += code_outside(used)
-        found = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
-        return Case(name, engine, record, *found)
+        result = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
+        return Case(name, engine, record, *result)
 
     @functools.cached_property
     def repeatability(self) -> dict[float, Comparison]:
@@ -259,11 +259,11 @@ class Study:
     @functools.cached_property
     def bands(self) -> dict[str, tuple[Band, np.ndarray]]:
         """By law with a covariance, at `main_record`: FRF band, and the record's random error about the fitted law."""
-        found = {}
+        bands_by_law = {}
         for law in self.laws:
             if law.drawn:
-                found[law.name] = law_band(law, self.main_record, RESOLUTION, self.cache)
-        return found
+                bands_by_law[law.name] = law_band(law, self.main_record, RESOLUTION, self.cache)
+        return bands_by_law
 
     @functools.cached_property
     def periodic(self) -> PeriodicVibrations:
@@ -394,4 +394,4 @@ class Study:
         ]
 
     def _summaries(self, law: str, engine: str) -> Summaries:
-        return {level: level_summaries(found) for level, found in self.of_law(law, engine).items()}
+        return {level: level_summaries(comparisons) for level, comparisons in self.of_law(law, engine).items()}

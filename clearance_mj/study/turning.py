@@ -54,13 +54,13 @@ class Turning:
     @property
     def speeds(self) -> dict[Condition, tuple[Record, ...]]:
         """Those at one speed, by rising speed."""
-        steady = {c: found for c, found in self.groups.items() if c.spin and not c.spin.rate}
+        steady = {c: records for c, records in self.groups.items() if c.spin and not c.spin.rate}
         return dict(sorted(steady.items(), key=lambda item: abs(item[0].speed)))
 
     @property
     def run_ups(self) -> dict[Condition, tuple[Record, ...]]:
         """Those whose speed changes."""
-        return {c: found for c, found in self.groups.items() if c.spin and c.spin.rate}
+        return {c: records for c, records in self.groups.items() if c.spin and c.spin.rate}
 
     def test(self, record: Record) -> Whirl:
         """Return the motion that a record's probes show, from where the shaft rests, without run-out.
@@ -104,9 +104,9 @@ class Turning:
         """Return a row per record, bushing and law of `compare_orbits`, with the repeat's beside the laws'."""
         rows = []
         for head, j, gap, test, model, placed in self._pairs(self.speeds):
-            found = compare_orbits(test, model)
+            errors = compare_orbits(test, model)
             share = np.nan if placed is None else placed.contact_share[j]
-            rows.append(head | found | {"middle_over_gap": found["middle_m"] / gap, "contact_share": share})
+            rows.append(head | errors | {"middle_over_gap": errors["middle_m"] / gap, "contact_share": share})
         return rows
 
     def run_up_rows(self) -> list[dict[str, Any]]:

@@ -94,7 +94,7 @@ def run_out_of(slow: Whirl) -> np.ndarray:
     return run_out(slow.angle, slow.position.reshape(-1, slow.angle.size))
 
 
-def without_run_out(motion: Whirl, found: np.ndarray) -> Whirl:
+def without_run_out(motion: Whirl, displacement: np.ndarray) -> Whirl:
     """Return a motion less what a slow turning shows over the shaft's angle.
 
     Parameters
@@ -105,7 +105,7 @@ def without_run_out(motion: Whirl, found: np.ndarray) -> Whirl:
         As `run_out_of` returns it.
     """
     assert motion.angle is not None
-    shown = run_out_at(motion.angle, found).reshape(motion.position.shape)
+    shown = run_out_at(motion.angle, displacement).reshape(motion.position.shape)
     return dataclasses.replace(motion, position=motion.position - shown)
 
 
@@ -143,15 +143,15 @@ def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache:
         response = simulation.whole()
         assert response.displacement is not None and response.spin is not None
         share = np.full(n, np.nan) if response.contact_share is None else response.contact_share
-        found = {"displacement": response.displacement[:, lead:], "spin": response.spin[lead:], "share": share}
-        return found | {"rest": rest[len(rig.sensors) :][: 2 * n]}
+        arrays = {"displacement": response.displacement[:, lead:], "spin": response.spin[lead:], "share": share}
+        return arrays | {"rest": rest[len(rig.sensors) :][: 2 * n]}
 
     inputs = [*dataclasses.replace(tested, rig=rig).content(), engine, dataclasses.asdict(used), lead]
     inputs += [record.fs, record.size, *code_outside(used)]
-    found = stored.arrays(cache, f"{name}_{engine}_{record.name}", inputs, compute)
-    position = (found["displacement"] - found["rest"][:, None]).reshape(n, 2, -1)
+    arrays = stored.arrays(cache, f"{name}_{engine}_{record.name}", inputs, compute)
+    position = (arrays["displacement"] - arrays["rest"][:, None]).reshape(n, 2, -1)
     time = np.arange(record.size) / record.fs
     offset = np.array([(b.offset_y + 1j * b.offset) * np.exp(-1j * b.probe_angle) for b in rig.bushings])
-    rest = found["rest"].reshape(n, 2) + np.column_stack((offset.real, offset.imag))
-    motion = Whirl(rig, record.fs, time, position, found["spin"], spin.angle_at(time))
-    return PlacedWhirl(motion, rest, tuple(found["share"].tolist()))
+    rest = arrays["rest"].reshape(n, 2) + np.column_stack((offset.real, offset.imag))
+    motion = Whirl(rig, record.fs, time, position, arrays["spin"], spin.angle_at(time))
+    return PlacedWhirl(motion, rest, tuple(arrays["share"].tolist()))

@@ -20,40 +20,40 @@ MOST_NODES = 4
 AXES = "YZ"
 
 
-def frf_matrix(study: Study, found: FRFMatrices) -> list[Drawing]:
+def frf_matrix(study: Study, matrices: FRFMatrices) -> list[Drawing]:
     """Draw the magnitude of every FRF of a matrix: a figure for each node, rows along y and z, columns to y and z."""
     looks, look_of = Looks(study), _look(study)
-    references = [next(r for r in found.test.references if r.endswith(axis)) for axis in AXES]
+    references = [next(r for r in matrices.test.references if r.endswith(axis)) for axis in AXES]
     drawn = []
-    for node in _nodes(study.dataset.rig, found.test):
-        of_node = [label for label in found.test.responses if label.split(":")[0] == node]
+    for node in _nodes(study.dataset.rig, matrices.test):
+        of_node = [label for label in matrices.test.responses if label.split(":")[0] == node]
         rows = [next(label for label in of_node if label.endswith(axis)) for axis in AXES]
-        figure = sheet(1.75 * len(rows), _key(study, found))
+        figure = sheet(1.75 * len(rows), _key(study, matrices))
         axes = figure.subplots(len(rows), 2, squeeze=False, sharex=True, gridspec_kw={"hspace": 0.3, "wspace": 0.14})
         for letter, ax, (row, column) in zip(letters(axes.size), axes.flat, np.ndindex(axes.shape)):
             seen = []
-            for who, frf in found.frfs.items():
+            for who, frf in matrices.frfs.items():
                 i, j = frf.responses.index(rows[row]), frf.references.index(references[column])
                 seen.append(decibel(frf.value[i, j]))
                 ax.plot(frf.frequency, seen[-1], **look_of(who))
             lowest = min(np.percentile(finite(each), 0.5) for each in seen)
             ax.set_ylim(lowest - 2, max(finite(each).max() for each in seen) + 2)
-            title = f"{letter} along {rows[row][-1].lower()}, to {found.kind} along {AXES[column].lower()}"
+            title = f"{letter} along {rows[row][-1].lower()}, to {matrices.kind} along {AXES[column].lower()}"
             tidy(ax, title, f"|H| ({looks.magnitude})" if column == 0 else "")
-            frequency_axis(ax, (found.test.frequency[0], found.test.frequency[-1]), row == len(rows) - 1)
-        words = _words(study, found)
+            frequency_axis(ax, (matrices.test.frequency[0], matrices.test.frequency[-1]), row == len(rows) - 1)
+        words = _words(study, matrices)
         caption = f"FRF matrix of node {node} at {words}: what couples y and z is beside the diagonal."
         alt = f"Magnitudes of {axes.size} FRFs of node {node}: test and laws {looks.laws}."
-        first = node == _first(study, found)
-        drawn.append(Drawing(f"frf_matrix_{node}{_end(found)}", figure, caption, alt, first, chart=True))
+        first = node == _first(study, matrices)
+        drawn.append(Drawing(f"frf_matrix_{node}{_end(matrices)}", figure, caption, alt, first, chart=True))
     return drawn
 
 
-def directional(study: Study, found: FRFMatrices) -> Drawing:
+def directional(study: Study, matrices: FRFMatrices) -> Drawing:
     """Draw normal and reverse directional FRFs of the nodes, backward on the left and forward on the right."""
-    looks, frfs = Looks(study), found.directional
+    looks, frfs = Looks(study), matrices.directional
     points = frfs["test"].points[:MOST_NODES]
-    figure = sheet(1.75 * len(points), _key(study, found))
+    figure = sheet(1.75 * len(points), _key(study, matrices))
     axes = figure.subplots(len(points), 2, squeeze=False, sharex=True, gridspec_kw={"hspace": 0.3, "wspace": 0.14})
     look_of = _look(study)
     for letter, ax, (row, column) in zip(letters(axes.size), axes.flat, np.ndindex(axes.shape)):
@@ -68,18 +68,18 @@ def directional(study: Study, found: FRFMatrices) -> Drawing:
         top = max(finite(each).max() for each in seen)
         ax.set_ylim(max(min(np.percentile(finite(each), 1) for each in seen), top - 90) - 2, top + 2)
         ax.axvline(0, color=REPEAT, lw=0.6)
-        if found.spin_rpm:
+        if matrices.spin_rpm:
             for sign in (-1, 1):
-                ax.axvline(sign * found.spin_rpm / 60, color=COLOURS[5 % len(COLOURS)], lw=0.7, ls=":")
+                ax.axvline(sign * matrices.spin_rpm / 60, color=COLOURS[5 % len(COLOURS)], lw=0.7, ls=":")
         ax.set_xlim(frf.frequency[0], frf.frequency[-1])
         label = "Frequency (Hz): backward < 0 < forward" if row == len(points) - 1 else ""
         tidy(ax, f"{letter} node {points[row]}, {name}", f"|H| ({looks.magnitude})" if column == 0 else "", label)
     caption = (
-        f"Directional FRFs at {_words(study, found)}: normal, of circles that go round as the excitation does, and "
+        f"Directional FRFs at {_words(study, matrices)}: normal, of circles that go round as the excitation does, and "
         "reverse, of those that go round against it, which are nothing where y and z are alike. Dotted: the spin."
     )
     alt = f"Directional FRFs of {len(points)} nodes: test and laws {looks.laws}."
-    return Drawing(f"directional{_end(found)}", figure, caption, alt, chart=True)
+    return Drawing(f"directional{_end(matrices)}", figure, caption, alt, chart=True)
 
 
 def _look(study: Study) -> Any:
@@ -95,8 +95,8 @@ def _look(study: Study) -> Any:
     return of
 
 
-def _key(study: Study, found: FRFMatrices) -> list[Line2D]:
-    return Looks(study).key("test", "" if found.repeat is None else "test, other seed", engines=False)
+def _key(study: Study, matrices: FRFMatrices) -> list[Line2D]:
+    return Looks(study).key("test", "" if matrices.repeat is None else "test, other seed", engines=False)
 
 
 def _nodes(rig: Rig, frf: FRF) -> list[str]:
@@ -105,9 +105,9 @@ def _nodes(rig: Rig, frf: FRF) -> list[str]:
     return [n for n in nodes if {label[-1] for label in frf.responses if label.split(":")[0] == n} >= set(AXES)]
 
 
-def _first(study: Study, found: FRFMatrices) -> str:
+def _first(study: Study, matrices: FRFMatrices) -> str:
     """Node that is nearest to a bushing."""
-    rig, nodes = study.dataset.rig, _nodes(study.dataset.rig, found.test)
+    rig, nodes = study.dataset.rig, _nodes(study.dataset.rig, matrices.test)
     bushings = [b.position for b in rig.bushings if isinstance(b.position, float)]
     away = {
         str(s.node): min((abs(s.position - x) for x in bushings), default=0.0)
@@ -117,11 +117,11 @@ def _first(study: Study, found: FRFMatrices) -> str:
     return min(away, key=lambda node: away[node]) if away else nodes[0]
 
 
-def _end(found: FRFMatrices) -> str:
-    return f"_level_{found.level:g}_{found.spin_rpm:.0f}rpm" + ("_force" if found.kind == "force" else "")
+def _end(matrices: FRFMatrices) -> str:
+    return f"_level_{matrices.level:g}_{matrices.spin_rpm:.0f}rpm" + ("_force" if matrices.kind == "force" else "")
 
 
-def _words(study: Study, found: FRFMatrices) -> str:
-    turning = f"{found.spin_rpm:.4g} rev/min" if found.spin_rpm else "no spin"
-    unit = "N" if found.kind == "force" else "m/s²"
-    return f"{found.level:g} {unit} RMS and {turning}, {Looks(study).test} and laws"
+def _words(study: Study, matrices: FRFMatrices) -> str:
+    turning = f"{matrices.spin_rpm:.4g} rev/min" if matrices.spin_rpm else "no spin"
+    unit = "N" if matrices.kind == "force" else "m/s²"
+    return f"{matrices.level:g} {unit} RMS and {turning}, {Looks(study).test} and laws"

@@ -74,30 +74,30 @@ def _joints(rig: Rig, gears: Gears) -> Iterator[tuple[Bushing | Spring, int, int
 
 def _places(rig: Rig, gears: Gears, radius: dict[int, float]) -> dict[int, _Place]:
     """Where inertias stand: those in mesh touch across their axes, those on a shaft are beside each other."""
-    found: dict[int, _Place] = {}
+    places: dict[int, _Place] = {}
 
     def is_free(node: int, place: _Place) -> bool:
         apart = (
-            (abs(place[0] - x), abs(place[1] - y), radius[node] + radius[other]) for other, (x, y) in found.items()
+            (abs(place[0] - x), abs(place[1] - y), radius[node] + radius[other]) for other, (x, y) in places.items()
         )
         return all(along > 0.9 * PITCH or across > 0.999 * reach for along, across, reach in apart)
 
     for first in radius:
-        if first not in found:
-            found[first] = (max((x for x, _ in found.values()), default=-2 * PITCH) + 2 * PITCH, 0.0)
+        if first not in places:
+            places[first] = (max((x for x, _ in places.values()), default=-2 * PITCH) + 2 * PITCH, 0.0)
         waiting = deque([first])
         while waiting:
             here = waiting.popleft()
             for _, a, b, in_mesh in _joints(rig, gears):
                 node = b if a == here else a
-                if here not in (a, b) or node in found:
+                if here not in (a, b) or node in places:
                     continue
-                (x, y), reach = found[here], radius[here] + radius[node]
+                (x, y), reach = places[here], radius[here] + radius[node]
                 steps = ((0.0, -reach), (0.0, reach)) if in_mesh else ((n * PITCH, 0.0) for n in count(1))
                 free = ((x + along, y + across) for along, across in steps if is_free(node, (x + along, y + across)))
-                found[node] = next(free, (max(x for x, _ in found.values()) + PITCH, y - reach))
+                places[node] = next(free, (max(x for x, _ in places.values()) + PITCH, y - reach))
                 waiting.append(node)
-    return found
+    return places
 
 
 def _draw_joint(ax: Axes, one: _Place, other: _Place, in_mesh: bool, radius: float) -> _Place:

@@ -61,8 +61,8 @@ def _agreement_lines(ax: Axes, looks: Looks, measure: Measure) -> None:
 def _errors(study: Study, law: str, engine: str, measure: Measure) -> np.ndarray:
     """Level, distance from perfect agreement, and its limits, (4, n_levels)."""
     rows = [r for r in study.rows() if (r["law"], r["engine"]) == (law, engine)]
-    found = [(r["level"], frames.interval(r, measure.key)) for r in rows]
-    table = np.array([(level, i.value, i.low, i.high) for level, i in found]).reshape(-1, 4).T
+    errors = [(r["level"], frames.interval(r, measure.key)) for r in rows]
+    table = np.array([(level, i.value, i.low, i.high) for level, i in errors]).reshape(-1, 4).T
     value, *limits = np.abs(measure.perfect - table[1:])
     return np.array([table[0], value, np.min(limits, axis=0), np.max(limits, axis=0)])
 

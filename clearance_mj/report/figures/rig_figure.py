@@ -248,13 +248,13 @@ def _words(shaft: Shaft) -> str:
 
 def _not_drawn(rig: Rig) -> str:
     """What a rig has and a side view does not show."""
-    found = [f"a mode of the fixture at {mode.frequency:.4g} Hz" for mode in rig.fixture]
-    found += ["bushings on housings that give"] if any(b.housing for b in rig.bushings) else []
-    found += ["two bending planes that differ"] if rig.planes else []
-    found += ["a clamp with a mass of its own"] if rig.beam and rig.beam.clamp and rig.beam.clamp.mass else []
+    omitted = [f"a mode of the fixture at {mode.frequency:.4g} Hz" for mode in rig.fixture]
+    omitted += ["bushings on housings that give"] if any(b.housing for b in rig.bushings) else []
+    omitted += ["two bending planes that differ"] if rig.planes else []
+    omitted += ["a clamp with a mass of its own"] if rig.beam and rig.beam.clamp and rig.beam.clamp.mass else []
     beside = {"constant loads": rig.loads, "orders of the spin": rig.orders, "further inputs": rig.shakers}
-    found += [words for words, there in beside.items() if there]
-    return f" Not drawn: {', '.join(found)}." if found else ""
+    omitted += [words for words, there in beside.items() if there]
+    return f" Not drawn: {', '.join(omitted)}." if omitted else ""
 
 
 _SIZES = ("diameter", "inner diameter", "width", "height")

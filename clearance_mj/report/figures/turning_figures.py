@@ -115,14 +115,14 @@ def cascades(turning: Turning, bushing: int, records: tuple[Record, ...]) -> Dra
     best, looks = turning.study.best_law, Looks(turning.study)
     motions: dict[str, Whirl] = {looks.test: turning.test(records[0])}
     motions[f"law “{best}”"] = turning.placed(best, records[0]).motion
-    found = {name: motion.cascade(bushing, finest(motion, RESOLUTION)) for name, motion in motions.items()}
+    spectra = {name: motion.cascade(bushing, finest(motion, RESOLUTION)) for name, motion in motions.items()}
     caption = (
         f"Full spectra over speed in bushing {bushing + 1}, {looks.test} record {records[0].name} and the best law. "
         "Dashed: the spin (1X), dotted: twice the spin."
     )
     alt = f"Full spectra over spin in bushing {bushing + 1}, test and law {best}."
     name = f"cascade_bushing_{bushing + 1}_{records[0].name}"
-    return Drawing(name, cascade_figure(found), caption, alt, sharp=False)
+    return Drawing(name, cascade_figure(spectra), caption, alt, sharp=False)
 
 
 def _shown(
@@ -131,14 +131,14 @@ def _shown(
     """Orbits of repeat, test and laws with their lines, and the law's name, "" of the test."""
     looks = Looks(turning.study)
     tests = [turning.test(record).orbits(bushing) for record in records[:2]]
-    found: list[tuple[Orbits, dict[str, Any], str]] = []
-    found += [(again, {"color": REPEAT, "lw": 1.3, "label": SECOND}, "") for again in tests[1:]]
-    found.append((tests[0], {"color": TEST, "lw": 0.9, "label": "test"}, ""))
+    orbits: list[tuple[Orbits, dict[str, Any], str]] = []
+    orbits += [(again, {"color": REPEAT, "lw": 1.3, "label": SECOND}, "") for again in tests[1:]]
+    orbits.append((tests[0], {"color": TEST, "lw": 0.9, "label": "test"}, ""))
     for law in turning.study.methods:
         motion = turning.placed(law, records[0]).motion
         look = looks.line(law, turning.engine) | {"linestyle": "-"}
-        found.append((motion.orbits(bushing), look, law))
-    return [(o.last(last) if last else o, look, law) for o, look, law in found]
+        orbits.append((motion.orbits(bushing), look, law))
+    return [(o.last(last) if last else o, look, law) for o, look, law in orbits]
 
 
 def _path(orbits: Orbits) -> np.ndarray:

@@ -71,10 +71,10 @@ def reproduce(study: Study, writer: ReportWriter) -> str:
 
 
 def _versions() -> str:
-    found = [f"clearance-mj {__version__}", f"Python {platform.python_version()}"]
+    versions = [f"clearance-mj {__version__}", f"Python {platform.python_version()}"]
     for package in PACKAGES:
         try:
-            found.append(f"{package} {version(package)}")
+            versions.append(f"{package} {version(package)}")
         except PackageNotFoundError:
             continue
-    return ", ".join(found)
+    return ", ".join(versions)

@@ -53,8 +53,8 @@ def bushings(study: Study, writer: ReportWriter) -> str:
         contact, over_level = (writer.figure(draw(part)) for draw in (figures.contact, figures.modes))
         return render("motion.html.j2", contact=contact, contact_table=contact_table(part), modes=over_level)
 
-    found = render("bushings.html.j2", parameters=shown, families=compared, bands=bands)
-    return found + by_part(study, motion)
+    text = render("bushings.html.j2", parameters=shown, families=compared, bands=bands)
+    return text + by_part(study, motion)
 
 
 def contact_table(study: Study) -> Table:

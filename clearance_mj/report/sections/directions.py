@@ -24,7 +24,7 @@ def directions(study: Study, writer: ReportWriter) -> str:
     """Return FRF matrices of each level and spin; writes frf_matrices.csv. Nothing of a rig in a plane."""
     if not study.dataset.rig.moves_across:
         return ""
-    if not (found := matrices_of(study)):
+    if not (results := matrices_of(study)):
         return "<p>The rig was not driven along y and along z at one level and spin.</p>\n"
     rows = pd.DataFrame(matrix_rows(study))
     writer.csv("frf_matrices", rows)
@@ -36,18 +36,18 @@ def directions(study: Study, writer: ReportWriter) -> str:
         "anisotropy": Column("model", "", ".3f", "Reverse over normal"),
         "anisotropy_test": Column("test", "", ".3f", "Reverse over normal"),
     })  # fmt: skip
-    main = max(found, key=lambda each: each.level == study.main_part.main_level)
-    ordered = sorted(found, key=lambda each: each is not main)
+    main = max(results, key=lambda each: each.level == study.main_part.main_level)
+    ordered = sorted(results, key=lambda each: each is not main)
     drawn = [(_words(each), each is main, _drawn(study, each, writer)) for each in ordered]
     return render("directions.html.j2", table_of_rows=shown, drawn=drawn)
 
 
-def _drawn(study: Study, found: FRFMatrices, writer: ReportWriter) -> list[str]:
+def _drawn(study: Study, frf_matrices: FRFMatrices, writer: ReportWriter) -> list[str]:
     """The node nearest to a bushing first."""
-    matrices = sorted(figures.frf_matrix(study, found), key=lambda drawing: not drawing.sharp)
-    return [writer.figure(drawing) for drawing in (figures.directional(study, found), *matrices)]
+    matrices = sorted(figures.frf_matrix(study, frf_matrices), key=lambda drawing: not drawing.sharp)
+    return [writer.figure(drawing) for drawing in (figures.directional(study, frf_matrices), *matrices)]
 
 
-def _words(found: FRFMatrices) -> str:
-    unit = "N" if found.kind == "force" else "m/s²"
-    return f"Level {found.level:g} {unit} RMS, {found.spin_rpm:.4g} rev/min"
+def _words(frf_matrices: FRFMatrices) -> str:
+    unit = "N" if frf_matrices.kind == "force" else "m/s²"
+    return f"Level {frf_matrices.level:g} {unit} RMS, {frf_matrices.spin_rpm:.4g} rev/min"

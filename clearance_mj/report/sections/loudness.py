@@ -28,15 +28,15 @@ def loudness(study: Study, writer: ReportWriter) -> str:
     heard = Heard(study)
     if heard.missing:
         return paragraph(f"No loudness: {heard.missing}.", "note")
-    found = heard.over_level
-    writer.csv("loudness", rows(found).rename(columns={"design": "law"}))
-    signals = [sound for each in found.values() for sound in each.sound]
+    by_design = heard.over_level
+    writer.csv("loudness", rows(by_design).rename(columns={"design": "law"}))
+    signals = [sound for each in by_design.values() for sound in each.sound]
     scale = max(full_scale(sound) for sound in signals)
     return render(
-        "loudness.html.j2", plate=study.dataset.rig.plate, figure=writer.figure(draw(found)), scale=scale,
-        said=list(words(found)), shown=_table(found), seconds=signals[0].duration, unit=heard.study.unit,
+        "loudness.html.j2", plate=study.dataset.rig.plate, figure=writer.figure(draw(by_design)), scale=scale,
+        said=list(words(by_design)), shown=_table(by_design), seconds=signals[0].duration, unit=heard.study.unit,
         levels=heard.study.levels, fs=signals[0].fs,
-        players={name: [_player(sound, scale) for sound in each.sound] for name, each in found.items()},
+        players={name: [_player(sound, scale) for sound in each.sound] for name, each in by_design.items()},
     )  # fmt: skip
 
 
@@ -46,13 +46,13 @@ def _player(sound: Sound, scale: float) -> str:
     return f"data:audio/wav;base64,{data}"
 
 
-def _table(found: dict[str, LoudnessOverLevel]) -> Table:
-    first = next(iter(found.values()))
+def _table(by_design: dict[str, LoudnessOverLevel]) -> Table:
+    first = next(iter(by_design.values()))
     columns = [Column("Level", first.unit, "g")]
-    columns += [Column(name, "sone", ".2f", "Loudness N5") for name in found]
-    columns += [Column(name, "dB", ".1f", "Sound pressure level") for name in found]
+    columns += [Column(name, "sone", ".2f", "Loudness N5") for name in by_design]
+    columns += [Column(name, "dB", ".1f", "Sound pressure level") for name in by_design]
     cells = [
-        (level, *(each.n5[i] for each in found.values()), *(each.pressure_level[i] for each in found.values()))
+        (level, *(each.n5[i] for each in by_design.values()), *(each.pressure_level[i] for each in by_design.values()))
         for i, level in enumerate(first.level)
     ]
     return Table("loudness", CAPTION, tuple(columns), tuple(cells))

@@ -39,8 +39,8 @@ def _tables(study: Study) -> str:
 def improvement_table(study: Study, level: float) -> Table:
     """Return the improvement of the laws that follow the base law over it."""
     laws = study.methods[study.methods.index(study.base_law) + 1 :]
-    found = frames.improvements(study)
-    rows = {(row["law"], row["quantity"]): row for row in found[found["level"] == level].to_dict("records")}
+    gains = frames.improvements(study)
+    rows = {(row["law"], row["quantity"]): row for row in gains[gains["level"] == level].to_dict("records")}
     columns = (Column("Quantity"), *(Column(law, "%", "+.1f", f"over {study.base_law}") for law in laws))
     body = tuple((quantity, *(_change(rows[law, quantity]) for law in laws)) for quantity in frames.IMPROVED)
     caption = (
@@ -101,8 +101,8 @@ def mode_table(study: Study, level: float) -> Table:
 
 def sensor_tables(study: Study, level: float) -> list[Table]:
     """Return a table per measure: a row per sensor, a column per model on the main engine."""
-    found = frames.sensor_means(study)
-    rows = {(r["law"], r["engine"], r["sensor"]): r for r in found[found["level"] == level].to_dict("records")}
+    means = frames.sensor_means(study)
+    rows = {(r["law"], r["engine"], r["sensor"]): r for r in means[means["level"] == level].to_dict("records")}
     for row in (r for r in study.rows() if r["level"] == level):
         # Means of the sensors' own CSAC and CSF, in the place of those over all sensors.
         own = {key.replace("_per_sensor", ""): value for key, value in row.items() if "_per_sensor" in key}

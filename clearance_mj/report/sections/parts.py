@@ -36,8 +36,8 @@ def _with_suffix(body: str, end: str) -> str:
     """Markup whose own anchors, and the links to them, end with what tells the part."""
     own = {anchor for kind, anchor in _ANCHOR.findall(body) if kind.startswith("id") and end not in anchor}
 
-    def renamed(found: re.Match[str]) -> str:
-        kind, anchor = found.groups()
-        return f'{kind}{anchor}{end}"' if anchor in own else found.group()
+    def renamed(match: re.Match[str]) -> str:
+        kind, anchor = match.groups()
+        return f'{kind}{anchor}{end}"' if anchor in own else match.group()
 
     return _ANCHOR.sub(renamed, body)

@@ -30,18 +30,18 @@ CAPTION = (
 @section("sines", "Sines: jumps and rattle", 62)
 def sines(study: Study, writer: ReportWriter) -> str:
     """Return the law's response over frequency and its rattle map; writes response.csv and rattle_map.csv."""
-    found = study.periodic
-    if found.map is None:
-        return render("sines.html.j2", study=study, found=found)
-    writer.csv("response", responses.rows(found.branches))
-    writer.csv("rattle_map", rattle_maps.rows(found.map))
+    periodic = study.periodic
+    if periodic.map is None:
+        return render("sines.html.j2", study=study, found=periodic)
+    writer.csv("response", responses.rows(periodic.branches))
+    writer.csv("rattle_map", rattle_maps.rows(periodic.map))
     steps, test = study.sine_steps, "synthetic test" if study.is_synthetic else "test"
     return render(
-        "sines.html.j2", study=study, found=found, special=special_points(found.branches),
-        response=writer.figure(responses.draw(found.branches, measured=list(steps.values()), test=test)),
-        beside=[_beside(name, found.branches, of_record) for name, of_record in steps.items()],
-        unknown=unknown(found.branches), map=writer.figure(rattle_maps.draw(found.map)),
-        lines=list(rattle_maps.words(found.map)),
+        "sines.html.j2", study=study, found=periodic, special=special_points(periodic.branches),
+        response=writer.figure(responses.draw(periodic.branches, measured=list(steps.values()), test=test)),
+        beside=[_beside(name, periodic.branches, of_record) for name, of_record in steps.items()],
+        unknown=unknown(periodic.branches), map=writer.figure(rattle_maps.draw(periodic.map)),
+        lines=list(rattle_maps.words(periodic.map)),
     )  # fmt: skip
 
 
@@ -97,15 +97,15 @@ _Row = tuple[float, str, int, float, str, str, float | None, float | None]
 
 def _merged(rows: list[_Row]) -> list[_Row]:
     """Rows of one level and kind that are within the resolution as one, with the largest of their jumps."""
-    found = list[_Row]()
+    merged = list[_Row]()
     last = 0.0
     for row in sorted(rows, key=lambda row: (row[0], row[1], row[3])):
-        if found and found[-1][:2] == row[:2] and row[3] - last <= ONE_POINT * row[3]:
-            found[-1] = (*row[:2], found[-1][2] + 1, *max(found[-1], row, key=_size)[3:])
+        if merged and merged[-1][:2] == row[:2] and row[3] - last <= ONE_POINT * row[3]:
+            merged[-1] = (*row[:2], merged[-1][2] + 1, *max(merged[-1], row, key=_size)[3:])
         else:
-            found.append(row)
+            merged.append(row)
         last = row[3]
-    return sorted(found, key=lambda row: (row[0], row[3]))
+    return sorted(merged, key=lambda row: (row[0], row[3]))
 
 
 def _size(row: _Row) -> float:

@@ -82,16 +82,16 @@ def sentences(study: Study) -> list[str]:
     rmse = pd.DataFrame(study.rows()).set_index(["level", "law", "engine"])["rmse_db"]
     shown = [(law, study.main_engine) for law in study.methods]
     on_main = rmse.unstack(["law", "engine"]).reindex(columns=pd.MultiIndex.from_tuples([*shown, REPEAT]))
-    found = [_at_main_level(study, on_main)]
+    texts = [_at_main_level(study, on_main)]
     if len(study.levels) > 1:
-        found += _over_levels(study, on_main)
+        texts += _over_levels(study, on_main)
     spread = rmse.drop(REPEAT[0], level="law", errors="ignore").groupby(["level", "law"], sort=False)
     width = spread.max() - spread.min()
     if len(study.engines) > 1 and width.notna().any():
         level, law = max(width.dropna().index, key=lambda key: (width[key], *key))
         where = f"“{law}” at {level:g} {study.unit}"
-        found.append(f"The RMSE of a law differs between engines by at most {width.max():.2f} dB ({where}).")
-    return found
+        texts.append(f"The RMSE of a law differs between engines by at most {width.max():.2f} dB ({where}).")
+    return texts
 
 
 def _at_main_level(study: Study, rmse: pd.DataFrame) -> str:

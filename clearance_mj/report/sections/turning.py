@@ -32,20 +32,20 @@ def turning(study: Study, writer: ReportWriter) -> str:
     """Return orbits and run-ups; writes orbits.csv and run_ups.csv. Nothing of a rig in a plane."""
     if not study.dataset.rig.moves_across:
         return ""
-    found = Turning(study)
-    if not found.groups:
+    motions = Turning(study)
+    if not motions.groups:
         return f"<p>{NOTHING}</p>\n"
-    orbits, run_ups = (pd.DataFrame(rows) for rows in (found.orbit_rows(), found.run_up_rows()))
+    orbits, run_ups = (pd.DataFrame(rows) for rows in (motions.orbit_rows(), motions.run_up_rows()))
     writer.csv("orbits", orbits)
     writer.csv("run_ups", run_ups)
     n = len(study.dataset.rig.bushings)
     return render(
-        "turning.html.j2", sentences=sentences(orbits, study), run_out=found.run_out is not None,
+        "turning.html.j2", sentences=sentences(orbits, study), run_out=motions.run_out is not None,
         orbits=orbit_table(orbits) if len(orbits) else None, run_ups=run_up_table(run_ups) if len(run_ups) else None,
-        of_orbits=[writer.figure(figures.orbits_of_bushing(found, j)) for j in range(n)] if len(orbits) else [],
+        of_orbits=[writer.figure(figures.orbits_of_bushing(motions, j)) for j in range(n)] if len(orbits) else [],
         of_run_ups=[
-            writer.figure(draw(found, j, records))
-            for records in found.run_ups.values()
+            writer.figure(draw(motions, j, records))
+            for records in motions.run_ups.values()
             for j in range(n)
             for draw in (figures.run_ups_of_bushing, figures.cascades)
         ],
