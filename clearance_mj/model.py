@@ -56,7 +56,7 @@ class Model(Shown):
         places = [
             (str(j), b.where, f"{1e3 * b.gap:.4g}", f"{1e3 * b.offset:.4g}") for j, b in enumerate(self.rig.bushings, 1)
         ]
-        table = [(*place, *own[1:]) for place, own in zip(places, rows)]
+        table = [(*place, *row[1:]) for place, row in zip(places, rows)]
         columns = ("bushing", "at", "gap (mm)", "offset (mm)", *head[1:])
         datasheet = self.law == rig_and_law(self.rig, None)[1]
         law = f"{self.law.kind}{', as the datasheet in the rig file says' if datasheet else ''}"
@@ -191,10 +191,10 @@ class Model(Shown):
         path = Path(path)
         if not path.is_dir():
             return cls(Rig.load(path), load_law(law) if law else None)  # type: ignore[arg-type]
-        rig, own = Rig.load(path / RIG_FILE), path / LAW_FILE
+        rig, law_file = Rig.load(path / RIG_FILE), path / LAW_FILE
         if law is None and (path / POSTERIOR_FILE).is_file():
-            return cls(rig, load_law(own), partial(_kept, path / POSTERIOR_FILE, rig))
-        law = law or (own if own.is_file() else None)
+            return cls(rig, load_law(law_file), partial(_kept, path / POSTERIOR_FILE, rig))
+        law = law or (law_file if law_file.is_file() else None)
         return cls(rig, load_law(law) if law else None)  # type: ignore[arg-type]
 
 

@@ -102,8 +102,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     except OSError as error:  # a full disk, a name that is too long
         silence()
-        where = f"{error.filename}: " if error.filename else ""
-        return _failed(f"{where}{error.strerror or error}", 2 if error.errno in MISTAKEN else 1)
+        file_name = f"{error.filename}: " if error.filename else ""
+        return _failed(f"{file_name}{error.strerror or error}", 2 if error.errno in MISTAKEN else 1)
     except MemoryError as error:
         return _failed(f"not enough memory for what was asked ({str(error) or 'no more is known'}); ask for less", 2)
     return 0

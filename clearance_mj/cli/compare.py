@@ -73,9 +73,9 @@ def run(options: Options) -> Result:
     }
     for note in notes:
         say(note)
-    for who in ("test", "model"):
-        if left := data[f"only_{who}"]:
-            say(f"only the {who} has {few(left)}: left out", "warning")
+    for side in ("test", "model"):
+        if missing_labels := data[f"only_{side}"]:
+            say(f"only the {side} has {few(missing_labels)}: left out", "warning")
     if not options.out:
         return Result(data, _words(data, comparison))
     drawings = draw(aligned, comparison, of_test, of_model, matrix, repeat)
@@ -87,10 +87,10 @@ def _repeat(aligned: Alignment, options: Options) -> FRF | None:
     """The repeat of the test on the lines and responses that are compared; one that lacks some is refused."""
     if options.repeat is None:
         return None
-    beside = align(aligned.test, read_frf(options.repeat, options.test_column))
-    if beside.only_test or beside.test.frequency.size < aligned.test.frequency.size:
+    repeat = align(aligned.test, read_frf(options.repeat, options.test_column))
+    if repeat.only_test or repeat.test.frequency.size < aligned.test.frequency.size:
         raise RecordError(f"--repeat {options.repeat}: does not hold every line and response of the test")
-    return beside.model
+    return repeat.model
 
 
 def _notes(aligned: Alignment, n_modes: int) -> list[str]:

@@ -83,13 +83,13 @@ def _to_file(inputs: list[Path], out: Path, options: Options) -> dict[str, Any]:
     if of_dataset := given(options, *OF_DATASET):
         raise ClearanceError(f"{out}: {' and '.join(of_dataset)} are for a dataset folder (no suffix)")
     too = " and for a dataset folder (no suffix)"
-    for name, more in (("band", too), ("window", ""), ("kind", too)):
+    for name, fields in (("band", too), ("window", ""), ("kind", too)):
         if getattr(options, name) and not options.frf:
-            raise ClearanceError(f"{out}: --{name} is for --frf{more}")
+            raise ClearanceError(f"{out}: --{name} is for --frf{fields}")
     read = [*inputs, *([options.rig] if options.rig else [])]
     out_file(out, [*formats.format_of(out).suffixes], read, _is_readable)
-    beside = out.with_name(f"{out.name}{BESIDE}")
-    out_file(beside, (".json",), read)
+    metadata_file = out.with_name(f"{out.name}{BESIDE}")
+    out_file(metadata_file, (".json",), read)
     (path,) = inputs
     rig = Rig.load(options.rig) if options.rig else None
     obj: Contents
@@ -107,7 +107,7 @@ def _to_file(inputs: list[Path], out: Path, options: Options) -> dict[str, Any]:
     if options.frf is not None:
         obj = _frf(path, obj, rig, options)
     formats.write(out, obj, rig)
-    write_text(beside, to_json(made_from(read, "convert") | {"sha256": sha256(out)}))
+    write_text(metadata_file, to_json(made_from(read, "convert") | {"sha256": sha256(out)}))
     return {"in": str(path), "out": str(out), "holds": _words(obj, out, rig)}
 
 
@@ -146,7 +146,7 @@ def _driven(channels: list[Channel], kind: str | None) -> Response:
     placed = [c for c in channels if c.placed]
     kinds = {c: "force" for c in placed if c.quantity == "force"}
     kinds |= {c: "base" for c in placed if (c.quantity, c.node) == ("acceleration", BASE_NODE)}
-    drives = [c for c, own in kinds.items() if kind in (None, own)]
+    drives = [c for c, driven in kinds.items() if kind in (None, driven)]
     sensors = [c for c in placed if c not in kinds]
     if len(drives) != 1 or not sensors:
         raise RecordError(
@@ -225,8 +225,8 @@ def _record(path: Path, rig: Rig, options: Options) -> Record:
             way_out = f"; --leave-out {channel.label} leaves it out of this record alone" if sensor else ""
             faults += [f"{fault}{way_out}" for fault in channel_faults([channel])]
     note(path, faults)
-    made = {"file": str(path), "sha256": sha256(path), MARK: __version__}
-    record = dataclasses.replace(record, provenance=made | record.provenance)
+    provenance_ = {"file": str(path), "sha256": sha256(path), MARK: __version__}
+    record = dataclasses.replace(record, provenance=provenance_ | record.provenance)
     if record.role == "identify" or record.level is not None or record.excitation_kind == "spin":
         return record
     rms = float(np.std(record.excitation().value))

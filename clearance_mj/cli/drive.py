@@ -44,11 +44,11 @@ def run(options: Options) -> Result:
         data = write_held({log.name: fit_held(log) for log in logs}, options.new)
         return Result(data, _words(data))
     columns = _columns(options)
-    runs, told = ([DriveRecord.read(path, columns) for path in paths] for paths in (options.runs, options.predict))
+    runs, held_out = ([DriveRecord.read(path, columns) for path in paths] for paths in (options.runs, options.predict))
     if any(run.both_ends for run in runs):
         fit = fit_drive(runs, progress=not options.quiet)
-        data = write_drive(fit, runs, told, options.new)
-    elif told:
+        data = write_drive(fit, runs, held_out, options.new)
+    elif held_out:
         raise ClearanceError("--predict needs logs of both ends to find a drive from; these have the motor's alone")
     else:
         alone = fit_motor_side(runs, progress=not options.quiet)
@@ -69,16 +69,16 @@ def _columns(options: Options) -> dict[str, str]:
     """Columns by what they are; a map says it the other way round, as options of other commands do."""
     pairs = [*read_plain(options.map, RecordError).get("channels", {}).items()] if options.map else []
     for pair in options.column:
-        left, equals, right = (part.strip() for part in pair.partition("="))
-        if not (left and equals and right):
+        header, equals, right = (part.strip() for part in pair.partition("="))
+        if not (header and equals and right):
             raise ClearanceError(f'--column "{pair}": needs WHAT=COLUMN, such as "motor_torque=tau"')
-        is_header = left not in QUANTITIES and split_header(right.removeprefix("-"))[0] in (SKIP, *QUANTITIES)
-        pairs.append((left, right) if is_header or right == SKIP else (right, left))
+        is_header = header not in QUANTITIES and split_header(right.removeprefix("-"))[0] in (SKIP, *QUANTITIES)
+        pairs.append((header, right) if is_header or right == SKIP else (right, header))
     columns = {}
     for column, given in pairs:
-        what, unit = split_header(given.removeprefix("-"))
+        quantity, unit = split_header(given.removeprefix("-"))
         if given != SKIP:
-            columns[what] = "-" * given.startswith("-") + column + (f" [{unit}]" if unit else "")
+            columns[quantity] = "-" * given.startswith("-") + column + (f" [{unit}]" if unit else "")
         elif column in QUANTITIES:
             columns[column] = SKIP
     return columns

@@ -46,10 +46,10 @@ WHERE = "such as 3:+Z: one for all files, or one for each (it roves)"
 def run(options: Options) -> Result:
     """Find FRFs, coherence and modes of a hammer test's records with hits."""
     rig, count = Rig.load(options.rig) if options.rig else None, len(options.records)
-    both = [options.at or [], options.sensor_at or []]
-    if wrong := [given for given in both if len(given) not in (0, 1, count)]:
+    positions = [options.at or [], options.sensor_at or []]
+    if wrong := [given for given in positions if len(given) not in (0, 1, count)]:
         raise ClearanceError(f"{' '.join(wrong[0])}: give one place, or one for each of the {count} files")
-    ats, places = (given * (count if len(given) == 1 else 1) or [None] * count for given in both)
+    ats, places = (given * (count if len(given) == 1 else 1) or [None] * count for given in positions)
     records = [_record(path, at, place, rig, options) for path, at, place in zip(options.records, ats, places)]
     with naming(", ".join(map(str, options.records)), ClearanceError):
         settings = {name: getattr(options, name) for name in SETTINGS}

@@ -39,8 +39,8 @@ def run(options: Options) -> Result:
         raise ClearanceError(f"--out {out}: is there and says otherwise; give another name, or remove it")
     channel_map.save(out)
     words = [str(channel_map)]
-    if asked := ", ".join(f'"{name}"' for name in channel_map.undecided):
-        words += [f'{out}: to be decided: {asked}; write what each is instead of "?", such as "acc:3 [g]" or "skip"']
+    if unclear := ", ".join(f'"{name}"' for name in channel_map.undecided):
+        words += [f'{out}: to be decided: {unclear}; write what each is instead of "?", such as "acc:3 [g]" or "skip"']
     words += [f"next: {spelled('convert', *options.files, 'bench', '--rig', options.rig, '--map', out)}"]
     data = {
         "channels": dict(channel_map.channels),

@@ -50,8 +50,8 @@ def _words(measured: MeasuredModes, out: Path) -> Iterator[str]:
     modes = zip(structure.frequencies[below:], structure.ratios[below:], measured.collinearity)
     for i, (frequency, damping, mpc) in enumerate(modes, 1):
         yield f"{i:4d}  {frequency:14.3f}  {100 * damping:11.2f}  {mpc:18.3f}"
-    for label, share, error in zip(measured.measured.labels, measured.frac, measured.rmse_db):
-        yield f"{label}: FRAC {share:.4f}, RMSE {error:.2f} dB"
+    for label, frac, error in zip(measured.measured.labels, measured.frac, measured.rmse_db):
+        yield f"{label}: FRAC {frac:.4f}, RMSE {error:.2f} dB"
     if below:
         yield f"{below} more stand for modes below the band"
     if measured.left_out:

@@ -195,7 +195,7 @@ def _fields(options: Options, out: Path) -> dict[str, Any]:
     friction = None if options.friction is None else Friction(options.friction)
     to = {x: x.replace("rod@", "tube@") if kind == "shafts" and isinstance(x, str) else None for x in clearances}
     length = 0.0 if kind in EXAMPLE_FILES else options.bushing_length
-    made = [_contact_and_film(options, None if kind in EXAMPLE_FILES else structure, x) for x in clearances]
+    layers = [_contact_and_film(options, None if kind in EXAMPLE_FILES else structure, x) for x in clearances]
     in_space = _in_space(options)
     shape = options.shape if options.shape == "round" else None
     return {
@@ -203,7 +203,7 @@ def _fields(options: Options, out: Path) -> dict[str, Any]:
         "beam" if kind == "beam" else "structure": structure,
         "bushings": tuple(
             Bushing(x, options.gap, length, grease, contact, to=to[x], friction=friction, film=film, shape=shape)
-            for x, (contact, film) in zip(clearances, made)
+            for x, (contact, film) in zip(clearances, layers)
         ),
         **_instruments(options, points),
         "shaker": Shaker() if options.force_at is None else Shaker("force", options.force_at),
@@ -225,8 +225,8 @@ def _with_examples(options: Options) -> list[str]:
     options.kind = options.kind or likely[0]
     for kind, names in only.items():
         if names and options.kind != kind:
-            of = "a shaft" if kind == "shaft" else kind
-            raise ClearanceError(f"{names[0]} is of {of}: give --kind {kind}, not {options.kind}")
+            structure_name = "a shaft" if kind == "shaft" else kind
+            raise ClearanceError(f"{names[0]} is of {structure_name}: give --kind {kind}, not {options.kind}")
     if bool(options.bushing_material) != (options.bushing_thickness is not None):
         raise ClearanceError("--bushing-material and --bushing-thickness belong together: give both")
     if options.bushing_material and (options.contact or options.section or options.kind in EXAMPLE_FILES):

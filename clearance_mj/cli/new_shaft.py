@@ -62,10 +62,10 @@ def _shaft(options: Options) -> Shaft:
     return Shaft(tuple(steps), tuple(supports), tuple(discs), material, rayleigh=tuple(options.rayleigh))
 
 
-def _support(point: str, what: str) -> Support:
-    x, (stiffness, _, damping) = si_value(point, "displacement"), what.partition(":")
-    if what in HELD:
-        return Support(x, what)  # type: ignore[arg-type]
+def _support(point: str, text: str) -> Support:
+    x, (stiffness, _, damping) = si_value(point, "displacement"), text.partition(":")
+    if text in HELD:
+        return Support(x, text)  # type: ignore[arg-type]
     return Support(x, "elastic", si_value(stiffness, "N/m"), 0.0, si_value(damping or "0", "N s/m"))
 
 

@@ -41,8 +41,8 @@ def run(options: Options) -> Result:
     for twin in (follow_orbits(record, gaps) for record in later):
         name = f"followed_{twin.record}"
         alarms = [alarm.to_dict() | {"words": str(alarm)} for alarm in twin.alarms]
-        told = {"record": twin.record, "windows": twin.rows(), "alarms": alarms, "provenance": provenance(options)}
-        write_text(options.new / f"{name}.json", to_json(told))
+        content = {"record": twin.record, "windows": twin.rows(), "alarms": alarms, "provenance": provenance(options)}
+        write_text(options.new / f"{name}.json", to_json(content))
         drawings.append(dataclasses.replace(draw(twin), name=name))
         words += [f"{twin.record}: {said}" for said in twin.alarms or ("no alarm",)]
         said_of[twin.record] = [str(alarm) for alarm in twin.alarms]

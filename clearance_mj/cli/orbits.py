@@ -75,9 +75,9 @@ def _without_start(motion: Whirl, drop: float | None) -> Whirl:
     return motion.between(drop) if drop else motion
 
 
-def _words(of: dict[str, Any]) -> str:
-    y, z = (1e6 * value for value in of["mean"])
-    said = f"{of['bushing']}: about y = {y:.4g}, z = {z:.4g} µm, up to {of['largest_radius_over_gap']:.3g} of the gap"
-    if "forward" not in of:
-        return said
-    return f"{said}; 1X forward {1e6 * of['forward']:.4g}, backward {1e6 * of['backward']:.4g} µm"
+def _words(row: dict[str, Any]) -> str:
+    y, z = (1e6 * value for value in row["mean"])
+    text = f"{row['bushing']}: about y = {y:.4g}, z = {z:.4g} µm, up to {row['largest_radius_over_gap']:.3g} of the gap"
+    if "forward" not in row:
+        return text
+    return f"{text}; 1X forward {1e6 * row['forward']:.4g}, backward {1e6 * row['backward']:.4g} µm"

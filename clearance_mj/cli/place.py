@@ -72,10 +72,10 @@ def _noise(text: str, position: list[float | str]) -> float | np.ndarray:
 
 
 def _words(placement: Placement) -> Iterator[str]:
-    for label, share, growth in zip(placement.labels, placement.contribution, placement.std_growth.max(axis=1)):
+    for label, info, growth in zip(placement.labels, placement.contribution, placement.std_growth.max(axis=1)):
         grown = f"standard deviations grow up to {growth:.2f} times"
         cost = grown if growth < np.inf else "a mode is no longer identifiable"
-        yield f"{label:9} carries {share:.3f}; without it the determinant is {1 - share:.3f} of this, {cost}"
+        yield f"{label:9} carries {info:.3f}; without it the determinant is {1 - info:.3f} of this, {cost}"
     yield (
         f"determinant {placement.determinant:.4g}, trace {placement.trace:.4g}, condition {placement.condition:.3g}, "
         f"largest MAC between modes {placement.worst_mac:.3f}"

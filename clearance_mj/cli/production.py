@@ -72,9 +72,9 @@ def run(options: Options) -> Result:
     tightenings: dict[str, tolerance.Tightening] = {}
     tighter = options.allowed, min(options.designs, MOST_LEARNT_FROM), options.seed, runner
     if noise:
-        asked = (limit.quantity, limit.value) if limit else ("contact_force", None)
+        quantity_limit = (limit.quantity, limit.value) if limit else ("contact_force", None)
         rms = options.rms(noise.kind) if options.rms else (noise.rms,)
-        random = tolerance.Noise(noise, rms, options.duration, options.hours, *asked)
+        random = tolerance.Noise(noise, rms, options.duration, options.hours, *quantity_limit)
         hours = _hours(designs, random, options.seed, runner)
         if options.allowed:
             tightenings["tightening_random"] = tolerance.random_tightening(model, scatter, random, *tighter)
@@ -102,8 +102,8 @@ def _words(
 ) -> Iterator[str]:  # fmt: skip
     if production:
         yield "\n  ".join(words(production))
-    for left in scatter.left_out if scatter else ():
-        yield f"note: {left} is left out: a production does not scatter by it"
+    for reason in scatter.left_out if scatter else ():
+        yield f"note: {reason} is left out: a production does not scatter by it"
     yield from hours.words() if hours else ()
     for tightening in tightenings.values():
         yield from tightening_words(tightening)

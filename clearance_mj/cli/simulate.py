@@ -49,14 +49,14 @@ def run(options: Options) -> Result:
     depth = wall_depths(model.rig, response.displacement)
     warn_of_depths(model, depth)
     save(options.out, replace(response, provenance=response.provenance | {"made_from": provenance(options)}))
-    share = None if response.contact_share is None else response.contact_share.tolist()
+    contact_share = None if response.contact_share is None else response.contact_share.tolist()
     words += [f"response: {options.out}"]
-    for bushing, value in zip(model.rig.bushings, share or ()):
+    for bushing, value in zip(model.rig.bushings, contact_share or ()):
         words += [f"clearance at {bushing.where}: beyond its gap, in contact, for {100 * value:.3g} % of the time"]
     accelerations = [label for label, of in zip(response.responses, response.quantities) if of == "acceleration"]
     rms = dict(zip(accelerations, response.acceleration.std(axis=1).tolist()))
     used = {name: response.provenance[name] for name in ("bending_theory", "truncation") if name in response.provenance}
-    data |= {"acceleration_rms": rms, "contact_share": share, "depth": depth.tolist()}
+    data |= {"acceleration_rms": rms, "contact_share": contact_share, "depth": depth.tolist()}
     return Result(data | used, words)
 
 
@@ -64,9 +64,9 @@ def _warn_of_truncation(rig: Rig) -> None:
     """Say where modes that a structure lacks make a contact too stiff."""
     for deficit in find_truncation(rig):
         if not deficit.stiffness_error < MAX_STIFFNESS_ERROR:
-            share = f"about {100 * deficit.stiffness_error:.0f} %" if deficit.missing >= 0 else "an unknown share"
+            error = f"about {100 * deficit.stiffness_error:.0f} %" if deficit.missing >= 0 else "an unknown share"
             lacking = f"clearance at {deficit.where}: the modes lack flexibility there, so its contact is too stiff by"
-            say(f"{lacking} {share}; give residual_flexibility, or more modes", "warning")
+            say(f"{lacking} {error}; give residual_flexibility, or more modes", "warning")
 
 
 def _words(balance: EnergyBalance) -> Iterator[str]:

@@ -140,7 +140,7 @@ def load_arrays(path: Path) -> dict[str, np.ndarray]:
 
 
 @contextmanager
-def file_lock(path: Path, what: str, where: Path | None = None) -> Iterator[None]:
+def file_lock(path: Path, what: str, folder: Path | None = None) -> Iterator[None]:
     """Lock a file for ``what`` writes beside it; the system lets go of it when the process ends, however it ends.
 
     A ClearanceError names the folder, or ``where``, if another process has locked it.
@@ -151,7 +151,7 @@ def file_lock(path: Path, what: str, where: Path | None = None) -> Iterator[None
         except BlockingIOError:
             file.seek(0)
             raise ClearanceError(
-                f"{where or path.parent}: another {what} (process {file.read() or 'unknown'}) is writing there"
+                f"{folder or path.parent}: another {what} (process {file.read() or 'unknown'}) is writing there"
             ) from None
         file.truncate(0)
         file.write(str(os.getpid()))

@@ -66,12 +66,12 @@ def even_rate(time: np.ndarray, digits: float, notes: list[str] | None = None) -
         raise RecordError("needs two samples to tell its time step")
     step = (time[-1] - time[0]) / (time.size - 1)
     slack = 2 * digits * np.abs(time).max()
-    off = np.abs(time - (time[0] + step * np.arange(time.size))) > 1e-3 * step + slack
-    if not step > slack or off.any():
+    uneven = np.abs(time - (time[0] + step * np.arange(time.size))) > 1e-3 * step + slack
+    if not step > slack or uneven.any():
         if notes is not None and (rate := jittering_rate(time, notes)):
             return rate
         raise RecordError(
-            f"its times are uneven at sample {int(np.argmax(off))} or have too few digits; needs one time step "
+            f"its times are uneven at sample {int(np.argmax(uneven))} or have too few digits; needs one time step "
             "throughout"
         )
     return simplest_rate(float(step), slack / (time.size - 1)), float(time[0])

@@ -30,18 +30,18 @@ def factorise(matrix: np.ndarray, pivots: np.ndarray) -> None:
                 for j in range(n):
                     matrix[k, j], matrix[p, j] = matrix[p, j], matrix[k, j]
             for i in range(k + 1, n):
-                share = matrix[i, k] / matrix[k, k]
-                matrix[i, k] = share
-                if share != 0.0:
+                multiplier = matrix[i, k] / matrix[k, k]
+                matrix[i, k] = multiplier
+                if multiplier != 0.0:
                     for j in range(k + 1, stop):
-                        matrix[i, j] -= share * matrix[k, j]
+                        matrix[i, j] -= multiplier * matrix[k, j]
         if stop == n:
             return
         for k in range(start, stop):
             for i in range(k + 1, stop):
-                share = matrix[i, k]
+                multiplier = matrix[i, k]
                 for j in range(stop, n):
-                    matrix[i, j] -= share * matrix[k, j]
+                    matrix[i, j] -= multiplier * matrix[k, j]
         change = np.dot(matrix[stop:, start:stop].copy(), matrix[start:stop, stop:].copy())
         for i in range(stop, n):
             for j in range(stop, n):

@@ -43,8 +43,8 @@ def plain_file(path: str | PathLike[str]) -> Path:
     status = os.stat(path)
     if stat.S_ISDIR(status.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    if what := SPECIAL.get(stat.S_IFMT(status.st_mode)):
-        raise OSError(errno.EINVAL, f"it is {what}, not a plain file", str(path))
+    if file_kind := SPECIAL.get(stat.S_IFMT(status.st_mode)):
+        raise OSError(errno.EINVAL, f"it is {file_kind}, not a plain file", str(path))
     if status.st_size > MAX_BYTES:
         size = f"it has {status.st_size / 2**30:.3g} GiB; at most {MAX_BYTES / 2**30:g} GiB are read"
         raise OSError(errno.EFBIG, size, str(path))
@@ -123,8 +123,8 @@ def replacing(path: str | PathLike[str]) -> Iterator[Path]:
     try:
         target = Path(os.path.realpath(path))
         known = target.stat().st_mode if os.path.lexists(target) else None
-        if known and (what := SPECIAL.get(stat.S_IFMT(known))):
-            raise ClearanceError(f"{path}: is {what}, not a file; give another name")
+        if known and (file_kind := SPECIAL.get(stat.S_IFMT(known))):
+            raise ClearanceError(f"{path}: is {file_kind}, not a file; give another name")
         target.parent.mkdir(parents=True, exist_ok=True)
         temporary = target.with_name(f".{target.name[:60]}.{secrets.token_hex(4)}{target.suffix[:20]}")
         temporary.touch(exist_ok=False)

@@ -53,12 +53,12 @@ def jit(function: Any = None, **options: Any) -> Any:
     """
     if function is None:
         return lambda given: jit(given, **options)
-    made: Any = numba.njit(**{"nogil": True, **options})(function)
-    if isinstance(made, Dispatcher):  # else NUMBA_DISABLE_JIT asks for plain Python
-        _share_among_constants(made)
+    compiled: Any = numba.njit(**{"nogil": True, **options})(function)
+    if isinstance(compiled, Dispatcher):  # else NUMBA_DISABLE_JIT asks for plain Python
+        _share_among_constants(compiled)
         with contextlib.suppress(RuntimeError):  # numba has no place for it
-            made._cache = _KeptCode(function, made)  # type: ignore[attr-defined]
-    return made
+            compiled._cache = _KeptCode(function, compiled)  # type: ignore[attr-defined]
+    return compiled
 
 
 def inlined(function: Callable[..., Any]) -> Any:
@@ -66,14 +66,14 @@ def inlined(function: Callable[..., Any]) -> Any:
     return jit(function, **OPTIONS, forceinline=True)
 
 
-def _share_among_constants(made: Any) -> None:
+def _share_among_constants(compiled: Any) -> None:
     """Let compiled callers that pass constants use what is compiled for their type; numba compiles for each value."""
-    of_types = made.get_call_template
+    of_types = compiled.get_call_template
 
     def of_plain_types(args: Any, kws: Any) -> Any:
         return of_types(tuple(map(types.unliteral, args)), {name: types.unliteral(kind) for name, kind in kws.items()})
 
-    made.get_call_template = of_plain_types
+    compiled.get_call_template = of_plain_types
 
 
 class _KeptCode(FunctionCache):
@@ -159,11 +159,11 @@ def digest(function: Any) -> str:
                 entries[f"{name} {_code(value.__code__)} {value.__defaults__!r}"] = None
                 waiting += _references(value)
         else:
-            summary, more = _value(value)
+            summary, references = _value(value)
             entries[f"{name} {summary}"] = None
             if id(value) not in seen:
                 seen.add(id(value))
-                waiting += [(name, each) for each in more]
+                waiting += [(name, each) for each in references]
     return _hash("\n".join(sorted(entries)))
 
 

@@ -58,8 +58,8 @@ def _kinds(annotation: str) -> tuple[str, ...]:
 
 
 def _require(name: str, value: object, kinds: tuple[str, ...]) -> None:
-    own = {kind.__name__ for kind in type(value).__mro__} | ({"None"} if value is None else set())
-    if own.isdisjoint(kinds) and not ("Modelled" in kinds and hasattr(value, "rig") and hasattr(value, "law")):
+    class_names = {kind.__name__ for kind in type(value).__mro__} | ({"None"} if value is None else set())
+    if class_names.isdisjoint(kinds) and not ("Modelled" in kinds and hasattr(value, "rig") and hasattr(value, "law")):
         words = " or ".join(SUCH_AS[kind] for kind in kinds if kind in SUCH_AS)
         shown = f" {value!r}" if isinstance(value, str | int | float) else ""
         raise ArgumentError(f"{name} must be {words}; got {type(value).__name__}{shown}")

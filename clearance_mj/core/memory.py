@@ -23,18 +23,18 @@ def require_memory(size: float, what: str, remedy: str) -> None:
     remedy : str
         What to do instead.
     """
-    if size > 2**24 and size > (left := _left()):
-        raise ClearanceError(f"{what} need {size / 2**30:.3g} GiB of memory, {left / 2**30:.3g} GiB are left; {remedy}")
+    if size > 2**24 and size > (free := _available_memory()):
+        raise ClearanceError(f"{what} need {size / 2**30:.3g} GiB of memory, {free / 2**30:.3g} GiB are left; {remedy}")
 
 
-def _left() -> float:
+def _available_memory() -> float:
     """Bytes of memory that are available, within the limit of the process."""
     page = os.sysconf("SC_PAGE_SIZE")
     try:
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-        left = 1024.0 * next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable"))
+        free = 1024.0 * next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable"))
         used = page * int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
     except (OSError, ValueError, StopIteration):  # no Linux
-        left, used = float(page * os.sysconf("SC_PHYS_PAGES")), 0
+        free, used = float(page * os.sysconf("SC_PHYS_PAGES")), 0
     most, _ = resource.getrlimit(resource.RLIMIT_AS)
-    return left if most == resource.RLIM_INFINITY else min(left, max(0, most - used))
+    return free if most == resource.RLIM_INFINITY else min(free, max(0, most - used))

@@ -35,8 +35,8 @@ def check() -> None:
             continue
     folders = {str(each.locate_file("mujoco")) for each in versions.values()}
     if len(versions) == 2 and len(folders) == 1 and _numbers(versions["mujoco"].version) < (4,):
-        both = " and ".join(f"{name} {each.version}" for name, each in versions.items())
-        warnings.warn(f"{both} are installed one over the other; pip uninstall both, then install one", stacklevel=3)
+        text = " and ".join(f"{name} {each.version}" for name, each in versions.items())
+        warnings.warn(f"{text} are installed one over the other; pip uninstall both, then install one", stacklevel=3)
     for each in versions.values():
         version = _numbers(each.version)
         if version < OLDEST:

@@ -160,9 +160,9 @@ def output_folder(path: str | Path, what: str, inputs: Iterable[Path] = (), asid
     finally:
         if is_first and not (work / "cache").exists() and not (work / "manifest.json").exists():
             shutil.rmtree(work, ignore_errors=True)  # nothing was done
-            for made in missing:
+            for empty in missing:
                 with contextlib.suppress(OSError):  # others may have put something there
-                    made.rmdir()
+                    empty.rmdir()
 
 
 def _is_others(work: Path) -> bool:

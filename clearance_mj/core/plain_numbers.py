@@ -49,10 +49,10 @@ def _found(data: Any, steps: list[str | int], before: Key, path: str) -> Iterato
 
 
 def _holds(data: Any, before: Key) -> str:
-    where = path_of(before) or "it"
+    number_path = path_of(before) or "it"
     if isinstance(data, dict):
-        return f"{where} has {', '.join(data)}"
-    return f"{where} has {len(data)} entries" if isinstance(data, list) else f"{where} is {data!r}"
+        return f"{number_path} has {', '.join(data)}"
+    return f"{number_path} has {len(data)} entries" if isinstance(data, list) else f"{number_path} is {data!r}"
 
 
 def path_of(key: Key) -> str:

@@ -73,10 +73,10 @@ def stale(paths: Iterable[Path]) -> list[str]:
     words = []
     for file in files_of(paths):
         try:
-            written, made = _recorded(file)
+            written, source = _recorded(file)
             if written and written["sha256"] != sha256(file):
                 words.append(f"{file} was changed after clearance-mj {written['by']} wrote it")
-            inputs = made.get("inputs", {})
+            inputs = source.get("inputs", {})
             changed = [path for path, digest in inputs.items() if os.path.isfile(path) and sha256(path) != digest]
             changed = [path for path in changed if not _has_grown(Path(path), inputs)]
         except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
@@ -100,9 +100,9 @@ def _recorded(file: Path) -> tuple[dict[str, str] | None, dict[str, Any]]:
             manifest = _json(folder / MANIFEST)
             if entry := manifest["files"].get(Path(os.path.abspath(file)).relative_to(folder).as_posix()):
                 return entry, manifest.get("made", {}).get(entry["by"], {})
-    if (beside := file.with_name(f"{file.name}{BESIDE}")).is_file():
-        made = _json(beside)
-        return {"sha256": made["sha256"], "by": made["made_by"]}, made
+    if (metadata_file := file.with_name(f"{file.name}{BESIDE}")).is_file():
+        source = _json(metadata_file)
+        return {"sha256": source["sha256"], "by": source["made_by"]}, source
     if file.suffix != ".json" or file.stat().st_size > MAX_BYTES:
         return None, {}
     return None, _json(file).get("provenance", {})

@@ -90,13 +90,13 @@ class Runner:
             kept = {i: cache.find(files, inputs(task), load_arrays, SUFFIX) for i, task in enumerate(tasks)}
             results |= {i: arrays for i, arrays in kept.items() if arrays is not None}
         shuffled = np.random.default_rng(0).permutation(len(tasks)).tolist()
-        left = [_Numbered(i, tasks[i]) for i in shuffled if i not in results]
+        pending = [_Numbered(i, tasks[i]) for i in shuffled if i not in results]
         elsewhere, count = bool(self.scheduler or self.executor), workers_to_use(self.workers)
-        if self.progress and left and samples and not elsewhere:
-            print_duration(name, samples, times * len(left) / len(tasks), min(count, len(left)))
+        if self.progress and pending and samples and not elsewhere:
+            print_duration(name, samples, times * len(pending) / len(tasks), min(count, len(pending)))
         run = run_tasks(
-            functools.partial(_computed, function), left, 1 if len(left) == 1 else count,
-            processes=count > 1 and len(left) > 1, scheduler=self.scheduler, executor=self.executor,
+            functools.partial(_computed, function), pending, 1 if len(pending) == 1 else count,
+            processes=count > 1 and len(pending) > 1, scheduler=self.scheduler, executor=self.executor,
             progress=name if self.progress else "", done=len(results),
         )  # fmt: skip
         for each, arrays in run:

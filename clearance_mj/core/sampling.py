@@ -35,11 +35,11 @@ def even_times(time: np.ndarray, where: str) -> tuple[float, np.ndarray]:
         raise RecordError(f"{where}: times must rise from sample to sample")
     far = min(2 * AROUND, step.size)
     usual = float(np.median((time[far:] - time[:-far]) / far))
-    off = time - usual * np.arange(time.size)
+    drift = time - usual * np.arange(time.size)
 
     def shift(i: int) -> float:
         """Return how much later samples are after a step than before it."""
-        return float(abs(np.median(off[i + 1 : i + 1 + AROUND]) - np.median(off[max(0, i + 1 - AROUND) : i + 1])))
+        return float(abs(np.median(drift[i + 1 : i + 1 + AROUND]) - np.median(drift[max(0, i + 1 - AROUND) : i + 1])))
 
     uneven = np.flatnonzero(np.abs(step - usual) > LATE * usual)
     lost = [i for i in uneven.tolist() if shift(i) > LATE * usual]

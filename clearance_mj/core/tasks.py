@@ -62,14 +62,14 @@ def print_duration(what: str, samples: Sequence[Callable[[], object]], times: fl
     The first one, which compiles its code, is called once more before.
     """
     samples[0]()
-    start, done = time.perf_counter(), 0
-    while done < len(samples) and time.perf_counter() - start < TIMED:
-        samples[done]()
-        done += 1
-    alone = times * (time.perf_counter() - start) / done
+    start, completed = time.perf_counter(), 0
+    while completed < len(samples) and time.perf_counter() - start < TIMED:
+        samples[completed]()
+        completed += 1
+    alone = times * (time.perf_counter() - start) / completed
     least, most = (f"{s:.0f} s" if s < 100 else f"{s / 60:.0f} min" for s in (alone / workers, alone))
     shared = f"es (up to {most} where they share cores with each other or with other work)" if workers > 1 else ""
-    print(f"{what}: about {least} on {workers} process{shared}, by {done} timed here", file=sys.stderr)
+    print(f"{what}: about {least} on {workers} process{shared}, by {completed} timed here", file=sys.stderr)
 
 
 def run_tasks(
@@ -126,12 +126,12 @@ def _on_threads(function: Callable[[Task], Result], tasks: Sequence[Task], worke
 def _on_executor(
     function: Callable[[Task], Result], tasks: Sequence[Task], executor: Executor
 ) -> Results[Task, Result]:
-    left, known = deque(tasks), code()
+    pending, known = deque(tasks), code()
     flying: set[Future[tuple[Task, Result]]] = set()
     try:
-        while left or flying:
-            while left and len(flying) < QUEUED:
-                flying.add(executor.submit(_with_same_code, known, function, left.popleft()))
+        while pending or flying:
+            while pending and len(flying) < QUEUED:
+                flying.add(executor.submit(_with_same_code, known, function, pending.popleft()))
             ended, flying = wait(flying, return_when=FIRST_COMPLETED)
             for future in ended:
                 yield future.result()
@@ -141,11 +141,11 @@ def _on_executor(
 
 
 def _on_processes(function: Callable[[Task], Result], tasks: Sequence[Task], workers: int) -> Results[Task, Result]:
-    left, losses = deque(tasks), Counter[Task]()
-    while left:
+    pending, losses = deque(tasks), Counter[Task]()
+    while pending:
         lost: list[Task] = []
         with _pool(workers) as pool:
-            flying = _send(pool, function, left, {}, QUEUED_PER_WORKER * workers)
+            flying = _send(pool, function, pending, {}, QUEUED_PER_WORKER * workers)
             while flying:
                 for future in wait(flying, return_when=FIRST_COMPLETED).done:
                     task = flying.pop(future)
@@ -154,8 +154,8 @@ def _on_processes(function: Callable[[Task], Result], tasks: Sequence[Task], wor
                     else:
                         yield task, future.result()
                 if not lost:
-                    _send(pool, function, left, flying, QUEUED_PER_WORKER * workers)
-        left.extendleft(lost)
+                    _send(pool, function, pending, flying, QUEUED_PER_WORKER * workers)
+        pending.extendleft(lost)
         losses.update(lost)
         if fatal := [task for task, n in losses.items() if n == MAX_LOSSES]:
             raise ClearanceError(
@@ -175,18 +175,18 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _send(
-    pool: ProcessPoolExecutor, function: Callable[[Task], Result], left: deque[Task],
+    pool: ProcessPoolExecutor, function: Callable[[Task], Result], pending: deque[Task],
     flying: dict[Future[Result], Task], most: int,
 ) -> dict[Future[Result], Task]:  # fmt: skip
     """Keep as many tasks running as are wanted."""
-    while left and len(flying) < most:
+    while pending and len(flying) < most:
         try:
-            future = pool.submit(function, left[0])
+            future = pool.submit(function, pending[0])
         except BrokenProcessPool as error:
             future = Future()
             future.set_exception(error)
             most = 0
-        flying[future] = left.popleft()
+        flying[future] = pending.popleft()
     return flying
 
 

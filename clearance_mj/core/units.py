@@ -130,8 +130,8 @@ def _meanings(label: str, any_case: bool = False) -> dict[Dimension, float]:
         turn = float(counts[1] or counts[2] or 0)
         return {_DIMENSIONS["angle"]: 2 * math.pi / turn} if turn else {}
     meanings, spelled = _composed(label, any_case), _SAME.get(joined.lower(), label)
-    more = {} if spelled == label else _meanings(spelled, any_case)  # "kg cm" of servos is a torque, too
-    return meanings | {dimension: factor for dimension, factor in more.items() if dimension not in meanings}
+    synonyms = {} if spelled == label else _meanings(spelled, any_case)  # "kg cm" of servos is a torque, too
+    return meanings | {dimension: factor for dimension, factor in synonyms.items() if dimension not in meanings}
 
 
 def _composed(label: str, any_case: bool) -> dict[Dimension, float]:
@@ -164,6 +164,6 @@ def _named(name: str, any_case: bool) -> dict[Dimension, float]:
     return {_DIMENSIONS[q]: f for q, units in UNITS.items() for unit, f in units.items() if unit.lower() == lower}
 
 
-def _product(one: Dimension, other: Dimension, power: int) -> Dimension:
-    m, kg, s, rad = (a + power * b for a, b in zip(one, other))
+def _product(first: Dimension, other: Dimension, power: int) -> Dimension:
+    m, kg, s, rad = (a + power * b for a, b in zip(first, other))
     return m, kg, s, rad

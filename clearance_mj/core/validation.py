@@ -66,8 +66,8 @@ def checked(
     config = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True, json_schema_extra=describe)
 
     def decorate(cls: type[T]) -> type[T]:
-        made = pydantic.dataclasses.dataclass(frozen=True, eq=eq, config=config)(cls)
-        where, names = cls.__name__.lower() if name is None else name, tuple(names_of(made))
+        validated = pydantic.dataclasses.dataclass(frozen=True, eq=eq, config=config)(cls)
+        where, names = cls.__name__.lower() if name is None else name, tuple(names_of(validated))
 
         def init(self: T, *args: Any, **kwargs: Any) -> None:
             # Values by name: pydantic takes them three times as fast as arguments by position.
@@ -75,12 +75,12 @@ def checked(
             if len(values) < len(args) + len(kwargs):
                 raise error(f"{where or cls.__name__} takes each of {', '.join(names)} once")
             try:
-                made.__pydantic_validator__.validate_python(values, self_instance=self)
+                validated.__pydantic_validator__.validate_python(values, self_instance=self)
             except ValidationError as failure:
-                raise error(message(failure, made, where)) from None
+                raise error(message(failure, validated, where)) from None
 
-        made.__init__ = init  # type: ignore[method-assign, assignment]
-        return made  # type: ignore[return-value]
+        validated.__init__ = init  # type: ignore[method-assign, assignment]
+        return validated  # type: ignore[return-value]
 
     return decorate
 
@@ -106,9 +106,9 @@ def register(model: type[Model]) -> type[Model]:
     model : type
         Subclass of a kind of models, such as `ContactModel`, `GreaseModel` or `Engine`.
     """
-    made = checked(model.refusal, name=model.called.format(name=model.name))(model)
-    made.known[made.name] = made
-    return made
+    registered_class = checked(model.refusal, name=model.called.format(name=model.name))(model)
+    registered_class.known[registered_class.name] = registered_class
+    return registered_class
 
 
 class OneOf:
@@ -128,8 +128,8 @@ class OneOf:
     ) -> dict[str, Any]:
         schemas = []
         for cls in self.known.values():
-            own = handler.resolve_ref_schema(handler(_adapter(cls).core_schema))
-            schemas.append(own | {"required": ["kind", *own.get("required", ())]})
+            schema_of_class = handler.resolve_ref_schema(handler(_adapter(cls).core_schema))
+            schemas.append(schema_of_class | {"required": ["kind", *schema_of_class.get("required", ())]})
         return {"oneOf": schemas}
 
     def _made(self, value: object) -> object:

@@ -198,13 +198,13 @@ def built(model: Model, values: Mapping[str, Value]) -> Model:
         b.grease if b.film else _changed(_grease(rig, law, i), values, f"bushings[{i}].grease.")
         for i, b in enumerate(rig.bushings)
     )
-    own = law.grease is None
+    constant = law.grease is None
     bushings = tuple(
-        dataclasses.replace(b, grease=greases[i] if own else b.grease, **_clearance(b, values, f"bushings[{i}]."))
+        dataclasses.replace(b, grease=greases[i] if constant else b.grease, **_clearance(b, values, f"bushings[{i}]."))
         for i, b in enumerate(rig.bushings)
     )
     changed = rig.replace(bushings=bushings, **_motion(rig, values))
-    return Model(changed, _law(law, values, n, None if own else greases))
+    return Model(changed, _law(law, values, n, None if constant else greases))
 
 
 def _motion(rig: Rig, values: Mapping[str, Value]) -> dict[str, Any]:

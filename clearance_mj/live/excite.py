@@ -22,31 +22,31 @@ MAX_STEPPED = 4 * MAX_SAMPLES  # samples of a stepped sine, which is asked for o
 
 def excited(rig: Rig, values: Mapping[str, Value], dataset: Dataset | None) -> Excitation:
     """Return the excitation that the settings ask for; impossible ones are an ExcitationError."""
-    what, kind = str(values["excitation"]), str(values.get("kind", rig.shaker.kind))
-    if what.startswith(RECORD):
-        return record_named(dataset, what.removeprefix(RECORD)).excitation()
+    waveform, kind = str(values["excitation"]), str(values.get("kind", rig.shaker.kind))
+    if waveform.startswith(RECORD):
+        return record_named(dataset, waveform.removeprefix(RECORD)).excitation()
     level, frequency, low, high, duration, fs = (
         float(values[name]) for name in ("level", "frequency", "band_low", "band_high", "duration", "fs")
     )
     if not duration * fs <= MAX_SAMPLES:
         raise ExcitationError(f"{duration:g} s at {fs:g} Hz are more than {MAX_SAMPLES} samples; take fewer")
     band, seed, peak = (low, high), int(float(values["seed"])), math.sqrt(2) * level
-    if what == NONE:
+    if waveform == NONE:
         return excitation.still(duration, fs, kind)
-    if what == "sine":
+    if waveform == "sine":
         return excitation.stepped_sine(duration, fs, frequency, peak, kind)
-    if what in ("sweep up", "sweep down"):
-        return excitation.sweep(duration, fs, band if what == "sweep up" else band[::-1], peak, kind)
-    if what == "level ramp":
+    if waveform in ("sweep up", "sweep down"):
+        return excitation.sweep(duration, fs, band if waveform == "sweep up" else band[::-1], peak, kind)
+    if waveform == "level ramp":
         return excitation.level_ramp(duration, fs, band, level / 4, level, seed, kind)
-    if what == "random":
+    if waveform == "random":
         return excitation.random(duration, fs, band, level, seed, kind)
     period = segment(values)
-    if what == "impacts":
+    if waveform == "impacts":
         times = [period * i for i in range(int(duration / period + 1e-9))]
         pulses = excitation.hammer(duration, fs, float(values["peak"]), float(values["width"]), times, kind)
         return dataclasses.replace(pulses, band=band)
-    make: Callable[..., Excitation] = excitation.multisine if what == "multisine" else excitation.burst_random
+    make: Callable[..., Excitation] = excitation.multisine if waveform == "multisine" else excitation.burst_random
     return make(duration, fs, band, level, seed, kind, period=period)
 
 

@@ -51,8 +51,8 @@ def exported(shown: Shown, test: FRF | None = None, inputs: Iterable[Path] = ())
             for kind in ("svg", "png"):
                 figure.savefig(folder / f"{title}.{kind}", dpi=150)
         digests = {path.relative_to(folder).as_posix(): sha256(path) for path in folder.rglob("*") if path.is_file()}
-        made = made_from(inputs, "live") | {"files": digests}
-        (folder / "provenance.json").write_text(to_json(made), encoding="utf-8")
+        provenance_ = made_from(inputs, "live") | {"files": digests}
+        (folder / "provenance.json").write_text(to_json(provenance_), encoding="utf-8")
         for path in sorted(folder.rglob("*")):
             if path.is_file():
                 archive.write(path, path.relative_to(folder).as_posix())

@@ -72,8 +72,8 @@ def thinned(values: np.ndarray, most: int = POINTS) -> tuple[np.ndarray, np.ndar
     count = -(-n // length)
     padded = np.pad(values, ((0, 0), (0, count * length - n)), mode="edge").reshape(len(values), count, length)
     low, high = padded.argmin(axis=2), padded.argmax(axis=2)
-    both = np.stack((np.minimum(low, high), np.maximum(low, high)), axis=2)
-    extremes = np.take_along_axis(padded, both, axis=2).reshape(len(values), 2 * count)
+    min_max = np.stack((np.minimum(low, high), np.maximum(low, high)), axis=2)
+    extremes = np.take_along_axis(padded, min_max, axis=2).reshape(len(values), 2 * count)
     places = length * (np.arange(count)[:, None] + [0.25, 0.75]).ravel() - 0.5
     return np.minimum(places, n - 1), extremes
 
@@ -152,8 +152,8 @@ def _rattle(force: np.ndarray, bushing: Bushing) -> str:
         return "free"
     if len(force) == 1:
         return "touches one wall" if bushing.stops != "both" or np.ptp(np.sign(force)) == 0 else "rattles"
-    turned = np.sort(np.arctan2(*force[::-1]))
-    widest = np.diff(np.append(turned, turned[0] + 2 * np.pi)).max()
+    angle = np.sort(np.arctan2(*force[::-1]))
+    widest = np.diff(np.append(angle, angle[0] + 2 * np.pi)).max()
     return "touches one side" if widest > np.pi else "rattles"
 
 

@@ -142,7 +142,7 @@ def sweep(
         raise ClearanceError(f"a sweep has 2 to {MAX_CASES} values, got {count}")
     log = control.log and low > 0 and high > 0
     at = np.geomspace(low, high, count) if log else np.linspace(low, high, count)
-    share = np.full((len(session.rig.bushings), count), np.nan)
+    contact_share = np.full((len(session.rig.bushings), count), np.nan)
     rms, failed = np.full((len(session.rig.sensors), count), np.nan), ""
     for i, value in enumerate(at):
         part: Watch = functools.partial(_part_of, watch, i, count)
@@ -152,10 +152,10 @@ def sweep(
         except ClearanceError as error:
             failed = str(error)
             continue
-        share[:, i] = [row["share"] for row in motion(shown.model.rig, shown.seen).facts["clearances"]]
+        contact_share[:, i] = [row["share"] for row in motion(shown.model.rig, shown.seen).facts["clearances"]]
         rms[:, i] = shown.response.channels.std(axis=1)
-    return Numbers({"name": name, "failed": failed, "log": log}, {"at": at, "share": share, "rms": rms})
+    return Numbers({"name": name, "failed": failed, "log": log}, {"at": at, "share": contact_share, "rms": rms})
 
 
-def _part_of(watch: Watch, done: int, count: int, share: float) -> None:
-    watch((done + share) / count)
+def _part_of(watch: Watch, completed: int, count: int, fraction: float) -> None:
+    watch((completed + fraction) / count)

@@ -111,11 +111,11 @@ class Page:
     def refusal(self, handler: RequestHandler, token: str) -> int:
         """Return the status with which a request is refused, 0 if it is not."""
         request = handler.request
-        own = {f"http://{host}" for host in self.hosts}
+        origins = {f"http://{host}" for host in self.hosts}
         origin = request.headers.get("Origin")
         if request.headers.get_list("Host")[1:] or request.headers.get("Host", "").lower() not in self.hosts:
             return 403
-        if (origin is None and isinstance(handler, Client)) or (origin is not None and origin.lower() not in own):
+        if (origin is None and isinstance(handler, Client)) or (origin is not None and origin.lower() not in origins):
             return 403
         if request.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
             return 403

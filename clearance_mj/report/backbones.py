@@ -36,11 +36,11 @@ def draw(backbones: Sequence[Backbone]) -> Drawing:
             tidy(ax, f"{next(names)} mode {each.mode}", words, label)
         if (each.level[np.isfinite(each.level)] > 0).any():  # not of modes that nothing excites, or nothing damps
             panels[-1].set_yscale("log")
-    of = "; ".join(f"mode {each.mode}: clearance {each.clearances[each.clearance]}" for each in backbones)
+    modes = "; ".join(f"mode {each.mode}: clearance {each.clearances[each.clearance]}" for each in backbones)
     caption = (
         f"Nonlinear modes of rig “{backbones[0].model.rig.name}” over amplitude: frequency, damping ratio, and the "
         "amplitude of a sine that would hold the vibration in resonance. The displacement is that of the clearance "
-        f"that a mode moves most ({of}), its fundamental; beyond the gap it touches."
+        f"that a mode moves most ({modes}), its fundamental; beyond the gap it touches."
     )
     return Drawing("backbone", figure, caption, f"Frequency and damping of {len(backbones)} modes over amplitude.")
 

@@ -93,9 +93,9 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
     )  # fmt: skip
 
 
-def _exaggeration(asked: float | None, largest: float, length: float) -> float:
+def _exaggeration(requested: float | None, largest: float, length: float) -> float:
     """Return how many times larger the largest lift (m) of shafts of a length (m) is drawn; refuses what cannot be."""
-    exaggeration = float(f"{DRAWN_LIFT * length / largest:.2g}") if asked is None else asked
+    exaggeration = float(f"{DRAWN_LIFT * length / largest:.2g}") if requested is None else requested
     most = MAX_LIFT * length / largest
     if not MIN_LIFT * most <= exaggeration <= most:
         raise ClearanceError(

@@ -63,8 +63,8 @@ def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Seque
         "model_damping": Column("Damping, model", "", ".4f"), "why": Column("Not compared"),
     })  # fmt: skip
     said = "".join(html.paragraph(str(escape(note)), "note") for note in notes)
-    beside = html.paragraph(str(escape(f"RMSE {comparison.summary()['rmse_db']:.2f} dB; {comparison.beside()}.")))
-    tables = beside + html.table(sensors) + (html.table(modes) if _found(comparison).any() else "")
+    difference = html.paragraph(str(escape(f"RMSE {comparison.summary()['rmse_db']:.2f} dB; {comparison.beside()}.")))
+    tables = difference + html.table(sensors) + (html.table(modes) if _found(comparison).any() else "")
     measures = html.Section("measures", "Measures", said + tables)
     path = folder / "comparison.html"
     write_text(path, html.page("FRFs of test and model", (measures, figures)))

@@ -124,8 +124,8 @@ def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge],
     figure = _sheet(title, 2.1 * len(planes))
     axes = figure.subplots(len(planes), 2, squeeze=False, sharex=True, width_ratios=(1.25, 1))
     for j, ((left, right), plane, ridge, gap) in enumerate(zip(axes, planes, ridges, gaps)):
-        share = 100 * ridge.valid.mean()
-        words = f"ridge valid {share:.2g} % of the time" if share else "no ridge above the noise"
+        valid_percent = 100 * ridge.valid.mean()
+        words = f"ridge valid {valid_percent:.2g} % of the time" if valid_percent else "no ridge above the noise"
         _draw_plane(figure, left, plane)
         _draw_track(left, ridge, ridge.omega / (2 * np.pi), "white")
         left.set_ylim(plane.frequency[0], plane.frequency[-1])

@@ -70,8 +70,8 @@ def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarr
     motion = _modal_motion(model, steady, driven, *spin_and_angle(rig, response), 1 / response.fs)
     flexible = np.divide(1.0, model.omega**2, out=np.zeros(model.size), where=model.omega > 0)
     shapes = model.moved(x).reshape(-1, model.size) if rig.moves_across else model.shapes(x)
-    here, there = (shapes * flexible) @ middles.T, (middles * flexible) @ middles.T
-    lateral = motion @ shapes.T + (moved - motion @ middles.T) @ np.linalg.solve(there, here.T)
+    flexibility_x, flexibility = (shapes * flexible) @ middles.T, (middles * flexible) @ middles.T
+    lateral = motion @ shapes.T + (moved - motion @ middles.T) @ np.linalg.solve(flexibility, flexibility_x.T)
     return np.asarray(lateral.reshape(len(motion), -1, 2).transpose(0, 2, 1)) if rig.moves_across else lateral
 
 

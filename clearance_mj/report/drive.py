@@ -22,7 +22,7 @@ __all__ = ["write_drive", "write_held", "write_motor_side"]
 
 
 def write_drive(
-    fit: DriveFit, runs: Sequence[DriveRecord], told: Sequence[DriveRecord], folder: Path
+    fit: DriveFit, runs: Sequence[DriveRecord], held_out: Sequence[DriveRecord], folder: Path
 ) -> dict[str, Any]:
     """Write ``index.html`` and its figures, and return what they hold as plain data.
 
@@ -39,13 +39,15 @@ def write_drive(
     """
     errors = [
         {"run": run.name, "angle_rms_deg": math.degrees(angle), "torque_rms_Nm": torque}
-        for run in told if run.any_end for angle, torque in (fit.drive.errors(run),)
+        for run in held_out if run.any_end for angle, torque in (fit.drive.errors(run),)
     ]  # fmt: skip
     result = fit.to_dict() | {"predicted": errors}
     writer = ReportWriter(folder)
     sections = [
         html.Section("summary", "What the drive is like", _summary(fit) + writer.figure(_held(fit))),
-        html.Section("runs", "Runs beside the model", _errors(fit, errors) + writer.figure(_loops(fit, runs, told))),
+        html.Section(
+            "runs", "Runs beside the model", _errors(fit, errors) + writer.figure(_loops(fit, runs, held_out))
+        ),
         html.Section("numbers", "Numbers and parts", _numbers(fit)),
     ]
     writer.page(f"Drive from {', '.join(fit.runs)}", sections)
@@ -65,10 +67,10 @@ def write_motor_side(fit: MotorSideFit, folder: Path) -> dict[str, Any]:
     result = fit.to_dict() | {"predicted": []}
     zeros = {"load zero": "angle", "load torque zero": "torque"}
     seen = [channel for zero, channel in zeros.items() if zero in fit.estimates.names]
-    beside = f" and the load's {' and '.join(seen)}" if seen else " alone"
+    load_channels = f" and the load's {' and '.join(seen)}" if seen else " alone"
     hidden = "" if seen else " The ratio to the load and the load's own angle do not show there."
     words = (
-        f"From the motor's angle and torque{beside}, in {', '.join(fit.runs)}: all numbers are those that "
+        f"From the motor's angle and torque{load_channels}, in {', '.join(fit.runs)}: all numbers are those that "
         f"the motor feels.{hidden} The teeth changed sides {fit.crossings} times."
     )
     body = html.sentences([words]) + html.sentences(fit.not_told, "note") + _estimates(fit.estimates)
@@ -132,10 +134,10 @@ def _held(fit: DriveFit) -> Drawing:
     return Drawing("hysteresis", figure, caption, "Loop of the load's angle over its torque, with the motor held.")
 
 
-def _loops(fit: DriveFit, runs: Sequence[DriveRecord], told: Sequence[DriveRecord]) -> Drawing:
-    whose = "Runs from which no drive was found" if told else "The runs that it was found from"
-    caption = f"{whose}: the load's end as measured, and as it follows from the motor's end."
-    return Drawing("runs", draw_runs(told or runs, fit.drive), caption, caption)
+def _loops(fit: DriveFit, runs: Sequence[DriveRecord], held_out: Sequence[DriveRecord]) -> Drawing:
+    origin = "Runs from which no drive was found" if held_out else "The runs that it was found from"
+    caption = f"{origin}: the load's end as measured, and as it follows from the motor's end."
+    return Drawing("runs", draw_runs(held_out or runs, fit.drive), caption, caption)
 
 
 def _errors(fit: DriveFit, errors: Sequence[Mapping[str, Any]]) -> str:

@@ -47,9 +47,9 @@ def draw(balance: EnergyBalance) -> Drawing:
     _impulse(impulse, balance)
     most = max(np.max(balance.put_in), np.finfo(float).tiny)
     lost = {name: part for name in LOSSES if (part := getattr(balance, name)) is not None}
-    shares = ", ".join(f"{WORDS[name]} {100 * np.sum(part[..., -1]) / most:.0f} %" for name, part in lost.items())
+    percentages = ", ".join(f"{WORDS[name]} {100 * np.sum(part[..., -1]) / most:.0f} %" for name, part in lost.items())
     caption = (
-        f"Energy of {balance.time[-1]:.3g} s: {most:.3g} J put in; shares lost: {shares}. The residual, "
+        f"Energy of {balance.time[-1]:.3g} s: {most:.3g} J put in; shares lost: {percentages}. The residual, "
         f"neither lost nor stored, is at most {100 * balance.imbalance:.2g} %. {len(balance.impacts)} impacts of "
         "bushing ends; other forces act on the shaft while it touches, so that it may leave faster than it came (ratios"
         f" beyond {MAX_RESTITUTION:g} are drawn there)."

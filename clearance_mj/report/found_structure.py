@@ -33,7 +33,7 @@ def found_structure(update: RigUpdate, writer: ReportWriter) -> str:
     structure = update.structure
     if not structure.rounds:
         return ""
-    words = "".join(html.paragraph(f"{escape(_capital(str(one)))}.") for one in structure.accepted)
+    words = "".join(html.paragraph(f"{escape(_capital(str(part)))}.") for part in structure.accepted)
     if not structure.accepted:
         words = html.paragraph(
             "No hypothesis of a structure that the rig file does not draw explains the records better."
@@ -53,11 +53,11 @@ def _table(structure: FoundStructure) -> Table:
     )  # fmt: skip
     rows, before = [], "the rig file"
     for i, tried in enumerate(structure.rounds):
-        one = structure.accepted[i] if i < len(structure.accepted) else None
+        best = structure.accepted[i] if i < len(structure.accepted) else None
         for each in tried:
-            accepted = "yes" if one and each.name == one.name else ""
+            accepted = "yes" if best and each.name == best.name else ""
             rows.append((before, _capital(each.called), each.gain, "yes" if each.fitted else "", accepted))
-        before += f" and {one.name}" if one else ""
+        before += f" and {best.name}" if best else ""
     caption = (
         "Hypotheses tried beside the rig file’s structure, of each the best. Those that are not fitted gain too little "
         "by a score test, whose gain is given. The one that gains most is accepted if the piece of the records that no "
@@ -81,8 +81,8 @@ def draw_misfits(update: RigUpdate) -> Drawing:
         min(m.frequency[0] for m in update.misfit), max(m.frequency[-1] for m in update.misfit), BANDS + 1
     )
     for ax, title, misfits in zip(axes, ("as drawn", "with what was found"), parts):
-        share = 100 * _by_band(misfits, edges)
-        image = ax.pcolormesh(edges, np.arange(len(names) + 1), share, norm=LogNorm(SMALLEST, LARGEST), cmap="cividis")
+        errors = 100 * _by_band(misfits, edges)
+        image = ax.pcolormesh(edges, np.arange(len(names) + 1), errors, norm=LogNorm(SMALLEST, LARGEST), cmap="cividis")
         band_axes(ax, title, edges, names)
     label = "Misfit (% of the\nchannel’s level)"
     colour_bar(figure, image, axes, label, FONT - 1, pad=0.01, aspect=15, extend="both")

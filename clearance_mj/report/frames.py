@@ -49,13 +49,13 @@ def interval(row: dict, key: str, factor: float = 1.0) -> Interval:
 def _stacked(study: Study, part: Callable[[Comparison], pd.DataFrame]) -> pd.DataFrame:
     """A part of every comparison, with what it compares in front."""
     parts = [
-        _headed(part(comparison), **of.columns, level=level, record="", law=REPEAT[0], engine=REPEAT[1])
-        for of in study.parts
-        for level, comparison in of.repeatability.items()
+        _headed(part(comparison), **group.columns, level=level, record="", law=REPEAT[0], engine=REPEAT[1])
+        for group in study.parts
+        for level, comparison in group.repeatability.items()
     ]
     parts += [
         _headed(part(c.comparison), **head, level=c.record.level, record=c.record.name, law=c.law, engine=c.engine)
-        for head, c in ((of.columns, c) for of in study.parts for c in of.cases)
+        for head, c in ((group.columns, c) for group in study.parts for c in group.cases)
     ]
     return pd.concat(parts, ignore_index=True)
 
@@ -199,9 +199,9 @@ def laws(study: Study) -> pd.DataFrame:
 def contact_limits(study: Study) -> pd.DataFrame:
     """Return the share of contact in the main record, %, and what records leave open of it: a row per law, bushing."""
     return pd.DataFrame([
-        {"law": law, "bushing": j + 1} | dict(zip(("contact_pct", "low_pct", "high_pct"), (100 * shares).tolist()))
+        {"law": law, "bushing": j + 1} | dict(zip(("contact_pct", "low_pct", "high_pct"), (100 * ratios).tolist()))
         for law, (band, _) in study.bands.items() if band.contact is not None
-        for j, shares in enumerate(np.vstack((band.contact[:1], band.contact_limits)).T)
+        for j, ratios in enumerate(np.vstack((band.contact[:1], band.contact_limits)).T)
     ])  # fmt: skip
 
 

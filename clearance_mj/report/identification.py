@@ -93,14 +93,14 @@ def _gaps(fit: Identified, dataset: Dataset) -> Table:
     rows = {r["name"]: r for r in fit.estimates.beside_priors()} if fit.estimates else {}
     cells = []
     for j, (bushing, before) in enumerate(zip(fit.rig.bushings, dataset.rig.bushings)):
-        own = []
+        intervals = []
         for name in ("gap", "offset"):
             row = rows.get(f"bushings[{j}].{name}")
             limits = (1e6 * row["low"], 1e6 * row["high"]) if row else ()
             is_unseen = name == "gap" and j in fit.unseen_gaps
             shown = "not seen" if is_unseen else Interval(1e6 * getattr(bushing, name), *limits)
-            own += [1e6 * getattr(before, name), shown]
-        cells.append((f"{j + 1} ({bushing.where})", *own))
+            intervals += [1e6 * getattr(before, name), shown]
+        cells.append((f"{j + 1} ({bushing.where})", *intervals))
     columns = [Column("Bushing")]
     for name in ("Gap", "Offset"):
         columns += [Column("rig file", "µm", ".1f", name), Column("found", "µm", ".1f", name)]
@@ -151,11 +151,11 @@ def _parameters(fit: Identified, writer: ReportWriter) -> str:
     )  # fmt: skip
     caption = "Parameters of the rig, then of every bushing’s law, SI units."
     only = fit.estimates.only_prior
-    held = f"{unsaid_words(only, BEFORE)}." if only else "the records say something about every parameter."
+    note = f"{unsaid_words(only, BEFORE)}." if only else "the records say something about every parameter."
     table = html.table(Table("parameters", caption, columns, rows))
     return (
         writer.figure(draw_parameters(fit.estimates))
-        + html.paragraph(str(escape(held[0].upper() + held[1:])))
+        + html.paragraph(str(escape(note[0].upper() + note[1:])))
         + f'<details id="values"><summary>All {len(rows)} parameters</summary>\n{table}</details>\n'
         + _correlations(fit.estimates)
     )

@@ -40,7 +40,7 @@ def draw_forces(identified: Identified, forces: Sequence[RestoringForce]) -> Dra
     drawn = _drawn(identified)
     for j, (line, bushing) in enumerate(zip(axes, bushings)):
         x, measured = (np.concatenate([getattr(f, n)[j, f.valid] for f in forces]) for n in ("displacement", "force"))
-        law = np.concatenate([of[j, f.valid] for f, of in zip(forces, laws)])
+        law = np.concatenate([y[j, f.valid] for f, y in zip(forces, laws)])
         gap, offset = (drawn.get(f"bushings[{j}].{n}", getattr(bushing, n)) for n in ("gap", "offset"))
         places = (-np.inf, np.inf) if j in identified.unseen_gaps else bushing.walls
         walls = [w for w in zip(places, (-gap - offset, gap - offset)) if np.isfinite(w[0])]

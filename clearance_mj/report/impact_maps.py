@@ -41,12 +41,12 @@ def words(regions: ImpactMap) -> Iterator[str]:
     """Say in lines where impacts begin, and the share of the map with each kind of them."""
     least = np.unravel_index(int(regions.onset.argmin()), regions.onset.shape)
     if np.isfinite(regions.onset[least]):
-        where = f"{regions.frequency[least[1]]:.5g} Hz with loads × {regions.load[least[0]]:.3g}"
-        yield f"impacts begin first from {regions.onset[least]:.4g} {unit(regions)} on, at {where}"
+        place = f"{regions.frequency[least[1]]:.5g} Hz with loads × {regions.load[least[0]]:.3g}"
+        yield f"impacts begin first from {regions.onset[least]:.4g} {unit(regions)} on, at {place}"
     else:
         yield "no impacts"
     for i, name in enumerate(IMPACTS):
-        if share := np.mean(regions.impacts[0] == i):
-            yield f"{name}: {100 * share:.0f} % of the map in sweeps up"
+        if fraction := np.mean(regions.impacts[0] == i):
+            yield f"{name}: {100 * fraction:.0f} % of the map in sweeps up"
     if regions.unknown:
         yield f"no vibration was found in {100 * regions.unknown:.3g} % of the map"

@@ -61,14 +61,14 @@ def chart(figure: Figure) -> dict[str, Any]:
     data = _Data()
     cells: list[dict[str, Any]] = []
     for column, axes in enumerate(_columns(figure)):
-        own: list[dict[str, Any]] = []
+        cells_of_column: list[dict[str, Any]] = []
         for ax in axes:
             title = ax.get_title(loc="left")
-            if not own or (title and not _LETTER.fullmatch(title)):
+            if not cells_of_column or (title and not _LETTER.fullmatch(title)):
                 words = "" if _LETTER.fullmatch(title) else title
-                own.append({"title": words, "column": column, "top": _place(ax)[1], "panels": []})
-            own[-1]["panels"].append(_panel(ax, figure, data))
-        cells += own
+                cells_of_column.append({"title": words, "column": column, "top": _place(ax)[1], "panels": []})
+            cells_of_column[-1]["panels"].append(_panel(ax, figure, data))
+        cells += cells_of_column
     cells.sort(key=lambda cell: (-round(cell["top"], 2), cell["column"]))
     return {"arrays": data.arrays, "numbers": packed(data.numbers), "series": data.series, "cells": cells}
 

@@ -55,7 +55,7 @@ def summary(prediction: Life | Lives | Remaining) -> dict[str, Any]:
         "gap_m": life.gap[-1].tolist(), "jumps": [vars(jump) for jump in life.jumps],
     }  # fmt: skip
     if isinstance(prediction, Lives):
-        result["quantiles_h"] = {f"{share:g}": _finite(prediction.quantile(share)) for share in QUANTILES}
+        result["quantiles_h"] = {f"{p:g}": _finite(prediction.quantile(p)) for p in QUANTILES}
         result["draws"] = int(prediction.life.size)
     if isinstance(prediction, Remaining):
         result["remaining"] = [_of_bushing(prediction, j) for j in prediction.history.known]

@@ -111,6 +111,6 @@ def words(loudness: Mapping[str, LoudnessOverLevel]) -> Iterator[str]:
     if len(loudness) == 2:
         (a, first), (b, second) = loudness.items()
         if common := sorted(set(first.level) & set(second.level)):
-            one, other = (_means(each)[common[-1]][0] for each in (first, second))
-            if one > 0 and other > 0:
-                yield f"At {common[-1]:g} {first.unit}, {b} is {other / one:.3g} times as loud as {a}."
+            first_n5, other = (_means(each)[common[-1]][0] for each in (first, second))
+            if first_n5 > 0 and other > 0:
+                yield f"At {common[-1]:g} {first.unit}, {b} is {other / first_n5:.3g} times as loud as {a}."

@@ -86,8 +86,8 @@ def phase_portraits(
             ax.hist2d(*_path(response, j, drop), bins=BINS, norm="log", cmap="cividis_r")
 
     figure = _grid(rig, responses, draw, "Displacement (mm)", "Velocity (mm/s)")
-    what = f"the path under a sine of {frequency:g} Hz" if frequency else "density of the random motion, dark: often"
-    caption = f"Phase portraits at the bushings: {what}. Relative to the bushing; dashed: its gap."
+    curve = f"the path under a sine of {frequency:g} Hz" if frequency else "density of the random motion, dark: often"
+    caption = f"Phase portraits at the bushings: {curve}. Relative to the bushing; dashed: its gap."
     return Drawing("phase_portraits", figure, caption, f"Velocity over displacement at {len(rig.bushings)} bushings.")
 
 

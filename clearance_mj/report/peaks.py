@@ -15,13 +15,13 @@ __all__ = ["draw", "plain", "rows", "words"]
 
 def draw(peaks: HourPeaks) -> Drawing:
     """Draw the peaks of a record, their fit and the largest value of the time."""
-    what = peaks.quantity.replace("_", " ")
+    quantity = peaks.quantity.replace("_", " ")
     caption = (
-        f"Peaks of the {what} in {peaks.duration:g} s of random excitation, as many an hour as exceed a value, the "
+        f"Peaks of the {quantity} in {peaks.duration:g} s of random excitation, as many an hour as exceed a value, the "
         f"generalised Pareto distribution fitted to them, and the largest value of {peaks.hours:g} h: its median, "
         "and the interval that holds it nine times in ten, at the height where it is expected."
     )
-    return Drawing("peaks", peaks.plot(), caption, f"Peaks of the {what} over how often they are exceeded.", False)
+    return Drawing("peaks", peaks.plot(), caption, f"Peaks of the {quantity} over how often they are exceeded.", False)
 
 
 def rows(peaks: HourPeaks) -> pd.DataFrame:
@@ -59,9 +59,9 @@ def words(peaks: HourPeaks) -> list[str]:
     """Say in lines what was found: the table of `HourPeaks`, who touches, and how likely the limit is exceeded."""
     said = [str(peaks)]
     for name, touch, rests in zip(peaks.clearances, peaks.impact_probability, peaks.rests):
-        does = "leaves the wall against which it rests" if rests else "touches"
-        said.append(f"{name} {does} within {peaks.hours:g} h with a probability of {touch:.3g}")
+        event = "leaves the wall against which it rests" if rests else "touches"
+        said.append(f"{name} {event} within {peaks.hours:g} h with a probability of {touch:.3g}")
     if peaks.limit is not None:
-        over = ", ".join(f"{name} {share:.3g}" for name, share in zip(peaks.rows, peaks.exceeded))
+        over = ", ".join(f"{name} {value:.3g}" for name, value in zip(peaks.rows, peaks.exceeded))
         said.append(f"probability of more than {peaks.limit:g} {peaks.unit} within {peaks.hours:g} h: {over}")
     return said

@@ -37,12 +37,12 @@ def draw_shares(batch: Production) -> Drawing:
     figure = canvas(2.6)
     axes = np.ravel(figure.subplots(1, len(panels), sharex=True, sharey=True, squeeze=False))
     for i, (ax, (name, title)) in enumerate(zip(axes, panels.items())):
-        share = getattr(batch, name)
+        fraction = getattr(batch, name)
         image = ax.pcolormesh(
-            batch.frequency, batch.level, share, cmap="YlOrRd", vmin=0, vmax=1, shading="nearest", rasterized=True
+            batch.frequency, batch.level, fraction, cmap="YlOrRd", vmin=0, vmax=1, shading="nearest", rasterized=True
         )
-        if min(share.shape) > 1 and share.max() > CONTOURS[0]:
-            lines = ax.contour(batch.frequency, batch.level, share, CONTOURS, colors="black", linewidths=0.6)
+        if min(fraction.shape) > 1 and fraction.max() > CONTOURS[0]:
+            lines = ax.contour(batch.frequency, batch.level, fraction, CONTOURS, colors="black", linewidths=0.6)
             ax.clabel(lines, fmt=lambda value: f"{100 * value:.0f} %", fontsize=FONT - 2)
         tidy(ax, title, level_axis(batch.kind).title if i == 0 else "", "")
         ax.grid(False)
@@ -60,10 +60,10 @@ def draw_over_level(batch: Production) -> Drawing:
     """Draw the share that can touch, touches from rest, or exceeds the limit, at any of the frequencies, over level."""
     figure = canvas(2.4)
     ax = figure.subplots()
-    for colour, (what, label) in zip(COLOURS, _said(batch).items()):
-        share = batch.over_level(what)
-        low, high = batch.interval(share)
-        ax.plot(batch.level, 100 * share, "--" if what == "from_rest" else "-", color=colour, lw=1.2, label=label)
+    for colour, (event, label) in zip(COLOURS, _said(batch).items()):
+        fraction = batch.over_level(event)
+        low, high = batch.interval(fraction)
+        ax.plot(batch.level, 100 * fraction, "--" if event == "from_rest" else "-", color=colour, lw=1.2, label=label)
         ax.fill_between(batch.level, 100 * low, 100 * high, color=colour, alpha=0.2, lw=0)
     tidy(ax, "", "Share of the designs (%)", level_axis(batch.kind).title)
     ax.set_ylim(-2, 102)
@@ -92,10 +92,10 @@ def words(batch: Production) -> list[str]:
     said = [f"{batch.designs} designs at {batch.frequency.size} frequencies and {batch.level.size} levels"]
     for i in sorted({batch.level.size // 2, batch.level.size - 1}):
         parts = []
-        for what, label in _said(batch).items():
-            share = float(batch.over_level(what)[i])
-            low, high = batch.interval(share)
-            parts.append(f"{100 * share:.3g} % {label} ({100 * low:.3g} to {100 * high:.3g} %)")
+        for event, label in _said(batch).items():
+            fraction = float(batch.over_level(event)[i])
+            low, high = batch.interval(fraction)
+            parts.append(f"{100 * fraction:.3g} % {label} ({100 * low:.3g} to {100 * high:.3g} %)")
         said.append(f"at {batch.level[i]:g} {unit}: {', '.join(parts)}")
     return [*said, *(f"note: {note}" for note in batch.notes)]
 

@@ -54,21 +54,21 @@ class Hours:
         unit = level_axis(self.noise.psd.kind).unit
         for each in self.levels:
             most = int(each.touches[:, 0].argmax())
-            share, low, high = 100 * each.touches[most]
+            percent, low, high = 100 * each.touches[most]
             few, middle, many = each.impacts_per_second[most]
             words = (
                 f"at {each.level:.4g} {unit} RMS, in {self.noise.hours:g} h: {self.clearances[most]} touches in "
-                f"{share:.3g} % of the designs ({low:.3g} to {high:.3g} %), {middle:.3g} times a second "
+                f"{percent:.3g} % of the designs ({low:.3g} to {high:.3g} %), {middle:.3g} times a second "
                 f"({few:.2g} to {many:.2g})"
             )
             largest = int(each.largest[:, 1].argmax())
             few, middle, many = each.largest[largest]
-            what = f"largest {self.noise.quantity.replace('_', ' ')}"
-            known = f"{what} at {self.places[largest]}: {middle:.4g} {self._unit} ({few:.3g} to {many:.3g})"
-            words += f"; {known}" if middle else f"; too few peaks for the {what} of most designs"
+            quantity = f"largest {self.noise.quantity.replace('_', ' ')}"
+            known = f"{quantity} at {self.places[largest]}: {middle:.4g} {self._unit} ({few:.3g} to {many:.3g})"
+            words += f"; {known}" if middle else f"; too few peaks for the {quantity} of most designs"
             if self.noise.limit:
-                share, low, high = 100 * each.exceeds[largest]
-                words += f", over {self.noise.limit:g} {self._unit} in {share:.3g} % ({low:.3g} to {high:.3g} %)"
+                percent, low, high = 100 * each.exceeds[largest]
+                words += f", over {self.noise.limit:g} {self._unit} in {percent:.3g} % ({low:.3g} to {high:.3g} %)"
             said.append(words)
         return said
 

@@ -31,9 +31,9 @@ def draw(grid: RattleMap) -> Drawing:
     count = len(grid.gap)
     figure = canvas(2.9 * -(-count // 2))
     axes = np.ravel(figure.subplots(-(-count // 2), min(count, 2), sharex=True, sharey=True, squeeze=False))
-    share = np.nanmax(np.where(np.isnan(grid.contact_share), 0, grid.contact_share), axis=(0, -1))
+    contact = np.nanmax(np.where(np.isnan(grid.contact_share), 0, grid.contact_share), axis=(0, -1))
     for i, ax in enumerate(axes[:count]):
-        image = ax.pcolormesh(grid.frequency, grid.level, share[i], cmap=_COLOURS, vmin=0, vmax=1, shading="nearest")
+        image = ax.pcolormesh(grid.frequency, grid.level, contact[i], cmap=_COLOURS, vmin=0, vmax=1, shading="nearest")
         grid.mark(ax, i)
         last_row = i >= count - 2
         tidy(ax, _gap(grid, i), level_title(grid) if i % 2 == 0 else "")
@@ -100,17 +100,17 @@ def words(grid: RattleMap) -> Iterator[str]:
     for i in range(len(grid.gap)):
         force, depth = (np.nanmax(each[:, i], initial=0.0) for each in (grid.contact_force, grid.penetration))
         most = f", with up to {force:.3g} N and {1e3 * depth:.2g} mm deep in a wall" if depth > 0 else ""
-        share = f"{100 * np.mean(grid.rattles[i]):.0f} % of the map"
-        does = "touches" if np.all(grid.first_contact[i] == 0) else "rattles"
-        yield f"{_gap(grid, i)}: {_first(grid, i)}; {does} in {share}{most}"
+        rattling = f"{100 * np.mean(grid.rattles[i]):.0f} % of the map"
+        verb = "touches" if np.all(grid.first_contact[i] == 0) else "rattles"
+        yield f"{_gap(grid, i)}: {_first(grid, i)}; {verb} in {rattling}{most}"
         for sweep in ("up", "down"):
             if jumps := [jump for jump in grid.jumps if jump.gap == i and jump.sweep == sweep]:
                 count = "1 jump" if len(jumps) == 1 else f"{len(jumps)} jumps"
                 yield f"{count} in sweeps {sweep}: {_span(jumps, unit(grid))}"
     if grid.unknown:
-        more = f", and {len(grid.ended) - 1} more" if len(grid.ended) > 1 else ""
-        where = f" ({grid.ended[0]}{more})" if grid.ended else ""
-        yield f"no vibration was found in {100 * grid.unknown:.3g} % of the map{where}"
+        others = f", and {len(grid.ended) - 1} more" if len(grid.ended) > 1 else ""
+        reason = f" ({grid.ended[0]}{others})" if grid.ended else ""
+        yield f"no vibration was found in {100 * grid.unknown:.3g} % of the map{reason}"
 
 
 def _first(grid: RattleMap, gap: int) -> str:

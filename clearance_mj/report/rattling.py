@@ -80,8 +80,8 @@ def _unseen(identified: Identified, dataset: Dataset) -> list[str]:
 def _map(model: Model, dataset: Dataset, workers: int | None) -> RattleMap:
     loudest = max(dataset.to_identify(), key=lambda record: float(np.std(record.response().excitation)))
     top = 2 * float(np.std(loudest.response().excitation))  # a ramp ends at about twice its RMS
-    low, high = loudest.band or (share * loudest.fs for share in BAND)
-    gaps = [[share * bushing.gap for bushing in model.rig.bushings] for share in SHARES]
+    low, high = loudest.band or (ratio * loudest.fs for ratio in BAND)
+    gaps = [[ratio * bushing.gap for bushing in model.rig.bushings] for ratio in SHARES]
     rattle = map_rattle(
         model, top * LEVEL_RATIO ** np.arange(1.0 - LEVELS, 1.0), np.geomspace(low, high, FREQUENCIES), gaps=gaps,
         kind=loudest.excitation_kind, n_harmonics=HARMONICS, workers=workers,

@@ -62,11 +62,11 @@ def render(mjcf: str, views: Sequence[View], strokes: Sequence[Stroke] = ()) -> 
         command = [sys.executable, "-P", __file__, str(job), str(pictures)]  # this file alone: the package is slow
         options: dict[str, Any] = {"env": environment, "capture_output": True, "text": True, "timeout": TIMEOUT}
         try:
-            done = subprocess.run(command, check=False, **options)
+            process = subprocess.run(command, check=False, **options)
         except subprocess.TimeoutExpired:
             return [], f"MuJoCo's GL backend ({backend or 'default'}) did not answer within {TIMEOUT} s"
         if not pictures.exists():
-            last = (done.stderr.strip().splitlines() or [f"the process ended with status {done.returncode}"])[-1]
+            last = (process.stderr.strip().splitlines() or [f"the process ended with status {process.returncode}"])[-1]
             return [], f"MuJoCo has no GL backend here ({backend or 'default'}): {last}"
         with np.load(pictures) as stored:
             return [stored[name] for name in stored.files], ""

@@ -80,14 +80,14 @@ def _rows(branch: Branch, number: int) -> pd.DataFrame:
 def amplitude_columns(curve: Branch | Backbone, order: int, phases: bool) -> dict[str, np.ndarray]:
     """Return the columns of a table: amplitudes by sensor and clearance, and their harmonic of an order."""
     columns: dict[str, np.ndarray] = {}
-    for quantity, labels, of in (
+    for quantity, labels, values in (
         ("acceleration", curve.responses, "m_s2"), ("clearance_displacement", curve.clearances, "m"),
         ("contact_force", curve.clearances, "n"),
     ):  # fmt: skip
         amplitude, first = curve.amplitude(quantity), getattr(curve, quantity)[..., order]
         for i, label in enumerate(labels):
-            columns[f"{quantity}_{label}_amplitude_{of}"] = amplitude[:, i]
-            columns[f"{quantity}_{label}_fundamental_{of}"] = np.abs(first[:, i])
+            columns[f"{quantity}_{label}_amplitude_{values}"] = amplitude[:, i]
+            columns[f"{quantity}_{label}_fundamental_{values}"] = np.abs(first[:, i])
             if phases:
                 columns[f"{quantity}_{label}_fundamental_phase_deg"] = np.degrees(np.angle(first[:, i]))
     return columns
@@ -142,8 +142,8 @@ def _steps(ax: Axes, steps: SineSteps, rig: Rig, quantity: str, row: int) -> Non
 def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> None:
     x = branch.parameter
     if quantity == "clearance_displacement":
-        share = x if branch.over == "gap" else 1.0
-        y = branch.excursion()[:, row] / (branch.model.rig.bushings[row].gap * share)
+        scale = x if branch.over == "gap" else 1.0
+        y = branch.excursion()[:, row] / (branch.model.rig.bushings[row].gap * scale)
     else:
         y = branch.amplitude(quantity)[:, row]
     stable = stable_points(branch)
@@ -182,7 +182,7 @@ def _fixed(branch: Branch) -> tuple[float, ...]:
 
 def _fixed_words(branch: Branch) -> str:
     units = {"frequency": (unit(branch),), "level": ("Hz",)}.get(branch.over, (unit(branch), "Hz"))
-    return " at ".join(f"{value:g} {own}" for value, own in zip(_fixed(branch), units))
+    return " at ".join(f"{value:g} {symbol}" for value, symbol in zip(_fixed(branch), units))
 
 
 def _key(branches: Sequence[Branch], colours: Sequence[Any], measured: Sequence[SineSteps]) -> list[Artist]:
@@ -206,11 +206,11 @@ def _key(branches: Sequence[Branch], colours: Sequence[Any], measured: Sequence[
 def _caption(branches: Sequence[Branch]) -> str:
     first = branches[0]
     others = {"level": " at several frequencies", "frequency": " at several levels"}.get(first.over, "")
-    what = WHAT.get(first.over, first.over) + others * (len({_fixed(branch) for branch in branches}) > 1)
+    varied = WHAT.get(first.over, first.over) + others * (len({_fixed(branch) for branch in branches}) > 1)
     excited = {"base": "a shaken base", "unbalance": "unbalance"}.get(first.kind, "a force")
     extents = ", of a round clearance half of the largest extent of the orbit" if first.model.rig.moves_across else ""
     return (
-        f"Periodic vibrations of rig “{first.model.rig.name}” under {excited} over {what}: half of the way from the "
+        f"Periodic vibrations of rig “{first.model.rig.name}” under {excited} over {varied}: half of the way from the "
         f"lowest to the highest value of a period{extents}. Dashed vibrations are not stable: a test does not meet "
         f"them. Levels are {'factors of the rig’s unbalance' if first.kind == 'unbalance' else 'amplitudes'}."
     )

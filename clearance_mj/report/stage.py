@@ -310,8 +310,8 @@ class Stage:
 
     def _move(self, i: int) -> None:
         shown = self.shown
-        turned = f", {np.degrees(shown.angle[i]) % 360:3.0f}°" if shown.angle.any() else ""
-        self.words.set_text(f"t = {shown.time[i]:.4f} s{turned}, {shown.slow:g} times slower")
+        angle = f", {np.degrees(shown.angle[i]) % 360:3.0f}°" if shown.angle.any() else ""
+        self.words.set_text(f"t = {shown.time[i]:.4f} s{angle}, {shown.slow:g} times slower")
         self.cursor.set_xdata([shown.time[i]] * 2)
         for j, tube in self.tubes.items():
             self._move_tube(tube, j, self.middles[j][:, i, None])

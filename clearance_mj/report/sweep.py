@@ -158,8 +158,8 @@ def _short(path: str) -> str:
     """A path without the table's name, a long one on two lines; each of a group on one of its own."""
     if ", " in path:
         return "\n".join(path.split(", "))
-    table, _, rest = path.partition(".")
-    head, dot, tail = (rest if table in TABLES else path).rpartition(".")
+    table, _, name = path.partition(".")
+    head, dot, tail = (name if table in TABLES else path).rpartition(".")
     return f"{head}\n{tail}" if dot and len(head + tail) > 14 else head + dot + tail
 
 

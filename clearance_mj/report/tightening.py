@@ -40,8 +40,8 @@ def draw_tightening(plan: Tightening, name: str = "tightening") -> Drawing:
         if math.isnan(plan.width[i]):
             right.text(1, place - 0.17, "does not do alone", va="center", fontsize=FONT - 1.5)
     if plan.cheapest:
-        of = [100 * plan.cheapest.get(plan.names[i], 1.0) for i in order]
-        right.barh(places + 0.17, of, 0.32, color=COLOURS[5], label="cheapest set")
+        cheapest = [100 * plan.cheapest.get(plan.names[i], 1.0) for i in order]
+        right.barh(places + 0.17, cheapest, 0.32, color=COLOURS[5], label="cheapest set")
     figure.legend(fontsize=FONT - 1, frameon=False, loc="outside lower center", ncols=4)
     right.set_xlim(0, 105)
     tidy(right, f"tolerance for at most {100 * plan.allowed:g} %", "", "Share of the tolerance as it is (%)")
@@ -89,10 +89,10 @@ def tightening_words(plan: Tightening) -> list[str]:
         )
     if plan.gaps:
         low, high = plan.gap_limits
-        does = "The nominal gap does" if plan.gap_share <= plan.allowed else "Nor does the nominal gap"
+        claim = "The nominal gap does" if plan.gap_share <= plan.allowed else "Nor does the nominal gap"
         gaps = ", ".join(f"{1e3 * gap:.3g}" for gap in dict.fromkeys(plan.gaps))
         said.append(
-            f"{does}: at {plan.gap:.3g} times the present one ({gaps} mm), with the tolerances as they are, computed "
+            f"{claim}: at {plan.gap:.3g} times the present one ({gaps} mm), with the tolerances as they are, computed "
             f"anew, {100 * plan.gap_share:.3g} % of the designs ({100 * low:.3g} to {100 * high:.3g} %)."
         )
     said.append(f"Learnt from the designs within {plan.error:.2g} dB of the level (RMS, cross-validated).")

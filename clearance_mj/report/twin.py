@@ -22,12 +22,12 @@ __all__ = ["draw", "write_twin"]
 
 def draw(twin: Twin) -> Drawing:
     """Draw what is tracked over time with its 95 % bands and the alarms, a column for each clearance."""
-    what = f"{', '.join(twin.quantities[:-1])} and {twin.quantities[-1]}".capitalize()
+    names = f"{', '.join(twin.quantities[:-1])} and {twin.quantities[-1]}".capitalize()
     caption = (
-        f"{what} of the clearances of rig “{twin.rig.name}” along record “{twin.record}”, each value from what was "
+        f"{names} of the clearances of rig “{twin.rig.name}” along record “{twin.record}”, each value from what was "
         "measured by then, with 95 % bands, above what laws miss of the force; vertical lines: alarms."
     )
-    return Drawing("twin", twin.plot(), caption, f"{what} over time with bands and alarms.")
+    return Drawing("twin", twin.plot(), caption, f"{names} over time with bands and alarms.")
 
 
 def write_twin(

@@ -78,7 +78,7 @@ UNITS = {
 def look(controller: str) -> dict[str, Any]:
     """Return the colour, line style, width and label of a controller's lines, as its registration says."""
     known = get_controller(controller)
-    without = [name for name, one in CONTROLLERS.items() if one.colour is None]
+    without = [name for name, entry in CONTROLLERS.items() if entry.colour is None]
     colour = known.colour or CYCLE[without.index(controller) % len(CYCLE)]
     return {"color": colour, "ls": known.line, "lw": 1.1, "label": known.label}
 
@@ -211,7 +211,7 @@ def _history(run: Run) -> pd.DataFrame:
 def _page(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> str:
     case = outcomes[0].case
     known = [get_controller(outcome.case.controller) for outcome in outcomes]
-    priors = "".join(f"<dt>{escape(one.label)}</dt><dd>{escape(one.prior)}</dd>\n" for one in known)
+    priors = "".join(f"<dt>{escape(law.label)}</dt><dd>{escape(law.prior)}</dd>\n" for law in known)
     about = html.paragraph(
         f"{escape(_manoeuvre(case))}, {escape(_words(outcomes[0]))}. Followed exactly it needs "
         f"{case.task.path.needed_acceleration(case.task.speed):.1f} m/s². All vehicles, sensors and roads are "

@@ -73,8 +73,8 @@ def draw_levels(
     axes = figure.subplots(1, len(rows), squeeze=False, sharey=True)[0]
     for ax, row in zip(axes, rows):
         for i, (level, of_level) in enumerate(curves.items()):
-            own = looks or [{"color": colours[i], "lw": 1.0, "label": ""}] * len(of_level)
-            for (frequency, value), look in zip(of_level, own):
+            styles = looks or [{"color": colours[i], "lw": 1.0, "label": ""}] * len(of_level)
+            for (frequency, value), look in zip(of_level, styles):
                 shown = np.maximum(value[row], value[row].max() - dynamic)
                 label = ", ".join(filter(None, (look["label"], f"{level:g} {unit}")))
                 up = Affine2D().translate(0, step * i) + ax.transData

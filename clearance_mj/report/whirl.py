@@ -72,8 +72,8 @@ def _bode(whirl: Whirl) -> Figure:
     forward = {"lw": 0.9, "color": COLOURS[0]}
     curves = {name: [("forward", 1e6 * of.harmonic()[0], forward)] for name, of in zip(whirl.names, orbits)}
     figure, axes = bode(curves, RPM * orbits[0].speed, "1X (µm)")
-    for (above, _), of, bushing in zip(axes, orbits, whirl.bushings):
-        above.plot(RPM * of.speed, 1e6 * np.abs(of.harmonic()[1]), lw=0.9, color=COLOURS[1], label="backward")
+    for (above, _), orbit, bushing in zip(axes, orbits, whirl.bushings):
+        above.plot(RPM * orbit.speed, 1e6 * np.abs(orbit.harmonic()[1]), lw=0.9, color=COLOURS[1], label="backward")
         above.axhline(1e6 * bushing.gap, color="black", lw=0.8, ls=":", label="gap")
     key(figure, axes[0, 0].get_legend_handles_labels()[0])
     return figure
@@ -84,13 +84,13 @@ def of_orbits(whirl: Whirl, turns: int) -> list[dict[str, Any]]:
     rows = []
     for j, bushing in enumerate(whirl.bushings):
         place = whirl.position[j]
-        of: dict[str, Any] = {"bushing": whirl.names[j], "gap": bushing.gap}
+        row: dict[str, Any] = {"bushing": whirl.names[j], "gap": bushing.gap}
         if whirl.angle is not None:
             orbits = whirl.orbits(j).last(turns)
             place = np.concatenate((*orbits.position,), axis=1)
-            of |= {"turns": len(orbits.time), "spin": float(orbits.speed.mean())} | _first(orbits)
+            row |= {"turns": len(orbits.time), "spin": float(orbits.speed.mean())} | _first(orbits)
         radius = np.hypot(*place)
-        rows.append(of | {"mean": place.mean(axis=1).tolist(), "largest_radius_over_gap": radius.max() / bushing.gap})
+        rows.append(row | {"mean": place.mean(axis=1).tolist(), "largest_radius_over_gap": radius.max() / bushing.gap})
     return rows
 
 

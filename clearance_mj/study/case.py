@@ -73,7 +73,7 @@ def of_one_input(dataset: Dataset) -> Dataset:
     if dataset.rig.moves_across or len(kinds) < 2:
         return dataset
     (kept, _), *_ = kinds.most_common()
-    left = [r for r in dataset.validate if r.excitation_kind not in (kept, "spin")]
-    names = ", ".join(record.name for record in left)
+    excluded = [r for r in dataset.validate if r.excitation_kind not in (kept, "spin")]
+    names = ", ".join(record.name for record in excluded)
     note(dataset.path, [f'compared with records of kind "{kept}"; left out {names}, of the other input'])
-    return dataclasses.replace(dataset, records=tuple(r for r in dataset.records if r not in left))
+    return dataclasses.replace(dataset, records=tuple(r for r in dataset.records if r not in excluded))

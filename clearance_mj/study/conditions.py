@@ -92,4 +92,4 @@ def conditions_of(records: Sequence[Record]) -> dict[Condition, tuple[Record, ..
     records_of: dict[Condition, list[Record]] = {}
     for record in records:
         records_of.setdefault(condition_of(record), []).append(record)
-    return {condition: tuple(of) for condition, of in records_of.items()}
+    return {condition: tuple(members) for condition, members in records_of.items()}

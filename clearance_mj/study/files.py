@@ -36,9 +36,9 @@ def write_results(study: Study, folder: Path) -> None:
     folder : Path
         Folder that is written to.
     """
-    made = made_from([study.dataset.path] if study.dataset.path else [], "study")
+    provenance = made_from([study.dataset.path] if study.dataset.path else [], "study")
     for law in study.laws:
-        write_text(folder / "laws" / f"{law.name}.json", to_json(law.law.to_dict() | {"provenance": made}))
+        write_text(folder / "laws" / f"{law.name}.json", to_json(law.law.to_dict() | {"provenance": provenance}))
         if law.finds_rig:
             law.rig.copied(folder / "laws" / "structure").save(folder / "laws" / f"{law.name}_rig.toml")
     models = [_arrays(c.frf).expand_dims(law=[c.law], engine=[c.engine], record=[c.record.name]) for c in study.cases]
@@ -50,11 +50,11 @@ def write_results(study: Study, folder: Path) -> None:
     measured = xr.concat(tests, "record", **every).rename(value="test", coherence="test_coherence")
     rig = json.dumps(study.dataset.rig.to_dict())
     combined = xr.merge((combined, measured), **together).assign_attrs(
-        rig=rig, version=__version__, provenance=json.dumps(made)
+        rig=rig, version=__version__, provenance=json.dumps(provenance)
     )
     with replacing(folder / "results.nc") as temporary:
         combined.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
-    write_text(folder / "summary.json", to_json(study_summary(study) | {"provenance": made}))
+    write_text(folder / "summary.json", to_json(study_summary(study) | {"provenance": provenance}))
 
 
 def _arrays(frf: FRF) -> xr.Dataset:

@@ -30,18 +30,18 @@ def compare_orbits(test: Orbits, model: Orbits) -> dict[str, float]:
     test, model : Orbits
         Of one bushing, with as many points a turn.
     """
-    both = test.filtered(), model.filtered()
+    filtered = test.filtered(), model.filtered()
     turns = [np.mean(o.position[:, 0] + 1j * o.position[:, 1], axis=0) for o in (test, model)]
     about = [w - w.mean() for w in turns]
     size = _rms(about[0])
     errors = {"error": _rms(about[1] - about[0]) / size if size else math.nan}
-    errors["middle_m"] = abs(both[1].centre - both[0].centre)
-    for who, orbits, once in zip(("test", "model"), (test, model), both):
+    errors["middle_m"] = abs(filtered[1].centre - filtered[0].centre)
+    for side, orbits, once in zip(("test", "model"), (test, model), filtered):
         whole = orbits.position[:, 0] + 1j * orbits.position[:, 1]
         errors |= {
-            f"radius_{who}_m": _rms(whole - whole.mean()),
-            f"forward_{who}_m": abs(once.forward), f"forward_phase_{who}_deg": math.degrees(np.angle(once.forward)),
-            f"backward_{who}_m": abs(once.backward),
+            f"radius_{side}_m": _rms(whole - whole.mean()),
+            f"forward_{side}_m": abs(once.forward), f"forward_phase_{side}_deg": math.degrees(np.angle(once.forward)),
+            f"backward_{side}_m": abs(once.backward),
         }  # fmt: skip
     return errors
 
@@ -64,13 +64,13 @@ def compare_run_ups(test: Orbits, model: Orbits) -> dict[str, float]:
     shared = (speed >= of_model[0]) & (speed <= of_model[-1])
     size = _rms(test.harmonic()[0][shared]) if shared.any() else 0.0
     errors = {}
-    for name, one, other in zip(("forward", "backward"), test.harmonic(), model.harmonic()):
+    for name, of_test, other in zip(("forward", "backward"), test.harmonic(), model.harmonic()):
         between = np.interp(speed[shared], of_model, other[order])
-        errors[f"{name}_error"] = _rms(between - one[shared]) / size if size else math.nan
-    for who, orbits in (("test", test), ("model", model)):
+        errors[f"{name}_error"] = _rms(between - of_test[shared]) / size if size else math.nan
+    for side, orbits in (("test", test), ("model", model)):
         forward = np.abs(orbits.harmonic()[0])
-        errors[f"peak_{who}_m"] = float(forward.max())
-        errors[f"peak_{who}_rpm"] = RPM * abs(float(orbits.speed[np.argmax(forward)]))
+        errors[f"peak_{side}_m"] = float(forward.max())
+        errors[f"peak_{side}_rpm"] = RPM * abs(float(orbits.speed[np.argmax(forward)]))
     return errors
 
 

@@ -57,7 +57,7 @@ def missed(branches: tuple[Branch, ...], steps: SineSteps) -> np.ndarray:
         nearest = levels[np.argmin(np.abs(levels - level))]
         met = [
             amplitude
-            for branch in (branch for branch, own in zip(branches, levels) if own == nearest)
+            for branch in (branch for branch, x in zip(branches, levels) if x == nearest)
             for amplitude in _stable_amplitudes(branch, frequency)
         ]
         if met:
@@ -70,8 +70,8 @@ def _stable_amplitudes(branch: Branch, frequency: float) -> list[np.ndarray]:
     x, y, stable = branch.frequency, branch.amplitude(), stable_points(branch)
     amplitudes = []
     for j in np.flatnonzero(((x[:-1] - frequency) * (x[1:] - frequency) <= 0) & stable[:-1] & stable[1:]):
-        share = (frequency - x[j]) / (x[j + 1] - x[j]) if x[j + 1] != x[j] else 0.0
-        amplitudes.append(y[j] + share * (y[j + 1] - y[j]))
+        fraction = (frequency - x[j]) / (x[j + 1] - x[j]) if x[j + 1] != x[j] else 0.0
+        amplitudes.append(y[j] + fraction * (y[j + 1] - y[j]))
     return amplitudes if x[0] <= x[-1] else amplitudes[::-1]
 
 

@@ -105,8 +105,8 @@ class Turning:
         rows = []
         for head, j, gap, test, model, placed in self._pairs(self.speeds):
             errors = compare_orbits(test, model)
-            share = np.nan if placed is None else placed.contact_share[j]
-            rows.append(head | errors | {"middle_over_gap": errors["middle_m"] / gap, "contact_share": share})
+            contact_share = np.nan if placed is None else placed.contact_share[j]
+            rows.append(head | errors | {"middle_over_gap": errors["middle_m"] / gap, "contact_share": contact_share})
         return rows
 
     def run_up_rows(self) -> list[dict[str, Any]]:
@@ -116,8 +116,8 @@ class Turning:
         """
         rows = []
         for head, j, gap, test, model, placed in self._pairs(self.run_ups):
-            both = {"onset_test_rpm": test, "onset_model_rpm": model}
-            onset = {k: onset_of_contact(o, placed.rest[j], gap) if placed else np.nan for k, o in both.items()}
+            onsets = {"onset_test_rpm": test, "onset_model_rpm": model}
+            onset = {k: onset_of_contact(o, placed.rest[j], gap) if placed else np.nan for k, o in onsets.items()}
             rows.append(head | compare_run_ups(test, model) | onset)
         return rows
 

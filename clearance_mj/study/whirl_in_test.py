@@ -139,12 +139,12 @@ def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache:
         simulation = Simulation(rig, quiet, tested.law, used)
         standing = rig.replace(spin=None, unbalances=(), orders=())
         still = used.start(standing, tested.law, "base", simulation.step).before()
-        rest = np.zeros(len(rig.sensors) + 2 * n) if still is None else still
+        rest_position = np.zeros(len(rig.sensors) + 2 * n) if still is None else still
         response = simulation.whole()
         assert response.displacement is not None and response.spin is not None
-        share = np.full(n, np.nan) if response.contact_share is None else response.contact_share
-        arrays = {"displacement": response.displacement[:, lead:], "spin": response.spin[lead:], "share": share}
-        return arrays | {"rest": rest[len(rig.sensors) :][: 2 * n]}
+        contact_share = np.full(n, np.nan) if response.contact_share is None else response.contact_share
+        arrays = {"displacement": response.displacement[:, lead:], "spin": response.spin[lead:], "share": contact_share}
+        return arrays | {"rest": rest_position[len(rig.sensors) :][: 2 * n]}
 
     inputs = [*dataclasses.replace(tested, rig=rig).content(), engine, dataclasses.asdict(used), lead]
     inputs += [record.fs, record.size, *code_outside(used)]
@@ -152,6 +152,6 @@ def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache:
     position = (arrays["displacement"] - arrays["rest"][:, None]).reshape(n, 2, -1)
     time = np.arange(record.size) / record.fs
     offset = np.array([(b.offset_y + 1j * b.offset) * np.exp(-1j * b.probe_angle) for b in rig.bushings])
-    rest = arrays["rest"].reshape(n, 2) + np.column_stack((offset.real, offset.imag))
+    rest_position = arrays["rest"].reshape(n, 2) + np.column_stack((offset.real, offset.imag))
     motion = Whirl(rig, record.fs, time, position, arrays["spin"], spin.angle_at(time))
-    return PlacedWhirl(motion, rest, tuple(arrays["share"].tolist()))
+    return PlacedWhirl(motion, rest_position, tuple(arrays["share"].tolist()))

@@ -32,10 +32,10 @@ def frf_matrix(study: Study, matrices: FRFMatrices) -> list[Drawing]:
         axes = figure.subplots(len(rows), 2, squeeze=False, sharex=True, gridspec_kw={"hspace": 0.3, "wspace": 0.14})
         for letter, ax, (row, column) in zip(letters(axes.size), axes.flat, np.ndindex(axes.shape)):
             seen = []
-            for who, frf in matrices.frfs.items():
+            for source, frf in matrices.frfs.items():
                 i, j = frf.responses.index(rows[row]), frf.references.index(references[column])
                 seen.append(decibel(frf.value[i, j]))
-                ax.plot(frf.frequency, seen[-1], **look_of(who))
+                ax.plot(frf.frequency, seen[-1], **look_of(source))
             lowest = min(np.percentile(finite(each), 0.5) for each in seen)
             ax.set_ylim(lowest - 2, max(finite(each).max() for each in seen) + 2)
             title = f"{letter} along {rows[row][-1].lower()}, to {matrices.kind} along {AXES[column].lower()}"
@@ -58,13 +58,13 @@ def directional(study: Study, matrices: FRFMatrices) -> Drawing:
     look_of = _look(study)
     for letter, ax, (row, column) in zip(letters(axes.size), axes.flat, np.ndindex(axes.shape)):
         name, seen = ("normal", "reverse")[column], []
-        for who, frf in frfs.items():
+        for source, frf in frfs.items():
             i = frf.points.index(points[row])
             seen.append(decibel(getattr(frf, name)[i]))
             # A line from the last backward to the first forward frequency would be none of the FRF.
             gap = np.searchsorted(frf.frequency, 0.0)
             x, y = np.insert(frf.frequency, gap, 0.0), np.insert(seen[-1], gap, np.nan)
-            ax.plot(x, y, **look_of(who))
+            ax.plot(x, y, **look_of(source))
         top = max(finite(each).max() for each in seen)
         ax.set_ylim(max(min(np.percentile(finite(each), 1) for each in seen), top - 90) - 2, top + 2)
         ax.axvline(0, color=REPEAT, lw=0.6)
@@ -85,12 +85,12 @@ def directional(study: Study, matrices: FRFMatrices) -> Drawing:
 def _look(study: Study) -> Any:
     looks = Looks(study)
 
-    def of(who: str) -> dict[str, Any]:
-        if who == "test":
+    def of(source: str) -> dict[str, Any]:
+        if source == "test":
             return {"color": TEST, "lw": 2.0, "label": "test"}
-        if who == "repeat":
+        if source == "repeat":
             return {"color": REPEAT, "lw": 0.9, "label": "test, other seed"}
-        return looks.line(who, study.main_engine)
+        return looks.line(source, study.main_engine)
 
     return of
 

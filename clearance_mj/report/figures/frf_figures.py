@@ -128,16 +128,16 @@ def study_waterfall(study: Study) -> Drawing:
     """Draw FRFs of the test and of the best law at the bushings' sensors over the levels of a study."""
     law, engine, curves = study.best_law, study.main_engine, {}
     for level in study.levels:
-        both = study.test(study.records(level)[0]), study.case(law, engine, level).frf
-        curves[level] = [(frf.frequency, decibel(frf.functions)) for frf in both]
+        spectra = study.test(study.records(level)[0]), study.case(law, engine, level).frf
+        curves[level] = [(frf.frequency, decibel(frf.functions)) for frf in spectra]
     looks = Looks(study)
-    of, labels = looks.test, (looks.test, f"law “{law}”, engine {engine}")
+    test, labels = looks.test, (looks.test, f"law “{law}”, engine {engine}")
     pair = [look | {"label": label} for look, label in zip(_PAIR, labels)]
     figure = draw_levels(study.dataset.rig, curves, "|H|", looks.magnitude, study.unit, looks=pair)
     key(figure, of_curves(dict(zip(labels, _PAIR))), 2)
     caption = (
-        f"FRFs over level, {of} and the best law: each pair {STEP:g} dB above the one of the level before. Resonances "
+        f"FRFs over level, {test} and the best law: each pair {STEP:g} dB above the one of the level before. Resonances "
         "shift and flatten where the shaft begins to touch its bushings."
     )
-    alt = f"FRF magnitudes of the {of} and law {law} at {len(study.levels)} levels, one above the other."
+    alt = f"FRF magnitudes of the {test} and law {law} at {len(study.levels)} levels, one above the other."
     return Drawing(f"waterfall{study.suffix}", figure, caption, alt, chart=True)

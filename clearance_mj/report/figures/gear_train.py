@@ -87,12 +87,12 @@ def _places(rig: Rig, gears: Gears, radius: dict[int, float]) -> dict[int, _Plac
             places[first] = (max((x for x, _ in places.values()), default=-2 * PITCH) + 2 * PITCH, 0.0)
         waiting = deque([first])
         while waiting:
-            here = waiting.popleft()
+            current = waiting.popleft()
             for _, a, b, in_mesh in _joints(rig, gears):
-                node = b if a == here else a
-                if here not in (a, b) or node in places:
+                node = b if a == current else a
+                if current not in (a, b) or node in places:
                     continue
-                (x, y), reach = places[here], radius[here] + radius[node]
+                (x, y), reach = places[current], radius[current] + radius[node]
                 steps = ((0.0, -reach), (0.0, reach)) if in_mesh else ((n * PITCH, 0.0) for n in count(1))
                 free = ((x + along, y + across) for along, across in steps if is_free(node, (x + along, y + across)))
                 places[node] = next(free, (max(x for x, _ in places.values()) + PITCH, y - reach))
@@ -100,14 +100,14 @@ def _places(rig: Rig, gears: Gears, radius: dict[int, float]) -> dict[int, _Plac
     return places
 
 
-def _draw_joint(ax: Axes, one: _Place, other: _Place, in_mesh: bool, radius: float) -> _Place:
+def _draw_joint(ax: Axes, first: _Place, other: _Place, in_mesh: bool, radius: float) -> _Place:
     """Draw a shaft between two inertias, or the line along which two gears touch; return where words have room."""
-    if in_mesh and one[0] == other[0]:
-        height = one[1] + radius * np.sign(other[1] - one[1])
-        ax.plot([one[0] - WIDTH / 2, one[0] + WIDTH / 2], [height] * 2, color="#ddbb00", lw=3.5, zorder=4)
-        return one[0] - 0.7 * WIDTH, height
-    ax.plot(*zip(one, other), color=GREY, lw=1.0 if in_mesh else 2.5, ls=":" if in_mesh else "-", zorder=1)
-    return (one[0] + other[0]) / 2, (one[1] + other[1]) / 2
+    if in_mesh and first[0] == other[0]:
+        height = first[1] + radius * np.sign(other[1] - first[1])
+        ax.plot([first[0] - WIDTH / 2, first[0] + WIDTH / 2], [height] * 2, color="#ddbb00", lw=3.5, zorder=4)
+        return first[0] - 0.7 * WIDTH, height
+    ax.plot(*zip(first, other), color=GREY, lw=1.0 if in_mesh else 2.5, ls=":" if in_mesh else "-", zorder=1)
+    return (first[0] + other[0]) / 2, (first[1] + other[1]) / 2
 
 
 def _draw_inertia(ax: Axes, each: Inertia, place: _Place, radius: float) -> None:

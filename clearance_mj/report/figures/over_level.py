@@ -31,9 +31,9 @@ def agreement(study: Study) -> Drawing:
         ax.axis("off")
     handles = looks.key(repeat="repeatability" if study.repeatability else "", markers=True)
     axes[-2].legend(handles=handles, loc="center left", fontsize=FONT, frameon=False, handlelength=3, ncols=2)
-    of = "the synthetic validation records" if study.is_synthetic else "the validation records"
+    data = "the synthetic validation records" if study.is_synthetic else "the validation records"
     caption = (
-        f"Agreement with {of} over level, less is better: means over all sensors (modes) and over the records of a "
+        f"Agreement with {data} over level, less is better: means over all sensors (modes) and over the records of a "
         "level, with their 95 % intervals over seeds (bars; of the repeatability, a band); small marks: each record. "
         f"The repeatability compares two records of the rig at one level with different seeds.{looks.engine_words}"
     )

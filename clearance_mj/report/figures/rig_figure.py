@@ -136,10 +136,10 @@ class _SideView:
         draw_spring(self.pen, x, y - half, y - half - 0.42, damped, sprung)
         self.pen.ground(x, y - half - 0.42)
 
-    def _faces(self, one: tuple[int, float], other: tuple[int, float]) -> tuple[float, float]:
+    def _faces(self, face: tuple[int, float], other: tuple[int, float]) -> tuple[float, float]:
         """Heights of two shafts' surfaces that look at each other."""
-        up = np.sign(self.level(other[0]) - self.level(one[0]))
-        return self.level(one[0]) + up * self.half(*one), self.level(other[0]) - up * self.half(*other)
+        up = np.sign(self.level(other[0]) - self.level(face[0]))
+        return self.level(face[0]) + up * self.half(*face), self.level(other[0]) - up * self.half(*other)
 
     def _bushing(self, number: int, bushing: Bushing) -> None:
         (i, x), ax = self.rig.linear.place(bushing.position), self.ax
@@ -151,7 +151,7 @@ class _SideView:
         if turns:  # teeth, of a wheel on the shaft and of what they touch below
             left, width, lower, upper = x - 0.02 * self.length, 0.04 * self.length, True, False
             filled = block = "#cccccc", DARK
-        for there, gap, solid in ((upper, half, inner), (lower, -inner, -inner - BLOCK)):
+        for level, gap, solid in ((upper, half, inner), (lower, -inner, -inner - BLOCK)):
             for bottom, high, (face, edge) in ((gap, DRAWN_GAP, filled), (solid, BLOCK, block)):
                 look: dict[str, Any] = {
                     "facecolor": face,
@@ -159,7 +159,7 @@ class _SideView:
                     "lw": 0.6,
                     "hatch": "||||" if turns else "",
                 }
-                if there:
+                if level:
                     ax.add_patch(Rectangle((left, y + bottom), width, high, **look))
         if bushing.to is None:
             self.pen.post(x, y + (inner if upper and not lower else -inner - BLOCK))
@@ -219,12 +219,12 @@ class _SideView:
                 ax.annotate("", (x, self.level(i) - self.half(i, x)), (x, foot), arrowprops=arrow, zorder=2)
                 if factor != 1:
                     ax.text(x + 0.01 * length, foot + 0.06, f"× {factor:g}", fontsize=FONT - 1, color=COLOURS[1])
-            turned = [f"{factor:g} N m/N" for point, factor in rig.shaker.forces if is_rotation(point)]
-            words = ", and twists by ".join(["shaker force", *turned])
+            moments = [f"{factor:g} N m/N" for point, factor in rig.shaker.forces if is_rotation(point)]
+            words = ", and twists by ".join(["shaker force", *moments])
             words_at = rig.linear.place(rig.shaker.forces[0][0])[1] + 0.02 * length
         else:
-            held = "clamp and bushings" if rig.beam else "supports and bushings"
-            words, along = f"base acceleration: plate, {held} move together", rig.shaker.unit_direction
+            fixture = "clamp and bushings" if rig.beam else "supports and bushings"
+            words, along = f"base acceleration: plate, {fixture} move together", rig.shaker.unit_direction
             ax.annotate("", (words_at - 0.02 * length, PLATE - 0.15), (words_at - 0.02 * length, PLATE - 0.55),
                         arrowprops=arrow)  # fmt: skip
             if abs(along[2]) < 1:
@@ -252,8 +252,8 @@ def _not_drawn(rig: Rig) -> str:
     omitted += ["bushings on housings that give"] if any(b.housing for b in rig.bushings) else []
     omitted += ["two bending planes that differ"] if rig.planes else []
     omitted += ["a clamp with a mass of its own"] if rig.beam and rig.beam.clamp and rig.beam.clamp.mass else []
-    beside = {"constant loads": rig.loads, "orders of the spin": rig.orders, "further inputs": rig.shakers}
-    omitted += [words for words, there in beside.items() if there]
+    optional = {"constant loads": rig.loads, "orders of the spin": rig.orders, "further inputs": rig.shakers}
+    omitted += [words for words, items in optional.items() if items]
     return f" Not drawn: {', '.join(omitted)}." if omitted else ""
 
 

@@ -68,8 +68,8 @@ def _draw_scheme(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float]) 
     ax.add_patch(Rectangle((0, 0), whole, BOX, facecolor="#dddddd", edgecolor="#444444", lw=0.8))
     for (node, axis), x in slots.items():
         ax.plot([x], [0], "o", color=DARK, ms=4, zorder=3)
-        turned = {"rotation": 90, "fontsize": FONT - 2} if whole > 14 else {"fontsize": FONT - 0.5}
-        ax.text(x, BOX / 2, f"{node}:{axis}", ha="center", va="center", **turned)
+        label_style = {"rotation": 90, "fontsize": FONT - 2} if whole > 14 else {"fontsize": FONT - 0.5}
+        ax.text(x, BOX / 2, f"{node}:{axis}", ha="center", va="center", **label_style)
     for j, bushing in enumerate(rig.bushings):
         before = on[:j].count(on[j])
         x = slots[on[j]] + before - (on.count(on[j]) - 1) / 2

@@ -69,11 +69,11 @@ def _missed(bands: Mapping[str, Band]) -> str:
 
 
 def _words(name: str, band: Band, prediction: np.ndarray, test: FRF) -> str:
-    share, every = (100 * inside(limits, test) for limits in (band.limits, prediction))
+    inside_percent, every = (100 * inside(limits, test) for limits in (band.limits, prediction))
     half_width = np.mean(decibel(prediction[1] / prediction[0])) / 2
     alone = "parameters alone" if band.missed is None else "parameters and what it missed"
     return (
-        f"{name}: {alone} ±{np.mean(band.half_width_db):.2g} dB in the mean, test inside at {share:.0f} % of "
+        f"{name}: {alone} ±{np.mean(band.half_width_db):.2g} dB in the mean, test inside at {inside_percent:.0f} % of "
         f"the lines; with its random error ±{half_width:.2g} dB and {every:.0f} %"
     )
 

@@ -76,7 +76,7 @@ def contact_table(study: Study) -> Table:
             keys: list[Any] = [(level, law, engine, i + 1) for i in range(n)]
             cells = [means.loc[key].tolist() if key in means.index else [np.nan] * 4 for key in keys]
             # The test's contact is not measured.
-            body.append((level, law, *(x for own in cells for x in ([*own[:2], None, None] if law == "test" else own))))
+            body.append((level, law, *(x for row in cells for x in ([*row[:2], None, None] if law == "test" else row))))
     caption = (
         f"Motion and contact in the bushings, engine {study.main_engine}. RMS, peak and contact are means over a "
         "level’s records. A bushing is in contact while an end of it lies beyond its gap, counted at the simulation’s "

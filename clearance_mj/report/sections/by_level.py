@@ -35,5 +35,5 @@ def correlation(study: Study, writer: ReportWriter) -> str:
 
 def _levels(study: Study, writer: ReportWriter, kind: str, draw: Sequence[Draw]) -> str:
     others = [level for level in study.levels if level != study.main_level]
-    drawn = {level: [writer.figure(of(study, level)) for of in draw] for level in (study.main_level, *others)}
+    drawn = {level: [writer.figure(figure(study, level)) for figure in draw] for level in (study.main_level, *others)}
     return render("by_level.html.j2", study=study, kind=kind, drawn=drawn)

@@ -105,8 +105,8 @@ def sensor_tables(study: Study, level: float) -> list[Table]:
     rows = {(r["law"], r["engine"], r["sensor"]): r for r in means[means["level"] == level].to_dict("records")}
     for row in (r for r in study.rows() if r["level"] == level):
         # Means of the sensors' own CSAC and CSF, in the place of those over all sensors.
-        own = {key.replace("_per_sensor", ""): value for key, value in row.items() if "_per_sensor" in key}
-        rows[row["law"], row["engine"], "mean"] = row | own
+        measures = {key.replace("_per_sensor", ""): value for key, value in row.items() if "_per_sensor" in key}
+        rows[row["law"], row["engine"], "mean"] = row | measures
     return [_sensor_table(study, level, measure, rows) for measure in (MEASURES[-1], *MEASURES[:-1])]
 
 

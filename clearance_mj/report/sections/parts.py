@@ -34,10 +34,10 @@ def by_part(study: Study, write: Callable[[Study], str]) -> str:
 
 def _with_suffix(body: str, end: str) -> str:
     """Markup whose own anchors, and the links to them, end with what tells the part."""
-    own = {anchor for kind, anchor in _ANCHOR.findall(body) if kind.startswith("id") and end not in anchor}
+    anchors = {anchor for kind, anchor in _ANCHOR.findall(body) if kind.startswith("id") and end not in anchor}
 
     def renamed(match: re.Match[str]) -> str:
         kind, anchor = match.groups()
-        return f'{kind}{anchor}{end}"' if anchor in own else match.group()
+        return f'{kind}{anchor}{end}"' if anchor in anchors else match.group()
 
     return _ANCHOR.sub(renamed, body)

@@ -47,8 +47,8 @@ def sines(study: Study, writer: ReportWriter) -> str:
 
 def _beside(name: str, branches: tuple[Branch, ...], steps: SineSteps) -> str:
     """Say by how much the law misses a stepped sine."""
-    off = np.abs(missed(branches, steps))
-    known = off[np.isfinite(off)]
+    error = np.abs(missed(branches, steps))
+    known = error[np.isfinite(error)]
     if not known.size:
         return f"record {name} has no step within the law’s branches"
     return (
@@ -78,10 +78,10 @@ def special_points(branches: tuple[Branch, ...]) -> Table:
         for point in branch.special:
             jump = leaves.get(point.frequency) if point.kind == "fold" else None
             after = 1e3 * jump.after[0] if jump and jump.after else None
-            way = ("upwards" if jump.upwards else "downwards") if jump else ""
+            direction = ("upwards" if jump.upwards else "downwards") if jump else ""
             at = branch.clearances[jump.clearance] if jump else ""
             before = 1e3 * jump.before if jump else None
-            body.append((point.level, point.kind, 1, point.frequency, way, at, before, after))
+            body.append((point.level, point.kind, 1, point.frequency, direction, at, before, after))
     columns = (
         Column("Level", unit(branches[0]), "g"), Column("Point"), Column("Number", "", "d"),
         Column("Frequency", "Hz", ".3f"),

@@ -60,8 +60,8 @@ def agreement_table(study: Study, engine: str) -> Table:
     body = []
     for r in rows:
         within = repeat.get(r["level"], np.nan)
-        share = r["rmse_db"] / within if within > 0 else np.nan
-        body.append((r["level"], r["law"], *(interval(r, m.key) for m in OVERALL), r["random_db"], share))
+        ratio = r["rmse_db"] / within if within > 0 else np.nan
+        body.append((r["level"], r["law"], *(interval(r, m.key) for m in OVERALL), r["random_db"], ratio))
     caption = (
         f"Agreement with the validation records, engine {engine}: means over all sensors (modes) and over the records "
         f"of a level; below each, its 95 % interval over seeds. {_rigs(study)}"
@@ -71,10 +71,10 @@ def agreement_table(study: Study, engine: str) -> Table:
 
 def _rigs(study: Study) -> str:
     """Which laws are simulated on which rig, in a sentence."""
-    if not (own := " and ".join(f"“{law.name}”" for law in study.laws if law.finds_rig)):
+    if not (laws := " and ".join(f"“{law.name}”" for law in study.laws if law.finds_rig)):
         return "All laws are simulated on the rig file’s rig."
-    others = ", all others on the rig file’s" if len(study.laws) > own.count("“") else ""
-    return f"Law {own} is simulated on the rig that was identified with it{others}."
+    others = ", all others on the rig file’s" if len(study.laws) > laws.count("“") else ""
+    return f"Law {laws} is simulated on the rig that was identified with it{others}."
 
 
 def sentences(study: Study) -> list[str]:
@@ -89,8 +89,8 @@ def sentences(study: Study) -> list[str]:
     width = spread.max() - spread.min()
     if len(study.engines) > 1 and width.notna().any():
         level, law = max(width.dropna().index, key=lambda key: (width[key], *key))
-        where = f"“{law}” at {level:g} {study.unit}"
-        texts.append(f"The RMSE of a law differs between engines by at most {width.max():.2f} dB ({where}).")
+        case = f"“{law}” at {level:g} {study.unit}"
+        texts.append(f"The RMSE of a law differs between engines by at most {width.max():.2f} dB ({case}).")
     return texts
 
 

@@ -92,8 +92,8 @@ def sentences(rows: pd.DataFrame, study: Study) -> str:
         return ""
     law = rows[rows["law"] == study.best_law]["error"]
     repeat = rows[rows["law"] == "repeat"]["error"]
-    beside = f"; the rig repeats itself within {100 * np.median(repeat):.3g} %" if len(repeat) else ""
+    repeatability = f"; the rig repeats itself within {100 * np.median(repeat):.3g} %" if len(repeat) else ""
     return (
         f"At constant speed, law “{study.best_law}” misses the orbits by {100 * np.median(law):.3g} % of their radius "
-        f"in the median, {100 * law.min():.3g} to {100 * law.max():.3g} %{beside}."
+        f"in the median, {100 * law.min():.3g} to {100 * law.max():.3g} %{repeatability}."
     )
