@@ -24,7 +24,7 @@ __all__ = ["linear_frf", "mode_shapes", "natural_frequencies", "state_space"]
 
 @functools.lru_cache(maxsize=128)
 def _in_gap(rig: Rig, modes: int) -> Reduction:
-    """The structure with the fillings' stiffness, of shafts as they move along z."""
+    """Return the structure with the fillings' stiffness; shafts move along z."""
     return rig.reduction(modes, grease=True)
 
 

@@ -70,7 +70,7 @@ class Model(Shown):
         excitation : Excitation
             Base acceleration or shaker force.
         engine : str or Engine, optional
-            "links", "modal", or an engine with settings of its own; by default that of `default_engine`.
+            "links", "modal", or an engine with other settings; by default that of `default_engine`.
         progress : bool
             Show a progress bar.
 
@@ -151,7 +151,7 @@ class Model(Shown):
         return {"rig": self.rig.to_dict(), "law": self.law.to_dict()}
 
     def content(self) -> list[Any]:
-        """Return plain data that two models share if they are the same, for caches; see `Rig.content`.
+        """Return plain data, equal for equal models, for caches; see `Rig.content`.
 
         Files outside of the package count, such as plugins that define a contact, a grease or a structure.
         """
@@ -204,7 +204,7 @@ def _with_gap(model: Model, gap: Gap, n: int, seed: int) -> list[Model]:
 
 
 def _kept(path: Path, rig: Rig, n: int, seed: int) -> list[Model]:
-    """Take n of the models that a file keeps, each at most once."""
+    """Return n of the models that a file keeps, each at most once."""
     damages = OSError, ValueError, KeyError, TypeError, RecursionError
     with naming(path, damages, LawError, "{}: holds no draws of a model ({})"):
         drawn = json.loads(plain_file(path).read_text(encoding="utf-8"))["drawn"]
@@ -215,7 +215,7 @@ def _kept(path: Path, rig: Rig, n: int, seed: int) -> list[Model]:
 
 
 def _rig(data: dict[str, Any], known: Rig) -> Rig:
-    """The rig of plain data, with the structure of a known one if that is read from files."""
+    """Return the rig of plain data, with the structure of a known one if that is read from files."""
     of_known = known.to_dict()
     if data == of_known:
         return known

@@ -1,1 +1,1 @@
-"""What every part uses and none of the field: errors, files, units, tasks, caches, messages, drawing."""
+"""Helpers of every part, none of them of the field: errors, files, units, tasks, caches, messages, drawing."""

@@ -90,7 +90,7 @@ class ResultCache:
     ) -> T:  # fmt: skip
         """Return a result from its file NAME_DIGEST.SUFFIX, or compute it and write the file.
 
-        ``inputs`` is everything that the result depends on beside the package's code, as plain data; ``save`` writes a
+        ``inputs`` is everything that the result depends on besides the package's code, as plain data; ``save`` writes a
         result to a path and ``load`` reads it from there.
         """
         file = self._path(name, inputs, suffix).name
@@ -120,7 +120,7 @@ class ResultCache:
         return self.folder / file
 
     def drop_unused(self) -> None:
-        """Remove what was neither read nor written, such as results of other inputs, and what a kill tore."""
+        """Remove entries neither read nor written, such as results of other inputs, and those that a kill tore."""
         for path in self.folder.glob("*"):
             if path.name.removesuffix(SEAL) not in self._used and _OURS.fullmatch(path.name.removesuffix(SEAL)):
                 path.unlink()
@@ -141,7 +141,7 @@ def load_arrays(path: Path) -> dict[str, np.ndarray]:
 
 @contextmanager
 def file_lock(path: Path, what: str, folder: Path | None = None) -> Iterator[None]:
-    """Lock a file for ``what`` writes beside it; the system lets go of it when the process ends, however it ends.
+    """Lock a file for what ``what`` writes next to it; the system releases it when the process ends in any way.
 
     A ClearanceError names the folder, or ``where``, if another process has locked it.
     """

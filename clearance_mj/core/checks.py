@@ -1,4 +1,4 @@
-"""Checks that readers and writers of several formats share: time steps, degrees of freedom, finite numbers."""
+"""Checks common to readers and writers of several formats: time steps, degrees of freedom, finite numbers."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ NOWHERE = "0:S"
 NAME_LIMIT = 72
 """Characters. A longer name could end the 80-character line of a universal file in "    -1", its delimiter."""
 JITTER = 0.45
-"""Of a step, by which instants may depart from even ones"""
+"""Largest deviation of an instant from an even grid, as a fraction of the step"""
 FEWEST = 16
-"""Instants of which a jitter can be told from uneven steps"""
+"""Fewest instants from which jitter can be distinguished from uneven steps"""
 _DOF = re.compile(r"([0-9]{1,9}):(\S+)")
 
 
@@ -33,7 +33,7 @@ def naming(
     place: object, kind: type[Exception] | tuple[type[Exception], ...] = RecordError,
     raised: type[Exception] | None = None, form: str = "{}: {}",
 ) -> Iterator[None]:  # fmt: skip
-    """Put the file, or the place in it, before what is wrong by an error of some kind, raised as that or another.
+    """Prefix an error's message with the file, or the place in it, and raise it as the same or another kind.
 
     ``form`` says how the two are put together.
     """
@@ -44,14 +44,14 @@ def naming(
 
 
 def check_dof(label: str) -> None:
-    """Refuse a degree of freedom that is no node and direction."""
+    """Raise an error for a degree of freedom that is no node and direction."""
     match = _DOF.fullmatch(label)
     if not match or match[2] not in DIRECTIONS:
         raise RecordError(f'degree of freedom "{label}" must be a node and a direction, such as "3:+Z"')
 
 
 def require_finite(values: np.ndarray, what: str) -> None:
-    """Refuse numbers that are not finite."""
+    """Raise an error for numbers that are not finite."""
     finite = np.isfinite(values).reshape(len(values), -1).all(axis=1)
     if not finite.all():
         raise RecordError(f"{what}: sample {int(np.argmin(finite))} is not a finite number")

@@ -1,4 +1,4 @@
-"""Where numba keeps what it compiled: beside the sources, else with the user, else in the system's temporary folder.
+"""Folder of numba's compiled code: next to the sources, else the user's, else in the system's temporary folder.
 
 Imported with the package, before anything is compiled. Where packages and home are read-only, as in many containers
 and on clusters, numba would refuse to compile at all.
@@ -18,7 +18,7 @@ _PACKAGE = Path(__file__).parents[1]
 
 
 def choose() -> None:
-    """Name a folder for numba where it would find none, and say so; where there is none at all, compile every time."""
+    """Set a folder for numba where it would have none, and warn; where none is writable, compile every time."""
     if "NUMBA_CACHE_DIR" in os.environ or any(map(_is_writable, (_PACKAGE / "__pycache__", _users()))):
         return
     folder = Path(tempfile.gettempdir()) / f"clearance_mj-{os.getuid()}"
@@ -38,12 +38,12 @@ def choose() -> None:
 
 
 def _users() -> Path:
-    """Folder in which numba keeps what a user compiled."""
+    """Return the folder in which numba keeps what a user compiled."""
     return Path(os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")) / "numba"
 
 
 def _is_writable(folder: Path) -> bool:
-    """Whether files can be made in a folder, which is made if needed."""
+    """Return True if files can be made in a folder, which is made if needed."""
     if not folder.is_absolute():
         return False
     try:

@@ -1,4 +1,4 @@
-"""How figures look and how notebooks show them: colours, sizes, axes. A figure is one of its own: no state of pyplot.
+"""Look of figures, in notebooks too: colours, sizes, axes. Each figure stands alone, without pyplot's state.
 
 Colours are Okabe and Ito's palette, with the wine red of Tol's.
 """
@@ -56,7 +56,7 @@ class _NotebookFigure(Figure):
 
 
 def _follow_page(match: re.Match[str]) -> str:
-    """A colour of an image as one that is seen on light and dark pages; fills other than black may be of a scale."""
+    """Return an image's colour as one visible on light and dark pages; fills other than black may be of a scale."""
     kind, colour = match.groups()
     if colour == TEST:
         return f"{kind}: currentColor"

@@ -35,7 +35,7 @@ SPECIAL = {
     stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device",
     stat.S_IFBLK: "a device",
 }  # fmt: skip
-"""What is no plain file"""
+"""Names of the kinds of paths that are no plain file"""
 
 
 def plain_file(path: str | PathLike[str]) -> Path:
@@ -66,7 +66,7 @@ def read_bytes(path: str | PathLike[str]) -> bytes:
 
 
 def most_unpacked(size: int) -> int:
-    """Bytes that a compressed file of ``size`` bytes may unpack to; beyond that it is damaged or made to harm."""
+    """Return the bytes a compressed file of ``size`` bytes may unpack to; beyond, it is damaged or made to harm."""
     return max(2**20, MAX_EXPANSION * size)
 
 
@@ -142,7 +142,7 @@ def replacing(path: str | PathLike[str]) -> Iterator[Path]:
 
 
 def remove_leftovers(folder: Path, names: Iterable[str]) -> None:
-    """Remove what `replacing` left behind of files of these names where it was killed."""
+    """Remove temporary files that a killed `replacing` left behind of files of these names."""
     known = "|".join(re.escape(name[:60]) for name in names)
     for path in folder.iterdir():
         if re.fullmatch(rf"\.({known})\.[0-9a-f]{{8}}(\.\w+)?", path.name) and path.is_file() and not path.is_symlink():
@@ -162,7 +162,7 @@ def sha256(path: str | PathLike[str]) -> str:
 
 
 def seal(path: Path) -> None:
-    """Write the digest of a file beside it, so that damage to the file is noticed."""
+    """Write the digest of a file next to it, so that damage to the file is noticed."""
     write_text(Path(f"{path}{SEAL}"), sha256(path) + "\n")
 
 

@@ -4,7 +4,7 @@ numba's own cache compares the file of a function alone, but machine code also h
 constants that they read and the layout of the named tuples that they take, wherever these stand. Here the name of what
 is kept is a digest over all of them, taken when a function is first called: over bytecode and values, so that neither a
 comment nor a function that it does not call makes it compile again, and the releases of MuJoCo, whose layouts differ in
-some constants, share whatever is alike.
+some constants, use the same code where they are alike.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def inlined(function: Callable[..., Any]) -> Any:
 
 
 def _share_among_constants(compiled: Any) -> None:
-    """Let compiled callers that pass constants use what is compiled for their type; numba compiles for each value."""
+    """Make compiled callers that pass constants use the code of their type; numba compiles anew for each value."""
     of_types = compiled.get_call_template
 
     def of_plain_types(args: Any, kws: Any) -> Any:
@@ -111,7 +111,7 @@ class _Files(IndexDataCacheFile):
         return data
 
     def flush(self) -> None:
-        """Remove what is kept of the function."""
+        """Remove the stored code of the function."""
         self._remove(lambda path: True)
 
     def _name(self, key: str) -> str:
@@ -180,7 +180,7 @@ def _references(function: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _attributes(name: str, value: Any, names: list[str]) -> Iterator[tuple[str, Any]]:
-    """Yield what code may read of a module, with the modules in it."""
+    """Yield the attributes that code may read of a module, with the modules in it."""
     if isinstance(value, python_types.ModuleType) and not _is_foreign(value.__name__):
         for inner in names:
             if hasattr(value, inner):
@@ -189,7 +189,7 @@ def _attributes(name: str, value: Any, names: list[str]) -> Iterator[tuple[str, 
 
 
 def _value(value: Any) -> tuple[str, list[Any]]:
-    """Description of a value that code freezes, and what else it holds."""
+    """Return the description of a value that code freezes, and the values that it refers to."""
     if isinstance(value, bool | int | float | complex | str | bytes | np.generic | np.dtype | types.Type | None):
         return f"{type(value).__name__} {value!r}", []
     if isinstance(value, np.ndarray):
@@ -209,7 +209,7 @@ def _class(kind: type) -> str:
 
 
 def _kind(kind: Any) -> str:
-    """Description of an argument's type: numba's name, the fields of named tuples, the file of a type of our own."""
+    """Return an argument type's description: numba's name, fields of named tuples, the file of a type of ours."""
     parts = [str(kind)]
     if isinstance(kind, types.Dispatcher):
         return digest(kind.dispatcher)
@@ -234,13 +234,13 @@ def _plain(value: Any) -> str:
 
 
 def _names(code: python_types.CodeType) -> set[str]:
-    """Names that code reads, those of functions inside it too."""
+    """Return the names that code reads, those of functions inside it too."""
     inner = (_names(each) for each in code.co_consts if isinstance(each, python_types.CodeType))
     return set(code.co_names).union(*inner)
 
 
 def _code(code: python_types.CodeType) -> str:
-    """Digest of bytecode, without line numbers and docstrings."""
+    """Return the digest of bytecode, without line numbers and docstrings."""
     consts = list(code.co_consts)
     documented = sys.version_info < (3, 13) or code.co_flags & 0x4000000  # CO_HAS_DOCSTRING
     if consts and isinstance(consts[0], str) and documented and not code.co_name.startswith("<"):
@@ -252,7 +252,7 @@ def _code(code: python_types.CodeType) -> str:
 
 @cache
 def _file(module: str | None) -> str:
-    """Digest of a module's file, without comments and docstrings."""
+    """Return the digest of a module's file, without comments and docstrings."""
     path = getattr(sys.modules.get(module or ""), "__file__", None)
     if path is None or not path.endswith(".py"):
         return ""

@@ -1,4 +1,4 @@
-"""One line for an argument of the wrong kind, where a public call was given another object than its signature names."""
+"""One-line errors for arguments of the wrong kind: public calls given another object than their signature names."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SUCH_AS = {
     "Dataset": 'a Dataset, such as cm.Dataset.load("folder")',
     "Record": "a Record, such as dataset.records[0]",
 }
-"""What a signature names, and how one comes by it"""
+"""Types that signatures name, and how to make one"""
 NAMES = {"Model": "Modelled"}  # whatever has a rig and a law does for a model
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -32,7 +32,7 @@ class ArgumentError(ClearanceError, TypeError):
 
 
 def checks_kinds(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a call refuse, in one line, arguments that are not what its annotations name.
+    """Wrap a call so that arguments which are not of its annotations' types raise a one-line error.
 
     Only parameters are looked at whose annotation consists of what `SUCH_AS` lists. Classes are known by their names,
     so that what checks needs none of them.

@@ -53,7 +53,7 @@ def arrays(data: bytes, room: int | None = None) -> dict[str, Value]:
 
 
 def _elements(data: bytes, order: str, padded: bool = True) -> Iterator[Element]:
-    """Elements one after another; those within an array begin at multiples of eight bytes."""
+    """Yield elements one after another; those within an array begin at multiples of eight bytes."""
     position = 0
     while position < len(data):
         if position + 8 > len(data):
@@ -86,7 +86,7 @@ def _unpacked(data: bytes, room: int) -> bytes:
 
 
 def _array(data: bytes, order: str, depth: int) -> tuple[str, Value]:
-    """Name and value of an array."""
+    """Return the name and the value of an array."""
     if not depth:
         raise RecordError(f"holds cells more than {DEPTH} deep")
     if not (parts := list(_elements(data, order))):

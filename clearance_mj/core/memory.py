@@ -1,4 +1,4 @@
-"""How much memory there is, so that what needs more is refused before it is begun."""
+"""Available memory: computations that need more are refused before they begin."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def require_memory(size: float, what: str, remedy: str) -> None:
 
 
 def _available_memory() -> float:
-    """Bytes of memory that are available, within the limit of the process."""
+    """Return the bytes of memory that are available, within the limit of the process."""
     page = os.sysconf("SC_PAGE_SIZE")
     try:
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()

@@ -1,4 +1,4 @@
-"""What is wrong with a value, in one line: where, which value, which rule; and what fields say of themselves."""
+"""One-line messages for invalid values: where, which value, which rule; and the descriptions of fields."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["WORDS", "descriptions", "either", "message", "names_of", "shown", "w
 
 
 def message(error: ValidationError, kind: Any, where: str) -> str:
-    """One line on what is wrong first: of unknown keys, or else of the fields in their order."""
+    """Return one line on the first fault: of unknown keys, or else of the fields in their order."""
     errors = error.errors(include_url=False)
     first = next((e for e in errors if e["type"] in _UNKNOWN), errors[0])
     *above, last = first["loc"] or (None,)
@@ -85,7 +85,7 @@ def _path(where: str, steps: typing.Iterable[int | str | None]) -> str:
 
 
 def _joint(path: str, text: str, names: list[str]) -> str:
-    """What stands between a path and a text that may begin with the name of a field of it."""
+    """Return the separator between a path and a text that may begin with the name of a field of it."""
     if not path:
         return ""
     name = next((n for n in names if text.startswith(n) and not text[len(n) : len(n) + 1].isidentifier()), None)
@@ -93,7 +93,7 @@ def _joint(path: str, text: str, names: list[str]) -> str:
 
 
 def _bare(kind: Any) -> Any:
-    """A type without its rules and without None."""
+    """Return a type without its rules and without None."""
     if typing.get_origin(kind) is Annotated:
         return _bare(typing.get_args(kind)[0])
     if typing.get_origin(kind) in (types.UnionType, typing.Union):
@@ -103,7 +103,7 @@ def _bare(kind: Any) -> Any:
 
 
 def _field(kind: Any, steps: typing.Iterable[int | str]) -> Any:
-    """Type of a part of a type; None if there is none."""
+    """Return the type of a part of a type; None if there is none."""
     kind = _bare(kind)
     for step in steps:
         arguments = typing.get_args(kind)
@@ -145,7 +145,7 @@ def wrong_type(path: str, kind: Any, value: object) -> str:
 
 
 def _about(kind: Any, name: object) -> str:
-    """What a field is, in brackets."""
+    """Return the description of a field, in brackets."""
     words = descriptions(kind).get(str(name)) if isinstance(kind, type) and dataclasses.is_dataclass(kind) else None
     return f" ({words.partition(';')[0]})" if words else ""
 

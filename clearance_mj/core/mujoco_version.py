@@ -1,4 +1,4 @@
-"""Whether the MuJoCo that is installed will do: the package requires none, so that everybody keeps their own."""
+"""Check of the installed MuJoCo's version: the package requires none, so that users keep the one they have."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _GET = 'pip install "mujoco-core>=4.0.1"'
 
 
 def check() -> None:
-    """Look at the MuJoCo that is installed, without loading it.
+    """Check the installed MuJoCo's version without loading it.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Notes on files: how one was understood where it does not say so itself."""
+"""Notes on files: the assumptions made where a file leaves something open."""
 
 import warnings
 from collections.abc import Sequence

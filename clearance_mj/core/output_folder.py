@@ -70,7 +70,7 @@ class OutputFolder:
                 (path / name).rename(other)
 
     def refuse_others(self, *names: str) -> None:
-        """Refuse to go on if what is where one of these will be written is not this program's, or is being read."""
+        """Raise an error if a file to be replaced by one of these is not this program's, or is being read."""
         for name in names:
             if Path(os.path.realpath(self.path / name)) in self._inputs:
                 raise ClearanceError(f"{self.path / name} is read by this command; give another --out")
@@ -103,7 +103,7 @@ class OutputFolder:
         self._finish_moves()
 
     def _finish_moves(self) -> None:
-        """Make the moves that were written down, those of a killed process too; each can be made twice."""
+        """Make the moves on record, those of a killed process too; each can be made twice."""
         if not self._moves.exists():
             return
         moves = _read_json(self._moves, "new", "stale", "files")
@@ -122,11 +122,11 @@ class OutputFolder:
         shutil.rmtree(self.new, ignore_errors=True)
 
     def _listed(self) -> dict[str, dict[str, str]]:
-        """The manifest: SHA-256 and command by path."""
+        """Return the manifest: SHA-256 and command by path."""
         return _read_json(self._manifest, "files")["files"] if self._manifest.exists() else {}
 
     def _is_ours(self, name: str) -> bool:
-        """Whether the manifest lists a file and it is still as it was written."""
+        """Return True if the manifest lists a file that is still as it was written."""
         path, entry = self.path / name, self._listed().get(name)
         return entry is not None and path.is_file() and not path.is_symlink() and sha256(path) == entry["sha256"]
 
@@ -174,7 +174,7 @@ def _write_json(path: Path, data: object) -> None:
 
 
 def _read_json(path: Path, *keys: str) -> dict[str, dict[str, Any]]:
-    """A manifest or a list of moves, which may not lead out of the folder."""
+    """Return a manifest or a list of moves, which may not lead out of the folder."""
     damages = ValueError, AttributeError, TypeError, KeyError
     with naming(path, damages, ClearanceError, "{}: is damaged ({}); give another --out"):
         data = json.loads(plain_file(path).read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""What an object shows of itself in a terminal and in a notebook: a heading, what it is like, perhaps a table."""
+"""Overviews of objects in terminals and notebooks: a heading, facts, perhaps a table."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _row(cell: str, values: Sequence[str]) -> str:
 
 
 class Shown(ABC):
-    """Base of what prints as its `Overview`; dataclasses need ``repr=False``."""
+    """Base of classes that print as their `Overview`; dataclasses need ``repr=False``."""
 
     @abstractmethod
     def _overview(self) -> Overview:

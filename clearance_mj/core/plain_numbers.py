@@ -90,7 +90,7 @@ def get_number(data: Any, key: Key) -> float | None:
 
 
 def with_numbers(data: dict[str, Any], changes: Mapping[Key, float]) -> dict[str, Any]:
-    """Copy of nested plain data with other numbers by their keys."""
+    """Return a copy of nested plain data with other numbers by their keys."""
     data = copy.deepcopy(data)
     for key, value in changes.items():
         part: Any = data

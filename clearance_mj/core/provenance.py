@@ -22,10 +22,10 @@ __all__ = ["BESIDE", "MANIFEST", "MARK", "WORK", "files_of", "is_marked", "made_
 MARK = "clearance_mj"  # key of the program's version in everything that it writes
 WORK = ".clearance-mj"  # name of the hidden folder in a folder that was written
 MANIFEST = f"{WORK}/manifest.json"  # what was written into a folder, and from what
-BESIDE = ".provenance.json"  # suffix of the file that says what another one beside it, of any format, was made from
+BESIDE = ".provenance.json"  # suffix of the file with the provenance of another of any format
 MAX_BYTES = 2**22  # bytes of a JSON file that is looked into
 MAX_DEPTH = 2  # folders that a file may lie in below the one that was written
-IN_FOLDERS = ("rig.toml", "law.json", "dataset.toml")  # files that are read of a folder, beside the records of its list
+IN_FOLDERS = ("rig.toml", "law.json", "dataset.toml")  # files read of a folder, besides the records of its list
 
 
 def made_from(inputs: Iterable[Path], what: str) -> dict[str, Any]:
@@ -86,7 +86,7 @@ def stale(paths: Iterable[Path]) -> list[str]:
 
 
 def _has_grown(path: Path, inputs: Iterable[str]) -> bool:
-    """Whether a file is a dataset's list to which records were added since: what was read is in it still."""
+    """Return True if a file is a dataset's list that only got further records: what was read is in it still."""
     if path.name != "dataset.toml":
         return False
     read = {os.path.relpath(other, path.parent) for other in inputs} - {*IN_FOLDERS}
@@ -94,7 +94,7 @@ def _has_grown(path: Path, inputs: Iterable[str]) -> bool:
 
 
 def _recorded(file: Path) -> tuple[dict[str, str] | None, dict[str, Any]]:
-    """Digest and command of a file, if a manifest has them, and what it was made from, as far as that is known."""
+    """Return digest and command of a file, if a manifest has them, and its provenance, as far as that is known."""
     for folder in Path(os.path.abspath(file)).parents[: MAX_DEPTH + 1]:
         if (folder / MANIFEST).is_file():
             manifest = _json(folder / MANIFEST)
@@ -127,7 +127,7 @@ def _files(path: Path) -> Iterator[Path]:
 
 
 def _listed(path: Path) -> list[str]:
-    """Records' files of a dataset's list; none if there is no list that can be read."""
+    """Return the records' files of a dataset's list; none if there is no list that can be read."""
     try:
         return [str(entry["file"]) for entry in tomllib.loads(path.read_text(encoding="utf-8"))["records"]]
     except (OSError, ValueError, KeyError, TypeError):

@@ -100,4 +100,4 @@ QUANTITIES: dict[str, Quantity] = {
         (0, 0, -1, 1), (11,), "rate", "gyroscope", ("gyro", "rate of turn"), ("rad/s", 1.0), 1, "angle",
     ),
 }  # fmt: skip
-"""Quantities by their names. One with a code of another is told from it by the unit's label."""
+"""Quantities by their names. Those with one code are distinguished by the unit's label."""

@@ -1,4 +1,4 @@
-"""Many results of one kind, such as those of a population: on many workers, with what is done kept on disk."""
+"""Many results of one kind, such as those of a population: computed on many workers, stored on disk."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SUFFIX = ".npz"
 
 @dataclass(frozen=True)
 class _Numbered(Generic[Task]):
-    """A task, which is known by its number wherever it is computed."""
+    """A task with the number that identifies it wherever it is computed."""
 
     number: int
     task: Task = field(compare=False)
@@ -36,14 +36,14 @@ class _Numbered(Generic[Task]):
 
 @dataclass(frozen=True)
 class Runner:
-    """How the parts of a long computation run, and where what is done of it is kept.
+    """How the parts of a long computation run, and where their results are kept.
 
     An interrupted call goes on where it stopped if it is made again with the same folder; any number of workers finds
     the same. Processes start by importing the calling script: start a call below ``if __name__ == "__main__"``.
     """
 
     workers: int | None = None
-    """processes on this machine; None: one for each core; 1: none beside this one"""
+    """processes on this machine; None: one for each core; 1: only this one"""
     scheduler: str | None = None
     """address of a Dask scheduler, whose cluster computes instead"""
     executor: Executor | None = None
@@ -51,7 +51,7 @@ class Runner:
     progress: bool = False
     """whether to show a bar with the time left, and to say before how long it takes"""
     kept: Path | None = None
-    """folder for what is done, which several calls may share; it is made if it is not there"""
+    """folder of finished results, for several calls if needed; it is made if it is not there"""
 
     @functools.cached_property
     def _cache(self) -> ResultCache | None:
@@ -106,7 +106,7 @@ class Runner:
         return [results[i] for i in range(len(tasks))]
 
     def drop_unused(self) -> None:
-        """Remove what is kept of earlier calls, with other inputs, that no call of this runner took."""
+        """Remove results of earlier calls, with other inputs, that no call of this runner used."""
         if self._cache:
             self._cache.drop_unused()
 

@@ -1,4 +1,4 @@
-"""Times of samples that jitter: the even ones that are meant, and samples that are missing."""
+"""Sample times with jitter: the even times that were meant, and the missing samples."""
 
 from __future__ import annotations
 

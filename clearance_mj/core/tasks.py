@@ -165,7 +165,7 @@ def _on_processes(function: Callable[[Task], Result], tasks: Sequence[Task], wor
 
 @contextlib.contextmanager
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """A pool whose processes start afresh, not as copies of this one, its threads and locks."""
+    """Return a pool whose processes start afresh, not as copies of this one, its threads and locks."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of the processes: there is one for each core
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin)
     try:
@@ -178,7 +178,7 @@ def _send(
     pool: ProcessPoolExecutor, function: Callable[[Task], Result], pending: deque[Task],
     flying: dict[Future[Result], Task], most: int,
 ) -> dict[Future[Result], Task]:  # fmt: skip
-    """Keep as many tasks running as are wanted."""
+    """Submit tasks until as many run as are wanted."""
     while pending and len(flying) < most:
         try:
             future = pool.submit(function, pending[0])
@@ -191,7 +191,7 @@ def _send(
 
 
 def _begin() -> None:
-    """In a worker: die of Ctrl-C without a word, and with the process that started it, however that ended."""
+    """Make a worker end silently on Ctrl-C, and with the process that started it, however that ended."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     threading.Thread(target=_die_with, args=(multiprocessing.parent_process(),), daemon=True).start()
 
@@ -202,7 +202,7 @@ def _die_with(parent: BaseProcess) -> None:
 
 
 def _on_cluster(function: Callable[[Task], Result], tasks: Sequence[Task], scheduler: str) -> Results[Task, Result]:
-    """The scheduler gives the tasks of dead workers to others."""
+    """Run tasks on a Dask cluster, whose scheduler gives the tasks of dead workers to others."""
     try:
         from distributed import Client, KilledWorker, as_completed
         from distributed.client import FutureCancelledError

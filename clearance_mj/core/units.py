@@ -1,4 +1,4 @@
-"""Units that files, options and rigs are in: one table, from which a label such as "lbf in/rad" is put together.
+"""Units of files, options and rigs: one table, from which labels such as "lbf in/rad" are composed.
 
 A label may be written in many ways ("in/s^2", "inch/sec²", "lbf-in", "(m/s²)/N"). One with several meanings, such as g
 (an acceleration or a mass), lb (a force or a mass) or Hz (a frequency or a spin), has the one that fits the quantity.
@@ -102,7 +102,7 @@ def unit_factor(label: str, quantity: str) -> float:
 
 
 def ratio_factor(label: str, above: str, below: str) -> float:
-    """SI units in one unit of a ratio, such as "g/lbf" or "(m/s^2)/N"; "1" for the ratio of two like quantities."""
+    """Return the SI units in one unit of a ratio, such as "g/lbf" or "(m/s^2)/N"; "1" for two like quantities."""
     if above == below and label.strip("[( )]") == "1":
         return 1.0
     dimension = _product(_DIMENSIONS[above], _DIMENSIONS[below], -1)
@@ -155,7 +155,7 @@ def _composed(label: str, any_case: bool) -> dict[Dimension, float]:
 
 
 def _named(name: str, any_case: bool) -> dict[Dimension, float]:
-    """Return the SI units in a unit with a name of its own, by dimension."""
+    """Return the SI units in a unit that has a name, by dimension."""
     if quantities := {_DIMENSIONS[q]: units[name] for q, units in UNITS.items() if name in units}:
         return quantities
     if spelled := _SAME.get(name) or _SAME.get(name.lower()):

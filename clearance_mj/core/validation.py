@@ -86,7 +86,7 @@ def checked(
 
 
 class Registered:
-    """What `register` knows by name: base of the kinds of models."""
+    """Base of the kinds of models that `register` knows by name."""
 
     name: ClassVar[str]  #: in files and commands
     known: ClassVar[dict[str, Any]]  #: of the kind, by name
@@ -112,7 +112,7 @@ def register(model: type[Model]) -> type[Model]:
 
 
 class OneOf:
-    """Annotation of a base class: any of its `checked` subclasses, which the field ``kind`` tells apart.
+    """Annotation of a base class: any of its `checked` subclasses, distinguished by the field ``kind``.
 
     ``known`` holds them by their kind; it may grow.
     """
@@ -153,7 +153,7 @@ class OneOf:
 
 
 class _Inside(ValueError):
-    """What is wrong inside a value; the text may begin with one of the value's names."""
+    """An error inside a value; the text may begin with one of the value's names."""
 
     def __init__(self, text: str, names: list[str]) -> None:
         super().__init__(text)

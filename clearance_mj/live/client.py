@@ -27,11 +27,11 @@ REPORT_INTERVAL = 0.1  # s between two words about progress
 
 
 class Superseded(Exception):
-    """Nobody waits for it any more."""
+    """Raised in a computation whose result nobody waits for any more."""
 
 
 class Host(Protocol):
-    """What is common to all who have the page open."""
+    """State common to all clients of the page."""
 
     clients: set[Client]
     inputs: Sequence[Path]
@@ -40,7 +40,7 @@ class Host(Protocol):
 
     @property
     def session(self) -> Callable[[], Session]:
-        """What makes a session for each of them."""
+        """Makes a session for each of them."""
 
     def refusal(self, handler: RequestHandler, token: str) -> int:
         """Return the status with which a request is refused, 0 if it is not."""
@@ -50,7 +50,7 @@ class Client(WebSocketHandler):
     """One open page: its session, the setting that it waits for, and at most one thing that takes long."""
 
     def initialize(self, page: Host) -> None:
-        """Take the page; Tornado's way of construction."""
+        """Store the page; Tornado constructs handlers so."""
         self.page, self.waiting, self.busy, self.over = page, None, False, False
         self.began = 0.0
         self.stop: threading.Event | None = None
@@ -60,31 +60,31 @@ class Client(WebSocketHandler):
     waiting: Set | None
 
     def prepare(self) -> None:
-        """Refuse who may not ask."""
+        """Refuse requests that the page's rules do not allow."""
         status = self.page.refusal(self, self.path_args[0])
         if status or len(self.page.clients) >= MAX_CLIENTS:
             self.set_status(status or 503)
             self.finish("refused\n")
 
     def check_origin(self, origin: str) -> bool:
-        """`Page.refusal` has looked at it."""
+        """Return True: `Page.refusal` has checked the origin."""
         return True
 
     def open(self, *args: str, **_: str) -> None:
-        """Tell what can be moved."""
+        """Send the controls to the page."""
         self.page.clients.add(self)
         self.session = self.page.session()
         self._send(packed("hello", Numbers(self.session.described())))
 
     def on_close(self) -> None:
-        """End what nobody waits for any more."""
+        """Stop computations whose results nobody waits for."""
         self.over, self.waiting = True, None
         self.page.clients.discard(self)
         if self.stop:
             self.stop.set()
 
     def on_message(self, message: str | bytes) -> None:
-        """Do what a message asks for; one that is malformed does nothing."""
+        """Handle a message of the page; a malformed one has no effect."""
         wanted: Message | None = parsed(message)
         if isinstance(wanted, Set):
             self.waiting = wanted
@@ -151,11 +151,11 @@ class Client(WebSocketHandler):
         return packed("figures", numbers, id=wanted.id)
 
     def _tell(self, kind: str, **facts: Any) -> None:
-        """Send from another thread."""
+        """Send a message to the page from another thread."""
         self.loop.call_soon_threadsafe(self._send, packed(kind, Numbers(facts)))
 
     def _watch(self, of: str, ended: Callable[[], bool], every: float = REPORT_INTERVAL, last: float = 0.0) -> Watch:
-        """What hears of a computation's progress: it tells the page now and then, and stops what nobody waits for."""
+        """Return a progress callback: it informs the page now and then, and stops superseded computations."""
 
         def watch(share: float) -> None:
             nonlocal last

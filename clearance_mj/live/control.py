@@ -1,4 +1,4 @@
-"""One thing that can be moved on the page."""
+"""A control of the page: a number or a choice."""
 
 from __future__ import annotations
 

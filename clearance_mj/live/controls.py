@@ -1,4 +1,4 @@
-"""What can be moved, each by a name: the excitation, weight and spin, every number of the clearances and the law."""
+"""Controls of the page by name: the excitation, weight and spin, every number of the clearances and the law."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
 
 
 def _of_motion(rig: Rig) -> Iterator[Control]:
-    """What moves a rig as a whole: weight, where it has some or moves across z, spin, unbalance."""
+    """Return the controls of the whole rig: weight, where it has some or moves across z, spin, unbalance."""
     group, pull = "Weight and spin", float(np.linalg.norm(rig.gravity or 0.0))
     if pull or rig.moves_across:
         yield Control("gravity", group, "Gravity", pull, "m/s²", 1.0, 0.0, max(2 * EARTH, 2 * pull))
@@ -111,7 +111,7 @@ def _of_bushing(rig: Rig, law: Law, i: int, bushing: Bushing) -> Iterator[Contro
 
 
 def _number(name: str, group: str, of: str, field: str, value: float, units: Mapping[str, str]) -> Control:
-    """A slider over a decade each way, or where the value is zero or a share, over what makes sense."""
+    """Return a slider over a decade up and down, or where the value is zero or a ratio, over a sensible range."""
     unit, scale = ("µm", 1e6) if field in LENGTHS else (units.get(field, ""), 1.0)
     label = f"{of}: {field.replace('_', ' ')}"
     if field in ("elastic_ratio", "film_limit", "restitution"):
@@ -125,7 +125,7 @@ def _number(name: str, group: str, of: str, field: str, value: float, units: Map
 
 
 def _units(model: type) -> dict[str, str]:
-    """Units of a model's fields, from the words that document them."""
+    """Return the units of a model's fields, from the texts that document them."""
     fields = json_schema(model, "model")["properties"]
     units = {name: _UNIT.match(field.get("description", "")) for name, field in fields.items()}
     return {name: match[1].strip() for name, match in units.items() if match}
@@ -138,7 +138,7 @@ def _contact_units(law: Law, i: int) -> dict[str, str]:
 
 
 def _contact(law: Law, i: int, n: int) -> dict[str, float]:
-    """Numbers of a clearance's contact; of a schedule over time or amplitude factors on its k and c."""
+    """Return the numbers of a clearance's contact; of a schedule over time or amplitude, factors on k and c."""
     if isinstance(law, ContactLaw):
         return _numbers(_own(law.contact, i))
     if isinstance(law, ConstantLaw):
@@ -148,7 +148,7 @@ def _contact(law: Law, i: int, n: int) -> dict[str, float]:
 
 
 def _numbers(model: Any) -> dict[str, float]:
-    """The numbers of a contact or grease model; of several in one field a factor on all."""
+    """Return the numbers of a contact or grease model; of several in one field, a factor on all."""
     linear = isinstance(model, Grease) and model.beta + model.gamma <= 0
     left_out = {"elastic_ratio", "amplitude", "beta", "gamma", "exponent"} if linear else set()
     left_out |= {"film_limit"} if getattr(model, "film_height", 1.0) is None else set()
@@ -208,7 +208,7 @@ def built(model: Model, values: Mapping[str, Value]) -> Model:
 
 
 def _motion(rig: Rig, values: Mapping[str, Value]) -> dict[str, Any]:
-    """The fields of a rig that controls of `_of_motion` change."""
+    """Return the fields of a rig that controls of `_of_motion` change."""
     pull = float(values.get("gravity", 0.0))
     along = np.array(rig.gravity or DOWN) / np.linalg.norm(rig.gravity or DOWN)
     unbalances = tuple(
@@ -232,7 +232,7 @@ def _spin(spin: Spin, values: Mapping[str, Value]) -> Spin:
 
 
 def _clearance(bushing: Bushing, values: Mapping[str, Value], name: str) -> dict[str, Any]:
-    """The fields of a bushing that controls of its own change, but for what fills it."""
+    """Return the fields of a bushing that its controls change, except its filling."""
     lengths = ("gap", "offset", "offset_y")
     fields: dict[str, Any] = {field: float(values[name + field]) for field in lengths if name + field in values}
     if f"{name}friction" in values:

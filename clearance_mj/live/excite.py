@@ -17,7 +17,7 @@ from .controls import MAX_SAMPLES, NONE, RECORD
 
 __all__ = ["excited", "record_named", "segment", "stepped"]
 
-MAX_STEPPED = 4 * MAX_SAMPLES  # samples of a stepped sine, which is asked for on its own
+MAX_STEPPED = 4 * MAX_SAMPLES  # samples of a stepped sine, which is requested separately
 
 
 def excited(rig: Rig, values: Mapping[str, Value], dataset: Dataset | None) -> Excitation:

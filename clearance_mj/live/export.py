@@ -71,7 +71,7 @@ def _table(frf: FRF) -> str:
 
 
 def _frf(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
-    """A column of magnitude, phase and coherence for every sensor would be too wide: all sensors in each panel."""
+    """Return the FRF's figure, all sensors in each panel: a column for every sensor would be too wide."""
     figure = canvas(6.5)
     above, middle, below = figure.subplots(3, sharex=True, height_ratios=(3, 2, 1.4))
     for i, label in enumerate(frf.responses):
@@ -93,7 +93,7 @@ def _frf(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
 
 
 def _whirl(shown: Shown) -> dict[str, Figure]:
-    """Orbits and full spectra in round clearances."""
+    """Return figures of orbits and full spectra in round clearances."""
     if not any(b.is_round for b in shown.model.rig.bushings):
         return {}
     end = whirl(shown.model.rig, shown.response).ending(1.0, TURNS)
@@ -101,7 +101,7 @@ def _whirl(shown: Shown) -> dict[str, Figure]:
 
 
 def _displacement(shown: Shown) -> dict[str, Figure]:
-    """Displacements in clearances along one coordinate."""
+    """Return a figure of displacements in clearances along one coordinate."""
     response, rig = shown.response, shown.model.rig
     slots = [(i, b, rows.start) for i, (b, rows) in enumerate(zip(rig.bushings, rig.clearance_rows)) if not b.is_round]
     if not slots:

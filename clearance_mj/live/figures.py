@@ -33,7 +33,7 @@ SHOWN, SLOW, PICTURES = 0.2, 40.0, 20.0
 MODES = 6  # natural frequencies that are shown
 HIGHEST = 250.0  # Hz, of a spectrum
 TOUCH, LEAST = 0.01, 1e-3
-"""share of a clearance's highest force, and N, above both of which it touches: the anti-alias filter rings around it"""
+"""least contact force, as a fraction of the clearance's highest and in N: the anti-alias filter rings around it"""
 
 
 @dataclass
@@ -44,13 +44,13 @@ class Numbers:
     arrays: dict[str, np.ndarray] = field(default_factory=dict)  #: of figures
 
     def add(self, other: Numbers) -> None:
-        """Take over the facts and arrays of another one."""
+        """Add the facts and arrays of another instance."""
         self.facts |= other.facts
         self.arrays |= other.arrays
 
 
 def thinned(values: np.ndarray, most: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Leave out samples, but no row's highest and lowest one.
+    """Return fewer samples, with the highest and lowest of every row.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def thinned(values: np.ndarray, most: int = POINTS) -> tuple[np.ndarray, np.ndar
 
 
 def frf_numbers(frf: FRF, prefix: str = "") -> Numbers:
-    """Magnitude, phase (degrees) and coherence of FRFs to one reference, with a prefix of the arrays' names."""
+    """Return magnitude, phase (degrees) and coherence of FRFs to one reference; a prefix names the arrays."""
     value = frf.value[:, 0]
     arrays = {"frequency": frf.frequency, "magnitude": np.abs(value), "phase": np.degrees(np.angle(value))}
     if frf.coherence is not None:
@@ -123,7 +123,7 @@ def places(rig: Rig, response: Response) -> Response:
 
 
 def motion(rig: Rig, response: Response) -> Numbers:
-    """How each clearance is touched, and its motion about the strongest contact, out of `places`."""
+    """Return how each clearance is touched, and its motion about the strongest contact, out of `places`."""
     x, force = response.displacement, response.contact_force
     if x is None or force is None or not len(x):
         return Numbers({"clearances": []})
@@ -147,7 +147,7 @@ def motion(rig: Rig, response: Response) -> Numbers:
 
 
 def _rattle(force: np.ndarray, bushing: Bushing) -> str:
-    """What contact forces (1 or 2, n) say: those of a shaft that leans on one side of a circle fit into a half."""
+    """Return the contact's kind from its forces (1 or 2, n): on one side, they fit into half a circle."""
     if not force.size:
         return "free"
     if len(force) == 1:

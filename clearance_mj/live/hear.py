@@ -1,4 +1,4 @@
-"""What is shown, to hear: the sound of the rig's plate or, without one, what a sensor reads."""
+"""Sound of the shown setting: of the rig's plate or, without one, a sensor's signal."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def branch(session: Session, values: Mapping[str, Value], low: float, high: floa
     low, high : float
         From and to, Hz; if the branch ends early, it is followed from the other end too.
     watch : callable
-        Hears which share is done.
+        Receives the fraction that is done.
 
     Returns
     -------

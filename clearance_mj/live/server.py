@@ -80,7 +80,7 @@ class Page:
 
     @property
     def address(self) -> str:
-        """Of the page, with its token."""
+        """Address of the page, with its token."""
         return f"http://{HOST}:{self.port}/{self.token}/"
 
     async def run(self, ready: Callable[[], Any] = lambda: None) -> None:
@@ -104,7 +104,7 @@ class Page:
                 pool.shutdown(wait=False, cancel_futures=True)
 
     def _warm(self) -> None:
-        """Compile what the first setting needs before someone waits for it."""
+        """Compile the code that the first setting needs before a client waits for it."""
         session = self.session()
         session.simulated(session.setting({"duration": 4.0}))
 
@@ -123,7 +123,7 @@ class Page:
 
 
 class File(RequestHandler):
-    """The files of the page; nothing else is there."""
+    """Handler of the page's files; no other paths exist."""
 
     def initialize(self, page: Page) -> None:
         """Take the page; Tornado's way of construction."""
@@ -147,7 +147,7 @@ class File(RequestHandler):
         self.finish(data)
 
     def _guard(self) -> None:
-        """Nothing from elsewhere, and nothing about this address to elsewhere."""
+        """Set headers: no content from elsewhere, and no referrer with this address to elsewhere."""
         self.clear_header("Server")
         policy = (
             "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "

@@ -26,14 +26,14 @@ from .figures import Numbers
 
 __all__ = ["Session", "Shown", "Watch"]
 
-Watch = Callable[[float], None]  # hears which share is done, 0 to 1; what it raises ends the computation
+Watch = Callable[[float], None]  # receives the fraction done, 0 to 1; an error that it raises ends the computation
 SEGMENTED = ("burst random", "multisine", "impacts")
 """excitations of which every segment holds a period, so that no window is needed"""
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What a setting gave."""
+    """Results of a setting."""
 
     values: dict[str, Value]  #: the setting
     model: Model  #: with these values
@@ -47,7 +47,7 @@ class Shown:
 
 
 class Session:
-    """What one user moves and sees; sessions of one rig share nothing that changes.
+    """The settings and results of one user; sessions of one rig have no changing state in common.
 
     Parameters
     ----------
@@ -89,14 +89,14 @@ class Session:
         return self.identified | checked_values(self.controls, changes)
 
     def simulated(self, values: Mapping[str, Value], watch: Watch = lambda share: None) -> Shown:
-        """Simulate a setting: what `simulate` and `estimate_frf` give for its rig, law and excitation.
+        """Return response and FRFs of a setting, by `simulate` and `estimate_frf` with its rig, law and excitation.
 
         Parameters
         ----------
         values : mapping
             Values of the controls, as `setting` returns them.
         watch : callable
-            Hears which share is done.
+            Receives the fraction that is done.
 
         Raises
         ------

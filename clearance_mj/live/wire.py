@@ -1,4 +1,4 @@
-"""What page and server tell each other: checked messages one way, packed numbers the other."""
+"""Messages between page and server: checked requests one way, packed numbers the other."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Set:
 
 @dataclass(config=_STRICT)
 class Window:
-    """Show a stretch of time more finely."""
+    """Show an interval of time more finely."""
 
     type: Literal["window"]
     low: Number
@@ -57,7 +57,7 @@ class Window:
 
 @dataclass(config=_STRICT)
 class Between:
-    """What takes long and is of a setting, from a low end to a high one."""
+    """Request of a long computation for a setting, from a low end to a high one."""
 
     values: Values
     low: Number
@@ -91,7 +91,7 @@ class Sweep(Between):
 
 @dataclass(config=_STRICT)
 class Cancel:
-    """End what takes long."""
+    """Cancel the long computation."""
 
     type: Literal["cancel"]
 

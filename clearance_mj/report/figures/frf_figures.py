@@ -131,13 +131,13 @@ def study_waterfall(study: Study) -> Drawing:
         spectra = study.test(study.records(level)[0]), study.case(law, engine, level).frf
         curves[level] = [(frf.frequency, decibel(frf.functions)) for frf in spectra]
     looks = Looks(study)
-    test, labels = looks.test, (looks.test, f"law “{law}”, engine {engine}")
+    src, labels = looks.test, (looks.test, f"law “{law}”, engine {engine}")
     pair = [look | {"label": label} for look, label in zip(_PAIR, labels)]
     figure = draw_levels(study.dataset.rig, curves, "|H|", looks.magnitude, study.unit, looks=pair)
     key(figure, of_curves(dict(zip(labels, _PAIR))), 2)
     caption = (
-        f"FRFs over level, {test} and the best law: each pair {STEP:g} dB above the one of the level before. Resonances "
+        f"FRFs over level, {src} and the best law: each pair {STEP:g} dB above the one of the level before. Resonances "
         "shift and flatten where the shaft begins to touch its bushings."
     )
-    alt = f"FRF magnitudes of the {test} and law {law} at {len(study.levels)} levels, one above the other."
+    alt = f"FRF magnitudes of the {src} and law {law} at {len(study.levels)} levels, one above the other."
     return Drawing(f"waterfall{study.suffix}", figure, caption, alt, chart=True)
