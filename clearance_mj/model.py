@@ -170,7 +170,7 @@ class Model(Shown):
         known : Rig
             A rig with the same structure, whose files are taken where that is read from files.
         """
-        return cls(_rig(data["rig"], known), law_from_dict(data["law"]))
+        return cls(_load_rig(data["rig"], known), law_from_dict(data["law"]))
 
     @classmethod
     def load(cls, path: str | Path, law: str | Path | None = None) -> Model:
@@ -193,7 +193,7 @@ class Model(Shown):
             return cls(Rig.load(path), load_law(law) if law else None)  # type: ignore[arg-type]
         rig, law_file = Rig.load(path / RIG_FILE), path / LAW_FILE
         if law is None and (path / POSTERIOR_FILE).is_file():
-            return cls(rig, load_law(law_file), partial(_kept, path / POSTERIOR_FILE, rig))
+            return cls(rig, load_law(law_file), partial(_draw_kept, path / POSTERIOR_FILE, rig))
         law = law or (law_file if law_file.is_file() else None)
         return cls(rig, load_law(law) if law else None)  # type: ignore[arg-type]
 
@@ -203,7 +203,7 @@ def _with_gap(model: Model, gap: Gap, n: int, seed: int) -> list[Model]:
     return [drawn.with_gap(gap) for drawn in model.draw(n, seed)]
 
 
-def _kept(path: Path, rig: Rig, n: int, seed: int) -> list[Model]:
+def _draw_kept(path: Path, rig: Rig, n: int, seed: int) -> list[Model]:
     """Return n of the models that a file keeps, each at most once."""
     damages = OSError, ValueError, KeyError, TypeError, RecursionError
     with naming(path, damages, LawError, "{}: holds no draws of a model ({})"):
@@ -214,7 +214,7 @@ def _kept(path: Path, rig: Rig, n: int, seed: int) -> list[Model]:
     return models
 
 
-def _rig(data: dict[str, Any], known: Rig) -> Rig:
+def _load_rig(data: dict[str, Any], known: Rig) -> Rig:
     """Return the rig of plain data, with the structure of a known one if that is read from files."""
     of_known = known.to_dict()
     if data == of_known:

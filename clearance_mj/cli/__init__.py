@@ -76,14 +76,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     prepare()
     try:
-        options = _parsed(sys.argv[1:] if arguments is None else list(arguments))
+        options = _parse(sys.argv[1:] if arguments is None else list(arguments))
         for words in stale(inputs(options)):
             say(words)
         with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout), warnings.catch_warnings():
             from ..rig.plausible import ImplausibleRig
             from .options import load_plugin
 
-            warnings.showwarning = _say
+            warnings.showwarning = _print_warning
             warnings.simplefilter("error", ImplausibleRig)
             load_plugin(getattr(options, "plugin", None))
             with vectors(getattr(options, "figures", None)):
@@ -94,32 +94,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if sys.stdout:
             sys.stdout.flush()
     except ClearanceError as error:
-        return _failed(str(error), 2)
+        return _fail(str(error), 2)
     except KeyboardInterrupt:
-        return _failed("interrupted; run the same command again to go on", 1)
+        return _fail("interrupted; run the same command again to go on", 1)
     except BrokenPipeError:
         silence()
         return 1
     except OSError as error:  # a full disk, a name that is too long
         silence()
         file_name = f"{error.filename}: " if error.filename else ""
-        return _failed(f"{file_name}{error.strerror or error}", 2 if error.errno in MISTAKEN else 1)
+        return _fail(f"{file_name}{error.strerror or error}", 2 if error.errno in MISTAKEN else 1)
     except MemoryError as error:
-        return _failed(f"not enough memory for what was asked ({str(error) or 'no more is known'}); ask for less", 2)
+        return _fail(f"not enough memory for what was asked ({str(error) or 'no more is known'}); ask for less", 2)
     return 0
 
 
-def _say(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+def _print_warning(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
     say(str(message), "note" if issubclass(category, RecordNote) else "warning")
 
 
-def _failed(words: str, status: int) -> int:
+def _fail(words: str, status: int) -> int:
     print(f"clearance-mj: {ClearanceError(words)}", file=sys.stderr)
     return status
 
 
-def _parsed(arguments: list[str]) -> argparse.Namespace:
-    """Options of a command; what is misspelt ends with the nearest known words."""
+def _parse(arguments: list[str]) -> argparse.Namespace:
+    """Return the options of a command; an error for misspelt ones names the nearest known words."""
     raw = argparse.RawDescriptionHelpFormatter
     parser = Parser(prog="clearance-mj", description="Vibration of shafts with clearance.", formatter_class=raw)
     parser.add_argument("--version", action="version", version=f"clearance-mj {__version__}")
@@ -129,25 +129,25 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
     if name in names():
         find(name).add(commands)
     elif name:
-        parser.error(f"{name!r} is no command{_meant(name, names())}")
+        parser.error(f"{name!r} is no command{_closest(name, names())}")
     else:
         for task, modules in _GROUPS.items():
-            parser.add_argument_group(task, "\n".join(_listed(each) for each in modules.split()))
+            parser.add_argument_group(task, "\n".join(_command_line(each) for each in modules.split()))
     options, unknown = parser.parse_known_args(arguments)
     if unknown:
         known = re.findall(r"--[\w-]+", options.parser.format_usage())
-        options.parser.error(f"{unknown[0]!r} is not known{_meant(unknown[0].partition('=')[0], known)}")
+        options.parser.error(f"{unknown[0]!r} is not known{_closest(unknown[0].partition('=')[0], known)}")
     return options
 
 
-def _listed(module: str) -> str:
-    """A command in the list of all, its help beside its name, out of a source that need not be imported for it."""
+def _command_line(module: str) -> str:
+    """Return a command's line in the list of all, its help read from the source without importing it."""
     source = ast.parse(pkgutil.get_data(__name__, f"{module}.py") or b"")
     (run,) = (node for node in source.body if isinstance(node, ast.FunctionDef) and node.name == "run")
     words = f"{module.replace('_', '-'):18s}{(ast.get_docstring(run) or '').rstrip('.')}"
     return textwrap.fill(words, shutil.get_terminal_size().columns - 4, subsequent_indent=18 * " ")
 
 
-def _meant(word: str, known: Iterable[str]) -> str:
+def _closest(word: str, known: Iterable[str]) -> str:
     close = difflib.get_close_matches(word, list(known), 1)
     return f", did you mean {close[0]}?" if close else ""

@@ -13,7 +13,7 @@ from .command import Options, Result, command, option
 from .options import SEED, band
 
 
-def _free(text: str) -> tuple[str, tuple[float, float] | None]:
+def _parse_free(text: str) -> tuple[str, tuple[float, float] | None]:
     path, given, bounds = text.partition("=")
     if not given:
         return path, None
@@ -30,7 +30,7 @@ def _free(text: str) -> tuple[str, tuple[float, float] | None]:
     option("targets", "CSV of natural frequencies (frequency_hz or test_hz; mode, std_hz, shape_NODE if known), or UFF "
            "of FRFs", Path, nargs="+"),
     option("--free", "free parameter as in the rig file, such as bushings[0].position, with bounds in SI units; "
-           "bushings.grease.stiffness is one value for all bushings", _free, action="append", required=True,
+           "bushings.grease.stiffness is one value for all bushings", _parse_free, action="append", required=True,
            metavar="PATH[=LOW:HIGH]"),
     option("--starts", "starts of the search", int, 8),
     SEED,
@@ -46,7 +46,7 @@ def run(options: Options) -> Result:
     rig, targets = Rig.load(options.rig), [_target(path, options) for path in options.targets]
     calibration = calibrate(rig, targets, dict(options.free), options.starts, options.seed, not options.quiet)
     calibration.rig.copied(options.new / "structure").save(options.new / "rig.toml")
-    return Result(calibration.to_dict(), _words(calibration), drawings=[draw(calibration)])
+    return Result(calibration.to_dict(), _report(calibration), drawings=[draw(calibration)])
 
 
 def _target(path: Path, options: Options) -> ModalTarget | FRFTarget:
@@ -56,7 +56,7 @@ def _target(path: Path, options: Options) -> ModalTarget | FRFTarget:
     return target if options.fit == "frf" else modal_target(target, options.modes, options.std)
 
 
-def _words(calibration: Calibration) -> Iterator[str]:
+def _report(calibration: Calibration) -> Iterator[str]:
     fit = calibration.estimates
     for path, value, std in zip(fit.names, fit.value, fit.std):
         yield f"{path:32s} {value:.6g} ± {std:.2g}"

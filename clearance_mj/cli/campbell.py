@@ -57,7 +57,7 @@ def spins_of(options: Options, beyond: float = BEYOND) -> tuple[Model, Rig, np.n
 def of_speeds(
     options: Options, model: Model, diagram: Campbell | UnbalanceResponse, caption: str, table: pd.DataFrame
 ) -> Result:
-    """Return what a command found over the speed, its critical speeds too, which are written."""
+    """Return a command's results over the speed, and write its critical speeds."""
     critical, threshold = diagram.criticals, diagram.shaft.threshold(diagram.speed)
     data = {"speed": diagram.speed[[0, -1]].tolist(), "operating": diagram.operating}
     data |= {"threshold": threshold, "critical_speeds": critical.to_dict("records")}

@@ -1,4 +1,4 @@
-"""What every command has in common: its declaration, the options that all have, and how results are written."""
+"""Parts common to all commands: declaration, options that all have, and writing of results."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def flag(name: str, help: str) -> Option:
 
 @dataclass(frozen=True)
 class Result:
-    """What a command found."""
+    """Results of a command."""
 
     data: dict[str, Any]  #: what ``--json`` prints, and the command's JSON file holds
     words: Iterable[str] = ()  #: lines that are printed
@@ -95,7 +95,7 @@ class Command:
 
     name: str  #: what users type
     run: Callable[[Options], Result]  #: takes the parsed options
-    options: tuple[Option | Group, ...]  #: its own
+    options: tuple[Option | Group, ...]  #: of this command
     out: Path | None  #: default of ``--out``
     out_help: str | None  #: help of ``--out``
     base: str  #: name of its JSON and CSV files
@@ -115,7 +115,7 @@ class Command:
             each.add(parser)
 
     def result(self, options: Options) -> Result:
-        """Return what it finds with options; where it writes files, those are in the folder ``--out`` then.
+        """Return the results with options; files are written into the folder ``--out``.
 
         They are written into ``options.new``, and once all are whole they take their places in the folder, see
         `output_folder`. Others that are there are not replaced.
@@ -127,9 +127,9 @@ class Command:
         with output_folder(options.out, self.name, inputs(options)) as folder:
             folder.refuse_others(*self.writes)
             options.new = folder.new
-            return self._written(self.run(options), options)
+            return self._write(self.run(options), options)
 
-    def _written(self, result: Result, options: Options) -> Result:
+    def _write(self, result: Result, options: Options) -> Result:
         """Write data, rows and drawings; nothing if the data are no JSON."""
         from ..report.tables import write_csv
 
@@ -188,7 +188,7 @@ def given(options: Options, *names: str) -> list[str]:
 
 
 def inputs(options: Options) -> list[Path]:
-    """Files and folders that a command was given to read."""
+    """Return the files and folders that a command was given to read."""
     return [path for name, value in vars(options).items() if name not in OUTPUTS for path in _paths(value)]
 
 
@@ -200,22 +200,22 @@ def _paths(value: object) -> Iterator[Path]:
 
 
 def provenance(options: Options) -> dict[str, Any]:
-    """Return what a command's results come from: versions of the program and its libraries, digests of what it read."""
+    """Return the provenance of results: versions of the program and its libraries, digests of the files read."""
     return made_from(inputs(options), options.command)
 
 
 def settings(model: Model) -> dict[str, Any]:
-    """Return what results of a model carry: rig, law, the version, and the digest of the program's sources."""
+    """Return metadata of a model's results: rig, law, the version, and the digest of the program's sources."""
     return {"version": __version__, "code": code()} | model.to_dict()
 
 
 def say(words: str, kind: str = "note") -> None:
-    """Tell the user something beside the results."""
+    """Print a message to the user, besides the results."""
     print(f"clearance-mj: {kind}: {words}", file=sys.stderr)
 
 
 def warn_of_depths(model: Model, largest: Any, quantity: str = "penetration") -> None:
-    """Say where walls are pressed too deep, from the largest penetrations (n_bushings,), m, or contact forces, N.
+    """Warn of walls pressed too deep, from the largest penetrations (n_bushings,), m, or contact forces, N.
 
     Of a force the depth is that of both ends at the largest stiffness: it is at least so deep.
     """

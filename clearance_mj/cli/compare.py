@@ -45,7 +45,7 @@ def run(options: Options) -> Result:
         aligned = align(test, model)
         if options.band:
             aligned = aligned.within(options.band)
-        repeat, frequency = _repeat(aligned, options), aligned.test.frequency
+        repeat, frequency = _read_repeat(aligned, options), aligned.test.frequency
         n_modes = options.modes if frequency.size >= MIN_LINES else 0
         # Modes are looked for in accelerations, whatever the test measured; all else is given in the test's quantity.
         test, model = accelerance(aligned.test), accelerance(aligned.model)
@@ -77,14 +77,14 @@ def run(options: Options) -> Result:
         if missing_labels := data[f"only_{side}"]:
             say(f"only the {side} has {few(missing_labels)}: left out", "warning")
     if not options.out:
-        return Result(data, _words(data, comparison))
+        return Result(data, _report(data, comparison))
     drawings = draw(aligned, comparison, of_test, of_model, matrix, repeat)
     data["report"] = str(options.out / write_page(comparison, drawings, notes, options.new).name)
-    return Result(data, _words(data, comparison), drawings=drawings)
+    return Result(data, _report(data, comparison), drawings=drawings)
 
 
-def _repeat(aligned: Alignment, options: Options) -> FRF | None:
-    """The repeat of the test on the lines and responses that are compared; one that lacks some is refused."""
+def _read_repeat(aligned: Alignment, options: Options) -> FRF | None:
+    """Return the repeat on the lines and responses compared; raise an error if it lacks some."""
     if options.repeat is None:
         return None
     repeat = align(aligned.test, read_frf(options.repeat, options.test_column))
@@ -94,7 +94,7 @@ def _repeat(aligned: Alignment, options: Options) -> FRF | None:
 
 
 def _notes(aligned: Alignment, n_modes: int) -> list[str]:
-    """What is not compared, or not over responses alone."""
+    """Return notes on data not compared, or not over responses alone."""
     notes, size = list(aligned.notes), aligned.test.frequency.size
     if n_modes and size < MIN_LINES:
         notes.append(f"modes are not looked for: they need {MIN_LINES} common lines, there are {size}")
@@ -107,22 +107,22 @@ def _notes(aligned: Alignment, n_modes: int) -> list[str]:
     return notes
 
 
-def _words(data: dict[str, Any], comparison: Comparison) -> Iterator[str]:
+def _report(data: dict[str, Any], comparison: Comparison) -> Iterator[str]:
     low, high = data["band"]
     yield f"{data['quantity']} to {data['reference']}, {data['lines']} lines from {low:g} to {high:g} Hz"
     shown = [*MEASURES, *(name for name in BESIDE if math.isfinite(data[name]))]
     sensors = comparison.per_sensor.set_index("sensor")[shown]
     table = pd.concat([sensors, sensors.mean(skipna=False).to_frame("mean").T])
-    yield table.rename_axis(columns="sensor").to_string(float_format=_number, na_rep="undefined")
-    yield f"RMSE {_number(data['rmse_db'])} dB; {data['beside']}"
-    yield f"CSAC {_number(data['csac'])}, CSF {_number(data['csf'])} over the responses, mean of the lines"
+    yield table.rename_axis(columns="sensor").to_string(float_format=_number_text, na_rep="undefined")
+    yield f"RMSE {_number_text(data['rmse_db'])} dB; {data['beside']}"
+    yield f"CSAC {_number_text(data['csac'])}, CSF {_number_text(data['csf'])} over the responses, mean of the lines"
     for row in comparison.per_mode.to_dict("records"):
-        if words := _mode(row):
+        if words := _mode_text(row):
             yield f"mode {row['mode']}: {words}"
 
 
-def _mode(row: dict[Any, Any]) -> str:
-    """A mode in words; "" of an empty row."""
+def _mode_text(row: dict[Any, Any]) -> str:
+    """Return a mode in words; "" for an empty row."""
     test, model, why = row["test_hz"], row["model_hz"], row["why"]
     known = [f"{name}{hz:.5g} Hz" for name, hz in (("", test), ("model ", model)) if math.isfinite(hz)]
     if not known:
@@ -130,10 +130,10 @@ def _mode(row: dict[Any, Any]) -> str:
     if why:
         return f"{', '.join(known)}; not compared: {why}"
     return (
-        f"{', '.join(known)} ({100 * (model / test - 1):+.3g} %), MAC {_number(row['mac'])}, "
+        f"{', '.join(known)} ({100 * (model / test - 1):+.3g} %), MAC {_number_text(row['mac'])}, "
         f"damping {row['test_damping']:.3g}, model {row['model_damping']:.3g}"
     )
 
 
-def _number(value: float) -> str:
+def _number_text(value: float) -> str:
     return f"{value:.4g}" if math.isfinite(value) else "undefined"

@@ -105,21 +105,21 @@ def _to_file(inputs: list[Path], out: Path, options: Options) -> dict[str, Any]:
     if isinstance(obj, list):
         note(path, channel_faults(obj))
     if options.frf is not None:
-        obj = _frf(path, obj, rig, options)
+        obj = _read_frf(path, obj, rig, options)
     formats.write(out, obj, rig)
     write_text(metadata_file, to_json(made_from(read, "convert") | {"sha256": sha256(out)}))
-    return {"in": str(path), "out": str(out), "holds": _words(obj, out, rig)}
+    return {"in": str(path), "out": str(out), "holds": _report(obj, out, rig)}
 
 
 def _with_quantity(path: Path, obj: Contents, text: str) -> FRF:
-    """FRFs whose quantity the user says."""
+    """Return FRFs with the quantity that the user gives."""
     quantity, _, unit = text.partition("[")
     with naming(path):
         return with_quantity(picked(obj, "frf"), quantity.strip(), unit.strip(" ]"))
 
 
 def _is_readable(path: Path) -> bool:
-    """Whether a file holds what this program writes, which can be read without options, and so may be replaced."""
+    """Return True if a file is of this program, readable without options, and so may be replaced."""
     try:
         formats.read(path)
     except ClearanceError:
@@ -127,7 +127,7 @@ def _is_readable(path: Path) -> bool:
     return True
 
 
-def _frf(path: Path, obj: Contents, rig: Rig | None, options: Options) -> FRF:
+def _read_frf(path: Path, obj: Contents, rig: Rig | None, options: Options) -> FRF:
     if isinstance(obj, FRF):
         raise RecordError(f"{path}: holds FRFs already; --frf is for time records")
     with naming(path):
@@ -135,14 +135,14 @@ def _frf(path: Path, obj: Contents, rig: Rig | None, options: Options) -> FRF:
             kind = options.kind or formats.driving_kind(obj, rig)
             obj = Record("record", "identify", rig, obj[0].fs, obj, kind).response()
         elif isinstance(obj, list):
-            obj = _driven(obj, options.kind)
+            obj = _response_without_rig(obj, options.kind)
         if not isinstance(obj, Response):
             raise RecordError("holds no time records, which --frf needs")
         return estimate_frf(obj, resolution=options.frf, band=options.band, window=options.window)
 
 
-def _driven(channels: list[Channel], kind: str | None) -> Response:
-    """Motions and what drives them, without a rig that says so."""
+def _response_without_rig(channels: list[Channel], kind: str | None) -> Response:
+    """Return motions and their excitation, without a rig that defines them."""
     placed = [c for c in channels if c.placed]
     kinds = {c: "force" for c in placed if c.quantity == "force"}
     kinds |= {c: "base" for c in placed if (c.quantity, c.node) == ("acceleration", BASE_NODE)}
@@ -160,8 +160,8 @@ def _driven(channels: list[Channel], kind: str | None) -> Response:
                     quantities=tuple(c.quantity for c in sensors))  # fmt: skip
 
 
-def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
-    """What was written; what could not be is said on standard error."""
+def _report(obj: Contents, out: Path, rig: Rig | None) -> str:
+    """Return a report of what was written; warn on standard error of what could not be."""
     if isinstance(obj, FRF):
         return "; ".join(
             f"{count} FRFs, {obj.quantity} to {reference}, {obj.frequency.size} lines"
@@ -195,7 +195,7 @@ def _into_dataset(inputs: list[Path], out: Path, options: Options) -> dict[str, 
         raise ClearanceError(f"{out}: a new dataset needs its rig: --rig rig.toml")
     if known and known.rig != rig:
         raise ClearanceError(f"{options.rig}: is another rig than that of the dataset {out}")
-    records = [_record(path, rig, options) for path in inputs]
+    records = [_make_record(path, rig, options) for path in inputs]
     write_dataset(out, rig, [*(known.records if known else ()), *records])
     names = [record.name for record in records]
     return {
@@ -207,8 +207,8 @@ def _into_dataset(inputs: list[Path], out: Path, options: Options) -> dict[str, 
     }
 
 
-def _record(path: Path, rig: Rig, options: Options) -> Record:
-    spin = _spin(options.spin) or rig.spin
+def _make_record(path: Path, rig: Rig, options: Options) -> Record:
+    spin = _parse_spin(options.spin) or rig.spin
     if options.pulses is not None:
         if spin is None:
             raise ClearanceError("--pulses needs --spin, or a rig file that has a spin")
@@ -234,8 +234,8 @@ def _record(path: Path, rig: Rig, options: Options) -> Record:
     return dataclasses.replace(record, level=float(f"{rms:.3g}"))
 
 
-def _spin(text: str | None) -> Spin | None:
-    """The spin that an option says."""
+def _parse_spin(text: str | None) -> Spin | None:
+    """Return the spin of an option's text."""
     if text is None:
         return None
     try:

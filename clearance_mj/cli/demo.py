@@ -62,7 +62,7 @@ def run(options: Options) -> Result:
         else:
             write(path, channels)
         files.append(str(path))
-    steps = [*_steps(shlex.quote(str(folder)), options.format)]
+    steps = [*_command_lines(shlex.quote(str(folder)), options.format)]
     write_text(folder / "README.txt", README.format(steps="\n".join(steps)))
     words = f"{folder}: {len(files)} records of a synthetic bench, and README.txt with what its designer knows"
     return Result({"out": str(folder), "files": files, "next": steps}, [words, f"next: {steps[0]}"])
@@ -82,7 +82,7 @@ def bench() -> Model:
 
 
 def measured(model: Model, rms: float, seed: int) -> list[Channel]:
-    """Return what the bench's logger records of noise, in g, under the logger's names."""
+    """Return the logger's record of the bench under noise, in g, with the logger's channel names."""
     shaken = excitation.random(DURATION, FS, BAND, rms, seed)
     response = simulate(model, shaken, engine="modal")
     rng = np.random.default_rng(seed)
@@ -95,7 +95,7 @@ def measured(model: Model, rms: float, seed: int) -> list[Channel]:
 
 
 def _logger_csv(channels: list[Channel]) -> Iterator[str]:
-    """Lines of a file as data loggers write it: metadata, names, units, decimal commas."""
+    """Return the lines of a file as data loggers write it: metadata, names, units, decimal commas."""
     yield "Logger;synthetic, simulated by clearance-mj"
     yield f"Sample rate [Hz];{channels[0].fs:g}"
     yield ""
@@ -106,8 +106,8 @@ def _logger_csv(channels: list[Channel]) -> Iterator[str]:
         yield ";".join([f"{time:.7f}", *numbers]).replace(".", ",")
 
 
-def _steps(folder: str, suffix: str) -> Iterator[str]:
-    """Commands of a first hour, in order."""
+def _command_lines(folder: str, suffix: str) -> Iterator[str]:
+    """Yield the commands of a first hour, in order."""
     runs, checks = (" ".join(f"{folder}/{n}.{suffix}" for n in RECORDS if n.startswith(w)) for w in ("run", "check"))
     yield (
         f'clearance-mj new "synthetic bench" --length 620mm --diameter 8.6mm --mass 0.62 0.2 --bushings 0.45 '

@@ -42,8 +42,8 @@ def run(options: Options) -> Result:
             )
         logs = [ServoLog.read(path) for path in options.runs]
         data = write_held({log.name: fit_held(log) for log in logs}, options.new)
-        return Result(data, _words(data))
-    columns = _columns(options)
+        return Result(data, _report(data))
+    columns = _channel_columns(options)
     runs, held_out = ([DriveRecord.read(path, columns) for path in paths] for paths in (options.runs, options.predict))
     if any(run.both_ends for run in runs):
         fit = fit_drive(runs, progress=not options.quiet)
@@ -53,10 +53,10 @@ def run(options: Options) -> Result:
     else:
         alone = fit_motor_side(runs, progress=not options.quiet)
         data = write_motor_side(alone, options.new)
-    return Result(data, _words(data))
+    return Result(data, _report(data))
 
 
-def _words(data: dict[str, Any]) -> Iterator[str]:
+def _report(data: dict[str, Any]) -> Iterator[str]:
     yield from (f"{name}: {value:.4g}" for name, value in data["table"].items())
     yield from data["not_told"]
     for row in data["predicted"]:
@@ -65,8 +65,8 @@ def _words(data: dict[str, Any]) -> Iterator[str]:
         yield f"{row['run']}: {off} RMS off"
 
 
-def _columns(options: Options) -> dict[str, str]:
-    """Columns by what they are; a map says it the other way round, as options of other commands do."""
+def _channel_columns(options: Options) -> dict[str, str]:
+    """Return columns by channel; a map has them by column, as options of other commands do."""
     pairs = [*read_plain(options.map, RecordError).get("channels", {}).items()] if options.map else []
     for pair in options.column:
         header, equals, right = (part.strip() for part in pair.partition("="))

@@ -50,7 +50,7 @@ def run(options: Options) -> Result:
     if wrong := [given for given in positions if len(given) not in (0, 1, count)]:
         raise ClearanceError(f"{' '.join(wrong[0])}: give one place, or one for each of the {count} files")
     ats, places = (given * (count if len(given) == 1 else 1) or [None] * count for given in positions)
-    records = [_record(path, at, place, rig, options) for path, at, place in zip(options.records, ats, places)]
+    records = [_read_record(path, at, place, rig, options) for path, at, place in zip(options.records, ats, places)]
     with naming(", ".join(map(str, options.records)), ClearanceError):
         settings = {name: getattr(options, name) for name in SETTINGS}
         test = hammer_frf(records, band=options.band, **settings)
@@ -78,11 +78,11 @@ def run(options: Options) -> Result:
     return Result(data, words, drawings=[Drawing(name, *drawn, drawn[1]) for name, drawn in figures.items()])
 
 
-def _record(path: Path, at: str | None, place: str | None, rig: Rig | None, options: Options) -> Response:
-    """The force and the accelerations of a file."""
+def _read_record(path: Path, at: str | None, place: str | None, rig: Rig | None, options: Options) -> Response:
+    """Return the force and the accelerations of a file."""
     channels = read_channels(path, rig=rig, **reading(options))
     with naming(path):
-        hammer = _hammer(channels, rig, options.hammer)
+        hammer = _hammer_channel(channels, rig, options.hammer)
         at = at or (hammer.label if hammer.placed else None)
         sensors = [c for c in channels if c.quantity == "acceleration" and (not rig or c.label in rig.sensor_labels)]
         if not sensors:
@@ -101,8 +101,8 @@ def _record(path: Path, at: str | None, place: str | None, rig: Rig | None, opti
     return Response(hammer.fs, hammer.value, motion, kind="force", responses=labels, reference=at)
 
 
-def _hammer(channels: list[Channel], rig: Rig | None, name: str | None) -> Channel:
-    """The channel that is named, the one where the rig is driven, or the only force."""
+def _hammer_channel(channels: list[Channel], rig: Rig | None, name: str | None) -> Channel:
+    """Return the force channel that is named, the one where the rig is driven, or the only one."""
     forces = [c for c in channels if c.quantity == "force"]
     if name is not None:
         forces = [c for c in channels if name in (c.name, c.label)]

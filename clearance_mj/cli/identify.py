@@ -44,16 +44,16 @@ def run(options: Options) -> Result:
         raise ClearanceError(f"--out {options.out}: a folder is written, with rig.toml and law.json; give a folder")
     if options.out.resolve() in (options.records.resolve(), options.rig and options.rig.resolve().parent):
         raise ClearanceError(f"--out {options.out}: rig.toml would replace the records' own; give another folder")
-    dataset, out = _dataset(options), options.out
+    dataset, out = _load_dataset(options), options.out
     with output_folder(out, "identify", inputs(options)) as folder:
         folder.refuse_others("rig.toml", "law.json", "posterior.json", "identified.json", "index.html")
         name = options.method or (RIG_EXACT if options.rig_exact else DEFAULT)
-        identified = _identified(options, dataset, name)
-        failure = _written(identified, dataset, folder.new, options)
+        identified = _identify(options, dataset, name)
+        failure = _write(identified, dataset, folder.new, options)
         if not failure:  # a study does not find it again
             stored_law(folder.cache, name, dataset, lambda: identified)
             folder.cache.drop_unused()
-    words = [*_words(identified, out)]
+    words = [*_report(identified, out)]
     if failure:
         print("\n".join(words))
         raise ClearanceError(f"{out}: what was found is kept, and drawing it failed: {failure}") from failure
@@ -66,8 +66,8 @@ def run(options: Options) -> Result:
     return Result({"law": identified.law.to_dict()} | identified.to_dict(), words)
 
 
-def _written(identified: Identified, dataset: Dataset, new: Path, options: Options) -> Exception | None:
-    """Write what was found, then draw it; return what made drawing fail, of which nothing then stays."""
+def _write(identified: Identified, dataset: Dataset, new: Path, options: Options) -> Exception | None:
+    """Write the model, then draw it; return the error that made drawing fail, whose files are removed."""
     try:
         identified.save(new, dataset, provenance(options))
         if not options.no_figures:
@@ -82,8 +82,8 @@ def _written(identified: Identified, dataset: Dataset, new: Path, options: Optio
     return None
 
 
-def _identified(options: Options, dataset: Dataset, name: str) -> Identified:
-    """What the method finds; what it warns of is printed, also where it then fails."""
+def _identify(options: Options, dataset: Dataset, name: str) -> Identified:
+    """Return the method's result; its warnings are printed, even if it fails after them."""
     said: list[str] = []
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: said.append(str(message))
@@ -96,7 +96,7 @@ def _identified(options: Options, dataset: Dataset, name: str) -> Identified:
     return identified
 
 
-def _words(identified: Identified, out: Path) -> Iterator[str]:
+def _report(identified: Identified, out: Path) -> Iterator[str]:
     if identified.estimates:
         yield from parameter_words(identified.estimates, 48, f"{'found':>11s}   std  (over that of before)")
     if families := identified.pages.get("families", ()):
@@ -108,8 +108,8 @@ def _words(identified: Identified, out: Path) -> Iterator[str]:
     yield f"rig and law: {out / 'rig.toml'}, {out / 'law.json'}"
 
 
-def _dataset(options: Options) -> Dataset:
-    """The dataset, or that of a single record."""
+def _load_dataset(options: Options) -> Dataset:
+    """Return the dataset, or one of a single record."""
     path = options.records
     if path.is_dir() or not (path.is_file() or path.suffix.lower() in FORMATS):
         if options.rig or options.column or options.fs or options.map or options.resample:

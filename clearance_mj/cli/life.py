@@ -45,7 +45,7 @@ def run(options: Options) -> Result:
     if options.history and options.draws:
         raise ClearanceError("--draws is of what tolerances say, and with --history that says it; leave --draws out")
     model = load_model(options)
-    life = _predicted(options, model, _operation(options, model))
+    life = _predict(options, model, _operation(options, model))
     return Result(settings(model) | summary(life), life.words(), rows(life), [draw(life)])
 
 
@@ -61,7 +61,7 @@ def _operation(options: Options, model: Model) -> Operation:
     return Marched(random(options.duration, options.fs, options.band, level, options.seed, kind))
 
 
-def _predicted(options: Options, model: Model, operation: Operation) -> Life | Lives | Remaining:
+def _predict(options: Options, model: Model, operation: Operation) -> Life | Lives | Remaining:
     limit, progress = by_bushing(options.gap_limit, "--gap-limit"), not options.quiet
     if options.history:
         history = GapHistory.load(options.history, len(model.rig.bushings))

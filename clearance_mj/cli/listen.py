@@ -1,4 +1,4 @@
-"""clearance-mj listen: hear how a design rattles, and how loud, alone or beside another one."""
+"""clearance-mj listen: hear how a design rattles, and how loud, alone or compared with another."""
 
 from __future__ import annotations
 
@@ -55,9 +55,9 @@ def run(options: Options) -> Result:
         raise ClearanceError(
             'loudness needs the package mosqito: pip install "clearance-mj[sound]"; or give --method none'
         )
-    models = _models(options)
+    models = _load_models(options)
     plates = {name: _plate(options, model, models["A"]) for name, model in models.items()}
-    responses = {name: _responses(options, name, model) for name, model in models.items()}
+    responses = {name: _compute_responses(options, name, model) for name, model in models.items()}
     sound_of = radiate if options.record else heard  # of a simulation without its start
     sounds = {
         name: [sound_of(response, models[name].rig, plates[name]) for _, response in each]
@@ -83,8 +83,8 @@ def run(options: Options) -> Result:
     return Result(data, [*said, *words(over)], table, [draw(over)])
 
 
-def _models(options: Options) -> dict[str, Model]:
-    """Design A and, if there is one to compare with, B."""
+def _load_models(options: Options) -> dict[str, Model]:
+    """Return design A and, if there is one to compare with, B."""
     if options.record and (options.against or options.against_gap):
         raise ClearanceError("--record is measured: give no --against, nor --against-gap")
     first = load_model(options)
@@ -95,7 +95,7 @@ def _models(options: Options) -> dict[str, Model]:
 
 
 def _plate(options: Options, model: Model, first: Model) -> Plate:
-    """What radiates: the rig's plate, or else that of A, with the numbers that were asked for."""
+    """Return the radiating plate: the rig's, or else that of A, with the numbers that were given."""
     given = {name: getattr(options, name) for name in ("sensor", "area", "distance")}
     given = {name: value for name, value in given.items() if value is not None}
     plate = model.rig.plate or first.rig.plate
@@ -106,10 +106,10 @@ def _plate(options: Options, model: Model, first: Model) -> Plate:
     return replace(plate, **given) if plate else Plate(**given)
 
 
-def _responses(options: Options, name: str, model: Model) -> list[tuple[float, Response]]:
-    """Level, RMS, and response of each simulation, or of each record."""
+def _compute_responses(options: Options, name: str, model: Model) -> list[tuple[float, Response]]:
+    """Return level (RMS) and response of each simulation, or of each record."""
     if options.record:
-        measured = [_measured(path, model) for path in options.record]
+        measured = [_read_measured(path, model) for path in options.record]
         return [(float(np.sqrt(np.mean(response.excitation**2))), response) for response in measured]
     if options.duration < 2 * SETTLING:
         raise ClearanceError(f"--duration {options.duration:g}: must be at least {2 * SETTLING:g} s")
@@ -131,7 +131,7 @@ def _responses(options: Options, name: str, model: Model) -> list[tuple[float, R
     return [(level, response) for (level, _), response in zip(cases, responses)]
 
 
-def _measured(path: Path, model: Model) -> Response:
+def _read_measured(path: Path, model: Model) -> Response:
     response = read(path)
     return response if isinstance(response, Response) else read_record(path, model.rig, "validate").response()
 

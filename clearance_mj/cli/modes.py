@@ -34,7 +34,7 @@ def run(options: Options) -> Result:
     measured.structure.write_csv(options.new / "modes.csv")
     caption = "Measured FRFs and what the structure gives for them."
     drawing = Drawing("synthesis", measured.figure(), caption, caption)
-    return Result(measured.summary() | {"out": str(options.out)}, _words(measured, options.out), drawings=[drawing])
+    return Result(measured.summary() | {"out": str(options.out)}, _report(measured, options.out), drawings=[drawing])
 
 
 def _driving_points(pairs: list[str]) -> list[tuple[str, str]]:
@@ -44,7 +44,7 @@ def _driving_points(pairs: list[str]) -> list[tuple[str, str]]:
     return [(reference.strip(), dof.strip()) for reference, dof in (pair.split("=") for pair in pairs)]
 
 
-def _words(measured: MeasuredModes, out: Path) -> Iterator[str]:
+def _report(measured: MeasuredModes, out: Path) -> Iterator[str]:
     structure, below = measured.structure, measured.below
     yield "mode  frequency (Hz)  damping (%)  phase collinearity"
     modes = zip(structure.frequencies[below:], structure.ratios[below:], measured.collinearity)

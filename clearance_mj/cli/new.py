@@ -125,12 +125,12 @@ def run(options: Options) -> Result:
 
 
 def _files(options: Options) -> dict[Path, str]:
-    """Texts to write, by file."""
+    """Return the texts to write, by file."""
     schemas = {"rig": rig_schema, "dataset": dataset_schema, "law": law_schema}
     options.examples, options.notes = [], []
     files = {options.schema: to_json(schemas[options.schema_of]())} if options.schema else {}
     if not (options.name or options.out or options.schema) and sys.stdin.isatty():
-        _asked(options)
+        _ask(options)
     if options.name is None:
         if options.out or not options.schema:
             raise ClearanceError("a rig needs a name: clearance-mj new myrig")
@@ -138,14 +138,14 @@ def _files(options: Options) -> dict[Path, str]:
     if Path(options.name).name != options.name:
         raise ClearanceError(f"name {options.name!r} must not hold a folder; give that to --out")
     out = options.out or Path(f"{options.name}.toml")
-    rig = _marked(options, _with_examples(options), _fields(options, out))
+    rig = _with_markers(options, _with_examples(options), _fields(options, out))
     head = [f"# Begun by clearance-mj new {__version__}."]
     head += ["# SI units. A line that begins with # holds a default, or a key that may be added."]
     if options.schema and options.schema_of == "rig":
         head.insert(0, f"#:schema ./{Path(os.path.relpath(options.schema, out.parent)).as_posix()}")
     text = "\n".join([*head, *rig_lines(rig)]) + "\n"
     data = tomllib.loads(text)
-    if "structure" in data and (missing := _missing(data["structure"], out)):
+    if "structure" in data and (missing := _missing_files(data["structure"], out)):
         options.notes = [f"note: {missing[0]} is not there yet; the rig can be loaded once it is"]
     else:
         loaded = Rig.from_dict(data, out.parent)
@@ -153,8 +153,8 @@ def _files(options: Options) -> dict[Path, str]:
     return {out: text} | files
 
 
-def _asked(options: Options) -> None:
-    """Ask at a terminal for what is not given."""
+def _ask(options: Options) -> None:
+    """Ask at a terminal for options that are not given."""
     options.name = input("Name of the rig: ").strip() or None
     if options.kind is None:
         print("\n".join(f"  {kind:10s}{WORDS[kind]}" for kind in WORDS))
@@ -168,7 +168,7 @@ def _asked(options: Options) -> None:
 
 
 def _fields(options: Options, out: Path) -> dict[str, Any]:
-    """Fields of the rig of the options, the structure an object or plain data."""
+    """Return the rig's fields of the options, the structure as an object or plain data."""
     kind = options.kind
     if kind != "beam" and kind not in Structure.known:
         raise ClearanceError(f'kind "{kind}" is not installed; use beam, {", ".join(Structure.known)}')
@@ -180,7 +180,7 @@ def _fields(options: Options, out: Path) -> dict[str, Any]:
         }
     if kind in EXAMPLE_FILES:
         structure: Any = _of_files(kind, options, out)
-        loaded = None if _missing(structure, out) else _loaded(structure, out)
+        loaded = None if _missing_files(structure, out) else _load(structure, out)
         points = options.sensors or _first_points(loaded)
         if loaded and options.force_at is None and loaded.refusal("base"):
             options.force_at = points[0]
@@ -211,7 +211,7 @@ def _fields(options: Options, out: Path) -> dict[str, Any]:
 
 
 def _instruments(options: Options, points: Sequence[float | str]) -> dict[str, Any]:
-    """Sensors at points, and masses."""
+    """Return sensors at points, and masses."""
     return {
         "sensors": tuple(Sensor(_node(x, i), x, quantity=options.reads) for i, x in enumerate(points, 1)),
         "masses": tuple(PointMass(point(x), si_value(mass, "mass")) for x, mass in options.mass),
@@ -219,7 +219,7 @@ def _instruments(options: Options, points: Sequence[float | str]) -> dict[str, A
 
 
 def _with_examples(options: Options) -> list[str]:
-    """Fill in examples for what is not given; return the ends of the paths of these numbers."""
+    """Fill in examples for missing options; return the ends of the paths of these numbers."""
     only = {"gears": given(options, *ONLY_GEARS), "shaft": given(options, *ONLY_SHAFT)}
     likely = [kind for kind, names in only.items() if names] or ["shaft" if options.spin is not None else "beam"]
     options.kind = options.kind or likely[0]
@@ -240,7 +240,7 @@ def _with_examples(options: Options) -> list[str]:
     return [path for path in lines if not (options.bushing_material and path == "contact.stiffness")]
 
 
-def _marked(options: Options, ends: Sequence[str], rig: dict[str, Any]) -> dict[str, Any]:
+def _with_markers(options: Options, ends: Sequence[str], rig: dict[str, Any]) -> dict[str, Any]:
     """Add to a rig the paths of the numbers that are examples, and tolerances of those, and of a proposed contact."""
     data = tomllib.loads("\n".join(rig_lines(rig)))
     paths = dict.fromkeys(re.sub(r"\[\d+\]", "", path_of(key)) for key in numbers(data) if get_number(data, key))
@@ -255,7 +255,7 @@ def _marked(options: Options, ends: Sequence[str], rig: dict[str, Any]) -> dict[
 def _contact_and_film(
     options: Options, structure: Structure | None, point: float | str
 ) -> tuple[Contact, OilFilm | None]:
-    """Contact and oil of a bushing: as given, examples, or from its material and the shaft of a structure in it."""
+    """Return contact and oil of a bushing: as given, examples, or from its material and the shaft in it."""
     which, x = structure.place(point) if structure else (0, 0.0)
     radius = structure.shafts[which].half_depth(x) if structure else math.inf
     width: Any = "finite" if options.bushing_length > SHORTEST_FINITE * 2 * radius else "short"
@@ -270,7 +270,7 @@ def _contact_and_film(
 
 
 def _in_space(options: Options) -> dict[str, Any]:
-    """Fields of a rig in space, if any of its options is given."""
+    """Return the fields of a rig in space, if any of its options is given."""
     if options.shape is None and given(options, "gravity", "spin", "friction", "oil", "unbalance"):
         options.shape = "round"
     fields = {
@@ -282,7 +282,7 @@ def _in_space(options: Options) -> dict[str, Any]:
 
 
 def _node(point: float | str, number: int) -> int:
-    """That of a degree of freedom; of other points and of places with names the number of the sensor."""
+    """Return the node of a degree of freedom; of other points and named places, the number of the sensor."""
     dof = parse_dof(point)
     return dof[0] if dof and isinstance(dof[0], int) else number
 
@@ -295,7 +295,7 @@ def _position(point: float | str) -> float:
 
 
 def _of_files(kind: str, options: Options, out: Path) -> dict[str, Any]:
-    """Plain data of a structure that is read from files, named from the rig file."""
+    """Return the plain data of a structure read from files, with paths relative to the rig file."""
     files = options.file or [Path(name) for name in EXAMPLE_FILES[kind]]
     names = [Path(os.path.relpath(path, out.parent)).as_posix() for path in files]
     if kind != "matrices":
@@ -312,21 +312,21 @@ def _of_files(kind: str, options: Options, out: Path) -> dict[str, Any]:
     return {"kind": kind, "units": options.units, **(fields or {"file": matrices[0]})}
 
 
-def _loaded(structure: dict[str, Any], out: Path) -> Structure:
+def _load(structure: dict[str, Any], out: Path) -> Structure:
     kind = Structure.known[structure["kind"]]
     named = {name: str(out.parent / structure[name]) for name in kind.files if name in structure}
     return from_plain(kind, structure | named, "structure", RigError)
 
 
 def _first_points(structure: Structure | None) -> list[float | str]:
-    """One of the structure's degrees of freedom, along Z if there is one, where its files are there already."""
+    """Return one degree of freedom of the structure, along Z if possible, where its files exist already."""
     points = structure.named_points if structure else ()
     along_z = [point for point in points if point.endswith("Z") and "R" not in point]
     return list((along_z or points)[:1]) or ["1:+Z"]
 
 
-def _missing(structure: dict[str, Any], out: Path) -> list[Path]:
-    """Files that are not there yet."""
+def _missing_files(structure: dict[str, Any], out: Path) -> list[Path]:
+    """Return the files that do not exist yet."""
     files = Structure.known[structure["kind"]].files
     paths = [out.parent / structure[name] for name in files if isinstance(structure.get(name), str)]
     return [path for path in paths if not path.exists()]

@@ -79,7 +79,7 @@ def _disc(point: str, mass: str, diameter: str, width: str) -> Disc:
 
 
 def _shafts(options: Options) -> Shafts:
-    """A rod in a tube, or a bar beside another, clamped both."""
+    """Return a rod in a tube, or two parallel bars, both clamped."""
     material = Material(options.young_modulus, options.density)
     rod = Section(options.length, **_section(options))
     tube = Section(options.length, **_section(options, 3.0))

@@ -1,4 +1,4 @@
-"""Options that several commands have, and what is made of them: plugins, columns of files, a rig under excitation."""
+"""Options of several commands, and their values: plugins, columns of files, a rig under excitation."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def numbers(text: str, quantity: str = "") -> tuple[float, ...]:
 
 
 def listed(kind: type[float], words: str) -> Callable[[str], list[float]]:
-    """Return what reads a list of numbers of one kind; ``words`` say in messages of what it is, such as "of modes"."""
+    """Return a parser of a list of numbers of one kind; ``words`` say in messages of what it is, such as "of modes"."""
 
     def parse(text: str) -> list[float]:
         try:
@@ -81,7 +81,7 @@ def _with_unit(text: str, quantity: str) -> float:
 
 
 def in_si(quantity: str) -> Callable[[str], float]:
-    """Return what reads a number that may have a unit of a quantity, such as 5mil, or of an SI unit, such as kg/m3."""
+    """Return a parser of numbers that may have a unit of a quantity, such as 5mil, or an SI unit, such as kg/m3."""
     return functools.partial(_with_unit, quantity=quantity)
 
 
@@ -99,7 +99,7 @@ def _of_kind(read: Callable[[str, str], T], text: str, kind: str) -> T:
 
 
 def _by_kind(read: Callable[[str, str], T], text: str) -> Callable[[str], T]:
-    """Return what makes of a level's text its value, once the kind of the excitation is known; refuse what is none."""
+    """Return a parser of a level's text for a known kind of excitation; it raises an error for other texts."""
     try:
         read(text, "force")
     except argparse.ArgumentTypeError:
@@ -130,7 +130,7 @@ class Pair(argparse.Action):
     """Keep two values as a tuple."""
 
     def __call__(self, parser: Any, namespace: argparse.Namespace, values: Any, flag: str | None = None) -> None:
-        """Keep those that were given."""
+        """Store the two values."""
         setattr(namespace, self.dest, tuple(values))
 
 
@@ -138,7 +138,7 @@ class Columns(argparse.Action):
     """Keep the header and channel of each "HEADER=CHANNEL"."""
 
     def __call__(self, parser: Any, namespace: argparse.Namespace, values: Any, flag: str | None = None) -> None:
-        """Add one; a ClearanceError names the option if it is none."""
+        """Add a column; a ClearanceError names the option if it is none."""
         header, equals, channel = values.rpartition("=")
         if not (header and equals and channel):
             raise ClearanceError(f'{flag} "{values}": needs HEADER=CHANNEL, such as "Accel 1=acc:1 [g]"')
@@ -227,7 +227,7 @@ OVER_GRID = (
     option("--steps", f"frequencies, evenly spaced (default: {GRID['steps']})", int, metavar="COUNT"),
 )
 """Over which levels and frequencies of a sine a map goes, see `grid`"""
-PERIODIC = ("harmonics", "samples", "modes")  # options that say how vibrations are found
+PERIODIC = ("harmonics", "samples", "modes")  # options of the solver of periodic vibrations
 
 
 def periodic(harmonics: int | None = 21) -> tuple[Option, ...]:
@@ -337,7 +337,7 @@ def parameter_words(estimates: Estimates, width: int, head: str) -> Iterator[str
 
 
 def periodic_settings(options: Options) -> dict[str, Any]:
-    """Return the options of `periodic` that say how vibrations are found, as arguments of that subpackage."""
+    """Return the options of `periodic` for the solver, as arguments of that subpackage."""
     return {f"n_{name}": getattr(options, name) for name in PERIODIC}
 
 

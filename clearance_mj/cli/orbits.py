@@ -14,7 +14,7 @@ from .command import Options, Result, command, given, option, settings
 from .options import excitation, hertz, level, load_model, plugin, seconds, simulation
 
 RESPONSES = (".nc", ".h5", ".hdf5")
-READ_MODEL = ("law", "gap")  # options that do nothing beside a response
+READ_MODEL = ("law", "gap")  # options without effect on a response
 OF_RIG = "spatial rig (TOML), which is simulated, or a response of one (.nc, .h5) that clearance-mj simulate wrote"
 
 
@@ -34,18 +34,18 @@ def run(options: Options) -> Result:
         raise ClearanceError(f"--turns {options.turns}: must be at least 1")
     if not options.resolution > 0:
         raise ClearanceError(f"--resolution {options.resolution:g} Hz: must be above 0")
-    rig, response, used = _read(options) if options.rig.suffix.lower() in RESPONSES else _simulated(options)
+    rig, response, used = _read_response(options) if options.rig.suffix.lower() in RESPONSES else _simulate(options)
     motion = _without_start(whirl(rig, response), options.drop)
     end = motion.ending(1 / options.resolution, options.turns)
     drawings = [draw_orbits(end, options.turns), draw_spectra(end, options.resolution)]
     if not motion.is_steady:
         drawings += draw_over_speed(motion, 2 * options.resolution)
     bushings = of_orbits(end, options.turns)
-    return Result(used | {"bushings": bushings}, map(_words, bushings), drawings=drawings)
+    return Result(used | {"bushings": bushings}, map(_report, bushings), drawings=drawings)
 
 
-def _read(options: Options) -> tuple[Rig, Response, dict[str, Any]]:
-    """A response of a file, and the rig that its provenance holds."""
+def _read_response(options: Options) -> tuple[Rig, Response, dict[str, Any]]:
+    """Return the response of a file, and the rig of its provenance."""
     if of_model := given(options, *READ_MODEL):
         raise ClearanceError(f"{of_model[0]}: {options.rig} is a response, simulated already; leave it out")
     response = load(options.rig)
@@ -57,7 +57,7 @@ def _read(options: Options) -> tuple[Rig, Response, dict[str, Any]]:
     return rig, response, {"response": response.provenance}
 
 
-def _simulated(options: Options) -> tuple[Rig, Response, dict[str, Any]]:
+def _simulate(options: Options) -> tuple[Rig, Response, dict[str, Any]]:
     model = load_model(options)
     require_round(model.rig)
     kind = model.rig.shaker.kind
@@ -75,7 +75,7 @@ def _without_start(motion: Whirl, drop: float | None) -> Whirl:
     return motion.between(drop) if drop else motion
 
 
-def _words(row: dict[str, Any]) -> str:
+def _report(row: dict[str, Any]) -> str:
     y, z = (1e6 * value for value in row["mean"])
     text = f"{row['bushing']}: about y = {y:.4g}, z = {z:.4g} µm, up to {row['largest_radius_over_gap']:.3g} of the gap"
     if "forward" not in row:

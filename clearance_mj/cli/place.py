@@ -19,7 +19,7 @@ from .options import listed, point
 WHOLE, ANY_NUMBER = (listed(kind, "such as 1,2,3") for kind in (int, float))
 
 
-def _points(text: str) -> int | list[float | str]:
+def _parse_points(text: str) -> int | list[float | str]:
     return int(text) if text.lstrip("-").isdigit() else [point(part) for part in text.split(",")]
 
 
@@ -28,7 +28,7 @@ def _points(text: str) -> int | list[float | str]:
     option("rig", "rig file (TOML)", Path),
     option("--sensors", "how many", int, 8),
     option("--candidates", "how many positions, evenly spaced outside the bushings (their distance is the least "
-           "between sensors), or the points themselves, as 1:+Z,2:+Z", _points, 24),
+           "between sensors), or the points themselves, as 1:+Z,2:+Z", _parse_points, 24),
     option("--at", "position that gets a sensor in any case, m, or a point such as 1:+Z", point, action="append",
            metavar="X"),
     option("--modes", "wanted modes (default: 1,2,3,4)", WHOLE, [1, 2, 3, 4]),
@@ -45,15 +45,15 @@ def run(options: Options) -> Result:
     rig = Rig.load(options.rig)
     spread = options.candidates if isinstance(options.candidates, list) else grid(rig, options.candidates).tolist()
     position = sorted({*spread, *options.at}, key=lambda x: (isinstance(x, str), x))
-    noise = _noise(options.noise, position)
+    noise = _read_noise(options.noise, position)
     places = candidates(rig, position, options.modes, options.weights, noise, options.unwanted)
     required = [position.index(x) for x in options.at]
     placement = place_sensors(places, options.sensors, options.criterion, options.method, required)
     data = placement.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
-    return Result(data, _words(placement), placement.table, [draw(rig, places, placement, options.modes)])
+    return Result(data, _report(placement), placement.table, [draw(rig, places, placement, options.modes)])
 
 
-def _noise(text: str, position: list[float | str]) -> float | np.ndarray:
+def _read_noise(text: str, position: list[float | str]) -> float | np.ndarray:
     try:
         return float(text)
     except ValueError:
@@ -71,7 +71,7 @@ def _noise(text: str, position: list[float | str]) -> float | np.ndarray:
     return np.interp(np.array(position, dtype=float), known, std)
 
 
-def _words(placement: Placement) -> Iterator[str]:
+def _report(placement: Placement) -> Iterator[str]:
     for label, info, growth in zip(placement.labels, placement.contribution, placement.std_growth.max(axis=1)):
         grown = f"standard deviations grow up to {growth:.2f} times"
         cost = grown if growth < np.inf else "a mode is no longer identifiable"

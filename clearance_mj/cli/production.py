@@ -75,7 +75,7 @@ def run(options: Options) -> Result:
         quantity_limit = (limit.quantity, limit.value) if limit else ("contact_force", None)
         rms = options.rms(noise.kind) if options.rms else (noise.rms,)
         random = tolerance.Noise(noise, rms, options.duration, options.hours, *quantity_limit)
-        hours = _hours(designs, random, options.seed, runner)
+        hours = _compute_hours(designs, random, options.seed, runner)
         if options.allowed:
             tightenings["tightening_random"] = tolerance.random_tightening(model, scatter, random, *tighter)
     sines = tolerance.Sines(levels, frequencies, limit, options.kind, **shared.periodic_settings(options))
@@ -93,10 +93,10 @@ def run(options: Options) -> Result:
     for name, tightening in tightenings.items():
         if tightening.cheapest:
             tightening.scatter.save(options.new / f"{name.replace('ening', 'ened')}.toml")
-    return Result(data, _words(production, scatter, hours, tightenings), rows(production) if production else None)
+    return Result(data, _report(production, scatter, hours, tightenings), rows(production) if production else None)
 
 
-def _words(
+def _report(
     production: tolerance.Production | None, scatter: tolerance.Scatter | None, hours: Hours | None,
     tightenings: dict[str, tolerance.Tightening],
 ) -> Iterator[str]:  # fmt: skip
@@ -109,8 +109,8 @@ def _words(
         yield from tightening_words(tightening)
 
 
-def _hours(designs: tolerance.Designs, noise: tolerance.Noise, seed: int, runner: tolerance.Runner) -> Hours:
-    """What hours of random excitation do."""
+def _compute_hours(designs: tolerance.Designs, noise: tolerance.Noise, seed: int, runner: tolerance.Runner) -> Hours:
+    """Return the production's behaviour within hours of random excitation."""
     peaks, rig = tolerance.random_production(designs, noise, seed, runner), designs.nominal.rig
     warn_of_depths(designs.nominal, peaks[-1].largest[:, 1], noise.quantity)
     places = rig.sensor_labels if noise.quantity == "acceleration" else rig.clearance_labels

@@ -23,7 +23,7 @@ from .options import SINES, WORKERS, forced, frequencies, levels, listed, load_m
 
 START, STOP = 5.0, 220.0  # Hz, where branches begin and end by default
 PERIOD_DOUBLING_TOLERANCE = 1e-3
-"""Of frequency or level: distance from a doubled branch's end at which a doubling is its own."""
+"""Relative distance, in frequency or level, within which a doubling belongs to the end of a doubled branch."""
 
 
 @command(
@@ -45,8 +45,8 @@ def run(options: Options) -> Result:
     """Follow periodic vibrations over frequency, level, loads, gaps or spin, around folds."""
     model = load_model(options)
     sensors = _rows_of(model.rig, options.sensors)
-    by_level = _branches(options, model)
-    left_out = [] if options.frequency else list(_left_out(by_level))
+    by_level = _follow_branches(options, model)
+    left_out = [] if options.frequency else list(_uncovered(by_level))
     basins = [_with_isolas(options, known) for known in by_level] if options.isolas else []
     branches = [branch for known in by_level for branch in known]
     data = settings(model) | {"branches": [of_branch(branch) for branch in branches]}
@@ -69,9 +69,9 @@ def _rows_of(rig: Rig, nodes: list[int] | None) -> list[int] | None:
     return None if nodes is None else [known.index(node) for node in nodes]
 
 
-def _branches(options: Options, model: Model) -> list[list[Branch]]:
-    """The branches of each level, or frequency, or of both."""
-    ends, kind = _ends(options), excited_by(model, options.kind)
+def _follow_branches(options: Options, model: Model) -> list[list[Branch]]:
+    """Return the branches of each level, or frequency, or of both."""
+    ends, kind = _range_ends(options), excited_by(model, options.kind)
     shared = periodic_settings(options) | {"kind": kind}
 
     def follow(at: tuple[float, float]) -> list[Branch]:
@@ -82,7 +82,7 @@ def _branches(options: Options, model: Model) -> list[list[Branch]]:
             curves = [follow_response_over_level(model, frequency, ends, **shared)]
         else:
             curves = list(from_both_ends(model, level, ends, **shared))
-        return curves + [new for branch in curves for new in _doubled(branch)] if options.period_doublings else curves
+        return curves + [new for branch in curves for new in _doublings(branch)] if options.period_doublings else curves
 
     given = options.level(kind) if options.level else (0.0,)
     wanted = list(itertools.product(given, options.frequency or (0.0,)))
@@ -90,15 +90,15 @@ def _branches(options: Options, model: Model) -> list[list[Branch]]:
     return [branches[value] for value in wanted]
 
 
-def _left_out(by_level: list[list[Branch]]) -> Iterator[tuple[str, tuple[float, float]]]:
+def _uncovered(by_level: list[list[Branch]]) -> Iterator[tuple[str, tuple[float, float]]]:
     """Yield each level of which no branch leads through a part of the frequencies, and that part, Hz."""
     for known in by_level:
         if ends := not_covered([branch for branch in known if branch.periods == 1]):
             yield f"{abs(known[0].level[0, 0]):g} {unit(known[0])}", ends
 
 
-def _ends(options: Options) -> tuple[float, float]:
-    """Frequencies, levels, shares or spins, from and to."""
+def _range_ends(options: Options) -> tuple[float, float]:
+    """Return the ends of the range of frequencies, levels, ratios or spins."""
     if options.over and not (options.level and options.frequency):
         raise ClearanceError(f"--over {options.over} is at one --level and --frequency: give both")
     if not options.over and bool(options.level) == bool(options.frequency):
@@ -111,8 +111,8 @@ def _ends(options: Options) -> tuple[float, float]:
     return START if options.start is None else options.start, STOP if options.stop is None else options.stop
 
 
-def _doubled(branch: Branch) -> Iterator[Branch]:
-    """What leaves a branch where its period doubles; where one comes back to the branch, it is not left again."""
+def _doublings(branch: Branch) -> Iterator[Branch]:
+    """Yield the branches from period doublings of a branch, one for each pair that it connects."""
     met: list[float] = []
     for point in branch.special:
         at = float(branch.parameter[point.index])
@@ -127,7 +127,7 @@ def _doubled(branch: Branch) -> Iterator[Branch]:
 
 
 def _with_isolas(options: Options, known: list[Branch]) -> dict[str, Any]:
-    """Add to the branches of a level those that random starts find; return the shares of the starts."""
+    """Add isolas from random starts to the branches of a level; return the fractions of starts that reach each."""
     isolas = find_isolas(known, options.isolas, workers=options.workers, progress=not options.quiet)
     known += isolas.branches
     level = float(abs(known[0].level[0, 0]))

@@ -17,7 +17,7 @@ MAY_BE_ADDED = {
     "springs": Spring, "tolerances": Tolerance, "unbalances": Unbalance, "bearings": Bearing, "loads": Load,
     "orders": Order, "shakers": Shaker,
 }  # fmt: skip
-"""what empty lists may hold"""
+"""types of the entries that empty lists may get"""
 TAPERED = ("diameter", "inner_diameter", "width", "height")
 WIDTH = 32
 EXAMPLE = "EXAMPLE, put in yours: "
@@ -35,7 +35,7 @@ def rig_lines(rig: Mapping[str, Any]) -> Iterator[str]:
 def _lines(
     kind: type, values: Mapping[str, Any], examples: Collection[str], name: str = "", plural: bool = False
 ) -> Iterator[str]:
-    """Lines of a table of the file: its own keys, ``kind`` first, then its tables."""
+    """Yield the lines of a table of the file: its keys, ``kind`` first, then its subtables."""
     words = descriptions(kind)
     if name:
         yield from ("", f"[[{name}]]" if plural else f"[{name}]")
@@ -53,7 +53,7 @@ def _lines(
             value = value[0]
         comment = "# " if value is None or value == default else ""
         mark = EXAMPLE if (f"{name}.{key}" if name else key) in examples else ""
-        yield _line(f"{comment}{key} = {_toml(value)}", mark + words[key])
+        yield _line(f"{comment}{key} = {_toml_value(value)}", mark + words[key])
     for key, value in tables.items():
         path = f"{name}.{key}" if name else key
         for item in value if isinstance(value, tuple) else (value,):
@@ -76,15 +76,15 @@ def _is_table(value: object) -> bool:
 
 
 def _parts(item: Any) -> tuple[type, Mapping[str, Any]]:
-    """Type and fields of an object, or of a structure's plain data."""
+    """Return type and fields of an object, or of a structure's plain data."""
     return (Structure.known[item["kind"]], item) if isinstance(item, dict) else (type(item), vars(item))
 
 
-def _toml(value: object) -> str:
-    """Value as TOML writes it, numbers short: 15 digits, so that 0.6 × 0.03 is 0.018."""
+def _toml_value(value: object) -> str:
+    """Return a value as TOML writes it, numbers short: 15 digits, so that 0.6 × 0.03 is 0.018."""
     if isinstance(value, float):
         return f"{value:g}" if float(f"{value:g}") == value else f"{value:.15g}"
     if isinstance(value, tuple | list):
-        items = [*map(_toml, value)]
+        items = [*map(_toml_value, value)]
         return "[\n  " + ",\n  ".join(items) + ",\n]" if len(items) > MANY else f"[{', '.join(items)}]"
     return "" if value is None else tomli_w.dumps({"": value}).partition(" = ")[2].strip()

@@ -1,4 +1,4 @@
-"""clearance-mj running-clearance: orbits under unbalance beside the clearances, after API Standard 617."""
+"""clearance-mj running-clearance: orbits under unbalance against the clearances, after API Standard 617."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ def run(options: Options) -> Result:
         "at_speed": check.speed[check.used.argmax(axis=1)].tolist(),
         "holds": check.holds.tolist(),
     }
-    return Result(settings(model) | data, _words(check), table, [drawing])
+    return Result(settings(model) | data, _report(check), table, [drawing])
 
 
 def _run_up(model: Model, check: RunningClearance, options: Options) -> Whirl:
-    """A run-up through the speeds, with contact, under the scaled unbalances."""
+    """Return a run-up through the speeds, with contact, under the scaled unbalances."""
     seconds = options.run_up
     if not seconds > 0:
         raise ClearanceError(f"--run-up {seconds:g} s: must be positive")
@@ -63,7 +63,7 @@ def _run_up(model: Model, check: RunningClearance, options: Options) -> Whirl:
     return whirl(rig, simulate(rig, still(seconds, FS), model.law, engine="modal", progress=not options.quiet))
 
 
-def _words(check: RunningClearance) -> Iterator[str]:
+def _report(check: RunningClearance) -> Iterator[str]:
     yield f"vibration limit {1e6 * check.limit:.3g} µm p-p: {check.scale:.3g} times the rig's unbalances"
     for j, (used, holds) in enumerate(zip(check.used, check.holds)):
         at, met = RPM * check.speed[used.argmax()], "met" if holds else "not met"

@@ -36,7 +36,7 @@ def run(options: Options) -> Result:
     result, words = {}, []
     for path in options.files:
         obj = read_file(path, options)
-        result[str(path)], said = _shown(path, obj)
+        result[str(path)], said = _describe(path, obj)
         words += said
     if options.out is not None:
         _draw(obj, options.files[0], options.out)
@@ -44,12 +44,12 @@ def run(options: Options) -> Result:
     return Result({"files": result}, words)
 
 
-def _shown(path: Path, obj: object) -> tuple[dict[str, Any], list[str]]:
-    """What one file holds, as plain data and in words."""
+def _describe(path: Path, obj: object) -> tuple[dict[str, Any], list[str]]:
+    """Return the contents of a file, as plain data and in words."""
     if not (items := inventory(obj)):
         return {"holds": type(obj).__name__, "overview": repr(obj)}, [f"{path}: {obj!r}"]
     counts = Counter(item.kind for item in items)
-    rows = [HEAD, *map(_row, items)]
+    rows = [HEAD, *map(_table_row, items)]
     widths = [max(map(len, column)) for column in zip(*rows)]
     kept = [i for i in range(len(HEAD)) if any(row[i] for row in rows[1:])]
     words = [f"{path}: {', '.join(f'{count} x {kind}' for kind, count in counts.items())}"]
@@ -59,7 +59,7 @@ def _shown(path: Path, obj: object) -> tuple[dict[str, Any], list[str]]:
     return data, [*words, *faults, *[hint] * bool(hint)]
 
 
-def _row(item: Item) -> tuple[str, ...]:
+def _table_row(item: Item) -> tuple[str, ...]:
     texts = (item.kind, item.name, item.place, item.quantity, item.unit, str(item.size), item.rate)
     numbers = ("" if value is None else f"{value:.4g}" for value in (item.rms, item.peak))
     cut = (text if len(text) <= WIDEST else f"{text[: WIDEST - 1]}…" for text in texts)
@@ -67,7 +67,7 @@ def _row(item: Item) -> tuple[str, ...]:
 
 
 def _hint(path: Path, items: list[Item]) -> str:
-    """What to do where a file does not say what was measured, or where."""
+    """Return advice where a file does not say what was measured, or where."""
     if any(i.kind == "time record" and (i.quantity == "unknown" or not i.place) for i in items):
         return f"what is unknown or without a place: {spelled('map', path, '--rig', 'RIG')}"
     if any(i.kind == "FRF" and "unknown" in i.quantity for i in items):

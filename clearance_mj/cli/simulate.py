@@ -40,7 +40,7 @@ def run(options: Options) -> Result:
             folder.refuse_others("energy.csv", "impacts.csv", "energy_balance.png")
             balance = energy_balance(*case, progress=not options.quiet)
             write(folder.new, balance)
-        response, words = balance.response, [*_words(balance), f"energy balance: {options.energy}"]
+        response, words = balance.response, [*_report(balance), f"energy balance: {options.energy}"]
         data["energy"] = balance.summary() | {"out": str(options.energy)}
     else:
         response = simulate(*case, progress=not options.quiet)
@@ -61,7 +61,7 @@ def run(options: Options) -> Result:
 
 
 def _warn_of_truncation(rig: Rig) -> None:
-    """Say where modes that a structure lacks make a contact too stiff."""
+    """Warn of contacts that are too stiff because the structure lacks modes."""
     for deficit in find_truncation(rig):
         if not deficit.stiffness_error < MAX_STIFFNESS_ERROR:
             error = f"about {100 * deficit.stiffness_error:.0f} %" if deficit.missing >= 0 else "an unknown share"
@@ -69,7 +69,7 @@ def _warn_of_truncation(rig: Rig) -> None:
             say(f"{lacking} {error}; give residual_flexibility, or more modes", "warning")
 
 
-def _words(balance: EnergyBalance) -> Iterator[str]:
+def _report(balance: EnergyBalance) -> Iterator[str]:
     summary = balance.summary()
     yield from (f"{name:16s}{value: .4e} J" for name, value in summary["energy"].items())
     yield f"impacts at each bushing: {', '.join(map(str, summary['impacts']))}; up to {summary['peak_force']:.3g} N"

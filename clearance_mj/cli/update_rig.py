@@ -34,10 +34,10 @@ def run(options: Options) -> Result:
         update, diagnosis = examine(dataset.rig, records, progress=not options.quiet)
     update.rig.copied(options.new / "structure").save(options.new / "rig.toml")
     data = update.to_dict() | {"diagnosis": list(diagnosis.words)}
-    return Result(data, _words(update, diagnosis), drawings=[draw(update)])
+    return Result(data, _report(update, diagnosis), drawings=[draw(update)])
 
 
-def _words(update: RigUpdate, diagnosis: Diagnosis) -> Iterator[str]:
+def _report(update: RigUpdate, diagnosis: Diagnosis) -> Iterator[str]:
     for piece in update.misfit:
         yield f"record {piece.record}: misfit up to {100 * piece.share.max():.1f} %"
     yield from parameter_words(update.estimates, 40, f"{'now':>11s}   std  (posterior over prior)")

@@ -81,7 +81,7 @@ class ResultCache:
     def __init__(self, folder: Path, others: Sequence[Path] = ()):
         self.folder, self.others = folder, tuple(others)
         self.taken_over: dict[str, Path] = {}
-        """folders of other commands by the names of the results that were found there"""
+        """folders of other commands by the names of the results taken from there"""
         self._used: set[str] = set()
 
     def get(

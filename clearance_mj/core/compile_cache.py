@@ -19,7 +19,7 @@ _PACKAGE = Path(__file__).parents[1]
 
 def choose() -> None:
     """Set a folder for numba where it would have none, and warn; where none is writable, compile every time."""
-    if "NUMBA_CACHE_DIR" in os.environ or any(map(_is_writable, (_PACKAGE / "__pycache__", _users()))):
+    if "NUMBA_CACHE_DIR" in os.environ or any(map(_is_writable, (_PACKAGE / "__pycache__", _user_folder()))):
         return
     folder = Path(tempfile.gettempdir()) / f"clearance_mj-{os.getuid()}"
     if _is_writable(folder) and folder.stat().st_uid == os.getuid() and not folder.is_symlink():
@@ -37,7 +37,7 @@ def choose() -> None:
         kind.enable_caching = lambda self: None  # type: ignore[method-assign]
 
 
-def _users() -> Path:
+def _user_folder() -> Path:
     """Return the folder in which numba keeps what a user compiled."""
     return Path(os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")) / "numba"
 

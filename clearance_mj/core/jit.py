@@ -87,13 +87,13 @@ class _KeptCode(FunctionCache):
 
     def _index_key(self, signature: Any, codegen: Any) -> str:
         """Digest of the code, the types of its arguments, the processor, numba and Python."""
-        kinds = [_kind(kind) for kind in (signature if isinstance(signature, tuple) else signature.args)]
+        kinds = [_type_name(kind) for kind in (signature if isinstance(signature, tuple) else signature.args)]
         place = (numba.__version__, sys.version_info[:2], getattr(sys, "abiflags", ""), codegen.magic_tuple())
         return _hash(repr((kinds, str(signature), place, digest(self._dispatcher))))
 
 
 class _Files(IndexDataCacheFile):
-    """Files of one function, found by their names: there is no index that two processes could write at once."""
+    """Files of one function, identified by name: there is no index that two processes could write at once."""
 
     def save(self, key: str, data: Any) -> None:
         """Write whole or not at all; a full disk costs the keeping alone."""
@@ -152,14 +152,14 @@ def digest(function: Any) -> str:
             if _is_foreign(value.__module__):
                 entries[f"{name} {value.__module__}.{value.__qualname__}"] = None
                 continue
-            entries[f"{name} {_file(value.__module__)}"] = None
+            entries[f"{name} {_file_digest(value.__module__)}"] = None
         if isinstance(value, python_types.FunctionType):
             if id(value) not in seen:
                 seen.add(id(value))
-                entries[f"{name} {_code(value.__code__)} {value.__defaults__!r}"] = None
+                entries[f"{name} {_code_digest(value.__code__)} {value.__defaults__!r}"] = None
                 waiting += _references(value)
         else:
-            summary, references = _value(value)
+            summary, references = _describe_value(value)
             entries[f"{name} {summary}"] = None
             if id(value) not in seen:
                 seen.add(id(value))
@@ -169,7 +169,7 @@ def digest(function: Any) -> str:
 
 def _references(function: Any) -> Iterator[tuple[str, Any]]:
     """Yield names and values of the globals and cells that a function's code may read."""
-    names = sorted(_names(function.__code__))
+    names = sorted(_read_names(function.__code__))
     values = {name: function.__globals__[name] for name in names if name in function.__globals__}
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or ()):
         with contextlib.suppress(ValueError):  # not filled yet
@@ -188,7 +188,7 @@ def _attributes(name: str, value: Any, names: list[str]) -> Iterator[tuple[str, 
                 yield from _attributes(f"{name}.{inner}", getattr(value, inner), [n for n in names if n != inner])
 
 
-def _value(value: Any) -> tuple[str, list[Any]]:
+def _describe_value(value: Any) -> tuple[str, list[Any]]:
     """Return the description of a value that code freezes, and the values that it refers to."""
     if isinstance(value, bool | int | float | complex | str | bytes | np.generic | np.dtype | types.Type | None):
         return f"{type(value).__name__} {value!r}", []
@@ -197,28 +197,28 @@ def _value(value: Any) -> tuple[str, list[Any]]:
     if isinstance(value, tuple | list):
         return f"{type(value).__name__} {len(value)}", list(value)
     if isinstance(value, type):
-        return _class(value), []
+        return _class_name(value), []
     if defined := getattr(value, "_defn", None):  # an intrinsic
         return f"intrinsic {value}", [defined]
     return f"{type(value).__module__}.{type(value).__qualname__}", []
 
 
-def _class(kind: type) -> str:
+def _class_name(kind: type) -> str:
     fields = getattr(kind, "_fields", ())
     return f"{kind.__module__}.{kind.__qualname__} {fields}"
 
 
-def _kind(kind: Any) -> str:
+def _type_name(kind: Any) -> str:
     """Return an argument type's description: numba's name, fields of named tuples, the file of a type of ours."""
     parts = [str(kind)]
     if isinstance(kind, types.Dispatcher):
         return digest(kind.dispatcher)
     if isinstance(kind, types.BaseNamedTuple):
-        parts.append(_class(kind.__dict__["instance_class"]))
+        parts.append(_class_name(kind.__dict__["instance_class"]))
     if not _is_foreign(type(kind).__module__):
-        parts.append(_file(type(kind).__module__))
+        parts.append(_file_digest(type(kind).__module__))
     inner = getattr(kind, "types", ())
-    return " ".join(parts + [_kind(each) for each in inner if isinstance(each, types.Type)])
+    return " ".join(parts + [_type_name(each) for each in inner if isinstance(each, types.Type)])
 
 
 def _is_foreign(module: str | None) -> bool:
@@ -233,31 +233,31 @@ def _plain(value: Any) -> str:
     return repr(sorted(value)) if isinstance(value, set | frozenset) else repr(value)
 
 
-def _names(code: python_types.CodeType) -> set[str]:
+def _read_names(code: python_types.CodeType) -> set[str]:
     """Return the names that code reads, those of functions inside it too."""
-    inner = (_names(each) for each in code.co_consts if isinstance(each, python_types.CodeType))
+    inner = (_read_names(each) for each in code.co_consts if isinstance(each, python_types.CodeType))
     return set(code.co_names).union(*inner)
 
 
-def _code(code: python_types.CodeType) -> str:
+def _code_digest(code: python_types.CodeType) -> str:
     """Return the digest of bytecode, without line numbers and docstrings."""
     consts = list(code.co_consts)
     documented = sys.version_info < (3, 13) or code.co_flags & 0x4000000  # CO_HAS_DOCSTRING
     if consts and isinstance(consts[0], str) and documented and not code.co_name.startswith("<"):
         consts[0] = ""
-    plain = [_code(each) if isinstance(each, python_types.CodeType) else _plain(each) for each in consts]
+    plain = [_code_digest(each) if isinstance(each, python_types.CodeType) else _plain(each) for each in consts]
     parts = (code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_argcount, code.co_exceptiontable)
     return _hash(repr((*parts, plain)))
 
 
 @cache
-def _file(module: str | None) -> str:
+def _file_digest(module: str | None) -> str:
     """Return the digest of a module's file, without comments and docstrings."""
     path = getattr(sys.modules.get(module or ""), "__file__", None)
     if path is None or not path.endswith(".py"):
         return ""
     source = Path(path).read_text(encoding="utf-8")
-    return _code(compile(source, "", "exec", dont_inherit=True))
+    return _code_digest(compile(source, "", "exec", dont_inherit=True))
 
 
 def _hash(text: str | bytes) -> str:

@@ -38,26 +38,26 @@ def checks_kinds(function: Callable[P, R]) -> Callable[P, R]:
     so that what checks needs none of them.
     """
     signature = inspect.signature(function)
-    wanted = {name: kinds for name, p in signature.parameters.items() if (kinds := _kinds(str(p.annotation)))}
+    wanted = {name: kinds for name, p in signature.parameters.items() if (kinds := _type_names(str(p.annotation)))}
 
     @functools.wraps(function)
     def checked(*args: P.args, **kwargs: P.kwargs) -> R:
         for name, value in zip(signature.parameters, args):
             if name in wanted:
-                _require(name, value, wanted[name])
+                _require_type(name, value, wanted[name])
         for name in wanted.keys() & kwargs.keys():
-            _require(name, kwargs[name], wanted[name])
+            _require_type(name, kwargs[name], wanted[name])
         return function(*args, **kwargs)
 
     return checked
 
 
-def _kinds(annotation: str) -> tuple[str, ...]:
+def _type_names(annotation: str) -> tuple[str, ...]:
     kinds = tuple(NAMES.get(part.strip(), part.strip()) for part in annotation.split("|"))
     return kinds if {*kinds} <= {*SUCH_AS, "None"} and {*kinds} != {"None"} else ()
 
 
-def _require(name: str, value: object, kinds: tuple[str, ...]) -> None:
+def _require_type(name: str, value: object, kinds: tuple[str, ...]) -> None:
     class_names = {kind.__name__ for kind in type(value).__mro__} | ({"None"} if value is None else set())
     if class_names.isdisjoint(kinds) and not ("Modelled" in kinds and hasattr(value, "rig") and hasattr(value, "law")):
         words = " or ".join(SUCH_AS[kind] for kind in kinds if kind in SUCH_AS)

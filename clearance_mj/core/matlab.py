@@ -42,7 +42,7 @@ def arrays(data: bytes, room: int | None = None) -> dict[str, Value]:
     variables, room = {}, most_unpacked(len(data)) if room is None else room
     for kind, content in _elements(data[HEADER:], order, padded=False):
         if kind == COMPRESSED:
-            content = _unpacked(content, room)
+            content = _unpack(content, room)
             room -= len(content)
             kind, content = next(_elements(content, order), (0, b""))
         if kind != ARRAY:
@@ -72,7 +72,7 @@ def _elements(data: bytes, order: str, padded: bool = True) -> Iterator[Element]
         position = following
 
 
-def _unpacked(data: bytes, room: int) -> bytes:
+def _unpack(data: bytes, room: int) -> bytes:
     stream = zlib.decompressobj()
     try:
         content = stream.decompress(data, room + 1)

@@ -25,14 +25,14 @@ def message(error: ValidationError, kind: Any, where: str) -> str:
     first = next((e for e in errors if e["type"] in _UNKNOWN), errors[0])
     *above, last = first["loc"] or (None,)
     path = _path(where, first["loc"])
-    holder, field = _field(kind, above), _field(kind, first["loc"])
+    holder, field = _field_type(kind, above), _field_type(kind, first["loc"])
     rule, context, value = first["type"], first.get("ctx", {}), first["input"]
     if rule in _UNKNOWN:
-        return f"{path} is not a known key; known: {', '.join(names_of(holder))}{_meant(last, names_of(holder))}"
+        return f"{path} is not a known key; known: {', '.join(names_of(holder))}{_closest(last, names_of(holder))}"
     if rule == "value_error":
         text = str(context["error"])
         names = getattr(context["error"], "names", None) or names_of(field)
-        return f"{path}{_joint(path, text, names)}{text}"
+        return f"{path}{_separator(path, text, names)}{text}"
     if typing.get_origin(holder) is tuple and rule == "missing":  # a list that is too short
         return wrong_type(_path(where, above), holder, value)
     if rule == "missing":
@@ -45,7 +45,7 @@ def message(error: ValidationError, kind: Any, where: str) -> str:
         use = either(map(str, typing.get_args(field)))
         return f'{path} "{value}" is unknown; use {use}' if isinstance(value, str) else wrong_type(path, str, value)
     if rule in _RULES:
-        return f"{path} must be {_RULES[rule].format(**context)}, got {value:.10g}{_about(holder, last)}"
+        return f"{path} must be {_RULES[rule].format(**context)}, got {value:.10g}{_description(holder, last)}"
     return wrong_type(path, field, value) or f"{path}: {first['msg']}, got {shown(value)}"
 
 
@@ -84,7 +84,7 @@ def _path(where: str, steps: typing.Iterable[int | str | None]) -> str:
     return f"{where}{text}" if where else text.lstrip(".")
 
 
-def _joint(path: str, text: str, names: list[str]) -> str:
+def _separator(path: str, text: str, names: list[str]) -> str:
     """Return the separator between a path and a text that may begin with the name of a field of it."""
     if not path:
         return ""
@@ -92,19 +92,19 @@ def _joint(path: str, text: str, names: list[str]) -> str:
     return "." if name else ": " if names else " "
 
 
-def _bare(kind: Any) -> Any:
+def _bare_type(kind: Any) -> Any:
     """Return a type without its rules and without None."""
     if typing.get_origin(kind) is Annotated:
-        return _bare(typing.get_args(kind)[0])
+        return _bare_type(typing.get_args(kind)[0])
     if typing.get_origin(kind) in (types.UnionType, typing.Union):
         parts = [part for part in typing.get_args(kind) if part is not types.NoneType]
-        return _bare(parts[0]) if len(parts) == 1 else kind
+        return _bare_type(parts[0]) if len(parts) == 1 else kind
     return kind
 
 
-def _field(kind: Any, steps: typing.Iterable[int | str]) -> Any:
+def _field_type(kind: Any, steps: typing.Iterable[int | str]) -> Any:
     """Return the type of a part of a type; None if there is none."""
-    kind = _bare(kind)
+    kind = _bare_type(kind)
     for step in steps:
         arguments = typing.get_args(kind)
         if dataclasses.is_dataclass(kind):
@@ -113,7 +113,7 @@ def _field(kind: Any, steps: typing.Iterable[int | str]) -> Any:
             kind = arguments[0] if arguments[-1] is Ellipsis else arguments[min(step, len(arguments) - 1)]
         else:
             return None
-        kind = _bare(kind)
+        kind = _bare_type(kind)
     return kind
 
 
@@ -125,7 +125,7 @@ def names_of(kind: Any) -> list[str]:
     return [f.name for f in dataclasses.fields(kind) if f.init] if dataclasses.is_dataclass(kind) else []
 
 
-def _meant(key: object, names: list[str]) -> str:
+def _closest(key: object, names: list[str]) -> str:
     close = difflib.get_close_matches(str(key), names, 1)
     return f"; did you mean {close[0]}?" if close else ""
 
@@ -140,11 +140,11 @@ def wrong_type(path: str, kind: Any, value: object) -> str:
     elif arguments[-1] is not Ellipsis:
         words = f"a list of {len(arguments)} numbers"
     else:
-        words = f"a list of tables ([[{path}]])" if dataclasses.is_dataclass(_bare(arguments[0])) else "a list"
+        words = f"a list of tables ([[{path}]])" if dataclasses.is_dataclass(_bare_type(arguments[0])) else "a list"
     return words and f"{path} must be {words}, got {shown(value)}"
 
 
-def _about(kind: Any, name: object) -> str:
+def _description(kind: Any, name: object) -> str:
     """Return the description of a field, in brackets."""
     words = descriptions(kind).get(str(name)) if isinstance(kind, type) and dataclasses.is_dataclass(kind) else None
     return f" ({words.partition(';')[0]})" if words else ""

@@ -26,7 +26,7 @@ def check() -> None:
         If there is none, or one that is too old.
     """
     if importlib.util.find_spec("mujoco") is None:
-        raise ImportError(f'clearance_mj needs MuJoCo: {_GET}, or a "mujoco" from {_text(OLDEST)} on', name="mujoco")
+        raise ImportError(f'clearance_mj needs MuJoCo: {_GET}, or a "mujoco" from {_join(OLDEST)} on', name="mujoco")
     versions = {}
     for name in ("mujoco-core", "mujoco"):  # of 4.x the engine is in the first
         try:
@@ -34,23 +34,23 @@ def check() -> None:
         except importlib.metadata.PackageNotFoundError:
             continue
     folders = {str(each.locate_file("mujoco")) for each in versions.values()}
-    if len(versions) == 2 and len(folders) == 1 and _numbers(versions["mujoco"].version) < (4,):
+    if len(versions) == 2 and len(folders) == 1 and _version_numbers(versions["mujoco"].version) < (4,):
         text = " and ".join(f"{name} {each.version}" for name, each in versions.items())
         warnings.warn(f"{text} are installed one over the other; pip uninstall both, then install one", stacklevel=3)
     for each in versions.values():
-        version = _numbers(each.version)
+        version = _version_numbers(each.version)
         if version < OLDEST:
             raise ImportError(
-                f"clearance_mj needs MuJoCo {_text(OLDEST)} or newer, not {each.version}: {_GET}", name="mujoco"
+                f"clearance_mj needs MuJoCo {_join(OLDEST)} or newer, not {each.version}: {_GET}", name="mujoco"
             )
         if version in _WRONG:
             warnings.warn(f"MuJoCo {each.version}: {_WRONG[version]}; {_GET}", stacklevel=3)
         return
 
 
-def _numbers(version: str) -> tuple[int, ...]:
+def _version_numbers(version: str) -> tuple[int, ...]:
     return tuple(int(part) for part in re.findall(r"\d+", version)[:3])
 
 
-def _text(version: tuple[int, ...]) -> str:
+def _join(version: tuple[int, ...]) -> str:
     return ".".join(map(str, version))

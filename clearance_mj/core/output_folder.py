@@ -60,7 +60,7 @@ class OutputFolder:
         self._finish_moves()
         shutil.rmtree(self.new, ignore_errors=True)
         self.new.mkdir()
-        for name, entry in self._listed().items():
+        for name, entry in self._manifest_files().items():
             if entry["by"] == what and os.path.lexists(path / name) and not self._is_ours(name):
                 other = path / f"{name}{aside}"
                 if not aside or os.path.lexists(other):
@@ -92,9 +92,9 @@ class OutputFolder:
         """
         written = {str(p.relative_to(self.new).as_posix()): p for p in sorted(self.new.rglob("*")) if p.is_file()}
         self.refuse_others(*written)
-        stale = [n for n, by in self._listed().items() if by["by"] == self.what and n not in written]
+        stale = [n for n, by in self._manifest_files().items() if by["by"] == self.what and n not in written]
         files = {name: {"sha256": sha256(path), "by": self.what} for name, path in written.items()}
-        kept = {n: entry for n, entry in self._listed().items() if n not in written and n not in stale}
+        kept = {n: entry for n, entry in self._manifest_files().items() if n not in written and n not in stale}
         known = _read_json(self._manifest, "files").get("made", {}) if self._manifest.exists() else {}
         made = {what: record for what, record in known.items() if any(entry["by"] == what for entry in kept.values())}
         made[self.what] = made_from(self._inputs, self.what)
@@ -121,13 +121,13 @@ class OutputFolder:
         self._moves.unlink()
         shutil.rmtree(self.new, ignore_errors=True)
 
-    def _listed(self) -> dict[str, dict[str, str]]:
+    def _manifest_files(self) -> dict[str, dict[str, str]]:
         """Return the manifest: SHA-256 and command by path."""
         return _read_json(self._manifest, "files")["files"] if self._manifest.exists() else {}
 
     def _is_ours(self, name: str) -> bool:
         """Return True if the manifest lists a file that is still as it was written."""
-        path, entry = self.path / name, self._listed().get(name)
+        path, entry = self.path / name, self._manifest_files().get(name)
         return entry is not None and path.is_file() and not path.is_symlink() and sha256(path) == entry["sha256"]
 
 

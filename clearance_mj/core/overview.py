@@ -24,8 +24,8 @@ class Overview(NamedTuple):
         """Return it as lines of text, free of characters that a terminal would obey."""
         facts = [(name, value) for name, value in self.facts.items() if value]
         width = max((len(name) for name, _ in facts), default=0)
-        lines = [self.title, *(f"  {name:<{width}}  {_cut(value)}" for name, value in facts)]
-        table = [[_cut(cell) for cell in row] for row in self.table]
+        lines = [self.title, *(f"  {name:<{width}}  {_truncated(value)}" for name, value in facts)]
+        table = [[_truncated(cell) for cell in row] for row in self.table]
         widths = [max(map(len, column)) for column in zip(*table)]
         lines += ["  " + "  ".join(f"{c:<{w}}" for c, w in zip(row, widths)).rstrip() for row in table]
         return "\n".join(map(_printable, lines))
@@ -33,7 +33,7 @@ class Overview(NamedTuple):
     def html(self) -> str:
         """Return it as markup; all texts are escaped."""
         facts = "".join(
-            f"<tr><th {CELL}>{escape(name)}</th><td {CELL}>{escape(_cut(value))}</td></tr>"
+            f"<tr><th {CELL}>{escape(name)}</th><td {CELL}>{escape(_truncated(value))}</td></tr>"
             for name, value in self.facts.items()
             if value
         )
@@ -44,7 +44,7 @@ class Overview(NamedTuple):
 
 
 def _row(cell: str, values: Sequence[str]) -> str:
-    return f"<tr>{''.join(f'<{cell} {CELL}>{escape(_cut(value))}</{cell}>' for value in values)}</tr>"
+    return f"<tr>{''.join(f'<{cell} {CELL}>{escape(_truncated(value))}</{cell}>' for value in values)}</tr>"
 
 
 class Shown(ABC):
@@ -74,7 +74,7 @@ def span(values: Iterable[float], unit: str = "", factor: float = 1.0) -> str:
     return f"{low if low == high else f'{low} to {high}'} {unit}".rstrip()
 
 
-def _cut(value: str) -> str:
+def _truncated(value: str) -> str:
     return value if len(value) <= MAX_CHARACTERS else f"{value[: MAX_CHARACTERS - 3]}..."
 
 

@@ -27,13 +27,13 @@ def find_numbers(data: dict[str, Any], path: str) -> list[Key]:
     steps = [int(number) if number else name for name, number in _STEP.findall(path)]
     if not path or _STEP.sub("", path):
         raise ClearanceError(f"{path!r} is not a path such as bushings[0].gap")
-    return list(_found(data, steps, (), path))
+    return list(_find(data, steps, (), path))
 
 
-def _found(data: Any, steps: list[str | int], before: Key, path: str) -> Iterator[Key]:
+def _find(data: Any, steps: list[str | int], before: Key, path: str) -> Iterator[Key]:
     if isinstance(data, list) and not (steps and isinstance(steps[0], int)):
         for i, item in enumerate(data):
-            yield from _found(item, steps, (*before, i), path)
+            yield from _find(item, steps, (*before, i), path)
     elif not steps:
         if number_in(data) is None:
             raise ClearanceError(f"{path} holds {data!r}; only numbers can vary")
@@ -44,11 +44,11 @@ def _found(data: Any, steps: list[str | int], before: Key, path: str) -> Iterato
         try:
             inner = data[steps[0]]
         except (KeyError, IndexError, TypeError):
-            raise ClearanceError(f"{path} leads nowhere: {_holds(data, before)}") from None
-        yield from _found(inner, steps[1:], (*before, steps[0]), path)
+            raise ClearanceError(f"{path} leads nowhere: {_holder(data, before)}") from None
+        yield from _find(inner, steps[1:], (*before, steps[0]), path)
 
 
-def _holds(data: Any, before: Key) -> str:
+def _holder(data: Any, before: Key) -> str:
     number_path = path_of(before) or "it"
     if isinstance(data, dict):
         return f"{number_path} has {', '.join(data)}"

@@ -73,7 +73,7 @@ def stale(paths: Iterable[Path]) -> list[str]:
     words = []
     for file in files_of(paths):
         try:
-            written, source = _recorded(file)
+            written, source = _read_provenance(file)
             if written and written["sha256"] != sha256(file):
                 words.append(f"{file} was changed after clearance-mj {written['by']} wrote it")
             inputs = source.get("inputs", {})
@@ -90,25 +90,25 @@ def _has_grown(path: Path, inputs: Iterable[str]) -> bool:
     if path.name != "dataset.toml":
         return False
     read = {os.path.relpath(other, path.parent) for other in inputs} - {*IN_FOLDERS}
-    return {name for name in read if not name.startswith("..")} < {*_listed(path)}
+    return {name for name in read if not name.startswith("..")} < {*_dataset_files(path)}
 
 
-def _recorded(file: Path) -> tuple[dict[str, str] | None, dict[str, Any]]:
+def _read_provenance(file: Path) -> tuple[dict[str, str] | None, dict[str, Any]]:
     """Return digest and command of a file, if a manifest has them, and its provenance, as far as that is known."""
     for folder in Path(os.path.abspath(file)).parents[: MAX_DEPTH + 1]:
         if (folder / MANIFEST).is_file():
-            manifest = _json(folder / MANIFEST)
+            manifest = _read_json(folder / MANIFEST)
             if entry := manifest["files"].get(Path(os.path.abspath(file)).relative_to(folder).as_posix()):
                 return entry, manifest.get("made", {}).get(entry["by"], {})
     if (metadata_file := file.with_name(f"{file.name}{BESIDE}")).is_file():
-        source = _json(metadata_file)
+        source = _read_json(metadata_file)
         return {"sha256": source["sha256"], "by": source["made_by"]}, source
     if file.suffix != ".json" or file.stat().st_size > MAX_BYTES:
         return None, {}
-    return None, _json(file).get("provenance", {})
+    return None, _read_json(file).get("provenance", {})
 
 
-def _json(path: Path) -> dict[str, Any]:
+def _read_json(path: Path) -> dict[str, Any]:
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return content
 
@@ -122,11 +122,11 @@ def _files(path: Path) -> Iterator[Path]:
     if path.is_file():
         yield path
     elif path.is_dir():
-        names = (*IN_FOLDERS, *_listed(path / "dataset.toml"))
+        names = (*IN_FOLDERS, *_dataset_files(path / "dataset.toml"))
         yield from (path / name for name in names if (path / name).is_file())
 
 
-def _listed(path: Path) -> list[str]:
+def _dataset_files(path: Path) -> list[str]:
     """Return the records' files of a dataset's list; none if there is no list that can be read."""
     try:
         return [str(entry["file"]) for entry in tomllib.loads(path.read_text(encoding="utf-8"))["records"]]

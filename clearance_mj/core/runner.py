@@ -95,7 +95,7 @@ class Runner:
         if self.progress and pending and samples and not elsewhere:
             print_duration(name, samples, times * len(pending) / len(tasks), min(count, len(pending)))
         run = run_tasks(
-            functools.partial(_computed, function), pending, 1 if len(pending) == 1 else count,
+            functools.partial(_compute, function), pending, 1 if len(pending) == 1 else count,
             processes=count > 1 and len(pending) > 1, scheduler=self.scheduler, executor=self.executor,
             progress=name if self.progress else "", done=len(results),
         )  # fmt: skip
@@ -111,7 +111,7 @@ class Runner:
             self._cache.drop_unused()
 
 
-def _computed(function: Callable[[Task], Arrays], each: _Numbered[Task]) -> Arrays:
+def _compute(function: Callable[[Task], Arrays], each: _Numbered[Task]) -> Arrays:
     return function(each.task)
 
 

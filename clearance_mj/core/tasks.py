@@ -145,7 +145,7 @@ def _on_processes(function: Callable[[Task], Result], tasks: Sequence[Task], wor
     while pending:
         lost: list[Task] = []
         with _pool(workers) as pool:
-            flying = _send(pool, function, pending, {}, QUEUED_PER_WORKER * workers)
+            flying = _submit(pool, function, pending, {}, QUEUED_PER_WORKER * workers)
             while flying:
                 for future in wait(flying, return_when=FIRST_COMPLETED).done:
                     task = flying.pop(future)
@@ -154,7 +154,7 @@ def _on_processes(function: Callable[[Task], Result], tasks: Sequence[Task], wor
                     else:
                         yield task, future.result()
                 if not lost:
-                    _send(pool, function, pending, flying, QUEUED_PER_WORKER * workers)
+                    _submit(pool, function, pending, flying, QUEUED_PER_WORKER * workers)
         pending.extendleft(lost)
         losses.update(lost)
         if fatal := [task for task, n in losses.items() if n == MAX_LOSSES]:
@@ -167,14 +167,14 @@ def _on_processes(function: Callable[[Task], Result], tasks: Sequence[Task], wor
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Return a pool whose processes start afresh, not as copies of this one, its threads and locks."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of the processes: there is one for each core
-    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin)
+    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _initialize_worker)
     try:
         yield pool
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _send(
+def _submit(
     pool: ProcessPoolExecutor, function: Callable[[Task], Result], pending: deque[Task],
     flying: dict[Future[Result], Task], most: int,
 ) -> dict[Future[Result], Task]:  # fmt: skip
@@ -190,7 +190,7 @@ def _send(
     return flying
 
 
-def _begin() -> None:
+def _initialize_worker() -> None:
     """Make a worker end silently on Ctrl-C, and with the process that started it, however that ended."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     threading.Thread(target=_die_with, args=(multiprocessing.parent_process(),), daemon=True).start()

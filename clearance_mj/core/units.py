@@ -129,12 +129,12 @@ def _meanings(label: str, any_case: bool = False) -> dict[Dimension, float]:
     if counts := _COUNTS.fullmatch(joined):
         turn = float(counts[1] or counts[2] or 0)
         return {_DIMENSIONS["angle"]: 2 * math.pi / turn} if turn else {}
-    meanings, spelled = _composed(label, any_case), _SAME.get(joined.lower(), label)
+    meanings, spelled = _parse_composed(label, any_case), _SAME.get(joined.lower(), label)
     synonyms = {} if spelled == label else _meanings(spelled, any_case)  # "kg cm" of servos is a torque, too
     return meanings | {dimension: factor for dimension, factor in synonyms.items() if dimension not in meanings}
 
 
-def _composed(label: str, any_case: bool) -> dict[Dimension, float]:
+def _parse_composed(label: str, any_case: bool) -> dict[Dimension, float]:
     """Return what `_meanings` does of products, quotients and powers."""
     factors, sign, outer, within, named = {_NONE: 1.0}, 1, 1, list[int](), False
     for token in _TOKEN.finditer(label.strip().replace("**", "").translate(_WRITTEN)):
@@ -142,7 +142,7 @@ def _composed(label: str, any_case: bool) -> dict[Dimension, float]:
             return {}
         if token["name"]:
             power, named = sign * int(token["power"] or 1), True
-            several = _named(token["name"], any_case).items()
+            several = _parse_name(token["name"], any_case).items()
             factors = {_product(d, e, power): f * g**power for d, f in factors.items() for e, g in several}
         elif token["mark"] == "(":
             within.append(outer)
@@ -154,7 +154,7 @@ def _composed(label: str, any_case: bool) -> dict[Dimension, float]:
     return factors if named else {}
 
 
-def _named(name: str, any_case: bool) -> dict[Dimension, float]:
+def _parse_name(name: str, any_case: bool) -> dict[Dimension, float]:
     """Return the SI units in a unit that has a name, by dimension."""
     if quantities := {_DIMENSIONS[q]: units[name] for q, units in UNITS.items() if name in units}:
         return quantities

@@ -121,7 +121,7 @@ class OneOf:
         self.known = known
 
     def __get_pydantic_core_schema__(self, base: type, handler: object) -> core_schema.CoreSchema:
-        return core_schema.no_info_plain_validator_function(self._made)
+        return core_schema.no_info_plain_validator_function(self._make)
 
     def __get_pydantic_json_schema__(
         self, schema: core_schema.CoreSchema, handler: pydantic.GetJsonSchemaHandler
@@ -132,7 +132,7 @@ class OneOf:
             schemas.append(schema_of_class | {"required": ["kind", *schema_of_class.get("required", ())]})
         return {"oneOf": schemas}
 
-    def _made(self, value: object) -> object:
+    def _make(self, value: object) -> object:
         use = f"use {either(self.known)}"
         if isinstance(value, tuple(self.known.values())):
             return value

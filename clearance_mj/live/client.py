@@ -96,7 +96,7 @@ class Client(WebSocketHandler):
             self._send(packed("ended", Numbers()))
         elif isinstance(wanted, Follow | Step | Sweep) and self.stop is None:
             self.stop = threading.Event()
-            self._begin(self._long(wanted, self.stop))
+            self._begin(self._run_long(wanted, self.stop))
         elif isinstance(wanted, Window):
             self._send(packed("window", self.session.window(float(wanted.low), float(wanted.high))))
         elif isinstance(wanted, Export):
@@ -133,28 +133,28 @@ class Client(WebSocketHandler):
         self.busy = True
         while (wanted := self.waiting) is not None:
             self.waiting, self.began = None, time.monotonic()
-            work = functools.partial(self._shown, wanted)
+            work = functools.partial(self._simulate_numbers, wanted)
             self._send(await self._answer(self.page.quick, work, of="set", id=wanted.id))
         self.busy = False
 
-    def _shown(self, wanted: Set) -> bytes:
+    def _simulate_numbers(self, wanted: Set) -> bytes:
         session = self.session
 
         def ended() -> bool:
             return self.over or (self.waiting is not None and time.monotonic() - self.began > PATIENCE)
 
-        watch = self._watch("set", ended, 2 * REPORT_INTERVAL, time.monotonic())
+        watch = self._watcher("set", ended, 2 * REPORT_INTERVAL, time.monotonic())
         values = session.setting(wanted.values)
         numbers = session.show(values, watch)
         if wanted.record:
             numbers.add(session.overlay(wanted.record, float(values["resolution"])))
         return packed("figures", numbers, id=wanted.id)
 
-    def _tell(self, kind: str, **facts: Any) -> None:
+    def _send_later(self, kind: str, **facts: Any) -> None:
         """Send a message to the page from another thread."""
         self.loop.call_soon_threadsafe(self._send, packed(kind, Numbers(facts)))
 
-    def _watch(self, of: str, ended: Callable[[], bool], every: float = REPORT_INTERVAL, last: float = 0.0) -> Watch:
+    def _watcher(self, of: str, ended: Callable[[], bool], every: float = REPORT_INTERVAL, last: float = 0.0) -> Watch:
         """Return a progress callback: it informs the page now and then, and stops superseded computations."""
 
         def watch(share: float) -> None:
@@ -163,18 +163,18 @@ class Client(WebSocketHandler):
                 raise Superseded
             if time.monotonic() - last > every:
                 last = time.monotonic()
-                self._tell("progress", of=of, share=share)
+                self._send_later("progress", of=of, share=share)
 
         return watch
 
-    async def _long(self, wanted: Follow | Step | Sweep, stop: threading.Event) -> None:
-        watch = self._watch(wanted.type, stop.is_set)
-        answer = await self._answer(self.page.long, lambda: self._found(wanted, watch), of=wanted.type)
+    async def _run_long(self, wanted: Follow | Step | Sweep, stop: threading.Event) -> None:
+        watch = self._watcher(wanted.type, stop.is_set)
+        answer = await self._answer(self.page.long, lambda: self._compute_long(wanted, watch), of=wanted.type)
         if not stop.is_set():
             self.stop = None
             self._send(answer)
 
-    def _found(self, wanted: Follow | Step | Sweep, watch: Watch) -> bytes:
+    def _compute_long(self, wanted: Follow | Step | Sweep, watch: Watch) -> bytes:
         from . import on_demand
 
         watch(0.0)

@@ -133,14 +133,14 @@ def _units(model: type) -> dict[str, str]:
 
 def _contact_units(law: Law, i: int) -> dict[str, str]:
     if isinstance(law, ContactLaw):
-        return _units(type(_own(law.contact, i)))
+        return _units(type(_model(law.contact, i)))
     return {"k": "N/m", "c": "N s/m"} if isinstance(law, ConstantLaw) else {"k": "×", "c": "×"}
 
 
 def _contact(law: Law, i: int, n: int) -> dict[str, float]:
     """Return the numbers of a clearance's contact; of a schedule over time or amplitude, factors on k and c."""
     if isinstance(law, ContactLaw):
-        return _numbers(_own(law.contact, i))
+        return _numbers(_model(law.contact, i))
     if isinstance(law, ConstantLaw):
         table = law.table(n).parameters[0, i]
         return {"k": float(table[0]), "c": float(table[1])}
@@ -161,12 +161,12 @@ def _numbers(model: Any) -> dict[str, float]:
     return numbers
 
 
-def _own(models: tuple[Any, ...], i: int) -> Any:
+def _model(models: tuple[Any, ...], i: int) -> Any:
     return models[i if len(models) > 1 else 0]
 
 
 def _grease(rig: Rig, law: Law, i: int) -> Any:
-    return rig.bushings[i].grease if law.grease is None else _own(law.grease, i)
+    return rig.bushings[i].grease if law.grease is None else _model(law.grease, i)
 
 
 def checked_values(known: Mapping[str, Control], changes: Mapping[str, Any]) -> dict[str, Value]:
@@ -193,21 +193,21 @@ def built(model: Model, values: Mapping[str, Value]) -> Model:
     """Return the model with the values of controls; what is impossible is a ClearanceError."""
     rig, law, n = model.rig, model.law, len(model.rig.bushings)
     if not n:
-        return Model(rig.replace(**_motion(rig, values)), law)
+        return Model(rig.replace(**_motion_fields(rig, values)), law)
     greases = tuple(
         b.grease if b.film else _changed(_grease(rig, law, i), values, f"bushings[{i}].grease.")
         for i, b in enumerate(rig.bushings)
     )
     constant = law.grease is None
     bushings = tuple(
-        dataclasses.replace(b, grease=greases[i] if constant else b.grease, **_clearance(b, values, f"bushings[{i}]."))
+        dataclasses.replace(b, grease=greases[i] if constant else b.grease, **_fields_of(b, values, f"bushings[{i}]."))
         for i, b in enumerate(rig.bushings)
     )
-    changed = rig.replace(bushings=bushings, **_motion(rig, values))
-    return Model(changed, _law(law, values, n, None if constant else greases))
+    changed = rig.replace(bushings=bushings, **_motion_fields(rig, values))
+    return Model(changed, _changed_law(law, values, n, None if constant else greases))
 
 
-def _motion(rig: Rig, values: Mapping[str, Value]) -> dict[str, Any]:
+def _motion_fields(rig: Rig, values: Mapping[str, Value]) -> dict[str, Any]:
     """Return the fields of a rig that controls of `_of_motion` change."""
     pull = float(values.get("gravity", 0.0))
     along = np.array(rig.gravity or DOWN) / np.linalg.norm(rig.gravity or DOWN)
@@ -216,10 +216,10 @@ def _motion(rig: Rig, values: Mapping[str, Value]) -> dict[str, Any]:
         for i, each in enumerate(rig.unbalances)
     )
     gravity = tuple((pull * along).tolist()) if pull else None
-    return {"gravity": gravity, "spin": rig.spin and _spin(rig.spin, values), "unbalances": unbalances}
+    return {"gravity": gravity, "spin": rig.spin and _changed_spin(rig.spin, values), "unbalances": unbalances}
 
 
-def _spin(spin: Spin, values: Mapping[str, Value]) -> Spin:
+def _changed_spin(spin: Spin, values: Mapping[str, Value]) -> Spin:
     speed, rate, until = float(values["spin.speed"]), spin.rate, spin.until
     if rate:
         rate = math.copysign(float(values["spin.rate"]), rate)
@@ -231,7 +231,7 @@ def _spin(spin: Spin, values: Mapping[str, Value]) -> Spin:
     return dataclasses.replace(spin, speed=speed, rate=rate, until=until)
 
 
-def _clearance(bushing: Bushing, values: Mapping[str, Value], name: str) -> dict[str, Any]:
+def _fields_of(bushing: Bushing, values: Mapping[str, Value], name: str) -> dict[str, Any]:
     """Return the fields of a bushing that its controls change, except its filling."""
     lengths = ("gap", "offset", "offset_y")
     fields: dict[str, Any] = {field: float(values[name + field]) for field in lengths if name + field in values}
@@ -244,9 +244,9 @@ def _clearance(bushing: Bushing, values: Mapping[str, Value], name: str) -> dict
     return fields
 
 
-def _law(law: Law, values: Mapping[str, Value], n: int, grease: tuple[Any, ...] | None) -> Law:
+def _changed_law(law: Law, values: Mapping[str, Value], n: int, grease: tuple[Any, ...] | None) -> Law:
     if isinstance(law, ContactLaw):
-        contacts = tuple(_changed(_own(law.contact, i), values, f"bushings[{i}].contact.") for i in range(n))
+        contacts = tuple(_changed(_model(law.contact, i), values, f"bushings[{i}].contact.") for i in range(n))
         return ContactLaw(contacts, grease=grease)
     k, c = ([float(values[f"bushings[{i}].contact.{field}"]) for i in range(n)] for field in "kc")
     if isinstance(law, ConstantLaw):

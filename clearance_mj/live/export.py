@@ -43,10 +43,10 @@ def exported(shown: Shown, test: FRF | None = None, inputs: Iterable[Path] = ())
         shown.model.save(folder)
         (folder / "setting.json").write_text(json.dumps(shown.values, indent=1) + "\n", encoding="utf-8")
         (folder / "README.txt").write_text(README, encoding="utf-8")
-        figures = _whirl(shown) | _displacement(shown)
+        figures = _whirl_figures(shown) | _displacement_figure(shown)
         if shown.frf is not None:
             (folder / "frf.csv").write_text(_table(shown.frf), encoding="utf-8")
-            figures["frf"] = _frf(shown, shown.frf, test)
+            figures["frf"] = _frf_figure(shown, shown.frf, test)
         for title, figure in figures.items():
             for kind in ("svg", "png"):
                 figure.savefig(folder / f"{title}.{kind}", dpi=150)
@@ -70,7 +70,7 @@ def _table(frf: FRF) -> str:
     return "\n".join((",".join(columns), *rows)) + "\n"
 
 
-def _frf(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
+def _frf_figure(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
     """Return the FRF's figure, all sensors in each panel: a column for every sensor would be too wide."""
     figure = canvas(6.5)
     above, middle, below = figure.subplots(3, sharex=True, height_ratios=(3, 2, 1.4))
@@ -92,7 +92,7 @@ def _frf(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
     return figure
 
 
-def _whirl(shown: Shown) -> dict[str, Figure]:
+def _whirl_figures(shown: Shown) -> dict[str, Figure]:
     """Return figures of orbits and full spectra in round clearances."""
     if not any(b.is_round for b in shown.model.rig.bushings):
         return {}
@@ -100,7 +100,7 @@ def _whirl(shown: Shown) -> dict[str, Figure]:
     return {"orbits": draw_orbits(end, TURNS).figure, "full_spectra": draw_spectra(end, 1.0).figure}
 
 
-def _displacement(shown: Shown) -> dict[str, Figure]:
+def _displacement_figure(shown: Shown) -> dict[str, Figure]:
     """Return a figure of displacements in clearances along one coordinate."""
     response, rig = shown.response, shown.model.rig
     slots = [(i, b, rows.start) for i, (b, rows) in enumerate(zip(rig.bushings, rig.clearance_rows)) if not b.is_round]

@@ -135,7 +135,7 @@ def motion(rig: Rig, response: Response) -> Numbers:
             "where": bushing.where, "share": contact["contact_share"][i], "rms": contact["displacement_rms"][i],
             "peak": contact["displacement_peak"][i], "force": contact["contact_peak"][i],
             "impacts": float(np.count_nonzero(np.diff(touch[i].astype(int)) > 0) / response.duration),
-            "rattle": _rattle(pushed[i][:, touch[i]], bushing), "row": rig.clearance_rows[i].start,
+            "rattle": _contact_kind(pushed[i][:, touch[i]], bushing), "row": rig.clearance_rows[i].start,
         }
         for i, bushing in enumerate(rig.bushings)
     ]  # fmt: skip
@@ -146,7 +146,7 @@ def motion(rig: Rig, response: Response) -> Numbers:
     )
 
 
-def _rattle(force: np.ndarray, bushing: Bushing) -> str:
+def _contact_kind(force: np.ndarray, bushing: Bushing) -> str:
     """Return the contact's kind from its forces (1 or 2, n): on one side, they fit into half a circle."""
     if not force.size:
         return "free"

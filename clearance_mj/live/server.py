@@ -128,7 +128,7 @@ class File(RequestHandler):
     def initialize(self, page: Page) -> None:
         """Take the page; Tornado's way of construction."""
         self.page = page
-        self._guard()
+        self._set_headers()
 
     def prepare(self) -> None:
         """Refuse who may not ask."""
@@ -146,7 +146,7 @@ class File(RequestHandler):
         self.set_header("Content-Type", kind)
         self.finish(data)
 
-    def _guard(self) -> None:
+    def _set_headers(self) -> None:
         """Set headers: no content from elsewhere, and no referrer with this address to elsewhere."""
         self.clear_header("Server")
         policy = (

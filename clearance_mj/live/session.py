@@ -106,7 +106,7 @@ class Session:
         model = built(self.model, values)
         excitation = excited(model.rig, values, self.dataset)
         response = Simulation(model.rig, excitation, model.law, get_engine(str(values["engine"]))).whole(watch)
-        return Shown(dict(values), model, response, _frf(response, values))
+        return Shown(dict(values), model, response, _estimate_frf(response, values))
 
     def show(self, values: Mapping[str, Value], watch: Watch = lambda share: None) -> Numbers:
         """Simulate a setting and return the numbers of all figures.
@@ -194,7 +194,7 @@ class Session:
         }
 
 
-def _frf(response: Response, values: Mapping[str, Value]) -> FRF | None:
+def _estimate_frf(response: Response, values: Mapping[str, Value]) -> FRF | None:
     if values["excitation"] in ("sine", NONE):
         return None
     resolution = float(values["resolution"])

@@ -54,15 +54,15 @@ def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool 
     """
     path = Path(path)
     check(path, renderer)
-    stage, reason = _stage(shown, renderer, progress)
+    stage, reason = _make_stage(shown, renderer, progress)
     numbers = tqdm(range(shown.time.size), desc="drawing", unit="picture", disable=not progress)
     with replacing(path) as temporary:
         _WRITERS[path.suffix](stage, numbers, temporary, comment)
     return reason
 
 
-def _stage(shown: Clip, renderer: str, progress: bool) -> tuple[Stage, str]:
-    """The figure of an animation, and why MuJoCo did not draw it if it might have, else ""."""
+def _make_stage(shown: Clip, renderer: str, progress: bool) -> tuple[Stage, str]:
+    """Return an animation's figure, and the reason if MuJoCo could not draw it, else ""."""
     scene = Scene(shown)
     if renderer == "mujoco" and not scene.is_plane:
         raise ClearanceError("renderer mujoco draws planar rigs; leave it out, and matplotlib draws this one")
@@ -104,7 +104,7 @@ _WRITERS = {".gif": _write_gif, ".mp4": _write_mp4}
 
 
 def _rendered(scene: Scene, progress: bool) -> tuple[list[np.ndarray], str]:
-    """Pictures of what moves in a plane to the stage's scale; none, and the reason, where there is no GL."""
+    """Return pictures of planar motion to the stage's scale; none, and the reason, without GL."""
     shown, distance, wide = scene.shown, AWAY * scene.length, scene.right - scene.left
     opening = 2 * math.degrees(math.atan(scene.half_height / distance))
     size = round(DPI * ACROSS), round(DPI * ACROSS * 2 * scene.half_height / wide)
@@ -123,7 +123,7 @@ def _rendered(scene: Scene, progress: bool) -> tuple[list[np.ndarray], str]:
 
 
 def _strokes(scene: Scene) -> Iterator[Stroke]:
-    """The supports, the shafts with their discs, the bushings' halves, the forces."""
+    """Return strokes of supports, shafts with their discs, bushings' halves and forces."""
     shown, line = scene.shown, scene.line()
     for colour, boxes in ((CLAMP, scene.supports()), (HALF, scene.plates())):
         for box in boxes:
@@ -141,7 +141,7 @@ def _strokes(scene: Scene) -> Iterator[Stroke]:
 
 
 def _stroke(shown: Clip, shape: str, radius: float, colour: str, start: np.ndarray, end: np.ndarray) -> Stroke:
-    """One solid between two ends (3,) or (3, n) in every picture; what leans back from the camera is made higher."""
+    """Return one solid between two ends (3,) or (3, n) in every picture, raised where it leans from the camera."""
     higher = np.array([[1.0], [1.0], [1 / math.cos(math.radians(ELEVATION))]])
     ends = [np.broadcast_to(higher * end.reshape(3, -1), (3, shown.time.size)).T for end in (start, end)]
     return Stroke(shape, radius, to_rgb(colour), np.stack(ends, axis=1)[:, None])

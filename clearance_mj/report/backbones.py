@@ -32,7 +32,7 @@ def draw(backbones: Sequence[Backbone]) -> Drawing:
             "Frequency (Hz)": each.frequency, "Damping ratio (%)": 100 * each.damping, f"Level ({unit})": each.level,
         }  # fmt: skip
         for ax, (words, values) in zip(panels, shown.items()):
-            _panel(ax, each, values)
+            _draw_panel(ax, each, values)
             tidy(ax, f"{next(names)} mode {each.mode}", words, label)
         if (each.level[np.isfinite(each.level)] > 0).any():  # not of modes that nothing excites, or nothing damps
             panels[-1].set_yscale("log")
@@ -45,7 +45,7 @@ def draw(backbones: Sequence[Backbone]) -> Drawing:
     return Drawing("backbone", figure, caption, f"Frequency and damping of {len(backbones)} modes over amplitude.")
 
 
-def _panel(ax: Axes, backbone: Backbone, values: np.ndarray) -> None:
+def _draw_panel(ax: Axes, backbone: Backbone, values: np.ndarray) -> None:
     amplitude = motion(backbone) / backbone.gap
     ax.plot(amplitude, np.where(np.isfinite(values), values, np.nan), color=COLOURS[0], lw=1.1)
     if backbone.ended:
@@ -75,7 +75,7 @@ def _rows(backbone: Backbone) -> pd.DataFrame:
 
 
 def words(backbone: Backbone) -> Iterator[str]:
-    """Say in lines where a backbone begins and ends, and whether it ends early."""
+    """Yield lines on where a backbone begins and ends, and whether it ends early."""
     ends = (
         f"{backbone.frequency[i]:.5g} Hz, {100 * backbone.damping[i]:.3g} % at {1e3 * motion(backbone)[i]:.3g} mm"
         for i in (0, -1)

@@ -1,4 +1,4 @@
-"""Figures of a calibration: measured against fitted, what every start found, what goes with what."""
+"""Figures of a calibration: measured against fitted values, the fit of every start, correlations."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SYMBOLS = {"young_modulus": "E", "density": "ρ", "stiffness": "k", "damping": "
 
 
 def _name(path: str) -> str:
-    """Short name of a parameter, for an axis."""
+    """Return the short name of a parameter, for an axis."""
     words = path.replace("grease.", "").replace("beam.", "").split(".")
     words[-1] = SYMBOLS.get(words[-1], words[-1])
     words[0] = words[0].replace("masses", "mass").replace("bushings[", "bushing[")
@@ -32,10 +32,10 @@ def draw(calibration: Calibration) -> Drawing:
     upper, lower = np.asarray(figure.subfigures(2, 1, height_ratios=(2.6 * len(calibration.targets), 3.1))).tolist()
     rows = np.atleast_1d(np.asarray(upper.subfigures(len(calibration.targets), 1))).tolist()
     for target, part in zip(calibration.targets, rows):
-        _frequencies(part, calibration, target) if isinstance(target, ModalTarget) else _frfs(part, calibration, target)
+        _bars(part, calibration, target) if isinstance(target, ModalTarget) else _overlay(part, calibration, target)
     starts, correlation = lower.subplots(1, 2, width_ratios=(1.25, 1))
-    _starts(starts, calibration)
-    _correlation(correlation, calibration)
+    _draw_starts(starts, calibration)
+    _draw_correlation(correlation, calibration)
     caption = (
         "Calibration: measured and fitted; the values that each start ended with, over those of the best fit; "
         "correlation of the parameters’ logarithms."
@@ -43,7 +43,7 @@ def draw(calibration: Calibration) -> Drawing:
     return Drawing("calibration", figure, caption, f"Calibration of {n} parameters of rig {calibration.rig.name}.")
 
 
-def _frequencies(part: SubFigure, calibration: Calibration, target: ModalTarget) -> None:
+def _bars(part: SubFigure, calibration: Calibration, target: ModalTarget) -> None:
     error, shapes = part.subplots(1, 2)
     pairs = (("start", calibration.start, START, "s", -0.1), ("calibrated", calibration.rig, FOUND, "o", 0.1))
     test = None if target.shape is None else target.shape / np.linalg.norm(target.shape, axis=0)
@@ -65,14 +65,14 @@ def _frequencies(part: SubFigure, calibration: Calibration, target: ModalTarget)
     part.legend(*error.get_legend_handles_labels(), fontsize=FONT - 1, frameon=False, loc="outside upper left", ncols=3)
     error.set_xticks(target.mode)
     if test is None:
-        _table(shapes, calibration, target)
+        _draw_table(shapes, calibration, target)
         return
     tidy(shapes, "mode shapes", "1 - MAC with the test (1)", "Mode (number)")
     shapes.set_xticks(target.mode)
     shapes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _table(ax: Axes, calibration: Calibration, target: ModalTarget) -> None:
+def _draw_table(ax: Axes, calibration: Calibration, target: ModalTarget) -> None:
     ax.axis("off")
     columns = (target.frequency, target.model(calibration.start)[0], target.model(calibration.rig)[0])
     cells = [[f"{mode:.0f}", *(f"{v:.3f}" for v in row)] for mode, *row in zip(target.mode, *columns)]
@@ -83,7 +83,7 @@ def _table(ax: Axes, calibration: Calibration, target: ModalTarget) -> None:
     table.auto_set_column_width(range(4))
 
 
-def _frfs(part: SubFigure, calibration: Calibration, target: FRFTarget) -> None:
+def _overlay(part: SubFigure, calibration: Calibration, target: FRFTarget) -> None:
     shown = np.unique(np.linspace(0, len(target.nodes) - 1, min(MAX_SENSORS, len(target.nodes))).astype(int))
     frfs = (("test", target.frf.functions, TEST, 1.5), ("start", target.model(calibration.start), START, 0.9),
             ("calibrated", target.model(calibration.rig), FOUND, 0.9))  # fmt: skip
@@ -97,7 +97,7 @@ def _frfs(part: SubFigure, calibration: Calibration, target: FRFTarget) -> None:
     axes[0].legend(fontsize=FONT - 1, frameon=False)
 
 
-def _starts(ax: Axes, result: Calibration) -> None:
+def _draw_starts(ax: Axes, result: Calibration) -> None:
     best, ticks = result.solutions[0], np.arange(len(result.estimates.names))
     for solution in reversed(result.solutions):
         fits = solution.chi2 <= best.chi2 + 1
@@ -117,7 +117,7 @@ def _starts(ax: Axes, result: Calibration) -> None:
     ax.legend(fontsize=FONT - 1, frameon=False)
 
 
-def _correlation(ax: Axes, calibration: Calibration) -> None:
+def _draw_correlation(ax: Axes, calibration: Calibration) -> None:
     ax.imshow(calibration.estimates.correlation, vmin=-1, vmax=1, cmap="PuOr")
     ticks = np.arange(len(calibration.estimates.names))
     tidy(ax, "correlation of the logarithms")

@@ -1,4 +1,4 @@
-"""What an animation shows: the shape of a shaft that rattles or whirls in its bushings, out of a response."""
+"""Clips for animations: the shape of a shaft that rattles or whirls in its bushings, from a response."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Clip", "clip"]
 
 POINTS = 81  # of a shaft's line, to which its steps are added
 DRAWN_LIFT, MAX_LIFT = 0.22, 0.4
-"""largest lift as it is drawn, as a share of the shaft's length: if no exaggeration is asked for, and at most"""
+"""largest drawn lift over the shaft's length: if no exaggeration is asked for, and at most"""
 MIN_LIFT = 1e-4  # of the most: less cannot be seen
 MAX_FRAMES = 600
 
@@ -45,7 +45,7 @@ class Clip:
 
     @property
     def length(self) -> float:
-        """From the start of the first shaft to the end of the last one, m."""
+        """Length from the start of the first shaft to the end of the last one, m."""
         first, last = self.rig.linear.span
         return last - first
 
@@ -60,7 +60,7 @@ class Clip:
 
 def clip(rig: Rig, response: Response, start: float | None = None, seconds: float = 0.15, slow: float = 60.0,
          exaggeration: float | None = None, rate: float = 20.0) -> Clip:  # fmt: skip
-    """Cut a response from rest to what an animation shows: ``seconds`` from ``start`` (s), ``slow`` times slower.
+    """Return the clip of a response from rest: ``seconds`` from ``start`` (s), ``slow`` times slower.
 
     Default: the strongest contact is in the middle, and lifts fill the picture. A ClearanceError says what could be
     shown of a rig and response, if what is asked for cannot.

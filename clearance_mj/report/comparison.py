@@ -41,10 +41,10 @@ def draw(
     """
     rows = np.arange(len(aligned.test.labels))
     pages = np.array_split(rows, -(-rows.size // PER_PAGE))
-    drawings = [_frfs(aligned, comparison, repeat, page, number) for number, page in enumerate(pages, 1)]
-    drawings += [_correlation(comparison), _sensors(comparison)]
+    drawings = [_draw_frfs(aligned, comparison, repeat, page, number) for number, page in enumerate(pages, 1)]
+    drawings += [_draw_correlation(comparison), _draw_sensors(comparison)]
     if np.isfinite(matrix).any():
-        drawings.append(_mac(test_modes, model_modes, matrix))
+        drawings.append(_draw_mac(test_modes, model_modes, matrix))
     return drawings
 
 
@@ -57,26 +57,26 @@ def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Seque
         "mre": Column("MRE", "", ".3f"),
         **{name: Column(name.upper(), "", ".3f") for name in ("frac", "csac", "csf")},
     })  # fmt: skip
-    modes = Table.of("modes", "Modes", comparison.per_mode[_found(comparison)], {
+    modes = Table.of("modes", "Modes", comparison.per_mode[_valid_modes(comparison)], {
         "mode": Column("Mode"), "test_hz": Column("Test", "Hz", ".3f"), "model_hz": Column("Model", "Hz", ".3f"),
         "mac": Column("MAC", "", ".3f"), "test_damping": Column("Damping, test", "", ".4f"),
         "model_damping": Column("Damping, model", "", ".4f"), "why": Column("Not compared"),
     })  # fmt: skip
     said = "".join(html.paragraph(str(escape(note)), "note") for note in notes)
     difference = html.paragraph(str(escape(f"RMSE {comparison.summary()['rmse_db']:.2f} dB; {comparison.beside()}.")))
-    tables = difference + html.table(sensors) + (html.table(modes) if _found(comparison).any() else "")
+    tables = difference + html.table(sensors) + (html.table(modes) if _valid_modes(comparison).any() else "")
     measures = html.Section("measures", "Measures", said + tables)
     path = folder / "comparison.html"
     write_text(path, html.page("FRFs of test and model", (measures, figures)))
     return path
 
 
-def _found(comparison: Comparison) -> np.ndarray:
-    """(n_modes,) rows that hold a mode."""
+def _valid_modes(comparison: Comparison) -> np.ndarray:
+    """Return which rows hold a mode (n_modes,)."""
     return np.isfinite(comparison.per_mode[["test_hz", "model_hz"]].to_numpy(float)).any(axis=1)
 
 
-def _frfs(
+def _draw_frfs(
     aligned: Alignment, comparison: Comparison, repeat: FRF | None, rows: np.ndarray, number: int
 ) -> Drawing:  # fmt: skip
     figure = canvas(0.35 + ROW_HEIGHT * -(-rows.size // 2))
@@ -93,21 +93,21 @@ def _frfs(
     return Drawing(f"frf_{number}", figure, caption, f"FRFs of test and model at {labels}.", chart=True)
 
 
-def _correlation(comparison: Comparison) -> Drawing:
+def _draw_correlation(comparison: Comparison) -> Drawing:
     figure = canvas(2.6)
     draw_correlation(figure, comparison.correlation)
     caption = "Agreement over the responses at each line, 1 is perfect; dotted: natural frequencies of the test."
     return Drawing("correlation", figure, caption, "CSAC and CSF over frequency.", chart=True)
 
 
-def _sensors(comparison: Comparison) -> Drawing:
+def _draw_sensors(comparison: Comparison) -> Drawing:
     figure = canvas(measures_height(comparison.per_sensor))
     draw_measures(figure, comparison.per_sensor)
     caption = "Measures by sensor: RMSE and MRE are 0, FRAC, CSAC and CSF are 1 for equal FRFs."
     return Drawing("sensors", figure, caption, "Bars of the measures by sensor.")
 
 
-def _mac(test_modes: Modes, model_modes: Modes, matrix: np.ndarray) -> Drawing:
+def _draw_mac(test_modes: Modes, model_modes: Modes, matrix: np.ndarray) -> Drawing:
     figure = canvas(3.4, 4.4)
     ax = figure.subplots()
     image = ax.imshow(matrix, cmap="cividis", vmin=0, vmax=1)

@@ -1,4 +1,4 @@
-"""What records show of contact, where the rig file is exact: ridges, and stiffness and damping in windows."""
+"""Contact as records show it, where the rig file is exact: ridges, stiffness and damping in windows."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ CURVE = 200  # amplitudes of a law's curve
 
 
 def contact_drawings(
-    identified: Identified, records: Sequence[Record], forces: Sequence[RestoringForce]
+    model: Identified, records: Sequence[Record], forces: Sequence[RestoringForce]
 ) -> Iterator[Drawing | str]:
-    """Yield figures, and in words what the records do not allow.
+    """Yield figures or, in words, why the records do not allow one.
 
     Parameters
     ----------
-    found : Identified
+    model : Identified
         With a law for the rig file's rig.
     records : sequence of Record
-        Those that it was identified from.
+        Records from which it was identified.
     forces : sequence of RestoringForce
         Restoring forces of the records that allow them.
     """
@@ -62,7 +62,7 @@ def contact_drawings(
             except RecordError as error:
                 words.append(str(error))
         try:
-            ridge = _ridge(identified, record, records)
+            ridge = _ridge_law(model, record, records)
         except RecordError as error:
             ridge = None
             words.append(str(error))
@@ -73,7 +73,7 @@ def contact_drawings(
         figure = contact_over_time(f"{record.name}: contact over time", measured, ridge)
         yield Drawing(f"contact_over_time_{record.name}", figure, caption, caption)
     if windows:
-        figure = contact_over_amplitude(windows, _curves(identified, forces), [b.gap for b in identified.rig.bushings])
+        figure = contact_over_amplitude(windows, _k_and_c(model, forces), [b.gap for b in model.rig.bushings])
         caption = "Contact stiffness and damping over the amplitude of the motion: of windows, and of the law."
         yield Drawing("contact_over_amplitude", figure, caption, caption)
 
@@ -86,14 +86,14 @@ def _scalograms(record: Record) -> Figure:
     return scalograms(f"{record.name}: lowest mode", planes, [skeleton(p) for p in planes], gaps)
 
 
-def _ridge(identified: Identified, record: Record, records: Sequence[Record]) -> TimeLaw:
+def _ridge_law(identified: Identified, record: Record, records: Sequence[Record]) -> TimeLaw:
     if isinstance(identified.law, TimeLaw) and record.duration == max(r.duration for r in records):
         return identified.law
     return ridge_law(Dataset(identified.rig, (record,)))
 
 
-def _curves(identified: Identified, forces: Sequence[RestoringForce]) -> list[AmplitudeCurve]:
-    """The law's stiffness and damping over the amplitudes that each bushing reached."""
+def _k_and_c(identified: Identified, forces: Sequence[RestoringForce]) -> list[AmplitudeCurve]:
+    """Return the law's stiffness and damping over the amplitudes that each bushing reached."""
     law, gaps = identified.law, np.array([b.gap for b in identified.rig.bushings])
     if isinstance(law, TimeLaw):
         return []
@@ -120,7 +120,7 @@ LIMIT = 1.6  # axes end at so many times the 95th percentile of a curve: single 
 
 
 def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge], gaps: Sequence[float]) -> Figure:
-    """Wavelet transform of the motion (m) in every bushing with its ridge, and its amplitude beside the gap."""
+    """Draw the wavelet transform of the motion (m) in every bushing with its ridge, and its amplitude and the gap."""
     figure = _sheet(title, 2.1 * len(planes))
     axes = figure.subplots(len(planes), 2, squeeze=False, sharex=True, width_ratios=(1.25, 1))
     for j, ((left, right), plane, ridge, gap) in enumerate(zip(axes, planes, ridges, gaps)):
@@ -152,7 +152,7 @@ def _draw_plane(figure: Figure, ax: Axes, plane: Scalogram) -> None:
 
 
 def _draw_track(ax: Axes, ridge: Ridge, value: np.ndarray, colour: str) -> None:
-    """A line over time, dotted where the ridge is not valid."""
+    """Draw a line over time, dotted where the ridge is not valid."""
     stride = max(1, ridge.time.size // (4 * COLUMNS))
     time, valid, value = (v[::stride] for v in (ridge.time, ridge.valid, value))
     ax.plot(time, np.where(valid, np.nan, value), color=colour, linewidth=0.8, linestyle=":", label="not valid")
@@ -160,7 +160,7 @@ def _draw_track(ax: Axes, ridge: Ridge, value: np.ndarray, colour: str) -> None:
 
 
 def contact_over_time(title: str, measured: ContactParameters | None, ridge: TimeLaw | None) -> Figure:
-    """Contact stiffness and damping over time: in windows, with two standard deviations, and on the wavelet ridge."""
+    """Draw contact stiffness and damping over time: in windows, with two standard deviations, and on the ridge."""
     n = next(law.k.shape[1] for law in (measured, ridge) if law)
     figure = _sheet(title, 1.9 * n)
     axes = figure.subplots(n, 2, squeeze=False, sharex=True)
@@ -174,8 +174,8 @@ def contact_over_time(title: str, measured: ContactParameters | None, ridge: Tim
                 track = getattr(ridge, name)[:, j]
                 ax.plot(ridge.t, track, ".", color=RIDGE, markersize=2.5, zorder=1.5, label="wavelet ridge")
             tidy(ax, f"bushing {j + 1}", label, "Time (s)" if j == n - 1 else "")
-            _limit(ax, value if measured else track)
-    _key(figure, axes)
+            _limit_axis(ax, value if measured else track)
+    _draw_key(figure, axes)
     return figure
 
 
@@ -192,11 +192,11 @@ def contact_over_amplitude(
             look = {"fmt": ".", "color": TEST, "ecolor": REPEAT, "markersize": 3, "elinewidth": 0.5}
             ax.errorbar(MM * x, y, std, label=f"{WINDOWS} (mean amplitude)", **look)
             reached = [getattr(c, name)[c.amplitude <= np.nanmax(x), j] for c in curves if np.isfinite(x).any()]
-            _limit(ax, y, *reached)
+            _limit_axis(ax, y, *reached)
         draw_curves(line, j, curves, gaps[j])
     for ax in axes[-1]:
         ax.set_xlabel("Amplitude (mm)", fontsize=FONT)
-    _key(figure, axes)
+    _draw_key(figure, axes)
     return figure
 
 
@@ -208,14 +208,14 @@ def _sheet(title: str, height: float) -> Figure:
     return figure
 
 
-def _limit(ax: Axes, *curves: np.ndarray) -> None:
+def _limit_axis(ax: Axes, *curves: np.ndarray) -> None:
     """End the axis near the bulk of what is drawn."""
     top = max((LIMIT * np.percentile(v, 95) for v in [v[np.isfinite(v)] for v in curves] if v.size), default=0)
     ax.set_ylim(0, top if top > 0 else 1)
 
 
-def _key(figure: Figure, axes: np.ndarray) -> None:
-    """One legend below all panels."""
+def _draw_key(figure: Figure, axes: np.ndarray) -> None:
+    """Draw one legend below all panels."""
     entries: dict[str, Any] = {}
     for ax in np.ravel(axes):
         handles, labels = ax.get_legend_handles_labels()

@@ -5,7 +5,7 @@ the bushings the shaft is linear, so its modes (`linear_model`) under weight, un
 grease and contact forces move as the shaft did, whichever engine recorded them. Two things are lost: what the
 recorder's anti-alias filter took from the forces, and how the two ends of a bushing shared the contact force; they get
 half each. What that leaves between shape and record at the bushings is taken up by the static deflection under forces
-there. The shape is then within 1 % (RMS, of the tip's) of the modal engine's own coordinates all along the shipped
+there. The shape is then within 1 % (RMS, of the tip's) of the modal engine's coordinates all along the shipped
 rig's shaft, from soft contact to 2e5 N/m, at 2048 samples/s and above; without the last step it is up to 5 % off.
 Forces are straight lines between samples; gyroscopic moments are those of the spin within 1 %.
 """
@@ -29,7 +29,7 @@ from ..signals.response import Response
 __all__ = ["deflection"]
 
 MODES = 16  # of the shaft's shape
-SPIN_CHANGE = 0.01  # share of the highest spin by which it may change while gyroscopic moments stay the same
+SPIN_CHANGE = 0.01  # fraction of the highest spin by which it may change while gyroscopic moments stay the same
 NODES = 6  # spins at which flows are computed where the spin changes
 
 
@@ -79,35 +79,35 @@ def _modal_motion(
     model: LinearModel, steady: np.ndarray, driven: np.ndarray, spin: np.ndarray | None, angle: np.ndarray | None,
     step: float,
 ) -> np.ndarray:  # fmt: skip
-    """(n_t, n) modal coordinates from rest under steady and driving forces (n_t, n) and the unbalance of a spin."""
+    """Return modal coordinates (n_t, n) from rest under steady and driving forces (n_t, n) and unbalance."""
     force = steady + driven
     if spin is not None and angle is not None:
-        force = force + _unbalance(model, spin, angle, step)
+        force = force + _unbalance_force(model, spin, angle, step)
     else:
         spin = np.zeros(len(steady))
     change = np.diff(force, axis=0, append=force[-1:])
     n, scale = model.size, np.maximum(model.omega, 1.0)
     state = np.concatenate((scale * np.linalg.lstsq(model.stiff(spin[0]), steady[0], rcond=None)[0], np.zeros(n)))
     motion = np.empty_like(force)
-    flows = _flows(model, spin, step, scale)
-    for first, last in _blocks(spin):
+    flows = _steps(model, spin, step, scale)
+    for first, last in _constant_spin_blocks(spin):
         flow, of_force, of_change = map(np.ascontiguousarray, flows(float(spin[first:last].mean())))
         driven = force[first:last] @ of_force.T + change[first:last] @ of_change.T
-        state = _advance(flow, driven, state, motion[first:last])
+        state = _integrate(flow, driven, state, motion[first:last])
     return motion / scale
 
 
 @jit
-def _advance(flow: np.ndarray, driven: np.ndarray, state: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Fill the first half (n_t, n) of the states, and return the one after the last."""
+def _integrate(flow: np.ndarray, driven: np.ndarray, state: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Fill ``motion`` with the first half (n_t, n) of the states, and return the state after the last."""
     for i in range(len(driven)):
         motion[i] = state[: motion.shape[1]]
         state = flow @ state + driven[i]
     return state
 
 
-def _unbalance(model: LinearModel, spin: np.ndarray, angle: np.ndarray, step: float) -> np.ndarray:
-    """(n_t, n) force of orders and unbalance on the modes: Ω² along the angle, and across it where the spin changes."""
+def _unbalance_force(model: LinearModel, spin: np.ndarray, angle: np.ndarray, step: float) -> np.ndarray:
+    """Return forces (n_t, n) of orders and unbalance on modes: Ω² along the angle, across it where spin changes."""
     rate, square, cos, sin = np.gradient(spin, step), spin**2, np.cos(angle), np.sin(angle)
     orders = model.rig.orders
     turns = [part(each.order * angle) for each in orders for part in (np.cos, np.sin)]
@@ -115,25 +115,25 @@ def _unbalance(model: LinearModel, spin: np.ndarray, angle: np.ndarray, step: fl
     return np.asarray(factors @ np.vstack((model.unbalance, order_forces(orders, model.directed, model.size))))
 
 
-def _blocks(spin: np.ndarray) -> Iterator[tuple[int, int]]:
-    """First sample of each stretch in which the spin is nearly the same, and the one after its last."""
+def _constant_spin_blocks(spin: np.ndarray) -> Iterator[tuple[int, int]]:
+    """Yield the first sample of each interval of nearly constant spin, and the one after its last."""
     fine = SPIN_CHANGE * np.abs(spin).max()
     level = np.round(spin / fine) if fine else np.zeros(spin.size)
     edges = np.flatnonzero(np.diff(level)) + 1
     yield from zip((0, *edges), (*edges, spin.size))
 
 
-def _flows(model: LinearModel, spin: np.ndarray, step: float, scale: np.ndarray) -> Callable[[float], list[np.ndarray]]:
-    """What `_flow` does at any spin of a run: polynomials through a few, as exponentials of so little rotation are."""
+def _steps(model: LinearModel, spin: np.ndarray, step: float, scale: np.ndarray) -> Callable[[float], list[np.ndarray]]:
+    """Return `_step` as a function of spin: polynomials through few nodes, as its exponentials are smooth."""
     middle, half = (spin.min() + spin.max()) / 2, np.ptp(spin) / 2 if model.gyroscopic.size else 0.0
     nodes = middle + half * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES) if half else np.array([middle])
-    flows = np.array([np.hstack(_flow(model, node, step, scale)) for node in nodes])
+    flows = np.array([np.hstack(_step(model, node, step, scale)) for node in nodes])
     ends = [2 * model.size, 3 * model.size]
     return lambda at: np.split(barycentric_interpolate(nodes, flows, at) if half else flows[0], ends, axis=1)
 
 
-def _flow(model: LinearModel, spin: float, step: float, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What a step makes of a state (scale q, q̇), of a force, and of the force's change within the step; exact."""
+def _step(model: LinearModel, spin: float, step: float, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the exact step's matrices of the state (scale q, q̇), the force, and the force's change."""
     n = model.size
     rates = np.zeros((4 * n, 4 * n))
     rates[:n, n : 2 * n] = step * np.diag(scale)

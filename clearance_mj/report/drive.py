@@ -1,4 +1,4 @@
-"""The page of a drive that was found from logs: its catalogue's numbers, what they came from, and its loops."""
+"""The page of a drive identified from logs: catalogue values, the runs they come from, hysteresis loops."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ def write_drive(
 
     Parameters
     ----------
-    found : DriveFit
+    fit : DriveFit
         The drive.
     runs : sequence of DriveRecord
-        That it was found from.
-    told : sequence of DriveRecord
-        Of which it was not, whose load's end is predicted.
+        Runs from which it was identified.
+    held_out : sequence of DriveRecord
+        Further runs, whose load's end is predicted.
     folder : Path
         Gets the files.
     """
@@ -44,22 +44,22 @@ def write_drive(
     result = fit.to_dict() | {"predicted": errors}
     writer = ReportWriter(folder)
     sections = [
-        html.Section("summary", "What the drive is like", _summary(fit) + writer.figure(_held(fit))),
+        html.Section("summary", "What the drive is like", _catalogue(fit) + writer.figure(_draw_hysteresis(fit))),
         html.Section(
-            "runs", "Runs beside the model", _errors(fit, errors) + writer.figure(_loops(fit, runs, held_out))
+            "runs", "Runs beside the model", _error_table(fit, errors) + writer.figure(_draw_runs(fit, runs, held_out))
         ),
-        html.Section("numbers", "Numbers and parts", _numbers(fit)),
+        html.Section("numbers", "Numbers and parts", _number_tables(fit)),
     ]
     writer.page(f"Drive from {', '.join(fit.runs)}", sections)
     return result
 
 
 def write_motor_side(fit: MotorSideFit, folder: Path) -> dict[str, Any]:
-    """Write ``index.html`` of what its motor tells of a drive, and return what it holds as plain data.
+    """Write ``index.html`` of a drive identified from its motor's side, and return its contents as plain data.
 
     Parameters
     ----------
-    found : MotorSideFit
+    fit : MotorSideFit
         Of logs of the motor's side alone.
     folder : Path
         Gets the files.
@@ -73,7 +73,7 @@ def write_motor_side(fit: MotorSideFit, folder: Path) -> dict[str, Any]:
         f"From the motor's angle and torque{load_channels}, in {', '.join(fit.runs)}: all numbers are those that "
         f"the motor feels.{hidden} The teeth changed sides {fit.crossings} times."
     )
-    body = html.sentences([words]) + html.sentences(fit.not_told, "note") + _estimates(fit.estimates)
+    body = html.sentences([words]) + html.sentences(fit.not_told, "note") + _estimate_table(fit.estimates)
     sections = [html.Section("summary", "What the motor tells of its drive", body)]
     ReportWriter(folder).page(f"Drive from {', '.join(fit.runs)}", sections)
     return result
@@ -84,7 +84,7 @@ def write_held(by_log: Mapping[str, Sequence[HeldServo]], folder: Path) -> dict[
 
     Parameters
     ----------
-    found : mapping of str to sequence of HeldServo
+    by_log : mapping of str to sequence of HeldServo
         By the name of the log.
     folder : Path
         Gets the files.
@@ -111,7 +111,7 @@ def write_held(by_log: Mapping[str, Sequence[HeldServo]], folder: Path) -> dict[
     return {"table": table, "servos": servos, "not_told": not_told, "runs": list(by_log), "predicted": []}
 
 
-def _summary(fit: DriveFit) -> str:
+def _catalogue(fit: DriveFit) -> str:
     rows = tuple((name.partition(",")[0], name.rpartition(", ")[2] if "," in name else "", value)
                  for name, value in fit.table().items())  # fmt: skip
     columns = Column("At the load's end, motor held"), Column("Unit"), Column("Value", "", ".4g")
@@ -119,7 +119,7 @@ def _summary(fit: DriveFit) -> str:
     return shown + html.sentences(fit.not_told, "note")
 
 
-def _held(fit: DriveFit) -> Drawing:
+def _draw_hysteresis(fit: DriveFit) -> Drawing:
     torque, angle = fit.drive.hysteresis(fit.largest_torque)
     figure = canvas(3.0)
     ax = figure.subplots()
@@ -134,13 +134,13 @@ def _held(fit: DriveFit) -> Drawing:
     return Drawing("hysteresis", figure, caption, "Loop of the load's angle over its torque, with the motor held.")
 
 
-def _loops(fit: DriveFit, runs: Sequence[DriveRecord], held_out: Sequence[DriveRecord]) -> Drawing:
+def _draw_runs(fit: DriveFit, runs: Sequence[DriveRecord], held_out: Sequence[DriveRecord]) -> Drawing:
     origin = "Runs from which no drive was found" if held_out else "The runs that it was found from"
     caption = f"{origin}: the load's end as measured, and as it follows from the motor's end."
     return Drawing("runs", draw_runs(held_out or runs, fit.drive), caption, caption)
 
 
-def _errors(fit: DriveFit, errors: Sequence[Mapping[str, Any]]) -> str:
+def _error_table(fit: DriveFit, errors: Sequence[Mapping[str, Any]]) -> str:
     if not errors:
         return html.paragraph("No run was kept back: how well the drive predicts others is not measured here.", "note")
     rows = tuple((row["run"], row["angle_rms_deg"], row["torque_rms_Nm"]) for row in errors)
@@ -149,7 +149,7 @@ def _errors(fit: DriveFit, errors: Sequence[Mapping[str, Any]]) -> str:
     return html.table(Table("predicted", caption, columns, rows))
 
 
-def _estimates(estimates: Estimates) -> str:
+def _estimate_table(estimates: Estimates) -> str:
     names = "name", "unit", "value", "low", "high", "posterior_over_prior"
     rows = tuple(tuple(row[name] for name in names) for row in estimates.beside_priors())
     columns = (
@@ -160,8 +160,8 @@ def _estimates(estimates: Estimates) -> str:
     return html.table(Table("numbers", caption, columns, rows))
 
 
-def _numbers(fit: DriveFit) -> str:
-    numbers = _estimates(fit.estimates)
+def _number_tables(fit: DriveFit) -> str:
+    numbers = _estimate_table(fit.estimates)
     if not fit.parts:
         return numbers + html.paragraph("No part beside ratio, elasticity, play and friction was worth its parameters.")
     parts = tuple(zip(fit.parts, fit.gains))

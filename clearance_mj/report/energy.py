@@ -1,4 +1,4 @@
-"""Figure and files of an energy balance: where the energy goes, what is left over, and what the impacts are like."""
+"""Figure and files of an energy balance: energy flows, residual, and the impacts' speeds and restitution."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ def draw(balance: EnergyBalance) -> Drawing:
     """Draw an energy balance."""
     figure = canvas(5.4)
     (energy, residual), (restitution, impulse) = figure.subplots(2, 2)
-    _energy(energy, balance)
-    _residual(residual, balance)
-    _restitution(restitution, balance)
-    _impulse(impulse, balance)
+    _draw_energy(energy, balance)
+    _draw_residual(residual, balance)
+    _draw_restitution(restitution, balance)
+    _draw_impulse(impulse, balance)
     most = max(np.max(balance.put_in), np.finfo(float).tiny)
     lost = {name: part for name in LOSSES if (part := getattr(balance, name)) is not None}
     percentages = ", ".join(f"{WORDS[name]} {100 * np.sum(part[..., -1]) / most:.0f} %" for name, part in lost.items())
@@ -59,7 +59,7 @@ def draw(balance: EnergyBalance) -> Drawing:
     )
 
 
-def _energy(ax: Axes, balance: EnergyBalance) -> None:
+def _draw_energy(ax: Axes, balance: EnergyBalance) -> None:
     thin = slice(None, None, -(-balance.time.size // POINTS))
     every = {name: getattr(balance, name) for name in (*LOSSES, "stored")}
     parts = {name: value for name, value in every.items() if name == "stored" or (value is not None and np.any(value))}
@@ -74,23 +74,23 @@ def _energy(ax: Axes, balance: EnergyBalance) -> None:
     ax.legend(handles[::-1], labels[::-1], fontsize=FONT - 1, frameon=False, loc="upper left")
 
 
-def _residual(ax: Axes, balance: EnergyBalance) -> None:
+def _draw_residual(ax: Axes, balance: EnergyBalance) -> None:
     most = max(np.max(balance.put_in), np.finfo(float).tiny)
     ax.plot(balance.time, 100 * balance.residual / most, color=TEST, lw=0.7)
     tidy(ax, "(b) residual: neither lost nor stored", "Share of the energy put in (%)", "Time (s)")
     ax.set_xlim(0, balance.time[-1])
 
 
-def _by_bushing(balance: EnergyBalance, name: str) -> Iterator[tuple[int, np.ndarray]]:
-    """Values of the impacts' attribute for each bushing that has any."""
+def _values_by_bushing(balance: EnergyBalance, name: str) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield the values of the impacts' attribute for each bushing that has any."""
     for j in range(len(balance.contact)):
         values = np.array([getattr(i, name) for i in balance.impacts if i.bushing == j])
         if values.size:
             yield j, values
 
 
-def _restitution(ax: Axes, balance: EnergyBalance) -> None:
-    for (j, v_in), (_, ratio) in zip(_by_bushing(balance, "v_in"), _by_bushing(balance, "restitution")):
+def _draw_restitution(ax: Axes, balance: EnergyBalance) -> None:
+    for (j, v_in), (_, ratio) in zip(_values_by_bushing(balance, "v_in"), _values_by_bushing(balance, "restitution")):
         look: dict[str, Any] = {"marker": MARKERS[j % len(MARKERS)], "color": COLOURS[j % len(COLOURS)], "mec": "none"}
         shown = np.minimum(ratio, MAX_RESTITUTION)
         ax.plot(1e3 * v_in, shown, ls="", ms=3, alpha=0.5, label=f"bushing {j + 1}", **look)
@@ -99,11 +99,11 @@ def _restitution(ax: Axes, balance: EnergyBalance) -> None:
     if balance.impacts:
         ax.set_xscale("log")
     tidy(ax, "(c) restitution", "Speed off over speed into the wall (1)", "Speed into the wall (mm/s)")
-    _legend(ax, "lower left")
+    _draw_legend(ax, "lower left")
 
 
-def _impulse(ax: Axes, balance: EnergyBalance) -> None:
-    if impulses := dict(_by_bushing(balance, "impulse")):
+def _draw_impulse(ax: Axes, balance: EnergyBalance) -> None:
+    if impulses := dict(_values_by_bushing(balance, "impulse")):
         every = 1e3 * np.concatenate(list(impulses.values()))
         edges = np.geomspace(0.999 * every.min(), 1.001 * every.max(), 31).tolist()
         for j, values in impulses.items():
@@ -112,10 +112,10 @@ def _impulse(ax: Axes, balance: EnergyBalance) -> None:
         ax.set_xscale("log")
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
     tidy(ax, "(d) impulses", "Impacts in a class (number)", "Impulse of an impact (mN s)")
-    _legend(ax, "upper left")
+    _draw_legend(ax, "upper left")
 
 
-def _legend(ax: Axes, corner: Literal["lower left", "upper left"]) -> None:
+def _draw_legend(ax: Axes, corner: Literal["lower left", "upper left"]) -> None:
     if ax.get_legend_handles_labels()[0]:
         ax.legend(fontsize=FONT - 1, frameon=False, loc=corner)
     else:

@@ -1,4 +1,4 @@
-"""What a bench has beside the structure of its rig file: the hypotheses tried, and by how much the misfit fell."""
+"""Structure that a rig file lacks: the hypotheses tried, and by how much the misfit fell."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SMALLEST, LARGEST = 0.3, 30.0  # % of a channel's level, ends of the colours
 
 
 def found_structure(update: RigUpdate, writer: ReportWriter) -> str:
-    """Return markup on what was tried beside the rig file's structure, and what was accepted.
+    """Return markup on the hypotheses tried on the rig file's structure, and those accepted.
 
     Parameters
     ----------
@@ -39,14 +39,14 @@ def found_structure(update: RigUpdate, writer: ReportWriter) -> str:
             "No hypothesis of a structure that the rig file does not draw explains the records better."
         )
     drawn = writer.figure(draw_misfits(update)) if structure.accepted else ""
-    return words + drawn + html.table(_table(structure))
+    return words + drawn + html.table(_hypothesis_table(structure))
 
 
 def _capital(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _table(structure: FoundStructure) -> Table:
+def _hypothesis_table(structure: FoundStructure) -> Table:
     columns = (
         Column("Beside"), Column("Hypothesis"), Column("Gain", "ln evidence", ".1f"), Column("Fitted"),
         Column("Accepted"),
@@ -67,12 +67,12 @@ def _table(structure: FoundStructure) -> Table:
 
 
 def draw_misfits(update: RigUpdate) -> Drawing:
-    """Draw what is left of each channel by frequency: of the rig as its file draws it, and with what was found.
+    """Draw the residual of each channel by frequency, of the rig as in its file and with the added structure.
 
     Parameters
     ----------
     update : RigUpdate
-        An updated rig with a structure that was found.
+        An updated rig with added structure.
     """
     names, parts = update.channels, (update.structure.as_drawn, update.misfit)
     figure = canvas(1.1 + 0.16 * len(names), 8.5)
@@ -95,7 +95,7 @@ def draw_misfits(update: RigUpdate) -> Drawing:
 
 
 def _by_band(misfits: tuple[RecordMisfit, ...], edges: np.ndarray) -> np.ndarray:
-    """(n_channels, n_bands) RMS of what is missed over that of the channel, over all records; nan without lines."""
+    """Return the RMS of the misfit over that of the channel (n_channels, n_bands), all records; nan without lines."""
     band = np.concatenate([np.clip(np.digitize(m.frequency, edges) - 1, 0, BANDS - 1) for m in misfits])
     missed, level = (
         np.concatenate([np.abs(part) ** 2 for part in parts], axis=1)

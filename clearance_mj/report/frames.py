@@ -1,4 +1,4 @@
-"""The numbers of a study as data frames: what goes into CSV files, and what figures and tables are made of."""
+"""The numbers of a study as data frames, for CSV files, figures and tables."""
 
 from __future__ import annotations
 
@@ -46,21 +46,21 @@ def interval(row: dict, key: str, factor: float = 1.0) -> Interval:
     return Interval(factor * pooled.value, factor * pooled.low, factor * pooled.high, pooled.doubtful, pooled.missing)
 
 
-def _stacked(study: Study, part: Callable[[Comparison], pd.DataFrame]) -> pd.DataFrame:
-    """A part of every comparison, with what it compares in front."""
+def _stack(study: Study, part: Callable[[Comparison], pd.DataFrame]) -> pd.DataFrame:
+    """Return a part of every comparison, with columns in front that say which."""
     parts = [
-        _headed(part(comparison), **group.columns, level=level, record="", law=REPEAT[0], engine=REPEAT[1])
+        _prepend(part(comparison), **group.columns, level=level, record="", law=REPEAT[0], engine=REPEAT[1])
         for group in study.parts
         for level, comparison in group.repeatability.items()
     ]
     parts += [
-        _headed(part(c.comparison), **head, level=c.record.level, record=c.record.name, law=c.law, engine=c.engine)
+        _prepend(part(c.comparison), **head, level=c.record.level, record=c.record.name, law=c.law, engine=c.engine)
         for head, c in ((group.columns, c) for group in study.parts for c in group.cases)
     ]
     return pd.concat(parts, ignore_index=True)
 
 
-def _headed(frame: pd.DataFrame, **head: Any) -> pd.DataFrame:
+def _prepend(frame: pd.DataFrame, **head: Any) -> pd.DataFrame:
     return frame.assign(**head)[[*head, *frame.columns]]
 
 
@@ -71,13 +71,13 @@ def modes(study: Study) -> pd.DataFrame:
         frame = pd.DataFrame(comparison.per_mode)
         return frame.assign(mode=range(1, len(frame) + 1), relative_error_pct=100 * frame["relative_error"])[_MODE]
 
-    return _stacked(study, part)
+    return _stack(study, part)
 
 
 def sensors(study: Study) -> pd.DataFrame:
     """Return measures of every sensor: a row per record, law, engine and sensor."""
     nodes = sensor_names(study)
-    return _stacked(study, lambda c: pd.DataFrame(c.per_sensor).assign(sensor=nodes)[["sensor", *_KEYS]])
+    return _stack(study, lambda c: pd.DataFrame(c.per_sensor).assign(sensor=nodes)[["sensor", *_KEYS]])
 
 
 def sensor_names(study: Study) -> list[str]:
@@ -88,7 +88,7 @@ def sensor_names(study: Study) -> list[str]:
 
 def seeds(study: Study) -> pd.DataFrame:
     """Return what means are of: measures over all sensors, a row per record, law and engine."""
-    return _stacked(study, lambda c: pd.DataFrame([c.summary()]))
+    return _stack(study, lambda c: pd.DataFrame([c.summary()]))
 
 
 def sensor_means(study: Study) -> pd.DataFrame:
@@ -179,7 +179,7 @@ def parameters(study: Study) -> pd.DataFrame:
 
 
 def _in_rig_file(data: dict, name: str) -> float:
-    """Value of a path, or of words such as "grease stiffness" or "grease stiffness, bushings[1]"; nan if not there."""
+    """Return the value of a path or of words such as "grease stiffness, bushings[1]"; nan if not there."""
     words, _, place = name.partition(", ")
     path = f"{place or 'bushings[0]'}.{words.replace(' ', '.', 1).replace(' ', '_')}" if " " in words else words
     try:
@@ -197,7 +197,7 @@ def laws(study: Study) -> pd.DataFrame:
 
 
 def contact_limits(study: Study) -> pd.DataFrame:
-    """Return the share of contact in the main record, %, and what records leave open of it: a row per law, bushing."""
+    """Return the time in contact in the main record, %, with its interval: a row per law and bushing."""
     return pd.DataFrame([
         {"law": law, "bushing": j + 1} | dict(zip(("contact_pct", "low_pct", "high_pct"), (100 * ratios).tolist()))
         for law, (band, _) in study.bands.items() if band.contact is not None

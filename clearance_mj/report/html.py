@@ -1,6 +1,6 @@
 """Pages that need nothing else: no network, no script to read them. Templates are in the folder ``templates``.
 
-A script of the page's own sorts tables, opens what a link leads to, and makes charts of figures with uPlot (MIT), which
+A script in the page sorts tables, opens what a link leads to, and makes charts of figures with uPlot (MIT), which
 is in the folder ``vendor`` as its authors published it. Templates escape text; what is markup already,
 as all that these functions return, goes through the filter ``safe``.
 """
@@ -115,7 +115,7 @@ def page(title: str, sections: Sequence[Section], top: str = "") -> str:
 
 
 def _entries(body: str) -> list[tuple[str, str]]:
-    """Anchors and words of a section's headings."""
+    """Return anchors and words of a section's headings."""
     return [(anchor, re.sub(r"</?a\b[^>]*>", "", words)) for anchor, words in _HEADING.findall(body)]
 
 

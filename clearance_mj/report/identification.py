@@ -1,4 +1,4 @@
-"""The page of an identified model: what it does, how well it is known, what it misses."""
+"""The page of an identified model: its rattle map, the accuracy of its parameters, its misfit."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ def write_identification(
 
     Parameters
     ----------
-    found : Identified
+    fit : Identified
         Result of any method.
     dataset : Dataset
-        That it was identified from.
+        Records from which it was identified.
     folder : Path
         Folder that is written to.
     shown : Path
@@ -59,28 +59,28 @@ def write_identification(
     forces = pages.pop("forces")() if "forces" in pages else []
     sections = [
         html.Section("rattling", "Does it rattle?", rattling(fit, dataset, writer, workers)),
-        html.Section("summary", "What was found", _summary(fit, dataset, shown)),
+        html.Section("summary", "What was found", _summary_html(fit, dataset, shown)),
     ]
     if forces:
         sections.append(html.Section("forces", "Restoring forces and walls", writer.figure(draw_forces(fit, forces))))
     if fit.estimates:
-        sections.append(html.Section("parameters", "How well it is known", _parameters(fit, writer)))
+        sections.append(html.Section("parameters", "How well it is known", _parameter_section(fit, writer)))
     for name, data in pages.items():
         title, write = PAGES[name]
         sections.append(html.Section(name, title, write(fit, data, forces, writer)))
     writer.page(f"Identified model of rig “{fit.rig.name}”", sections)
 
 
-def _summary(fit: Identified, dataset: Dataset, shown: Path) -> str:
+def _summary_html(fit: Identified, dataset: Dataset, shown: Path) -> str:
     return html.render(
-        "identification.html.j2", warnings=fit.warnings, folder=shlex.quote(str(shown)), gaps=_gaps(fit, dataset),
+        "identification.html.j2", warnings=fit.warnings, folder=shlex.quote(str(shown)), gaps=_gap_table(fit, dataset),
         synthetic=dataset.is_synthetic, source=dataset.source,
-        records=[r.name for r in dataset.identify], model=_model(fit),
+        records=[r.name for r in dataset.identify], model=_law_table(fit),
     )  # fmt: skip
 
 
-def _model(fit: Identified) -> Table:
-    """The law that was found, bushing by bushing."""
+def _law_table(fit: Identified) -> Table:
+    """Return the table of the identified law, bushing by bushing."""
     shown = fit.model._overview()
     head, *rows = shown.table
     kept = [i for i, name in enumerate(head) if not name.startswith(("gap", "offset"))]
@@ -89,7 +89,7 @@ def _model(fit: Identified) -> Table:
     return Table("law", caption, columns, tuple(tuple(row[i] for i in kept) for row in rows))
 
 
-def _gaps(fit: Identified, dataset: Dataset) -> Table:
+def _gap_table(fit: Identified, dataset: Dataset) -> Table:
     rows = {r["name"]: r for r in fit.estimates.beside_priors()} if fit.estimates else {}
     cells = []
     for j, (bushing, before) in enumerate(zip(fit.rig.bushings, dataset.rig.bushings)):
@@ -107,7 +107,7 @@ def _gaps(fit: Identified, dataset: Dataset) -> Table:
     return Table("gaps", "Gaps and offsets, with 95 % intervals.", tuple(columns), tuple(cells))
 
 
-def _families(
+def _family_section(
     fit: Identified, families: Sequence[FamilyFit], forces: Sequence[RestoringForce], writer: ReportWriter
 ) -> str:
     writer.csv("families", [family.to_dict() for family in families])
@@ -136,7 +136,7 @@ def _families(
     return html.paragraph(sentence) + table + html.paragraph(note, "note")
 
 
-def _parameters(fit: Identified, writer: ReportWriter) -> str:
+def _parameter_section(fit: Identified, writer: ReportWriter) -> str:
     assert fit.estimates is not None
     table_rows = fit.estimates.beside_priors()
     writer.csv("parameters", table_rows)
@@ -157,11 +157,11 @@ def _parameters(fit: Identified, writer: ReportWriter) -> str:
         writer.figure(draw_parameters(fit.estimates))
         + html.paragraph(str(escape(note[0].upper() + note[1:])))
         + f'<details id="values"><summary>All {len(rows)} parameters</summary>\n{table}</details>\n'
-        + _correlations(fit.estimates)
+        + _correlation_table(fit.estimates)
     )
 
 
-def _correlations(estimates: Estimates) -> str:
+def _correlation_table(estimates: Estimates) -> str:
     names, matrix = estimates.names, estimates.correlation
     pairs = [(i, j) for i in range(len(names)) for j in range(i) if abs(matrix[i, j]) > CORRELATED]
     pairs.sort(key=lambda pair: -abs(matrix[pair]))
@@ -177,7 +177,7 @@ def _correlations(estimates: Estimates) -> str:
     return f'<details id="correlations"><summary>Correlations</summary>\n{table}</details>\n'
 
 
-def _update(fit: Identified, update: RigUpdate, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
+def _update_section(fit: Identified, update: RigUpdate, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
     return writer.figure(draw_spectra(update)) + found_structure(update, writer)
 
 
@@ -189,7 +189,7 @@ def _contact(fit: Identified, records: Sequence[Record], forces: Sequence[Restor
     return "".join(parts)
 
 
-def _misfit(fit: Identified, misfit: LawMisfit, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
+def _misfit_section(fit: Identified, misfit: LawMisfit, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
     frfs, decays = misfit.rows(), misfit.decay_rows()
     missed = [np.nanmedian(s.missed) for s in misfit.stretches]
     met = f"FRFs of the records are met within {min(missed):.2g} to {max(missed):.2g} dB, by level. " if missed else ""
@@ -203,11 +203,11 @@ def _misfit(fit: Identified, misfit: LawMisfit, forces: Sequence[RestoringForce]
     parts += [html.paragraph(f"{words}.") for words in misfit.warnings]
     if decays:
         writer.csv("decays", decays)
-        parts.append(html.table(_decays(misfit)))
+        parts.append(html.table(_decay_table(misfit)))
     return "".join(parts)
 
 
-def _decays(misfit: LawMisfit) -> Table:
+def _decay_table(misfit: LawMisfit) -> Table:
     hits = misfit.decays
     columns = [Column("Record"), Column("Hit at", "s", ".2f"), Column("Peak", misfit.unit, ".3g")]
     columns += [Column(sensor, "dB", "+.1f", "Sensor") for sensor in misfit.sensors]
@@ -224,8 +224,8 @@ def _decays(misfit: LawMisfit) -> Table:
 
 Write = Callable[[Identified, Any, Sequence[RestoringForce], ReportWriter], str]
 PAGES: Mapping[str, tuple[str, Write]] = {
-    "update": ("The linear rig", _update),
-    "families": ("Which law", _families),
-    "misfit": ("What rig and law miss", _misfit),
+    "update": ("The linear rig", _update_section),
+    "families": ("Which law", _family_section),
+    "misfit": ("What rig and law miss", _misfit_section),
     "contact": ("What the records show of contact", _contact),
 }  # Headings, and what writes the sections, by the names in `Identified.pages`

@@ -1,4 +1,4 @@
-"""Figures of an identified model: restoring forces between the walls, and what it misses of the records."""
+"""Figures of an identified model: restoring forces between the walls, and its misfit to the records."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def draw_forces(identified: Identified, forces: Sequence[RestoringForce]) -> Dra
     figure = canvas(0.3 + 2.5 * len(bushings))
     axes = figure.subplots(len(bushings), 2, squeeze=False)
     laws = [force.force_of(identified.law) for force in forces]
-    drawn = _drawn(identified)
+    drawn = _draw_parameters(identified)
     for j, (line, bushing) in enumerate(zip(axes, bushings)):
         x, measured = (np.concatenate([getattr(f, n)[j, f.valid] for f in forces]) for n in ("displacement", "force"))
         law = np.concatenate([y[j, f.valid] for f, y in zip(forces, laws)])
@@ -52,9 +52,9 @@ def draw_forces(identified: Identified, forces: Sequence[RestoringForce]) -> Dra
                 ax.axvspan(*(MM * np.percentile(spread, INTERVAL)), color=WALL, alpha=0.3, lw=0)
                 ax.axvline(MM * wall, color=WALL, lw=1.0)
         along = "Displacement at the bushing’s middle (mm)" if j == len(bushings) - 1 else ""
-        tidy(line[0], f"bushing {j + 1}: {_in_words(identified, j)}", "Restoring force (N)", along)
+        tidy(line[0], f"bushing {j + 1}: {_gap_words(identified, j)}", "Restoring force (N)", along)
         tidy(line[1], f"bushing {j + 1}, between the walls", "", along)
-        _between(line[1], x, measured, places)
+        _limit_between_walls(line[1], x, measured, places)
     dots = {name: {"color": colour, "ls": "none", "marker": "."} for name, colour in (("measured", TEST), ("law", LAW))}
     of_walls = {"walls, 95 % interval": {"color": WALL}} if len(identified.unseen_gaps) < len(bushings) else {}
     key(figure, of_curves(dots | of_walls), 3)
@@ -71,15 +71,15 @@ def draw_forces(identified: Identified, forces: Sequence[RestoringForce]) -> Dra
     return Drawing("restoring_force", figure, caption, alt, sharp=False, chart=True)
 
 
-def _drawn(identified: Identified) -> dict[str, np.ndarray]:
-    """Gaps and offsets that were fitted, drawn from their covariance."""
+def _draw_parameters(identified: Identified) -> dict[str, np.ndarray]:
+    """Return random draws of the fitted gaps and offsets from their covariance."""
     estimates = identified.estimates
     if estimates is None or not any(name.endswith((".gap", ".offset")) for name in estimates.names):
         return {}
     return dict(zip(estimates.names, estimates.draw(DRAWN).T))
 
 
-def _in_words(identified: Identified, j: int) -> str:
+def _gap_words(identified: Identified, j: int) -> str:
     rows = {r["name"]: r for r in identified.estimates.beside_priors()} if identified.estimates else {}
     words = []
     for name in ("gap", "offset"):
@@ -90,7 +90,7 @@ def _in_words(identified: Identified, j: int) -> str:
     return ", ".join(words)
 
 
-def _between(ax: Axes, x: np.ndarray, force: np.ndarray, walls: tuple[float, float]) -> None:
+def _limit_between_walls(ax: Axes, x: np.ndarray, force: np.ndarray, walls: tuple[float, float]) -> None:
     lower, upper = (w if np.isfinite(w) else INSIDE * end for w, end in zip(walls, (x.min(), x.max())))
     inside = (x > lower) & (x < upper)
     ax.set_xlim(MM * INSIDE * lower, MM * INSIDE * upper)

@@ -26,7 +26,7 @@ def draw(regions: ImpactMap) -> Drawing:
 
 
 def rows(regions: ImpactMap) -> pd.DataFrame:
-    """Return a row per load, level, frequency and direction of a sweep, SI units; empty where none was found."""
+    """Return a row per load, level, frequency and direction of a sweep, SI units; empty without a solution."""
     load, swept = of_sweeps(regions)
     columns = {
         "load": regions.load[load],
@@ -38,7 +38,7 @@ def rows(regions: ImpactMap) -> pd.DataFrame:
 
 
 def words(regions: ImpactMap) -> Iterator[str]:
-    """Say in lines where impacts begin, and the share of the map with each kind of them."""
+    """Yield lines on where impacts begin, and the fraction of the map with each kind of them."""
     least = np.unravel_index(int(regions.onset.argmin()), regions.onset.shape)
     if np.isfinite(regions.onset[least]):
         place = f"{regions.frequency[least[1]]:.5g} Hz with loads × {regions.load[least[0]]:.3g}"

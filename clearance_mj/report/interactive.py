@@ -66,7 +66,7 @@ def chart(figure: Figure) -> dict[str, Any]:
             title = ax.get_title(loc="left")
             if not cells_of_column or (title and not _LETTER.fullmatch(title)):
                 words = "" if _LETTER.fullmatch(title) else title
-                cells_of_column.append({"title": words, "column": column, "top": _place(ax)[1], "panels": []})
+                cells_of_column.append({"title": words, "column": column, "top": _position(ax)[1], "panels": []})
             cells_of_column[-1]["panels"].append(_panel(ax, figure, data))
         cells += cells_of_column
     cells.sort(key=lambda cell: (-round(cell["top"], 2), cell["column"]))
@@ -96,9 +96,9 @@ class _Data:
         even = values[0] + step * np.arange(values.size)
         if step > 0 and np.allclose(values, even, rtol=0, atol=1e-6 * step):
             entry = {"from": float(values[0]), "step": float(step), "n": values.size}
-            return self._kept(self.arrays, entry, json.dumps(entry).encode())
+            return self._store(self.arrays, entry, json.dumps(entry).encode())
         single = values.astype(np.float32)
-        number = self._kept(self.arrays, {"at": self.numbers.size, "n": values.size}, single.tobytes())
+        number = self._store(self.arrays, {"at": self.numbers.size, "n": values.size}, single.tobytes())
         if self.arrays[number]["at"] == self.numbers.size:
             self.numbers = np.concatenate([self.numbers, single])
         return number
@@ -115,9 +115,9 @@ class _Data:
             "joined": joined,
             "points": line.get_marker() not in ("None", "none", "", " ", None),
         }
-        return self._kept(self.series, entry, json.dumps(entry).encode())
+        return self._store(self.series, entry, json.dumps(entry).encode())
 
-    def _kept(self, entries: list[dict[str, Any]], entry: dict[str, Any], key: bytes) -> int:
+    def _store(self, entries: list[dict[str, Any]], entry: dict[str, Any], key: bytes) -> int:
         if key not in self._known:
             self._known[key] = len(entries)
             entries.append(entry)
@@ -125,31 +125,31 @@ class _Data:
 
 
 def _columns(figure: Figure) -> list[list[Axes]]:
-    """Axes with lines, from left to right and each column from its top."""
+    """Return the axes with lines, from left to right and each column from its top."""
     shown = [ax for ax in figure.axes if any(_is_curve(ax, line) for line in ax.lines)]
-    shown.sort(key=lambda ax: round(_place(ax)[0], 2))
-    groups = itertools.groupby(shown, key=lambda ax: round(_place(ax)[0], 2))
-    return [sorted(group, key=lambda ax: -round(_place(ax)[1], 3)) for _, group in groups]
+    shown.sort(key=lambda ax: round(_position(ax)[0], 2))
+    groups = itertools.groupby(shown, key=lambda ax: round(_position(ax)[0], 2))
+    return [sorted(group, key=lambda ax: -round(_position(ax)[1], 3)) for _, group in groups]
 
 
-def _place(ax: Axes) -> tuple[float, float]:
-    """Left and top, as shares of the whole figure."""
+def _position(ax: Axes) -> tuple[float, float]:
+    """Return left and top, as fractions of the whole figure."""
     whole = ax.get_figure(root=True).bbox  # type: ignore[union-attr]
     return ax.bbox.x0 / whole.width, ax.bbox.y1 / whole.height
 
 
 def _is_curve(ax: Axes, line: Line2D) -> bool:
-    """Whether both of its coordinates are data, shifted or not: those of marks across the axes are not."""
+    """Return True if both coordinates are data, shifted or not; those of marks across the axes are not."""
     return all(line.get_transform().contains_branch_seperately(ax.transData)) and np.size(line.get_xdata()) > 0
 
 
 def _panel(ax: Axes, figure: Figure, data: _Data) -> dict[str, Any]:
-    words = _first(other.get_ylabel() for other in _beside(ax, figure))
+    words = _first_text(other.get_ylabel() for other in _row_axes(ax, figure))
     decibel = _DECIBEL.search(words.replace("\n", " "))
     (left, right), (bottom, top) = sorted(ax.get_xlim()), sorted(ax.get_ylim())
     return {
         "height": max(70, round(PIXELS * ax.bbox.height / figure.dpi)),
-        "x": _first(other.get_xlabel() for other in _below(ax, figure)).replace("\n", " "),
+        "x": _first_text(other.get_xlabel() for other in _column_axes(ax, figure)).replace("\n", " "),
         "y": words.replace("\n", " "),
         "read": _SHIFTED.sub("", words.replace("\n", " ")),
         "log": [ax.get_xscale() == "log", ax.get_yscale() == "log"],
@@ -175,7 +175,7 @@ def _line(ax: Axes, line: Line2D, data: _Data) -> dict[str, Any]:
 
 
 def decimated(x: np.ndarray, y: np.ndarray, most: int = MAX_POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least and the largest value of each of ``most / 2`` pieces, in their order, at their own x.
+    """Return the least and the largest value of each of ``most / 2`` pieces, in their order, at their x.
 
     Parameters
     ----------
@@ -221,24 +221,24 @@ def thinned(x: np.ndarray, y: np.ndarray, most: int = MAX_POINTS) -> tuple[np.nd
 
 
 def _mark(line: Line2D) -> dict[str, Any]:
-    """A line across the axes, at one x or one y."""
+    """Return a line across the axes, at one x or one y."""
     x, y = (np.asarray(values, dtype=float) for values in line.get_data())
     across = x[0] == x[-1]
     return {"x" if across else "y": float(x[0] if across else y[0]), "colour": to_hex(line.get_color())}
 
 
-def _beside(ax: Axes, figure: Figure) -> list[Axes]:
-    """Itself, and those of the same height to its left: panels of a row share the words of the first."""
-    top, left = round(_place(ax)[1], 2), _place(ax)[0]
-    row = [o for o in figure.axes if round(_place(o)[1], 2) == top and o.bbox.height == ax.bbox.height]
-    return [ax, *sorted((o for o in row if _place(o)[0] < left), key=lambda o: _place(o)[0])]
+def _row_axes(ax: Axes, figure: Figure) -> list[Axes]:
+    """Return the axes and those of equal height to its left: panels of a row have the first one's words."""
+    top, left = round(_position(ax)[1], 2), _position(ax)[0]
+    row = [o for o in figure.axes if round(_position(o)[1], 2) == top and o.bbox.height == ax.bbox.height]
+    return [ax, *sorted((o for o in row if _position(o)[0] < left), key=lambda o: _position(o)[0])]
 
 
-def _below(ax: Axes, figure: Figure) -> list[Axes]:
-    """Itself, and those of its column below: the lowest has the words."""
-    left, top = round(_place(ax)[0], 2), _place(ax)[1]
-    return [ax, *(o for o in figure.axes if round(_place(o)[0], 2) == left and _place(o)[1] < top)]
+def _column_axes(ax: Axes, figure: Figure) -> list[Axes]:
+    """Return the axes and those below in its column: the lowest has the words."""
+    left, top = round(_position(ax)[0], 2), _position(ax)[1]
+    return [ax, *(o for o in figure.axes if round(_position(o)[0], 2) == left and _position(o)[1] < top)]
 
 
-def _first(words: Iterable[str]) -> str:
+def _first_text(words: Iterable[str]) -> str:
     return next(filter(None, words), "")

@@ -58,7 +58,7 @@ def summary(prediction: Life | Lives | Remaining) -> dict[str, Any]:
         result["quantiles_h"] = {f"{p:g}": _finite(prediction.quantile(p)) for p in QUANTILES}
         result["draws"] = int(prediction.life.size)
     if isinstance(prediction, Remaining):
-        result["remaining"] = [_of_bushing(prediction, j) for j in prediction.history.known]
+        result["remaining"] = [_bushing_summary(prediction, j) for j in prediction.history.known]
         result["machine_h"] = dict(zip(("median", "low_90", "high_90"), map(_finite, prediction.machine())))
     return result
 
@@ -69,7 +69,7 @@ def _nominal(prediction: Life | Lives | Remaining) -> Life:
     return prediction.nominal if isinstance(prediction, Lives) else prediction.life
 
 
-def _of_bushing(life: Remaining, j: int) -> dict[str, Any]:
+def _bushing_summary(life: Remaining, j: int) -> dict[str, Any]:
     (low, high), (k_low, k_high) = life.interval(), life.coefficient_interval()
     return {
         "bushing": j, "limit_m": float(life.limit[j]), "median_h": _finite(life.median[j]),

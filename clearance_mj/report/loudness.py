@@ -23,7 +23,7 @@ def draw(loudness: Mapping[str, LoudnessOverLevel]) -> Drawing:
 
     Parameters
     ----------
-    found : mapping
+    loudness : mapping
         By the design's name; the levels' unit is one.
     """
     figure = canvas(3.2)
@@ -31,7 +31,7 @@ def draw(loudness: Mapping[str, LoudnessOverLevel]) -> Drawing:
     for i, (name, each) in enumerate(loudness.items()):
         colour = COLOURS[i % len(COLOURS)]
         look = {"color": colour, "marker": MARKERS[i % len(MARKERS)], "ms": 4, "lw": 1.2}
-        means = _means(each)
+        means = _mean_n5(each)
         middle, low, high = np.maximum(np.array(list(means.values())).T, FEWEST)
         left.plot(list(means), middle, label=name, **look)
         left.vlines(list(means), low, high, color=colour, lw=1.2)
@@ -55,8 +55,8 @@ def draw(loudness: Mapping[str, LoudnessOverLevel]) -> Drawing:
     return Drawing("loudness", figure, caption, f"{caption} {' '.join(words(loudness))}")
 
 
-def _means(loudness: LoudnessOverLevel) -> dict[float, tuple[float, float, float]]:
-    """Mean N5 of the sounds of each level, sone, levels rising, with Student's 95 % interval; nan of a single sound."""
+def _mean_n5(loudness: LoudnessOverLevel) -> dict[float, tuple[float, float, float]]:
+    """Return mean N5 of the sounds of each level, sone, levels rising, with Student's 95 % interval; nan for one."""
     means = {}
     for level in sorted({*loudness.level}):
         n5 = loudness.n5[np.equal(loudness.level, level)]
@@ -72,12 +72,12 @@ def rows(loudness: Mapping[str, LoudnessOverLevel]) -> pd.DataFrame:
 
     Parameters
     ----------
-    found : mapping
+    loudness : mapping
         By the design's name.
     """
     table = []
     for name, each in loudness.items():
-        means = _means(each)
+        means = _mean_n5(each)
         for level, sound, heard in zip(each.level, each.sound, each.loudness):
             row = {
                 "design": name, "level": level, "level_unit": each.unit, "sound_pressure_level_db": sound.level,
@@ -90,15 +90,15 @@ def rows(loudness: Mapping[str, LoudnessOverLevel]) -> pd.DataFrame:
 
 
 def words(loudness: Mapping[str, LoudnessOverLevel]) -> Iterator[str]:
-    """Say in a line for each design how loud it is at its lowest and highest level, and which of two is louder.
+    """Yield a line for each design on its loudness at its lowest and highest level, and which of two is louder.
 
     Parameters
     ----------
-    found : mapping
+    loudness : mapping
         By the design's name.
     """
     for name, each in loudness.items():
-        said, means = [], _means(each)
+        said, means = [], _mean_n5(each)
         for level in sorted({min(means), max(means)}):
             middle, low, high = means[level]
             words = f"{middle:.3g} sone ({loudness_level(middle):.0f} phon) at {level:g} {each.unit}"
@@ -111,6 +111,6 @@ def words(loudness: Mapping[str, LoudnessOverLevel]) -> Iterator[str]:
     if len(loudness) == 2:
         (a, first), (b, second) = loudness.items()
         if common := sorted(set(first.level) & set(second.level)):
-            first_n5, other = (_means(each)[common[-1]][0] for each in (first, second))
+            first_n5, other = (_mean_n5(each)[common[-1]][0] for each in (first, second))
             if first_n5 > 0 and other > 0:
                 yield f"At {common[-1]:g} {first.unit}, {b} is {other / first_n5:.3g} times as loud as {a}."

@@ -27,7 +27,7 @@ BINS = 70  # of the density of a random motion, along displacement and velocity
 
 
 def stroboscopic(response: Response, frequency: float, drop: float = 0.0) -> np.ndarray:
-    """States (2, n_periods, n_rows), m and m/s, once in every period of a sine (Hz) that begins at phase 0.
+    """Return states (2, n_periods, n_rows), m and m/s, once in every period of a sine (Hz) from phase 0.
 
     ``drop`` s at the start are left out until the motion is steady; a RecordError says if no period is left.
     """
@@ -40,7 +40,7 @@ def stroboscopic(response: Response, frequency: float, drop: float = 0.0) -> np.
 
 
 def turning_points(response: Response, row: int, drop: float = 0.0) -> np.ndarray:
-    """Displacements (n,), m, of a row where its velocity passes zero, in their order; ``drop`` s are left out."""
+    """Return displacements (n,), m, of a row where its velocity passes zero, in order; ``drop`` s are left out."""
     spline = _spline(response, row)
     moments = spline.derivative().roots(extrapolate=False)
     return spline(moments[moments >= drop])
@@ -53,7 +53,7 @@ def _spline(response: Response, row: int | slice = slice(None)) -> CubicSpline:
 
 
 def _path(response: Response, row: int, drop: float) -> tuple[np.ndarray, np.ndarray]:
-    """Displacement and velocity of a row, mm and mm/s."""
+    """Return displacement and velocity of a row, mm and mm/s."""
     spline = _spline(response, row)
     time = response.time[response.time >= drop]
     return 1e3 * spline(time), 1e3 * spline(time, 1)
@@ -126,7 +126,7 @@ def poincare_sections(
 def _grid(
     rig: Rig, responses: Mapping[float, Response], draw: Callable[[Axes, int, Response], None], xlabel: str, ylabel: str
 ) -> Figure:
-    """A panel for each row of a clearance and level (column), with the gap."""
+    """Draw a panel for each row of a clearance and level (column), with the gap."""
     rows, columns = rig.n_rows, len(responses)
     figure = canvas(0.4 + 1.75 * rows, max(WIDTH, 1.5 * columns))
     axes = figure.subplots(rows, columns, squeeze=False)

@@ -56,7 +56,7 @@ def plain(peaks: HourPeaks) -> dict[str, Any]:
 
 
 def words(peaks: HourPeaks) -> list[str]:
-    """Say in lines what was found: the table of `HourPeaks`, who touches, and how likely the limit is exceeded."""
+    """Return lines: the table of `HourPeaks`, probabilities of contact, and of exceeding the limit."""
     said = [str(peaks)]
     for name, touch, rests in zip(peaks.clearances, peaks.impact_probability, peaks.rests):
         event = "leaves the wall against which it rests" if rests else "touches"

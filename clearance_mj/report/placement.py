@@ -1,4 +1,4 @@
-"""Figure of a sensor layout: the shaft with its mode shapes, what each sensor carries, what its loss costs."""
+"""Figure of a sensor layout: the shaft with its mode shapes, each sensor's contribution, the cost of its loss."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def draw(rig: Rig, places: Candidates, layout: Placement, modes: Sequence[int]) 
     figure = canvas(5.6)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.25, 1))
     on_one_shaft = len(rig.linear.shafts) == 1 and places.position.dtype == float
-    (_shaft if on_one_shaft else _points)(figure.add_subplot(grid[0, :]), rig, places, layout, modes)
-    _carried(figure.add_subplot(grid[1, 0]), layout)
-    _lost(figure.add_subplot(grid[1, 1]), layout, modes)
+    (_draw_shaft if on_one_shaft else _draw_points)(figure.add_subplot(grid[0, :]), rig, places, layout, modes)
+    _draw_contributions(figure.add_subplot(grid[1, 0]), layout)
+    _draw_growth(figure.add_subplot(grid[1, 1]), layout, modes)
     caption = (
         f"{len(layout.chosen)} sensors (numbered) for modes {', '.join(map(str, modes))} of rig “{rig.name}”; ticks: "
         f"candidates{'; grey: bushings' * on_one_shaft}. Below: the share of the information that goes with each "
@@ -40,7 +40,7 @@ def draw(rig: Rig, places: Candidates, layout: Placement, modes: Sequence[int]) 
     return Drawing("placement", figure, caption, alt)
 
 
-def _shaft(ax: Axes, rig: Rig, places: Candidates, layout: Placement, modes: Sequence[int]) -> None:
+def _draw_shaft(ax: Axes, rig: Rig, places: Candidates, layout: Placement, modes: Sequence[int]) -> None:
     shaft = rig.linear.shafts[0]
     start, end = shaft.start, shaft.end
     length = end - start
@@ -72,8 +72,8 @@ def _shaft(ax: Axes, rig: Rig, places: Candidates, layout: Placement, modes: Seq
     ax.legend(fontsize=FONT - 1, frameon=False, ncols=len(modes) + 1, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
-def _points(ax: Axes, rig: Rig, places: Candidates, layout: Placement, modes: Sequence[int]) -> None:
-    """The modes at every candidate, one beside the other."""
+def _draw_points(ax: Axes, rig: Rig, places: Candidates, layout: Placement, modes: Sequence[int]) -> None:
+    """Draw the modes at every candidate, side by side."""
     shapes, number = mode_shapes(rig, list(places.position), max(modes))[:, np.array(modes) - 1], len(places.position)
     for i, shape in enumerate((shapes / np.max(np.abs(shapes), axis=0)).T):
         ax.plot(shape, color=MODES[i % 6], ls=STYLES[i % 6], lw=1.0, marker=".", label=f"mode {modes[i]}")
@@ -92,7 +92,7 @@ def _labels(layout: Placement) -> list[str]:
     return [f"{i}\n{text}" for i, text in enumerate(texts, 1)]
 
 
-def _carried(ax: Axes, layout: Placement) -> None:
+def _draw_contributions(ax: Axes, layout: Placement) -> None:
     places = np.arange(len(layout.chosen))
     ax.bar(places - 0.2, layout.contribution, 0.4, color="#0072b2", label="contribution E")
     ax.bar(places + 0.2, layout.determinant_after_loss, 0.4, color="#e69f00", hatch="///", edgecolor="white",
@@ -103,7 +103,7 @@ def _carried(ax: Axes, layout: Placement) -> None:
     ax.legend(fontsize=FONT - 1, frameon=False, loc="upper left", ncols=2)
 
 
-def _lost(ax: Axes, layout: Placement, modes: Sequence[int]) -> None:
+def _draw_growth(ax: Axes, layout: Placement, modes: Sequence[int]) -> None:
     growth = np.minimum(layout.std_growth, MAX_GROWTH).T
     image = ax.imshow(growth, cmap="viridis_r", aspect="auto", vmin=1, vmax=max(2.0, growth.max()))
     tidy(ax, "standard deviation without it, over that with it (1)", "Mode (number)", "Sensor, position (m)")

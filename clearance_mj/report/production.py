@@ -25,15 +25,15 @@ __all__ = ["draw_over_level", "draw_shares", "rows", "words", "write_production"
 CONTOURS = (0.01, 0.1, 0.5, 0.9)
 
 
-def _said(batch: Production) -> dict[str, str]:
-    """What the designs of each share do."""
+def _event_words(batch: Production) -> dict[str, str]:
+    """Return the words for the event of each fraction of designs."""
     limited = {"exceeding": batch.limit.words} if batch.limit else {}
     return {"contact": "can touch", "from_rest": "touch if raised from rest"} | limited
 
 
 def draw_shares(batch: Production) -> Drawing:
     """Draw the shares that can touch, touch from rest, exceed the limit and may jump over frequency and level."""
-    panels = _said(batch) | {"several": "may jump"}
+    panels = _event_words(batch) | {"several": "may jump"}
     figure = canvas(2.6)
     axes = np.ravel(figure.subplots(1, len(panels), sharex=True, sharey=True, squeeze=False))
     for i, (ax, (name, title)) in enumerate(zip(axes, panels.items())):
@@ -57,10 +57,10 @@ def draw_shares(batch: Production) -> Drawing:
 
 
 def draw_over_level(batch: Production) -> Drawing:
-    """Draw the share that can touch, touches from rest, or exceeds the limit, at any of the frequencies, over level."""
+    """Draw the fractions that can touch, touch from rest, or exceed the limit at any frequency, over level."""
     figure = canvas(2.4)
     ax = figure.subplots()
-    for colour, (event, label) in zip(COLOURS, _said(batch).items()):
+    for colour, (event, label) in zip(COLOURS, _event_words(batch).items()):
         fraction = batch.over_level(event)
         low, high = batch.interval(fraction)
         ax.plot(batch.level, 100 * fraction, "--" if event == "from_rest" else "-", color=colour, lw=1.2, label=label)
@@ -87,12 +87,12 @@ def rows(batch: Production) -> pd.DataFrame:
 
 
 def words(batch: Production) -> list[str]:
-    """Say how many designs do what, at the middle and the largest level."""
+    """Return lines on the fractions of designs, at the middle and the largest level."""
     unit = level_axis(batch.kind).unit
     said = [f"{batch.designs} designs at {batch.frequency.size} frequencies and {batch.level.size} levels"]
     for i in sorted({batch.level.size // 2, batch.level.size - 1}):
         parts = []
-        for event, label in _said(batch).items():
+        for event, label in _event_words(batch).items():
             fraction = float(batch.over_level(event)[i])
             low, high = batch.interval(fraction)
             parts.append(f"{100 * fraction:.3g} % {label} ({100 * low:.3g} to {100 * high:.3g} %)")
@@ -109,17 +109,17 @@ def write_production(
     Parameters
     ----------
     designs : Designs
-        What was drawn.
+        The designs drawn.
     folder : Path
         Gets the files.
-    found : Production, optional
-        What sines do.
+    batch : Production, optional
+        Fractions of designs under sines.
     sensitivity : Sensitivity, optional
         Of the level at which designs rattle.
     tightenings : dict of str to Tightening, optional
         What each tolerance may be, by names of figures and files: "tightening", of sines, "tightening_random".
     hours : Hours, optional
-        What random excitation does.
+        Results under random excitation.
     """
     result: dict[str, Any] = {
         "designs": len(designs),
@@ -150,13 +150,13 @@ def write_production(
         result[name] = tightening_table(each)
         body = html.sentences(tightening_words(each)) + writer.figure(draw_tightening(each, name))
         sections.append(html.Section(name, f"Which tolerance to tighten: {each.what}", body))
-    sections.append(html.Section("numbers", "What scatters", _numbers(designs)))
+    sections.append(html.Section("numbers", "What scatters", _number_table(designs)))
     rig = designs.nominal.rig
     writer.page(f"Production of rig “{rig.name}”", sections, html.examples(rig))
     return result
 
 
-def _numbers(designs: Designs) -> str:
+def _number_table(designs: Designs) -> str:
     if not designs.names:
         return html.paragraph("The designs are draws from what records left open of the model.")
     table = tuple(

@@ -1,4 +1,4 @@
-"""What random excitation does to a production within hours: figure, rows and words."""
+"""A production within hours of random excitation: figure, rows and words."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Hours:
         return rows
 
     def words(self) -> list[str]:
-        """Say what happens at each level."""
+        """Return lines on the results at each level."""
         said = []
         unit = level_axis(self.noise.psd.kind).unit
         for each in self.levels:

@@ -27,7 +27,7 @@ _COLOURS = ListedColormap(np.vstack(([1, 1, 1, 1], matplotlib.colormaps["YlOrRd"
 
 
 def draw(grid: RattleMap) -> Drawing:
-    """Draw the share of time in contact over frequency and level, a panel for each gap."""
+    """Draw the fraction of time in contact over frequency and level, a panel for each gap."""
     count = len(grid.gap)
     figure = canvas(2.9 * -(-count // 2))
     axes = np.ravel(figure.subplots(-(-count // 2), min(count, 2), sharex=True, sharey=True, squeeze=False))
@@ -36,7 +36,7 @@ def draw(grid: RattleMap) -> Drawing:
         image = ax.pcolormesh(grid.frequency, grid.level, contact[i], cmap=_COLOURS, vmin=0, vmax=1, shading="nearest")
         grid.mark(ax, i)
         last_row = i >= count - 2
-        tidy(ax, _gap(grid, i), level_title(grid) if i % 2 == 0 else "")
+        tidy(ax, _gap_words(grid, i), level_title(grid) if i % 2 == 0 else "")
         ax.grid(False)
         if grid.level.size > 2 and np.ptp(np.diff(np.log(grid.level))) < 1e-6:  # each a multiple of the last
             ax.set_yscale("log")
@@ -69,12 +69,12 @@ def _handles(grid: RattleMap) -> list[Artist]:
     return handles
 
 
-def _gap(grid: RattleMap, gap: int) -> str:
+def _gap_words(grid: RattleMap, gap: int) -> str:
     return "gap " + ", ".join(f"{1e3 * value:.4g}" for value in np.unique(np.round(grid.gap[gap], 7))) + " mm"
 
 
 def rows(grid: RattleMap) -> pd.DataFrame:
-    """Return a row per gap, level, frequency and direction of a sweep, SI units; empty where none was found."""
+    """Return a row per gap, level, frequency and direction of a sweep, SI units; empty without a solution."""
     gap, swept = of_sweeps(grid)
     columns = {f"gap_{label}_m": grid.gap[gap, j] for j, label in enumerate(grid.clearances)} | swept
     for quantity, ending in COLUMNS.items():
@@ -96,24 +96,24 @@ def of_sweeps(level_map: RattleMap | ImpactMap) -> tuple[np.ndarray, dict[str, A
 
 
 def words(grid: RattleMap) -> Iterator[str]:
-    """Say in lines, for each gap, where it touches first, how much of the map rattles, how hard, and where it jumps."""
+    """Yield lines, for each gap, on first contact, the fraction of the map that rattles, its forces, and jumps."""
     for i in range(len(grid.gap)):
         force, depth = (np.nanmax(each[:, i], initial=0.0) for each in (grid.contact_force, grid.penetration))
         most = f", with up to {force:.3g} N and {1e3 * depth:.2g} mm deep in a wall" if depth > 0 else ""
         rattling = f"{100 * np.mean(grid.rattles[i]):.0f} % of the map"
         verb = "touches" if np.all(grid.first_contact[i] == 0) else "rattles"
-        yield f"{_gap(grid, i)}: {_first(grid, i)}; {verb} in {rattling}{most}"
+        yield f"{_gap_words(grid, i)}: {_first_contact_words(grid, i)}; {verb} in {rattling}{most}"
         for sweep in ("up", "down"):
             if jumps := [jump for jump in grid.jumps if jump.gap == i and jump.sweep == sweep]:
                 count = "1 jump" if len(jumps) == 1 else f"{len(jumps)} jumps"
-                yield f"{count} in sweeps {sweep}: {_span(jumps, unit(grid))}"
+                yield f"{count} in sweeps {sweep}: {_jump_range(jumps, unit(grid))}"
     if grid.unknown:
         others = f", and {len(grid.ended) - 1} more" if len(grid.ended) > 1 else ""
         reason = f" ({grid.ended[0]}{others})" if grid.ended else ""
         yield f"no vibration was found in {100 * grid.unknown:.3g} % of the map{reason}"
 
 
-def _first(grid: RattleMap, gap: int) -> str:
+def _first_contact_words(grid: RattleMap, gap: int) -> str:
     first = grid.first_contact[gap]
     if not np.isfinite(first).any() or np.nanmin(first) > grid.level[-1]:
         return "touches no wall"
@@ -125,7 +125,7 @@ def _first(grid: RattleMap, gap: int) -> str:
     return f"touches first from {first[least]:.3g} {unit(grid)} on, at {grid.frequency[least]:.5g} Hz"
 
 
-def _span(jumps: list, unit: str) -> str:
+def _jump_range(jumps: list, unit: str) -> str:
     low, high = (pick(jumps, key=lambda jump: jump.level) for pick in (min, max))
     first = f"at {low.level:.3g} {unit} and {low.frequency:.5g} Hz"
     return first if len(jumps) == 1 else f"{first} to {high.level:.3g} {unit} and {high.frequency:.5g} Hz"

@@ -1,4 +1,4 @@
-"""From which level on an identified model rattles, how hard, and what half the gap would do."""
+"""Rattle map of an identified model: onset level, forces, and the same with half the gap."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["rattling"]
 
 LEVELS, LEVEL_RATIO, FREQUENCIES = 5, 3.0, 80  # each level is so many times the one before
 HARMONICS = 7  # folds of the Table-1 rig stay where 21 harmonics have them, amplitudes within 3 %
-SHARES = (1.0, 0.5)  # of the gaps found
+SHARES = (1.0, 0.5)  # over the identified gaps
 BAND = (0.002, 0.4)  # of the samples per second, where a record does not say its band
 
 
@@ -35,7 +35,7 @@ def rattling(identified: Identified, dataset: Dataset, writer: ReportWriter, wor
 
     Parameters
     ----------
-    found : Identified
+    identified : Identified
         The identified model.
     dataset : Dataset
         Its records to identify say levels, band and what excites.
@@ -44,23 +44,23 @@ def rattling(identified: Identified, dataset: Dataset, writer: ReportWriter, wor
     workers : int, optional
         Processes of the map; None: one for each core.
     """
-    model, unseen = identified.model, _unseen(identified, dataset)
+    model, unseen = identified.model, _unseen_gap_words(identified, dataset)
     said = html.sentences(unseen, "note")
     if unseen and len(unseen) == len(model.rig.bushings):
         return said
     if not isinstance(model.law, ConstantLaw | ContactLaw):
         return html.paragraph("A law over time or amplitude has no periodic vibrations, so no rattle map.", "note")
     try:
-        rattle = _map(model, dataset, workers)
+        rattle = _compute_map(model, dataset, workers)
     except ClearanceError as error:
         return said + html.sentences([f"No rattle map: {error}"], "note")
     writer.csv("rattle_map", rows(rattle))
     sentences = html.sentences(line[0].upper() + line[1:] for line in words(rattle))
-    return said + sentences + writer.figure(draw(rattle)) + html.table(_table(rattle))
+    return said + sentences + writer.figure(draw(rattle)) + html.table(_rattle_table(rattle))
 
 
-def _unseen(identified: Identified, dataset: Dataset) -> list[str]:
-    """In words, which gaps no record shows: by the probes, without them where the records add nothing to the prior."""
+def _unseen_gap_words(identified: Identified, dataset: Dataset) -> list[str]:
+    """Return sentences on unseen gaps: by the probes, without them where records add nothing to the prior."""
     rig = identified.model.rig
     far = reached(prepare(dataset), rig) if rig.bushings else None
     said = []
@@ -77,7 +77,7 @@ def _unseen(identified: Identified, dataset: Dataset) -> list[str]:
     return said
 
 
-def _map(model: Model, dataset: Dataset, workers: int | None) -> RattleMap:
+def _compute_map(model: Model, dataset: Dataset, workers: int | None) -> RattleMap:
     loudest = max(dataset.to_identify(), key=lambda record: float(np.std(record.response().excitation)))
     top = 2 * float(np.std(loudest.response().excitation))  # a ramp ends at about twice its RMS
     low, high = loudest.band or (ratio * loudest.fs for ratio in BAND)
@@ -96,15 +96,15 @@ def _map(model: Model, dataset: Dataset, workers: int | None) -> RattleMap:
     return dataclasses.replace(rattle, first_contact=first)
 
 
-def _cells(rattle: RattleMap, gap: int, level: int) -> tuple[float | None, float, float, float]:
-    """Lowest frequency (Hz) that rattles, share of those that do, largest contact force (N) and penetration (µm)."""
+def _rattle_cells(rattle: RattleMap, gap: int, level: int) -> tuple[float | None, float, float, float]:
+    """Return lowest frequency (Hz) that rattles, fraction that does, largest force (N) and penetration (µm)."""
     rattles = rattle.rattles[gap, level]
     first = float(rattle.frequency[np.argmax(rattles)]) if rattles.any() else None
     force, depth = (np.nanmax(np.nan_to_num(v[:, gap, level])) for v in (rattle.contact_force, rattle.penetration))
     return first, float(rattles.mean()), float(force), 1e6 * float(depth)
 
 
-def _table(rattle: RattleMap) -> Table:
+def _rattle_table(rattle: RattleMap) -> Table:
     groups = ["gap found", "half the gap"]
     columns = [Column("Amplitude", unit(rattle), ".3g")]
     for group in groups:
@@ -114,7 +114,7 @@ def _table(rattle: RattleMap) -> Table:
         ]  # fmt: skip
     cells = []
     for i, level in enumerate(rattle.level):
-        cells.append((float(level), *(cell for gap in range(len(groups)) for cell in _cells(rattle, gap, i))))
+        cells.append((float(level), *(cell for gap in range(len(groups)) for cell in _rattle_cells(rattle, gap, i))))
     caption = (
         "Under a sine of each amplitude: lowest frequency at which a wall is touched, share of the band in which one "
         "is, and the largest contact force and penetration over the band; for the gaps found, and for half of them."

@@ -1,4 +1,4 @@
-"""Pictures of a model by MuJoCo, made in a process of its own.
+"""Pictures of a model by MuJoCo, rendered in a separate process.
 
 A GL backend is chosen when MuJoCo is loaded, and a broken one may take its process with it.
 """
@@ -26,7 +26,7 @@ TIMEOUT = 120  # s
 
 @dataclass(frozen=True)
 class View:
-    """Where a camera stands."""
+    """Position of a camera."""
 
     look_at: tuple[float, float, float]  #: m
     distance: float  #: m
@@ -39,7 +39,7 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Stroke:
-    """Solids that are drawn beside the model and differ from picture to picture."""
+    """Solids drawn in addition to the model, which differ from picture to picture."""
 
     shape: str  #: "capsule", "arrow" or "box"
     radius: float  #: m; of no meaning for a box
@@ -77,7 +77,7 @@ def _main(job: str, pictures: str) -> None:
     from mujoco.rendering.classic.renderer import Renderer
 
     work = json.loads(Path(job).read_text())
-    model = _lit(mujoco.MjSpec.from_string(work["mjcf"])).compile()
+    model = _light_model(mujoco.MjSpec.from_string(work["mjcf"])).compile()
     model.vis.global_.offwidth = max(view["size"][0] for view in work["views"])
     model.vis.global_.offheight = max(view["size"][1] for view in work["views"])
     model.vis.map.znear = 1e-3
@@ -121,8 +121,8 @@ def _draw(scene: Any, stroke: dict, ends: list) -> None:
         scene.ngeom += 1
 
 
-def _lit(spec: Any) -> Any:
-    """A model before a white sky and in more light."""
+def _light_model(spec: Any) -> Any:
+    """Return a model before a white sky and in more light."""
     import mujoco
 
     white = {"rgb1": [1, 1, 1], "rgb2": [1, 1, 1], "width": 8, "height": 48}

@@ -29,7 +29,7 @@ WHAT = {"load": "the share of the constant loads", "gap": "the share of the gaps
 
 
 def words(branch: Branch) -> list[str]:
-    """Say in lines what is special about a branch: folds and jumps, where stability changes, whether it ends early."""
+    """Yield lines on a branch: folds and jumps, changes of stability, whether it ends early."""
     x, stable = branch.parameter, stable_points(branch)
     _, measure = parameter_axis(branch.over, branch.kind)
     again = f", repeats after {branch.periods} periods" if branch.periods > 1 else ""
@@ -48,7 +48,7 @@ def words(branch: Branch) -> list[str]:
 
 
 def between(low: float, high: float) -> str:
-    """Say a range of frequencies, Hz, that may be one-sided."""
+    """Return a range of frequencies, Hz, in words; it may be one-sided."""
     if low == 0:
         return f"up to {high:.4g} Hz"
     return f"from {low:.4g} Hz on" if high == np.inf else f"from {low:.4g} to {high:.4g} Hz"
@@ -105,7 +105,7 @@ def draw(
     shown = list((at_bushings(rig) or [len(rig.sensors) - 1]) if sensors is None else sensors)
     panels: list[tuple[str, int]] = [("acceleration", row) for row in shown]
     panels += [("clearance_displacement", j) for j in range(len(rig.bushings))]
-    colours = _colours(branches)
+    colours = _line_colours(branches)
     height = -(-len(panels) // 2)
     figure = sheet(PANEL * height + 0.3 * (height - 1), _key(branches, colours, measured))
     axes = figure.subplots(height, 2, squeeze=False, gridspec_kw={"hspace": 0.26, "wspace": 0.24}).ravel()
@@ -113,7 +113,7 @@ def draw(
         ax.axis("off")
     for i, (ax, letter, (quantity, row)) in enumerate(zip(axes, letters(len(panels)), panels)):
         for branch, colour in zip(branches, colours):
-            _curve(ax, branch, quantity, row, colour)
+            _draw_curve(ax, branch, quantity, row, colour)
         for steps in measured:
             _steps(ax, steps, rig, quantity, row)
         if quantity == "acceleration":
@@ -139,7 +139,7 @@ def _steps(ax: Axes, steps: SineSteps, rig: Rig, quantity: str, row: int) -> Non
         ax.plot(steps.frequency[at], y[at], marker, color=TEST, mfc="none", ms=3.5, mew=0.6)
 
 
-def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> None:
+def _draw_curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> None:
     x = branch.parameter
     if quantity == "clearance_displacement":
         scale = x if branch.over == "gap" else 1.0
@@ -167,26 +167,26 @@ def _abscissa(ax: Axes, branches: Sequence[Branch], labelled: bool) -> None:
     ax.set_xlabel(title if labelled else "", fontsize=FONT)
 
 
-def _colours(branches: Sequence[Branch]) -> list[Any]:
-    """Of levels or frequencies; branches of one have the same."""
-    known = sorted({_fixed(branch) for branch in branches})
+def _line_colours(branches: Sequence[Branch]) -> list[Any]:
+    """Return the colours of levels or frequencies; branches of one have the same."""
+    known = sorted({_fixed_values(branch) for branch in branches})
     shades = matplotlib.colormaps["viridis"](np.linspace(0, 0.85, len(known)))
-    return [shades[known.index(_fixed(branch))] for branch in branches]
+    return [shades[known.index(_fixed_values(branch))] for branch in branches]
 
 
-def _fixed(branch: Branch) -> tuple[float, ...]:
-    """Level and frequency that stay along a branch."""
+def _fixed_values(branch: Branch) -> tuple[float, ...]:
+    """Return the level and frequency that are constant along a branch."""
     level, frequency = float(abs(branch.level[0, 0])), float(branch.frequency[0])
     return {"frequency": (level,), "level": (frequency,)}.get(branch.over, (level, frequency))
 
 
 def _fixed_words(branch: Branch) -> str:
     units = {"frequency": (unit(branch),), "level": ("Hz",)}.get(branch.over, (unit(branch), "Hz"))
-    return " at ".join(f"{value:g} {symbol}" for value, symbol in zip(_fixed(branch), units))
+    return " at ".join(f"{value:g} {symbol}" for value, symbol in zip(_fixed_values(branch), units))
 
 
 def _key(branches: Sequence[Branch], colours: Sequence[Any], measured: Sequence[SineSteps]) -> list[Artist]:
-    named = {_fixed(branch): (_fixed_words(branch), colour) for branch, colour in zip(branches, colours)}
+    named = {_fixed_values(branch): (_fixed_words(branch), colour) for branch, colour in zip(branches, colours)}
     handles = [Line2D([], [], color=colour, label=name) for _, (name, colour) in sorted(named.items())]
     if not all(stable_points(branch).all() for branch in branches):
         handles.append(Line2D([], [], color="#555555", ls=(0, (3, 1.5)), lw=0.8, label="not stable"))
@@ -206,7 +206,7 @@ def _key(branches: Sequence[Branch], colours: Sequence[Any], measured: Sequence[
 def _caption(branches: Sequence[Branch]) -> str:
     first = branches[0]
     others = {"level": " at several frequencies", "frequency": " at several levels"}.get(first.over, "")
-    varied = WHAT.get(first.over, first.over) + others * (len({_fixed(branch) for branch in branches}) > 1)
+    varied = WHAT.get(first.over, first.over) + others * (len({_fixed_values(branch) for branch in branches}) > 1)
     excited = {"base": "a shaken base", "unbalance": "unbalance"}.get(first.kind, "a force")
     extents = ", of a round clearance half of the largest extent of the orbit" if first.model.rig.moves_across else ""
     return (

@@ -1,7 +1,7 @@
 """Where an animation's shafts, discs, supports, clearances and contact forces are in every picture: points in space.
 
 Lifts and gaps are drawn many times larger than they are, the shafts' length and thickness as they are. Shafts of a rig
-that moves in one plane are drawn one above another, each at a level of its own; what moves across stays where it is.
+that moves in one plane are drawn one above another, each at another level; what moves across stays where it is.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Disc:
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """What stands still or moves up and down: a box, or what is drawn into it."""
+    """A box, or the symbol drawn into it, which stands still or moves up and down."""
 
     kind: str  #: "block", "foot" or "spring"
     low: np.ndarray  #: (3,) or (3, n) of all pictures: its lower corner, m
@@ -169,10 +169,10 @@ class Scene:
         for i, shaft in enumerate(self.shafts):
             for support in shaft.supports:
                 side = int(support.position == shaft.end) - int(support.position == shaft.start)
-                yield from self._support(support, i, side)
+                yield from self._support_boxes(support, i, side)
 
-    def _support(self, support: Support, i: int, side: int) -> Iterator[Box]:
-        """What holds a shaft at its start (-1), its end (1) or between (0)."""
+    def _support_boxes(self, support: Support, i: int, side: int) -> Iterator[Box]:
+        """Yield the boxes of a support of a shaft at its start (-1), its end (1) or between (0)."""
         x, level, wall, half = support.position, self.level[i], WALL * self.length, 0.01 * self.length
         radius = self.radius_at(i, x)
         if support.kind in ("clamped", "guided") and side:
@@ -190,7 +190,7 @@ class Scene:
             yield self._box("block", (x - half, x + half), (ground - 0.2 * wall, ground))
 
     def _box(self, kind: str, x: Any, z: Any) -> Box:
-        """A box between two positions and two heights, four radii of the shaft to both sides."""
+        """Return a box between two positions and two heights, four radii of the shaft to both sides."""
         wide = 4 * self.radius
         low, high = (np.array(np.broadcast_arrays(*corner)) for corner in zip(x, (-wide, wide), z))
         return Box(kind, low, high)

@@ -25,15 +25,15 @@ from .style import COLOURS, FONT, TEST, tidy
 __all__ = ["ACROSS", "CLAMP", "DPI", "HALF", "MASS", "STEEL", "Stage", "seen"]
 
 DPI, WIDTH, LEFT, RIGHT, ABOVE, BETWEEN, BELOW = 100, 7.2, 0.62, 0.12, 0.3, 0.62, 0.42
-"""in: the figure's width, margins beside the drawing, room above, between and below the panels"""
+"""in: the figure's width, margins left and right of the drawing, room above, between and below the panels"""
 ACROSS = WIDTH - LEFT - RIGHT
 TRACE, PANEL, BESIDE = 1.1, 1.55, 0.62
 """in: height of the trace alone, size of orbits and height of the trace beside them, room for its words there"""
 STEEL, MASS, HALF, CLAMP = "#8a949f", "#4d5660", "#3b3b3b", "#d0d0d0"
 SEEN_FROM = np.radians((32.0, 14.0))  # around the vertical, and from above
 TURN = np.linspace(0.0, 2 * np.pi, 73)
-TRAIL = 0.35  # share of the shown time that an orbit's trail lasts
-MOST_ORBITS = 3  # panels beside the trace
+TRAIL = 0.35  # duration of an orbit's trail over the shown time
+MOST_ORBITS = 3  # panels next to the trace
 DRAWN_TWIST, FLANK = 0.5, 5.0
 """rad, a clearance of twist as it is drawn; length of its flanks in radii of the shaft"""
 SPRING = np.array([(0, 0, 1, -1, 1, -1, 1, 0, 0), (0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0)])
@@ -65,7 +65,7 @@ class Stage:
         self.is_plane, self.view = scene.is_plane, SIDE if scene.is_plane else AXONOMETRIC
         self.axes = [scene.rig.row_axes[rows.stop - 1] for rows in scene.rig.clearance_rows]  # of a round one z
         self.figure, self.moving = Figure(facecolor="white", dpi=DPI), []
-        self.above, panels, below = self._axes()
+        self.above, panels, below = self._make_axes()
         # Drawn metres to what the axis says: the lift in mm.
         scale = Affine2D().scale(1.0, self.millimetres(1.0) if self.is_plane else 1.0)
         self.to_picture = scale + self.above.transData
@@ -106,9 +106,9 @@ class Stage:
 
     # The panels.
 
-    def _axes(self) -> tuple[Axes, list[Axes], Axes]:
-        """The picture above, orbits of what moves along y and z, and beside or below them the trace."""
-        low, high = self._reach()
+    def _make_axes(self) -> tuple[Axes, list[Axes], Axes]:
+        """Return axes: the picture above, orbits of what moves along y and z, the trace next to or below them."""
+        low, high = self._picture_limits()
         height = ACROSS * (high - low)[1] / (high - low)[0]
         lower, count = (TRACE, 0) if self.is_plane else (PANEL, min(len(self.axes), MOST_ORBITS))
         if not self.is_plane and height < 1.8:
@@ -127,8 +127,8 @@ class Stage:
         orbits = [panel(LEFT + j * (PANEL + 0.12), BELOW, PANEL, PANEL) for j in range(count)]
         return above, orbits, panel(start, BELOW, WIDTH - RIGHT - start, lower)
 
-    def _reach(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower left and upper right of the picture above, drawn metres."""
+    def _picture_limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return lower left and upper right of the picture above, drawn metres."""
         scene, length = self.scene, self.scene.length
         if self.is_plane:
             return np.array([scene.left, -scene.half_height]), np.array([scene.right, scene.half_height])
@@ -140,7 +140,7 @@ class Stage:
                 rings.append((scene.middle(j)[:, :1], bore))
         corners = [line - scene.radii, line + scene.radii]
         for places, radius in rings:
-            circle = radius * self._across(TURN[::6])
+            circle = radius * self._cross_directions(TURN[::6])
             corners.append(np.tensordot(self.view, places[:, :, None] + circle[:, None], 1))
         points = np.concatenate([part.reshape(2, -1) for part in corners], axis=1)
         low, high = points.min(axis=1), points.max(axis=1)
@@ -153,7 +153,7 @@ class Stage:
         tidy(ax, ylabel="Lift (mm)", xlabel=position_label(shafts))
         ax.grid(False)
         height = self.millimetres(self.scene.half_height)
-        if len(shafts) > 1:  # each shaft has a scale of its own about its level
+        if len(shafts) > 1:  # each shaft has a separate scale about its level
             tick = float(f"{0.6 * height / len(shafts):.1g}")
             levels, ticks = self.millimetres(self.scene.level), np.array([-tick, 0.0, tick])
             ax.set_yticks(np.add.outer(levels, ticks).ravel(), [f"{t:g}" for t in ticks] * len(levels))
@@ -188,12 +188,12 @@ class Stage:
 
     def _draw_orbit(self, ax: Axes, j: int) -> tuple[Line2D, Line2D]:
         bushing, (axis, _), colour = self.scene.rig.bushings[j], self.axes[j], COLOURS[j % len(COLOURS)]
-        gap, walls = self._in_panel(j, bushing.gap), self._in_panel(j, np.array(bushing.walls))
+        gap, walls = self._panel_units(j, bushing.gap), self._panel_units(j, np.array(bushing.walls))
         if bushing.is_round:
             ax.plot(gap * np.cos(TURN), gap * np.sin(TURN), color=TEST, lw=0.9)
         for wall in () if bushing.is_round else walls[np.isfinite(walls)]:
             (ax.axvline if axis == "Y" else ax.axhline)(wall, color=TEST, lw=0.9)
-        reach = 1.1 * max(gap, np.abs(self._in_panel(j, self.shown.path[:, self.scene.rig.clearance_rows[j]])).max())
+        reach = 1.1 * max(gap, np.abs(self._panel_units(j, self.shown.path[:, self.scene.rig.clearance_rows[j]])).max())
         ax.set(xlim=(-reach, reach), ylim=(-reach, reach))
         if self.scene.turns[j]:
             tidy(ax, f"bushing {j + 1}, {axis} (mrad)")
@@ -226,7 +226,7 @@ class Stage:
         scene = self.scene
         for box in scene.supports():
             self._draw_support(box)
-        self.bodies = self._pieces()
+        self.bodies = self._draw_pieces()
         self.discs = [self._draw_disc(disc) for disc in scene.discs]
         self.plates = [(box, self._polygon(HALF, 6.0, lw=0)) for box in scene.plates()] if self.is_plane else []
         self.paths = [self._line(COLOURS[j % len(COLOURS)], 1.1, 6) for j in range(len(self.axes))]
@@ -243,13 +243,13 @@ class Stage:
             for wall in filter(np.isfinite, flanks):
                 self.above.plot(*self._spoke(j, wall), color=HALF, lw=1.2, zorder=5, transform=self.to_picture)
 
-    def _order(self, x: float) -> float:
-        """Where a place (m) is in the order of drawing: what is nearer to the eye, at a smaller x, comes later."""
+    def _drawing_order(self, x: float) -> float:
+        """Return the drawing order of a place (m): what is nearer to the eye, at a smaller x, comes later."""
         first, last = self.scene.rig.linear.span
         return 4.0 - (x - first) / (last - first)
 
-    def _pieces(self) -> list[tuple[np.ndarray, Polygon]]:
-        """Pieces of the shafts between discs, which hide what is behind them: points of each, and what is drawn."""
+    def _draw_pieces(self) -> list[tuple[np.ndarray, Polygon]]:
+        """Draw the shafts' pieces between discs, which hide what is behind; return points and polygon of each."""
         position, pieces = self.shown.position, []
         for number, on in enumerate(self.scene.numbers):
             points = np.flatnonzero(on)
@@ -258,7 +258,7 @@ class Stage:
             edges = [0, *np.searchsorted(position[points], inner), points.size - 1]
             for first, last in zip(edges[:-1], edges[1:]):
                 piece = points[first : last + 1]
-                pieces.append((piece, self._polygon(STEEL, self._order(float(position[piece].mean())))))
+                pieces.append((piece, self._polygon(STEEL, self._drawing_order(float(position[piece].mean())))))
         return pieces
 
     def _polygon(self, colour: str, order: float, moves: bool = True, lw: float = 0.5, **look: Any) -> Polygon:
@@ -291,7 +291,7 @@ class Stage:
 
     def _draw_disc(self, disc: Disc) -> tuple[Disc, np.ndarray, Polygon, Line2D]:
         """A disc across the shaft, or seen from the side a dot; a line tells how far it has turned."""
-        order = 5.5 if self.is_plane else self._order(disc.position)
+        order = 5.5 if self.is_plane else self._drawing_order(disc.position)
         plate, spoke = self._polygon(MASS, order), self._line("white", 0.0 if self.is_plane else 1.2, order + 0.001)
         return disc, self.scene.at(disc.point), plate, spoke
 
@@ -318,7 +318,7 @@ class Stage:
         last = int(np.searchsorted(shown.trace_time, shown.time[i] + 1e-12))
         trail = slice(max(last - round(TRAIL * len(shown.trace_time)), 0), max(last, 1))
         for j, (line, dot) in enumerate(self.trails):
-            path = self._in_panel(j, self._path(j, trail))
+            path = self._panel_units(j, self._panel_path(j, trail))
             line.set_data(*path)
             dot.set_data(*path[:, -1:])
         if self.images:
@@ -328,8 +328,8 @@ class Stage:
             body.set_xy(self._silhouette(self.line[:, i, points], self.scene.radii[points]).T)
         for disc, places, plate, spoke in self.discs:
             centre, angle = places[:, i, None], shown.angle[i] + disc.phase
-            plate.set_xy((self.view @ (centre + disc.radius * self._across(TURN))).T)
-            spoke.set_data(*self.view @ (centre + disc.radius * self._across(angle) * [0, 1]))
+            plate.set_xy((self.view @ (centre + disc.radius * self._cross_directions(TURN))).T)
+            spoke.set_data(*self.view @ (centre + disc.radius * self._cross_directions(angle) * [0, 1]))
         for box, half in self.plates:
             half.set_xy(self._outline(box.low[:, i], box.high[:, i]))
         if self.is_plane:
@@ -339,9 +339,9 @@ class Stage:
             return
         for j, (axis, sign) in enumerate(self.axes):
             if axis == "RX":
-                self.paths[j].set_data(*self._spoke(j, self._path(j, trail)[1, -1]))
+                self.paths[j].set_data(*self._spoke(j, self._panel_path(j, trail)[1, -1]))
             elif j in self.tubes:
-                path = shown.exaggeration * sign * self._path(j, trail)
+                path = shown.exaggeration * sign * self._panel_path(j, trail)
                 self.paths[j].set_data(*self.view @ (self.middles[j][:, i, None] + np.insert(path, 0, 0.0, axis=0)))
 
     def _move_tube(self, halves: list[tuple[Polygon, Line2D, np.ndarray]], j: int, centre: np.ndarray) -> None:
@@ -352,30 +352,30 @@ class Stage:
             surface.set_xy(np.concatenate((ends[0], ends[1][:, ::-1]), axis=1).T)
             rings.set_data(*np.concatenate((ends[0], np.full((2, 1), np.nan), ends[1]), axis=1))
 
-    def _across(self, angle: Any) -> np.ndarray:
-        """(3, n) directions across a shaft, of what is seen from the side in the plane of the picture."""
+    def _cross_directions(self, angle: Any) -> np.ndarray:
+        """Return directions (3, n) across a shaft, in the plane of the picture if seen from the side."""
         cos, sin = np.atleast_1d(np.cos(angle)), np.atleast_1d(np.sin(angle))
         return np.array((cos, 0 * cos, sin) if self.is_plane else (0 * cos, cos, sin))
 
-    def _in_panel(self, j: int, place: Any) -> Any:
-        """µm of places in a clearance, mrad of rotations."""
+    def _panel_units(self, j: int, place: Any) -> Any:
+        """Return places in a clearance in µm, rotations in mrad."""
         return (1e3 if self.scene.turns[j] else 1e6) * place
 
-    def _path(self, j: int, samples: slice) -> np.ndarray:
-        """(2, n) places in a clearance: along y and z, of what moves along one of them 0 along the other."""
+    def _panel_path(self, j: int, samples: slice) -> np.ndarray:
+        """Return places (2, n) in a clearance along y and z, 0 along the axis without motion."""
         path = self.shown.path[samples, self.scene.rig.clearance_rows[j]].T
         if len(path) == 2:
             return path
         return np.concatenate((path, 0 * path) if self.axes[j][0] == "Y" else (0 * path, path))
 
     def _spoke(self, j: int, angle: float) -> np.ndarray:
-        """(2, 2) line from the shaft's axis outwards that shows a twist, rad."""
+        """Return a line (2, 2) from the shaft's axis outwards that shows a twist, rad."""
         at = DRAWN_TWIST * angle / self.scene.rig.bushings[j].gap
         reach = FLANK * self.scene.at_bushings[j] * np.array([0, 1])
         return seen(self.view, self.scene.places[j][1], -reach * np.sin(at), reach * np.cos(at))
 
     def _silhouette(self, points: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """(2, n) outline in the picture of a bent shaft through (3, n_x) points."""
+        """Return the outline (2, n) in the picture of a bent shaft through (3, n_x) points."""
         line = self.view @ points
         along = np.gradient(line, axis=1)
         along /= np.maximum(np.hypot(*along), 1e-300)
@@ -383,7 +383,7 @@ class Stage:
         return np.concatenate((line + across, (line - across)[:, ::-1]), axis=1)
 
     def _outline(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """(6, 2) corners in the picture of a box between two of its own: its edges in the order of angles."""
+        """Return corners (6, 2) in the picture of a box between two corners, in the order of angles."""
         edges = self.view * (high - low)
         edges = edges * np.where(edges[1] < 0, -1, 1)
         edges = edges[:, np.argsort(np.arctan2(edges[1], edges[0]))]

@@ -1,4 +1,4 @@
-"""How figures look: colours, line styles, sizes, axes. A figure is a `matplotlib.figure.Figure` of its own: no state.
+"""Look of figures: colours, line styles, sizes, axes. Each is a separate `matplotlib.figure.Figure`: no state.
 
 Black is the test, grey the test repeated with another seed; a law keeps its colour and an engine its line style from
 figure to figure. What notebooks draw too is in `drawing`.
@@ -145,7 +145,7 @@ def band_axes(ax: Axes, title: str, edges: np.ndarray, names: Sequence[str]) -> 
 def colour_bar(
     figure: Figure, image: ScalarMappable, axes: Iterable[Axes], label: str, font: float = FONT, **look: Any
 ) -> None:
-    """Explain an image's colours beside axes, in words of a size."""
+    """Add a colour bar next to axes, its words of a size."""
     bar = figure.colorbar(image, ax=list(axes), **look)
     bar.set_label(label, fontsize=font)
     bar.ax.tick_params(labelsize=font - 1)

@@ -40,7 +40,7 @@ MAX_KEPT = 4
 
 def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | None:
     """Draw what came out over each varied parameter; None if all cases gave the same, or nothing."""
-    if not (spread := _most_telling(quantities(results))):
+    if not (spread := _select_results(quantities(results))):
         return None
     shape = len(spread), len(varied)
     figure = canvas(0.7 + 1.15 * shape[0])
@@ -53,7 +53,7 @@ def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | Non
         row[0].set_ylabel(_folded(name), fontsize=FONT)
     for ax, vary in zip(axes[-1], varied):
         ax.set_xlabel(_with_unit(vary.path), fontsize=FONT)
-        _mark_ends(ax, vary.values or (vary.low or 0.0, vary.high or 0.0))
+        _set_end_ticks(ax, vary.values or (vary.low or 0.0, vary.high or 0.0))
     caption = f"Every case of the sweep ({results.sizes['case']}): results over the varied parameters, SI units."
     return Drawing("sweep", figure, caption, "Scatter of results over the varied parameters.", sharp=False,
                    chart=True)  # fmt: skip
@@ -76,7 +76,7 @@ def draw_frfs(results: xr.Dataset) -> Drawing | None:
         for case, colour in zip(cases, colours):
             value = results["frf"].values[case, i] @ np.array([1, 1j])
             for ax, shown in zip(axes[2 * i :], (decibel(value), phase(value))):
-                ax.plot(frequency, shown, color=colour, lw=0.9, label=_case(results, case))
+                ax.plot(frequency, shown, color=colour, lw=0.9, label=_case_label(results, case))
         unit = results["frf"].attrs.get("units", "1")
         tidy(axes[2 * i], sensor, f"|H| (dB re {unit})")
         tidy(axes[2 * i + 1], "", "Phase (°)", "Frequency (Hz)" if i == len(kept) - 1 else "")
@@ -88,8 +88,8 @@ def draw_frfs(results: xr.Dataset) -> Drawing | None:
     return Drawing("sweep_frf", figure, caption, "FRF magnitude and phase of cases of the sweep.", chart=True)
 
 
-def _case(results: xr.Dataset, case: int) -> str:
-    """A case in words: its number and its parameters."""
+def _case_label(results: xr.Dataset, case: int) -> str:
+    """Return a case in words: its number and its parameters."""
     fields = [str(path).rpartition(".")[2] for path in results["varied"].values]
     values = (f"{field} {value:.4g}" for field, value in zip(fields, results["parameter"].values[case]))
     return f"case {results['case'].values[case]}: {', '.join(values)}"
@@ -102,8 +102,8 @@ def write_page(drawings: Sequence[Drawing], folder: Path, n_cases: int) -> Path:
     return path
 
 
-def _mark_ends(ax: Axes, values: Sequence[float]) -> None:
-    """Ticks at the ends of a narrow axis, linear or log, whose labels stay within it."""
+def _set_end_ticks(ax: Axes, values: Sequence[float]) -> None:
+    """Set ticks at the ends of a narrow axis, linear or log, whose labels stay within it."""
     ends = min(values), max(values)
     words = [np.format_float_positional(value, precision=3, fractional=False, trim="-") for value in ends]
     ax.xaxis.set_minor_locator(NullLocator())
@@ -123,9 +123,9 @@ def draw_sensitivity(sensitivity: Sensitivity) -> Drawing:
     for ax in axes.ravel()[n:]:
         ax.set_axis_off()
     for i, (ax, quantity) in enumerate(zip(axes.ravel(), sensitivity.quantity)):
-        _bars(ax, places - 0.19, sensitivity.first[i], sensitivity.first_interval[:, i], FIRST, "first order")
-        _bars(ax, places + 0.19, sensitivity.total[i], sensitivity.total_interval[:, i], TOTAL, "total", hatch="////")
-        ax.set_yticks(places, [_short(path) for path in sensitivity.parameter])
+        _barh(ax, places - 0.19, sensitivity.first[i], sensitivity.first_interval[:, i], FIRST, "first order")
+        _barh(ax, places + 0.19, sensitivity.total[i], sensitivity.total_interval[:, i], TOTAL, "total", hatch="////")
+        ax.set_yticks(places, [_short_label(path) for path in sensitivity.parameter])
         last = i + columns >= n
         tidy(ax, textwrap.fill(quantity, LONGEST_TITLE), "", "Sobol index (1)" if last else "")
         ax.tick_params(labelbottom=last)
@@ -139,23 +139,23 @@ def draw_sensitivity(sensitivity: Sensitivity) -> Drawing:
     return Drawing("sensitivity", figure, caption, "Bars of Sobol indices by result and parameter.")
 
 
-def _bars(
+def _barh(
     ax: Axes, places: np.ndarray, value: np.ndarray, interval: np.ndarray, colour: str, label: str, hatch: str = ""
 ) -> None:
     ax.barh(places, value, 0.36, color=colour, label=label, hatch=hatch, edgecolor="white", linewidth=0.3)
     ax.hlines(places, *interval, color="black", lw=0.9)
 
 
-def _most_telling(spread: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Results that vary; of too many, one of each kind after the other."""
+def _select_results(spread: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the results that vary; if too many, one of each kind after the other."""
     spread = {name: values for name, values in spread.items() if np.unique(values[np.isfinite(values)]).size > 1}
     number = {name: "".join(c for c in name if c.isdigit()) for name in spread}
     kept = sorted(spread, key=lambda name: number[name])[:MAX_ROWS]
     return {name: values for name, values in spread.items() if name in kept}
 
 
-def _short(path: str) -> str:
-    """A path without the table's name, a long one on two lines; each of a group on one of its own."""
+def _short_label(path: str) -> str:
+    """Return a path without the table's name, a long one on two lines; those of a group on separate lines."""
     if ", " in path:
         return "\n".join(path.split(", "))
     table, _, name = path.partition(".")

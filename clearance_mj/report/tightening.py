@@ -14,12 +14,12 @@ __all__ = ["draw_tightening", "tightening_table", "tightening_words"]
 
 
 def draw_tightening(plan: Tightening, name: str = "tightening") -> Drawing:
-    """Draw, for each number, what share of its tolerance it may have, and what share of the designs is left without.
+    """Draw, for each number, its tightened tolerance, and the fraction of designs that fail without its scatter.
 
     Parameters
     ----------
-    found : Tightening
-        What each tolerance may be.
+    plan : Tightening
+        The tolerance that each number may have.
     name : str
         Of the figure's file.
     """
@@ -65,7 +65,7 @@ def tightening_table(plan: Tightening) -> dict[str, Any]:
 
 
 def tightening_words(plan: Tightening) -> list[str]:
-    """Say in whole sentences which tolerances to tighten, and how far."""
+    """Return sentences on the tolerances to tighten, and how far."""
     low, high = plan.share_limits
     said = [
         f"{plan.what} up to {plan.level:g} {plan.unit}: {100 * plan.share:.3g} % of the designs ({100 * low:.3g} "

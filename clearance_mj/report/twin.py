@@ -54,13 +54,13 @@ def write_twin(
     summary = html.sentences([*twin.words(), *twin.warnings])
     sections = [
         html.Section("summary", "What the record shows", summary + writer.figure(draw(twin))),
-        html.Section("alarms", "Alarms", _alarms(twin)),
+        html.Section("alarms", "Alarms", _alarm_table(twin)),
     ]
     writer.page(f"Twin of rig “{twin.rig.name}”", sections, html.examples(twin.rig))
     return result
 
 
-def _alarms(twin: Twin) -> str:
+def _alarm_table(twin: Twin) -> str:
     if not twin.alarms:
         return html.paragraph("No quantity changed by more than what its windows explain.")
     columns = (

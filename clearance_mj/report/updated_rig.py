@@ -22,8 +22,8 @@ def draw(update: RigUpdate) -> Drawing:
     count = len(update.estimates.names)
     figure = canvas(4.2 + ROW * count)
     upper, lower = np.asarray(figure.subfigures(2, 1, height_ratios=(4.2, ROW * count))).tolist()
-    spectra_words = _spectra(upper, update)
-    _parameters(lower.subplots(), update.estimates)
+    spectra_words = _plot(upper, update)
+    _draw_parameters(lower.subplots(), update.estimates)
     caption = f"{spectra_words} Below, {PARAMETER_WORDS}"
     return Drawing("updated_rig", figure, caption, f"Updated rig {update.rig.name}: spectra and {count} parameters.")
 
@@ -31,7 +31,7 @@ def draw(update: RigUpdate) -> Drawing:
 def draw_spectra(update: RigUpdate) -> Drawing:
     """Draw spectra of the longest record, measured and of the rig before and after."""
     figure = canvas(4.2)
-    caption = f"{_spectra(figure, update)} Each rig is under the forces in its clearances that meet all sensors best."
+    caption = f"{_plot(figure, update)} Each rig is under the forces in its clearances that meet all sensors best."
     alt = f"Spectra of record and updated rig {update.rig.name} at some channels."
     return Drawing("spectra", figure, caption, alt, chart=True)
 
@@ -39,7 +39,7 @@ def draw_spectra(update: RigUpdate) -> Drawing:
 def draw_parameters(estimates: Estimates) -> Drawing:
     """Draw every parameter in prior standard deviations."""
     figure = canvas(1.0 + ROW * len(estimates.names))
-    _parameters(figure.subplots(), estimates)
+    _draw_parameters(figure.subplots(), estimates)
     words = f"{PARAMETER_WORDS[0].upper()}{PARAMETER_WORDS[1:]}"
     return Drawing("parameters", figure, words, f"{len(estimates.names)} parameters before and after the records.")
 
@@ -50,7 +50,7 @@ PARAMETER_WORDS = (
 )
 
 
-def _spectra(figure: FigureBase, update: RigUpdate) -> str:
+def _plot(figure: FigureBase, update: RigUpdate) -> str:
     """Draw and return what it shows."""
     piece = max(update.misfit, key=lambda m: (m.is_whole, m.duration))
     shown = np.unique(np.linspace(0, len(update.channels) - 1, MAX_CHANNELS).astype(int))
@@ -67,7 +67,7 @@ def _spectra(figure: FigureBase, update: RigUpdate) -> str:
     return f"Record {piece.record}, {piece.duration:.1f} s: measured, of the rig file and of the updated rig."
 
 
-def _parameters(ax: Axes, fit: Estimates) -> None:
+def _draw_parameters(ax: Axes, fit: Estimates) -> None:
     width = np.array([p.known_std for p in fit.parameters])
     moved = np.array([p.to_varied(v) - p.to_varied(p.start) for p, v in zip(fit.parameters, fit.value)]) / width
     y = np.arange(moved.size)

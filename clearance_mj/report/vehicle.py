@@ -87,7 +87,7 @@ def _label(outcome: Outcome) -> str:
     return get_controller(outcome.case.controller).label
 
 
-def _words(outcome: Outcome) -> str:
+def _situation(outcome: Outcome) -> str:
     case = outcome.case
     return (
         f"{case.speed:g} km/h, half-gap {np.degrees(case.half_gap):.3g}° at the road wheel, {case.regime}-driven, "
@@ -120,7 +120,7 @@ def histories(outcomes: Sequence[Outcome], name: str, quantities: Sequence[str] 
     sides = [Patch(color=colour, label=label) for label, colour in SIDES.items()]
     key(figure, [*axes[0].get_legend_handles_labels()[0], *sides])
     words = ", ".join(HISTORIES[q].label.lower() for q in quantities)
-    caption = f"Over time: {words}; at the bottom the side of the clearance in contact. {_words(outcomes[0])}."
+    caption = f"Over time: {words}; at the bottom the side of the clearance in contact. {_situation(outcomes[0])}."
     return Drawing(name, figure, caption, f"Histories of {len(outcomes)} controllers: {words}.", chart=True)
 
 
@@ -136,7 +136,7 @@ def _contact_strip(ax: Axes, outcomes: Sequence[Outcome]) -> None:
     ax.grid(False)
 
 
-def _paths(outcomes: Sequence[Outcome]) -> Drawing:
+def _draw_paths(outcomes: Sequence[Outcome]) -> Drawing:
     figure = canvas(2.4)
     ax = figure.subplots()
     path = outcomes[0].case.task.path
@@ -145,12 +145,12 @@ def _paths(outcomes: Sequence[Outcome]) -> Drawing:
         ax.plot(*outcome.run.position.T, **look(outcome.case.controller))
     tidy(ax, "", "Y (m)", "X (m)")
     key(figure, ax.get_legend_handles_labels()[0])
-    caption = f"Paths of the vehicle; Y is drawn larger than X. {_words(outcomes[0])}."
+    caption = f"Paths of the vehicle; Y is drawn larger than X. {_situation(outcomes[0])}."
     ahead = all((np.diff(outcome.run.position[:, 0]) >= 0).all() for outcome in outcomes)
     return Drawing("paths", figure, caption, f"Paths of {len(outcomes)} controllers on the X-Y plane.", chart=ahead)
 
 
-def _spectra(outcomes: Sequence[Outcome]) -> Drawing:
+def _draw_spectra(outcomes: Sequence[Outcome]) -> Drawing:
     figure = canvas(4.2)
     servo, wheel = figure.subplots(2, 1, sharex=True)
     for outcome in outcomes:
@@ -162,7 +162,7 @@ def _spectra(outcomes: Sequence[Outcome]) -> Drawing:
     key(figure, servo.get_legend_handles_labels()[0])
     caption = (
         "Spectra of the rates of servo and road wheel, between which the clearance and the road's moment are: Welch's "
-        f"method, Hann windows of {SEGMENT} samples. {_words(outcomes[0])}."
+        f"method, Hann windows of {SEGMENT} samples. {_situation(outcomes[0])}."
     )
     return Drawing("spectra", figure, caption, f"Steering-rate spectra of {len(outcomes)} controllers.", chart=True)
 
@@ -189,31 +189,31 @@ def write_report(
     run.
     """
     folder = Path(folder)
-    drawings = (_paths(outcomes), histories(outcomes, "histories"), _spectra(outcomes))
+    drawings = (_draw_paths(outcomes), histories(outcomes, "histories"), _draw_spectra(outcomes))
     for drawing in drawings:
         drawing.write(folder / "figures")
     for outcome in outcomes:
-        write_csv(folder / f"histories_{outcome.case.controller}.csv", _history(outcome.run))
+        write_csv(folder / f"histories_{outcome.case.controller}.csv", _write_history(outcome.run))
     rows = [outcome.row() for outcome in outcomes]
     write_csv(folder / "metrics.csv", rows)
     write_text(folder / "summary.json", to_json({"runs": rows, "provenance": provenance}))
-    write_text(folder / "report.html", _page(outcomes, drawings))
+    write_text(folder / "report.html", _page_sections(outcomes, drawings))
     return {"runs": rows, "timing": {o.case.controller: o.run.timing() for o in outcomes}}
 
 
-def _history(run: Run) -> pd.DataFrame:
+def _write_history(run: Run) -> pd.DataFrame:
     columns = {f"{name}_{unit.replace('/', '_')}": getattr(run, name) for name, unit in UNITS.items()}
     x, y = columns.pop("position_m").T
     columns = {"time_s": columns.pop("time_s"), "x_m": x, "y_m": y} | columns | {"contact": run.contact}
     return pd.DataFrame(columns, dtype=float)
 
 
-def _page(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> str:
+def _page_sections(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> str:
     case = outcomes[0].case
     known = [get_controller(outcome.case.controller) for outcome in outcomes]
     priors = "".join(f"<dt>{escape(law.label)}</dt><dd>{escape(law.prior)}</dd>\n" for law in known)
     about = html.paragraph(
-        f"{escape(_manoeuvre(case))}, {escape(_words(outcomes[0]))}. Followed exactly it needs "
+        f"{escape(_manoeuvre(case))}, {escape(_situation(outcomes[0]))}. Followed exactly it needs "
         f"{case.task.path.needed_acceleration(case.task.speed):.1f} m/s². All vehicles, sensors and roads are "
         "simulated."
     )

@@ -64,10 +64,10 @@ def draw_over_speed(whirl: Whirl, resolution: float) -> list[Drawing]:
         f"What goes with the shaft (1X) turn by turn, in the bushings of rig “{name}”: radius of the forward and of "
         "the backward circle, and the forward one's phase lag behind the once-per-turn mark; dotted: the gap."
     )
-    return [waterfall, Drawing("bode", _bode(whirl), caption, f"1X motion over spin at {n} bushings.")]
+    return [waterfall, Drawing("bode", _draw_bode(whirl), caption, f"1X motion over spin at {n} bushings.")]
 
 
-def _bode(whirl: Whirl) -> Figure:
+def _draw_bode(whirl: Whirl) -> Figure:
     orbits = [whirl.orbits(j) for j in range(len(whirl.names))]
     forward = {"lw": 0.9, "color": COLOURS[0]}
     curves = {name: [("forward", 1e6 * of.harmonic()[0], forward)] for name, of in zip(whirl.names, orbits)}
@@ -88,13 +88,13 @@ def of_orbits(whirl: Whirl, turns: int) -> list[dict[str, Any]]:
         if whirl.angle is not None:
             orbits = whirl.orbits(j).last(turns)
             place = np.concatenate((*orbits.position,), axis=1)
-            row |= {"turns": len(orbits.time), "spin": float(orbits.speed.mean())} | _first(orbits)
+            row |= {"turns": len(orbits.time), "spin": float(orbits.speed.mean())} | _first_turn(orbits)
         radius = np.hypot(*place)
         rows.append(row | {"mean": place.mean(axis=1).tolist(), "largest_radius_over_gap": radius.max() / bushing.gap})
     return rows
 
 
-def _first(orbits: Orbits) -> dict[str, Any]:
+def _first_turn(orbits: Orbits) -> dict[str, Any]:
     once = orbits.filtered()
     return {
         "forward": abs(once.forward), "forward_phase": float(np.angle(once.forward)), "backward": abs(once.backward),

@@ -1,4 +1,4 @@
-"""What the uncertainty of a study's laws makes of their FRFs."""
+"""FRF bands from the uncertainty of a study's laws."""
 
 from __future__ import annotations
 

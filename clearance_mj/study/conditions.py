@@ -17,7 +17,7 @@ RPM = 30 / math.pi
 
 @dataclass(frozen=True)
 class Condition:
-    """How a rig in space was tested, at any level."""
+    """Test condition of a rig in space, at any level."""
 
     kind: str
     """of the excitation, "base" or "force"; "spin": the shaft's turning alone"""
@@ -44,7 +44,7 @@ class Condition:
 
     @property
     def suffix(self) -> str:
-        """What names of its figures and tables end with."""
+        """Suffix of the names of its figures and tables."""
         return f"_{self.direction}_{self.speed:.0f}rpm" + ("_force" if self.kind == "force" else "")
 
     @property

@@ -27,7 +27,7 @@ __all__ = ["study_summary", "write_results"]
 def write_results(study: Study, folder: Path) -> None:
     """Write ``laws/``, ``results.nc`` (FRFs of test and models) and ``summary.json``.
 
-    A law that has a rig of its own stands beside its rig file: ``laws/bench.json``, ``laws/bench_rig.toml``.
+    A law with a separate rig stands next to its rig file: ``laws/bench.json``, ``laws/bench_rig.toml``.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ def write_results(study: Study, folder: Path) -> None:
         write_text(folder / "laws" / f"{law.name}.json", to_json(law.law.to_dict() | {"provenance": provenance}))
         if law.finds_rig:
             law.rig.copied(folder / "laws" / "structure").save(folder / "laws" / f"{law.name}_rig.toml")
-    models = [_arrays(c.frf).expand_dims(law=[c.law], engine=[c.engine], record=[c.record.name]) for c in study.cases]
-    tests = [_arrays(frf).expand_dims(record=[name]) for name, frf in study.tests.items()]
-    # Records may have bands of their own: what another has not is nan.
+    models = [_dataset(c.frf).expand_dims(law=[c.law], engine=[c.engine], record=[c.record.name]) for c in study.cases]
+    tests = [_dataset(frf).expand_dims(record=[name]) for name, frf in study.tests.items()]
+    # Records may have different bands: lines that one lacks are nan.
     together: dict[str, Any] = {"join": "outer", "compat": "no_conflicts", "combine_attrs": "override"}
     every = together | {"data_vars": "all", "coords": "different"}
     combined = xr.combine_by_coords(models, **every).rename(value="model", coherence="model_coherence")
@@ -57,8 +57,8 @@ def write_results(study: Study, folder: Path) -> None:
     write_text(folder / "summary.json", to_json(study_summary(study) | {"provenance": provenance}))
 
 
-def _arrays(frf: FRF) -> xr.Dataset:
-    """FRFs with a coherence, of nan where records have one segment only."""
+def _dataset(frf: FRF) -> xr.Dataset:
+    """Return FRFs with a coherence, of nan where records have one segment only."""
     dataset = with_parts(frf.to_xarray())
     nothing = xr.full_like(dataset["value"].isel(part=0, drop=True), np.nan).assign_attrs(units="1")
     return dataset if "coherence" in dataset else dataset.assign(coherence=nothing)
@@ -109,12 +109,12 @@ def study_summary(study: Study) -> dict:
             for part in study.parts
             for c in part.simulated()
         ],
-        "periodic": _periodic(study),
+        "periodic": _periodic_summary(study),
     } | _in_space(study)
 
 
 def _in_space(study: Study) -> dict:
-    """What a study in space has beside: FRF matrices, orbits and run-ups."""
+    """Return the further results of a study in space: FRF matrices, orbits and run-ups."""
     if not study.dataset.rig.moves_across:
         return {}
     turning = Turning(study)
@@ -123,7 +123,7 @@ def _in_space(study: Study) -> dict:
     }  # fmt: skip
 
 
-def _periodic(study: Study) -> dict:
+def _periodic_summary(study: Study) -> dict:
     periodic = study.periodic
     return {
         "law": periodic.law,

@@ -1,4 +1,4 @@
-"""What a study's rig is heard to do: excerpts of the validation records and of laws under them, and their loudness."""
+"""Sounds of a study's rig: excerpts of the validation records and of laws under them, and their loudness."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Heard:
 
     @property
     def missing(self) -> str:
-        """Why nothing can be heard; "" if something can."""
+        """Reason why there is no sound; "" if there is."""
         return "" if has_mosqito() else 'loudness needs the package mosqito: pip install "clearance-mj[sound]"'
 
     @property
@@ -50,13 +50,13 @@ class Heard:
     def over_level(self) -> dict[str, LoudnessOverLevel]:
         """By name: an excerpt of the first record of every level, and its loudness."""
         records = [self.study.records(level)[0] for level in self.study.levels]
-        return {name: self._of(name, records) for name in self.names}
+        return {name: self._loudness_of(name, records) for name in self.names}
 
-    def _of(self, name: str, records: Sequence[Record]) -> LoudnessOverLevel:
+    def _loudness_of(self, name: str, records: Sequence[Record]) -> LoudnessOverLevel:
         def compute() -> dict[str, np.ndarray]:
             sounds = [self._excerpt(name, record) for record in records]
             loudness = loudness_of_each(sounds, METHOD, FIELD, workers=1)
-            return dict(_flat(sounds, loudness))
+            return dict(_named_arrays(sounds, loudness))
 
         rig = self.study.dataset.rig
         inputs: list[object] = [rig.content(), EXCERPT, METHOD, FIELD, *map(stored.record_digest, records)]
@@ -78,7 +78,7 @@ class Heard:
         return radiate(response, rig, rig.plate).between(start, start + EXCERPT).faded()
 
 
-def _flat(sounds: Sequence[Sound], loudness: Sequence[Loudness]) -> Iterator[tuple[str, np.ndarray]]:
+def _named_arrays(sounds: Sequence[Sound], loudness: Sequence[Loudness]) -> Iterator[tuple[str, np.ndarray]]:
     for i, (sound, heard) in enumerate(zip(sounds, loudness)):
         yield f"pressure_{i}", sound.pressure
         yield f"sone_{i}", heard.sone

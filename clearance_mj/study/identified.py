@@ -29,11 +29,11 @@ class IdentifiedModel:
     name: str
     """the method's"""
     model: Model
-    """what was found"""
+    """rig and law"""
     prior_information: str = ""
     """in words"""
     finds_rig: bool = False
-    """whether the method found the rig too; else it is the rig file's"""
+    """whether the method identified the rig too; else it is the rig file's"""
     parameters: tuple[dict, ...] = ()
     """fitted parameters, see `Estimates.rows`"""
     warnings: tuple[str, ...] = ()
@@ -44,11 +44,11 @@ class IdentifiedModel:
     families: tuple[dict, ...] = ()
     """of contact and grease that the method compared, likeliest first, see `FamilyFit.to_dict`"""
     misfit: LawMisfit | None = None
-    """what the model missed of the records that it was found from; None: not known"""
+    """misfit of the model to the records it is identified from; None: not known"""
 
     @classmethod
     def of(cls, name: str, found: Identified) -> Self:
-        """Take what a method found.
+        """Return the model that a method identified.
 
         Parameters
         ----------
@@ -93,7 +93,7 @@ class IdentifiedModel:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], rig: Rig) -> Self:
-        """Take what `to_dict` returns.
+        """Return the model of `to_dict`'s plain data.
 
         Parameters
         ----------
@@ -104,12 +104,12 @@ class IdentifiedModel:
         """
         tuples = {key: tuple(data[key]) for key in ("parameters", "warnings", "families")}
         drawn = tuple(Model.from_dict(each, rig) for each in data["drawn"])
-        model, misfit = Model.from_dict(data["model"], rig), data["misfit"] and _misfit(data["misfit"])
+        model, misfit = Model.from_dict(data["model"], rig), data["misfit"] and _misfit_of_dict(data["misfit"])
         return cls(**{**data, **tuples, "model": model, "drawn": drawn, "misfit": misfit})
 
 
-def _misfit(data: dict[str, Any]) -> LawMisfit:
-    """Of plain data."""
+def _misfit_of_dict(data: dict[str, Any]) -> LawMisfit:
+    """Return the misfit of plain data."""
     stretches = tuple(
         Stretch(**{**s, "missed": np.array(s["missed"]), "random": np.array(s["random"])}) for s in data["stretches"]
     )

@@ -1,4 +1,4 @@
-"""The laws of a study: which methods its records allow, and the models that they give, each found when asked for."""
+"""The laws of a study: which methods its records allow, and their models, each identified when first asked for."""
 
 from __future__ import annotations
 
@@ -58,11 +58,11 @@ class StudiedLaws:
         self.left_out: dict[str, str] = {}
         """why methods that were not named are left out, by their names"""
         for method in self._candidates if methods is None else ():
-            self._try(method, functools.partial(get_method(method).require, dataset))
+            self._find_or_leave_out(method, functools.partial(get_method(method).require, dataset))
         self.known: dict[str, IdentifiedModel] = {}
-        """those that were found"""
+        """models identified so far"""
 
-    def _try(self, method: str, find: Callable[[], object]) -> None:
+    def _find_or_leave_out(self, method: str, find: Callable[[], object]) -> None:
         """Leave a method out, and warn of it, where it cannot be had from the records."""
         try:
             find()
@@ -78,7 +78,7 @@ class StudiedLaws:
             return self._named
         for method in self._candidates:
             if method not in self.left_out:
-                self._try(method, functools.partial(self.law, method))
+                self._find_or_leave_out(method, functools.partial(self.law, method))
         return tuple(method for method in self._candidates if method not in self.left_out)
 
     def law(self, name: str) -> IdentifiedModel:

@@ -1,4 +1,4 @@
-"""Agreement of orbits with orbits and of run-ups with run-ups, in numbers.
+"""Measures of agreement between orbits and between run-ups.
 
 Source of the 1X motion: Bently & Hatch, Fundamentals of Rotating Machinery Diagnostics, 2002, chapters 4 to 8.
 """

@@ -30,7 +30,7 @@ BEYOND = 1.5  # times the highest level of the records, to which levels go on
 
 @dataclass(frozen=True, eq=False)
 class PeriodicVibrations:
-    """What a law does under sines, or why that is not known."""
+    """Periodic vibrations of a law under sines, or why there are none."""
 
     law: str  #: name; "" if no law has periodic vibrations
     branches: tuple[Branch, ...]  #: over frequency, in the order of their levels
@@ -39,7 +39,7 @@ class PeriodicVibrations:
 
 
 def missed(branches: tuple[Branch, ...], steps: SineSteps) -> np.ndarray:
-    """Return by which share the amplitude at each sensor misses that of a step, (n, n_sensors).
+    """Return the relative error of each sensor's amplitude at each step, (n, n_sensors).
 
     It is that of the vibration on which a sweep in the step's direction comes to its frequency, of the branch whose
     level is nearest; nan where that has none that is stable.
@@ -66,7 +66,7 @@ def missed(branches: tuple[Branch, ...], steps: SineSteps) -> np.ndarray:
 
 
 def _stable_amplitudes(branch: Branch, frequency: float) -> list[np.ndarray]:
-    """Of the sensors at a frequency, in the order in which they follow each other from low frequencies on."""
+    """Return stable amplitudes of the sensors at a frequency, in their order along the branch from low frequencies."""
     x, y, stable = branch.frequency, branch.amplitude(), stable_points(branch)
     amplitudes = []
     for j in np.flatnonzero(((x[:-1] - frequency) * (x[1:] - frequency) <= 0) & stable[:-1] & stable[1:]):
@@ -76,7 +76,7 @@ def _stable_amplitudes(branch: Branch, frequency: float) -> list[np.ndarray]:
 
 
 def has_periodic_vibrations(law: Law) -> bool:
-    """Return whether a law is one that harmonic balance takes: not one over time or amplitude.
+    """Return True if harmonic balance takes a law: it is not over time or amplitude.
 
     Parameters
     ----------
@@ -94,16 +94,16 @@ def from_both_ends(model: Model, amplitude: float, ends: tuple[float, float], **
     model, amplitude, ends, **settings
         As for `periodic.follow_response`; of kind "unbalance" the amplitude is a factor of the rig's unbalances.
     """
-    first = _followed(model, amplitude, ends, **settings)
+    first = _follow(model, amplitude, ends, **settings)
     if not first.ended:
         return (first,)
     try:
-        return first, _followed(model, amplitude, (ends[1], ends[0]), **settings)
+        return first, _follow(model, amplitude, (ends[1], ends[0]), **settings)
     except ClearanceError:
         return (first,)
 
 
-def _followed(
+def _follow(
     model: Model, amplitude: float, ends: tuple[float, float], kind: str | None = None, **settings: Any
 ) -> Branch:
     excited = excited_by(model, kind)
@@ -117,7 +117,7 @@ def periodic_vibrations(
     name: str, model: Model, levels: list[float], band: tuple[float, float], kind: str,
     workers: int | None = None, progress: bool = False,
 ) -> PeriodicVibrations:  # fmt: skip
-    """Return what a model does under sines of some amplitudes, and of others between and beyond.
+    """Return periodic vibrations under sines of some amplitudes, and a rattle map between and beyond.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ def level_summaries(comparisons: Sequence[Comparison]) -> list[dict[str, float]]
 
     Parameters
     ----------
-    found : sequence of Comparison
+    comparisons : sequence of Comparison
         One for each record, modes in one order.
     """
     compared = np.all([np.isfinite(c.per_mode["relative_error"]) for c in comparisons], axis=0)
@@ -62,7 +62,7 @@ def agreement_rows(
 
 
 def scatter_rows(summaries: Mapping[tuple[str, str], Summaries]) -> list[dict]:
-    """Return what the intervals rest on: a row per law, engine and measure, with Cochran's test of equal scatter.
+    """Return the scatter behind the intervals: a row per law, engine and measure, with Cochran's test of equal scatter.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a study keeps in the result cache: laws, cases and FRF bands, as files."""
+"""A study's entries in the result cache: laws, cases and FRF bands, as files."""
 
 from __future__ import annotations
 

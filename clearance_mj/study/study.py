@@ -45,7 +45,7 @@ class Study:
     """Laws on engines, compared with the validation records of a dataset.
 
     What is costly is computed when it is first asked for and kept in the cache. Of a rig in space the records of each
-    direction and spin are a study of their own, one of `parts`, which share laws and results.
+    direction and spin are a separate study, one of `parts`, with the same laws and results.
 
     Parameters
     ----------
@@ -89,13 +89,13 @@ class Study:
 
     @functools.cached_property
     def parts(self) -> tuple[Study, ...]:
-        """Of a rig in space: a study of the records of each direction and spin; of another: the study itself."""
+        """Studies of the records of each direction and spin of a rig in space; of another, the study itself."""
         if not self.dataset.rig.moves_across or self.condition is not None:
             return (self,)
         return tuple(self._part(*condition) for condition in conditions_of(self.driven).items())
 
     def _part(self, condition: Condition, records: tuple[Record, ...]) -> Study:
-        """The same study of some of the validation records; results are shared."""
+        """Return the study of some of the validation records, with the same results."""
         others = tuple(r for r in self.dataset.records if r.role != "validate")
         dataset = dataclasses.replace(self.dataset, records=(*others, *records))
         part = Study(dataset, engines=self._engines, workers=self._workers, progress=self._progress)
@@ -110,12 +110,12 @@ class Study:
 
     @property
     def columns(self) -> dict[str, str | float]:
-        """What tells a part's rows from those of others; nothing of a rig in a plane."""
+        """Columns that identify a part's rows; none for a rig in a plane."""
         return self.condition.columns if self.condition else {}
 
     @property
     def suffix(self) -> str:
-        """What names of a part's figures end with; "" of a rig in a plane."""
+        """Suffix of the names of a part's figures; "" for a rig in a plane."""
         return self.condition.suffix if self.condition else ""
 
     @property
@@ -139,7 +139,7 @@ class Study:
 
     @functools.cached_property
     def engines(self) -> tuple[str, ...]:
-        """Names of the engines: those asked for, or those that can simulate all models that were found."""
+        """Names of the engines: those asked for, or those that can simulate all identified models."""
         linked = self._engines or all(default_engine(law.model.rig) == "links" for law in self.laws)
         return self._engines or (ENGINES if linked else ENGINES[1:])
 
@@ -195,8 +195,8 @@ class Study:
             modes_by_level[level] = LevelModes(dict(zip(names, modes)), tuple(left_out))
         return modes_by_level
 
-    def _compared(self, record: Record, model: FRF) -> Comparison:
-        """The test's FRFs of a validation record, compared with others."""
+    def _compare(self, record: Record, model: FRF) -> Comparison:
+        """Return the comparison of a validation record's FRFs with a model's."""
         test, modes = self.test(record), self.level_modes[record.level or 0.0].of_record[record.name]
         return compare(test, model, compare_modes(test, model, N_MODES, modes))
 
@@ -224,7 +224,7 @@ class Study:
         if missing:
             _ = self.level_modes  # before threads want it
         words = "simulating" if self._progress else ""
-        for i, case in run_tasks(lambda i: self._case(*wanted[i]), missing, self._workers, progress=words):
+        for i, case in run_tasks(lambda i: self._simulate_case(*wanted[i]), missing, self._workers, progress=words):
             self._cases[keys[i]] = case
         return tuple(self._cases[key] for key in keys)
 
@@ -233,14 +233,14 @@ class Study:
         """Every law on every engine against every validation record with an excitation."""
         return tuple(case for part in self.parts for case in part.simulated())
 
-    def _case(self, name: str, engine: str, record: Record) -> Case:
+    def _simulate_case(self, name: str, engine: str, record: Record) -> Case:
         test = self._tests[record.name]
         model = in_test(self.law(name).model, record.tested_rig, record.turning())
 
         def compute() -> stored.CaseResult:
             response = simulate(model, record.excitation(), None, engine)
             frf = estimate_frf(response, resolution=RESOLUTION)
-            return frf, self._compared(record, frf), contact_statistics(response)
+            return frf, self._compare(record, frf), contact_statistics(response)
 
         used = get_engine(engine)
         modes = self.level_modes[record.level or 0.0].of_record[record.name]
@@ -254,7 +254,7 @@ class Study:
     def repeatability(self) -> dict[float, Comparison]:
         """By level: the second seed's record compared with the first's."""
         pairs = {level: self.records(level)[:2] for level in self.levels}
-        return {level: self._compared(pair[0], self.test(pair[1])) for level, pair in pairs.items() if len(pair) == 2}
+        return {level: self._compare(pair[0], self.test(pair[1])) for level, pair in pairs.items() if len(pair) == 2}
 
     @functools.cached_property
     def bands(self) -> dict[str, tuple[Band, np.ndarray]]:
@@ -267,7 +267,7 @@ class Study:
 
     @functools.cached_property
     def periodic(self) -> PeriodicVibrations:
-        """What the best law that has periodic vibrations does under sines of the study's levels, and beyond them."""
+        """Periodic vibrations under sines of the study's levels and beyond, of the best law that has any."""
         nothing = functools.partial(PeriodicVibrations, "", (), None)
         if self.dataset.rig.moves_across:
             return nothing("clearance-mj response and clearance-mj orbits follow those of a rig in space")
@@ -316,7 +316,7 @@ class Study:
 
     @property
     def best_law(self) -> str:
-        """The law that is shown where there is room for one: the last that a rig was found with, else the last.
+        """The law that is shown where there is room for one: the last with an identified rig, else the last.
 
         Records to validate have no say in it.
         """
@@ -330,7 +330,7 @@ class Study:
 
     @property
     def is_synthetic(self) -> bool:
-        """Whether any record's provenance says that it was computed, not measured."""
+        """True if any record's provenance says that it was computed, not measured."""
         return self.dataset.is_synthetic
 
     def records(self, level: float) -> list[Record]:
@@ -375,7 +375,7 @@ class Study:
     def rows(self) -> list[dict]:
         """Return one row per level, law and engine: means over the level's records, and the repeatability.
 
-        Errors and criteria have the limits of their 95 % interval beside them (``rmse_db_low``, ``rmse_db_high``),
+        Errors and criteria come with the limits of their 95 % interval (``rmse_db_low``, ``rmse_db_high``),
         see `intervals.over_seeds` and, for the repeatability, `intervals.on_power_law`.
         """
         return [part.columns | row for part in self.parts for row in part._rows]
@@ -386,7 +386,7 @@ class Study:
         return agreement_rows(self.levels, {v: c.summary() for v, c in self.repeatability.items()}, summaries)
 
     def scatter_rows(self) -> list[dict]:
-        """What the intervals rest on: a row per law, engine and measure, with Cochran's test of equal scatter."""
+        """Scatter behind the intervals: a row per law, engine and measure, with Cochran's test of equal scatter."""
         return [
             part.columns | row
             for part in self.parts

@@ -1,4 +1,4 @@
-"""A study's records of a shaft's turning alone: orbits beside orbits at one speed, run-ups beside run-ups."""
+"""A study's records of a shaft's turning alone: orbits at one speed and run-ups, compared with the laws'."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ REPEAT = ("repeat", "rig")
 
 
 class Turning:
-    """Motions of a study's laws beside those of its validation records of turning alone.
+    """Motions of a study's laws and of its validation records of turning alone.
 
     Parameters
     ----------
@@ -53,13 +53,13 @@ class Turning:
 
     @property
     def speeds(self) -> dict[Condition, tuple[Record, ...]]:
-        """Those at one speed, by rising speed."""
+        """Records at constant speed, by rising speed."""
         steady = {c: records for c, records in self.groups.items() if c.spin and not c.spin.rate}
         return dict(sorted(steady.items(), key=lambda item: abs(item[0].speed)))
 
     @property
     def run_ups(self) -> dict[Condition, tuple[Record, ...]]:
-        """Those whose speed changes."""
+        """Records whose speed changes."""
         return {c: records for c, records in self.groups.items() if c.spin and c.spin.rate}
 
     def test(self, record: Record) -> Whirl:
@@ -79,7 +79,7 @@ class Turning:
         return self._tests[record.name]
 
     def placed(self, law: str, record: Record) -> PlacedWhirl:
-        """Return the motion of a law less that of its own slow turning, as of the test.
+        """Return the motion of a law less that of its slow turning, as for the test.
 
         Parameters
         ----------
@@ -88,43 +88,43 @@ class Turning:
         record : Record
             A validation record of kind "spin".
         """
-        placed = self._simulated(law, record)
+        placed = self._simulate(law, record)
         if self.slow_roll:
-            slow = run_out_of(self._simulated(law, self.slow_roll).motion)
+            slow = run_out_of(self._simulate(law, self.slow_roll).motion)
             placed = dataclasses.replace(placed, motion=without_run_out(placed.motion, slow))
         return placed
 
-    def _simulated(self, law: str, record: Record) -> PlacedWhirl:
+    def _simulate(self, law: str, record: Record) -> PlacedWhirl:
         study, key = self.study, (law, self.engine, record.name)
         if key not in study.motions:
             study.motions[key] = simulated_whirl(law, study.law(law).model, record, self.engine, study.cache)
         return study.motions[key]
 
     def orbit_rows(self) -> list[dict[str, Any]]:
-        """Return a row per record, bushing and law of `compare_orbits`, with the repeat's beside the laws'."""
+        """Return a row per record, bushing and law of `compare_orbits`, of the repeat too."""
         rows = []
-        for head, j, gap, test, model, placed in self._pairs(self.speeds):
+        for head, j, gap, test, model, placed in self._compared_pairs(self.speeds):
             errors = compare_orbits(test, model)
             contact_share = np.nan if placed is None else placed.contact_share[j]
             rows.append(head | errors | {"middle_over_gap": errors["middle_m"] / gap, "contact_share": contact_share})
         return rows
 
     def run_up_rows(self) -> list[dict[str, Any]]:
-        """Return a row per run-up, bushing and law of `compare_run_ups`, with the repeat's beside the laws'.
+        """Return a row per run-up, bushing and law of `compare_run_ups`, of the repeat too.
 
         The onset of contact of the test is where its motion reaches the wall that the law has.
         """
         rows = []
-        for head, j, gap, test, model, placed in self._pairs(self.run_ups):
+        for head, j, gap, test, model, placed in self._compared_pairs(self.run_ups):
             onsets = {"onset_test_rpm": test, "onset_model_rpm": model}
             onset = {k: onset_of_contact(o, placed.rest[j], gap) if placed else np.nan for k, o in onsets.items()}
             rows.append(head | compare_run_ups(test, model) | onset)
         return rows
 
-    def _pairs(
+    def _compared_pairs(
         self, groups: dict[Condition, tuple[Record, ...]]
     ) -> Iterator[tuple[dict[str, Any], int, float, Orbits, Orbits, PlacedWhirl | None]]:
-        """Head of the row, bushing, gap, orbits of the test and of what is compared with them, and the law's motion."""
+        """Yield head of the row, bushing, gap, orbits of the test and of the repeat or law, and the law's motion."""
         for condition, records in groups.items():
             for j, bushing in enumerate(self.study.dataset.rig.bushings):
                 head = {"record": records[0].name, "spin_rpm": condition.speed, "bushing": j + 1}

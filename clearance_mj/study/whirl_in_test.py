@@ -39,7 +39,7 @@ class PlacedWhirl:
     rest: np.ndarray
     """(n_bushings, 2) m, from the bushings' middles, of the shaft that stands still"""
     contact_share: tuple[float, ...]
-    """(n_bushings,) share of the time in contact"""
+    """(n_bushings,) fraction of the time in contact"""
 
 
 def slow_roll_of(records: Sequence[Record]) -> Record | None:
@@ -53,7 +53,7 @@ def slow_roll_of(records: Sequence[Record]) -> Record | None:
     Returns
     -------
     Record or None
-        None if no record turns slowly enough beside the fastest.
+        None if no record turns slowly enough compared with the fastest.
     """
     steady = [
         (abs(spin.speed), record)
@@ -101,7 +101,7 @@ def without_run_out(motion: Whirl, displacement: np.ndarray) -> Whirl:
     ----------
     motion : Whirl
         Of the same probes.
-    found : ndarray
+    displacement : ndarray
         As `run_out_of` returns it.
     """
     assert motion.angle is not None
@@ -110,7 +110,7 @@ def without_run_out(motion: Whirl, displacement: np.ndarray) -> Whirl:
 
 
 def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache: ResultCache | None) -> PlacedWhirl:
-    """Return the motion of a model that turns as a record's shaft did.
+    """Return the whirl of a model that turns as a record's shaft did.
 
     A model at one speed turns for `RUN_IN` before the record begins, at which its shaft has the record's angle.
 

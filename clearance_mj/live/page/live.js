@@ -180,24 +180,24 @@ function build() {
 // Values of another frequency grid on this one; a gap beyond its ends. Angles (°) go the shorter way round.
 function onGrid(x, from, values, angles = false) {
   if (from.length === x.length && from[0] === x[0] && from[from.length - 1] === x[x.length - 1]) return values;
-  const found = new Float32Array(x.length);
+  const resampled = new Float32Array(x.length);
   for (let i = 0, k = 0; i < x.length; i++) {
     while (k + 1 < from.length && from[k + 1] <= x[i]) k++;
     const next = Math.min(k + 1, from.length - 1), width = from[next] - from[k];
-    const share = width ? (x[i] - from[k]) / width : 0;
+    const fraction = width ? (x[i] - from[k]) / width : 0;
     let step = values[next] - values[k];
     if (angles) step -= 360 * Math.round(step / 360);
-    found[i] = x[i] < from[0] || x[i] > from[from.length - 1] ? NaN : values[k] + share * step;
-    if (angles) found[i] -= 360 * Math.round(found[i] / 360);
+    resampled[i] = x[i] < from[0] || x[i] > from[from.length - 1] ? NaN : values[k] + fraction * step;
+    if (angles) resampled[i] -= 360 * Math.round(resampled[i] / 360);
   }
-  return found;
+  return resampled;
 }
 function sources() {
   const { arrays } = state.last;
-  const found = [["model", "", arrays]];
-  if (arrays.test_frequency) found.push(["record", "test_", arrays]);
-  for (const slot of "AB") if (state.memory[slot] && $(`over-${slot}`).checked) found.push([slot, "", state.memory[slot].arrays]);
-  return found;
+  const curves = [["model", "", arrays]];
+  if (arrays.test_frequency) curves.push(["record", "test_", arrays]);
+  for (const slot of "AB") if (state.memory[slot] && $(`over-${slot}`).checked) curves.push([slot, "", state.memory[slot].arrays]);
+  return curves;
 }
 function drawFrf(name, filter) {
   const { arrays } = state.last, x = arrays.frequency, series = [], data = [Array.from(x)];
@@ -314,7 +314,7 @@ function ended() {
   if (state.busy) finished("Cancelled.");
 }
 // Numbers that a long computation needs, if all of them are there.
-const asked = (...ids) => { const found = ids.map((id) => $(id).valueAsNumber); return found.every(Number.isFinite) ? found : null; };
+const asked = (...ids) => { const numbers = ids.map((id) => $(id).valueAsNumber); return numbers.every(Number.isFinite) ? numbers : null; };
 function begin(type, more) {
   if (!more) return;
   state.busy = type;
@@ -438,14 +438,14 @@ addEventListener("DOMContentLoaded", () => {
     begin("branch", ends && { low: ends[0], high: ends[1] });
   });
   $("steps-go").addEventListener("click", () => {
-    const found = asked("branch-low", "branch-high", "steps-count", "steps-hold");
-    begin("steps", found && { low: found[0], high: found[1], count: Math.max(0, Math.round(found[2])), hold: found[3] });
+    const inputs = asked("branch-low", "branch-high", "steps-count", "steps-hold");
+    begin("steps", inputs && { low: inputs[0], high: inputs[1], count: Math.max(0, Math.round(inputs[2])), hold: inputs[3] });
   });
   $("sweep-name").addEventListener("change", sweepRange);
   $("sweep-go").addEventListener("click", () => {
     const control = state.controls.find((c) => c.name === $("sweep-name").value);
-    const found = asked("sweep-low", "sweep-high", "sweep-count");
-    begin("sweep", found && { name: control.name, low: found[0] / control.scale, high: found[1] / control.scale, count: Math.max(0, Math.round(found[2])) });
+    const inputs = asked("sweep-low", "sweep-high", "sweep-count");
+    begin("sweep", inputs && { name: control.name, low: inputs[0] / control.scale, high: inputs[1] / control.scale, count: Math.max(0, Math.round(inputs[2])) });
   });
   for (const button of document.querySelectorAll(".cancel")) button.addEventListener("click", () => send({ type: "cancel" }));
   connect();

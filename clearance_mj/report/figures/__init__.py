@@ -1,4 +1,4 @@
-"""The figures of a study. Engines beside the main one are drawn for the best law only, or curves hide each other."""
+"""Figures of a study. Other engines than the main one are drawn for the best law only, or curves hide each other."""
 
 from ..style import Drawing
 from .correlation_figures import correlation, csac_sensors, csf_sensors

@@ -28,15 +28,15 @@ def correlation(study: Study, level: float) -> Drawing:
 
 def csac_sensors(study: Study, level: float) -> Drawing:
     """Draw the windowed CSAC of every sensor."""
-    return _per_sensor(study, level, "csac")
+    return _draw_per_sensor(study, level, "csac")
 
 
 def csf_sensors(study: Study, level: float) -> Drawing:
     """Draw the windowed CSF of every sensor."""
-    return _per_sensor(study, level, "csf")
+    return _draw_per_sensor(study, level, "csf")
 
 
-def _per_sensor(study: Study, level: float, name: str) -> Drawing:
+def _draw_per_sensor(study: Study, level: float, name: str) -> Drawing:
     looks, label = Looks(study), name.upper()
     n = len(looks.rig.sensors)
     n_lines = -(-n // 2)

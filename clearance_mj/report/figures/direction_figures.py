@@ -22,13 +22,13 @@ AXES = "YZ"
 
 def frf_matrix(study: Study, matrices: FRFMatrices) -> list[Drawing]:
     """Draw the magnitude of every FRF of a matrix: a figure for each node, rows along y and z, columns to y and z."""
-    looks, look_of = Looks(study), _look(study)
+    looks, look_of = Looks(study), _line_style(study)
     references = [next(r for r in matrices.test.references if r.endswith(axis)) for axis in AXES]
     drawn = []
     for node in _nodes(study.dataset.rig, matrices.test):
         of_node = [label for label in matrices.test.responses if label.split(":")[0] == node]
         rows = [next(label for label in of_node if label.endswith(axis)) for axis in AXES]
-        figure = sheet(1.75 * len(rows), _key(study, matrices))
+        figure = sheet(1.75 * len(rows), _handles(study, matrices))
         axes = figure.subplots(len(rows), 2, squeeze=False, sharex=True, gridspec_kw={"hspace": 0.3, "wspace": 0.14})
         for letter, ax, (row, column) in zip(letters(axes.size), axes.flat, np.ndindex(axes.shape)):
             seen = []
@@ -41,11 +41,11 @@ def frf_matrix(study: Study, matrices: FRFMatrices) -> list[Drawing]:
             title = f"{letter} along {rows[row][-1].lower()}, to {matrices.kind} along {AXES[column].lower()}"
             tidy(ax, title, f"|H| ({looks.magnitude})" if column == 0 else "")
             frequency_axis(ax, (matrices.test.frequency[0], matrices.test.frequency[-1]), row == len(rows) - 1)
-        words = _words(study, matrices)
+        words = _label(study, matrices)
         caption = f"FRF matrix of node {node} at {words}: what couples y and z is beside the diagonal."
         alt = f"Magnitudes of {axes.size} FRFs of node {node}: test and laws {looks.laws}."
-        first = node == _first(study, matrices)
-        drawn.append(Drawing(f"frf_matrix_{node}{_end(matrices)}", figure, caption, alt, first, chart=True))
+        first = node == _nearest_node(study, matrices)
+        drawn.append(Drawing(f"frf_matrix_{node}{_file_suffix(matrices)}", figure, caption, alt, first, chart=True))
     return drawn
 
 
@@ -53,9 +53,9 @@ def directional(study: Study, matrices: FRFMatrices) -> Drawing:
     """Draw normal and reverse directional FRFs of the nodes, backward on the left and forward on the right."""
     looks, frfs = Looks(study), matrices.directional
     points = frfs["test"].points[:MOST_NODES]
-    figure = sheet(1.75 * len(points), _key(study, matrices))
+    figure = sheet(1.75 * len(points), _handles(study, matrices))
     axes = figure.subplots(len(points), 2, squeeze=False, sharex=True, gridspec_kw={"hspace": 0.3, "wspace": 0.14})
-    look_of = _look(study)
+    look_of = _line_style(study)
     for letter, ax, (row, column) in zip(letters(axes.size), axes.flat, np.ndindex(axes.shape)):
         name, seen = ("normal", "reverse")[column], []
         for source, frf in frfs.items():
@@ -75,14 +75,14 @@ def directional(study: Study, matrices: FRFMatrices) -> Drawing:
         label = "Frequency (Hz): backward < 0 < forward" if row == len(points) - 1 else ""
         tidy(ax, f"{letter} node {points[row]}, {name}", f"|H| ({looks.magnitude})" if column == 0 else "", label)
     caption = (
-        f"Directional FRFs at {_words(study, matrices)}: normal, of circles that go round as the excitation does, and "
+        f"Directional FRFs at {_label(study, matrices)}: normal, of circles that go round as the excitation does, and "
         "reverse, of those that go round against it, which are nothing where y and z are alike. Dotted: the spin."
     )
     alt = f"Directional FRFs of {len(points)} nodes: test and laws {looks.laws}."
-    return Drawing(f"directional{_end(matrices)}", figure, caption, alt, chart=True)
+    return Drawing(f"directional{_file_suffix(matrices)}", figure, caption, alt, chart=True)
 
 
-def _look(study: Study) -> Any:
+def _line_style(study: Study) -> Any:
     looks = Looks(study)
 
     def of(source: str) -> dict[str, Any]:
@@ -95,18 +95,18 @@ def _look(study: Study) -> Any:
     return of
 
 
-def _key(study: Study, matrices: FRFMatrices) -> list[Line2D]:
+def _handles(study: Study, matrices: FRFMatrices) -> list[Line2D]:
     return Looks(study).key("test", "" if matrices.repeat is None else "test, other seed", engines=False)
 
 
 def _nodes(rig: Rig, frf: FRF) -> list[str]:
-    """Nodes with responses along y and z."""
+    """Return the nodes with responses along y and z."""
     nodes = dict.fromkeys(label.split(":")[0] for label in frf.responses)
     return [n for n in nodes if {label[-1] for label in frf.responses if label.split(":")[0] == n} >= set(AXES)]
 
 
-def _first(study: Study, matrices: FRFMatrices) -> str:
-    """Node that is nearest to a bushing."""
+def _nearest_node(study: Study, matrices: FRFMatrices) -> str:
+    """Return the node that is nearest to a bushing."""
     rig, nodes = study.dataset.rig, _nodes(study.dataset.rig, matrices.test)
     bushings = [b.position for b in rig.bushings if isinstance(b.position, float)]
     away = {
@@ -117,11 +117,11 @@ def _first(study: Study, matrices: FRFMatrices) -> str:
     return min(away, key=lambda node: away[node]) if away else nodes[0]
 
 
-def _end(matrices: FRFMatrices) -> str:
+def _file_suffix(matrices: FRFMatrices) -> str:
     return f"_level_{matrices.level:g}_{matrices.spin_rpm:.0f}rpm" + ("_force" if matrices.kind == "force" else "")
 
 
-def _words(study: Study, matrices: FRFMatrices) -> str:
+def _label(study: Study, matrices: FRFMatrices) -> str:
     turning = f"{matrices.spin_rpm:.4g} rev/min" if matrices.spin_rpm else "no spin"
     unit = "N" if matrices.kind == "force" else "m/s²"
     return f"{matrices.level:g} {unit} RMS and {turning}, {Looks(study).test} and laws"

@@ -81,7 +81,7 @@ class _Panels:
         return self.looks.key("test", SECOND if len(self.tests) > 1 else "")
 
     def overlay(self, ax: Axes, row: int, transform: Callable[[np.ndarray], np.ndarray]) -> None:
-        """One response of test, repeat and all models."""
+        """Draw one response of test, repeat and all models."""
         test = self.tests[0]
         for other in self.tests[1:]:
             ax.plot(test.frequency, transform(other.functions[row]), color=REPEAT, linewidth=0.8, label=SECOND)

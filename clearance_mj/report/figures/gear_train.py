@@ -29,7 +29,7 @@ def gear_train(rig: Rig, gears: Gears) -> Drawing:
     sizes = [each.base_radius for each in gears.inertias if each.base_radius]
     plain = 0.7 * float(np.mean(sizes)) if sizes else 1.0
     radius = {each.node: each.base_radius or plain for each in gears.inertias}
-    places = _places(rig, gears, radius)
+    places = _place_inertias(rig, gears, radius)
     x, y, r = (np.array(v) for v in zip(*((*places[node], radius[node]) for node in radius)))
     high, low = float(np.max(y + r)), float(np.min(y - r))
     figure = sheet(max(2.6, INCHES * (high - low) / (2 * r.max())), left=0.65, right=0.15, titled=0.05)
@@ -65,15 +65,15 @@ def _nodes(points: tuple[float | str, ...]) -> list[int]:
 
 
 def _joints(rig: Rig, gears: Gears) -> Iterator[tuple[Bushing | Spring, int, int, bool]]:
-    """Yield what joins two inertias, their nodes, and whether it does by teeth."""
+    """Yield each element between two inertias, their nodes, and whether it is a mesh of teeth."""
     joints: tuple[Bushing | Spring, ...] = (*rig.bushings, *gears.springs)
     for each in joints:
         if len(nodes := _nodes(each.joined)) == 2:
             yield each, nodes[0], nodes[1], not is_rotation(each.position)
 
 
-def _places(rig: Rig, gears: Gears, radius: dict[int, float]) -> dict[int, _Place]:
-    """Where inertias stand: those in mesh touch across their axes, those on a shaft are beside each other."""
+def _place_inertias(rig: Rig, gears: Gears, radius: dict[int, float]) -> dict[int, _Place]:
+    """Return the positions of inertias: those in mesh touch across their axes, those on a shaft stand side by side."""
     places: dict[int, _Place] = {}
 
     def is_free(node: int, place: _Place) -> bool:

@@ -1,4 +1,4 @@
-"""What the figures of a study share: what is drawn, how it looks, and the words that say so."""
+"""Parts common to a study's figures: the cases drawn, their line styles, and the words for them."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Looks:
         return look | {"color": self.colour(law), "label": label}
 
     def cases(self, level: float) -> list[Case]:
-        """First case of what is drawn."""
+        """Return the first case of each curve that is drawn."""
         return [self.study.case(law, engine, level) for law, engine in self.drawn]
 
     def key(self, test: str = "", repeat: str = "", engines: bool = True, markers: bool = False) -> list[Line2D]:
@@ -72,7 +72,7 @@ class Looks:
 
     @property
     def engine_words(self) -> str:
-        """Which engines are drawn, in words."""
+        """Names of the engines that are drawn, in words."""
         if len(self.study.engines) == 1:
             return ""
         main, best = self.study.main_engine, self.study.best_law

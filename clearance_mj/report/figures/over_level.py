@@ -17,7 +17,7 @@ from .looks import Looks
 
 
 def agreement(study: Study) -> Drawing:
-    """Draw the distance of every measure from perfect agreement, with intervals, beside the repeatability."""
+    """Draw the distance of every measure from perfect agreement, with intervals, and the repeatability."""
     looks = Looks(study)
     figure = sheet(5.9, left=0.68)
     axes = figure.subplots(3, 3, gridspec_kw={"hspace": 0.5, "wspace": 0.38}).ravel()
@@ -59,7 +59,7 @@ def _agreement_lines(ax: Axes, looks: Looks, measure: Measure) -> None:
 
 
 def _errors(study: Study, law: str, engine: str, measure: Measure) -> np.ndarray:
-    """Level, distance from perfect agreement, and its limits, (4, n_levels)."""
+    """Return level, distance from perfect agreement, and its limits, (4, n_levels)."""
     rows = [r for r in study.rows() if (r["law"], r["engine"]) == (law, engine)]
     errors = [(r["level"], frames.interval(r, measure.key)) for r in rows]
     table = np.array([(level, i.value, i.low, i.high) for level, i in errors]).reshape(-1, 4).T
@@ -78,7 +78,7 @@ def modes(study: Study) -> Drawing:
         label, factor = labels[name]
         of_mode = rows[rows["mode"] == mode]
         # Every comparison holds the test's modes; those of one law on one engine hold them once for each record.
-        test = _of(of_mode, study.methods[0], study.main_engine)
+        test = _rows_of(of_mode, study.methods[0], study.main_engine)
         ax.plot(test["level"], factor * test[f"test_{name}"], "x", color=TEST, markersize=4)
         ax.plot(study.levels, factor * _means(test, f"test_{name}", study), color=TEST, linewidth=2.4)
         _law_lines(ax, looks, of_mode, f"model_{name}", factor)
@@ -107,7 +107,7 @@ def contact(study: Study) -> Drawing:
     panels = ((bushing, name) for bushing in range(1, n + 1) for name in columns)
     for ax, letter, (bushing, name) in zip(axes.flat, letters(axes.size), panels):
         of_bushing = rows[rows["bushing"] == bushing]
-        test = _means(_of(of_bushing, "test", REPEAT_ROW[1]), name, study)
+        test = _means(_rows_of(of_bushing, "test", REPEAT_ROW[1]), name, study)
         ax.plot(study.levels, test, color=TEST, linewidth=2.4, marker="x", markersize=4)
         _law_lines(ax, looks, of_bushing, name)
         tidy(ax, f"{letter} bushing {bushing}", columns[name], looks.level_label if bushing == n else "")
@@ -123,14 +123,14 @@ def contact(study: Study) -> Drawing:
 
 def _law_lines(ax: Axes, looks: Looks, rows: pd.DataFrame, name: str, factor: float = 1.0) -> None:
     for law, engine in looks.drawn:
-        means = _means(_of(rows, law, engine), name, looks.study)
+        means = _means(_rows_of(rows, law, engine), name, looks.study)
         ax.plot(looks.study.levels, factor * means, **looks.line(law, engine, marker=True))
 
 
-def _of(rows: pd.DataFrame, law: str, engine: str) -> pd.DataFrame:
+def _rows_of(rows: pd.DataFrame, law: str, engine: str) -> pd.DataFrame:
     return rows[(rows["law"] == law) & (rows["engine"] == engine)]
 
 
 def _means(rows: pd.DataFrame, name: str, study: Study) -> np.ndarray:
-    """Mean of the finite values of each level."""
+    """Return the mean of the finite values of each level."""
     return rows.groupby("level")[name].mean().reindex(study.levels).to_numpy(float)

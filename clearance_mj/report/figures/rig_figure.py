@@ -61,21 +61,21 @@ class _SideView:
         """Draw it all."""
         rig, ax = self.rig, self.ax
         for i, shaft in enumerate(self.shafts):
-            self._shaft(i, shaft)
+            self._draw_shaft(i, shaft)
         for spring in (*getattr(rig.linear, "springs", ()), *rig.springs):
-            self._spring(spring)
+            self._draw_spring(spring)
         for bearing in rig.bearings:
-            self._to_base(bearing.position, bool(np.any(bearing.damping)), bool(np.any(bearing.stiffness)))
+            self._draw_to_base(bearing.position, bool(np.any(bearing.damping)), bool(np.any(bearing.stiffness)))
         for i, bushing in enumerate(rig.bushings):
-            self._bushing(i, bushing)
+            self._draw_bushing(i, bushing)
         for i in range(len(self.shafts)):
-            self._sensors(i)
+            self._draw_sensors(i)
         for mass in rig.masses:
-            self._mass(mass)
+            self._draw_mass(mass)
         for hung in rig.oscillators:
-            self._mass(PointMass(hung.position, hung.mass, f"on a spring, {hung.frequency:.4g} Hz"))
-        self._shaker()
-        draw_motion(self.pen, rig, [self._at(each.position) for each in rig.unbalances], self.top + 0.92)
+            self._draw_mass(PointMass(hung.position, hung.mass, f"on a spring, {hung.frequency:.4g} Hz"))
+        self._draw_shaker()
+        draw_motion(self.pen, rig, [self._locate(each.position) for each in rig.unbalances], self.top + 0.92)
         tidy(ax, xlabel=position_label(self.shafts))
         ax.grid(False)
         ax.set_yticks([])
@@ -85,14 +85,14 @@ class _SideView:
         ax.set_ylim(PLATE - 0.62, self.top + 1.02)
         caption = (
             f"Rig “{rig.name}” out of its own data: to scale along the shaft, not across it; the gaps (radial) are "
-            f"drawn wide. Numbered squares: {instruments(rig)}. Yellow: grease. {' '.join(map(_words, self.shafts))}"
-            f"{words_of_motion(rig)}{_not_drawn(rig)}"
+            f"drawn wide. Numbered squares: {instruments(rig)}. Yellow: grease. {' '.join(map(_describe, self.shafts))}"
+            f"{words_of_motion(rig)}{_omissions(rig)}"
         )
         kind = "clamped shaft" if rig.beam else "shaft" if len(self.shafts) == 1 else f"{len(self.shafts)} shafts"
         alt = f"Side view of rig {rig.name}: {kind}, {len(rig.bushings)} bushings, {len(rig.sensors)} sensors."
         return Drawing("rig", self.figure, caption, alt)
 
-    def _shaft(self, i: int, shaft: Shaft) -> None:
+    def _draw_shaft(self, i: int, shaft: Shaft) -> None:
         y, (x, outer, bore) = self.level(i), self.outlines[i]
         edge = np.concatenate((self.scale * outer, -self.scale * outer[::-1]))
         self.ax.fill(np.concatenate((x, x[::-1])), y + edge, facecolor="#cccccc", edgecolor="#444444", lw=0.8)
@@ -106,14 +106,14 @@ class _SideView:
             side = -1 if support.position == shaft.start else 1 if support.position == shaft.end else 0
             draw_support(self.pen, support, y, self.half(i, support.position), side)
         for disc in shaft.discs:
-            self._disc(i, disc)
+            self._draw_disc(i, disc)
 
-    def _at(self, point: float | str) -> tuple[float, float, float]:
-        """Place along the shafts, height of the axis there and half height of the shaft."""
+    def _locate(self, point: float | str) -> tuple[float, float, float]:
+        """Return the place along the shafts, the axis's height there and half the shaft's height."""
         i, x = self.rig.linear.place(point)
         return x, self.level(i), self.half(i, x)
 
-    def _disc(self, i: int, disc: Disc) -> None:
+    def _draw_disc(self, i: int, disc: Disc) -> None:
         y, width, high = self.level(i), 0.12 * self.pen.inch, self.half(i, disc.position) + 0.2
         look: dict[str, Any] = {"facecolor": "#999999", "edgecolor": DARK, "lw": 0.8}
         self.ax.add_patch(Rectangle((disc.position - width / 2, y - high), width, 2 * high, **look))
@@ -121,27 +121,27 @@ class _SideView:
         under: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": FONT - 1, "bbox": BEHIND_WORDS}
         self.ax.text(disc.position, y + high + 0.04, words, **under)
 
-    def _spring(self, spring: Spring) -> None:
-        """A spring from shaft to shaft, or to the base."""
+    def _draw_spring(self, spring: Spring) -> None:
+        """Draw a spring from shaft to shaft, or to the base."""
         if spring.to is None:
-            self._to_base(spring.position, bool(spring.damping), bool(spring.stiffness))
+            self._draw_to_base(spring.position, bool(spring.damping), bool(spring.stiffness))
         else:
             i, x = self.rig.linear.place(spring.position)
-            ends = self._faces((i, x), self.rig.linear.place(spring.to))
+            ends = self._facing_heights((i, x), self.rig.linear.place(spring.to))
             draw_spring(self.pen, x, *ends, bool(spring.damping), bool(spring.stiffness))
 
-    def _to_base(self, point: float | str, damped: bool, sprung: bool) -> None:
-        """A spring and a damper from a shaft to the base."""
-        x, y, half = self._at(point)
+    def _draw_to_base(self, point: float | str, damped: bool, sprung: bool) -> None:
+        """Draw a spring and a damper from a shaft to the base."""
+        x, y, half = self._locate(point)
         draw_spring(self.pen, x, y - half, y - half - 0.42, damped, sprung)
         self.pen.ground(x, y - half - 0.42)
 
-    def _faces(self, face: tuple[int, float], other: tuple[int, float]) -> tuple[float, float]:
-        """Heights of two shafts' surfaces that look at each other."""
+    def _facing_heights(self, face: tuple[int, float], other: tuple[int, float]) -> tuple[float, float]:
+        """Return the heights of the facing surfaces of two shafts."""
         up = np.sign(self.level(other[0]) - self.level(face[0]))
         return self.level(face[0]) + up * self.half(*face), self.level(other[0]) - up * self.half(*other)
 
-    def _bushing(self, number: int, bushing: Bushing) -> None:
+    def _draw_bushing(self, number: int, bushing: Bushing) -> None:
         (i, x), ax = self.rig.linear.place(bushing.position), self.ax
         y, left, width = self.level(i), x - bushing.length / 2, max(bushing.length, 0.004 * self.length)
         half = float(np.max(self.half(i, np.array([left, x, left + width]))))
@@ -164,7 +164,7 @@ class _SideView:
         if bushing.to is None:
             self.pen.post(x, y + (inner if upper and not lower else -inner - BLOCK))
         else:
-            self._carrier(i, x, inner + BLOCK, *self.rig.linear.place(bushing.to))
+            self._draw_carrier(i, x, inner + BLOCK, *self.rig.linear.place(bushing.to))
         words = [f"bushing {number + 1}", f"gap {1e3 * bushing.gap:.3g} {'mrad' if turns else 'mm'}"]
         words += [f"length {1e3 * bushing.length:.3g} mm"] if bushing.length else []
         corner: dict[str, Any] = {"ha": "right", "va": "top", "bbox": BEHIND_WORDS}
@@ -173,16 +173,16 @@ class _SideView:
         at = x - 0.01 * self.length, y - inner - BLOCK - 0.06 - 0.42 * lines
         ax.text(*at, "\n".join(words), fontsize=FONT - 1, **corner)
 
-    def _carrier(self, i: int, x: float, half: float, j: int, to: float) -> None:
-        """What fixes a bushing on a shaft to another one."""
+    def _draw_carrier(self, i: int, x: float, half: float, j: int, to: float) -> None:
+        """Draw the carrier that fixes a bushing to another shaft."""
         up = np.sign(self.level(j) - self.level(i)) or -1.0
         start, surface = self.level(i) + up * half, self.level(j) - up * self.half(j, to)
         turn = start + up * 0.1
         self.ax.plot([x, x, to, to], [start, turn, turn, surface], color=GREY, lw=2.5, zorder=0)
         self.ax.plot([to], [surface], "o", color=GREY, ms=5)
 
-    def _sensors(self, i: int) -> None:
-        """Numbered squares above the shaft, a row higher where they would cover their neighbour."""
+    def _draw_sensors(self, i: int) -> None:
+        """Draw numbered squares above the shaft, a row higher where they would cover their neighbour."""
         y = self.level(i)
         box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": COLOURS[0], "linewidth": 0.9}
         row, previous = 0, -np.inf
@@ -200,13 +200,13 @@ class _SideView:
             self.ax.plot([x, x], [y + half, height], color=COLOURS[0], linewidth=0.8, zorder=1)
             self.ax.text(x, height, ", ".join(map(str, nodes)), ha="center", va="bottom", fontsize=FONT - 0.5, bbox=box)
 
-    def _mass(self, mass: PointMass) -> None:
+    def _draw_mass(self, mass: PointMass) -> None:
         i, x = self.rig.linear.place(mass.position)
         self.ax.plot([x], [self.level(i)], "o", markersize=15, markerfacecolor="#999999", markeredgecolor=DARK)
         words = f"{mass.name or 'mass'}\n{mass.mass:.3g} kg"
         self.ax.text(x, self.level(i) - 0.33, words, ha="center", va="top", fontsize=FONT - 1)
 
-    def _shaker(self) -> None:
+    def _draw_shaker(self) -> None:
         rig, ax, length = self.rig, self.ax, self.length
         plate = (self.first - 0.05 * length, PLATE - 0.14), 1.1 * length, 0.14
         ax.add_patch(Rectangle(*plate, facecolor="#bbbbbb", edgecolor=DARK, lw=0.6))
@@ -232,8 +232,8 @@ class _SideView:
         ax.text(words_at, PLATE - 0.36, words, va="center", fontsize=FONT - 1, color=COLOURS[1])
 
 
-def _words(shaft: Shaft) -> str:
-    """A shaft in words."""
+def _describe(shaft: Shaft) -> str:
+    """Return a shaft in words."""
     sizes = {name: [getattr(s, name.replace(" ", "_")) for s in shaft.sections] for name in _SIZES}
     dimensions = [f"{name} {_range(1e3 * np.ravel([v for v in values if v]))} mm" for name, values in sizes.items()
                   if any(values)]  # fmt: skip
@@ -246,8 +246,8 @@ def _words(shaft: Shaft) -> str:
     return f"{', '.join([name, *sections, *dimensions])}, {stuff}, {theory} theory."
 
 
-def _not_drawn(rig: Rig) -> str:
-    """What a rig has and a side view does not show."""
+def _omissions(rig: Rig) -> str:
+    """Return a sentence on parts of a rig that a side view does not show."""
     omitted = [f"a mode of the fixture at {mode.frequency:.4g} Hz" for mode in rig.fixture]
     omitted += ["bushings on housings that give"] if any(b.housing for b in rig.bushings) else []
     omitted += ["two bending planes that differ"] if rig.planes else []

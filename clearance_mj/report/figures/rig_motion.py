@@ -1,4 +1,4 @@
-"""What a rig in space has beside a planar one, in its drawing: gravity, how its shaft turns, unbalance."""
+"""Gravity, spin and unbalance in the drawing of a rig in space."""
 
 from __future__ import annotations
 

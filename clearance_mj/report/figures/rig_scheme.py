@@ -21,7 +21,7 @@ WIDE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
 def scheme(rig: Rig) -> Drawing:
     """Draw the structure as a box with its degrees of freedom, and what is fixed to these."""
     slots = _slots(rig)
-    places = {dof: rig.linear.coordinates(_text(dof)) for dof in slots}
+    places = {dof: rig.linear.coordinates(_label(dof)) for dof in slots}
     known = np.ptp(list(places.values()), axis=0).any()
     figure = sheet(3.1 + ABOVE * known, left=0.62 if known else 0.15, right=0.15, titled=0.05)
     if known:
@@ -46,16 +46,16 @@ def _key(point: float | str) -> tuple[int | str, str]:
     return node, axis
 
 
-def _text(dof: tuple[int | str, str]) -> str:
+def _label(dof: tuple[int | str, str]) -> str:
     return f"{dof[0]}:+{dof[1]}"
 
 
 def _slots(rig: Rig) -> dict[tuple[int | str, str], float]:
-    """Degrees of freedom in use and their places along the box; each clearance has room of its own."""
+    """Return the degrees of freedom in use and their places along the box, with room for each clearance."""
     points = [p for b in rig.bushings for p in b.joined] + [m.position for m in rig.masses]
     points += [p for p, _ in rig.shaker.forces] + sensor_points(rig)
     dofs = sorted(
-        {_key(p) for p in points}, key=lambda dof: (*rig.linear.coordinates(_text(dof)), str(dof[0]).zfill(9), dof[1])
+        {_key(p) for p in points}, key=lambda dof: (*rig.linear.coordinates(_label(dof)), str(dof[0]).zfill(9), dof[1])
     )
     on = [_key(b.position) for b in rig.bushings]
     width = [max(1, on.count(dof)) for dof in dofs]
@@ -74,15 +74,15 @@ def _draw_scheme(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float]) 
         before = on[:j].count(on[j])
         x = slots[on[j]] + before - (on.count(on[j]) - 1) / 2
         to = None if bushing.to is None else slots[_key(bushing.to)]
-        _clearance(ax, j, bushing, (slots[on[j]], x), to, whole > CROWDED)
-    _sensors_and_masses(ax, rig, slots)
-    _shaker(ax, rig, slots, whole)
+        _draw_clearance(ax, j, bushing, (slots[on[j]], x), to, whole > CROWDED)
+    _draw_sensors_and_masses(ax, rig, slots)
+    _draw_shaker(ax, rig, slots, whole)
     ax.set_axis_off()
     ax.set(xlim=(-0.03 * whole, 1.03 * whole), ylim=(PLATE - 0.62, 1.42 if rig.shaker.kind == "force" else 1.0))
 
 
-def _clearance(ax: Axes, j: int, bushing: Bushing, at: tuple[float, float], to: float | None, few: bool) -> None:
-    """A head on a stem between the two halves of a holder, on the base plate or fixed to another degree of freedom."""
+def _draw_clearance(ax: Axes, j: int, bushing: Bushing, at: tuple[float, float], to: float | None, few: bool) -> None:
+    """Draw a head on a stem between two halves of a holder, on the base or fixed to another degree of freedom."""
     stem, x = at
     low, high, gap, thick, half = -0.72, -0.46, 0.06, 0.07, 0.08
     ax.plot([stem, stem, x, x], [0, -0.12, -0.12, high], color=DARK, lw=1.6, zorder=1)
@@ -106,7 +106,7 @@ def _clearance(ax: Axes, j: int, bushing: Bushing, at: tuple[float, float], to: 
         ax.text(x + reach + 0.04, (low + high) / 2, words, va="center", fontsize=FONT - 1.5, bbox=WIDE)
 
 
-def _sensors_and_masses(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float]) -> None:
+def _draw_sensors_and_masses(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float]) -> None:
     box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": COLOURS[0], "linewidth": 0.9}
     for sensor, point in zip(rig.sensors, sensor_points(rig)):
         x = slots[_key(point)]
@@ -119,7 +119,7 @@ def _sensors_and_masses(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], f
         ax.text(x, BOX + 0.13, words, ha="center", va="bottom", fontsize=FONT - 1.5)
 
 
-def _shaker(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float], whole: float) -> None:
+def _draw_shaker(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float], whole: float) -> None:
     ax.add_patch(Rectangle((0, PLATE - 0.14), whole, 0.14, facecolor="#bbbbbb", edgecolor=DARK, lw=0.6))
     arrow = {"arrowstyle": "<->", "color": COLOURS[1], "linewidth": 1.4}
     if rig.shaker.kind == "force":
@@ -136,7 +136,7 @@ def _shaker(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float], whole
 
 
 def _draw_places(ax: Axes, places: dict[tuple[int | str, str], np.ndarray]) -> None:
-    """Nodes and directions, seen along the axis in which they spread least."""
+    """Draw nodes and directions, seen along the axis in which they spread least."""
     points = np.array(list(places.values()))
     across = int(np.argmin(np.ptp(points, axis=0) * (1, 1.001, 0.999) + (0, 0, 1e-12)))
     shown = [i for i in range(3) if i != across]
@@ -144,7 +144,7 @@ def _draw_places(ax: Axes, places: dict[tuple[int | str, str], np.ndarray]) -> N
     ax.plot(*points[:, shown].T, "o", color=DARK, ms=4)
     named: dict[tuple[float, float], list[str]] = {}
     for (node, axis), point in places.items():
-        along, at = dof_vector(_text((node, axis)))[shown], (point[shown[0]], point[shown[1]])
+        along, at = dof_vector(_label((node, axis)))[shown], (point[shown[0]], point[shown[1]])
         if along.any():
             look = {"arrowstyle": "<-", "color": COLOURS[1], "lw": 1}
             ax.annotate("", at, xytext=(24 * along[0], 24 * along[1]), textcoords="offset points", arrowprops=look)

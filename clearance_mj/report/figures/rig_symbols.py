@@ -20,7 +20,7 @@ GREY, DARK, LIGHT = "#777777", "#333333", "#eeeeee"
 
 @dataclass(frozen=True)
 class Pen:
-    """Where is drawn, and in which proportions."""
+    """The axes to draw on, and the drawing's proportions."""
 
     ax: Axes
     inch: float  #: m along the shaft that are drawn as long as 1 across it
@@ -47,9 +47,9 @@ def draw_support(pen: Pen, support: Support, y: float, half: float, side: int) -
     """Draw a support of a shaft at a height; ``side``: -1 at its start, 1 at its end, 0 between."""
     x = support.position
     if support.kind == "clamped":
-        _clamp(pen, x, y, half, side)
+        _draw_clamp(pen, x, y, half, side)
     elif support.kind == "guided":
-        _guide(pen, x, y, half, side or 1)
+        _draw_guide(pen, x, y, half, side or 1)
     elif support.kind == "pinned":
         corners = [(x, y - half), (x - 0.11 * pen.inch, y - half - 0.2), (x + 0.11 * pen.inch, y - half - 0.2)]
         pen.ax.add_patch(Polygon(corners, facecolor="white", edgecolor=DARK, lw=1))
@@ -58,16 +58,16 @@ def draw_support(pen: Pen, support: Support, y: float, half: float, side: int) -
         draw_spring(pen, x, y - half, y - half - 0.42, bool(support.translation_damping), bool(support.translation))
         pen.ground(x, y - half - 0.42)
         numbers = {"N/m": support.translation, "N s/m": support.translation_damping}
-        _say(pen, x + 0.14 * pen.inch, y - half - 0.2, numbers)
+        _draw_text(pen, x + 0.14 * pen.inch, y - half - 0.2, numbers)
     if support.rotation or support.rotation_damping:
-        _spiral(pen, x, y)
+        _draw_spiral(pen, x, y)
         numbers = {"N m/rad": support.rotation, "N m s/rad": support.rotation_damping}
         away = -1 if side == 1 else 1
-        _say(pen, x + 0.18 * away * pen.inch, y + half + 0.12, numbers, "left" if away > 0 else "right")
+        _draw_text(pen, x + 0.18 * away * pen.inch, y + half + 0.12, numbers, "left" if away > 0 else "right")
 
 
 def draw_spring(pen: Pen, x: float, start: float, end: float, damped: bool = False, sprung: bool = True) -> None:
-    """Draw a spring and, beside it, a dashpot between two heights."""
+    """Draw a spring and a parallel dashpot between two heights."""
     shift = 0.07 * pen.inch * (damped and sprung)
     if sprung:
         y = np.concatenate(([start], np.linspace(start + 0.2 * (end - start), end - 0.2 * (end - start), 9), [end]))
@@ -83,7 +83,7 @@ def draw_spring(pen: Pen, x: float, start: float, end: float, damped: bool = Fal
         pen.ax.plot([at, at], [middle + deep, end], color=DARK, lw=0.9, zorder=1.5)
 
 
-def _clamp(pen: Pen, x: float, y: float, half: float, side: int) -> None:
+def _draw_clamp(pen: Pen, x: float, y: float, half: float, side: int) -> None:
     wide = 0.29 * pen.inch
     if side:
         pen.hatched(min(x, x + side * wide), y - CLAMP / 2, wide, CLAMP)
@@ -94,8 +94,8 @@ def _clamp(pen: Pen, x: float, y: float, half: float, side: int) -> None:
     pen.post(x, y - CLAMP / 2)
 
 
-def _guide(pen: Pen, x: float, y: float, half: float, side: int) -> None:
-    """A plate fixed to the shaft that rolls along a wall."""
+def _draw_guide(pen: Pen, x: float, y: float, half: float, side: int) -> None:
+    """Draw a plate fixed to the shaft that rolls along a wall."""
     tall, wide, roller = half + 0.25, 0.16 * pen.inch, 0.1 * pen.inch
     pen.ax.plot([x, x], [y - tall, y + tall], color=DARK, lw=2)
     pen.ax.plot([x + side * roller / 2] * 2, [y - 0.6 * tall, y + 0.6 * tall], "o", mfc="white", mec=DARK, ms=6)
@@ -103,13 +103,13 @@ def _guide(pen: Pen, x: float, y: float, half: float, side: int) -> None:
     pen.post(x + side * (roller + wide / 2), y - tall)
 
 
-def _spiral(pen: Pen, x: float, y: float) -> None:
+def _draw_spiral(pen: Pen, x: float, y: float) -> None:
     turn = np.linspace(0, 4.5 * np.pi, 120)
     radius = 0.03 + 0.1 * turn / turn[-1]
     pen.ax.plot(x + pen.inch * radius * np.cos(turn), y + radius * np.sin(turn), color="#882255", lw=1, zorder=3)
 
 
-def _say(pen: Pen, x: float, y: float, numbers: Mapping[str, float | None], ha: str = "left") -> None:
+def _draw_text(pen: Pen, x: float, y: float, numbers: Mapping[str, float | None], ha: str = "left") -> None:
     """Write the numbers that are not zero, with their units."""
     words = "\n".join(f"{value:.3g} {unit}" for unit, value in numbers.items() if value)
     look = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}

@@ -1,4 +1,4 @@
-"""Orbits beside orbits and run-ups beside run-ups: test, its repeat and laws in a bushing."""
+"""Orbits and run-ups of test, repeat and laws compared in a bushing."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def orbits_of_bushing(turning: Turning, bushing: int) -> Drawing:
     axes = figure.subplots(n, 2, squeeze=False, gridspec_kw={"hspace": 0.32, "wspace": 0.2})
     names = iter(letters(2 * n))
     for (condition, records), (left, right) in zip(speeds.items(), axes):
-        shown = _shown(turning, bushing, records)
+        shown = _curves(turning, bushing, records)
         _in_clearance(left, turning, looks, records[0], bushing, [(o, look) for o, look, _ in shown])
         for orbits, look, _ in shown:
-            path = _path(orbits)
+            path = _complex_path(orbits)
             right.plot(*_yz(path - path.mean()), **look)
             mark = path.reshape(len(orbits.time), -1)[:, 0] - path.mean()
             right.plot(*_yz(mark), color=look["color"], marker="o", ms=2.5, ls="", mew=0)
-        reach = 1.1 * MICRO * max(np.abs(_path(o) - _path(o).mean()).max() for o, _, _ in shown)
+        reach = 1.1 * MICRO * max(np.abs(_complex_path(o) - _complex_path(o).mean()).max() for o, _, _ in shown)
         right.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
         words = spin_words(condition.spin)
         tidy(left, f"{next(names)} {words}, in the clearance", "z (µm)", "y (µm)")
@@ -60,7 +60,7 @@ def _in_clearance(
     ax: Axes, turning: Turning, looks: Looks, record: Record, bushing: int,
     shown: list[tuple[Orbits, dict[str, Any]]],
 ) -> None:  # fmt: skip
-    """Each orbit from where its shaft rests; the test's from where the best law's does."""
+    """Return each orbit relative to its shaft's rest position, the test's to that of the best law."""
     reach = 0.0
     places = {}
     for law in turning.study.methods:
@@ -71,7 +71,7 @@ def _in_clearance(
         reach = max(reach, gap)
     best = places[looks.colour(turning.study.best_law)]
     for orbits, look in shown:
-        path = _path(orbits) + places.get(look["color"], best)
+        path = _complex_path(orbits) + places.get(look["color"], best)
         ax.plot(*_yz(path), **look)
         reach = max(reach, float(np.abs(path).max()))
     ax.plot(0, 0, "+", color=REPEAT, ms=5, mew=0.7)
@@ -85,7 +85,7 @@ def run_ups_of_bushing(turning: Turning, bushing: int, records: tuple[Record, ..
     figure = sheet(4.9, looks.key("test", SECOND if records[1:] else "", engines=False))
     ratios = {"hspace": 0.22, "height_ratios": (2, 1.2, 1)}
     above, middle, below = figure.subplots(3, 1, sharex=True, gridspec_kw=ratios)
-    for orbits, look, law in _shown(turning, bushing, records, last=0):
+    for orbits, look, law in _curves(turning, bushing, records, last=0):
         rpm, (forward, backward) = RPM * np.abs(orbits.speed), orbits.harmonic()
         above.plot(rpm, MICRO * np.abs(forward), **look)
         middle.plot(rpm, MICRO * np.abs(backward), **look)
@@ -125,10 +125,10 @@ def cascades(turning: Turning, bushing: int, records: tuple[Record, ...]) -> Dra
     return Drawing(name, cascade_figure(spectra), caption, alt, sharp=False)
 
 
-def _shown(
+def _curves(
     turning: Turning, bushing: int, records: tuple[Record, ...], last: int = LAST
 ) -> list[tuple[Orbits, dict[str, Any], str]]:
-    """Orbits of repeat, test and laws with their lines, and the law's name, "" of the test."""
+    """Return orbits of repeat, test and laws with their line styles, and the law's name, "" for the test."""
     looks = Looks(turning.study)
     tests = [turning.test(record).orbits(bushing) for record in records[:2]]
     orbits: list[tuple[Orbits, dict[str, Any], str]] = []
@@ -141,8 +141,8 @@ def _shown(
     return [(o.last(last) if last else o, look, law) for o, look, law in orbits]
 
 
-def _path(orbits: Orbits) -> np.ndarray:
-    """(n,) y + i z of all turns one after the other, m."""
+def _complex_path(orbits: Orbits) -> np.ndarray:
+    """Return the path y + i z (n,) of all turns one after the other, m."""
     return np.asarray((orbits.position[:, 0] + 1j * orbits.position[:, 1]).ravel())
 
 

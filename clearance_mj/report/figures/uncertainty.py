@@ -1,4 +1,4 @@
-"""What a law's uncertainty makes of its FRFs."""
+"""FRF bands from a law's uncertainty."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def band_drawing(rig: Rig, bands: Mapping[str, Band], errors: Mapping[str, np.nd
         tidy(column[0], f"{letter} {sensor_title(rig, row)}", "|H| (dB re 1 SI)" if first else "")
         for ax, (name, band) in zip(column[1:], bands.items()):
             column[0].plot(test.frequency, decibel(band.fitted.functions[row]), color=colours[name], lw=0.9)
-            _deviation(ax, band, predictions[name], test, row, colours[name])
+            _draw_deviation(ax, band, predictions[name], test, row, colours[name])
             tidy(ax, "", f"from {name}\n(dB)" if first else "")
         for ax in column:
             frequency_axis(ax, (test.frequency[0], test.frequency[-1]), ax is column[-1])
@@ -57,12 +57,12 @@ def band_drawing(rig: Rig, bands: Mapping[str, Band], errors: Mapping[str, np.nd
     caption = (
         f"What the records leave open: deviations from the fitted law of {n} laws drawn from the fit’s covariance, and "
         "of a test with its random error, 95 % bands line by line; law and test under the same excitation, whose "
-        f"scatter they share. {words}. {_missed(bands)}"
+        f"scatter they share. {words}. {_missed_words(bands)}"
     )
     return Drawing("uncertainty", figure, caption, "FRF bands from the covariance of the identified laws.")
 
 
-def _missed(bands: Mapping[str, Band]) -> str:
+def _missed_words(bands: Mapping[str, Band]) -> str:
     widened = " and ".join(f"“{name}”" for name, band in bands.items() if band.missed is not None)
     outside = "What lies outside is what the law’s form cannot say."
     return f"Bands of {widened} hold what it missed of the records to identify, too. {outside}" if widened else outside
@@ -78,7 +78,7 @@ def _words(name: str, band: Band, prediction: np.ndarray, test: FRF) -> str:
     )
 
 
-def _deviation(ax: Axes, band: Band, prediction: np.ndarray, test: FRF, row: int, colour: str) -> None:
+def _draw_deviation(ax: Axes, band: Band, prediction: np.ndarray, test: FRF, row: int, colour: str) -> None:
     fitted = decibel(band.fitted.functions[row])
     for limits, alpha in ((prediction, PREDICTION), (band.limits, PARAMETERS)):
         ax.fill_between(test.frequency, *(decibel(limits[:, row, 0]) - fitted), color=colour, alpha=alpha, lw=0)

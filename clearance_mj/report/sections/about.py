@@ -1,4 +1,4 @@
-"""What the study is: rig, prior information of each law, records, engines; definitions, and how to make it again."""
+"""About the study: rig, prior information of each law, records, engines; definitions, steps to reproduce it."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def bushings(study: Study, writer: ReportWriter) -> str:
 
 
 def contact_table(study: Study) -> Table:
-    """Return motion over the gap, share of time in contact and peak force by level; means over a level's records."""
+    """Return motion over the gap, fraction of time in contact and peak force by level; means over a level's records."""
     rows = frames.contact(study)
     rows["rms"], rows["peak"] = (rows[f"displacement_{name}_m"] / rows["gap_m"] for name in ("rms", "peak"))
     rows["share"] = 100 * rows["contact_share"]

@@ -38,16 +38,16 @@ def directions(study: Study, writer: ReportWriter) -> str:
     })  # fmt: skip
     main = max(results, key=lambda each: each.level == study.main_part.main_level)
     ordered = sorted(results, key=lambda each: each is not main)
-    drawn = [(_words(each), each is main, _drawn(study, each, writer)) for each in ordered]
+    drawn = [(_condition_words(each), each is main, _draw_figures(study, each, writer)) for each in ordered]
     return render("directions.html.j2", table_of_rows=shown, drawn=drawn)
 
 
-def _drawn(study: Study, frf_matrices: FRFMatrices, writer: ReportWriter) -> list[str]:
-    """The node nearest to a bushing first."""
+def _draw_figures(study: Study, frf_matrices: FRFMatrices, writer: ReportWriter) -> list[str]:
+    """Write the figures, the node nearest to a bushing first."""
     matrices = sorted(figures.frf_matrix(study, frf_matrices), key=lambda drawing: not drawing.sharp)
     return [writer.figure(drawing) for drawing in (figures.directional(study, frf_matrices), *matrices)]
 
 
-def _words(frf_matrices: FRFMatrices) -> str:
+def _condition_words(frf_matrices: FRFMatrices) -> str:
     unit = "N" if frf_matrices.kind == "force" else "m/s²"
     return f"Level {frf_matrices.level:g} {unit} RMS, {frf_matrices.spin_rpm:.4g} rev/min"

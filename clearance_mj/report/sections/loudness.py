@@ -34,19 +34,19 @@ def loudness(study: Study, writer: ReportWriter) -> str:
     scale = max(full_scale(sound) for sound in signals)
     return render(
         "loudness.html.j2", plate=study.dataset.rig.plate, figure=writer.figure(draw(by_design)), scale=scale,
-        said=list(words(by_design)), shown=_table(by_design), seconds=signals[0].duration, unit=heard.study.unit,
+        said=list(words(by_design)), shown=_levels(by_design), seconds=signals[0].duration, unit=heard.study.unit,
         levels=heard.study.levels, fs=signals[0].fs,
-        players={name: [_player(sound, scale) for sound in each.sound] for name, each in by_design.items()},
+        players={name: [_audio_url(sound, scale) for sound in each.sound] for name, each in by_design.items()},
     )  # fmt: skip
 
 
-def _player(sound: Sound, scale: float) -> str:
-    """Address of an excerpt inside the page."""
+def _audio_url(sound: Sound, scale: float) -> str:
+    """Return the data URL of an excerpt."""
     data = base64.b64encode(wav_bytes(sound, scale, encoding="PCM16", rate=RATE)).decode("ascii")
     return f"data:audio/wav;base64,{data}"
 
 
-def _table(by_design: dict[str, LoudnessOverLevel]) -> Table:
+def _levels(by_design: dict[str, LoudnessOverLevel]) -> Table:
     first = next(iter(by_design.values()))
     columns = [Column("Level", first.unit, "g")]
     columns += [Column(name, "sone", ".2f", "Loudness N5") for name in by_design]

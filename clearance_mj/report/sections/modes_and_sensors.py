@@ -1,4 +1,4 @@
-"""Agreement mode by mode and sensor by sensor, and what a better law gains over another."""
+"""Agreement mode by mode and sensor by sensor, and the gain of a better law over another."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def not_compared(study: Study, level: float) -> list[str]:
 def mode_table(study: Study, level: float) -> Table:
     """Return natural frequency, relative error and MAC of each mode, with a row per model on the main engine."""
     rows = {(r["law"], r["engine"]): r for r in study.rows() if r["level"] == level}
-    shown = _shown(study, level)
+    shown = _shown_laws(study, level)
     modes = [mode for mode in range(1, N_MODES + 1) if f"mode_{mode}_mac" in rows[shown[0]]]
     columns = [Column("Model")]
     for mode in modes:
@@ -104,14 +104,14 @@ def sensor_tables(study: Study, level: float) -> list[Table]:
     means = frames.sensor_means(study)
     rows = {(r["law"], r["engine"], r["sensor"]): r for r in means[means["level"] == level].to_dict("records")}
     for row in (r for r in study.rows() if r["level"] == level):
-        # Means of the sensors' own CSAC and CSF, in the place of those over all sensors.
+        # Means of CSAC and CSF per sensor, in the place of those over all sensors.
         measures = {key.replace("_per_sensor", ""): value for key, value in row.items() if "_per_sensor" in key}
         rows[row["law"], row["engine"], "mean"] = row | measures
     return [_sensor_table(study, level, measure, rows) for measure in (MEASURES[-1], *MEASURES[:-1])]
 
 
 def _sensor_table(study: Study, level: float, measure: Measure, rows: dict[tuple, dict]) -> Table:
-    shown = _shown(study, level)
+    shown = _shown_laws(study, level)
     columns = (Column("Sensor"), *(Column(law, "", measure.form) for law, _ in shown))
     nodes = (*frames.sensor_names(study), "mean")
     body = tuple((node, *(interval(rows[*on, node], measure.key) for on in shown)) for node in nodes)
@@ -119,7 +119,7 @@ def _sensor_table(study: Study, level: float, measure: Measure, rows: dict[tuple
     return Table(f"{measure.key}_level_{level:g}", measure.label + unit, columns, body)
 
 
-def _shown(study: Study, level: float) -> list[tuple[str, str]]:
-    """Laws on the main engine, and the repeatability if there is one."""
+def _shown_laws(study: Study, level: float) -> list[tuple[str, str]]:
+    """Return rows of laws on the main engine, and the repeatability if there is one."""
     laws = [(law, study.main_engine) for law in study.methods]
     return [*laws, REPEAT] if level in study.repeatability else laws

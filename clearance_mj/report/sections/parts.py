@@ -33,7 +33,7 @@ def by_part(study: Study, write: Callable[[Study], str]) -> str:
 
 
 def _with_suffix(body: str, end: str) -> str:
-    """Markup whose own anchors, and the links to them, end with what tells the part."""
+    """Return markup whose anchors, and the links to them, end with the part's suffix."""
     anchors = {anchor for kind, anchor in _ANCHOR.findall(body) if kind.startswith("id") and end not in anchor}
 
     def renamed(match: re.Match[str]) -> str:

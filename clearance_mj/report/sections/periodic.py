@@ -1,4 +1,4 @@
-"""What the identified law does under sines: amplitudes over frequency, folds and jumps, and where it rattles."""
+"""Periodic vibrations of the identified law under sines: amplitudes over frequency, folds, jumps, rattle map."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ def sines(study: Study, writer: ReportWriter) -> str:
     """Return the law's response over frequency and its rattle map; writes response.csv and rattle_map.csv."""
     periodic = study.periodic
     if periodic.map is None:
-        return render("sines.html.j2", study=study, found=periodic)
+        return render("sines.html.j2", study=study, periodic=periodic)
     writer.csv("response", responses.rows(periodic.branches))
     writer.csv("rattle_map", rattle_maps.rows(periodic.map))
     steps, test = study.sine_steps, "synthetic test" if study.is_synthetic else "test"
     return render(
-        "sines.html.j2", study=study, found=periodic, special=special_points(periodic.branches),
+        "sines.html.j2", study=study, periodic=periodic, special=special_points(periodic.branches),
         response=writer.figure(responses.draw(periodic.branches, measured=list(steps.values()), test=test)),
-        beside=[_beside(name, periodic.branches, of_record) for name, of_record in steps.items()],
+        beside=[_misfit_words(name, periodic.branches, of_record) for name, of_record in steps.items()],
         unknown=unknown(periodic.branches), map=writer.figure(rattle_maps.draw(periodic.map)),
         lines=list(rattle_maps.words(periodic.map)),
     )  # fmt: skip
 
 
-def _beside(name: str, branches: tuple[Branch, ...], steps: SineSteps) -> str:
-    """Say by how much the law misses a stepped sine."""
+def _misfit_words(name: str, branches: tuple[Branch, ...], steps: SineSteps) -> str:
+    """Return a sentence on the law's misfit to a stepped sine."""
     error = np.abs(missed(branches, steps))
     known = error[np.isfinite(error)]
     if not known.size:
@@ -59,7 +59,7 @@ def _beside(name: str, branches: tuple[Branch, ...], steps: SineSteps) -> str:
 
 
 def unknown(branches: tuple[Branch, ...]) -> list[str]:
-    """Say for each level whose branches leave a part of the band out between which frequencies nothing was found."""
+    """Return, for each level whose branches do not cover the band, the frequencies without a solution."""
     said = []
     for level, of_level in groupby(branches, key=lambda branch: abs(branch.level[0, 0])):
         if ends := not_covered(list(of_level)):
@@ -88,26 +88,26 @@ def special_points(branches: tuple[Branch, ...]) -> Table:
         Column("Direction", "", "", "Jump of a sweep"), Column("Clearance", "", "", "Jump of a sweep"),
         Column("from", "mm", ".3f", "Jump of a sweep"), Column("to", "mm", ".3f", "Jump of a sweep"),
     )  # fmt: skip
-    return Table("special_points", CAPTION, columns, tuple(_merged(body)))
+    return Table("special_points", CAPTION, columns, tuple(_merge(body)))
 
 
 _Row = tuple[float, str, int, float, str, str, float | None, float | None]
 """Level, kind, number of points, frequency, and a jump's direction, clearance and amplitudes."""
 
 
-def _merged(rows: list[_Row]) -> list[_Row]:
-    """Rows of one level and kind that are within the resolution as one, with the largest of their jumps."""
+def _merge(rows: list[_Row]) -> list[_Row]:
+    """Return rows, merged with the largest jump where level and kind agree within the resolution."""
     merged = list[_Row]()
     last = 0.0
     for row in sorted(rows, key=lambda row: (row[0], row[1], row[3])):
         if merged and merged[-1][:2] == row[:2] and row[3] - last <= ONE_POINT * row[3]:
-            merged[-1] = (*row[:2], merged[-1][2] + 1, *max(merged[-1], row, key=_size)[3:])
+            merged[-1] = (*row[:2], merged[-1][2] + 1, *max(merged[-1], row, key=_jump_size)[3:])
         else:
             merged.append(row)
         last = row[3]
     return sorted(merged, key=lambda row: (row[0], row[3]))
 
 
-def _size(row: _Row) -> float:
-    """By how much a jump changes the amplitude, mm."""
+def _jump_size(row: _Row) -> float:
+    """Return the change of amplitude in a jump, mm."""
     return abs(row[7] - row[6]) if row[6] is not None and row[7] is not None else -1.0

@@ -52,7 +52,7 @@ def missing_intervals(study: Study) -> list[str]:
 
 
 def agreement_table(study: Study, engine: str) -> Table:
-    """Return every law on one engine at every level, beside the repeatability."""
+    """Return every law on one engine at every level, with the repeatability."""
     rows = [r for r in study.rows() if r["engine"] in (engine, REPEAT[1])]
     repeat = {r["level"]: r["rmse_db"] for r in rows if r["law"] == REPEAT[0]}
     columns = [Column("Level", study.unit, "g"), Column("Law"), *(Column(m.label, m.unit, m.form) for m in OVERALL)]
@@ -64,13 +64,13 @@ def agreement_table(study: Study, engine: str) -> Table:
         body.append((r["level"], r["law"], *(interval(r, m.key) for m in OVERALL), r["random_db"], ratio))
     caption = (
         f"Agreement with the validation records, engine {engine}: means over all sensors (modes) and over the records "
-        f"of a level; below each, its 95 % interval over seeds. {_rigs(study)}"
+        f"of a level; below each, its 95 % interval over seeds. {_rig_sentence(study)}"
     )
     return Table(f"agreement_{engine}", caption, tuple(columns), tuple(body))
 
 
-def _rigs(study: Study) -> str:
-    """Which laws are simulated on which rig, in a sentence."""
+def _rig_sentence(study: Study) -> str:
+    """Return a sentence on the rig on which each law is simulated."""
     if not (laws := " and ".join(f"“{law.name}”" for law in study.laws if law.finds_rig)):
         return "All laws are simulated on the rig file’s rig."
     others = ", all others on the rig file’s" if len(study.laws) > laws.count("“") else ""

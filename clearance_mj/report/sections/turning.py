@@ -1,4 +1,4 @@
-"""Orbits beside orbits and run-ups beside run-ups, of records of a shaft's turning alone."""
+"""Orbits and run-ups of test and laws compared, of records of a shaft's turning alone."""
 
 from __future__ import annotations
 
@@ -82,12 +82,12 @@ def run_up_table(rows: pd.DataFrame) -> Table:
 
 
 def _means(rows: pd.DataFrame) -> pd.DataFrame:
-    """Means over records, in the order of the rows."""
+    """Return means over records, in the order of the rows."""
     return rows.groupby(KEYS, sort=False).mean(numeric_only=True).reset_index()
 
 
 def sentences(rows: pd.DataFrame, study: Study) -> str:
-    """Return in words how far the best law's orbits are from the test's, beside the repeat's."""
+    """Return in words how far the best law's orbits are from the test's, and the repeat's."""
     if rows.empty:
         return ""
     law = rows[rows["law"] == study.best_law]["error"]

@@ -31,17 +31,17 @@ const short = value => value == null ? "" : String(Number(value.toPrecision(4)))
 
 // Ticks at 1, 2 and 5 over a decade or more of a logarithmic axis, else even ones; at quarter turns of a whole one.
 function ticks(low, high, log, room, angle = false) {
-  const found = [];
+  const values = [];
   if (log && high / low > 5) {
     for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power++)
-      for (const digit of high / low > 1e3 ? [1] : [1, 2, 5]) found.push(Number(`${digit}e${power}`));
+      for (const digit of high / low > 1e3 ? [1] : [1, 2, 5]) values.push(Number(`${digit}e${power}`));
   } else {
     const rough = (high - low) / Math.max(2, Math.floor(room)), power = 10 ** Math.floor(Math.log10(rough));
     const even = power * ([1, 2, 5].find(digit => digit * power >= rough) ?? 10);
     const step = angle && high - low > 200 ? (room < 4 ? 180 : 90) : even;
-    for (let i = Math.ceil(low / step); i * step <= high; i++) found.push(Number((i * step).toPrecision(12)));
+    for (let i = Math.ceil(low / step); i * step <= high; i++) values.push(Number((i * step).toPrecision(12)));
   }
-  return found.filter(value => low <= value && value <= high);
+  return values.filter(value => low <= value && value <= high);
 }
 
 // A line over rising points, with a gap where a value is missing and, of an angle (°), where it wraps. uPlot's own line
@@ -80,9 +80,9 @@ function mark(plot, {x, y, colour}) {
 function plotted(host, {width, height, x, y, series, marks, hooks = {}, ...more}, data) {
   const axis = (side, room) => ({stroke: ink("--ink"), font: FONT, labelFont: FONT, labelSize: LABEL, gap: 3,
     size: side.size, label: side.label, grid: {stroke: ink("--line"), width: 1},
-    ticks: {stroke: ink("--line"), width: 1, size: 4}, filter: (_, found) => found,
+    ticks: {stroke: ink("--line"), width: 1, size: 4}, filter: (_, splits) => splits,
     splits: (plot, _, low, high) => ticks(low, high, side.log, room(plot), side.angle),
-    values: (_, found) => found.map(value => side.bare ? "" : short(value))});
+    values: (_, splits) => splits.map(value => side.bare ? "" : short(value))});
   const scale = side => ({time: false, distr: side.log ? 3 : 1, ...(side.range ? {range: side.range} : {})});
   return new uPlot({width, height, legend: {show: false}, padding: [6, 12, 0, 0], scales: {x: scale(x), y: scale(y)},
     axes: [axis(x, plot => plot.width / 60), axis(y, plot => plot.bbox.height / devicePixelRatio / 26)], series: [{}, ...series],
@@ -100,8 +100,8 @@ function nearest(x, value) {
 function zoomed([low, high], [least, most], factor, place, log) {
   const to = log ? Math.log : v => v, back = log ? Math.exp : v => v, [from, end] = [low, high].map(to);
   const middle = place >= low && place <= high ? to(place) : (from + end) / 2;
-  const found = [middle - factor * (middle - from), middle + factor * (end - middle)].map(back);
-  return [Math.max(found[0], least), Math.min(found[1], most)];
+  const range = [middle - factor * (middle - from), middle + factor * (end - middle)].map(back);
+  return [Math.max(range[0], least), Math.min(range[1], most)];
 }
 
 // Keys of a chart: plus and minus zoom, 0 shows the whole, arrows move the cursor, with Shift by ten.

@@ -33,11 +33,11 @@ class Chart {
     this.hidden = new Set();
     this.panels = [];
     this.cells = data.cells.map((cell, number) => {
-      const own = {title: cell.title, column: cell.column, panels: [], hidden: false};
-      for (const described of cell.panels) own.panels.push(this.prepared(described, arrays, own));
-      this.panels.push(...own.panels);
-      own.name = cell.title || `panel ${number + 1}`;
-      return own;
+      const entry = {title: cell.title, column: cell.column, panels: [], hidden: false};
+      for (const described of cell.panels) entry.panels.push(this.prepared(described, arrays, entry));
+      this.panels.push(...entry.panels);
+      entry.name = cell.title || `panel ${number + 1}`;
+      return entry;
     });
     const first = this.panels[0];
     this.log = first.log[0];
