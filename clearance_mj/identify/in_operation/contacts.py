@@ -1,4 +1,4 @@
-"""The families of contact that orbits tell: each is fitted from where that with a linear contact ended."""
+"""Contact families fitted to orbits, each from where the fit of a linear contact ended."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["with_likeliest_contacts"]
 LIKELIER = 3.0  # logarithm of the odds from which on a contact of another family is believed
 
 
-class _Begun(NamedTuple):
+class _EarlierLaw(NamedTuple):
     """The law of a clearance from which a fit of another family begins; see `EarlierFit` and `GapForces`."""
 
     nominal: Bushing
@@ -38,45 +38,45 @@ class _Begun(NamedTuple):
 
 
 def with_likeliest_contacts(
-    found: Solution, touching: Sequence[bool], own: Callable[[Sequence[Place]], list[Parameter]]
+    best_fit: Solution, touching: Sequence[bool], law_priors: Callable[[Sequence[Place]], list[Parameter]]
 ) -> Solution:
     """Return a fit with the likeliest family of contact of each clearance, one after the other.
 
     Parameters
     ----------
-    found : Solution
+    best_fit : Solution
         Of a `LawProblem` with linear contacts.
     touching : sequence of bool
-        Of each clearance whether its shaft touches; where it does not, nothing tells the family.
-    own : callable
-        Returns what is open of the laws of clearances.
+        True for each clearance whose shaft touches; without contact, its family cannot be identified.
+    law_priors : callable
+        Returns the open parameters of the laws of clearances.
     """
     for j, touches in enumerate(touching):
         if not touches:
             continue
-        linear, problem = found, found.problem
+        linear, problem = best_fit, best_fit.problem
         assert isinstance(problem, LawProblem) and isinstance(linear.loss, UnknownScale)
         correlated, place = max(linear.loss.correlated, 1.0), problem.places[j]
         known = dict(zip(problem.names, linear.values.tolist()))
         case = problem.case(place, known)
-        begun = _Begun(place.nominal, case.bushing, case.law.contact[0], case.law.grease[0], known)
-        best = _log_evidence(linear, correlated) + LIKELIER
+        earlier = _EarlierLaw(place.nominal, case.bushing, case.law.contact[0], case.law.grease[0], known)
+        threshold = _log_evidence(linear, correlated) + LIKELIER
         for family in CONTACT_FAMILIES.values():
             if family is place.contact:
                 continue
-            places = [p._replace(contact=family) if p is place else p for p in problem.places]
-            rival = LawProblem(problem.forces, places, own(places))
+            rival_places = [p._replace(contact=family) if p is place else p for p in problem.places]
+            rival = LawProblem(problem.forces, rival_places, law_priors(rival_places))
             names = {p.name: f"bushings[{place.number}].{p.name}" for p in family.parameters(place.nominal)}
-            start = {names[name]: value for name, value in family.start(begun, begun).items()}
+            start = {names[name]: value for name, value in family.start(earlier, earlier).items()}
             with contextlib.suppress(NoModelError):
-                other = solve(rival, [rival.at(known | start), rival.at(known)], stop=STOP)
-                if (evidence := _log_evidence(other, correlated)) > best:
-                    found, best = other, evidence
-    return found
+                fit = solve(rival, [rival.at(known | start), rival.at(known)], stop=STOP)
+                if (evidence := _log_evidence(fit, correlated)) > threshold:
+                    best_fit, threshold = fit, evidence
+    return best_fit
 
 
-def _log_evidence(found: Solution, correlated: float) -> float:
-    """Of residuals of which so many count as one."""
-    assert isinstance(found.loss, UnknownScale)
-    cost = found.residuals.size / correlated * math.log(float(found.loss.scale(found.residuals)))
-    return log_evidence(cost, found.at, found.information / correlated)
+def _log_evidence(solution: Solution, correlated: float) -> float:
+    """Return the evidence of residuals of which `correlated` count as one observation."""
+    assert isinstance(solution.loss, UnknownScale)
+    cost = solution.residuals.size / correlated * math.log(float(solution.loss.scale(solution.residuals)))
+    return log_evidence(cost, solution.at, solution.information / correlated)

@@ -1,4 +1,4 @@
-"""What orbits tell of clearances: gaps with their intervals, or how wide they are at least."""
+"""Clearances identified from orbits: gaps with their intervals, or how wide they are at least."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ class ClearanceInOperation:
     name: str
     """of its bushing, as in `Rig.clearance_labels`"""
     seen: bool
-    """whether the records tell the gap: by contact, or by an oil film's forces"""
+    """True if the records identify the gap: by contact, or by an oil film's forces"""
     touches: bool
-    """whether the shaft touches in any record"""
+    """True if the shaft touches in any record"""
     odds: float
     """logarithm of the likelihood of contact over that of none, as far as laws and rig explain the records"""
     gap: float
@@ -57,13 +57,13 @@ class ClearanceInOperation:
     path: np.ndarray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
     """(n, 2) motion along y and z from where the shaft rests, m"""
     contact_model: ContactModel | None = None
-    """the contact that was found; None where the shaft does not touch"""
+    """the identified contact; None where the shaft does not touch"""
     deepest: float = 0.0
     """m, how far the shaft goes into its wall"""
 
     @property
     def contact(self) -> str | None:
-        """Name of the family of the contact that was found; None where the shaft does not touch."""
+        """Name of the identified contact's family; None where the shaft does not touch."""
         return next((f.name for f in CONTACT_FAMILIES.values() if f.holds(self.contact_model)), None)
 
     @property
@@ -76,7 +76,7 @@ class ClearanceInOperation:
 
     @property
     def words(self) -> str:
-        """What is known, in a sentence."""
+        """Sentence on what is known of the gap."""
         if not self.seen:
             why = "the shaft touches, but too little of the wall" if self.touches else "the shaft never touches"
             return f"{self.name}: gap not seen, {why}; it is at least {MICRO * self.at_least:.4g} µm"
@@ -100,10 +100,10 @@ class ClearanceInOperation:
 
 @dataclass(frozen=True, eq=False)
 class OrbitFit:
-    """What the orbits of a machine in operation tell of its clearances. Made by `orbits`."""
+    """Clearances and model identified from the orbits of a machine in operation. Made by `orbits`."""
 
     model: Model
-    """with what was found: linear rig, unbalances and, where a gap is seen, it, place, contact, friction and filling"""
+    """identified linear rig, unbalances and, where a gap is seen, gap, place, contact, friction and filling"""
     clearances: tuple[ClearanceInOperation, ...]
     """of each bushing"""
     estimates: Estimates
@@ -111,7 +111,7 @@ class OrbitFit:
     records: tuple[str, ...]
     """names of the records"""
     misfit: float
-    """RMS of what is left, over its expected error"""
+    """RMS of the residuals, over their expected error"""
     bands: Bands
     """of forces and motion"""
     drawn: Rig
@@ -151,7 +151,7 @@ class OrbitFit:
         write_text(Path(folder) / "orbits.json", to_json(self.to_dict()))
 
     def plot(self) -> Figure:
-        """Draw the orbits of each clearance with the wall that was found and its 95 % band."""
+        """Draw the orbits of each clearance with the identified wall and its 95 % band."""
         from matplotlib.figure import Figure
 
         n = len(self.clearances)

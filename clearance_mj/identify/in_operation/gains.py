@@ -1,4 +1,4 @@
-"""What two probes in each clearance tell of a turning shaft: forces in the clearances, and motion beside the probes.
+"""Gains of a turning shaft with two probes in each clearance: forces in the clearances, motion away from the probes.
 
 The shaft is linear and known, and nothing excites it but its unbalance: in the frequency domain probes show
 d = H F + W s + r, with F the forces in the clearances, s those of the unbalance and r the run-out. There are as
@@ -19,15 +19,15 @@ from ...rig import Rig
 __all__ = ["ORDERS", "ProbeGains", "places_of_unbalance", "probe_gains", "spun"]
 
 MODES = 12  # of each plane of the known structure, to which static shapes are added
-ORDERS = (1, 2)  # multiples of the shaft's angle of which run-out is found
+ORDERS = (1, 2)  # multiples of the shaft's angle that run-out has
 
 
 class ProbeGains(NamedTuple):
     """A turning shaft at frequencies, as its probes see it; m = 2 n_bushings, u = 2 n_unbalances."""
 
-    shown: np.ndarray  #: (n_f, m, m) H, m/N: what the probes show per force in the clearances, against displacement
+    shown: np.ndarray  #: (n_f, m, m) H, m/N: probes' displacement per force in the clearances, against displacement
     points: np.ndarray  #: (n_f, 3 m, m) motion of `LinearModel.at_points` per force
-    seen: np.ndarray  #: (n_f, m, u) W: what probes show of forces along y and z at the unbalances
+    seen: np.ndarray  #: (n_f, m, u) W: probes' displacement per force along y and z at the unbalances
     moved: np.ndarray  #: (n_f, 3 m, u) the same of the points
 
     @property
@@ -55,7 +55,7 @@ ECCENTRICITY = 5e-5  # m, of a disc of which the rig file says nothing: a poor b
 
 
 def probe_gains(rig: Rig, probes: Mapping[str, float], spin: float, omega: np.ndarray) -> ProbeGains:
-    """Return what probes show of a rig that turns.
+    """Return the gains of the probes of a rig that turns.
 
     Parameters
     ----------
@@ -73,9 +73,9 @@ def probe_gains(rig: Rig, probes: Mapping[str, float], spin: float, omega: np.nd
     rows = np.vstack((model.at_probes(probes), model.at_points))
     # Forces on the modes of forces along y and along z at the place of each unbalance; `spun` drives them.
     unit = model.moved([place for place, _ in places_of_unbalance(rig)]).reshape(-1, model.size).T
-    found = model.responses(rows, np.hstack((forces, unit)), omega, spin)
+    responses = model.responses(rows, np.hstack((forces, unit)), omega, spin)
     m = forces.shape[1]
-    return ProbeGains(found[:, :m, :m], found[:, m:, :m], found[:, :m, m:], found[:, m:, m:])
+    return ProbeGains(responses[:, :m, :m], responses[:, m:, :m], responses[:, :m, m:], responses[:, m:, m:])
 
 
 def spun(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:

@@ -45,8 +45,8 @@ def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: M
     """Find the clearances of a turning shaft from records of probes and keyphasor alone.
 
     Unbalance excites the shaft; the forces in its clearances follow from two probes in each, up to unbalance, run-out
-    and what the rig file leaves open, which are found with the gap, the place of the shaft, contact, friction and what
-    fills the gap, from records at several speeds or a run-up. A slow roll among them tells the run-out.
+    and open parameters of the rig file, which are fitted with the gap, the place of the shaft, contact, friction and
+    filling, from records at several speeds or a run-up. A slow roll among them shows the run-out.
 
     Parameters
     ----------
@@ -74,30 +74,30 @@ def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: M
     places, rests, weight = places_of(rig), rests_of(rig), 9.81 * (rig.total_mass or WEIGHT / 9.81)
     varied = uncertain(rig, known)
 
-    def own(places: Sequence[Place], touching: bool = True) -> list[Parameter]:
+    def law_priors(places: Sequence[Place], touching: bool = True) -> list[Parameter]:
         return [
             p for place in places for p in law_parameters(place, usual, rests[place.number], True, weight, touching)
         ]
 
-    begin = free(rig, windows, bands, places, varied, own(places, False))
-    found = fitted(rig, windows, bands, places, varied, own(places), begin)
-    odds = _odds(found, own(places, False))
-    found = with_likeliest_contacts(found, (odds > LIKELY).tolist(), own)
-    return _result(rig, chosen, bands, found, odds)
+    begin = free(rig, windows, bands, places, varied, law_priors(places, False))
+    solution = fitted(rig, windows, bands, places, varied, law_priors(places), begin)
+    odds = _odds(solution, law_priors(places, False))
+    solution = with_likeliest_contacts(solution, (odds > LIKELY).tolist(), law_priors)
+    return _result(rig, chosen, bands, solution, odds)
 
 
 def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[PreparedRecord], Rig]:
     given = [*records.identify, *records.orbits] if isinstance(records, Dataset) else list(records)
-    own = rig or (records.rig if isinstance(records, Dataset) else given[0].rig if given else None)
-    if own is None:
+    drawn = rig or (records.rig if isinstance(records, Dataset) else given[0].rig if given else None)
+    if drawn is None:
         raise RecordError("there are no records; give some of a shaft that turns")
-    if not own.bushings:
-        raise RecordError(f"rig {own.name!r} has no bushings, so there is no clearance to find")
-    if not own.moves_across:
-        raise RecordError(f'rig {own.name!r} moves in a plane and has no orbits; give its bushings shape = "round"')
-    if not (turned := {r.name: r for r in given if r.excitation_kind == "spin"}):
+    if not drawn.bushings:
+        raise RecordError(f"rig {drawn.name!r} has no bushings, so there is no clearance to find")
+    if not drawn.moves_across:
+        raise RecordError(f'rig {drawn.name!r} moves in a plane and has no orbits; give its bushings shape = "round"')
+    if not (turning := {r.name: r for r in given if r.excitation_kind == "spin"}):
         raise RecordError('no record is of a shaft that turns alone (kind "spin"), which orbits are found in')
-    for record in turned.values():
+    for record in turning.values():
         if record.missing_probes:
             number, label = record.missing_probes[0]
             raise RecordError(f'record "{record.name}": bushings[{number}] has no displacement probe at {label}')
@@ -105,31 +105,31 @@ def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[
             raise RecordError(
                 f'record "{record.name}": no probe moves; needs orbits of a shaft that turns, with its unbalance'
             )
-    rates = {record.fs for record in turned.values()}
+    rates = {record.fs for record in turning.values()}
     if len(rates) > 1:
         raise RecordError(f"records are sampled at {', '.join(f'{fs:g}' for fs in sorted(rates))} Hz; needs one rate")
-    own_rig = [dataclasses.replace(r, rig=own) if rig is not None else r for r in turned.values()]
-    chosen = [prepared(record) for record in own_rig]
+    on_rig = [dataclasses.replace(r, rig=drawn) if rig is not None else r for r in turning.values()]
+    chosen = [prepared(record) for record in on_rig]
     require_one_mark(chosen)
-    return chosen, own
+    return chosen, drawn
 
 
-def _odds(found: Solution, own: Sequence[Parameter]) -> np.ndarray:
+def _odds(solution: Solution, law_priors: Sequence[Parameter]) -> np.ndarray:
     """(n_bushings,) logarithm of the likelihood of laws with contact over that of laws without it."""
-    problem = found.problem
-    assert isinstance(problem, LawProblem) and isinstance(found.loss, UnknownScale)
-    without = LawProblem(problem.forces, problem.places, own, touching=False)
-    other = solve(without, [without.at(dict(zip(problem.names, found.values.tolist())))], stop=FIRST)
-    n = found.residuals.size / max(found.loss.correlated, 1.0)
-    scales = [float(found.loss.scale(s.residuals)) for s in (other, found)]
+    problem = solution.problem
+    assert isinstance(problem, LawProblem) and isinstance(solution.loss, UnknownScale)
+    rival = LawProblem(problem.forces, problem.places, law_priors, touching=False)
+    solution_without = solve(rival, [rival.at(dict(zip(problem.names, solution.values.tolist())))], stop=FIRST)
+    n = solution.residuals.size / max(solution.loss.correlated, 1.0)
+    scales = [float(solution.loss.scale(s.residuals)) for s in (solution_without, solution)]
     return np.full(len(problem.places), 0.5 * n * math.log(scales[0] / scales[1]))
 
 
-def _result(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, found: Solution, odds: np.ndarray) -> OrbitFit:
-    problem = found.problem
-    assert isinstance(problem, LawProblem) and isinstance(found.loss, UnknownScale)
-    correlated = max(found.loss.correlated, 1.0)
-    estimates = found.estimates(np.linalg.inv(found.information / correlated + found.prior))
+def _result(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, fit: Solution, odds: np.ndarray) -> OrbitFit:
+    problem = fit.problem
+    assert isinstance(problem, LawProblem) and isinstance(fit.loss, UnknownScale)
+    correlated = max(fit.loss.correlated, 1.0)
+    estimates = fit.estimates(np.linalg.inv(fit.information / correlated + fit.prior))
     values = dict(zip(estimates.names, estimates.value.tolist()))
     std = dict(zip(estimates.names, estimates.varied_std.tolist()))
     linear = {n: values[n] for n in problem.names[: problem.n_linear] if "unbalance" not in n and "run-out" not in n}
@@ -148,60 +148,60 @@ def _result(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, found: So
         bushings.append(bushing)
         datasheet = KelvinVoigt(bushing.contact.stiffness, bushing.contact.damping)
         contacts.append(clearance.contact_model if clearance.seen and clearance.contact_model else datasheet)
-    misfit = float(found.loss.scale(found.residuals)) ** 0.5
-    names, left = tuple(r.name for r in records), unknown_examples(rig.examples, known)
-    words = (f"of the rig file, {example_words(left)}",) if left else ()
+    misfit = float(fit.loss.scale(fit.residuals)) ** 0.5
+    names, examples = tuple(r.name for r in records), unknown_examples(rig.examples, known)
+    words = (f"of the rig file, {example_words(examples)}",) if examples else ()
     spin = rig.spin or max((r.tested.spin for r in records if r.tested.spin), key=lambda spin: spin.fastest)
-    base = base.replace(bushings=tuple(bushings), unbalances=_unbalances(rig, values), examples=left, spin=spin)
+    base = base.replace(bushings=tuple(bushings), unbalances=_unbalances(rig, values), examples=examples, spin=spin)
     warnings = _warnings(records, misfit) + words
     model = Model(base, ContactLaw(contacts))
     return OrbitFit(model, tuple(clearances), estimates, names, misfit, bands, rig, warnings)
 
 
 def _filled(bushing: Bushing, place: Place, values: dict[str, float], clearance: ClearanceInOperation) -> Bushing:
-    """Return a bushing with the filling that was found and, if the shaft touches, friction and the contact's size."""
-    own, nominal = f"bushings[{place.number}]", place.nominal
+    """Return a bushing with the identified filling and, if the shaft touches, friction and the contact's size."""
+    prefix, nominal = f"bushings[{place.number}]", place.nominal
     if clearance.contact_model:
-        mu, (k, c) = values[f"{own}.friction"], clearance.contact_model.largest(clearance.deepest)
+        mu, (k, c) = values[f"{prefix}.friction"], clearance.contact_model.largest(clearance.deepest)
         contact = dataclasses.replace(bushing.contact, stiffness=k, damping=c)
         friction = dataclasses.replace(bushing.friction or Friction(mu), coefficient=mu)
         bushing = dataclasses.replace(bushing, contact=contact, friction=friction)
     if bushing.film:
-        film = dataclasses.replace(bushing.film, viscosity=values[f"{own}.grease viscosity"])
+        film = dataclasses.replace(bushing.film, viscosity=values[f"{prefix}.grease viscosity"])
         return dataclasses.replace(bushing, film=film)
-    found = (values.get(f"{own}.{p.name}", 0.0) for p in place.filling.parameters(nominal))
-    return dataclasses.replace(bushing, grease=place.filling.make(nominal, *found))
+    filling = (values.get(f"{prefix}.{p.name}", 0.0) for p in place.filling.parameters(nominal))
+    return dataclasses.replace(bushing, grease=place.filling.make(nominal, *filling))
 
 
 def _unbalances(rig: Rig, values: dict[str, float]) -> tuple[Unbalance, ...]:
-    """Return the unbalances that were found, each at its angle from the keyphasor's mark."""
-    found = []
+    """Return the identified unbalances, each at its angle from the keyphasor's mark."""
+    unbalances = []
     for i, (x, _) in enumerate(places_of_unbalance(rig)):
         along, across = (values[f"unbalances[{i}] {part} the mark"] for part in ("along", "across"))
-        found.append(Unbalance(x, math.hypot(along, across), math.atan2(across, along)))
-    return tuple(found)
+        unbalances.append(Unbalance(x, math.hypot(along, across), math.atan2(across, along)))
+    return tuple(unbalances)
 
 
 def _clearance(
     rig: Rig, problem: LawProblem, place: Place, values: dict[str, float], std: dict[str, float], odds: float
 ) -> ClearanceInOperation:
-    own = f"bushings[{place.number}]"
+    prefix = f"bushings[{place.number}]"
     ends, _ = problem.points(values)[place.number]
-    rest = np.array([values[f"{own}.rest_{axis}"] for axis in "yz"])
-    away, gap = problem.away(place, values).reshape(-1, 2), values[f"{own}.gap"]
-    far = np.hypot(*away.T)
-    touches = odds > LIKELY and bool(far.max() > gap)
-    depth = float(far.max()) / gap - 1 if touches else 0.0
-    towards = (away / far[:, None])[far > gap] if touches else np.empty((0, 2))
-    arc = np.unique(np.arctan2(*towards.T) // STEP_AROUND).size * STEP_AROUND
+    rest = np.array([values[f"{prefix}.rest_{axis}"] for axis in "yz"])
+    positions, gap = problem.away(place, values).reshape(-1, 2), values[f"{prefix}.gap"]
+    distance = np.hypot(*positions.T)
+    touches = odds > LIKELY and bool(distance.max() > gap)
+    depth = float(distance.max()) / gap - 1 if touches else 0.0
+    directions = (positions / distance[:, None])[distance > gap] if touches else np.empty((0, 2))
+    arc = np.unique(np.arctan2(*directions.T) // STEP_AROUND).size * STEP_AROUND
     # A contact of another shape moves the middle as far as one side is touched more than the other.
-    moved = SHAPE * depth * gap * float(np.hypot(*towards.sum(axis=0))) / max(len(towards), 1)
-    rest_std = [math.hypot(std[f"{own}.rest_{axis}"], moved) for axis in "yz"]
+    shift = SHAPE * depth * gap * float(np.hypot(*directions.sum(axis=0))) / max(len(directions), 1)
+    rest_std = [math.hypot(std[f"{prefix}.rest_{axis}"], shift) for axis in "yz"]
     repeated = 1.0 if touches else REPEATED
-    gap_std = math.sqrt((repeated * std[f"{own}.gap"]) ** 2 + COMMON_GAIN**2 / 2 + (SHAPE * depth) ** 2)
+    gap_std = math.sqrt((repeated * std[f"{prefix}.gap"]) ** 2 + COMMON_GAIN**2 / 2 + (SHAPE * depth) ** 2)
     seen = gap_std < KNOWN and (touches or place.filling.round_only)
     radius = smallest_circle(ends[:: max(1, len(ends) // 20000), 0])[1]
-    law = {n.partition("].")[2]: (v, std[n]) for n, v in values.items() if n.startswith(own) and _is_law(n)}
+    law = {n.partition("].")[2]: (v, std[n]) for n, v in values.items() if n.startswith(prefix) and _is_law(n)}
     return ClearanceInOperation(
         rig.clearance_labels[place.number], seen, touches, odds, gap if seen else rig.bushings[place.number].gap,
         gap_std, (float(rest[0]), float(rest[1])), (rest_std[0], rest_std[1]),
@@ -215,14 +215,14 @@ def _is_law(name: str) -> bool:
 
 
 def _warnings(records: Sequence[PreparedRecord], misfit: float) -> tuple[str, ...]:
-    found = []
+    warnings = []
     speeds = [abs(r.turning.mean_speed) for r in records if r.turning]
     if len(records) == 1 and not (records[0].tested.spin and records[0].tested.spin.rate):
-        found.append(
+        warnings.append(
             "one speed alone hardly tells unbalance and run-out apart: give more speeds, a run-up or a slow roll"
         )
     elif speeds and min(speeds) > 0.35 * max(speeds):
-        found.append("no record turns slowly: run-out is told by the faster ones alone, with the unbalance")
+        warnings.append("no record turns slowly: run-out is told by the faster ones alone, with the unbalance")
     if misfit > 1.5:
-        found.append(f"rig and laws miss {misfit:.2g} times what they are expected to: intervals may be too narrow")
-    return tuple(found)
+        warnings.append(f"rig and laws miss {misfit:.2g} times what they are expected to: intervals may be too narrow")
+    return tuple(warnings)

@@ -1,4 +1,4 @@
-"""Laws of round clearances beside the forces that probes show: parameters, residuals and where a search begins."""
+"""Laws of round clearances fitted to the forces that probes show: parameters and residuals."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def places_of(rig: Rig, contacts: Sequence[str | None] = ()) -> list[Place]:
 def law_parameters(
     place: Place, priors: Sequence[Parameter], rest: tuple[float, ...], turns: bool, weight: float, touching: bool
 ) -> list[Parameter]:
-    """Return what is open of a clearance's law, named by its number.
+    """Return the open parameters of a clearance's law, named by its number.
 
     Parameters
     ----------
@@ -69,24 +69,24 @@ def law_parameters(
     rest : tuple of float
         From its middle to where the shaft rests, as the rig file has it, m.
     turns : bool
-        Whether the shaft turns in any record.
+        True if the shaft turns in any record.
     weight : float
         N, of the size of the force at rest, which moves nothing and is unknown.
     touching : bool
-        Whether the shaft may touch; else gap, contact and friction are left out where nothing but contact tells them.
+        True if the shaft may touch; else gap, contact and friction are left out where only contact identifies them.
     """
-    own = f"bushings[{place.number}]"
+    key = f"bushings[{place.number}]"
     shape = open_parameters(place.number, place.nominal, priors, rest, turns)
     law = [*place.contact.parameters(place.nominal), *_filling(place)]
-    held = [
-        Parameter(f"{own}.force at rest {axis}", "N", 0.0, -50 * weight, 50 * weight, weight, "linear") for axis in "yz"
+    rest_forces = [
+        Parameter(f"{key}.force at rest {axis}", "N", 0.0, -50 * weight, 50 * weight, weight, "linear") for axis in "yz"
     ]
-    found = [*shape, *(dataclasses.replace(p, name=f"{own}.{p.name}") for p in law), *held]
-    return found if touching else [p for p in found if acts_without_contact(p.name, place.filling)]
+    parameters = [*shape, *(dataclasses.replace(p, name=f"{key}.{p.name}") for p in law), *rest_forces]
+    return parameters if touching else [p for p in parameters if acts_without_contact(p.name, place.filling)]
 
 
 def acts_without_contact(name: str, filling: FillingFamily) -> bool:
-    """Return whether a parameter of a law acts on a shaft that touches no wall; oil knows where the wall is."""
+    """Return True if a law's parameter acts on a shaft that touches no wall; an oil film's force depends on the gap."""
     field = name.rpartition("].")[2]
     if field in HOLE or field.startswith(("contact ", "friction")):
         return False
@@ -94,22 +94,22 @@ def acts_without_contact(name: str, filling: FillingFamily) -> bool:
 
 
 def _filling(place: Place) -> list[Parameter]:
-    """What is open of the filling: a dry bushing, whose rig file has no spring, has none."""
+    """Return the filling's open parameters: a dry bushing, whose rig file has no spring, has none."""
     dry = not place.nominal.grease.stiffness
     return [p for p in place.filling.parameters(place.nominal) if not (dry and p.name == "grease stiffness")]
 
 
 class LawProblem(Problem):
-    """What is uncertain of the rig and of its clearances' laws, and what their forces miss, window after window."""
+    """Uncertain parameters of a rig and its clearances' laws, with the residuals of their forces, window by window."""
 
     def __init__(
-        self, forces: Forces, places: Sequence[Place], own: Sequence[Parameter], touching: bool = True
+        self, forces: Forces, places: Sequence[Place], law_priors: Sequence[Parameter], touching: bool = True
     ) -> None:  # fmt: skip
         self.forces, self.places, self.touching = forces, tuple(places), touching
         self.n_linear = len(forces.parameters)
         size = 2 * forces.shown[0].size
         super().__init__(
-            [*forces.parameters, *own], lambda values: np.array([self._over_errors(each) for each in values]),
+            [*forces.parameters, *law_priors], lambda values: np.array([self._over_errors(each) for each in values]),
             loss=UnknownScale(size * _blocks(forces.windows), LARGEST_CORRELATION), lanes=False,
         )  # fmt: skip
         self.names = [p.name for p in self.parameters]
@@ -129,8 +129,8 @@ class LawProblem(Problem):
         known, slow = dict(zip(self.names, values.tolist())), self.forces.slow
         out = np.empty(slow.x.shape)
         for place, (x, v) in zip(self.places, self.points(known)):
-            own = slice(2 * place.number, 2 * place.number + 2)
-            out[:, own] = forces_along(self.case(place, known), x, v, slow.spin, 1 / slow.rate)
+            columns = slice(2 * place.number, 2 * place.number + 2)
+            out[:, columns] = forces_along(self.case(place, known), x, v, slow.spin, 1 / slow.rate)
         return out
 
     def points(self, known: Mapping[str, float]) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -147,18 +147,18 @@ class LawProblem(Problem):
 
     def _at_ends(self, place: Place, known: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
         forces, j = self.forces, place.number
-        own = slice(2 * j, 2 * j + 2)
+        columns = slice(2 * j, 2 * j + 2)
         angle = known.get(f"bushings[{j}].probe_angle", place.nominal.probe_angle)
         c, s = np.cos(angle), np.sin(angle)
         gain = np.array([known.get(f"probes[{i}].gain", 1.0) for i in (2 * j, 2 * j + 1)])
-        turned = np.array([[c, s], [-s, c]]) / gain[:, None]
-        found = []
-        for shown, away in zip(self._shown, (forces.tilt, forces.tilt_speed)):
+        rotation = np.array([[c, s], [-s, c]]) / gain[:, None]
+        motions = []
+        for shown, tilt in zip(self._shown, (forces.tilt, forces.tilt_speed)):
             points = np.empty((len(shown), 3, 2))
-            points[:, 0] = shown[:, own] @ turned
-            points[:, 1:] = away[:, :, own] + points[:, :1]
-            found.append(points)
-        return found[0], found[1]
+            points[:, 0] = shown[:, columns] @ rotation
+            points[:, 1:] = tilt[:, :, columns] + points[:, :1]
+            motions.append(points)
+        return motions[0], motions[1]
 
     def away(self, place: Place, known: Mapping[str, float]) -> np.ndarray:
         """Return where both ends of a clearance's shaft are from its middle (n_t, 2, 2), m, along y and z.
@@ -174,25 +174,25 @@ class LawProblem(Problem):
         return np.asarray(self.points(known)[place.number][0][:, 1:] + rest)
 
     def contact(self, values: np.ndarray) -> np.ndarray:
-        """Return the share of the time in contact (n_bushings,) at parameters (n,)."""
+        """Return the fraction of time in contact (n_bushings,) at parameters (n,)."""
         known = dict(zip(self.names, values.tolist()))
-        far = [np.linalg.norm(self.away(place, known), axis=2).max(axis=1) for place in self.places]
+        distances = [np.linalg.norm(self.away(place, known), axis=2).max(axis=1) for place in self.places]
         gaps = [known.get(f"bushings[{p.number}].gap", p.nominal.gap) for p in self.places]
-        return np.array([np.mean(r > gap) if self.touching else 0.0 for r, gap in zip(far, gaps)])
+        return np.array([np.mean(r > gap) if self.touching else 0.0 for r, gap in zip(distances, gaps)])
 
     def misses(self, values: np.ndarray) -> np.ndarray:
-        """Return what laws miss of what probes show (n_windows, n_f, m), over its expected error."""
+        """Return the residuals (n_windows, n_f, m) of the probes' signals, over their expected errors."""
         change = values[: self.n_linear] - self.forces.at
         shown = self.forces.shown + self.forces.shown_by @ change
-        return np.asarray(shown - times(self._per_force(change), self._acting(values)))
+        return np.asarray(shown - times(self._per_force(change), self._dynamic_forces(values)))
 
-    def _acting(self, values: np.ndarray) -> np.ndarray:
+    def _dynamic_forces(self, values: np.ndarray) -> np.ndarray:
         """(n_windows, n_f, m) spectra of the forces of laws above those at rest, N."""
         forces = self.forces
         return forces.of_laws(self.law_forces(values)) - forces.one[:, :, None] * values[self._rest]
 
     def linearised(self, at: np.ndarray, residuals: np.ndarray | None = None) -> Linearised:
-        """Return residuals and Jacobian: differences of what forces of laws depend on, else as it is linear.
+        """Return residuals and Jacobian: by differences for parameters of laws' forces, else exact, as it is linear.
 
         Parameters
         ----------
@@ -202,25 +202,25 @@ class LawProblem(Problem):
             Residuals there; they are computed in any case.
         """
         values = self.values(at)
-        change, acting = values[: self.n_linear] - self.forces.at, self._acting(values)
+        change, forces = values[: self.n_linear] - self.forces.at, self._dynamic_forces(values)
         per_force = self._per_force(change)
         shown = self.forces.shown + self.forces.shown_by @ change
-        here = real(shown - times(per_force, acting))
-        jacobian = np.zeros((here.size, self.size))
+        base = real(shown - times(per_force, forces))
+        jacobian = np.zeros((base.size, self.size))
         for i in (*range(self.n_linear), *self._rest):
             column = self.shown_by(i, values, per_force)
             if i < self.n_linear and self._acts[i]:
-                column = column - times(self._by_unit(i, values) * self.forces.per_force_by[i], acting)
+                column = column - times(self._by_unit(i, values) * self.forces.per_force_by[i], forces)
             jacobian[:, i] = real(column)
         for i in self._moving:
             step = -STEP if at[i] + STEP > self.high[i] else STEP
-            moved = self._acting(self.values(at + step * (np.arange(self.size) == i)))
-            jacobian[:, i] -= real(times(per_force, (moved - acting) / step))
+            shifted = self._dynamic_forces(self.values(at + step * (np.arange(self.size) == i)))
+            jacobian[:, i] -= real(times(per_force, (shifted - forces) / step))
         self.evaluations += 1 + self._moving.size
-        return Linearised(np.where(np.abs(here) < MAX_RESIDUAL, here, np.inf), jacobian)
+        return Linearised(np.where(np.abs(base) < MAX_RESIDUAL, base, np.inf), jacobian)
 
     def shown_by(self, i: int, values: np.ndarray, per_force: np.ndarray) -> np.ndarray:
-        """Return what is shown (n_windows, n_f, m) by coordinate i on which it depends linearly.
+        """Return the derivative (n_windows, n_f, m) of the probes' signals by a coordinate i in which they are linear.
 
         Parameters
         ----------
@@ -229,7 +229,7 @@ class LawProblem(Problem):
         values : ndarray, shape (n,)
             Values of all parameters.
         per_force : ndarray, shape (n_windows, n_f, m, m)
-            What probes show of forces, over its expected error.
+            Response of the probes to forces, over its expected error.
         """
         by_unit = self._by_unit(i, values)
         if i < self.n_linear:
@@ -237,21 +237,21 @@ class LawProblem(Problem):
         return np.asarray(by_unit * self.forces.one[:, :, None] * per_force[..., self._rest.index(i)])
 
     def _by_unit(self, i: int, values: np.ndarray) -> float:
-        """Value by coordinate i."""
+        """Return the derivative of parameter i by its coordinate."""
         return float(self.unit[i] * (1.0 if self.parameters[i].transform == "linear" else values[i]))
 
     def _per_force(self, change: np.ndarray) -> np.ndarray:
-        """(n_windows, n_f, m, m) what probes show of forces, over its expected error."""
+        """(n_windows, n_f, m, m) response of the probes to forces, over its expected error."""
         key = change.tobytes()
         if self._known is None or self._known[0] != key:
-            given = np.flatnonzero(change * self._acts)
-            by = np.tensordot(change[given], self.forces.per_force_by[given], 1)
+            changed = np.flatnonzero(change * self._acts)
+            by = np.tensordot(change[changed], self.forces.per_force_by[changed], 1)
             self._known = key, self.forces.per_force + by
         return self._known[1]
 
     def _over_errors(self, values: np.ndarray) -> np.ndarray:
-        found = real(self.misses(values))
-        return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
+        residuals = real(self.misses(values))
+        return np.where(np.abs(residuals) < MAX_RESIDUAL, residuals, np.inf)
 
     def case(self, place: Place, known: Mapping[str, float]) -> Case:
         """Return a clearance and its law.
@@ -263,8 +263,8 @@ class LawProblem(Problem):
         known : mapping of str to float
             Values of parameters.
         """
-        own, fields = f"bushings[{place.number}].", {"contact stiffness": FAINT, "rest_y": 0.0, "rest_z": 0.0}
-        fields |= {name.removeprefix(own): value for name, value in known.items() if name.startswith(own)}
+        prefix, fields = f"bushings[{place.number}].", {"contact stiffness": FAINT, "rest_y": 0.0, "rest_z": 0.0}
+        fields |= {name.removeprefix(prefix): value for name, value in known.items() if name.startswith(prefix)}
         case = case_of(fields, place.nominal, place.contact, place.filling)
         if self.touching:
             return case

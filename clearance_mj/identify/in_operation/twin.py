@@ -1,6 +1,6 @@
 """The twin of a machine in operation: gap, oil and rubs along a record of probes and keyphasor, window by window.
 
-Everything but gap and viscosity is as the orbits had it that the twin begins from. A window refines what is believed of
+Everything but gap and viscosity stays as in the orbit fit that the twin begins from. A window refines the belief of
 these, widened by a random walk; a change of either beyond what the windows' covariances explain is an alarm. So is a
 rub: forces that neither the known law nor the shaft explains, as no window had them while the twin learned.
 """
@@ -28,8 +28,8 @@ __all__ = ["follow_orbits"]
 
 HOP = 0.75  # s, from one window to the next
 TRACKED = {"gap": "gap", "grease viscosity": "viscosity"}  # fields of laws, and what they are tracked as
-LEARNED = 6  # windows from which on it is known how much is missed in health
-BEYOND, RISE = 6.0, 1.5  # standard deviations of what is missed in health, and factor on it, beyond which is a rub
+LEARNED = 6  # windows from which on the misfit in health is known
+BEYOND, RISE = 6.0, 1.5  # standard deviations of the misfit in health, and factor on it, beyond which is a rub
 BLOCK = 200  # successive residuals that may be correlated
 IN_A_ROW = 3  # windows that show a rub before it counts: two hold what was before a sudden change and what is after
 
@@ -43,7 +43,7 @@ def follow_orbits(record: Record, found: OrbitFit) -> Twin:
     record : Record
         Two probes in each bushing and a keyphasor, of a shaft that unbalance alone excites.
     found : OrbitFit
-        What earlier orbits of the machine told, see `orbits`.
+        Fit of earlier orbits of the machine, see `orbits`.
 
     Returns
     -------
@@ -75,16 +75,16 @@ def follow_orbits(record: Record, found: OrbitFit) -> Twin:
 class _OrbitFollower:
     """The twin's state, fed window by window."""
 
-    def __init__(self, found: OrbitFit) -> None:
-        self.found, self.places = found, places_of(found.drawn, [c.contact for c in found.clearances])
-        self.values = dict(zip(found.estimates.names, found.estimates.value.tolist()))
-        own = {p.name: p for p in found.estimates.parameters}
-        split = list(own).index(f"bushings[{self.places[0].number}].gap")
-        self.uncertain, self.own = list(own.values())[:split], list(own.values())[split:]
-        self.touching = any(c.touches for c in found.clearances)
+    def __init__(self, fit: OrbitFit) -> None:
+        self.fit, self.places = fit, places_of(fit.drawn, [c.contact for c in fit.clearances])
+        self.values = dict(zip(fit.estimates.names, fit.estimates.value.tolist()))
+        parameters = {p.name: p for p in fit.estimates.parameters}
+        split = list(parameters).index(f"bushings[{self.places[0].number}].gap")
+        self.uncertain, self.law_parameters = list(parameters.values())[:split], list(parameters.values())[split:]
+        self.touching = any(c.touches for c in fit.clearances)
         oil = any(place.filling.round_only for place in self.places)
         self.quantities = ("gap", "viscosity") if oil else ("gap",)
-        seen = [place for clearance, place in zip(found.clearances, self.places) if clearance.seen]
+        seen = [place for clearance, place in zip(fit.clearances, self.places) if clearance.seen]
         fields = [(p.number, field) for field in TRACKED for p in seen if field == "gap" or p.filling.round_only]
         self.names = [f"bushings[{number}].{field}" for number, field in fields]
         self.labels: list[Label] = [(number, TRACKED[field]) for number, field in fields]
@@ -92,8 +92,8 @@ class _OrbitFollower:
         self.health: list[np.ndarray] = []
         self.rubbing, self.rubs = np.zeros((2, len(self.places)), dtype=int)
         if fields:
-            at = [found.estimates.names.index(name) for name in self.names]
-            covariance = found.estimates.covariance[np.ix_(at, at)] + 1e-8 * np.eye(len(at))
+            at = [fit.estimates.names.index(name) for name in self.names]
+            covariance = fit.estimates.covariance[np.ix_(at, at)] + 1e-8 * np.eye(len(at))
             belief = Belief(np.log([self.values[name] for name in self.names]), covariance)
             self.follower = Follower(belief, self.labels, np.ones(len(at)), self._value, LENGTH, HOP)
 
@@ -101,7 +101,7 @@ class _OrbitFollower:
         return float(np.exp(x[self.labels.index(label)]))
 
     def take(self, window: Window) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, list[Alarm]]:
-        """Return end, means and deviations (n_quantities, n_bushings), contact, what is missed, alarms of a window.
+        """Return end, means and deviations (n_quantities, n_bushings), contact, misfit and alarms of a window.
 
         Parameters
         ----------
@@ -110,48 +110,48 @@ class _OrbitFollower:
         """
         if self.maker is None:
             frequency = np.fft.rfftfreq(window.size, 1 / window.fs)
-            omega = 2 * np.pi * frequency[frequency <= self.found.bands.force]
-            self.maker = ForceMaker(self.found.drawn, self.uncertain, omega)
+            omega = 2 * np.pi * frequency[frequency <= self.fit.bands.force]
+            self.maker = ForceMaker(self.fit.drawn, self.uncertain, omega)
         forces = forces_in(
-            self.found.drawn, [window], self.uncertain, self.values, self.found.bands, maker=self.maker
+            self.fit.drawn, [window], self.uncertain, self.values, self.fit.bands, maker=self.maker
         )  # fmt: skip
         filling = self.places[0].filling
-        law = [p for p in self.own if self.touching or acts_without_contact(p.name, filling)]
+        law = [p for p in self.law_parameters if self.touching or acts_without_contact(p.name, filling)]
         problem = LawProblem(forces, self.places, law, self.touching)
         base = np.array([self.values[name] for name in problem.names])
         at = [problem.names.index(name) for name in self.names]
 
-        def moved(point: np.ndarray) -> np.ndarray:
+        def values_at(point: np.ndarray) -> np.ndarray:
             values = base.copy()
             values[at] = np.exp(point)
             return values
 
-        def misses(points: np.ndarray) -> np.ndarray:
-            return np.array([real(problem.misses(moved(point))) for point in points])
+        def residuals(points: np.ndarray) -> np.ndarray:
+            return np.array([real(problem.misses(values_at(point))) for point in points])
 
         end = window.start + window.size / window.fs
         alarms: list[Alarm] = []
         mean, std = np.full((2, len(self.quantities), len(self.places)), np.nan)
-        alone = np.zeros(0)
+        newest = np.zeros(0)
         if self.labels:
-            refinement, alarm = self.follower.take(misses, BLOCK, end)
-            alone, alarms = refinement.belief.mean, [alarm] if alarm else []
+            refinement, alarm = self.follower.take(residuals, BLOCK, end)
+            newest, alarms = refinement.belief.mean, [alarm] if alarm else []
             rows = [self.quantities.index(quantity) for _, quantity in self.labels]
             columns = [number for number, _ in self.labels]
             mean[rows, columns], std[rows, columns] = self.follower.belief.mean, self.follower.belief.std
-        left = misses(alone[None])[0].reshape(-1, len(self.places), 4)
-        missed, largest = np.sqrt(np.mean(left**2, axis=(0, 2))), np.abs(left).max(axis=(0, 2))
-        alarms += self._rubs(np.array([missed, largest]), forces.over_time(), end)
-        return end, mean, std, problem.contact(moved(alone)), missed, alarms
+        remaining = residuals(newest[None])[0].reshape(-1, len(self.places), 4)
+        misfit, largest = np.sqrt(np.mean(remaining**2, axis=(0, 2))), np.abs(remaining).max(axis=(0, 2))
+        alarms += self._rubs(np.array([misfit, largest]), forces.over_time(), end)
+        return end, mean, std, problem.contact(values_at(newest)), misfit, alarms
 
-    def _rubs(self, missed: np.ndarray, force: np.ndarray, end: float) -> list[Alarm]:
-        """Alarms of forces that nothing explains: missed (2, n_bushings), RMS and largest of all lines."""
+    def _rubs(self, misfit: np.ndarray, force: np.ndarray, end: float) -> list[Alarm]:
+        """Return alarms of unexplained forces by the misfit (2, n_bushings), RMS and largest of all lines."""
         if len(self.health) < LEARNED:
-            self.health.append(missed)
+            self.health.append(misfit)
             return []
-        known = np.array(self.health)
-        limit = np.maximum(known.mean(axis=0) + BEYOND * known.std(axis=0, ddof=1), RISE * known.max(axis=0))
-        self.rubbing = np.where(np.any(missed > limit, axis=0), self.rubbing + 1, 0)
+        learned = np.array(self.health)
+        limit = np.maximum(learned.mean(axis=0) + BEYOND * learned.std(axis=0, ddof=1), RISE * learned.max(axis=0))
+        self.rubbing = np.where(np.any(misfit > limit, axis=0), self.rubbing + 1, 0)
         alarms = []
         for j in np.flatnonzero((self.rubbing == IN_A_ROW) & (self.rubs == 0)):
             largest = float(np.hypot(*force[0, :, 2 * j : 2 * j + 2].T).max())

@@ -1,4 +1,4 @@
-"""Windows of orbit records: spectra of forces in the clearances, and the motion that laws are to explain them by.
+"""Windows of orbit records: spectra of the probes' displacement, and the slow motion that laws are driven by.
 
 Under Hann's window w a shaft's forces are H⁻¹ (w d) but for the window's slope, which is small beside all dynamics but
 the sharp antiresonances, where the forces' expected error is large in any case.
@@ -30,9 +30,9 @@ __all__ = ["Bands", "Window", "bands_of", "cut", "uncertain"]
 LENGTH = 1.5  # s, of a window
 STEADY, CHANGING = 3, 16  # windows of a record at one speed, and of a run-up, at most
 PLAIN = ("structure.", "beam.", "masses[", "1/beam.clamp")
-SUPPORT = math.log(2.0)  # 1 σ of the logarithm of a support's stiffness: orbits tell little of it
+SUPPORT = math.log(2.0)  # 1 σ of the logarithm of a support's stiffness: orbits hardly identify it
 LIKELY_UNBALANCE = 2.0  # of the rig file's: 1 σ of its parts along and across the mark
-RUN_OUT = 0.1  # of the gap: 1 σ of what the surface adds per order, along cosine and sine
+RUN_OUT = 0.1  # of the gap: 1 σ of the run-out per order, along cosine and sine
 CLEARED = 1.0  # s, pieces in which noise is left out
 CERTAIN = 6.0  # of the noise's power, from which on a line counts
 WIDEST = 0.4  # of the rate: highest frequency of the motion
@@ -52,13 +52,13 @@ def hann(size: int) -> np.ndarray:
     size : int
         Number of samples.
     """
-    found = scipy.signal.get_window("hann", size)
-    found.flags.writeable = False
-    return np.asarray(found)
+    window = scipy.signal.get_window("hann", size)
+    window.flags.writeable = False
+    return np.asarray(window)
 
 
 class Bands(NamedTuple):
-    """Up to where forces are compared and motion is known, Hz."""
+    """Upper limits of the bands in which forces are compared and motion is known, Hz."""
 
     force: float
     motion: float
@@ -72,10 +72,10 @@ class Window:
     start: float  #: s in the record, of its first sample
     fs: float  #: samples per second of the spectra's signals
     displacement: np.ndarray  #: (n, m) m, from where the shaft rests standing still; m = 2 n_bushings
-    clear: np.ndarray  #: (n, m) the same without noise, as far as it can be told from motion
+    clear: np.ndarray  #: (n, m) the same without noise, as far as it differs from motion
     angle: np.ndarray  #: (n,) rad
     speed: np.ndarray  #: (n,) rad/s
-    steady: bool  #: whether it is of a record at one speed
+    steady: bool  #: True in a record at one speed
     noise: np.ndarray  #: (m,) m, standard deviation of a sample of each probe
 
     @property
@@ -89,7 +89,7 @@ class Window:
         return len(self.angle)
 
     def spectra(self, lines: int) -> Spectra:
-        """Return spectra of what is measured, up to a number of lines.
+        """Return the first lines of the spectra of the measured signals.
 
         Parameters
         ----------
@@ -137,11 +137,11 @@ def cut(record: PreparedRecord, length: float = LENGTH, most: int | None = None)
     if record.displacement is None or record.turning is None:
         raise RecordError(f'record "{record.name}": has no two probes in each clearance, or its shaft does not turn')
     spin = record.tested.spin
-    found = windows_of(record, length, length / 2)
+    windows = windows_of(record, length, length / 2)
     most = most or (CHANGING if spin and spin.rate else STEADY)
-    if len(found) <= most:
-        return found
-    return [found[i] for i in np.round(np.linspace(0, len(found) - 1, most)).astype(int).tolist()]
+    if len(windows) <= most:
+        return windows
+    return [windows[i] for i in np.round(np.linspace(0, len(windows) - 1, most)).astype(int).tolist()]
 
 
 def windows_of(record: PreparedRecord, length: float, hop: float) -> list[Window]:
@@ -156,20 +156,20 @@ def windows_of(record: PreparedRecord, length: float, hop: float) -> list[Window
     """
     assert record.displacement is not None and record.turning is not None
     size, spin, turning = round(length * record.fs), record.tested.spin, record.turning
-    shown = record.displacement.T
-    if len(shown) < size:
+    x = record.displacement.T
+    if len(x) < size:
         raise RecordError(
             f'record "{record.name}": lasts {record.duration:.3g} s; orbits are looked at in windows of {length:g} s'
         )
-    noise = noise_of(shown)
-    clear = without_noise(shown, noise, record.fs)
-    found = []
-    for start in range(0, len(shown) - size + 1, round(hop * record.fs)):
-        p = slice(start, start + size)
-        angle, speed = smooth_angle(turning.angle[p], record.fs)
+    noise = noise_of(x)
+    clear = without_noise(x, noise, record.fs)
+    windows = []
+    for start in range(0, len(x) - size + 1, round(hop * record.fs)):
+        at = slice(start, start + size)
+        angle, speed = smooth_angle(turning.angle[at], record.fs)
         steady = not (spin and spin.rate)
-        found.append(Window(record.name, start / record.fs, record.fs, shown[p], clear[p], angle, speed, steady, noise))
-    return found
+        windows.append(Window(record.name, start / record.fs, record.fs, x[at], clear[at], angle, speed, steady, noise))
+    return windows
 
 
 def smooth_angle(angle: np.ndarray, fs: float) -> tuple[np.ndarray, np.ndarray]:
@@ -187,73 +187,73 @@ def smooth_angle(angle: np.ndarray, fs: float) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(cubic(time)), np.asarray(cubic.deriv()(time) * 2 * fs / (angle.size - 1))
 
 
-def without_noise(shown: np.ndarray, noise: np.ndarray, fs: float) -> np.ndarray:
+def without_noise(displacement: np.ndarray, noise: np.ndarray, fs: float) -> np.ndarray:
     """Return probes (n_t, m), m, in which lines that are not above the noise are left out (Wiener's filter).
 
     Laws see the motion with its noise, and the probes show the same noise: it would count as a force of springs.
 
     Parameters
     ----------
-    shown : ndarray, shape (n_t, m)
+    displacement : ndarray, shape (n_t, m)
         Of a record.
     noise : ndarray, shape (m,)
         Standard deviation of a sample, m.
     fs : float
         Samples per second.
     """
-    size = min(round(CLEARED * fs), len(shown))
+    size = min(round(CLEARED * fs), len(displacement))
     taper = hann(size)
     transform = scipy.signal.ShortTimeFFT(taper, max(size // 4, 1), fs)
-    longer = np.pad(shown, [(size // 2, size - size // 2), (0, 0)], "reflect", reflect_type="odd")
-    spectra = transform.stft(longer, axis=0)
+    padded = np.pad(displacement, [(size // 2, size - size // 2), (0, 0)], "reflect", reflect_type="odd")
+    spectra = transform.stft(padded, axis=0)
     level = (CERTAIN * np.sum(taper**2) * noise**2)[None, :, None]
     spectra *= np.clip(1 - level / np.maximum(np.abs(spectra) ** 2, 1e-300), 0.0, 1.0)
-    clear = transform.istft(spectra, k1=len(longer), f_axis=0, t_axis=-1)
-    return np.asarray(clear.reshape(len(longer), -1)[size // 2 : size // 2 + len(shown)])
+    clear = transform.istft(spectra, k1=len(padded), f_axis=0, t_axis=-1)
+    return np.asarray(clear.reshape(len(padded), -1)[size // 2 : size // 2 + len(displacement)])
 
 
-def noise_of(shown: np.ndarray) -> np.ndarray:
-    """Return the white noise of probes (m,), m, as they show it where nothing moves as fast.
+def noise_of(displacement: np.ndarray) -> np.ndarray:
+    """Return the white noise of probes (m,), m, from their spectra above the frequencies of any motion.
 
     Parameters
     ----------
-    shown : ndarray, shape (n_t, m)
+    displacement : ndarray, shape (n_t, m)
         Of a record.
     """
-    size = min(len(shown), 4096)
+    size = min(len(displacement), 4096)
     taper = hann(size)
-    pieces = [shown[i : i + size].T * taper for i in range(0, len(shown) - size + 1, size)]
+    pieces = [displacement[i : i + size].T * taper for i in range(0, len(displacement) - size + 1, size)]
     power = np.mean([np.abs(np.fft.rfft(piece)[:, round(NOISY * size / 2) :]) ** 2 for piece in pieces], axis=0)
     quiet = np.median(power, axis=1) / float(np.sum(taper**2))
-    return np.asarray(np.maximum(np.sqrt(quiet), QUIETEST * np.std(shown, axis=0)))
+    return np.asarray(np.maximum(np.sqrt(quiet), QUIETEST * np.std(displacement, axis=0)))
 
 
 def uncertain(rig: Rig, numbers: Sequence[Parameter]) -> list[Parameter]:
-    """Return what the forces that probes show depend on: the linear rig's numbers, unbalances and run-out.
+    """Return the parameters of the forces that probes show: the linear rig's numbers, unbalances and run-out.
 
     Parameters
     ----------
     rig : Rig
         The rig.
     numbers : sequence of Parameter
-        What its file leaves open, of which those are taken that say what probes show.
+        Open parameters of its file, of which those that the probes' signals depend on are taken.
     """
     ends = (".position", ".probe_angle")
-    found = [
+    parameters = [
         p for p in numbers
         if p.name.startswith((*PLAIN, "probes[")) or (p.name.startswith("bushings[") and p.name.endswith(ends))
     ]  # fmt: skip
-    found = [
-        dataclasses.replace(p, prior_std=min(p.prior_std, SUPPORT)) if ".supports[" in p.name else p for p in found
+    parameters = [
+        dataclasses.replace(p, prior_std=min(p.prior_std, SUPPORT)) if ".supports[" in p.name else p for p in parameters
     ]
     for i, (_, size) in enumerate(places_of_unbalance(rig)):
         most, std = 50 * size, LIKELY_UNBALANCE * size
         for part in ("along", "across"):
-            found.append(Parameter(f"unbalances[{i}] {part} the mark", "kg m", 0.0, -most, most, std, "linear"))
+            parameters.append(Parameter(f"unbalances[{i}] {part} the mark", "kg m", 0.0, -most, most, std, "linear"))
     for probe, order, wave in itertools.product(range(2 * len(rig.bushings)), ORDERS, ("cos", "sin")):
         name, std = f"probes[{probe}] run-out {order}x {wave}", RUN_OUT * rig.bushings[probe // 2].gap
-        found.append(Parameter(name, "m", 0.0, -10 * std, 10 * std, std, "linear"))
-    return found
+        parameters.append(Parameter(name, "m", 0.0, -10 * std, 10 * std, std, "linear"))
+    return parameters
 
 
 def bands_of(rig: Rig, windows: Sequence[Window]) -> Bands:
@@ -281,8 +281,8 @@ def bands_of(rig: Rig, windows: Sequence[Window]) -> Bands:
     by_line = np.einsum("fij,j->f", inverse, noise**2 * energy)
     of_noise = np.cumsum(scipy.signal.medfilt(by_line, 2 * (by_line.size // 20) + 1))
     least = min(max(LEAST_TURNS * fastest, 20.0), 0.5 * highest)
-    low = frequency[inside] <= least
-    levels = np.sum(power[:, inside][:, low] * np.abs(inverse[0].max()), axis=(1, 2))
+    below = frequency[inside] <= least
+    levels = np.sum(power[:, inside][:, below] * np.abs(inverse[0].max()), axis=(1, 2))
     end = float(frequency[inside][max(np.searchsorted(of_noise, FORCE_NOISE**2 * np.quantile(levels, 0.75)) - 1, 0)])
     force = min(max(end, least), 0.5 * highest)
     return Bands(force, min(highest, max(2 * force, 8 * fastest, 100.0)))
@@ -293,7 +293,7 @@ class Slow(NamedTuple):
 
     rate: float  #: samples per second
     size: int  #: samples of a window
-    x: np.ndarray  #: (n_t, m) what probes show, m
+    x: np.ndarray  #: (n_t, m) displacement at the probes, m
     v: np.ndarray  #: (n_t, m) m/s
     waves: np.ndarray  #: (n_t, 2 n_orders) see `turned_waves`
     waves_by_time: np.ndarray  #: (n_t, 2 n_orders) 1/s
@@ -314,7 +314,7 @@ def slow_motion(windows: Sequence[Window], bands: Bands) -> Slow:
     step = max(1, int(fs / (RATE * bands.motion)))
     half = round(2.0 * fs / bands.motion)
     taps = scipy.signal.firwin(2 * half + 1, min(1.1 * bands.motion, 0.49 * fs), fs=fs, window=("kaiser", 4.0))
-    found = []
+    parts_of_windows = []
     for window in windows:
         ends = np.pad(window.clear, ((half, half), (0, 0)), "reflect", reflect_type="odd")
         smooth = scipy.signal.fftconvolve(ends, taps[:, None], "valid", axes=0)
@@ -322,8 +322,8 @@ def slow_motion(windows: Sequence[Window], bands: Bands) -> Slow:
         v = CubicSpline(time, smooth, axis=0)(time, 1)
         waves = turned_waves(window.angle)
         orders = np.repeat(ORDERS, 2)
-        turned = waves.reshape(-1, len(ORDERS), 2)[:, :, ::-1] * np.array([-1.0, 1.0])
-        by_time = turned.reshape(len(waves), -1) * orders * window.speed[:, None]
-        found.append([each[::step] for each in (smooth, v, waves, by_time, window.speed)])
-    joined = [np.concatenate(parts) for parts in zip(*found)]
-    return Slow(fs / step, len(found[0][0]), *joined)
+        derivative = waves.reshape(-1, len(ORDERS), 2)[:, :, ::-1] * np.array([-1.0, 1.0])
+        by_time = derivative.reshape(len(waves), -1) * orders * window.speed[:, None]
+        parts_of_windows.append([each[::step] for each in (smooth, v, waves, by_time, window.speed)])
+    signals = [np.concatenate(parts) for parts in zip(*parts_of_windows)]
+    return Slow(fs / step, len(parts_of_windows[0][0]), *signals)
