@@ -43,8 +43,8 @@ class Case(NamedTuple):
     @property
     def middle(self) -> tuple[float, ...]:
         """Where the shaft is when its probes read zero, from the middle of the clearance, m."""
-        own = OFFSETS[-self.bushing.n_coordinates :]
-        return tuple(getattr(self.bushing, name) for name in own) if self.rest is None else self.rest
+        names = OFFSETS[-self.bushing.n_coordinates :]
+        return tuple(getattr(self.bushing, name) for name in names) if self.rest is None else self.rest
 
     @property
     def bushings(self) -> tuple[Bushing]:
@@ -52,7 +52,7 @@ class Case(NamedTuple):
         return (self.bushing,)
 
     def records(self, step: float) -> Clearance:
-        """Return what compiled loops with a step, s, know of the clearance."""
+        """Return the clearance's records for compiled loops with a step, s."""
         if self.rest is None:
             return clearance_records(self, self.law, step)
         bushing = dataclasses.replace(self.bushing, offset=0.0, offset_y=0.0)
@@ -83,7 +83,7 @@ def forces_along(
         By which the law's ends are farther from the middle.
     """
     if lever != 1.0:
-        x, v = (each[:, :1] + lever * (each - each[:, :1]) for each in (x, v))
+        x, v = (displacement[:, :1] + lever * (displacement - displacement[:, :1]) for displacement in (x, v))
     return along.forces_along(case.records(step), 0, x, v, spin)
 
 
@@ -97,7 +97,7 @@ def open_parameters(
     number: int, nominal: Bushing, priors: Sequence[Parameter], rest: tuple[float, ...] | None = None,
     turns: bool = False,
 ) -> list[Parameter]:  # fmt: skip
-    """Return what is open of a clearance beside contact and filling.
+    """Return the open parameters of a clearance but for contact and filling.
 
     Parameters
     ----------
@@ -111,27 +111,27 @@ def open_parameters(
         From the middle to where the shaft rests when its probes read zero, m, as the rig file has it. It is open in the
         place of the offset.
     turns : bool
-        Whether the shaft turns in any record.
+        True if the shaft turns in any record.
     """
-    own, wide, across = f"bushings[{number}]", nominal.gap, nominal.is_round
+    path, gap, across = f"bushings[{number}]", nominal.gap, nominal.is_round
     known = {p.name: p for p in priors}
     fields = ["gap"] if across else ["gap", "length"] if rest else ["gap", "offset", "length"]
     if rest and nominal.stops != "both":
         fields.remove("gap")  # one wall alone: where the shaft rests says where it is
-    found = [known[name] for field in fields if (name := f"{own}.{field}") in known]
-    reach = max(wide, float(np.linalg.norm(rest or 0.0)))  # a weight may press the shaft deep into a soft wall
+    opened = [known[name] for field in fields if (name := f"{path}.{field}") in known]
+    reach = max(gap, float(np.linalg.norm(rest or 0.0)))  # a weight may press the shaft deep into a soft wall
     for name, start in zip(RESTS[-len(rest) :], rest) if rest else ():
-        found.append(Parameter(f"{own}.{name}", "m", start, -3 * reach, 3 * reach, REST * reach, "linear"))
-    numbers = nominal.wall or {}
+        opened.append(Parameter(f"{path}.{name}", "m", start, -3 * reach, 3 * reach, REST * reach, "linear"))
+    wall = nominal.wall or {}
     for name, field in zip(HOLE, ("wide", "across") if nominal.shape in ("round", "oval") else ()):
-        start, most = float(numbers.get(field, 0.0)), 5 * OUT_OF_ROUND * wide
-        found.append(Parameter(f"{own}.{name}", "m", start, start - most, start + most, OUT_OF_ROUND * wide, "linear"))
-    friction = known.get(f"{own}.friction.coefficient")
+        start, most = float(wall.get(field, 0.0)), 5 * OUT_OF_ROUND * gap
+        opened.append(Parameter(f"{path}.{name}", "m", start, start - most, start + most, OUT_OF_ROUND * gap, "linear"))
+    friction = known.get(f"{path}.friction.coefficient")
     start, std = (friction.start, friction.prior_std) if friction else FRICTION
     if friction or (turns and across):
         factor = math.exp(6 * std)
-        found.append(Parameter(f"{own}.friction", "", start, start / factor, start * factor, std))
-    return found
+        opened.append(Parameter(f"{path}.friction", "", start, start / factor, start * factor, std))
+    return opened
 
 
 def fields_of(names: Sequence[str], values: np.ndarray) -> dict[str, float]:
@@ -176,12 +176,12 @@ def case_of(known: Mapping[str, float], nominal: Bushing, contact: ContactFamily
 def placed(bushing: Bushing, offset: np.ndarray, **changed: Any) -> Bushing:
     """Return a bushing with the unloaded shaft at an offset (d,), short of its wall, and other fields."""
     size, gap = float(np.linalg.norm(offset)), changed.get("gap", bushing.gap)
-    short = offset * min(1.0, FARTHEST_OFFSET * gap / max(size, 1e-300))
+    limited = offset * min(1.0, FARTHEST_OFFSET * gap / max(size, 1e-300))
     # Changed at once: with the old offset, a smaller gap would be no bushing.
-    return dataclasses.replace(bushing, **changed, **dict(zip(OFFSETS[-len(short) :], short.tolist())))
+    return dataclasses.replace(bushing, **changed, **dict(zip(OFFSETS[-len(limited) :], limited.tolist())))
 
 
-def hole_of(bushing: Bushing, gap: float, estimates: Estimates, own: str = "") -> dict[str, Any]:
+def hole_of(bushing: Bushing, gap: float, estimates: Estimates, prefix: str = "") -> dict[str, Any]:
     """Return the shape and the wall of a bushing's hole: oval where the estimates of both its numbers say so.
 
     Parameters
@@ -189,13 +189,13 @@ def hole_of(bushing: Bushing, gap: float, estimates: Estimates, own: str = "") -
     bushing : Bushing
         Whose hole it remains if these are not among the estimates.
     gap : float
-        Radial clearance found, m.
+        Identified radial clearance, m.
     estimates : Estimates
-        Of this clearance or, with others', those whose names begin with ``own``.
-    own : str
+        Of this clearance or, with others', those whose names begin with ``prefix``.
+    prefix : str
         Such as "bushings[0].".
     """
-    at = [i for i, name in enumerate(estimates.names) if name.startswith(own) and name.endswith(HOLE)]
+    at = [i for i, name in enumerate(estimates.names) if name.startswith(prefix) and name.endswith(HOLE)]
     if not at:
         return {"shape": bushing.shape, "wall": bushing.wall}
     value, covariance = estimates.value[at], estimates.covariance[np.ix_(at, at)]

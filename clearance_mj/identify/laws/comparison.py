@@ -57,7 +57,7 @@ class FamilyFit:
     bushing: int
     """index of the clearance"""
     fit: ForceFit
-    """what was found"""
+    """fit of its parameters"""
     log_evidence: float
     """logarithm of the probability of the records given the family, but for a constant of the clearance"""
     weight: float
@@ -80,12 +80,12 @@ class FamilyFit:
 
     @property
     def misfit(self) -> float:
-        """Of the force that was fitted, over what is expected of a law."""
+        """Misfit of the fitted force, over the expected error of a law."""
         return self.fit.misfit
 
     @property
     def held_out(self) -> float:
-        """The same of the piece that no fit saw."""
+        """Misfit of the part of the records that no fit used."""
         return self.fit.held_out
 
     def to_dict(self) -> dict[str, Any]:
@@ -95,7 +95,7 @@ class FamilyFit:
 
 
 def law_of(laws: Sequence[ContactLaw]) -> ContactLaw:
-    """Return the law of all clearances out of the laws of each."""
+    """Return one law of all clearances from the laws of each."""
     return ContactLaw([law.contact[0] for law in laws], [law.grease[0] for law in laws])
 
 
@@ -111,7 +111,7 @@ def compare_families(
     update : RigUpdate
         The rig, and the priors of gaps and offsets.
     rig : Rig, optional
-        The updated rig with what was found to turn with it.
+        The updated rig with the identified turning loads.
     progress : bool
         Show progress bars.
 
@@ -122,19 +122,19 @@ def compare_families(
         estimates vary with the rig, too.
     """
     rig = rig or update.rig
-    apart, used = _ends_apart(rig), np.ones((len(rig.bushings), len(records)), dtype=bool)
+    point_ends, used = _with_length(rig), np.ones((len(rig.bushings), len(records)), dtype=bool)
     if not update.probes and not rig.moves_across:
-        used = telling([force_on(apart, update, record) for record in records])
-        kept = np.flatnonzero(used.any(axis=0)).tolist()
-        records, used = [records[i] for i in kept], used[:, kept]
+        used = telling([force_on(point_ends, update, record) for record in records])
+        indices = np.flatnonzero(used.any(axis=0)).tolist()
+        records, used = [records[i] for i in indices], used[:, indices]
     records = shortened(records)
-    forces = [force_on(apart, update, record) for record in tqdm(records, desc="forces", disable=not progress)]
+    forces = [force_on(point_ends, update, record) for record in tqdm(records, desc="forces", disable=not progress)]
     turns = any(force.spin is not None for force in forces)
     rests = rests_of(rig) if rig.is_loaded else [None] * len(rig.bushings)
-    opened = [
+    parameters = [
         open_parameters(j, nominal_of(rig, j), update.clearance_priors, rest, turns) for j, rest in enumerate(rests)
     ]
-    motions = [MeasuredMotion(forces, rig, j, own, used[j]) for j, own in enumerate(opened)]
+    motions = [MeasuredMotion(forces, rig, j, opened, used[j]) for j, opened in enumerate(parameters)]
     slow = None if update.probes else SlowMotion(motions, records, rig)
     if slow:  # No probe shows the slow part of the motion: it follows from the laws.
         first = [fit_force(m, _first_contact(), _fillings(m)[0]) for m in motions]
@@ -144,27 +144,27 @@ def compare_families(
         ThreadPoolExecutor(WORKERS) as pool,
     ):
         families = list(pool.map(lambda motion: fit_families(motion, bar.update), motions))
-    fits = [of_one[0].fit for of_one in families]
+    fits = [fits_of_one[0].fit for fits_of_one in families]
     if slow:
         fits = fit_with_slow_motion(slow, fits, SLOW_REFITS)
     turning = {"unbalances": rig.unbalances, "orders": rig.orders}
     drawn = [(other.replace(**turning), values) for other, values in update.drawn]
     rigs = [other for other, _ in drawn]
-    others = [[force_on(_ends_apart(r), update, record, values) for record in records] for r, values in drawn]
+    on_drawn = [[force_on(_with_length(r), update, record, values) for record in records] for r, values in drawn]
     for j, (motion, fit) in enumerate(zip(motions, fits)):
         problem = ForceProblem(motion, fit.contact, fit.filling)
-        steps = steps_on(fit, problem, [motion.on(each, r) for each, r in zip(others, rigs)]) * problem.unit
+        steps = steps_on(fit, problem, [motion.on(each, r) for each, r in zip(on_drawn, rigs)]) * problem.unit
         fits[j] = fit.widened_by(steps.T @ steps / len(drawn))
     best = with_offsets(fits, rig, rigs)
-    found = []
+    comparisons = []
     for j, (fit, (likeliest, *others_of)) in enumerate(zip(best, families)):
         unloaded = [with_offsets([*fits[:j], other.fit, *fits[j + 1 :]], rig)[j] for other in others_of]
-        fitted = zip((likeliest, *others_of), (fit, *unloaded))
-        found.append(tuple(dataclasses.replace(family, fit=each) for family, each in fitted))
-    return tuple(found)
+        pairs = zip((likeliest, *others_of), (fit, *unloaded))
+        comparisons.append(tuple(dataclasses.replace(family, fit=each) for family, each in pairs))
+    return tuple(comparisons)
 
 
-def _ends_apart(rig: Rig) -> Rig:
+def _with_length(rig: Rig) -> Rig:
     """Return a rig whose bushings along shafts are not points, so that the shaft's slope in them is known."""
     bushings = list(rig.bushings)
     for j, bushing in enumerate(bushings):
@@ -178,7 +178,7 @@ def _ends_apart(rig: Rig) -> Rig:
 def force_on(
     rig: Rig, update: RigUpdate, record: PreparedRecord, probes: Mapping[str, float] | None = None
 ) -> RestoringForce:
-    """Restoring forces of a record on a rig, with probes as an update found them; without probes, of quick motion."""
+    """Return a record's restoring forces on a rig, with an update's probe gains; without probes, of quick motion."""
     low = 0.0 if update.probes or rig.moves_across else NO_PROBES_BAND
     return restoring_force(record, low=low, rig=rig, probes=probes or update.values)
 
@@ -199,24 +199,24 @@ def fit_families(motion: MeasuredMotion, done: Callable[[], object] = lambda: No
         Called after each fit.
     """
     first, contacts, fillings = _first_contact(), list(CONTACT_FAMILIES.values()), _fillings(motion)
-    found: dict[tuple[str, str], ForceFit] = {}
+    fits: dict[tuple[str, str], ForceFit] = {}
 
     def fit(contact: ContactFamily, filling: FillingFamily, others: Sequence[Values] = ()) -> None:
-        if (contact.name, filling.name) not in found:
-            starts = [*others, *_starts(motion, contact, filling, found)]
-            with contextlib.suppress(NoModelError) if found else contextlib.nullcontext():  # one that diverges is none
-                found[contact.name, filling.name] = fit_force(motion, contact, filling, starts)
+        if (contact.name, filling.name) not in fits:
+            starts = [*others, *_starts(motion, contact, filling, fits)]
+            with contextlib.suppress(NoModelError) if fits else contextlib.nullcontext():  # one that diverges is none
+                fits[contact.name, filling.name] = fit_force(motion, contact, filling, starts)
             done()
 
     def leading() -> ForceFit:
-        return weighted(motion, list(found.values()))[0].fit
+        return weighted(motion, list(fits.values()))[0].fit
 
-    begun, grid = fillings[: motion.size], grid_of_starts(motion)  # beside a film of two coordinates, what has none
+    begun, grid = fillings[: motion.size], grid_of_starts(motion)  # with a film of two coordinates, one without
     for filling in begun:
         fit(first, filling, grid)
     lead = leading()
-    if (valley := with_filling_of_file(along_valley(lead, motion), motion)) is not lead:
-        lead, found = valley, {(first.name, valley.filling.name): valley}
+    if (valley_fit := with_filling_of_file(along_valley(lead, motion), motion)) is not lead:
+        lead, fits = valley_fit, {(first.name, valley_fit.filling.name): valley_fit}
         for filling in begun:
             fit(first, filling)
     if not motion.touches(leading().case):
@@ -229,28 +229,28 @@ def fit_families(motion: MeasuredMotion, done: Callable[[], object] = lambda: No
     lead = leading()
     for contact in contacts:
         fit(contact, lead.filling)
-    for pair, old in found.items():
-        rival = min((f for other, f in found.items() if other[1] == pair[1]), key=lambda f: f.misfit)
-        found[pair] = fit_from_rival(motion, old, rival)
-    return weighted(motion, list(found.values()))
+    for pair, old in fits.items():
+        rival = min((f for other, f in fits.items() if other[1] == pair[1]), key=lambda f: f.misfit)
+        fits[pair] = fit_from_rival(motion, old, rival)
+    return weighted(motion, list(fits.values()))
 
 
 def _first_contact() -> ContactFamily:
-    """The contact that begins from no other, of which the others are special cases, or near."""
+    """Return the contact family that begins from no other, of which the others are special cases, or nearly."""
     return next(family for family in CONTACT_FAMILIES.values() if family.begins_from is None)
 
 
 def _fillings(motion: MeasuredMotion) -> list[FillingFamily]:
-    """Fillings that are tried, each after that from whose fit its own begins: oil, or all greases.
+    """Return the fillings to compare, each after the one from whose fit it begins: oil, or all greases.
 
-    Beside oil a spring with a squeeze film is tried, which does not know that the shaft turns.
+    With oil a spring with a squeeze film is compared, too, which does not depend on the shaft's spin.
     """
     greases = list[FillingFamily]()
-    while rest := [f for f in FILLING_FAMILIES.values() if f not in greases]:
-        ready = [f for f in rest if f.begins_from is None or f.begins_from in [each.name for each in greases]]
+    while remaining := [f for f in FILLING_FAMILIES.values() if f not in greases]:
+        ready = [f for f in remaining if f.begins_from is None or f.begins_from in [grease.name for grease in greases]]
         if not ready:
             raise LawError(
-                f'family "{rest[0].name}" begins from "{rest[0].begins_from}", of which no fit is known; '
+                f'family "{remaining[0].name}" begins from "{remaining[0].begins_from}", of which no fit is known; '
                 f"known: {', '.join(FILLING_FAMILIES)}"
             )
         greases += ready
@@ -263,13 +263,13 @@ def _fillings(motion: MeasuredMotion) -> list[FillingFamily]:
 
 
 def _starts(
-    motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily, found: Mapping[tuple[str, str], ForceFit]
+    motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily, fits: Mapping[tuple[str, str], ForceFit]
 ) -> list[dict[str, float]]:
-    """Where the fit of a family begins: at what those that it begins from, and the best one, bring along."""
-    lead = min(found.values(), key=lambda f: f.misfit, default=None)
-    before = found.get((str(contact.begins_from), filling.name)), found.get((contact.name, str(filling.begins_from)))
+    """Return starting values of a family's fit, from the fits of the families it begins from and from the best one."""
+    lead = min(fits.values(), key=lambda f: f.misfit, default=None)
+    begun_from = fits.get((str(contact.begins_from), filling.name)), fits.get((contact.name, str(filling.begins_from)))
     starts = []
-    for fit in dict.fromkeys(f for f in (*before, lead) if f):
+    for fit in dict.fromkeys(f for f in (*begun_from, lead) if f):
         start = fit.values
         if fit.contact is not contact:
             start |= contact.start(fit, motion)
@@ -280,16 +280,16 @@ def _starts(
 
 
 def grid_of_starts(motion: MeasuredMotion) -> list[dict[str, float]]:
-    """Return gaps and contacts about the rig file's, with the shaft where that has it and in the motion's middle.
+    """Return gaps and contacts about the rig file's, with the shaft at its rest place and in the motion's middle.
 
     A shaft that goes far into a soft wall shows neither the gap nor the middle, and from too wide a gap none is found.
     """
-    own, nominal = f"bushings[{motion.number}]", motion.nominal
+    prefix, nominal = f"bushings[{motion.number}]", motion.nominal
     names = RESTS if motion.rest_is_open else OFFSETS
-    middle = dict(zip((f"{own}.{name}" for name in names[-motion.size :]), (-motion.middle).tolist()))
+    middle = dict(zip((f"{prefix}.{name}" for name in names[-motion.size :]), (-motion.middle).tolist()))
     contacts = [
         {
-            f"{own}.gap": gap * nominal.gap,
+            f"{prefix}.gap": gap * nominal.gap,
             "contact stiffness": hardness * nominal.contact.stiffness,
             "contact cubic stiffness": hardness * nominal.contact.stiffness / nominal.gap**2,
         }
@@ -299,10 +299,10 @@ def grid_of_starts(motion: MeasuredMotion) -> list[dict[str, float]]:
 
 
 def along_valley(fit: ForceFit, motion: MeasuredMotion) -> ForceFit:
-    """Return the best fit of those that begin with wider and narrower gaps whose nearest wall is where a fit has it.
+    """Return the best of fits that begin with wider and narrower gaps and keep the nearest wall where a fit has it.
 
     A shaft that touches one side alone shows where the wall is there, and hardly how far the other side is: the search
-    ends in a long valley, before its lowest place.
+    ends in a long valley, before its minimum.
 
     Parameters
     ----------
@@ -315,8 +315,8 @@ def along_valley(fit: ForceFit, motion: MeasuredMotion) -> ForceFit:
         return fit
     for steps in VALLEY:
         while True:
-            others = [each for step in steps if (each := _beside(fit, motion, step))]
-            best = min(others, key=lambda each: each.misfit, default=fit)
+            candidates = [other for step in steps if (other := _fit_with_wider_gap(fit, motion, step))]
+            best = min(candidates, key=lambda each: each.misfit, default=fit)
             if best.misfit > (1 - LOWER) * fit.misfit:
                 break
             fit = best
@@ -326,8 +326,8 @@ def along_valley(fit: ForceFit, motion: MeasuredMotion) -> ForceFit:
 def with_filling_of_file(fit: ForceFit, motion: MeasuredMotion) -> ForceFit:
     """Return the fit of a round clearance that begins with the rig file's filling, if the shaft hardly leaves its wall.
 
-    There records tell the stiffness of contact and filling together, and that of the contact times the gap, but neither
-    alone: what the rig file says of the filling counts beside them.
+    There records identify the sum of the stiffnesses of contact and filling, and the contact's times the gap, but
+    neither alone: the rig file's filling counts as further evidence.
 
     Parameters
     ----------
@@ -343,39 +343,39 @@ def with_filling_of_file(fit: ForceFit, motion: MeasuredMotion) -> ForceFit:
     if (stiffer := contact + filling - motion.nominal.grease.stiffness) <= 0:
         return fit
     start = dict(zip(names, (gap * contact / stiffer, stiffer, motion.nominal.grease.stiffness)))
-    found = fit_force(motion, fit.contact, fit.filling, [values | start])
+    refit = fit_force(motion, fit.contact, fit.filling, [values | start])
 
-    def cost(each: ForceFit) -> float:  # twice the negative logarithm of the posterior, as intervals count values
-        count = each.size / max(each.correlation_length, motion.shortest_correlation)
-        return 2 * count * math.log(each.misfit) + float(each.point @ each.point)
+    def cost(candidate: ForceFit) -> float:  # twice the negative logarithm of the posterior, as intervals count values
+        count = candidate.size / max(candidate.correlation_length, motion.shortest_correlation)
+        return 2 * count * math.log(candidate.misfit) + float(candidate.point @ candidate.point)
 
-    return min(fit, found, key=cost)
+    return min(fit, refit, key=cost)
 
 
-def _beside(fit: ForceFit, motion: MeasuredMotion, step: float) -> ForceFit | None:
-    """Fit from a gap that is wider by a factor; None where the shaft is too near to the middle to tell a side."""
-    own, gap, size = f"bushings[{motion.number}]", fit.case.bushing.gap, float(np.linalg.norm(fit.case.middle))
+def _fit_with_wider_gap(fit: ForceFit, motion: MeasuredMotion, step: float) -> ForceFit | None:
+    """Return a fit from a gap wider by a factor; None where the shaft is too near to the middle to have a side."""
+    prefix, gap, size = f"bushings[{motion.number}]", fit.case.bushing.gap, float(np.linalg.norm(fit.case.middle))
     farther = (step - 1.0) * gap
     if size < OFF_CENTRE * gap or size + farther <= 0:
         return None
     names = RESTS if motion.rest_is_open else OFFSETS
     place = (np.array(fit.case.middle) * (size + farther) / size).tolist()
-    moved = {f"{own}.gap": step * gap} | {f"{own}.{n}": x for n, x in zip(names[-motion.size :], place)}
-    round_hole = {f"{own}.{name}": 0.0 for name in HOLE}
+    moved = {f"{prefix}.gap": step * gap} | {f"{prefix}.{n}": x for n, x in zip(names[-motion.size :], place)}
+    round_hole = {f"{prefix}.{name}": 0.0 for name in HOLE}
     return fit_force(motion, fit.contact, fit.filling, [fit.values | moved | round_hole])
 
 
 def fit_from_rival(motion: MeasuredMotion, old: ForceFit, rival: ForceFit) -> ForceFit:
-    """Fit that begins where one with the same filling and another contact ended, if that misses less."""
+    """Return a fit that begins where one with the same filling and another contact ended, if it has less misfit."""
     if old.misfit <= rival.misfit:
         return old
     contacts = {p.name for family in (old.contact, rival.contact) for p in family.parameters(motion.nominal)}
     others = {name: value for name, value in rival.values.items() if name not in contacts}
-    own = {name: value for name, value in old.values.items() if name in contacts}
-    return min(old, fit_force(motion, old.contact, old.filling, [others, others | own]), key=lambda f: f.misfit)
+    of_contact = {name: value for name, value in old.values.items() if name in contacts}
+    return min(old, fit_force(motion, old.contact, old.filling, [others, others | of_contact]), key=lambda f: f.misfit)
 
 
-def weighted(motion: MeasuredMotion, found: Sequence[ForceFit]) -> tuple[FamilyFit, ...]:
+def weighted(motion: MeasuredMotion, fits: Sequence[ForceFit]) -> tuple[FamilyFit, ...]:
     """Return the families of a clearance with their probabilities, likeliest first.
 
     All families miss the records by more than noise, so that pieces of a record do not agree which one is nearest:
@@ -383,10 +383,10 @@ def weighted(motion: MeasuredMotion, found: Sequence[ForceFit]) -> tuple[FamilyF
     Using stacking to average Bayesian predictive distributions, Bayesian Analysis 13, 2018).
     """
     # Errors of the best family are those of rig and sensors: they say how many values are one observation, for all.
-    length = max(SHORTEST_CORRELATION * motion.rate, min(found, key=lambda f: f.misfit).correlation_length)
+    length = max(SHORTEST_CORRELATION * motion.rate, min(fits, key=lambda f: f.misfit).correlation_length)
     counts = np.random.default_rng(0).dirichlet(np.ones(motion.blocks.size), RESAMPLED) * motion.blocks.size
-    evidence = np.array([float(f.log_evidence(length)) for f in found])
-    resampled = np.array([f.log_evidence(length, counts) for f in found])
+    evidence = np.array([float(f.log_evidence(length)) for f in fits])
+    resampled = np.array([f.log_evidence(length, counts) for f in fits])
     weight = np.mean([rival_weights(each) for each in resampled.T], axis=0)
     order = np.lexsort((-evidence, -weight))
-    return tuple(FamilyFit(motion.number, found[i], float(evidence[i]), float(weight[i])) for i in order)
+    return tuple(FamilyFit(motion.number, fits[i], float(evidence[i]), float(weight[i])) for i in order)

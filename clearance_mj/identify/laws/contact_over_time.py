@@ -40,7 +40,7 @@ class ContactParameters:
     k_std: np.ndarray
     """(n, n_bushings) standard deviation, N/m, for the grease as given; its error and the structure's come on top"""
     c_std: np.ndarray  #: (n, n_bushings) N s/m
-    contact: np.ndarray  #: (n, n_bushings) share of the time in contact
+    contact: np.ndarray  #: (n, n_bushings) fraction of time in contact
     amplitude: np.ndarray  #: (n, n_bushings) mean of the envelope during contact, m; nan without
     grease: tuple[Grease, ...]  #: what was subtracted
 
@@ -72,24 +72,24 @@ def _windowed(force: RestoringForce, bushing: int, grease: Grease, edges: np.nda
     target = force.valid * (force.force[bushing] - grease_force(force, bushing, grease))
     g, speed, touching = _contact_motion(force, bushing)
     a = envelope(force.displacement[bushing], force.fs)
-    share, held = (_hann(np.add.reduceat(v * touching, edges)) for v in (force.valid, force.valid * a))
+    valid_time, held_amplitude = (_hann(np.add.reduceat(v * touching, edges)) for v in (force.valid, force.valid * a))
     sample, middle = np.arange(a.size), edges + hop / 2
     for _ in range(RELEASES):
         cells = _band_products(force, bushing, force.valid * g, force.valid * speed, target, edges)
         k, c, k_std, c_std = _solve_windows(*cells)
-        known = (share > 0.5) & (k_std < UNSURE * k)
+        known = (valid_time > 0.5) & (k_std < UNSURE * k)
         if known.any():
             now = (np.repeat(np.interp(sample, middle[known], value[known]), FINER) for value in (k, c))
             g, speed, _ = _contact_motion(force, bushing, *now)
-    amplitude = np.divide(held, share, out=np.full(share.size, np.nan), where=share > 0.5)
+    amplitude = np.divide(held_amplitude, valid_time, out=np.full(valid_time.size, np.nan), where=valid_time > 0.5)
     k, c, k_std, c_std = (np.where(known, v, np.nan) for v in (k, c, k_std, c_std))
-    return k, c, k_std, c_std, share / (hop * HANN.sum()), amplitude
+    return k, c, k_std, c_std, valid_time / (hop * HANN.sum()), amplitude
 
 
 def _contact_motion(
     force: RestoringForce, bushing: int, k: np.ndarray | None = None, c: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gap function and its rate in the force's band, mean of both ends, and whether in contact; each (n_t,)."""
+    """Return the gap function and its rate in the force's band, mean of both ends, and True in contact; each (n_t,)."""
     g, speed, touching = _fine_motion(force, bushing, k, c)
     return _coarse(force, g), _coarse(force, speed), touching[::FINER]
 
@@ -123,12 +123,12 @@ def _coarse(force: RestoringForce, signal: np.ndarray) -> np.ndarray:
 def amplitude_columns(
     force: RestoringForce, bushing: int, nodes: np.ndarray, release: float, k: np.ndarray | None, c: np.ndarray | None
 ) -> np.ndarray:
-    """(n_t, 2 n_nodes) gap function, then its rate, times the share that each amplitude, m, has at the moment."""
+    """(n_t, 2 n_nodes) gap function, then its rate, times the interpolation weight of each node's amplitude, m."""
     a = envelope(_fine(force.displacement[bushing]), force.fs * FINER, release)
-    shares = np.column_stack([np.interp(a, nodes, unit) for unit in np.eye(nodes.size)])
-    now = (None, None) if k is None or c is None else (shares @ k, shares @ c)
+    weights = np.column_stack([np.interp(a, nodes, unit) for unit in np.eye(nodes.size)])
+    now = (None, None) if k is None or c is None else (weights @ k, weights @ c)
     g, speed, _ = _fine_motion(force, bushing, *now)
-    return _coarse(force, np.hstack((shares * g[:, None], shares * speed[:, None])).T).T
+    return _coarse(force, np.hstack((weights * g[:, None], weights * speed[:, None])).T).T
 
 
 def _band_products(
@@ -190,9 +190,9 @@ def _hann(cells: np.ndarray) -> np.ndarray:
 def envelope(x: np.ndarray, fs: float, release: float = 0.03) -> np.ndarray:
     """(n_t,) peak-hold with exponential release, A ← max(|x|, A e^(-dt/release)), as `AmplitudeLaw` defines it."""
     out = np.empty(x.size)
-    share, a = np.exp(-1.0 / (fs * release)), 0.0
+    decay, a = np.exp(-1.0 / (fs * release)), 0.0
     for i in range(x.size):
-        a = max(abs(x[i]), a * share)
+        a = max(abs(x[i]), a * decay)
         out[i] = a
     return out
 

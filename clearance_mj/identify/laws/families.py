@@ -1,4 +1,4 @@
-"""Laws as families of contact and filling: the values of a given law."""
+"""Families of contact and filling of a given law, with its values of their parameters."""
 
 from __future__ import annotations
 
@@ -50,20 +50,20 @@ def families_of(law: Law, rig: Rig) -> list[FamilyValues]:
         raise LawError(f'a law of kind "{law.kind}" changes by itself; needs a constant one or a contact model')
     if len(contacts) != n:
         raise LawError(f"the law holds contacts for {len(contacts)} bushings, the rig has {n}; give one or {n}")
-    found = []
+    families = []
     for bushing, contact, grease in zip(rig.bushings, contacts, fillings_of(rig, law)):
         of_contact = _family(CONTACT_FAMILIES, contact, "contact")
         of_filling = _family(FILLING_FAMILIES, grease, "grease")
         values = of_contact.values(bushing, contact) | of_filling.values(bushing, grease)
-        found.append(FamilyValues(of_contact, of_filling, values))
-    return found
+        families.append(FamilyValues(of_contact, of_filling, values))
+    return families
 
 
-def _family(families: Mapping[str, AnyFamily], model: Any, what: str) -> AnyFamily:
+def _family(families: Mapping[str, AnyFamily], model: Any, kind: str) -> AnyFamily:
     for family in families.values():
         if family.holds(model):
             return family
     raise LawError(
-        f'a {what} of kind "{getattr(model, "name", type(model).__name__)}" is of no family whose values can be '
+        f'a {kind} of kind "{getattr(model, "name", type(model).__name__)}" is of no family whose values can be '
         f"tracked; use one such as identify finds: {', '.join(families)}"
     )

@@ -41,9 +41,9 @@ class ForceFit:
     contact: ContactFamily  #: family of the contact
     filling: FillingFamily  #: family of the filling
     nominal: Bushing  #: the clearance as the rig file has it
-    case: Case  #: as found
-    bushing: Bushing  #: with the gap found, and the offset of the unloaded shaft, once that is known
-    estimates: Estimates  #: of what is open of the clearance, then of contact and filling
+    case: Case  #: at the optimum
+    bushing: Bushing  #: with the fitted gap, and the offset of the unloaded shaft, once that is known
+    estimates: Estimates  #: of the clearance's open parameters, then of contact and filling
     point: np.ndarray  #: (n,) values in prior standard deviations from their starts
     information: np.ndarray  #: (n, n) of `point`, as if errors were independent, without the priors
     loss: UnknownScale  #: of the residuals, as the fit ended
@@ -51,7 +51,7 @@ class ForceFit:
     size: int  #: values that were fitted
     correlation_length: float  #: values that count as one independent observation
     misfit: float  #: of the force, over the error that a law is expected to have: robust mean over what was fitted
-    held_out: float  #: the same over what was not
+    held_out: float  #: the same over the values that were not fitted
 
     @property
     def law(self) -> ContactLaw:
@@ -72,8 +72,8 @@ class ForceFit:
         """
         variance = np.mean(np.broadcast_to(self.losses * counts, np.shape(counts)[:-1] + self.losses.shape), axis=-1)
         variance *= self.losses.size / self.size
-        rest = log_evidence(0.0, self.point, self.information / correlation_length)
-        return np.asarray(rest - self.size / correlation_length * np.log(variance) / 2)
+        independent = log_evidence(0.0, self.point, self.information / correlation_length)
+        return np.asarray(independent - self.size / correlation_length * np.log(variance) / 2)
 
     @cached_property
     def covariance(self) -> np.ndarray:
@@ -91,11 +91,11 @@ class ForceFit:
             Seed of the random numbers.
         """
         known = fields_of(self.estimates.names, self.estimates.draw(1, seed)[0])
-        own, law, _ = case_of(known, self.nominal, self.contact, self.filling)
+        new, law, _ = case_of(known, self.nominal, self.contact, self.filling)
         offset = np.array([known.get(name, getattr(bushing, name)) for name in OFFSETS[-bushing.n_coordinates :]])
-        hole = {"shape": own.shape, "wall": own.wall} if bushing.wall else {}
+        hole = {"shape": new.shape, "wall": new.wall} if bushing.wall else {}
         length = known.get("length", bushing.length)
-        return placed(bushing, offset, gap=own.gap, length=length, friction=own.friction, film=own.film, **hole), law
+        return placed(bushing, offset, gap=new.gap, length=length, friction=new.friction, film=new.film, **hole), law
 
     def offset_by(self, moved: np.ndarray, spread: np.ndarray) -> ForceFit:
         """Return the fit with the unloaded shaft's offsets in the place of where it rests.
@@ -109,15 +109,15 @@ class ForceFit:
         """
         if self.case.rest is None:
             return self
-        found, parameters, values = self.estimates, [], self.estimates.value.copy()
-        covariance, at = found.covariance.copy(), list[int]()
-        for i, p in enumerate(found.parameters):
-            where, _, field = p.name.rpartition(".")
+        estimates_, parameters, values = self.estimates, [], self.estimates.value.copy()
+        covariance, at = estimates_.covariance.copy(), list[int]()
+        for i, p in enumerate(estimates_.parameters):
+            prefix, _, field = p.name.rpartition(".")
             if field in RESTS:
-                own = float(moved[len(at)])
-                name = f"{where}.{OFFSETS[RESTS.index(field)]}"
-                p = dataclasses.replace(p, name=name, start=p.start - own, low=p.low - own, high=p.high - own)
-                values[i] -= own
+                shift = float(moved[len(at)])
+                name = f"{prefix}.{OFFSETS[RESTS.index(field)]}"
+                p = dataclasses.replace(p, name=name, start=p.start - shift, low=p.low - shift, high=p.high - shift)
+                values[i] -= shift
                 at.append(i)
             parameters.append(p)
         covariance[np.ix_(at, at)] += spread
@@ -126,18 +126,18 @@ class ForceFit:
         return dataclasses.replace(self, bushing=bushing, estimates=estimates)
 
     def widened_by(self, covariance: np.ndarray) -> ForceFit:
-        """Return the fit with a covariance (n, n) of what varies of its estimates added to theirs."""
+        """Return the fit with a further covariance (n, n) added to that of its estimates."""
         e = self.estimates
         return dataclasses.replace(self, estimates=Estimates.of(e.parameters, e.value, e.covariance + covariance))
 
     @property
     def contact_model(self) -> ContactModel:
-        """The contact found."""
+        """The fitted contact."""
         return self.law.contact[0]
 
     @property
     def filling_model(self) -> GreaseModel | Grease:
-        """The filling found."""
+        """The fitted filling."""
         return self.law.grease[0]
 
     @property
@@ -161,10 +161,10 @@ class ForceProblem(Problem):
 
     def __init__(self, motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily) -> None:
         self.motion, self.contact, self.filling = motion, contact, filling
-        own = [*contact.parameters(motion.nominal), *filling.parameters(motion.nominal)]
+        law_parameters = [*contact.parameters(motion.nominal), *filling.parameters(motion.nominal)]
         loss = UnknownScale(motion.blocks, MAX_CORRELATION_LENGTH)
         # All dampings at once, also where laws are followed one by one: along valleys the best of them goes farther.
-        super().__init__([*motion.parameters, *own], self._over_errors, loss=loss)
+        super().__init__([*motion.parameters, *law_parameters], self._over_errors, loss=loss)
 
     def case(self, at: np.ndarray) -> Case:
         """Return the clearance and its law at coordinates (n,)."""
@@ -175,8 +175,8 @@ class ForceProblem(Problem):
         return case_of(known, self.motion.nominal, self.contact, self.filling)
 
     def _over_errors(self, values: np.ndarray) -> np.ndarray:
-        found = self.motion.residuals([self._case(each) for each in values])[self.motion.fitted].T
-        return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
+        residuals = self.motion.residuals([self._case(point) for point in values])[self.motion.fitted].T
+        return np.where(np.abs(residuals) < MAX_RESIDUAL, residuals, np.inf)
 
 
 def fit_force(
@@ -196,23 +196,23 @@ def fit_force(
         Values by name, SI.
     """
     problem = ForceProblem(motion, contact, filling)
-    found = solve(problem, [problem.at(values) for values in starts or ({},)], stop=STOP)
-    case, loss = problem.case(found.at), cast(UnknownScale, found.loss)
+    result = solve(problem, [problem.at(values) for values in starts or ({},)], stop=STOP)
+    case, loss = problem.case(result.at), cast(UnknownScale, result.loss)
     parameters = [motion.with_reach(p, case) for p in problem.parameters]
     correlated = max(loss.correlated, motion.shortest_correlation)
-    covariance = np.linalg.inv(found.information / correlated + found.prior) * np.outer(problem.unit, problem.unit)
-    aside = motion.residuals([case])[motion.held_out, 0]
-    misfit, held_out = (float(loss.scale(residuals)) ** 0.5 for residuals in (found.residuals, aside))
+    covariance = np.linalg.inv(result.information / correlated + result.prior) * np.outer(problem.unit, problem.unit)
+    held_out_residuals = motion.residuals([case])[motion.held_out, 0]
+    misfit, held_out = (float(loss.scale(residuals)) ** 0.5 for residuals in (result.residuals, held_out_residuals))
     return ForceFit(
         contact=contact, filling=filling, nominal=motion.nominal, case=case, bushing=case.bushing,
-        estimates=Estimates.of(parameters, found.values, covariance), point=found.at, information=found.information,
-        loss=loss, losses=loss.losses(found.residuals), size=found.residuals.size,
+        estimates=Estimates.of(parameters, result.values, covariance), point=result.at, information=result.information,
+        loss=loss, losses=loss.losses(result.residuals), size=result.residuals.size,
         correlation_length=loss.correlated, misfit=misfit, held_out=held_out,
     )  # fmt: skip
 
 
 def steps_on(fit: ForceFit, problem: ForceProblem, others: Sequence[MeasuredMotion]) -> np.ndarray:
-    """Return how far (n_others, n) a fit moves, in prior standard deviations, where the rig is another one.
+    """Return the changes (n_others, n) of a fit, in prior standard deviations, on other rigs.
 
     One Gauss-Newton step for each.
 
@@ -223,11 +223,11 @@ def steps_on(fit: ForceFit, problem: ForceProblem, others: Sequence[MeasuredMoti
     problem : ForceProblem
         That it solved.
     others : sequence of MeasuredMotion
-        Motions and forces on rigs drawn from what is known of the rig, see `MeasuredMotion.on`.
+        Motions and forces on rigs drawn from the rig's posterior, see `MeasuredMotion.on`.
     """
     linear = problem.linearised(fit.point)
     weighted = linear.jacobian * fit.loss.weights(linear.residuals).curvature[:, None]
     information = weighted.T @ linear.jacobian / fit.correlation_length + np.eye(fit.point.size)
-    moved = [other.residuals([problem.case(fit.point)])[problem.motion.fitted, 0] for other in others]
-    changed = np.array([each - linear.residuals for each in moved]).reshape(-1, linear.residuals.size)
+    residuals = [other.residuals([problem.case(fit.point)])[problem.motion.fitted, 0] for other in others]
+    changed = np.array([shifted - linear.residuals for shifted in residuals]).reshape(-1, linear.residuals.size)
     return -np.linalg.solve(information, weighted.T @ changed.T / fit.correlation_length).T

@@ -52,42 +52,42 @@ def law_forces(
     if paths[0].x.shape[2] > 1:
         return _one_by_one(paths, taps, factor, cases)
     parts = [
-        _some(paths, taps, factor, cases[i : i + LANES], [x[:, i : i + LANES] for x in slow])
+        _forces_of_lanes(paths, taps, factor, cases[i : i + LANES], [x[:, i : i + LANES] for x in slow])
         for i in range(0, len(cases), LANES)
     ]
     return np.concatenate(parts, axis=1)
 
 
-def _some(
+def _forces_of_lanes(
     paths: Sequence[Path], taps: np.ndarray, factor: int, cases: Sequence[Case], slow: list[np.ndarray]
 ) -> np.ndarray:
-    count, rest = len(cases), LANES - len(cases)
-    whole = [*cases, *[cases[0]] * rest]
-    records = side_by_side([case.records(paths[0].step) for case in whole], laws_of(cases[0], cases[0].law))
-    found = [np.empty((-(-len(path.x) // factor), LANES)) for path in paths]
-    still = np.zeros((0, LANES))
-    for path, out, x in itertools.zip_longest(paths, found, slow):
-        moved = still if x is None else np.pad(np.vstack((x, x[:1])), ((0, 0), (0, rest)), mode="edge")
-        levers = np.array([[path.lever(case.bushing.length) for case in whole]])
+    count, unused = len(cases), LANES - len(cases)
+    padded = [*cases, *[cases[0]] * unused]
+    records = side_by_side([case.records(paths[0].step) for case in padded], laws_of(cases[0], cases[0].law))
+    forces = [np.empty((-(-len(path.x) // factor), LANES)) for path in paths]
+    no_motion = np.zeros((0, LANES))
+    for path, out, x in itertools.zip_longest(paths, forces, slow):
+        slow_motion = no_motion if x is None else np.pad(np.vstack((x, x[:1])), ((0, 0), (0, unused)), mode="edge")
+        levers = np.array([[path.lever(case.bushing.length) for case in padded]])
         numbers = records.numbers.copy()  # at rest
         places, speeds = path.x[:, :, 0], path.v[:, :, 0]
-        _fill(places, speeds, levers, moved, taps, factor, tuple(range(LANES)), records.bushings, numbers, out)
-    return np.concatenate(found)[:, :count]
+        _fill(places, speeds, levers, slow_motion, taps, factor, tuple(range(LANES)), records.bushings, numbers, out)
+    return np.concatenate(forces)[:, :count]
 
 
 def _one_by_one(paths: Sequence[Path], taps: np.ndarray, factor: int, cases: Sequence[Case]) -> np.ndarray:
     """As `law_forces`: walls and friction of two coordinates branch, and lanes would wait for each other."""
     columns = []
     for case in cases:
-        each = [forces_along(case, p.x, p.v, p.spin, p.step, p.lever(case.bushing.length)) for p in paths]
-        columns.append(np.concatenate([decimated(force, taps, factor).ravel() for force in each]))
+        forces = [forces_along(case, p.x, p.v, p.spin, p.step, p.lever(case.bushing.length)) for p in paths]
+        columns.append(np.concatenate([decimated(force, taps, factor).ravel() for force in forces]))
     return np.column_stack(columns)
 
 
 def decimated(signal: np.ndarray, taps: np.ndarray, factor: int) -> np.ndarray:
     """Return every ``factor``-th sample of a signal (n, ...) from the first on, low-passed by an odd number of taps."""
-    kept = scipy.signal.upfirdn(taps, signal, 1, factor, axis=0)[taps.size // 2 // factor :]
-    return np.asarray(kept[: -(-len(signal) // factor)])
+    samples = scipy.signal.upfirdn(taps, signal, 1, factor, axis=0)[taps.size // 2 // factor :]
+    return np.asarray(samples[: -(-len(signal) // factor)])
 
 
 @jit(**OPTIONS)

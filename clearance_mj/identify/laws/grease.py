@@ -44,7 +44,7 @@ class GreaseFit:
     scatter between blocks of half a second; infinite where the force does not depend on a parameter. Of what was left
     out (λ = 1, d/h = 0), that of the whole model"""
     residual: np.ndarray
-    """(n_bushings,) RMS of force that the grease leaves unexplained, as a share of the force's, both weighted"""
+    """(n_bushings,) RMS of the residual force over that of the force, both weighted"""
 
 
 def grease_parameters(
@@ -57,37 +57,37 @@ def grease_parameters(
     that do not exceed three standard deviations are left out. Kind "linear": a spring and damper.
     """
     forces = [forces] if isinstance(forces, RestoringForce) else list(forces)
-    fits = [_fit(_InGap(forces, j), kind) for j in range(len(forces[0].rig.bushings))]
+    fits = [_fit(_GreaseProblem(forces, j), kind) for j in range(len(forces[0].rig.bushings))]
     grease, estimates, residual = zip(*fits)
     return GreaseFit(grease, estimates, np.array(residual))
 
 
-def _fit(problem: _InGap, kind: str) -> tuple[Grease, Estimates, float]:
-    """Grease of one bushing, its parameters, and the residual's share."""
+def _fit(problem: _GreaseProblem, kind: str) -> tuple[Grease, Estimates, float]:
+    """Return the grease of one bushing, its parameters, and the relative RMS of the residual."""
     sliding = film = kind == "bouc-wen"
-    value, covariance, left = problem.fit(sliding, film)
+    value, covariance, residual = problem.fit(sliding, film)
     # What is not surely there would still act beyond the gap, where no sample of this fit lies.
     std = np.sqrt(np.diag(covariance))
     sliding = sliding and bool(1 - value[RATIO] > SURE * std[RATIO])
     film = film and bool(value[FILM] > SURE * std[FILM])
     if kind == "bouc-wen" and not (sliding and film):
-        value, again, left = problem.fit(sliding, film)
+        value, again, residual = problem.fit(sliding, film)
         covariance = np.where(np.isfinite(again), again, covariance)
     beta = 1 / (value[YIELD] ** 2 * (1 + value[SHAPE]))  # 0 for an infinite yield displacement
     height = float(problem.gap / value[FILM]) if film else None
     k, ratio, _, shape, c, _ = value.tolist()
     grease = Grease(k, c, ratio, 1.0, float(beta), float(shape * beta), film_height=height)
-    held = list(range(6)) if kind == "bouc-wen" else [K, DAMPING]
-    return grease, problem.estimates(value, covariance, held), problem.share(left)
+    indices = list(range(6)) if kind == "bouc-wen" else [K, DAMPING]
+    return grease, problem.estimates(value, covariance, indices), problem.relative_rms(residual)
 
 
-class _InGap:
+class _GreaseProblem:
     """Force of one bushing while the shaft is in the gap, against grease of parameters k, λ, z, γ/β, c, d/h."""
 
     def __init__(self, forces: Sequence[RestoringForce], bushing: int):
         self.forces, self.bushing = forces, bushing
         self.gap = forces[0].rig.bushings[bushing].gap
-        self.weight = [weights(f, bushing) * self._apart(f) for f in forces]
+        self.weight = [weights(f, bushing) * self._free_of_contact(f) for f in forces]
         self.used = np.concatenate(self.weight) > 0
         self.target = np.concatenate([w * f.force[bushing] for w, f in zip(self.weight, forces)])[self.used]
         if np.sum(self.used) < LOCAL * forces[0].fs:
@@ -99,42 +99,42 @@ class _InGap:
         block = np.concatenate([i * 1e6 + f.time // LOCAL for i, f in enumerate(forces)])
         self.block = np.unique(block[self.used], return_inverse=True)[1]
 
-    def _apart(self, force: RestoringForce) -> np.ndarray:
-        """(n_t,) whether no end of the bushing is, or soon was or will be, in contact."""
+    def _free_of_contact(self, force: RestoringForce) -> np.ndarray:
+        """(n_t,) True where no end of the bushing is in contact, nor was or will be so within `MARGIN` samples."""
         touching = penetration(force.ends[self.bushing], *force.rig.bushings[self.bushing].walls).any(axis=0)
         return np.convolve(touching, np.ones(2 * MARGIN + 1), "same") < 0.5
 
     def fit(self, sliding: bool, film: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Parameters (6,), their covariance, infinite for those not varied, and what is left of the force."""
+        """Return parameters (6,), their covariance, infinite for those not varied, and the residual force."""
 
         def shape(p: np.ndarray) -> tuple[float, float, float]:
             """Yield displacement, γ/β and d/h."""
             yields = (self.gap * p[0], p[1]) if sliding else (np.inf, 0.0)
             return (*yields, p[-1] if film else 0.0)
 
-        def left(p: np.ndarray) -> np.ndarray:
+        def residual(p: np.ndarray) -> np.ndarray:
             columns = self.columns(shape(p), sliding)
             if not np.isfinite(columns).all():  # the march of Bouc-Wen's state has left its range: no model here
                 return np.full(self.target.size, np.inf)
             return self.target - columns @ non_negative(columns, self.target)
 
-        found = self._search(left, sliding, film)
-        yield_, ratio, thin = shape(found)
-        share = non_negative(self.columns((yield_, ratio, thin), sliding), self.target)
-        k = share[:-1].sum()
-        value = np.array([k, share[0] / k if k > 0 else 1.0, yield_, ratio, share[-1], thin])
+        opt = self._search(residual, sliding, film)
+        yield_, ratio, thin = shape(opt)
+        stiffnesses = non_negative(self.columns((yield_, ratio, thin), sliding), self.target)
+        k = stiffnesses[:-1].sum()
+        value = np.array([k, stiffnesses[0] / k if k > 0 else 1.0, yield_, ratio, stiffnesses[-1], thin])
         varied = [K, *([RATIO, YIELD, SHAPE] if sliding else []), DAMPING, *([FILM] if film else [])]
         covariance = np.full((6, 6), np.inf)
-        covariance[np.ix_(varied, varied)] = sandwich(self._jacobian(value, varied, sliding), left(found), self.block)
-        return value, covariance, left(found)
+        covariance[np.ix_(varied, varied)] = sandwich(self._jacobian(value, varied, sliding), residual(opt), self.block)
+        return value, covariance, residual(opt)
 
-    def estimates(self, value: np.ndarray, covariance: np.ndarray, held: list[int]) -> Estimates:
-        """Of the parameters that the model holds."""
+    def estimates(self, value: np.ndarray, covariance: np.ndarray, indices: list[int]) -> Estimates:
+        """Return estimates of the parameters with these indices."""
         low = (0.0, 0.0, 0.0, -1.0, 0.0, 0.0)
         high = (np.inf, 1.0, np.inf, 1.0, np.inf, 1.0)
         units = list(NAMES.items())
-        parameters = [Parameter(*units[i], value[i], low[i], high[i], transform="linear") for i in held]
-        return Estimates.of(parameters, value[held], covariance[np.ix_(held, held)])
+        parameters = [Parameter(*units[i], value[i], low[i], high[i], transform="linear") for i in indices]
+        return Estimates.of(parameters, value[indices], covariance[np.ix_(indices, indices)])
 
     def columns(self, shape: tuple[float, float, float], sliding: bool) -> np.ndarray:
         """Return (n, 2 or 3) weighted displacement, Bouc-Wen state if it slides, and film velocity."""
@@ -142,15 +142,15 @@ class _InGap:
         columns = np.concatenate(parts)[self.used]
         return columns if sliding else columns[:, [0, 2]]
 
-    def share(self, left: np.ndarray) -> float:
-        return float(np.sqrt(np.sum(left**2) / np.sum(self.target**2)))
+    def relative_rms(self, residual: np.ndarray) -> float:
+        return float(np.sqrt(np.sum(residual**2) / np.sum(self.target**2)))
 
-    def _search(self, left: Callable[[np.ndarray], np.ndarray], sliding: bool, film: bool) -> np.ndarray:
-        """Best share of yield over gap, γ/β and d/h, as far as they are varied."""
+    def _search(self, residual: Callable[[np.ndarray], np.ndarray], sliding: bool, film: bool) -> np.ndarray:
+        """Return the best yield over gap, γ/β and d/h, as far as they are varied."""
         parameters = [*SLIDING] * sliding + [FILM_SHARE] * film
         if not parameters:
             return np.empty(0)
-        problem = Problem(parameters, one_by_one(left), step=STEP, lanes=False)
+        problem = Problem(parameters, one_by_one(residual), step=STEP, lanes=False)
         yields = [(z, 0.5) for z in (0.3, 1.0)] if sliding else [()]
         starts = [problem.at([*y, *u]) for y in yields for u in ([(0.0,), (0.4,)] if film else [()])]
         return solve(problem, starts, stop=Stop(decrease=1e-6, move=1e-5)).values

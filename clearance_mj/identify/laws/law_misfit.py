@@ -1,11 +1,11 @@
-"""How far a rig and its law miss the records that they were found from: by sensor, level and frequency, and in decays.
+"""Misfit of a rig and its law in the records they are identified from: by sensor, level and frequency, and in decays.
 
-The modal engine is driven by each record's own excitation. Records under a lasting excitation count in pieces of 5 s,
+The modal engine is driven by each record's excitation. Records under a lasting excitation count in pieces of 5 s,
 so that a level ramp shows at which level the law misses, and in bands of `BANDS` equal ratios. Test and model see the
 same excitation: the FRF of the difference of their responses is the difference of their FRFs, and its `random_error`
-comes from its own coherence. Noise, and impacts that the model does not repeat, are in it; scatter that both share is
-not. Impacts of the found law need no allowance of their own: with gaps changed by 1e-5 the
-same FRFs come out, to 0.01 dB. A record of hits is compared by the RMS of both halves of every decay.
+comes from its own coherence. Noise, and impacts that the model does not repeat, are in it; scatter common to both is
+not. Impacts of the identified law need no further allowance: with gaps changed by 1e-5 the same FRFs come out, to
+0.01 dB. A record of hits is compared by the RMS of both halves of every decay.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ SHORTEST = 0.5  # s, of a decay
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """A piece of a record, and how far its FRFs are from those of the law."""
+    """A piece of a record, with the differences of its FRFs from those of the law."""
 
     record: str  #: its name
     start: float  #: s
@@ -67,7 +67,7 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class Decay:
-    """The motion after a hit, and how far that of the law is from it."""
+    """The motion after a hit, with the difference of the law's from it."""
 
     record: str  #: its name
     start: float  #: s
@@ -79,7 +79,7 @@ class Decay:
 
 @dataclass(frozen=True, eq=False)
 class LawMisfit:
-    """What a rig and its law miss of records."""
+    """Misfit of a rig and its law in records."""
 
     sensors: tuple[str, ...]  #: (n_sensors,) labels
     unit: str  #: of the levels
@@ -124,18 +124,18 @@ class LawMisfit:
         if not self.stretches:
             return np.zeros((len(self.sensors), np.size(frequency)))
         levels = np.log([s.level for s in self.stretches])
-        fewer = RESOLUTION * np.array([s.duration for s in self.stretches]) / (duration * resolution)
-        squares = [np.maximum(0, s.missed**2 - s.random**2) + s.random**2 * f for s, f in zip(self.stretches, fewer)]
+        ratio = RESOLUTION * np.array([s.duration for s in self.stretches]) / (duration * resolution)
+        squares = [np.maximum(0, s.missed**2 - s.random**2) + s.random**2 * f for s, f in zip(self.stretches, ratio)]
         known = np.array(squares).reshape(levels.size, -1)
-        found = np.array([_interpolated(np.log(level), levels, column) for column in known.T])
+        variances = np.array([_interpolated(np.log(level), levels, column) for column in known.T])
         band = np.clip(np.searchsorted(self.edges, frequency, side="right") - 1, 0, self.edges.size - 2)
-        return np.sqrt(found.reshape(len(self.sensors), -1)[:, band]) / DB
+        return np.sqrt(variances.reshape(len(self.sensors), -1)[:, band]) / DB
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Plain words on where the law misses by more than three times its random error, and by more than 0.1 dB.
 
-        What shows in one band of one sensor at one level, and nowhere beside it, counts as chance.
+        A miss in one band of one sensor at one level, and in no neighbouring one, counts as chance.
         """
         if not self.stretches:
             return ()
@@ -149,22 +149,22 @@ class LawMisfit:
             for missed, run in itertools.groupby(enumerate(too_far), key=lambda item: item[1])
             if missed
         ]
-        return tuple(self._in_words(ratio, slice(run[0], run[-1] + 1)) for run in runs)
+        return tuple(self._warning(ratio, slice(run[0], run[-1] + 1)) for run in runs)
 
-    def _in_words(self, ratio: np.ndarray, bands: slice) -> str:
-        here = ratio[:, :, bands]
-        sizes = np.where(here > TOO_FAR, [s.missed[:, bands] for s in self.stretches], 0.0)
+    def _warning(self, ratio: np.ndarray, bands: slice) -> str:
+        part = ratio[:, :, bands]
+        sizes = np.where(part > TOO_FAR, [s.missed[:, bands] for s in self.stretches], 0.0)
         worst = np.unravel_index(np.argmax(sizes), sizes.shape)
         stretch, missed = self.stretches[worst[0]], sizes[worst]
-        which = np.flatnonzero((here > TOO_FAR).any(axis=(0, 2)))
-        levels = [s.level for s, row in zip(self.stretches, here) if (row > TOO_FAR).any()]
-        names = ", ".join(self.sensors[i] for i in which)
-        sensors = "every sensor" if which.size == len(self.sensors) else f"sensors {names}"
+        missed_sensors = np.flatnonzero((part > TOO_FAR).any(axis=(0, 2)))
+        levels = [s.level for s, row in zip(self.stretches, part) if (row > TOO_FAR).any()]
+        names = ", ".join(self.sensors[i] for i in missed_sensors)
+        sensors = "every sensor" if missed_sensors.size == len(self.sensors) else f"sensors {names}"
         at = f"{levels[0]:.2g}" if len(levels) == 1 else f"{levels[0]:.2g} to {levels[-1]:.2g}"
         return (
             f"the law misses FRFs between {self.edges[bands.start]:.3g} and {self.edges[bands.stop]:.3g} Hz by more "
             f"than {TOO_FAR:g} times their random error at {sensors}, at {at} {self.unit} RMS; most at sensor "
-            f"{self.sensors[worst[1]]}, by {missed:.2g} dB, {here[worst]:.1f} times, at {stretch.level:.2g} {self.unit}"
+            f"{self.sensors[worst[1]]}, by {missed:.2g} dB, {part[worst]:.1f} times, at {stretch.level:.2g} {self.unit}"
         )
 
     def rows(self) -> list[dict[str, Any]]:
@@ -174,8 +174,8 @@ class LawMisfit:
              "from_hz": float(low), "to_hz": float(high), "missed_db": float(missed), "random_db": float(random),
              "ratio": float(missed / random)}
             for s in self.stretches
-            for sensor, of, error in zip(self.sensors, s.missed, s.random)
-            for (low, high), missed, random in zip(itertools.pairwise(self.edges), of, error)
+            for sensor, row, error in zip(self.sensors, s.missed, s.random)
+            for (low, high), missed, random in zip(itertools.pairwise(self.edges), row, error)
             if np.isfinite(missed)
         ]  # fmt: skip
 
@@ -201,9 +201,9 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
     Parameters
     ----------
     records : sequence of PreparedRecord
-        Those that the model was found from.
+        Those that the model was identified from.
     model : Model
-        As found; its sensors are those of the records.
+        The identified one; its sensors are those of the records.
     progress : bool
         Show a progress bar.
 
@@ -229,9 +229,9 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
 
 
 def _rows(test: Response, model: Response) -> list[int]:
-    """Which of a model's sensors were recorded."""
+    """Return the indices of a model's sensors that were recorded."""
     known = [*zip(model.responses, model.quantities)]
-    return [known.index(one) for one in zip(test.responses, test.quantities)]
+    return [known.index(pair) for pair in zip(test.responses, test.quantities)]
 
 
 def _band(response: Response) -> tuple[float, float]:
@@ -244,8 +244,8 @@ def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.
         quantities=test.quantities,
     )  # fmt: skip
     rows = _rows(test, model)
-    rest = dataclasses.replace(measured, channels=(test.channels - model.channels[rows])[:, part])
-    frf, difference = (estimate_frf(response, resolution=RESOLUTION, window="hann") for response in (measured, rest))
+    delta = dataclasses.replace(measured, channels=(test.channels - model.channels[rows])[:, part])
+    frf, difference = (estimate_frf(response, resolution=RESOLUTION, window="hann") for response in (measured, delta))
     noise = random_error(difference)[:, 0] * np.abs(difference.functions)
     # In the test's magnitude, the model's or both: |H|² + σ², σ² = 2 noise², so that none is missed where it is all.
     test_size, model_size = (
@@ -256,17 +256,17 @@ def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.
     error = DB * noise / np.maximum(model_size, test_size)
     carried, lasting = _excited(measured, frf.frequency)
     band = np.where(carried, np.searchsorted(edges, frf.frequency, side="right") - 1, -1)
-    found = np.full((2, len(model.responses), edges.size - 1), np.nan)
+    values = np.full((2, len(model.responses), edges.size - 1), np.nan)
     for i in range(edges.size - 1):
-        if (here := band == i).any() and np.median(lasting[here]) > LASTING:
-            wider = _scatter_of_median(here.sum() / CORRELATED_LINES, 2 * ((difference.averages or 2.0) - 1))
-            found[:, rows, i] = NORMAL * np.median(missed[:, here], axis=1), wider * np.median(error[:, here], axis=1)
+        if (mask := band == i).any() and np.median(lasting[mask]) > LASTING:
+            wider = _scatter_of_median(mask.sum() / CORRELATED_LINES, 2 * ((difference.averages or 2.0) - 1))
+            values[:, rows, i] = NORMAL * np.median(missed[:, mask], axis=1), wider * np.median(error[:, mask], axis=1)
     start, level = part.start / test.fs, float(np.std(measured.excitation))
-    return Stretch(name, start, measured.duration, level, found[0], found[1])
+    return Stretch(name, start, measured.duration, level, values[0], values[1])
 
 
 def _excited(response: Response, frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which lines (n_f,) of FRFs are excited, and by which share (n_f,) of the segments that they are averages over.
+    """Return which lines (n_f,) of FRFs are excited, and the fraction (n_f,) of the averaged segments that excite each.
 
     Of powers p that is (Σ p)² / Σ p². A sine that passes a line once leaves one segment, which is always coherent.
     """
@@ -282,22 +282,22 @@ def _excited(response: Response, frequency: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def _scatter_of_median(lines: float, freedom: float) -> float:
-    """Factor on a random error, at least 1, beyond `TOO_FAR` times which a median of few lines comes as seldom.
+    """Return the factor on a random error, at least 1, that makes `TOO_FAR` times it as rare for a median of few lines.
 
     The median of m sizes is a Beta variable of (m + 1) / 2 twice over their distribution, Student's as errors are
     estimated from few averages, too.
     """
-    share = scipy.stats.beta.ppf(2 * scipy.stats.norm.sf(TOO_FAR), (lines + 1) / 2, (lines + 1) / 2)
-    return max(1.0, float(NORMAL * scipy.stats.t.isf(share / 2, freedom)) / TOO_FAR)
+    quantile = scipy.stats.beta.ppf(2 * scipy.stats.norm.sf(TOO_FAR), (lines + 1) / 2, (lines + 1) / 2)
+    return max(1.0, float(NORMAL * scipy.stats.t.isf(quantile / 2, freedom)) / TOO_FAR)
 
 
 def _decays(name: str, test: Response, model: Response) -> list[Decay]:
-    """From each hit to the next."""
+    """Return the decays, each from a hit to the next."""
     size = np.abs(test.excitation)
     struck = np.flatnonzero(size > REST * size.max())
     shortest = int(SHORTEST * test.fs)
     first = struck[np.diff(struck, prepend=-shortest) >= shortest]
-    rows, found = _rows(test, model), list[Decay]()
+    rows, decays = _rows(test, model), list[Decay]()
     for begin, end in itertools.pairwise([*first.tolist(), size.size]):
         if end - begin >= shortest:
             halves = np.array_split(np.arange(begin, end), 2)
@@ -306,5 +306,5 @@ def _decays(name: str, test: Response, model: Response) -> list[Decay]:
             missed = np.full((len(model.responses), 2), np.nan)
             missed[rows] = DB * np.log(np.array(rms[0]) / np.array(rms[1])).T
             peak = float(size[begin : begin + shortest].max())
-            found.append(Decay(name, begin / test.fs, (end - begin) / test.fs, peak, missed))
-    return found
+            decays.append(Decay(name, begin / test.fs, (end - begin) / test.fs, peak, missed))
+    return decays

@@ -1,4 +1,4 @@
-"""Measured motion of a clearance beside its restoring force: what laws are compared with, instant by instant."""
+"""Measured motion and restoring force of a clearance, which laws are compared with instant by instant."""
 
 from __future__ import annotations
 
@@ -67,9 +67,9 @@ class MeasuredMotion:
     number : int
         Index of the clearance.
     parameters : sequence of Parameter
-        What is open of it beside contact and filling, see `open_parameters`.
+        Its open parameters but for contact and filling, see `open_parameters`.
     used : sequence of bool, optional
-        Whether fits see each record; by default all.
+        True for each record that is fitted; by default all.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class MeasuredMotion:
         """of each record, where its slow motion is not measured but follows from laws (`SlowMotion`)"""
 
     def on(self, forces: Sequence[RestoringForce], rig: Rig) -> MeasuredMotion:
-        """Return the same records' motion and forces as they are on another rig, such as one drawn from its posterior.
+        """Return the same records' motion and forces on another rig, such as one drawn from its posterior.
 
         Parameters
         ----------
@@ -132,23 +132,23 @@ class MeasuredMotion:
     def forces(self, cases: Sequence[Case], follow: bool = True) -> np.ndarray:
         """Return the forces (n, n_cases) of laws, N, in the band in which that of the records is known.
 
-        The slow motion follows each law by one step from where it was found last, or stays there.
+        The slow motion follows each law by one step from its latest solution, or stays there.
         """
-        x = [np.repeat(own.x[:, None], len(cases), axis=1) for own in self.slow]
+        x = [np.repeat(m.x[:, None], len(cases), axis=1) for m in self.slow]
         if self.slow and follow:
-            x = [own.free[:, None] - own.compliance[:, None] * (force - own.stiffness * each)
-                 for own, force, each in zip(self.slow, self.slow_forces(cases, x), x)]  # fmt: skip
-        found = self.all_forces(cases, x)
+            x = [m.free[:, None] - m.compliance[:, None] * (force - m.stiffness * each)
+                 for m, force, each in zip(self.slow, self.slow_forces(cases, x), x)]  # fmt: skip
+        forces = self.all_forces(cases, x)
         for part, unknown in self.unknown_lines:
-            spectrum = scipy.fft.rfft(found[part], axis=0)
+            spectrum = scipy.fft.rfft(forces[part], axis=0)
             spectrum[:unknown] = 0
-            found[part] = scipy.fft.irfft(spectrum, part.stop - part.start, axis=0)
-        return found
+            forces[part] = scipy.fft.irfft(spectrum, part.stop - part.start, axis=0)
+        return forces
 
     def slow_forces(self, cases: Sequence[Case], x: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Return the slow lines (n_f, n_cases) of laws' forces in each record with a slow motion x, also such lines."""
-        found = self.all_forces(cases, x)
-        return [scipy.fft.rfft(found[part], axis=0)[:count] for part, count in self.unknown_lines]
+        forces = self.all_forces(cases, x)
+        return [scipy.fft.rfft(forces[part], axis=0)[:count] for part, count in self.unknown_lines]
 
     def all_forces(self, cases: Sequence[Case], x: Sequence[np.ndarray]) -> np.ndarray:
         """Return forces (n, n_cases) at all frequencies, with slow lines x (n_f, n_cases) in each record, if any."""
@@ -158,19 +158,19 @@ class MeasuredMotion:
 
     def residuals(self, cases: Sequence[Case]) -> np.ndarray:
         """Return (n, n_cases) differences of laws' forces from the measured one, over their expected errors."""
-        found = self.forces(cases) - self.force[:, None]
+        residuals = self.forces(cases) - self.force[:, None]
         for part in self._records if self.rest_is_open else ():
-            own = found[part].reshape(-1, self.size, len(cases))
+            values = residuals[part].reshape(-1, self.size, len(cases))
             counted = self._counted[part].reshape(-1, self.size, 1)
-            own -= np.sum(own * counted, axis=0) / np.maximum(counted.sum(axis=0), 1e-300)
-        found *= self.weight[:, None]
-        return found
+            values -= np.sum(values * counted, axis=0) / np.maximum(counted.sum(axis=0), 1e-300)
+        residuals *= self.weight[:, None]
+        return residuals
 
     def depth(self, case: Case, kept: bool = False) -> np.ndarray:
-        """Return how far (n, 2) both ends are beyond a clearance's walls, m, at all samples or only those compared."""
+        """Return the penetration (n, 2) of both ends into a clearance's walls, m, at all or the compared samples."""
         ends = [path.at_ends(case.bushing.length)[:: self.factor if kept else 1] for path in self.paths]
-        for each, own, (part, _) in zip(ends, self.slow, self.unknown_lines) if kept else ():
-            each += scipy.fft.irfft(own.x, part.stop - part.start)[:, None, None]
+        for each, motion, (part, _) in zip(ends, self.slow, self.unknown_lines) if kept else ():
+            each += scipy.fft.irfft(motion.x, part.stop - part.start)[:, None, None]
         bushing = case.bushing
         places = np.concatenate(ends) + np.array(case.middle)
         if self.size == 1:
@@ -179,11 +179,11 @@ class MeasuredMotion:
         return np.asarray(np.hypot(*np.moveaxis(places, 2, 0)) - bushing.wall_model.reach(bushing.gap))
 
     def touches(self, case: Case) -> bool:
-        """Return whether an end ever goes beyond the gap."""
+        """Return True if an end ever goes beyond the gap."""
         return bool((self.depth(case) > 0).any())
 
     def meets_one_of_two(self, case: Case) -> bool:
-        """Return whether an end goes beyond one wall of a slot, and never beyond the other."""
+        """Return True if an end goes beyond one wall of a slot, and never beyond the other."""
         ends = np.concatenate([path.at_ends(case.bushing.length).ravel() for path in self.paths]) + case.middle[0]
         beyond = ends.max() > case.bushing.gap, ends.min() < -case.bushing.gap
         return self.nominal.stops == "both" and beyond[0] != beyond[1]
@@ -213,16 +213,16 @@ class MeasuredMotion:
         parameter : Parameter
             Any; others than gaps are returned as they are.
         case : Case
-            As found.
+            The fitted one.
         """
         if self.rest_is_open or not parameter.name.endswith(".gap") or self.touches(case):
             return parameter
-        way = float(np.ptp(np.concatenate([path.at_ends(case.bushing.length) for path in self.paths])))
-        return dataclasses.replace(parameter, low=max(parameter.low, 0.5 * way))
+        travel = float(np.ptp(np.concatenate([path.at_ends(case.bushing.length) for path in self.paths])))
+        return dataclasses.replace(parameter, low=max(parameter.low, 0.5 * travel))
 
 
 def falls(x: np.ndarray, rate: float) -> bool:
-    """Return whether a motion becomes quiet after it was loud, or before.
+    """Return True if a motion becomes quiet after it was loud, or before.
 
     Parameters
     ----------
@@ -268,14 +268,14 @@ def _samples_of(f: RestoringForce, rows: slice, record: int) -> tuple[np.ndarray
     _, gain = scipy.signal.freqz(taps, worN=f.noise_frequency, fs=f.fs * INTERPOLATION)
     density = np.abs(gain) * f.noise_density[rows]
     noise = np.sqrt(np.sum(density**2, axis=1) * f.noise_frequency[1])
-    aside = (time > HELD_OUT[0] * f.time[-1]) & (time < HELD_OUT[1] * f.time[-1])
+    in_gap_of_fit = (time > HELD_OUT[0] * f.time[-1]) & (time < HELD_OUT[1] * f.time[-1])
     block = time // BLOCK + record * RECORD_BLOCKS
     level, noise = np.repeat(level, size), np.tile(noise, len(force))
-    return force.ravel(), level, noise, block, valid & ~aside, valid & aside
+    return force.ravel(), level, noise, block, valid & ~in_gap_of_fit, valid & in_gap_of_fit
 
 
 def _unknown_lines(forces: Sequence[RestoringForce], parts: Sequence[slice]) -> list[tuple[slice, int]]:
-    """Samples of records whose slow forces are not known, and how many lines of their spectra are not."""
+    """Return the samples of records with unknown slow forces, and the number of unknown lines of their spectra."""
     lines = [math.ceil(f.band[0] * (p.stop - p.start) * DECIMATION / f.fs) for f, p in zip(forces, parts)]
     return [(part, count) for part, count in zip(parts, lines) if count]
 
@@ -297,7 +297,7 @@ def smallest_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
     points = points[scipy.spatial.ConvexHull(points).vertices]
     middle = points.mean(axis=0)
     for i in range(1, 2000):
-        away = points - middle
-        farthest = int(np.argmax(np.einsum("ij,ij->i", away, away)))
-        middle = middle + away[farthest] / (i + 1)
+        offsets = points - middle
+        farthest = int(np.argmax(np.einsum("ij,ij->i", offsets, offsets)))
+        middle = middle + offsets[farthest] / (i + 1)
     return middle, float(np.hypot(*(points - middle).T).max())

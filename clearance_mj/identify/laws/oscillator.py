@@ -97,8 +97,8 @@ def check_options(correction: str, damping: str) -> None:
 def _points(track: Ridge, part: slice) -> np.ndarray:
     """Samples at which the noise of the ridge is nearly independent."""
     hop = max(1, int(HOP * np.median(track.spread[part]) / track.time[1]))
-    rest = (part.stop - part.start - 1) % hop
-    return np.arange(part.start + rest // 2, part.stop, hop)
+    remainder = (part.stop - part.start - 1) % hop
+    return np.arange(part.start + remainder // 2, part.stop, hop)
 
 
 def _parameters(track: Ridge, part: slice, mass: float, correction: str) -> np.ndarray:
@@ -122,15 +122,15 @@ def _slope(time: np.ndarray, value: np.ndarray, weight: np.ndarray, degree: int)
     """
     count = int(np.log(time.size / NARROWEST) / np.log(GROWTH)) + 1
     polynomial = np.polynomial.Polynomial.fit(time, value, degree)
-    rest, step = value - polynomial(time), time[1] - time[0]
-    fits = [local_polynomials(rest, weight, NARROWEST * GROWTH**i, degree) for i in range(count)]
+    deviation, step = value - polynomial(time), time[1] - time[0]
+    fits = [local_polynomials(deviation, weight, NARROWEST * GROWTH**i, degree) for i in range(count)]
     best = min((fit[0] for fit in fits), key=np.mean)
     _, slope, error = [fit for fit in fits if _no_worse(fit[0], best)][-1]
     return polynomial.deriv()(time) + slope / step, error / step
 
 
 def _no_worse(error: np.ndarray, best: np.ndarray) -> bool:
-    """Whether errors (n,) are not worse than the best with 95 % confidence.
+    """Return True if errors (n,) are not worse than the best with 95 % confidence.
 
     With so few points the smallest average is one by chance, and often of too narrow a bandwidth.
     """

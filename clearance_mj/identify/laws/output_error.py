@@ -1,4 +1,4 @@
-"""Output error: choose parameters so that the simulated responses to a record's own excitation look like the record.
+"""Output error: parameters with which the simulated responses to a record's excitation are nearest to the record.
 
 The modal engine is driven by the measured excitation. Residuals are the differences of the FRF magnitudes, in dB, of
 every accelerometer over consecutive pieces of each record (so that a level ramp shows how the clearance depends on
@@ -45,7 +45,7 @@ DIFFERENCE = 0.02  # of a parameter's logarithm, for differences: above the chao
 
 
 class Evidence(NamedTuple):
-    """What a fit may look at: a measured excitation, which drives the simulations, and the responses to it."""
+    """Data of a fit: a measured excitation, which drives the simulations, and the responses to it."""
 
     excitation: Excitation
     response: Response
@@ -59,17 +59,17 @@ def evidence(records: Sequence[Record]) -> list[Evidence]:
     return [Evidence(record.excitation(), record.response()) for record in usable]
 
 
-def before_contact(found: Sequence[Evidence], rig: Rig) -> list[Evidence]:
-    """Cut records to where no probe has yet moved by its gap; those too short for a piece are left out."""
+def before_contact(records: Sequence[Evidence], rig: Rig) -> list[Evidence]:
+    """Return records cut before any probe moves by its gap; those too short for a piece are left out."""
     walls = np.array([b.walls for b in rig.bushings]).reshape(-1, 2)
     quiet = []
-    for item in found:
+    for item in records:
         if item.response.displacement is not None:
             touching = penetration(item.response.displacement, *walls.T[:, :, None]).any(axis=0)
             sample = int(np.argmax(touching)) if touching.any() else touching.size
             if sample >= PIECE * item.response.fs:
-                parts = ("excitation", "channels", "displacement")
-                cut = {name: getattr(item.response, name)[..., :sample] for name in parts}
+                signal_names = ("excitation", "channels", "displacement")
+                cut = {name: getattr(item.response, name)[..., :sample] for name in signal_names}
                 excitation = dataclasses.replace(item.excitation, value=item.excitation.value[:sample])
                 quiet.append(Evidence(excitation, dataclasses.replace(item.response, **cut)))
     return quiet
@@ -87,7 +87,7 @@ class Fit(Identified):
 
 def fit_law(
     rig: Rig,
-    found: Sequence[Evidence],
+    records: Sequence[Evidence],
     parameters: Sequence[Parameter],
     make: Callable[..., Law],
     starts: Sequence[Sequence[float]] = (),
@@ -99,13 +99,13 @@ def fit_law(
 ) -> Fit:
     """Fit the parameters of the law that ``make`` makes of their values, by bounded nonlinear least squares.
 
-    The fit is run from the ``n_best`` best of the parameters' own start and ``starts``. ``model_error``: dB by which
+    The fit is run from the ``n_best`` best of the parameters' start and ``starts``. ``model_error``: dB by which
     the law is expected to miss FRFs that were measured without noise; lines with a larger random error count less;
-    infinite: all lines count the same. ``tolerance``: share of the cost by which a step lowers it at least.
+    infinite: all lines count the same. ``tolerance``: least relative decrease of the cost in a step.
     ``central``: central differences, which are not needed where the start is already close. The covariance is a
     jackknife over blocks of residuals that depend on each other.
     """
-    compared = Comparison(rig, found, make, model_error, title)
+    compared = Comparison(rig, records, make, model_error, title)
     step = [DIFFERENCE / (p.prior_std if p.has_prior else 1.0) for p in parameters]
     # What is known before is outside of the loss, which takes residuals of many dB for outliers.
     problem = Problem(
@@ -129,12 +129,12 @@ class Comparison:
     """Weighted differences of simulated responses from a set of records, for the laws of several parameter sets."""
 
     def __init__(
-        self, rig: Rig, found: Sequence[Evidence], make: Callable[..., Law], model_error: float, title: str
+        self, rig: Rig, records: Sequence[Evidence], make: Callable[..., Law], model_error: float, title: str
     ) -> None:
         self.rig, self.make = rig, make
-        self.excitations = [item.excitation for item in found]
-        self.sights = [Sight(item.response) for item in found]
-        self.measured = [features(item.response) for item in found]
+        self.excitations = [item.excitation for item in records]
+        self.sights = [Sight(item.response) for item in records]
+        self.measured = [features(item.response) for item in records]
         random = np.concatenate([m.frf_error for m in self.measured] + [m.rms_error for m in self.measured])
         self.weight = 1 / np.hypot(1, random / model_error)
         self.frf_size = sum(m.frf.size for m in self.measured)
@@ -154,7 +154,7 @@ class Comparison:
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
         """Return (n_points, n_residuals) weighted differences in dB, FRF lines first, for values (n_points, n)."""
-        cases = [(self.rig, self.make(*each)) for each in values]
+        cases = [(self.rig, self.make(*point)) for point in values]
         of_records = [
             simulate_and_keep(cases, excitation, sight.look, forces=False)
             for excitation, sight in zip(self.excitations, self.sights)
@@ -162,9 +162,9 @@ class Comparison:
         self.bar.update(len(cases))
         return np.array([self._residual(seen) for seen in zip(*of_records)])
 
-    def _residual(self, seen: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-        frf = [20 * np.log10(model / test.frf) for (model, _), test in zip(seen, self.measured)]
-        rms = [RMS_WEIGHT * 20 * np.log10(model / test.rms) for (_, model), test in zip(seen, self.measured)]
+    def _residual(self, simulated: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+        frf = [20 * np.log10(model / test.frf) for (model, _), test in zip(simulated, self.measured)]
+        rms = [RMS_WEIGHT * 20 * np.log10(model / test.rms) for (_, model), test in zip(simulated, self.measured)]
         return self.weight * np.concatenate((*frf, *rms))
 
     def difference_db(self, residual: np.ndarray) -> float:
@@ -174,10 +174,10 @@ class Comparison:
 
 
 class Features(NamedTuple):
-    """What is compared of a record."""
+    """Features of a record that are compared."""
 
     frf: np.ndarray  #: (n_lines,) magnitudes of all pieces and sensors
-    rms: np.ndarray  #: (n_rms,) of what is compared by RMS
+    rms: np.ndarray  #: (n_rms,) of the signals that are compared by RMS
     frf_error: np.ndarray  #: (n_lines,) random errors, dB
     rms_error: np.ndarray  #: (n_rms,) the same
     frf_band: np.ndarray  #: (n_lines,) number of the band of `BAND` Hz that the line lies in
@@ -185,7 +185,7 @@ class Features(NamedTuple):
 
 
 def features(response: Response) -> Features:
-    """Return what output-error compares of a response: FRF magnitudes and RMS values, piece by piece."""
+    """Return the features of a response that output-error compares: FRF magnitudes and RMS values, piece by piece."""
     pieces = [piece_features(response, piece) for piece in pieces_of(response)]
     frf, rms, frf_error, rms_error, band = (np.concatenate(values) for values in zip(*pieces))
     number = np.repeat(np.arange(len(pieces)), [len(piece[1]) for piece in pieces])
@@ -199,12 +199,12 @@ def pieces_of(response: Response) -> list[slice]:
 
 
 def holds_hits(excitation: np.ndarray) -> bool:
-    """Return whether an excitation (n_t,) is one of hits, between which it hardly acts."""
+    """Return True if an excitation (n_t,) consists of hits, between which it hardly acts."""
     return bool(np.abs(excitation).max() > CREST * excitation.std())
 
 
 class Sight:
-    """How responses to a record's excitation are seen: as `features`, whose spectra of the excitation are found once.
+    """Features of responses to a record's excitation, see `features`; spectra of the excitation are computed once.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ class Sight:
 
     @staticmethod
     def _averages(measured: Response, excitation: np.ndarray) -> SegmentAverages | None:
-        """What estimates a piece's FRFs; none between hits."""
+        """Return the averages that estimate a piece's FRFs; None between hits."""
         if holds_hits(excitation):
             return None
         return SegmentAverages(excitation, measured.fs, RESOLUTION, measured.band)
@@ -256,10 +256,10 @@ def piece_features(response: Response, piece: slice) -> tuple[np.ndarray, ...]:
         part = Response(
             response.fs, excitation, channels, kind=response.kind, band=response.band, quantities=response.quantities
         )
-        found = estimate_frf(part, resolution=RESOLUTION, window="hann")
-        frf = np.abs(found.functions).ravel()
-        frf_error = DB * random_error(found).ravel()
-        band = np.tile((found.frequency // BAND).astype(int), len(found.value))
+        frf_estimate = estimate_frf(part, resolution=RESOLUTION, window="hann")
+        frf = np.abs(frf_estimate.functions).ravel()
+        frf_error = DB * random_error(frf_estimate).ravel()
+        band = np.tile((frf_estimate.frequency // BAND).astype(int), len(frf_estimate.value))
     squares = [np.square(signal.T, order="C") for signal in signals]  # summed sample by sample
     rms = np.concatenate([np.empty(0), *(np.sqrt(np.mean(square, axis=0)) for square in squares)])
     # Impacts scatter the RMS of a piece as they scatter its FRFs.

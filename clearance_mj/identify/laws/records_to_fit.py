@@ -1,4 +1,4 @@
-"""Records that laws are fitted to: those that tell them, as much of each as says something new."""
+"""Records that laws are fitted to: those that identify them, and as much of each as is informative."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def telling(forces: Sequence[RestoringForce]) -> np.ndarray:
         x = force.displacement[:, force.valid]
         farthest.append(np.abs(x).max(axis=1))
         steady.append(not any(falls(each, force.fs) for each in x))
-    far, kept = np.array(farthest), np.array(steady)
-    enough = far[kept].max(axis=0, initial=0.0) >= NEARLY * far.max(axis=0)
-    return np.asarray(kept | ~enough[:, None])
+    far, steady_records = np.array(farthest), np.array(steady)
+    enough = far[steady_records].max(axis=0, initial=0.0) >= NEARLY * far.max(axis=0)
+    return np.asarray(steady_records | ~enough[:, None])
 
 
 def shortened(records: Sequence[PreparedRecord]) -> list[PreparedRecord]:
@@ -47,15 +47,15 @@ def shortened(records: Sequence[PreparedRecord]) -> list[PreparedRecord]:
     records : sequence of PreparedRecord
         All of them.
     """
-    share = MAX_SECONDS / sum(record.duration for record in records)
+    fraction = MAX_SECONDS / sum(record.duration for record in records)
     highest = max((record.band[1] for record in records if record.band), default=0.0)
-    return [_loudest(record, share).slowed(max(MIN_RATE, MIN_RATIO * highest)) for record in records]
+    return [_loudest(record, fraction).slowed(max(MIN_RATE, MIN_RATIO * highest)) for record in records]
 
 
-def _loudest(record: PreparedRecord, share: float) -> PreparedRecord:
-    """Return the part of a record, a share of it, in which most moves; all of one that is short anyway."""
+def _loudest(record: PreparedRecord, fraction: float) -> PreparedRecord:
+    """Return a fraction of a record, the part in which most moves; all of one that is short anyway."""
     n = len(record.signals)
-    size = max(int(share * n), int(MIN_SECONDS * record.fs))
+    size = max(int(fraction * n), int(MIN_SECONDS * record.fs))
     if size >= n:
         return record
     signals = record.signals[:, :-1].T if record.displacement is None else record.displacement

@@ -10,7 +10,7 @@ from ..forces.restoring import RestoringForce
 
 __all__: list[str] = []
 
-MODEL_ERROR = 0.03  # share of the force's local RMS that a regression takes for error of its model, besides the noise
+MODEL_ERROR = 0.03  # fraction of the force's local RMS that a regression takes for its model's error, besides the noise
 LOCAL = 0.5  # s over which that RMS is taken, and length of a block of correlated errors
 
 
@@ -22,7 +22,7 @@ def weights(force: RestoringForce, bushing: int) -> np.ndarray:
 
 
 def non_negative(matrix: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Least squares with no negative share (m,); by Cholesky, as the rows are very many and the columns scaled."""
+    """Return non-negative coefficients (m,) by least squares; by Cholesky, as rows are very many, columns scaled."""
     scale = np.sqrt(np.sum(matrix**2, axis=0))
     scale = np.where(scale > 0, scale, 1.0)
     normal = (matrix.T @ matrix) / np.outer(scale, scale) + 1e-12 * np.eye(scale.size)

@@ -1,4 +1,4 @@
-"""Where a loaded shaft rests in its clearances, and where it would be in them without its load."""
+"""Rest position of a loaded shaft in its clearances, and its offset in them without load."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ __all__ = ["rests_of", "with_offsets"]
 
 
 def rests_of(rig: Rig) -> list[tuple[float, ...]]:
-    """Return where the shaft rests in each clearance as the rig file has it, from its middle, m."""
-    rows, moved = rig.clearance_rows, np.zeros(rig.n_rows)
+    """Return the shaft's rest position in each clearance of the rig file, from its middle, m."""
+    rows, displacement = rig.clearance_rows, np.zeros(rig.n_rows)
     if rig.gravity or rig.loads:
         with contextlib.suppress(SimulationError):
-            moved = static_equilibrium(rig.replace(spin=None, unbalances=(), orders=())).displacement
+            displacement = static_equilibrium(rig.replace(spin=None, unbalances=(), orders=())).displacement
     offsets = [[getattr(b, name) for name in OFFSETS[-b.n_coordinates :]] for b in rig.bushings]
-    return [tuple((np.array(each) + moved[own]).tolist()) for each, own in zip(offsets, rows)]
+    return [tuple((np.array(each) + displacement[row]).tolist()) for each, row in zip(offsets, rows)]
 
 
 def with_offsets(fits: Sequence[ForceFit], rig: Rig, drawn: Sequence[Rig] = ()) -> list[ForceFit]:
@@ -45,16 +45,16 @@ def with_offsets(fits: Sequence[ForceFit], rig: Rig, drawn: Sequence[Rig] = ()) 
     """
     if not rig.is_loaded:
         return list(fits)
-    moved, error = _moved_to_rest(fits, rig)
-    others = np.array([_moved_to_rest(fits, other)[0] for other in drawn]).reshape(-1, moved.size) - moved
+    moved, error = _displacement_to_rest(fits, rig)
+    others = np.array([_displacement_to_rest(fits, other)[0] for other in drawn]).reshape(-1, moved.size) - moved
     spread = others.T @ others / max(len(drawn), 1) + error @ error.T
-    return [f.offset_by(moved[own], spread[own, own]) for f, own in zip(fits, rig.clearance_rows)]
+    return [f.offset_by(moved[row], spread[row, row]) for f, row in zip(fits, rig.clearance_rows)]
 
 
-def _moved_to_rest(fits: Sequence[ForceFit], rig: Rig) -> tuple[np.ndarray, np.ndarray]:
-    """How far (n_rows,), m, loads and the forces of the clearances move the shaft from its unloaded place.
+def _displacement_to_rest(fits: Sequence[ForceFit], rig: Rig) -> tuple[np.ndarray, np.ndarray]:
+    """Return the displacement (n_rows,), m, of the shaft from its unloaded place under loads and clearance forces.
 
-    And by how much (n_rows, n_rows) that is wrong if laws' forces are as wrong as is expected of them.
+    With its errors (n_rows, n_rows) from the expected errors of the laws' forces.
     """
     model = linear_model(rig, MODES)
     at = model.at_bushings
@@ -62,14 +62,14 @@ def _moved_to_rest(fits: Sequence[ForceFit], rig: Rig) -> tuple[np.ndarray, np.n
     compliance, sag = (at / square) @ at.T, at @ (model.weight / square)
 
     def forces(moved: np.ndarray) -> np.ndarray:
-        return np.concatenate([_force_at_rest(f, moved[own]) for f, own in zip(fits, rig.clearance_rows)])
+        return np.concatenate([_force_at_rest(f, moved[row]) for f, row in zip(fits, rig.clearance_rows)])
 
-    def beyond(moved: np.ndarray) -> np.ndarray:
+    def residual(moved: np.ndarray) -> np.ndarray:
         return np.asarray(moved - sag + compliance @ forces(moved))
 
     # Walls stay where they are from the place at rest: what moves with the unloaded place are fillings alone.
-    found = np.asarray(scipy.optimize.root(beyond, np.zeros(len(at)), options={"xtol": 1e-6}).x)
-    return found, compliance * FORCE_ERROR * forces(found)
+    displacement = np.asarray(scipy.optimize.root(residual, np.zeros(len(at)), options={"xtol": 1e-6}).x)
+    return displacement, compliance * FORCE_ERROR * forces(displacement)
 
 
 def _force_at_rest(fit: ForceFit, moved: np.ndarray) -> np.ndarray:

@@ -1,8 +1,8 @@
-"""Slow motion in the clearances of records without displacement probes: what their laws and the structure make of it.
+"""Slow motion in the clearances of records without displacement probes, computed from their laws and the structure.
 
 Accelerometers do not show where in its gap a shaft hangs on average, nor how that drifts as the level rises; a law's
-own slow force does. Below `RestoringForce.band` the motion x of the clearances is what the excitation u and the forces
-F of the laws make of the structure without them,
+slow force does. Below `RestoringForce.band` the motion x of the clearances is the response of the structure without
+them to the excitation u and the forces F of the laws,
 
     x = H u - C F(x + quick motion),
 
@@ -48,14 +48,14 @@ class _Lines(NamedTuple):
 
 
 class SlowMotion:
-    """Slow motion of all clearances in all records, of which each bushing's `MeasuredMotion` gets its own.
+    """Slow motion of all clearances in all records; each bushing's `MeasuredMotion` gets its part.
 
     Parameters
     ----------
     motions : sequence of MeasuredMotion
         Of each bushing.
     records : sequence of PreparedRecord
-        What they are of.
+        Records of these motions.
     rig : Rig
         The linear rig.
     """
@@ -78,32 +78,32 @@ class SlowMotion:
             Of each bushing.
         """
         stiffness = self._stiffness(cases)
-        soft = [_softened(*each) for each in zip(self.lines, stiffness)]
-        forces, best, share = self._forces(cases), np.inf, 1.0
-        kept, of_kept = self.found, forces
+        soft = [_with_springs(*each) for each in zip(self.lines, stiffness)]
+        forces, best, relaxation = self._forces(cases), np.inf, 1.0
+        best_spectra, best_forces = self.found, forces
         for _ in range(ROUNDS):
-            new = [_solved(*each) for each in zip(soft, self.found, forces, stiffness)]
+            new = [_fixed_point_step(*each) for each in zip(soft, self.found, forces, stiffness)]
             change = _size([n - x for n, x in zip(new, self.found)])
             if change < best:
-                kept, of_kept, best = self.found, forces, change
+                best_spectra, best_forces, best = self.found, forces, change
             else:  # not nearer: half as far from where it was nearest
-                share /= 2
-                new = [_solved(*each) for each in zip(soft, kept, of_kept, stiffness)]
-            self.found = [x + share * (n - x) for n, x in zip(new, kept)]
+                relaxation /= 2
+                new = [_fixed_point_step(*each) for each in zip(soft, best_spectra, best_forces, stiffness)]
+            self.found = [x + relaxation * (n - x) for n, x in zip(new, best_spectra)]
             forces = self._forces(cases)
             if best < CONVERGED * _size(self.found):
                 break
         for j, motion in enumerate(self.motions):
-            motion.slow = [_own(*each, j) for each in zip(soft, self.found, forces, stiffness)]
+            motion.slow = [_slow_motion(*each, j) for each in zip(soft, self.found, forces, stiffness)]
 
     def mean_error(self, cases: Sequence[Case]) -> np.ndarray:
-        """Return the standard deviations (n_bushings,), m, of where laws say the shaft is on average.
+        """Return the standard deviations (n_bushings,), m, of the shaft's mean position according to laws.
 
-        Each wall's mean force is wrong by `FORCE_ERROR` of its own, the filling's mean stiffness by
-        `STATIC_STIFFNESS_ERROR`, and what is left of both displaces the shaft against structure and filling. What has
-        slid in a filling while the motion was larger before holds the shaft there by as large a share of its stiffness.
-        Of the records that fits see and that hold at least `TELLING` of their walls' force it is the largest: these
-        errors repeat.
+        Each wall's mean force is wrong by `FORCE_ERROR` of itself, the filling's mean stiffness by
+        `STATIC_STIFFNESS_ERROR`, and the remainder of both displaces the shaft against structure and filling. A filling
+        that slid while the motion was larger before holds the shaft there by as large a part of its stiffness. The
+        largest counts of the records that fits see and that hold at least `TELLING` of their walls' force: these errors
+        repeat.
         """
         free = [c._replace(bushing=dataclasses.replace(c.bushing, gap=WIDE * c.bushing.gap)) for c in cases]
         walls = [
@@ -117,29 +117,29 @@ class SlowMotion:
             force = np.array([each[part] for each in walls])
             upper, lower = (np.maximum(side, 0.0).mean(axis=1) for side in (force, -force))
             mean = np.abs(self.found[i][0]) / (part.stop - part.start)
-            fell = np.array(
-                [_fallen(motion.paths[i].x[:: motion.factor, 0, 0], motion.rate) for motion in self.motions]
+            decline = np.array(
+                [_decline(motion.paths[i].x[:: motion.factor, 0, 0], motion.rate) for motion in self.motions]
             )
-            of_filling = STATIC_STIFFNESS_ERROR * stiffness * np.hypot(mean, fell)
+            of_filling = STATIC_STIFFNESS_ERROR * stiffness * np.hypot(mean, decline)
             error = np.hypot(FORCE_ERROR * np.hypot(upper, lower), of_filling)
-            compliance = np.abs(_softened(self.lines[i], stiffness).compliance[0])
+            compliance = np.abs(_with_springs(self.lines[i], stiffness).compliance[0])
             errors.append(np.sqrt(compliance**2 @ error**2))
             forces.append(np.sum(np.abs(force).mean(axis=1)))
-        seen = np.array([motion.used for motion in self.motions]).T * np.array(forces)[:, None]
-        telling = seen >= TELLING * np.maximum(seen.sum(axis=0), 1e-300)
+        counted = np.array([motion.used for motion in self.motions]).T * np.array(forces)[:, None]
+        telling = counted >= TELLING * np.maximum(counted.sum(axis=0), 1e-300)
         return np.max(np.where(telling, errors, 0.0), axis=0)
 
     def _forces(self, cases: Sequence[Case]) -> list[np.ndarray]:
-        """Spectra (n_f, n_bushings) of the forces of each record in the slow motion found last."""
-        own = [
+        """Return spectra (n_f, n_bushings) of the forces of each record in the latest slow motion."""
+        by_bushing = [
             motion.slow_forces([case], [x[:, j : j + 1] for x in self.found])
             for j, (motion, case) in enumerate(zip(self.motions, cases))
         ]
-        return [np.column_stack([f[i] for f in own]) for i in range(len(self.lines))]
+        return [np.column_stack([f[i] for f in by_bushing]) for i in range(len(self.lines))]
 
     def _stiffness(self, cases: Sequence[Case]) -> list[np.ndarray]:
         """Mean stiffness (n_bushings,) of the forces in each record, N/m."""
-        found = []
+        stiffness = []
         for j, (motion, case) in enumerate(zip(self.motions, cases)):
             shifted = [np.repeat(x[:, j : j + 1], 2, axis=1) for x in self.found]
             for x, (part, _) in zip(shifted, motion.unknown_lines):
@@ -148,8 +148,8 @@ class SlowMotion:
             block = int(BLOCK * motion.rate)
             parts = [slope[part][: max(1, slope[part].size // block) * block] for part, _ in motion.unknown_lines]
             means = [np.mean(of.reshape(-1, min(block, of.size)), axis=1) for of in parts]
-            found.append([max(float(np.mean(of)), float(np.max(of)) / 2, LEAST_STIFFNESS) for of in means])
-        return list(np.transpose(found))
+            stiffness.append([max(float(np.mean(of)), float(np.max(of)) / 2, LEAST_STIFFNESS) for of in means])
+        return list(np.transpose(stiffness))
 
 
 def fit_with_slow_motion(slow: SlowMotion, fits: Sequence[ForceFit], rounds: int) -> list[ForceFit]:
@@ -173,8 +173,8 @@ def fit_with_slow_motion(slow: SlowMotion, fits: Sequence[ForceFit], rounds: int
     -----
     The motion that a fit is given follows from the offsets before it, so that these come nearer by a part each time;
     Anderson's acceleration goes all the way (D. G. Anderson, Iterative procedures for nonlinear integral equations,
-    J. ACM 12, 1965). What an error of one fit does to where they stay, and what laws leave open of the mean motion,
-    widens the offsets' standard deviations.
+    J. ACM 12, 1965). The effect of a fit's errors on the fixed point, and the laws' errors of the mean motion, widen
+    the offsets' standard deviations.
     """
     places: list[np.ndarray] = []
     moves: list[np.ndarray] = []
@@ -193,26 +193,26 @@ def fit_with_slow_motion(slow: SlowMotion, fits: Sequence[ForceFit], rounds: int
     # What laws miss wherever the shaft comes by again is in the walls' forces: it does not count twice.
     alone = [math.sqrt(f.correlation_length / max(f.correlation_length, m.shortest_correlation))
              for m, f in zip(slow.motions, fits)]  # fmt: skip
-    wrong = np.hypot(_amplified(places, moves, std * alone) * std * alone, slow.mean_error([f.case for f in fits]))
-    return [_with_offset_std(f, max(factor, 1.0)) for f, factor in zip(fits, wrong / np.where(std > 0, std, 1.0))]
+    total_std = np.hypot(_amplified(places, moves, std * alone) * std * alone, slow.mean_error([f.case for f in fits]))
+    return [_with_offset_std(f, max(factor, 1.0)) for f, factor in zip(fits, total_std / np.where(std > 0, std, 1.0))]
 
 
 def next_offsets(places: Sequence[np.ndarray], moves: Sequence[np.ndarray], largest: Sequence[float]) -> np.ndarray:
-    """Return offsets (n_bushings,) where they would stay, as far as the last ones say.
+    """Return offsets (n_bushings,) at the fixed point that the last steps predict.
 
     Parameters
     ----------
     places : sequence of ndarray
         Offsets (n_bushings,) that were tried.
     moves : sequence of ndarray
-        How far from there the fits went, each (n_bushings,).
+        Steps of the fits from there, each (n_bushings,).
     largest : sequence of float
         Of each bushing: beyond it there is no offset, and a step is at most half of it.
     """
     step = moves[-1]
     if len(places) > 1:
-        kept = slice(-1 - len(step), None)
-        dx, df = (np.diff(np.array(part[kept]), axis=0).T for part in (places, moves))
+        recent = slice(-1 - len(step), None)
+        dx, df = (np.diff(np.array(part[recent]), axis=0).T for part in (places, moves))
         step = step - (dx + df) @ np.linalg.lstsq(df, moves[-1], rcond=0.05)[0]
     most = np.array(largest)
     return np.asarray(np.clip(places[-1] + np.clip(step, -most / 2, most / 2), -most, most))
@@ -236,8 +236,8 @@ def _with_offset_std(fit: ForceFit, factor: float) -> ForceFit:
     return fit.widened_by(fit.estimates.covariance * (np.outer(scale, scale) - 1))
 
 
-def _fallen(x: np.ndarray, rate: float) -> float:
-    """By how much, m, the RMS of a motion that falls is below the largest before, mean of all blocks."""
+def _decline(x: np.ndarray, rate: float) -> float:
+    """Return how far, m, the RMS of a falling motion is below the largest before, mean of all blocks."""
     if not falls(x, rate):
         return 0.0
     rms = rms_of_blocks(x, rate)
@@ -261,19 +261,19 @@ def _lines(record: PreparedRecord, rig: Rig, size: int, count: int) -> _Lines:
     return _Lines(-gains[:, :, :-1], gains[:, :, -1] * driven[:, None])
 
 
-def _softened(lines: _Lines, stiffness: np.ndarray) -> _Lines:
+def _with_springs(lines: _Lines, stiffness: np.ndarray) -> _Lines:
     """Lines of the structure with springs in its clearances."""
     inverse = np.linalg.inv(np.eye(stiffness.size) + lines.compliance * stiffness)
     return _Lines(inverse @ lines.compliance, (inverse @ lines.free[:, :, None])[:, :, 0])
 
 
-def _solved(soft: _Lines, x: np.ndarray, forces: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+def _fixed_point_step(soft: _Lines, x: np.ndarray, forces: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
     return np.asarray(soft.free - (soft.compliance @ (forces - stiffness * x)[:, :, None])[:, :, 0])
 
 
-def _own(soft: _Lines, x: np.ndarray, forces: np.ndarray, stiffness: np.ndarray, number: int) -> OwnSlowMotion:
-    """What one bushing's own law makes of its slow motion, where the others' forces stay on their tangents."""
-    rest = forces - stiffness * x
-    rest[:, number] = 0
-    free = soft.free[:, number] - np.einsum("fj,fj->f", soft.compliance[:, number], rest)
+def _slow_motion(soft: _Lines, x: np.ndarray, forces: np.ndarray, stiffness: np.ndarray, number: int) -> OwnSlowMotion:
+    """Return a bushing's slow motion as a function of its law's force; the other forces stay on their tangents."""
+    residual = forces - stiffness * x
+    residual[:, number] = 0
+    free = soft.free[:, number] - np.einsum("fj,fj->f", soft.compliance[:, number], residual)
     return OwnSlowMotion(x[:, number], free, soft.compliance[:, number, number], float(stiffness[number]))
