@@ -45,7 +45,7 @@ class Identified:
     warnings: tuple[str, ...] = ()
     """plain words on what not to rely on"""
     pages: Mapping[str, Any] = field(default_factory=dict)
-    """what the method shows beside the model, by the names of the sections that report it"""
+    """further results of the method, by the names of the sections that report them"""
 
     @property
     def rig(self) -> Rig:
@@ -69,7 +69,7 @@ class Identified:
         return tuple(j for j in range(len(self.rig.bushings)) if f"bushings[{j}].gap" in only)
 
     def draw(self, n: int, seed: int = 0) -> Sequence[Model]:
-        """Draw models that the records do not distinguish from the one found, see `Model.draw`.
+        """Draw models that the records do not distinguish from the identified one, see `Model.draw`.
 
         Parameters
         ----------
@@ -81,17 +81,17 @@ class Identified:
         return self.model.draw(n, seed)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return parameters with what was known before, correlations and warnings as plain data."""
-        found = self.estimates
+        """Return parameters with their priors, correlations and warnings as plain data."""
+        estimates = self.estimates
         return {
-            "parameters": found.beside_priors() if found else [],
-            "correlation": found.correlation.tolist() if found else [],
-            "only_prior": list(found.only_prior) if found else [],
+            "parameters": estimates.beside_priors() if estimates else [],
+            "correlation": estimates.correlation.tolist() if estimates else [],
+            "only_prior": list(estimates.only_prior) if estimates else [],
             "warnings": list(self.warnings),
         }
 
     def save(self, folder: str | Path, dataset: Dataset, provenance: Mapping[str, Any] | None = None) -> None:
-        """Write the model as `Model.save` does, and ``identified.json``: what is known of it, and from what.
+        """Write the model as `Model.save` does, and ``identified.json``: its estimates and their provenance.
 
         Parameters
         ----------
@@ -100,7 +100,7 @@ class Identified:
         dataset : Dataset
             That it was identified from.
         provenance : mapping, optional
-            What it comes from: versions, digests of files.
+            Versions and digests of files that it comes from.
         """
         about = {"version": __version__, "dataset": str(dataset.path), "rig": dataset.rig.name,
                  "synthetic": dataset.is_synthetic, "identified_from": [r.name for r in dataset.identify]}  # fmt: skip
@@ -138,15 +138,15 @@ Find = Callable[[Dataset, bool], Identified]
 
 @dataclass(frozen=True)
 class Method:
-    """A way to a model."""
+    """A method of identification."""
 
     prior_information: str  #: what it is given, in words
     find: Find  #: takes a dataset and whether to show progress bars; checks the records first
     shortest: Callable[[Rig], float] | None = None
     """s, that one record must last; None: it opens no record, or checks them itself"""
-    finds_rig: bool = False  #: whether it finds the rig too; else it takes the rig file for exact
-    needs: tuple[Need, ...] = ()  #: what it needs of the records beside their length
-    in_space: bool = False  #: whether it knows rigs that move in space
+    finds_rig: bool = False  #: True if it identifies the rig too; else it takes the rig file for exact
+    needs: tuple[Need, ...] = ()  #: requirements on the records besides their length
+    in_space: bool = False  #: True if it knows rigs that move in space
 
     def require(self, dataset: Dataset) -> None:
         """Refuse a dataset from which the method can find nothing, before anything is computed.
@@ -192,22 +192,22 @@ def register(
     name : str
         For `identify`, the command line, the study and its report.
     prior_information : str
-        What the method is given, in words.
+        Information that the method is given, in words.
     shortest : callable, optional
         Seconds that one record must last, from the rig. With it, the records are checked before the method begins.
     finds_rig : bool
-        Whether it finds the rig too. Of the others, which take the rig file for exact, a warning says where the records
-        contradict it.
+        True if it identifies the rig too. Of the others, which take the rig file for exact, a warning says where the
+        records contradict it.
     needs : sequence of callable
-        What the method needs of the records beside their length, such as `records.needs.probes`: each takes the dataset
-        and returns in words what is lacking, or "". They are looked at before anything is computed.
+        Requirements on the records besides their length, such as `records.needs.probes`: each takes the dataset and
+        returns in words what is lacking, or "". They are checked before anything is computed.
     in_space : bool
-        Whether it knows rigs that move in space.
+        True if it knows rigs that move in space.
 
     Returns
     -------
     callable
-        Takes a function of a dataset and of whether to show progress bars that returns `Identified`.
+        Decorator of a function that takes a dataset and a flag to show progress bars and returns `Identified`.
     """
 
     def add(find: Callable[..., Found]) -> Callable[..., Found]:
@@ -219,17 +219,17 @@ def register(
                     warnings.simplefilter("always", IdentifiabilityWarning)
                     require(name, dataset)
                     records = _checked(dataset, exact=not finds_rig) if shortest else ()
-                    found = find(dataset, progress)
+                    result = find(dataset, progress)
                     if finds_rig:
-                        warn_of_no_contact(records, found.rig)
+                        warn_of_no_contact(records, result.rig)
             finally:  # what was caught is for scripts, too, and above all where the method fails
                 for each in caught:
                     warnings.warn(each.message, each.category, stacklevel=2)
-            own = (str(each.message) for each in caught if issubclass(each.category, IdentifiabilityWarning))
-            pages = found.pages or (_pages(dataset) if shortest else {})
-            if found.rig.examples:
-                found = _without_examples(found)
-            return dataclasses.replace(found, warnings=tuple(dict.fromkeys((*own, *found.warnings))), pages=pages)
+            words = (str(each.message) for each in caught if issubclass(each.category, IdentifiabilityWarning))
+            pages = result.pages or (_pages(dataset) if shortest else {})
+            if result.rig.examples:
+                result = _without_examples(result)
+            return dataclasses.replace(result, warnings=tuple(dict.fromkeys((*words, *result.warnings))), pages=pages)
 
         METHODS[name] = Method(prior_information, checked, shortest, finds_rig, tuple(needs), in_space)
         return checked
@@ -237,13 +237,13 @@ def register(
     return add
 
 
-def _without_examples(found: Found) -> Found:
-    """What was found, with a warning of the examples in the rig file about which the records say nothing."""
-    only = found.estimates.only_prior if found.estimates else ()
-    left = unknown_examples(found.rig.examples, [p["name"] for p in found.parameters if p["name"] not in only])
-    words = (f"of the rig file, {example_words(left)}",) if left else ()
-    model = dataclasses.replace(found.model, rig=found.rig.replace(examples=left))
-    return dataclasses.replace(found, model=model, warnings=found.warnings + words)
+def _without_examples(result: Found) -> Found:
+    """Return the result with a warning of the examples in the rig file about which the records say nothing."""
+    only = result.estimates.only_prior if result.estimates else ()
+    examples = unknown_examples(result.rig.examples, [p["name"] for p in result.parameters if p["name"] not in only])
+    words = (f"of the rig file, {example_words(examples)}",) if examples else ()
+    model = dataclasses.replace(result.model, rig=result.rig.replace(examples=examples))
+    return dataclasses.replace(result, model=model, warnings=result.warnings + words)
 
 
 def _checked(dataset: Dataset, exact: bool) -> tuple[PreparedRecord, ...]:
@@ -257,7 +257,7 @@ def _checked(dataset: Dataset, exact: bool) -> tuple[PreparedRecord, ...]:
 
 
 def _pages(dataset: Dataset) -> dict[str, Any]:
-    """What a method shows that names nothing else: forces and contact, as far as the records allow."""
+    """Return the default pages of a method: forces and contact, as far as the records allow."""
     records = dataset.to_identify()
     return {"forces": partial(possible_forces, records, restoring_force), "contact": records}
 
@@ -304,8 +304,8 @@ def require(name: str, dataset: Dataset) -> None:
             with contextlib.suppress(RecordError):
                 method.require(dataset)
                 others.append(other)
-        rest = f"; these records allow {', '.join(others)}" if others else ""
-        raise RecordError(f'method "{name}": {error}{rest}') from None
+        allowed = f"; these records allow {', '.join(others)}" if others else ""
+        raise RecordError(f'method "{name}": {error}{allowed}') from None
 
 
 @checks_kinds

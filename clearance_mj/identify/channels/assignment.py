@@ -1,4 +1,4 @@
-"""Which channel is at which place of a rig: by how alike transfer functions are to those of drawn rigs.
+"""Assignment of channels to places of a rig, by the likeness of transfer functions to those of drawn rigs.
 
 The drawn rigs have springs in their clearances, between the filling's and the walls', for whatever acts there.
 """
@@ -73,7 +73,7 @@ class Search:
         self.drawn = draw_rigs(rig, band[1], DRAWS)
 
     def may_be(self, channel: int, place: int) -> bool:
-        """Return whether the file leaves open that a channel is at a place."""
+        """Return True if the file allows a channel at a place."""
         return self.signals.quantities[channel] in (UNKNOWN, self.places[place].quantity)
 
     def closest_assignments(self, stretch: float = 1.0, delays: Iterable[float] = (0.0,)) -> list[Assignment]:
@@ -89,11 +89,11 @@ class Search:
         models = [transfer_functions(self.rig, d, self.kind, stretch * self.frequency) for d in self.drawn]
         tried, last = np.array([*delays]), len(self.places) - 1
         drivers = (channel for channel in range(len(self.signals.names)) if self.may_be(channel, last))
-        found = [self._closest(driven, np.array(models), tried) for driven in drivers]
-        return sorted(found, key=lambda one: -one.likeness)
+        assignments = [self._closest(driven, np.array(models), tried) for driven in drivers]
+        return sorted(assignments, key=lambda assignment: -assignment.likeness)
 
     def _closest(self, driven: int, models: np.ndarray, delays: np.ndarray) -> Assignment:
-        """The best assignment of transfer functions to one channel, over all models (n_draws, n_f, n)."""
+        """Return the best assignment of transfer functions to one channel, over all models (n_draws, n_f, n)."""
         n, last = len(self.signals.names), len(self.places) - 1
         power, coherence = np.einsum("fii->fi", self.cross_spectra).real, self._coherence(driven)
         measured = self.cross_spectra[:, :, driven] / power[:, [driven]]
@@ -104,22 +104,22 @@ class Search:
                 ratio = np.abs(measured[:, i]) / np.abs(models[:, :, place])
                 gain[:, i, place] = np.exp(np.median(np.log(ratio), axis=1))
                 relative = ratio / gain[:, i, place, None]
-                turned = np.exp(1j * (np.angle(measured[:, i]) - np.angle(models[:, :, place])))
-                each = ((coherence[:, i] * np.minimum(relative, 1 / relative) * turned) @ undone).real
-                most = np.argmax(np.abs(each), axis=1)
-                alike, late[:, i, place] = each[np.arange(len(each)), most], delays[most]
-                likeness[:, i, place], sign[:, i, place] = np.abs(alike), np.sign(alike)
+                phase = np.exp(1j * (np.angle(measured[:, i]) - np.angle(models[:, :, place])))
+                similarity = ((coherence[:, i] * np.minimum(relative, 1 / relative) * phase) @ undone).real
+                best_at = np.argmax(np.abs(similarity), axis=1)
+                peak, late[:, i, place] = similarity[np.arange(len(similarity)), best_at], delays[best_at]
+                likeness[:, i, place], sign[:, i, place] = np.abs(peak), np.sign(peak)
         pairs = [scipy.optimize.linear_sum_assignment(-one) for one in likeness]
         best = int(np.argmax([one[pair].sum() for one, pair in zip(likeness, pairs)]))
-        kept = [(i, place) for i, place in zip(*pairs[best]) if likeness[best, i, place] > 0]
-        draws = np.argsort([-sum(one[pair] for pair in kept) for one in likeness], kind="stable")[:KEPT]
+        assigned = [(i, place) for i, place in zip(*pairs[best]) if likeness[best, i, place] > 0]
+        draws = np.argsort([-sum(one[pair] for pair in assigned) for one in likeness], kind="stable")[:KEPT]
         channel, signs, gains, delayed = [-1] * (last + 1), [1.0] * (last + 1), [1.0] * (last + 1), [0.0] * (last + 1)
-        for i, place in kept:
+        for i, place in assigned:
             channel[place], signs[place] = int(i), float(sign[best, i, place])
             gains[place], delayed[place] = float(gain[best, i, place]), float(late[best, i, place])
         channel[last] = driven
-        incoherent = [likeness[best][pair] / coherence[:, pair[0]].mean() for pair in kept]
-        mean = float(np.mean(incoherent)) if kept else 0.0
+        incoherent = [likeness[best][pair] / coherence[:, pair[0]].mean() for pair in assigned]
+        mean = float(np.mean(incoherent)) if assigned else 0.0
         return Assignment(tuple(channel), tuple(signs), tuple(gains), tuple(draws.tolist()), tuple(delayed), mean)
 
     def coherence(self, assignment: Assignment) -> float:

@@ -1,4 +1,4 @@
-"""Whether the channels of records are where, and in the units in which, the records say they are."""
+"""Check of the places and units that records state of their channels."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from .units import Units
 __all__ = ["check_places"]
 
 LEAST_MOTION = 0.17  # RMS in a clearance over its gap where records show impacts; of drawn benches 0.3 to 1.6
-REFUSED = 6.0  # margin over the records' own assignment from which on they are refused: twice that of a sure map
-DRAWS = 12  # of the rig, with which the records' own assignment is judged
+REFUSED = 6.0  # margin over the stated assignment from which on records are refused: twice that of a sure map
+DRAWS = 12  # of the rig, with which the stated assignment is judged
 
 
 def check_places(records: Sequence[PreparedRecord]) -> None:
@@ -58,17 +58,17 @@ def check_places(records: Sequence[PreparedRecord]) -> None:
         {},
     )
     search = Search(first.rig, signals, first.kind, first.band or signals.band())
-    own = _as_recorded(search, first.probes)
-    judge = Judge(search, own, np.ones(len(first.channels)))
+    stated = _as_recorded(search, first.probes)
+    judge = Judge(search, stated, np.ones(len(first.channels)))
     if judge.misfit <= FITS:
         _check_motion(search, judge)
         return
     best = search.closest_assignments()[0]
     better, units = judged(search, best)
-    same = Judge(search, dataclasses.replace(own, draws=best.draws), np.ones(len(first.channels)))
+    same = Judge(search, dataclasses.replace(stated, draws=best.draws), np.ones(len(first.channels)))
     if better.misfit > FITS or same.distance < better.distance + REFUSED:
         return
-    if words := "; ".join(_differences(search, own, best, units)):
+    if words := "; ".join(_differences(search, stated, best, units)):
         raise RecordError(
             f"channels are not what the records say: {words}; put that right in the records, or map their files anew "
             "(clearance-mj map)"
@@ -76,7 +76,7 @@ def check_places(records: Sequence[PreparedRecord]) -> None:
 
 
 def _as_recorded(search: Search, probes: bool) -> Assignment:
-    """The assignment that the records themselves state."""
+    """Return the assignment that the records state."""
     sensors, count = len(search.rig.sensors), len(search.places)
     places = [*range(sensors), *(range(sensors, count - 1) if probes else ()), count - 1]
     channel = [-1] * count
@@ -99,19 +99,19 @@ def _check_motion(search: Search, judge: Judge) -> None:
         )
 
 
-def _differences(search: Search, own: Assignment, best: Assignment, units: Units) -> Iterator[str]:
-    """Where an assignment differs from that of the records, in words."""
+def _differences(search: Search, stated_assignment: Assignment, best: Assignment, units: Units) -> Iterator[str]:
+    """Yield in words where an assignment differs from that of the records."""
     names = search.signals.names
-    turned = [best.channel[p] for p in best.places[:-1] if best.sign[p] < 0]
-    if len(turned) == len(best.places) - 1:
+    inverted = [best.channel[p] for p in best.places[:-1] if best.sign[p] < 0]
+    if len(inverted) == len(best.places) - 1:
         yield f"{EXCITATION} (or every other channel) has the wrong sign"
-        turned = []
+        inverted = []
     in_unit: dict[str, list[str]] = {}
     for place, label, exists in zip(best.places, units.label, units.exists):
-        channel, stated = best.channel[place], own.channel[place]
+        channel, stated = best.channel[place], stated_assignment.channel[place]
         if channel != stated:
             yield f"{names[channel]} is {names[stated] if stated >= 0 else search.places[place].label}"
-        if channel in turned:
+        if channel in inverted:
             yield f"{names[channel]} has the wrong sign"
         if label:
             in_unit.setdefault(label if exists else f"units of {label}", []).append(names[channel])

@@ -29,7 +29,7 @@ class DrawnRig:
 
 
 def draw_rigs(rig: Rig, highest: float, count: int, seed: int = 0) -> list[DrawnRig]:
-    """Return rigs drawn from what the rig file leaves open; the first is the file's own.
+    """Return rigs drawn from the priors of the rig file; the first is that of the file.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def draw_rigs(rig: Rig, highest: float, count: int, seed: int = 0) -> list[Drawn
     # Of a bushing its place alone is a part of the structure.
     whole = [p for p in priors(rig, highest) if not p.name.startswith("sensors")]
     known = [p for p in whole if not p.name.startswith("bushings") or p.name.endswith((".position", ".to"))]
-    found, n = [], len(rig.bushings)
+    rigs, n = [], len(rig.bushings)
     stiffness = np.array([b.grease.stiffness for b in rig.bushings])
     damping = np.array([b.grease.damping for b in rig.bushings])
     wall = np.array([b.contact.stiffness for b in rig.bushings])
@@ -56,12 +56,12 @@ def draw_rigs(rig: Rig, highest: float, count: int, seed: int = 0) -> list[Drawn
         # Every other draw has walls that are met: a spring between none and the contact's.
         walls = wall * rng.uniform(0, 1, n) ** 2
         viscous = damping * 10 ** rng.uniform(-DAMPED, DAMPED, n)
-        found.append(DrawnRig(values, soft + walls * (number % 2), viscous))
-    return found
+        rigs.append(DrawnRig(values, soft + walls * (number % 2), viscous))
+    return rigs
 
 
 def transfer_functions(rig: Rig, drawn: DrawnRig, kind: str, frequency: np.ndarray) -> np.ndarray:
-    """Return what accelerometers and a probe in every clearance show over the excitation.
+    """Return the transfer functions from the excitation to accelerometers and a probe in every clearance.
 
     Parameters
     ----------
@@ -86,8 +86,8 @@ def transfer_functions(rig: Rig, drawn: DrawnRig, kind: str, frequency: np.ndarr
     dynamic = drawn.stiffness * (1 + LOSS * 1j) + 1j * omega[:, None] * drawn.damping
     probes = slice(-count, None)
     closed = np.eye(count) - of_forces[:, probes] * dynamic[:, None, :]
-    moved = np.linalg.solve(closed, of_excitation[:, probes, None])
-    return np.asarray(of_excitation + (of_forces @ (dynamic[:, :, None] * moved))[:, :, 0])
+    motion = np.linalg.solve(closed, of_excitation[:, probes, None])
+    return np.asarray(of_excitation + (of_forces @ (dynamic[:, :, None] * motion))[:, :, 0])
 
 
 def _drawn(parameter: Parameter, rng: np.random.Generator) -> float:

@@ -29,11 +29,11 @@ SURE = 3.0  # margin over every rival from which on an assignment is sure
 SURE_OF_ANOTHER = 12.0
 """The same where the rig fits badly, as one whose structure is not as drawn; of benches whose excitation was left out,
 so that some sensor stood for it, up to 9."""
-FITS = 0.07  # share of the channels' level that the rig misses, up to which it fits; of drawn benches up to 0.05
+FITS = 0.07  # misfit over the channels' level, up to which the rig fits; of drawn benches up to 0.05
 LIKE, SOUND = 0.25, 0.7
 """Likeness of the transfer functions below which records are not of this rig, and above which nothing else is tried."""
-CONTRADICTS = 0.5  # share of a channel's level that the rig and the other channels miss, from which on it is asked for
-FOREIGN = 0.4  # share of channels that are contradicted, from which on none is believed
+CONTRADICTS = 0.5  # misfit of a channel over its level, from which on it is asked for
+FOREIGN = 0.4  # fraction of channels that are contradicted, from which on none is believed
 IMPACTS, LEAST_DURATION = 0.85, 10.0
 """Mean coherence with the excitation below which records show impacts, and seconds of records that tell it."""
 REFINEMENTS = 3  # of gains that are those of no unit
@@ -54,28 +54,28 @@ def map_channels(
     """Find which channel of a logger's files is which accelerometer, probe or excitation of a rig, its sign and unit.
 
     Transfer functions between the channels are compared with those of the rig, whose uncertain numbers are drawn from
-    its tolerances. What decides is by how much the channels contradict each other more under any other assignment;
-    names decide only between what the records do not tell apart. Records under stepped sines decide only where there
-    are no others.
+    its tolerances. The assignment is sure if the channels contradict each other much more under any other one; names
+    decide only between assignments that the records do not distinguish. Records under stepped sines decide only where
+    there are no others.
 
     Parameters
     ----------
     files : sequence of path, sequence of sequence of Channel, or mapping of str to sequence of Channel
         Records of one set-up, perhaps by name: channels have the same names in all of them.
     rig : Rig
-        What was measured. Its numbers may be as wrong as their tolerances say.
+        The measured rig. Its numbers may be as wrong as their tolerances say.
     kind : str, optional
-        What excites: "base" or "force"; by default as the rig's shaker.
+        Kind of excitation: "base" or "force"; by default as the rig's shaker.
     band : (float, float), optional
         Hz, of the excitation; by default where the channels' power is.
     progress : bool
-        Whether to show a progress bar.
+        Show a progress bar.
 
     Returns
     -------
     ChannelMap
-        What each channel is, "?" where that is not sure, with the reasons. A bench and its mirror image have the same
-        transfer functions: signs are relative to the excitation, whose own is taken for right.
+        Place of each channel, "?" where that is not sure, with the reasons. A bench and its mirror image have the same
+        transfer functions: signs are relative to the excitation, whose sign is taken for right.
 
     Raises
     ------
@@ -102,20 +102,20 @@ def map_channels(
         excited = set[str]() if deciding else set[str]().union(*sines.values())
         signals = signals.without({n: why for n, why in signals.unrelated(band).items() if n not in excited})
         search = Search(rig, signals, kind or rig.shaker.kind, band)
-        found = search.closest_assignments()
+        assignments = search.closest_assignments()
         bar.update()
-        if not found:
+        if not assignments:
             raise RecordError(
                 f"no channel can be the excitation of rig “{rig.name}”, {search.places[-1].quantity} of the "
                 f"{'base' if search.kind == 'base' else 'shaker'}: was it recorded?"
             )
-        best, doubts = found[0], list[str]()
+        best, doubts = assignments[0], list[str]()
         if not excited and (words := _wrong_rate(search, best)):
             doubts.append(words)
         judge, units = judged(search, best)
         if excited and judge.misfit > FITS:
             doubts.append(f"{SINES}, which does not tell the channels apart: give one under noise or hits, too")
-        elif judge.misfit > FITS and judge.enough and (late := _late(search, judge.misfit)):
+        elif judge.misfit > FITS and judge.enough and (late := _with_delays(search, judge.misfit)):
             search, best, judge, units, doubts = late
         bar.update()
         rivals = judge.rivals() if judge.enough else []
@@ -133,8 +133,8 @@ def _read(file: str | PathLike[str] | Sequence[Channel], number: int) -> tuple[s
     return f"record {number}", file
 
 
-def _late(search: Search, misfit: float) -> tuple[Search, Assignment, Judge, Units, list[str]] | None:
-    """Bring channels forward that are late; None if that explains nothing, else what they are, and words on these."""
+def _with_delays(search: Search, misfit: float) -> tuple[Search, Assignment, Judge, Units, list[str]] | None:
+    """Return search and results with late channels brought forward, and words; None if that explains nothing."""
     signals, fs = search.signals, search.signals.fs
     tried = np.arange(-FARTHEST, FARTHEST + FINEST / 2, FINEST) / fs
     best = search.closest_assignments(delays=tried)[0]
@@ -142,29 +142,29 @@ def _late(search: Search, misfit: float) -> tuple[Search, Assignment, Judge, Uni
     for _ in range(REFINEMENTS):
         middle = float(np.median([*late.values()]))  # most channels are in time
         late = {channel: delay - middle for channel, delay in late.items()}
-        moved = signals.earlier({signals.names[channel]: delay for channel, delay in late.items()})
-        search = Search(search.rig, moved, search.kind, search.band)
+        shifted = signals.earlier({signals.names[channel]: delay for channel, delay in late.items()})
+        search = Search(search.rig, shifted, search.kind, search.band)
         best = search.closest_assignments()[0]
         judge, units = judged(search, best)
         more = judge.delays(tried)
         late = {best.channel[p]: late.get(best.channel[p], 0.0) + more[p] for p in best.places}
-    found = {channel: delay for channel, delay in late.items() if abs(delay) * fs > TIMELY}
-    if not found or judge.misfit > max(FITS, misfit / 3):
+    late_channels = {channel: delay for channel, delay in late.items() if abs(delay) * fs > TIMELY}
+    if not late_channels or judge.misfit > max(FITS, misfit / 3):
         return None
     words = [
         f"{signals.names[channel]} is {1e3 * abs(delay):.2g} ms ({abs(delay) * fs:.1f} samples) "
         f"{'late' if delay > 0 else 'early'} against the others: say it in the rig file (delay), or shift its samples"
-        for channel, delay in found.items()
+        for channel, delay in late_channels.items()
     ]
     return search, best, judge, units, words
 
 
 def _wrong_rate(search: Search, best: Assignment) -> str:
-    """Whether the rig fits the records better at another sampling rate, in words."""
+    """Return in words if the rig fits the records better at another sampling rate; "" if not."""
     if best.likeness > SOUND:
         return ""
     others = {factor: max(a.likeness for a in search.closest_assignments(factor)) for factor in STRETCHES}
-    factor = max(others, key=lambda one: others[one])
+    factor = max(others, key=lambda f: others[f])
     if others[factor] < best.likeness + BETTER:
         return ""
     rate = search.signals.fs
@@ -175,7 +175,7 @@ def _wrong_rate(search: Search, best: Assignment) -> str:
 
 
 def shows_impacts(search: Search, assignment: Assignment) -> bool:
-    """Return whether the records show impacts, by their incoherence with the excitation, and are long enough to."""
+    """Return True if the records show impacts, by their incoherence with the excitation, and are long enough to."""
     return search.signals.duration >= LEAST_DURATION and search.coherence(assignment) < IMPACTS
 
 
@@ -239,7 +239,7 @@ class _Answer:
         last = len(best.places) - 1
         of_sines = self.of_sines and self.judge.misfit > FITS
         common = (SINES if of_sines else "the records are not of this rig") if foreign else ""
-        if not common and self._rivalled(best.places[last]):
+        if not common and self._rival_words(best.places[last]):
             common = "which channel is the excitation is not sure"
         for number, place in enumerate(best.places):
             given = self.units.exists[number] or not self.units.contradicts[number]  # else a number, which is no unit
@@ -253,14 +253,14 @@ class _Answer:
         return ChannelMap(channels, reasons, tuple(self.notes))
 
     def _name_of(self, place: int, unit: str) -> str:
-        """What the channel at a place is, as a map says it."""
+        """Return the name of a place in a map, with its sign and unit."""
         where = self.search.places[place]
         label = where.label.translate(_TURNED) if self.best.sign[place] < 0 else where.label
         name = channel_name(label, where.quantity)
         return f"{name} [{unit}]" if unit else name
 
     def _doubt(self, number: int, place: int) -> str:
-        """Why a channel at a place is not sure, in words; "" if it is."""
+        """Return in words why a channel at a place is not sure; "" if it is."""
         if not self.judge.enough:
             return (
                 f"{len(self.best.places)} channels cannot contradict each other beside the unknown forces in "
@@ -269,30 +269,30 @@ class _Answer:
         if self.contradiction[place] > CONTRADICTS:
             return f"the rig and the other channels miss {100 * self.contradiction[place]:.0f} % of it"
         unit, signals = self.units.label[number], self.search.signals
-        if own := signals.units[self.best.channel[place]]:
-            return f'its unit "{own}" is none of {self.search.places[place].quantity}: give its sensitivity as a unit'
+        if label := signals.units[self.best.channel[place]]:
+            return f'its unit "{label}" is none of {self.search.places[place].quantity}: give its sensitivity as a unit'
         if self.units.contradicts[number]:
             return f"its numbers are as if they were in {unit}, which the file does not say"
         if not self.units.exists[number]:
             return f"one of its units is {unit}, which is no unit"
         if unit and not self.units.sure:
             return "nothing tells its unit"
-        return self._rivalled(place)
+        return self._rival_words(place)
 
-    def _rivalled(self, place: int) -> str:
-        """Which rival is not much worse, in words, of those that names do not exclude; "" if none is."""
+    def _rival_words(self, place: int) -> str:
+        """Return in words a rival that is not much worse and that names do not exclude; "" if there is none."""
         channel = self.best.channel[place]
         for rival in self.rivals:
             if rival.margin >= self.sure:
                 break
             if channel in rival.channels and self._by_name(rival) <= 0:
                 others = [self.names[c] for c in rival.channels if c != channel]
-                what = f'"{others[0]}" may be there instead' if others else "its sign is not sure"
-                return f"{what} (margin {rival.margin:.1f})"
+                words = f'"{others[0]}" may be there instead' if others else "its sign is not sure"
+                return f"{words} (margin {rival.margin:.1f})"
         return ""
 
     def _by_name(self, rival: Rival) -> int:
-        """By how much the names speak for the assignment rather than for a rival."""
+        """Return how much more the names agree with the assignment than with a rival."""
         if len(rival.channels) < 2:
             return 0
         last = len(self.search.places) - 1
@@ -302,15 +302,15 @@ class _Answer:
             return agreement_of_name(self.names[channel], where.label, where.quantity, place == last)
 
         now, places = list(zip(rival.channels, rival.places)), list(reversed(rival.places))
-        return sum(agreement(*one) for one in now) - sum(agreement(*one) for one in zip(rival.channels, places))
+        return sum(agreement(*pair) for pair in now) - sum(agreement(*pair) for pair in zip(rival.channels, places))
 
     def _evidence(self, place: int) -> str:
         channel = self.best.channel[place]
         margins = [rival.margin for rival in self.rivals if channel in rival.channels]
         said = self.search.signals.labels[channel]
         words = f"fits within {100 * self.contradiction[place]:.1f} %, anything else is worse by {min(margins):.0f}"
-        own = self._name_of(place, "").partition(":")[2]
-        if said and said not in (self.search.places[place].label, own):
+        label = self._name_of(place, "").partition(":")[2]
+        if said and said not in (self.search.places[place].label, label):
             node = said.partition(":")[0]
             if node != self.search.places[place].label.partition(":")[0]:
                 words += f"; the file says node {node}"

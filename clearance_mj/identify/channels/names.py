@@ -1,4 +1,4 @@
-"""What the name of a channel says of where it is: the number of a node, and words for excitation and quantity."""
+"""Hints in the name of a channel at its place: the number of a node, and words for excitation and quantity."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _NUMBER = re.compile(r"(?<![.\d])\d{1,9}(?![.\d])")
 
 
 def agreement_of_name(name: str, label: str, quantity: str, excites: bool) -> int:
-    """Return how many things a channel's name says that are true of a place, less those that are not.
+    """Return the number of a name's hints that are true of a place, less those that are not.
 
     Parameters
     ----------
@@ -22,17 +22,17 @@ def agreement_of_name(name: str, label: str, quantity: str, excites: bool) -> in
     label : str
         Degree of freedom of the place, such as "3:+Z".
     quantity : str
-        What is measured there.
+        Quantity measured there.
     excites : bool
-        Whether it is the excitation.
+        True if it is the excitation.
     """
     lower = name.lower()
-    found = 0
+    agreement = 0
     if numbers := _NUMBER.findall(lower):
-        found += 1 if label.partition(":")[0] in numbers else -1
+        agreement += 1 if label.partition(":")[0] in numbers else -1
     said = [known for known, has in QUANTITIES.items() if any(word in lower for word in has.words)]
     if said:
-        found += 1 if quantity in said else -1
+        agreement += 1 if quantity in said else -1
     if any(word in lower for word in EXCITATION):
-        found += 1 if excites else -1
-    return found
+        agreement += 1 if excites else -1
+    return agreement

@@ -1,4 +1,4 @@
-"""Channels of one bench as a logger wrote them: their samples side by side, and what is known of each without a rig."""
+"""Channels of one bench as a logger wrote them: their samples side by side, and what the files say of each."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ...io.channels import UNKNOWN, Channel
 __all__ = ["RawSignals", "gather"]
 
 LEAST_SAMPLES = 2048  # of a record: fewer do not show resonances
-LOW_POWER, HIGH_POWER = 0.005, 0.9  # of the power of all channels: between these shares lies the band
+LOW_POWER, HIGH_POWER = 0.005, 0.9  # of the power of all channels: between these fractions lies the band
 MARGIN = 1.15  # by which the band extends beyond
 LOWEST_PERIODS = 8  # of the lowest frequency in a record
 SEGMENTS = 12  # averages at least
@@ -51,8 +51,8 @@ class RawSignals:
         records = []
         for record in self.records:
             size = scipy.fft.next_fast_len(len(record) + int(self.fs * np.abs(late).max()) + 1, real=True)
-            turned = np.exp(2j * np.pi * np.outer(np.fft.rfftfreq(size, 1 / self.fs), late))
-            records.append(np.fft.irfft(np.fft.rfft(record, size, axis=0) * turned, size, axis=0)[: len(record)])
+            phases = np.exp(2j * np.pi * np.outer(np.fft.rfftfreq(size, 1 / self.fs), late))
+            records.append(np.fft.irfft(np.fft.rfft(record, size, axis=0) * phases, size, axis=0)[: len(record)])
         return dataclasses.replace(self, records=tuple(records))
 
     def unrelated(self, band: tuple[float, float]) -> dict[str, str]:
@@ -76,8 +76,8 @@ class RawSignals:
         for record in self.records:
             frequency, density = scipy.signal.welch(record / record.std(axis=0), self.fs, nperseg=segment, axis=0)
             power += np.median(density, axis=1)
-        share = np.cumsum(power) / power.sum()
-        low, high = frequency[np.searchsorted(share, (LOW_POWER, HIGH_POWER))]
+        fraction = np.cumsum(power) / power.sum()
+        low, high = frequency[np.searchsorted(fraction, (LOW_POWER, HIGH_POWER))]
         least = LOWEST_PERIODS * self.fs / min(map(len, self.records))
         return max(float(low), least), min(MARGIN * float(high), 0.4 * self.fs)
 
@@ -129,32 +129,32 @@ def gather(files: Sequence[tuple[str, Sequence[Channel]]]) -> RawSignals:
         raise RecordError(f'{first_file}: two channels have the name "{twice}"; a map goes by names: give each its own')
     by_name = []
     for file, channels in files:
-        found = {channel.name: channel for channel in channels}
-        if missing := [name for name in names if name not in found]:
+        by_label = {channel.name: channel for channel in channels}
+        if missing := [name for name in names if name not in by_label]:
             raise RecordError(
                 f'{file}: has no channel "{missing[0]}", which {first_file} has; map files of one set-up together'
             )
-        by_name.append(found)
+        by_name.append(by_label)
     rates = [channel.fs for channel in first]
     fs = max(set(rates), key=rates.count)
     unusable: dict[str, str] = {}
-    for found in by_name:
-        size = max((channel.size for channel in found.values() if channel.fs == fs), default=0)
-        unusable |= {n: reason for n in names if n not in unusable and (reason := _unusable(found[n], fs, size))}
-    kept = [name for name in names if name not in unusable]
-    if len(kept) < 2:
+    for by_label in by_name:
+        size = max((channel.size for channel in by_label.values() if channel.fs == fs), default=0)
+        unusable |= {n: reason for n in names if n not in unusable and (reason := _unusable(by_label[n], fs, size))}
+    usable = [name for name in names if name not in unusable]
+    if len(usable) < 2:
         why = "; ".join(f'"{name}" {reason}' for name, reason in unusable.items())
         raise RecordError(f"{first_file}: needs two channels that move{f': {why}' if why else ''}")
-    records = tuple(np.stack([found[name].value for name in kept], axis=1) for found in by_name)
+    records = tuple(np.stack([found[name].value for name in usable], axis=1) for found in by_name)
     for (file, _), record in zip(files, records):
         if len(record) < LEAST_SAMPLES:
             raise RecordError(
                 f"{file}: has {len(record)} samples ({len(record) / fs:.3g} s); needs {LEAST_SAMPLES} to show which "
                 "channel is which; give a longer record"
             )
-    described = [by_name[0][name] for name in kept]
+    described = [by_name[0][name] for name in usable]
     return RawSignals(
-        tuple(kept),
+        tuple(usable),
         tuple(channel.quantity for channel in described),
         tuple(channel.unit if channel.quantity == UNKNOWN else "" for channel in described),
         tuple(channel.label if channel.placed else "" for channel in described),
@@ -165,7 +165,7 @@ def gather(files: Sequence[tuple[str, Sequence[Channel]]]) -> RawSignals:
 
 
 def _unusable(channel: Channel, fs: float, size: int) -> str:
-    """Why a channel cannot be a vibration; "" if it can."""
+    """Return why a channel cannot be a vibration; "" if it can."""
     if channel.fs != fs or channel.size != size:
         return f"has {channel.size} samples at {channel.fs:g} Hz, the others {size} at {fs:g} Hz"
     if np.ptp(channel.value) <= 1e-12 * np.abs(channel.value).max():

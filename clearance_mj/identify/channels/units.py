@@ -1,7 +1,7 @@
-"""In which units channels are, of which it is known where on the rig they measure.
+"""Units of channels whose places on the rig are known.
 
-Transfer functions tell the ratio of every channel's unit to that of the excitation. What the excitation's own unit is,
-the files say, or channels whose unit is said, such as probes; or how far the shaft would move in its clearances.
+Transfer functions show the ratio of every channel's unit to that of the excitation. The excitation's unit follows from
+the files, or from channels whose unit is stated, such as probes; or from the shaft's motion in its clearances.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Unit(NamedTuple):
 
     factor: float  #: SI units in one unit of the numbers as they are read
     label: str  #: "" where the file says the right one
-    exists: bool = True  #: whether it is a unit, and not just a number
+    exists: bool = True  #: True of a unit, False of a mere number
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,9 @@ class Units:
 
     factor: tuple[float, ...]  #: SI units in one unit of each channel as it is read
     label: tuple[str, ...]  #: the unit, such as "g" or "0.51 m/s2"; "" where it is that of the file
-    contradicts: tuple[bool, ...]  #: whether that is another unit than the file says
-    exists: tuple[bool, ...]  #: whether it is a unit at all
-    sure: bool  #: whether no other units of the excitation explain the channels nearly as well
+    contradicts: tuple[bool, ...]  #: True where the file says another unit
+    exists: tuple[bool, ...]  #: True where it is a unit at all
+    sure: bool  #: True if no other units of the excitation explain the channels nearly as well
 
 
 def decide_units(
@@ -60,25 +60,25 @@ def decide_units(
     quantities : sequence of str
         Of each channel, by its place.
     said : sequence of bool
-        Whether the file says the unit, so that the channel's numbers are in SI units if it is right.
+        True where the file says the unit, so that the channel's numbers are in SI units if it is right.
     gains : sequence of float
         Reading of each channel over that of the rig, for one reading of the excitation.
     motion : float
         RMS motion in a clearance over its gap, if the excitation's numbers are in SI units.
     impacts : bool
-        Whether the records show impacts.
+        True if the records show impacts.
     """
     tried = []
     for driven in _candidates(quantities[-1], said[-1]):
-        found = [_snapped(q, s, driven.factor / gain) for q, s, gain in zip(quantities[:-1], said[:-1], gains[:-1])]
-        found.append(driven)
-        cost = sum(UNUSUAL.get(unit.label, 0.0) for unit, s in zip(found, said) if not s)
-        cost += sum(NO_UNIT for unit in found if not unit.exists)
-        wrong = [(q, unit.factor) for unit, q, s in zip(found, quantities, said) if s and unit.label and unit.exists]
+        units = [_nearest(q, s, driven.factor / gain) for q, s, gain in zip(quantities[:-1], said[:-1], gains[:-1])]
+        units.append(driven)
+        cost = sum(UNUSUAL.get(unit.label, 0.0) for unit, s in zip(units, said) if not s)
+        cost += sum(NO_UNIT for unit in units if not unit.exists)
+        wrong = [(q, unit.factor) for unit, q, s in zip(units, quantities, said) if s and unit.label and unit.exists]
         cost += SAID_WRONGLY * len(set(wrong)) + ALSO * len(wrong) / len(said)
         cost += _odds_against_motion(motion * driven.factor, impacts)
-        tried.append((cost, found))
-    tried.sort(key=lambda one: one[0])
+        tried.append((cost, units))
+    tried.sort(key=lambda candidate: candidate[0])
     best = tried[0][1]
     return Units(
         tuple(unit.factor for unit in best),
@@ -90,17 +90,17 @@ def decide_units(
 
 
 def _candidates(quantity: str, said: bool) -> list[Unit]:
-    """Units that a channel's numbers may have."""
+    """Return the units that a channel's numbers may have."""
     known = UNITS[quantity]
     units = {unit: factor for unit, factor in known.items() if unit in GUESSED} or {next(iter(known)): 1.0}
     if not said:
         return [Unit(factor, unit) for unit, factor in units.items() if UNUSUAL.get(unit) != math.inf]
     # Numbers in one unit that are read as if they were in another; SI units of a file are what is meant most often.
     first = next(iter(units))
-    found = {_rounded(factor): Unit(factor, unit) for unit, factor in units.items()}
+    units_by_factor = {_rounded(factor): Unit(factor, unit) for unit, factor in units.items()}
     for a, b in itertools.permutations(units.values(), 2):
-        found.setdefault(_rounded(a / b), Unit(a / b, f"{a / b:.5g} {first}"))
-    return list({**found, 0.0: Unit(1.0, "")}.values())
+        units_by_factor.setdefault(_rounded(a / b), Unit(a / b, f"{a / b:.5g} {first}"))
+    return list({**units_by_factor, 0.0: Unit(1.0, "")}.values())
 
 
 def _odds_against_motion(motion: float, impacts: bool) -> float:
@@ -115,22 +115,22 @@ def _rounded(factor: float) -> float:
 
 
 def nearest_unit(quantity: str, said: bool, factor: float) -> Unit:
-    """Return the unit whose factor to SI units is nearest to one that was found.
+    """Return the unit whose factor to SI units is nearest to a given one.
 
     Parameters
     ----------
     quantity : str
-        What is measured.
+        Measured quantity.
     said : bool
-        Whether the file says a unit, so that the right one has the factor 1.
+        True if the file says a unit, so that the right one has the factor 1.
     factor : float
         SI units in one unit of the numbers as they are read.
     """
     return min(_candidates(quantity, said), key=lambda unit: abs(math.log(unit.factor / factor)))
 
 
-def _snapped(quantity: str, said: bool, factor: float) -> Unit:
-    """The unit nearest to a factor, or the factor itself if it is that of no unit."""
+def _nearest(quantity: str, said: bool, factor: float) -> Unit:
+    """Return the unit nearest to a factor, or the factor itself if it is that of no unit."""
     near = nearest_unit(quantity, said, factor)
     if abs(math.log(near.factor / factor)) <= math.log(NEAR):
         return near

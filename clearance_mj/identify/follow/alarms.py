@@ -1,4 +1,4 @@
-"""What a twin tracks of a clearance, which of its changes are alarms, and the alarms' words."""
+"""Tracked quantities of a clearance, which of their changes are alarms, and the alarms' words."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Tracked:
     window_std: float  #: standard deviation that a window's estimate may be off the last one
     change_std: float  #: prior standard deviation of a change
     threshold: float | None = None  #: change that matters; None: it is not tested for changes
-    alarm: bool = True  #: whether a change is an alarm; else the twin only begins anew with what followed it
+    alarm: bool = True  #: True if a change is an alarm; else the twin only begins anew after it
 
 
 TRACKED = {

@@ -1,7 +1,7 @@
 """A digital twin of a bench: gap, contact stiffness and contact damping of its clearances along a record.
 
 The linear rig is updated to the first part of the record, the forces in the clearances follow from all channels, and
-what is known of each clearance is refined window by window: every window begins with the last belief, widened by a
+the belief about each clearance is refined window by window: every window begins with the last belief, widened by a
 random walk. A change beyond what the windows' covariances explain is an alarm.
 """
 
@@ -94,7 +94,7 @@ def twin(
 def _tracked(
     windows: WindowForces, trackers: Sequence[ClearanceTracker], warnings: Sequence[str], progress: bool
 ) -> Twin:
-    """Give every window to all trackers, and put together what they answer."""
+    """Give every window to all trackers, and return their estimates as a twin."""
     count, n = len(windows), len(trackers)
     mean, std = np.full((2, 3, count, n), np.nan)
     contact, misfit = np.full((2, count, n), np.nan)
@@ -127,8 +127,8 @@ def _warning(tracker: ClearanceTracker) -> str:
 def _gap_priors(rig: Rig, number: int) -> list[Parameter]:
     """Priors of gap and offset; those that the rig file says to be exact have the usual ones, because they wear."""
     names = [f"bushings[{number}].{field}" for field in ("gap", "offset")]
-    own, usual = ({p.name: p for p in priors(each)} for each in (rig, rig.replace(tolerances=())))
-    return [own.get(name) or usual[name] for name in names]
+    given, usual = ({p.name: p for p in priors(each)} for each in (rig, rig.replace(tolerances=())))
+    return [given.get(name) or usual[name] for name in names]
 
 
 def _checked(record: Record, window: float, learn: float) -> PreparedRecord:
@@ -136,12 +136,12 @@ def _checked(record: Record, window: float, learn: float) -> PreparedRecord:
     where = f'record "{record.name}"'
     if not record.rig.bushings:
         raise RecordError(f"{where}: its rig has no bushings, so there is no clearance to follow")
-    found = natural_frequencies(record.rig, 1)
-    shortest = max(2 * BLOCK, MIN_PERIODS / float(found[0]) if found[0] > 0 else 0.0)
+    frequencies = natural_frequencies(record.rig, 1)
+    shortest = max(2 * BLOCK, MIN_PERIODS / float(frequencies[0]) if frequencies[0] > 0 else 0.0)
     if not window >= shortest:
         raise RecordError(
             f"{where}: a window of {window:g} s is too short: it must hold {MIN_PERIODS} periods of the lowest mode "
-            f"({found[0]:.3g} Hz), {shortest:.3g} s or more"
+            f"({frequencies[0]:.3g} Hz), {shortest:.3g} s or more"
         )
     if not learn >= 2 * window:
         raise RecordError(f"{where}: learns from {learn:g} s; needs two windows of {window:g} s or more")

@@ -62,7 +62,7 @@ def fused(belief: Belief, observation: Observation, scatter: float = 1.0) -> Bel
 def refined(
     belief: Belief, residuals: Function, block: int, window_std: ArrayLike, change_std: ArrayLike, most: float
 ) -> tuple[Refinement, Observation]:
-    """Refine a belief by a window, and return what the window alone observed.
+    """Refine a belief by a window, and return the refinement and the observation in the window alone.
 
     Parameters
     ----------
@@ -80,11 +80,11 @@ def refined(
         Of ``window_std``: one that ends farther off is refined again from the wider belief.
     """
     prior = belief.drifted(window_std)
-    found = refine(prior, residuals, block)
-    if np.any(np.abs(found.belief.mean - prior.mean) > most * np.asarray(window_std)):
+    refinement = refine(prior, residuals, block)
+    if np.any(np.abs(refinement.belief.mean - prior.mean) > most * np.asarray(window_std)):
         prior = belief.drifted(change_std)
-        found = refine(prior, residuals, block)
-    return found, observed(prior, found.belief)
+        refinement = refine(prior, residuals, block)
+    return refinement, observed(prior, refinement.belief)
 
 
 class Changes:
@@ -93,7 +93,7 @@ class Changes:
     Parameters
     ----------
     start : Belief
-        What is known before the first window.
+        Belief before the first window.
     after_std : ndarray
         Wide prior standard deviations (n,) of the parameters after a change.
     """
@@ -104,7 +104,7 @@ class Changes:
         self.scatter, self.count = 1.0, EXPECTED_WINDOWS
 
     def add(self, belief: Belief, observation: Observation) -> float:
-        """Keep a window's observation; return how much more windows scatter about beliefs than covariances say.
+        """Keep a window's observation; return the scatter of windows about beliefs over that of the covariances.
 
         Parameters
         ----------
@@ -127,7 +127,7 @@ class Changes:
         return max(1.0, self.scatter)
 
     def likeliest(self, directions: np.ndarray, thresholds: np.ndarray) -> tuple[Change, float] | None:
-        """Find the likeliest change and by how many standard deviations it is larger than what does not matter.
+        """Return the likeliest change and by how many standard deviations it exceeds its threshold.
 
         Parameters
         ----------

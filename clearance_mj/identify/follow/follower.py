@@ -1,4 +1,4 @@
-"""What is believed of tracked parameters, refined window by window, and begun anew after a change."""
+"""Belief about tracked parameters, refined window by window, and begun anew after a change."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Follower:
     belief : Belief
         About the coordinates (n,) that are tracked, before the first window.
     labels : sequence of Label
-        (n,) what each is a part of.
+        (n,) bushing and quantity that each belongs to.
     unit : ndarray
         (n,) a relative change of 1 in each coordinate; of an offset it is a gap.
     value : callable
-        Value of what a label names, SI, at coordinates (n,).
+        Value of a label's quantity, SI, at coordinates (n,).
     length, hop : float
         s, of a window, and from one to the next.
     """
@@ -52,7 +52,7 @@ class Follower:
         self.changes = Changes(belief, self.change_std)
 
     def take(self, residuals: Function, block: int, end: float) -> tuple[Refinement, Alarm | None]:
-        """Take a window; return what it alone has found, and the alarm of a change that it shows.
+        """Take a window; return the refinement by it alone, and the alarm of a change that it shows.
 
         Parameters
         ----------
@@ -63,17 +63,17 @@ class Follower:
         end : float
             s in the record, of the window.
         """
-        walked = self.belief.drifted(self.walk)
-        found, observation = refined(self.belief, residuals, block, self.window_std, self.change_std, MAX_MOVE)
-        self.belief = fused(walked, observation, self.changes.add(walked, observation))
-        return found, self._alarm(end)
+        widened = self.belief.drifted(self.walk)
+        refinement, observation = refined(self.belief, residuals, block, self.window_std, self.change_std, MAX_MOVE)
+        self.belief = fused(widened, observation, self.changes.add(widened, observation))
+        return refinement, self._alarm(end)
 
     def _alarm(self, end: float) -> Alarm | None:
-        """Begin anew with what followed a significant change, if the windows show one; return its alarm."""
-        found, least = self.changes.likeliest(self.directions, self.thresholds), MIN_WINDOWS * self.length / self.hop
-        if found is None or found[1] < SIGNIFICANCE or found[0].windows < least:
+        """Begin anew with the belief after a significant change, if the windows show one; return its alarm."""
+        best, least = self.changes.likeliest(self.directions, self.thresholds), MIN_WINDOWS * self.length / self.hop
+        if best is None or best[1] < SIGNIFICANCE or best[0].windows < least:
             return None
-        change, label = found[0], self.tested[found[0].kind]
+        change, label = best[0], self.tested[best[0].kind]
         self.belief = change.after.drifted(self.window_std)  # the window in which it happened holds both
         self.changes = Changes(self.belief, self.change_std)
         if not TRACKED[label[1]].alarm:

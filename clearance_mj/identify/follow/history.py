@@ -1,4 +1,4 @@
-"""What a twin returns: histories of gaps, contacts and oil with their bands, and alarms."""
+"""Result of a twin: histories of gaps, contacts and oil with their bands, and alarms."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MISFIT = "Force missed (relative)"
 
 @dataclass(frozen=True, eq=False)
 class Twin:
-    """What is known of a record's clearances over time, each value from what was measured by then.
+    """Estimates of a record's clearances over time, each value from the measurements by then.
 
     Stiffness and damping are those of the contact at `depth`: force over penetration, and its slope by speed.
     """
@@ -45,16 +45,16 @@ class Twin:
     std: np.ndarray
     """(n_quantities, n, n_bushings) their standard deviations"""
     contact: np.ndarray
-    """(n, n_bushings) share of the time in contact, as the law has it"""
+    """(n, n_bushings) fraction of time in contact according to the law"""
     misfit: np.ndarray
-    """(n, n_bushings) RMS of what the law misses of the force, over its misfit when it was fitted; of a machine in
+    """(n, n_bushings) RMS of the force that the law misses, over its misfit when it was fitted; of a machine in
     operation over its expected error"""
     alarms: tuple[Alarm, ...]
     """in the order of time"""
     warnings: tuple[str, ...] = ()
     """plain words on what not to rely on"""
     quantities: tuple[str, ...] = QUANTITIES
-    """what is tracked: of a bench "gap", "stiffness" and "damping", of a machine in operation "gap" and "viscosity" """
+    """tracked quantities: of a bench "gap", "stiffness", "damping", of a machine in operation "gap" and "viscosity" """
 
     def value(self, quantity: str) -> np.ndarray:
         """Return the most likely values (n, n_bushings) of a quantity: m, N/m, N s/m or Pa s.
@@ -80,7 +80,7 @@ class Twin:
 
     def words(self) -> list[str]:
         """Say in a line for each clearance what is known of it at the end."""
-        found = []
+        sentences = []
         for j, depth in enumerate(self.depth.tolist()):
             known = np.flatnonzero(np.isfinite(self.mean[:, :, j]).any(axis=0))
             if known.size:
@@ -90,8 +90,8 @@ class Twin:
                     for q, mean, std in zip(self.quantities, self.mean[:, i, j], self.std[:, i, j])
                     if math.isfinite(mean)
                 ]
-                found.append(f"bushings[{j}] at {self.time[i]:.4g} s: {', '.join(values)} (95 %{at})")
-        return found
+                sentences.append(f"bushings[{j}] at {self.time[i]:.4g} s: {', '.join(values)} (95 %{at})")
+        return sentences
 
     def rows(self) -> list[dict[str, float]]:
         """Return a row of plain data for each window and clearance that is known: values with 95 % limits, SI units."""
@@ -166,9 +166,9 @@ class Twin:
         if known.size:  # bands of a clearance that hardly touches would hide all others
             ax.set_ylim(0.8 * known.min(), 1.2 * known.max())
         for alarm in self.alarms:
-            own = (MISFIT if alarm.quantity == RUB else alarm.quantity) == quantity
+            of_quantity = (MISFIT if alarm.quantity == RUB else alarm.quantity) == quantity
             if alarm.bushing == bushing:
-                ax.axvline(alarm.time, color=ALARM, lw=1.0, ls="-" if own else ":")
+                ax.axvline(alarm.time, color=ALARM, lw=1.0, ls="-" if of_quantity else ":")
         return label
 
 

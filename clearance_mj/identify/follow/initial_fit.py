@@ -24,12 +24,12 @@ OCCAM = 0.05
 Journal of the American Statistical Association 89, 1994)."""
 
 
-def fit_law(motion: MeasuredMotion, given: FamilyValues | None) -> list[ForceFit]:
-    """Fit laws to a clearance's motion, likeliest first: of all families that are not excluded, or of given ones."""
-    if given:
-        return [fit_force(motion, given.contact, given.filling, [given.values] if given.values else ())]
-    found = fit_families(motion)
-    return [each.fit for each in found if each.weight >= OCCAM * found[0].weight]
+def fit_law(motion: MeasuredMotion, families: FamilyValues | None) -> list[ForceFit]:
+    """Return laws fitted to a clearance's motion, likeliest first: of all families not excluded, or of given ones."""
+    if families:
+        return [fit_force(motion, families.contact, families.filling, [families.values] if families.values else ())]
+    fits = fit_families(motion)
+    return [each.fit for each in fits if each.weight >= OCCAM * fits[0].weight]
 
 
 def between_family_variance(quantities: np.ndarray) -> np.ndarray:
@@ -43,33 +43,33 @@ def between_family_variance(quantities: np.ndarray) -> np.ndarray:
     return np.asarray(np.max((quantities - quantities[0]) ** 2, axis=0))
 
 
-def covariance_of_fixed(found: ForceFit, free: np.ndarray) -> np.ndarray:
+def covariance_of_fixed(fit: ForceFit, free: np.ndarray) -> np.ndarray:
     """Return the covariance (n_free, n_free) of tracked parameters that errors of the fixed ones cause.
 
     In prior standard deviations, as `ForceFit.point`.
     """
-    fixed = np.setdiff1d(np.arange(found.point.size), free)
-    precision = found.information / found.correlation_length + np.eye(found.point.size)
+    fixed = np.setdiff1d(np.arange(fit.point.size), free)
+    precision = fit.information / fit.correlation_length + np.eye(fit.point.size)
     slope = -np.linalg.solve(precision[np.ix_(free, free)], precision[np.ix_(free, fixed)])
     covariance = np.linalg.inv(precision)[np.ix_(fixed, fixed)]
     return np.asarray(slope @ covariance @ slope.T)
 
 
 def covariance_of_rig(
-    found: ForceFit, problem: ForceProblem, drawn: Sequence[Sequence[RestoringForce]], free: np.ndarray
+    fit: ForceFit, problem: ForceProblem, drawn: Sequence[Sequence[RestoringForce]], free: np.ndarray
 ) -> np.ndarray:
     """Return the covariance (n_free, n_free) of tracked parameters that errors of the rig cause, to first order.
 
     Parameters
     ----------
-    found : ForceFit
-        Fits of all families to one clearance.
+    fit : ForceFit
+        Fit to one clearance.
     problem : ForceProblem
         That the fit solved.
     drawn : sequence of sequences of RestoringForce
-        Forces in the same windows, on rigs drawn from what is known of the rig.
+        Forces in the same windows, on rigs drawn from the rig's posterior.
     free : ndarray
         Indices (n_free,) of the tracked parameters.
     """
-    moved = steps_on(found, problem, [problem.motion.on(forces, forces[0].rig) for forces in drawn])[:, free]
-    return np.atleast_2d(moved.T @ moved / max(len(moved), 1))
+    changes = steps_on(fit, problem, [problem.motion.on(forces, forces[0].rig) for forces in drawn])[:, free]
+    return np.atleast_2d(changes.T @ changes / max(len(changes), 1))

@@ -25,7 +25,7 @@ from .initial_fit import between_family_variance, covariance_of_fixed, covarianc
 
 __all__ = ["BLOCK", "ClearanceTracker"]
 
-# The law of a clearance of which some parameters are tracked, and the others stay as they were fitted.
+# The law of a clearance: some of its parameters are tracked, the others stay as they were fitted.
 
 SMALL_SPEED = 1e-3  # m/s, at which a contact's damping is taken
 NO_DAMPING = 1e-6  # N s/m, has a logarithm
@@ -46,11 +46,11 @@ class TrackedLaw:
 
     def __init__(self, fit: ForceFit, problem: ForceProblem, depth: float) -> None:
         self.fit, self.problem, self.depth = fit, problem, depth
-        names = [_tracked_as(p) for p in problem.parameters]
+        names = [_quantity_of(p) for p in problem.parameters]
         self.free = np.array([i for i, name in enumerate(names) if name in TRACKED])
         """(n,) numbers of the tracked ones among all parameters"""
         self.names = [str(names[i]) for i in self.free]
-        """(n,) what each is a part of, by the names of `TRACKED`"""
+        """(n,) quantity in `TRACKED` that each belongs to"""
         linear = np.array([problem.parameters[i].transform == "linear" for i in self.free])
         self.unit = np.where(linear, fit.nominal.gap, 1.0) / problem.unit[self.free]
         """(n,) a relative change of 1, of an offset one by a gap, in prior standard deviations"""
@@ -82,8 +82,8 @@ def log_quantities(case: Case, depth: float) -> np.ndarray:
     return np.log([case.bushing.gap, still / depth, max((fast - still) / SMALL_SPEED, NO_DAMPING)])
 
 
-def _tracked_as(parameter: Parameter) -> str | None:
-    """What a parameter is a part of: gap and offset are known by their paths into the rig."""
+def _quantity_of(parameter: Parameter) -> str | None:
+    """Return the tracked quantity of a parameter: gap and offset are known by their paths into the rig."""
     if isinstance(parameter, FamilyParameter):
         return parameter.tracked_as
     return parameter.name.rpartition("].")[2]
@@ -91,19 +91,19 @@ def _tracked_as(parameter: Parameter) -> str | None:
 
 BLOCK = 0.25  # s, longer than errors of a law are correlated within a window
 MAX_GAP_STD = 0.1  # standard deviation of the gap's logarithm, up to which it is known well enough to be tracked
-MIN_CONTACT = 0.005  # share of the time in contact from which on a law can be fitted
-REACH_RATIO = 1.3  # of the shaft's way to that in the fit, from which on the law is fitted again
+MIN_CONTACT = 0.005  # fraction of time in contact from which on a law can be fitted
+REACH_RATIO = 1.3  # of the shaft's RMS motion to that in the fit, from which on the law is fitted again
 OUTLYING = 4.0  # of the fit's misfit: larger residuals count less
 MAX_RESIDUAL = 1e3  # of the fit's misfit: none counts as more
 
 
 class WindowEstimate(NamedTuple):
-    """What is known of a clearance at a window's end."""
+    """Estimate of a clearance at a window's end."""
 
     mean: np.ndarray  #: (3,) logarithms of gap, stiffness and damping, m, N/m, N s/m
     std: np.ndarray  #: (3,) standard deviations of the logarithms
-    contact: float  #: share of the time in contact
-    misfit: float  #: RMS of what the law misses of the force, over its misfit when it was fitted
+    contact: float  #: fraction of time in contact
+    misfit: float  #: RMS of the force that the law misses, over its misfit when it was fitted
     alarm: Alarm | None  #: a change that this window shows
 
 
@@ -119,7 +119,7 @@ class ClearanceTracker:
     gap_parameters : sequence of Parameter
         Priors of its gap and offset.
     families : FamilyValues or None
-        Families of contact and filling, with values where their fit begins; None: the likeliest are found.
+        Families of contact and filling, with values where their fit begins; None: the likeliest are selected.
     windows : int
         Number of windows that the law is fitted to.
     seconds : float
@@ -139,7 +139,7 @@ class ClearanceTracker:
         self.fitted_reach, self.depth, self.family_variance = 0.0, math.nan, np.zeros(3)
 
     def take(self, force: RestoringForce, index: int, time: float) -> WindowEstimate | None:
-        """Take a window's forces and return what is known then; None as long as the gap is not.
+        """Take a window's forces and return the estimate then; None as long as the gap is not known.
 
         Parameters
         ----------
@@ -169,29 +169,29 @@ class ClearanceTracker:
         if np.abs(ends).max() < 0.5 * self.rig.bushings[self.number].gap:  # no gap in reach of its prior is met
             return
         motion = MeasuredMotion(self.recent, self.rig, self.number, self.gap_parameters)
-        found, *rivals = fit_law(motion, self.families)
-        depth = np.abs(penetration(ends, *found.bushing.walls))
-        gap_std = dict(zip(found.estimates.names, found.estimates.varied_std))[f"bushings[{self.number}].gap"]
+        fit, *rivals = fit_law(motion, self.families)
+        depth = np.abs(penetration(ends, *fit.bushing.walls))
+        gap_std = dict(zip(fit.estimates.names, fit.estimates.varied_std))[f"bushings[{self.number}].gap"]
         if np.mean(depth > 0) < MIN_CONTACT or gap_std > MAX_GAP_STD:
             return
-        self.fitted_reach, self.fit = reach, found
-        self.families = FamilyValues(found.contact, found.filling, found.values)
+        self.fitted_reach, self.fit = reach, fit
+        self.families = FamilyValues(fit.contact, fit.filling, fit.values)
         if math.isnan(self.depth):
             self.depth = float(np.sqrt(np.mean(depth[depth > 0] ** 2)))
         if rivals:
-            quantities = [log_quantities(f.case, self.depth) for f in (found, *rivals)]
+            quantities = [log_quantities(f.case, self.depth) for f in (fit, *rivals)]
             self.family_variance = between_family_variance(np.array(quantities))
-        problem = ForceProblem(motion, found.contact, found.filling)
-        self.law = TrackedLaw(found, problem, self.depth)
+        problem = ForceProblem(motion, fit.contact, fit.filling)
+        self.law = TrackedLaw(fit, problem, self.depth)
         free = self.law.free
-        belief = Belief(found.point[free], found.covariance[np.ix_(free, free)])
+        belief = Belief(fit.point[free], fit.covariance[np.ix_(free, free)])
         labels = [(self.number, name) for name in self.law.names]
         self.follower = Follower(belief, labels, self.law.unit, self.law.value, self.seconds, self.seconds)
-        drawn = [[each.window(i) for i in range(index + 1 - len(self.recent), index + 1)] for each in self.drawn]
-        self.constant_covariance = covariance_of_fixed(found, free)
+        drawn_forces = [[w.window(i) for i in range(index + 1 - len(self.recent), index + 1)] for w in self.drawn]
+        self.constant_covariance = covariance_of_fixed(fit, free)
         """of errors that are the same in all windows"""
-        if drawn:
-            self.constant_covariance += covariance_of_rig(found, problem, drawn, free)
+        if drawn_forces:
+            self.constant_covariance += covariance_of_rig(fit, problem, drawn_forces, free)
 
     def _refined(self, force: RestoringForce, time: float) -> WindowEstimate:
         """Refine the belief by a window's forces."""
@@ -200,15 +200,15 @@ class ClearanceTracker:
         samples, unit = np.sort(np.concatenate((motion.fitted, motion.held_out))), law.fit.misfit
 
         def residuals(points: np.ndarray) -> np.ndarray:
-            found = motion.residuals([law.case(x) for x in points])[samples].T / unit
-            found = np.clip(np.nan_to_num(found, nan=MAX_RESIDUAL), -MAX_RESIDUAL, MAX_RESIDUAL)
-            return found / (1 + (found / OUTLYING) ** 2) ** 0.25  # squares grow as the size of what is far off
+            errors = motion.residuals([law.case(x) for x in points])[samples].T / unit
+            errors = np.clip(np.nan_to_num(errors, nan=MAX_RESIDUAL), -MAX_RESIDUAL, MAX_RESIDUAL)
+            return errors / (1 + (errors / OUTLYING) ** 2) ** 0.25  # squares grow as the size of what is far off
 
-        found, alarm = self.follower.take(residuals, round(BLOCK * motion.rate), time)
+        refinement, alarm = self.follower.take(residuals, round(BLOCK * motion.rate), time)
         belief = self.follower.belief
-        known = Belief(belief.mean, belief.covariance + self.constant_covariance).through(law.log_quantities)
+        quantities = Belief(belief.mean, belief.covariance + self.constant_covariance).through(law.log_quantities)
         walls = law.case(belief.mean).bushing.walls
         touching = penetration(force.ends[self.number][:, force.valid], *walls).any(axis=0)
-        misfit = float(np.sqrt(np.mean(found.residuals**2)))
-        std = np.sqrt(known.std**2 + self.family_variance)
-        return WindowEstimate(known.mean, std, float(touching.mean()), misfit, alarm)
+        misfit = float(np.sqrt(np.mean(refinement.residuals**2)))
+        std = np.sqrt(quantities.std**2 + self.family_variance)
+        return WindowEstimate(quantities.mean, std, float(touching.mean()), misfit, alarm)
