@@ -129,23 +129,23 @@ def gather(files: Sequence[tuple[str, Sequence[Channel]]]) -> RawSignals:
         raise RecordError(f'{first_file}: two channels have the name "{twice}"; a map goes by names: give each its own')
     by_name = []
     for file, channels in files:
-        by_label = {channel.name: channel for channel in channels}
-        if missing := [name for name in names if name not in by_label]:
+        file_channels = {channel.name: channel for channel in channels}
+        if missing := [name for name in names if name not in file_channels]:
             raise RecordError(
                 f'{file}: has no channel "{missing[0]}", which {first_file} has; map files of one set-up together'
             )
-        by_name.append(by_label)
+        by_name.append(file_channels)
     rates = [channel.fs for channel in first]
     fs = max(set(rates), key=rates.count)
     unusable: dict[str, str] = {}
-    for by_label in by_name:
-        size = max((channel.size for channel in by_label.values() if channel.fs == fs), default=0)
-        unusable |= {n: reason for n in names if n not in unusable and (reason := _unusable(by_label[n], fs, size))}
+    for file_channels in by_name:
+        size = max((channel.size for channel in file_channels.values() if channel.fs == fs), default=0)
+        unusable |= {n: reason for n in names if n not in unusable and (reason := _unusable(file_channels[n], fs, size))}
     usable = [name for name in names if name not in unusable]
     if len(usable) < 2:
         why = "; ".join(f'"{name}" {reason}' for name, reason in unusable.items())
         raise RecordError(f"{first_file}: needs two channels that move{f': {why}' if why else ''}")
-    records = tuple(np.stack([found[name].value for name in usable], axis=1) for found in by_name)
+    records = tuple(np.stack([f[name].value for name in usable], axis=1) for f in by_name)
     for (file, _), record in zip(files, records):
         if len(record) < LEAST_SAMPLES:
             raise RecordError(

@@ -119,10 +119,10 @@ class Judge:
         measured = self._of(*self._stated)
         column, motions = self.assignment.places.index(places[-1]), [0.0]
         for gains, spectra, record in zip(self._gains[0], measured, search.signals.records):
-            lines = spectra[:, [self.assignment.places.index(i) for i in places]]
-            weights = 1 / channel_deviation(rms(lines), lines)
+            rows = spectra[:, [self.assignment.places.index(i) for i in places]]
+            scale = 1 / channel_deviation(rms(rows), rows)
             forces = [
-                np.linalg.lstsq(g * w[:, None], y * w, rcond=None)[0] for g, w, y in zip(gains[:, places], weights, lines)
+                np.linalg.lstsq(g * w[:, None], y * w, rcond=None)[0] for g, w, y in zip(gains[:, places], scale, rows)
             ]
             displacement = rms((gains[:, probes] @ np.array(forces)[:, :, None])[:, :, 0])
             level = record[:, self.assignment.channel[-1]].std() / rms(spectra[:, [column]])[0]

@@ -1,8 +1,8 @@
-"""Restoring force of every bushing from what was measured and the known structure.
+"""Restoring force of every bushing from the measured signals and the known structure.
 
 The structure without grease and contact is linear and known, so every sensor reads y(ω) = G(ω) θ(ω), with θ the
 forces at the bushings and the excitation. Ten sensors give two forces: weighted least squares at each frequency,
-without any assumption on what makes the forces, under random excitation as well as in decays.
+without any assumption on the origin of the forces, under random excitation as well as in decays.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ AnyRecord = TypeVar("AnyRecord", Record, PreparedRecord)
 
 @dataclass(frozen=True, eq=False)
 class RestoringForce:
-    """Force of grease and contact at every bushing, positive against positive displacement, as `restoring_force` finds.
+    """Force of grease and contact at every bushing, positive against positive displacement; see `restoring_force`.
 
     A round clearance has two rows where a planar one has one: along y and along z, clearance after clearance. All
     signals are band-limited to ``band`` and fade to zero where ``valid`` is False, at both ends of the record.
@@ -67,8 +67,8 @@ class RestoringForce:
     noise_frequency: np.ndarray  #: (n_f,) Hz
     noise_density: np.ndarray  #: (n_bushings, n_f) one-sided density of the force's noise, N/sqrt(Hz)
     noise: np.ndarray
-    """(n_sensors + n_bushings + 1,) noise found in the accelerometers, probes and excitation, in their units; infinite
-    of what was left out"""
+    """(n_sensors + n_bushings + 1,) estimated noise of accelerometers, probes and excitation, in their units; infinite
+    for channels that were left out"""
     spin: np.ndarray | None = None
     """(n_t,) rad/s, of a shaft that turned"""
 
@@ -79,7 +79,7 @@ class RestoringForce:
 
     @property
     def touched(self) -> np.ndarray:
-        """(n_bushings,) whether the shaft ever leaves the gap."""
+        """(n_bushings,) True where the shaft ever leaves the gap."""
         ends = self.ends[:, :, self.valid]
         return np.array([penetration(x, *b.walls).any() for x, b in zip(ends, self.rig.bushings)], dtype=bool)
 
@@ -97,8 +97,8 @@ class RestoringForce:
         v, spin = np.gradient(x, axis=2) * fs, 0.0 if self.spin is None else np.repeat(self.spin, FINER)
         records, fine = clearance_records(self.rig, law, 1 / fs), np.empty((len(x), size))
         for j, rows in enumerate(self.rig.clearance_rows):
-            moved, quick = (np.ascontiguousarray(each[rows].T) for each in (x, v))
-            fine[rows] = forces_along(records, j, moved, quick, spin).T
+            displacement, velocity = (np.ascontiguousarray(part[rows].T) for part in (x, v))
+            fine[rows] = forces_along(records, j, displacement, velocity, spin).T
         return np.asarray(scipy.signal.resample(fine, self.time.size, axis=1))
 
 
@@ -141,23 +141,23 @@ def restoring_force(
     omega = 2 * np.pi * frequency[inside]
     model, spin = linear_model(rig, MODES).driven(record.tested)
     rows = model.at_probes(probes or {}) if record.probes else np.zeros((0, model.size))
-    seen = np.compress(present, model.channel_gains(rows, record.kind, omega, spin=spin), axis=1)
-    moved = model.displacement_gains(model.at_points, record.kind, omega, spin=spin)
+    gains = np.compress(present, model.channel_gains(rows, record.kind, omega, spin=spin), axis=1)
+    motion_gains = model.displacement_gains(model.at_points, record.kind, omega, spin=spin)
     whirl: np.ndarray | float = 0.0  # of the points, under what turns alone
     if record.turning is not None and (rig.unbalances or rig.orders):
-        loads, turned = turning_inputs(model, record.turning, flanks(n, fs), size)
-        shown = model.channel_gains(rows, record.kind, omega, -loads, spin)[:, present, :-1]
-        spectrum = spectrum - np.einsum("fcu,fu->fc", shown, turned[inside])
-        whirl = np.einsum("fru,fu->fr", model.responses(model.at_points, loads.T, omega, spin), turned[inside])
+        loads, waves = turning_inputs(model, record.turning, flanks(n, fs), size)
+        channel_gains = model.channel_gains(rows, record.kind, omega, -loads, spin)[:, present, :-1]
+        spectrum = spectrum - np.einsum("fcu,fu->fc", channel_gains, waves[inside])
+        whirl = np.einsum("fru,fu->fr", model.responses(model.at_points, loads.T, omega, spin), waves[inside])
     try:
-        sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
+        sigma, theta, covariance = _solve(gains, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
     except np.linalg.LinAlgError:
         raise RecordError(
             f'record "{record.name}": its channels do not tell the forces in the clearances from each other and '
             "from the excitation at every frequency; needs more sensors, away from the shaker"
         ) from None
 
-    def back(values: np.ndarray) -> np.ndarray:
+    def to_time(values: np.ndarray) -> np.ndarray:
         full = np.zeros((frequency.size, values.shape[1]), dtype=complex)
         full[inside] = values
         return np.fft.irfft(full, size, axis=0)[:n].T
@@ -169,9 +169,9 @@ def restoring_force(
     def spread(power: np.ndarray) -> np.ndarray:
         return np.sqrt(power.sum(axis=0) * fs / size)
 
-    every = np.full(present.size, np.inf)  # what was left out is noise alone
-    every[present] = sigma
-    motion = np.einsum("fij,fj->fi", moved, theta) + whirl
+    all_noise = np.full(present.size, np.inf)  # what was left out is noise alone
+    all_noise[present] = sigma
+    motion = np.einsum("fij,fj->fi", motion_gains, theta) + whirl
     noise = density(np.broadcast_to(np.eye(m, m + 1), (omega.size, m, m + 1)))
     time = np.arange(n) / fs
     return RestoringForce(
@@ -180,16 +180,16 @@ def restoring_force(
         fs=fs,
         band=(float(low), high),
         time=time,
-        displacement=back(motion[:, :m]),
-        velocity=back(1j * omega[:, None] * motion[:, :m]),
-        force=back(theta[:, :m]),
+        displacement=to_time(motion[:, :m]),
+        velocity=to_time(1j * omega[:, None] * motion[:, :m]),
+        force=to_time(theta[:, :m]),
         force_std=spread(noise),
-        displacement_std=spread(density(moved[:, :m])),
-        ends=back(motion[:, m:])[rig.end_rows],
+        displacement_std=spread(density(motion_gains[:, :m])),
+        ends=to_time(motion[:, m:])[rig.end_rows],
         valid=(time >= SETTLE) & (time <= time[-1] - SETTLE),
         noise_frequency=frequency[inside],
         noise_density=np.sqrt(noise).T,
-        noise=every,
+        noise=all_noise,
         spin=None if record.turning is None else record.turning.speed,
     )
 
@@ -202,13 +202,13 @@ def possible_forces(records: Sequence[AnyRecord], find: Callable[[AnyRecord], Re
     records : sequence of Record or PreparedRecord
         Those to look at.
     find : callable
-        Finds the forces of a record, or raises a RecordError.
+        Returns the forces of a record, or raises a RecordError.
     """
-    found = []
+    forces = []
     for record in records:
         with contextlib.suppress(RecordError):
-            found.append(find(record))
-    return found
+            forces.append(find(record))
+    return forces
 
 
 def restoring_forces(dataset: Dataset, progress: bool = False) -> list[RestoringForce]:
@@ -225,7 +225,7 @@ def require_measurable(record: PreparedRecord, needs_probes: bool = True) -> Non
     record : PreparedRecord
         The record.
     needs_probes : bool
-        Whether every clearance needs a displacement probe.
+        True if every clearance needs a displacement probe.
 
     Raises
     ------
@@ -248,7 +248,7 @@ def require_measurable(record: PreparedRecord, needs_probes: bool = True) -> Non
 def _solve(
     gains: np.ndarray, spectrum: np.ndarray, rms: np.ndarray, rows: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Weighted least squares at each frequency; the channels' noise follows from what is left (white in each).
+    """Weighted least squares at each frequency; the channels' noise follows from the residuals (white in each).
 
     Returns the noise (n_channels,), θ (n_f, n_theta) and its covariance (n_f, n_theta, n_theta) for white
     noise of a two-sided power of one per sample.
@@ -259,12 +259,12 @@ def _solve(
         adjoint = weighted.conj().swapaxes(1, 2)
         inverse = np.linalg.inv(adjoint @ weighted)
         theta = (inverse @ (adjoint @ (spectrum / sigma)[:, :, None]))[:, :, 0]
-        left = np.abs(spectrum - (gains @ theta[:, :, None])[:, :, 0]) ** 2
+        squared_residual = np.abs(spectrum - (gains @ theta[:, :, None])[:, :, 0]) ** 2
         leverage = np.sum((weighted @ inverse) * weighted.conj(), axis=2).real
         free = np.maximum(1 - leverage, 0).sum(axis=0)
         # Of a channel that alone tells something, such as an excitation beside a clearance, nothing is left to see.
         known = free > FREEDOM * len(leverage)
-        sigma[known] = np.sqrt(left.sum(axis=0)[known] / (rows * free[known]))
+        sigma[known] = np.sqrt(squared_residual.sum(axis=0)[known] / (rows * free[known]))
         sigma = np.maximum(sigma, QUIETEST * rms)
     return sigma, theta, inverse
 

@@ -1,11 +1,11 @@
-"""What turns with a shaft shows in its records at its turns and their multiples, whatever clearances do there.
+"""Loads that turn with a shaft, fitted to its records at its turns and their multiples, whatever clearances do there.
 
-With the forces in the clearances unknown, as everywhere else, a load that turns is what the channels then still share:
+With the forces in the clearances unknown, as everywhere else, a load that turns is the common part of the channels:
 near once and twice the turns every channel reads y = G θ + U p, with θ the forces and the excitation, and p the cosine
 and sine of each load, the same in all records and lines: linear least squares. A run-up passes a frequency once and
-later twice per turn, so that both are fitted together. In a probe, what the slow turning that stands for its run-out
-moved is missing in all records; what clearances did in that turning is not known, so that each probe has a small
-remainder over the shaft's angle among p.
+later twice per turn, so that both are fitted together. In a probe, the motion in the slow turning that was taken for
+its run-out is missing in all records; the clearances' part of it is not known, so that each probe has a small remainder
+over the shaft's angle among p.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ FLANK = 2.0  # s, of the window: where it is flat, it passes through the structu
 TIMES = 1.0, 2.0  # multiples of the turns
 LINES = 4  # either side of the turns' frequency
 NOISE = 0.01  # of a channel's RMS
-MODEL_ERROR = 0.01  # of a line's level: what the model misses
+MODEL_ERROR = 0.01  # of a line's level: error of the model
 RAMP_PARTS = 16  # of a ramp, each with one spin for once and one for twice per turn
 QUIET = 1e-9  # m/s², of an excitation that was not driven
 REMAINDER = 0.005  # of the gap, 1 σ per cosine and sine: a force in the clearance alone would have a larger one
@@ -48,7 +48,7 @@ TurningLoad = Unbalance | Order
 def turning_inputs(
     model: LinearModel, turning: ShaftTurning, window: np.ndarray, size: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the forces (m, n) on the modes of all that turns with a rig's shaft, and their spectra (n_f, m).
+    """Return the forces (m, n) on the modes of all loads that turn with a rig's shaft, and their spectra (n_f, m).
 
     Parameters
     ----------
@@ -94,11 +94,11 @@ class Lines:
     turned: Mapping[float, np.ndarray]
     """(n_f, 2) of cos kφ and sin kφ, by k"""
     noise: np.ndarray  #: (n_f, n_channels)
-    basis: np.ndarray  #: (n_f, n_channels, m) what forces in clearances and the excitation show
-    target: np.ndarray  #: (n_f, n_channels) what they do not explain, nor loads that are known
+    basis: np.ndarray  #: (n_f, n_channels, m) orthonormal gains of forces in clearances and of the excitation
+    target: np.ndarray  #: (n_f, n_channels) residual of these and of known loads
 
     def columns(self, loads: Sequence[TurningLoad]) -> np.ndarray:
-        """Return what is shown (n_f, n_channels, 2 (n + 2 n_probes)) of loads and remainders per cosine and sine.
+        """Return the response (n_f, n_channels, 2 (n + 2 n_probes)) to loads and remainders per cosine and sine.
 
         Parameters
         ----------
@@ -120,18 +120,18 @@ class Lines:
     def _remainders(self) -> np.ndarray:
         """(n_f, n_channels, 4 n_probes) of each probe's, by multiples of the turns."""
         n_probes = len(self.probes)
-        found = np.zeros((*self.noise.shape, len(TIMES), n_probes, 2), dtype=complex)
+        remainders = np.zeros((*self.noise.shape, len(TIMES), n_probes, 2), dtype=complex)
         for i in range(n_probes):
-            found[:, i - n_probes - 1, :, i] = np.stack([*self.turned.values()], axis=1)
-        return self.left(found.reshape(*self.noise.shape, -1))
+            remainders[:, i - n_probes - 1, :, i] = np.stack([*self.turned.values()], axis=1)
+        return self.left(remainders.reshape(*self.noise.shape, -1))
 
     def shown(self, load: TurningLoad, forces: np.ndarray) -> np.ndarray:
-        """Return what channels show (n_f, n_channels) of a load.
+        """Return the response of the channels (n_f, n_channels) to a load.
 
         Parameters
         ----------
         load : Unbalance or Order
-            What it is.
+            The load.
         forces : ndarray, shape (2, n)
             On the modes, per cos kφ and sin kφ.
         """
@@ -140,20 +140,20 @@ class Lines:
             model.channel_gains(self.probes, record.kind, part.omega, -forces, part.spin[times])[:, :, :-1]
             for part in self.parts
         ]
-        found = np.einsum("fcu,fu->fc", np.concatenate(gains), self.spun if spun else self.turned[times])
+        response = np.einsum("fcu,fu->fc", np.concatenate(gains), self.spun if spun else self.turned[times])
         if record.slow_roll and len(self.probes):
             speed = record.slow_roll
             slow = _slow(model, self.probes, forces * (speed**2 if spun else 1.0), speed, times)
-            found[:, -1 - len(self.probes) : -1] -= self.turned[times] @ slow
-        return found
+            response[:, -1 - len(self.probes) : -1] -= self.turned[times] @ slow
+        return response
 
     def left(self, shown: np.ndarray) -> np.ndarray:
-        """Return rows (n_f, n_channels, n) over their errors without what forces in the clearances explain.
+        """Return rows (n_f, n_channels, n) over their errors, without the part that forces in the clearances explain.
 
         Parameters
         ----------
         shown : ndarray, shape (n_f, n_channels, n)
-            What channels show.
+            Response of the channels.
         """
         shown = shown / self.noise[:, :, None]
         return np.asarray(shown - self.basis @ (self.basis.conj().transpose(0, 2, 1) @ shown))
@@ -197,18 +197,18 @@ def lines_of(
     measured = scipy.fft.rfft(record.signals * window[:, None], axis=0)[lines]
     white = NOISE * np.sqrt(np.mean(record.signals**2, axis=0) * np.sum(window**2)) + QUIET
     noise = np.where(record.present, np.hypot(white, MODEL_ERROR * np.abs(measured)), np.inf)
-    seen = [model.channel_gains(rows, record.kind, part.omega, spin=part.spin[1]) for part in parts]
-    turned = {times: _spectra(_waves(times * turning.angle), window, n)[lines] for times in TIMES}
-    basis = np.linalg.qr(np.concatenate(seen) / noise[:, :, None])[0]
+    gains = [model.channel_gains(rows, record.kind, part.omega, spin=part.spin[1]) for part in parts]
+    waves = {times: _spectra(_waves(times * turning.angle), window, n)[lines] for times in TIMES}
+    basis = np.linalg.qr(np.concatenate(gains) / noise[:, :, None])[0]
     spun = _spectra(_spun(turning), window, n)[lines]
-    found = Lines(record, model, rows, parts, spun, turned, noise, basis, measured)
+    found = Lines(record, model, rows, parts, spun, waves, noise, basis, measured)
     for load in known:
         measured = measured - found.shown(load, _forces(model, load))
     return dataclasses.replace(found, target=found.left(measured[:, :, None])[:, :, 0])
 
 
 def _chosen(record: PreparedRecord, omega: np.ndarray) -> tuple[np.ndarray, tuple[LinesPart, ...]]:
-    """Numbers of lines near once and twice the turns, and the lines with the spins that they come at.
+    """Return the indices of lines near once and twice the turns, and the lines with the spins that they come at.
 
     A ramp passes a line once. If it does in the window's flank, a structure that lags behind is seen turned: such lines
     are left out.
@@ -218,15 +218,15 @@ def _chosen(record: PreparedRecord, omega: np.ndarray) -> tuple[np.ndarray, tupl
     sign, ramp = np.sign(record.turning.speed[0]), record.tested.spin is not None and bool(record.tested.spin.rate)
     flank = round(min(FLANK, n / record.fs / 4) * record.fs) if ramp else 0
     inner, outer = speed[flank : n - flank], speed
-    beside = LINES * step
+    margin = LINES * step
     near, lagging = np.zeros((2, omega.size), dtype=bool)
     for times in TIMES:
-        low, high = times * inner.min() - beside, times * inner.max() + beside
-        first, last = times * outer.min() - beside, times * outer.max() + beside
+        low, high = times * inner.min() - margin, times * inner.max() + margin
+        first, last = times * outer.min() - margin, times * outer.max() + margin
         near |= (omega >= max(low, step)) & (omega <= high)
         if ramp:
-            lagging |= ((omega >= first) & (omega <= low + 2 * beside)) | (
-                (omega >= high - 2 * beside) & (omega <= last)
+            lagging |= ((omega >= first) & (omega <= low + 2 * margin)) | (
+                (omega >= high - 2 * margin) & (omega <= last)
             )
     lines = np.flatnonzero(near & ~lagging)
     if not ramp:
@@ -248,7 +248,7 @@ class TurningFit(NamedTuple):
 def fit_loads(
     lines: Sequence[Lines], loads: Sequence[TurningLoad], largest: Sequence[float], widening: float = 1.0
 ) -> TurningFit:
-    """Return loads by least squares, with a covariance by how much records, and parts of ramps, contradict each other.
+    """Return loads by least squares, with a covariance from the contradictions between records, and parts of ramps.
 
     Source: Liang and Zeger, Biometrika 73, 1986.
 
@@ -257,7 +257,7 @@ def fit_loads(
     lines : sequence of Lines
         Of records.
     loads : sequence of Unbalance or Order
-        Where they act; how large they are counts for nothing.
+        Loads at their places; their sizes are ignored.
     largest : sequence of float
         Standard deviation of each before the fit, per cosine and sine, kg m or N.
     widening : float
@@ -266,13 +266,13 @@ def fit_loads(
     gaps = [gap for b in lines[0].model.rig.bushings for gap in (b.gap, b.gap)][: len(lines[0].probes)]
     std = np.repeat([*largest, *(REMAINDER * gap for gap in gaps * len(TIMES))], 2)
     parts, count = [], 0
-    for each in lines:
-        columns, target = each.columns(loads) * (std / widening), each.target / widening
-        stops = np.cumsum([part.omega.size for part in each.parts])[:-1]
-        count += 2 * target.shape[0] * (target.shape[1] - each.basis.shape[2])
+    for record_lines in lines:
+        columns, target = record_lines.columns(loads) * (std / widening), record_lines.target / widening
+        stops = np.cumsum([part.omega.size for part in record_lines.parts])[:-1]
+        count += 2 * target.shape[0] * (target.shape[1] - record_lines.basis.shape[2])
         for a, b in zip(np.split(columns, stops), np.split(target, stops)):
-            of = a.reshape(-1, std.size)
-            parts.append(((of.conj().T @ of).real, (of.conj().T @ b.ravel()).real, float(np.sum(np.abs(b) ** 2))))
+            rows = a.reshape(-1, std.size)
+            parts.append(((rows.conj().T @ rows).real, (rows.conj().T @ b.ravel()).real, float(np.sum(np.abs(b) ** 2))))
     normal, right, power = (np.array(of) for of in zip(*parts))
     information, pull, known = normal.sum(axis=0), right.sum(axis=0), np.eye(std.size)
     inverse = np.linalg.inv(information + known)
@@ -308,8 +308,8 @@ def in_slow_roll(model: LinearModel, rows: np.ndarray, speed: float, times: floa
 
 def _slow(model: LinearModel, rows: np.ndarray, forces: np.ndarray, speed: float, times: float) -> np.ndarray:
     rotating = (forces[:1] - 1j * forces[1:]).T  # the real part of this e^(ikφ)
-    moved = model.responses(rows, rotating, np.array([times * speed]), speed)[0, :, 0]
-    return np.array([moved.real, -moved.imag])
+    motion = model.responses(rows, rotating, np.array([times * speed]), speed)[0, :, 0]
+    return np.array([motion.real, -motion.imag])
 
 
 def _per_unit(model: LinearModel, load: TurningLoad) -> Iterator[np.ndarray]:

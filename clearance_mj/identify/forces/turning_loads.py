@@ -1,4 +1,4 @@
-"""What turns with a shaft and its rig file does not say: its unbalance, a bend, a coupling that pulls twice per turn.
+"""Loads that turn with a shaft and are not in its rig file: unbalance, a bend, a coupling that pulls twice per turn.
 
 A probe shows a bend in slow turning as it does run-out, but at speed the bend is amplified, with its shape b along the
 shaft: M q̈ + C q̇ + K (q - b e^(iφ)) = 0 (Nicholas, Gunter & Allaire, J. Eng. Power 98, 1976). K b is forces of order 1,
@@ -28,18 +28,18 @@ __all__ = ["TurningLoads", "find_turning_loads"]
 
 BENT = np.array([0.2, 0.4, 0.6, 0.8])  # of a shaft's length: forces that bend it like a bent one
 ENDS = np.array([0.05, 0.3]), np.array([0.95, 0.7])  # the same, of couplings: a moment on an end that may give
-ALONG = np.linspace(0.02, 0.98, 49)  # where it is looked for how far the shaft is bent
-SIZE = 0.1  # of the narrowest gap: 1 σ of what each of these forces bends the shaft by
+ALONG = np.linspace(0.02, 0.98, 49)  # of a shaft's length: points at which its deflection is computed
+SIZE = 0.1  # of the narrowest gap: 1 σ of the shaft's deflection by each of these forces
 LARGEST = 10.0  # times the rig file's: 1 σ of an unbalance
 ACCEPTED = 5.0  # log evidence, from which on they are there
 CERTAIN = 3.0  # standard deviations of their size, too
-DRIFT = 0.003  # share of a steady speed, from which on it is said to creep
+DRIFT = 0.003  # fraction of a steady speed, from which on it is said to creep
 
 Values: TypeAlias = Mapping[str, float]
 
 
 class Hypothesis(NamedTuple):
-    """Loads that may be there together, the names of what they bend the shaft by, and words for that."""
+    """Loads that may act together, the names of the deflections they cause, and words for these."""
 
     loads: tuple[Order, ...]
     named: tuple[tuple[str, str], ...]
@@ -54,18 +54,18 @@ COUPLING = tuple(
 
 @dataclass(frozen=True, eq=False)
 class TurningLoads:
-    """What turns with a shaft."""
+    """Loads that turn with a shaft."""
 
     rig: Rig
     """with it"""
     remainders: Mapping[float, np.ndarray]
-    """(2, n_probes) what clearances moved in the slow turning, m, by multiples of the turns"""
+    """(2, n_probes) motion by clearances in the slow turning, m, by multiples of the turns"""
     estimates: Estimates
-    """of the unbalance, and of how far what else was found bends the shaft"""
+    """of the unbalance, and of the shaft's deflection by the other identified loads"""
     warnings: tuple[str, ...]
 
     def given_back(self, record: PreparedRecord, probes: Values) -> PreparedRecord:
-        """Return a record whose probes show again what moved in the slow turning that stands for their run-out.
+        """Return a record whose probes show again the motion in the slow turning that was taken for their run-out.
 
         Parameters
         ----------
@@ -80,15 +80,15 @@ class TurningLoads:
         rows = model.at_probes(probes)
         for times, remainder in self.remainders.items():
             phase = times * record.turning.angle
-            moved = in_slow_roll(model, rows, record.slow_roll, times) - remainder
-            signals[:, -1 - len(rows) : -1] += np.column_stack((np.cos(phase), np.sin(phase))) @ moved
+            motion = in_slow_roll(model, rows, record.slow_roll, times) - remainder
+            signals[:, -1 - len(rows) : -1] += np.column_stack((np.cos(phase), np.sin(phase))) @ motion
         return dataclasses.replace(record, signals=signals, slow_roll=0.0)
 
 
 def find_turning_loads(
     rig: Rig, records: Sequence[PreparedRecord], probes: Values, drawn: Sequence[tuple[Rig, Values]] = ()
 ) -> TurningLoads:
-    """Return what turns with the shaft of records, at one speed or in a ramp, whatever clearances do in them.
+    """Return the loads that turn with the shaft of records, at one speed or in a ramp, whatever clearances do in them.
 
     Further unbalances are believed as the rig file has them, and its orders.
 
@@ -103,23 +103,23 @@ def find_turning_loads(
     drawn : sequence of tuple of Rig and mapping of str to float
         The same of rigs from the posterior, by which intervals are widened.
     """
-    calm, words = {record.name: without_dry_whirl(record) for record in records}, _creeping(records)
+    without_whirl, words = {record.name: without_dry_whirl(record) for record in records}, _creeping(records)
     for record in records:
-        if (left := calm[record.name]) is not record:
-            used = f"{left.duration:.3g} s without that tell" if left else "it does not tell"
+        if (remaining := without_whirl[record.name]) is not record:
+            used = f"{remaining.duration:.3g} s without that tell" if remaining else "it does not tell"
             words.append(
                 f'record "{record.name}": the shaft whirls dry, backwards round the wall of a clearance; {used} what '
                 "turns with it"
             )
-    used_records = [r for r in calm.values() if r and _speed(r) > 1.01 * r.slow_roll]
+    used_records = [r for r in without_whirl.values() if r and _speed(r) > 1.01 * r.slow_roll]
     if not used_records:
         return TurningLoads(rig, {}, Estimates.of([], [], np.zeros((0, 0))), tuple(words))
     known: list[TurningLoad] = [*rig.unbalances[1:], *(order for order in rig.orders if times_of(order) in TIMES)]
     lines, *drawn_lines = (
         [lines_of(each, record, values, known) for record in used_records] for each, values in ((rig, probes), *drawn)
     )
-    found = _Search(rig, lines, drawn_lines).find()
-    return dataclasses.replace(found, warnings=(*words, *found.warnings))
+    loads = _Search(rig, lines, drawn_lines).find()
+    return dataclasses.replace(loads, warnings=(*words, *loads.warnings))
 
 
 def _creeping(records: Sequence[PreparedRecord]) -> list[str]:
@@ -139,7 +139,7 @@ def _speed(record: PreparedRecord) -> float:
 
 
 class _Search(NamedTuple):
-    """What turns, looked for in lines of records on the updated rig, and on others from its posterior."""
+    """Search for turning loads in lines of records on the updated rig, and on others from its posterior."""
 
     rig: Rig
     lines: Sequence[Lines]
@@ -148,50 +148,50 @@ class _Search(NamedTuple):
     def find(self) -> TurningLoads:
         """Return the unbalance, and those hypotheses that evidence accepts, the likeliest first."""
         accepted: tuple[Hypothesis, ...] = ()
-        found = self.measured(accepted)
+        loads = self.measured(accepted)
         rivals = _hypotheses(self.rig) if self.lines[0].model.omega.all() else []
         while rivals:
             gains = [self.gain(accepted, rival) for rival in rivals]
             best = rivals[int(np.argmax(gains))]
-            other = self.measured((*accepted, best)) if max(gains) > ACCEPTED else found
-            if len(other.warnings) == len(found.warnings):
+            rival_loads = self.measured((*accepted, best)) if max(gains) > ACCEPTED else loads
+            if len(rival_loads.warnings) == len(loads.warnings):
                 break
-            accepted, found = (*accepted, best), other
+            accepted, loads = (*accepted, best), rival_loads
             rivals = [rival for rival in rivals if rival.named != best.named]
-        return found
+        return loads
 
     def gain(self, accepted: Sequence[Hypothesis], rival: Hypothesis) -> float:
-        """By how much log evidence grows with another hypothesis, errors being as large as that leaves them."""
+        """Return the gain of log evidence by another hypothesis, with errors as large as those of its fit."""
         wide = math.sqrt(max(self.fit(self.lines, (*accepted, rival)).excess, 1.0))
         more, fewer = (self.fit(self.lines, each, wide).evidence for each in ((*accepted, rival), accepted))
         return more - fewer
 
     def fit(self, lines: Sequence[Lines], accepted: Sequence[Hypothesis], widening: float = 1.0) -> TurningFit:
         gap = min((b.gap for b in self.rig.bushings), default=1.0)
-        orders, always = _orders(accepted), self.rig.unbalances[:1]
-        largest = [LARGEST * load.moment for load in always]
-        largest += [SIZE * gap / float(np.abs(row).max()) for row in _bent(self.lines[0].model, orders)[1].T]
-        return fit_loads(lines, (*always, *orders), largest, widening)
+        orders, unbalances = _orders(accepted), self.rig.unbalances[:1]
+        largest = [LARGEST * load.moment for load in unbalances]
+        largest += [SIZE * gap / float(np.abs(row).max()) for row in _deflections(self.lines[0].model, orders)[1].T]
+        return fit_loads(lines, (*unbalances, *orders), largest, widening)
 
     def measured(self, accepted: Sequence[Hypothesis]) -> TurningLoads:
-        """Return a rig with loads, and their sizes with intervals: but for the unbalance, of what is certain."""
-        fit, orders, always = self.fit(self.lines, accepted), _orders(accepted), self.rig.unbalances[:1]
-        first, n = len(always), 2 * (len(always) + len(orders))
-        moved = np.array([self.fit(lines, accepted).value[:n] for lines in self.drawn]).reshape(len(self.drawn), n)
-        covariance = fit.covariance[:n, :n] + (np.cov(moved.T).reshape(n, n) if len(moved) > 1 else 0.0)
-        value, points, bent = fit.value[:n:2] + 1j * fit.value[1:n:2], *_bent(self.lines[0].model, orders)
+        """Return a rig with loads, and their sizes with intervals: but for the unbalance, of certain ones only."""
+        fit, orders, unbalances = self.fit(self.lines, accepted), _orders(accepted), self.rig.unbalances[:1]
+        first, n = len(unbalances), 2 * (len(unbalances) + len(orders))
+        draws = np.array([self.fit(lines, accepted).value[:n] for lines in self.drawn]).reshape(len(self.drawn), n)
+        covariance = fit.covariance[:n, :n] + (np.cov(draws.T).reshape(n, n) if len(draws) > 1 else 0.0)
+        value, points, bent = fit.value[:n:2] + 1j * fit.value[1:n:2], *_deflections(self.lines[0].model, orders)
         sizes = [("unbalances[0].moment", "unbalances[0].phase", "", row) for row in np.eye(len(value))[:first]]
-        for name, words, share in _shares(accepted):
-            at = int(np.argmax(np.abs(bent @ (share * value[first:]))))
-            row = np.concatenate((np.zeros(first), share * bent[at]))
+        for name, words, relative_std in _sizes(accepted):
+            at = int(np.argmax(np.abs(bent @ (relative_std * value[first:]))))
+            row = np.concatenate((np.zeros(first), relative_std * bent[at]))
             sizes.append((name, f"phase of the {name}", f"{words}, at {place_words(points[at])}", row))
-        parameters, numbers, slopes, said = [], list[float](), [np.zeros((0, n))], []
+        parameters, numbers, slopes, warnings = [], list[float](), [np.zeros((0, n))], []
         for name, angle, words, row in sizes:
             total = complex(row @ value)
-            by = (row[:, None] * [1, 1j] / total).ravel()  # of the logarithm and, imaginary, of the phase
-            size, phase, slope = abs(total), cmath.phase(total), np.array([by.real, by.imag])
-            share, turned = np.sqrt(np.diag(slope @ covariance @ slope.T))
-            if words and share * CERTAIN > 1:
+            relative_slope = (row[:, None] * [1, 1j] / total).ravel()  # of the logarithm and, imaginary, of the phase
+            size, phase, slope = abs(total), cmath.phase(total), np.array([relative_slope.real, relative_slope.imag])
+            relative_std, phase_std = np.sqrt(np.diag(slope @ covariance @ slope.T))
+            if words and relative_std * CERTAIN > 1:
                 continue
             parameters += [
                 Parameter(name, "m" if words else "kg m", size, 1e-6 * size, 1e6 * size),
@@ -199,19 +199,19 @@ class _Search(NamedTuple):
             ]
             numbers, slopes = [*numbers, size, phase], [*slopes, slope]
             if words:
-                said.append(
-                    f"{words}: {1e6 * size:.3g} ± {1e6 * share * size:.2g} µm at {math.degrees(phase):.0f} ± "
-                    f"{math.degrees(turned):.1g}° from the keyphasor's mark; the rig has orders for it"
+                warnings.append(
+                    f"{words}: {1e6 * size:.3g} ± {1e6 * relative_std * size:.2g} µm at {math.degrees(phase):.0f} ± "
+                    f"{math.degrees(phase_std):.1g}° from the keyphasor's mark; the rig has orders for it"
                 )
         by_load = np.concatenate(slopes)
-        heavy = [dataclasses.replace(u, moment=abs(z), phase=cmath.phase(z)) for u, z in zip(always, value)]
+        heavy = [dataclasses.replace(u, moment=abs(z), phase=cmath.phase(z)) for u, z in zip(unbalances, value)]
         turning = [dataclasses.replace(o, force=abs(z), phase=cmath.phase(z)) for o, z in zip(orders, value[first:])]
         rig = self.rig.replace(
             unbalances=(*heavy, *self.rig.unbalances[1:]), orders=(*self.rig.orders, *turning)
         )  # fmt: skip
-        left = fit.value[n:].reshape(len(TIMES), -1, 2).swapaxes(1, 2)
+        remainders = fit.value[n:].reshape(len(TIMES), -1, 2).swapaxes(1, 2)
         estimates = Estimates.of(parameters, numbers, by_load @ covariance @ by_load.T)
-        return TurningLoads(rig, dict(zip(TIMES, left)), estimates, tuple(said))
+        return TurningLoads(rig, dict(zip(TIMES, remainders)), estimates, tuple(warnings))
 
 
 def _orders(accepted: Sequence[Hypothesis]) -> tuple[Order, ...]:
@@ -225,17 +225,17 @@ def _hypotheses(rig: Rig) -> list[Hypothesis]:
     return [Hypothesis(loads(BENT, 1.0), BEND), *(Hypothesis(loads(end, 2.0, -2.0), COUPLING) for end in ENDS)]
 
 
-def _shares(accepted: Sequence[Hypothesis]) -> Iterator[tuple[str, str, np.ndarray]]:
+def _sizes(accepted: Sequence[Hypothesis]) -> Iterator[tuple[str, str, np.ndarray]]:
     """Yield names and words of sizes, with the orders that they count, (n_orders,): each as many of a hypothesis."""
     first, count = 0, sum(len(hypothesis.loads) for hypothesis in accepted)
     for hypothesis in accepted:
-        own = np.eye(count)[first : first + len(hypothesis.loads)]
-        rows = own.reshape(len(hypothesis.named), -1, count).sum(axis=1)
+        indicators = np.eye(count)[first : first + len(hypothesis.loads)]
+        rows = indicators.reshape(len(hypothesis.named), -1, count).sum(axis=1)
         yield from ((*named, row) for named, row in zip(hypothesis.named, rows))
-        first += len(own)
+        first += len(indicators)
 
 
-def _bent(model: LinearModel, loads: Sequence[Order]) -> tuple[list[float | str], np.ndarray]:
+def _deflections(model: LinearModel, loads: Sequence[Order]) -> tuple[list[float | str], np.ndarray]:
     """Points along the shafts, and their deflections (n_points, n_loads) at rest per N, m."""
     points = [x for _, x in places_along(model.rig, ALONG)]
     if not loads:

@@ -54,18 +54,18 @@ class WindowForces:
         return other
 
     def _invert(self, rig: Rig, probes: Mapping[str, float]) -> None:
-        """Find forces and motion by channels at every line, and what the sensors' noise does to them."""
+        """Compute the gains from channels to forces and motion at every line, and their noise from the sensors'."""
         self.rig, omega, model = rig, 2 * np.pi * self.frequency, linear_model(rig, MODES)
-        seen = model.channel_gains(model.at_probes(probes), self.kind, omega)
+        gains = model.channel_gains(model.at_probes(probes), self.kind, omega)
         moved = model.displacement_gains(model.at_points, self.kind, omega)
-        weighted = seen / self.noise[None, :, None]
+        weighted = gains / self.noise[None, :, None]
         adjoint = weighted.conj().transpose(0, 2, 1)
         covariance = np.linalg.inv(adjoint @ weighted)
         self.theta = covariance @ adjoint / self.noise
         self.motion = moved @ self.theta
         m = len(rig.bushings)
-        own, of_motion = covariance[:, :m, :m], moved[:, :m] @ covariance @ moved[:, :m].conj().transpose(0, 2, 1)
-        power, of_motion = (2 / self.fs * np.einsum("fii->fi", part).real for part in (own, of_motion))
+        of_force, of_motion = covariance[:, :m, :m], moved[:, :m] @ covariance @ moved[:, :m].conj().transpose(0, 2, 1)
+        power, of_motion = (2 / self.fs * np.einsum("fii->fi", part).real for part in (of_force, of_motion))
         self.density = np.sqrt(power).T
         self.spread, self.motion_spread = (np.sqrt(p.sum(axis=0) * self.fs / self.padded) for p in (power, of_motion))
 

@@ -28,7 +28,7 @@ SMOOTH = 1e-3
 def amplitude_law(dataset: Dataset, progress: bool = False) -> tuple[AmplitudeLaw, GreaseFit]:
     """Contact stiffness and damping over the envelope of the motion, k(A) and c(A), from the restoring forces.
 
-    The Bouc-Wen grease is fitted inside the gap and subtracted; what is left is regressed on the gap function and its
+    The Bouc-Wen grease is fitted inside the gap and subtracted; the rest is regressed on the gap function and its
     rate, each spread over the amplitudes as the law will interpolate between them, all records at once. A bushing that
     is never touched takes the others' mean. Also returns the grease with its uncertainty.
     """
@@ -67,8 +67,8 @@ def _over_amplitude(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness and damping (n_nodes,) of one bushing."""
     weight = [weights(f, bushing) for f in forces]
-    rest = [w * (f.force[bushing] - grease_force(f, bushing, grease)) for w, f in zip(weight, forces)]
-    target = np.concatenate((*rest, np.zeros(2 * (nodes.size - 1))))
+    contact_forces = [w * (f.force[bushing] - grease_force(f, bushing, grease)) for w, f in zip(weight, forces)]
+    target = np.concatenate((*contact_forces, np.zeros(2 * (nodes.size - 1))))
     k: np.ndarray | None = None
     c: np.ndarray | None = None
     for _ in range(RELEASES):

@@ -35,10 +35,10 @@ WIDE_OFFSET = 0.1  # of a gap: standard deviation of an offset above which it is
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class BenchFit(Identified):
-    """What method "bench" finds: the model of the likeliest families, and what it was found with.
+    """Result of method "bench": the model of the likeliest families, and the steps that it comes from.
 
     ``estimates`` are those of the rig, then of gap, offset, contact and grease of each bushing; the latter are widened
-    by what rig and law miss (`LawMisfit.widening`).
+    by the misfit of rig and law (`LawMisfit.widening`).
     """
 
     estimates: Estimates
@@ -48,10 +48,10 @@ class BenchFit(Identified):
     families: tuple[tuple[FamilyFit, ...], ...]
     """(n_bushings,) compared at each clearance, likeliest first"""
     misfit: LawMisfit
-    """what rig and law miss of the records"""
+    """misfit of rig and law in the records"""
 
     def to_dict(self) -> dict[str, Any]:
-        """Return parameters with what was known before, correlations, families, misfit and warnings as plain data."""
+        """Return parameters with their priors, correlations, families, misfit and warnings as plain data."""
         misfit = {"widening": self.misfit.widening, "frf": self.misfit.rows(), "decays": self.misfit.decay_rows()}
         families = [family.to_dict() for of_one in self.families for family in of_one]
         return super().to_dict() | {
@@ -72,10 +72,9 @@ class BenchFit(Identified):
 def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     """Identify the rig and its law where the rig file is not exact.
 
-    First the linear rig (`update_rig`), with a look for what its file lacks and for gross faults, then the restoring
-    forces on it, then gap, offset, contact and grease of each bushing along the measured motion, for one family of
-    contact and grease after the other. Last, rig and law are simulated under the records' excitation, to see what they
-    miss.
+    First the linear rig (`update_rig`), with a search for missing parts and gross faults, then the restoring forces on
+    it, then gap, offset, contact and grease of each bushing along the measured motion, for one family of contact and
+    grease after the other. Last, rig and law are simulated under the records' excitation for their misfit.
 
     Parameters
     ----------
@@ -99,25 +98,25 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     if not dataset.rig.moves_across:
         check_places(records)
     update, diagnosis = examine(dataset.rig, records, progress)
-    rig, turning, moved = update.rig, None, records
+    rig, turning, turned_records = update.rig, None, records
     if rig.moves_across:
         turning = find_turning_loads(rig, prepare_turning(dataset), update.values, update.drawn)
-        rig, moved = turning.rig, tuple(turning.given_back(record, update.values) for record in records)
-    families = compare_families(moved, update, rig, progress)
-    likeliest = [of_one[0].fit for of_one in families]
-    found = rig.replace(bushings=tuple(fit.bushing for fit in likeliest))
-    model = Model(found, law_of([fit.law for fit in likeliest]), partial(_drawn, rig, update, families))
+        rig, turned_records = turning.rig, tuple(turning.given_back(record, update.values) for record in records)
+    families = compare_families(turned_records, update, rig, progress)
+    likeliest = [fits[0].fit for fits in families]
+    identified_rig = rig.replace(bushings=tuple(fit.bushing for fit in likeliest))
+    model = Model(identified_rig, law_of([fit.law for fit in likeliest]), partial(_drawn, rig, update, families))
     misfit = law_misfit(update.records, model, progress)
     estimates = _together(update, turning, families, misfit.widening)
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
-    held: tuple[str, ...] = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
-    held += _unknown_offsets(model.rig, update, estimates)
-    pages: dict[str, Any] = {"update": update, "families": [f for of_one in families for f in of_one], "misfit": misfit}
+    warnings: tuple[str, ...] = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
+    warnings += _unknown_offsets(model.rig, update, estimates)
+    pages: dict[str, Any] = {"update": update, "families": [f for fits in families for f in fits], "misfit": misfit}
     if not dataset.rig.moves_across:
         pages["forces"] = partial(possible_forces, records, partial(force_on, model.rig, update))
     return BenchFit(
         model=model, estimates=estimates, update=update, families=families, misfit=misfit,
-        warnings=(*diagnosis.words, *update.warnings, *(turning.warnings if turning else ()), *held, *misfit.warnings),
+        warnings=(*diagnosis.words, *update.warnings, *(turning.warnings if turning else ()), *warnings, *misfit.warnings),
         pages=pages,
     )  # fmt: skip
 
@@ -127,8 +126,8 @@ def _unknown_offsets(rig: Rig, update: RigUpdate, estimates: Estimates) -> tuple
     if update.probes or rig.is_loaded:
         return ()
     std = dict(zip(estimates.names, estimates.std))
-    found = [(f"bushings[{j}].offset", bushing.gap) for j, bushing in enumerate(rig.bushings)]
-    wide = [f"{name} ± {1e3 * std[name]:.2g} mm" for name, gap in found if std.get(name, 0.0) > WIDE_OFFSET * gap]
+    offsets = [(f"bushings[{j}].offset", bushing.gap) for j, bushing in enumerate(rig.bushings)]
+    wide = [f"{name} ± {1e3 * std[name]:.2g} mm" for name, gap in offsets if std.get(name, 0.0) > WIDE_OFFSET * gap]
     words = f"accelerometers do not show where the shaft is on average, probes would: {', '.join(wide)}"
     return (words,) if wide else ()
 
@@ -136,34 +135,34 @@ def _unknown_offsets(rig: Rig, update: RigUpdate, estimates: Estimates) -> tuple
 def _drawn(rig: Rig, update: RigUpdate, families: Sequence[Sequence[FamilyFit]], n: int, seed: int) -> list[Model]:
     """Draw models: of each clearance a family by its weight, numbers from the covariances of the fits.
 
-    These are not widened by what rig and law miss: of FRFs, `LawMisfit.spread` says that.
+    These are not widened by the misfit of rig and law: of FRFs, `LawMisfit.spread` says that.
     """
     rng = np.random.default_rng(seed)
-    chosen = [rng.choice(len(of_one), size=n, p=[family.weight for family in of_one]) for of_one in families]
+    chosen = [rng.choice(len(fits_), size=n, p=[family.weight for family in fits_]) for fits_ in families]
     drawn = []
     for other, *each in zip(update.draw(n, seed), *chosen):
-        fits = [of_one[i].fit for of_one, i in zip(families, each)]
+        fits = [fits_[i].fit for fits_, i in zip(families, each)]
         base = int(rng.integers(2**31))
-        own = [fit.drawn(bushing, base + j) for j, (fit, bushing) in enumerate(zip(fits, other.bushings))]
-        turned = other.replace(bushings=tuple(b for b, _ in own), unbalances=rig.unbalances, orders=rig.orders)
-        drawn.append(Model(turned, law_of([law for _, law in own])))
+        parts = [fit.drawn(bushing, base + j) for j, (fit, bushing) in enumerate(zip(fits, other.bushings))]
+        drawn_rig = other.replace(bushings=tuple(b for b, _ in parts), unbalances=rig.unbalances, orders=rig.orders)
+        drawn.append(Model(drawn_rig, law_of([law for _, law in parts])))
     return drawn
 
 
 def _together(
     update: RigUpdate, turning: TurningLoads | None, families: Sequence[Sequence[FamilyFit]], widening: float
 ) -> Estimates:
-    """Of the rig, what turns and all bushings, which hardly depend on each other; what came with the law is widened.
+    """Return estimates of the rig, turning loads and all bushings, hardly correlated; those of laws are widened.
 
-    The rig's fit finds its noise in what it leaves, so what the rig misses is in its covariance already. Gaps, offsets
-    and lengths, which all families have, vary with the family, too.
+    The rig's fit estimates its noise from its residuals, so its misfit is in its covariance already. Gaps, offsets and
+    lengths, which all families have, vary with the family, too.
     """
     parts = [update.estimates, *([turning.estimates] if turning else ())]
-    own = [p for e in parts for p in e.parameters]
+    parameters = [p for e in parts for p in e.parameters]
     for j, (likeliest, *rivals) in enumerate(families):
         known = [(f.weight, {n: v for n, v in f.fit.values.items() if n.startswith("bushings[")}) for f in rivals]
         parts.append(likeliest.fit.estimates.widened(widening).with_rivals(known))
-        own += [dataclasses.replace(p, name=p.name if p.name.startswith("bushings[") else f"{p.name}, bushings[{j}]")
+        parameters += [dataclasses.replace(p, name=p.name if p.name.startswith("bushings[") else f"{p.name}, bushings[{j}]")
                 for p in parts[-1].parameters]  # fmt: skip
     covariance = scipy.linalg.block_diag(*(e.covariance for e in parts))
-    return Estimates.of(own, np.concatenate([e.value for e in parts]), covariance)
+    return Estimates.of(parameters, np.concatenate([e.value for e in parts]), covariance)

@@ -31,7 +31,7 @@ def _law(k: float, c: float, grease_k: float, grease_c: float) -> ConstantLaw:
 )
 def fit_constant(dataset: Dataset, progress: bool = False) -> Fit:
     """Fit the best constants: contact stiffness and damping and a linear grease, the same at every bushing."""
-    found, first = evidence(dataset.to_identify()), dataset.rig.bushings[0]
+    records, first = evidence(dataset.to_identify()), dataset.rig.bushings[0]
     parameters = [
         Parameter("contact stiffness", "N/m", first.contact.stiffness, 1e2, max(1e7, 100 * first.contact.stiffness)),
         Parameter("contact damping", "N s/m", max(first.contact.damping, 0.1), 1e-3, 1e3),
@@ -39,4 +39,4 @@ def fit_constant(dataset: Dataset, progress: bool = False) -> Fit:
     ]
     k, c, grease_k, grease_c = (p.start for p in parameters)
     starts = [(k * a, c * b, grease_k * g, grease_c * b) for a in (0.5, 2.0) for b in (1.0, 3.0) for g in (0.7, 1.0)]
-    return fit_law(dataset.rig, found, parameters, _law, starts, title="constants" if progress else "")
+    return fit_law(dataset.rig, records, parameters, _law, starts, title="constants" if progress else "")

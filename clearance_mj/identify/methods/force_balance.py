@@ -25,14 +25,14 @@ def force_balance_law(dataset: Dataset, progress: bool = False) -> ConstantLaw:
     forces = restoring_forces(dataset, progress)
     require_contact(forces)
     grease = grease_parameters(forces).grease
-    found = [contact_parameters(f, grease) for f in forces if f.touched.any()]
-    k, c = (np.concatenate([getattr(p, name) for p in found]) for name in ("k", "c"))
-    share = np.concatenate([p.contact for p in found]) * np.isfinite(k)
-    k, c = (np.nansum(share * v, axis=0) / np.maximum(share.sum(axis=0), 1e-30) for v in (k, c))
-    seen = share.sum(axis=0) > 0
-    if not seen.any():
+    contacts = [contact_parameters(f, grease) for f in forces if f.touched.any()]
+    k, c = (np.concatenate([getattr(p, name) for p in contacts]) for name in ("k", "c"))
+    weight = np.concatenate([p.contact for p in contacts]) * np.isfinite(k)
+    k, c = (np.nansum(weight * v, axis=0) / np.maximum(weight.sum(axis=0), 1e-30) for v in (k, c))
+    known = weight.sum(axis=0) > 0
+    if not known.any():
         raise RecordError("contact is too short in every record to identify its stiffness")
-    return ConstantLaw(fill_untouched(k, seen), fill_untouched(c, seen), grease=grease)
+    return ConstantLaw(fill_untouched(k, known), fill_untouched(c, known), grease=grease)
 
 
 @register(

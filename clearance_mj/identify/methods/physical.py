@@ -29,18 +29,18 @@ LIKENESS = 0.5  # prior standard deviation of the logarithms of the bushings' pa
 
 
 def _law(rig: Rig, *values: float) -> ContactLaw:
-    """The law of ten values for all bushings, or ten for each."""
+    """Return the law of ten values for all bushings, or ten for each."""
     gap, rows = rig.bushings[0].gap, np.reshape(values, (-1, 10)).tolist()
     contacts = [HuntCrossley(force / gap**exponent, e, exponent) for *_, force, exponent, e in rows]
     return ContactLaw(contacts, [_grease(*row[:7]) for row in rows])
 
 
 def _grease(
-    stiffness: float, damping: float, ratio: float, yield_: float, height: float, exponent: float, share: float
+    stiffness: float, damping: float, ratio: float, yield_: float, height: float, exponent: float, beta_ratio: float
 ) -> Grease:
     """Bouc-Wen with A = 1: k, λ and z_ult = (β+γ)^(-1/n) give the loop's size, n and β/(β+γ) its shape."""
     total = yield_**-exponent
-    beta = max(share, 0.5) * total
+    beta = max(beta_ratio, 0.5) * total
     shape = {"beta": beta, "gamma": total - beta, "exponent": max(exponent, 1.0), "film_height": height}
     return Grease(stiffness=stiffness, damping=damping, elastic_ratio=min(ratio, 1.0), **shape)
 
@@ -59,23 +59,23 @@ def fit_output_error(dataset: Dataset, progress: bool = False) -> Fit:
     contact together to everything, from several starts. Then every bushing has its own parameters, which stay near the
     common ones where the records do not distinguish them.
     """
-    rig, found = dataset.rig, evidence(dataset.to_identify())
+    rig, records = dataset.rig, evidence(dataset.to_identify())
     parameters, make = _parameters(rig), partial(_law, rig)
     try:
         balance, grease = amplitude_law(dataset)
     except RecordError:
-        common = _continued(dataset, found, parameters, make, progress)
+        common = _continued(dataset, records, parameters, make, progress)
     else:
         starts = _from_balance(balance, grease.grease, rig.bushings[0].gap)
         title = "bushings alike" if progress else ""
-        common = fit_law(rig, found, parameters, make, starts, 1, MODEL_ERROR, ROUGH, title=title)
-    each = [
+        common = fit_law(rig, records, parameters, make, starts, 1, MODEL_ERROR, ROUGH, title=title)
+    parameters_of_each = [
         replace(p, name=f"{p.name}, bushings[{j}]", start=float(v), prior_std=LIKENESS)
         for j in range(len(rig.bushings))
         for p, v in zip(parameters, common.estimates.value)
     ]
     title = "each bushing" if progress else ""
-    return fit_law(rig, found, each, make, model_error=MODEL_ERROR, central=False, title=title)
+    return fit_law(rig, records, parameters_of_each, make, model_error=MODEL_ERROR, central=False, title=title)
 
 
 def _parameters(rig: Rig) -> list[Parameter]:
@@ -110,20 +110,20 @@ def _grease_starts(greases: Sequence[Grease], gap: float) -> list[tuple[float, .
 
 
 def _continued(
-    dataset: Dataset, found: list[Evidence], parameters: list[Parameter], make: Callable[..., ContactLaw],
+    dataset: Dataset, records: list[Evidence], parameters: list[Parameter], make: Callable[..., ContactLaw],
     progress: bool,
 ) -> Fit:  # fmt: skip
     """Fit from low to high level."""
     rig, gap = dataset.rig, dataset.rig.bushings[0].gap
     grease, contact = parameters[:-3], [p.start for p in parameters[-3:]]
-    if quiet := before_contact(found, rig):
+    if quiet := before_contact(records, rig):
         starts = [*_yields(grease, gap), *_in_balance(dataset, gap)]
         title = "before contact" if progress else ""
         low = fit_law(rig, quiet, grease, lambda *v: make(*v, *contact), starts, 1, MODEL_ERROR, ROUGH, title=title)
         grease = [replace(p, start=float(v)) for p, v in zip(grease, low.estimates.value)]
     values, title = [p.start for p in grease], "bushings alike" if progress else ""
     starts = [(*values, contact[0] * f, contact[1], e) for f in (0.3, 1.0, 3.0) for e in (0.3, 0.6, 0.9)]
-    return fit_law(rig, found, [*grease, *parameters[-3:]], make, starts, 2, MODEL_ERROR, ROUGH, title=title)
+    return fit_law(rig, records, [*grease, *parameters[-3:]], make, starts, 2, MODEL_ERROR, ROUGH, title=title)
 
 
 def _in_balance(dataset: Dataset, gap: float) -> list[tuple[float, ...]]:

@@ -36,8 +36,8 @@ def ridge_law(
     a free decay, which it is not under random excitation: there `clearance_mj.identify.ridge` finds no ridge that it
     would vouch for, so the largest component is taken as it is. The contact stiffness follows from the frequency
     equation of the shaft on its grease (as the rig file has it) and on springs k N_j, N_j the gap's describing function
-    at A: det(I + k √N R(ω) √N) = 0, R the receptance between the bushings. The damping is what the decay leaves after
-    the shaft's and the grease's, shared out by N_j and the mode's shape.
+    at A: det(I + k √N R(ω) √N) = 0, R the receptance between the bushings. The damping is that of the decay less the
+    shaft's and the grease's, distributed by N_j and the mode's shape.
 
     Correction and damping are those of `clearance_mj.identify.sdof`. The law is a schedule over the time of the longest
     record to identify: it cannot predict another record, whose motion is another one at the same time. Where the ridge
@@ -53,17 +53,17 @@ def ridge_law(
     tracks = [_forced_ridge(signal, record.fs, band, correction, damping) for signal in columns]
     rows = np.arange(0, probes.shape[0], max(1, round(STEP * record.fs)))
     omega, amplitude, decay = (np.column_stack(column)[rows] for column in zip(*tracks))
-    share = describing_function(amplitude, np.array([b.gap for b in rig.bushings]))
-    time, at = rows / record.fs, share.max(axis=1) > MIN_SHARE
+    contact_ratio = describing_function(amplitude, np.array([b.gap for b in rig.bushings]))
+    time, at = rows / record.fs, contact_ratio.max(axis=1) > MIN_SHARE
     if not at.any():
         raise RecordError(
             f'record "{record.name}": the ridges between {band[0]:.3g} and {band[1]:.3g} Hz, up to '
             f"{1e3 * amplitude.max():.3g} mm, nowhere reach past a gap; they identify only the grease, not the contact"
         )
-    k, c = np.empty(share.shape), np.empty(share.shape)
-    for j in range(share.shape[1]):
-        k[:, j] = np.interp(time, time[at], _contact_stiffness(model, omega[at, j], share[at]))
-        c[:, j] = np.interp(time, time[at], _contact_damping(model, rig, decay[at, j], share[at]))
+    k, c = np.empty(contact_ratio.shape), np.empty(contact_ratio.shape)
+    for j in range(contact_ratio.shape[1]):
+        k[:, j] = np.interp(time, time[at], _contact_stiffness(model, omega[at, j], contact_ratio[at]))
+        c[:, j] = np.interp(time, time[at], _contact_damping(model, rig, decay[at, j], contact_ratio[at]))
     return TimeLaw(time, k, c)
 
 
@@ -89,21 +89,21 @@ def _forced_ridge(
     return omega, np.exp(smooth(np.log(amplitude))), 2 * decay if damping == "as-printed" else decay
 
 
-def _contact_stiffness(model: LinearModel, omega: np.ndarray, share: np.ndarray) -> np.ndarray:
+def _contact_stiffness(model: LinearModel, omega: np.ndarray, contact_ratio: np.ndarray) -> np.ndarray:
     """K (n,) >= 0 with which the shaft on springs k N_j has the circular frequencies ω (n,)."""
     at = model.at_bushings
     receptance = np.einsum("jm,im,tm->tji", at, at, 1 / (model.omega**2 - omega[:, None] ** 2))
-    root = np.sqrt(share)
+    root = np.sqrt(contact_ratio)
     softest = np.linalg.eigvalsh(root[:, :, None] * receptance * root[:, None, :])[:, 0]
     return np.where(softest < 0, -1 / np.minimum(softest, -1e-12), 0.0)
 
 
-def _contact_damping(model: LinearModel, rig: Rig, modal: np.ndarray, share: np.ndarray) -> np.ndarray:
+def _contact_damping(model: LinearModel, rig: Rig, modal: np.ndarray, contact_ratio: np.ndarray) -> np.ndarray:
     """C (n,) >= 0 from the modal damping 2ζω (n,) of the lowest mode, the rig's own subtracted."""
     lowest = np.flatnonzero(model.omega)[0]
     at = model.at_bushings[:, lowest] ** 2
-    own = model.damping[lowest] + at @ [b.grease.damping for b in rig.bushings]
-    return np.maximum((modal - own) / (share @ at), 0.0)
+    without_contact = model.damping[lowest] + at @ [b.grease.damping for b in rig.bushings]
+    return np.maximum((modal - without_contact) / (contact_ratio @ at), 0.0)
 
 
 def shortest_for_ridge(rig: Rig) -> float:

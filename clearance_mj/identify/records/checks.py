@@ -1,4 +1,4 @@
-"""Whether records can be identified from, and what they leave open."""
+"""Checks of records to identify from, and warnings of what they do not identify."""
 
 from __future__ import annotations
 
@@ -50,26 +50,26 @@ def check_records(records: Sequence[Record | PreparedRecord]) -> tuple[PreparedR
     usable, faults = [], []
     for record in records:
         try:
-            found = prepared(record)
+            checked = prepared(record)
         except RecordError as error:  # its file, read only now
             faults.append(str(error))
             continue
-        if found.faults:
-            channel, fault = min(found.faults.items(), key=lambda each: each[0] != EXCITATION)  # which matters most
+        if checked.faults:
+            channel, fault = min(checked.faults.items(), key=lambda each: each[0] != EXCITATION)  # which matters most
             faults.append(f"{fault}; {_remedy(channel)}")
         else:
-            usable.append(found)
+            usable.append(checked)
     if faults:
         sound = ", ".join(f'"{record.name}"' for record in usable)
-        rest = f"; without it, the rest ({sound}) can be identified from" if sound else ""
-        raise RecordError(f"{faults[0]}{rest}")
+        remaining = f"; without it, the rest ({sound}) can be identified from" if sound else ""
+        raise RecordError(f"{faults[0]}{remaining}")
     for record in usable:
         warn_of_dropouts(record)
     return tuple(usable)
 
 
 def _remedy(channel: str) -> str:
-    """What of a record is still of use without a channel."""
+    """Return in words what can be identified from a record without a channel."""
     kind, _, label = channel.partition(" ")
     if kind == EXCITATION:
         return "nothing can be identified from this record"
@@ -105,7 +105,7 @@ def check_length(records: Sequence[Record], needed: float, methods: Mapping[str,
 
 
 def warn_of_dropouts(record: PreparedRecord) -> None:
-    """Warn of dropouts and spikes, and of probes whose zero is off: what is found with them is off, too.
+    """Warn of dropouts and spikes, and of probes whose zero is off: results with them are off, too.
 
     Parameters
     ----------
@@ -137,11 +137,11 @@ def reached(records: Sequence[PreparedRecord], rig: Rig) -> np.ndarray | None:
     if not (probes := [d for record in records if (d := record.displacement) is not None]):
         return None
     rests = [np.zeros(1) if rig.is_loaded else np.array([b.offset]) for b in rig.bushings]
-    found = [
+    reaches = [
         [np.ptp(d[rows], axis=1).max() / 2 if rig.is_loaded else np.abs(d[rows] + rest).max() for d in probes]
         for rows, rest in zip(rig.clearance_rows, rests)
     ]
-    return np.max(found, axis=1)
+    return np.max(reaches, axis=1)
 
 
 def warn_of_no_contact(records: Sequence[PreparedRecord], rig: Rig) -> None:
@@ -152,7 +152,7 @@ def warn_of_no_contact(records: Sequence[PreparedRecord], rig: Rig) -> None:
     records : sequence of PreparedRecord
         Of one rig.
     rig : Rig
-        With the gaps that were found, or those of the rig file where a method takes it for exact.
+        With the identified gaps, or those of the rig file where a method takes it for exact.
     """
     if (far := reached(records, rig)) is None:
         return

@@ -1,4 +1,4 @@
-"""What a measured channel shows of a loose cable or a wrong zero: dropouts, spikes, offsets and drifts."""
+"""Signs of a loose cable or a wrong zero in a measured channel: dropouts, spikes, offsets and drifts."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ OFFSET = 0.01, 0.2
 
 def describe_dropouts(signals: Sequence[np.ndarray] | np.ndarray, fs: float) -> list[str]:
     """Return of each channel (n_t,) of a record, in words, where it drops out or has a spike of its own; "" if not."""
-    out = [_standing_out(signal) for signal in signals]
+    peaks = [_standing_out(signal) for signal in signals]
     near = math.ceil(ONE_IMPACT * fs)
     described = []
-    for i, (signal, own) in enumerate(zip(signals, out)):
-        at = int(np.argmax(own))
-        here = slice(max(0, at - near), at + near + 1)
-        lone = own[at] > SPIKE and all(other[here].max() < SHARED for other in out[:i] + out[i + 1 :])
+    for i, (signal, spikes) in enumerate(zip(signals, peaks)):
+        at = int(np.argmax(spikes))
+        around = slice(max(0, at - near), at + near + 1)
+        lone = spikes[at] > SPIKE and all(other[around].max() < SHARED for other in peaks[:i] + peaks[i + 1 :])
         described.append(_dropout(signal, fs) or (f"has a spike of one sample at {at / fs:.4g} s" if lone else ""))
     return described
 
@@ -55,7 +55,7 @@ def _dropout(signal: np.ndarray, fs: float) -> str:
 
 
 def _standing_out(signal: np.ndarray) -> np.ndarray:
-    """By how much each sample (n_t,) stands out of both its neighbours, in standard deviations of the signal."""
+    """Return how far each sample (n_t,) stands out of both its neighbours, in standard deviations of the signal."""
     steps = np.diff(signal)
     out = np.zeros(signal.size)
     out[1:-1] = np.maximum(np.minimum(steps[:-1], -steps[1:]), np.minimum(-steps[:-1], steps[1:]))

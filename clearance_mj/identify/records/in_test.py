@@ -31,7 +31,7 @@ def in_test(model: Model, tested: Rig, turning: ShaftTurning | None) -> Model:
     if spin is not None and turning is not None:
         # Before the first mark the keyphasor tells the angle of a steady shaft alone.
         speed, rate = (spin.speed, spin.rate) if spin.rate else turning.steady_or_creeping
-        turned = dataclasses.replace(spin, speed=speed, rate=rate, angle=0.0).angle_at(turning.marks[:1])
-        spin = dataclasses.replace(spin, speed=speed, rate=rate, angle=-float(turned[0]))
+        angle = dataclasses.replace(spin, speed=speed, rate=rate, angle=0.0).angle_at(turning.marks[:1])
+        spin = dataclasses.replace(spin, speed=speed, rate=rate, angle=-float(angle[0]))
     rig = rig if spin else rig.replace(unbalances=(), orders=())
     return dataclasses.replace(model, rig=rig.replace(shaker=shaker, spin=spin))

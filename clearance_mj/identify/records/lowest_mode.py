@@ -1,4 +1,4 @@
-"""Where the ridge of a rig's lowest mode is looked for, and whether a record has one."""
+"""Band of the ridge of a rig's lowest mode, and a warning where a record has none."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["ridge_band", "warn_of_no_ridge"]
 
 
 def ridge_band(rig: Rig) -> tuple[float, float]:
-    """Return where the ridge of the lowest mode is looked for, Hz: it stiffens in contact.
+    """Return the band of the lowest mode's ridge, Hz, from below its frequency to above: it stiffens in contact.
 
     Motion without a restoring force is no mode; a structure of one mode is followed up to twice its frequency.
 
@@ -22,8 +22,8 @@ def ridge_band(rig: Rig) -> tuple[float, float]:
     rig : Rig
         The rig.
     """
-    found = natural_frequencies(rig, 8)
-    first, *others = found[found > 0]
+    frequencies = natural_frequencies(rig, 8)
+    first, *others = frequencies[frequencies > 0]
     return float(first / 2), float((first + (others[0] if others else 3 * first)) / 2)
 
 
@@ -35,15 +35,15 @@ def warn_of_no_ridge(record: PreparedRecord) -> None:
     record : PreparedRecord
         The record.
     """
-    band, without = ridge_band(record.rig), []
+    band, missing = ridge_band(record.rig), []
     for j, signal in enumerate([] if record.displacement is None else record.displacement):
         try:
             ridge(signal, record.fs, band)
         except RecordError:
-            without.append(f"bushings[{j}]")
-    if without:
+            missing.append(f"bushings[{j}]")
+    if missing:
         warn(
             f'record "{record.name}": no ridge above the noise between {band[0]:.3g} and {band[1]:.3g} Hz at '
-            f"{', '.join(without)}: forcing, noise or heavy damping hide the free vibration, and k(t), c(t) follow the "
+            f"{', '.join(missing)}: forcing, noise or heavy damping hide the free vibration, and k(t), c(t) follow the "
             "largest component instead; force-balance, amplitude and output-error do not need a ridge"
         )

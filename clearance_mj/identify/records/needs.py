@@ -1,4 +1,4 @@
-"""What identification methods need of records, told from the rig and the records' channels before anything is computed.
+"""Needs of identification methods, checked on the rig and the records' channels before anything is computed.
 
 A method names its needs where it is registered; each is a function of the dataset that says what is lacking.
 """
@@ -12,7 +12,7 @@ from ...io.dataset import Dataset, Record
 __all__ = ["Need", "more_sensors_than_clearances", "probes", "probes_in_longest"]
 
 Need = Callable[[Dataset], str]
-"""What a dataset lacks, in words; "" where it lacks nothing."""
+"""Function that returns in words what a dataset lacks; "" where it lacks nothing."""
 
 
 def probes(dataset: Dataset) -> str:

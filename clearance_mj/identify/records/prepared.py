@@ -24,24 +24,24 @@ from .run_out import SLOW, TURNS, run_out, run_out_at
 __all__ = ["EXCITATION", "PreparedRecord", "prepare", "prepare_turning", "prepared", "require_one_mark"]
 
 EXCITATION = "excitation"
-TURN_WIDTH, TURN_SPREAD = 1.5, 0.01  # Hz, and share of it, either side of each
+TURN_WIDTH, TURN_SPREAD = 1.5, 0.01  # Hz, and fraction of it, either side of each
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedRecord:
-    """The samples of a record's sensors, then probes, then of its excitation, and what each channel is."""
+    """The samples of a record's sensors, then probes, then of its excitation, with the channels' names."""
 
     name: str  #: the record's
     rig: Rig  #: that it was measured on, or a hypothesis of it
-    tested: Rig  #: the former with the record's own direction of excitation and spin
+    tested: Rig  #: the former with the record's direction of excitation and spin
     fs: float  #: samples per second
-    kind: str  #: "base" or "force": what excites
+    kind: str  #: "base" or "force": kind of excitation
     band: tuple[float, float] | None  #: of the excitation, Hz
     reference: str  #: degree of freedom of the excitation
     channels: tuple[str, ...]  #: (n_channels,) names: "accelerometer 3:+Z", "probe 6:+Z", and "excitation"
     signals: np.ndarray
     """(n_t, n_channels), SI units; channels side by side, so that sums over time are taken sample by sample"""
-    probes: bool  #: whether every clearance has a displacement probe, and two a round one
+    probes: bool  #: True if every clearance has a displacement probe, a round one two
     turning: ShaftTurning | None = None  #: of a shaft that turned
     absent: tuple[str, ...] = ()
     """channels that were left out of this record: their samples are 0, and nothing may be concluded from them"""
@@ -79,7 +79,7 @@ class PreparedRecord:
         )
 
     def response(self) -> Response:
-        """Return what the sensors measured, as `Record.response` does."""
+        """Return the measured response, as `Record.response` does."""
         recorded = np.flatnonzero(self.present[: self._n_sensors])
         return Response(
             self.fs, self.signals[:, -1], self.signals[:, recorded].T, self.displacement,
@@ -89,32 +89,32 @@ class PreparedRecord:
         )  # fmt: skip
 
     def away_from_turns(self, frequency: np.ndarray) -> np.ndarray:
-        """Return which frequencies (n_f,), Hz, unbalance and the shaft's run-out leave alone: none but near its turns.
+        """Return which frequencies (n_f,), Hz, are away from the shaft's turns, where unbalance and run-out act.
 
         Parameters
         ----------
         frequency : ndarray, shape (n_f,)
             Hz.
         """
-        kept = np.ones(frequency.size, dtype=bool)
+        away = np.ones(frequency.size, dtype=bool)
         if self.turning is not None:
             for order in range(1, TURNS + 1):
                 turns = order * abs(self.turning.mean_speed) / (2 * np.pi)
-                kept &= np.abs(frequency - turns) > TURN_WIDTH + TURN_SPREAD * turns
-        return kept
+                away &= np.abs(frequency - turns) > TURN_WIDTH + TURN_SPREAD * turns
+        return away
 
     @cached_property
     def faults(self) -> dict[str, str]:
-        """Why channels cannot be used, by their names; empty if all can."""
-        found = {}
+        """Faults of channels that cannot be used, by their names; empty if all can."""
+        faults = {}
         for name, signal in zip(self.channels, self.signals.T):
             if (name == EXCITATION and self.kind == "spin") or name in self.absent:
                 continue
             try:
                 check_channel(f'record "{self.name}": {name}', signal, self.fs)
             except RecordError as error:
-                found[name] = str(error)
-        return found
+                faults[name] = str(error)
+        return faults
 
     def require_usable(self, channel: str | None = None) -> None:
         """Refuse the record if a channel cannot be used.
@@ -161,9 +161,9 @@ class PreparedRecord:
         """Return the record as if it had no displacement probes."""
         if not self.probes:
             return self
-        kept, names = [*range(self._n_sensors), -1], self.channels
+        columns, names = [*range(self._n_sensors), -1], self.channels
         return dataclasses.replace(
-            self, channels=tuple(names[i] for i in kept), signals=self.signals[:, kept], probes=False
+            self, channels=tuple(names[i] for i in columns), signals=self.signals[:, columns], probes=False
         )
 
 
@@ -192,12 +192,12 @@ def prepared(record: Record | PreparedRecord) -> PreparedRecord:
     sensors: list[tuple[str, str]] = [(s.label, s.quantity) for s in record.rig.sensors] if response.responses else []
     recorded = [*zip(response.responses, response.quantities)]
     readings = np.zeros((len(sensors), record.size))
-    readings[[sensors.index(one) for one in recorded]] = response.channels
+    readings[[sensors.index(sensor) for sensor in recorded]] = response.channels
     names = [f"{QUANTITIES[quantity].instrument} {label}" for label, quantity in sensors]
     channels = [*names]
     channels += [f"probe {label}" for label in record.rig.probe_labels] if displacement else []
     signals = np.ascontiguousarray(np.vstack((readings, *displacement, response.excitation)).T)
-    absent = tuple(name for name, one in zip(names, sensors) if one not in recorded)
+    absent = tuple(name for name, sensor in zip(names, sensors) if sensor not in recorded)
     return PreparedRecord(
         record.name, record.rig, record.tested_rig, record.fs, record.excitation_kind, response.band,
         response.reference, (*channels, EXCITATION), signals, bool(displacement), record.turning(), absent,
@@ -217,8 +217,8 @@ def prepare(dataset: Dataset | Sequence[Record | PreparedRecord]) -> tuple[Prepa
     RecordError
         If there is no record to identify from, or a file cannot be read.
     """
-    found = tuple(map(prepared, dataset.to_identify() if isinstance(dataset, Dataset) else dataset))
-    if not (driven := tuple(record for record in without_run_out(found) if record.kind != "spin")):
+    records = tuple(map(prepared, dataset.to_identify() if isinstance(dataset, Dataset) else dataset))
+    if not (driven := tuple(record for record in without_run_out(records) if record.kind != "spin")):
         raise RecordError("no record to identify is driven by its base or a force: turning alone tells no structure")
     return driven
 
@@ -231,9 +231,9 @@ def prepare_turning(dataset: Dataset) -> tuple[PreparedRecord, ...]:
     dataset : Dataset
         Records of a rig in space.
     """
-    found = without_run_out([prepared(record) for record in dataset.identify])
-    channels = max((len(record.channels) for record in found), default=0)
-    return tuple(r for r in found if r.turning is not None and len(r.channels) == channels)
+    records = without_run_out([prepared(record) for record in dataset.identify])
+    channels = max((len(record.channels) for record in records), default=0)
+    return tuple(r for r in records if r.turning is not None and len(r.channels) == channels)
 
 
 def without_run_out(records: Sequence[PreparedRecord]) -> tuple[PreparedRecord, ...]:
@@ -245,14 +245,14 @@ def without_run_out(records: Sequence[PreparedRecord]) -> tuple[PreparedRecord, 
         Of one rig; those that turn are changed.
     """
     require_one_mark(records)
-    turned = sorted((r for r in records if _steady(r)), key=lambda r: abs(r.turning.mean_speed))  # type: ignore[union-attr]
-    speeds = [abs(r.turning.mean_speed) for r in turned if r.turning]
-    slow = [r for r, speed in zip(turned, speeds) if r.kind == "spin" and speed < SLOW * speeds[-1]]
+    steady = sorted((r for r in records if _steady(r)), key=lambda r: abs(r.turning.mean_speed))  # type: ignore[union-attr]
+    speeds = [abs(r.turning.mean_speed) for r in steady if r.turning]
+    slow = [r for r, speed in zip(steady, speeds) if r.kind == "spin" and speed < SLOW * speeds[-1]]
     if not slow:
         return tuple(records)
     assert slow[0].turning is not None and slow[0].displacement is not None
-    found, speed = run_out(slow[0].turning.angle, slow[0].displacement), abs(slow[0].turning.mean_speed)
-    return tuple(_less(record, found, speed) for record in records)
+    surface, speed = run_out(slow[0].turning.angle, slow[0].displacement), abs(slow[0].turning.mean_speed)
+    return tuple(_without_run_out(record, surface, speed) for record in records)
 
 
 def require_one_mark(records: Sequence[PreparedRecord]) -> None:
@@ -268,9 +268,9 @@ def require_one_mark(records: Sequence[PreparedRecord]) -> None:
     RecordError
         Names a record whose keyphasor has several pulses in a turn, beside others in which the shaft turns.
     """
-    turned = [r for r in records if r.turning is not None and r.tested.spin]
-    several = next((r for r in turned if r.tested.spin and r.tested.spin.pulses > 1), None)
-    if several is not None and several.tested.spin and len(turned) > 1:
+    turning = [r for r in records if r.turning is not None and r.tested.spin]
+    several = next((r for r in turning if r.tested.spin and r.tested.spin.pulses > 1), None)
+    if several is not None and several.tested.spin and len(turning) > 1:
         raise RecordError(
             f'record "{several.name}": which of its {several.tested.spin.pulses} pulses in a turn is which in the '
             "others is not known, and unbalance and run-out have no common angle: give it alone, or one pulse in a turn"
@@ -282,9 +282,9 @@ def _steady(record: PreparedRecord) -> bool:
     return record.turning is not None and record.displacement is not None and not (spin and spin.rate)
 
 
-def _less(record: PreparedRecord, found: np.ndarray, speed: float) -> PreparedRecord:
+def _without_run_out(record: PreparedRecord, surface: np.ndarray, speed: float) -> PreparedRecord:
     if record.turning is None or record.displacement is None:
         return record
     signals = record.signals.copy()
-    signals[:, slice(-1 - found.shape[1], -1)] -= run_out_at(record.turning.angle, found).T
+    signals[:, slice(-1 - surface.shape[1], -1)] -= run_out_at(record.turning.angle, surface).T
     return dataclasses.replace(record, signals=signals, slow_roll=speed)

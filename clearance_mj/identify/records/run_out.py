@@ -1,7 +1,7 @@
-"""Run-out: what displacement probes show of a shaft that turns though its axis stays where it is.
+"""Run-out: the readings of displacement probes at a turning shaft whose axis stays where it is.
 
-A shaft is not quite round and its surface not quite even where a probe looks at it. Turned slowly, its axis rests: what
-probes then show over the shaft's angle is subtracted from what they show at any speed (slow-roll compensation; API
+A shaft is not quite round and its surface not quite even where a probe looks at it. Turned slowly, its axis rests: the
+probes' readings over the shaft's angle are then subtracted from those at any speed (slow-roll compensation; API
 Standard 670; Bently & Hatch, Fundamentals of Rotating Machinery Diagnostics, 2002, chapter 6).
 """
 
@@ -23,23 +23,23 @@ def run_out(angle: np.ndarray, displacement: np.ndarray) -> np.ndarray:
     angle : ndarray, shape (n_t,)
         rad, of a shaft that turns slowly.
     displacement : ndarray, shape (n_probes, n_t)
-        What the probes show, m.
+        Readings of the probes, m.
     """
     rows = np.column_stack((_multiples(angle), np.ones(angle.size)))
     return np.asarray(np.linalg.lstsq(rows, displacement.T, rcond=None)[0][:-1])
 
 
-def run_out_at(angle: np.ndarray, found: np.ndarray) -> np.ndarray:
-    """Return what a run-out shows at angles of the shaft, (n_probes, n_t), m.
+def run_out_at(angle: np.ndarray, surface: np.ndarray) -> np.ndarray:
+    """Return the readings of a run-out at angles of the shaft, (n_probes, n_t), m.
 
     Parameters
     ----------
     angle : ndarray, shape (n_t,)
         rad.
-    found : ndarray, shape (2 TURNS, n_probes)
+    surface : ndarray, shape (2 TURNS, n_probes)
         As `run_out` returns.
     """
-    return np.asarray((_multiples(angle) @ found).T)
+    return np.asarray((_multiples(angle) @ surface).T)
 
 
 def _multiples(angle: np.ndarray) -> np.ndarray:
