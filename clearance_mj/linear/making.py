@@ -1,8 +1,8 @@
 """From a rig to its linear model.
 
-A truncated set of modes is too stiff under a point force. Beside the lowest modes stands the static shape under a unit
-force at each clearance and force shaker: they carry the residual flexibility of the modes left out (MacNeal 1971; Rubin
-1975) as further degrees of freedom, so the displacement at a contact needs no algebraic correction. Modes of a turning
+A truncated set of modes is too stiff under a point force. So the basis has, besides the lowest modes, the static shape
+under a unit force at each clearance and force shaker: they carry the residual flexibility of the modes left out (MacNeal
+1971; Rubin 1975) as degrees of freedom, so the displacement at a contact needs no algebraic correction. Modes of a turning
 or spatial shaft are those of its plane along y, then of that along z.
 """
 
@@ -45,7 +45,7 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
     grease : bool
         Count the in-gap stiffness of the grease to the structure's. Without it the grease is left to the force side.
     turning : bool, optional
-        Whether the shaft may turn; None: if the rig has a spin.
+        True if the shaft may turn; None: if the rig has a spin.
 
     Raises
     ------
@@ -64,29 +64,29 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         more += tuple((f"@{x!r}:X", 1.0) for x in slots)
         of_planes = shaft.in_other_plane, shaft
     if turns or (rig.moves_across and across is not None):
-        found = [rig.reduction(n_modes, grease, s, more=more, axes=axis) for axis, s in zip("YZ", of_planes)]
+        reductions = [rig.reduction(n_modes, grease, s, more=more, axes=axis) for axis, s in zip("YZ", of_planes)]
     else:
-        found = [rig.reduction(n_modes, grease, more=more)]
-    ends = [0, *np.cumsum([part.omega.size for part in found]).tolist()]
-    moves = [PlaneRows(p.rows, p.transform, slice(*span)) for p, span in zip(found, zip(ends, ends[1:]))]
-    y = moves[0] if len(moves) == 2 or across is None else None
-    influence = [np.array([row @ p.transform for row in np.ascontiguousarray(p.influence.T)]).T for p in found]
-    omega, damping, coupling = found[0].omega, found[0].damping, found[0].coupling
+        reductions = [rig.reduction(n_modes, grease, more=more)]
+    ends = [0, *np.cumsum([part.omega.size for part in reductions]).tolist()]
+    planes = [PlaneRows(p.rows, p.transform, slice(*span)) for p, span in zip(reductions, zip(ends, ends[1:]))]
+    y = planes[0] if len(planes) == 2 or across is None else None
+    influence = [np.array([row @ p.transform for row in np.ascontiguousarray(p.influence.T)]).T for p in reductions]
+    omega, damping, coupling = reductions[0].omega, reductions[0].damping, reductions[0].coupling
     gyroscopic = circulatory = no_matrix()
-    if len(found) == 2:
-        omega, damping = (np.concatenate([getattr(p, name) for p in found]) for name in ("omega", "damping"))
-        if any(p.coupling.size for p in found):
+    if len(reductions) == 2:
+        omega, damping = (np.concatenate([getattr(p, name) for p in reductions]) for name in ("omega", "damping"))
+        if any(p.coupling.size for p in reductions):
             coupling = scipy.linalg.block_diag(
-                *(p.coupling if p.coupling.size else 0 * np.diag(p.omega) for p in found)
+                *(p.coupling if p.coupling.size else 0 * np.diag(p.omega) for p in reductions)
             )
-        influence[0] = influence[0][:, [0, 2, 1]] * [1.0, 1.0, 0.0]  # its own plane is along y
+        influence[0] = influence[0][:, [0, 2, 1]] * [1.0, 1.0, 0.0]  # the first plane is along y
     if turns:
-        of_y, of_z = map(_coupled, found)
+        of_y, of_z = map(_coupled, reductions)
         gyroscopic = skew(of_y.polar.T @ of_z.polar)
         circulatory = skew(shaft.rayleigh[1] * of_y.strain.T @ of_z.strain)
     model = LinearModel(
-        rig, (y, moves[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory,
-        found[0].springs,
+        rig, (y, planes[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory,
+        reductions[0].springs,
     )  # fmt: skip
     if rig.loads:
         model = dataclasses.replace(model, load=load_force(rig.name, rig.loads, model.directed, model.size))
@@ -105,13 +105,13 @@ def _turning_shaft(rig: Rig) -> Shaft:
     return shaft
 
 
-def _coupled(found: Reduction) -> Turning:
-    """What couples the planes, in the modes of one of them."""
-    assert found.turning
-    return Turning(*(rows @ found.transform for rows in found.turning()))
+def _coupled(reduction: Reduction) -> Turning:
+    """Return the coupling between the planes, in the modes of one of them."""
+    assert reduction.turning
+    return Turning(*(rows @ reduction.transform for rows in reduction.turning()))
 
 
 def skew(coupling: np.ndarray) -> np.ndarray:
-    """Return the matrix of both planes in which what moves along z acts along y, and vice versa with the other sign."""
+    """Return the skew matrix of both planes: a coupling from z to y, and its negative transpose from y to z."""
     n, m = coupling.shape
     return np.block([[np.zeros((n, n)), coupling], [-coupling.T, np.zeros((m, m))]])

@@ -5,7 +5,7 @@
 Coordinates are uncoupled modes but for what couples them by damping, springs and the spin Ω > 0 from y to z. G is skew:
 the moment of a disc's polar inertia I on its slopes is -I Ω ż' about one axis and I Ω ẏ' about the other. H is skew
 too: damping that turns with the shaft sees the velocity ẏ + Ω z, ż - Ω y of the turning shaft's material. It is the
-share η2 K of Rayleigh's damping, with K of the shaft alone; all other damping stands still.
+part η2 K of Rayleigh's damping, with K of the shaft alone; all other damping stands still.
 
 Source: Childs, Turbomachinery Rotordynamics, 1993, chapter 3; Krämer, Dynamics of Rotors and Foundations, 1993.
 """
@@ -39,13 +39,13 @@ def no_matrix() -> np.ndarray:
 
 
 class HeldBearing(NamedTuple):
-    """A bearing with the rows of its place. The modes are found with its largest stiffness along y and along z."""
+    """A bearing with the rows of its place. The modes are computed with its largest stiffness along y and along z."""
 
     bearing: Bearing
     rows: np.ndarray  # (2, n) displacement along y and z
 
     def springs(self, spin: float) -> np.ndarray:
-        """Return what it adds (n, n) to the modes' own stiffness at a spin, 1/s²."""
+        """Return its stiffness (n, n) at a spin less that in the modes, 1/s²."""
         return self.rows.T @ (self.bearing.at(spin).stiffness - np.diag(self.bearing.stiffest)) @ self.rows
 
     def damping(self, spin: float) -> np.ndarray:
@@ -60,7 +60,7 @@ class LinearModel(RigRows):
     omega: np.ndarray
     """(n,) natural circular frequencies of the structure at rest, 1/s; 0 of a rigid body"""
     damping: np.ndarray
-    """(n,) 2ζω, 1/s, of the structure's own damping"""
+    """(n,) 2ζω, 1/s, of the structure's damping"""
     coupling: np.ndarray
     """(n, n) the rest of C, 1/s; (0, 0) if there is none"""
     influence: np.ndarray
@@ -72,9 +72,9 @@ class LinearModel(RigRows):
     springs: np.ndarray = field(default_factory=no_matrix)
     """(n, n) the rest of K, 1/s²; (0, 0) if there is none"""
     bearings: tuple[HeldBearing, ...] = ()
-    """with coefficients between both directions, or over the spin: beside what the fields before have"""
+    """with coefficients between both directions, or over the spin: added to the fields before"""
     load: np.ndarray | float = 0.0
-    """(n,) constant force on the modes beside gravity"""
+    """(n,) constant force on the modes besides gravity"""
 
     @property
     def participation(self) -> np.ndarray:
@@ -94,19 +94,19 @@ class LinearModel(RigRows):
         kind : str
             Kind of excitation: "base", "force", or "spin" of what turns alone: as the base, if that moves it.
         number : int
-            Which of `Rig.inputs`.
+            Index in `Rig.inputs`.
 
         Raises
         ------
         RigError
-            If the structure does not tell what the excitation does to it, or the base moves none of its masses.
+            If the structure does not know the effect of the excitation, or the base moves none of its masses.
         """
         if kind == "spin" and self.rig.linear.refusal("base"):
             return np.zeros(self.size)
         return _input(self, "base" if kind == "spin" else kind, number)
 
     def driven(self, tested: Rig) -> tuple[LinearModel, float]:
-        """Return the model driven as in a test, and its spin, rad/s; that of slots keeps its own shaker's direction.
+        """Return the model driven as in a test, and its spin, rad/s; that of slots keeps the direction of its shaker.
 
         Parameters
         ----------
@@ -134,7 +134,7 @@ class LinearModel(RigRows):
         return dataclasses.replace(self, springs=springs, coupling=coupling)
 
     def springs_at(self, spin: float) -> np.ndarray:
-        """Return `springs` with what bearings add at a spin, (n, n) or (0, 0), 1/s².
+        """Return `springs` with those of bearings at a spin, (n, n) or (0, 0), 1/s².
 
         Parameters
         ----------
@@ -154,7 +154,7 @@ class LinearModel(RigRows):
         return _sum(self.coupling, *(bearing.damping(spin) for bearing in self.bearings))
 
     def elastic(self, spin: float = 0.0) -> np.ndarray:
-        """Return K (n, n) at a spin, 1/s², without what damping that turns adds.
+        """Return K (n, n) at a spin, 1/s², without the circulatory part of damping that turns.
 
         Parameters
         ----------
@@ -207,7 +207,7 @@ class LinearModel(RigRows):
         return np.block([[np.zeros((n, n)), np.eye(n)], [-self.stiff(spin), -self.viscous(spin)]])
 
     def flow(self, step: float, spin: float = 0.0) -> np.ndarray:
-        """Return what a step makes of displacements and velocities (2 n, 2 n).
+        """Return the transition matrix (2 n, 2 n) of displacements and velocities over a step.
 
         Parameters
         ----------
@@ -230,7 +230,7 @@ class LinearModel(RigRows):
         return Poles(value, vectors[: self.size])
 
     def drive(self, spin: float = 0.0) -> np.ndarray:
-        """Return the share (2 n, n) that a force on each mode has in the motion of each pole.
+        """Return the participation (2 n, n) of a force on each mode in the motion of each pole.
 
         Parameters
         ----------
@@ -240,7 +240,7 @@ class LinearModel(RigRows):
         Raises
         ------
         LinAlgError
-            If poles have no vectors of their own, as those of a free body.
+            If poles have no independent vectors, as those of a free body.
         """
         return _drive(self, spin)
 
@@ -294,7 +294,7 @@ class LinearModel(RigRows):
     def channel_gains(
         self, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None, spin: float = 0.0
     ) -> np.ndarray:
-        """Return what sensors, probes and the excitation itself show of forces in the clearances and of it.
+        """Return the gains from forces in the clearances and the excitation to sensors, probes and the excitation.
 
         Without filling and contact the structure is linear, so each channel reads y(ω) = G(ω, Ω) θ(ω), with θ the
         forces and the excitation.
@@ -317,17 +317,17 @@ class LinearModel(RigRows):
         ndarray, shape (n_f, n_sensors + n_probes + 1, n_forces + 1), complex
         """
         rig = self.rig
-        seen = self.sensor_rows.gains(
+        responses = self.sensor_rows.gains(
             lambda rows: self.displacement_gains(rows, kind, omega, at, spin), probes, omega, kind != "force"
         )
-        itself = np.zeros((omega.size, 1, seen.shape[2]), dtype=complex)
+        itself = np.zeros((omega.size, 1, responses.shape[2]), dtype=complex)
         itself[:, :, -1] = 1.0
-        found = np.concatenate((seen, itself), axis=1)
+        gains = np.concatenate((responses, itself), axis=1)
         of_probes = [rig.bushings[j].probe_delay for j in rig.bushing_of_row[: len(probes)]]
         for i, delay in enumerate([*(s.delay for s in rig.sensors), *of_probes, rig.shaker.delay]):
             if delay:
-                found[:, i] *= np.exp(-1j * omega * delay)[:, None]
-        return found
+                gains[:, i] *= np.exp(-1j * omega * delay)[:, None]
+        return gains
 
     def static_deflection(self, points: Sequence[float | str] | np.ndarray, loads: np.ndarray) -> np.ndarray:
         """Return the deflection (n_points, n_loads), m/N, of points under unit static loads.
@@ -355,7 +355,7 @@ class LinearModel(RigRows):
 
 
 def _sum(*parts: np.ndarray) -> np.ndarray:
-    """Sum of the matrices that are there."""
+    """Return the sum of the matrices that are not empty."""
     return functools.reduce(np.add, [part for part in parts if part.size] or [no_matrix()])
 
 

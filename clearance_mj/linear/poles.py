@@ -16,17 +16,17 @@ class Poles(NamedTuple):
     motion: np.ndarray  #: (n, m) coordinates of each
 
     def selected(self, which: np.ndarray | list[int] | slice) -> Poles:
-        """Return some of them, in the order of their numbers.
+        """Return some of the poles, in the order of their indices.
 
         Parameters
         ----------
         which : ndarray, list of int or slice
-            Their numbers.
+            Their indices.
         """
         return Poles(self.value[which], self.motion[:, which])
 
     @property
     def vibrating(self) -> Poles:
-        """Those that vibrate, of each pair the one with positive imaginary part, by rising frequency."""
+        """Poles that vibrate, of each pair the one with positive imaginary part, by rising frequency."""
         upper = np.flatnonzero(self.value.imag > 0)
         return self.selected(upper[np.argsort(self.value[upper].imag)])

@@ -1,4 +1,4 @@
-"""What analyses refuse that know slots along z alone."""
+"""Refusals of rigs by analyses that know slots along z alone."""
 
 from __future__ import annotations
 

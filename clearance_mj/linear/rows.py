@@ -1,4 +1,4 @@
-"""How the points of a rig move in coordinates of any kind: rows at its clearances, sensors, probes and shaker.
+"""Motion of a rig's points per coordinate of any kind: rows at its clearances, sensors, probes and shaker.
 
 A clearance has a row for each of its coordinates: a slot one, along z or its own degree of freedom, a round clearance
 two, along y, then z. Rows are ordered clearance by clearance (`Rig.clearance_rows`), at their ends end by end, and at
@@ -24,14 +24,14 @@ __all__ = ["PlaneRows", "RigRows"]
 
 
 class PlaneRows(NamedTuple):
-    """What moves points along one direction."""
+    """Motion of points along one direction."""
 
     rows: Rows
     """displacements (n_points, m) of points per coordinate of the structure"""
     transform: np.ndarray
     """(m, k) these coordinates per coordinate of the model"""
     span: slice
-    """which k coordinates of the model they are"""
+    """indices of these k coordinates in the model"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class RigRows:
     rig: Rig
     """the rig"""
     planes: tuple[PlaneRows | None, PlaneRows]
-    """what moves points along y, None where nothing does, and along z"""
+    """motion along y, None where points do not move along y, and along z"""
 
     @property
     def size(self) -> int:
@@ -50,11 +50,13 @@ class RigRows:
 
     @property
     def plane_sizes(self) -> list[int]:
-        """Numbers of coordinates of each bending plane; of all where planes are not told apart."""
+        """Numbers of coordinates of each bending plane; of all where planes are not distinguished."""
         return [stop - start for start, stop in sorted({(p.span.start, p.span.stop) for p in self.planes if p})]
 
     def shapes(self, points: Sequence[float | str] | np.ndarray) -> np.ndarray:
-        """Return how points move in their own directions: those on shafts along z, positive at the last position.
+        """Return how points move in the directions of their degrees of freedom; those on shafts along z.
+
+        Shapes are positive at the last position.
 
         Parameters
         ----------
@@ -67,9 +69,9 @@ class RigRows:
             1/sqrt(kg) for modes of unit mass.
         """
         plane, at = self.planes[1], _listed(points)
-        found = np.zeros((len(at), self.size))
-        found[:, plane.span] = plane.rows(at) @ plane.transform
-        return found
+        shapes = np.zeros((len(at), self.size))
+        shapes[:, plane.span] = plane.rows(at) @ plane.transform
+        return shapes
 
     def moved(self, points: Sequence[float | str] | np.ndarray) -> np.ndarray:
         """Return how points move along y and z.
@@ -85,14 +87,14 @@ class RigRows:
             1/sqrt(kg) for modes of unit mass; zeros along y where a planar rig's shafts do not move.
         """
         at = _listed(points)
-        found = np.zeros((len(at), 2, self.size))
+        motion = np.zeros((len(at), 2, self.size))
         for i, (axis, plane) in enumerate(zip("YZ", self.planes)):
             if plane is not None:
-                found[:, i, plane.span] = plane.rows([along_axis(point, axis) for point in at]) @ plane.transform
-        return found
+                motion[:, i, plane.span] = plane.rows([along_axis(point, axis) for point in at]) @ plane.transform
+        return motion
 
     def directed(self, points: Sequence[float | str], direction: np.ndarray) -> np.ndarray:
-        """Return how points move in directions (n_points, n): degrees of freedom in their own.
+        """Return how points move in given directions (n_points, n): degrees of freedom in theirs.
 
         Parameters
         ----------
@@ -101,32 +103,32 @@ class RigRows:
         direction : ndarray, shape (n_points, 3) or (3,)
             Unit vectors, for positions on shafts, which do not move along x.
         """
-        along, found = np.broadcast_to(direction, (len(points), 3)), np.empty((len(points), self.size))
+        along, motion = np.broadcast_to(direction, (len(points), 3)), np.empty((len(points), self.size))
         named = np.array([parse_direction(point) is not None for point in points], dtype=bool)
-        found[named] = self._along_own([point for point, has_name in zip(points, named) if has_name])
+        motion[named] = self._along_dof([point for point, has_name in zip(points, named) if has_name])
         others = self.moved([point for point, has_name in zip(points, named) if not has_name])
-        found[~named] = np.einsum("pd,pdn->pn", along[~named, 1:], others)
-        return found
+        motion[~named] = np.einsum("pd,pdn->pn", along[~named, 1:], others)
+        return motion
 
-    def _along_own(self, points: list[float | str]) -> np.ndarray:
+    def _along_dof(self, points: list[float | str]) -> np.ndarray:
         """(n_points, n) of points that have directions, which may be X, or rotations: of shafts each in its plane."""
-        found, (y, z) = self.shapes(points), self.planes
+        motion, (y, z) = self.shapes(points), self.planes
         if y is not None and y.span != z.span:
-            found[:, y.span] = y.rows([in_other_plane(point) for point in points]) @ y.transform
-        return found
+            motion[:, y.span] = y.rows([in_other_plane(point) for point in points]) @ y.transform
+        return motion
 
     def _relative(self, joined: Sequence[tuple[float | str, ...]]) -> np.ndarray:
-        """Rows of first points less those of second ones, where there are any; as many points of each clearance."""
+        """Return rows of first points less those of second ones, if any; as many points of each clearance."""
         bushings = [b for b in self.rig.bushings for _ in range(len(joined) // len(self.rig.bushings))]
         rows = [row for bushing, points in zip(bushings, joined) for row in moved_points(bushing, points)]
-        found = np.zeros((len(rows), self.size))
+        relative = np.zeros((len(rows), self.size))
         for axis, plane in zip("YZ", self.planes):
             taps = [(i, *tap) for i, (along, at) in enumerate(rows) if along == axis for tap in zip(at, (1.0, -1.0))]
             if taps and plane is not None:
                 row, at, sign = map(list, zip(*taps))
                 moves = plane.rows(at) @ plane.transform
-                np.add.at(found[:, plane.span], row, np.array(sign)[:, None] * moves)
-        return found
+                np.add.at(relative[:, plane.span], row, np.array(sign)[:, None] * moves)
+        return relative
 
     @functools.cached_property
     def at_bushings(self) -> np.ndarray:
@@ -144,12 +146,12 @@ class RigRows:
         return np.vstack((self.at_bushings, self.at_ends))
 
     def sliding(self, bushing: int) -> np.ndarray:
-        """Return how what slides along a clearance of one coordinate moves (n,): what its friction acts on.
+        """Return the motion (n,) of the point that slides along a clearance of one coordinate, on which friction acts.
 
         Parameters
         ----------
         bushing : int
-            Its number.
+            Index of the bushing.
         """
         point = self.rig.bushings[bushing].slides
         assert point is not None
@@ -172,26 +174,26 @@ class RigRows:
         rig = self.rig
         places = [values.get(f"probes[{j}].position") for j in range(len(rig.bushings))]
         points = [probe_point(j, b, at, bool(rig.fixture)) for j, (b, at) in enumerate(zip(rig.bushings, places))]
-        found = self._relative(points)
+        readings = self._relative(points)
         for rows, bushing in zip(rig.clearance_rows, rig.bushings):
             if bushing.is_round:
                 cos, sin = np.cos(bushing.probe_angle), np.sin(bushing.probe_angle)
-                found[rows] = np.array([[cos, sin], [-sin, cos]]) @ found[rows]
-        return found * np.array([values.get(f"probes[{i}].gain", 1.0) for i in range(len(found))])[:, None]
+                readings[rows] = np.array([[cos, sin], [-sin, cos]]) @ readings[rows]
+        return readings * np.array([values.get(f"probes[{i}].gain", 1.0) for i in range(len(readings))])[:, None]
 
     @functools.cached_property
     def sensor_rows(self) -> SensorRows:
-        """What the sensors read of the coordinates and of the base."""
+        """Readings of the sensors per coordinate and of the base."""
         return sensor_rows(self.rig, self.directed, self.size)
 
     @property
     def at_sensors(self) -> np.ndarray:
-        """(n_sensors, n) what the sensors read of the coordinates, before it is differentiated to their order."""
+        """(n_sensors, n) readings of the sensors per coordinate, before they are differentiated to their order."""
         return self.sensor_rows.rows
 
     @property
     def sensors_on_base(self) -> np.ndarray:
-        """(n_sensors,) the same of the base."""
+        """(n_sensors,) readings of the base."""
         return self.sensor_rows.on_base
 
     def push(self, number: int = 0) -> np.ndarray:
@@ -200,7 +202,7 @@ class RigRows:
         Parameters
         ----------
         number : int
-            Which of `Rig.inputs`.
+            Index in `Rig.inputs`.
         """
         shaker = self.rig.inputs[number]
         points, factors = shaker.pushed()

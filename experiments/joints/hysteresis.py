@@ -8,7 +8,7 @@ enters in one of two ways:
   along, so that after every reversal the dead travel 2d is run through anew once the spring is unloaded. y = x - x0 and
   z is the deflection beyond the dead travel; within it z = 0.
 
-Parameters are found by output error: the loop is computed from the record's displacement and its force compared with
+Parameters are fitted by output error: the loop is computed from the record's displacement and its force compared with
 the measured force, by bounded least squares from several starts.
 """
 
@@ -39,7 +39,7 @@ SHORTEST = 20  # samples
 POLISHED = 2  # starts, the best after a rough solution, that are solved to the end
 MAX_STEPS = 40  # of a solution
 STEP = 1e-6  # of what varies, for differences
-UNRELATED = 0.95  # NRMSE above which force and displacement have nothing to do with each other
+UNRELATED = 0.95  # NRMSE above which force and displacement are unrelated
 SCALED = (
     Parameter("k X/F", "1", 1.0, 1e-2, 1e4),
     Parameter("λ", "1", 0.5, 0.0, 1.0, transform="linear"),
@@ -57,7 +57,7 @@ class BoucWenFit:
     """Bouc-Wen element with a gap, fitted to records, and how well they identify its parameters."""
 
     k: float  #: N/m, stiffness k
-    elastic_ratio: float  #: λ, share of the stiffness that does not slide
+    elastic_ratio: float  #: λ, fraction of the stiffness that does not slide
     beta: float  #: β, 1/mⁿ
     gamma: float  #: γ, 1/mⁿ
     exponent: float  #: n
@@ -86,7 +86,7 @@ class BoucWenFit:
 
     @property
     def yield_force(self) -> float:
-        """(1-λ) k z_ult, N: what slides at most."""
+        """(1-λ) k z_ult, N: largest force of the sliding part."""
         return (1 - self.elastic_ratio) * self.k * self.yield_displacement
 
     @property
@@ -106,7 +106,7 @@ class BoucWenFit:
         return loop_force(x, self.k, self.elastic_ratio, z_ult, shape, self.exponent, self.gap, offset, reopening)
 
     def offset_of(self, displacement: float, force: float) -> float:
-        """Find where a re-opening gap stood when a record began: x0, m, from its first displacement, m, and force, N.
+        """Return x0, m, of a re-opening gap at a record's beginning, from its first displacement, m, and force, N.
 
         Within the dead travel the force says nothing: the gap is then taken as centred.
         """
@@ -132,8 +132,8 @@ def bouc_wen(
     gap : float, optional
         m, d if it is known, 0 for an element without gap; else it is fitted.
     dead_travel : {"fixed", "reopening"}
-        Whether the gap stays where it is or is carried along by the slider, so that its dead travel starts anew at
-        each reversal. The second needs records that begin at the same point of the dead travel, or loops long
+        "fixed": the gap stays where it is; "reopening": the slider carries it along, so that its dead travel starts
+        anew at each reversal. The second needs records that begin at the same point of the dead travel, or loops long
         enough for that not to matter.
 
     Raises
@@ -152,10 +152,10 @@ def bouc_wen(
     problem = Problem(comparison.parameters, one_by_one(comparison.residual), step=STEP, lanes=False)
     starts = [problem.at(values) for values in comparison.starts()]
     rough = solve(problem, starts, n_best=len(starts), stop=Stop(MAX_STEPS, decrease=1e-3, move=1e-3))
-    found = [rough, *rough.others]
+    solutions = [rough, *rough.others]
     exact = Stop(MAX_STEPS, decrease=1e-10, move=1e-10)
-    best = solve(problem, [s.at for s in found[:POLISHED]], n_best=POLISHED, stop=exact)
-    costs = [s.cost for s in (best, *best.others, *found[POLISHED:])]
+    best = solve(problem, [s.at for s in solutions[:POLISHED]], n_best=POLISHED, stop=exact)
+    costs = [s.cost for s in (best, *best.others, *solutions[POLISHED:])]
     nrmse = tuple(float(np.sqrt(cost / comparison.size)) for cost in sorted(costs))
     if nrmse[0] > UNRELATED:
         raise RecordError(
@@ -177,14 +177,14 @@ class _Comparison:
         self.x_scale = max(np.ptp(x) for x in self.displacement) / 2
         self.x_middle = 0.0 if reopening else (np.max(self.displacement[0]) + np.min(self.displacement[0])) / 2
         self.f_scale = max(np.ptp(f) for f in self.force) / 2
-        every = np.concatenate(self.force)
-        self.size, self.f_rms = every.size, np.std(every)
+        all_forces = np.concatenate(self.force)
+        self.size, self.f_rms = all_forces.size, np.std(all_forces)
         if gap is not None and not (np.isfinite(gap) and gap >= 0):
             raise RecordError(f"gap must be >= 0 m, or None to fit it, got {gap!r}")
         if gap is not None and gap >= self.x_scale:
             raise RecordError(
                 f"the gap of {gap:.3g} m is larger than the motion of ±{self.x_scale:.3g} m: no contact in the record, "
-                f"so it shows nothing of the element but its mean force, {np.mean(every):.3g} N"
+                f"so it shows nothing of the element but its mean force, {np.mean(all_forces):.3g} N"
             )
         self.gap = None if gap is None else gap / self.x_scale
         self.free = np.array([self.gap is None or i != GAP for i in range(len(SCALED))])
@@ -192,55 +192,55 @@ class _Comparison:
         self.parameters = [p for p, free in zip(SCALED, self.free) if free]
 
     def starts(self) -> Iterator[np.ndarray]:
-        """Stiff and soft springs, early and late yield, small and large gap."""
+        """Yield starts with stiff and soft springs, early and late yield, small and large gap."""
         for d in (0.02, 0.1, 0.35) if self.gap is None else (self.gap,):
-            rest = max(1 - d, 0.05)
+            beyond_gap = max(1 - d, 0.05)
             for ratio, z_ult in ((0.1, 0.1), (0.5, 0.3), (0.9, 0.3)):
-                k = 1 / (ratio * rest + (1 - ratio) * min(z_ult, rest))
-                yield np.array([k, ratio, z_ult * rest, 0.0, 1.5, d, 0.0])[self.free]
+                k = 1 / (ratio * beyond_gap + (1 - ratio) * min(z_ult, beyond_gap))
+                yield np.array([k, ratio, z_ult * beyond_gap, 0.0, 1.5, d, 0.0])[self.free]
 
-    def whole(self, free: np.ndarray) -> np.ndarray:
-        """All scaled parameters (7,), of those that are fitted."""
+    def scaled_parameters(self, free: np.ndarray) -> np.ndarray:
+        """Return all scaled parameters (7,), from those that are fitted."""
         theta = np.full(len(SCALED), self.gap, dtype=float)
         theta[self.free] = free
         return theta
 
     def natural(self, free: np.ndarray) -> np.ndarray:
         """Return the parameters in the order of `NAMES`, SI units."""
-        k, ratio, z, shape, n, d, x0 = self.whole(free)
+        k, ratio, z, shape, n, d, x0 = self.scaled_parameters(free)
         beta = (z * self.x_scale) ** -n / (1 + shape)
         k = k * self.f_scale / self.x_scale
         return np.array([k, ratio, beta, shape * beta, n, d * self.x_scale, x0 * self.x_scale + self.x_middle])
 
     def residual(self, free: np.ndarray) -> np.ndarray:
         """Return (n,) difference of the forces, over the RMS of the measured one."""
-        k, ratio, z, shape, n, d, x0 = self.whole(free)
+        k, ratio, z, shape, n, d, x0 = self.scaled_parameters(free)
         k, x_scale = k * self.f_scale / self.x_scale, self.x_scale
         element = k, ratio, z * x_scale, shape, n, d * x_scale, x0 * x_scale + self.x_middle, self.reopening
         model = [loop_force(x, *element) for x in self.displacement]
         return (np.concatenate(model) - np.concatenate(self.force)) / self.f_rms
 
-    def estimates(self, found: Solution) -> tuple[Estimates, tuple[str, ...]]:
-        """Of the natural parameters, and the names of those that the records do not identify."""
-        scaled, problem = coloured(found.rows, found.residuals), found.problem
+    def estimates(self, solution: Solution) -> tuple[Estimates, tuple[str, ...]]:
+        """Return estimates of the natural parameters, and the names of those that the records do not identify."""
+        scaled, problem = coloured(solution.rows, solution.residuals), solution.problem
         sigma = np.zeros(len(SCALED))
         sigma[self.free] = np.sqrt(np.diag(scaled))
-        sides = [found.at + sign * STEP * np.eye(problem.size) for sign in (1, -1)]
+        sides = [solution.at + sign * STEP * np.eye(problem.size) for sign in (1, -1)]
         ahead, behind = (np.array([self.natural(v) for v in problem.values(points)]) for points in sides)
         jacobian = ((ahead - behind) / (problem.inside(sides[0]) - problem.inside(sides[1])).sum(axis=1)[:, None]).T
-        value = self.natural(found.values)
+        value = self.natural(solution.values)
         parameters = [Parameter(name, unit, v, *ends, transform="linear")
                       for (name, unit), v, ends in zip(NAMES.items(), value, POSSIBLE)]  # fmt: skip
         fitted = np.flatnonzero(self.free)
         covariance = (jacobian @ scaled @ jacobian.T)[np.ix_(fitted, fitted)]
         estimates = Estimates.of([parameters[i] for i in fitted], value[fitted], covariance)
-        return estimates, self._unidentified(found, sigma)
+        return estimates, self._unidentified(solution, sigma)
 
-    def _unidentified(self, found: Solution, sigma: np.ndarray) -> tuple[str, ...]:
-        """Standard deviations above half: relative for k, yield, n; of λ and γ/β; of d and x0 over z."""
-        theta = self.whole(found.values)
+    def _unidentified(self, solution: Solution, sigma: np.ndarray) -> tuple[str, ...]:
+        """Return names with standard deviations above half: relative of k, yield, n; of λ, γ/β; of d and x0 over z."""
+        theta = self.scaled_parameters(solution.values)
         at_bound = np.zeros(len(SCALED), dtype=bool)
-        at_bound[self.free] = found.at_bound
+        at_bound[self.free] = solution.at_bound
         limit = np.full(len(SCALED), UNIDENTIFIED)
         limit[EXPONENT] *= theta[EXPONENT]
         limit[GAP] = limit[OFFSET] = UNIDENTIFIED * max(theta[YIELD], theta[GAP])
@@ -285,19 +285,19 @@ def checked(
 
 
 def _refuse_clipped(x: np.ndarray, f: np.ndarray, where: str) -> None:
-    """A force that moves while the displacement rests exactly at its extreme: the displacement is cut off there."""
+    """Refuse a force that moves while the displacement rests exactly at its extreme, where it is cut off."""
     for extreme in (x.max(), x.min()):
         at = x == extreme
         inner = at[1:] & at[:-1]
-        moved = np.abs(np.diff(f))[inner].sum()
-        if inner.sum() > 0.005 * x.size and moved > np.ptp(f) and np.ptp(f[at]) > 0.2 * np.ptp(f):
+        force_travel = np.abs(np.diff(f))[inner].sum()
+        if inner.sum() > 0.005 * x.size and force_travel > np.ptp(f) and np.ptp(f[at]) > 0.2 * np.ptp(f):
             raise RecordError(
                 f"{where}: the displacement is clipped at {extreme:.6g} m ({int(at.sum())} samples) while the force "
                 "goes on; cut the record to the part below"
             )
 
 
-FINE = 0.05  # largest step of the displacement, as a share of the yield displacement
+FINE = 0.05  # largest step of the displacement, over the yield displacement
 
 
 @jit
@@ -321,8 +321,8 @@ def loop_force(
             dy = u - last
             last = u
             if z * dy < 0.0:  # unload first
-                rest, z = _until_zero(z, dy / z_ult, beta, gamma, exponent)
-                dy = rest * z_ult
+                travel_left, z = _until_zero(z, dy / z_ult, beta, gamma, exponent)
+                dy = travel_left * z_ult
             if z == 0.0 and dy != 0.0:
                 beyond = slack + dy
                 slack = min(max(beyond, -d), d)
@@ -347,7 +347,7 @@ def _advance(z: float, travel: float, beta: float, gamma: float, exponent: float
 
 @jit
 def _until_zero(z: float, travel: float, beta: float, gamma: float, exponent: float) -> tuple[float, float]:
-    """Advance z towards 0; the travel that is left when it gets there, and z."""
+    """Advance z towards 0; return the travel that is left when it gets there, and z."""
     steps = min(int(abs(travel) / FINE) + 1, 1000)
     part = travel / steps
     for i in range(steps):

@@ -1,4 +1,4 @@
-"""A mode with a joint that slips little by little: fitted to decays and a forced curve, and its response by harmonics.
+"""A mode with a joint that slips gradually: its fit to decays and a forced curve, and its response by harmonics.
 
 The joint is Iwan's (J. Appl. Mech. 33, 1966): springs with Coulomb sliders in parallel, whose stiffness is spread over
 the displacements at which they slip. Over the logarithm of that displacement the density is a polynomial of second
@@ -24,12 +24,12 @@ from clearance_mj.signals.free_decay import Decay
 __all__ = ["ForcedCurve", "ForcedTest", "JointedMode", "JointedModeFit", "fit_jointed_mode"]
 
 ELEMENTS = 80
-FIRST_SLIP, LAST_SLIP = 1e-3, 5.0  # displacements at which the first and the last element slips, as shares of the reach
-GRID = 1000  # amplitudes from the first to the last of these displacements among which a response is looked for
-SHIFT_STD, PHASE_STD = 2.5e-3, 0.02  # before the fit: of a frequency from test to test (share), and of a phase, rad
-FREQUENCY_MISS = 1.25e-4  # share of a frequency that a law of so few numbers misses
-DAMPING_MISS = 5e-5  # the same of a damping ratio
-CURVE_MISS = 0.04  # the same of a forced response, share and rad
+FIRST_SLIP, LAST_SLIP = 1e-3, 5.0  # displacements at which the first and the last element slips, over the reach
+GRID = 1000  # amplitudes from the first to the last of these displacements among which a response is searched
+SHIFT_STD, PHASE_STD = 2.5e-3, 0.02  # before the fit: of a frequency from test to test, relative, and of a phase, rad
+FREQUENCY_MISS = 1.25e-4  # relative error of a frequency by a law of so few numbers
+DAMPING_MISS = 5e-5  # error of a damping ratio by such a law
+CURVE_MISS = 0.04  # error of a forced response by such a law, relative and rad
 STEP = 1e-8  # of a logarithm, or of the range between bounds, for differences
 
 
@@ -39,13 +39,13 @@ class JointedMode:
 
     frequency: float  #: Hz, of motions so small that nothing slips
     damping: float  #: ratio to critical of the viscous part, at that frequency
-    even: float  #: share of the stiffness that slips for each e-fold of the displacement, the same everywhere
+    even: float  #: fraction of the stiffness that slips for each e-fold of the displacement, the same everywhere
     linear: float  #: the same at the reach, of the part that grows as the displacement
     quadratic: float  #: the same at the reach, of the part that grows as its square
     reach: float  #: m; elements slip from 0.001 to 5 times this displacement, beyond nothing more does
 
     def elements(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) share of the stiffness of each element, and displacement at which it slips, m; none if nothing slips."""
+        """(n,) fraction of the stiffness of each element, and its slip displacement, m; none if nothing slips."""
         slip = self.reach * np.geomspace(FIRST_SLIP, LAST_SLIP, ELEMENTS)
         density = np.polynomial.polynomial.polyval(slip / self.reach, (self.even, self.linear, self.quadratic))
         slips = density > 0
@@ -53,10 +53,10 @@ class JointedMode:
 
     def stiffness(self, amplitude: np.ndarray, omega: np.ndarray | float) -> np.ndarray:
         """Return (n,) complex stiffness over mass, rad²/s², of harmonic motions of (n,) m at frequencies, rad/s."""
-        share, slip = self.elements()
+        fractions, slip = self.elements()
         small = 2 * np.pi * self.frequency
-        sliding = slip_stiffness(amplitude, share, share * slip)
-        return small**2 * (1 - share.sum() + sliding) + 2j * self.damping * small * omega
+        sliding = slip_stiffness(amplitude, fractions, fractions * slip)
+        return small**2 * (1 - fractions.sum() + sliding) + 2j * self.damping * small * omega
 
     def backbone(self, amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the frequency, Hz, and damping ratio (n,) of free vibration with amplitudes (n,), m."""
@@ -65,13 +65,13 @@ class JointedMode:
         return omega / (2 * np.pi), still.imag / (2 * omega**2) + self.damping * small / omega
 
     def element(self, mass: float) -> MaxwellSlip:
-        """All of the stiffness and damping as one law, which runs on every engine."""
-        share, slip = self.elements()
+        """Return all of the stiffness and damping as one law, which runs on every engine."""
+        fractions, slip = self.elements()
         small = 2 * np.pi * self.frequency
-        springs = mass * small**2 * share
+        springs = mass * small**2 * fractions
         return MaxwellSlip(
             springs=tuple(springs.tolist()), forces=tuple((springs * slip).tolist()),
-            elastic=mass * small**2 * (1 - share.sum()), damping=2 * mass * self.damping * small,
+            elastic=mass * small**2 * (1 - fractions.sum()), damping=2 * mass * self.damping * small,
         )  # fmt: skip
 
 
@@ -96,7 +96,7 @@ class ForcedCurve:
 
 @dataclass(frozen=True)
 class ForcedTest:
-    """How a forced test sees the mode: acceleration over force is that of the mode, and a mass line of other modes."""
+    """A forced test of the mode: acceleration over force is that of the mode, and a mass line of other modes."""
 
     mass: float  #: kg, of the mode, normalised to where force and sensor are
     residual: float = 0.0  #: 1/kg, acceleration (reversed) over force of the modes whose frequencies are far
@@ -111,7 +111,7 @@ class ForcedTest:
     def accelerance(self, mode: JointedMode, frequency: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
         """(n,) complex acceleration over force, 1/kg, at (n,) Hz where the mode vibrates with amplitudes (n,), m."""
         omega = 2 * np.pi * frequency
-        return (self._own(self.mode(mode).stiffness(amplitude, omega), omega) + self.residual) * np.exp(1j * self.phase)
+        return (self._modal(self.mode(mode).stiffness(amplitude, omega), omega) + self.residual) * np.exp(1j * self.phase)
 
     def response(self, mode: JointedMode, frequency: np.ndarray, force: np.ndarray) -> np.ndarray:
         """(n,) complex acceleration, m/s², under forces (n,), N, by harmonic balance from one frequency to the next.
@@ -120,74 +120,74 @@ class ForcedTest:
         below 0.001 or above 5 times the reach.
         """
         grid, stiffness, last = *self._on_grid(mode), 0.0
-        found = np.full(len(frequency), np.nan)
+        amplitudes = np.full(len(frequency), np.nan)
         for i, (omega, drive) in enumerate(zip(2 * np.pi * frequency, force)):
-            every = periodic_amplitudes(grid, stiffness(omega), 1.0, omega, drive / self.mass)
-            if every.size:
-                found[i] = last = every[np.argmin(np.abs(every - last))]
-        inside = np.isfinite(found)
-        seen = self.accelerance(mode, frequency, np.where(inside, found, mode.reach))
-        return np.where(inside, seen * force, np.nan)
+            solutions = periodic_amplitudes(grid, stiffness(omega), 1.0, omega, drive / self.mass)
+            if solutions.size:
+                amplitudes[i] = last = solutions[np.argmin(np.abs(solutions - last))]
+        inside = np.isfinite(amplitudes)
+        accelerance = self.accelerance(mode, frequency, np.where(inside, amplitudes, mode.reach))
+        return np.where(inside, accelerance * force, np.nan)
 
     def force(self, mode: JointedMode, frequency: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
         """Return (n,) force, N, that holds the acceleration's amplitude at (n,) m/s²; nan beyond what elements span."""
-        (grid, stiffness), found = self._on_grid(mode), []
+        (grid, stiffness), forces = self._on_grid(mode), []
         for omega, wanted in zip(2 * np.pi * frequency, amplitude):
-            own = self._own(stiffness(omega), omega)
-            need = grid * omega**2 / np.abs(own)
-            found.append(np.interp(wanted, need * np.abs(own + self.residual), need, left=np.nan, right=np.nan))
-        return np.array(found)
+            modal = self._modal(stiffness(omega), omega)
+            need = grid * omega**2 / np.abs(modal)
+            forces.append(np.interp(wanted, need * np.abs(modal + self.residual), need, left=np.nan, right=np.nan))
+        return np.array(forces)
 
-    def _own(self, stiffness: np.ndarray, omega: ArrayLike) -> np.ndarray:
+    def _modal(self, stiffness: np.ndarray, omega: ArrayLike) -> np.ndarray:
         """(n,) complex acceleration of the mode alone over force, 1/kg, where its stiffness over mass is (n,)."""
         square = np.square(omega)
         return square / (self.mass * (stiffness - square))
 
     def _on_grid(self, mode: JointedMode) -> tuple[np.ndarray, Callable[[float], np.ndarray]]:
-        """(1000,) amplitudes, m, among which solutions are looked for; their stiffness over mass at any frequency."""
+        """Return (1000,) amplitudes, m, among which solutions lie, and their stiffness over mass at any frequency."""
         grid = mode.reach * np.geomspace(FIRST_SLIP, LAST_SLIP, GRID)
-        there = self.mode(mode)
-        still = there.stiffness(grid, 0.0)
-        return grid, lambda omega: still + 2j * there.damping * 2 * np.pi * there.frequency * omega
+        mode_in_test = self.mode(mode)
+        small = mode_in_test.stiffness(grid, 0.0)
+        return grid, lambda omega: small + 2j * mode_in_test.damping * 2 * np.pi * mode_in_test.frequency * omega
 
     def seen(self, curve: ForcedCurve) -> Decay:
-        """Amplitude, m, frequency, Hz, and damping of the free mode that each measured point stands for (no time).
+        """Return amplitude, m, frequency, Hz, and damping of the free mode at each measured point (no time).
 
         Inverse harmonic balance: no law of the joint is assumed. The damping is taken not to depend on frequency.
         """
-        own = curve.acceleration / curve.force * np.exp(-1j * self.phase) - self.residual
-        against = 1 / (self.mass * own)
-        frequency = curve.frequency * np.sqrt(np.maximum(1 + against.real, 0))
-        amplitude = np.abs(own) * curve.force / (2 * np.pi * curve.frequency) ** 2
-        damping = against.imag / 2 * (curve.frequency / frequency) ** 2
+        accelerance = curve.acceleration / curve.force * np.exp(-1j * self.phase) - self.residual
+        relative = 1 / (self.mass * accelerance)
+        frequency = curve.frequency * np.sqrt(np.maximum(1 + relative.real, 0))
+        amplitude = np.abs(accelerance) * curve.force / (2 * np.pi * curve.frequency) ** 2
+        damping = relative.imag / 2 * (curve.frequency / frequency) ** 2
         return Decay(np.full(frequency.size, np.nan), amplitude, frequency - self.shift, damping)
 
 
 @dataclass(frozen=True, eq=False)
 class JointedModeFit:
-    """A mode with its joint, the forced test it was seen in, and how well both are known."""
+    """A mode with its joint, its forced test, and the estimates of both."""
 
     mode: JointedMode  #: as it was in the decays
     test: ForcedTest  #: that the forced curve was measured in
-    estimates: Estimates  #: of the fields of both, reach left out; what the law misses widens them
+    estimates: Estimates  #: of the fields of both, reach left out; widened by the law's misfit
     frequency_miss: float  #: Hz, RMS over decays and forced curve, each counted alike
     damping_miss: float  #: RMS of the damping ratio in the same way
 
     def draw(self, n: int, seed: int = 0) -> list[tuple[JointedMode, ForcedTest]]:
-        """Draw n modes and tests as another forced test may find them.
+        """Draw n modes and tests as another forced test may have them.
 
-        From the covariance; frequency and damping off by what the law misses, and the frequency once more by as much as
-        this test's was from the decays.
+        From the covariance; frequency and damping deviate by the law's misfit, and the frequency once more by as much
+        as this test's did from the decays.
         """
         rng = np.random.default_rng(seed)
-        off = rng.standard_normal((n, 3)) * (self.frequency_miss, self.damping_miss, abs(self.test.shift))
-        found = []
-        for values, (frequency, damping, shift) in zip(self.estimates.draw(n, seed), off):
-            mode, test = _read(values, self.mode.reach)
+        deviations = rng.standard_normal((n, 3)) * (self.frequency_miss, self.damping_miss, abs(self.test.shift))
+        draws = []
+        for values, (frequency, damping, shift) in zip(self.estimates.draw(n, seed), deviations):
+            mode, test = _mode_and_test(values, self.mode.reach)
             changed = mode.frequency + frequency, max(mode.damping + damping, 0.0)
             mode = dataclasses.replace(mode, frequency=changed[0], damping=changed[1])
-            found.append((mode, dataclasses.replace(test, shift=test.shift + shift)))
-        return found
+            draws.append((mode, dataclasses.replace(test, shift=test.shift + shift)))
+        return draws
 
 
 def fit_jointed_mode(decays: Sequence[Decay], curve: ForcedCurve, reach: float) -> JointedModeFit:
@@ -205,8 +205,8 @@ def fit_jointed_mode(decays: Sequence[Decay], curve: ForcedCurve, reach: float) 
     Returns
     -------
     JointedModeFit
-        Weighted least squares. Frequency and damping of the decays count with what a law of so few numbers is expected
-        to miss; so does the forced curve, whose measured amplitudes are put into the law and whose accelerations over
+        Weighted least squares. Frequency and damping of the decays count with the expected error of a law of so few
+        numbers; so does the forced curve, whose measured amplitudes are put into the law and whose accelerations over
         force are compared (equation error: no branch has to be chosen). The covariance takes the misfit of each kind
         of data for its noise, with its correlation from point to point.
 
@@ -220,27 +220,27 @@ def fit_jointed_mode(decays: Sequence[Decay], curve: ForcedCurve, reach: float) 
     parameters = _parameters(decays, curve)
 
     def parts(values: np.ndarray) -> list[np.ndarray]:
-        return _residuals(*_read(values, reach), decays, curve)
+        return _residuals(*_mode_and_test(values, reach), decays, curve)
 
     problem = Problem(
         parameters, one_by_one(lambda values: np.concatenate(parts(values))), step=STEP, lanes=False,
         units=[1.0 if p.transform == "log" else p.high - p.low for p in parameters],
     )  # fmt: skip
-    found = solve(problem, stop=Stop(steps=1000, decrease=1e-8, move=1e-8))
-    counted = np.concatenate([np.full(r.size, _miss(r)) for r in parts(found.values)])
-    rows = found.jacobian / counted[:, None]
-    estimates = found.estimates(np.linalg.inv(rows.T @ rows + found.prior))
-    mode, test = _read(found.values, reach)
-    return JointedModeFit(mode, test, estimates, *_missed(mode, [*decays, test.seen(curve)]))
+    solution = solve(problem, stop=Stop(steps=1000, decrease=1e-8, move=1e-8))
+    miss = np.concatenate([np.full(r.size, _miss(r)) for r in parts(solution.values)])
+    rows = solution.jacobian / miss[:, None]
+    estimates = solution.estimates(np.linalg.inv(rows.T @ rows + solution.prior))
+    mode, test = _mode_and_test(solution.values, reach)
+    return JointedModeFit(mode, test, estimates, *_rms_misses(mode, [*decays, test.seen(curve)]))
 
 
-def _read(values: np.ndarray, reach: float) -> tuple[JointedMode, ForcedTest]:
-    own, test = np.append(values[:5], reach), values[5:]
-    return JointedMode(*own.tolist()), ForcedTest(*test.tolist())
+def _mode_and_test(values: np.ndarray, reach: float) -> tuple[JointedMode, ForcedTest]:
+    fields, test = np.append(values[:5], reach), values[5:]
+    return JointedMode(*fields.tolist()), ForcedTest(*test.tolist())
 
 
 def _parameters(decays: Sequence[Decay], curve: ForcedCurve) -> list[Parameter]:
-    """Where the search begins and what is known before; the smallest motions hardly slip."""
+    """Return the parameters with starts and priors; the smallest motions hardly slip."""
     frequency = max(d.frequency.max() for d in decays)
     damping = min(d.damping.min() for d in decays)
     top = int(np.argmax(np.abs(curve.acceleration)))
@@ -258,24 +258,24 @@ def _parameters(decays: Sequence[Decay], curve: ForcedCurve) -> list[Parameter]:
 
 
 def _residuals(mode: JointedMode, test: ForcedTest, decays: Sequence[Decay], curve: ForcedCurve) -> list[np.ndarray]:
-    """Frequency and damping of each decay, then amplitude and phase of the curve, over what the law may miss."""
-    found = []
+    """Return errors of frequency and damping of each decay, then of the curve, over the law's expected errors."""
+    residuals = []
     for each in decays:
         frequency, damping = mode.backbone(each.amplitude)
-        found += [(frequency / each.frequency - 1) / FREQUENCY_MISS, (damping - each.damping) / DAMPING_MISS]
+        residuals += [(frequency / each.frequency - 1) / FREQUENCY_MISS, (damping - each.damping) / DAMPING_MISS]
     measured = curve.acceleration / curve.force
     error = np.log(test.accelerance(mode, curve.frequency, test.seen(curve).amplitude) / measured)
-    return [*found, error.real / CURVE_MISS, error.imag / CURVE_MISS]
+    return [*residuals, error.real / CURVE_MISS, error.imag / CURVE_MISS]
 
 
 def _miss(residual: np.ndarray) -> float:
-    """RMS, counted for as many points as are independent."""
+    """Return the RMS, times the root of the number of points that count as one."""
     return float(np.sqrt(np.mean(residual**2) * correlation_time(residual)) + 1e-6)
 
 
-def _missed(mode: JointedMode, seen: Sequence[Decay]) -> tuple[float, float]:
+def _rms_misses(mode: JointedMode, decays: Sequence[Decay]) -> tuple[float, float]:
     misses = []
-    for each in seen:
+    for each in decays:
         frequency, damping = mode.backbone(each.amplitude)
         misses.append((np.mean((frequency - each.frequency) ** 2), np.mean((damping - each.damping) ** 2)))
     frequency_miss, damping_miss = np.sqrt(np.mean(misses, axis=0))

@@ -7,7 +7,7 @@ their shapes; it can be identified like a shape. The joint's force is that of Je
 beyond given slip lengths (W. D. Iwan, A distributed-element model for hysteresis and its steady-state dynamic
 response, J. Appl. Mech. 33, 1966).
 
-Modes, shapes, ψ and springs are found together by output error: the modal engine is driven by the measured force, and
+Modes, shapes, ψ and springs are fitted together by output error: the modal engine is driven by the measured force, and
 the spectra of the accelerations at the excited lines are compared with the measured ones. Slip lengths form a fixed
 geometric series over the joints' motion, so that the force is linear in the springs that are searched for.
 """
@@ -37,17 +37,17 @@ __all__ = ["JOINT_NODE", "JointedStructure", "fit_jointed_structure"]
 
 JOINT_NODE = 901  # node of the first joint's degree of freedom in the structure; those that follow count on
 SETTLING = 2  # periods that are simulated before the one that is compared
-SOFTENING = 0.02  # share by which all joints together lower every natural frequency, to begin with
+SOFTENING = 0.02  # relative, by which all joints together lower every natural frequency, to begin with
 NARROWEST, WIDEST = 0.5, 2.0  # slip lengths over the RMS of a joint's motion: at the lowest and at the highest level
 SMOOTHED = 9  # lines over which a spectrum's power is averaged to weigh residuals by
-FLOOR = 0.1  # share of a record's mean power that is added, so that the strong lines count for more
+FLOOR = 0.1  # fraction of a record's mean power that is added, so that the strong lines count for more
 FREE = 1.0  # m: gap of a joint, whose walls are never reached
 WEAKEST = 1e-9  # of the joints' stiffness: spring that stands for none, as a law has none of zero
 SMALL = {"frequency": 0.02, "damping": 0.005, "shape": 0.1, "joint": 0.3, "spring": 0.15}
-"""Units in which parameters vary: of a damping ratio, of all others as a share of what is usual"""
+"""Units in which parameters vary: of a damping ratio, of all others relative to their usual size"""
 DIFFERENCE = 1e-3  # of these units, for differences
 RATIOS = 3e-4, 0.4  # damping ratios that are possible
-ROUGH, FINE = 1e-2, 1e-3  # share of the cost that a step must save: in fits to the lowest levels, and to all
+ROUGH, FINE = 1e-2, 1e-3  # relative decrease of the cost that ends a fit: to the lowest levels, and to all
 EARLY_STEPS = 8  # at most, of the fits to the lowest levels
 Joint = tuple[str, str] | None
 
@@ -65,11 +65,11 @@ class JointedStructure:
     cost: float
     """sum of the squared weighted residuals"""
     error: np.ndarray
-    """(n_records, n_sensors) RMS of what simulations miss in the band, over the RMS of the record"""
+    """(n_records, n_sensors) RMS error of simulations in the band, over the RMS of the record"""
     motion: np.ndarray
     """(n_records, n_joints) m, largest deformation of each joint"""
     simulations: int
-    """how many it took"""
+    """number of simulations of the fit"""
 
 
 def fit_jointed_structure(
@@ -96,7 +96,7 @@ def fit_jointed_structure(
     drive : str, optional
         Response at the point where the force acts. Default: the records' reference.
     modes : ModalStructure, optional
-        Where the modes begin. Default: what `modes_from_frf` finds in the FRFs of the lowest level.
+        Modes from which the fit begins. Default: those of `modes_from_frf` in the FRFs of the lowest level.
     seed : int
         Seed of the deformations from which the search begins.
     n_starts : int
@@ -121,8 +121,8 @@ def fit_jointed_structure(
     Notes
     -----
     Residuals are differences of the complex spectra at the lines of the records' band, over the root of the measured
-    power near by and of a share of the mean. Levels are added one at a time, from the lowest, so that no resonance has
-    to be found from far away.
+    power near by and of a fraction of the mean. Levels are added one at a time, from the lowest, so that no resonance
+    starts far from its measured frequency.
     """
     levels = _Levels(responses, period, joints, slips, drop, drive)
     linear = modes or levels.lowest_modes()
@@ -131,11 +131,11 @@ def fit_jointed_structure(
         pulls = rng.choice([-1.0, 1.0], size) * rng.uniform(0.5, 1.5, size)
         pulls[0, 0] = 1.0
         rough = [levels.solve(levels.start(linear, pull), 2, ROUGH, EARLY_STEPS) for pull in pulls]
-        found = min(rough, key=lambda s: s.cost)
+        solution = min(rough, key=lambda s: s.cost)
         for count in range(3, len(responses)):
-            found = levels.solve(found.values, count, ROUGH, EARLY_STEPS)
-        found = levels.solve(found.values, len(responses), FINE, steps)
-        return levels.result(found, linear)
+            solution = levels.solve(solution.values, count, ROUGH, EARLY_STEPS)
+        solution = levels.solve(solution.values, len(responses), FINE, steps)
+        return levels.result(solution, linear)
 
 
 class _Levels:
@@ -175,43 +175,43 @@ class _Levels:
         """Return the modes of the lowest level's FRFs, and those that stand for the flexibility of others."""
         value = self.measured[0] / self.force[0]
         frf = FRF(self.frequency, value, None, self.sensors, (self.drive,), QUANTITY["force"])
-        found = modes_from_frf(frf).structure.assemble((self.drive,), 0)
-        omega = np.sqrt(found.stiffness.diagonal())
-        return _structure(omega / (2 * np.pi), found.viscous.diagonal() / (2 * omega), self.sensors,
-                          found.rows(self.sensors))  # fmt: skip
+        modes = modes_from_frf(frf).structure.assemble((self.drive,), 0)
+        omega = np.sqrt(modes.stiffness.diagonal())
+        return _structure(omega / (2 * np.pi), modes.viscous.diagonal() / (2 * omega), self.sensors,
+                          modes.rows(self.sensors))  # fmt: skip
 
     def start(self, linear: ModalStructure, pulls: np.ndarray) -> np.ndarray:
         """Return the parameters of given modes with joints that modes work in proportion to pulls (n_joints, n_modes).
 
-        The modes are those of stuck joints, whose stiffness is taken off. Sets slip lengths and what is small.
+        The modes are those of stuck joints, whose stiffness is taken off. Sets slip lengths and parameter units.
         """
         omega, ratios, n = linear.omega, linear.ratios, linear.omega.size
         shapes = linear.assemble((), 0).rows(self.sensors)
         row = dict(zip(self.sensors, shapes))
         w = 2 * np.pi * self.frequency
         receptance = 1 / (omega[:, None] ** 2 - w**2 + 2j * (ratios * omega)[:, None] * w)
-        moved = [row[self.drive][:, None] * receptance * force for force in (self.force[0], self.force[-1])]
+        motions = [row[self.drive][:, None] * receptance * force for force in (self.force[0], self.force[-1])]
         pulls = pulls * np.sign(row[self.drive])  # with the driving point's motion, or against it
         psi = np.array([pull * omega if joint is None else row[joint[0]] - row[joint[1]]
                         for pull, joint in zip(pulls, self.joints)])  # fmt: skip
         free = np.array([joint is None for joint in self.joints])
-        size = np.linalg.norm(psi[free] @ moved[0], axis=1, keepdims=True)
-        psi[free] *= np.linalg.norm(row[self.drive] @ moved[0]) / size
-        low, high = (np.sqrt(2) / self.size * np.linalg.norm(psi @ q, axis=1) for q in moved)
+        size = np.linalg.norm(psi[free] @ motions[0], axis=1, keepdims=True)
+        psi[free] *= np.linalg.norm(row[self.drive] @ motions[0]) / size
+        low, high = (np.sqrt(2) / self.size * np.linalg.norm(psi @ q, axis=1) for q in motions)
         self.slip_lengths = np.geomspace(NARROWEST * low, WIDEST * high, self.slips, axis=1)
         stiffness = 2 * SOFTENING / len(psi) / np.mean((psi / omega) ** 2, axis=1)
         springs = np.repeat(stiffness[:, None] / self.slips, self.slips, axis=1)
-        squared, turned = np.linalg.eigh(np.diag(omega**2) - psi.T * stiffness @ psi)
-        slipped = np.sqrt(np.maximum(squared, (omega[0] / 2) ** 2))
-        damping = np.sum(turned**2 * (2 * ratios * omega)[:, None], axis=0) / (2 * slipped)
-        rows = np.vstack((shapes, psi[free])) @ turned
+        squared, vectors = np.linalg.eigh(np.diag(omega**2) - psi.T * stiffness @ psi)
+        slipping = np.sqrt(np.maximum(squared, (omega[0] / 2) ** 2))
+        damping = np.sum(vectors**2 * (2 * ratios * omega)[:, None], axis=0) / (2 * slipping)
+        rows = np.vstack((shapes, psi[free])) @ vectors
         usual = np.repeat(np.sqrt(np.mean(rows**2, axis=1)), n)
         usual *= np.repeat((SMALL["shape"], SMALL["joint"]), (shapes.size, free.sum() * n))
         self.small = np.concatenate((
-            SMALL["frequency"] * slipped / (2 * np.pi), np.full(n, SMALL["damping"]), usual,
+            SMALL["frequency"] * slipping / (2 * np.pi), np.full(n, SMALL["damping"]), usual,
             np.repeat(SMALL["spring"] * stiffness, self.slips),
         ))  # fmt: skip
-        return np.concatenate((slipped / (2 * np.pi), damping, rows.ravel(), springs.ravel()))
+        return np.concatenate((slipping / (2 * np.pi), damping, rows.ravel(), springs.ravel()))
 
     def parts(self, theta: np.ndarray) -> list[np.ndarray]:
         """Frequencies, Hz, damping ratios, shapes (n_sensors + n_unknown, n_modes) and springs (n_joints, n_slips)."""
@@ -240,13 +240,13 @@ class _Levels:
 
     def residuals(self, thetas: np.ndarray, levels: int) -> np.ndarray:
         """Return (n_thetas, n_residuals) complex, of the lowest levels."""
-        cases, found = [self.case(theta) for theta in thetas], []
+        cases, residuals = [self.case(theta) for theta in thetas], []
         for excitation, measured, weight in zip(self.excitations[:levels], self.measured, self.weights):
             spectra = simulate_and_keep(cases, excitation, self.spectrum, forces=False)
-            found.append(((spectra - measured) * weight).reshape(len(cases), -1))
+            residuals.append(((spectra - measured) * weight).reshape(len(cases), -1))
             self.simulations += len(cases)
             self.bar.update(len(cases))
-        return np.hstack(found)
+        return np.hstack(residuals)
 
     def spectrum(self, response: Response) -> np.ndarray:
         """Return (n_sensors, n_lines) of the last period."""
@@ -265,23 +265,23 @@ class _Levels:
         )
         return solve(problem, stop=Stop(steps, decrease=decrease, move=1e-6))
 
-    def result(self, found: Solution, linear: ModalStructure) -> JointedStructure:
-        """Gather what was found, records in the order that they were given in."""
-        rig, law = self.case(found.values)
+    def result(self, solution: Solution, linear: ModalStructure) -> JointedStructure:
+        """Return the fitted structure with its errors, records in the order given."""
+        rig, law = self.case(solution.values)
         error, motion = np.empty((len(self.force), len(self.sensors))), np.empty((len(self.force), len(self.joints)))
         for place, excitation, measured in zip(self.order, self.excitations, self.measured):
             (response,) = simulate_and_keep([(rig, law)], excitation, lambda response: response)
-            missed = self.spectrum(response) - measured
-            error[place] = np.linalg.norm(missed, axis=1) / np.linalg.norm(measured, axis=1)
+            difference = self.spectrum(response) - measured
+            error[place] = np.linalg.norm(difference, axis=1) / np.linalg.norm(measured, axis=1)
             assert response.displacement is not None
             motion[place] = np.abs(response.displacement[:, -self.size :]).max(axis=1)
-        return JointedStructure(rig, law, linear, found.cost, error, motion, self.simulations)
+        return JointedStructure(rig, law, linear, solution.cost, error, motion, self.simulations)
 
 
 def _weight(value: np.ndarray) -> np.ndarray:
     power = np.abs(value) ** 2
-    near = scipy.ndimage.uniform_filter1d(power, SMOOTHED, axis=1, mode="nearest")
-    return 1 / np.sqrt(near + FLOOR * power.mean(axis=1, keepdims=True))
+    smoothed = scipy.ndimage.uniform_filter1d(power, SMOOTHED, axis=1, mode="nearest")
+    return 1 / np.sqrt(smoothed + FLOOR * power.mean(axis=1, keepdims=True))
 
 
 def _structure(frequency: np.ndarray, ratios: np.ndarray, dofs: Sequence[str], shapes: np.ndarray) -> ModalStructure:

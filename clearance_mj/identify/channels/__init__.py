@@ -1,1 +1,1 @@
-"""Which channel of a logger's files is which sensor of a rig: found from names, units and the records themselves."""
+"""Assignment of the channels of a logger's files to the sensors of a rig, by names, units and the records."""

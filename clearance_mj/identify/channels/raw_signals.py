@@ -129,18 +129,18 @@ def gather(files: Sequence[tuple[str, Sequence[Channel]]]) -> RawSignals:
         raise RecordError(f'{first_file}: two channels have the name "{twice}"; a map goes by names: give each its own')
     by_name = []
     for file, channels in files:
-        file_channels = {channel.name: channel for channel in channels}
-        if missing := [name for name in names if name not in file_channels]:
+        by_channel = {channel.name: channel for channel in channels}
+        if missing := [name for name in names if name not in by_channel]:
             raise RecordError(
                 f'{file}: has no channel "{missing[0]}", which {first_file} has; map files of one set-up together'
             )
-        by_name.append(file_channels)
+        by_name.append(by_channel)
     rates = [channel.fs for channel in first]
     fs = max(set(rates), key=rates.count)
     unusable: dict[str, str] = {}
-    for file_channels in by_name:
-        size = max((channel.size for channel in file_channels.values() if channel.fs == fs), default=0)
-        unusable |= {n: reason for n in names if n not in unusable and (reason := _unusable(file_channels[n], fs, size))}
+    for by_channel in by_name:
+        size = max((channel.size for channel in by_channel.values() if channel.fs == fs), default=0)
+        unusable |= {n: reason for n in names if n not in unusable and (reason := _unusable(by_channel[n], fs, size))}
     usable = [name for name in names if name not in unusable]
     if len(usable) < 2:
         why = "; ".join(f'"{name}" {reason}' for name, reason in unusable.items())

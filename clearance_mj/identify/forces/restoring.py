@@ -218,7 +218,7 @@ def restoring_forces(dataset: Dataset, progress: bool = False) -> list[Restoring
 
 
 def require_measurable(record: PreparedRecord, needs_probes: bool = True) -> None:
-    """Refuse a record from which restoring forces cannot be found.
+    """Refuse a record from which restoring forces cannot be computed.
 
     Parameters
     ----------
@@ -262,7 +262,7 @@ def _solve(
         squared_residual = np.abs(spectrum - (gains @ theta[:, :, None])[:, :, 0]) ** 2
         leverage = np.sum((weighted @ inverse) * weighted.conj(), axis=2).real
         free = np.maximum(1 - leverage, 0).sum(axis=0)
-        # Of a channel that alone tells something, such as an excitation beside a clearance, nothing is left to see.
+        # A channel without redundancy, such as an excitation at a clearance, has no residual and shows no noise.
         known = free > FREEDOM * len(leverage)
         sigma[known] = np.sqrt(squared_residual.sum(axis=0)[known] / (rows * free[known]))
         sigma = np.maximum(sigma, QUIETEST * rms)

@@ -201,10 +201,10 @@ def lines_of(
     waves = {times: _spectra(_waves(times * turning.angle), window, n)[lines] for times in TIMES}
     basis = np.linalg.qr(np.concatenate(gains) / noise[:, :, None])[0]
     spun = _spectra(_spun(turning), window, n)[lines]
-    found = Lines(record, model, rows, parts, spun, waves, noise, basis, measured)
+    lines_near = Lines(record, model, rows, parts, spun, waves, noise, basis, measured)
     for load in known:
-        measured = measured - found.shown(load, _forces(model, load))
-    return dataclasses.replace(found, target=found.left(measured[:, :, None])[:, :, 0])
+        measured = measured - lines_near.shown(load, _forces(model, load))
+    return dataclasses.replace(lines_near, target=lines_near.left(measured[:, :, None])[:, :, 0])
 
 
 def _chosen(record: PreparedRecord, omega: np.ndarray) -> tuple[np.ndarray, tuple[LinesPart, ...]]:
@@ -286,7 +286,7 @@ def fit_loads(
 
 
 def in_slow_roll(model: LinearModel, rows: np.ndarray, speed: float, times: float) -> np.ndarray:
-    """Return the motion (2, n_rows) under a rig's own loads in slow turning per cos kφ and sin kφ, m.
+    """Return the motion (2, n_rows) under a rig's loads in slow turning per cos kφ and sin kφ, m.
 
     Parameters
     ----------

@@ -282,7 +282,7 @@ def _starts(
 def grid_of_starts(motion: MeasuredMotion) -> list[dict[str, float]]:
     """Return gaps and contacts about the rig file's, with the shaft at its rest place and in the motion's middle.
 
-    A shaft that goes far into a soft wall shows neither the gap nor the middle, and from too wide a gap none is found.
+    A shaft that goes far into a soft wall shows neither gap nor middle, and a search from too wide a gap fails.
     """
     prefix, nominal = f"bushings[{motion.number}]", motion.nominal
     names = RESTS if motion.rest_is_open else OFFSETS

@@ -24,7 +24,7 @@ LOWEST = 5.0  # Hz, lowest of them
 OVERLAP = 8  # values of k(t) and c(t) within the length of a window
 HANN = np.hanning(OVERLAP + 2)[1:-1]
 UNSURE = 0.5  # relative standard deviation of k from which no value is given
-RELEASES = 3  # times that the instants of release, where the contact would pull, are found again from k and c
+RELEASES = 3  # times that the instants of release, where the contact would pull, are computed from k and c
 
 
 @dataclass(frozen=True, eq=False)

@@ -109,14 +109,14 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     misfit = law_misfit(update.records, model, progress)
     estimates = _together(update, turning, families, misfit.widening)
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
-    warnings: tuple[str, ...] = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
-    warnings += _unknown_offsets(model.rig, update, estimates)
+    words: tuple[str, ...] = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
+    words += _unknown_offsets(model.rig, update, estimates)
     pages: dict[str, Any] = {"update": update, "families": [f for fits in families for f in fits], "misfit": misfit}
     if not dataset.rig.moves_across:
         pages["forces"] = partial(possible_forces, records, partial(force_on, model.rig, update))
     return BenchFit(
         model=model, estimates=estimates, update=update, families=families, misfit=misfit,
-        warnings=(*diagnosis.words, *update.warnings, *(turning.warnings if turning else ()), *warnings, *misfit.warnings),
+        warnings=(*diagnosis.words, *update.warnings, *(turning.warnings if turning else ()), *words, *misfit.warnings),
         pages=pages,
     )  # fmt: skip
 
@@ -158,11 +158,11 @@ def _together(
     lengths, which all families have, vary with the family, too.
     """
     parts = [update.estimates, *([turning.estimates] if turning else ())]
-    parameters = [p for e in parts for p in e.parameters]
+    named = [p for e in parts for p in e.parameters]
     for j, (likeliest, *rivals) in enumerate(families):
         known = [(f.weight, {n: v for n, v in f.fit.values.items() if n.startswith("bushings[")}) for f in rivals]
         parts.append(likeliest.fit.estimates.widened(widening).with_rivals(known))
-        parameters += [dataclasses.replace(p, name=p.name if p.name.startswith("bushings[") else f"{p.name}, bushings[{j}]")
+        named += [dataclasses.replace(p, name=p.name if p.name.startswith("bushings[") else f"{p.name}, bushings[{j}]")
                 for p in parts[-1].parameters]  # fmt: skip
     covariance = scipy.linalg.block_diag(*(e.covariance for e in parts))
-    return Estimates.of(parameters, np.concatenate([e.value for e in parts]), covariance)
+    return Estimates.of(named, np.concatenate([e.value for e in parts]), covariance)

@@ -27,7 +27,7 @@ OFFSET = 0.01, 0.2
 
 
 def describe_dropouts(signals: Sequence[np.ndarray] | np.ndarray, fs: float) -> list[str]:
-    """Return of each channel (n_t,) of a record, in words, where it drops out or has a spike of its own; "" if not."""
+    """Return for each channel (n_t,) of a record, in words, where it drops out or has a spike alone; "" if not."""
     peaks = [_standing_out(signal) for signal in signals]
     near = math.ceil(ONE_IMPACT * fs)
     described = []
@@ -64,7 +64,7 @@ def _standing_out(signal: np.ndarray) -> np.ndarray:
 
 
 def zero_error(displacement: ArrayLike, gap: float) -> str:
-    """Return in words how a probe's zero (n_t,) is off or drifts, in m, beside a gap, m; "" if it does not.
+    """Return in words how a probe's zero (n_t,) is off or drifts, in m, compared with a gap, m; "" if it does not.
 
     A probe reads zero where the shaft rests: its median in the quietest quarter of a record.
     """

@@ -266,7 +266,7 @@ def require_one_mark(records: Sequence[PreparedRecord]) -> None:
     Raises
     ------
     RecordError
-        Names a record whose keyphasor has several pulses in a turn, beside others in which the shaft turns.
+        Names a record whose keyphasor has several pulses in a turn, among others in which the shaft turns.
     """
     turning = [r for r in records if r.turning is not None and r.tested.spin]
     several = next((r for r in turning if r.tested.spin and r.tested.spin.pulses > 1), None)

@@ -19,19 +19,19 @@ class WhiteLines(NamedTuple):
 
     gains: np.ndarray  #: (n_f, n_channels, n_unknowns) of what is fitted in every line
     measured: np.ndarray  #: (n_f, n_channels)
-    coupled: np.ndarray  #: (n_f, n_channels, n_couples) what couples as large as the forces would add
+    coupled: np.ndarray  #: (n_f, n_channels, n_couples) response to couples as large as the forces
     correlated: float  #: lines that count as one independent observation
 
     def thinned(self, most: int) -> WhiteLines:
         """Return every so many-th line, at most ``most``."""
-        some = slice(None, None, -(-len(self.gains) // most))
-        return WhiteLines(self.gains[some], self.measured[some], self.coupled[some], self.correlated)
+        kept_lines = slice(None, None, -(-len(self.gains) // most))
+        return WhiteLines(self.gains[kept_lines], self.measured[kept_lines], self.coupled[kept_lines], self.correlated)
 
 
-def likeliest_share(records: Sequence[WhiteLines], shares: np.ndarray, outlying: float) -> float:
-    """Return which of some shares of the forces acts as independent couples, by restricted likelihood.
+def likeliest_share(records: Sequence[WhiteLines], fractions: np.ndarray, outlying: float) -> float:
+    """Return the likeliest of some fractions of the forces that act as independent couples, by restricted likelihood.
 
-    That is the likelihood of what the fitted unknowns leave over (Patterson & Thompson, Biometrika 58, 1971): with the
+    That is the likelihood of the residuals of the fitted unknowns (Patterson & Thompson, Biometrika 58, 1971): with the
     covariance S of noise and couples, gains G and lines y, ln det S + ln det Gᴴ S⁻¹ G + yᴴ P y, where
     P = S⁻¹ - S⁻¹ G (Gᴴ S⁻¹ G)⁻¹ Gᴴ S⁻¹.
 
@@ -39,24 +39,24 @@ def likeliest_share(records: Sequence[WhiteLines], shares: np.ndarray, outlying:
     ----------
     records : sequence of WhiteLines
         Lines of all records.
-    shares : ndarray, shape (n,)
-        What is compared.
+    fractions : ndarray, shape (n,)
+        Values that are compared.
     outlying : float
         Standard deviations from which on a line counts less (Huber).
     """
-    cost = np.zeros(len(shares))
+    cost = np.zeros(len(fractions))
     for gains, measured, coupled, correlated in records:
-        both = np.concatenate((gains, measured[:, :, None]), axis=2)
+        columns = np.concatenate((gains, measured[:, :, None]), axis=2)
         products = coupled @ coupled.conj().transpose(0, 2, 1)
         bound = outlying**2 * (gains.shape[1] - gains.shape[2])
-        for k, share in enumerate(shares):
-            covariance = np.eye(gains.shape[1]) + share**2 * products
-            inner = both.conj().transpose(0, 2, 1) @ np.linalg.solve(covariance, both)
+        for k, fraction in enumerate(fractions):
+            covariance = np.eye(gains.shape[1]) + fraction**2 * products
+            inner = columns.conj().transpose(0, 2, 1) @ np.linalg.solve(covariance, columns)
             of_gains = _log_det(inner[:, :-1, :-1])
-            left = np.exp(_log_det(inner) - of_gains)  # yᴴ P y, by the Schur complement
-            left = np.where(left > bound, 2 * np.sqrt(left * bound) - bound, left)
-            cost[k] += np.sum(left + _log_det(covariance) + of_gains) / correlated
-    return float(shares[int(np.argmin(cost))])
+            residual = np.exp(_log_det(inner) - of_gains)  # yᴴ P y, by the Schur complement
+            residual = np.where(residual > bound, 2 * np.sqrt(residual * bound) - bound, residual)
+            cost[k] += np.sum(residual + _log_det(covariance) + of_gains) / correlated
+    return float(fractions[int(np.argmin(cost))])
 
 
 def _log_det(matrices: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
-"""The linear rig out of records, with what its file lacks or has grossly wrong: whichever explains the records better.
+"""The linear rig from records, with missing parts or gross faults of its file: whichever explains the records better.
 
-What the file lacks (`with_found_structure`) and gross faults of channels and dimensions (`diagnose`) are rivals: a
-missing mass is made good by a wrong density, a wrong length by a clamp that gives. Both are compared by the same cost.
+Missing parts (`with_found_structure`) and gross faults of channels and dimensions (`diagnose`) are rivals: a missing
+mass is compensated by a wrong density, a wrong length by a compliant clamp. Both are compared by the same cost.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def update_rig(dataset: Dataset, as_drawn: bool = False, progress: bool = False)
     Returns
     -------
     RigUpdate
-        The updated rig with what its file lacks, all its open parameters with posterior and prior, and what it misses.
+        The updated rig with parts missing in its file, its open parameters with posterior and prior, and its misfit.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def update_rig(dataset: Dataset, as_drawn: bool = False, progress: bool = False)
 
 
 def examine(rig: Rig, records: Sequence[PreparedRecord], progress: bool = False) -> tuple[RigUpdate, Diagnosis]:
-    """Update a rig to prepared records, find what its file lacks and what is grossly wrong.
+    """Update a rig to prepared records, find parts missing in its file and gross faults.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def examine(rig: Rig, records: Sequence[PreparedRecord], progress: bool = False)
     Returns
     -------
     RigUpdate
-        With what the records want beside the structure as drawn, unless a gross fault explains them better.
+        With the parts that records show beyond the structure as drawn, unless a gross fault explains them better.
     Diagnosis
         Of gross faults.
 
@@ -75,12 +75,12 @@ def examine(rig: Rig, records: Sequence[PreparedRecord], progress: bool = False)
     """
     require_one_rig(rig, records)
     drawn = update_from(rig, records)
-    found = with_found_structure(drawn, progress)
-    before, after = Assessment(drawn), Assessment(found)
-    if not found.structure.accepted or not after.unexplained:
-        return found, diagnose(found)
+    with_parts = with_found_structure(drawn, progress)
+    before, after = Assessment(drawn), Assessment(with_parts)
+    if not with_parts.structure.accepted or not after.unexplained:
+        return with_parts, diagnose(with_parts)
     diagnosis = diagnose(drawn)
     if diagnosis.faults and Assessment(diagnosis.update).cost < after.cost:
         return drawn, diagnosis
     # Where one channel alone stands out, and still does, it is that channel: no structure acts on one alone.
-    return (drawn, diagnosis) if before.sound else (found, misfit_alone(found))
+    return (drawn, diagnosis) if before.sound else (with_parts, misfit_alone(with_parts))

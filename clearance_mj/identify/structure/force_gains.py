@@ -1,4 +1,4 @@
-"""What channels show of forces in the clearances of a rig whose open parameters have other values."""
+"""Gains from forces in the clearances to channels, of a rig whose open parameters have other values."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ def gains_at(
     """Return the gains of forces that act at rows (n_forces, n_modes), and of the excitation, for each record."""
     rows = model.at_probes(values) if probes else np.zeros((0, model.size))
     driven = [model.driven(each.tested) for each in lines]
-    return [own.channel_gains(rows, each.kind, each.omega, at, spin) for (own, spin), each in zip(driven, lines)]
+    return [m.channel_gains(rows, each.kind, each.omega, at, spin) for (m, spin), each in zip(driven, lines)]
 
 
 def end_gains(
     model: LinearModel, values: Mapping[str, float], probes: bool, lines: Lines, in_flanks: np.ndarray
 ) -> np.ndarray:
-    """Return what a record adds to its channels that begins and ends in motion, (n_f, n_channels, n_modes).
+    """Return the effect on the channels of a record that begins and ends in motion, (n_f, n_channels, n_modes).
 
     A mode q̈ + 2ζω q̇ + ω² q = p in a window f is moved by f p + 2 ḟ q̇ + f̈ q: near a low mode a sine that ends there
     leaves nothing else. How large it is, the channels say.
@@ -71,13 +71,13 @@ def end_gains(
     """
     modes = np.eye(model.size)[model.omega < 2 * np.pi * LOW_MODES]
     (gains,) = gains_at(model, values, probes, [lines], modes)
-    own, spin = model.driven(lines.tested)
-    moved = own.displacement_gains(modes, lines.kind, lines.omega, modes, spin)
+    driven, spin = model.driven(lines.tested)
+    motion = driven.displacement_gains(modes, lines.kind, lines.omega, modes, spin)
     gains = gains[:, :-1, :-1]
-    shown = gains / np.einsum("fii->fi", moved[:, :, :-1])[:, None]  # of each mode's own motion
-    shown = shown * np.any(in_flanks[:, :-1], axis=0).reshape(-1, 1)  # a channel that was left out shows nothing
-    power = np.maximum(np.sum(np.abs(shown) ** 2, axis=1), 1e-300)
-    size = np.einsum("fci,fc->fi", shown.conj(), in_flanks[:, :-1]) / power
+    response = gains / np.einsum("fii->fi", motion[:, :, :-1])[:, None]  # per motion of each mode
+    response = response * np.any(in_flanks[:, :-1], axis=0).reshape(-1, 1)  # a channel that was left out shows nothing
+    power = np.maximum(np.sum(np.abs(response) ** 2, axis=1), 1e-300)
+    size = np.einsum("fci,fc->fi", response.conj(), in_flanks[:, :-1]) / power
     return np.pad(gains * size[:, None], ((0, 0), (0, 1), (0, 0)))
 
 

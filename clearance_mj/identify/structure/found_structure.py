@@ -1,4 +1,4 @@
-"""What a bench has beside the structure that its rig file draws, by its records: what was tried and what accepted."""
+"""Parts of a bench beyond the structure in its rig file, by its records: hypotheses tried and accepted."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ class Tried:
     """A hypothesis as it was tried once."""
 
     name: str  #: of the hypothesis
-    called: str  #: what it says, with the numbers found where it was fitted
+    called: str  #: in words, with its numbers where it was fitted
     gain: float  #: of log evidence, less any handicap; by the score test alone where it was not fitted
-    fitted: bool  #: whether it was fitted with all that is open
+    fitted: bool  #: True if it was fitted with all open parameters
 
 
 @dataclass(frozen=True)
 class Accepted:
-    """A hypothesis that the records want."""
+    """A hypothesis that the records support."""
 
     name: str  #: of the hypothesis
-    words: str  #: with the numbers found
+    words: str  #: with its fitted numbers
     gain: float  #: of log evidence
-    confirmed: float  #: by how much it raises the log likelihood of the piece of the records that no fit has seen
-    rivals: tuple[str, ...]  #: what explains the records about as well, in words
+    confirmed: float  #: gain of log likelihood in the part of the records that no fit has used
+    rivals: tuple[str, ...]  #: hypotheses that explain the records about as well, in words
     apart: str  #: the measurement that would tell it from these
 
     def __str__(self) -> str:
@@ -42,12 +42,12 @@ class Accepted:
 
 @dataclass(frozen=True, eq=False)
 class FoundStructure:
-    """What was tried beside the structure as it is drawn."""
+    """Hypotheses tried beyond the structure as it is drawn."""
 
     accepted: tuple[Accepted, ...] = ()
-    """in the order in which they were found"""
+    """in the order of acceptance"""
     rounds: tuple[tuple[Tried, ...], ...] = ()
-    """of every hypothesis the best beside what was accepted before, the likeliest first"""
+    """the best of every hypothesis, given those accepted before, the likeliest first"""
     as_drawn: tuple[RecordMisfit, ...] = ()
     """of each record, by the rig updated as it is drawn"""
     parameters: tuple[str, ...] = ()
@@ -59,8 +59,8 @@ class FoundStructure:
         return tuple(map(str, self.accepted))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what was accepted and what was tried as plain data."""
+        """Return the accepted and the tried hypotheses as plain data."""
         return {
-            "accepted": [dataclasses.asdict(one) for one in self.accepted],
-            "tried": [[dataclasses.asdict(one) for one in tried] for tried in self.rounds],
+            "accepted": [dataclasses.asdict(hypothesis) for hypothesis in self.accepted],
+            "tried": [[dataclasses.asdict(hypothesis) for hypothesis in tried] for tried in self.rounds],
         }

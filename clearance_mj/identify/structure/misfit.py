@@ -1,4 +1,4 @@
-"""Spectra of a record beside those of a rig, and what the rig misses of them."""
+"""Spectra of a record compared with those of a rig, and the rig's misfit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class RecordMisfit:
 
     record: str  #: name of the record
     tested: Rig  #: whose shaker and spin are those of the record
-    kind: str  #: "base" or "force": what excites
+    kind: str  #: "base" or "force": kind of excitation
     duration: float  #: s
     frequency: np.ndarray  #: (n_f,) Hz
     level: np.ndarray  #: (n_channels,) RMS of the channels, with the lines near the turns, which are left out
@@ -34,22 +34,22 @@ class RecordMisfit:
 
     @property
     def is_whole(self) -> bool:
-        """Whether the record has all channels: none was left out."""
+        """True if the record has all channels: none was left out."""
         return bool(self.level.all())
 
     @property
     def share(self) -> np.ndarray:
-        """(n_channels,) RMS of what is left over that of the channel; nan of one that was left out."""
+        """(n_channels,) RMS of the residual over that of the channel; nan of one that was left out."""
         return share_missed(rms((self.fitted - self.measured).T), self.level)
 
 
-def share_missed(left: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Return what is left of channels (n_channels,) over their level; nan of those that were left out."""
-    return np.divide(left, level, out=np.full(left.shape, np.nan), where=level > 0)
+def share_missed(residual: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """Return the residual of channels (n_channels,) over their level; nan of those that were left out."""
+    return np.divide(residual, level, out=np.full(residual.shape, np.nan), where=level > 0)
 
 
-def mean_share(shares: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the RMS (n_channels,) of shares over the records that have a channel; 0 of one that none has."""
-    squares = np.square(shares)
+def mean_share(ratios: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the RMS (n_channels,) of misfits over the records that have a channel; 0 of one that none has."""
+    squares = np.square(ratios)
     known = np.isfinite(squares)
     return np.asarray(np.sqrt(np.sum(squares, axis=0, where=known) / np.maximum(known.sum(axis=0), 1)))

@@ -1,4 +1,4 @@
-"""What a rig file leaves open: its uncertain numbers as parameters with priors, and the rig with other values.
+"""Open parameters of a rig file: its uncertain numbers as parameters with priors, and the rig with other values.
 
 A tolerance of the rig file (`Tolerance`) goes before these standard deviations: Young's modulus 3 %, density 1 %,
 masses 5 %, places of bushings and sensors 2 mm, gains 1 %, modal damping a factor of 2, gap 20 %, offset 0.3 of the
@@ -46,7 +46,7 @@ DEFAULTS = {
     "inertia": 0.05, "polar_inertia": 0.05, "direction": 0.02, "probe_angle": 0.035, "offset_y": 0.3,
     "coefficient": math.log(1.5), "viscosity": math.log(1.5),
 }  # fmt: skip
-"""1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm; of what is linear in SI units"""
+"""1 σ: of positions in m, of offsets over the gap, of the rest relative or a logarithm; of linear ones in SI units"""
 _SPATIAL = (("friction", "coefficient"), ("film", "viscosity"))
 RANGES = {
     "damping_ratios": (0.0, CRITICAL), "damping_ratio": (0.0, MAX_DAMPING), "angle": (0.01, math.pi / 2 - 0.01),
@@ -64,7 +64,7 @@ OF_SUPPORT = ("translation", "rotation", "translation_damping", "rotation_dampin
 SUPPORT_LOSS = 0.01  # of its force, that of its damper at the shaft's lowest frequency
 STIFF_SUPPORT, STIFF_TURN = 3e3, 3e2  # of EI/L³ and EI/L, the support of a shaft that the rig file takes for rigid
 STEEL = 2.1e11  # N/m², of a shaft whose rig file does not say
-RATIOS = 8  # modes at most with a damping ratio of their own
+RATIOS = 8  # largest number of modes with a damping ratio each
 DAMPED_BAND = 1.3  # of the highest frequency: up to here modes have one, and the next one above
 PROBE_GAIN = 0.01  # 1 σ of a probe's gain
 LISTED = 6  # parameters at most that are named of those that records say nothing about
@@ -77,7 +77,7 @@ CLAMP_UNITS = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation":
 
 
 def parameter_words(name: str) -> str:
-    """Return what a parameter is called where people read: its path in the rig file, or the compliance of a clamp.
+    """Return a parameter's name for readers: its path in the rig file, or the compliance of a clamp.
 
     Parameters
     ----------
@@ -97,13 +97,13 @@ def unsaid_words(names: Sequence[str], before: str = "of the rig file, within it
     before : str
         Whose values they keep.
     """
-    kept = "its value is that" if len(names) == 1 else "values are those"
-    return f"the records say nothing about {few([*map(parameter_words, names)], LISTED)}: {kept} {before}"
+    words = "its value is that" if len(names) == 1 else "values are those"
+    return f"the records say nothing about {few([*map(parameter_words, names)], LISTED)}: {words} {before}"
 
 
 @checks_kinds
 def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[Parameter, ...]:
-    """Return what a rig file leaves open, with what is known of it before any record.
+    """Return the open parameters of a rig file with their priors.
 
     Parameters
     ----------
@@ -124,20 +124,20 @@ def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[P
     damped = int(np.sum(rig.reduction(2 * RATIOS).omega < 2 * np.pi * DAMPED_BAND * highest)) + 1
     data = base.to_dict()
     unsaid = list(_open_keys(data, damped))
-    told = [tolerance for tolerance in rig.tolerances if not tolerance.of.endswith(".wear")]  # by no vibration
-    given = {key: t for t in told if t.of not in CLAMP_COMPLIANCES for key in find_numbers(data, t.of)}
-    keys = [*(key for key in unsaid if key not in given), *given]
+    tolerances = [tolerance for tolerance in rig.tolerances if not tolerance.of.endswith(".wear")]  # by no vibration
+    tolerance_of = {key: t for t in tolerances if t.of not in CLAMP_COMPLIANCES for key in find_numbers(data, t.of)}
+    keys = [*(key for key in unsaid if key not in tolerance_of), *tolerance_of]
     named = [(path_of(key), get_number(data, key)) for key in keys]
     places = [get_number(data, ("bushings", j, "position")) for j in range(len(rig.bushings) if probes else 0)]
-    found = list(_clamp(rig))
+    parameters = list(_clamp(rig))
     for key, (path, value) in zip(keys, named):
-        found += [p] if (p := _parameter(base, data, key, path, value, given.get(key))) else []
+        parameters += [p] if (p := _parameter(base, data, key, path, value, tolerance_of.get(key))) else []
     for j, (bushing, rows, place) in enumerate(zip(rig.bushings, rig.clearance_rows, places)):
-        found += [_logarithm(f"probes[{i}].gain", "", 1.0, PROBE_GAIN) for i in range(rows.start, rows.stop)]
+        parameters += [_logarithm(f"probes[{i}].gain", "", 1.0, PROBE_GAIN) for i in range(rows.start, rows.stop)]
         if place is not None and bushing.to is None:
             ends = _shaft(rig, bushing.position)
-            found.append(_linear(f"probes[{j}].position", "m", place, DEFAULTS["position"], *ends))
-    return tuple(found)
+            parameters.append(_linear(f"probes[{j}].position", "m", place, DEFAULTS["position"], *ends))
+    return tuple(parameters)
 
 
 @functools.lru_cache(maxsize=16)
@@ -160,17 +160,17 @@ def prepared_rig(rig: Rig) -> Rig:
                 sensors[i] = dataclasses.replace(sensor, direction=tuple(sensor.unit_direction.tolist()))
         rig = rig.replace(sensors=tuple(sensors))
     omega = rig.reduction(2 * RATIOS).omega[:RATIOS]
-    own = linear.damping_ratios or (0.0,)
+    given = linear.damping_ratios or (0.0,)
     eta1, eta2 = linear.rayleigh
     safe = np.where(omega > 0, omega, np.inf)
-    ratios = eta1 / (2 * safe) + eta2 * omega / 2 + [own[min(i, len(own) - 1)] for i in range(omega.size)]
-    kept = tuple(np.clip(ratios, LOWEST_DAMPING, 1.0).tolist())
-    damped = dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept)
+    ratios = eta1 / (2 * safe) + eta2 * omega / 2 + [given[min(i, len(given) - 1)] for i in range(omega.size)]
+    damping_ratios = tuple(np.clip(ratios, LOWEST_DAMPING, 1.0).tolist())
+    damped = dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=damping_ratios)
     return rig.replace(**{"beam" if rig.beam else "structure": damped})
 
 
 def _exact_supports(rig: Rig) -> set[str | int]:
-    """Numbers of the supports that a tolerance says to be exact."""
+    """Return the indices of the supports that a tolerance says to be exact."""
     exact = (t.of for t in rig.tolerances if t.size == 0 and t.of.startswith("structure.supports"))
     return {key[2] for path in exact for key in find_numbers(rig.to_dict(), path)}
 
@@ -182,7 +182,7 @@ def with_exact_supports(rig: Rig) -> Rig:
 
 
 def _on_springs(shaft: Shaft, exact: Collection[str | int], twists: bool) -> Shaft:
-    """The shaft with springs in the place of rigid supports that are not exact, and thin discs by one inertia."""
+    """Return the shaft with springs for rigid supports that are not exact, and with thin discs by one inertia."""
     material = shaft.material or shaft.sections[0].material
     thickest = max(float(each.across(np.array([0.5]), 0.3).second_moment[0]) for each in shaft.sections)
     bending = (material.young_modulus if material else STEEL) * thickest
@@ -193,8 +193,8 @@ def _on_springs(shaft: Shaft, exact: Collection[str | int], twists: bool) -> Sha
     for i, support in enumerate(supports):
         if twists and support.holds_twist:
             supports[i] = dataclasses.replace(support, twist="rigid")
-        for held in HELD[support.kind] if i not in exact else ():
-            supports[i] = dataclasses.replace(supports[i], kind="elastic", **springs[held])
+        for direction in HELD[support.kind] if i not in exact else ():
+            supports[i] = dataclasses.replace(supports[i], kind="elastic", **springs[direction])
     thin = tuple(
         dataclasses.replace(d, polar_inertia=None) if d.polar_inertia == 2 * d.inertia else d for d in shaft.discs
     )
@@ -230,7 +230,7 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
 
 
 def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
-    """What is uncertain where the rig file says nothing."""
+    """Yield the numbers that are uncertain where the rig file says nothing."""
     if "beam" in data:
         yield from (("beam", "young_modulus"), ("beam", "density"))
     shaft = data.get("structure", {}) if data.get("structure", {}).get("kind") == "shaft" else {}
@@ -268,7 +268,7 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
 
 
 def _attached_keys(data: dict[str, Any]) -> Iterator[Key]:
-    """What is uncertain of what the structure stands on and has beside it, where the rig file has it."""
+    """Yield the uncertain numbers of supports and attached parts, where the rig file has them."""
     clamp = (data.get("beam") or {}).get("clamp") or {}
     yield from (("beam", "clamp", n) for n in ("mass", "translation_damping", "rotation_damping") if n in clamp)
     for i in range(len(data.get("springs", ()))):
@@ -293,7 +293,7 @@ def _attached_keys(data: dict[str, Any]) -> Iterator[Key]:
 def _parameter(
     rig: Rig, data: dict[str, Any], key: Key, path: str, value: float | None, tolerance: Tolerance | None
 ) -> Parameter | None:
-    """A number with its prior; None if it is exact, or no number."""
+    """Return a number with its prior; None if it is exact, or no number."""
     value = LEFT_OUT.get(str(key[-1])) if value is None else value
     if value is None or (tolerance and tolerance.size == 0):
         return None
@@ -333,7 +333,7 @@ def _at(data: dict[str, Any], key: Key) -> float | str:
 
 
 def _shaft(rig: Rig, place: float | str) -> tuple[float, float]:
-    """Ends of the shaft that a place such as "inner@0.4" is on; a clamped one begins a little beyond its clamp."""
+    """Return the ends of the shaft of a place such as "inner@0.4"; a clamped one begins a little beyond its clamp."""
     name, _ = parse_place(place) or ("", 0.0)
     shaft = {shaft.name: shaft for shaft in rig.linear.shafts}[name]
     return shaft.start + (1e-3 * shaft.length if rig.beam else 0.0), shaft.end

@@ -1,4 +1,4 @@
-"""Variable projection: at every line the unknown forces that meet all channels best, and what they leave.
+"""Variable projection: at every line the unknown forces that meet all channels best, and their residual.
 
 Golub and Pereyra, The differentiation of pseudo-inverses and nonlinear least squares problems whose variables
 separate, SIAM J. Numer. Anal. 10, 1973; derivatives as Kaufman, BIT 15, 1975.
@@ -35,20 +35,20 @@ class Projection:
         """(n_f, n_channels) whitened"""
 
     def fitted(self, noise: np.ndarray) -> np.ndarray:
-        """Return what forces and couples explain, for noise of standard deviation; both (n_f, n_channels)."""
+        """Return the spectra (n_f, n_channels) that forces and couples explain, for the noise's standard deviation."""
         return self._measured - noise**2 * (self.residual[:, None, :] @ self.whitening.conj())[:, 0]
 
     def freedom(self, noise: np.ndarray) -> float:
-        """Return the share of noise of standard deviation (n_f, n_channels) that neither forces nor couples explain.
+        """Return the fraction of noise, standard deviation (n_f, n_channels), that neither forces nor couples explain.
 
         Channels without noise do not count.
         """
-        own = self.whitening * noise[:, None, :]
-        taken = self._basis.conj().transpose(0, 2, 1) @ own
-        return float(np.sum(np.abs(own) ** 2) - np.sum(np.abs(taken) ** 2)) / np.count_nonzero(noise)
+        white_noise = self.whitening * noise[:, None, :]
+        explained = self._basis.conj().transpose(0, 2, 1) @ white_noise
+        return float(np.sum(np.abs(white_noise) ** 2) - np.sum(np.abs(explained) ** 2)) / np.count_nonzero(noise)
 
     def changed(self, gains: np.ndarray) -> np.ndarray:
-        """Return the change (n_f, n_channels) of what the same forces do, of other gains."""
+        """Return the change (n_f, n_channels) of the same forces' response by other gains."""
         return ((gains - self._gains) @ self.forces)[:, :, 0]
 
     def without_forces(self, values: np.ndarray) -> np.ndarray:

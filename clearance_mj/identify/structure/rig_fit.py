@@ -26,14 +26,14 @@ from .spectra import ChannelSpectra, rms
 
 __all__ = ["RigFit", "channel_deviation"]
 
-MODEL_ERROR = 0.01  # of a line's level: what the model misses
+MODEL_ERROR = 0.01  # of a line's level: error of the model
 NOISE_START = 0.01  # of a channel's level: its noise, to start with
 ABSENT = 1e6  # times the loudest channel's level: the noise of one that was left out, so that it says nothing
 QUIETEST = 1e-4  # of a channel's level: no channel is taken to be quieter
 ROUNDS = 3  # fits, each with the weights that the last one showed
 STOP = Stop(steps=8, decrease=0.0, move=0.05)  # of a fit: a step below 0.05 prior standard deviations ends it
 OUTLYING = 2.0  # standard deviations from which on a line counts less
-NOISE_BANDS = (20.0, 60.0, 130.0)  # Hz, between bands in which the noise is found
+NOISE_BANDS = (20.0, 60.0, 130.0)  # Hz, between bands in which the noise is estimated
 DIFFERENCE = 1e-3  # prior standard deviations, for difference quotients
 WORKERS = 2  # threads
 COUPLE = 0.5
@@ -48,7 +48,7 @@ CHANNELWISE = (
     "probe_delay",
     "direction[1]",
     "direction[2]",
-)  # fields on which an instrument's own channel alone depends
+)  # fields on which only the instrument's channel depends
 
 
 def channel_deviation(level: np.ndarray, measured: np.ndarray) -> np.ndarray:
@@ -57,7 +57,7 @@ def channel_deviation(level: np.ndarray, measured: np.ndarray) -> np.ndarray:
 
 
 class RigFit:
-    """Weighted least squares of what is open in a rig, with weights that are found between the fits.
+    """Weighted least squares of a rig's open parameters, with weights that are estimated between the fits.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ class RigFit:
         self.noise: list[np.ndarray]
         """(n_f, n_channels) of each record, as standard deviation"""
         self.whitening: list[np.ndarray]
-        """(n_f, n_channels, n_channels) of each record: makes noise and what couples do of unit variance"""
+        """(n_f, n_channels, n_channels) of each record: gives noise and the effect of couples unit variance"""
         if like:
             self.noise, self.whitening = like.noise, like.whitening
             return
@@ -126,26 +126,26 @@ class RigFit:
         self.whitening = [1 / noise[:, :, None] * np.eye(noise.shape[1]) for noise in self.noise]
 
     def run(self, start: Mapping[str, float] | None = None, before: Rig | None = None) -> RigUpdate:
-        """Fit, find the noise, fit again.
+        """Fit, estimate the noise, fit again.
 
         Parameters
         ----------
         start : mapping of str to float, optional
             Values by name where the fit begins; by default those of the rig.
         before : Rig, optional
-            What the update is compared with: the rig file, where this rig is one with more in it.
+            Rig that the update is compared with: the rig file, where this rig is one with more in it.
         """
         at = self.problem.at(start or {})
-        found = self.projected(at)
+        projections = self.projected(at)
         first = RigFit(with_exact_supports(before or self.rig), self.records, like=self).projected(None)
-        missed = [f.fitted(noise) for f, noise in zip(first, self.noise)]
+        before_fit = [f.fitted(noise) for f, noise in zip(first, self.noise)]
         for round_ in range(ROUNDS):
             if round_:
-                self._find_noise(found)
-            self._whiten(at, found)
+                self._find_noise(projections)
+            self._whiten(at, projections)
             self.solution = solve(self.problem, [at], stop=STOP)
             at = self.solution.at
-            found = self.projected(at)
+            projections = self.projected(at)
         solution = self.solution
         estimates = solution.estimates(solution.covariance)
         misfit = tuple(
@@ -153,7 +153,7 @@ class RigFit:
                 s.name, s.tested, s.kind, s.duration, s.frequency, s.level,
                 *((part * s.present).T for part in (s.measured, b, f.fitted(noise))),
             )
-            for s, b, f, noise in zip(self.spectra, missed, found, self.noise)
+            for s, b, f, noise in zip(self.spectra, before_fit, projections, self.noise)
         )  # fmt: skip
         rig = rig_with(self.rig, self.named(solution.values)).replace(tolerances=self.rig.tolerances)
         channels = self.records[0].channels
@@ -168,7 +168,7 @@ class RigFit:
         return force_gains(self.rig, self.named(self.problem.values(at)), self.probes, self.lines)
 
     def adapt(self, values: Mapping[str, float]) -> None:
-        """Take noise and whitening from what values by name leave, as a fit does that ends there."""
+        """Take noise and whitening from the residuals of values by name, as a fit does that ends there."""
         at = self.problem.at(values)
         self._find_noise(self.projected(at))
         self._whiten(at, self.projected(at))
@@ -176,11 +176,11 @@ class RigFit:
     def residuals_of(self, rig: Rig, values: Mapping[str, float]) -> np.ndarray:
         """Return the residuals (n_residuals,) of a rig with values by name, with this fit's weights."""
         gains = force_gains(rig, values, self.probes, self.lines)
-        found = [Projection(g, s.measured, w) for g, s, w in zip(gains, self.spectra, self.whitening)]
-        return self._joined([f.residual for f in found])
+        projections = [Projection(g, s.measured, w) for g, s, w in zip(gains, self.spectra, self.whitening)]
+        return self._joined([f.residual for f in projections])
 
     def projected(self, at: np.ndarray | None) -> list[Projection]:
-        """Return the forces that meet each record best; by default on the rig as it is."""
+        """Return the projections with the forces that meet each record best; by default on the rig as it is."""
         at = np.zeros(self.problem.size) if at is None else at
         return [Projection(g, s.measured, w) for g, s, w in zip(self._gains(at), self.spectra, self.whitening)]
 
@@ -195,25 +195,25 @@ class RigFit:
 
     def _linearised(self, at: np.ndarray) -> Linearised:
         """Residuals and their derivatives (Kaufman); those of all instruments by one difference."""
-        found, changes = self.projected(at), dict[int, list[np.ndarray]]()
+        fits, changes = self.projected(at), dict[int, list[np.ndarray]]()
         for field in CHANNELWISE:
             parameters = enumerate(self.problem.parameters)
             channels = {i: c for i, p in parameters if (c := self._channel(p, field)) is not None}
             steps = self._steps(at, list(channels))
-            moved = [f.changed(gains) for f, gains in zip(found, self._gains(at + steps))]
+            changes_of_gains = [f.changed(gains) for f, gains in zip(fits, self._gains(at + steps))]
             for i, channel in channels.items():
-                own = np.arange(moved[0].shape[1]) == channel
-                changes[i] = [change * own / steps[i] for change in moved]
+                is_channel = np.arange(changes_of_gains[0].shape[1]) == channel
+                changes[i] = [change * is_channel / steps[i] for change in changes_of_gains]
 
         def changed(i: int) -> list[np.ndarray]:
             steps = self._steps(at, [i])
-            return [f.changed(gains) / steps[i] for f, gains in zip(found, self._gains(at + steps))]
+            return [f.changed(gains) / steps[i] for f, gains in zip(fits, self._gains(at + steps))]
 
         others = sorted(set(range(self.problem.size)) - set(changes))
         with ThreadPoolExecutor(WORKERS) as pool:
             changes |= dict(zip(others, pool.map(changed, others)))
-        slopes = [-f.without_forces(np.array(c)) for f, c in zip(found, zip(*(changes[i] for i in sorted(changes))))]
-        return Linearised(self._joined([f.residual for f in found]), self._joined(slopes).T)
+        slopes = [-f.without_forces(np.array(c)) for f, c in zip(fits, zip(*(changes[i] for i in sorted(changes))))]
+        return Linearised(self._joined([f.residual for f in fits]), self._joined(slopes).T)
 
     def _steps(self, at: np.ndarray, which: list[int]) -> np.ndarray:
         """Steps (n,) of difference quotients, inwards from a bound."""
@@ -222,7 +222,7 @@ class RigFit:
         return steps
 
     def _channel(self, parameter: Parameter, wanted: str) -> int | None:
-        """Channel that alone depends on a parameter."""
+        """Return the channel that alone depends on a parameter; None if there is none."""
         instrument, _, field = parameter.name.partition("].")
         where, _, number = instrument.partition("[")
         if field != wanted or (where not in ("sensors", "probes") and wanted != "probe_delay"):
@@ -234,9 +234,9 @@ class RigFit:
             return None
         return int(number) + (0 if sensor else len(self.rig.sensors))
 
-    def _find_noise(self, found: Sequence[Projection]) -> None:
+    def _find_noise(self, projections: Sequence[Projection]) -> None:
         """Take the noise from the last fit's residuals: their median in every band of a channel."""
-        for i, (s, f) in enumerate(zip(self.spectra, found)):
+        for i, (s, f) in enumerate(zip(self.spectra, projections)):
             squares = np.abs(s.measured - f.fitted(self.noise[i])) ** 2 / f.freedom(self.noise[i] * s.present)
             noise, band = np.empty_like(squares), np.digitize(s.frequency, NOISE_BANDS)
             for b in np.unique(band):
@@ -244,8 +244,8 @@ class RigFit:
             noise = np.maximum(noise, (QUIETEST * rms(s.measured)) ** 2)
             self.noise[i] = _without_absent(s, np.sqrt(noise + (MODEL_ERROR * np.abs(s.measured)) ** 2))
 
-    def _whiten(self, at: np.ndarray, found: Sequence[Projection]) -> None:
-        """Whiten noise, and what depends on where in a clearance the last fit's forces acted, on the last fit's rig.
+    def _whiten(self, at: np.ndarray, projections: Sequence[Projection]) -> None:
+        """Whiten noise, and the effect of where in a clearance the last fit's forces acted, on the last fit's rig.
 
         That it is of the last fit matters: a fit that could make it grow would take it for its errors.
         """
@@ -255,19 +255,19 @@ class RigFit:
         couples = np.vstack((ends[:, 1] - ends[:, 0], ends.mean(axis=1) - middle))
         coupled = []
         for g, f, noise, s in zip(
-            gains_at(model, values, self.probes, self.lines, couples), found, self.noise, self.spectra
+            gains_at(model, values, self.probes, self.lines, couples), projections, self.noise, self.spectra
         ):
             power = np.abs(f.forces[:, :-1, 0]) ** 2
             power = scipy.ndimage.uniform_filter1d(power, s.force_bandwidth, axis=0)
             coupled.append(g[:, :, :-1] * np.sqrt(np.tile(power, 2))[:, None, :] / noise[:, :, None])
-        share = self._share_of_couples(at, coupled) if self.rig.moves_across else COUPLE
-        for i, (moved, noise, s) in enumerate(zip(coupled, self.noise, self.spectra)):
+        fraction = self._fraction_of_couples(at, coupled) if self.rig.moves_across else COUPLE
+        for i, (coupled_lines, noise, s) in enumerate(zip(coupled, self.noise, self.spectra)):
             ends = end_gains(model, values, self.probes, self.lines[i], s.in_flanks) / noise[:, :, None]
-            moved = np.concatenate((share * moved, ends), axis=2)
-            covariance = np.eye(noise.shape[1]) + moved @ moved.conj().transpose(0, 2, 1)
+            coupled_lines = np.concatenate((fraction * coupled_lines, ends), axis=2)
+            covariance = np.eye(noise.shape[1]) + coupled_lines @ coupled_lines.conj().transpose(0, 2, 1)
             self.whitening[i] = np.linalg.inv(np.linalg.cholesky(covariance)) / noise[:, None, :]
 
-    def _share_of_couples(self, at: np.ndarray, coupled: Sequence[np.ndarray]) -> float:
+    def _fraction_of_couples(self, at: np.ndarray, coupled: Sequence[np.ndarray]) -> float:
         lines = [
             WhiteLines(gain / noise[:, :, None], s.measured / noise, moved, s.correlated_lines).thinned(COMPARED_LINES)
             for gain, noise, s, moved in zip(self._gains(at), self.noise, self.spectra, coupled)
@@ -281,7 +281,7 @@ def _without_absent(spectra: ChannelSpectra, noise: np.ndarray) -> np.ndarray:
 
 
 def _within(parameter: Parameter, band: tuple[float, float]) -> Parameter:
-    """A parameter; the frequency of a mode stays in the band, or no farther from it than it began."""
+    """Return a parameter; the frequency of a mode stays in the band, or no farther from it than it began."""
     if not parameter.name.endswith(".frequency"):
         return parameter
     low, high = min(band[0], parameter.start), max(band[1], parameter.start)
@@ -289,6 +289,6 @@ def _within(parameter: Parameter, band: tuple[float, float]) -> Parameter:
 
 
 def _acts_in_clearance(name: str) -> bool:
-    """Whether a parameter is what happens in a clearance, not where it is."""
+    """Return True if a parameter describes the behaviour of a clearance, not its place."""
     elsewhere = (".position", ".to", ".probe_delay", ".probe_angle")
     return name.startswith("bushings[") and not name.endswith(elsewhere) and ".housing." not in name

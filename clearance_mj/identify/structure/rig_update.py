@@ -1,4 +1,4 @@
-"""What updating a rig to its records returns: the rig, how well it is known, and what it misses."""
+"""Result of updating a rig to its records: the rig, its estimates and its misfit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .priors import CRITICAL, rig_with, unsaid_words
 __all__ = ["RigUpdate"]
 
 SUSPECT_MISFIT = 0.1  # of a channel's level: a larger misfit is said
-DRAWN_RIGS = 8  # by which it is found how wrong what follows is where the rig is wrong
+DRAWN_RIGS = 8  # by which the rig's errors are propagated to later results
 NEARLY_CRITICAL = 0.9  # of critical damping, from which on a shaft's mode is not believed
 
 
@@ -30,21 +30,21 @@ class RigUpdate:
     rig: Rig
     """as updated; gaps, offsets and grease are those of the rig file"""
     start: Rig
-    """the rig file's, with what was found beside its structure"""
+    """the rig file's, with the parts identified beyond its structure"""
     records: tuple[PreparedRecord, ...]
     """that it was updated to"""
     estimates: Estimates
-    """of all that varied, with what was known before as priors; those of probes are no part of the rig"""
+    """of all that varied, with their priors; those of probes are no part of the rig"""
     misfit: tuple[RecordMisfit, ...]
     """of each record"""
     channels: tuple[str, ...]
     """names of the misfits' channels"""
     probes: bool
-    """whether displacement probes took part"""
+    """True if displacement probes took part"""
     clearance_priors: tuple[Parameter, ...]
-    """what the rig file leaves open in its clearances, which the update leaves as it is"""
+    """open parameters of the clearances, which the update leaves as they are"""
     structure: FoundStructure = field(default_factory=FoundStructure)
-    """what was tried beside the structure as the rig file draws it"""
+    """hypotheses tried beyond the structure in the rig file"""
 
     @property
     def only_prior(self) -> tuple[str, ...]:
@@ -53,7 +53,7 @@ class RigUpdate:
 
     @property
     def share(self) -> np.ndarray:
-        """(n_channels,) what is left of each channel over its level, RMS over the records that have it."""
+        """(n_channels,) residual of each channel over its level, RMS over the records that have it."""
         return mean_share([m.share for m in self.misfit])
 
     @property
@@ -113,7 +113,7 @@ class RigUpdate:
                 {
                     "record": m.record,
                     "duration": m.duration,
-                    "misfit": {c: share for c, share in zip(self.channels, m.share.tolist()) if share == share},
+                    "misfit": {c: ratio for c, ratio in zip(self.channels, m.share.tolist()) if ratio == ratio},
                 }
                 for m in self.misfit
             ],

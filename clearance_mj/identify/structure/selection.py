@@ -1,10 +1,10 @@
-"""Which hypotheses of a structure that is not as drawn the records want: screened, fitted, weighed, confirmed.
+"""Selection of hypotheses of a structure that is not as drawn: screened, fitted, weighed, confirmed by the records.
 
 Every candidate is first put into the updated rig as it is: how the sensors then contradict each other, less what the
-open parameters can make good, says how much its size could explain (a score test; Rao, Proc. Camb. Phil. Soc. 44,
+open parameters can compensate, says how much its size could explain (a score test; Rao, Proc. Camb. Phil. Soc. 44,
 1948). The best of each hypothesis are fitted with all open parameters to the first part of the records and compared by
 evidence (MacKay, Neural Computation 4, 1992). One is accepted that gains `MIN_GAIN` and that the rest of the records
-confirms; the rig is then updated with it, and the others are tried anew beside it.
+confirms; the rig is then updated with it, and the others are tried anew together with it.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ __all__ = ["with_found_structure"]
 MIN_GAIN = 3.0  # of log evidence, for a hypothesis to be accepted
 MIN_SCORE = 1.5  # of log likelihood by the score test, for a candidate to be fitted
 RIVAL = 3.0  # of log evidence, within which two hypotheses cannot be told apart
-MOST = 3  # hypotheses that are accepted beside each other
+MOST = 3  # hypotheses that are accepted together
 FITTED_PART = 0.8  # of each record; the rest confirms
 LINES = 400  # of each record
 BEST = 3  # candidates of a leading hypothesis that are fitted; of others the best alone
@@ -55,9 +55,9 @@ class _Trial:
 
     def __init__(self, candidate: Candidate, rig: Rig, coarse: RigFit, values: Mapping[str, float]) -> None:
         self.candidate, self.rig = candidate, rig
-        known = coarse.named(coarse.problem.values(np.zeros(coarse.problem.size)))
+        initial = coarse.named(coarse.problem.values(np.zeros(coarse.problem.size)))
         fit = RigFit(rig, coarse.records, like=coarse)
-        starts = [_own_fitted(rig, coarse, held) for held in (values, known)]
+        starts = [_fitted_additions(rig, coarse, fixed) for fixed in (values, initial)]
         # Beside values that made good for it, what the rig file says to be exact stays exact.
         searched = len(starts) if HYPOTHESES[candidate.name].of_rig_file else 1
         self.solution = solve(fit.problem, [fit.problem.at(start) for start in starts], n_best=searched, stop=STOP)
@@ -66,14 +66,14 @@ class _Trial:
         self.words = candidate.words(rig_with(rig, self.values))
 
 
-def _own_fitted(rig: Rig, coarse: RigFit, held: Mapping[str, float]) -> dict[str, float]:
-    """Values with which what was added to a rig meets the records best, where everything else is held."""
-    own = RigFit(rig, coarse.records, like=coarse, held=held)
-    return own.named(solve(own.problem, [own.problem.at({})], stop=OWN_STOP).values)
+def _fitted_additions(rig: Rig, coarse: RigFit, fixed: Mapping[str, float]) -> dict[str, float]:
+    """Return the values by which the parts added to a rig meet the records best, with all others held."""
+    fit = RigFit(rig, coarse.records, like=coarse, held=fixed)
+    return fit.named(solve(fit.problem, [fit.problem.at({})], stop=OWN_STOP).values)
 
 
 def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate:
-    """Return an updated rig with what its records want beside the structure that its rig file draws.
+    """Return an updated rig with the parts that its records show beyond the structure in its rig file.
 
     Parameters
     ----------
@@ -82,38 +82,38 @@ def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate
     progress : bool
         Show a progress bar.
     """
-    drawn, found = update, FoundStructure(as_drawn=update.misfit, parameters=update.estimates.names)
+    drawn, parts = update, FoundStructure(as_drawn=update.misfit, parameters=update.estimates.names)
     candidates: list[Candidate] = []
     optima: list[tuple[float, Mapping[str, float]]] = []
-    while len(found.accepted) < MOST:
+    while len(parts.accepted) < MOST:
         round_ = _Round(update, progress)
-        found = dataclasses.replace(found, rounds=(*found.rounds, round_.tried))
+        parts = dataclasses.replace(parts, rounds=(*parts.rounds, round_.tried))
         if (accepted := round_.accepted()) is None:
             break
-        trial, one = accepted
+        trial, part = accepted
         new = RigFit(trial.rig, drawn.records).run(trial.values, drawn.start)
         optima += round_.optima(trial, set(new.estimates.names) - set(update.estimates.names))
-        new = dataclasses.replace(new, structure=found, estimates=new.estimates.with_rivals(optima))
+        new = dataclasses.replace(new, structure=parts, estimates=new.estimates.with_rivals(optima))
         if Assessment(new).cost > Assessment(update).cost - MIN_GAIN:
             break
         update = new
         candidates.append(trial.candidate)
-        named = [dataclasses.replace(a, words=c.words(update.rig)) for a, c in zip((*found.accepted, one), candidates)]
-        found = dataclasses.replace(found, accepted=tuple(named))
+        named = [dataclasses.replace(a, words=c.words(update.rig)) for a, c in zip((*parts.accepted, part), candidates)]
+        parts = dataclasses.replace(parts, accepted=tuple(named))
     # What was opened in the rig is known now; a support that is not exact is not said to be.
-    told = tuple(t for t in update.start.tolerances if t.size == 0 or t in drawn.rig.tolerances)
-    return dataclasses.replace(update, rig=update.rig.replace(tolerances=told), structure=found)
+    tolerances = tuple(t for t in update.start.tolerances if t.size == 0 or t in drawn.rig.tolerances)
+    return dataclasses.replace(update, rig=update.rig.replace(tolerances=tolerances), structure=parts)
 
 
 class _Round:
-    """All hypotheses tried once beside a rig."""
+    """One round: all hypotheses tried once on a rig."""
 
     def __init__(self, update: RigUpdate, progress: bool) -> None:
-        begun, rest = zip(*(_cut(record) for record in update.records))
+        early, late = zip(*(_split(record) for record in update.records))
         self.rig = update.start
-        self.fit = RigFit(self.rig, begun, thin=max(1, int(FITTED_PART * update.misfit[0].frequency.size / LINES)))
+        self.fit = RigFit(self.rig, early, thin=max(1, int(FITTED_PART * update.misfit[0].frequency.size / LINES)))
         self.fit.adapt(update.values)
-        self.rest = RigFit(self.rig, rest)
+        self.rest = RigFit(self.rig, late)
         self.rest.adapt(update.values)
         self.base = solve(self.fit.problem, [self.fit.problem.at(update.values)], stop=STOP)
         self.values = self.fit.named(self.base.values)
@@ -125,16 +125,16 @@ class _Round:
         self.information = (self.jacobian.conj().T @ self.jacobian).real + self.base.prior
         scored: dict[str, list[_Scored]] = {}
         with ThreadPoolExecutor(WORKERS) as pool:
-            exact = [one for one in HYPOTHESES.values() if one.of_rig_file]
-            first = [(0.0, candidate, 1.0) for one in exact for candidate in one.candidates(bench)]
+            exact = [hypothesis for hypothesis in HYPOTHESES.values() if hypothesis.of_rig_file]
+            first = [(0.0, candidate, 1.0) for hypothesis in exact for candidate in hypothesis.candidates(bench)]
             self.trials = self._fit_all(pool, first, progress)
             if self.accepted() is None:
                 scored = self._try_others(pool, bench, progress)
         best = {t.candidate.name: t for t in reversed(self.trials)}
         fitted = [Tried(name, t.words, t.evidence - self.evidence, True) for name, t in best.items()]
         scores = [
-            Tried(name, HYPOTHESES[name].called, own[0][0] if own else 0.0, False)
-            for name, own in scored.items()
+            Tried(name, HYPOTHESES[name].called, candidates[0][0] if candidates else 0.0, False)
+            for name, candidates in scored.items()
             if name not in best
         ]
         self.tried = tuple(sorted([*fitted, *scores], key=lambda t: (-t.fitted, -t.gain)))
@@ -142,19 +142,19 @@ class _Round:
     def _try_others(self, pool: ThreadPoolExecutor, bench: Bench, progress: bool) -> dict[str, list[_Scored]]:
         """Score the candidates of all other hypotheses, and fit the best of each."""
         scored = {
-            name: _best_of_groups([found for found in pool.map(self._score, one.candidates(bench)) if found])
-            for name, one in HYPOTHESES.items()
-            if not one.of_rig_file
+            name: _best_of_groups([s for s in pool.map(self._score, hypothesis.candidates(bench)) if s])
+            for name, hypothesis in HYPOTHESES.items()
+            if not hypothesis.of_rig_file
         }
-        first = [own[0] for own in scored.values() if own and own[0][0] > MIN_SCORE]
+        first = [ranked[0] for ranked in scored.values() if ranked and ranked[0][0] > MIN_SCORE]
         self.trials = _best_first([*self.trials, *self._fit_all(pool, first, progress)])
         leading = [t.candidate.name for t in self.trials[:LEADING] if t.evidence > self.evidence - MIN_GAIN]
-        second = [found for name in leading for found in scored.get(name, ())[1:BEST] if found[0] > MIN_SCORE]
+        second = [s for name in leading for s in scored.get(name, ())[1:BEST] if s[0] > MIN_SCORE]
         self.trials = _best_first([*self.trials, *self._fit_all(pool, second, progress)])
         return scored
 
     def _contradictions(self, low: float, high: float) -> tuple[float, ...]:
-        """Frequencies, Hz, of peaks of what the sensors contradict the rig in, the largest first."""
+        """Return frequencies, Hz, of the peaks of the residuals' spectrum, the largest first."""
         edges = np.geomspace(low, high, BANDS + 1)
         frequency = np.concatenate([np.repeat(part.frequency, part.measured.shape[1]) for part in self.fit.spectra])
         band, power = np.digitize(frequency, edges[1:-1]), np.abs(self.base.residuals) ** 2
@@ -168,23 +168,23 @@ class _Round:
         return tuple(float(moment[b] / total[b]) for b in highest)
 
     def _fit_all(self, pool: ThreadPoolExecutor, chosen: Sequence[_Scored], progress: bool) -> list[_Trial]:
-        """Trials of candidates with their factors of size, the likeliest first; those that cannot be are left out."""
+        """Return trials of candidates with their factors of size, likeliest first; impossible ones are left out."""
         bar = tqdm(
-            pool.map(self._fitted, chosen), desc="structures", total=len(chosen), disable=not progress or not chosen
+            pool.map(self._fit, chosen), desc="structures", total=len(chosen), disable=not progress or not chosen
         )
         return _best_first([t for t in bar if t])
 
     def _score(self, candidate: Candidate) -> _Scored | None:
-        """By how much a candidate could raise the log likelihood, and its factor of size; None if it cannot be."""
+        """Return the gain of log likelihood by a candidate, and its factor of size; None if it is impossible."""
         try:
-            moved = self.fit.residuals_of(candidate.make(1.0), self.values)
+            changed = self.fit.residuals_of(candidate.make(1.0), self.values)
         except (ClearanceError, np.linalg.LinAlgError):
             return None
         residual = self.weight * self.base.residuals
-        change = self.weight * moved - residual
-        both = np.column_stack((residual, change))
-        free = both - self.jacobian @ np.linalg.solve(self.information, (self.jacobian.conj().T @ both).real)
-        along, size = float((change.conj() @ free[:, 0]).real), float((change.conj() @ free[:, 1]).real)
+        change = self.weight * changed - residual
+        columns = np.column_stack((residual, change))
+        projected = columns - self.jacobian @ np.linalg.solve(self.information, (self.jacobian.conj().T @ columns).real)
+        along, size = float((change.conj() @ projected[:, 0]).real), float((change.conj() @ projected[:, 1]).real)
         factor = -along / size if size > 0 else 0.0
         if not factor or (factor < 0 and candidate.size != "signed"):
             return None
@@ -192,7 +192,7 @@ class _Round:
             return along**2 / size / 2, candidate, 1.0
         return along**2 / size / 2, candidate, float(np.sign(factor) * np.clip(abs(factor), SMALLEST, LARGEST))
 
-    def _fitted(self, chosen: _Scored) -> _Trial | None:
+    def _fit(self, chosen: _Scored) -> _Trial | None:
         _, candidate, factor = chosen
         try:
             return _Trial(candidate, candidate.make(factor), self.fit, self.values)
@@ -200,15 +200,15 @@ class _Round:
             return None
 
     def accepted(self) -> tuple[_Trial, Accepted] | None:
-        """The likeliest trial that the rest of the records confirms; None if there is none."""
+        """Return the likeliest trial that the rest of the records confirms; None if there is none."""
         for trial in self.trials:
             gain = trial.evidence - self.evidence
             if gain < MIN_GAIN:
                 break
             confirmed = (self._cost_of_rest(self.rig, self.values) - self._cost_of_rest(trial.rig, trial.values)) / 2
             if confirmed > 0:
-                one = trial.candidate
-                return trial, Accepted(one.name, trial.words, gain, confirmed, self._rivals(trial), one.apart)
+                chosen = trial.candidate
+                return trial, Accepted(chosen.name, trial.words, gain, confirmed, self._rivals(trial), chosen.apart)
         return None
 
     def optima(self, accepted: _Trial, names: set[str]) -> list[tuple[float, dict[str, float]]]:
@@ -225,16 +225,16 @@ class _Round:
         return float(self.rest.problem.loss.cost(self.rest.residuals_of(rig, values)))
 
     def _rivals(self, accepted: _Trial) -> tuple[str, ...]:
-        """Other hypotheses that explain the records about as well."""
+        """Return other hypotheses that explain the records about as well."""
         near = dict.fromkeys(t.candidate.name for t in self.trials if accepted.evidence - t.evidence < RIVAL)
         return tuple(HYPOTHESES[name].called for name in near if name != accepted.candidate.name)
 
 
 def _best_of_groups(scored: Sequence[_Scored]) -> list[_Scored]:
-    """The best first, of each group the best alone."""
-    best = sorted(scored, key=lambda found: -found[0])
+    """Return the best first, of each group the best alone."""
+    best = sorted(scored, key=lambda s: -s[0])
     groups = [c.group for _, c, _ in best]
-    return [found for i, found in enumerate(best) if groups[i] is None or groups[i] not in groups[:i]]
+    return [s for i, s in enumerate(best) if groups[i] is None or groups[i] not in groups[:i]]
 
 
 def _best_first(trials: Sequence[_Trial]) -> list[_Trial]:
@@ -246,8 +246,8 @@ def _evidence(solution: Solution) -> float:
     return log_evidence(cost, solution.at, solution.information / solution.loss.divisor)
 
 
-def _cut(record: PreparedRecord) -> tuple[PreparedRecord, PreparedRecord]:
-    """The first part of a record, and the rest."""
+def _split(record: PreparedRecord) -> tuple[PreparedRecord, PreparedRecord]:
+    """Return the first part of a record, and the rest."""
     end = int(FITTED_PART * len(record.signals))
     return (
         dataclasses.replace(record, signals=record.signals[:end]),

@@ -1,4 +1,4 @@
-"""Spectra of whole records at complex frequencies, in which what a record did not end with does not count."""
+"""Spectra of whole records at complex frequencies, in which motion that does not end with the record hardly counts."""
 
 from __future__ import annotations
 
@@ -40,22 +40,22 @@ class ChannelSpectra:
         self.tested, self.present = record.tested, record.present
         low, high = record.band or (0.0, UNKNOWN_BAND * fs / BAND_EXTENSION)
         band = max(low, MIN_PERIODS / self.duration), min(BAND_EXTENSION * high, 0.4 * fs)
-        found = complex_spectra(record.signals, fs, band, MAX_LINES // (2 if record.rig.moves_across else 1))
-        beyond, sensed = found[0] > high, self.present[:-1]
+        spectra = complex_spectra(record.signals, fs, band, MAX_LINES // (2 if record.rig.moves_across else 1))
+        beyond, sensed = spectra[0] > high, self.present[:-1]
         if record.band and beyond.any() and not beyond.all():
-            outside, within = (rms(found[1][part, :-1][:, sensed]) for part in (beyond, ~beyond))
+            outside, within = (rms(spectra[1][part, :-1][:, sensed]) for part in (beyond, ~beyond))
             if np.median(outside / within) < SILENT:
-                found = found[0][~beyond], found[1][~beyond]
-        self.level = rms(found[1])
+                spectra = spectra[0][~beyond], spectra[1][~beyond]
+        self.level = rms(spectra[1])
         """(n_channels,) RMS, with the lines near the turns"""
-        kept = record.away_from_turns(found[0])
-        self.frequency, self.measured = (part[kept][::thin] for part in found)
+        kept = record.away_from_turns(spectra[0])
+        self.frequency, self.measured = (part[kept][::thin] for part in spectra)
         """(n_f,) Hz; (n_f, n_channels) accelerometers, probes, excitation"""
         self.omega = complex_frequency(self.frequency, self.duration)
         self.in_flanks = flank_spectra(record.signals, fs, self.frequency)
         """(n_f, n_channels) 2 ḟ ẏ + f̈ y of each channel y in the window f, else 0 where lines hold much more"""
-        moved, lasting = (np.linalg.norm(part[:, :-1], axis=1) for part in (self.in_flanks, self.measured))
-        self.in_flanks[moved < 2 / FADE * np.abs(self.omega) * lasting] = 0.0
+        flank_level, level = (np.linalg.norm(part[:, :-1], axis=1) for part in (self.in_flanks, self.measured))
+        self.in_flanks[flank_level < 2 / FADE * np.abs(self.omega) * level] = 0.0
         self.force_bandwidth = 1 + int(FORCE_BANDWIDTH * self.frequency.size / np.ptp(self.frequency))
         """`FORCE_BANDWIDTH` in lines"""
         self.correlated_lines = max(

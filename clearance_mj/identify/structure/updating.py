@@ -1,11 +1,11 @@
-"""The linear rig out of whole records, whatever its clearances do: model updating by weighted Gauss-Newton with priors.
+"""The linear rig from whole records, whatever its clearances do: model updating by weighted Gauss-Newton with priors.
 
 The structure without filling and contact is linear. Whatever acts in the clearances, a few forces enter it there, and
 more sensors than forces were recorded: at every frequency the forces and the excitation are those that meet the
-sensors best (`Projection`), and what the sensors then contradict each other in is the rig's error. So neither a law of
-the clearance nor quiet records are needed. What `priors` leaves open varies until that is least, together with the
-distance of every parameter from its prior (Friswell and Mottershead, Finite Element Model Updating in Structural
-Dynamics, 1995, chapter 8).
+sensors best (`Projection`), and the remaining contradiction between the sensors is the rig's error. So neither a law of
+the clearance nor quiet records are needed. The parameters of `priors` vary until that is least, together with their
+distances from the priors (Friswell and Mottershead, Finite Element Model Updating in Structural Dynamics, 1995,
+chapter 8).
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def update_from(rig: Rig, records: Sequence[PreparedRecord]) -> RigUpdate:
 
 
 def rig_file_misfit(rig: Rig, records: Sequence[PreparedRecord]) -> np.ndarray:
-    """Return what a rig as it is misses of each channel over its level (n_channels,), RMS over the records.
+    """Return the misfit of a rig as it is in each channel over its level (n_channels,), RMS over the records.
 
     Under the forces in the clearances that meet all sensors best.
 
@@ -54,8 +54,8 @@ def rig_file_misfit(rig: Rig, records: Sequence[PreparedRecord]) -> np.ndarray:
         As `update_from`.
     """
     fit = RigFit(with_exact_supports(rig), records)
-    found = fit.projected(None)
+    parts = fit.projected(None)
     residual = [
-        share_missed(rms(f.fitted(n) - s.measured), rms(s.measured)) for f, n, s in zip(found, fit.noise, fit.spectra)
+        share_missed(rms(f.fitted(n) - s.measured), rms(s.measured)) for f, n, s in zip(parts, fit.noise, fit.spectra)
     ]
     return mean_share(residual)

@@ -1,1 +1,1 @@
-"""Gross faults of rigs, instruments and records: one file for each kind of cause, and how one is found."""
+"""Gross faults of rigs, instruments and records: one file for each kind of cause, and their diagnosis."""

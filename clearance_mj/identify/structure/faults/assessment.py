@@ -1,4 +1,4 @@
-"""How far an updated rig is from what noise and priors explain: the measure that compares causes of a misfit."""
+"""Distance of an updated rig from what noise and priors explain: the measure that compares causes of a misfit."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ SOUND_SHARE = 0.7  # of the channels must fit for the rig to be sound
 
 @dataclass(frozen=True)
 class Fault:
-    """A cause of what a dataset misses, in words."""
+    """A cause of a dataset's misfit, in words."""
 
-    cause: str  #: what is wrong, and where
-    evidence: str  #: what would be right, and how much that explains
+    cause: str  #: the fault and its place
+    evidence: str  #: the correction, and how much it explains
     factor: float | None = None  #: by which the number in question is to be multiplied, if it is one
 
     def __str__(self) -> str:
@@ -40,7 +40,7 @@ class Fault:
 
 @dataclass(frozen=True, eq=False)
 class Assessment:
-    """What an updated rig misses, and which channels and parameters stand out."""
+    """Misfit of an updated rig, with the channels and parameters that stand out."""
 
     update: RigUpdate  #: of the records as they are, or with one cause put right
 
@@ -90,11 +90,11 @@ class Assessment:
     @functools.cached_property
     def shift(self) -> dict[str, float]:
         """Of each parameter of the rig as drawn, from its prior's mean in prior standard deviations."""
-        found = self.update.estimates
-        drawn = self.update.structure.parameters or found.names
+        estimates = self.update.estimates
+        drawn = self.update.structure.parameters or estimates.names
         return {
             p.name: (p.to_varied(v) - p.to_varied(p.start)) / p.prior_std
-            for p, v in zip(found.parameters, found.value)
+            for p, v in zip(estimates.parameters, estimates.value)
             if p.name in drawn
         }
 
@@ -117,12 +117,12 @@ class Assessment:
 
     @property
     def sound(self) -> bool:
-        """Whether most channels fit and the rig itself is near what its file says."""
+        """True if most channels fit and the rig itself is near its file."""
         return float(np.quantile(self.misfit, SOUND_SHARE)) <= SUSPECT_MISFIT and not self.wrong
 
     @property
     def unexplained(self) -> str:
-        """What stands out, in words; "" if nothing does."""
+        """Channels and parameters that stand out, in words; "" if none do."""
         parts = []
         if self.suspects:
             names = ", ".join(self.update.channels[i] for i in self.suspects)
@@ -148,19 +148,19 @@ def predicted_spectra(
 
     Channels ``without`` do not count for the forces.
     """
-    seen, found = np.vstack(gains), np.vstack(measured)
+    stacked_gains, spectra = np.vstack(gains), np.vstack(measured)
     level = [np.broadcast_to(np.sqrt(np.mean(np.abs(m) ** 2, axis=0)), m.shape) for m in measured]
-    weights = 1 / channel_deviation(np.vstack(level), found)
-    kept = np.setdiff1d(np.arange(found.shape[1]), without)
-    white, target = seen[:, kept] * weights[:, kept, None], (found * weights)[:, kept, None]
+    weights = 1 / channel_deviation(np.vstack(level), spectra)
+    kept = np.setdiff1d(np.arange(spectra.shape[1]), without)
+    white, target = stacked_gains[:, kept] * weights[:, kept, None], (spectra * weights)[:, kept, None]
     if white.shape[1] < white.shape[2]:  # fewer channels than forces: the smallest that meet all of them
-        return weights, (seen @ (np.linalg.pinv(white) @ target))[:, :, 0]
+        return weights, (stacked_gains @ (np.linalg.pinv(white) @ target))[:, :, 0]
     basis, upper = np.linalg.qr(white)
-    return weights, (seen @ np.linalg.solve(upper, basis.conj().transpose(0, 2, 1) @ target))[:, :, 0]
+    return weights, (stacked_gains @ np.linalg.solve(upper, basis.conj().transpose(0, 2, 1) @ target))[:, :, 0]
 
 
 def distance(gains: list[np.ndarray], measured: list[np.ndarray], without: tuple[int, ...] = ()) -> float:
-    """Return the sum over the channels, but for some, of the logarithm of what is missed, over weights."""
+    """Return the sum over the channels, but for some, of the logarithm of their weighted errors."""
     weights, predicted = predicted_spectra(gains, measured, without)
     squares = np.delete(np.abs((predicted - np.vstack(measured)) * weights) ** 2, without, axis=1)
     return float(np.sum(np.log1p(np.mean(squares, axis=0))))
@@ -168,8 +168,8 @@ def distance(gains: list[np.ndarray], measured: list[np.ndarray], without: tuple
 
 def channel_of(name: str, rig: Rig) -> int | None:
     """Return the channel, accelerometers and then probes, that a parameter of an instrument belongs to."""
-    where, _, rest = name.partition("[")
-    number, _, field = rest.partition("].")
+    where, _, suffix = name.partition("[")
+    number, _, field = suffix.partition("].")
     if where not in ("sensors", "probes") or field not in ("gain", "position"):
         return None
     return int(number) + (len(rig.sensors) if where == "probes" else 0)

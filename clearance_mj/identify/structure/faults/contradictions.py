@@ -1,4 +1,4 @@
-"""What records say against the rig that a method takes for exact, so that no fault of either passes in silence."""
+"""Contradictions between records and the rig that a method takes for exact, so that no fault of either is missed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAX_MISFIT = 0.1  # of a channel's level, missed by a rig as it is; by rigs that
 
 
 def contradictions_of_rig(rig: Rig, records: Sequence[PreparedRecord]) -> tuple[str, ...]:
-    """Return in words what contradicts a rig file, and the likeliest cause; none: nothing does, or nothing can.
+    """Return the contradictions of a rig file, in words, and their likeliest cause; none: there are none, or none show.
 
     Parameters
     ----------
@@ -40,5 +40,5 @@ def contradictions_of_rig(rig: Rig, records: Sequence[PreparedRecord]) -> tuple[
 
 
 def contradictions_of_update(update: RigUpdate) -> tuple[str, ...]:
-    """Return in words what contradicts a rig even as updated, and the likeliest cause; none: nothing does."""
+    """Return the contradictions of a rig even as updated, in words, and their likeliest cause; none: there are none."""
     return diagnose(update).words if Assessment(update).unexplained else ()

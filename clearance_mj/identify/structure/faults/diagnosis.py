@@ -1,14 +1,14 @@
-"""Gross faults of a dataset, found from what its updated rig misses: the likeliest cause, in words.
+"""Gross faults of a dataset, diagnosed from the misfit of its updated rig: the likeliest cause, in words.
 
-The misfit of a channel is what the updated rig misses of it under the forces in the clearances that meet all sensors
-best, in % of its level. A bench is suspicious where a channel's misfit is above 4 (of sound benches: 0.6 to 1.5), or a
+The misfit of a channel is its error on the updated rig under the forces in the clearances that meet all sensors best,
+in % of its level. A bench is suspicious where a channel's misfit is above 4 (of sound benches: 0.6 to 1.5), or a
 parameter ends more than 4 prior standard deviations from the rig file (of sound benches: up to 2.1). Only then
 hypotheses are put right, instruments first, then the structure, and the rig is updated anew with those by which the
 sensors contradict each other least. One is named if
 
 - it lowers Σ n ln(1 + misfit²) + Σ z² by 30 or more, a likelihood ratio of e¹⁵: n counts the independent lines
   of a channel, z are the parameters' distances from their priors, so that what priors allow is never named;
-- what it puts right is then no longer suspicious: the channels in question, or most channels and the rig itself;
+- the corrected part is then no longer suspicious: the channels in question, or most channels and the rig itself;
 - no other one lowers that sum as far.
 
 The restoring force of each bushing bends where the shaft meets its walls: gaps far from there are named.
@@ -29,21 +29,21 @@ from .of_signals import describe_signal_fault
 __all__ = ["Diagnosis", "Fault", "diagnose", "misfit_alone"]
 
 MIN_GAIN = 30.0  # by which putting a cause right must lower the cost
-MAX_FAULTS = 4  # that may stand beside each other
+MAX_FAULTS = 4  # that may occur together
 CANDIDATES = 4  # corrections of one kind with which the rig is updated
-REFINEMENTS = 3  # of a length, beside that of the grid
+REFINEMENTS = 3  # of a length, after the grid
 
-Found = tuple[list[Fault], Assessment] | None  # Faults in words, and the assessment with them put right.
+NamedFaults = tuple[list[Fault], Assessment] | None  # Faults in words, and the assessment with them put right.
 
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What is grossly wrong with a dataset."""
+    """Gross faults of a dataset."""
 
     faults: tuple[Fault, ...]
     """the likeliest causes, in the order in which they were put right, then gaps; none of a sound bench"""
     unexplained: str
-    """what no hypothesis explains, in words; "" of a sound bench"""
+    """misfit that no hypothesis explains, in words; "" of a sound bench"""
     update: RigUpdate
     """with instruments and structure put right"""
 
@@ -59,7 +59,7 @@ def diagnose(update: RigUpdate) -> Diagnosis:
     Parameters
     ----------
     update : RigUpdate
-        What `update_rig` found of a dataset.
+        Result of `update_rig` for a dataset.
 
     Returns
     -------
@@ -68,46 +68,46 @@ def diagnose(update: RigUpdate) -> Diagnosis:
     """
     assessment, faults = Assessment(update), list[Fault]()
     for _ in range(MAX_FAULTS):
-        if (found := _next_fault(assessment)) is None:
+        if (fault := _next_fault(assessment)) is None:
             break
-        faults += found[0]
-        assessment = found[1]
+        faults += fault[0]
+        assessment = fault[1]
     if assessment.sound and not update.rig.is_loaded:  # other gaps are compared with the rig file's by their fits
         faults += gap_faults(assessment.update)
     return Diagnosis(tuple(faults), _unexplained(assessment), assessment.update)
 
 
 def misfit_alone(update: RigUpdate) -> Diagnosis:
-    """Say what an updated rig misses, without a look for gross faults.
+    """Return the misfit of an updated rig in words, without a search for gross faults.
 
     Parameters
     ----------
     update : RigUpdate
-        With the structure that was found.
+        With the identified structure.
     """
     return Diagnosis((), _unexplained(Assessment(update)), update)
 
 
 def _unexplained(assessment: Assessment) -> str:
-    """What stands out and its likeliest cause, in words; "" if nothing does."""
-    if not (missed := assessment.unexplained):
+    """Return the misfit that stands out and its likeliest cause, in words; "" if there is none."""
+    if not (outstanding := assessment.unexplained):
         return ""
-    words = f"no single cause explains what the updated rig misses: {missed}"
+    words = f"no single cause explains what the updated rig misses: {outstanding}"
     cause = describe_signal_fault(assessment)
     return f"{words}; likeliest: {cause}" if cause else words
 
 
-def _next_fault(assessment: Assessment) -> Found:
-    """The likeliest fault, in words, and the assessment with it put right."""
+def _next_fault(assessment: Assessment) -> NamedFaults:
+    """Return the likeliest fault, in words, and the assessment with it put right."""
     of_channels = _channel_fault(assessment) if assessment.unexplained else None
     if assessment.sound or (of_channels and not of_channels[1].unexplained):
         return of_channels
-    found = [one for one in (of_channels, _rig_fault(assessment)) if one]
-    return min(found, key=lambda one: one[1].cost, default=None)
+    faults = [f for f in (of_channels, _rig_fault(assessment)) if f]
+    return min(faults, key=lambda f: f[1].cost, default=None)
 
 
-def _channel_fault(before: Assessment) -> Found:
-    """Signs, swaps or units of instruments."""
+def _channel_fault(before: Assessment) -> NamedFaults:
+    """Return faults of signs, swaps or units of instruments."""
     good: list[tuple[ChannelCorrection, Assessment]] = []
     for correction in channel_corrections(before)[:CANDIDATES]:
         after = assess(before.rig, correction.applied(before.records))
@@ -122,16 +122,16 @@ def _channel_fault(before: Assessment) -> Found:
     return correction_faults(correction, before, after), after
 
 
-def _rig_fault(before: Assessment) -> Found:
-    """Dimensions, material or masses of the rig file."""
-    found: list[tuple[RigCorrection, Assessment]] = []
+def _rig_fault(before: Assessment) -> NamedFaults:
+    """Return faults of dimensions, material or masses of the rig file."""
+    assessed: list[tuple[RigCorrection, Assessment]] = []
     for correction in rig_corrections(before)[:CANDIDATES]:
         after = assess(correction.rig, before.records)
         if after and correction.number[2] == "length":
             correction, after = _finer(before, correction, after)
         if after:
-            found.append((correction, after))
-    good = [(c, after) for c, after in found if after.sound and after.cost < before.cost - MIN_GAIN]
+            assessed.append((correction, after))
+    good = [(c, after) for c, after in assessed if after.sound and after.cost < before.cost - MIN_GAIN]
     if not good:
         return None
     correction, after = min(good, key=lambda pair: pair[1].cost)
@@ -139,7 +139,7 @@ def _rig_fault(before: Assessment) -> Found:
 
 
 def _finer(before: Assessment, coarse: RigCorrection, after: Assessment) -> tuple[RigCorrection, Assessment]:
-    """A length between the grid's: what the modulus takes up, the length does by its inverse fourth power."""
+    """Return a length between the grid's: the modulus's change stands for its inverse fourth power."""
     for _ in range(REFINEMENTS):
         updated, tried, beam = after.update.rig.beam, coarse.rig.beam, before.rig.beam
         assert updated and tried and beam

@@ -1,4 +1,4 @@
-"""Signs, places and units of instruments that explain channels which an updated rig misses."""
+"""Signs, places and units of instruments that explain the misfit of channels on an updated rig."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ UNITS = {
 
 @dataclass(frozen=True)
 class ChannelCorrection:
-    """Samples moved between channels, and multiplied, so that a fault of instruments or wiring is put right."""
+    """Samples exchanged between channels, and multiplied, so that a fault of instruments or wiring is put right."""
 
     channels: Mapping[int, tuple[int, float]] = field(default_factory=dict)
     """of each channel concerned, the one that holds its samples, and their factor; the excitation is the last"""
@@ -54,34 +54,34 @@ class ChannelCorrection:
 
 
 def channel_corrections(assessment: Assessment) -> list[ChannelCorrection]:
-    """Return what makes channels contradict each other less, on the updated rig and on the rig file's, best first."""
+    """Return corrections by which channels contradict each other less, on updated rig and rig file, best first."""
     rig, update, measured = assessment.rig, assessment.update, assessment.measured
     kept = {name: v for name, v in update.values.items() if channel_of(name, rig) not in assessment.suspects}
-    found: list[tuple[float, ChannelCorrection]] = []
+    candidates: list[tuple[float, ChannelCorrection]] = []
     if not measured:
         return []
-    for given in (kept, {}):
-        gains = assessment.gains(rig, given)
+    for values in (kept, {}):
+        gains = assessment.gains(rig, values)
         now = distance(gains, measured)
         for out in _outvoted(assessment):
             for one in _explained(gains, assessment, out):
                 if one.channels and (corrected := distance(gains, one.of(measured))) < now - MIN_GAIN:
-                    found.append((corrected, one))
+                    candidates.append((corrected, one))
     unique: list[ChannelCorrection] = []
-    for _, one in sorted(found, key=lambda pair: pair[0]):
+    for _, one in sorted(candidates, key=lambda pair: pair[0]):
         if one not in unique:
             unique.append(one)
     return unique
 
 
 def kinds_of(assessment: Assessment) -> list[str]:
-    """Of every channel, what measures it."""
+    """Return the kind of instrument of every channel."""
     driven = "force" if assessment.records[0].kind == "force" else "accelerometer"
     return [driven if name == EXCITATION else name.split()[0] for name in assessment.update.channels]
 
 
 def _outvoted(assessment: Assessment) -> Iterator[tuple[int, ...]]:
-    """Channels that may be wrong together: each, two of a kind, all of a kind, those that stand out."""
+    """Yield channels that may be wrong together: each, two of a kind, all of a kind, those that stand out."""
     kinds = kinds_of(assessment)[:-1]
     count, forces = len(kinds) + 1, len(assessment.rig.bushings) + 1
     groups = [tuple(i for i, k in enumerate(kinds) if k == kind) for kind in dict.fromkeys(kinds)]
@@ -91,40 +91,40 @@ def _outvoted(assessment: Assessment) -> Iterator[tuple[int, ...]]:
 
 
 def _explained(gains: list[np.ndarray], assessment: Assessment, out: tuple[int, ...]) -> Iterator[ChannelCorrection]:
-    """Of channels that the others outvote, instruments and signs, or factors, that explain them best."""
+    """Yield instruments and signs, or factors, that best explain channels which the others outvote."""
     weights, predicted = predicted_spectra(gains, assessment.measured, out)
     measured, kinds = np.vstack(assessment.measured) * weights, kinds_of(assessment)
-    *own, last = range(len(kinds))
-    if len(out) > 1 and out == tuple(i for i in own if kinds[i] == kinds[out[0]]):  # all of a kind, one factor
-        read = np.median([_gain_of(measured[:, i], predicted[:, i] * weights[:, i]) for i in out])
-        yield ChannelCorrection({i: (i, 1 / snapped(float(read), kinds[i])) for i in out})
-    found: dict[int, tuple[int, float]] = {}
-    for group in (*([i for i in own if kinds[i] == k and i in out] for k in dict.fromkeys(kinds)), [last]):
+    *sensors, last = range(len(kinds))
+    if len(out) > 1 and out == tuple(i for i in sensors if kinds[i] == kinds[out[0]]):  # all of a kind, one factor
+        factor = np.median([_gain_of(measured[:, i], predicted[:, i] * weights[:, i]) for i in out])
+        yield ChannelCorrection({i: (i, 1 / snapped(float(factor), kinds[i])) for i in out})
+    channels: dict[int, tuple[int, float]] = {}
+    for group in (*([i for i in sensors if kinds[i] == k and i in out] for k in dict.fromkeys(kinds)), [last]):
         if set(group) <= set(out):
-            found |= _assigned(group, measured, weights, predicted, kinds)
-    yield ChannelCorrection(found)
+            channels |= _assigned(group, measured, weights, predicted, kinds)
+    yield ChannelCorrection(channels)
 
 
 def _assigned(
     group: Sequence[int], measured: np.ndarray, weights: np.ndarray, predicted: np.ndarray, kinds: Sequence[str]
 ) -> dict[int, tuple[int, float]]:
-    """Which instrument of a group each of its channels holds, and with what factor."""
-    found: dict[int, tuple[int, float]] = {}
-    alone, left, signs, read = np.zeros(len(group)), *np.zeros((2, len(group), len(group))), np.ones(len(group))
+    """Return the instrument of a group that each of its channels holds, and its factor."""
+    channels: dict[int, tuple[int, float]] = {}
+    alone, misfit, signs, gain = np.zeros(len(group)), *np.zeros((2, len(group), len(group))), np.ones(len(group))
     for a, i in enumerate(group):
-        here = predicted[:, group] * weights[:, [i]]
-        read[a] = snapped(_gain_of(measured[:, i], here[:, a]), kinds[i])
-        alone[a] = np.median(np.abs(measured[:, i] - read[a] * here[:, a]))
-        turned = [np.median(np.abs(measured[:, [i]] - sign * here), axis=0) for sign in (1, -1)]
-        left[a], signs[a] = np.minimum(*turned), np.where(turned[1] < turned[0], -1.0, 1.0)
-        left[a] = np.where(left[a] < OTHER_INSTRUMENT * alone[a], left[a], EXCLUDED * alone[a])
-        left[a, a] = alone[a]
-    for a, b in zip(*scipy.optimize.linear_sum_assignment(np.log(left))):
+        scaled = predicted[:, group] * weights[:, [i]]
+        gain[a] = snapped(_gain_of(measured[:, i], scaled[:, a]), kinds[i])
+        alone[a] = np.median(np.abs(measured[:, i] - gain[a] * scaled[:, a]))
+        by_sign = [np.median(np.abs(measured[:, [i]] - sign * scaled), axis=0) for sign in (1, -1)]
+        misfit[a], signs[a] = np.minimum(*by_sign), np.where(by_sign[1] < by_sign[0], -1.0, 1.0)
+        misfit[a] = np.where(misfit[a] < OTHER_INSTRUMENT * alone[a], misfit[a], EXCLUDED * alone[a])
+        misfit[a, a] = alone[a]
+    for a, b in zip(*scipy.optimize.linear_sum_assignment(np.log(misfit))):
         if a != b:  # the samples of channel a are those of instrument b
-            found[group[b]] = group[a], float(signs[a, b])
-        elif read[a] != 1.0:
-            found[group[a]] = group[a], 1 / float(read[a])
-    return found
+            channels[group[b]] = group[a], float(signs[a, b])
+        elif gain[a] != 1.0:
+            channels[group[a]] = group[a], 1 / float(gain[a])
+    return channels
 
 
 def _gain_of(measured: np.ndarray, predicted: np.ndarray) -> float:
@@ -133,7 +133,7 @@ def _gain_of(measured: np.ndarray, predicted: np.ndarray) -> float:
 
 
 def snapped(gain: float, kind: str) -> float:
-    """Return what an instrument reads: a gain as found, or that of a unit or a sign near it."""
+    """Return the gain of an instrument: as estimated, or that of a unit or a sign near it."""
     size, sign = abs(gain), float(np.sign(gain))
     if abs(gain - 1) < UNIT_GAIN:
         return 1.0
@@ -155,8 +155,8 @@ def correction_faults(correction: ChannelCorrection, before: Assessment, after: 
                 cycle.append(source)
             done.update(cycle)
             words = f"{_named(cycle, names)} are {'swapped' if len(cycle) == 2 else 'permuted'}"
-            turned = [correction.channels[k][0] for k in cycle if correction.channels[k][1] < 0]
-            words += f" and {_named(turned, names)} wired with the wrong sign" if turned else ""
+            inverted = [correction.channels[k][0] for k in cycle if correction.channels[k][1] < 0]
+            words += f" and {_named(inverted, names)} wired with the wrong sign" if inverted else ""
             faults.append(_fault(words, None, cycle, before, after))
     for (kind, factor, driven), group in alike.items():
         every = len(group) == kinds[:-1].count(kind) > 1
@@ -164,8 +164,8 @@ def correction_faults(correction: ChannelCorrection, before: Assessment, after: 
         if driven:
             other = "" if after.update.probes else " (or every accelerometer the other way round)"
             who = f"the excitation{other} reads"
-        missed = range(len(names)) if driven else group
-        faults.append(_fault(f"{who} {_read(1 / factor, kind)}", factor, missed, before, after))
+        channels_concerned = range(len(names)) if driven else group
+        faults.append(_fault(f"{who} {_read(1 / factor, kind)}", factor, channels_concerned, before, after))
     return faults
 
 

@@ -1,4 +1,4 @@
-"""Gaps that the rig file has grossly wrong: the restoring force bends where the shaft meets its walls."""
+"""Gaps that are grossly wrong in the rig file: the restoring force bends where the shaft meets its walls."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .assessment import Fault
 __all__ = ["bends_of", "gap_faults"]
 
 SOUND_RATIO = 0.6, 2.1
-"""Gap found over that of the rig file, beyond which it is a fault, of a gap known within `TOLERANCE`."""
+"""Identified gap over that of the rig file, beyond which it is a fault, of a gap known within `TOLERANCE`."""
 TOLERANCE = 0.2  # 1 σ of a gap's logarithm
 SOUND_OFFSET = 2.0  # standard deviations, by which one wall alone may be nearer or farther
-BENT = 0.9  # of the square of what is left of a restoring force without a wall, below which it bends there
+BENT = 0.9  # of the squared residual of a restoring force without a wall, below which it bends there
 IMPULSIVE = 9.0  # kurtosis of a motion, above which it is in contact too seldom to show the wall, as after hits
 HIGH = 440.0  # Hz, up to which restoring forces are taken
 STRIDE = 8  # samples of a restoring force, of which one counts
@@ -38,15 +38,15 @@ def gap_faults(update: RigUpdate) -> list[Fault]:
             continue
         wider = max(1.0, tolerance.get(f"bushings[{j}].gap", 0.0) / TOLERANCE)
         nearer = abs(bushing.offset) + SOUND_OFFSET * tolerance.get(f"bushings[{j}].offset", 0.0)
-        share = nearer / gap if met.size == 1 else 0.0
-        low, high = SOUND_RATIO[0] ** wider * (1 - share) * gap, SOUND_RATIO[1] ** wider * (1 + share) * gap
-        if low <= (found := float(met.mean())) <= high:
+        fraction = nearer / gap if met.size == 1 else 0.0
+        low, high = SOUND_RATIO[0] ** wider * (1 - fraction) * gap, SOUND_RATIO[1] ** wider * (1 + fraction) * gap
+        if low <= (gap_seen := float(met.mean())) <= high:
             continue
-        ratio, which = (found / gap, "small") if found > gap else (gap / found, "large")
-        words = f"bushings[{j}].gap is {ratio:.1f} times too {which} in the rig file"
-        at = " and ".join(f"{sign}{1e3 * wall:.2g}" for sign, wall in zip("+-", walls) if np.isfinite(wall))
-        where = f"its restoring force bends at about {at} mm, the rig file says {1e3 * gap:.3g} mm"
-        faults.append(Fault(words, where, found / gap))
+        ratio, size = (gap_seen / gap, "small") if gap_seen > gap else (gap / gap_seen, "large")
+        words = f"bushings[{j}].gap is {ratio:.1f} times too {size} in the rig file"
+        bend_words = " and ".join(f"{sign}{1e3 * wall:.2g}" for sign, wall in zip("+-", walls) if np.isfinite(wall))
+        where = f"its restoring force bends at about {bend_words} mm, the rig file says {1e3 * gap:.3g} mm"
+        faults.append(Fault(words, where, gap_seen / gap))
     return faults
 
 
@@ -63,30 +63,30 @@ def _bends(record: PreparedRecord, update: RigUpdate) -> np.ndarray:
 def bends_of(force: RestoringForce, bushing: int) -> np.ndarray:
     """Return how far from rest walls (2,) are, m, upwards and downwards; infinite where the force does not bend.
 
-    Springs there leave least of the force, beside spring, dashpot and friction.
+    Springs there, with spring, dashpot and friction, leave the smallest residual force.
     """
     x, v, f = (part[bushing, force.valid][::STRIDE] for part in (force.displacement, force.velocity, force.force))
-    found = np.full(2, np.inf)
+    walls_met = np.full(2, np.inf)
     if np.mean((x - x.mean()) ** 4) > IMPULSIVE * np.var(x) ** 2:
-        return found
+        return walls_met
     basis = np.linalg.qr(np.column_stack((x, v, np.clip(v / np.std(v), -0.1, 0.1))))[0]
     walls = np.abs(x).max() * np.geomspace(0.03, 0.95, 30)
     springs = np.hstack([sign * np.maximum(sign * x[:, None] - walls, 0.0) for sign in (1, -1)])
     springs, f = (part - basis @ (basis.T @ part) for part in (springs, f))
-    square, shared = springs.T @ springs, springs.T @ f
-    alone, (up, down) = np.diag(square), (slice(walls.size), slice(walls.size, None))
+    square, dots = springs.T @ springs, springs.T @ f
+    norms, (up, down) = np.diag(square), (slice(walls.size), slice(walls.size, None))
     # Of one wall, and of two as stiff; grease that slides bends the other way.
-    one, both = (
+    one_wall, two_walls = (
         np.divide(np.maximum(force, 0.0) ** 2, size, out=np.zeros_like(size), where=size > 0)
         for force, size in (
-            (shared, alone),
-            (np.add.outer(shared[up], shared[down]), np.add.outer(alone[up], alone[down]) + 2 * square[up, down]),
+            (dots, norms),
+            (np.add.outer(dots[up], dots[down]), np.add.outer(norms[up], norms[down]) + 2 * square[up, down]),
         )
     )
-    left = f @ f - np.array([0.0, one.max(), both.max()])
-    if left[2] < BENT * left[1]:
-        return walls[np.array(np.unravel_index(np.argmax(both), both.shape))]
-    if left[1] < BENT * left[0]:
-        side, wall = divmod(int(np.argmax(one)), walls.size)
-        found[side] = walls[wall]
-    return found
+    residual = f @ f - np.array([0.0, one_wall.max(), two_walls.max()])
+    if residual[2] < BENT * residual[1]:
+        return walls[np.array(np.unravel_index(np.argmax(two_walls), two_walls.shape))]
+    if residual[1] < BENT * residual[0]:
+        side, wall = divmod(int(np.argmax(one_wall)), walls.size)
+        walls_met[side] = walls[wall]
+    return walls_met

@@ -22,7 +22,7 @@ __all__ = ["require_one_rig"]
 
 THIN = 10  # every so many-th spectral line tells whether records are of one rig
 SUSPECT = SUSPECT_MISFIT / 100
-APART = 3.0  # times what a rig of its own misses of a record, beyond which another does not fit; of sound benches 1.3
+APART = 3.0  # times the misfit of a rig fitted to a record alone, beyond which another does not fit; sound benches: 1.3
 LISTED = 4  # channels, records and natural frequencies that are named
 
 
@@ -32,11 +32,11 @@ class _Group:
 
     update: RigUpdate  #: the rig, updated to some of them
     records: list[PreparedRecord]
-    missed: list[np.ndarray]  #: (n_channels,) of each of them, the share that a rig of its own, or this one, misses
+    missed: list[np.ndarray]  #: (n_channels,) misfit of each of them on a rig fitted to it alone, or on this one
 
 
 def require_one_rig(rig: Rig, records: Sequence[PreparedRecord]) -> None:
-    """Refuse records that are of several rigs: each fits a rig of its own, and no rig fits all.
+    """Refuse records that are of several rigs: each fits another rig, and no rig fits all.
 
     The forces in the clearances are unknowns of each record, so their levels may differ.
 
@@ -57,52 +57,52 @@ def require_one_rig(rig: Rig, records: Sequence[PreparedRecord]) -> None:
     groups, contradicted, largest = list[_Group](), set[str](), 0.0
     for record in records if len(records) > 1 else ():
         shares = [_missed(group.update, record) for group in groups]
-        if fitting := [i for i, share in enumerate(shares) if np.nanmax(share) <= SUSPECT]:
+        if fitting := [i for i, ratio in enumerate(shares) if np.nanmax(ratio) <= SUSPECT]:
             groups[fitting[0]].records.append(record)
             groups[fitting[0]].missed.append(shares[fitting[0]])
             continue
         alone = RigFit(rig, [record], THIN).run()
-        own = alone.misfit[0].share
-        if np.nanquantile(own, SOUND_SHARE) <= SUSPECT < np.nanmax(own):
+        own_misfit = alone.misfit[0].share
+        if np.nanquantile(own_misfit, SOUND_SHARE) <= SUSPECT < np.nanmax(own_misfit):
             continue  # a channel of this record is wrong, not its rig
         for group in groups:
             together = RigFit(rig, [*group.records, record], THIN).run()
             missed = np.array([m.share for m in together.misfit])
-            far = np.where(missed > APART * np.array([*group.missed, own]), missed, 0.0).max(axis=0)
+            far = np.where(missed > APART * np.array([*group.missed, own_misfit]), missed, 0.0).max(axis=0)
             if far.max() <= SUSPECT:
                 group.update = together
                 group.records.append(record)
-                group.missed.append(own)
+                group.missed.append(own_misfit)
                 break
-            contradicted |= {name for name, share in zip(together.channels, far.tolist()) if share > SUSPECT}
+            contradicted |= {name for name, ratio in zip(together.channels, far.tolist()) if ratio > SUSPECT}
             largest = max(largest, float(far.max()))
         else:
-            groups.append(_Group(alone, [record], [own]))
+            groups.append(_Group(alone, [record], [own_misfit]))
     if len(groups) > 1:
         raise RecordError(_words(sorted(groups, key=_credit), sorted(contradicted), largest))
 
 
 def _missed(update: RigUpdate, record: PreparedRecord) -> np.ndarray:
-    """Share (n_channels,) of a record that a rig misses which was updated to others."""
+    """Return the misfit (n_channels,) of a record on a rig that was updated to others, over the channels' levels."""
     fit = RigFit(update.start, [record], THIN)
-    (spectra,), (found,) = fit.spectra, fit.projected(fit.problem.at(update.values))
-    return share_missed(rms(found.fitted(fit.noise[0]) - spectra.measured), spectra.level)
+    (spectra,), (projection,) = fit.spectra, fit.projected(fit.problem.at(update.values))
+    return share_missed(rms(projection.fitted(fit.noise[0]) - spectra.measured), spectra.level)
 
 
 def _credit(group: _Group) -> tuple[int, float]:
-    """How many records are of a rig and, where as many are of another, how near it is to the rig file's."""
+    """Return the number of a rig's records and, to decide between equals, its distance to the rig file, negative."""
     return len(group.records), -max(map(abs, Assessment(group.update).shift.values()))
 
 
 def _words(groups: Sequence[_Group], channels: Sequence[str], missed: float) -> str:
-    *others, rest = groups
-    theirs, kept = ([f'"{r.name}"' for g in part for r in g.records] for part in (others, [rest]))
+    *others, last = groups
+    theirs, ours = ([f'"{r.name}"' for g in part for r in g.records] for part in (others, [last]))
     who = f"record {theirs[0]} is" if len(theirs) == 1 else f"records {few(theirs, LISTED)} are"
-    lowest = [natural_frequencies(group.update.rig, LISTED).tolist() for group in (others[0], rest)]
+    lowest = [natural_frequencies(group.update.rig, LISTED).tolist() for group in (others[0], last)]
     modes = " Hz against ".join(", ".join(f"{f:.3g}" for f in frequencies) for frequencies in lowest)
-    own = max(float(np.nanmax(group.missed)) for group in groups)
+    most = max(float(np.nanmax(group.missed)) for group in groups)
     return (
-        f"{who} not of the rig or set-up of {few(kept, LISTED)}: one rig for both misses "
-        f"{few(channels, LISTED)} by up to {100 * missed:.0f} % of the level, one for each at most {100 * own:.1f} %; "
+        f"{who} not of the rig or set-up of {few(ours, LISTED)}: one rig for both misses "
+        f"{few(channels, LISTED)} by up to {100 * missed:.0f} % of the level, one for each at most {100 * most:.1f} %; "
         f"their lowest natural frequencies are {modes} Hz; give each rig a dataset of its own"
     )

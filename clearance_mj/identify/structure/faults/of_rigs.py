@@ -1,4 +1,4 @@
-"""Dimensions, materials and masses of a rig file that explain spectra which its updated rig misses."""
+"""Dimensions, materials and masses of a rig file that explain the misfit of its updated rig."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["RigCorrection", "rig_corrections"]
 FACTORS = tuple(np.exp(np.linspace(-0.4, 0.4, 33)).tolist())  # of a length or diameter
 STIFFER = tuple(np.exp(np.linspace(-1.6, 1.6, 17)).tolist())  # of a modulus
 UNITS = {"length": "m", "diameter": "m", "height": "m", "young_modulus": "Pa", "density": "kg/m³", "mass": "kg"}
-OPEN = "10 %"  # tolerance of what was found on a grid
+OPEN = "10 %"  # tolerance of a value from the grid
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class RigCorrection:
         return float(getattr(rig.beam, field)) if part == "beam" else rig.masses[index].mass
 
     def fault(self, before: Assessment, after: Assessment) -> Fault:
-        """In words."""
+        """Return the fault in words."""
         given, value = self.of(before.rig), self.of(after.update.rig)
         part, index, field = self.number
         unit = UNITS[field]
@@ -45,14 +45,14 @@ class RigCorrection:
 
 
 def _evidence(before: Assessment, after: Assessment) -> str:
-    parts = []
+    sentences = []
     (was, far), (now, near) = (
         (float(np.sqrt(np.mean(t.misfit**2))), max(map(abs, t.shift.values()))) for t in (before, after)
     )
     if was > 2 * now:
-        parts.append(f"the misfit falls from {was:.1f} to {now:.1f} % of the level")
-    parts.append(f"the parameter farthest from the rig file comes from {far:.1f} to {near:.1f} standard deviations")
-    return ", ".join(parts)
+        sentences.append(f"the misfit falls from {was:.1f} to {now:.1f} % of the level")
+    sentences.append(f"the parameter farthest from the rig file comes from {far:.1f} to {near:.1f} standard deviations")
+    return ", ".join(sentences)
 
 
 def rig_corrections(assessment: Assessment) -> list[RigCorrection]:
@@ -69,7 +69,7 @@ def rig_corrections(assessment: Assessment) -> list[RigCorrection]:
     for candidate in _candidates(rig):
         if (corrected := distance_of(candidate.rig)) < best.get(candidate.kind, (now, candidate))[0]:
             best[candidate.kind] = corrected, candidate
-    return [one for _, one in sorted(best.values(), key=lambda pair: pair[0])]
+    return [correction for _, correction in sorted(best.values(), key=lambda pair: pair[0])]
 
 
 def _candidates(rig: Rig) -> Iterator[RigCorrection]:
@@ -93,7 +93,7 @@ def _candidates(rig: Rig) -> Iterator[RigCorrection]:
 
 
 def longer(rig: Rig, factor: float, kind: str) -> Rig | None:
-    """A beam longer by a factor, what stands at its tip there still; ``kind`` "lengths": every position in proportion.
+    """Return the rig with a longer beam, parts at its tip stay there; ``kind`` "lengths": all positions in proportion.
 
     None if something would stand beyond the tip.
     """

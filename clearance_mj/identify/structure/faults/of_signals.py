@@ -1,4 +1,4 @@
-"""Of a channel that no sign, swap, unit or gain explains: whether it is late, noise, a loose cable, or distorted."""
+"""Faults of a channel that no sign, swap, unit or gain explains: delay, noise, a loose cable, or distortion."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FINER = 8  # steps into which the step between those is divided about the best
 
 
 def describe_signal_fault(assessment: Assessment) -> str:
-    """Return in words what is likeliest wrong with the channel that the others contradict most; "" if none."""
+    """Return in words the likeliest fault of the channel that the others contradict most; "" if none."""
     if not assessment.suspects or not assessment.measured:
         return ""
     gains = assessment.gains(assessment.update.rig, {})
@@ -46,7 +46,7 @@ def _dropouts(assessment: Assessment, channel: int) -> str:
 
 
 def _distorted(assessment: Assessment, gains: list[np.ndarray], channel: int) -> str:
-    """By how alike the channel's lines are to what the other channels say, over delays; 1: the same."""
+    """Return in words how a channel is distorted, by its likeness to its prediction by the others over delays."""
     expected, known = _expected(assessment, gains, channel, (channel,))
     if np.sum(known) < MIN_LINES:
         return "contradicts the others"
@@ -72,7 +72,7 @@ def _distorted(assessment: Assessment, gains: list[np.ndarray], channel: int) ->
 
 
 def _likeness(measured: np.ndarray, expected: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-    """(n_shifts,) of lines (n_f,) to what the other channels say of them, over delays; 1: the same."""
+    """(n_shifts,) likeness of lines (n_f,) to their prediction by the other channels, over delays; 1: the same."""
     product = measured * expected.conj() / np.maximum(np.abs(measured), np.abs(expected)) ** 2
     return np.asarray((shifts @ product).real / product.size)
 
@@ -80,7 +80,7 @@ def _likeness(measured: np.ndarray, expected: np.ndarray, shifts: np.ndarray) ->
 def _clock(
     assessment: Assessment, channel: int, expected: np.ndarray, known: np.ndarray, delays: np.ndarray, best: float
 ) -> str:
-    """By how much the channel's sampling rate is off, in words; "" where that does not make it like ``expected``."""
+    """Return in words the error of a channel's sampling rate; "" where that does not make it like ``expected``."""
     if np.sum(known) < MIN_LINES:
         return ""
     shifts = np.exp(2j * np.pi * np.outer(delays, assessment.frequency[known]))
@@ -92,13 +92,13 @@ def _clock(
     count = int(MAX_CLOCK_ERROR / step)
 
     def corrected(error: float) -> np.ndarray:
-        found = []
+        spectra = []
         for (record, frequency), spline in zip(lines, splines):
             at = np.minimum((1 + error) * np.arange(len(record.signals)), len(record.signals) - 1.0)
             band = (frequency[0], frequency[-1])
             all_lines, spectrum = complex_spectra(spline(at)[:, None], record.fs, band, len(at))
-            found.append(spectrum[np.searchsorted(all_lines, frequency), 0])
-        return np.concatenate(found)[known]
+            spectra.append(spectrum[np.searchsorted(all_lines, frequency), 0])
+        return np.concatenate(spectra)[known]
 
     error = 0.0
     for errors in (step * np.arange(-count, count + 1), step / FINER * np.arange(1 - FINER, FINER)):
@@ -115,12 +115,12 @@ def _clock(
 def _expected(
     assessment: Assessment, gains: list[np.ndarray], channel: int, without: tuple[int, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(n_f,) lines of a channel as all others but some say, and where their noise leaves little open of that."""
+    """(n_f,) lines of a channel predicted by all others but some, and True where that is certain enough."""
     weights, predicted = predicted_spectra(gains, assessment.measured, without)
-    seen, expected = np.vstack(gains), predicted[:, channel]
-    kept = np.setdiff1d(np.arange(seen.shape[1]), without)
-    if len(kept) < seen.shape[2]:  # fewer channels than forces
+    stacked_gains, expected = np.vstack(gains), predicted[:, channel]
+    kept = np.setdiff1d(np.arange(stacked_gains.shape[1]), without)
+    if len(kept) < stacked_gains.shape[2]:  # fewer channels than forces
         return expected, np.zeros(len(expected), dtype=bool)
-    _, upper = np.linalg.qr(seen[:, kept] * weights[:, kept, None])
-    own = np.linalg.solve(upper.conj().transpose(0, 2, 1), seen[:, channel, :, None].conj())
-    return expected, np.linalg.norm(own[:, :, 0], axis=1) < CERTAIN * np.abs(expected)
+    _, upper = np.linalg.qr(stacked_gains[:, kept] * weights[:, kept, None])
+    noise_gains = np.linalg.solve(upper.conj().transpose(0, 2, 1), stacked_gains[:, channel, :, None].conj())
+    return expected, np.linalg.norm(noise_gains[:, :, 0], axis=1) < CERTAIN * np.abs(expected)

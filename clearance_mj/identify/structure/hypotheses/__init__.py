@@ -1,4 +1,4 @@
-"""What a bench may have and its rig file does not: one file a hypothesis, each registered by its name."""
+"""Parts that a bench may have and its rig file lacks: one file a hypothesis, each registered by its name."""
 
 # isort: off
 from . import support, housing, fixture, rocking, mass, spring, clamp, delay, planes, oscillator  # noqa: F401

@@ -21,11 +21,11 @@ LOWEST_MODE = 10.0  # Hz, of modes that are tried
 
 
 class Bench(NamedTuple):
-    """What a hypothesis is tried on."""
+    """Bench on which hypotheses are tried."""
 
-    rig: Rig  #: the rig file, with what was accepted already
+    rig: Rig  #: the rig file, with the parts accepted already
     band: tuple[float, float]  #: Hz, of the records' spectra
-    probes: bool  #: whether displacement probes take part
+    probes: bool  #: True if displacement probes take part
     fs: float  #: Hz, lowest rate of the records
     contradictions: tuple[float, ...] = ()  #: Hz, where the sensors contradict the rig
 
@@ -43,14 +43,14 @@ class Candidate:
     apart: str = ""
     """the measurement that tells it from others"""
     size: Literal["positive", "signed", "fixed"] = "positive"
-    """whether its size may be negative, or is tried as it is"""
+    """sign of its size, which may be negative, or "fixed": tried as it is"""
     group: float | None = None
     """of candidates of one group only the best is fitted; None: of none"""
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A thing that a bench may have and its rig file does not."""
+    """A part that a bench may have and its rig file lacks."""
 
     name: str
     """in tables and files"""
@@ -59,9 +59,9 @@ class Hypothesis:
     candidates: Callable[[Bench], Iterator[Candidate]]
     """the places at which it is tried"""
     handicap: float = 0.0
-    """by how much more log evidence than others it must have"""
+    """log evidence that it must have more than others"""
     of_rig_file: bool = False
-    """whether it opens what the rig file says to be exact: fitted before all others, from every start"""
+    """True if it opens what the rig file says to be exact: fitted before all others, from every start"""
 
 
 HYPOTHESES: dict[str, Hypothesis] = {}
@@ -72,7 +72,7 @@ _Candidates = Callable[[Bench], Iterator[Candidate]]
 def hypothesis(
     name: str, called: str, handicap: float = 0.0, of_rig_file: bool = False
 ) -> Callable[[_Candidates], _Candidates]:  # fmt: skip
-    """Register what yields the candidates of a hypothesis; a decorator.
+    """Register the function that yields a hypothesis's candidates; a decorator.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def hypothesis(
     called : str
         In sentences, with its article.
     handicap : float
-        By how much more log evidence than others it must have.
+        Log evidence that it must have more than others.
     of_rig_file : bool
         It opens what the rig file says to be exact: fitted before all others, from every start.
     """
@@ -103,21 +103,21 @@ def opened(rig: Rig, tolerances: dict[str, str]) -> Rig:
     tolerances : dict of str to str
         Standard deviations with their units, such as "100 %".
     """
-    kept = tuple(t for t in rig.tolerances if t.of not in tolerances)
-    return rig.replace(tolerances=(*kept, *(Tolerance(of, std) for of, std in tolerances.items())))
+    tolerances_left = tuple(t for t in rig.tolerances if t.of not in tolerances)
+    return rig.replace(tolerances=(*tolerances_left, *(Tolerance(of, std) for of, std in tolerances.items())))
 
 
 def added(rig: Rig, part: str, new: Any, **tolerances: str) -> Rig:
-    """Return a rig with one more thing in a part, whose numbers are open.
+    """Return a rig with one more element in a part, whose numbers are open.
 
     Parameters
     ----------
     rig : Rig
         The rig.
     part : str
-        Field of the rig that holds such things, such as "springs".
+        Field of the rig that holds such elements, such as "springs".
     new : Spring, PointMass, FixtureMode or Oscillator
-        What is added.
+        The element that is added.
     **tolerances : str
         Standard deviations of its fields with their units, such as "100 %".
     """
@@ -126,11 +126,11 @@ def added(rig: Rig, part: str, new: Any, **tolerances: str) -> Rig:
     return opened(rig.replace(**{part: (*before, new)}), paths)
 
 
-def places_along(rig: Rig, shares: np.ndarray) -> Iterator[tuple[Shaft, float | str]]:
-    """Yield places at shares of the length of every shaft, each with its shaft: numbers on one without a name."""
+def places_along(rig: Rig, fractions: np.ndarray) -> Iterator[tuple[Shaft, float | str]]:
+    """Yield places at fractions of the length of every shaft, each with its shaft: numbers on one without a name."""
     for shaft in rig.linear.shafts:
-        for share in shares:
-            x = shaft.start + float(share) * shaft.length
+        for fraction in fractions:
+            x = shaft.start + float(fraction) * shaft.length
             yield shaft, f"{shaft.name}@{x!r}" if shaft.name else x
 
 
@@ -140,12 +140,12 @@ def place_words(place: float | str) -> str:
 
 
 def frequency_words(stiffness: float, mass: float, bench: Bench) -> str:
-    """Return the frequency of a mass on a spring in words; beyond the records' band, that it is there."""
+    """Return the frequency of a mass on a spring in words; above the records' band, only that it is there."""
     frequency, highest = math.sqrt(stiffness / mass) / (2 * math.pi), bench.band[1]
     return f"{frequency:.3g} Hz" if frequency < highest else f"above {highest:.3g} Hz, where the records end"
 
 
 def mode_frequencies(bench: Bench, count: int) -> list[float]:
-    """Return frequencies, Hz, of modes of what carries the rig, spread over the band."""
+    """Return frequencies, Hz, of modes of the base or fixture, spread over the band."""
     low, high = bench.band
     return np.geomspace(min(max(low, LOWEST_MODE), high), high, count).tolist()

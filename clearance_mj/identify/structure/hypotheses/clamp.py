@@ -1,4 +1,4 @@
-"""A clamp that has a mode of its own: its block on a spring."""
+"""A clamp with a mode: its block on a spring."""
 
 from __future__ import annotations
 
@@ -47,5 +47,5 @@ def _words(bench: Bench, rig: Rig) -> str:
     assert rig.beam and rig.beam.clamp
     clamp = rig.beam.clamp
     assert clamp.translation
-    own = frequency_words(clamp.translation, clamp.mass, bench)
-    return f"the clamp has a mode of its own: {clamp.mass:.2g} kg on {clamp.translation:.3g} N/m ({own})"
+    frequency = frequency_words(clamp.translation, clamp.mass, bench)
+    return f"the clamp has a mode of its own: {clamp.mass:.2g} kg on {clamp.translation:.3g} N/m ({frequency})"

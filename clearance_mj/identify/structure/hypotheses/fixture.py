@@ -1,4 +1,4 @@
-"""A fixture that has modes of its own, between the base's accelerometer and the feet of clamp and bushings."""
+"""A fixture with modes, between the base's accelerometer and the feet of clamp and bushings."""
 
 from __future__ import annotations
 

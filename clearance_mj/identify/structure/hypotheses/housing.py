@@ -43,8 +43,8 @@ def _with(rig: Rig, group: Sequence[int], frequency: float, factor: float) -> Ri
 def _words(group: Sequence[int], bench: Bench, rig: Rig) -> str:
     parts = []
     for j in group:
-        found = rig.bushings[j].housing
-        assert found
-        own = frequency_words(found.stiffness, found.mass, bench)
-        parts.append(f"{rig.clearance_labels[j]} by {found.stiffness:.3g} N/m with {found.mass:.2g} kg ({own})")
+        housing = rig.bushings[j].housing
+        assert housing
+        mode = frequency_words(housing.stiffness, housing.mass, bench)
+        parts.append(f"{rig.clearance_labels[j]} by {housing.stiffness:.3g} N/m with {housing.mass:.2g} kg ({mode})")
     return f"the housing gives at bushing {', '.join(parts)}"

@@ -1,4 +1,4 @@
-"""A mass on the shaft that the rig file forgets: a connector, a collar, a sensor's own."""
+"""A mass on the shaft that the rig file forgets: of a connector, a collar, a sensor."""
 
 from __future__ import annotations
 
@@ -30,5 +30,5 @@ def _with(rig: Rig, place: float | str, whole: float, length: float, factor: flo
 
 
 def _words(n: int, rig: Rig) -> str:
-    found = rig.masses[n]
-    return f"a mass of {found.mass:.3g} kg near {place_words(found.position)} that the rig file does not have"
+    mass = rig.masses[n]
+    return f"a mass of {mass.mass:.3g} kg near {place_words(mass.position)} that the rig file does not have"

@@ -3,7 +3,7 @@
 It is completed by what any single mode looks like from the place where it is fixed to the shaft: a mass on a spring and
 a damper (a dynamic absorber; Den Hartog, Mechanical Vibrations, 1956, section 3.2) at the end of a rigid arm, since
 what is fixed there also turns with the shaft. It is tried at the frequencies at which the sensors contradict the rig
-most. What has a name explains more than this with less freedom: hence the handicap.
+most. A hypothesis with a name explains more than this with less freedom: hence the handicap.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ MASS = 0.02  # of the rig's, or kg where that is not known
 DAMPING = 0.03
 PLACES = np.linspace(0.25, 0.95, 5)  # of a shaft's length
 LEVERS = -0.12, 0.0, 0.12  # of the length
-BESIDE = 0.92, 1.0, 1.08
-"""Of a frequency: what contradicts is a mode of the whole, not of the mass on its spring"""
+FREQUENCY_RATIOS = 0.92, 1.0, 1.08
+"""Of a frequency: the contradiction is a mode of the whole, not of the mass on its spring"""
 REACH = 0.1  # of the length, 1 σ of place and lever
 HANDICAP = 7.0
 APART = "an accelerometer on whatever hangs on the shaft there"
@@ -36,10 +36,10 @@ def oscillators(bench: Bench) -> Iterator[Candidate]:
     mass = MASS * (bench.rig.total_mass or 1.0)
     words = partial(_words, len(bench.rig.oscillators))
     for shaft, place in places_along(bench.rig, PLACES):
-        for lever, peak, beside in itertools.product(LEVERS, bench.contradictions, BESIDE):
-            frequency = float(np.clip(beside * peak, *bench.band))
-            hung = Oscillator(place, mass, frequency, DAMPING, lever * shaft.length)
-            make = partial(_with, bench.rig, hung, shaft.length)
+        for lever, peak, ratio in itertools.product(LEVERS, bench.contradictions, FREQUENCY_RATIOS):
+            frequency = float(np.clip(ratio * peak, *bench.band))
+            oscillator = Oscillator(place, mass, frequency, DAMPING, lever * shaft.length)
+            make = partial(_with, bench.rig, oscillator, shaft.length)
             yield Candidate("oscillator", make, words, APART, size="fixed", group=lever)
 
 
@@ -51,9 +51,9 @@ def _with(rig: Rig, hung: Oscillator, length: float, factor: float) -> Rig:
 
 
 def _words(n: int, rig: Rig) -> str:
-    found = rig.oscillators[n]
+    oscillator = rig.oscillators[n]
     return (
-        f"a mode at {found.frequency:.4g} Hz that no part of the rig file explains (damping ratio "
-        f"{found.damping_ratio:.2g}), like that of {found.mass:.2g} kg on a spring at the end of an arm of "
-        f"{found.lever:+.2g} m along the shaft from {place_words(found.position)}"
+        f"a mode at {oscillator.frequency:.4g} Hz that no part of the rig file explains (damping ratio "
+        f"{oscillator.damping_ratio:.2g}), like that of {oscillator.mass:.2g} kg on a spring at the end of an arm of "
+        f"{oscillator.lever:+.2g} m along the shaft from {place_words(oscillator.position)}"
     )

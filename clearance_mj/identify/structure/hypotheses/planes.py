@@ -35,7 +35,7 @@ def _with(rig: Rig, difference: float, angle: float, factor: float) -> Rig:
 
 def _words(rig: Rig) -> str:
     assert rig.planes
-    share, angle = 100 * rig.planes.difference, math.degrees(rig.planes.angle)
+    ratio, angle = 100 * rig.planes.difference, math.degrees(rig.planes.angle)
     return (
-        f"the shaft's two bending planes differ by {share:.2g} % in stiffness, the stiffer one turned by {angle:.0f}°"
+        f"the shaft's two bending planes differ by {ratio:.2g} % in stiffness, the stiffer one turned by {angle:.0f}°"
     )

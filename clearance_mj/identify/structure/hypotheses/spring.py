@@ -13,7 +13,7 @@ from .candidate import Bench, Candidate, added, hypothesis, place_words, places_
 
 STIFFNESS, DAMPING = 300.0, 0.5  # N/m, N s/m
 SIZES = (STIFFNESS, 0.03 * DAMPING), (0.03 * STIFFNESS, DAMPING), (STIFFNESS, DAMPING)
-"""Springs, dashpots, and both: from a small share of what is there a fit hardly comes to it"""
+"""Springs, dashpots, and both: a fit that starts at a small fraction of either hardly reaches it"""
 PLACES = np.linspace(0.2, 0.95, 7)  # of a shaft's length
 REACH = 0.08  # of the length, 1 σ of its place
 
@@ -33,6 +33,6 @@ def _with(rig: Rig, place: float | str, stiffness: float, damping: float, length
 
 
 def _words(n: int, rig: Rig) -> str:
-    found = rig.springs[n]
-    size = f"{found.stiffness:.3g} N/m and {found.damping:.3g} N s/m"
-    return f"a spring and dashpot of {size} from the shaft near {place_words(found.position)} to the base"
+    spring = rig.springs[n]
+    size = f"{spring.stiffness:.3g} N/m and {spring.damping:.3g} N s/m"
+    return f"a spring and dashpot of {size} from the shaft near {place_words(spring.position)} to the base"

@@ -26,7 +26,7 @@ def supports(bench: Bench) -> Iterator[Candidate]:
 
 
 def _exact(rig: Rig) -> list[Tolerance]:
-    """A tolerance of 0 for every number of supports and clamp that is said to be exact."""
+    """Return a tolerance of 0 for every number of supports and clamp that is said to be exact."""
     exact = [t for t in rig.tolerances if t.size == 0]
     keys = [key for t in exact if t.of.startswith(SUPPORTS) for key in find_numbers(rig.to_dict(), t.of)]
     return [*(Tolerance(path_of(key), "0 %") for key in keys), *(t for t in exact if t.of in CLAMP_COMPLIANCES)]
