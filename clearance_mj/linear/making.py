@@ -1,8 +1,8 @@
 """From a rig to its linear model.
 
-A truncated set of modes is too stiff under a point force. So the basis has, besides the lowest modes, the static shape
-under a unit force at each clearance and force shaker: they carry the residual flexibility of the modes left out (MacNeal
-1971; Rubin 1975) as degrees of freedom, so the displacement at a contact needs no algebraic correction. Modes of a turning
+A truncated set of modes is too stiff under a point force. The basis also has the static shape under a unit force at
+each clearance and force shaker: they carry the residual flexibility of the modes left out (MacNeal 1971; Rubin
+1975) as further degrees of freedom, so the displacement at a contact needs no algebraic correction. Modes of a turning
 or spatial shaft are those of its plane along y, then of that along z.
 """
 

@@ -54,9 +54,7 @@ class RigRows:
         return [stop - start for start, stop in sorted({(p.span.start, p.span.stop) for p in self.planes if p})]
 
     def shapes(self, points: Sequence[float | str] | np.ndarray) -> np.ndarray:
-        """Return how points move in the directions of their degrees of freedom; those on shafts along z.
-
-        Shapes are positive at the last position.
+        """Return the shapes at points along their degrees of freedom, on shafts along z, positive at the last position.
 
         Parameters
         ----------

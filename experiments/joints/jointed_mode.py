@@ -110,8 +110,8 @@ class ForcedTest:
 
     def accelerance(self, mode: JointedMode, frequency: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
         """(n,) complex acceleration over force, 1/kg, at (n,) Hz where the mode vibrates with amplitudes (n,), m."""
-        omega = 2 * np.pi * frequency
-        return (self._modal(self.mode(mode).stiffness(amplitude, omega), omega) + self.residual) * np.exp(1j * self.phase)
+        w = 2 * np.pi * frequency
+        return (self._modal(self.mode(mode).stiffness(amplitude, w), w) + self.residual) * np.exp(1j * self.phase)
 
     def response(self, mode: JointedMode, frequency: np.ndarray, force: np.ndarray) -> np.ndarray:
         """(n,) complex acceleration, m/s², under forces (n,), N, by harmonic balance from one frequency to the next.
@@ -146,9 +146,9 @@ class ForcedTest:
     def _on_grid(self, mode: JointedMode) -> tuple[np.ndarray, Callable[[float], np.ndarray]]:
         """Return (1000,) amplitudes, m, among which solutions lie, and their stiffness over mass at any frequency."""
         grid = mode.reach * np.geomspace(FIRST_SLIP, LAST_SLIP, GRID)
-        mode_in_test = self.mode(mode)
-        small = mode_in_test.stiffness(grid, 0.0)
-        return grid, lambda omega: small + 2j * mode_in_test.damping * 2 * np.pi * mode_in_test.frequency * omega
+        tested = self.mode(mode)
+        small = tested.stiffness(grid, 0.0)
+        return grid, lambda omega: small + 2j * tested.damping * 2 * np.pi * tested.frequency * omega
 
     def seen(self, curve: ForcedCurve) -> Decay:
         """Return amplitude, m, frequency, Hz, and damping of the free mode at each measured point (no time).
