@@ -1,4 +1,4 @@
-"""The fit: bounded least squares in the logarithms of the free parameters, and what it leaves open."""
+"""The fit: bounded least squares in the logarithms of the free parameters, and combinations not identified."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ __all__ = ["Calibration", "Solution", "calibrate", "profile"]
 MAX_STARTS = 1000  # each takes a tenth of a second or more
 MAX_DRAWS = 100  # of a hypercube, for points that are rigs
 STEP = 1e-4  # of a logarithm, for differences
-SAME = 1e-3  # difference of logarithms below which two starts found the same rig
+SAME = 1e-3  # difference of logarithms below which two starts ended with the same rig
 AS_GOOD = 1.0  # Δχ² below which two rigs fit equally well
 EQUAL = 2e-6  # Δχ² below which rigs fit equally for every purpose
 EXACT = Stop(steps=100, decrease=1e-12, move=1e-12)
@@ -43,7 +43,7 @@ EXACT = Stop(steps=100, decrease=1e-12, move=1e-12)
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What one start ended with."""
+    """Solution of one start."""
 
     value: np.ndarray
     """(n_free,) SI units"""
@@ -53,20 +53,20 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A rig calibrated to targets, and how well they identify its parameters."""
+    """A rig calibrated to targets, with the estimates of its parameters."""
 
     rig: Rig
     """calibrated"""
     start: Rig
     """the rig that was given"""
     targets: tuple[ModalTarget | FRFTarget, ...]
-    """what it was calibrated to"""
+    """the measured data that it was calibrated to"""
     estimates: Estimates
     """of the free parameters; the covariance grows with χ² where that exceeds the degrees of freedom"""
     residual: np.ndarray
     """in standard deviations of the data"""
     unidentified: tuple[Combination, ...]
-    """what the data do not identify, least known first"""
+    """combinations that the data do not identify, least known first"""
     at_bound: tuple[str, ...]
     """parameters that ended at a bound"""
     solutions: tuple[Solution, ...]
@@ -80,12 +80,12 @@ class Calibration:
     @property
     def distinct(self) -> tuple[Solution, ...]:
         """Rigs that differ and fit equally well, the best first."""
-        found: list[Solution] = []
+        solutions: list[Solution] = []
         for solution in self.solutions:
             good = solution.chi2 <= self.solutions[0].chi2 + AS_GOOD
-            if good and all(np.max(np.abs(np.log(solution.value / s.value))) > SAME for s in found):
-                found.append(solution)
-        return tuple(found)
+            if good and all(np.max(np.abs(np.log(solution.value / s.value))) > SAME for s in solutions):
+                solutions.append(solution)
+        return tuple(solutions)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -100,13 +100,13 @@ class Calibration:
 
     def to_dict(self) -> dict[str, Any]:
         """Return values, standard deviations, correlations, residuals and every start's solution as plain data."""
-        found = self.estimates
+        estimates = self.estimates
         return {
             "free": {
                 p.name: {"value": float(v), "std": float(s), "start": p.start}
-                for p, v, s in zip(found.parameters, found.value, found.std)
+                for p, v, s in zip(estimates.parameters, estimates.value, estimates.std)
             },
-            "correlation": found.correlation.tolist(),
+            "correlation": estimates.correlation.tolist(),
             "chi2": self.chi2,
             "data": sum(t.size for t in self.targets),
             "residual_std": self.residual.tolist(),
@@ -175,8 +175,8 @@ def calibrate(
         comparison.parameters, one_by_one(comparison.residual), step=STEP, central=True, lanes=False, invalid=RigError
     )
     points = _starts(problem, n_starts, seed)
-    every = tqdm(points, desc="calibrating", unit="start", disable=not progress)
-    solved = [solve(problem, point, stop=EXACT) for point in every]
+    points_with_bar = tqdm(points, desc="calibrating", unit="start", disable=not progress)
+    solved = [solve(problem, point, stop=EXACT) for point in points_with_bar]
     perfect = min(s.cost for s in solved) + EQUAL
     # What separates perfect fits is rounding: the nearest to the first start then goes first.
     solved.sort(key=lambda s: (max(s.cost, perfect), np.linalg.norm(s.at - points[0])))
@@ -215,7 +215,7 @@ def profile(
     path : str
         The parameter that is held.
     values : sequence of float
-        What it is held at, SI units.
+        Values at which it is held, SI units.
 
     Returns
     -------
@@ -232,14 +232,14 @@ def profile(
     Raue et al., Structural and practical identifiability analysis by exploiting the profile likelihood,
     Bioinformatics 25, 2009.
     """
-    held = keys_of(rig, path)
+    keys = keys_of(rig, path)
     parameters = [free_parameter(rig, name, given) for name, given in free.items()]
     bounds = {p.name: (p.low, p.high) for p in parameters}
-    found: list[Calibration] = []
+    results: list[Calibration] = []
     for value in tqdm(values, desc="profile", unit="rig", disable=not progress):
-        last = found[-1].rig if found else rig
-        found.append(calibrate(with_values(last, dict.fromkeys(held, float(value))), targets, bounds, n_starts, seed))
-    return found
+        last = results[-1].rig if results else rig
+        results.append(calibrate(with_values(last, dict.fromkeys(keys, float(value))), targets, bounds, n_starts, seed))
+    return results
 
 
 class _Comparison:
@@ -250,8 +250,8 @@ class _Comparison:
         if not self.paths:
             raise RigError("name at least one free parameter")
         self.keys = [keys_of(rig, path) for path in self.paths]
-        every = [key for group in self.keys for key in group]
-        if len(set(every)) < len(every):
+        keys = [key for group in self.keys for key in group]
+        if len(set(keys)) < len(keys):
             raise RigError(f"a free parameter is named twice: {', '.join(self.paths)}")
         self.parameters = [free_parameter(rig, path, bounds) for path, bounds in free.items()]
         order = sorted((place, i) for i, b in enumerate(rig.bushings) if (place := parse_place(b.position)))
@@ -286,7 +286,7 @@ class _Comparison:
 
 
 def _starts(problem: Problem, count: int, seed: int) -> list[np.ndarray]:
-    """The rig itself, then points of a Latin hypercube that are rigs: even for positions, else for logarithms."""
+    """Return the rig itself, then points of a Latin hypercube that are rigs: even in positions, else in logarithms."""
     inner = 1e-6 * (problem.high - problem.low)
     points = [np.clip(np.zeros(problem.size), problem.low + inner, problem.high - inner)]
     paths, ends = [p.name for p in problem.parameters], (problem.low, problem.high)
@@ -298,9 +298,9 @@ def _starts(problem: Problem, count: int, seed: int) -> list[np.ndarray]:
     for _ in range(MAX_DRAWS):
         if len(points) >= count:
             break
-        share = sampler.random(count)
-        even = np.array([problem.at(values) for values in low + (high - low) * share])
-        drawn = np.where(position, even, problem.low + (problem.high - problem.low) * share)
+        fractions = sampler.random(count)
+        even_in_value = np.array([problem.at(values) for values in low + (high - low) * fractions])
+        drawn = np.where(position, even_in_value, problem.low + (problem.high - problem.low) * fractions)
         points += [point for point in drawn if _possible(problem, point)]
     return points[:count]
 

@@ -1,4 +1,4 @@
-"""Free parameters of a rig: what its linear state depends on, bounds, and a rig with other values."""
+"""Free parameters of a rig: numbers that its linear state depends on, bounds, and a rig with other values."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ __all__ = ["Free", "value_of"]
 TAPERED = ("diameter", "inner_diameter", "width", "height")
 SHAFT = ("length", "young_modulus", "density", "poisson_ratio", *TAPERED)
 POINTS = ("position", "to", "mass", "stiffness", "damping")
-"""what may be free: of a section, of a shaft, and of what stands at points of it"""
+"""fields that may be free: of a section, of a shaft, and of elements at points of it"""
 SHAFT_FACTOR, OTHER_FACTOR = 1.2, 10.0
 """default bounds are start / factor to start × factor: of the shaft, and of all else but positions"""
-NEAREST = 0.02  # lowest default bound of a position, as a share of the shaft's length
+NEAREST = 0.02  # lowest default bound of a position, over the shaft's length
 ROUNDING = 1e-9
 
 Free = Mapping[str, tuple[float, float] | None]
@@ -33,32 +33,28 @@ Free = Mapping[str, tuple[float, float] | None]
 
 
 def keys_of(rig: Rig, path: str) -> list[Key]:
-    """Keys, in the rig's plain data, of every number that a path stands for; a RigError lists the known paths."""
+    """Return the keys, in the rig's plain data, of all numbers of a path; a RigError lists the known paths."""
     data = rig.to_dict()
     known = [key for key in numbers(data) if _counts(key)]
     with contextlib.suppress(ClearanceError):  # of beam.rayleigh each has its own unit: none share a value
-        found = find_numbers(data, path)
-        if (
-            found
-            and set(found) <= set(known)
-            and (isinstance(_field_of(found[0])[-1], str) or path == path_of(found[0]))
-        ):
-            return found
+        keys = find_numbers(data, path)
+        if keys and set(keys) <= set(known) and (isinstance(_field_of(keys[0])[-1], str) or path == path_of(keys[0])):
+            return keys
     names = dict.fromkeys(re.sub(r"\[\d+\]", "[N]", path_of(key)) for key in map(_field_of, known))
     counts = {k: len(getattr(rig, k)) for k in ("masses", "bushings", "sensors")}
-    having = ", ".join(f"{n} {kind}" for kind, n in counts.items())
-    raise RigError(f"{path!r} is no free parameter of rig {rig.name!r} ({having}); known: {', '.join(names)}")
+    counts_in_words = ", ".join(f"{n} {kind}" for kind, n in counts.items())
+    raise RigError(f"{path!r} is no free parameter of rig {rig.name!r} ({counts_in_words}); known: {', '.join(names)}")
 
 
 def _counts(key: Key) -> bool:
-    """Whether the linear rig depends on a number."""
+    """Return True if the linear rig depends on a number."""
     if key[0] in ("beam", "structure"):
         return True
     return key[0] in ("masses", "bushings", "sensors") and key[-1] in POINTS and "contact" not in key
 
 
 def _field_of(key: Key) -> Key:
-    """Key of a field; both ends of a section have one."""
+    """Return the key of a field; both ends of a section have one."""
     return key[:-1] if len(key) > 1 and key[-2] in TAPERED else key
 
 
@@ -102,7 +98,7 @@ def free_parameter(rig: Rig, path: str, bounds: tuple[float, float] | None) -> P
 
 
 def _on_shaft(rig: Rig, key: Key) -> tuple[float, float]:
-    """Default bounds of a position: the shaft that it is on, but for what is near its start."""
+    """Return default bounds of a position: the shaft that it is on, without the part near its start."""
     data: Any = rig.to_dict()
     shafts = {shaft.name: shaft for shaft in rig.linear.shafts}
     if key[:2] == ("structure", "parts"):

@@ -1,4 +1,4 @@
-"""What a rig is calibrated to: measured natural frequencies and shapes, or FRFs; out of files too."""
+"""Targets of a calibration: measured natural frequencies and shapes, or FRFs; also read from files."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ class ModalTarget:
 
     def __post_init__(self) -> None:
         rising = {"natural frequencies": self.frequency, "mode numbers": self.mode}
-        for what, values in rising.items():
+        for name, values in rising.items():
             if not np.size(values) or not np.all(np.diff(values, prepend=0) > 0) or not np.isfinite(values).all():
-                raise RecordError(f"{what} must be positive and rise, got {_listed(values)}")
+                raise RecordError(f"{name} must be positive and rise, got {_listed(values)}")
         if np.any(np.mod(self.mode, 1)):
             raise RecordError(f"mode numbers must be whole, got {_listed(self.mode)}")
         relative = np.asarray(self.std) / self.frequency
@@ -153,19 +153,19 @@ class FRFTarget:
 
 
 def sensor_rows(rig: Rig, names: Sequence[int | str]) -> tuple[list[int], np.ndarray]:
-    """Rows of sensors among the rig's and the sign (n,) of each, by nodes or degrees of freedom of any sign."""
+    """Return rows of sensors among the rig's and the sign (n,) of each, by nodes or degrees of freedom of any sign."""
     labels, nodes = rig.sensor_labels, [s.node for s in rig.sensors]
     rows, sign = [], []
     for name in names:
         label = f"{name}:+Z" if isinstance(name, int) else name
-        turned = label.translate(str.maketrans("+-", "-+"))
-        if label in labels or turned in labels:
-            rows.append(labels.index(label if label in labels else turned))
+        opposite = label.translate(str.maketrans("+-", "-+"))
+        if label in labels or opposite in labels:
+            rows.append(labels.index(label if label in labels else opposite))
         elif isinstance(name, int) and nodes.count(name) == 1:
             rows.append(nodes.index(name))
         else:
-            what = "node" if isinstance(name, int) else "degree of freedom"
-            raise RecordError(f"the data's {what} {name} is no sensor of rig {rig.name!r}: {', '.join(labels)}")
+            kind = "node" if isinstance(name, int) else "degree of freedom"
+            raise RecordError(f"the data's {kind} {name} is no sensor of rig {rig.name!r}: {', '.join(labels)}")
         sign.append(1.0 if isinstance(name, int) or label in labels else -1.0)
     return rows, np.array(sign)
 
@@ -251,8 +251,8 @@ def read_frf(path: str | PathLike[str], band: tuple[float, float] | None = None)
     """
     frf = read_uff(path)
     if not isinstance(frf, FRF) or len(frf.references) > 1:
-        found = f"FRFs to {', '.join(frf.references)}" if isinstance(frf, FRF) else "no FRFs"
-        raise RecordError(f"{path}: holds {found}, calibration needs FRFs to one reference")
+        content = f"FRFs to {', '.join(frf.references)}" if isinstance(frf, FRF) else "no FRFs"
+        raise RecordError(f"{path}: holds {content}, calibration needs FRFs to one reference")
     frf = frf.within(band) if band else frf
     if not (np.isfinite(frf.value) & (frf.value != 0)).all():
         raise RecordError(f"{path}: an FRF is zero or not finite at a line; cut it off with a band")

@@ -1,12 +1,12 @@
-"""Recursive estimation: a belief about what varies, refined window by window of a record or a drive.
+"""Recursive estimation: a belief about parameters, refined window by window of a record or a drive.
 
 A belief is a mean and a covariance. A window of data refines it by Gauss-Newton on the window's residuals together with
 the distance from the belief (moving horizon estimation with the belief as arrival cost; Rao, Rawlings and Mayne, IEEE
 Transactions on Automatic Control 48, 2003). Everything is done in standard deviations of the belief along its principal
-axes, so that no unit or correlation matters and a difference quotient reaches over a stated share of what is not known
+axes, so that no unit or correlation matters and a difference quotient reaches over a stated part of the uncertainty
 (Arasaratnam and Haykin, IEEE Transactions on Automatic Control 54, 2009): a model with kinks, as every clearance is,
-has no derivative worth the name. Between windows `Belief.through` carries states onwards and `Belief.drifted` lets
-what is known fade as a random walk does.
+has no derivative worth the name. Between windows `Belief.through` carries states onwards and `Belief.drifted` widens
+the belief as a random walk does.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ HALVINGS = 6  # at most, of a step that makes the fit worse
 
 @dataclass(frozen=True, eq=False)
 class Belief:
-    """What is known of parameters and states: a normal distribution of what varies."""
+    """A normal distribution of parameters and states, in what varies of them."""
 
     mean: np.ndarray
     """(n,)"""
@@ -53,7 +53,7 @@ class Belief:
 
     @classmethod
     def of(cls, parameters: Sequence[Parameter]) -> Belief:
-        """Take what is known of parameters before any data: their starts and prior standard deviations.
+        """Return the belief about parameters before any data: their starts and prior standard deviations.
 
         Parameters
         ----------
@@ -64,7 +64,7 @@ class Belief:
 
     @classmethod
     def independent(cls, mean: ArrayLike, std: ArrayLike) -> Belief:
-        """Take means (n,) and standard deviations (n,) that have nothing to do with each other.
+        """Return a belief of independent entries with means (n,) and standard deviations (n,).
 
         Parameters
         ----------
@@ -81,7 +81,7 @@ class Belief:
         return np.sqrt(np.diag(self.covariance))
 
     def part(self, which: slice | Sequence[int]) -> Belief:
-        """Return what is known of some of the entries.
+        """Return the belief about some of the entries.
 
         Parameters
         ----------
@@ -151,8 +151,8 @@ class Refinement:
     residuals: np.ndarray
     """(n_residuals,) at its mean"""
     innovation: float
-    """squared distance of the window's data from what the belief before expected of them, in standard deviations of
-    noise and belief together: chi-squared with n_residuals degrees of freedom where the model holds"""
+    """squared distance of the window's data from their prediction by the belief before, in standard deviations of noise
+    and belief together: chi-squared with n_residuals degrees of freedom where the model holds"""
     steps: int
     """Gauss-Newton steps taken"""
     widening: float
@@ -186,20 +186,20 @@ def refine(belief: Belief, residuals: Function, block: int | None = None) -> Ref
         Residuals at the belief's mean are not finite, or a block is longer than half of them.
     """
     axes = _axes(belief.covariance)
-    begun = np.zeros(axes.shape[1]), *_differences(residuals, belief.mean, axes)
-    if not np.isfinite(begun[1]).all():
+    start = np.zeros(axes.shape[1]), *_differences(residuals, belief.mean, axes)
+    if not np.isfinite(start[1]).all():
         raise RecordError(
             "the residuals of a window are not finite where its belief begins: the data have gaps, or the model fails"
         )
-    z, left, slope, steps = _fit(belief.mean, axes, residuals, 1.0, *begun)
-    innovation = _innovation(left - slope @ z, slope)
-    widening = 1.0 if block is None else _widening(left, slope, block)
+    z, errors, slope, steps = _fit(belief.mean, axes, residuals, 1.0, *start)
+    innovation = _innovation(errors - slope @ z, slope)
+    widening = 1.0 if block is None else _widening(errors, slope, block)
     if widening > 1.0:
-        z, left, slope, more = _fit(belief.mean, axes, residuals, widening, z, left, slope)
-        steps += more
+        z, errors, slope, further_steps = _fit(belief.mean, axes, residuals, widening, z, errors, slope)
+        steps += further_steps
     information = np.eye(z.size) + slope.T @ slope / widening**2
     spread = axes @ np.linalg.inv(information) @ axes.T
-    return Refinement(Belief(belief.mean + axes @ z, spread), left, innovation, steps, widening)
+    return Refinement(Belief(belief.mean + axes @ z, spread), errors, innovation, steps, widening)
 
 
 def _axes(covariance: np.ndarray) -> np.ndarray:
@@ -219,44 +219,44 @@ def _differences(function: Function, at: np.ndarray, axes: np.ndarray) -> tuple[
 
 
 def _fit(
-    mean: np.ndarray, axes: np.ndarray, residuals: Function, width: float, z: np.ndarray, left: np.ndarray,
+    mean: np.ndarray, axes: np.ndarray, residuals: Function, width: float, z: np.ndarray, errors: np.ndarray,
     slope: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:  # fmt: skip
-    """Most probable point along the axes, its residuals and their slopes, and the number of steps from a point."""
+    """Return the most probable point along the axes, its residuals and their slopes, and the number of steps."""
     steps = 0
     for steps in range(1, MAX_STEPS + 1):
         slope = np.where(np.isfinite(slope).all(axis=0), slope, 0.0)
         information = np.eye(z.size) + slope.T @ slope / width**2
-        move = -np.linalg.solve(information, z + slope.T @ left / width**2)
-        cost = left @ left / width**2 + z @ z
+        step = -np.linalg.solve(information, z + slope.T @ errors / width**2)
+        cost = errors @ errors / width**2 + z @ z
         for halving in range(HALVINGS + 1):
-            point = z + move / 2**halving
-            after = residuals((mean + axes @ point)[None])[0]
-            if after @ after / width**2 + point @ point <= cost:
+            point = z + step / 2**halving
+            new_errors = residuals((mean + axes @ point)[None])[0]
+            if new_errors @ new_errors / width**2 + point @ point <= cost:
                 break
         else:
-            return z, left, slope, steps
-        z, left = point, after
-        if move @ information @ move < STEP_TOLERANCE**2 * z.size:
+            return z, errors, slope, steps
+        z, errors = point, new_errors
+        if step @ information @ step < STEP_TOLERANCE**2 * z.size:
             break
-        left, slope = _differences(residuals, mean + axes @ z, axes)
-    return z, left, slope, steps
+        errors, slope = _differences(residuals, mean + axes @ z, axes)
+    return z, errors, slope, steps
 
 
 def _innovation(expected: np.ndarray, slope: np.ndarray) -> float:
-    """Squared length of residuals in standard deviations of I + J Jᵀ, by the matrix inversion lemma."""
+    """Return the squared length of residuals in standard deviations of I + J Jᵀ, by the matrix inversion lemma."""
     score = slope.T @ expected
     return float(expected @ expected - score @ np.linalg.solve(np.eye(score.size) + slope.T @ slope, score))
 
 
-def _widening(left: np.ndarray, slope: np.ndarray, block: int) -> float:
-    """Factor on standard deviations over what independent residuals of unit variance would give."""
-    if not 1 <= block <= left.size // 2:
-        raise RecordError(f"blocks of {block} residuals: at least two of them must lie in a window of {left.size}")
-    scores = np.add.reduceat(slope * left[:, None], np.arange(0, left.size, block))
+def _widening(residuals: np.ndarray, slope: np.ndarray, block: int) -> float:
+    """Return the factor on standard deviations over those of independent residuals of unit variance."""
+    if not 1 <= block <= residuals.size // 2:
+        raise RecordError(f"blocks of {block} residuals: at least two of them must lie in a window of {residuals.size}")
+    scores = np.add.reduceat(slope * residuals[:, None], np.arange(0, residuals.size, block))
     information = slope.T @ slope
     # Of directions with less information than the belief has, the window says nothing.
     informed = int(np.count_nonzero(np.linalg.eigvalsh(information) > 1.0))
     # Slopes that the fit has used up leave smaller residuals.
-    freedom = max(left.size - informed, 1) / left.size
+    freedom = max(residuals.size - informed, 1) / residuals.size
     return float(np.sqrt(max(correlated_observations(scores, information, least=1.0) / freedom, 1.0)))

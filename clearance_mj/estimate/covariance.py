@@ -10,7 +10,7 @@ from .estimates import principal_deviations
 __all__ = ["coloured", "correlated_observations", "correlation_time", "jackknife", "sandwich", "student_widening"]
 
 UNCORRELATED = 0.05  # autocorrelation from which on residuals count as independent
-INFORMED = 1e-6  # of the largest information: directions with less say nothing of the correlation
+INFORMED = 1e-6  # of the largest information: directions with less are not informed by the data
 NOISE_FLOOR = 1e-5  # standard deviation that is always assumed, so that perfect records have a covariance too
 
 
@@ -26,7 +26,7 @@ def jackknife(rows: np.ndarray, scores: np.ndarray, block: np.ndarray, prior: np
     rows : ndarray, shape (n_residuals, n)
         Jacobian, times the root of the curvature of a robust loss.
     scores : ndarray, shape (n_residuals, n)
-        What each residual adds to half of the loss's gradient.
+        Contribution of each residual to half of the loss's gradient.
     block : ndarray, shape (n_residuals,)
         Number of each residual's block.
     prior : ndarray, shape (n, n)
@@ -41,13 +41,13 @@ def jackknife(rows: np.ndarray, scores: np.ndarray, block: np.ndarray, prior: np
     if len(groups) < 2:
         return np.full(prior.shape, np.inf)
     information = rows.T @ rows + prior
-    moved = np.array([np.linalg.pinv(information - rows[g].T @ rows[g]) @ scores[g].sum(axis=0) for g in groups])
+    changes = np.array([np.linalg.pinv(information - rows[g].T @ rows[g]) @ scores[g].sum(axis=0) for g in groups])
     inverse = np.linalg.pinv(information)
-    return (len(groups) - 1) * np.cov(moved.T, bias=True) + inverse @ prior @ inverse
+    return (len(groups) - 1) * np.cov(changes.T, bias=True) + inverse @ prior @ inverse
 
 
 def student_widening(blocks: int) -> float:
-    """Return by how much Student's 95 % interval of a mean of a few blocks is wider than the normal one.
+    """Return the ratio of Student's 95 % interval of a mean of a few blocks to the normal one.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def coloured(rows: np.ndarray, residuals: np.ndarray) -> np.ndarray:
     rows : ndarray, shape (n_residuals, n)
         Jacobian, times the root of the curvature of a robust loss.
     residuals : ndarray, shape (n_residuals,)
-        Residuals as shares of the data's RMS.
+        Residuals over the data's RMS.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def coloured(rows: np.ndarray, residuals: np.ndarray) -> np.ndarray:
 
 
 def correlation_time(residuals: np.ndarray) -> float:
-    """Return how many samples of a series count as one: 1 + 2 Σρ up to its first lag below 0.05, at least 1.
+    """Return the number of samples of a series that count as one: 1 + 2 Σρ up to its first lag below 0.05, at least 1.
 
     Parameters
     ----------
@@ -131,15 +131,15 @@ def correlation_time(residuals: np.ndarray) -> float:
 
 
 def correlated_observations(scores: np.ndarray, information: np.ndarray, least: float | None = None) -> float:
-    """Return how many residuals count as one observation: tr(H⁻¹ V)/n, at least 1.
+    """Return the number of residuals that count as one observation: tr(H⁻¹ V)/n, at least 1.
 
-    V is the covariance that the scores of blocks show, H what independent residuals of unit variance would give them
+    V is the covariance that the scores of blocks show, H that of independent residuals of unit variance
     (Rao and Scott, Annals of Statistics 12, 1984; Ribatet, Cooley and Davison, Statistica Sinica 22, 2012).
 
     Parameters
     ----------
     scores : ndarray, shape (n_blocks, n)
-        What the residuals of each block add to half of the loss's gradient.
+        Contribution of the residuals of each block to half of the loss's gradient.
     information : ndarray, shape (n, n)
         Information matrix H of the data.
     least : float, optional

@@ -1,4 +1,4 @@
-"""Estimates: the values and the covariance that every fit returns, and which combinations the data leave open."""
+"""Estimates: the values and the covariance that every fit returns, and combinations that the data do not identify."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .parameter import Parameter
 __all__ = ["Combination", "Estimates", "PrincipalDeviations", "principal_deviations", "unidentified_combinations"]
 
 UNIDENTIFIED = 0.5
-"""Standard deviation of a logarithm, or of a share, from which on the data do not identify a parameter."""
+"""Standard deviation of a logarithm, or of a ratio, from which on the data do not identify a parameter."""
 REDUCED = 0.5  # Posterior over prior standard deviation below which the data identify a parameter.
 PRIOR_DOMINATED = 0.9  # Posterior over prior standard deviation above which the data add hardly anything to the prior.
 COUNTS = 0.1  # Exponent from which on a parameter counts to a combination.
@@ -41,23 +41,23 @@ class Estimates:
     """Fitted values of parameters and their covariance."""
 
     parameters: tuple[Parameter, ...]
-    """what was fitted"""
+    """the fitted parameters"""
     value: np.ndarray
     """(n,) SI units"""
     varied_std: np.ndarray
-    """(n,) standard deviation of what varies: of a logarithm, that of the value as a share of it; 0 where the data do
-    not depend on the parameter"""
+    """(n,) standard deviation of what varies: of a logarithm, that of the value relative to it; 0 where the data do not
+    depend on the parameter"""
     correlation: np.ndarray
     """(n, n) of what varies; near ±1: the data identify only a combination of the two"""
 
     @classmethod
     def of(cls, parameters: Sequence[Parameter], value: ArrayLike, covariance: np.ndarray) -> Estimates:
-        """Take values (n,), SI units, and covariance (n, n) of what varies: logarithms if the transform is "log".
+        """Return estimates of values (n,), SI units, with covariance (n, n) of what varies: logarithms or values.
 
         Parameters
         ----------
         parameters : sequence of Parameter
-            What was fitted.
+            The fitted parameters.
         value : array_like, shape (n,)
             Values, SI units.
         covariance : ndarray, shape (n, n)
@@ -86,7 +86,7 @@ class Estimates:
 
     @property
     def identifiable(self) -> np.ndarray:
-        """(n,) bool: the data at least halve the standard deviation that was known before."""
+        """(n,) bool: the data at least halve the standard deviation of the prior."""
         known = [REDUCED * p.known_std for p in self.parameters]
         return (self.varied_std > 0) & (self.varied_std < known)
 
@@ -113,10 +113,10 @@ class Estimates:
         return self._from_varied(np.array([varied - half, varied + half]))
 
     def widened(self, factor: float) -> Estimates:
-        """Take standard deviations of the data to be larger by a factor; what was known before stays.
+        """Return the estimates with standard deviations of the data larger by a factor; priors stay.
 
-        C' = (P⁻¹ + (C⁻¹ - P⁻¹) / factor²)⁻¹, with the covariances C and, before the fit, P: what the data tell grows
-        less, so that none is known worse than before.
+        C' = (P⁻¹ + (C⁻¹ - P⁻¹) / factor²)⁻¹, with the covariances C and, before the fit, P: the information of the data
+        falls, so that none is known worse than before.
 
         Parameters
         ----------
@@ -131,19 +131,19 @@ class Estimates:
         return Estimates.of(self.parameters, self.value, np.linalg.inv(precision) * np.outer(scale, scale))
 
     def with_rivals(self, rivals: Iterable[tuple[float, Mapping[str, float]]]) -> Estimates:
-        """Return the same values with the covariance of what rivals found about them.
+        """Return the same values with their covariance widened by the values of rival fits.
 
         Parameters
         ----------
         rivals : iterable of (float, mapping of str to float)
             Probability and values by name of each; parameters that it does not name stay where they are.
         """
-        found = self.covariance.copy()
+        covariance = self.covariance.copy()
         for weight, values in rivals:
-            both = [(p, values.get(p.name, own), own) for p, own in zip(self.parameters, self.value)]
-            apart = np.array([p.to_varied(value) - p.to_varied(own) for p, value, own in both])
-            found += weight * np.outer(apart, apart)
-        return Estimates.of(self.parameters, self.value, found)
+            values_and_own = [(p, values.get(p.name, v), v) for p, v in zip(self.parameters, self.value)]
+            deviation = np.array([p.to_varied(value) - p.to_varied(v) for p, value, v in values_and_own])
+            covariance += weight * np.outer(deviation, deviation)
+        return Estimates.of(self.parameters, self.value, covariance)
 
     def draw(self, n: int, seed: int = 0) -> np.ndarray:
         """Draw values (n, n_parameters) from the normal distribution of what varies, cut to the bounds.
@@ -163,7 +163,7 @@ class Estimates:
     def rows(self) -> tuple[dict[str, Any], ...]:
         """Return one row of plain data for each parameter, which `from_rows` takes.
 
-        "relative_std" is the standard deviation of what varies: a share of the value, or, where the row has "varies":
+        "relative_std" is the standard deviation of what varies: relative to the value, or, where the row has "varies":
         "linear", in the value's unit.
         """
         return tuple(
@@ -175,7 +175,7 @@ class Estimates:
         )
 
     def beside_priors(self) -> list[dict[str, Any]]:
-        """Return one row of plain data for each parameter: found, with a 95 % interval, beside what was known before.
+        """Return one row of plain data for each parameter: its value with a 95 % interval, and its prior.
 
         Names, units and values in SI; "prior_std" and "posterior_std" are of what "varies",
         "posterior_over_prior" is their ratio.
@@ -192,7 +192,7 @@ class Estimates:
 
     @classmethod
     def from_rows(cls, rows: Sequence[Mapping[str, Any]]) -> Estimates:
-        """Take the plain data that `rows` returns.
+        """Return the estimates of the plain data that `rows` returns.
 
         Parameters
         ----------
@@ -243,7 +243,7 @@ def principal_deviations(jacobian: np.ndarray) -> PrincipalDeviations:
 
 
 def unidentified_combinations(names: Sequence[str], direction: np.ndarray, std: np.ndarray) -> tuple[Combination, ...]:
-    """Combinations of logarithms that the data do not identify, least known first, out of `principal_deviations`.
+    """Return combinations of logarithms that the data do not identify, least known first, by `principal_deviations`.
 
     Parameters
     ----------
@@ -254,9 +254,9 @@ def unidentified_combinations(names: Sequence[str], direction: np.ndarray, std: 
     std : ndarray, shape (n,)
         Standard deviation in each direction.
     """
-    found = []
+    combinations = []
     for v, s in zip(direction[::-1], std[::-1]):
         if s > UNIDENTIFIED:
             v = v * np.sign(v[np.argmax(np.abs(v))])
-            found.append(Combination({name: float(e) for name, e in zip(names, v) if abs(e) > COUNTS}, float(s)))
-    return tuple(found)
+            combinations.append(Combination({name: float(e) for name, e in zip(names, v) if abs(e) > COUNTS}, float(s)))
+    return tuple(combinations)

@@ -12,7 +12,7 @@ def log_evidence(cost: float, at: np.ndarray, information: np.ndarray) -> float:
     """Return the logarithm of the probability of the data given a model, but for a constant of the data.
 
     Laplace's approximation for a posterior about ``at``, in prior standard deviations from the prior's mean (MacKay,
-    Neural Computation 4, 1992): a parameter that the data pin down to a small share of its prior costs as much.
+    Neural Computation 4, 1992): a parameter whose prior the data narrow by much costs as much.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ class Loss(ABC):
         """
 
     def adapted(self, residuals: np.ndarray, jacobian: np.ndarray) -> Loss:
-        """Return the loss with what it finds in residuals and their derivatives; by default it finds nothing.
+        """Return the loss adapted to residuals and their derivatives; by default it is the same.
 
         Parameters
         ----------
@@ -108,8 +108,8 @@ class GroupedHuber(Loss):
     def weights(self, residuals: np.ndarray) -> Weights:
         """Return c/s, at most 1, for the residuals of each group."""
         weight = self.radius / np.maximum(self._size(residuals), self.radius)
-        every = np.repeat(weight, residuals.size // self.radius.size)
-        return Weights(every, every)
+        repeated = np.repeat(weight, residuals.size // self.radius.size)
+        return Weights(repeated, repeated)
 
     def _size(self, residuals: np.ndarray) -> np.ndarray:
         return np.linalg.norm(residuals.reshape(*residuals.shape[:-1], self.radius.size, -1), axis=-1)
@@ -119,7 +119,7 @@ class GroupedHuber(Loss):
 class UnknownScale(Loss):
     """Errors of unknown size that are correlated within blocks: n/m log of the mean soft L1 loss of n residuals.
 
-    How many residuals m count as one observation shows in the scores of the blocks and is found anew at every step
+    The number m of residuals that count as one observation follows from the scores of the blocks at every step
     (Ribatet, Cooley and Davison, Statistica Sinica 22, 2012), so that neither noise nor its correlation need be known.
     """
 
@@ -128,11 +128,11 @@ class UnknownScale(Loss):
     largest: float = np.inf
     """of m during the search: far from the optimum all residuals seem to be correlated"""
     correlated: float = 0.0
-    """m; 0: not found yet, a block then counts as one observation"""
+    """m; 0: not known yet, a block then counts as one observation"""
 
     @property
     def divisor(self) -> float:  # type: ignore[override]
-        """m, but not more than the largest."""
+        """Number of residuals that count as one observation, m, but not more than the largest."""
         return min(self.correlated, self.largest)
 
     def scale(self, residuals: np.ndarray) -> np.ndarray:
@@ -167,7 +167,7 @@ class UnknownScale(Loss):
         return Weights(weight, weight)
 
     def adapted(self, residuals: np.ndarray, jacobian: np.ndarray) -> UnknownScale:
-        """Return the loss with the m that the scores of the blocks show."""
+        """Return the loss with the m that follows from the scores of the blocks."""
         weight = self.weights(residuals).score
         information = (jacobian.T * weight) @ jacobian
         scores = np.add.reduceat(jacobian * (weight * residuals)[:, None], self.blocks, axis=0)

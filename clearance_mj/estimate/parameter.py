@@ -1,4 +1,4 @@
-"""A parameter of a fit: where the search begins, what is possible, and what is known of it before the data."""
+"""A parameter of a fit: its start, its bounds and its prior."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Parameter"]
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number to find: where the search begins, what is possible, and what is known before."""
+    """A parameter to estimate: its start, its bounds and its prior."""
 
     name: str
     """in words, or a path into a rig or law"""
@@ -52,7 +52,7 @@ class Parameter:
 
     @property
     def has_prior(self) -> bool:
-        """Whether more than the bounds is known before the fit."""
+        """True if more than the bounds is known before the fit."""
         return math.isfinite(self.prior_std)
 
     @property

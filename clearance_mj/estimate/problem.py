@@ -28,16 +28,16 @@ class Linearised(NamedTuple):
 
 
 class Problem:
-    """What is minimised: the loss of the residuals plus the squared distances of parameters from their priors.
+    """An objective to minimise: the loss of the residuals plus the squared distances of parameters from their priors.
 
-    A coordinate is what varies of a parameter, its logarithm or its value, less that of its start, in prior standard
+    A coordinate is a parameter's logarithm or value, whichever varies, less that of its start, in prior standard
     deviations: priors are then circles, and one step suits the differences of all. Without a prior the unit is that of
-    what varies, or the one given.
+    the logarithm or value, or the one given.
 
     Parameters
     ----------
     parameters : sequence of Parameter
-        What is to be found.
+        Parameters to estimate.
     residuals : callable
         From values (n_points, n), SI units and within the bounds, to residuals (n_points, n_residuals), real or
         complex. Points at which there is no model have a residual that is not finite.
@@ -48,14 +48,14 @@ class Problem:
     step : float or array_like, shape (n,)
         Coordinates, step of the differences.
     central : bool
-        Whether differences are taken to both sides.
+        Take differences to both sides.
     lanes : bool
-        Whether many points take hardly longer than one: `solve` then tries all dampings at once.
+        True if many points take hardly longer than one: `solve` then tries all dampings at once.
     linearise : callable, optional
         From coordinates (n,) to residuals and Jacobian, instead of differences. Its residuals decide whether a step is
         kept; they may be means about the point, for models that jump.
     invalid : type of exception, or several
-        What the residuals raise where there is no model; the points of such a call are then taken one by one.
+        Exceptions of the residuals where there is no model; the points of such a call are then taken one by one.
     """
 
     def __init__(
@@ -107,10 +107,10 @@ class Problem:
             SI units; a mapping may leave parameters out and hold others.
         """
         if isinstance(values, Mapping):
-            own = [values.get(p.name, math.nan) for p in self.parameters]
+            given = [values.get(p.name, math.nan) for p in self.parameters]
         else:
-            own = np.asarray(values, dtype=float).tolist()
-        varied = [p.to_varied(np.clip(v, p.low, p.high)) for p, v in zip(self.parameters, own)]
+            given = np.asarray(values, dtype=float).tolist()
+        varied = [p.to_varied(np.clip(v, p.low, p.high)) for p, v in zip(self.parameters, given)]
         at = (np.array(varied) - self.origin) / self.unit
         return self.inside(np.where(np.isnan(at), 0.0, at))
 
@@ -141,9 +141,9 @@ class Problem:
         except self.invalid:
             if len(values) == 1:
                 return np.full((1, 1), np.inf)
-        each = [self._residuals(one[None])[0] for one in values]
-        size = max(map(len, each))
-        return np.array([r if len(r) == size else np.full(size, np.inf) for r in each])
+        rows = [self._residuals(point[None])[0] for point in values]
+        size = max(map(len, rows))
+        return np.array([r if len(r) == size else np.full(size, np.inf) for r in rows])
 
     def prior_cost(self, at: np.ndarray) -> np.ndarray:
         """Return squared distances (...,) of coordinates (..., n) from the priors.
@@ -156,7 +156,7 @@ class Problem:
         return np.sum(np.square(at[..., self.known]), axis=-1)
 
     def cost(self, at: np.ndarray, residuals: np.ndarray, loss: Loss | None = None) -> np.ndarray:
-        """Return what is minimised (n_points,), infinite where there is no model: twice a negative log-posterior.
+        """Return the objective (n_points,), infinite where there is no model: twice a negative log-posterior.
 
         Parameters
         ----------
@@ -168,8 +168,8 @@ class Problem:
             Instead of the problem's.
         """
         with np.errstate(invalid="ignore", over="ignore"):
-            found = (loss or self.loss).cost(residuals) + self.prior_cost(at)
-        return np.where(np.isfinite(found), found, np.inf)
+            cost = (loss or self.loss).cost(residuals) + self.prior_cost(at)
+        return np.where(np.isfinite(cost), cost, np.inf)
 
     def linearised(self, at: np.ndarray, residuals: np.ndarray | None = None) -> Linearised:
         """Return residuals and Jacobian at coordinates (n,), by differences to within the bounds.
@@ -193,22 +193,22 @@ class Problem:
         else:
             ahead = at + np.where(at + self.step > self.high, -self.step, self.step)
             behind = at
-        moved = [np.where(np.eye(self.size, dtype=bool), end, at) for end in (ahead, behind)[: 1 + self.central]]
-        points = np.vstack(moved if residuals is not None else [*moved, at[None]])
-        found = self.residuals(points)
-        here = found[-1] if residuals is None else residuals
-        sides = [(found[: self.size], ahead - at), (found[self.size : 2 * self.size], behind - at)][: 1 + self.central]
-        return Linearised(here, _quotients(here, sides).T)
+        shifted = [np.where(np.eye(self.size, dtype=bool), end, at) for end in (ahead, behind)[: 1 + self.central]]
+        points = np.vstack(shifted if residuals is not None else [*shifted, at[None]])
+        rows = self.residuals(points)
+        centre = rows[-1] if residuals is None else residuals
+        sides = [(rows[: self.size], ahead - at), (rows[self.size : 2 * self.size], behind - at)][: 1 + self.central]
+        return Linearised(centre, _quotients(centre, sides).T)
 
 
-def _quotients(here: np.ndarray, sides: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+def _quotients(centre: np.ndarray, sides: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     """Difference quotients (n, n_residuals) from points on one or both sides, or the valid ones of these."""
-    good = [np.isfinite(found).all(axis=1) & (width != 0) for found, width in sides]
-    found = [np.where(g[:, None], f, here) for g, (f, _) in zip(good, sides)]
-    ends = [np.where(g, width, 0.0) for g, (_, width) in zip(good, sides)]
-    behind, end = (found[1], ends[1]) if len(sides) > 1 else (here, np.zeros(len(ends[0])))
+    valid = [np.isfinite(residuals).all(axis=1) & (width != 0) for residuals, width in sides]
+    filled = [np.where(g[:, None], f, centre) for g, (f, _) in zip(valid, sides)]
+    ends = [np.where(g, width, 0.0) for g, (_, width) in zip(valid, sides)]
+    behind, end = (filled[1], ends[1]) if len(sides) > 1 else (centre, np.zeros(len(ends[0])))
     width = ends[0] - end
-    return (found[0] - behind) / np.where(width != 0, width, np.inf)[:, None]
+    return (filled[0] - behind) / np.where(width != 0, width, np.inf)[:, None]
 
 
 def one_by_one(function: Callable[[np.ndarray], np.ndarray]) -> Residuals:
@@ -219,4 +219,4 @@ def one_by_one(function: Callable[[np.ndarray], np.ndarray]) -> Residuals:
     function : callable
         From values (n,), SI units, to residuals (n_residuals,).
     """
-    return lambda values: np.array([function(each) for each in values])
+    return lambda values: np.array([function(point) for point in values])

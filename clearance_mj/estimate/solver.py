@@ -19,26 +19,26 @@ class NoModelError(RecordError):
     """A search has nowhere to begin: the model diverges at all of its starts."""
 
 
-DAMPINGS = (0.0, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 50.0)  # shares of the precision's diagonal (Levenberg, Marquardt)
+DAMPINGS = (0.0, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 50.0)  # times the precision's diagonal (Levenberg, Marquardt)
 RETRIES = 6  # damping is increased at most so often, tenfold each time, before a step is given up
 RANK = 1e-14  # of the largest eigenvalue of the scaled precision: directions with less are not moved along
 
 
 @dataclass(frozen=True)
 class Stop:
-    """When a search ends; each rule holds for the step just taken."""
+    """Rules that end a search; each holds for the step just taken."""
 
     steps: int = 30
     """largest number of steps"""
     decrease: float = 1e-4
-    """share of the cost by which it fell at most; negative where linearisations are noisy: it may rise by less"""
+    """relative decrease of the cost at most; negative where linearisations are noisy: it may rise by less"""
     gain: float = 0.0
-    """by which the log-posterior, half of the cost, rose at most"""
+    """increase of the log-posterior, half of the cost, at most"""
     move: float = 1e-3
-    """coordinates by which each parameter moved at most"""
+    """change of each coordinate at most"""
 
     def least_fall(self, cost: float) -> float:
-        """Return what a step must take off a cost for the search to go on.
+        """Return the decrease of a cost by a step that lets the search go on.
 
         Parameters
         ----------
@@ -50,10 +50,10 @@ class Stop:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Where a search ended, linearised there."""
+    """End of a search, linearised there."""
 
     problem: Problem
-    """what was solved"""
+    """the problem that was solved"""
     at: np.ndarray
     """(n,) coordinates"""
     residuals: np.ndarray
@@ -61,9 +61,9 @@ class Solution:
     jacobian: np.ndarray
     """(n_residuals, n) by coordinates"""
     loss: Loss
-    """of the residuals, with what it found in them"""
+    """of the residuals, adapted to them"""
     cost: float
-    """what was minimised: loss and squared distances from priors"""
+    """minimum of the objective: loss and squared distances from priors"""
     evaluations: int
     """points that the search took, from this start"""
     others: tuple[Solution, ...] = field(default=(), repr=False)
@@ -81,7 +81,7 @@ class Solution:
 
     @property
     def scores(self) -> np.ndarray:
-        """(n_residuals, n) what each residual adds to half of the loss's gradient."""
+        """(n_residuals, n) contribution of each residual to half of the loss's gradient."""
         return self.jacobian * (self.loss.weights(self.residuals).score * self.residuals)[:, None]
 
     @property
@@ -122,22 +122,22 @@ def solve(
 ) -> Solution:  # fmt: skip
     """Find the parameters of least cost, within their bounds.
 
-    Steps are those of Gauss and Newton, damped as a share of the precision's diagonal (Levenberg; Marquardt). With
+    Steps are those of Gauss and Newton, damped by multiples of the precision's diagonal (Levenberg; Marquardt). With
     lanes, all dampings are tried at once and the best is kept; else one after another until the cost falls, beginning
     a little below the last that served. A parameter at a bound that the gradient points beyond stays there.
 
     Parameters
     ----------
     problem : Problem
-        What is minimised.
+        The problem to solve.
     starts : sequence of ndarray (n,), optional
-        Coordinates. Default: the parameters' own starts.
+        Coordinates. Default: the parameters' starts.
     n_best : int
         Number of starts, those of least cost, from which a search is made.
     stop : Stop, optional
-        When a search ends.
+        Rules that end a search.
     dampings : sequence of float
-        Shares of the diagonal, rising.
+        Multiples of the diagonal, rising.
     longest : float
         Coordinates by which a step moves each parameter at most.
 
@@ -152,21 +152,21 @@ def solve(
         If the residuals are finite at none of the starts.
     """
     points = problem.inside(np.atleast_2d(np.zeros(problem.size) if starts is None else np.asarray(starts)))
-    begun = problem.evaluations
+    evaluations_before = problem.evaluations
     if problem.linearise is not None and len(points) == 1:
-        order, found = np.zeros(1, dtype=int), None
+        order, residuals = np.zeros(1, dtype=int), None
     else:
-        found = problem.residuals(points)
-        costs = problem.cost(points, found)
+        residuals = problem.residuals(points)
+        costs = problem.cost(points, residuals)
         if not np.isfinite(costs).any():
             names = ", ".join(p.name for p in problem.parameters)
             raise NoModelError(f"there is no model where the search for {names} begins")
         order = np.argsort(costs, kind="stable")[:n_best]
         order = order[np.isfinite(costs[order])]
-    compared, ends = problem.evaluations - begun, []
+    compared, ends = problem.evaluations - evaluations_before, []
     for i in order:
         search = _Search(problem, stop or Stop(), tuple(dampings), longest)
-        ends.append(search.run(points[i], None if found is None else found[i], compared))
+        ends.append(search.run(points[i], None if residuals is None else residuals[i], compared))
     ends.sort(key=lambda s: s.cost)
     return replace(ends[0], others=tuple(ends[1:]))
 
@@ -182,8 +182,8 @@ class _Search:
         """number of the damping to begin with, where one is tried after another"""
 
     def run(self, at: np.ndarray, residuals: np.ndarray | None, compared: int) -> Solution:
-        problem, begun, stop = self.problem, self.problem.evaluations, self.stop
-        self._arrive(at, problem.linearised(at, residuals))
+        problem, evaluations_before, stop = self.problem, self.problem.evaluations, self.stop
+        self._move_to(at, problem.linearised(at, residuals))
         for _ in range(stop.steps):
             before, cost = self.at, self.cost
             fall = self._step()
@@ -191,11 +191,11 @@ class _Search:
                 break
             if np.max(np.abs(self.at - before), initial=0.0) <= stop.move:
                 break
-        evaluations = problem.evaluations - begun + compared
+        evaluations = problem.evaluations - evaluations_before + compared
         return Solution(problem, self.at, self.residuals, self.jacobian, self.loss, self.cost, evaluations)
 
-    def _arrive(self, at: np.ndarray, linearised: Linearised) -> None:
-        """Go to a point."""
+    def _move_to(self, at: np.ndarray, linearised: Linearised) -> None:
+        """Move to a point and linearise there."""
         self.at, (self.residuals, self.jacobian) = at, linearised
         self.loss = self.problem.loss.adapted(self.residuals, self.jacobian)
         self.cost = self._cost(at, self.residuals)
@@ -204,39 +204,39 @@ class _Search:
         return float(self.problem.cost(at[None], residuals[None], self.loss)[0])
 
     def _step(self) -> float:
-        """Go to a point of lower cost, if there is one, and return by how much it is lower; else at most 0."""
-        points = self._candidates()
+        """Move to a point of lower cost, if there is one, and return the decrease; else at most 0."""
+        points = self._damped_points()
         if self.lanes:
-            found = self.problem.residuals(points)
-            costs = self.problem.cost(points, found, self.loss)
+            rows = self.problem.residuals(points)
+            costs = self.problem.cost(points, rows, self.loss)
             i = int(np.argmin(costs))
-            return self._moved(points[i], found[i], float(costs[i]))
+            return self._try_at(points[i], rows[i], float(costs[i]))
         for i in range(self.first, len(points)):
             if np.max(np.abs(points[i] - self.at), initial=0.0) <= self.stop.move * (i > self.first):
                 return 0.0
-            found = self.problem.residuals(points[i : i + 1])
-            if (fall := self._moved(points[i], found[0], float(self.problem.cost(points[i], found, self.loss)[0]))) > 0:
+            rows = self.problem.residuals(points[i : i + 1])
+            if (fall := self._try_at(points[i], rows[0], float(self.problem.cost(points[i], rows, self.loss)[0]))) > 0:
                 self.first = max(i - 1, 0)
                 return fall
         return 0.0
 
-    def _moved(self, at: np.ndarray, residuals: np.ndarray, cost: float) -> float:
-        """Go to a point if its cost is lower, and return by how much."""
+    def _try_at(self, at: np.ndarray, residuals: np.ndarray, cost: float) -> float:
+        """Move to a point if its cost is lower, and return the decrease."""
         if self.problem.linearise is None:
             if (fall := self.cost - cost) > 0:
-                self._arrive(at, self.problem.linearised(at, residuals))
+                self._move_to(at, self.problem.linearised(at, residuals))
             return fall
-        # Residuals of the problem's own linearisation may be means, which a single point's do not compare with.
+        # Residuals of a problem's linearisation may be means, with which those of a single point do not compare.
         if not np.isfinite(cost):
             return -np.inf
         linearised = self.problem.linearised(at)
         fall = self.cost - self._cost(at, linearised.residuals)
         if fall > min(0.0, self.stop.least_fall(self.cost)):
-            self._arrive(at, linearised)
+            self._move_to(at, linearised)
         return fall
 
-    def _candidates(self) -> np.ndarray:
-        """Points (n_dampings, n) that damped steps lead to, the least damped first, within the bounds."""
+    def _damped_points(self) -> np.ndarray:
+        """Return the points (n_dampings, n) after damped steps, the least damped first, within the bounds."""
         problem, at, weights = self.problem, self.at, self.loss.weights(self.residuals)
         divisor = self.loss.divisor
         gradient = (self.jacobian.conj().T @ (weights.score * self.residuals)).real / divisor + problem.known * at
