@@ -5,9 +5,9 @@ to which modes that are not wanted add their motion. The Fisher information of a
 inverse is the smallest covariance that an unbiased estimate of q can have. Its determinant falls with the volume of
 the ellipsoid of the error, its trace is a sum over modes and cares for no mode in particular.
 
-One sensor less or more changes Q by a matrix of rank one, ±v vᵀ, also where the noise is correlated. The share that a
-sensor contributes, E = vᵀ Q⁻¹ v, is what effective independence is built on: without it the determinant is 1 - E of
-what it was, so that deleting the least E deletes the sensor that the determinant misses least.
+One sensor less or more changes Q by a matrix of rank one, ±v vᵀ, also where the noise is correlated. Effective
+independence is built on the contribution of a sensor, E = vᵀ Q⁻¹ v: without it the determinant falls to its (1 - E)
+fold, so that deleting the least E deletes the sensor that the determinant misses least.
 
 Kammer, Sensor placement for on-orbit modal identification and correlation of large space structures, Journal of
 Guidance, Control, and Dynamics 14, 1991; Kammer, Effects of noise on sensor placement for on-orbit modal identification

@@ -1,4 +1,4 @@
-"""How well a layout of sensors tells the modes, and what each sensor contributes."""
+"""Quality of a layout of sensors, and the contribution of each sensor."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SINGULAR = 1e-12  # inverse condition number below which a layout does not disti
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """A layout of sensors, what each carries and what its loss costs."""
+    """A layout of sensors, with the contribution of each and the effect of its loss."""
 
     chosen: tuple[int, ...]
     """indices of the candidates, by position"""
@@ -35,7 +35,7 @@ class Placement:
     condition: float
     """condition number of the Fisher information"""
     mac: np.ndarray
-    """(n_modes, n_modes) auto-MAC: how similar the modes look to these sensors"""
+    """(n_modes, n_modes) auto-MAC: similarity of the modes at these sensors"""
     std: np.ndarray
     """(n_modes,) least standard deviation of each modal coordinate"""
     contribution: np.ndarray
@@ -45,7 +45,7 @@ class Placement:
 
     @property
     def determinant_after_loss(self) -> np.ndarray:
-        """(n_sensors,) share of the determinant that is left without each sensor, 1 - E."""
+        """(n_sensors,) fraction of the determinant that is left without each sensor, 1 - E."""
         return 1 - self.contribution
 
     @property
@@ -65,7 +65,7 @@ class Placement:
 
     @property
     def table(self) -> pd.DataFrame:
-        """A row for each sensor: position, contribution, what its loss costs."""
+        """A row for each sensor: position, contribution, effect of its loss."""
         import pandas as pd
 
         columns = {"sensor": np.arange(1, len(self.position) + 1), self._column: self.position}
@@ -91,7 +91,7 @@ class Placement:
 
 
 def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:
-    """Say how well a layout tells the modes, what each sensor carries and what its loss costs.
+    """Return the quality of a layout, the contribution of each sensor and the effect of its loss.
 
     Parameters
     ----------
@@ -103,12 +103,12 @@ def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:
     Raises
     ------
     ClearanceError
-        If the layout does not tell every mode.
+        If the layout does not identify every mode.
     """
     texts = candidates.position.dtype == object
     chosen = sorted(chosen, key=None if texts else lambda i: candidates.position[i])
     information = candidates.information(chosen)
-    if not _tells(information):
+    if not _identifies_all(information):
         at = ", ".join(_short(x) for x in candidates.position[chosen].tolist())
         raise ClearanceError(
             f"{len(chosen)} sensors at {at} do not tell "
@@ -117,7 +117,7 @@ def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:
     deviation = np.sqrt(np.diag(np.linalg.inv(information)))
     vectors = losses(candidates, chosen)
     contribution = np.einsum("si,is->s", vectors, np.linalg.solve(information, vectors.T)).clip(0, 1)
-    after = [_std(information - np.outer(v, v)) for v in vectors]
+    std_after_loss = [_std(information - np.outer(v, v)) for v in vectors]
     return Placement(
         chosen=tuple(int(i) for i in chosen),
         position=candidates.position[chosen],
@@ -127,7 +127,7 @@ def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:
         mac=mac(candidates.shapes[chosen], candidates.shapes[chosen]),
         std=deviation,
         contribution=contribution,
-        std_after_loss=np.array(after),
+        std_after_loss=np.array(std_after_loss),
     )
 
 
@@ -135,14 +135,14 @@ def _short(point: float | str) -> str:
     return point if isinstance(point, str) else f"{point:.4g} m"
 
 
-def _tells(information: np.ndarray) -> bool:
+def _identifies_all(information: np.ndarray) -> bool:
     scale = np.sqrt(np.diag(information))
     return bool(np.all(scale > 0)) and bool(np.linalg.cond(information / np.outer(scale, scale)) < 1 / SINGULAR)
 
 
 def _std(information: np.ndarray) -> np.ndarray:
-    """Standard deviation of every coordinate; infinite where one is not identifiable."""
-    if not _tells(information):
+    """Return the standard deviation of every coordinate; infinite where one is not identifiable."""
+    if not _identifies_all(information):
         return np.full(len(information), np.inf)
     return np.sqrt(np.diag(np.linalg.inv(information)))
 

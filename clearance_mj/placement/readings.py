@@ -1,4 +1,4 @@
-"""What sensors at candidate positions would read of the modes, and with what noise."""
+"""Readings of the modes by sensors at candidate positions, and their noise."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MAX_CANDIDATES = 1000  # candidates that are spread over a structure; each is ex
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Positions where sensors may sit, and what each would read.
+    """Positions where sensors may sit, with the reading of each per mode.
 
     Raises
     ------
@@ -71,14 +71,14 @@ class Candidates:
 
     @cached_property
     def _independent(self) -> bool:
-        """Whether the noise of no two candidates is correlated."""
+        """True if the noise of no two candidates is correlated."""
         return np.array_equal(self.noise, np.diag(np.diag(self.noise)))
 
 
 def grid(rig: Rig, count: int) -> np.ndarray:
-    """Evenly spaced points (count,) along the parts of the shafts that are outside the bushings, rising.
+    """Return evenly spaced points (count,) along the parts of the shafts that are outside the bushings, rising.
 
-    Numbers, m, on one shaft, texts such as "inner@0.4" on several, which share them by their lengths.
+    Numbers, m, on one shaft, texts such as "inner@0.4" on several, in numbers proportional to their lengths.
 
     Parameters
     ----------
@@ -103,21 +103,21 @@ def grid(rig: Rig, count: int) -> np.ndarray:
     if len(shafts) == 1:
         return _along(rig, shafts[0], count)
     ends = np.cumsum([shaft.end - shaft.start for shaft in shafts])
-    shares = np.diff(np.round((count - len(shafts)) * ends / ends[-1]).astype(int), prepend=0) + 1
-    points = [f"{s.name}@{x:.6g}" for s, share in zip(shafts, shares) for x in _along(rig, s, int(share)).tolist()]
+    counts = np.diff(np.round((count - len(shafts)) * ends / ends[-1]).astype(int), prepend=0) + 1
+    points = [f"{s.name}@{x:.6g}" for s, n in zip(shafts, counts) for x in _along(rig, s, int(n)).tolist()]
     return np.array(points, dtype=object)
 
 
 def _along(rig: Rig, shaft: Shaft, count: int) -> np.ndarray:
     """(count,) positions on one shaft, m."""
-    on_it = [
+    bushings = [
         (place[1], b.length) for b in rig.bushings if (place := parse_place(b.position)) and place[0] == shaft.name
     ]
-    outside = shaft.end - shaft.start - sum(length for _, length in on_it)
-    held = {s.position for s in shaft.supports if s.kind in ("clamped", "pinned")}
-    first, last = int(shaft.start in held), int(shaft.end in held)
+    outside = shaft.end - shaft.start - sum(length for _, length in bushings)
+    supported = {s.position for s in shaft.supports if s.kind in ("clamped", "pinned")}
+    first, last = int(shaft.start in supported), int(shaft.end in supported)
     x = shaft.start + outside * (np.arange(first, first + count) / max(count - 1 + first + last, 1))
-    for middle, length in sorted(on_it):
+    for middle, length in sorted(bushings):
         x = np.where(x > middle - length / 2, x + length, x)
     return x
 
@@ -131,7 +131,7 @@ def candidates(
     noise: ArrayLike = 1.0,
     unwanted: Sequence[int] = (),
 ) -> Candidates:
-    """Describe what sensors on a rig would read.
+    """Return candidate positions for sensors on a rig, with their readings of the modes.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def candidates(
     position : sequence of Point, length n
         Positions where a sensor may sit: m, or texts such as "inner@0.4" and "12:+Z".
     modes : sequence of int
-        Modes that are wanted, from 1.
+        Modes to identify, from 1.
     weight : float or array_like, shape (n_modes,)
         Typical size of each modal coordinate's acceleration, sqrt(kg) m/s²; coordinates are counted in this unit. The
         determinant of every layout grows by the same factor, so weights matter to the trace, and to ``unwanted``.

@@ -1,4 +1,4 @@
-"""Search for the layout of sensors that tells the modes best."""
+"""Search for the layout of sensors that identifies the modes best."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def place_sensors(
     ------
     ClearanceError
         If there are fewer sensors than modes or fewer candidates than sensors, if the layouts are too many to try, if
-        a name is unknown, or if no layout found tells every mode.
+        a name is unknown, or if the best layout does not identify every mode.
     """
     required = _required(candidates, n, required)
     for what, value, known in (("criterion", criterion, CRITERIA), ("method", method, METHODS)):
@@ -60,12 +60,12 @@ def place_sensors(
 def _gains(candidates: Candidates, chosen: Sequence[int], others: Sequence[int]) -> np.ndarray:
     """(n_others, n_modes) w of each further candidate: with it the information is Q + w wᵀ.
 
-    What its reading adds is what the others do not predict of it, over the standard deviation of that.
+    A reading adds its residual from the prediction by the others, over the residual's standard deviation.
     """
-    across = candidates.noise[np.ix_(others, chosen)]
-    predicted = across @ candidates._precision(chosen)
-    own = np.diag(candidates.noise)[others] - np.sum(predicted * across, axis=1)
-    return (candidates.shapes[others] - predicted @ candidates.shapes[chosen]) / np.sqrt(own)[:, None]
+    cross_noise = candidates.noise[np.ix_(others, chosen)]
+    predicted = cross_noise @ candidates._precision(chosen)
+    residual_variance = np.diag(candidates.noise)[others] - np.sum(predicted * cross_noise, axis=1)
+    return (candidates.shapes[others] - predicted @ candidates.shapes[chosen]) / np.sqrt(residual_variance)[:, None]
 
 
 def _required(candidates: Candidates, n: int, required: Sequence[int]) -> list[int]:
@@ -95,7 +95,7 @@ class _Search:
         return np.trace(information) if self.by_trace else np.linalg.slogdet(information + self.faint)[1]
 
     def change(self, information: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-        """Importance of each vector v to the information: vᵀ v for the trace, vᵀ Q⁻¹ v for the determinant."""
+        """Return the importance of vectors v to the information: vᵀ v for the trace, vᵀ Q⁻¹ v for the determinant."""
         if self.by_trace:
             return np.sum(vectors**2, axis=1)
         return np.einsum("si,is->s", vectors, np.linalg.solve(information + self.faint, vectors.T))
@@ -104,9 +104,9 @@ class _Search:
         """Delete the sensor that is missed least, until n are left."""
         chosen = [*self.required, *self.rest]
         while len(chosen) > self.n:
-            share = self.change(self.candidates.information(chosen), losses(self.candidates, chosen))
-            share[: len(self.required)] = np.inf
-            del chosen[int(np.argmin(share))]
+            importance = self.change(self.candidates.information(chosen), losses(self.candidates, chosen))
+            importance[: len(self.required)] = np.inf
+            del chosen[int(np.argmin(importance))]
         return chosen
 
     def forward(self) -> list[int]:
@@ -119,7 +119,7 @@ class _Search:
         return chosen
 
     def exchange(self) -> list[int]:
-        """Exchange from what backward and forward end with; the better of the two."""
+        """Exchange from the layouts of backward and forward; return the better one."""
         return max((self._improve(self.backward()), self._improve(self.forward())), key=self.value)
 
     def _improve(self, chosen: list[int]) -> list[int]:
@@ -133,10 +133,10 @@ class _Search:
             chosen = best
 
     def _exchanged(self, chosen: list[int], leaving: int) -> list[int]:
-        stay = [i for i in chosen if i != leaving]
-        others = [i for i in self.rest if i not in stay]
-        gain = self.change(self.candidates.information(stay), _gains(self.candidates, stay, others))
-        return [*stay, others[int(np.argmax(gain))]]
+        kept = [i for i in chosen if i != leaving]
+        others = [i for i in self.rest if i not in kept]
+        gain = self.change(self.candidates.information(kept), _gains(self.candidates, kept, others))
+        return [*kept, others[int(np.argmax(gain))]]
 
     def exhaustive(self) -> list[int]:
         """Try every layout."""
@@ -144,16 +144,16 @@ class _Search:
         count = math.comb(len(self.rest), more)
         if count > MAX_LAYOUTS:
             raise ClearanceError(f"{count} layouts are too many to try (at most {MAX_LAYOUTS}); use another method")
-        layouts, best, found = combinations(self.rest, more), -np.inf, np.empty(0, dtype=int)
+        layouts, best, best_layout = combinations(self.rest, more), -np.inf, np.empty(0, dtype=int)
         while block := list(islice(layouts, CHUNK)):
             chosen = np.array([(*self.required, *layout) for layout in block], dtype=int)
             value = self._values(chosen)
             if value.max() > best:
-                best, found = value.max(), chosen[np.argmax(value)]
-        return found.tolist()
+                best, best_layout = value.max(), chosen[np.argmax(value)]
+        return best_layout.tolist()
 
     def _values(self, chosen: np.ndarray) -> np.ndarray:
-        """Criterion of many layouts (n_layouts, n) at once."""
+        """Return the criterion of many layouts (n_layouts, n) at once."""
         rows = self.candidates.shapes[chosen]
         noise = self.candidates.noise
         if self.candidates._independent:

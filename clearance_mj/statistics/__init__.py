@@ -1,4 +1,4 @@
-"""How sure a number is: intervals over seeds, repeatability, bands of predicted FRFs."""
+"""Uncertainty of numbers: intervals over seeds, repeatability, bands of predicted FRFs."""
 
 from .contact import contact_statistics
 from .frf_bands import Band, frf_band, inside, paired_error

@@ -15,10 +15,10 @@ __all__ = ["contact_statistics"]
 
 @checks_kinds
 def contact_statistics(response: Response) -> dict[str, Any]:
-    """RMS and peak displacement (m), `Response.contact_share`, peak contact force (N) of each bushing; time step (s).
+    """Return RMS and peak displacement (m), `Response.contact_share`, peak contact force (N) of bushings; step (s).
 
-    Displacements of a round one are those of both directions together, and the force is the resultant. The share is nan
-    where the engine does not tell when the shaft touches.
+    Displacements of a round one are those of both directions together, and the force is the resultant. The fraction of
+    time in contact is nan where the engine does not record when the shaft touches.
 
     Parameters
     ----------
@@ -27,12 +27,12 @@ def contact_statistics(response: Response) -> dict[str, Any]:
     """
     if response.contact_force is None or response.displacement is None:
         raise RecordError("only a simulated response has contact forces")
-    share, rows = response.contact_share, response.clearance_rows
-    moved, force = ([each[part] for part in rows] for each in (response.displacement, response.contact_force))
+    contact, rows = response.contact_share, response.clearance_rows
+    displacement, force = ([each[part] for part in rows] for each in (response.displacement, response.contact_force))
     return {
-        "displacement_rms": [float(np.sqrt(each.var(axis=1).sum())) for each in moved],
-        "displacement_peak": [float(np.linalg.norm(each, axis=0).max()) for each in moved],
-        "contact_share": (np.full(len(rows), np.nan) if share is None else share).tolist(),
+        "displacement_rms": [float(np.sqrt(each.var(axis=1).sum())) for each in displacement],
+        "displacement_peak": [float(np.linalg.norm(each, axis=0).max()) for each in displacement],
+        "contact_share": (np.full(len(rows), np.nan) if contact is None else contact).tolist(),
         "contact_peak": [float(np.linalg.norm(each, axis=0).max()) for each in force],
         "step": response.provenance["step"],
     }

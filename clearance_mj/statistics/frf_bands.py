@@ -1,11 +1,11 @@
-"""What a law's uncertainty makes of a prediction: bands of FRFs by Monte Carlo over the fitted parameters.
+"""Uncertainty of predictions by a law: bands of FRFs by Monte Carlo over the fitted parameters.
 
 Parameters, or their logarithms, are drawn from a normal distribution with the fit's covariance (`Estimates.draw`), cut
 to the fit's bounds, and every drawn law is simulated under the same excitation, on the rig that was drawn with it where
-the method finds both. The band of the drawn FRFs holds what the records leave open about the parameters. A measured FRF
-has a random error besides, which `Band.prediction` adds: `signals.random_error` between two excitations, `paired_error`
-where the rig and its model see the same one. What the law's form cannot say is in a band as far as the records' misfit
-shows it (`LawMisfit.spread`).
+the method identifies both. The band of the drawn FRFs holds the parameters' uncertainty. A measured FRF has a random
+error besides, which `Band.prediction` adds: `signals.random_error` between two excitations, `paired_error` where the
+rig and its model see the same one. Errors of the law's form are in a band as far as the records' misfit shows them
+(`LawMisfit.spread`).
 
 JCGM 101:2008, Propagation of distributions using a Monte Carlo method.
 """
@@ -46,16 +46,16 @@ class Band(ArrayData):
     confidence: float = CONFIDENCE
     """probability that an FRF lies between the limits, line by line"""
     missed: np.ndarray | None = None
-    """(n_outputs, n_inputs, n_f) relative standard deviation of a test's magnitude about that of the law, beside that
-    of the drawn laws; None: not known"""
+    """(n_outputs, n_inputs, n_f) relative standard deviation of a test's magnitude about that of the law, in addition
+    to that of the drawn laws; None: not known"""
     contact: np.ndarray | None = None
-    """(1 + n_laws, n_bushings) share of the time in contact, of the fitted law and of those drawn; None: not known"""
+    """(1 + n_laws, n_bushings) fraction of time in contact, of the fitted law and of those drawn; None: not known"""
 
     @property
     def contact_limits(self) -> np.ndarray:
-        """(2, n_bushings) lower and upper limit of the share of contact of another drawn law; nan where none is known.
+        """(2, n_bushings) limits of the fraction of time in contact of another drawn law; nan where none is known.
 
-        As `limits`, of arcsin √share, whose variance hardly depends on it (Anscombe, Biometrika 35, 1948).
+        As `limits`, of arcsin √p of a fraction p, whose variance hardly depends on p (Anscombe, Biometrika 35, 1948).
         """
         if self.contact is None:
             return np.full((2, 0), np.nan)
@@ -69,8 +69,8 @@ class Band(ArrayData):
         """(2, n_outputs, n_inputs, n_f) lower and upper limit of the magnitude of another drawn law.
 
         The prediction interval of a lognormal variable, of which there are as many samples as laws: exp(m ± t s
-        √(1 + 1/n)), t of Student's distribution with n - 1 degrees of freedom. Where it is known what the law misses,
-        σ relative, the half width is that of both, the root of the sum of the squares.
+        √(1 + 1/n)), t of Student's distribution with n - 1 degrees of freedom. Where the law's relative error σ is
+        known, the half width is that of both, the root of the sum of the squares.
         """
         return self._about(self._half_width)
 
@@ -85,7 +85,7 @@ class Band(ArrayData):
         Parameters
         ----------
         error : ndarray, shape (n_outputs, n_inputs, n_f)
-            Standard deviation of the tested over the fitted magnitude, relative, beside that of the law: of
+            Standard deviation of the tested over the fitted magnitude, relative, in addition to the law's: of
             `paired_error`, or of the `signals.random_error` of both.
 
         Returns
@@ -102,7 +102,7 @@ class Band(ArrayData):
         return np.hypot(drawn, two_sided_quantile(self.confidence) * self.missed)
 
     def _quantile(self, n: int) -> float:
-        """Half the width of the prediction interval of a normal variable over the standard deviation of n samples."""
+        """Return half the prediction interval of a normal variable over the standard deviation of n samples."""
         return two_sided_quantile(self.confidence, n - 1) * float(np.sqrt(1 + 1 / n))
 
     def _about(self, half_width: np.ndarray) -> np.ndarray:
@@ -111,7 +111,7 @@ class Band(ArrayData):
 
 
 def inside(limits: np.ndarray | tuple[np.ndarray, np.ndarray], frf: FRF) -> float:
-    """Return the share of an FRF's lines, of all sensors, whose magnitude lies between limits.
+    """Return the fraction of an FRF's lines, of all sensors, whose magnitude lies between limits.
 
     Parameters
     ----------
@@ -128,9 +128,9 @@ def inside(limits: np.ndarray | tuple[np.ndarray, np.ndarray], frf: FRF) -> floa
 def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np.ndarray:
     """Return the relative standard deviation of a test's FRF magnitude about that of a model under the same excitation.
 
-    The FRF of the difference of the responses is the difference of their FRFs; its random error comes from its own
-    coherence. Scatter that both share, such as most of a nonlinear rig's, drops out; noise and impacts that the model
-    does not repeat stay.
+    The FRF of the difference of the responses is the difference of their FRFs; its random error comes from its
+    coherence. Common scatter, such as most of a nonlinear rig's, drops out; noise and impacts that the model does not
+    repeat stay.
 
     Parameters
     ----------
@@ -145,8 +145,8 @@ def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np
     """
     frf = estimate_frf(test, resolution=resolution, window="hann")
     difference = dataclasses.replace(test, channels=test.channels - model.channels)
-    rest = estimate_frf(difference, resolution=resolution, window="hann")
-    return random_error(rest) * np.abs(rest.value) / np.abs(frf.value)
+    difference_frf = estimate_frf(difference, resolution=resolution, window="hann")
+    return random_error(difference_frf) * np.abs(difference_frf.value) / np.abs(frf.value)
 
 
 @checks_kinds
@@ -159,7 +159,7 @@ def frf_band(
     Parameters
     ----------
     model : Model
-        What was identified.
+        The identified model.
     excitation : Excitation
         Excitation of every simulation.
     drawn : sequence of Model
@@ -169,18 +169,18 @@ def frf_band(
     resolution : float
         Resolution of the FRFs, Hz.
     misfit : LawMisfit, optional
-        What the model missed of the records that it was found from, which widens the band of FRFs measured under
+        Misfit of the model in the records that it was identified from, which widens the band of FRFs measured under
         this excitation.
     """
 
     def keep(response: Response) -> tuple[FRF, np.ndarray | None]:
         return estimate_frf(response, resolution=resolution), response.contact_share
 
-    found = simulate_and_keep([(m.rig, m.law) for m in (model, *drawn)], excitation, keep, engine)
-    (first, *others), shares = zip(*found)
+    simulated = simulate_and_keep([(m.rig, m.law) for m in (model, *drawn)], excitation, keep, engine)
+    (first, *others), fractions = zip(*simulated)
     missed = None
     if misfit is not None:
         duration, level = excitation.value.size / excitation.fs, float(np.std(excitation.value))
         missed = misfit.spread(first.frequency, level, duration, resolution)[:, None]
-    contact = None if any(share is None for share in shares) else np.array(shares)
+    contact = None if any(fraction is None for fraction in fractions) else np.array(fractions)
     return Band(first, np.abs([other.value for other in others]), missed=missed, contact=contact)

@@ -41,19 +41,19 @@ class Interval:
     value: float  #: the estimate
     low: float = math.nan  #: lower limit
     high: float = math.nan  #: upper limit
-    doubtful: bool = False  #: whether a test refuses what the interval assumes
-    missing: str = ""  #: why there is no interval though there is a value
+    doubtful: bool = False  #: True if a test refuses the interval's assumption
+    missing: str = ""  #: reason that there is no interval though there is a value
 
 
 @dataclass(frozen=True)
 class Pooled:
-    """Means over the seeds of each level, and what their intervals rest on."""
+    """Means over the seeds of each level, and the pooled scatter of their intervals."""
 
     means: dict[float, Interval]  #: by level
     scatter: float  #: standard deviation of the natural logarithm from seed to seed, pooled over the levels
     freedom: int  #: its degrees of freedom
     cochran: float  #: largest variance of a level over the sum of all: 1 / number of levels where they are equal
-    cochran_limit: float  #: what it exceeds with a probability of 5 % where the scatter is equal
+    cochran_limit: float  #: limit that it exceeds with a probability of 5 % where the scatter is equal
 
 
 def over_seeds(
@@ -81,19 +81,19 @@ def over_seeds(
     confidence : float
         Probability that an interval holds the expected error.
     largest : float
-        What an error cannot exceed.
+        Largest possible error.
     """
     scale = _Scale(largest)
-    found = {level: _finite(values) for level, values in errors.items()}
-    logarithms = [scale.to(v) for v in found.values()]
+    finite = {level: _finite(values) for level, values in errors.items()}
+    logarithms = [scale.to(v) for v in finite.values()]
     repeated = [x for x in logarithms if x.size > 1]
     if not (freedom := sum(x.size - 1 for x in repeated)):
-        means = {level: Interval(_mean(v), missing=TOO_FEW if v.size else "") for level, v in found.items()}
+        means = {level: Interval(_mean(v), missing=TOO_FEW if v.size else "") for level, v in finite.items()}
         return Pooled(means, math.nan, 0, math.nan, math.nan)
     variance = sum(np.sum((x - x.mean()) ** 2) for x in repeated) / freedom
     cochran, limit = _cochran(repeated)
     means = {}
-    for (level, values), x in zip(found.items(), logarithms):
+    for (level, values), x in zip(finite.items(), logarithms):
         if not x.size:
             means[level] = Interval(math.nan)
             continue
@@ -124,7 +124,7 @@ class _Scale:
         return np.ones_like(error) if math.isinf(self.largest) else 1 - error / self.largest
 
     def expected(self, middle: float, variance: float) -> float:
-        """Scale's value of the expected error where the scale's values are normal."""
+        """Return the scale's value of the expected error where the scale's values are normal."""
         if math.isinf(self.largest):
             return middle + variance / 2
         nodes, weights = _hermite()
@@ -132,7 +132,7 @@ class _Scale:
         return float(self.to(np.array([np.dot(weights, errors)]))[0])
 
     def limits(self, middle: float, half: float) -> tuple[float, float] | None:
-        """Errors at both ends of an interval; None of one that is too wide."""
+        """Return the errors at both ends of an interval; None of one that is too wide."""
         if half > math.log(WIDEST):
             return None
         return self.back(middle - half), self.back(middle + half)
@@ -146,8 +146,8 @@ def _hermite() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _finite(values: Sequence[float]) -> np.ndarray:
-    found = np.asarray(values, dtype=float)
-    return found[np.isfinite(found)]
+    array = np.asarray(values, dtype=float)
+    return array[np.isfinite(array)]
 
 
 def _mean(values: np.ndarray) -> float:
@@ -170,7 +170,7 @@ def _cochran_limit(n: int, freedom: int, risk: float) -> float:
 
 @functools.cache
 def two_sided_quantile(confidence: float, freedom: float = math.inf) -> float:
-    """Return how many standard deviations from its mean Student's variable stays with a probability.
+    """Return the number of standard deviations from its mean within which Student's variable lies with a probability.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def on_power_law(
     confidence : float
         Probability that an interval holds the median error.
     largest : float
-        What an error cannot exceed, as in `over_seeds`.
+        Largest possible error, as in `over_seeds`.
     """
     scale = _Scale(largest)
     fitted = [level for level, error in errors.items() if level > 0 and np.isfinite(error)]

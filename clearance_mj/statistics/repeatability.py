@@ -26,7 +26,7 @@ def _measure(key: str) -> str:
 
 
 def has_interval(key: str) -> bool:
-    """Return whether a column of `Comparison.summary`, such as "mode_2_mac", is an error or a criterion."""
+    """Return True if a column of `Comparison.summary`, such as "mode_2_mac", is an error or a criterion."""
     return _measure(key) in PERFECT
 
 
@@ -38,13 +38,13 @@ def pooled(by_level: Repeated, key: str) -> Pooled:
 
 
 def _largest(key: str) -> float:
-    """What an error cannot exceed: criteria are 0 to 1."""
+    """Return the largest possible error: criteria are 0 to 1."""
     return 1.0 if PERFECT[_measure(key)] == 1 else math.inf
 
 
 def mean_rows(by_level: Repeated) -> dict[float, dict[str, Any]]:
-    """Means over the seeds of each level; errors and criteria with ``_low`` and ``_high``, their 95 % interval,
-    ``_doubtful`` where Cochran's test refuses what it assumes, and ``_no_interval``: why there is none.
+    """Return means over the seeds of each level; errors and criteria with ``_low`` and ``_high``, their 95 % interval,
+    ``_doubtful`` where Cochran's test refuses its assumption, and ``_no_interval``: why there is none.
     """
     means = {level: _means(seeds) for level, seeds in by_level.items()}
     return _rows(means, lambda key: pooled(by_level, key).means)
@@ -61,14 +61,14 @@ def repeat_rows(by_level: Rows) -> dict[float, dict[str, Any]]:
 
 
 def _rows(means: Rows, intervals: Callable[[str], Mapping[float, Interval]]) -> dict[float, dict[str, Any]]:
-    """Limits beside the means; those of a criterion are its error's, the other way round."""
+    """Return rows of means with limits; those of a criterion are its error's in reverse."""
     rows: dict[float, dict[str, Any]] = {level: {} for level in means}
     for key in next(iter(means.values()), ()):
-        found = intervals(key) if has_interval(key) else {}
+        interval_of_level = intervals(key) if has_interval(key) else {}
         for level, row in rows.items():
             row[key] = means[level][key]
-            if found:
-                error = found[level]
+            if interval_of_level:
+                error = interval_of_level[level]
                 is_error = PERFECT[_measure(key)] == 0
                 limits = (error.low, error.high) if is_error else (1 - error.high, 1 - error.low)
                 row[f"{key}_low"], row[f"{key}_high"] = limits
@@ -77,7 +77,7 @@ def _rows(means: Rows, intervals: Callable[[str], Mapping[float, Interval]]) -> 
 
 
 def _means(seeds: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Means of the values that are numbers; a mode may be missing in one record and not in another."""
+    """Return means of the values that are numbers; a mode may be missing in one record and not in another."""
     means = {}
     for key in seeds[0]:
         finite = [s[key] for s in seeds if np.isfinite(s[key])]

@@ -1,4 +1,4 @@
-"""Intervals of shares of a population, and quantiles over its members."""
+"""Intervals of proportions of a population, and quantiles over its members."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["quantiles", "share_interval"]
 
 
 def share_interval(share: ArrayLike, n: ArrayLike, confidence: float = 0.95) -> np.ndarray:
-    """Return the limits (2, ...) within which shares of a population lie of which n members were drawn.
+    """Return the limits (2, ...) within which proportions of a population lie of which n members were drawn.
 
     Wilson's interval (Journal of the American Statistical Association 22, 1927), for independent draws; Sobol' points
     scatter less, so it holds more often than it says.
@@ -21,9 +21,9 @@ def share_interval(share: ArrayLike, n: ArrayLike, confidence: float = 0.95) -> 
     share : array_like
         Of the members that were drawn.
     n : array_like
-        How many they are, or how many independent ones say as much.
+        Their number, or the number of independent ones with as much information.
     confidence : float
-        Probability that the population's share lies between the limits.
+        Probability that the population's proportion lies between the limits.
     """
     p, n, z = np.asarray(share, dtype=float), np.asarray(n, dtype=float), two_sided_quantile(confidence)
     middle = (p + z**2 / (2 * n)) / (1 + z**2 / n)
@@ -32,12 +32,12 @@ def share_interval(share: ArrayLike, n: ArrayLike, confidence: float = 0.95) -> 
 
 
 def quantiles(members: ArrayLike, shares: ArrayLike, axis: int = -1) -> np.ndarray:
-    """Return values (n_shares, ...) below which shares of a population lie; infinite members are the largest.
+    """Return values (n_shares, ...) below which these fractions of a population lie; infinite members are the largest.
 
     Parameters
     ----------
     members : array_like
-        Values of the members that were drawn; what is returned is that of one of them.
+        Values of the members that were drawn; each quantile is that of one of them.
     shares : array_like
         From 0 to 1.
     axis : int

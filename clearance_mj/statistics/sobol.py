@@ -1,7 +1,7 @@
 """Global sensitivities: which varied number the spread of a result comes from, by Sobol indices, and points for them.
 
-First order: the share of the variance that fixing this number alone would take away on average. Total: the share that
-is left if every other one is fixed, interactions included. Both come from the cases of a "saltelli" design through
+First order: the fraction of the variance that fixing this number alone would remove on average. Total: the fraction
+that is left if all others are fixed, interactions included. Both come from the cases of a "saltelli" design through
 `scipy.stats.sobol_indices` (Saltelli et al., Computer Physics Communications 181, 2010); the intervals are percentiles
 of a bootstrap over the samples.
 """
@@ -39,10 +39,10 @@ def unit_points(method: str, n: int, d: int, seed: int) -> np.ndarray:
     seed : int
         Of the random numbers.
     """
-    made = {"latin-hypercube": qmc.LatinHypercube, "sobol": qmc.Sobol}[method]
+    sampler = {"latin-hypercube": qmc.LatinHypercube, "sobol": qmc.Sobol}[method]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of numbers that are no power of two
-        return made(d, rng=np.random.default_rng(seed)).random(n)
+        return sampler(d, rng=np.random.default_rng(seed)).random(n)
 
 
 def saltelli_points(groups: Sequence[Sequence[int]], n: int, seed: int) -> np.ndarray:
@@ -93,8 +93,8 @@ class Sensitivity:
     def rows(self) -> list[dict[str, Any]]:
         """Return a row of plain data for each result and parameter."""
         order = {"first_order": (self.first, self.first_interval), "total_order": (self.total, self.total_interval)}
-        columns = {f"{name}{end}": v for name, (of, (low, high)) in order.items()
-                   for end, v in (("", of), ("_low", low), ("_high", high))}  # fmt: skip
+        columns = {f"{name}{end}": v for name, (values, (low, high)) in order.items()
+                   for end, v in (("", values), ("_low", low), ("_high", high))}  # fmt: skip
         return [
             {"quantity": quantity, "parameter": parameter} | {key: float(v[i, j]) for key, v in columns.items()}
             for i, quantity in enumerate(self.quantity)
@@ -103,10 +103,10 @@ class Sensitivity:
 
 
 def sobol_indices(values: ArrayLike, n_parameters: int, seed: int = 0) -> tuple[np.ndarray, ...]:
-    """Sobol indices of results (n_cases, n_quantities) of a "saltelli" design, in the order of its cases.
+    """Return Sobol indices of results (n_cases, n_quantities) of a "saltelli" design, in the order of its cases.
 
-    Returns first and total order (n_quantities, n_parameters), and the limits (2, n_quantities, n_parameters) of the
-    95 % intervals of each.
+    First and total order (n_quantities, n_parameters), and the limits (2, n_quantities, n_parameters) of the 95 %
+    intervals of each.
     """
     blocks = np.reshape(values, (n_parameters + 2, -1, np.shape(values)[1])).transpose(0, 2, 1)
     n, rng = blocks.shape[-1], np.random.default_rng(seed)
@@ -117,8 +117,8 @@ def sobol_indices(values: ArrayLike, n_parameters: int, seed: int = 0) -> tuple[
 
 
 def _indices(blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and total order (n_quantities, n_parameters) of blocks (A, B, AB...) of (n_quantities, n)."""
-    twice = np.repeat(blocks, 2, axis=1)  # scipy fails at one result of one parameter
-    found = scipy.stats.sobol_indices(func={"f_A": twice[0], "f_B": twice[1], "f_AB": twice[2:]}, n=twice.shape[-1])
-    shape = twice.shape[1], len(blocks) - 2
-    return found.first_order.reshape(shape)[::2], found.total_order.reshape(shape)[::2]
+    """Return first and total order (n_quantities, n_parameters) of blocks (A, B, AB...) of (n_quantities, n)."""
+    pairs = np.repeat(blocks, 2, axis=1)  # scipy fails at one result of one parameter
+    result = scipy.stats.sobol_indices(func={"f_A": pairs[0], "f_B": pairs[1], "f_AB": pairs[2:]}, n=pairs.shape[-1])
+    shape = pairs.shape[1], len(blocks) - 2
+    return result.first_order.reshape(shape)[::2], result.total_order.reshape(shape)[::2]
