@@ -290,7 +290,7 @@ def _starts(problem: Problem, count: int, seed: int) -> list[np.ndarray]:
     inner = 1e-6 * (problem.high - problem.low)
     points = [np.clip(np.zeros(problem.size), problem.low + inner, problem.high - inner)]
     paths, ends = [p.name for p in problem.parameters], (problem.low, problem.high)
-    if not _possible(problem, points[0]):
+    if not _is_possible(problem, points[0]):
         raise RigError(f"no rig can start with {', '.join(paths)} as given: bushings overlap or leave the shaft")
     sampler = scipy.stats.qmc.LatinHypercube(problem.size, rng=np.random.default_rng(seed))
     low, high = problem.values(np.array(ends))
@@ -301,9 +301,9 @@ def _starts(problem: Problem, count: int, seed: int) -> list[np.ndarray]:
         fractions = sampler.random(count)
         even_in_value = np.array([problem.at(values) for values in low + (high - low) * fractions])
         drawn = np.where(position, even_in_value, problem.low + (problem.high - problem.low) * fractions)
-        points += [point for point in drawn if _possible(problem, point)]
+        points += [point for point in drawn if _is_possible(problem, point)]
     return points[:count]
 
 
-def _possible(problem: Problem, point: np.ndarray) -> bool:
+def _is_possible(problem: Problem, point: np.ndarray) -> bool:
     return bool(np.isfinite(problem.residuals(point[None])).all())

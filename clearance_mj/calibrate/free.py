@@ -35,7 +35,7 @@ Free = Mapping[str, tuple[float, float] | None]
 def keys_of(rig: Rig, path: str) -> list[Key]:
     """Return the keys, in the rig's plain data, of all numbers of a path; a RigError lists the known paths."""
     data = rig.to_dict()
-    known = [key for key in numbers(data) if _counts(key)]
+    known = [key for key in numbers(data) if _affects_linear_rig(key)]
     with contextlib.suppress(ClearanceError):  # of beam.rayleigh each has its own unit: none share a value
         keys = find_numbers(data, path)
         if keys and set(keys) <= set(known) and (isinstance(_field_of(keys[0])[-1], str) or path == path_of(keys[0])):
@@ -46,7 +46,7 @@ def keys_of(rig: Rig, path: str) -> list[Key]:
     raise RigError(f"{path!r} is no free parameter of rig {rig.name!r} ({counts_in_words}); known: {', '.join(names)}")
 
 
-def _counts(key: Key) -> bool:
+def _affects_linear_rig(key: Key) -> bool:
     """Return True if the linear rig depends on a number."""
     if key[0] in ("beam", "structure"):
         return True
@@ -86,7 +86,7 @@ def free_parameter(rig: Rig, path: str, bounds: tuple[float, float] | None) -> P
             raise RigError(f"{path} starts at {value:g} and has no bounds; give them, as in {path}=1:10")
         factor = SHAFT_FACTOR if field in SHAFT else OTHER_FACTOR
         bounds = (
-            _on_shaft(rig, keys_of(rig, path)[0]) if field in ("position", "to") else (value / factor, value * factor)
+            _shaft_ends(rig, keys_of(rig, path)[0]) if field in ("position", "to") else (value / factor, value * factor)
         )
     low, high = bounds
     if not 0 < low < high < np.inf:
@@ -97,7 +97,7 @@ def free_parameter(rig: Rig, path: str, bounds: tuple[float, float] | None) -> P
     return Parameter(path, units.get(last, units.get(field, "")), value, low, high)
 
 
-def _on_shaft(rig: Rig, key: Key) -> tuple[float, float]:
+def _shaft_ends(rig: Rig, key: Key) -> tuple[float, float]:
     """Return default bounds of a position: the shaft that it is on, without the part near its start."""
     data: Any = rig.to_dict()
     shafts = {shaft.name: shaft for shaft in rig.linear.shafts}

@@ -54,13 +54,13 @@ class ModalTarget:
         rising = {"natural frequencies": self.frequency, "mode numbers": self.mode}
         for name, values in rising.items():
             if not np.size(values) or not np.all(np.diff(values, prepend=0) > 0) or not np.isfinite(values).all():
-                raise RecordError(f"{name} must be positive and rise, got {_listed(values)}")
+                raise RecordError(f"{name} must be positive and rise, got {_comma_list(values)}")
         if np.any(np.mod(self.mode, 1)):
-            raise RecordError(f"mode numbers must be whole, got {_listed(self.mode)}")
+            raise RecordError(f"mode numbers must be whole, got {_comma_list(self.mode)}")
         relative = np.asarray(self.std) / self.frequency
         if not np.all((relative >= MIN_STD) & (relative <= 1)):
             raise RecordError(
-                f"standard deviations must be > 0 Hz, {MIN_STD:g} to 1 of the frequency, got {_listed(self.std)}"
+                f"standard deviations must be > 0 Hz, {MIN_STD:g} to 1 of the frequency, got {_comma_list(self.std)}"
             )
         if self.shape is not None and not (np.isfinite(self.shape).all() and np.any(self.shape, axis=0).all()):
             raise RecordError("a shape is not finite or zero at every sensor")
@@ -107,7 +107,7 @@ class ModalTarget:
         return natural_frequencies(rig, n)[modes], (sign * [s.gain for s in sensors])[:, None] * shapes
 
 
-def _listed(values: np.ndarray) -> str:
+def _comma_list(values: np.ndarray) -> str:
     return ", ".join(f"{v:g}" for v in values) or "none"
 
 

@@ -218,7 +218,7 @@ def register(
                 with warnings.catch_warnings(record=True) as caught:
                     warnings.simplefilter("always", IdentifiabilityWarning)
                     require(name, dataset)
-                    records = _checked(dataset, exact=not finds_rig) if shortest else ()
+                    records = _checked_records(dataset, exact=not finds_rig) if shortest else ()
                     result = find(dataset, progress)
                     if finds_rig:
                         warn_of_no_contact(records, result.rig)
@@ -226,9 +226,9 @@ def register(
                 for each in caught:
                     warnings.warn(each.message, each.category, stacklevel=2)
             words = (str(each.message) for each in caught if issubclass(each.category, IdentifiabilityWarning))
-            pages = result.pages or (_pages(dataset) if shortest else {})
+            pages = result.pages or (_default_pages(dataset) if shortest else {})
             if result.rig.examples:
-                result = _without_examples(result)
+                result = _warn_of_examples(result)
             return dataclasses.replace(result, warnings=tuple(dict.fromkeys((*words, *result.warnings))), pages=pages)
 
         METHODS[name] = Method(prior_information, checked, shortest, finds_rig, tuple(needs), in_space)
@@ -237,7 +237,7 @@ def register(
     return add
 
 
-def _without_examples(result: Found) -> Found:
+def _warn_of_examples(result: Found) -> Found:
     """Return the result with a warning of the examples in the rig file about which the records say nothing."""
     only = result.estimates.only_prior if result.estimates else ()
     examples = unknown_examples(result.rig.examples, [p["name"] for p in result.parameters if p["name"] not in only])
@@ -246,7 +246,7 @@ def _without_examples(result: Found) -> Found:
     return dataclasses.replace(result, model=model, warnings=result.warnings + words)
 
 
-def _checked(dataset: Dataset, exact: bool) -> tuple[PreparedRecord, ...]:
+def _checked_records(dataset: Dataset, exact: bool) -> tuple[PreparedRecord, ...]:
     """Return the records to identify, their samples checked; records to validate are never opened."""
     prepared = check_records(dataset.to_identify())
     if exact:
@@ -256,7 +256,7 @@ def _checked(dataset: Dataset, exact: bool) -> tuple[PreparedRecord, ...]:
     return prepared
 
 
-def _pages(dataset: Dataset) -> dict[str, Any]:
+def _default_pages(dataset: Dataset) -> dict[str, Any]:
     """Return the default pages of a method: forces and contact, as far as the records allow."""
     records = dataset.to_identify()
     return {"forces": partial(possible_forces, records, restoring_force), "contact": records}

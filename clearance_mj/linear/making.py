@@ -81,7 +81,7 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
             )
         influence[0] = influence[0][:, [0, 2, 1]] * [1.0, 1.0, 0.0]  # the first plane is along y
     if turns:
-        of_y, of_z = map(_coupled, reductions)
+        of_y, of_z = map(_coupling, reductions)
         gyroscopic = skew(of_y.polar.T @ of_z.polar)
         circulatory = skew(shaft.rayleigh[1] * of_y.strain.T @ of_z.strain)
     model = LinearModel(
@@ -105,7 +105,7 @@ def _turning_shaft(rig: Rig) -> Shaft:
     return shaft
 
 
-def _coupled(reduction: Reduction) -> Turning:
+def _coupling(reduction: Reduction) -> Turning:
     """Return the coupling between the planes, in the modes of one of them."""
     assert reduction.turning
     return Turning(*(rows @ reduction.transform for rows in reduction.turning()))

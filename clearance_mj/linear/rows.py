@@ -66,7 +66,7 @@ class RigRows:
         ndarray, shape (n_points, n)
             1/sqrt(kg) for modes of unit mass.
         """
-        plane, at = self.planes[1], _listed(points)
+        plane, at = self.planes[1], _as_list(points)
         shapes = np.zeros((len(at), self.size))
         shapes[:, plane.span] = plane.rows(at) @ plane.transform
         return shapes
@@ -84,7 +84,7 @@ class RigRows:
         ndarray, shape (n_points, 2, n)
             1/sqrt(kg) for modes of unit mass; zeros along y where a planar rig's shafts do not move.
         """
-        at = _listed(points)
+        at = _as_list(points)
         motion = np.zeros((len(at), 2, self.size))
         for i, (axis, plane) in enumerate(zip("YZ", self.planes)):
             if plane is not None:
@@ -115,7 +115,7 @@ class RigRows:
             motion[:, y.span] = y.rows([in_other_plane(point) for point in points]) @ y.transform
         return motion
 
-    def _relative(self, joined: Sequence[tuple[float | str, ...]]) -> np.ndarray:
+    def _relative_rows(self, joined: Sequence[tuple[float | str, ...]]) -> np.ndarray:
         """Return rows of first points less those of second ones, if any; as many points of each clearance."""
         bushings = [b for b in self.rig.bushings for _ in range(len(joined) // len(self.rig.bushings))]
         rows = [row for bushing, points in zip(bushings, joined) for row in moved_points(bushing, points)]
@@ -131,12 +131,12 @@ class RigRows:
     @functools.cached_property
     def at_bushings(self) -> np.ndarray:
         """(n_rows, n) relative displacement in the middle of each clearance."""
-        return self._relative(self.rig.clearance_points)
+        return self._relative_rows(self.rig.clearance_points)
 
     @functools.cached_property
     def at_ends(self) -> np.ndarray:
         """(2 n_rows, n) relative displacement at both ends of each clearance."""
-        return self._relative(self.rig.clearance_ends)
+        return self._relative_rows(self.rig.clearance_ends)
 
     @functools.cached_property
     def at_points(self) -> np.ndarray:
@@ -172,7 +172,7 @@ class RigRows:
         rig = self.rig
         places = [values.get(f"probes[{j}].position") for j in range(len(rig.bushings))]
         points = [probe_point(j, b, at, bool(rig.fixture)) for j, (b, at) in enumerate(zip(rig.bushings, places))]
-        readings = self._relative(points)
+        readings = self._relative_rows(points)
         for rows, bushing in zip(rig.clearance_rows, rig.bushings):
             if bushing.is_round:
                 cos, sin = np.cos(bushing.probe_angle), np.sin(bushing.probe_angle)
@@ -215,5 +215,5 @@ class RigRows:
         return order_forces(once, self.directed, self.size).reshape(-1, 2, self.size).sum(axis=0)
 
 
-def _listed(points: Sequence[float | str] | np.ndarray) -> list[float | str]:
+def _as_list(points: Sequence[float | str] | np.ndarray) -> list[float | str]:
     return points.tolist() if isinstance(points, np.ndarray) else list(points)

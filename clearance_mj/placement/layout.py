@@ -61,7 +61,7 @@ class Placement:
     @property
     def labels(self) -> list[str]:
         """Positions in words, such as "0.45 m" and "12:+Z"."""
-        return [_short(x) for x in self.position.tolist()]
+        return [_label(x) for x in self.position.tolist()]
 
     @property
     def table(self) -> pd.DataFrame:
@@ -109,7 +109,7 @@ def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:
     chosen = sorted(chosen, key=None if texts else lambda i: candidates.position[i])
     information = candidates.information(chosen)
     if not _identifies_all(information):
-        at = ", ".join(_short(x) for x in candidates.position[chosen].tolist())
+        at = ", ".join(_label(x) for x in candidates.position[chosen].tolist())
         raise ClearanceError(
             f"{len(chosen)} sensors at {at} do not tell "
             f"{len(information)} modes apart; the trace alone does not see to that, the determinant does"
@@ -131,7 +131,7 @@ def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:
     )
 
 
-def _short(point: float | str) -> str:
+def _label(point: float | str) -> str:
     return point if isinstance(point, str) else f"{point:.4g} m"
 
 

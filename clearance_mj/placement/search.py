@@ -51,7 +51,7 @@ def place_sensors(
         If there are fewer sensors than modes or fewer candidates than sensors, if the layouts are too many to try, if
         a name is unknown, or if the best layout does not identify every mode.
     """
-    required = _required(candidates, n, required)
+    required = _check_required(candidates, n, required)
     for what, value, known in (("criterion", criterion, CRITERIA), ("method", method, METHODS)):
         ClearanceError.require_known(what, value, known)
     return evaluate(candidates, getattr(_Search(candidates, n, criterion, required), method)())
@@ -68,7 +68,7 @@ def _gains(candidates: Candidates, chosen: Sequence[int], others: Sequence[int])
     return (candidates.shapes[others] - predicted @ candidates.shapes[chosen]) / np.sqrt(residual_variance)[:, None]
 
 
-def _required(candidates: Candidates, n: int, required: Sequence[int]) -> list[int]:
+def _check_required(candidates: Candidates, n: int, required: Sequence[int]) -> list[int]:
     count, modes = candidates.shapes.shape
     if n < modes:
         raise ClearanceError(f"{n} sensors cannot tell {modes} modes apart; give at least {modes}")
@@ -125,14 +125,14 @@ class _Search:
     def _improve(self, chosen: list[int]) -> list[int]:
         """Make the best exchange of one sensor as long as it gains."""
         while True:
-            trials = [self._exchanged(chosen, i) for i in chosen if i not in self.required]
+            trials = [self._exchange_one(chosen, i) for i in chosen if i not in self.required]
             best = max(trials, key=self.value, default=chosen)
             old, new = self.value(chosen), self.value(best)
             if new <= old + MIN_GAIN * (abs(old) if self.by_trace else 1):
                 return chosen
             chosen = best
 
-    def _exchanged(self, chosen: list[int], leaving: int) -> list[int]:
+    def _exchange_one(self, chosen: list[int], leaving: int) -> list[int]:
         kept = [i for i in chosen if i != leaving]
         others = [i for i in self.rest if i not in kept]
         gain = self.change(self.candidates.information(kept), _gains(self.candidates, kept, others))

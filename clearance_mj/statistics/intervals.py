@@ -113,14 +113,14 @@ class _Scale:
 
     def to(self, error: np.ndarray) -> np.ndarray:
         inside = np.clip(error, SMALLEST, max(self.largest - SMALLEST, SMALLEST))
-        return np.asarray(np.log(inside / self._rest(inside)))
+        return np.asarray(np.log(inside / self._complement(inside)))
 
     def back(self, value: float) -> float:
         if math.isinf(self.largest):
             return math.exp(value)
         return self.largest * float(scipy.special.expit(value - math.log(self.largest)))
 
-    def _rest(self, error: np.ndarray) -> np.ndarray:
+    def _complement(self, error: np.ndarray) -> np.ndarray:
         return np.ones_like(error) if math.isinf(self.largest) else 1 - error / self.largest
 
     def expected(self, middle: float, variance: float) -> float:

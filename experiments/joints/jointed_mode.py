@@ -227,7 +227,7 @@ def fit_jointed_mode(decays: Sequence[Decay], curve: ForcedCurve, reach: float) 
         units=[1.0 if p.transform == "log" else p.high - p.low for p in parameters],
     )  # fmt: skip
     solution = solve(problem, stop=Stop(steps=1000, decrease=1e-8, move=1e-8))
-    miss = np.concatenate([np.full(r.size, _miss(r)) for r in parts(solution.values)])
+    miss = np.concatenate([np.full(r.size, _effective_rms(r)) for r in parts(solution.values)])
     rows = solution.jacobian / miss[:, None]
     estimates = solution.estimates(np.linalg.inv(rows.T @ rows + solution.prior))
     mode, test = _mode_and_test(solution.values, reach)
@@ -268,7 +268,7 @@ def _residuals(mode: JointedMode, test: ForcedTest, decays: Sequence[Decay], cur
     return [*residuals, error.real / CURVE_MISS, error.imag / CURVE_MISS]
 
 
-def _miss(residual: np.ndarray) -> float:
+def _effective_rms(residual: np.ndarray) -> float:
     """Return the RMS, times the root of the number of points that count as one."""
     return float(np.sqrt(np.mean(residual**2) * correlation_time(residual)) + 1e-6)
 

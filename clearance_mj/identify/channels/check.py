@@ -58,7 +58,7 @@ def check_places(records: Sequence[PreparedRecord]) -> None:
         {},
     )
     search = Search(first.rig, signals, first.kind, first.band or signals.band())
-    stated = _as_recorded(search, first.probes)
+    stated = _stated_assignment(search, first.probes)
     judge = Judge(search, stated, np.ones(len(first.channels)))
     if judge.misfit <= FITS:
         _check_motion(search, judge)
@@ -75,7 +75,7 @@ def check_places(records: Sequence[PreparedRecord]) -> None:
         )
 
 
-def _as_recorded(search: Search, probes: bool) -> Assignment:
+def _stated_assignment(search: Search, probes: bool) -> Assignment:
     """Return the assignment that the records state."""
     sensors, count = len(search.rig.sensors), len(search.places)
     places = [*range(sensors), *(range(sensors, count - 1) if probes else ()), count - 1]

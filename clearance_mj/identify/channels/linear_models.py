@@ -51,7 +51,7 @@ def draw_rigs(rig: Rig, highest: float, count: int, seed: int = 0) -> list[Drawn
     damping = np.array([b.grease.damping for b in rig.bushings])
     wall = np.array([b.contact.stiffness for b in rig.bushings])
     for number in range(count):
-        values = {p.name: _drawn(p, rng) if number else p.start for p in known}
+        values = {p.name: _draw_value(p, rng) if number else p.start for p in known}
         soft = stiffness * 10 ** rng.uniform(-SOFTER_STIFFER, SOFTER_STIFFER, n)
         # Every other draw has walls that are met: a spring between none and the contact's.
         walls = wall * rng.uniform(0, 1, n) ** 2
@@ -90,7 +90,7 @@ def transfer_functions(rig: Rig, drawn: DrawnRig, kind: str, frequency: np.ndarr
     return np.asarray(of_excitation + (of_forces @ (dynamic[:, :, None] * motion))[:, :, 0])
 
 
-def _drawn(parameter: Parameter, rng: np.random.Generator) -> float:
+def _draw_value(parameter: Parameter, rng: np.random.Generator) -> float:
     centre = parameter.to_varied(parameter.start)
     varied = centre + parameter.prior_std * np.clip(rng.standard_normal(), -CUT, CUT)
     return float(np.clip(parameter.from_varied(np.array(varied)), parameter.low, parameter.high))

@@ -91,7 +91,7 @@ def map_channels(
             '--column "A1=acc:1:+Y [g]"'
         )
     with tqdm(total=4, desc="map", disable=not progress) as bar:
-        named = [*files.items()] if isinstance(files, Mapping) else [_read(f, n) for n, f in enumerate(files, 1)]
+        named = [*files.items()] if isinstance(files, Mapping) else [_channels(f, n) for n, f in enumerate(files, 1)]
         stepped = {name: [c.name for c in channels if is_stepped_sine(c.value, c.fs)] for name, channels in named}
         sines = {name: steps for name, steps in stepped.items() if steps}
         deciding = [(name, channels) for name, channels in named if name not in sines]
@@ -120,14 +120,14 @@ def map_channels(
         bar.update()
         rivals = judge.rivals() if judge.enough else []
         bar.update()
-    answer = _Answer(search, judge, units, rivals, best, doubts, bool(excited)).written()
+    answer = _MapWriter(search, judge, units, rivals, best, doubts, bool(excited)).written()
     used = {name for name, given in answer.channels.items() if given != SKIP}
     faults = [(name, channel_faults([c for c in channels if c.name in used], False)) for name, channels in named]
     said = (f"{name}: {fault}" for name, of_file in faults for fault in of_file)
     return dataclasses.replace(answer, notes=(*notes, *answer.notes, *said))
 
 
-def _read(file: str | PathLike[str] | Sequence[Channel], number: int) -> tuple[str, Sequence[Channel]]:
+def _channels(file: str | PathLike[str] | Sequence[Channel], number: int) -> tuple[str, Sequence[Channel]]:
     if isinstance(file, str | PathLike):
         return Path(file).name, read_channels(file)
     return f"record {number}", file
@@ -211,7 +211,7 @@ def judged(search: Search, best: Assignment) -> tuple[Judge, Units]:
     return judge, units
 
 
-class _Answer:
+class _MapWriter:
     """A map in words, with a question wherever it is not sure."""
 
     def __init__(
@@ -243,7 +243,7 @@ class _Answer:
             common = "which channel is the excitation is not sure"
         for number, place in enumerate(best.places):
             given = self.units.exists[number] or not self.units.contradicts[number]  # else a number, which is no unit
-            name, answer = self.names[best.channel[place]], self._name_of(place, self.units.label[number] * given)
+            name, answer = self.names[best.channel[place]], self._place_name(place, self.units.label[number] * given)
             doubt = common or self._doubt(number, place)
             channels[name] = UNDECIDED if doubt else answer
             reasons[name] = f"{doubt}; likeliest {answer}" if doubt else self._evidence(place)
@@ -252,7 +252,7 @@ class _Answer:
                 self.notes.append(f"{channel_name(where.label, where.quantity)} of the rig has no channel")
         return ChannelMap(channels, reasons, tuple(self.notes))
 
-    def _name_of(self, place: int, unit: str) -> str:
+    def _place_name(self, place: int, unit: str) -> str:
         """Return the name of a place in a map, with its sign and unit."""
         where = self.search.places[place]
         label = where.label.translate(_TURNED) if self.best.sign[place] < 0 else where.label
@@ -285,13 +285,13 @@ class _Answer:
         for rival in self.rivals:
             if rival.margin >= self.sure:
                 break
-            if channel in rival.channels and self._by_name(rival) <= 0:
+            if channel in rival.channels and self._name_preference(rival) <= 0:
                 others = [self.names[c] for c in rival.channels if c != channel]
                 words = f'"{others[0]}" may be there instead' if others else "its sign is not sure"
                 return f"{words} (margin {rival.margin:.1f})"
         return ""
 
-    def _by_name(self, rival: Rival) -> int:
+    def _name_preference(self, rival: Rival) -> int:
         """Return how much more the names agree with the assignment than with a rival."""
         if len(rival.channels) < 2:
             return 0
@@ -309,7 +309,7 @@ class _Answer:
         margins = [rival.margin for rival in self.rivals if channel in rival.channels]
         said = self.search.signals.labels[channel]
         words = f"fits within {100 * self.contradiction[place]:.1f} %, anything else is worse by {min(margins):.0f}"
-        label = self._name_of(place, "").partition(":")[2]
+        label = self._place_name(place, "").partition(":")[2]
         if said and said not in (self.search.places[place].label, label):
             node = said.partition(":")[0]
             if node != self.search.places[place].label.partition(":")[0]:

@@ -140,7 +140,7 @@ def gather(files: Sequence[tuple[str, Sequence[Channel]]]) -> RawSignals:
     unusable: dict[str, str] = {}
     for by_channel in by_name:
         size = max((channel.size for channel in by_channel.values() if channel.fs == fs), default=0)
-        unusable |= {n: reason for n in names if n not in unusable and (reason := _unusable(by_channel[n], fs, size))}
+        unusable |= {n: reason for n in names if n not in unusable and (reason := _fault(by_channel[n], fs, size))}
     usable = [name for name in names if name not in unusable]
     if len(usable) < 2:
         why = "; ".join(f'"{name}" {reason}' for name, reason in unusable.items())
@@ -164,7 +164,7 @@ def gather(files: Sequence[tuple[str, Sequence[Channel]]]) -> RawSignals:
     )
 
 
-def _unusable(channel: Channel, fs: float, size: int) -> str:
+def _fault(channel: Channel, fs: float, size: int) -> str:
     """Return why a channel cannot be a vibration; "" if it can."""
     if channel.fs != fs or channel.size != size:
         return f"has {channel.size} samples at {channel.fs:g} Hz, the others {size} at {fs:g} Hz"

@@ -62,7 +62,7 @@ class Judge:
         drawn = [force_gains(search.rig, search.drawn[i].values, True, lines) for i in assignment.draws]
         self._stated = assignment.channel, assignment.sign
         self._gains = sorted(drawn, key=lambda gains: self._distance(gains, *self._stated))[:JUDGED]
-        self.distance = self._least(*self._stated)
+        self.distance = self._closest(*self._stated)
         """Of the assignment itself."""
 
     @property
@@ -72,7 +72,7 @@ class Judge:
 
     def contradiction(self) -> dict[int, float]:
         """Return by place the error with which the other channels and the rig predict a channel, over its level."""
-        places, gains, measured = self._assigned()
+        places, gains, measured = self._assigned_spectra()
         _, predicted = predicted_spectra(gains, measured)
         error = np.vstack(measured) - predicted
         relative = np.sqrt(np.mean(np.abs(error) ** 2, axis=0) / np.mean(np.abs(np.vstack(measured)) ** 2, axis=0))
@@ -85,7 +85,7 @@ class Judge:
 
     def gains(self) -> list[float]:
         """Return by place, without the excitation's, a channel's reading over its prediction from rig and others."""
-        (places, gains, measured), channel_gains = self._assigned(), []
+        (places, gains, measured), channel_gains = self._assigned_spectra(), []
         for i in range(len(places) - 1):
             weights, predicted = predicted_spectra(gains, measured, (i,))
             measured_line, expected = (np.vstack(measured) * weights)[:, i], (predicted * weights)[:, i]
@@ -94,7 +94,7 @@ class Judge:
 
     def delays(self, tried: np.ndarray) -> dict[int, float]:
         """Return by place the likeliest of the delays tried (n,), s, of a channel against its prediction."""
-        (places, gains, measured), best_delays = self._assigned(), {}
+        (places, gains, measured), best_delays = self._assigned_spectra(), {}
         phases = np.exp(2j * np.pi * np.outer(tried, np.concatenate(self._frequency)))
         for i, place in enumerate(places):
             _, predicted = predicted_spectra(gains, measured, (i,))
@@ -103,10 +103,10 @@ class Judge:
             best_delays[place] = float(tried[np.argmax((phases @ product).real)])
         return best_delays
 
-    def _assigned(self) -> tuple[list[int], list[np.ndarray], list[np.ndarray]]:
+    def _assigned_spectra(self) -> tuple[list[int], list[np.ndarray], list[np.ndarray]]:
         """Return places with a channel, their gains on the likeliest drawn rig, and the spectra, by record."""
         places = list(self.assignment.places)
-        return places, [gains[:, places] for gains in self._gains[0]], self._of(*self._stated)
+        return places, [gains[:, places] for gains in self._gains[0]], self._spectra_of(*self._stated)
 
     def motion_over_gap(self) -> float:
         """Return the largest RMS displacement in a clearance over its gap, of any record.
@@ -116,7 +116,7 @@ class Judge:
         search = self._search
         places = [i for i in self.assignment.places if search.places[i].quantity != "displacement"]
         probes = slice(len(search.rig.sensors), len(search.places) - 1)
-        measured = self._of(*self._stated)
+        measured = self._spectra_of(*self._stated)
         column, motions = self.assignment.places.index(places[-1]), [0.0]
         for gains, spectra, record in zip(self._gains[0], measured, search.signals.records):
             rows = spectra[:, [self.assignment.places.index(i) for i in places]]
@@ -132,40 +132,40 @@ class Judge:
     def rivals(self) -> list[Rival]:
         """Return every rival with one channel turned round, two exchanged, or one replaced by an unassigned one."""
         rivals = [
-            Rival(min(self._least(channel, sign) for channel, sign in variants) - self.distance, channels, places)
-            for channels, places, variants in self._others()
+            Rival(min(self._closest(channel, sign) for channel, sign in variants) - self.distance, channels, places)
+            for channels, places, variants in self._alternatives()
         ]
         return sorted(rivals, key=lambda rival: rival.margin)
 
-    def _others(self) -> Iterator[tuple[tuple[int, ...], tuple[int, ...], list[tuple[list[int], list[float]]]]]:
+    def _alternatives(self) -> Iterator[tuple[tuple[int, ...], tuple[int, ...], list[tuple[list[int], list[float]]]]]:
         """Yield the channels and places concerned, and the channels and signs of all places in each rival."""
         channel, sign, search = list(self.assignment.channel), list(self.assignment.sign), self._search
         places = self.assignment.places
         for place in places:
-            yield (channel[place],), (place,), [(channel, _with(sign, {place: -sign[place]}))]
+            yield (channel[place],), (place,), [(channel, _changed(sign, {place: -sign[place]}))]
         for a, b in itertools.combinations(places, 2):
             if search.may_be(channel[a], b) and search.may_be(channel[b], a):
-                exchanged = _with(channel, {a: channel[b], b: channel[a]})
-                signs = [_with(sign, {a: s, b: t}) for s in (1.0, -1.0) for t in (1.0, -1.0)]
+                exchanged = _changed(channel, {a: channel[b], b: channel[a]})
+                signs = [_changed(sign, {a: s, b: t}) for s in (1.0, -1.0) for t in (1.0, -1.0)]
                 yield (channel[a], channel[b]), (a, b), [(exchanged, flipped) for flipped in signs]
         free = sorted(set(range(len(search.signals.names))) - set(channel))
         for other, place in itertools.product(free, places):
             if search.may_be(other, place):
-                replaced = _with(channel, {place: other})
-                yield (channel[place], other), (place,), [(replaced, _with(sign, {place: s})) for s in (1.0, -1.0)]
+                replaced = _changed(channel, {place: other})
+                yield (channel[place], other), (place,), [(replaced, _changed(sign, {place: s})) for s in (1.0, -1.0)]
 
-    def _least(self, channel: Sequence[int], sign: Sequence[float]) -> float:
+    def _closest(self, channel: Sequence[int], sign: Sequence[float]) -> float:
         return min(self._distance(gains, channel, sign) for gains in self._gains)
 
     def _distance(self, gains: list[np.ndarray], channel: Sequence[int], sign: Sequence[float]) -> float:
         places = [i for i, c in enumerate(channel) if c >= 0]
-        return distance([gain[:, places] for gain in gains], self._of(channel, sign))
+        return distance([gain[:, places] for gain in gains], self._spectra_of(channel, sign))
 
-    def _of(self, channel: Sequence[int], sign: Sequence[float]) -> list[np.ndarray]:
+    def _spectra_of(self, channel: Sequence[int], sign: Sequence[float]) -> list[np.ndarray]:
         """Spectra (n_f, n_assigned) of each record, in the order of the places."""
         places = [i for i, c in enumerate(channel) if c >= 0]
         return [m[:, [channel[i] for i in places]] * [sign[i] for i in places] for m in self._measured]
 
 
-def _with(values: Sequence[Any], changed: dict[int, Any]) -> list[Any]:
+def _changed(values: Sequence[Any], changed: dict[int, Any]) -> list[Any]:
     return [changed.get(i, value) for i, value in enumerate(values)]

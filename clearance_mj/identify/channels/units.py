@@ -97,9 +97,9 @@ def _candidates(quantity: str, said: bool) -> list[Unit]:
         return [Unit(factor, unit) for unit, factor in units.items() if UNUSUAL.get(unit) != math.inf]
     # Numbers in one unit that are read as if they were in another; SI units of a file are what is meant most often.
     first = next(iter(units))
-    units_by_factor = {_rounded(factor): Unit(factor, unit) for unit, factor in units.items()}
+    units_by_factor = {_rounded_log(factor): Unit(factor, unit) for unit, factor in units.items()}
     for a, b in itertools.permutations(units.values(), 2):
-        units_by_factor.setdefault(_rounded(a / b), Unit(a / b, f"{a / b:.5g} {first}"))
+        units_by_factor.setdefault(_rounded_log(a / b), Unit(a / b, f"{a / b:.5g} {first}"))
     return list({**units_by_factor, 0.0: Unit(1.0, "")}.values())
 
 
@@ -110,7 +110,7 @@ def _odds_against_motion(motion: float, impacts: bool) -> float:
     return 0.5 * (math.log(motion / USUAL_MOTION) / MOTION_SPREAD) ** 2
 
 
-def _rounded(factor: float) -> float:
+def _rounded_log(factor: float) -> float:
     return round(math.log(factor), 4) + 0.0
 
 

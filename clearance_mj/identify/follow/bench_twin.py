@@ -74,7 +74,7 @@ def twin(
         If the law has a model without a family, or changes by itself.
     """
     refuse_across(model.rig if model else record.rig, "the twin of a bench")
-    whole = _checked(dataclasses.replace(record, rig=model.rig) if model else record, window, learn)
+    whole = _checked_record(dataclasses.replace(record, rig=model.rig) if model else record, window, learn)
     first = dataclasses.replace(whole, signals=whole.signals[: round(learn * whole.fs)])
     update = None if rig_exact else update_from(whole.rig, [first])
     warnings = contradictions_of_update(update) if update else contradictions_of_rig(whole.rig, [first])
@@ -88,10 +88,10 @@ def twin(
         ClearanceTracker(linear, j, _gap_priors(whole.rig, j), families, fitted, windows.seconds, drawn)
         for j, families in enumerate(given)
     ]
-    return _tracked(windows, trackers, (*warnings, *(update.warnings if update else ())), progress)
+    return _track(windows, trackers, (*warnings, *(update.warnings if update else ())), progress)
 
 
-def _tracked(
+def _track(
     windows: WindowForces, trackers: Sequence[ClearanceTracker], warnings: Sequence[str], progress: bool
 ) -> Twin:
     """Give every window to all trackers, and return their estimates as a twin."""
@@ -131,7 +131,7 @@ def _gap_priors(rig: Rig, number: int) -> list[Parameter]:
     return [given.get(name) or usual[name] for name in names]
 
 
-def _checked(record: Record, window: float, learn: float) -> PreparedRecord:
+def _checked_record(record: Record, window: float, learn: float) -> PreparedRecord:
     """Refuse a record from which nothing can be tracked; return it prepared."""
     where = f'record "{record.name}"'
     if not record.rig.bushings:

@@ -150,16 +150,16 @@ class ClearanceTracker:
         time : float
             s, its end.
         """
-        estimate = self._refined(force, time) if self.fit else None
+        estimate = self._refine(force, time) if self.fit else None
         if estimate and estimate.alarm:
             self.recent = []  # windows before a change say nothing of the law after it
         self.recent = [*self.recent, force][-self.windows :]
-        reach = self._reach(force)
+        reach = self._rms_motion(force)
         if len(self.recent) == self.windows and reach > REACH_RATIO * self.fitted_reach:
-            self._fit(max(reach, *(self._reach(f) for f in self.recent)), index)
+            self._fit(max(reach, *(self._rms_motion(f) for f in self.recent)), index)
         return estimate
 
-    def _reach(self, force: RestoringForce) -> float:
+    def _rms_motion(self, force: RestoringForce) -> float:
         """RMS of the motion, m."""
         return float(np.sqrt(np.mean(force.displacement[self.number, force.valid] ** 2)))
 
@@ -193,7 +193,7 @@ class ClearanceTracker:
         if drawn_forces:
             self.constant_covariance += covariance_of_rig(fit, problem, drawn_forces, free)
 
-    def _refined(self, force: RestoringForce, time: float) -> WindowEstimate:
+    def _refine(self, force: RestoringForce, time: float) -> WindowEstimate:
         """Refine the belief by a window's forces."""
         law = self.law
         motion = MeasuredMotion([force], self.rig, self.number, self.gap_parameters)

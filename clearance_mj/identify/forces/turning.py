@@ -63,7 +63,7 @@ def turning_inputs(
     """
     orders = model.rig.orders
     forces = np.vstack((model.unbalance, order_forces(orders, model.directed, model.size)))
-    waves = [_spun(turning), *(_waves(order.order * turning.angle) for order in orders)]
+    waves = [_unbalance_waves(turning), *(_waves(order.order * turning.angle) for order in orders)]
     return forces, np.hstack([_spectra(wave, window, size) for wave in waves])
 
 
@@ -71,7 +71,7 @@ def _waves(phase: np.ndarray) -> np.ndarray:
     return np.column_stack((np.cos(phase), np.sin(phase)))
 
 
-def _spun(turning: ShaftTurning) -> np.ndarray:
+def _unbalance_waves(turning: ShaftTurning) -> np.ndarray:
     """Ω² cos φ + Ω̇ sin φ and Ω² sin φ - Ω̇ cos φ (n_t, 2), the second derivatives of -cos φ and -sin φ."""
     step = (turning.angle[-1] - turning.angle[0]) / np.sum((turning.speed[1:] + turning.speed[:-1]) / 2)
     square, rate = turning.speed[:, None] ** 2, np.gradient(turning.speed, step)[:, None]
@@ -106,13 +106,13 @@ class Lines:
             Of once or twice the turns.
         """
         for load in loads:
-            if load not in self._of_load:
+            if load not in self._columns_by_load:
                 both = [self.shown(load, forces) for forces in _per_unit(self.model, load)]
-                self._of_load[load] = self.left(np.stack(both, axis=2))
-        return np.concatenate([*(self._of_load[load] for load in loads), self._remainders], axis=2)
+                self._columns_by_load[load] = self.left(np.stack(both, axis=2))
+        return np.concatenate([*(self._columns_by_load[load] for load in loads), self._remainders], axis=2)
 
     @functools.cached_property
-    def _of_load(self) -> dict[TurningLoad, np.ndarray]:
+    def _columns_by_load(self) -> dict[TurningLoad, np.ndarray]:
         """Columns (n_f, n_channels, 2) of loads that were asked for."""
         return {}
 
@@ -143,7 +143,7 @@ class Lines:
         response = np.einsum("fcu,fu->fc", np.concatenate(gains), self.spun if spun else self.turned[times])
         if record.slow_roll and len(self.probes):
             speed = record.slow_roll
-            slow = _slow(model, self.probes, forces * (speed**2 if spun else 1.0), speed, times)
+            slow = _roll_motion(model, self.probes, forces * (speed**2 if spun else 1.0), speed, times)
             response[:, -1 - len(self.probes) : -1] -= self.turned[times] @ slow
         return response
 
@@ -191,7 +191,7 @@ def lines_of(
     n, fs, turning = len(record.signals), record.fs, record.turning
     window = scipy.signal.windows.tukey(n, min(1.0, 2 * FLANK * fs / n))
     omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / fs)
-    lines, parts = _chosen(record, omega)
+    lines, parts = _select_lines(record, omega)
     model, _ = linear_model(rig, MODES).driven(record.tested)
     rows = model.at_probes(probes) if record.probes else np.zeros((0, model.size))
     measured = scipy.fft.rfft(record.signals * window[:, None], axis=0)[lines]
@@ -200,14 +200,14 @@ def lines_of(
     gains = [model.channel_gains(rows, record.kind, part.omega, spin=part.spin[1]) for part in parts]
     waves = {times: _spectra(_waves(times * turning.angle), window, n)[lines] for times in TIMES}
     basis = np.linalg.qr(np.concatenate(gains) / noise[:, :, None])[0]
-    spun = _spectra(_spun(turning), window, n)[lines]
+    spun = _spectra(_unbalance_waves(turning), window, n)[lines]
     lines_near = Lines(record, model, rows, parts, spun, waves, noise, basis, measured)
     for load in known:
-        measured = measured - lines_near.shown(load, _forces(model, load))
+        measured = measured - lines_near.shown(load, _load_forces(model, load))
     return dataclasses.replace(lines_near, target=lines_near.left(measured[:, :, None])[:, :, 0])
 
 
-def _chosen(record: PreparedRecord, omega: np.ndarray) -> tuple[np.ndarray, tuple[LinesPart, ...]]:
+def _select_lines(record: PreparedRecord, omega: np.ndarray) -> tuple[np.ndarray, tuple[LinesPart, ...]]:
     """Return the indices of lines near once and twice the turns, and the lines with the spins that they come at.
 
     A ramp passes a line once. If it does in the window's flank, a structure that lags behind is seen turned: such lines
@@ -302,11 +302,11 @@ def in_slow_roll(model: LinearModel, rows: np.ndarray, speed: float, times: floa
     forces = speed**2 * model.unbalance if times == 1 else np.zeros((2, model.size))
     for order in model.rig.orders:
         if times_of(order) == times:
-            forces = forces + _forces(model, order)
-    return _slow(model, rows, forces, speed, times)
+            forces = forces + _load_forces(model, order)
+    return _roll_motion(model, rows, forces, speed, times)
 
 
-def _slow(model: LinearModel, rows: np.ndarray, forces: np.ndarray, speed: float, times: float) -> np.ndarray:
+def _roll_motion(model: LinearModel, rows: np.ndarray, forces: np.ndarray, speed: float, times: float) -> np.ndarray:
     rotating = (forces[:1] - 1j * forces[1:]).T  # the real part of this e^(ikφ)
     motion = model.responses(rows, rotating, np.array([times * speed]), speed)[0, :, 0]
     return np.array([motion.real, -motion.imag])
@@ -316,10 +316,10 @@ def _per_unit(model: LinearModel, load: TurningLoad) -> Iterator[np.ndarray]:
     """Forces (2, n) on the modes of 1 kg m or 1 N, with phases 0 and π/2."""
     order = 1.0 if isinstance(load, Unbalance) else load.order
     for phase in (0.0, math.pi / 2):
-        yield _forces(model, Order(load.position, order, 1.0, phase=phase))
+        yield _load_forces(model, Order(load.position, order, 1.0, phase=phase))
 
 
-def _forces(model: LinearModel, load: TurningLoad) -> np.ndarray:
+def _load_forces(model: LinearModel, load: TurningLoad) -> np.ndarray:
     """Forces (2, n) on the modes per cos kφ and sin kφ, with k > 0 though the load may turn against the shaft."""
     if isinstance(load, Unbalance):
         load = Order(load.position, 1.0, load.moment, phase=load.phase)

@@ -103,7 +103,7 @@ def find_turning_loads(
     drawn : sequence of tuple of Rig and mapping of str to float
         The same of rigs from the posterior, by which intervals are widened.
     """
-    without_whirl, words = {record.name: without_dry_whirl(record) for record in records}, _creeping(records)
+    without_whirl, words = {record.name: without_dry_whirl(record) for record in records}, _creep_warnings(records)
     for record in records:
         if (remaining := without_whirl[record.name]) is not record:
             used = f"{remaining.duration:.3g} s without that tell" if remaining else "it does not tell"
@@ -111,7 +111,7 @@ def find_turning_loads(
                 f'record "{record.name}": the shaft whirls dry, backwards round the wall of a clearance; {used} what '
                 "turns with it"
             )
-    used_records = [r for r in without_whirl.values() if r and _speed(r) > 1.01 * r.slow_roll]
+    used_records = [r for r in without_whirl.values() if r and _fastest_spin(r) > 1.01 * r.slow_roll]
     if not used_records:
         return TurningLoads(rig, {}, Estimates.of([], [], np.zeros((0, 0))), tuple(words))
     known: list[TurningLoad] = [*rig.unbalances[1:], *(order for order in rig.orders if times_of(order) in TIMES)]
@@ -122,7 +122,7 @@ def find_turning_loads(
     return dataclasses.replace(loads, warnings=(*words, *loads.warnings))
 
 
-def _creeping(records: Sequence[PreparedRecord]) -> list[str]:
+def _creep_warnings(records: Sequence[PreparedRecord]) -> list[str]:
     """Say in words which speeds creep, where records say that they are steady."""
     steady = [r for r in records if not (r.tested.spin and r.tested.spin.rate)]
     return [
@@ -133,7 +133,7 @@ def _creeping(records: Sequence[PreparedRecord]) -> list[str]:
     ]
 
 
-def _speed(record: PreparedRecord) -> float:
+def _fastest_spin(record: PreparedRecord) -> float:
     """Fastest spin of a record, rad/s."""
     return 0.0 if record.turning is None else float(np.abs(record.turning.speed).max())
 

@@ -66,7 +66,7 @@ def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: M
     RecordError
         If there is no such record, the rig has no bushings or moves in a plane, or a record lacks its probes.
     """
-    chosen, rig = _chosen(records, rig or (model.rig if model else None))
+    chosen, rig = _select_records(records, rig or (model.rig if model else None))
     windows = [window for record in chosen for window in cut(record)]
     bands = bands_of(rig, windows)
     known = priors(rig, bands.force, probes=True)
@@ -83,10 +83,10 @@ def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: M
     solution = fitted(rig, windows, bands, places, varied, law_priors(places), begin)
     odds = _odds(solution, law_priors(places, False))
     solution = with_likeliest_contacts(solution, (odds > LIKELY).tolist(), law_priors)
-    return _result(rig, chosen, bands, solution, odds)
+    return _orbit_fit(rig, chosen, bands, solution, odds)
 
 
-def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[PreparedRecord], Rig]:
+def _select_records(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[PreparedRecord], Rig]:
     given = [*records.identify, *records.orbits] if isinstance(records, Dataset) else list(records)
     drawn = rig or (records.rig if isinstance(records, Dataset) else given[0].rig if given else None)
     if drawn is None:
@@ -125,7 +125,7 @@ def _odds(solution: Solution, law_priors: Sequence[Parameter]) -> np.ndarray:
     return np.full(len(problem.places), 0.5 * n * math.log(scales[0] / scales[1]))
 
 
-def _result(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, fit: Solution, odds: np.ndarray) -> OrbitFit:
+def _orbit_fit(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, fit: Solution, odds: np.ndarray) -> OrbitFit:
     problem = fit.problem
     assert isinstance(problem, LawProblem) and isinstance(fit.loss, UnknownScale)
     correlated = max(fit.loss.correlated, 1.0)
@@ -140,7 +140,7 @@ def _result(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, fit: Solu
         clearances.append(clearance)
         if clearance.seen:
             sag = np.array(rests_of(base)[place.number]) - (bushing.offset_y, bushing.offset)
-            filled = _filled(bushing, place, values, clearance)
+            filled = _with_filling(bushing, place, values, clearance)
             hole = hole_of(bushing, clearance.gap, estimates, f"bushings[{place.number}].")
             bushing = placed(filled, np.array(clearance.rest) - sag, gap=clearance.gap, **hole)
         else:
@@ -158,7 +158,7 @@ def _result(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, fit: Solu
     return OrbitFit(model, tuple(clearances), estimates, names, misfit, bands, rig, warnings)
 
 
-def _filled(bushing: Bushing, place: Place, values: dict[str, float], clearance: ClearanceInOperation) -> Bushing:
+def _with_filling(bushing: Bushing, place: Place, values: dict[str, float], clearance: ClearanceInOperation) -> Bushing:
     """Return a bushing with the identified filling and, if the shaft touches, friction and the contact's size."""
     prefix, nominal = f"bushings[{place.number}]", place.nominal
     if clearance.contact_model:

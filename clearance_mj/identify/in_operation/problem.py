@@ -77,7 +77,7 @@ def law_parameters(
     """
     key = f"bushings[{place.number}]"
     shape = open_parameters(place.number, place.nominal, priors, rest, turns)
-    law = [*place.contact.parameters(place.nominal), *_filling(place)]
+    law = [*place.contact.parameters(place.nominal), *_filling_parameters(place)]
     rest_forces = [
         Parameter(f"{key}.force at rest {axis}", "N", 0.0, -50 * weight, 50 * weight, weight, "linear") for axis in "yz"
     ]
@@ -93,7 +93,7 @@ def acts_without_contact(name: str, filling: FillingFamily) -> bool:
     return filling.round_only or field not in ("gap", "rest_y", "rest_z")
 
 
-def _filling(place: Place) -> list[Parameter]:
+def _filling_parameters(place: Place) -> list[Parameter]:
     """Return the filling's open parameters: a dry bushing, whose rig file has no spring, has none."""
     dry = not place.nominal.grease.stiffness
     return [p for p in place.filling.parameters(place.nominal) if not (dry and p.name == "grease stiffness")]
@@ -109,8 +109,8 @@ class LawProblem(Problem):
         self.n_linear = len(forces.parameters)
         size = 2 * forces.shown[0].size
         super().__init__(
-            [*forces.parameters, *law_priors], lambda values: np.array([self._over_errors(each) for each in values]),
-            loss=UnknownScale(size * _blocks(forces.windows), LARGEST_CORRELATION), lanes=False,
+            [*forces.parameters, *law_priors], lambda values: np.array([self._residual(each) for each in values]),
+            loss=UnknownScale(size * _block_starts(forces.windows), LARGEST_CORRELATION), lanes=False,
         )  # fmt: skip
         self.names = [p.name for p in self.parameters]
         self._acts = np.array([by.any() for by in forces.per_force_by], dtype=bool)
@@ -210,7 +210,7 @@ class LawProblem(Problem):
         for i in (*range(self.n_linear), *self._rest):
             column = self.shown_by(i, values, per_force)
             if i < self.n_linear and self._acts[i]:
-                column = column - times(self._by_unit(i, values) * self.forces.per_force_by[i], forces)
+                column = column - times(self._per_coordinate(i, values) * self.forces.per_force_by[i], forces)
             jacobian[:, i] = real(column)
         for i in self._moving:
             step = -STEP if at[i] + STEP > self.high[i] else STEP
@@ -231,12 +231,12 @@ class LawProblem(Problem):
         per_force : ndarray, shape (n_windows, n_f, m, m)
             Response of the probes to forces, over its expected error.
         """
-        by_unit = self._by_unit(i, values)
+        by_unit = self._per_coordinate(i, values)
         if i < self.n_linear:
             return by_unit * self.forces.shown_by[..., i]
         return np.asarray(by_unit * self.forces.one[:, :, None] * per_force[..., self._rest.index(i)])
 
-    def _by_unit(self, i: int, values: np.ndarray) -> float:
+    def _per_coordinate(self, i: int, values: np.ndarray) -> float:
         """Return the derivative of parameter i by its coordinate."""
         return float(self.unit[i] * (1.0 if self.parameters[i].transform == "linear" else values[i]))
 
@@ -249,7 +249,7 @@ class LawProblem(Problem):
             self._known = key, self.forces.per_force + by
         return self._known[1]
 
-    def _over_errors(self, values: np.ndarray) -> np.ndarray:
+    def _residual(self, values: np.ndarray) -> np.ndarray:
         residuals = real(self.misses(values))
         return np.where(np.abs(residuals) < MAX_RESIDUAL, residuals, np.inf)
 
@@ -281,7 +281,7 @@ def real(spectra: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(spectra).view(float).reshape(len(spectra), -1).ravel()
 
 
-def _blocks(windows: Sequence[Window]) -> np.ndarray:
+def _block_starts(windows: Sequence[Window]) -> np.ndarray:
     """First window of each block: a record at one speed repeats itself, in a run-up every window is new."""
     names = [(w.record, -1 if w.steady else i) for i, w in enumerate(windows)]
     return np.array([i for i in range(len(names)) if i == 0 or names[i] != names[i - 1]])

@@ -49,10 +49,10 @@ def free(
         Of the rig, and of laws without contact.
     """
     known: dict[str, float] = {}
-    reach = np.max([_reach(windows, place) for place in places], axis=0)
+    reach = np.max([_relative_reach(windows, place) for place in places], axis=0)
     for iteration in range(3):
         problem = LawProblem(forces_in(rig, windows, uncertain, known, bands), places, law_priors, touching=False)
-        at, linear = problem.at(known), _linear(problem)
+        at, linear = problem.at(known), _linear_indices(problem)
         if iteration == 0:  # unbalance and run-out first: as long as they are wrong, they would bend the rig
             linear = [i for i in linear if _is_motion(problem.names[i])]
         columns, misses = _columns(problem, linear, problem.values(at)), real(problem.misses(problem.values(at)))
@@ -94,19 +94,19 @@ def fitted(
     """
     weighed = forces_in(rig, windows, uncertain, begin, bands)
     problem = LawProblem(weighed, places, law_priors)
-    starts = [problem.at({**begin, **each}) for each in _by_force(weighed, places)]
-    starts = [problem.at(begin), *starts, *_drawn(problem, problem.at(begin), seed)]
+    starts = [problem.at({**begin, **each}) for each in _laws_from_forces(weighed, places)]
+    starts = [problem.at(begin), *starts, *_draw_points(problem, problem.at(begin), seed)]
     solution = solve(problem, starts, n_best=SEARCHED, stop=FIRST)
     for _ in range(ROUNDS):
         known = dict(zip(problem.names, solution.values.tolist()))
         forces = forces_in(rig, windows, uncertain, known, bands, weighed)
         problem = LawProblem(forces, places, law_priors)
-        starts_by_force = [problem.at(known | each) for each in _by_force(forces, places)]
+        starts_by_force = [problem.at(known | each) for each in _laws_from_forces(forces, places)]
         solution = solve(problem, [problem.at(known), *starts_by_force], n_best=2, stop=STOP)
     return solution
 
 
-def _by_force(forces: Forces, places: Sequence[Place]) -> list[dict[str, float]]:
+def _laws_from_forces(forces: Forces, places: Sequence[Place]) -> list[dict[str, float]]:
     """Return estimates of gap, place at rest and contact of each clearance from the forces over time."""
     slow, over_time = forces.slow, forces.over_time()
     laws = []
@@ -130,7 +130,7 @@ def _by_force(forces: Forces, places: Sequence[Place]) -> list[dict[str, float]]
     return laws
 
 
-def _reach(windows: Sequence[Window], place: Place) -> np.ndarray:
+def _relative_reach(windows: Sequence[Window], place: Place) -> np.ndarray:
     """(n_windows,) farthest motion from where the shaft rests, over the gap of the rig file."""
     columns = slice(2 * place.number, 2 * place.number + 2)
     return np.array([np.hypot(*w.clear[:, columns].T).max() for w in windows]) / place.nominal.gap
@@ -140,13 +140,13 @@ def _is_motion(name: str) -> bool:
     return "unbalance" in name or "run-out" in name or "force at rest" in name
 
 
-def _linear(problem: LawProblem) -> list[int]:
+def _linear_indices(problem: LawProblem) -> list[int]:
     return [i for i, name in enumerate(problem.names) if i < problem.n_linear or "force at rest" in name]
 
 
-def _drawn(problem: LawProblem, at: np.ndarray, seed: int) -> list[np.ndarray]:
+def _draw_points(problem: LawProblem, at: np.ndarray, seed: int) -> list[np.ndarray]:
     """Coordinates (n,) of drawn laws, each with the likeliest values of the linear parameters."""
-    rng, linear = np.random.default_rng(seed), _linear(problem)
+    rng, linear = np.random.default_rng(seed), _linear_indices(problem)
     law = np.setdiff1d(np.arange(problem.size), linear)
     columns = _columns(problem, linear, problem.values(at))
     precision = columns.T @ columns + np.eye(len(linear))

@@ -141,10 +141,10 @@ class _OrbitFollower:
             mean[rows, columns], std[rows, columns] = self.follower.belief.mean, self.follower.belief.std
         remaining = residuals(newest[None])[0].reshape(-1, len(self.places), 4)
         misfit, largest = np.sqrt(np.mean(remaining**2, axis=(0, 2))), np.abs(remaining).max(axis=(0, 2))
-        alarms += self._rubs(np.array([misfit, largest]), forces.over_time(), end)
+        alarms += self._rub_alarms(np.array([misfit, largest]), forces.over_time(), end)
         return end, mean, std, problem.contact(values_at(newest)), misfit, alarms
 
-    def _rubs(self, misfit: np.ndarray, force: np.ndarray, end: float) -> list[Alarm]:
+    def _rub_alarms(self, misfit: np.ndarray, force: np.ndarray, end: float) -> list[Alarm]:
         """Return alarms of unexplained forces by the misfit (2, n_bushings), RMS and largest of all lines."""
         if len(self.health) < LEARNED:
             self.health.append(misfit)

@@ -61,18 +61,18 @@ def contact_parameters(
     greases = grease_parameters(force).grease if grease is None else tuple(grease)
     hop = max(1, round(window * force.fs / OVERLAP))
     edges = np.arange(0, force.time.size - hop + 1, hop)
-    parts = [_windowed(force, j, grease, edges, hop) for j, grease in enumerate(greases)]
+    parts = [_fit_windows(force, j, grease, edges, hop) for j, grease in enumerate(greases)]
     k, c, k_std, c_std, contact, amplitude = (np.column_stack(part) for part in zip(*parts))
     time = (edges + hop / 2) / force.fs
     return ContactParameters(time, k, c, k_std, c_std, contact, amplitude, greases)
 
 
-def _windowed(force: RestoringForce, bushing: int, grease: Grease, edges: np.ndarray, hop: int) -> tuple[Any, ...]:
+def _fit_windows(force: RestoringForce, bushing: int, grease: Grease, edges: np.ndarray, hop: int) -> tuple[Any, ...]:
     """Columns (n,) of `ContactParameters` for one bushing."""
     target = force.valid * (force.force[bushing] - grease_force(force, bushing, grease))
     g, speed, touching = _contact_motion(force, bushing)
     a = envelope(force.displacement[bushing], force.fs)
-    valid_time, held_amplitude = (_hann(np.add.reduceat(v * touching, edges)) for v in (force.valid, force.valid * a))
+    valid_time, peak_held = (_hann_sums(np.add.reduceat(v * touching, edges)) for v in (force.valid, force.valid * a))
     sample, middle = np.arange(a.size), edges + hop / 2
     for _ in range(RELEASES):
         cells = _band_products(force, bushing, force.valid * g, force.valid * speed, target, edges)
@@ -81,7 +81,7 @@ def _windowed(force: RestoringForce, bushing: int, grease: Grease, edges: np.nda
         if known.any():
             now = (np.repeat(np.interp(sample, middle[known], value[known]), FINER) for value in (k, c))
             g, speed, _ = _contact_motion(force, bushing, *now)
-    amplitude = np.divide(held_amplitude, valid_time, out=np.full(valid_time.size, np.nan), where=valid_time > 0.5)
+    amplitude = np.divide(peak_held, valid_time, out=np.full(valid_time.size, np.nan), where=valid_time > 0.5)
     k, c, k_std, c_std = (np.where(known, v, np.nan) for v in (k, c, k_std, c_std))
     return k, c, k_std, c_std, valid_time / (hop * HANN.sum()), amplitude
 
@@ -91,14 +91,14 @@ def _contact_motion(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the gap function and its rate in the force's band, mean of both ends, and True in contact; each (n_t,)."""
     g, speed, touching = _fine_motion(force, bushing, k, c)
-    return _coarse(force, g), _coarse(force, speed), touching[::FINER]
+    return _to_band(force, g), _to_band(force, speed), touching[::FINER]
 
 
 def _fine_motion(
     force: RestoringForce, bushing: int, k: np.ndarray | None, c: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The same (n_t * FINER,), not yet limited to the band; with k and c, samples that would pull are left out."""
-    ends = _fine(force.ends[bushing])
+    ends = _interpolate(force.ends[bushing])
     g = penetration(ends, *force.rig.bushings[bushing].walls)
     speed = np.gradient(ends, axis=1) * (force.fs * FINER)
     pushes = g != 0
@@ -107,12 +107,12 @@ def _fine_motion(
     return (g * pushes).mean(axis=0), (speed * pushes).mean(axis=0), pushes.any(axis=0)
 
 
-def _fine(signal: np.ndarray) -> np.ndarray:
+def _interpolate(signal: np.ndarray) -> np.ndarray:
     """Interpolate a signal (..., n_t) that fades at its ends to FINER times its rate."""
     return FINER * np.fft.irfft(np.fft.rfft(signal), signal.shape[-1] * FINER)
 
 
-def _coarse(force: RestoringForce, signal: np.ndarray) -> np.ndarray:
+def _to_band(force: RestoringForce, signal: np.ndarray) -> np.ndarray:
     """Limit a fine signal (..., n_t * FINER) to the force's band and bring it to the record's rate."""
     n = signal.shape[-1] // FINER
     spectrum = np.fft.rfft(signal)[..., : n // 2 + 1]
@@ -124,11 +124,11 @@ def amplitude_columns(
     force: RestoringForce, bushing: int, nodes: np.ndarray, release: float, k: np.ndarray | None, c: np.ndarray | None
 ) -> np.ndarray:
     """(n_t, 2 n_nodes) gap function, then its rate, times the interpolation weight of each node's amplitude, m."""
-    a = envelope(_fine(force.displacement[bushing]), force.fs * FINER, release)
+    a = envelope(_interpolate(force.displacement[bushing]), force.fs * FINER, release)
     weights = np.column_stack([np.interp(a, nodes, unit) for unit in np.eye(nodes.size)])
     now = (None, None) if k is None or c is None else (weights @ k, weights @ c)
     g, speed, _ = _fine_motion(force, bushing, *now)
-    return _coarse(force, np.hstack((weights * g[:, None], weights * speed[:, None])).T).T
+    return _to_band(force, np.hstack((weights * g[:, None], weights * speed[:, None])).T).T
 
 
 def _band_products(
@@ -163,7 +163,7 @@ def _solve_windows(cell_normal: np.ndarray, cell_right: np.ndarray) -> tuple[np.
     The scatter also holds what the noise does not: errors of displacement and grease, k and c that vary in a window.
     """
     effective = HANN.sum() ** 2 / np.sum(HANN**2)
-    normal, right = _hann(cell_normal), _hann(cell_right)
+    normal, right = _hann_sums(cell_normal), _hann_sums(cell_right)
     normal += 1e-12 * np.eye(2) * np.einsum("nii->ni", normal)[:, None] + 1e-300 * np.eye(2)
     inverse = np.linalg.inv(normal)
     theta = np.einsum("nij,nj->ni", inverse, right)
@@ -180,7 +180,7 @@ def _solve_windows(cell_normal: np.ndarray, cell_right: np.ndarray) -> tuple[np.
     return *theta.T, *std.T
 
 
-def _hann(cells: np.ndarray) -> np.ndarray:
+def _hann_sums(cells: np.ndarray) -> np.ndarray:
     """Sums of cells (n, ...) under a Hann window of OVERLAP cells."""
     flat = cells.reshape(cells.shape[0], -1)
     return np.column_stack([np.convolve(column, HANN, "same") for column in flat.T]).reshape(cells.shape)

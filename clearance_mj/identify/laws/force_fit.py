@@ -164,7 +164,7 @@ class ForceProblem(Problem):
         law_parameters = [*contact.parameters(motion.nominal), *filling.parameters(motion.nominal)]
         loss = UnknownScale(motion.blocks, MAX_CORRELATION_LENGTH)
         # All dampings at once, also where laws are followed one by one: along valleys the best of them goes farther.
-        super().__init__([*motion.parameters, *law_parameters], self._over_errors, loss=loss)
+        super().__init__([*motion.parameters, *law_parameters], self._scaled_residuals, loss=loss)
 
     def case(self, at: np.ndarray) -> Case:
         """Return the clearance and its law at coordinates (n,)."""
@@ -174,7 +174,7 @@ class ForceProblem(Problem):
         known = fields_of([p.name for p in self.parameters], values)
         return case_of(known, self.motion.nominal, self.contact, self.filling)
 
-    def _over_errors(self, values: np.ndarray) -> np.ndarray:
+    def _scaled_residuals(self, values: np.ndarray) -> np.ndarray:
         residuals = self.motion.residuals([self._case(point) for point in values])[self.motion.fitted].T
         return np.where(np.abs(residuals) < MAX_RESIDUAL, residuals, np.inf)
 

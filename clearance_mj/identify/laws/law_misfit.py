@@ -228,7 +228,7 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
     return LawMisfit(tuple(model.rig.sensor_labels), unit, edges, tuple(stretches), tuple(decays))
 
 
-def _rows(test: Response, model: Response) -> list[int]:
+def _recorded_rows(test: Response, model: Response) -> list[int]:
     """Return the indices of a model's sensors that were recorded."""
     known = [*zip(model.responses, model.quantities)]
     return [known.index(pair) for pair in zip(test.responses, test.quantities)]
@@ -243,7 +243,7 @@ def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.
         test.fs, test.excitation[part], test.channels[:, part], kind=test.kind, band=_band(test),
         quantities=test.quantities,
     )  # fmt: skip
-    rows = _rows(test, model)
+    rows = _recorded_rows(test, model)
     delta = dataclasses.replace(measured, channels=(test.channels - model.channels[rows])[:, part])
     frf, difference = (estimate_frf(response, resolution=RESOLUTION, window="hann") for response in (measured, delta))
     noise = random_error(difference)[:, 0] * np.abs(difference.functions)
@@ -254,7 +254,7 @@ def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.
     )
     missed = DB * np.abs(np.log(model_size / test_size))
     error = DB * noise / np.maximum(model_size, test_size)
-    carried, lasting = _excited(measured, frf.frequency)
+    carried, lasting = _excited_lines(measured, frf.frequency)
     band = np.where(carried, np.searchsorted(edges, frf.frequency, side="right") - 1, -1)
     values = np.full((2, len(model.responses), edges.size - 1), np.nan)
     for i in range(edges.size - 1):
@@ -265,7 +265,7 @@ def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.
     return Stretch(name, start, measured.duration, level, values[0], values[1])
 
 
-def _excited(response: Response, frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _excited_lines(response: Response, frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return which lines (n_f,) of FRFs are excited, and the fraction (n_f,) of the averaged segments that excite each.
 
     Of powers p that is (Σ p)² / Σ p². A sine that passes a line once leaves one segment, which is always coherent.
@@ -297,7 +297,7 @@ def _decays(name: str, test: Response, model: Response) -> list[Decay]:
     struck = np.flatnonzero(size > REST * size.max())
     shortest = int(SHORTEST * test.fs)
     first = struck[np.diff(struck, prepend=-shortest) >= shortest]
-    rows, decays = _rows(test, model), list[Decay]()
+    rows, decays = _recorded_rows(test, model), list[Decay]()
     for begin, end in itertools.pairwise([*first.tolist(), size.size]):
         if end - begin >= shortest:
             halves = np.array_split(np.arange(begin, end), 2)

@@ -83,7 +83,7 @@ class SlowMotion:
         best_spectra, best_forces = self.found, forces
         for _ in range(ROUNDS):
             new = [_fixed_point_step(*each) for each in zip(soft, self.found, forces, stiffness)]
-            change = _size([n - x for n, x in zip(new, self.found)])
+            change = _norm([n - x for n, x in zip(new, self.found)])
             if change < best:
                 best_spectra, best_forces, best = self.found, forces, change
             else:  # not nearer: half as far from where it was nearest
@@ -91,7 +91,7 @@ class SlowMotion:
                 new = [_fixed_point_step(*each) for each in zip(soft, best_spectra, best_forces, stiffness)]
             self.found = [x + relaxation * (n - x) for n, x in zip(new, best_spectra)]
             forces = self._forces(cases)
-            if best < CONVERGED * _size(self.found):
+            if best < CONVERGED * _norm(self.found):
                 break
         for j, motion in enumerate(self.motions):
             motion.slow = [_slow_motion(*each, j) for each in zip(soft, self.found, forces, stiffness)]
@@ -193,8 +193,8 @@ def fit_with_slow_motion(slow: SlowMotion, fits: Sequence[ForceFit], rounds: int
     # What laws miss wherever the shaft comes by again is in the walls' forces: it does not count twice.
     alone = [math.sqrt(f.correlation_length / max(f.correlation_length, m.shortest_correlation))
              for m, f in zip(slow.motions, fits)]  # fmt: skip
-    total_std = np.hypot(_amplified(places, moves, std * alone) * std * alone, slow.mean_error([f.case for f in fits]))
-    return [_with_offset_std(f, max(factor, 1.0)) for f, factor in zip(fits, total_std / np.where(std > 0, std, 1.0))]
+    error = np.hypot(_amplification(places, moves, std * alone) * std * alone, slow.mean_error([f.case for f in fits]))
+    return [_with_offset_std(f, max(factor, 1.0)) for f, factor in zip(fits, error / np.where(std > 0, std, 1.0))]
 
 
 def next_offsets(places: Sequence[np.ndarray], moves: Sequence[np.ndarray], largest: Sequence[float]) -> np.ndarray:
@@ -218,7 +218,7 @@ def next_offsets(places: Sequence[np.ndarray], moves: Sequence[np.ndarray], larg
     return np.asarray(np.clip(places[-1] + np.clip(step, -most / 2, most / 2), -most, most))
 
 
-def _amplified(places: Sequence[np.ndarray], moves: Sequence[np.ndarray], std: np.ndarray) -> np.ndarray:
+def _amplification(places: Sequence[np.ndarray], moves: Sequence[np.ndarray], std: np.ndarray) -> np.ndarray:
     """Factors (n_bushings,) by which offsets are less well known than a fit in a given slow motion says."""
     if len(places) < 2 or not std.all():
         return np.ones(std.size)
@@ -244,7 +244,7 @@ def _decline(x: np.ndarray, rate: float) -> float:
     return float(np.mean(np.maximum.accumulate(rms) - rms))
 
 
-def _size(spectra: Sequence[np.ndarray]) -> float:
+def _norm(spectra: Sequence[np.ndarray]) -> float:
     return float(np.sqrt(sum(np.sum(np.abs(x) ** 2) for x in spectra)))
 
 

@@ -48,7 +48,7 @@ def amplitude_law(dataset: Dataset, progress: bool = False) -> tuple[AmplitudeLa
     shortest=lambda rig: 4 * SETTLE,
     needs=(probes,),
 )
-def _find(dataset: Dataset, progress: bool = False) -> Identified:
+def _identify(dataset: Dataset, progress: bool = False) -> Identified:
     return Identified(model=Model(dataset.rig, amplitude_law(dataset, progress)[0]))
 
 

@@ -105,9 +105,9 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     families = compare_families(turned_records, update, rig, progress)
     likeliest = [fits[0].fit for fits in families]
     identified_rig = rig.replace(bushings=tuple(fit.bushing for fit in likeliest))
-    model = Model(identified_rig, law_of([fit.law for fit in likeliest]), partial(_drawn, rig, update, families))
+    model = Model(identified_rig, law_of([fit.law for fit in likeliest]), partial(_draw, rig, update, families))
     misfit = law_misfit(update.records, model, progress)
-    estimates = _together(update, turning, families, misfit.widening)
+    estimates = _join_estimates(update, turning, families, misfit.widening)
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
     words: tuple[str, ...] = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
     words += _unknown_offsets(model.rig, update, estimates)
@@ -132,7 +132,7 @@ def _unknown_offsets(rig: Rig, update: RigUpdate, estimates: Estimates) -> tuple
     return (words,) if wide else ()
 
 
-def _drawn(rig: Rig, update: RigUpdate, families: Sequence[Sequence[FamilyFit]], n: int, seed: int) -> list[Model]:
+def _draw(rig: Rig, update: RigUpdate, families: Sequence[Sequence[FamilyFit]], n: int, seed: int) -> list[Model]:
     """Draw models: of each clearance a family by its weight, numbers from the covariances of the fits.
 
     These are not widened by the misfit of rig and law: of FRFs, `LawMisfit.spread` says that.
@@ -149,7 +149,7 @@ def _drawn(rig: Rig, update: RigUpdate, families: Sequence[Sequence[FamilyFit]],
     return drawn
 
 
-def _together(
+def _join_estimates(
     update: RigUpdate, turning: TurningLoads | None, families: Sequence[Sequence[FamilyFit]], widening: float
 ) -> Estimates:
     """Return estimates of the rig, turning loads and all bushings, hardly correlated; those of laws are widened.

@@ -41,5 +41,5 @@ def force_balance_law(dataset: Dataset, progress: bool = False) -> ConstantLaw:
     shortest=lambda rig: 4 * SETTLE,
     needs=(probes,),
 )
-def _find(dataset: Dataset, progress: bool = False) -> Identified:
+def _identify(dataset: Dataset, progress: bool = False) -> Identified:
     return Identified(model=Model(dataset.rig, force_balance_law(dataset, progress)))

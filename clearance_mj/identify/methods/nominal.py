@@ -8,5 +8,5 @@ from ..registry import Identified, register
 
 
 @register("nominal", "the rig file only: datasheet contact, fresh grease as a linear spring and damper", in_space=True)
-def _find(dataset: Dataset, progress: bool = False) -> Identified:
+def _identify(dataset: Dataset, progress: bool = False) -> Identified:
     return Identified(model=Model(dataset.rig))

@@ -64,9 +64,9 @@ def fit_output_error(dataset: Dataset, progress: bool = False) -> Fit:
     try:
         balance, grease = amplitude_law(dataset)
     except RecordError:
-        common = _continued(dataset, records, parameters, make, progress)
+        common = _fit_by_level(dataset, records, parameters, make, progress)
     else:
-        starts = _from_balance(balance, grease.grease, rig.bushings[0].gap)
+        starts = _starts_from_balance(balance, grease.grease, rig.bushings[0].gap)
         title = "bushings alike" if progress else ""
         common = fit_law(rig, records, parameters, make, starts, 1, MODEL_ERROR, ROUGH, title=title)
     parameters_of_each = [
@@ -95,7 +95,7 @@ def _parameters(rig: Rig) -> list[Parameter]:
     ]
 
 
-def _from_balance(balance: AmplitudeLaw, greases: Sequence[Grease], gap: float) -> list[tuple[float, ...]]:
+def _starts_from_balance(balance: AmplitudeLaw, greases: Sequence[Grease], gap: float) -> list[tuple[float, ...]]:
     """Start values, the means of the bushings' of an amplitude law, with several exponents and restitutions."""
     force = np.mean([np.interp(2 * gap, balance.amplitude, k) for k in balance.k.T]) * gap
     starts = _grease_starts(greases, gap)
@@ -109,7 +109,7 @@ def _grease_starts(greases: Sequence[Grease], gap: float) -> list[tuple[float, .
     return [(*np.mean(columns, axis=0), float(np.mean(film)), *shape) for shape in ((2.0, 0.5), (1.0, 1.0))]
 
 
-def _continued(
+def _fit_by_level(
     dataset: Dataset, records: list[Evidence], parameters: list[Parameter], make: Callable[..., ContactLaw],
     progress: bool,
 ) -> Fit:  # fmt: skip
@@ -117,7 +117,7 @@ def _continued(
     rig, gap = dataset.rig, dataset.rig.bushings[0].gap
     grease, contact = parameters[:-3], [p.start for p in parameters[-3:]]
     if quiet := before_contact(records, rig):
-        starts = [*_yields(grease, gap), *_in_balance(dataset, gap)]
+        starts = [*_yield_starts(grease, gap), *_starts_from_forces(dataset, gap)]
         title = "before contact" if progress else ""
         low = fit_law(rig, quiet, grease, lambda *v: make(*v, *contact), starts, 1, MODEL_ERROR, ROUGH, title=title)
         grease = [replace(p, start=float(v)) for p, v in zip(grease, low.estimates.value)]
@@ -126,7 +126,7 @@ def _continued(
     return fit_law(rig, records, [*grease, *parameters[-3:]], make, starts, 2, MODEL_ERROR, ROUGH, title=title)
 
 
-def _in_balance(dataset: Dataset, gap: float) -> list[tuple[float, ...]]:
+def _starts_from_forces(dataset: Dataset, gap: float) -> list[tuple[float, ...]]:
     """Start values of the grease from the restoring forces, if every record has the probes for it."""
     try:
         return _grease_starts(grease_parameters(restoring_forces(dataset)).grease, gap)
@@ -134,7 +134,7 @@ def _in_balance(dataset: Dataset, gap: float) -> list[tuple[float, ...]]:
         return []
 
 
-def _yields(grease: Sequence[Parameter], gap: float) -> list[tuple[float, ...]]:
+def _yield_starts(grease: Sequence[Parameter], gap: float) -> list[tuple[float, ...]]:
     """Starts with other yield displacements and elastic ratios, of which the product matters most at low level."""
     k, c, _, _, height, *shape = (p.start for p in grease)
     return [(k, c, ratio, y * gap, height, *shape) for ratio in (0.5, 0.75, 0.9) for y in (0.4, 0.8, 1.6)]

@@ -28,7 +28,7 @@ OFFSET = 0.01, 0.2
 
 def describe_dropouts(signals: Sequence[np.ndarray] | np.ndarray, fs: float) -> list[str]:
     """Return for each channel (n_t,) of a record, in words, where it drops out or has a spike alone; "" if not."""
-    peaks = [_standing_out(signal) for signal in signals]
+    peaks = [_prominence(signal) for signal in signals]
     near = math.ceil(ONE_IMPACT * fs)
     described = []
     for i, (signal, spikes) in enumerate(zip(signals, peaks)):
@@ -54,7 +54,7 @@ def _dropout(signal: np.ndarray, fs: float) -> str:
     return ""
 
 
-def _standing_out(signal: np.ndarray) -> np.ndarray:
+def _prominence(signal: np.ndarray) -> np.ndarray:
     """Return how far each sample (n_t,) stands out of both its neighbours, in standard deviations of the signal."""
     steps = np.diff(signal)
     out = np.zeros(signal.size)

@@ -245,7 +245,7 @@ def without_run_out(records: Sequence[PreparedRecord]) -> tuple[PreparedRecord, 
         Of one rig; those that turn are changed.
     """
     require_one_mark(records)
-    steady = sorted((r for r in records if _steady(r)), key=lambda r: abs(r.turning.mean_speed))  # type: ignore[union-attr]
+    steady = sorted((r for r in records if _turns_steadily(r)), key=lambda r: abs(r.turning.mean_speed))  # type: ignore[union-attr]
     speeds = [abs(r.turning.mean_speed) for r in steady if r.turning]
     slow = [r for r, speed in zip(steady, speeds) if r.kind == "spin" and speed < SLOW * speeds[-1]]
     if not slow:
@@ -277,7 +277,7 @@ def require_one_mark(records: Sequence[PreparedRecord]) -> None:
         )
 
 
-def _steady(record: PreparedRecord) -> bool:
+def _turns_steadily(record: PreparedRecord) -> bool:
     spin = record.tested.spin
     return record.turning is not None and record.displacement is not None and not (spin and spin.rate)
 

@@ -129,13 +129,13 @@ def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[P
     keys = [*(key for key in unsaid if key not in tolerance_of), *tolerance_of]
     named = [(path_of(key), get_number(data, key)) for key in keys]
     places = [get_number(data, ("bushings", j, "position")) for j in range(len(rig.bushings) if probes else 0)]
-    parameters = list(_clamp(rig))
+    parameters = list(_clamp_parameters(rig))
     for key, (path, value) in zip(keys, named):
         parameters += [p] if (p := _parameter(base, data, key, path, value, tolerance_of.get(key))) else []
     for j, (bushing, rows, place) in enumerate(zip(rig.bushings, rig.clearance_rows, places)):
         parameters += [_logarithm(f"probes[{i}].gain", "", 1.0, PROBE_GAIN) for i in range(rows.start, rows.stop)]
         if place is not None and bushing.to is None:
-            ends = _shaft(rig, bushing.position)
+            ends = _shaft_ends(rig, bushing.position)
             parameters.append(_linear(f"probes[{j}].position", "m", place, DEFAULTS["position"], *ends))
     return tuple(parameters)
 
@@ -151,7 +151,7 @@ def prepared_rig(rig: Rig) -> Rig:
     if not isinstance(linear, Beam | Shaft):
         return rig
     if isinstance(linear, Shaft):
-        linear = _on_springs(linear, _exact_supports(rig), "RX" in directed_points(rig).values())
+        linear = _on_elastic_supports(linear, _exact_supports(rig), "RX" in directed_points(rig).values())
     rig = rig.replace(tolerances=(), structure=None if rig.beam else linear)
     if rig.moves_across:
         sensors = list(rig.sensors)
@@ -181,7 +181,7 @@ def with_exact_supports(rig: Rig) -> Rig:
     return rig.replace(tolerances=rig.tolerances + exact)
 
 
-def _on_springs(shaft: Shaft, exact: Collection[str | int], twists: bool) -> Shaft:
+def _on_elastic_supports(shaft: Shaft, exact: Collection[str | int], twists: bool) -> Shaft:
     """Return the shaft with springs for rigid supports that are not exact, and with thin discs by one inertia."""
     material = shaft.material or shaft.sections[0].material
     thickest = max(float(each.across(np.array([0.5]), 0.3).second_moment[0]) for each in shaft.sections)
@@ -304,7 +304,7 @@ def _parameter(
         size *= gap if tolerance is None or tolerance.relative else 1.0
         return _linear(path, unit, value, size, -MAX_OFFSET * gap, MAX_OFFSET * gap)
     if field == "length" and key[0] == "bushings":
-        low, high = _shaft(rig, _at(data, (*key[:2], "position")))
+        low, high = _shaft_ends(rig, _number_at(data, (*key[:2], "position")))
         place = data["bushings"][key[1]]["position"]
         along = place if isinstance(place, float) else (parse_place(place) or ("", low))[1]
         if tolerance is None or tolerance.relative:
@@ -313,7 +313,7 @@ def _parameter(
     if field in ("position", "to"):
         size *= abs(value) if tolerance and tolerance.relative else 1.0
         half = data["bushings"][key[1]]["length"] / 2 if key[0] == "bushings" else 0.0
-        low, high = _shaft(rig, _at(data, key))
+        low, high = _shaft_ends(rig, _number_at(data, key))
         return _linear(path, unit, value, size, low + half, high - half)
     if tolerance and not tolerance.relative and field not in LINEAR:
         return _linear(path, unit, value, size, 1e-6 * value, math.inf)
@@ -324,7 +324,7 @@ def _parameter(
     return _logarithm(path, unit, value, size, largest) if value > 0 else None
 
 
-def _at(data: dict[str, Any], key: Key) -> float | str:
+def _number_at(data: dict[str, Any], key: Key) -> float | str:
     part: object = data
     for step in key:
         part = part[step]  # type: ignore[index]
@@ -332,14 +332,14 @@ def _at(data: dict[str, Any], key: Key) -> float | str:
     return part
 
 
-def _shaft(rig: Rig, place: float | str) -> tuple[float, float]:
+def _shaft_ends(rig: Rig, place: float | str) -> tuple[float, float]:
     """Return the ends of the shaft of a place such as "inner@0.4"; a clamped one begins a little beyond its clamp."""
     name, _ = parse_place(place) or ("", 0.0)
     shaft = {shaft.name: shaft for shaft in rig.linear.shafts}[name]
     return shaft.start + (1e-3 * shaft.length if rig.beam else 0.0), shaft.end
 
 
-def _clamp(rig: Rig) -> Iterator[Parameter]:
+def _clamp_parameters(rig: Rig) -> Iterator[Parameter]:
     """Compliances of a beam's clamp: a/(EI) and a³/(3EI) as of a more shaft, a uniform from 0 to two diameters."""
     if not rig.beam:
         return

@@ -102,7 +102,7 @@ class RigFit:
         starts, ends = ([float(s.frequency[i]) for s in self.spectra] for i in (0, -1))
         self.band = min(starts), max(ends)
         """Hz, of all spectral lines"""
-        known = [_within(p, self.band) for p in priors(rig, self.band[1], self.probes)]
+        known = [_limit_to_band(p, self.band) for p in priors(rig, self.band[1], self.probes)]
         self.in_clearances = tuple(p for p in known if _acts_in_clearance(p.name))
         self.held = dict(held or {})
         parameters = [p for p in known if p not in self.in_clearances and p.name not in self.held]
@@ -141,7 +141,7 @@ class RigFit:
         before_fit = [f.fitted(noise) for f, noise in zip(first, self.noise)]
         for round_ in range(ROUNDS):
             if round_:
-                self._find_noise(projections)
+                self._estimate_noise(projections)
             self._whiten(at, projections)
             self.solution = solve(self.problem, [at], stop=STOP)
             at = self.solution.at
@@ -170,14 +170,14 @@ class RigFit:
     def adapt(self, values: Mapping[str, float]) -> None:
         """Take noise and whitening from the residuals of values by name, as a fit does that ends there."""
         at = self.problem.at(values)
-        self._find_noise(self.projected(at))
+        self._estimate_noise(self.projected(at))
         self._whiten(at, self.projected(at))
 
     def residuals_of(self, rig: Rig, values: Mapping[str, float]) -> np.ndarray:
         """Return the residuals (n_residuals,) of a rig with values by name, with this fit's weights."""
         gains = force_gains(rig, values, self.probes, self.lines)
         projections = [Projection(g, s.measured, w) for g, s, w in zip(gains, self.spectra, self.whitening)]
-        return self._joined([f.residual for f in projections])
+        return self._stack([f.residual for f in projections])
 
     def projected(self, at: np.ndarray | None) -> list[Projection]:
         """Return the projections with the forces that meet each record best; by default on the rig as it is."""
@@ -186,9 +186,9 @@ class RigFit:
 
     def _residuals(self, values: np.ndarray) -> np.ndarray:
         """Residuals (n_points, n_residuals) of all channels, line by line, of values (n_points, n)."""
-        return np.array([self._joined([f.residual for f in self.projected(self.problem.at(v))]) for v in values])
+        return np.array([self._stack([f.residual for f in self.projected(self.problem.at(v))]) for v in values])
 
-    def _joined(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+    def _stack(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Residuals or derivatives (..., n_residuals) of each record's (..., n_f, n_channels)."""
         scaled = [part / np.sqrt(s.correlated_lines) for part, s in zip(parts, self.spectra)]
         return np.concatenate([part.reshape(*part.shape[:-2], -1) for part in scaled], axis=-1)
@@ -198,7 +198,7 @@ class RigFit:
         fits, changes = self.projected(at), dict[int, list[np.ndarray]]()
         for field in CHANNELWISE:
             parameters = enumerate(self.problem.parameters)
-            channels = {i: c for i, p in parameters if (c := self._channel(p, field)) is not None}
+            channels = {i: c for i, p in parameters if (c := self._channel_of(p, field)) is not None}
             steps = self._steps(at, list(channels))
             changes_of_gains = [f.changed(gains) for f, gains in zip(fits, self._gains(at + steps))]
             for i, channel in channels.items():
@@ -213,7 +213,7 @@ class RigFit:
         with ThreadPoolExecutor(WORKERS) as pool:
             changes |= dict(zip(others, pool.map(changed, others)))
         slopes = [-f.without_forces(np.array(c)) for f, c in zip(fits, zip(*(changes[i] for i in sorted(changes))))]
-        return Linearised(self._joined([f.residual for f in fits]), self._joined(slopes).T)
+        return Linearised(self._stack([f.residual for f in fits]), self._stack(slopes).T)
 
     def _steps(self, at: np.ndarray, which: list[int]) -> np.ndarray:
         """Steps (n,) of difference quotients, inwards from a bound."""
@@ -221,7 +221,7 @@ class RigFit:
         steps[which] = np.where(at[which] + 2 * DIFFERENCE > self.problem.high[which], -DIFFERENCE, DIFFERENCE)
         return steps
 
-    def _channel(self, parameter: Parameter, wanted: str) -> int | None:
+    def _channel_of(self, parameter: Parameter, wanted: str) -> int | None:
         """Return the channel that alone depends on a parameter; None if there is none."""
         instrument, _, field = parameter.name.partition("].")
         where, _, number = instrument.partition("[")
@@ -234,7 +234,7 @@ class RigFit:
             return None
         return int(number) + (0 if sensor else len(self.rig.sensors))
 
-    def _find_noise(self, projections: Sequence[Projection]) -> None:
+    def _estimate_noise(self, projections: Sequence[Projection]) -> None:
         """Take the noise from the last fit's residuals: their median in every band of a channel."""
         for i, (s, f) in enumerate(zip(self.spectra, projections)):
             squares = np.abs(s.measured - f.fitted(self.noise[i])) ** 2 / f.freedom(self.noise[i] * s.present)
@@ -280,7 +280,7 @@ def _without_absent(spectra: ChannelSpectra, noise: np.ndarray) -> np.ndarray:
     return np.where(spectra.present, noise, ABSENT * rms(spectra.measured).max())
 
 
-def _within(parameter: Parameter, band: tuple[float, float]) -> Parameter:
+def _limit_to_band(parameter: Parameter, band: tuple[float, float]) -> Parameter:
     """Return a parameter; the frequency of a mode stays in the band, or no farther from it than it began."""
     if not parameter.name.endswith(".frequency"):
         return parameter

@@ -128,7 +128,7 @@ def _rig_fault(before: Assessment) -> NamedFaults:
     for correction in rig_corrections(before)[:CANDIDATES]:
         after = assess(correction.rig, before.records)
         if after and correction.number[2] == "length":
-            correction, after = _finer(before, correction, after)
+            correction, after = _refine_length(before, correction, after)
         if after:
             assessed.append((correction, after))
     good = [(c, after) for c, after in assessed if after.sound and after.cost < before.cost - MIN_GAIN]
@@ -138,7 +138,7 @@ def _rig_fault(before: Assessment) -> NamedFaults:
     return [correction.fault(before, after)], after
 
 
-def _finer(before: Assessment, coarse: RigCorrection, after: Assessment) -> tuple[RigCorrection, Assessment]:
+def _refine_length(before: Assessment, coarse: RigCorrection, after: Assessment) -> tuple[RigCorrection, Assessment]:
     """Return a length between the grid's: the modulus's change stands for its inverse fourth power."""
     for _ in range(REFINEMENTS):
         updated, tried, beam = after.update.rig.beam, coarse.rig.beam, before.rig.beam

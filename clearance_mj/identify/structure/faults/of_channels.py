@@ -63,8 +63,8 @@ def channel_corrections(assessment: Assessment) -> list[ChannelCorrection]:
     for values in (kept, {}):
         gains = assessment.gains(rig, values)
         now = distance(gains, measured)
-        for out in _outvoted(assessment):
-            for one in _explained(gains, assessment, out):
+        for out in _suspect_sets(assessment):
+            for one in _corrections(gains, assessment, out):
                 if one.channels and (corrected := distance(gains, one.of(measured))) < now - MIN_GAIN:
                     candidates.append((corrected, one))
     unique: list[ChannelCorrection] = []
@@ -80,7 +80,7 @@ def kinds_of(assessment: Assessment) -> list[str]:
     return [driven if name == EXCITATION else name.split()[0] for name in assessment.update.channels]
 
 
-def _outvoted(assessment: Assessment) -> Iterator[tuple[int, ...]]:
+def _suspect_sets(assessment: Assessment) -> Iterator[tuple[int, ...]]:
     """Yield channels that may be wrong together: each, two of a kind, all of a kind, those that stand out."""
     kinds = kinds_of(assessment)[:-1]
     count, forces = len(kinds) + 1, len(assessment.rig.bushings) + 1
@@ -90,7 +90,7 @@ def _outvoted(assessment: Assessment) -> Iterator[tuple[int, ...]]:
     yield from (one for one in dict.fromkeys(sets) if one and count - len(one) >= forces)
 
 
-def _explained(gains: list[np.ndarray], assessment: Assessment, out: tuple[int, ...]) -> Iterator[ChannelCorrection]:
+def _corrections(gains: list[np.ndarray], assessment: Assessment, out: tuple[int, ...]) -> Iterator[ChannelCorrection]:
     """Yield instruments and signs, or factors, that best explain channels which the others outvote."""
     weights, predicted = predicted_spectra(gains, assessment.measured, out)
     measured, kinds = np.vstack(assessment.measured) * weights, kinds_of(assessment)
@@ -101,11 +101,11 @@ def _explained(gains: list[np.ndarray], assessment: Assessment, out: tuple[int, 
     channels: dict[int, tuple[int, float]] = {}
     for group in (*([i for i in sensors if kinds[i] == k and i in out] for k in dict.fromkeys(kinds)), [last]):
         if set(group) <= set(out):
-            channels |= _assigned(group, measured, weights, predicted, kinds)
+            channels |= _assign_instruments(group, measured, weights, predicted, kinds)
     yield ChannelCorrection(channels)
 
 
-def _assigned(
+def _assign_instruments(
     group: Sequence[int], measured: np.ndarray, weights: np.ndarray, predicted: np.ndarray, kinds: Sequence[str]
 ) -> dict[int, tuple[int, float]]:
     """Return the instrument of a group that each of its channels holds, and its factor."""
@@ -154,29 +154,29 @@ def correction_faults(correction: ChannelCorrection, before: Assessment, after: 
             while (source := correction.channels[cycle[-1]][0]) != i:
                 cycle.append(source)
             done.update(cycle)
-            words = f"{_named(cycle, names)} are {'swapped' if len(cycle) == 2 else 'permuted'}"
+            words = f"{_names_of(cycle, names)} are {'swapped' if len(cycle) == 2 else 'permuted'}"
             inverted = [correction.channels[k][0] for k in cycle if correction.channels[k][1] < 0]
-            words += f" and {_named(inverted, names)} wired with the wrong sign" if inverted else ""
+            words += f" and {_names_of(inverted, names)} wired with the wrong sign" if inverted else ""
             faults.append(_fault(words, None, cycle, before, after))
     for (kind, factor, driven), group in alike.items():
         every = len(group) == kinds[:-1].count(kind) > 1
-        who = f"every {kind} reads" if every else f"{_named(group, names)} {'read' if len(group) > 1 else 'reads'}"
+        who = f"every {kind} reads" if every else f"{_names_of(group, names)} {'read' if len(group) > 1 else 'reads'}"
         if driven:
             other = "" if after.update.probes else " (or every accelerometer the other way round)"
             who = f"the excitation{other} reads"
         channels_concerned = range(len(names)) if driven else group
-        faults.append(_fault(f"{who} {_read(1 / factor, kind)}", factor, channels_concerned, before, after))
+        faults.append(_fault(f"{who} {_reading_words(1 / factor, kind)}", factor, channels_concerned, before, after))
     return faults
 
 
-def _named(group: Sequence[int], names: Sequence[str]) -> str:
+def _names_of(group: Sequence[int], names: Sequence[str]) -> str:
     """Such as "accelerometers 2:+Z and 5:+Z"; all are of one kind."""
     kind = names[group[0]].split()[0]
     labels = [names[i].removeprefix(f"{kind} ") for i in sorted(group)]
     return f"{kind}{'s' if len(labels) > 1 else ''} {' and '.join(filter(None, [', '.join(labels[:-1]), labels[-1]]))}"
 
 
-def _read(read: float, kind: str) -> str:
+def _reading_words(read: float, kind: str) -> str:
     """In words, what is read over the true value."""
     unit = [name for size, name in UNITS.get(kind, {}).items() if np.isclose(size, abs(read))]
     size = f"in {unit[0]} instead of SI units" if unit else f"{abs(read):.3g} times the true value"
@@ -188,10 +188,10 @@ def _fault(words: str, factor: float | None, group: Sequence[int], before: Asses
     was, now = (float(np.sqrt(np.mean(assessment.misfit[channels] ** 2))) for assessment in (before, after))
     if was > SUSPECT_MISFIT:
         return Fault(words, f"{put}, the misfit there falls from {was:.0f} to {now:.1f} % of the level", factor)
-    far, near = (_farthest(assessment, channels) for assessment in (before, after))
+    far, near = (_largest_shift(assessment, channels) for assessment in (before, after))
     return Fault(words, f"{put}, gain and place come from {far:.1f} to {near:.1f} prior standard deviations", factor)
 
 
-def _farthest(assessment: Assessment, channels: Sequence[int]) -> float:
+def _largest_shift(assessment: Assessment, channels: Sequence[int]) -> float:
     far = (abs(z) for name, z in assessment.shift.items() if channel_of(name, assessment.rig) in channels)
     return max(far, default=0.0)

@@ -56,7 +56,7 @@ def require_one_rig(rig: Rig, records: Sequence[PreparedRecord]) -> None:
         records = [record.without_probes() for record in records]
     groups, contradicted, largest = list[_Group](), set[str](), 0.0
     for record in records if len(records) > 1 else ():
-        shares = [_missed(group.update, record) for group in groups]
+        shares = [_misfit(group.update, record) for group in groups]
         if fitting := [i for i, ratio in enumerate(shares) if np.nanmax(ratio) <= SUSPECT]:
             groups[fitting[0]].records.append(record)
             groups[fitting[0]].missed.append(shares[fitting[0]])
@@ -79,17 +79,17 @@ def require_one_rig(rig: Rig, records: Sequence[PreparedRecord]) -> None:
         else:
             groups.append(_Group(alone, [record], [own_misfit]))
     if len(groups) > 1:
-        raise RecordError(_words(sorted(groups, key=_credit), sorted(contradicted), largest))
+        raise RecordError(_words(sorted(groups, key=_rank), sorted(contradicted), largest))
 
 
-def _missed(update: RigUpdate, record: PreparedRecord) -> np.ndarray:
+def _misfit(update: RigUpdate, record: PreparedRecord) -> np.ndarray:
     """Return the misfit (n_channels,) of a record on a rig that was updated to others, over the channels' levels."""
     fit = RigFit(update.start, [record], THIN)
     (spectra,), (projection,) = fit.spectra, fit.projected(fit.problem.at(update.values))
     return share_missed(rms(projection.fitted(fit.noise[0]) - spectra.measured), spectra.level)
 
 
-def _credit(group: _Group) -> tuple[int, float]:
+def _rank(group: _Group) -> tuple[int, float]:
     """Return the number of a rig's records and, to decide between equals, its distance to the rig file, negative."""
     return len(group.records), -max(map(abs, Assessment(group.update).shift.values()))
 

@@ -80,7 +80,7 @@ def _candidates(rig: Rig) -> Iterator[RigCorrection]:
     for field, factors in ((thick, FACTORS), ("young_modulus", STIFFER), ("density", STIFFER)):
         for factor in factors:
             other = rig.replace(beam=dataclasses.replace(beam, **{field: factor * getattr(beam, field)}))
-            yield RigCorrection(field, _open(other, f"beam.{field}"), ("beam", 0, field))
+            yield RigCorrection(field, _with_tolerance(other, f"beam.{field}"), ("beam", 0, field))
     for factor in FACTORS:
         for kind in ("length", "lengths"):
             if changed := longer(rig, factor, kind):
@@ -88,7 +88,7 @@ def _candidates(rig: Rig) -> Iterator[RigCorrection]:
     for k, mass in enumerate(rig.masses):
         for factor in STIFFER:
             masses = (*rig.masses[:k], dataclasses.replace(mass, mass=factor * mass.mass), *rig.masses[k + 1 :])
-            other = _open(rig.replace(masses=masses), f"masses[{k}].mass")
+            other = _with_tolerance(rig.replace(masses=masses), f"masses[{k}].mass")
             yield RigCorrection(f"mass {k}", other, ("masses", k, "mass"))
 
 
@@ -114,5 +114,5 @@ def longer(rig: Rig, factor: float, kind: str) -> Rig | None:
         return None
 
 
-def _open(rig: Rig, path: str) -> Rig:
+def _with_tolerance(rig: Rig, path: str) -> Rig:
     return rig.replace(tolerances=(*(t for t in rig.tolerances if t.of != path), Tolerance(path, OPEN)))

@@ -35,7 +35,7 @@ def describe_signal_fault(assessment: Assessment) -> str:
     name = assessment.update.channels[i]
     if words := _dropouts(assessment, i):
         return f"{name} {words}"
-    return f"{name} {_distorted(assessment, gains, i)}"
+    return f"{name} {_distortion(assessment, gains, i)}"
 
 
 def _dropouts(assessment: Assessment, channel: int) -> str:
@@ -45,9 +45,9 @@ def _dropouts(assessment: Assessment, channel: int) -> str:
     return ""
 
 
-def _distorted(assessment: Assessment, gains: list[np.ndarray], channel: int) -> str:
+def _distortion(assessment: Assessment, gains: list[np.ndarray], channel: int) -> str:
     """Return in words how a channel is distorted, by its likeness to its prediction by the others over delays."""
-    expected, known = _expected(assessment, gains, channel, (channel,))
+    expected, known = _prediction(assessment, gains, channel, (channel,))
     if np.sum(known) < MIN_LINES:
         return "contradicts the others"
     measured, frequency = np.vstack(assessment.measured)[known, channel], assessment.frequency[known]
@@ -59,7 +59,7 @@ def _distorted(assessment: Assessment, gains: list[np.ndarray], channel: int) ->
     if -now > DELAYED or (-now > PARTLY_DELAYED and -now > best + PARTLY_DELAYED_GAIN):
         return f"has the wrong sign (likeness {now:.2f}): turn it round in the dataset, as -Z for +Z"
     for without in dict.fromkeys(((channel,), assessment.suspects)) if best < WHOLE else ():
-        if words := _clock(assessment, channel, *_expected(assessment, gains, channel, without), delays, best):
+        if words := _clock_error(assessment, channel, *_prediction(assessment, gains, channel, without), delays, best):
             return words
     if (best > DELAYED and best > now + DELAY_GAIN) or (best > PARTLY_DELAYED and best > now + PARTLY_DELAYED_GAIN):
         late = 1e3 * float(delays[np.argmax(likeness)])
@@ -77,7 +77,7 @@ def _likeness(measured: np.ndarray, expected: np.ndarray, shifts: np.ndarray) ->
     return np.asarray((shifts @ product).real / product.size)
 
 
-def _clock(
+def _clock_error(
     assessment: Assessment, channel: int, expected: np.ndarray, known: np.ndarray, delays: np.ndarray, best: float
 ) -> str:
     """Return in words the error of a channel's sampling rate; "" where that does not make it like ``expected``."""
@@ -112,7 +112,7 @@ def _clock(
     )
 
 
-def _expected(
+def _prediction(
     assessment: Assessment, gains: list[np.ndarray], channel: int, without: tuple[int, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
     """(n_f,) lines of a channel predicted by all others but some, and True where that is certain enough."""

@@ -22,7 +22,7 @@ SUPPORTS = "structure.supports"
 def supports(bench: Bench) -> Iterator[Candidate]:
     """Yield each support that is said to be exact, or the clamp of a beam."""
     for holder in dict.fromkeys(t.of.rpartition(".")[0] for t in _exact(bench.rig)):
-        yield Candidate("support", partial(_opened, bench.rig, holder), partial(_words, holder))
+        yield Candidate("support", partial(_with_open_support, bench.rig, holder), partial(_words, holder))
 
 
 def _exact(rig: Rig) -> list[Tolerance]:
@@ -32,7 +32,7 @@ def _exact(rig: Rig) -> list[Tolerance]:
     return [*(Tolerance(path_of(key), "0 %") for key in keys), *(t for t in exact if t.of in CLAMP_COMPLIANCES)]
 
 
-def _opened(rig: Rig, holder: str, factor: float) -> Rig:
+def _with_open_support(rig: Rig, holder: str, factor: float) -> Rig:
     others = [t for t in rig.tolerances if t.size or not (t.of.startswith(SUPPORTS) or t.of in CLAMP_COMPLIANCES)]
     return rig.replace(tolerances=(*others, *(t for t in _exact(rig) if t.of.rpartition(".")[0] != holder)))
 
