@@ -1,4 +1,4 @@
-"""Identification methods by name: how one is registered, what it returns, and how it is run."""
+"""Identification methods by name: their registration, their result, and `identify`, which runs one."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ UNIDENTIFIED = 5.0  # standard deviation of a logarithm from which on a paramete
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Identified:
-    """A model, how well its parameters are known, and what not to rely on."""
+    """An identified model with the estimates of its parameters and warnings."""
 
     model: Model
     """rig and law; of a method that takes the rig file for exact, the rig is the dataset's"""
@@ -140,8 +140,8 @@ Find = Callable[[Dataset, bool], Identified]
 class Method:
     """A method of identification."""
 
-    prior_information: str  #: what it is given, in words
-    find: Find  #: takes a dataset and whether to show progress bars; checks the records first
+    prior_information: str  #: information that it is given, in words
+    find: Find  #: takes a dataset and a flag for progress bars; checks the records first
     shortest: Callable[[Rig], float] | None = None
     """s, that one record must last; None: it opens no record, or checks them itself"""
     finds_rig: bool = False  #: True if it identifies the rig too; else it takes the rig file for exact
@@ -222,7 +222,7 @@ def register(
                     result = find(dataset, progress)
                     if finds_rig:
                         warn_of_no_contact(records, result.rig)
-            finally:  # what was caught is for scripts, too, and above all where the method fails
+            finally:  # caught warnings are for scripts, too, and above all where the method fails
                 for each in caught:
                     warnings.warn(each.message, each.category, stacklevel=2)
             words = (str(each.message) for each in caught if issubclass(each.category, IdentifiabilityWarning))

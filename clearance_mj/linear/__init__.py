@@ -1,4 +1,4 @@
-"""The linear structure of a rig: modes and static shapes, what points do in them, poles and gains at any spin."""
+"""The linear structure of a rig: modes and static shapes, their values at points, poles and gains at any spin."""
 
 from .making import MAX_MODES, linear_model
 from .model import LinearModel

@@ -2,7 +2,7 @@
 
     q̈ + (C + Ω G) q̇ + (K + Ω H) q = inputs - Pᵀ F
 
-Coordinates are uncoupled modes but for what couples them by damping, springs and the spin Ω > 0 from y to z. G is skew:
+Coordinates are modes, coupled only by damping, springs and the spin Ω > 0 from y to z. G is skew:
 the moment of a disc's polar inertia I on its slopes is -I Ω ż' about one axis and I Ω ẏ' about the other. H is skew
 too: damping that turns with the shaft sees the velocity ẏ + Ω z, ż - Ω y of the turning shaft's material. It is the
 part η2 K of Rayleigh's damping, with K of the shaft alone; all other damping stands still.
@@ -66,9 +66,9 @@ class LinearModel(RigRows):
     influence: np.ndarray
     """(n, 3) inertia forces on the modes per unit acceleration of the base along X, Y and Z"""
     gyroscopic: np.ndarray = field(default_factory=no_matrix)
-    """(n, n) G, per rad/s of the spin; (0, 0) of what does not turn"""
+    """(n, n) G, per rad/s of the spin; (0, 0) of a shaft that does not turn"""
     circulatory: np.ndarray = field(default_factory=no_matrix)
-    """(n, n) H, 1/s, of damping that turns with the shaft; (0, 0) of what does not turn"""
+    """(n, n) H, 1/s, of damping that turns with the shaft; (0, 0) of a shaft that does not turn"""
     springs: np.ndarray = field(default_factory=no_matrix)
     """(n, n) the rest of K, 1/s²; (0, 0) if there is none"""
     bearings: tuple[HeldBearing, ...] = ()
@@ -92,7 +92,7 @@ class LinearModel(RigRows):
         Parameters
         ----------
         kind : str
-            Kind of excitation: "base", "force", or "spin" of what turns alone: as the base, if that moves it.
+            Kind of excitation: "base", "force", or "spin" of a shaft that only turns: as the base, if that moves it.
         number : int
             Index in `Rig.inputs`.
 

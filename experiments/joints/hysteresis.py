@@ -252,7 +252,7 @@ class _Comparison:
 
 
 def checked_records(time: Any, displacement: Any, force: Any) -> list[tuple[np.ndarray, ...]]:
-    """Return time, displacement and force of each of one or several records, or say what is wrong with them."""
+    """Return time, displacement and force of each of one or several records; refuse faulty ones."""
     if not (isinstance(time, Sequence) and len(time) and np.ndim(time[0]) == 1):
         return [checked(time, displacement, force, "the record", constant=False)]
     if not len(time) == len(displacement) == len(force):
@@ -263,7 +263,7 @@ def checked_records(time: Any, displacement: Any, force: Any) -> list[tuple[np.n
 def checked(
     time: ArrayLike, displacement: ArrayLike, force: ArrayLike, where: str, constant: bool = True
 ) -> tuple[np.ndarray, ...]:
-    """Return the channels as float arrays, or say what is wrong with them."""
+    """Return the channels as float arrays; refuse faulty ones."""
     arrays = [np.asarray(a, dtype=float) for a in (time, displacement, force)]
     t, x, f = arrays
     if t.ndim != 1 or not t.shape == x.shape == f.shape:

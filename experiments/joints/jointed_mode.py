@@ -101,7 +101,7 @@ class ForcedTest:
     mass: float  #: kg, of the mode, normalised to where force and sensor are
     residual: float = 0.0  #: 1/kg, acceleration (reversed) over force of the modes whose frequencies are far
     shift: float = 0.0
-    """Hz, that the small-motion frequency lies above the mode's: temperature, assembly, what the shaker adds"""
+    """Hz, that the small-motion frequency lies above the mode's: temperature, assembly, effect of the shaker"""
     phase: float = 0.0  #: rad, of the acceleration, by which the measurement leads
 
     def mode(self, mode: JointedMode) -> JointedMode:

@@ -1,7 +1,7 @@
 """Changes of parameters between windows of a record: a generalised likelihood ratio test of before against after.
 
 A window's observation of parameters x is kept as a normal likelihood in information form, Λ and η = Λ y. For every
-window at which a change may have begun, the mean of what followed is compared with what came before, each with its
+window at which a change may have begun, the mean of the windows after it is compared with that before, each with its
 covariance (Willsky and Jones, IEEE Transactions on Automatic Control 21, 1976; for unknown means before and after,
 Siegmund and Venkatraman, Annals of Statistics 23, 1995). Changes below a size that matters are none.
 """
@@ -41,7 +41,7 @@ class Change:
     size: float  #: along its direction
     std: float  #: standard deviation of the size
     before: np.ndarray  #: (n,) parameters before
-    after: Belief  #: about the parameters, of what followed alone, whatever changed
+    after: Belief  #: about the parameters, from the windows after the change alone
 
 
 def observed(before: Belief, after: Belief) -> Observation:
@@ -159,7 +159,7 @@ class Changes:
         information = np.maximum(np.einsum("qi,tij,tjq->tq", directions, later, filters), 1e-300)
         size = np.einsum("ti,tiq->tq", innovation, filters) / information
         best, kind = np.unravel_index(np.argmax(size**2 * information), size.shape)
-        # Where the windows since then show nothing, a parameter is what it was before, within `after_std`.
+        # A parameter on which the windows since then have no information keeps its value, within `after_std`.
         covariance = np.linalg.inv(later[best] + self.after_precision)
         change = Change(
             int(kind), int(places - best), float(size[best, kind]), float(information[best, kind] ** -0.5), mean[best],

@@ -79,7 +79,7 @@ class Twin:
         return np.exp(self.mean[number] + np.array([-half, half]))
 
     def words(self) -> list[str]:
-        """Say in a line for each clearance what is known of it at the end."""
+        """Return a line of words for each clearance on its estimates at the end."""
         sentences = []
         for j, depth in enumerate(self.depth.tolist()):
             known = np.flatnonzero(np.isfinite(self.mean[:, :, j]).any(axis=0))
@@ -122,7 +122,7 @@ class Twin:
         return xr.Dataset(data, coordinates, {"record": self.record, "rig": self.rig.name})
 
     def plot(self) -> Figure:
-        """Draw quantities over time with their 95 % bands above what laws miss, a column for each clearance.
+        """Draw quantities over time with their 95 % bands above the laws' misfit, a column for each clearance.
 
         Vertical lines are alarms, dotted ones those of another quantity.
         """

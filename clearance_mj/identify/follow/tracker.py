@@ -202,7 +202,7 @@ class ClearanceTracker:
         def residuals(points: np.ndarray) -> np.ndarray:
             errors = motion.residuals([law.case(x) for x in points])[samples].T / unit
             errors = np.clip(np.nan_to_num(errors, nan=MAX_RESIDUAL), -MAX_RESIDUAL, MAX_RESIDUAL)
-            return errors / (1 + (errors / OUTLYING) ** 2) ** 0.25  # squares grow as the size of what is far off
+            return errors / (1 + (errors / OUTLYING) ** 2) ** 0.25  # squares of outliers grow as their size
 
         refinement, alarm = self.follower.take(residuals, round(BLOCK * motion.rate), time)
         belief = self.follower.belief

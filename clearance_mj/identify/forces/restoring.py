@@ -143,7 +143,7 @@ def restoring_force(
     rows = model.at_probes(probes or {}) if record.probes else np.zeros((0, model.size))
     gains = np.compress(present, model.channel_gains(rows, record.kind, omega, spin=spin), axis=1)
     motion_gains = model.displacement_gains(model.at_points, record.kind, omega, spin=spin)
-    whirl: np.ndarray | float = 0.0  # of the points, under what turns alone
+    whirl: np.ndarray | float = 0.0  # of the points, under turning loads alone
     if record.turning is not None and (rig.unbalances or rig.orders):
         loads, waves = turning_inputs(model, record.turning, flanks(n, fs), size)
         channel_gains = model.channel_gains(rows, record.kind, omega, -loads, spin)[:, present, :-1]
@@ -169,7 +169,7 @@ def restoring_force(
     def spread(power: np.ndarray) -> np.ndarray:
         return np.sqrt(power.sum(axis=0) * fs / size)
 
-    all_noise = np.full(present.size, np.inf)  # what was left out is noise alone
+    all_noise = np.full(present.size, np.inf)  # channels that were left out are noise alone
     all_noise[present] = sigma
     motion = np.einsum("fij,fj->fi", motion_gains, theta) + whirl
     noise = density(np.broadcast_to(np.eye(m, m + 1), (omega.size, m, m + 1)))

@@ -280,7 +280,7 @@ def fit_loads(
     cost = float(power.sum() - 2 * pull @ at + at @ information @ at)
     scores = right - normal @ at
     spread = scores.T @ scores * len(parts) / max(len(parts) - 1, 1)
-    # Few records may agree by chance: what the misfit of single lines does is counted, too.
+    # Few records may agree by chance: the misfit of single lines counts, too.
     covariance = inverse @ (spread + cost / count * information + known) @ inverse * np.outer(std, std)
     return TurningFit(std * at, covariance, cost / count, log_evidence(cost, at, information))
 

@@ -20,10 +20,10 @@ __all__ = ["ForceMaker", "Forces", "forces_in"]
 DIFFERENCE = 0.3  # prior standard deviations, steps by which the linear rig's numbers are varied
 SAME_SPEED = 0.5  # rad/s, within which a shaft's gains are taken to be the same
 ERROR, SPREAD = 0.03, 0.01
-"""Expected errors of a force over what bends the shaft at rest as far as it moves: of each line, and of all alike"""
+"""Expected errors of a force over the static force of the same deflection: of each line, and common to all"""
 LAW_ERROR, LAW_SPREAD = 0.05, 0.05
-"""The same over the force itself: of each line, and of all alike, for its law is fed with a motion that has noise"""
-SLOPE = 0.5  # of what H⁻¹ changes from one line to the next
+"""The same over the force itself: of each line, and common to all, for its law is fed with a motion that has noise"""
+SLOPE = 0.5  # of the change of H⁻¹ from one line to the next
 MIDDLE = 0.3  # of the window: forces over time are computed where it is larger
 NEIGHBOURS = 5  # lines over which the expected error is the same
 

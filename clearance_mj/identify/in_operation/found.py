@@ -125,7 +125,7 @@ class OrbitFit:
         return self.model.rig
 
     def words(self) -> list[str]:
-        """Say in a line for each clearance what is known of it."""
+        """Return a sentence for each clearance on what is known of its gap."""
         return [c.words for c in self.clearances]
 
     def rows(self) -> list[dict[str, Any]]:

@@ -33,10 +33,10 @@ __all__ = ["orbits"]
 
 LIKELY = 10.0  # logarithm of the odds from which on contact is seen
 KNOWN = 0.08  # standard deviation of the gap's logarithm up to which it counts as seen
-REPEATED = 2.0  # factor on a film's part of it: what the rig file gets wrong is the same in all windows of a record
+REPEATED = 2.0  # factor on a film's part of it: errors of the rig file are the same in all windows of a record
 SHAPE = 0.15  # of the deepest penetration: error of a gap by a contact law of another shape
 WEIGHT = 50.0  # N, of the size of a force at rest where the rig file tells no mass
-STEP_AROUND = math.radians(10)  # in which what is touched of a wall is counted
+STEP_AROUND = math.radians(10)  # sectors in which the touched part of a wall is counted
 COMMON_GAIN = 0.01  # 1 σ of the gain of a pair of probes, which scales all that they show
 
 

@@ -31,7 +31,7 @@ TRACKED = {"gap": "gap", "grease viscosity": "viscosity"}  # fields of laws, and
 LEARNED = 6  # windows from which on the misfit in health is known
 BEYOND, RISE = 6.0, 1.5  # standard deviations of the misfit in health, and factor on it, beyond which is a rub
 BLOCK = 200  # successive residuals that may be correlated
-IN_A_ROW = 3  # windows that show a rub before it counts: two hold what was before a sudden change and what is after
+IN_A_ROW = 3  # windows that show a rub before it counts: two contain the time before and after a sudden change
 
 
 @checks_kinds

@@ -1,1 +1,1 @@
-"""Fits of contact and grease: along restoring forces, by output error, and what they miss."""
+"""Fits of contact and grease: along restoring forces, by output error, and their misfit."""

@@ -42,7 +42,7 @@ class ContactParameters:
     c_std: np.ndarray  #: (n, n_bushings) N s/m
     contact: np.ndarray  #: (n, n_bushings) fraction of time in contact
     amplitude: np.ndarray  #: (n, n_bushings) mean of the envelope during contact, m; nan without
-    grease: tuple[Grease, ...]  #: what was subtracted
+    grease: tuple[Grease, ...]  #: grease whose force was subtracted
 
 
 def contact_parameters(
@@ -160,7 +160,7 @@ def _band_products(
 def _solve_windows(cell_normal: np.ndarray, cell_right: np.ndarray) -> tuple[np.ndarray, ...]:
     """K, c >= 0 and their standard deviations (n,), from the force's noise and the scatter between cells.
 
-    The scatter also holds what the noise does not: errors of displacement and grease, k and c that vary in a window.
+    Besides noise, the scatter holds errors of displacement and grease, and variations of k and c in a window.
     """
     effective = HANN.sum() ** 2 / np.sum(HANN**2)
     normal, right = _hann_sums(cell_normal), _hann_sums(cell_right)

@@ -50,7 +50,7 @@ class ForceFit:
     losses: np.ndarray  #: (n_blocks,) of the force over its expected error, sums over blocks
     size: int  #: values that were fitted
     correlation_length: float  #: values that count as one independent observation
-    misfit: float  #: of the force, over the error that a law is expected to have: robust mean over what was fitted
+    misfit: float  #: of the force, over the expected error of a law: robust mean over the fitted values
     held_out: float  #: the same over the values that were not fitted
 
     @property

@@ -18,7 +18,7 @@ from .case import Case, forces_along
 __all__ = ["LANES", "Path", "decimated", "law_forces"]
 
 LANES = 8  # laws at a time
-BLOCK = 64  # samples that are filtered together: what lies between stays in the processor's cache
+BLOCK = 64  # samples that are filtered together: intermediate results stay in the processor's cache
 
 
 class Path(NamedTuple):

@@ -37,11 +37,11 @@ BANDS = 8  # of frequency, between the ends of the records' own bands
 WIDEST = 0.4  # of fs: upper end of a record whose band is not known
 NORMAL = 1.4826  # standard deviation of a normal variable over the median of its size
 TOO_FAR = 3.0  # random errors: beyond, a warning says where the law misses
-MIN_MISSED = 0.1  # dB, 1 %, as a sensor's gain may be off: what is missed by less is not worth a warning
+MIN_MISSED = 0.1  # dB, 1 %, as a sensor's gain may be off: smaller misses are not worth a warning
 CORRELATED_LINES = 2.0  # adjacent lines of a Hann window counted as one independent observation
 CARRIED = 1e-4  # of the loudest line's power: lines with less are not excited
 LASTING = 1 / 3  # of a piece's segments must count at a line; of noise 0.55 do, of a sweep that passes it once 0.2
-REST = 0.1  # of an excitation's largest peak: what lies below it is no hit
+REST = 0.1  # of an excitation's largest peak: smaller peaks are no hits
 SHORTEST = 0.5  # s, of a decay
 
 
@@ -61,7 +61,7 @@ class Stretch:
 
     @property
     def ratio(self) -> np.ndarray:
-        """(n_sensors, n_bands) what is missed over its random error."""
+        """(n_sensors, n_bands) difference over its random error."""
         return self.missed / self.random
 
 
@@ -91,8 +91,8 @@ class LawMisfit:
     def widening(self) -> float:
         """Factor by which standard deviations of gaps, offsets and laws grow: RMS of `Stretch.ratio`, not below 1.
 
-        Birge's ratio: residuals beyond what their random errors allow are taken to say that all of those are too small
-        by one factor (R. T. Birge, The calculation of errors by the method of least squares, Physical Review 40, 1932).
+        Birge's ratio: residuals larger than their random errors mean that all of these are too small by one factor
+        (R. T. Birge, The calculation of errors by the method of least squares, Physical Review 40, 1932).
         """
         ratios = np.array([s.ratio for s in self.stretches])
         return max(1.0, float(np.sqrt(np.nanmean(ratios**2)))) if np.isfinite(ratios).any() else 1.0
@@ -101,7 +101,7 @@ class LawMisfit:
         """Return the relative standard deviation of a record's FRF magnitudes about those that rig and law predict.
 
         σ² = max(0, m² - r²) + r² (T Δf) / (T' Δf'), with the miss m and the random error r of the stretches of T = 5 s
-        and the resolution Δf = 1 Hz: what is missed beyond random error stays however long a record is, random error
+        and the resolution Δf = 1 Hz: the miss beyond random error stays however long a record is, random error
         falls with the number of averages. m² and r² are interpolated over the logarithm of the level and taken from the
         nearest band and level.
 

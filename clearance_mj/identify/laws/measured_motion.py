@@ -198,7 +198,7 @@ class MeasuredMotion:
         """Return weighted forces of fillings and of the record where nothing touches, see `GapForces.in_gap`."""
         free = dataclasses.replace(bushing, gap=WIDE * bushing.gap, friction=None)  # its walls are never met
         rest = (0.0,) * self.size if self.rest_is_open else None
-        inside = self.fitted  # of all of it where nothing says where the wall is: what that adds is large and short
+        inside = self.fitted  # of all where the wall's place is unknown: contact forces are large and short
         if rest is None:
             touching = (self.depth(Case(bushing, ContactLaw(KelvinVoigt(1.0))), kept=True) > 0).any(axis=1)
             inside = inside[~np.repeat(touching, self.size)[inside]]
@@ -246,7 +246,7 @@ def _path_of(f: RestoringForce, rows: slice, length: float) -> Path:
     n = f.time.size
     points = np.concatenate((f.displacement[None, rows], f.ends[rows].swapaxes(0, 1)))
     spectrum = INTERPOLATION * scipy.fft.rfft(points, axis=2)
-    spectrum[:, :, : math.ceil(f.band[0] * n / f.fs)] = 0  # where it is not known, but for what ends of records make
+    spectrum[:, :, : math.ceil(f.band[0] * n / f.fs)] = 0  # where it is unknown: only effects of the records' ends
     omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / f.fs)
     x, v = (
         np.ascontiguousarray(np.moveaxis(scipy.fft.irfft(s, n * INTERPOLATION), 2, 0))

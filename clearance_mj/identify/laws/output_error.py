@@ -81,7 +81,7 @@ class Fit(Identified):
 
     estimates: Estimates  #: of the fitted parameters, which varied by their logarithms
     residual_db: float  #: RMS difference of the FRF magnitudes over the records' pieces, dB
-    cost: float  #: what was minimised: soft L1 of the weighted differences in dB, and squared distances from priors
+    cost: float  #: minimum of the soft L1 of the weighted differences in dB, and squared distances from priors
     evaluations: int  #: number of simulations of the whole set of records
 
 

@@ -32,7 +32,7 @@ def rests_of(rig: Rig) -> list[tuple[float, ...]]:
 
 
 def with_offsets(fits: Sequence[ForceFit], rig: Rig, drawn: Sequence[Rig] = ()) -> list[ForceFit]:
-    """Return fits with the offsets of the unloaded shaft: where it rests, less what loads and forces do there.
+    """Return fits with the offsets of the unloaded shaft: its rest position less its displacement by loads and forces.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def _displacement_to_rest(fits: Sequence[ForceFit], rig: Rig) -> tuple[np.ndarra
     """
     model = linear_model(rig, MODES)
     at = model.at_bushings
-    square = np.where(model.omega > 0, model.omega, np.inf) ** 2  # what nothing holds has no unloaded place
+    square = np.where(model.omega > 0, model.omega, np.inf) ** 2  # rigid-body modes have no unloaded place
     compliance, sag = (at / square) @ at.T, at @ (model.weight / square)
 
     def forces(moved: np.ndarray) -> np.ndarray:
@@ -67,7 +67,7 @@ def _displacement_to_rest(fits: Sequence[ForceFit], rig: Rig) -> tuple[np.ndarra
     def residual(moved: np.ndarray) -> np.ndarray:
         return np.asarray(moved - sag + compliance @ forces(moved))
 
-    # Walls stay where they are from the place at rest: what moves with the unloaded place are fillings alone.
+    # Walls stay where they are from the place at rest: fillings alone move with the unloaded place.
     displacement = np.asarray(scipy.optimize.root(residual, np.zeros(len(at)), options={"xtol": 1e-6}).x)
     return displacement, compliance * FORCE_ERROR * forces(displacement)
 

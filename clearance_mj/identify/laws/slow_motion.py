@@ -35,7 +35,7 @@ SHIFT = 2e-6  # m, by which a shaft is shifted to find the mean stiffness of the
 BLOCK = 2.0  # s, over which a stiffness is a mean: it converges if none is twice the one that is taken
 SETTLED = 5e-7  # m: offsets that move less stay
 MAX_OFFSET = 0.9  # of the gap
-LEAST_STIFFNESS = 1.0  # N/m, of what is between shaft and base
+LEAST_STIFFNESS = 1.0  # N/m, between shaft and base
 TELLING = 0.1  # of the walls' mean force in all records
 STATIC_STIFFNESS_ERROR = 0.5  # of a filling's mean stiffness, which records show above their band alone
 

@@ -1,1 +1,1 @@
-"""Records to identify from: whether their channels can be used, and what they leave open."""
+"""Records to identify from: checks of their channels, and warnings of what they do not identify."""

@@ -127,7 +127,7 @@ class PreparedRecord:
         Raises
         ------
         RecordError
-            Names the channel and what is wrong with it.
+            Names the channel and its fault.
         """
         for name, fault in self.faults.items():
             if channel in (None, name):

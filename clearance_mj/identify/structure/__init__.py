@@ -1,1 +1,1 @@
-"""The linear structure: updating it to records, what its file leaves open, and what may be wrong with it."""
+"""The linear structure: its update to records, its open parameters, and its possible faults."""

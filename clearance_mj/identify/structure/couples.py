@@ -1,7 +1,7 @@
-"""How large the couples are that forces in clearances bring along, from spectra: likeliest by a variance component.
+"""Size of the couples that act with forces in clearances, from spectra: likeliest by a variance component.
 
-Unknown forces are fitted in every line. Whoever then takes couples to be larger than they are finds the clearances away
-from where their forces act: as far as the priors allow, with nothing missed in any channel.
+Unknown forces are fitted in every line. With couples taken too large, a fit moves the clearances away from where their
+forces act: as far as the priors allow, without any misfit in the channels.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ __all__ = ["WhiteLines", "likeliest_share"]
 class WhiteLines(NamedTuple):
     """Spectral lines of a record over the standard deviation of each channel's noise."""
 
-    gains: np.ndarray  #: (n_f, n_channels, n_unknowns) of what is fitted in every line
+    gains: np.ndarray  #: (n_f, n_channels, n_unknowns) of the unknowns that are fitted in every line
     measured: np.ndarray  #: (n_f, n_channels)
     coupled: np.ndarray  #: (n_f, n_channels, n_couples) response to couples as large as the forces
     correlated: float  #: lines that count as one independent observation

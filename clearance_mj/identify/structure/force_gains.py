@@ -86,7 +86,7 @@ def model_with(rig: Rig, values: Mapping[str, float]) -> LinearModel:
 
     Values that are no part of the structure's matrices leave the modes as they are: these are kept for later calls.
     """
-    # Of all values those in the matrices of the structure and what is attached to it.
+    # Of all values those in the matrices of the structure and of attached parts.
     structural = {n: v for n, v in values.items() if n.startswith(STRUCTURAL) or ".housing." in n}
     whole = rig_with(rig, values)
     linear, ratios = whole.linear, tuple[float, ...]()

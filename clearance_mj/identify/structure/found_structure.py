@@ -51,11 +51,11 @@ class FoundStructure:
     as_drawn: tuple[RecordMisfit, ...] = ()
     """of each record, by the rig updated as it is drawn"""
     parameters: tuple[str, ...] = ()
-    """names of what varied in the rig as it is drawn"""
+    """names of the varied parameters of the rig as it is drawn"""
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Plain words on what the rig file does not have."""
+        """Plain words on the parts missing in the rig file."""
         return tuple(map(str, self.accepted))
 
     def to_dict(self) -> dict[str, Any]:

@@ -88,7 +88,7 @@ def parameter_words(name: str) -> str:
 
 
 def unsaid_words(names: Sequence[str], before: str = "of the rig file, within its tolerance") -> str:
-    """Return in words that records say nothing about parameters, and what their values are then.
+    """Return in words that records say nothing about parameters, and the values that these keep.
 
     Parameters
     ----------

@@ -37,8 +37,8 @@ NOISE_BANDS = (20.0, 60.0, 130.0)  # Hz, between bands in which the noise is est
 DIFFERENCE = 1e-3  # prior standard deviations, for difference quotients
 WORKERS = 2  # threads
 COUPLE = 0.5
-"""Of a force, RMS, at most: half the difference of what acts at both ends of a clearance, and of what acts at its ends
-and in its middle, if these are independent and alike."""
+"""Of a force, RMS, at most: half the difference of the forces at both ends of a clearance, and of those at its ends and
+in its middle, if these are independent and of one size."""
 COUPLES = COUPLE * np.array([0.0, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0])  # that are compared for round clearances
 COMPARED_LINES = 300  # of each record, by which they are compared
 CHANNELWISE = (

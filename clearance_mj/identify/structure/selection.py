@@ -58,7 +58,7 @@ class _Trial:
         initial = coarse.named(coarse.problem.values(np.zeros(coarse.problem.size)))
         fit = RigFit(rig, coarse.records, like=coarse)
         starts = [_fitted_additions(rig, coarse, fixed) for fixed in (values, initial)]
-        # Beside values that made good for it, what the rig file says to be exact stays exact.
+        # With values that compensated for it, a number that the rig file says to be exact stays exact.
         searched = len(starts) if HYPOTHESES[candidate.name].of_rig_file else 1
         self.solution = solve(fit.problem, [fit.problem.at(start) for start in starts], n_best=searched, stop=STOP)
         self.evidence = _evidence(self.solution) - HYPOTHESES[candidate.name].handicap

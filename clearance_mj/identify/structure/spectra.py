@@ -21,7 +21,7 @@ END_LEVEL = 0.25
 MAX_LINES = 3000  # of a record, shared by the planes in which its channels are
 CORRELATED_LINES = 10.0  # adjacent spectral lines counted as one independent observation
 FORCE_BANDWIDTH = 50.0
-"""Hz, over which the size of a force is a mean: what impacts do is broad, and follows no single resonance."""
+"""Hz, over which the size of a force is a mean: impacts have broad spectra that follow no single resonance."""
 
 
 class ChannelSpectra:

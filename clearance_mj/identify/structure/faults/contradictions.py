@@ -30,7 +30,7 @@ def contradictions_of_rig(rig: Rig, records: Sequence[PreparedRecord]) -> tuple[
     try:
         misfit = rig_file_misfit(rig, records).max()
     except RecordError:
-        return ()  # what cannot be read, or not be compared, is said elsewhere
+        return ()  # records that cannot be read or compared are reported elsewhere
     if misfit < MAX_MISFIT:
         return ()
     return diagnose(update_from(rig, records)).words or (

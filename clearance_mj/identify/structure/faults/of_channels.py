@@ -177,7 +177,7 @@ def _names_of(group: Sequence[int], names: Sequence[str]) -> str:
 
 
 def _reading_words(read: float, kind: str) -> str:
-    """In words, what is read over the true value."""
+    """Return a reading over the true value in words."""
     unit = [name for size, name in UNITS.get(kind, {}).items() if np.isclose(size, abs(read))]
     size = f"in {unit[0]} instead of SI units" if unit else f"{abs(read):.3g} times the true value"
     return " and ".join([size] * (abs(read) != 1.0) + ["with the wrong sign"] * (read < 0))

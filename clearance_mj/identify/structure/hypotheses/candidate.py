@@ -39,7 +39,7 @@ class Candidate:
     make: Callable[[float], Rig]
     """adds it to the rig file, as large as usual times a factor; a ClearanceError if it cannot be as large as that"""
     words: Callable[[Rig], str]
-    """says what an updated rig has of it, with numbers"""
+    """describes it in words with the numbers of an updated rig"""
     apart: str = ""
     """the measurement that tells it from others"""
     size: Literal["positive", "signed", "fixed"] = "positive"

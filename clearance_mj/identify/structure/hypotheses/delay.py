@@ -26,7 +26,7 @@ def delays(bench: Bench) -> Iterator[Candidate]:
 
 
 def _channels(bench: Bench) -> Iterator[tuple[Key, str]]:
-    """Keys of the delays of channels that are not late in the rig file, and what the channels are called."""
+    """Yield keys of the delays of channels that are not late in the rig file, and the names of the channels."""
     rig = bench.rig
     for i, sensor in enumerate(rig.sensors):
         if not sensor.delay:

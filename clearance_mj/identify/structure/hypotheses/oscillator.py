@@ -1,8 +1,8 @@
 """A resonance that the records show and no part of the rig file explains: a mode of something without a name.
 
-It is completed by what any single mode looks like from the place where it is fixed to the shaft: a mass on a spring and
+It is modelled as any single mode looks from the place where it is fixed to the shaft: a mass on a spring and
 a damper (a dynamic absorber; Den Hartog, Mechanical Vibrations, 1956, section 3.2) at the end of a rigid arm, since
-what is fixed there also turns with the shaft. It is tried at the frequencies at which the sensors contradict the rig
+a part fixed there also turns with the shaft. It is tried at the frequencies at which the sensors contradict the rig
 most. A hypothesis with a name explains more than this with less freedom: hence the handicap.
 """
 

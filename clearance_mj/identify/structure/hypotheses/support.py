@@ -1,6 +1,6 @@
 """A support or a clamp that the rig file says to be exact, and that gives.
 
-Tried before all others: what such a support forbids looks like a mode that nothing explains, or like a mass.
+Tried before all others: a motion that such a support forbids looks like a mode that nothing explains, or like a mass.
 """
 
 from __future__ import annotations
