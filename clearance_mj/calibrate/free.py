@@ -35,12 +35,12 @@ Free = Mapping[str, tuple[float, float] | None]
 def keys_of(rig: Rig, path: str) -> list[Key]:
     """Return the keys, in the rig's plain data, of all numbers of a path; a RigError lists the known paths."""
     data = rig.to_dict()
-    known = [key for key in numbers(data) if _affects_linear_rig(key)]
+    valid = [key for key in numbers(data) if _affects_linear_rig(key)]
     with contextlib.suppress(ClearanceError):  # of beam.rayleigh each has its own unit: none share a value
         keys = find_numbers(data, path)
-        if keys and set(keys) <= set(known) and (isinstance(_field_of(keys[0])[-1], str) or path == path_of(keys[0])):
+        if keys and set(keys) <= set(valid) and (isinstance(_field_of(keys[0])[-1], str) or path == path_of(keys[0])):
             return keys
-    names = dict.fromkeys(re.sub(r"\[\d+\]", "[N]", path_of(key)) for key in map(_field_of, known))
+    names = dict.fromkeys(re.sub(r"\[\d+\]", "[N]", path_of(key)) for key in map(_field_of, valid))
     counts = {k: len(getattr(rig, k)) for k in ("masses", "bushings", "sensors")}
     counts_in_words = ", ".join(f"{n} {kind}" for kind, n in counts.items())
     raise RigError(f"{path!r} is no free parameter of rig {rig.name!r} ({counts_in_words}); known: {', '.join(names)}")

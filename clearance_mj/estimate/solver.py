@@ -246,10 +246,10 @@ class _Search:
         scale = np.where(scale > 0, scale, 1.0)
         value, vector = np.linalg.eigh(precision[np.ix_(free, free)] / np.outer(scale, scale))
         along = vector.T @ (gradient[free] / scale)
-        known = value > RANK * value[-1] if value.size else value > 0
+        regular = value > RANK * value[-1] if value.size else value > 0
         points = np.tile(at, (len(self.dampings), 1))
         for point, damping in zip(points, self.dampings):
-            step = vector @ np.where(known, along / np.where(known, value + damping, 1.0), 0.0) / scale
+            step = vector @ np.where(regular, along / np.where(regular, value + damping, 1.0), 0.0) / scale
             point[free] -= step * min(1.0, self.longest / max(np.max(np.abs(step), initial=0.0), 1e-300))
         return problem.inside(points)
 

@@ -133,10 +133,10 @@ class _Search:
             chosen = best
 
     def _exchange_one(self, chosen: list[int], leaving: int) -> list[int]:
-        kept = [i for i in chosen if i != leaving]
-        others = [i for i in self.rest if i not in kept]
-        gain = self.change(self.candidates.information(kept), _gains(self.candidates, kept, others))
-        return [*kept, others[int(np.argmax(gain))]]
+        staying = [i for i in chosen if i != leaving]
+        others = [i for i in self.rest if i not in staying]
+        gain = self.change(self.candidates.information(staying), _gains(self.candidates, staying, others))
+        return [*staying, others[int(np.argmax(gain))]]
 
     def exhaustive(self) -> list[int]:
         """Try every layout."""

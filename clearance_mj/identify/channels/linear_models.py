@@ -44,14 +44,14 @@ def draw_rigs(rig: Rig, highest: float, count: int, seed: int = 0) -> list[Drawn
     """
     rng = np.random.default_rng(seed)
     # Of a bushing its place alone is a part of the structure.
-    whole = [p for p in priors(rig, highest) if not p.name.startswith("sensors")]
-    known = [p for p in whole if not p.name.startswith("bushings") or p.name.endswith((".position", ".to"))]
+    opened = [p for p in priors(rig, highest) if not p.name.startswith("sensors")]
+    drawn = [p for p in opened if not p.name.startswith("bushings") or p.name.endswith((".position", ".to"))]
     rigs, n = [], len(rig.bushings)
     stiffness = np.array([b.grease.stiffness for b in rig.bushings])
     damping = np.array([b.grease.damping for b in rig.bushings])
     wall = np.array([b.contact.stiffness for b in rig.bushings])
     for number in range(count):
-        values = {p.name: _draw_value(p, rng) if number else p.start for p in known}
+        values = {p.name: _draw_value(p, rng) if number else p.start for p in drawn}
         soft = stiffness * 10 ** rng.uniform(-SOFTER_STIFFER, SOFTER_STIFFER, n)
         # Every other draw has walls that are met: a spring between none and the contact's.
         walls = wall * rng.uniform(0, 1, n) ** 2

@@ -123,8 +123,8 @@ def map_channels(
     answer = _MapWriter(search, judge, units, rivals, best, doubts, bool(excited)).written()
     used = {name for name, given in answer.channels.items() if given != SKIP}
     faults = [(name, channel_faults([c for c in channels if c.name in used], False)) for name, channels in named]
-    said = (f"{name}: {fault}" for name, of_file in faults for fault in of_file)
-    return dataclasses.replace(answer, notes=(*notes, *answer.notes, *said))
+    fault_notes = (f"{name}: {fault}" for name, of_file in faults for fault in of_file)
+    return dataclasses.replace(answer, notes=(*notes, *answer.notes, *fault_notes))
 
 
 def _channels(file: str | PathLike[str] | Sequence[Channel], number: int) -> tuple[str, Sequence[Channel]]:
@@ -242,8 +242,8 @@ class _MapWriter:
         if not common and self._rival_words(best.places[last]):
             common = "which channel is the excitation is not sure"
         for number, place in enumerate(best.places):
-            given = self.units.exists[number] or not self.units.contradicts[number]  # else a number, which is no unit
-            name, answer = self.names[best.channel[place]], self._place_name(place, self.units.label[number] * given)
+            known = self.units.exists[number] or not self.units.contradicts[number]  # else a number, which is no unit
+            name, answer = self.names[best.channel[place]], self._place_name(place, self.units.label[number] * known)
             doubt = common or self._doubt(number, place)
             channels[name] = UNDECIDED if doubt else answer
             reasons[name] = f"{doubt}; likeliest {answer}" if doubt else self._evidence(place)

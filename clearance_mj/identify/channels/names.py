@@ -30,9 +30,9 @@ def agreement_of_name(name: str, label: str, quantity: str, excites: bool) -> in
     agreement = 0
     if numbers := _NUMBER.findall(lower):
         agreement += 1 if label.partition(":")[0] in numbers else -1
-    said = [known for known, has in QUANTITIES.items() if any(word in lower for word in has.words)]
-    if said:
-        agreement += 1 if quantity in said else -1
+    named = [known for known, has in QUANTITIES.items() if any(word in lower for word in has.words)]
+    if named:
+        agreement += 1 if quantity in named else -1
     if any(word in lower for word in EXCITATION):
         agreement += 1 if excites else -1
     return agreement

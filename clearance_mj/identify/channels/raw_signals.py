@@ -39,10 +39,10 @@ class RawSignals:
 
     def without(self, unrelated: dict[str, str]) -> RawSignals:
         """Return the signals without some channels; why each is left out, by its name."""
-        kept = [i for i, name in enumerate(self.names) if name not in unrelated]
+        indices = [i for i, name in enumerate(self.names) if name not in unrelated]
         fields = ("names", "quantities", "units", "labels")
-        texts: dict[str, Any] = {field: tuple(getattr(self, field)[i] for i in kept) for field in fields}
-        records = tuple(record[:, kept] for record in self.records)
+        texts: dict[str, Any] = {field: tuple(getattr(self, field)[i] for i in indices) for field in fields}
+        records = tuple(record[:, indices] for record in self.records)
         return dataclasses.replace(self, **texts, records=records, unusable=self.unusable | unrelated)
 
     def earlier(self, delays: dict[str, float]) -> RawSignals:
@@ -91,21 +91,21 @@ class RawSignals:
         window = scipy.signal.get_window("hann", size)[:, None]
         level = np.mean([record.std(axis=0) for record in self.records], axis=0)
         frequency = np.fft.rfftfreq(size, 1 / self.fs)
-        kept = (frequency >= low) & (frequency <= high)
-        if not kept.any():
+        in_band = (frequency >= low) & (frequency <= high)
+        if not in_band.any():
             above = f"above {low:.3g} Hz, and most of their power is below {high:.3g}"
             where = above if low > high else f"in {low:g} to {high:g}"
             raise RecordError(f"records as short as these tell nothing {where} Hz: give longer ones, or another --band")
-        total = np.zeros((int(kept.sum()), len(self.names), len(self.names)), dtype=complex)
+        total = np.zeros((int(in_band.sum()), len(self.names), len(self.names)), dtype=complex)
         for record in self.records:
             for start in range(0, len(record) - size + 1, size // 2):
                 piece = record[start : start + size]
                 piece = piece - piece.mean(axis=0)
                 power = float(np.mean((piece / level) ** 2))
                 if power > 0:
-                    spectrum = np.fft.rfft(piece * window, axis=0)[kept]
+                    spectrum = np.fft.rfft(piece * window, axis=0)[in_band]
                     total += spectrum[:, :, None] * spectrum[:, None, :].conj() / power
-        return frequency[kept], total
+        return frequency[in_band], total
 
 
 def gather(files: Sequence[tuple[str, Sequence[Channel]]]) -> RawSignals:

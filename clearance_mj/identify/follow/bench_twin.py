@@ -82,11 +82,11 @@ def twin(
     noise = restoring_force(first, rig=linear, probes=probes).noise
     windows = WindowForces(whole, linear, probes, noise, window)
     drawn = [windows.on(*each) for each in (update.drawn if update else ())]
-    given = families_of(model.law, whole.rig) if model else [None] * len(linear.bushings)
-    fitted = max(2, round(learn / windows.seconds))
+    law_families = families_of(model.law, whole.rig) if model else [None] * len(linear.bushings)
+    fitted_windows = max(2, round(learn / windows.seconds))
     trackers = [
-        ClearanceTracker(linear, j, _gap_priors(whole.rig, j), families, fitted, windows.seconds, drawn)
-        for j, families in enumerate(given)
+        ClearanceTracker(linear, j, _gap_priors(whole.rig, j), families, fitted_windows, windows.seconds, drawn)
+        for j, families in enumerate(law_families)
     ]
     return _track(windows, trackers, (*warnings, *(update.warnings if update else ())), progress)
 
@@ -127,8 +127,8 @@ def _warning(tracker: ClearanceTracker) -> str:
 def _gap_priors(rig: Rig, number: int) -> list[Parameter]:
     """Priors of gap and offset; those that the rig file says to be exact have the usual ones, because they wear."""
     names = [f"bushings[{number}].{field}" for field in ("gap", "offset")]
-    given, usual = ({p.name: p for p in priors(each)} for each in (rig, rig.replace(tolerances=())))
-    return [given.get(name) or usual[name] for name in names]
+    stated, usual = ({p.name: p for p in priors(each)} for each in (rig, rig.replace(tolerances=())))
+    return [stated.get(name) or usual[name] for name in names]
 
 
 def _checked_record(record: Record, window: float, learn: float) -> PreparedRecord:

@@ -82,9 +82,9 @@ class Twin:
         """Return a line of words for each clearance on its estimates at the end."""
         sentences = []
         for j, depth in enumerate(self.depth.tolist()):
-            known = np.flatnonzero(np.isfinite(self.mean[:, :, j]).any(axis=0))
-            if known.size:
-                i, at = known[-1], f", {1e3 * depth:.3g} mm beyond the gap" if math.isfinite(depth) else ""
+            windows = np.flatnonzero(np.isfinite(self.mean[:, :, j]).any(axis=0))
+            if windows.size:
+                i, at = windows[-1], f", {1e3 * depth:.3g} mm beyond the gap" if math.isfinite(depth) else ""
                 values = [
                     _words(q, mean, std)
                     for q, mean, std in zip(self.quantities, self.mean[:, i, j], self.std[:, i, j])
@@ -95,12 +95,12 @@ class Twin:
 
     def rows(self) -> list[dict[str, float]]:
         """Return a row of plain data for each window and clearance that is known: values with 95 % limits, SI units."""
-        shown = {q: (self.value(q), *self.band(q)) for q in self.quantities}
+        limits = {q: (self.value(q), *self.band(q)) for q in self.quantities}
         return [
             {"time_s": float(self.time[i]), "bushing": int(j)}
             | {
                 f"{q}{end}_{TRACKED[q].unit}": float(values[i, j])
-                for q, parts in shown.items()
+                for q, parts in limits.items()
                 for end, values in zip(("", "_low", "_high"), parts)
                 if math.isfinite(values[i, j])
             }

@@ -107,8 +107,8 @@ class Lines:
         """
         for load in loads:
             if load not in self._columns_by_load:
-                both = [self.shown(load, forces) for forces in _per_unit(self.model, load)]
-                self._columns_by_load[load] = self.left(np.stack(both, axis=2))
+                responses = [self.shown(load, forces) for forces in _per_unit(self.model, load)]
+                self._columns_by_load[load] = self.left(np.stack(responses, axis=2))
         return np.concatenate([*(self._columns_by_load[load] for load in loads), self._remainders], axis=2)
 
     @functools.cached_property

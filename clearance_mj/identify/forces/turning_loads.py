@@ -114,9 +114,9 @@ def find_turning_loads(
     used_records = [r for r in without_whirl.values() if r and _fastest_spin(r) > 1.01 * r.slow_roll]
     if not used_records:
         return TurningLoads(rig, {}, Estimates.of([], [], np.zeros((0, 0))), tuple(words))
-    known: list[TurningLoad] = [*rig.unbalances[1:], *(order for order in rig.orders if times_of(order) in TIMES)]
+    fixed: list[TurningLoad] = [*rig.unbalances[1:], *(order for order in rig.orders if times_of(order) in TIMES)]
     lines, *drawn_lines = (
-        [lines_of(each, record, values, known) for record in used_records] for each, values in ((rig, probes), *drawn)
+        [lines_of(each, record, values, fixed) for record in used_records] for each, values in ((rig, probes), *drawn)
     )
     loads = _Search(rig, lines, drawn_lines).find()
     return dataclasses.replace(loads, warnings=(*words, *loads.warnings))

@@ -57,9 +57,9 @@ def with_likeliest_contacts(
         linear, problem = best_fit, best_fit.problem
         assert isinstance(problem, LawProblem) and isinstance(linear.loss, UnknownScale)
         correlated, place = max(linear.loss.correlated, 1.0), problem.places[j]
-        known = dict(zip(problem.names, linear.values.tolist()))
-        case = problem.case(place, known)
-        earlier = _EarlierLaw(place.nominal, case.bushing, case.law.contact[0], case.law.grease[0], known)
+        values = dict(zip(problem.names, linear.values.tolist()))
+        case = problem.case(place, values)
+        earlier = _EarlierLaw(place.nominal, case.bushing, case.law.contact[0], case.law.grease[0], values)
         threshold = _log_evidence(linear, correlated) + LIKELIER
         for family in CONTACT_FAMILIES.values():
             if family is place.contact:
@@ -69,7 +69,7 @@ def with_likeliest_contacts(
             names = {p.name: f"bushings[{place.number}].{p.name}" for p in family.parameters(place.nominal)}
             start = {names[name]: value for name, value in family.start(earlier, earlier).items()}
             with contextlib.suppress(NoModelError):
-                fit = solve(rival, [rival.at(known | start), rival.at(known)], stop=STOP)
+                fit = solve(rival, [rival.at(values | start), rival.at(values)], stop=STOP)
                 if (evidence := _log_evidence(fit, correlated)) > threshold:
                     best_fit, threshold = fit, evidence
     return best_fit

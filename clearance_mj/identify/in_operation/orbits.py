@@ -69,10 +69,10 @@ def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: M
     chosen, rig = _select_records(records, rig or (model.rig if model else None))
     windows = [window for record in chosen for window in cut(record)]
     bands = bands_of(rig, windows)
-    known = priors(rig, bands.force, probes=True)
-    usual = [*known, *(p for p in priors(rig.replace(tolerances=())) if p.name.endswith(".gap"))]
+    rig_priors = priors(rig, bands.force, probes=True)
+    usual = [*rig_priors, *(p for p in priors(rig.replace(tolerances=())) if p.name.endswith(".gap"))]
     places, rests, weight = places_of(rig), rests_of(rig), 9.81 * (rig.total_mass or WEIGHT / 9.81)
-    varied = uncertain(rig, known)
+    varied = uncertain(rig, rig_priors)
 
     def law_priors(places: Sequence[Place], touching: bool = True) -> list[Parameter]:
         return [
@@ -133,7 +133,7 @@ def _orbit_fit(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, fit: S
     values = dict(zip(estimates.names, estimates.value.tolist()))
     std = dict(zip(estimates.names, estimates.varied_std.tolist()))
     linear = {n: values[n] for n in problem.names[: problem.n_linear] if "unbalance" not in n and "run-out" not in n}
-    base, known = rig_with(rig, linear), [n for n in estimates.names if n not in estimates.only_prior]
+    base, identified = rig_with(rig, linear), [n for n in estimates.names if n not in estimates.only_prior]
     clearances, bushings, contacts = [], [], []
     for place, bushing in zip(problem.places, base.bushings):
         clearance = _clearance(rig, problem, place, values, std, float(odds[place.number]))
@@ -144,12 +144,12 @@ def _orbit_fit(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, fit: S
             hole = hole_of(bushing, clearance.gap, estimates, f"bushings[{place.number}].")
             bushing = placed(filled, np.array(clearance.rest) - sag, gap=clearance.gap, **hole)
         else:
-            known = [name for name in known if not name.startswith(f"bushings[{place.number}].")]
+            identified = [name for name in identified if not name.startswith(f"bushings[{place.number}].")]
         bushings.append(bushing)
         datasheet = KelvinVoigt(bushing.contact.stiffness, bushing.contact.damping)
         contacts.append(clearance.contact_model if clearance.seen and clearance.contact_model else datasheet)
     misfit = float(fit.loss.scale(fit.residuals)) ** 0.5
-    names, examples = tuple(r.name for r in records), unknown_examples(rig.examples, known)
+    names, examples = tuple(r.name for r in records), unknown_examples(rig.examples, identified)
     words = (f"of the rig file, {example_words(examples)}",) if examples else ()
     spin = rig.spin or max((r.tested.spin for r in records if r.tested.spin), key=lambda spin: spin.fastest)
     base = base.replace(bushings=tuple(bushings), unbalances=_unbalances(rig, values), examples=examples, spin=spin)

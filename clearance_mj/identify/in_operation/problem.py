@@ -126,11 +126,11 @@ class LawProblem(Problem):
 
     def law_forces(self, values: np.ndarray) -> np.ndarray:
         """Return the forces (n_t, m) of laws at parameters (n,), N."""
-        known, slow = dict(zip(self.names, values.tolist())), self.forces.slow
+        by_name, slow = dict(zip(self.names, values.tolist())), self.forces.slow
         out = np.empty(slow.x.shape)
-        for place, (x, v) in zip(self.places, self.points(known)):
+        for place, (x, v) in zip(self.places, self.points(by_name)):
             columns = slice(2 * place.number, 2 * place.number + 2)
-            out[:, columns] = forces_along(self.case(place, known), x, v, slow.spin, 1 / slow.rate)
+            out[:, columns] = forces_along(self.case(place, by_name), x, v, slow.spin, 1 / slow.rate)
         return out
 
     def points(self, known: Mapping[str, float]) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -175,9 +175,9 @@ class LawProblem(Problem):
 
     def contact(self, values: np.ndarray) -> np.ndarray:
         """Return the fraction of time in contact (n_bushings,) at parameters (n,)."""
-        known = dict(zip(self.names, values.tolist()))
-        distances = [np.linalg.norm(self.away(place, known), axis=2).max(axis=1) for place in self.places]
-        gaps = [known.get(f"bushings[{p.number}].gap", p.nominal.gap) for p in self.places]
+        by_name = dict(zip(self.names, values.tolist()))
+        distances = [np.linalg.norm(self.away(place, by_name), axis=2).max(axis=1) for place in self.places]
+        gaps = [by_name.get(f"bushings[{p.number}].gap", p.nominal.gap) for p in self.places]
         return np.array([np.mean(r > gap) if self.touching else 0.0 for r, gap in zip(distances, gaps)])
 
     def misses(self, values: np.ndarray) -> np.ndarray:

@@ -48,16 +48,16 @@ def free(
     uncertain, law_priors : sequence of Parameter
         Of the rig, and of laws without contact.
     """
-    known: dict[str, float] = {}
-    reach = np.max([_relative_reach(windows, place) for place in places], axis=0)
+    values: dict[str, float] = {}
+    relative_reach = np.max([_relative_reach(windows, place) for place in places], axis=0)
     for iteration in range(3):
-        problem = LawProblem(forces_in(rig, windows, uncertain, known, bands), places, law_priors, touching=False)
-        at, linear = problem.at(known), _linear_indices(problem)
+        problem = LawProblem(forces_in(rig, windows, uncertain, values, bands), places, law_priors, touching=False)
+        at, linear = problem.at(values), _linear_indices(problem)
         if iteration == 0:  # unbalance and run-out first: as long as they are wrong, they would bend the rig
             linear = [i for i in linear if _is_motion(problem.names[i])]
         columns, misses = _columns(problem, linear, problem.values(at)), real(problem.misses(problem.values(at)))
         rows = columns.reshape(len(windows), -1, len(linear))
-        closeness = 1 / (1 + (reach / NEAR) ** 6)
+        closeness = 1 / (1 + (relative_reach / NEAR) ** 6)
         weight = closeness
         step = np.zeros(len(linear))
         for _ in range(ROBUST):
@@ -71,8 +71,8 @@ def free(
         at[linear] += step
         rig_only = [i for i in linear if not _is_motion(problem.names[i])]
         at[rig_only] = np.clip(at[rig_only], -FARTHEST, FARTHEST)
-        known = dict(zip(problem.names, problem.values(problem.inside(at)).tolist()))
-    return known
+        values = dict(zip(problem.names, problem.values(problem.inside(at)).tolist()))
+    return values
 
 
 def fitted(
@@ -98,11 +98,11 @@ def fitted(
     starts = [problem.at(begin), *starts, *_draw_points(problem, problem.at(begin), seed)]
     solution = solve(problem, starts, n_best=SEARCHED, stop=FIRST)
     for _ in range(ROUNDS):
-        known = dict(zip(problem.names, solution.values.tolist()))
-        forces = forces_in(rig, windows, uncertain, known, bands, weighed)
+        values = dict(zip(problem.names, solution.values.tolist()))
+        forces = forces_in(rig, windows, uncertain, values, bands, weighed)
         problem = LawProblem(forces, places, law_priors)
-        starts_by_force = [problem.at(known | each) for each in _laws_from_forces(forces, places)]
-        solution = solve(problem, [problem.at(known), *starts_by_force], n_best=2, stop=STOP)
+        starts_by_force = [problem.at(values | each) for each in _laws_from_forces(forces, places)]
+        solution = solve(problem, [problem.at(values), *starts_by_force], n_best=2, stop=STOP)
     return solution
 
 

@@ -84,8 +84,8 @@ class _OrbitFollower:
         self.touching = any(c.touches for c in fit.clearances)
         oil = any(place.filling.round_only for place in self.places)
         self.quantities = ("gap", "viscosity") if oil else ("gap",)
-        seen = [place for clearance, place in zip(fit.clearances, self.places) if clearance.seen]
-        fields = [(p.number, field) for field in TRACKED for p in seen if field == "gap" or p.filling.round_only]
+        identified = [place for clearance, place in zip(fit.clearances, self.places) if clearance.seen]
+        fields = [(p.number, field) for field in TRACKED for p in identified if field == "gap" or p.filling.round_only]
         self.names = [f"bushings[{number}].{field}" for number, field in fields]
         self.labels: list[Label] = [(number, TRACKED[field]) for number, field in fields]
         self.maker: ForceMaker | None = None

@@ -114,11 +114,11 @@ def open_parameters(
         True if the shaft turns in any record.
     """
     path, gap, across = f"bushings[{number}]", nominal.gap, nominal.is_round
-    known = {p.name: p for p in priors}
+    prior_of = {p.name: p for p in priors}
     fields = ["gap"] if across else ["gap", "length"] if rest else ["gap", "offset", "length"]
     if rest and nominal.stops != "both":
         fields.remove("gap")  # one wall alone: where the shaft rests says where it is
-    opened = [known[name] for field in fields if (name := f"{path}.{field}") in known]
+    opened = [prior_of[name] for field in fields if (name := f"{path}.{field}") in prior_of]
     reach = max(gap, float(np.linalg.norm(rest or 0.0)))  # a weight may press the shaft deep into a soft wall
     for name, start in zip(RESTS[-len(rest) :], rest) if rest else ():
         opened.append(Parameter(f"{path}.{name}", "m", start, -3 * reach, 3 * reach, REST * reach, "linear"))
@@ -126,7 +126,7 @@ def open_parameters(
     for name, field in zip(HOLE, ("wide", "across") if nominal.shape in ("round", "oval") else ()):
         start, most = float(wall.get(field, 0.0)), 5 * OUT_OF_ROUND * gap
         opened.append(Parameter(f"{path}.{name}", "m", start, start - most, start + most, OUT_OF_ROUND * gap, "linear"))
-    friction = known.get(f"{path}.friction.coefficient")
+    friction = prior_of.get(f"{path}.friction.coefficient")
     start, std = (friction.start, friction.prior_std) if friction else FRICTION
     if friction or (turns and across):
         factor = math.exp(6 * std)

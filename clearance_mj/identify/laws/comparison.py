@@ -211,13 +211,13 @@ def fit_families(motion: MeasuredMotion, done: Callable[[], object] = lambda: No
     def leading() -> ForceFit:
         return weighted(motion, list(fits.values()))[0].fit
 
-    begun, grid = fillings[: motion.size], grid_of_starts(motion)  # with a film of two coordinates, one without
-    for filling in begun:
+    initial, grid = fillings[: motion.size], grid_of_starts(motion)  # with a film of two coordinates, one without
+    for filling in initial:
         fit(first, filling, grid)
     lead = leading()
     if (valley_fit := with_filling_of_file(along_valley(lead, motion), motion)) is not lead:
         lead, fits = valley_fit, {(first.name, valley_fit.filling.name): valley_fit}
-        for filling in begun:
+        for filling in initial:
             fit(first, filling)
     if not motion.touches(leading().case):
         contacts = [first]  # one is as good as another
@@ -360,9 +360,9 @@ def _fit_with_wider_gap(fit: ForceFit, motion: MeasuredMotion, step: float) -> F
         return None
     names = RESTS if motion.rest_is_open else OFFSETS
     place = (np.array(fit.case.middle) * (size + farther) / size).tolist()
-    moved = {f"{prefix}.gap": step * gap} | {f"{prefix}.{n}": x for n, x in zip(names[-motion.size :], place)}
+    shifted = {f"{prefix}.gap": step * gap} | {f"{prefix}.{n}": x for n, x in zip(names[-motion.size :], place)}
     round_hole = {f"{prefix}.{name}": 0.0 for name in HOLE}
-    return fit_force(motion, fit.contact, fit.filling, [fit.values | moved | round_hole])
+    return fit_force(motion, fit.contact, fit.filling, [fit.values | shifted | round_hole])
 
 
 def fit_from_rival(motion: MeasuredMotion, old: ForceFit, rival: ForceFit) -> ForceFit:

@@ -77,12 +77,12 @@ def _fit_windows(force: RestoringForce, bushing: int, grease: Grease, edges: np.
     for _ in range(RELEASES):
         cells = _band_products(force, bushing, force.valid * g, force.valid * speed, target, edges)
         k, c, k_std, c_std = _solve_windows(*cells)
-        known = (valid_time > 0.5) & (k_std < UNSURE * k)
-        if known.any():
-            now = (np.repeat(np.interp(sample, middle[known], value[known]), FINER) for value in (k, c))
+        identified = (valid_time > 0.5) & (k_std < UNSURE * k)
+        if identified.any():
+            now = (np.repeat(np.interp(sample, middle[identified], value[identified]), FINER) for value in (k, c))
             g, speed, _ = _contact_motion(force, bushing, *now)
     amplitude = np.divide(peak_held, valid_time, out=np.full(valid_time.size, np.nan), where=valid_time > 0.5)
-    k, c, k_std, c_std = (np.where(known, v, np.nan) for v in (k, c, k_std, c_std))
+    k, c, k_std, c_std = (np.where(identified, v, np.nan) for v in (k, c, k_std, c_std))
     return k, c, k_std, c_std, valid_time / (hop * HANN.sum()), amplitude
 
 
@@ -167,8 +167,8 @@ def _solve_windows(cell_normal: np.ndarray, cell_right: np.ndarray) -> tuple[np.
     normal += 1e-12 * np.eye(2) * np.einsum("nii->ni", normal)[:, None] + 1e-300 * np.eye(2)
     inverse = np.linalg.inv(normal)
     theta = np.einsum("nij,nj->ni", inverse, right)
-    alone = right / np.einsum("nii->ni", normal)
-    theta = np.where(theta[:, ::-1] < 0, alone, theta)  # where one is negative, the other is fitted without it
+    single = right / np.einsum("nii->ni", normal)
+    theta = np.where(theta[:, ::-1] < 0, single, theta)  # where one is negative, the other is fitted without it
     theta = np.maximum(theta, 0)
     scatter = np.zeros_like(normal)
     for i, weight in enumerate(HANN):

@@ -90,11 +90,11 @@ class ForceFit:
         seed : int
             Seed of the random numbers.
         """
-        known = fields_of(self.estimates.names, self.estimates.draw(1, seed)[0])
-        new, law, _ = case_of(known, self.nominal, self.contact, self.filling)
-        offset = np.array([known.get(name, getattr(bushing, name)) for name in OFFSETS[-bushing.n_coordinates :]])
+        fields = fields_of(self.estimates.names, self.estimates.draw(1, seed)[0])
+        new, law, _ = case_of(fields, self.nominal, self.contact, self.filling)
+        offset = np.array([fields.get(name, getattr(bushing, name)) for name in OFFSETS[-bushing.n_coordinates :]])
         hole = {"shape": new.shape, "wall": new.wall} if bushing.wall else {}
-        length = known.get("length", bushing.length)
+        length = fields.get("length", bushing.length)
         return placed(bushing, offset, gap=new.gap, length=length, friction=new.friction, film=new.film, **hole), law
 
     def offset_by(self, moved: np.ndarray, spread: np.ndarray) -> ForceFit:
@@ -171,8 +171,8 @@ class ForceProblem(Problem):
         return self._case(self.values(at))
 
     def _case(self, values: np.ndarray) -> Case:
-        known = fields_of([p.name for p in self.parameters], values)
-        return case_of(known, self.motion.nominal, self.contact, self.filling)
+        fields = fields_of([p.name for p in self.parameters], values)
+        return case_of(fields, self.motion.nominal, self.contact, self.filling)
 
     def _scaled_residuals(self, values: np.ndarray) -> np.ndarray:
         residuals = self.motion.residuals([self._case(point) for point in values])[self.motion.fitted].T

@@ -126,8 +126,8 @@ class LawMisfit:
         levels = np.log([s.level for s in self.stretches])
         ratio = RESOLUTION * np.array([s.duration for s in self.stretches]) / (duration * resolution)
         squares = [np.maximum(0, s.missed**2 - s.random**2) + s.random**2 * f for s, f in zip(self.stretches, ratio)]
-        known = np.array(squares).reshape(levels.size, -1)
-        variances = np.array([_interpolated(np.log(level), levels, column) for column in known.T])
+        squares_by_level = np.array(squares).reshape(levels.size, -1)
+        variances = np.array([_interpolated(np.log(level), levels, column) for column in squares_by_level.T])
         band = np.clip(np.searchsorted(self.edges, frequency, side="right") - 1, 0, self.edges.size - 2)
         return np.sqrt(variances.reshape(len(self.sensors), -1)[:, band]) / DB
 
@@ -141,8 +141,8 @@ class LawMisfit:
             return ()
         ratio = np.array([np.where(s.missed > MIN_MISSED, s.ratio, 0.0) for s in self.stretches])
         far = ratio > TOO_FAR
-        alone = sum(far.sum(axis=axis, keepdims=True) for axis in range(3)) == 3
-        ratio[far & alone] = 0.0  # the chance of one cell out of hundreds
+        isolated = sum(far.sum(axis=axis, keepdims=True) for axis in range(3)) == 3
+        ratio[far & isolated] = 0.0  # the chance of one cell out of hundreds
         too_far = np.any(ratio > TOO_FAR, axis=(0, 1)).tolist()
         runs = [
             [band for band, _ in run]
@@ -191,8 +191,8 @@ class LawMisfit:
 
 
 def _interpolated(at: float, levels: np.ndarray, values: np.ndarray) -> float:
-    known = np.isfinite(values)
-    return float(np.interp(at, levels[known], values[known])) if known.any() else 0.0
+    finite = np.isfinite(values)
+    return float(np.interp(at, levels[finite], values[finite])) if finite.any() else 0.0
 
 
 def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool = False) -> LawMisfit:
@@ -230,8 +230,8 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
 
 def _recorded_rows(test: Response, model: Response) -> list[int]:
     """Return the indices of a model's sensors that were recorded."""
-    known = [*zip(model.responses, model.quantities)]
-    return [known.index(pair) for pair in zip(test.responses, test.quantities)]
+    sensors = [*zip(model.responses, model.quantities)]
+    return [sensors.index(pair) for pair in zip(test.responses, test.quantities)]
 
 
 def _band(response: Response) -> tuple[float, float]:

@@ -90,8 +90,8 @@ class MeasuredMotion:
         ends = np.cumsum([0, *(len(piece[0]) for piece in pieces)]).tolist()
         self._records = [slice(*part) for part in itertools.pairwise(ends)]
         self.force, level, noise, block, fitted, held_out = (np.concatenate(arrays) for arrays in zip(*pieces))
-        seen = np.repeat(self.used, np.diff(ends))
-        fitted, held_out = fitted & seen, held_out & seen
+        used_samples = np.repeat(self.used, np.diff(ends))
+        fitted, held_out = fitted & used_samples, held_out & used_samples
         self.unknown_lines = _unknown_lines(forces, self._records)
         self.fitted, self.held_out = np.flatnonzero(fitted), np.flatnonzero(held_out)
         """numbers of the values that fits see, and of those that they do not"""

@@ -160,7 +160,7 @@ class Comparison:
             for excitation, sight in zip(self.excitations, self.sights)
         ]
         self.bar.update(len(cases))
-        return np.array([self._residual(seen) for seen in zip(*of_records)])
+        return np.array([self._residual(spectra) for spectra in zip(*of_records)])
 
     def _residual(self, simulated: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
         frf = [20 * np.log10(model / test.frf) for (model, _), test in zip(simulated, self.measured)]

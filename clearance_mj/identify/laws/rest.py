@@ -45,10 +45,10 @@ def with_offsets(fits: Sequence[ForceFit], rig: Rig, drawn: Sequence[Rig] = ()) 
     """
     if not rig.is_loaded:
         return list(fits)
-    moved, error = _displacement_to_rest(fits, rig)
-    others = np.array([_displacement_to_rest(fits, other)[0] for other in drawn]).reshape(-1, moved.size) - moved
+    shift, error = _displacement_to_rest(fits, rig)
+    others = np.array([_displacement_to_rest(fits, other)[0] for other in drawn]).reshape(-1, shift.size) - shift
     spread = others.T @ others / max(len(drawn), 1) + error @ error.T
-    return [f.offset_by(moved[row], spread[row, row]) for f, row in zip(fits, rig.clearance_rows)]
+    return [f.offset_by(shift[row], spread[row, row]) for f, row in zip(fits, rig.clearance_rows)]
 
 
 def _displacement_to_rest(fits: Sequence[ForceFit], rig: Rig) -> tuple[np.ndarray, np.ndarray]:
@@ -61,22 +61,22 @@ def _displacement_to_rest(fits: Sequence[ForceFit], rig: Rig) -> tuple[np.ndarra
     square = np.where(model.omega > 0, model.omega, np.inf) ** 2  # rigid-body modes have no unloaded place
     compliance, sag = (at / square) @ at.T, at @ (model.weight / square)
 
-    def forces(moved: np.ndarray) -> np.ndarray:
-        return np.concatenate([_force_at_rest(f, moved[row]) for f, row in zip(fits, rig.clearance_rows)])
+    def forces(displaced: np.ndarray) -> np.ndarray:
+        return np.concatenate([_force_at_rest(f, displaced[row]) for f, row in zip(fits, rig.clearance_rows)])
 
-    def residual(moved: np.ndarray) -> np.ndarray:
-        return np.asarray(moved - sag + compliance @ forces(moved))
+    def residual(displaced: np.ndarray) -> np.ndarray:
+        return np.asarray(displaced - sag + compliance @ forces(displaced))
 
     # Walls stay where they are from the place at rest: fillings alone move with the unloaded place.
     displacement = np.asarray(scipy.optimize.root(residual, np.zeros(len(at)), options={"xtol": 1e-6}).x)
     return displacement, compliance * FORCE_ERROR * forces(displacement)
 
 
-def _force_at_rest(fit: ForceFit, moved: np.ndarray) -> np.ndarray:
+def _force_at_rest(fit: ForceFit, displacement: np.ndarray) -> np.ndarray:
     """Force (d,) of the clearance on a shaft that has come from its unloaded place to rest, N, without friction."""
-    offset = np.array(fit.case.rest) - moved
+    offset = np.array(fit.case.rest) - displacement
     bushing = dataclasses.replace(fit.case.bushing, friction=None, radius=1.0 if fit.nominal.is_round else None)
     case = fit.case._replace(bushing=bushing, rest=tuple(offset.tolist()))
-    x = np.stack([np.zeros((3, len(moved))), np.tile(moved, (3, 1))])
+    x = np.stack([np.zeros((3, len(displacement))), np.tile(displacement, (3, 1))])
     unloaded, loaded = forces_along(case, x, np.zeros_like(x), np.zeros(2), 1.0)
     return np.asarray(loaded - (unloaded if np.linalg.norm(offset) < bushing.gap else 0.0))

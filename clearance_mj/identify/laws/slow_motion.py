@@ -126,8 +126,8 @@ class SlowMotion:
             errors.append(np.sqrt(compliance**2 @ error**2))
             forces.append(np.sum(np.abs(force).mean(axis=1)))
         counted = np.array([motion.used for motion in self.motions]).T * np.array(forces)[:, None]
-        telling = counted >= TELLING * np.maximum(counted.sum(axis=0), 1e-300)
-        return np.max(np.where(telling, errors, 0.0), axis=0)
+        is_informative = counted >= TELLING * np.maximum(counted.sum(axis=0), 1e-300)
+        return np.max(np.where(is_informative, errors, 0.0), axis=0)
 
     def _forces(self, cases: Sequence[Case]) -> list[np.ndarray]:
         """Return spectra (n_f, n_bushings) of the forces of each record in the latest slow motion."""
@@ -191,9 +191,9 @@ def fit_with_slow_motion(slow: SlowMotion, fits: Sequence[ForceFit], rounds: int
         best = next_offsets(places, moves, [MAX_OFFSET * f.bushing.gap for f in fits]).tolist()
     std = np.array([_offset_std(f) for f in fits])
     # What laws miss wherever the shaft comes by again is in the walls' forces: it does not count twice.
-    alone = [math.sqrt(f.correlation_length / max(f.correlation_length, m.shortest_correlation))
+    ratio = [math.sqrt(f.correlation_length / max(f.correlation_length, m.shortest_correlation))
              for m, f in zip(slow.motions, fits)]  # fmt: skip
-    error = np.hypot(_amplification(places, moves, std * alone) * std * alone, slow.mean_error([f.case for f in fits]))
+    error = np.hypot(_amplification(places, moves, std * ratio) * std * ratio, slow.mean_error([f.case for f in fits]))
     return [_with_offset_std(f, max(factor, 1.0)) for f, factor in zip(fits, error / np.where(std > 0, std, 1.0))]
 
 

@@ -160,8 +160,8 @@ def _join_estimates(
     parts = [update.estimates, *([turning.estimates] if turning else ())]
     named = [p for e in parts for p in e.parameters]
     for j, (likeliest, *rivals) in enumerate(families):
-        known = [(f.weight, {n: v for n, v in f.fit.values.items() if n.startswith("bushings[")}) for f in rivals]
-        parts.append(likeliest.fit.estimates.widened(widening).with_rivals(known))
+        of_rivals = [(f.weight, {n: v for n, v in f.fit.values.items() if n.startswith("bushings[")}) for f in rivals]
+        parts.append(likeliest.fit.estimates.widened(widening).with_rivals(of_rivals))
         named += [dataclasses.replace(p, name=p.name if p.name.startswith("bushings[") else f"{p.name}, bushings[{j}]")
                 for p in parts[-1].parameters]  # fmt: skip
     covariance = scipy.linalg.block_diag(*(e.covariance for e in parts))

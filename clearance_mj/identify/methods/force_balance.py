@@ -29,10 +29,10 @@ def force_balance_law(dataset: Dataset, progress: bool = False) -> ConstantLaw:
     k, c = (np.concatenate([getattr(p, name) for p in contacts]) for name in ("k", "c"))
     weight = np.concatenate([p.contact for p in contacts]) * np.isfinite(k)
     k, c = (np.nansum(weight * v, axis=0) / np.maximum(weight.sum(axis=0), 1e-30) for v in (k, c))
-    known = weight.sum(axis=0) > 0
-    if not known.any():
+    touched = weight.sum(axis=0) > 0
+    if not touched.any():
         raise RecordError("contact is too short in every record to identify its stiffness")
-    return ConstantLaw(fill_untouched(k, known), fill_untouched(c, known), grease=grease)
+    return ConstantLaw(fill_untouched(k, touched), fill_untouched(c, touched), grease=grease)
 
 
 @register(

@@ -51,5 +51,5 @@ def share_missed(residual: np.ndarray, level: np.ndarray) -> np.ndarray:
 def mean_share(ratios: Sequence[np.ndarray]) -> np.ndarray:
     """Return the RMS (n_channels,) of misfits over the records that have a channel; 0 of one that none has."""
     squares = np.square(ratios)
-    known = np.isfinite(squares)
-    return np.asarray(np.sqrt(np.sum(squares, axis=0, where=known) / np.maximum(known.sum(axis=0), 1)))
+    finite = np.isfinite(squares)
+    return np.asarray(np.sqrt(np.sum(squares, axis=0, where=finite) / np.maximum(finite.sum(axis=0), 1)))

@@ -213,12 +213,12 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
     """
     base = prepared_rig(rig)
     if base.beam and any(name in values for name in CLAMP_UNITS):
-        given = base.beam.clamp or Clamp()
-        compliance = {name: 1 / k for name in ("rotation", "translation") if (k := getattr(given, name))}
+        clamp_of_file = base.beam.clamp or Clamp()
+        compliance = {name: 1 / k for name in ("rotation", "translation") if (k := getattr(clamp_of_file, name))}
         compliance |= {name.rpartition(".")[2]: values[name] for name in CLAMP_UNITS if name in values}
         springs = {name: 1 / c for name, c in compliance.items() if c}
-        dampers = {f"{name}_damping": getattr(given, f"{name}_damping") for name in springs}
-        clamp = Clamp(**springs, **dampers, mass=given.mass)
+        dampers = {f"{name}_damping": getattr(clamp_of_file, f"{name}_damping") for name in springs}
+        clamp = Clamp(**springs, **dampers, mass=clamp_of_file.mass)
         base = base.replace(beam=dataclasses.replace(base.beam, clamp=clamp if clamp != Clamp() else None))
     data = base.to_dict()
     paths = [name for name in values if name not in CLAMP_UNITS and not name.startswith("probes[")]
@@ -343,15 +343,15 @@ def _clamp_parameters(rig: Rig) -> Iterator[Parameter]:
     """Compliances of a beam's clamp: a/(EI) and a³/(3EI) as of a more shaft, a uniform from 0 to two diameters."""
     if not rig.beam:
         return
-    beam, given = rig.beam, rig.beam.clamp or Clamp()
+    beam, clamp = rig.beam, rig.beam.clamp or Clamp()
     longest = CLAMP_LENGTH * (beam.diameter or beam.height or 0.0)
     tolerances = {t.of.rpartition(".")[2]: t.size for t in rig.tolerances if t.of in CLAMP_COMPLIANCES}
     for name, power in (("rotation", 1), ("translation", 3)):
         unit, path = power * beam.bending_stiffness, f"1/beam.clamp.{name}"
         mean = longest**power / (power + 1)
         spread = longest**power * math.sqrt(1 / (2 * power + 1) - 1 / (power + 1) ** 2)
-        stiffness = getattr(given, name)
-        if name == "translation" and given.mass:
+        stiffness = getattr(clamp, name)
+        if name == "translation" and clamp.mass:
             yield _logarithm("beam.clamp.translation", "N/m", stiffness, MOVING_CLAMP)
             continue
         if stiffness or name in tolerances:

@@ -102,10 +102,10 @@ class RigFit:
         starts, ends = ([float(s.frequency[i]) for s in self.spectra] for i in (0, -1))
         self.band = min(starts), max(ends)
         """Hz, of all spectral lines"""
-        known = [_limit_to_band(p, self.band) for p in priors(rig, self.band[1], self.probes)]
-        self.in_clearances = tuple(p for p in known if _acts_in_clearance(p.name))
+        open_parameters = [_limit_to_band(p, self.band) for p in priors(rig, self.band[1], self.probes)]
+        self.in_clearances = tuple(p for p in open_parameters if _acts_in_clearance(p.name))
         self.held = dict(held or {})
-        parameters = [p for p in known if p not in self.in_clearances and p.name not in self.held]
+        parameters = [p for p in open_parameters if p not in self.in_clearances and p.name not in self.held]
         # Free of each line, of which the excitation is a channel and an unknown.
         free = [int(s.present.sum()) - n_forces - 1 for s in self.spectra]
         radius = [
@@ -269,8 +269,8 @@ class RigFit:
 
     def _fraction_of_couples(self, at: np.ndarray, coupled: Sequence[np.ndarray]) -> float:
         lines = [
-            WhiteLines(gain / noise[:, :, None], s.measured / noise, moved, s.correlated_lines).thinned(COMPARED_LINES)
-            for gain, noise, s, moved in zip(self._gains(at), self.noise, self.spectra, coupled)
+            WhiteLines(gain / noise[:, :, None], s.measured / noise, pairs, s.correlated_lines).thinned(COMPARED_LINES)
+            for gain, noise, s, pairs in zip(self._gains(at), self.noise, self.spectra, coupled)
         ]
         return likeliest_share(lines, COUPLES, OUTLYING)
 

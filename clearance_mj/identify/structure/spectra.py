@@ -48,8 +48,8 @@ class ChannelSpectra:
                 spectra = spectra[0][~beyond], spectra[1][~beyond]
         self.level = rms(spectra[1])
         """(n_channels,) RMS, with the lines near the turns"""
-        kept = record.away_from_turns(spectra[0])
-        self.frequency, self.measured = (part[kept][::thin] for part in spectra)
+        lines = record.away_from_turns(spectra[0])
+        self.frequency, self.measured = (part[lines][::thin] for part in spectra)
         """(n_f,) Hz; (n_f, n_channels) accelerometers, probes, excitation"""
         self.omega = complex_frequency(self.frequency, self.duration)
         self.in_flanks = flank_spectra(record.signals, fs, self.frequency)
@@ -75,8 +75,8 @@ def complex_spectra(
     count = scipy.fft.next_fast_len(2 * n, real=True)
     frequency = np.fft.rfftfreq(count, 1 / fs)
     inside = np.flatnonzero((frequency >= band[0]) & (frequency <= band[1]))
-    kept = inside[:: -(-inside.size // n_lines)]
-    return frequency[kept], scipy.fft.rfft(signals.T * (_decay(n) * _flanks(n, fs)[0]), count, axis=1)[:, kept].T
+    lines = inside[:: -(-inside.size // n_lines)]
+    return frequency[lines], scipy.fft.rfft(signals.T * (_decay(n) * _flanks(n, fs)[0]), count, axis=1)[:, lines].T
 
 
 def _decay(n: int) -> np.ndarray:
@@ -111,9 +111,9 @@ def flank_spectra(signals: np.ndarray, fs: float, frequency: np.ndarray) -> np.n
     """
     n = len(signals)
     count = scipy.fft.next_fast_len(2 * n, real=True)
-    kept = np.round(frequency * count / fs).astype(int)
+    lines = np.round(frequency * count / fs).astype(int)
     first, second = (
-        scipy.fft.rfft(signals.T * (_decay(n) * each), count, axis=1)[:, kept].T for each in _flanks(n, fs)[1:]
+        scipy.fft.rfft(signals.T * (_decay(n) * each), count, axis=1)[:, lines].T for each in _flanks(n, fs)[1:]
     )
     return 2j * complex_frequency(frequency, n / fs)[:, None] * first - second
 

@@ -128,8 +128,8 @@ class Assessment:
             names = ", ".join(self.update.channels[i] for i in self.suspects)
             parts.append(f"{names}, by up to {self.misfit[list(self.suspects)].max():.0f} % of the level")
         if self.wrong:
-            moved = ", ".join(f"{name} by {abs(self.shift[name]):.1f}" for name in self.wrong)
-            parts.append(f"prior standard deviations from the rig file: {moved}")
+            shifts = ", ".join(f"{name} by {abs(self.shift[name]):.1f}" for name in self.wrong)
+            parts.append(f"prior standard deviations from the rig file: {shifts}")
         return "; ".join(parts)
 
 
@@ -151,8 +151,8 @@ def predicted_spectra(
     stacked_gains, spectra = np.vstack(gains), np.vstack(measured)
     level = [np.broadcast_to(np.sqrt(np.mean(np.abs(m) ** 2, axis=0)), m.shape) for m in measured]
     weights = 1 / channel_deviation(np.vstack(level), spectra)
-    kept = np.setdiff1d(np.arange(spectra.shape[1]), without)
-    white, target = stacked_gains[:, kept] * weights[:, kept, None], (spectra * weights)[:, kept, None]
+    used = np.setdiff1d(np.arange(spectra.shape[1]), without)
+    white, target = stacked_gains[:, used] * weights[:, used, None], (spectra * weights)[:, used, None]
     if white.shape[1] < white.shape[2]:  # fewer channels than forces: the smallest that meet all of them
         return weights, (stacked_gains @ (np.linalg.pinv(white) @ target))[:, :, 0]
     basis, upper = np.linalg.qr(white)

@@ -56,11 +56,11 @@ class ChannelCorrection:
 def channel_corrections(assessment: Assessment) -> list[ChannelCorrection]:
     """Return corrections by which channels contradict each other less, on updated rig and rig file, best first."""
     rig, update, measured = assessment.rig, assessment.update, assessment.measured
-    kept = {name: v for name, v in update.values.items() if channel_of(name, rig) not in assessment.suspects}
+    trusted = {name: v for name, v in update.values.items() if channel_of(name, rig) not in assessment.suspects}
     candidates: list[tuple[float, ChannelCorrection]] = []
     if not measured:
         return []
-    for values in (kept, {}):
+    for values in (trusted, {}):
         gains = assessment.gains(rig, values)
         now = distance(gains, measured)
         for out in _suspect_sets(assessment):

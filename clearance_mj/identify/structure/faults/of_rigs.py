@@ -35,13 +35,13 @@ class RigCorrection:
 
     def fault(self, before: Assessment, after: Assessment) -> Fault:
         """Return the fault in words."""
-        given, value = self.of(before.rig), self.of(after.update.rig)
+        old, value = self.of(before.rig), self.of(after.update.rig)
         part, index, field = self.number
         unit = UNITS[field]
         name = f"{part}.{field}" if part == "beam" else f"{part}[{index}].{field}"
-        every = "with every position in proportion, " if self.kind == "lengths" else ""
-        words = f"{name} is {value:.4g} {unit} where the rig file says {given:.4g} {unit} (factor {value / given:.3f})"
-        return Fault(words, every + _evidence(before, after), value / given)
+        proportion = "with every position in proportion, " if self.kind == "lengths" else ""
+        words = f"{name} is {value:.4g} {unit} where the rig file says {old:.4g} {unit} (factor {value / old:.3f})"
+        return Fault(words, proportion + _evidence(before, after), value / old)
 
 
 def _evidence(before: Assessment, after: Assessment) -> str:

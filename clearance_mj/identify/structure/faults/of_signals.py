@@ -118,9 +118,9 @@ def _prediction(
     """(n_f,) lines of a channel predicted by all others but some, and True where that is certain enough."""
     weights, predicted = predicted_spectra(gains, assessment.measured, without)
     stacked_gains, expected = np.vstack(gains), predicted[:, channel]
-    kept = np.setdiff1d(np.arange(stacked_gains.shape[1]), without)
-    if len(kept) < stacked_gains.shape[2]:  # fewer channels than forces
+    used = np.setdiff1d(np.arange(stacked_gains.shape[1]), without)
+    if len(used) < stacked_gains.shape[2]:  # fewer channels than forces
         return expected, np.zeros(len(expected), dtype=bool)
-    _, upper = np.linalg.qr(stacked_gains[:, kept] * weights[:, kept, None])
+    _, upper = np.linalg.qr(stacked_gains[:, used] * weights[:, used, None])
     noise_gains = np.linalg.solve(upper.conj().transpose(0, 2, 1), stacked_gains[:, channel, :, None].conj())
     return expected, np.linalg.norm(noise_gains[:, :, 0], axis=1) < CERTAIN * np.abs(expected)

@@ -32,10 +32,10 @@ def clamps(bench: Bench) -> Iterator[Candidate]:
 def _with(rig: Rig, frequency: float, factor: float) -> Rig:
     assert rig.beam
     omega, mass = 2 * np.pi * frequency, MASS / factor  # a lighter one moves more
-    given = rig.beam.clamp or Clamp()
+    clamp_of_file = rig.beam.clamp or Clamp()
     stiffness = mass * omega**2
     clamp = dataclasses.replace(
-        given, translation=stiffness, mass=mass, translation_damping=2 * DAMPING * omega * mass
+        clamp_of_file, translation=stiffness, mass=mass, translation_damping=2 * DAMPING * omega * mass
     )  # fmt: skip
     return opened(
         rig.replace(beam=dataclasses.replace(rig.beam, clamp=clamp)),
