@@ -1,4 +1,4 @@
-"""What an engine is: it says how long a time step may be and starts a run, which takes the excitation in blocks."""
+"""The interface of engines: a bound of the time step, and runs that take the excitation in blocks."""
 
 from __future__ import annotations
 
@@ -31,30 +31,30 @@ __all__ = [
 
 
 class SeveralRuns(ABC):
-    """Runs, from their start, that are advanced together under one excitation. Made by `Run.beside`."""
+    """Runs that are advanced together from their start under one excitation. Made by `Run.beside`."""
 
     @abstractmethod
     def advance(self, excitation: np.ndarray) -> np.ndarray:
-        """Simulate one block; see `Run.advance`, whose columns each run has here: (n_runs, n, columns)."""
+        """Simulate one block; return the columns of `Run.advance` for each run: (n_runs, n, columns)."""
 
     def whole(self, excitation: np.ndarray, factor: int, samples: int, forces: bool = True) -> np.ndarray:
-        """Simulate a whole excitation; return (n_runs, columns, samples): what `Run.advance` returns, decimated.
+        """Simulate a whole excitation; return the columns of `Run.advance`, decimated: (n_runs, columns, samples).
 
-        Every sample stands for a factor of steps; the excitation goes on for as long as the last one's filter looks
+        Every sample spans ``factor`` steps; the excitation includes the steps that the last sample's filter looks
         ahead. Without ``forces`` their columns and those that follow may be left out.
         """
         raise ClearanceError("the engine hands its runs over in blocks; use simulate_batch")
 
 
 class Run(ABC):
-    """A simulation from one block of the excitation to the next."""
+    """A running simulation, advanced block by block."""
 
     def alike(self) -> object | None:
-        """Return what runs share that can be advanced side by side, or None of one that cannot be."""
+        """Return a key that is equal for runs that can be advanced together; None if this one cannot be."""
         return None
 
     def beside(self, runs: Sequence[Run]) -> SeveralRuns:
-        """Return runs side by side, of which all are `alike` and this is one."""
+        """Combine runs that are `alike`, of which this is one."""
         raise ClearanceError("the engine advances one run at a time; use modal")
 
     @abstractmethod
@@ -62,16 +62,16 @@ class Run(ABC):
         """Simulate one block of the excitation, (n,) or (n, n_inputs) in m/s² or N, one sample per step.
 
         Returns absolute accelerations, displacements, contact forces, grease forces: (n, n_sensors + 3 n_rows); and
-        n_bushings columns more, 1 where an end of the bushing lies beyond its gap and 0 elsewhere, if the engine tells.
+        n_bushings columns more, 1 where an end of the bushing lies beyond its gap and 0 elsewhere, if the engine knows.
         Raises `SimulationError` if the simulation diverges or its solver warns.
         """
 
     def before(self) -> np.ndarray | None:
-        """Return what `advance` would have returned at rest before the start, (columns,); None if that is zeros."""
+        """Return the columns of `advance` at rest before the start, (columns,); None if that is zeros."""
         return None
 
     def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Simulate one block; return what `advance` does, and the energies of its steps, (n, columns) of `energies`."""
+        """Simulate one block; return the columns of `advance`, and the energies of its steps, (n, columns) of `energies`."""
         raise ClearanceError("the engine does not tell its energies, so they cannot be balanced; use modal or links")
 
 
@@ -81,12 +81,12 @@ _ENGINES: dict[str, type[Engine]] = {}
 
 @dataclass(frozen=True)
 class Engine(Registered, ABC):
-    """A way to simulate a rig. Fields of a subclass are the engine's settings."""
+    """Base of simulation engines. Fields of a subclass are the engine's settings."""
 
     known, refusal, called = _ENGINES, ClearanceError, "engine {name}"
     at_once: ClassVar[int] = 1
-    """how many cases batches hand over together; of more than one, those that are `Run.alike` run as one program, and
-    ``advance`` of `Run.beside` takes an excitation (n, n_inputs) of each"""
+    """number of cases that batches hand over together; if more than one, those that are `Run.alike` run as one program,
+    and ``advance`` of `Run.beside` takes an excitation (n, n_inputs) of each"""
 
     @abstractmethod
     def largest_step(self, rig: Rig, law: Law) -> float:
@@ -118,7 +118,7 @@ class Engine(Registered, ABC):
 
 
 def default_engine(rig: Rig) -> str:
-    """Return the name of the engine that simulates a rig if none is asked for, "links" of shafts in one plane.
+    """Return the name of a rig's default engine, "links" for shafts in one plane.
 
     Parameters
     ----------
@@ -152,23 +152,23 @@ def get_engine(engine: str | Engine) -> Engine:
 
 
 def in_columns(excitation: np.ndarray) -> np.ndarray:
-    """Return inputs (n,) or (n, n_inputs) as compiled loops take them: (n, n_inputs), row after row."""
+    """Return inputs (n,) or (n, n_inputs) as a contiguous array (n, n_inputs) for compiled loops."""
     return np.ascontiguousarray(excitation if excitation.ndim == 2 else excitation[:, None])
 
 
 def step_factor(fs: float, largest_step: float) -> int:
-    """Steps per sample at fs, Hz: the smallest whole number that keeps the step within ``largest_step``, s."""
+    """Return the steps per sample at fs, Hz: the smallest whole number with a step of at most ``largest_step``, s."""
     rate = fs * largest_step
     return max(1, math.ceil(1 / rate - 1e-9)) if rate > 1 / MAX_COUNT else MAX_COUNT
 
 
 def location(rig: Rig, bushing: int) -> str:
-    """Return where something happened, for messages; a rig without bushings is looked at at its tip."""
+    """Return the place of a bushing for messages; "at the tip" for a rig without bushings."""
     return f"at bushings[{bushing}] ({rig.bushings[bushing].where})" if rig.bushings else "at the tip"
 
 
 def diverged(rig: Rig, engine: Engine, time: float, bushing: int) -> SimulationError:
-    """Return the error of a simulation whose motion at a bushing is not a number or beyond any shaft at a time, s."""
+    """Return the error of a simulation that diverged at a bushing at a time, s."""
     return SimulationError(
         f"rig {rig.name!r}: the {engine.name} simulation diverged at t = {time:.6f} s {location(rig, bushing)}; "
         "the law is too stiff or too strongly damped for the time step, or the excitation is far out of range"

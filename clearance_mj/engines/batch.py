@@ -1,4 +1,4 @@
-"""Many simulations at once: on threads, on an executor that is given, or as one program where the engine makes one."""
+"""Batches of simulations: on threads, on an executor, or as one program where the engine supports it."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from .simulation import BLOCK, Simulation, simulate
 
 __all__ = ["simulate_all", "simulate_batch", "simulate_each"]
 
-CASES_PER_THREAD = 4  # cases for each thread that run, or wait to be run, at once
-LARGEST_RESULT = 2**27  # numbers of the responses that are made together
+CASES_PER_THREAD = 4  # running or queued cases for each thread
+LARGEST_RESULT = 2**27  # numbers in the responses that are computed together
 LARGEST_BLOCK = 2**24  # numbers at the engine's step that are decimated together
 
 T = TypeVar("T")
@@ -42,7 +42,7 @@ def simulate_batch(
     progress: bool = False,
     executor: Executor | None = None,
 ) -> list[Response]:
-    """Simulate many cases at once and keep every response; otherwise `simulate_each`.
+    """Simulate many cases at once and return all responses; see `simulate_each`.
 
     Parameters
     ----------
@@ -71,9 +71,9 @@ def simulate_each(
     progress: bool = False,
     executor: Executor | None = None,
 ) -> Iterator[Response]:
-    """Simulate many cases at once and hand over one response after the other; results do not depend on the threads.
+    """Simulate many cases at once and yield one response after the other; results do not depend on the threads.
 
-    Only a few cases run ahead of the one that is taken, so memory does not grow with their number.
+    Only a few cases run ahead of the consumer, so memory does not grow with their number.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def simulate_each(
     excitations : Excitation or sequence of Excitation
         One object for all cases or one for each.
     laws : Law or sequence of Law, optional
-        Laws of rigs, one object for all cases or one for each; models bring their own.
+        Laws of rigs, one object for all cases or one for each; models have laws.
     engine : str or Engine
         Name or settings of the engine, as in `simulate`.
     workers : int, optional
@@ -91,7 +91,7 @@ def simulate_each(
     progress : bool
         Show a progress bar.
     executor : concurrent.futures.Executor, optional
-        What runs the cases instead of threads of its own, and is left open; ``workers`` then says how many run at once.
+        Executor for the cases instead of new threads; it is not shut down. ``workers`` is then the number at once.
 
     Yields
     ------
@@ -103,11 +103,11 @@ def simulate_each(
     ClearanceError
         If the sequences differ in length, and whatever `simulate` raises.
     """
-    used, threads = get_engine(engine), workers_to_use(workers)
+    chosen, threads = get_engine(engine), workers_to_use(workers)
     cases = _cases(models, excitations, laws)
-    if used.at_once > 1:
-        made = [functools.partial(tuple, case) for case in cases]
-        for response in tqdm(simulate_all(made, used), "simulating", len(cases), unit="run", disable=not progress):
+    if chosen.at_once > 1:
+        tasks = [functools.partial(tuple, case) for case in cases]
+        for response in tqdm(simulate_all(tasks, chosen), "simulating", len(cases), unit="run", disable=not progress):
             if isinstance(response, ClearanceError):
                 raise response
             yield response
@@ -117,7 +117,7 @@ def simulate_each(
         try:
             for _ in tqdm(cases, desc="simulating", unit="run", disable=not progress):
                 room = CASES_PER_THREAD * threads - len(ahead)
-                ahead.extend(pool.submit(simulate, *case, used) for case in itertools.islice(waiting, room))
+                ahead.extend(pool.submit(simulate, *case, chosen) for case in itertools.islice(waiting, room))
                 yield ahead.popleft().result()
         finally:
             for job in ahead:  # after an error or an interrupt, do not begin what is still queued
@@ -125,7 +125,7 @@ def simulate_each(
 
 
 def _cases(*columns: Any) -> list[tuple[Rig | Modelled, Excitation, Law | None]]:
-    """One tuple for each case; what is no list or tuple serves all of them."""
+    """Return one tuple for each case; an argument that is no list or tuple serves all of them."""
     rows = [column if isinstance(column, list | tuple) else None for column in columns]
     lengths = {len(row) for row in rows if row is not None}
     if len(lengths) > 1:
@@ -137,14 +137,14 @@ def _cases(*columns: Any) -> list[tuple[Rig | Modelled, Excitation, Law | None]]
 
 
 def simulate_all(cases: Sequence[Callable[[], tuple[Any, ...]]], engine: Engine) -> Iterator[Response | ClearanceError]:
-    """Simulate every case, as one program those that may be, and hand over each one's response, or why it has none.
+    """Simulate every case, together where possible, and yield the response of each, or its error.
 
     Parameters
     ----------
     cases : sequence of callable
-        Make model or rig, excitation and law, or None, of each case when it is its turn.
+        Return model or rig, excitation and law, or None, of each case when it is its turn.
     engine : Engine
-        Simulates them.
+        The engine.
 
     Yields
     ------
@@ -162,27 +162,27 @@ def simulate_all(cases: Sequence[Callable[[], tuple[Any, ...]]], engine: Engine)
         except ClearanceError as error:
             batch.append(error)
         if len(batch) >= engine.at_once or size > LARGEST_RESULT:
-            yield from _responses(batch)
+            yield from _simulate_groups(batch)
             batch, size = [], 0
-    yield from _responses(batch)
+    yield from _simulate_groups(batch)
 
 
-def _responses(batch: Sequence[Simulation | ClearanceError]) -> list[Response | ClearanceError]:
-    """Responses of simulations, of those that are one program together."""
+def _simulate_groups(batch: Sequence[Simulation | ClearanceError]) -> list[Response | ClearanceError]:
+    """Return the responses of simulations, computed together for those that are alike."""
     groups = collections.defaultdict[object, dict[int, Simulation]](dict)
     for i, simulation in enumerate(batch):
         if isinstance(simulation, Simulation):
             groups[simulation.run.alike() if simulation.engine.at_once > 1 else i][i] = simulation
-    found: dict[int, Response | ClearanceError] = {
+    results: dict[int, Response | ClearanceError] = {
         i: error for i, error in enumerate(batch) if isinstance(error, ClearanceError)
     }
     for group in groups.values():
-        found |= zip(group, _as_one(list(group.values())))
-    return [found[i] for i in range(len(batch))]
+        results |= zip(group, _simulate_together(list(group.values())))
+    return [results[i] for i in range(len(batch))]
 
 
-def _as_one(simulations: Sequence[Simulation]) -> list[Response | ClearanceError]:
-    """Responses of simulations whose runs are alike, or of one alone."""
+def _simulate_together(simulations: Sequence[Simulation]) -> list[Response | ClearanceError]:
+    """Return the responses of simulations whose runs are alike, or of a single one."""
     first = simulations[0]
     if first.engine.at_once == 1:
         try:
@@ -191,21 +191,21 @@ def _as_one(simulations: Sequence[Simulation]) -> list[Response | ClearanceError
             return [error]
     runs, factor = first.run.beside([simulation.run for simulation in simulations]), first.interpolator.factor
     block = int(np.clip(LARGEST_BLOCK // (len(simulations) * first.columns * factor), 1, BLOCK))
-    signals = [_padded(s.excitation.value.T, s.excitation.value.shape[-1] + s.ahead) for s in simulations]
+    signals = [_pad(s.excitation.value.T, s.excitation.value.shape[-1] + s.ahead) for s in simulations]
     samples: list[list[np.ndarray]] = [[] for _ in simulations]
     errors: dict[int, ClearanceError] = {}
     for start in range(0, max(map(len, signals)), block):
-        given = [_padded(signal[start : start + block], block) for signal in signals]
-        fast = np.stack([in_columns(s.interpolator.push(part)) for s, part in zip(simulations, given)])
-        for i, (simulation, outputs) in enumerate(zip(simulations, runs.advance(fast))):
+        inputs = [_pad(signal[start : start + block], block) for signal in signals]
+        upsampled = np.stack([in_columns(s.interpolator.push(part)) for s, part in zip(simulations, inputs)])
+        for i, (simulation, outputs) in enumerate(zip(simulations, runs.advance(upsampled))):
             try:
-                samples[i].append(simulation.sampled(fast[i], outputs) if i not in errors else outputs[:0])
+                samples[i].append(simulation.sampled(upsampled[i], outputs) if i not in errors else outputs[:0])
             except ClearanceError as error:
                 errors[i] = error
-    wholes = [np.concatenate(parts)[: s.excitation.value.shape[-1]] for parts, s in zip(samples, simulations)]
-    return [errors.get(i) or s.response(s.excitation.value.T, wholes[i]) for i, s in enumerate(simulations)]
+    outputs_of = [np.concatenate(parts)[: s.excitation.value.shape[-1]] for parts, s in zip(samples, simulations)]
+    return [errors.get(i) or s.response(s.excitation.value.T, outputs_of[i]) for i, s in enumerate(simulations)]
 
 
-def _padded(samples: np.ndarray, count: int) -> np.ndarray:
-    """Samples, and zeros after them, as many as a count."""
+def _pad(samples: np.ndarray, count: int) -> np.ndarray:
+    """Return samples, padded with zeros to a count."""
     return np.pad(samples, ((0, count - len(samples)), *((0, 0),) * (samples.ndim - 1)))

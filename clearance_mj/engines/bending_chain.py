@@ -1,6 +1,6 @@
-"""A shaft that bends in one plane as a chain of rigid links; see `chain`.
+"""A bending shaft as a chain of rigid links in one plane; see `chain`.
 
-In place and slope, chain and shaft meet at every end of an element; in between the shaft lies above the chain by the
+In deflection and slope, chain and shaft coincide at every end of an element; in between the shaft lies above the chain by the
 double integral of a curvature whose moment is a straight line (a parabola with three hinges) within the element.
 Deflection and strain energy are those of cubic Hermite elements; the kinetic energy of rigid links differs from theirs
 in fourth order.
@@ -35,24 +35,24 @@ class Link(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class BendingChain(Chain):
-    """A shaft that bends; at its left end it may slide and turn."""
+    """Chain of a bending shaft; at its left end it may slide and turn."""
 
     axes: ClassVar[dict[str, tuple[int, float]]] = OF_BENDING
     first_joints: ClassVar[tuple[str, ...]] = ("slide", "turn")
     derivative: ClassVar[int] = 0
 
     def holds(self, support: Support) -> tuple[Hold, ...]:
-        """Return what a support does to deflection and slope."""
+        """Return a support's constraints of deflection and slope."""
         slide = Hold(0, 0 in HELD[support.kind], support.translation, support.translation_damping)
         return slide, Hold(1, 1 in HELD[support.kind], support.rotation, support.rotation_damping)
 
     @functools.cached_property
     def links(self) -> tuple[Link, ...]:
-        """The moving links, from left to right, with what sits on them."""
+        """The moving links, from left to right, with the masses on them."""
         return tuple(self.link(start, end) for start, end in pairwise((*self.starts, self.shaft.end)))
 
     def link(self, start: float, end: float) -> Link:
-        """Return a piece of the shaft, with what sits on it."""
+        """Return a piece of the shaft, with the masses on it."""
         at, weight, rigidity = self.shaft.integration(start, end)
         mass, last = weight * rigidity.mass, end == self.shaft.end
         parts = [(m, x, own) for x, m, own in self.masses if start <= x < end or (last and x >= end)]
@@ -67,25 +67,28 @@ class BendingChain(Chain):
         return [(disc.position, disc.mass, disc.inertia) for disc in shaft.discs]
 
     @functools.cached_property
-    def _moves(self) -> np.ndarray:
-        """(n_links, nv) deflection of the links' centres."""
+    def _centre_deflection(self) -> np.ndarray:
+        """Deflection (n_links, nv) of the links' centres of mass."""
         return self.motion([link.centre for link in self.links], straight=True)
 
     @functools.cached_property
     def mass(self) -> np.ndarray:
-        """(nv, nv) mass matrix of the straight chain, with what sits on it."""
-        at, turn = self._moves, self.motion([(link.start + link.end) / 2 for link in self.links], 1, straight=True)
+        """(nv, nv) mass matrix of the straight chain, with the masses on it."""
+        at, turn = (
+            self._centre_deflection,
+            self.motion([(link.start + link.end) / 2 for link in self.links], 1, straight=True),
+        )
         masses, inertias = (np.array([getattr(link, name) for link in self.links]) for name in ("mass", "inertia"))
         return (at.T * masses) @ at + (turn.T * inertias) @ turn
 
     @property
     def weight(self) -> np.ndarray:
         """(nv,) force of a unit gravity along the deflection."""
-        return np.asarray(np.array([link.mass for link in self.links]) @ self._moves)
+        return np.asarray(np.array([link.mass for link in self.links]) @ self._centre_deflection)
 
     @property
     def polar(self) -> np.ndarray:
-        """(n, nv) slopes times the root of the polar inertia there, twice their rotary one of sections, and discs."""
+        """(n, nv) slopes times the root of the polar inertia: of discs, and of sections, twice the rotary one."""
         places, inertia = [d.position for d in self.shaft.discs], [d.about_axis for d in self.shaft.discs]
         for element in self.elements:
             at, weight, rigidity = self.shaft.integration(element.start, element.end)

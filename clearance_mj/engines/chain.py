@@ -1,9 +1,9 @@
-"""A shaft as a chain of rigid links: where its joints are, what supports do to them, how points move with them.
+"""A shaft as a chain of rigid links: its joints, their constraints by supports, and the motion of points.
 
-The shaft is cut into elements, supports and the bushings' middles among their ends, and each element gives at the
-points of Gauss's quadrature with the shaft's flexibility, 1/(EI) or 1/(GJ), as weight function: two hinges, or three
-where a number of links is odd, each as compliant as its weight. In a uniform element these are Legendre's points; steps
-and tapers move them. Chain and shaft then meet at every end of an element; see `bending_chain` and `twist_chain`.
+The shaft is cut into elements, supports and the bushings' middles among their ends, and each element has hinges at the
+points of Gauss quadrature with the shaft's flexibility, 1/(EI) or 1/(GJ), as weight function: two, or three where a
+number of links is odd, each as compliant as its weight. In a uniform element these are Legendre's points; steps and
+tapers move them. Chain and shaft then coincide at every end of an element; see `bending_chain` and `twist_chain`.
 
 A chain begins at the shaft's left end, where its first link can move unless a support there forbids it.
 """
@@ -25,10 +25,10 @@ __all__ = ["Chain", "Element", "Hold", "cut", "elements_of"]
 
 
 class Hold(NamedTuple):
-    """What a support does to one motion of a shaft."""
+    """A support's constraint of one motion of a shaft."""
 
-    order: int  #: of the motion, as `Chain.motion` has it
-    rigid: bool  #: whether it allows none
+    order: int  #: of the motion, as in `Chain.motion`
+    rigid: bool  #: True if it fixes the motion
     stiffness: float  #: N/m or N m/rad
     damping: float  #: N s/m or N m s/rad
 
@@ -47,11 +47,11 @@ class Element:
     def motion(self, x: np.ndarray, order: int) -> np.ndarray:
         """Return the deflection, or its derivative of order 1 or 2, (n_x, n) of the shaft at x per angle of the hinges.
 
-        The first derivative is the slope of what bends and the twist of what twists.
+        The first derivative is the slope in bending and the twist in torsion.
         """
-        return self._curvature(x) if order == 2 else self._bent(x)[order]
+        return self._curvature(x) if order == 2 else self._deflection_and_slope(x)[order]
 
-    def _bent(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _deflection_and_slope(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         slope = np.repeat((x >= self.end)[:, None], self.hinges.size, axis=1).astype(float)
         deflection = slope * (x[:, None] - self.hinges)
         for i in np.flatnonzero((x > self.start) & (x < self.end)):
@@ -63,20 +63,20 @@ class Element:
     def _curvature(self, x: np.ndarray) -> np.ndarray:
         last = self.end == self.shaft.end
         inside, near = (x >= self.start) & ((x < self.end) | last), 1e-6 * (self.end - self.start)
-        found = np.zeros((x.size, self.hinges.size))
+        curvature = np.zeros((x.size, self.hinges.size))
         for i in np.flatnonzero(inside):
             at = min(x[i], self.end - near)
             rigidity = self.shaft.integration(at, at + near)[2]
-            found[i] = self._moments(x[i : i + 1])[0] / getattr(rigidity, self.kind).mean()
-        return found
+            curvature[i] = self._moments(x[i : i + 1])[0] / getattr(rigidity, self.kind).mean()
+        return curvature
 
     def _moments(self, x: np.ndarray) -> np.ndarray:
-        """Moment (n_x, n) per angle of the hinges: Lagrange's polynomials over the hinges' compliance."""
-        found = np.empty((x.size, self.hinges.size))
+        """Return the moment (n_x, n) per angle of the hinges: Lagrange polynomials over the hinges' compliance."""
+        moment = np.empty((x.size, self.hinges.size))
         for i, hinge in enumerate(self.hinges):
             others = np.delete(self.hinges, i)
-            found[:, i] = np.prod((x[:, None] - others) / (hinge - others), axis=1) / self.compliance[i]
-        return found
+            moment[:, i] = np.prod((x[:, None] - others) / (hinge - others), axis=1) / self.compliance[i]
+        return moment
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,32 +85,32 @@ class Chain(ABC):
 
     shaft: Shaft
     elements: tuple[Element, ...]  # from left to right
-    masses: tuple[tuple[float, float, float], ...]  # what sits on it: position m, mass kg, inertia kg m²
+    masses: tuple[tuple[float, float, float], ...]  # on it: position m, mass kg, inertia kg m²
 
     axes: ClassVar[dict[str, tuple[int, float]]]
-    """axes of points that it moves along: order of the motion, and its sign"""
+    """axes of its points' motions: order of the motion, and its sign"""
     first_joints: ClassVar[tuple[str, ...]]
     """names of the joints at the left end, of motions of order 0, 1, ..."""
     derivative: ClassVar[int]
-    """order of the derivative of an element's deflection that its motion of order 0 is"""
+    """derivative of an element's deflection that is the motion of order 0"""
 
     @abstractmethod
     def holds(self, support: Support) -> tuple[Hold, ...]:
-        """Return what a support does to the chain's motions."""
+        """Return a support's constraints of the chain's motions."""
 
     @property
     @abstractmethod
     def mass(self) -> np.ndarray:
-        """(nv, nv) mass matrix of the straight chain, with what sits on it."""
+        """(nv, nv) mass matrix of the straight chain, with the masses on it."""
 
     @staticmethod
     @abstractmethod
     def discs(shaft: Shaft) -> list[tuple[float, float, float]]:
-        """Return what a shaft's own discs put on it, as `masses`."""
+        """Return a shaft's discs, as `masses`."""
 
     @property
     def without_load(self) -> Self:
-        """The same with nothing but the shaft's own discs on it."""
+        """The same with the shaft's discs alone on it."""
         return dataclasses.replace(self, masses=tuple(self.discs(self.shaft)))
 
     @functools.cached_property
@@ -120,16 +120,16 @@ class Chain(ABC):
 
     @functools.cached_property
     def _supports(self) -> tuple[list[Hold], list[tuple[float, Hold]]]:
-        """What supports do at the left end, where joints do it, and elsewhere, with the position, m."""
+        """Constraints of supports at the left end, made by joints, and elsewhere, with the position, m."""
         start = self.elements[0].start + 1e-9 * self.shaft.length
-        every = [(s.position, hold) for s in self.shaft.supports for hold in self.holds(s)]
-        return [hold for x, hold in every if x <= start], [(x, hold) for x, hold in every if x > start]
+        constraints = [(s.position, hold) for s in self.shaft.supports for hold in self.holds(s)]
+        return [hold for x, hold in constraints if x <= start], [(x, hold) for x, hold in constraints if x > start]
 
     @functools.cached_property
     def roots(self) -> tuple[int, ...]:
-        """Orders of the motions that the left end is free to make, each with a joint."""
-        held = {hold.order for hold in self._supports[0] if hold.rigid}
-        return tuple(order for order in range(len(self.first_joints)) if order not in held)
+        """Orders of the free motions of the left end, each with a joint."""
+        fixed = {hold.order for hold in self._supports[0] if hold.rigid}
+        return tuple(order for order in range(len(self.first_joints)) if order not in fixed)
 
     @property
     def joints(self) -> list[str]:
@@ -138,58 +138,57 @@ class Chain(ABC):
 
     @functools.cached_property
     def places(self) -> np.ndarray:
-        """(nv,) where the joints are, m."""
+        """(nv,) positions of the joints, m."""
         return np.concatenate(([self.shaft.start] * len(self.roots), self.hinges))
 
     @functools.cached_property
     def starts(self) -> np.ndarray:
-        """Where its moving links begin, m; each reaches to the next, the last one to the right end."""
+        """Left ends of its moving links, m; each reaches to the next, the last one to the right end."""
         return np.concatenate(([self.shaft.start] if self.roots else [], self.hinges))
 
     @functools.cached_property
     def stiffness(self) -> np.ndarray:
-        """(nv,) of the joints, N/m of a slide and N m/rad of the others."""
+        """(nv,) of the joints, N/m for a slide and N m/rad for the others."""
         root = [sum(h.stiffness for h in self._supports[0] if h.order == r) for r in self.roots]
         return np.concatenate((root, *(1 / e.compliance for e in self.elements)))
 
     @functools.cached_property
     def dashpots(self) -> np.ndarray:
-        """(nv,) of the joints, N s/m of a slide and N m s/rad of the others."""
+        """(nv,) of the joints, N s/m for a slide and N m s/rad for the others."""
         root = [sum(h.damping for h in self._supports[0] if h.order == r) for r in self.roots]
         return np.concatenate((root, np.zeros(self.hinges.size)))
 
     @functools.cached_property
     def held(self) -> np.ndarray:
-        """(n, nv) motions that rigid supports behind the left end hold at zero."""
+        """(n, nv) motions that rigid supports beyond the left end fix."""
         rows = {(x, h.order): self.motion(x, h.order)[0] for x, h in self._supports[1] if h.rigid}
         return np.array(list(rows.values())).reshape(-1, self.stiffness.size)
 
     @property
     def springs(self) -> list[tuple[np.ndarray, float, float]]:
-        """Rows (nv,), stiffness and damping of elastic supports behind the left end."""
+        """Rows (nv,), stiffness and damping of elastic supports beyond the left end."""
         elastic = [(x, h) for x, h in self._supports[1] if not h.rigid and (h.stiffness or h.damping)]
         return [(self.motion(x, h.order)[0], h.stiffness, h.damping) for x, h in elastic]
 
     @property
     def stiff_roots(self) -> np.ndarray:
-        """(nv,) whether a joint is a spring at the left end that gives less than the first hinge."""
+        """(nv,) True for a spring joint at the left end that is stiffer than the first hinge."""
         reach = self.hinges[0] - self.elements[0].start
         first = [self.stiffness[len(self.roots)] / reach ** (2 - 2 * r - 2 * self.derivative) for r in self.roots]
         return self.stiffness > np.concatenate((first, np.full(self.hinges.size, np.inf)))
 
     def motion(self, x: ArrayLike, order: int = 0, straight: bool = False) -> np.ndarray:
-        """Return how the shaft moves per coordinate.
+        """Return the motion of the shaft per coordinate.
 
         Parameters
         ----------
         x : array_like, shape (n_x,)
             Positions, m.
         order : int
-            0 the deflection, 1 the slope and 2 the curvature of a shaft that bends; 0 the twist and 1 that per length
-            of one that twists.
+            0 deflection, 1 slope and 2 curvature in bending; 0 twist and 1 twist per length in torsion.
         straight : bool
-            Whether the straight links are meant, and not the curved shaft, which they are equal to at every end of an
-            element; up to the slope or twist.
+            True for the straight links, False for the curved shaft, equal to them at every end of an element; up to
+            slope or twist.
 
         Returns
         -------
@@ -215,7 +214,7 @@ def cut(shaft: Shaft, links: int, wanted: list[float]) -> list[tuple[float, floa
     wanted : list of float
         Positions at which elements should end, m, in order of importance.
     """
-    edges = _edges(shaft, links, wanted)
+    edges = _element_ends(shaft, links, wanted)
     lengths = np.diff(edges)
     counts = np.full(lengths.size, 2)
     while counts.sum() < links:
@@ -233,10 +232,10 @@ def elements_of(
 ) -> tuple[Element, ...]:
     """Return the pieces of a shaft with their hinges.
 
-    These are the points and weights of Gauss's quadrature with the flexibility as weight function (Golub and Welsch,
+    These are the points and weights of Gauss quadrature with the flexibility as weight function (Golub and Welsch,
     Math. Comp. 23, 1969).
     """
-    found = []
+    elements = []
     for start, end, size in pieces:
         at, weight, rigidity = shaft.integration(start, end)
         flexibility, half = weight / getattr(rigidity, kind), (end - start) / 2
@@ -244,18 +243,18 @@ def elements_of(
         basis = np.linalg.qr(np.sqrt(flexibility)[:, None] * np.vander(xi, size, increasing=True))[0]
         nodes, vectors = np.linalg.eigh(basis.T @ (xi[:, None] * basis))
         hinges, compliance = start + half * (1 + nodes), flexibility.sum() * vectors[0] ** 2
-        found.append(Element(shaft, kind, start, end, hinges, compliance))
-    return tuple(found)
+        elements.append(Element(shaft, kind, start, end, hinges, compliance))
+    return tuple(elements)
 
 
-def _edges(shaft: Shaft, links: int, wanted: list[float]) -> np.ndarray:
-    """Ends of elements that things on the shaft ask for, in order of their importance as far as there is room.
+def _element_ends(shaft: Shaft, links: int, wanted: list[float]) -> np.ndarray:
+    """Return ends of elements at bushings, masses and supports, by importance, as far as they are far enough apart.
 
-    At a bushing or a mass that is no end of an element the links are a little beside the shaft; two ends close together
+    At a bushing or a mass that is no end of an element the links are a little off the shaft; two ends close together
     would make short links, which are fast and shorten the step.
     """
-    edges, room = [shaft.start, shaft.end], 1.5 * shaft.length / links
+    edges, spacing = [shaft.start, shaft.end], 1.5 * shaft.length / links
     for x in wanted:
-        if len(edges) <= links // 2 and min(abs(x - edge) for edge in edges) >= room:
+        if len(edges) <= links // 2 and min(abs(x - edge) for edge in edges) >= spacing:
             edges.append(x)
     return np.sort(edges)

@@ -1,4 +1,4 @@
-"""What sensors read that a loop over time does not know: motions against the ground, and forces in clearances."""
+"""Contributions to sensor readings outside of the time loop: the base's motion and forces in clearances."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Completion"]
 
 
 class Completion:
-    """Adds to the columns of sensors what the base's own motion and the clearances' forces are of their readings.
+    """Adds the contributions of the base's motion and the clearances' forces to the columns of sensors.
 
     The base begins at rest. With its acceleration a at the steps, its velocity and displacement are the running sums
     (u₊ - u₋)/(2h) and u of u₊ - 2u + u₋ = h² a, the scheme of the modes.
@@ -23,31 +23,33 @@ class Completion:
         of_inputs = each_kind(kinds)
         self.step, self.state = step, np.zeros((2, len(of_inputs)))  # velocity in the last step's middle, displacement
         orders = np.array([s.order for s in rig.sensors])
-        shares = np.array([base_shares(rig, i) * ((orders < 2) & (kind == "base")) for i, kind in enumerate(of_inputs)])
-        self.shares = np.concatenate([shares * (orders == order) for order in (1, 0)])
-        self.base_moves = bool(shares.any())
-        """whether a sensor reads the base's own motion"""
+        gains = np.array([base_shares(rig, i) * ((orders < 2) & (kind == "base")) for i, kind in enumerate(of_inputs)])
+        self.shares = np.concatenate([gains * (orders == order) for order in (1, 0)])
+        self.base_moves = bool(gains.any())
+        """True if a sensor reads the base's motion"""
         n_sensors = len(rig.sensors)
         self.forces: list[tuple[int, int, float]] = []
         """column of a sensor, that of a force, and the factor"""
         for i, sensor in enumerate(rig.sensors):
             if (j := clearance_of(rig, sensor)) is not None:
-                along = sensor.unit_direction[1:] if rig.bushings[j].is_round else np.ones(1)
-                for row, share in enumerate(along, rig.clearance_rows[j].start):
-                    self.forces += [(i, n_sensors + k * rig.n_rows + row, sensor.gain * share) for k in (1, 2) if share]
+                directions = sensor.unit_direction[1:] if rig.bushings[j].is_round else np.ones(1)
+                for row, component in enumerate(directions, rig.clearance_rows[j].start):
+                    self.forces += [
+                        (i, n_sensors + k * rig.n_rows + row, sensor.gain * component) for k in (1, 2) if component
+                    ]
 
     def push(self, acceleration: np.ndarray) -> np.ndarray:
-        """Return velocities, then displacements of the base (n, 2 n_inputs) at the next steps, of its accelerations."""
+        """Integrate the base's accelerations; return its velocities, then displacements (n, 2 n_inputs) at the next steps."""
         acceleration = in_columns(acceleration)
         between = self.state[0] + self.step * np.cumsum(acceleration, axis=0)
         place = self.state[1] + self.step * np.cumsum(between, axis=0)
-        found = between - self.step / 2 * acceleration, place - self.step * between
+        motion = between - self.step / 2 * acceleration, place - self.step * between
         if acceleration.size:
             self.state = np.array([between[-1], place[-1]])
-        return np.column_stack(found)
+        return np.column_stack(motion)
 
     def add(self, columns: np.ndarray, base: np.ndarray | None) -> None:
-        """Complete what `Run.advance` returns (n, columns), in place, with what `push` returns if the base moves."""
+        """Complete the columns of `Run.advance` (n, columns) in place; ``base`` is of `push` if the base moves."""
         for sensor, force, factor in self.forces:
             columns[:, sensor] += factor * columns[:, force]
         if base is not None:

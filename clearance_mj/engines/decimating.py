@@ -1,4 +1,4 @@
-"""Decimation of what compiled loops find at their steps, several cases side by side, see lanes.py."""
+"""Decimation of the steps of compiled loops, several cases in lanes, see lanes.py."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from ..core.jit import jit
 
 __all__ = ["BLOCK_SAMPLES", "decimate", "fill_before", "padded_taps"]
 
-DECIMATED = 4  # samples that are found together, from one pass over the steps
-BLOCK_SAMPLES = 64  # that are simulated between two decimations: their steps stay in the processor's cache
+DECIMATED = 4  # samples computed together in one pass over the steps
+BLOCK_SAMPLES = 64  # simulated between two decimations: their steps stay in the processor's cache
 
 
 @jit(inline="always")
 def padded_taps(taps: np.ndarray, factor: int) -> np.ndarray:
-    """Return a filter with zeros on both sides, so that it may stand at several samples at once."""
+    """Return a filter padded with zeros on both sides, so that it can be shifted over several samples at once."""
     padded = np.zeros(taps.size + 2 * (DECIMATED - 1) * factor)
     padded[(DECIMATED - 1) * factor : (DECIMATED - 1) * factor + taps.size] = taps
     return padded
@@ -23,7 +23,7 @@ def padded_taps(taps: np.ndarray, factor: int) -> np.ndarray:
 
 @jit(inline="always")
 def fill_before(before: np.ndarray, count: int, lanes: tuple[int, ...], steps: np.ndarray) -> None:
-    """Fill in what columns are before the first step, ``before`` (columns, lanes), as so many steps."""
+    """Fill so many steps with the columns' values before the first one, ``before`` (columns, lanes)."""
     for column in range(steps.shape[0]):
         for i in range(count):
             store(steps, column * steps.shape[1] + i, load(before, column, lanes), lanes)
@@ -34,9 +34,9 @@ def decimate(
     steps: np.ndarray, filled: int, padded: np.ndarray, taps: int, factor: int, lanes: tuple[int, ...],
     out: np.ndarray, samples: int,
 ) -> int:  # fmt: skip
-    """Fill in all samples whose steps are known, from ``samples`` on, drop these steps, and return how many they are.
+    """Compute all samples whose steps are known, from ``samples`` on, drop these steps, and return their number.
 
-    ``steps`` (columns, size, lanes): steps under the next sample's filter, those that follow, some that count zero;
+    ``steps`` (columns, size, lanes): steps under the next sample's filter, those that follow, some zeros;
     ``filled`` of them are known. ``padded`` is of so many ``taps``; ``out``: (lanes, columns, n).
     """
     columns, size = steps.shape[0], steps.shape[1]
@@ -64,11 +64,11 @@ def _decimate(
         b += padded[j - factor] * x
         c += padded[j - 2 * factor] * x
         d += padded[j - 3 * factor] * x
-    found = np.empty((DECIMATED, len(lanes)))
-    store(found, 0, a, lanes)
-    store(found, 1, b, lanes)
-    store(found, 2, c, lanes)
-    store(found, 3, d, lanes)
+    values = np.empty((DECIMATED, len(lanes)))
+    store(values, 0, a, lanes)
+    store(values, 1, b, lanes)
+    store(values, 2, c, lanes)
+    store(values, 3, d, lanes)
     for lane in range(out.shape[0]):
         for k in range(out.shape[1]):
-            out[lane, k] = found[k, lane]
+            out[lane, k] = values[k, lane]

@@ -1,19 +1,19 @@
 """Energy balance of a simulation, and a log of its impacts.
 
-Every engine's coordinates satisfy, step after step and to rounding, equations of its own:
-M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = b a - Pᵀ f. Multiplied by the step's travel (q₊ - q₋)/2 they become a
-balance of energy without a rest: the kinetic energy ½ v M v of v = (q₊ - q)/h and the strain energy ½ q K q₊ change by
-the work of excitation, damping and clearances. What these did with their share is told in each step: stored is what
-springs hold, lost what dampers and hysteresis take, each by its own formula and none as the remainder. So the residual
-shows what the engine's forces and the finite step have made of the law. This is the energy check of explicit dynamics
+Every engine's coordinates satisfy, step after step and to rounding, discrete equations:
+M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = b a - Pᵀ f. Multiplied by the step's travel (q₊ - q₋)/2 they become an
+exact balance of energy: the kinetic energy ½ v M v of v = (q₊ - q)/h and the strain energy ½ q K q₊ change by
+the work of excitation, damping and clearances. The clearances' work is split in each step: stored in springs, lost in
+dampers and hysteresis, each by its formula and none as the remainder. So the residual shows the error of the engine's
+forces and of the finite step. This is the energy check of explicit dynamics
 (Belytschko, Liu & Moran, Nonlinear Finite Elements for Continua and Structures, 2000, section 6.2, with a tolerance of
 the order of 1 %).
 
 All energies are those of the motion relative to the base plate (Uang & Bertero, Earthq. Eng. Struct. Dyn. 19, 1990):
-a shaken base puts in the work of the inertia forces -Γ a on that motion.
+a shaken base does the work of the inertia forces -Γ a on that motion.
 
-What springs hold and hysteresis loses is said by the contact and grease models. Where a contact that cannot pull has
-let go, its spring is still compressed and relaxes against its own damper: that is lost too.
+Energies of springs and hysteresis come from the contact and grease models. Where a contact that cannot pull has let
+go, its spring is still compressed and relaxes against its damper: that is lost too.
 A law that changes K with time or amplitude does work on a compressed spring, which has an entry of its own.
 """
 
@@ -43,9 +43,9 @@ STORED = ("kinetic", "strain", "grease", "contact")  # at the steps' times; all 
 
 @dataclass(frozen=True)
 class Impact:
-    """One visit of a bushing's end to its wall, from the moment the gap is used up to the moment it opens again.
+    """One contact of a bushing's end with its wall, from the closing of the gap to its opening.
 
-    Both ends of a bushing are logged for themselves. The force of a contact that cannot pull may end before the visit.
+    Both ends of a bushing are logged separately. The force of a contact that cannot pull may end before.
     """
 
     time: float  #: s, of the first touch
@@ -67,10 +67,10 @@ class Impact:
 
 @dataclass(frozen=True, eq=False)
 class EnergyBalance:
-    """Energies in J at the samples of an excitation, from rest: what came in, what was lost, what is stored."""
+    """Energies in J at the samples of an excitation, from rest: put in, lost and stored."""
 
     response: Response
-    """what was simulated"""
+    """of the simulation"""
     fs: float
     """samples per second"""
     input: np.ndarray
@@ -78,7 +78,7 @@ class EnergyBalance:
     law_work: np.ndarray
     """(n_bushings, n_t) put in by the law where it changed the stiffness of a compressed contact"""
     damping: np.ndarray
-    """(n_t,) lost in the shaft's own damping"""
+    """(n_t,) lost in the shaft's damping"""
     hysteresis: np.ndarray
     """(n_bushings, n_t) lost in the grease's hysteresis"""
     film: np.ndarray
@@ -94,16 +94,16 @@ class EnergyBalance:
     contact: np.ndarray
     """(n_bushings, n_t) stored in contacts"""
     impacts: tuple[Impact, ...]
-    """in the order in which they are over"""
+    """in the order of their ends"""
     friction: np.ndarray | None = None
     """(n_bushings, n_t) lost where a shaft in space rubs"""
     weight: np.ndarray | None = None
     """(n_t,) put in by gravity, of a rig in space; stored energies are those above the rest under it"""
     unbalance: np.ndarray | None = None
-    """(n_t,) put in by what drives the unbalance of a turning shaft"""
+    """(n_t,) put in by the drive of a turning shaft's unbalance"""
     drive: np.ndarray | None = None
-    """(n_t,) put in by cross stiffness, and by what drives a turning shaft against friction and its own damping; a
-    film's drag is not known, so that a film that feeds a whirl has a loss below 0"""
+    """(n_t,) put in by cross stiffness, and by the drive of a turning shaft against friction and its damping; a film's
+    drag is not known, so that a film that feeds a whirl has a loss below 0"""
 
     @property
     def time(self) -> np.ndarray:
@@ -124,7 +124,7 @@ class EnergyBalance:
 
     @property
     def stored(self) -> np.ndarray:
-        """(n_t,) J, all that shaft, grease and contacts hold."""
+        """(n_t,) J, in shaft, grease and contacts."""
         return self.kinetic + self.strain + (self.grease + self.contact).sum(axis=0)
 
     @property
@@ -134,27 +134,27 @@ class EnergyBalance:
 
     @property
     def imbalance(self) -> float:
-        """Largest residual as a share of the largest energy put in; 0 where nothing was put in.
+        """Largest residual over the largest energy put in; 0 where nothing was put in.
 
-        In space, where gravity and turning take back what they put in, of the largest of all energies.
+        In space, where gravity and rotation also take out energy, over the largest of all energies.
         """
-        most = np.max(self.put_in)
+        largest = np.max(self.put_in)
         if self.friction is not None:
-            most = max(np.max(np.abs(part)) for part in (self.input, self.put_in, self.lost, self.stored))
-        return float(np.max(np.abs(self.residual)) / most) if most > 0 else 0.0
+            largest = max(np.max(np.abs(part)) for part in (self.input, self.put_in, self.lost, self.stored))
+        return float(np.max(np.abs(self.residual)) / largest) if largest > 0 else 0.0
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Return time, energies (numbered where every bushing has its own) and residual by name, each (n_t,)."""
-        found = {"time": self.time}
+        """Return time, energies (numbered by bushing) and residual by name, each (n_t,)."""
+        columns = {"time": self.time}
         for name in (f.name for f in fields(self) if f.name not in ("response", "fs", "impacts")):
             value = getattr(self, name)
             if value is None:
                 continue
-            found |= {name: value} if value.ndim == 1 else {f"{name}[{j}]": v for j, v in enumerate(value)}
-        return found | {"residual": self.residual}
+            columns |= {name: value} if value.ndim == 1 else {f"{name}[{j}]": v for j, v in enumerate(value)}
+        return columns | {"residual": self.residual}
 
     def summary(self) -> dict[str, Any]:
-        """Return the energies at the end, the imbalance and what the impacts were like, as plain data."""
+        """Return the energies at the end, the imbalance and statistics of the impacts, as plain data."""
         restitution = [impact.restitution for impact in self.impacts]
         count = Counter(impact.bushing for impact in self.impacts)
         return {
@@ -182,12 +182,12 @@ def energy_balance(
     Returns
     -------
     EnergyBalance
-        Energies and impacts; its ``response`` is what `simulate` returns.
+        Energies and impacts; its ``response`` is that of `simulate`.
 
     Raises
     ------
     ClearanceError
-        As `simulate`, and if the engine does not tell its equations and states.
+        As `simulate`, and if the engine does not report its energies.
     """
     rig, law = rig_and_law(model, law)
     simulation = Simulation(rig, excitation, law, get_engine(engine or default_engine(rig)))
@@ -197,27 +197,27 @@ def energy_balance(
         balanced = simulation.run = _BalancedRun(simulation.run, n, factor, bar)
         output = np.concatenate([block for _, block in simulation.outputs([excitation])])
     rows = np.concatenate(balanced.rows)[:size].T
-    found: dict[str, Any] = dict(zip(OF_RIG, rows))
+    energies: dict[str, Any] = dict(zip(OF_RIG, rows))
     of_clearances = rows[len(OF_RIG) :].reshape(n, len(OF_CLEARANCE), rows.shape[1])
-    found |= dict(zip(OF_CLEARANCE, np.moveaxis(of_clearances, 1, 0)))
+    energies |= dict(zip(OF_CLEARANCE, np.moveaxis(of_clearances, 1, 0)))
     for name in STORED[1:] if balanced.before() is not None else ():  # above that at rest
-        found[name] = found[name] - found[name][..., :1]
+        energies[name] = energies[name] - energies[name][..., :1]
     if not rig.moves_across:
-        found |= {name: None for name in ("weight", "unbalance", "drive") if not found[name].any()}
+        energies |= {name: None for name in ("weight", "unbalance", "drive") if not energies[name].any()}
     if not any(bushing.friction for bushing in rig.bushings) and not rig.moves_across:
-        found["friction"] = None
+        energies["friction"] = None
     ends = np.concatenate(balanced.ends)
     ends = ends.reshape(len(ends), 2 * n, len(OF_END))
-    visits = (visit for c in range(2 * n) for visit in _impacts(ends[:, c], c, rig, simulation.step))
-    over = [each for each in visits if each.time + each.duration <= size / excitation.fs]
-    impacts = tuple(sorted(over, key=lambda each: each.time + each.duration))
+    visits = (visit for c in range(2 * n) for visit in _find_impacts(ends[:, c], c, rig, simulation.step))
+    finished = [each for each in visits if each.time + each.duration <= size / excitation.fs]
+    impacts = tuple(sorted(finished, key=lambda each: each.time + each.duration))
     return EnergyBalance(
-        response=simulation.response(excitation.value.T, output), fs=excitation.fs, impacts=impacts, **found
+        response=simulation.response(excitation.value.T, output), fs=excitation.fs, impacts=impacts, **energies
     )  # fmt: skip
 
 
 class _BalancedRun(Run):
-    """A run whose energies are kept at the samples, with the ends' contacts at all steps."""
+    """A run that records energies at the samples, and the ends' contacts at all steps."""
 
     def __init__(self, run: Run, n_bushings: int, factor: int, bar: tqdm[Any]):
         self.run, self.factor, self.bar, self.steps = run, factor, bar, 0
@@ -250,15 +250,15 @@ class _BalancedRun(Run):
         return output
 
 
-def _impacts(end: np.ndarray, number: int, rig: Rig, step: float) -> Iterator[Impact]:
-    """Visits of an end, (n, 5) of `OF_END`, to the wall; times are those of straight lines between its depths."""
+def _find_impacts(end: np.ndarray, number: int, rig: Rig, step: float) -> Iterator[Impact]:
+    """Yield the contacts of an end, (n, 5) of `OF_END`; times are interpolated linearly between its depths."""
     depth, push, loss, n_y, n_z = end.T
     bushing = rig.bushings[number // 2]
     inside = np.concatenate(([False], depth > 0, [False]))
     starts, stops = np.flatnonzero(inside[1:] & ~inside[:-1]), np.flatnonzero(~inside[1:] & inside[:-1])
     for first, after in zip(starts, stops):
         if first == 0 or after == len(depth) or not push[first:after].any():
-            continue  # at rest on it before, not over yet, or gone before it pushed
+            continue  # at rest on it before, not over yet, or ended without a force
         begin = (first - depth[first] / (depth[first] - depth[first - 1])) * step
         finish = (after - depth[after] / (depth[after] - depth[after - 1])) * step
         axis = "YZ"[int(abs(n_z[first]) >= abs(n_y[first]))]

@@ -1,8 +1,8 @@
-"""All vibrations over frequency that hang together with the one in the gap, at one level.
+"""The frequency response at one level: contact-free stretches in closed form, arcs with contact by continuation.
 
-As long as no wall is touched the vibration of linear greases is known in closed form; the curve leaves it where the gap
-is filled and comes back to it at another such frequency. These arcs are continued; gaps and arcs in turn are the whole
-curve, from the lowest frequency to the highest one, and loops beside it.
+Without contact the vibration of linear greases is known in closed form; the curve leaves it where the gap is filled and
+returns to it at another such frequency. Gaps and arcs in turn make up the whole curve, from the lowest frequency to the
+highest one, and detached loops.
 """
 
 from __future__ import annotations
@@ -22,40 +22,40 @@ __all__ = ["Curve", "Vibrations", "curve"]
 
 LOW, HIGH, BROKEN = -1, -2, -3
 """Kinds of end of an arc that does not end where the gap is filled: at the range's lowest or highest frequency, or
-where no next motion was found."""
-PARTS = 8  # points between two motions at which an arc is read
-MAX_MOTIONS = 2000  # motions of an arc: one that goes on is lost in turns that no sweep resolves
-MARGIN = 1e-6  # share of the frequency by which arcs go beyond the range
-SAME = 1e-2  # difference over what vibrates below which two motions at one frequency are one
-SAG = 1e-2  # share of a mean under which a vibration about it is not known well enough to tell two from each other
+where the continuation failed."""
+PARTS = 8  # points of an arc's interpolation between two motions
+MAX_MOTIONS = 2000  # motions of an arc: a longer one winds through turns that no sweep resolves
+MARGIN = 1e-6  # fraction of the frequency by which arcs go beyond the range
+SAME = 1e-2  # difference over the vibration below which two motions at one frequency are the same
+SAG = 1e-2  # ratio to the mean below which a vibration is not resolved well enough to tell two from each other
 SAME_FOLD = 3e-4  # relative distance in frequency below which a map does not resolve two folds
 
 
 @dataclass(frozen=True, eq=False)
 class Vibrations:
-    """Those of one stretch of the curve, in its order."""
+    """Vibrations of one stretch of the curve, in its order."""
 
     cell: np.ndarray  #: (m,) index of the frequency
     z: np.ndarray  #: (m, r, K) harmonics of the coordinates, m
-    y: np.ndarray  #: (m, n_points, K) of the points beside them, m
+    y: np.ndarray  #: (m, n_points, K) of the displacements outside the basis, m
 
     def __getitem__(self, which: np.ndarray | slice) -> Vibrations:
-        """Those of some indices."""
+        """Return the vibrations at some indices."""
         return Vibrations(self.cell[which], self.z[which], self.y[which])
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """What is known of the vibrations at one level."""
+    """The vibrations at one level over frequency."""
 
     order: Vibrations
     """from the lowest frequency along the curve to the highest one"""
     beside: Vibrations
-    """of loops that a sweep does not meet"""
+    """of detached loops that a sweep does not reach"""
     folds: tuple[tuple[float, bool], ...]
-    """1/s, and whether a sweep upwards ends there, or one downwards"""
+    """1/s, and True if an upward sweep jumps there, False if a downward one"""
     ended: tuple[float, ...]
-    """1/s: where no further motion was found"""
+    """1/s: where the continuation failed"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,21 +75,21 @@ def curve(solver: Solver, omega: np.ndarray) -> Curve:
     ended: list[float] = []
     if linear_in_gap(solver):
         known = edges(solver, omega)
-        links = [*_gaps(solver, omega, known), *_arcs(solver, omega, known, ended)]
+        links = [*_contact_free_links(solver, omega, known), *_contact_links(solver, omega, known, ended)]
     else:
-        links = list(_whole(solver, omega, ended))
+        links = list(_continued_links(solver, omega, ended))
     folds = tuple(fold for link in links for fold in link.folds)
     whole = list(links)
     up = _walk(links, LOW)
     down = _walk(links, HIGH)
     if up and up[-1].ends[1] == BROKEN and (other := _walk(whole, HIGH)) and other[-1].ends[1] == LOW:
         links, up, down = whole, [], other
-    order = _joined(solver, [*up, *(_reversed(link) for link in reversed(down))])
-    return Curve(order, _joined(solver, links, order)[order.cell.size :], folds, tuple(ended))
+    order = _merge(solver, [*up, *(_reverse(link) for link in reversed(down))])
+    return Curve(order, _merge(solver, links, order)[order.cell.size :], folds, tuple(ended))
 
 
-def _gaps(solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]]) -> Iterator[_Link]:
-    """The stretches without contact, in closed form."""
+def _contact_free_links(solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]]) -> Iterator[_Link]:
+    """Yield the stretches without contact, in closed form."""
     inside = filled(solver, omega) <= 1
     bounds = [LOW, *range(len(known)), HIGH]
     for left, right in zip(bounds, bounds[1:]):
@@ -102,10 +102,10 @@ def _gaps(solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]]) ->
         yield _Link((left, right), Vibrations(cells, *without_contact(solver, omega[cells])))
 
 
-def _arcs(
+def _contact_links(
     solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]], ended: list[float]
 ) -> Iterator[_Link]:  # fmt: skip
-    """The stretches with contact, each from an end that no other one has reached."""
+    """Yield the stretches with contact, each from an end that no other one has reached."""
     low, high = omega[0] * (1 - MARGIN), omega[-1] * (1 + MARGIN)
     starts = [(i, above) for i, (_, above) in enumerate(known)]
     if filled(solver, omega[:1])[0] > 1:
@@ -119,48 +119,48 @@ def _arcs(
         motions: list[Motion] = []
         end = BROKEN
         try:
-            first = solver.first(low if start == LOW else high) if start < 0 else _at_edge(solver, known[start][0])
+            first = solver.first(low if start == LOW else high) if start < 0 else _solve_edge(solver, known[start][0])
             for motion in solver.within(first, low, high, up, MAX_MOTIONS):
                 if len(motions) > 1 and not solver.touches(motion) and solver.touches(motions[-1]):
-                    end = _edge(motion, known)
-                    motion = _at_edge(solver, known[end][0])
+                    end = _entered_edge(motion, known)
+                    motion = _solve_edge(solver, known[end][0])
                 motions.append(motion)
                 if end != BROKEN:
                     break
             else:
                 end = LOW if motions[-1].omega < (low + high) / 2 else HIGH
-        except NoConvergence as failed:
-            ended.append(failed.args[0])
+        except NoConvergence as error:
+            ended.append(error.args[0])
         reached.update((start, end))
         if end == start and len(motions) > 2:
             motions, end = _until_return(motions, end, ended)
         if motions:
             link = _link((start, end), motions, omega)
-            corners = (*_corner(start, known, motions[:2]), *_corner(end, known, motions[:-3:-1]))
-            yield _Link(link.ends, link.vibrations, (*_elsewhere(link.folds, corners), *corners))
+            corners = (*_corner_fold(start, known, motions[:2]), *_corner_fold(end, known, motions[:-3:-1]))
+            yield _Link(link.ends, link.vibrations, (*_folds_off_corners(link.folds, corners), *corners))
 
 
 def _until_return(motions: list[Motion], end: int, ended: list[float]) -> tuple[list[Motion], int]:
-    """Motions and their end, cut where they turn back along themselves to their beginning, as at a corner."""
+    """Return motions and their end, cut where they turn back along themselves to their beginning, as at a corner."""
     if np.linalg.norm(difference(motions[0], motions[-1])) > SAME:
         return motions, end
-    way = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(motions)])
-    found = motions[: int(np.searchsorted(way, way[-1] / 2)) + 1]
-    ended.append(found[-1].omega)
-    return found, BROKEN
+    arc_length = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(motions)])
+    outward = motions[: int(np.searchsorted(arc_length, arc_length[-1] / 2)) + 1]
+    ended.append(outward[-1].omega)
+    return outward, BROKEN
 
 
-def _elsewhere(
+def _folds_off_corners(
     folds: tuple[tuple[float, bool], ...], corners: tuple[tuple[float, bool], ...]
 ) -> Iterator[tuple[float, bool]]:
-    """The folds of an arc that are not its corners: whether one shows as a fold too hangs on the last bits."""
+    """Yield the folds of an arc that are not its corners: rounding decides if a corner shows up as a fold too."""
     for omega, up in folds:
         if not any(up == other and abs(omega / at - 1) < SAME_FOLD for at, other in corners):
             yield omega, up
 
 
-def _corner(end: int, known: list[tuple[float, bool]], motions: list[Motion]) -> Iterator[tuple[float, bool]]:
-    """The fold where the gap is filled, if the arc from there, two motions, goes back beside the vibration in the gap.
+def _corner_fold(end: int, known: list[tuple[float, bool]], motions: list[Motion]) -> Iterator[tuple[float, bool]]:
+    """Yield the fold where the gap is filled, if the arc's first two motions go back next to the vibration in the gap.
 
     A circle that meets the wall all around it has such a corner.
     """
@@ -168,21 +168,21 @@ def _corner(end: int, known: list[tuple[float, bool]], motions: list[Motion]) ->
         yield known[end]
 
 
-def _at_edge(solver: Solver, omega: float) -> Motion:
-    """The motion at which the gap is just filled."""
+def _solve_edge(solver: Solver, omega: float) -> Motion:
+    """Return the motion that just fills the gap."""
     (z,), (y,) = without_contact(solver, np.array([omega]))
     return solver.solved_at(omega, z, y, max(float(np.linalg.norm(z)), solver.least))
 
 
-def _edge(motion: Motion, known: list[tuple[float, bool]]) -> int:
-    """Where a motion that left contact came into the gap."""
+def _entered_edge(motion: Motion, known: list[tuple[float, bool]]) -> int:
+    """Return the index of the frequency at which a motion that lost contact has entered the gap."""
     upwards = motion.tangent[-1] > 0
     ends = [i for i, (_, above) in enumerate(known) if above != upwards] or range(len(known))
     return min(ends, key=lambda i: abs(known[i][0] - motion.omega))
 
 
-def _whole(solver: Solver, omega: np.ndarray, ended: list[float]) -> Iterator[_Link]:
-    """The curve of greases that are not linear in the gap, from below and, if it does not get through, from above."""
+def _continued_links(solver: Solver, omega: np.ndarray, ended: list[float]) -> Iterator[_Link]:
+    """Yield the curve of greases that are nonlinear in the gap, from below and, if that fails, from above."""
     low, high = omega[0] * (1 - MARGIN), omega[-1] * (1 + MARGIN)
     for start, stop, ends in ((low, high, (LOW, HIGH)), (high, low, (HIGH, LOW))):
         motions: list[Motion] = []
@@ -191,8 +191,8 @@ def _whole(solver: Solver, omega: np.ndarray, ended: list[float]) -> Iterator[_L
             for motion in solver.within(solver.first(start), low, high, stop > start, MAX_MOTIONS):
                 motions.append(motion)
             end = LOW if motions[-1].omega < (low + high) / 2 else HIGH
-        except NoConvergence as failed:
-            ended.append(failed.args[0])
+        except NoConvergence as error:
+            ended.append(error.args[0])
         if end == ends[0] and len(motions) > 2:
             motions, end = _until_return(motions, end, ended)
         yield _link((ends[0], end), motions, omega)
@@ -200,61 +200,59 @@ def _whole(solver: Solver, omega: np.ndarray, ended: list[float]) -> Iterator[_L
             return
 
 
-def _walk(left: list[_Link], start: int) -> list[_Link]:
-    """Take stretches from a list, one after the other from an end of the range on, each turned the way that is gone."""
-    found: list[_Link] = []
+def _walk(remaining: list[_Link], start: int) -> list[_Link]:
+    """Take consecutive stretches from a list, from one end of the range on, each oriented along the walk."""
+    chain: list[_Link] = []
     at = start
-    while at >= 0 or (not found and at != BROKEN):
-        if (link := next((link for link in left if at in link.ends), None)) is None:
+    while at >= 0 or (not chain and at != BROKEN):
+        if (link := next((link for link in remaining if at in link.ends), None)) is None:
             break
-        left.remove(link)
-        found.append(link if link.ends[0] == at else _reversed(link))
-        at = found[-1].ends[1]
-    return found
+        remaining.remove(link)
+        chain.append(link if link.ends[0] == at else _reverse(link))
+        at = chain[-1].ends[1]
+    return chain
 
 
-def _reversed(link: _Link) -> _Link:
+def _reverse(link: _Link) -> _Link:
     return _Link(link.ends[::-1], link.vibrations[::-1], link.folds)
 
 
 def _link(ends: tuple[int, int], motions: list[Motion], omega: np.ndarray) -> _Link:
-    """Motions that follow each other, as vibrations at the frequencies that they pass.
-
-    Between two motions go cubic parabolas along their tangents (Hermite).
-    """
+    """Interpolate consecutive motions at the frequencies that they pass, by Hermite's cubics along their tangents."""
     if len(motions) < 2:
         return _Link(ends, Vibrations(np.zeros(0, dtype=int), *np.zeros((2, 0, 0, 0))))
     w, z, y, _, direction, scale = Motions.of(motions)
-    of_z, of_w = direction[:, :-1].reshape(z.shape) * scale[:, None, None], direction[:, -1] * w
+    dz, dw = direction[:, :-1].reshape(z.shape) * scale[:, None, None], direction[:, -1] * w
     length = np.array([np.linalg.norm(difference(a, b)) for a, b in zip(motions, motions[1:])])
-    # A tangent is of length 1 in the units of its own motion; what is passed is measured in those of the first.
-    later = np.sqrt(np.sum(of_z[1:] ** 2, axis=(1, 2)) / scale[:-1] ** 2 + (of_w[1:] / w[:-1]) ** 2)
-    bends = np.stack((length, length / later))
+    # A tangent has length 1 in the units of its motion; the arc length is measured in those of the first.
+    next_length = np.sqrt(np.sum(dz[1:] ** 2, axis=(1, 2)) / scale[:-1] ** 2 + (dw[1:] / w[:-1]) ** 2)
+    bends = np.stack((length, length / next_length))
     s = np.arange(PARTS) / PARTS
     fine = np.append(
-        _hermite(w[:-1, None], w[1:, None], (bends[0] * of_w[:-1])[:, None], (bends[1] * of_w[1:])[:, None], s), w[-1]
+        _hermite(w[:-1, None], w[1:, None], (bends[0] * dw[:-1])[:, None], (bends[1] * dw[1:])[:, None], s),
+        w[-1],
     )
     low, high = np.minimum(fine[:-1], fine[1:]), np.maximum(fine[:-1], fine[1:])
     first, last = np.searchsorted(omega, low), np.searchsorted(omega, high)
-    part = np.repeat(np.arange(low.size), last - first)
+    interval = np.repeat(np.arange(low.size), last - first)
     cell = np.concatenate([np.arange(a, b)[:: 1 if up else -1] for a, b, up in zip(first, last, np.diff(fine) > 0)])
-    share = (part % PARTS + (omega[cell] - fine[part]) / (fine[part + 1] - fine[part])) / PARTS
-    i, share = part // PARTS, share[:, None, None]
+    fraction = (interval % PARTS + (omega[cell] - fine[interval]) / (fine[interval + 1] - fine[interval])) / PARTS
+    i, fraction = interval // PARTS, fraction[:, None, None]
     bent = bends[:, i, None, None]
-    found = _hermite(z[i], z[i + 1], bent[0] * of_z[i], bent[1] * of_z[i + 1], share)
-    vibrations = Vibrations(cell.astype(int), found, y[i] + share * (y[i + 1] - y[i]))
+    harmonics = _hermite(z[i], z[i + 1], bent[0] * dz[i], bent[1] * dz[i + 1], fraction)
+    vibrations = Vibrations(cell.astype(int), harmonics, y[i] + fraction * (y[i + 1] - y[i]))
     return _Link(ends, vibrations, tuple(_folds(fine)))
 
 
 def _hermite(a: ArrayLike, b: ArrayLike, at_a: ArrayLike, at_b: ArrayLike, s: np.ndarray) -> np.ndarray:
-    """Return the cubic parabola from a to b with these derivatives, at shares of the way."""
+    """Return the cubic polynomial from a to b with these derivatives, at fractions s of the interval."""
     a, b, at_a, at_b = map(np.asarray, (a, b, at_a, at_b))
-    rest = 1 - s
-    return rest**2 * ((1 + 2 * s) * a + s * at_a) + s**2 * ((1 + 2 * rest) * b - rest * at_b)
+    t = 1 - s
+    return t**2 * ((1 + 2 * s) * a + s * at_a) + s**2 * ((1 + 2 * t) * b - t * at_b)
 
 
 def _folds(w: np.ndarray) -> Iterator[tuple[float, bool]]:
-    """Where frequencies along a curve turn, by the parabola through three, and whether from up to down."""
+    """Yield frequencies of folds, by the parabola through three points, and True where they turn from up to down."""
     step = np.diff(w)
     turns = [
         (float(w[i + 1] - (w[i + 2] - w[i]) ** 2 / (8 * (step[i + 1] - step[i]))), bool(step[i] > 0))
@@ -268,8 +266,8 @@ def _folds(w: np.ndarray) -> Iterator[tuple[float, bool]]:
     yield from turns
 
 
-def _joined(solver: Solver, links: list[_Link], known: Vibrations | None = None) -> Vibrations:
-    """The vibrations of stretches behind those known already, those that several have once."""
+def _merge(solver: Solver, links: list[_Link], known: Vibrations | None = None) -> Vibrations:
+    """Append the vibrations of stretches to the known ones, without duplicates."""
     k = 2 * solver.harmonics + 1
     known = known or Vibrations(
         np.zeros(0, dtype=int), np.zeros((0, solver.size // k, k)), np.zeros((0, solver.rows, k))
@@ -278,14 +276,14 @@ def _joined(solver: Solver, links: list[_Link], known: Vibrations | None = None)
         new = link.vibrations
         if not new.cell.size:
             continue
-        new = new[np.array([not _holds(known, new.cell[i], new.z[i]) for i in range(new.cell.size)])]
+        new = new[np.array([not _contains(known, new.cell[i], new.z[i]) for i in range(new.cell.size)])]
         known = Vibrations(
             np.concatenate((known.cell, new.cell)), np.concatenate((known.z, new.z)), np.concatenate((known.y, new.y))
         )
     return known
 
 
-def _holds(known: Vibrations, cell: int, z: np.ndarray) -> bool:
-    there = known.z[known.cell == cell]
+def _contains(known: Vibrations, cell: int, z: np.ndarray) -> bool:
+    z_at_cell = known.z[known.cell == cell]
     size = max(float(np.linalg.norm(z[:, 1:])), SAG * float(np.linalg.norm(z)))
-    return bool(there.size and np.any(np.linalg.norm(there - z, axis=(1, 2)) < SAME * size))
+    return bool(z_at_cell.size and np.any(np.linalg.norm(z_at_cell - z, axis=(1, 2)) < SAME * size))

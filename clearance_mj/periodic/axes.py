@@ -1,4 +1,4 @@
-"""What level and frequency of an excitation are called, on figures, in tables and in words."""
+"""Labels and units of an excitation's level and frequency, for figures, tables and text."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["LevelAxis", "level_axis", "parameter_axis"]
 
 
 class LevelAxis(NamedTuple):
-    """Of one kind of excitation."""
+    """Labels of the level and frequency of one kind of excitation."""
 
     unit: str  #: of its level, in words behind a number
     symbol: str  #: of its level, in labelled data and tables
@@ -30,7 +30,7 @@ SHARES = {"load": ("constant loads over the rig's", "× loads"), "gap": ("gaps o
 
 
 def parameter_axis(over: str, kind: str) -> tuple[str, str]:
-    """Return label and unit of what changes along a branch.
+    """Return label and unit of a branch's continuation parameter.
 
     Parameters
     ----------
@@ -39,14 +39,14 @@ def parameter_axis(over: str, kind: str) -> tuple[str, str]:
     kind : str
         Kind of its excitation.
     """
-    own = level_axis(kind)
-    return {"frequency": (own.frequency, "Hz"), "level": (own.level, own.unit), **SHARES}.get(
+    axis = level_axis(kind)
+    return {"frequency": (axis.frequency, "Hz"), "level": (axis.level, axis.unit), **SHARES}.get(
         over, ("speed (rad/s)", "rad/s")
     )
 
 
 def level_axis(kind: str) -> LevelAxis:
-    """Return what level and frequency of a kind of excitation are called; of a whirl, which none excites, as a force's.
+    """Return the labels of an excitation's level and frequency; a whirl, which nothing excites, has those of a force.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Backbone", "follow_backbone"]
 
-IN_GAPS = (0.1, 5.0)  # first and last amplitude by default, in gaps
+IN_GAPS = (0.1, 5.0)  # default first and last amplitude, in gaps
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,7 +86,7 @@ class Backbone(Vibrations):
         row : int, optional
             Which sensor or clearance; None: the one that moves most.
         branches : sequence of Branch, optional
-            Forced vibrations of the same rig to draw beside it: in resonance they meet it.
+            Forced vibrations of the same rig to draw as well: in resonance they meet the backbone.
 
         Raises
         ------
@@ -112,7 +112,7 @@ class Backbone(Vibrations):
         return figure
 
     def to_xarray(self) -> xr.Dataset:
-        """Return everything with labels and units: harmonics over (point, response or clearance, harmonic)."""
+        """Return all quantities with labels and units: harmonics over (point, response or clearance, harmonic)."""
         variables: dict[str, Any] = {
             "frequency": ("point", self.frequency, "Hz"),
             "damping": ("point", self.damping, "1"),
@@ -140,9 +140,9 @@ def follow_backbone(
 ) -> Backbone:
     """Follow a mode of a rig from small to large amplitudes: its frequency, damping ratio and shape.
 
-    The rig vibrates freely and periodically, because damping of its own, one ratio for the whole structure, gives back
-    what is dissipated: the extended periodic motion concept. Free vibrations that decay slowly, and forced ones in
-    resonance, follow the curve. Unbalances and orders do not act.
+    The rig vibrates freely and periodically, because a negative damping ratio of the whole structure balances the
+    dissipation: the extended periodic motion concept. Free vibrations that decay slowly, and forced ones in resonance,
+    follow the curve. Unbalances and orders do not act.
 
     Parameters
     ----------
@@ -166,13 +166,13 @@ def follow_backbone(
     Returns
     -------
     Backbone
-        If no next point was found, the curve so far: ``ended`` says at which amplitude, or that it turned back.
+        If the continuation fails, the curve so far: ``ended`` says at which amplitude, or that it turned back.
 
     Raises
     ------
     ClearanceError
         For impossible modes, amplitudes, harmonics or samples, a mode that moves no clearance, or if not even the
-        first point is found.
+        first point converges.
     ExcitationError
         If the rig has a shaker of force without a position.
     LawError
@@ -221,23 +221,23 @@ def _amplitudes(amplitudes: tuple[float, float] | None, gap: float) -> tuple[flo
 
 
 def _backbone(follower: NonlinearMode, mode: int, motions: list[FreeMotion], ended: str) -> Backbone:
-    """Expand motions of the modes to everything that a backbone knows."""
+    """Expand motions of the modes to the quantities of a backbone."""
     system = follower.system
     rig, model, n = system.rig, system.driven.model, system.rig.n_rows
     omega = np.array([motion.omega for motion in motions])
     damping = np.array([motion.damping for motion in motions])
     modes = complex_amplitudes(follower.vectors @ np.array([motion.modes for motion in motions]))
     force = complex_amplitudes(np.array([motion.force for motion in motions]))
-    turning, x = 1j * np.arange(follower.harmonics + 1) * omega[:, None, None], system.driven.points @ modes
-    along = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
+    i_omega, x = 1j * np.arange(follower.harmonics + 1) * omega[:, None, None], system.driven.points @ modes
+    directions = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
     first, second = n + rig.end_rows.T
-    given_back = 2 * damping * omega**2 * np.sum(np.abs(modes[:, :, 1]) ** 2, axis=1)
+    power = 2 * damping * omega**2 * np.sum(np.abs(modes[:, :, 1]) ** 2, axis=1)
     with np.errstate(divide="ignore"):
-        level = given_back / np.abs(modes[:, :, 1] @ model.input(system.kind))
+        level = power / np.abs(modes[:, :, 1] @ model.input(system.kind))
     return Backbone(
         system.model, mode, follower.row, omega / (2 * np.pi), damping, level,
-        accelerated(rig)[:, None] * (model.at_sensors @ modes * turning**2),
-        model.directed(sensor_points(rig), along) @ modes, x[:, :n], force[:, first] + force[:, second],
+        accelerated(rig)[:, None] * (model.at_sensors @ modes * i_omega**2),
+        model.directed(sensor_points(rig), directions) @ modes, x[:, :n], force[:, first] + force[:, second],
         system.fillings(omega, x, force), ended, tuple(rig.sensor_labels),
         tuple(rig.probe_labels if rig.moves_across else rig.clearance_labels),
     )  # fmt: skip

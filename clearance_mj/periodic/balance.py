@@ -1,7 +1,7 @@
-"""The harmonic balance of a condensed rig as equations for a continuation, whose parameter may be any of its numbers.
+"""Harmonic-balance residual and Jacobian of a condensed rig, for continuation along any of five numbers; compiled.
 
-What a motion is found at are five numbers: frequency, 1/s, spin, rad/s, and shares of constant loads, of the
-excitation's level and of the gaps. A parameter moves one of them, or frequency and spin together; compiled.
+A motion is determined by frequency, 1/s, spin, rad/s, and the factors of constant loads, of the excitation's level and
+of the gaps. The continuation parameter moves one of them, or frequency and spin together.
 """
 
 from __future__ import annotations
@@ -17,62 +17,74 @@ from .harmonic_balance import Grid, answer, balance
 
 __all__ = ["POWERS", "Balance", "deepest", "left", "widen"]
 
-NEARBY = 1e-6  # share of the parameter by which derivatives by it are found
-POWERS = (1, -1, -2, -3)  # of a gap in what laws are of: distances of walls and, of films, their inverses
+NEARBY = 1e-6  # relative step of the difference quotient with respect to the parameter
+POWERS = (1, -1, -2, -3)  # of the gap in the laws' numbers: distances of walls and, of films, their inverses
 
 
 class Balance(NamedTuple):
-    """The equations of one rig along one parameter."""
+    """The harmonic-balance equations of one rig along one parameter."""
 
     linear: Linear
     laws: Laws
     slopes: Slopes
     grid: Grid
     basis: np.ndarray  # (n_rows, r) of the coordinates
-    owner: np.ndarray  # (r,) which clearance each is of
-    fixed: np.ndarray  # (5,) what a motion is found at where the parameter is 0
-    rate: np.ndarray  # (5,) how it changes with the parameter
+    owner: np.ndarray  # (r,) clearance of each coordinate
+    fixed: np.ndarray  # (5,) the five numbers where the parameter is 0
+    rate: np.ndarray  # (5,) their derivatives with respect to the parameter
     numbers: np.ndarray  # (n,) of the laws at the rig's gaps
-    widened: np.ndarray  # (4, n) their change by `POWERS` of the share of the gaps; (4, 0) if that stays
-    tolerance: float  # of the motion: what the balance may leave
-    least: float  # m: smaller motions are measured by it
-    bent: float  # distance of a motion from its prediction, over its size, that steps aim at
-    longest: float  # step, as a share of parameter and motion
-    jacobian: np.ndarray  # (r K + 1, r K + 1) room for its derivatives
+    widened: np.ndarray  # (4, n) their change with `POWERS` of the gaps' factor; (4, 0) if that is constant
+    tolerance: float  # residual over the size of the motion at which the corrector stops
+    least: float  # m: scale of smaller motions
+    bent: float  # distance of corrector from predictor, over the motion's size, that the step control aims at
+    longest: float  # longest step, relative to parameter and motion
+    jacobian: np.ndarray  # (r K + 1, r K + 1) overwritten with the Jacobian
 
 
 @jit(**STRICT)
 def left(
-    of: Balance, parameter: float, z: np.ndarray, y: np.ndarray, want: bool
+    of: Balance, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what z leaves of the balance, forces, and displacements beside B z; fill the jacobian if wanted."""
+    """Return the residual of the balance at z, forces, and displacements outside B z; fill the Jacobian if asked."""
     omega, spin, load, level, gap = of.fixed + parameter * of.rate
     widen(of, gap)
     compliance, driven = seen(of.linear, omega, spin, load, level)
-    found, force, beside = balance(
-        compliance, driven, of.basis, of.owner, of.grid, of.laws, of.slopes, omega, spin, z, y, want, of.jacobian
+    residual, force, y_new = balance(
+        compliance,
+        driven,
+        of.basis,
+        of.owner,
+        of.grid,
+        of.laws,
+        of.slopes,
+        omega,
+        spin,
+        z,
+        y,
+        diff,
+        of.jacobian,
     )
-    if want:
+    if diff:
         step = NEARBY * (parameter if parameter != 0.0 else 1.0)
         omega_2, spin_2, load, level, gap_2 = of.fixed + (parameter + step) * of.rate
         if of.linear.way == KNOWN and gap_2 == gap:
-            _, moved = seen(of.linear, omega, spin, load, level)
-            changed = np.dot(of.basis.T, driven - moved)
+            _, driven_2 = seen(of.linear, omega, spin, load, level)
+            difference = np.dot(of.basis.T, driven - driven_2)
         else:
             widen(of, gap_2)
             compliance, driven = seen(of.linear, omega_2, spin_2, load, level)
-            own, _, _ = answer(
+            response_2, _, _ = answer(
                 compliance, driven, of.basis, of.grid, of.laws, of.slopes, omega_2, spin_2, z, y, np.bool_(False)
             )
             widen(of, gap)
-            changed = z - own - found
-        of.jacobian[: z.size, z.size] = changed.ravel() / step
-    return found, force, beside
+            difference = z - response_2 - residual
+        of.jacobian[: z.size, z.size] = difference.ravel() / step
+    return residual, force, y_new
 
 
 @jit(**STRICT)
 def widen(of: Balance, gap: float) -> None:
-    """Let walls stand at a share of the rig's gaps."""
+    """Set the walls' distances to a factor times the rig's gaps."""
     for i in range(of.widened.shape[1]):
         of.laws.numbers[i] = of.numbers[i]
         for j in range(len(POWERS)):

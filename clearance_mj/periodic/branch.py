@@ -25,7 +25,7 @@ MARKERS = {"fold": "o", "period doubling": "s", "Neimark-Sacker": "^", "branch p
 
 @dataclass(frozen=True)
 class SpecialPoint:
-    """Where a branch folds or its stability changes."""
+    """A point at which a branch folds or its stability changes."""
 
     kind: str
     """ "fold", "period doubling", "Neimark-Sacker", "branch point", where another branch crosses, or "first contact",
@@ -35,7 +35,7 @@ class SpecialPoint:
     level: float
     """of the excitation's first harmonic that is not zero, as `Branch.level`"""
     index: int
-    """of the branch's point"""
+    """of the point on the branch"""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,11 +48,11 @@ class Branch(Vibrations):
     model: Model
     """rig and law of its clearances"""
     kind: str
-    """ "base", "force" or "unbalance", of what turns with the shaft; "whirl" where nothing excites"""
+    """excitation: "base", "force" or "unbalance" of rotating parts; "whirl" if there is none"""
     over: str
-    """ "frequency", "level", "load", "spin", "gap" or, of a whirl, "speed": what changes along the curve"""
+    """continuation parameter: "frequency", "level", "load", "spin", "gap" or, of a whirl, "speed\""""
     periods: int
-    """of the excitation, after which a vibration comes again"""
+    """number of excitation periods in one period of the vibration"""
     n_modes: int
     """number of modes in the Ritz basis"""
     n_samples: int
@@ -60,8 +60,8 @@ class Branch(Vibrations):
     frequency: np.ndarray
     """(n,) of the excitation's first harmonic, Hz"""
     level: np.ndarray
-    """(n, n_levels) complex amplitudes of the excitation's harmonics from the first on, m/s² or N; of an unbalance what
-    the rig's is multiplied by"""
+    """(n, n_levels) complex amplitudes of the excitation's harmonics from the first on, m/s² or N; of an unbalance the
+    factor of the rig's"""
     acceleration: np.ndarray
     """(n, n_sensors, H + 1) harmonics of what the sensors read, m/s²"""
     displacement: np.ndarray
@@ -87,7 +87,7 @@ class Branch(Vibrations):
     spin: np.ndarray | None = None
     """(n,) of the shaft, rad/s, where some clearances are round, which have a row along y and one along z each"""
     share: np.ndarray | None = None
-    """(n,) by which the rig's constant loads or all its gaps are multiplied, of a branch over these"""
+    """(n,) factor of the rig's constant loads or of all its gaps, of a branch over these"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -96,7 +96,7 @@ class Branch(Vibrations):
 
     @property
     def parameter(self) -> np.ndarray:
-        """(n,) frequency, Hz, level of the excitation's strongest harmonic, speed, rad/s, or share of loads or gaps."""
+        """(n,) frequency, Hz, level of the excitation's largest harmonic, speed, rad/s, or factor of loads or gaps."""
         if self.share is not None:
             return self.share
         if self.over in ("spin", "speed") and self.spin is not None:
@@ -105,25 +105,25 @@ class Branch(Vibrations):
 
     @property
     def stable(self) -> np.ndarray | None:
-        """(n,) whether a vibration comes back after a small disturbance; None if stability was not asked for."""
+        """(n,) True where a small disturbance decays; None if stability was not asked for."""
         from .stability import ROUNDING
 
         return None if self.multipliers is None else np.abs(self.multipliers[:, 0]) <= 1 + ROUNDING
 
     def excursion(self) -> np.ndarray:
-        """Return how far the clearances' middles move, (n, n_bushings) m: the amplitude of `clearance_displacement`.
+        """Return the amplitudes of the clearances' middles, (n, n_bushings) m, as of `clearance_displacement`.
 
         Of a rig with round ones half of the largest extent of the orbit in any direction: the radius of a circle, half
         the length of a line.
         """
-        along, parts = self.amplitude("clearance_displacement"), []
+        amplitudes, parts = self.amplitude("clearance_displacement"), []
         for rows in self.model.rig.clearance_rows:
-            both = self.clearance_displacement[:, rows]
-            parts.append(half_extents(both) if both.shape[1] == 2 else along[:, rows])
+            orbit = self.clearance_displacement[:, rows]
+            parts.append(half_extents(orbit) if orbit.shape[1] == 2 else amplitudes[:, rows])
         return np.concatenate(parts, axis=1)
 
     def plot(self, quantity: str = "acceleration", rows: Sequence[int] | None = None) -> Figure:
-        """Draw amplitudes over what changes: stable vibrations as lines, unstable dashed, special points marked.
+        """Draw amplitudes over the parameter: stable vibrations as lines, unstable dashed, special points marked.
 
         Parameters
         ----------
@@ -160,7 +160,7 @@ class Branch(Vibrations):
         return figure
 
     def to_xarray(self) -> xr.Dataset:
-        """Return everything with labels and units: harmonics over (point, response or clearance, harmonic)."""
+        """Return all quantities with labels and units: harmonics over (point, response or clearance, harmonic)."""
         variables: dict[str, Any] = {"frequency": ("point", self.frequency, "Hz")}
         variables["level"] = (("point", "excited"), self.level, level_axis(self.kind).symbol)
         variables |= self._variables()

@@ -1,4 +1,4 @@
-"""What a rattle map says of each vibration: contact, forces and amplitudes at clearances and sensors."""
+"""Quantities of the vibrations in a rattle map: contact, forces and amplitudes at clearances and sensors."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ QUANTITIES = {
 
 
 def moved(solver: Any, vibrations: Vibrations) -> tuple[np.ndarray, np.ndarray]:
-    """Return harmonics (m, n_rows, K) of the places of all rows, and how deep ends are: (m, n_bushings, N), in m.
+    """Return harmonics (m, n_rows, K) of the displacements of all rows, and penetrations (m, n_bushings, N), in m.
 
-    Of the two ends of a clearance the deeper one counts, at each sample of a period; it is below 0 within the gap.
+    The deeper of a clearance's two ends counts at each sample of a period; the penetration is below 0 within the gap.
     """
     system, count = solver.system, len(solver.system.rig.bushings)
     x = np.einsum("pr,nrk->npk", system.basis, vibrations.z) + vibrations.y
@@ -33,38 +33,38 @@ def moved(solver: Any, vibrations: Vibrations) -> tuple[np.ndarray, np.ndarray]:
 
 
 def acting(solver: Any, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return what acts beyond linear fillings in a motion (n_rows, K) at a frequency, 1/s: samples (n_rows, N), in N.
+    """Return nonlinear forces, samples (n_rows, N), of a motion (n_rows, K) at a frequency, 1/s, and their peaks, in N.
 
-    With the largest force (n_bushings,) of both ends of each clearance.
+    The peaks (n_bushings,) are those of the sum over both ends of each clearance; linear fillings are left out.
     """
     (basis, rate, project), laws = solver.grid[:3], solver.laws
     motion = Sampled(x @ basis.T, omega * (x @ rate.T), omega, solver.spin_of(omega))
     force, count = np.empty_like(motion.place), len(solver.system.rig.bushings)
     fill_forces(laws, motion, basis, rate, project, False, force, solver.slopes)
     first, second = force[laws.rows[count::2]], force[laws.rows[count + 1 :: 2]]  # of one coordinate twice the same
-    both = np.linalg.norm((first + second) / np.sqrt(3 - laws.width[count::2])[:, None, None], axis=1)
-    return force, both.max(axis=1)
+    total = np.linalg.norm((first + second) / np.sqrt(3 - laws.width[count::2])[:, None, None], axis=1)
+    return force, total.max(axis=1)
 
 
 def measured(solver: Any, omega: np.ndarray, vibrations: Vibrations) -> dict[str, np.ndarray]:
-    """Return what `QUANTITIES` names, (m, n_bushings or n_sensors), of vibrations at some of the frequencies, 1/s."""
+    """Return the `QUANTITIES`, (m, n_bushings or n_sensors), of vibrations at some of the frequencies, 1/s."""
     rig = solver.system.rig
     if not vibrations.cell.size:
         widths = {"response": len(rig.sensors), "clearance": len(rig.bushings)}
         return {name: np.zeros((0, widths[row])) for name, (row, _) in QUANTITIES.items()}
     x, depth = moved(solver, vibrations)
-    force, most, nonlinear = np.zeros_like(x), np.zeros(depth.shape[:2]), not linear_in_gap(solver)
+    force, peak, nonlinear = np.zeros_like(x), np.zeros(depth.shape[:2]), not linear_in_gap(solver)
     for i, cell in enumerate(vibrations.cell):
         if nonlinear or np.any(depth[i] > 0):
-            samples, most[i] = acting(solver, float(omega[cell]), x[i])
+            samples, peak[i] = acting(solver, float(omega[cell]), x[i])
             force[i] = samples @ solver.grid.project.T
-    still = np.zeros(0)
+    no_tangent = np.zeros(0)
     points = [
-        Located(Motion(float(omega[c]), z, y, f, still, 0.0), None)
+        Located(Motion(float(omega[c]), z, y, f, no_tangent, 0.0), None)
         for c, z, y, f in zip(vibrations.cell, vibrations.z, vibrations.y, force)
     ]
     branch = expanded(solver, points, "")
     return {
         "contact_share": np.mean(depth > 0, axis=-1), "penetration": np.maximum(depth.max(axis=-1), 0.0),
-        "contact_force": most, "displacement": branch.excursion(), "acceleration": branch.amplitude("acceleration"),
+        "contact_force": peak, "displacement": branch.excursion(), "acceleration": branch.amplitude("acceleration"),
     }  # fmt: skip

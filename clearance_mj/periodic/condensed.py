@@ -1,4 +1,4 @@
-"""A rig condensed to its clearances: its linear structure, and what acts beyond it."""
+"""A rig condensed to its clearances: its linear structure, and the nonlinear forces on it."""
 
 from __future__ import annotations
 
@@ -29,29 +29,29 @@ __all__ = ["UNBALANCE", "Condensed", "condensed", "grid", "laws_of", "require_pe
 
 UNBALANCE = "unbalance"
 STIFF = 1e-3
-"""Contact stiffness times compliance from which on a motion of the points is unknown; others are substituted."""
+"""Contact stiffness times compliance above which a displacement of the points is an unknown; others are eliminated."""
 FILM = 100.0  # stiffness of a film near the wall over that in its middle
-SINGULAR = 1e-12  # of the largest stiffness of a mode: below it nothing holds a motion
-HELD = 1e-8  # of the lowest stiffness that is there: of what holds a motion that no clearance sees
+SINGULAR = 1e-12  # of the largest stiffness of a mode: below it a motion is unrestrained
+RESTRAINT = 1e-8  # of the lowest restraining stiffness: artificial stiffness of a motion that no clearance sees
 
 
 class Condensed(NamedTuple):
-    """What the harmonic balance of a rig, a law and an excitation works with."""
+    """The condensed model of a rig, a law and an excitation, for harmonic balance."""
 
     model: Model
     kind: str  #: "base", "force" or "unbalance"; "whirl" where nothing excites
-    periods: int  #: of the excitation, after which a motion comes again
-    order: float  #: of the spin, of the excitation's first harmonic, where what turns with the shaft excites; else 0
+    periods: int  #: number of excitation periods in one period of the motion
+    order: float  #: of the excitation's first harmonic with respect to the spin, where rotating parts excite; else 0
     modes: int
     driven: DrivenModel
-    basis: np.ndarray  #: (n_rows, r) B, orthonormal; every column is of one clearance and one direction
-    owner: np.ndarray  #: (r,) which clearance
+    basis: np.ndarray  #: (n_rows, r) B, orthonormal; every column belongs to one clearance and one direction
+    owner: np.ndarray  #: (r,) clearance of each column
     laws: Laws
-    size: float  #: m, that motions are measured by: the smallest distance of a wall
-    pressed: np.ndarray  #: (n_bushings,) whether loads press it against its wall, which alone holds the rig
-    sag: np.ndarray  #: (n_rows,) what constant loads move without gaps, m
+    size: float  #: m, scale of motions: the smallest distance of a wall
+    pressed: np.ndarray  #: (n_bushings,) True where loads press it against its wall, which alone restrains the rig
+    sag: np.ndarray  #: (n_rows,) displacement by constant loads without gaps, m
     stiffest: float  #: 1/s², the largest stiffness of a contact on the modes
-    levels: np.ndarray  #: (n_levels,) complex amplitudes of the excitation; a factor of what turns with the shaft
+    levels: np.ndarray  #: (n_levels,) complex amplitudes of the excitation; a factor of rotating excitations
 
     @property
     def rig(self) -> Rig:
@@ -60,24 +60,24 @@ class Condensed(NamedTuple):
 
     @property
     def pace(self) -> float:
-        """Frequency of the excitation's first harmonic over that of which branches and maps speak: turns of a shaft."""
+        """Ratio of the excitation's first harmonic to the frequency of branches and maps, that of the turning shaft."""
         return self.order or 1.0
 
     @property
     def fineness(self) -> float:
-        """How far loads press walls that alone hold the rig, over the size of motions, to which forces ask for them."""
+        """Factor of the tolerance: sag over the size of motions, where loads press walls that alone hold the rig."""
         return min(1.0, float(np.abs(self.sag).max()) / self.size) if self.pressed.any() else 1.0
 
     @property
     def undriven(self) -> Condensed:
-        """The same without excitation, of which the mean alone is a harmonic."""
+        """The same without excitation: the mean is the only harmonic."""
         still = self.driven._replace(drive=0 * self.driven.drive[:1], unbalance=0 * self.driven.unbalance[:1])
         return self._replace(driven=still)
 
     def fillings(self, omega: np.ndarray, x: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return complex amplitudes (n, n_coordinates, H + 1) of the fillings' forces at all clearances, N.
 
-        Of places x and forces (n, n_rows, H + 1) beyond what the linear system has of them.
+        Of displacements x and forces (n, n_rows, H + 1) that the linear system does not contain.
         """
         rows = self.rig.bushing_of_row
         turning = 1j * np.arange(x.shape[2]) * omega[:, None, None]
@@ -150,14 +150,14 @@ def condensed(
     rig, law = model.rig, model.law
     laws, structure = laws_of(rig, law, speed), linear_model(rig, modes)
     of_contact = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
-    free = _unheld(structure.filled(laws.spring, laws.damper), speed)
+    free = _unrestrained_directions(structure.filled(laws.spring, laws.damper), speed)
     pressed = np.zeros(len(rig.bushings), dtype=bool)
     if np.abs(free.T @ structure.weight).max(initial=0.0) > 0:  # loads press it against walls, which alone hold it
         pressed = (laws.spring == 0) & laws.linear
         laws = laws._replace(spring=np.where(pressed, of_contact, laws.spring), linear=laws.linear & ~pressed)
     structure = structure.filled(laws.spring, laws.damper)
     points, weight = at_rows(structure), structure.weight
-    if (free := _unheld(structure, speed)).size:
+    if (free := _unrestrained_directions(structure, speed)).size:
         if np.abs(points @ free).max() > 1e-6 * np.abs(points).max():
             raise RigError(
                 f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
@@ -165,16 +165,16 @@ def condensed(
             )
         # All turns together, which no clearance sees: a weak spring holds it, and loads without balance speed it up.
         values = np.linalg.eigvalsh(structure.elastic(speed))
-        hold = HELD * values[values > SINGULAR * values[-1]][0] * free @ free.T
+        hold = RESTRAINT * values[values > SINGULAR * values[-1]][0] * free @ free.T
         springs = structure.springs + hold if structure.springs.size else hold
         structure, weight = dataclasses.replace(structure, springs=springs), weight - free @ (free.T @ weight)
-    drive, unbalance, order = _driving(structure, law, kind, np.asarray(levels, dtype=complex), harmonics, periods)
+    drive, unbalance, order = _excitation(structure, law, kind, np.asarray(levels, dtype=complex), harmonics, periods)
     if isinstance(law, TimeLaw) and rig.spin:
         laws = laws._replace(span=2 * np.pi * periods / (order * abs(rig.spin.speed)))
     driven = DrivenModel(structure, points, weight, drive, unbalance)
     stiffest = of_contact + [FILM * k if b.film else 0.0 for k, b in zip(laws.spring, rig.bushings)]
     on_modes = float(np.max(of_contact[rig.bushing_of_row] * np.sum(structure.at_bushings**2, axis=1)))
-    basis, owner = _coordinates(driven, laws, STIFF, stiffest, speed)
+    basis, owner = _active_coordinates(driven, laws, STIFF, stiffest, speed)
     room = min(b.wall_model.reach(b.gap) - math.hypot(b.offset_y, b.offset) for b in rig.bushings)
     return Condensed(
         model, kind, periods, order, modes, driven, basis, owner, laws, room, pressed,
@@ -182,17 +182,17 @@ def condensed(
     )  # fmt: skip
 
 
-def _unheld(model: LinearModel, spin: float) -> np.ndarray:
-    """Directions (n, m) in which the modes move without stiffness."""
+def _unrestrained_directions(model: LinearModel, spin: float) -> np.ndarray:
+    """Return the directions (n, m) in which the modes move without stiffness."""
     elastic = model.elastic(spin)
     values, vectors = np.linalg.eigh((elastic + elastic.T) / 2)
     return vectors[:, values <= SINGULAR * max(model.omega.max() ** 2, values[-1])]
 
 
-def _driving(
+def _excitation(
     model: LinearModel, law: Law, kind: str, levels: np.ndarray, harmonics: int, periods: int
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Amplitudes (H + 1, n) of the excitation, those of it per Ω², and the order of its first harmonic or 0."""
+    """Return amplitudes (H + 1, n) of the excitation, those per Ω², and the order of its first harmonic or 0."""
     drive, unbalance = np.zeros((2, harmonics + 1, model.size), dtype=complex)
     if kind != UNBALANCE:
         if levels.size:
@@ -202,7 +202,7 @@ def _driving(
     orders = [abs(each.order) for each in rig.orders] + [1.0] * bool(rig.unbalances)
     if isinstance(law, TimeLaw) and law.period and rig.spin:  # such as once for each tooth
         orders.append(2 * np.pi / (law.period * abs(rig.spin.speed)))
-    first = _common(orders)
+    first = _common_order(orders)
     forces = order_forces(rig.orders, model.directed, model.size).reshape(-1, 2, model.size)
     for each, (cosine, sine) in zip(rig.orders, forces):
         if (h := round(abs(each.order) / first) * periods) <= harmonics:
@@ -212,8 +212,8 @@ def _driving(
     return drive, unbalance, first
 
 
-def _common(orders: Sequence[float]) -> float:
-    """The largest order of which all are multiples."""
+def _common_order(orders: Sequence[float]) -> float:
+    """Return the largest order of which all are multiples."""
     common = orders[0]
     for order in orders[1:]:
         while order > 1e-6 * orders[0]:
@@ -223,7 +223,7 @@ def _common(orders: Sequence[float]) -> float:
 
 
 def laws_of(rig: Rig, law: Law, speed: float = 0.0) -> Laws:
-    """Return what acts in the clearances of a rig.
+    """Return the laws of the clearances of a rig.
 
     Parameters
     ----------
@@ -232,16 +232,16 @@ def laws_of(rig: Rig, law: Law, speed: float = 0.0) -> Laws:
     law : Law
         Law of its clearances.
     speed : float
-        rad/s: a film has no stiffness of its own in the middle, so Ω c/2 of its coupling at this spin stands for it.
+        rad/s: a film has no direct stiffness in the middle, so Ω c/2 of its coupling at this spin stands for it.
     """
     fillings, bushings = fillings_of(rig, law), rig.bushings
     k, c = np.transpose([filling.small_motion() for filling in fillings])
     films = np.array([b.film is not None for b in bushings])
     k = np.where(films, np.maximum(k, abs(speed) * c / 2), k)
-    memory = np.array([_memory(f, b.gap, b.n_coordinates) for f, b in zip(fillings, bushings)])
+    memory = np.array([_memory_size(f, b.gap, b.n_coordinates) for f, b in zip(fillings, bushings)])
     linear = np.array([filling.is_linear() for filling in fillings]) & ~films
     table = law.table(len(bushings))
-    impacts = np.array([_knows_impacts(table, b.gap, j) for j, b in enumerate(bushings)])
+    impacts = np.array([_depends_on_impact_speed(table, b.gap, j) for j, b in enumerate(bushings)])
     rubs = np.array([b.friction is not None and b.friction.coefficient > 0 for b in bushings])
     room = max(2, *(f.states(b.n_coordinates) for f, b in zip(fillings, bushings)))
     records, places = clearance_records(rig, law, 1.0), places_of(rig)
@@ -254,13 +254,13 @@ def laws_of(rig: Rig, law: Law, speed: float = 0.0) -> Laws:
     return Laws(*records, k, np.ascontiguousarray(c), memory, linear, impacts | rubs, room, 0.0, rows, width)
 
 
-def _coordinates(
+def _active_coordinates(
     driven: DrivenModel, laws: Laws, stiff: float, stiffest: np.ndarray, spin: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return orthonormal coordinates (n_rows, r) of rows in which they move enough to matter, and whose they are.
+    """Return orthonormal coordinates (n_rows, r) of rows that move enough to matter, and their clearances (r,).
 
-    ``stiff`` is the contact stiffness times compliance from which on a motion matters, ``stiffest`` (n_bushings,) the
-    stiffest contact of each clearance, N/m; bearings are what they are at the spin, rad/s.
+    ``stiff`` is the contact stiffness times compliance above which a motion matters, ``stiffest`` (n_bushings,) the
+    stiffest contact of each clearance, N/m; bearings are those at the spin, rad/s.
     """
     at, count = driven.points, len(stiffest)
     compliance = at @ np.linalg.solve(driven.model.elastic(spin), at.T)
@@ -283,20 +283,20 @@ def _coordinates(
     return np.ascontiguousarray(np.array(columns).T), np.array(owner)
 
 
-def _memory(filling: GreaseModel, gap: float, coordinates: int) -> int:
-    """How many numbers a filling remembers: none if a motion through the gap leaves them as they were."""
+def _memory_size(filling: GreaseModel, gap: float, coordinates: int) -> int:
+    """Return the number of a filling's state variables; 0 if a motion through the gap does not change them."""
     size = filling.states(coordinates)
     state, out, angle = [0.0] * size, [0.0] * 6, np.arange(1, 20)
-    way = [gap * np.sin(angle)] if coordinates == 1 else [gap * np.sin(angle), gap * np.cos(angle) / 2]
-    places = [(0.0,) * coordinates, *(tuple(map(float, r)) for r in np.transpose(way))]
+    orbit = [gap * np.sin(angle)] if coordinates == 1 else [gap * np.sin(angle), gap * np.cos(angle) / 2]
+    places = [(0.0,) * coordinates, *(tuple(map(float, r)) for r in np.transpose(orbit))]
     for before, now in itertools.pairwise(places):
         moved = tuple(b - a for a, b in zip(before, now))
         filling.law(filling.parameters(), state, now, moved, 0.0, 1e-3, out)
     return size if any(state) else 0
 
 
-def _knows_impacts(table: LawTable, gap: float, j: int) -> bool:
-    """Whether a contact's force depends on the speed at which it began."""
+def _depends_on_impact_speed(table: LawTable, gap: float, j: int) -> bool:
+    """Return True if a contact's force depends on the speed at which it began."""
     slow, fast = [0.0, 0.0], [0.0, 0.0]
     parameters = [float(number) for number in table.parameters[0, j]]
     table.kinds[j].law(parameters, gap, 100 * gap, 100 * gap, slow)
@@ -322,7 +322,7 @@ def grid(harmonics: int, samples: int) -> Grid:
 
 
 def slopes(laws: Laws, samples: int, harmonics: int) -> Slopes:
-    """Return room for the derivatives of the forces at samples of a period."""
+    """Allocate the derivatives of the forces at samples of a period."""
     points, most = len(laws.width), max(int(laws.memory.max()), 2)
     x, v = np.zeros((2, points, 2, 2, samples))
     step = np.zeros((points, samples, most + 2, most + 8))

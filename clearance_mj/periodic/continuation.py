@@ -1,7 +1,7 @@
-"""Periodic motions one after the other: Newton's method at one, pseudo-arclength continuation along many.
+"""Branches of periodic motions: Newton's method as corrector, pseudo-arclength continuation with tangent predictor.
 
-Unknowns are those of the equations over a size that grows with the motion, and the parameter over that of the point
-before. The loops are those of `loops`, compiled for equations that are compiled, and plain for others.
+The unknowns are scaled by a size that grows with the motion, the parameter by its value at the previous point. The
+loops are those of `loops`, compiled for equations that are compiled, and plain for others.
 """
 
 from __future__ import annotations
@@ -20,16 +20,19 @@ __all__ = [
     "MAX_POINTS", "EndOfBranch", "Follower", "Motion", "Motions", "NoConvergence", "difference", "meets", "until_again",
 ]  # fmt: skip
 
-TOLERANCE = 1e-9  # of Newton's method: what the equations may leave, over the size of the motion
-BENT = 0.002  # distance of a motion from its prediction by the tangent, over its size, that steps aim at
-LONGEST = 0.05  # step, as a share of parameter and motion
-MET, BESIDE = 1e-4, 0.1  # distance of a branch from an earlier motion that it meets: over its size, over a step
+TOLERANCE = 1e-9  # of Newton's method: residual over the size of the motion
+BENT = 0.002  # distance of corrector from predictor, over the motion's size, that the step control aims at
+LONGEST = 0.05  # longest step, relative to parameter and motion
+MET, BESIDE = (
+    1e-4,
+    0.1,
+)  # distance at which a branch meets an earlier motion: over its size, over a step
 MAX_POINTS = 20000
-AT_ONCE = 16  # motions that a compiled loop finds before they are looked at
+AT_ONCE = 16  # motions per call of a compiled loop
 
 
 class NoConvergence(Exception):
-    """No motion was found at or beyond a frequency, 1/s, its only argument."""
+    """Newton's method fails at or beyond a frequency, 1/s, its only argument."""
 
 
 class EndOfBranch(Exception):
@@ -40,9 +43,9 @@ class EndOfBranch(Exception):
 class Motion:
     """A periodic motion."""
 
-    omega: float  #: value of the branch's parameter: 1/s, or a share where that is level, loads or gaps
+    omega: float  #: value of the branch's parameter: 1/s, or a factor where that is level, loads or gaps
     z: np.ndarray  #: (r, K) harmonics of the coordinates, m
-    y: np.ndarray  #: (n_rows, K) of the rows beside them, m
+    y: np.ndarray  #: (n_rows, K) of the displacements outside the basis, m
     force: np.ndarray  #: (n_rows, K) of the clearances' forces beyond the linear fillings', N
     tangent: np.ndarray  #: (r K + 1,) direction of the branch, in metres over `scale` and 1/s over ω
     scale: float  #: m
@@ -60,43 +63,43 @@ class Motions(NamedTuple):
 
     @classmethod
     def of(cls, motions: Sequence[Motion]) -> Self:
-        """Return some motions."""
+        """Stack motions."""
         return cls(*(np.array([getattr(motion, name) for motion in motions]) for name in cls._fields))
 
     @classmethod
     def after(cls, motion: Motion, most: int) -> Self:
-        """Return room for so many motions, of which the first one is there."""
+        """Allocate so many motions, of which the first one is set."""
         room = cls(*(np.empty((most, *np.shape(getattr(motion, name)))) for name in cls._fields))
         for all_of_them, name in zip(room, cls._fields):
             all_of_them[0] = getattr(motion, name)
         return room
 
     def one(self, i: int) -> Motion:
-        """Return one of them."""
+        """Return the motion at an index."""
         return Motion(float(self.omega[i]), self.z[i], self.y[i], self.force[i], self.tangent[i], float(self.scale[i]))
 
 
 class Follower(ABC):
-    """Newton's method and continuation for as many equations in as many unknowns and a parameter.
+    """Newton's method and continuation for as many equations as unknowns, and a parameter.
 
-    What is computed in Python has ``_left`` and is what its equations are of; what is compiled has loops of its own.
+    A follower in Python has ``_residual`` and is the argument of its equations; a compiled one has other loops.
     """
 
-    size: int  #: how many unknowns
-    least: float  #: m: smaller motions are measured by it
-    jacobian: np.ndarray  #: (size + 1, size + 1) derivatives by the unknowns and the parameter; the last row is room
-    tolerance = TOLERANCE  #: of the motion: what the equations may leave
-    bent = BENT  #: distance of a motion from its prediction by the tangent, over its size, that steps aim at
-    longest = LONGEST  #: step, as a share of parameter and motion
-    loops = loops(lambda of, *at: of._left(*at), lambda of, parameter, z, y: -np.inf, False)
+    size: int  #: number of unknowns
+    least: float  #: m: scale of smaller motions
+    jacobian: np.ndarray  #: (size + 1, size + 1) derivatives by unknowns and parameter; the last row is overwritten
+    tolerance = TOLERANCE  #: residual over the size of the motion
+    bent = BENT  #: distance of corrector from predictor, over the motion's size, that the step control aims at
+    longest = LONGEST  #: longest step, relative to parameter and motion
+    loops = loops(lambda of, *at: of._residual(*at), lambda of, parameter, z, y: -np.inf, False)
 
     @property
     def equations(self) -> Any:
-        """What the loops' equations are of."""
+        """First argument of the loops' equations."""
         return self
 
     def solve(self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float) -> Motion | None:
-        """Return the motion near a guess on the plane across ``row`` through it; None if Newton's method fails."""
+        """Return the motion near a guess in the plane through it normal to ``row``; None if Newton's method fails."""
         found, *motion = self.loops.solve(self.equations, float(omega), z, y, row, float(scale))
         return Motion(*motion) if found else None
 
@@ -107,19 +110,19 @@ class Follower(ABC):
         return found
 
     def ahead(self, motion: Motion, step: float, tangent: np.ndarray | None = None) -> Motion | None:
-        """Return the motion a step away along a tangent, its own if none is given."""
+        """Predict along a tangent, that of the motion if none is given, and correct; None if Newton's method fails."""
         direction = motion.tangent if tangent is None else tangent
         start = motion.omega, motion.z, motion.y, motion.scale
         found, *there, _ = self.loops.ahead(self.equations, *start, direction, float(step))
         return Motion(*there) if found else None
 
     def across_wall(self, motion: Motion) -> Motion | None:
-        """Return a motion beyond a corner at which none lies ahead."""
+        """Return a motion beyond a corner at which the corrector fails."""
         return None
 
-    def _turned(self, found: Motion, before: Motion, step: float) -> Motion:
-        sign = np.sign(found.tangent @ difference(before, found)) * np.sign(step) or 1.0
-        return replace(found, tangent=sign * found.tangent)
+    def _orient(self, motion: Motion, before: Motion, step: float) -> Motion:
+        sign = np.sign(motion.tangent @ difference(before, motion)) * np.sign(step) or 1.0
+        return replace(motion, tangent=sign * motion.tangent)
 
     def within(
         self, motion: Motion, low: float, high: float, up: bool = True, most: int = MAX_POINTS
@@ -129,7 +132,7 @@ class Follower(ABC):
         Raises
         ------
         NoConvergence
-            Where Newton's method finds no next motion; what was yielded stays.
+            Where Newton's method fails; the motions yielded before stay valid.
         """
         up_or_down = np.sign(motion.tangent[-1] * (1 if up else -1) or 1.0)
         yield from self.onwards(replace(motion, tangent=up_or_down * motion.tangent), low, high, most)
@@ -139,12 +142,12 @@ class Follower(ABC):
     ) -> Iterator[Motion]:  # fmt: skip
         """Yield a motion and those that follow it along its tangent, until they leave a range.
 
-        ``step`` is the first one, as a share of parameter and motion.
+        ``step`` is the first one, relative to parameter and motion.
 
         Raises
         ------
         NoConvergence
-            Where Newton's method finds no next motion; what was yielded stays.
+            Where Newton's method fails; the motions yielded before stay valid.
         """
         yield motion
         for motions, why in self.pieces(motion, low, high, most, step):
@@ -153,7 +156,7 @@ class Follower(ABC):
                 yield motion
             if why == BEYOND:
                 after = motions.one(-1)
-                yield self._at(high if after.omega > high else low, motion, after)
+                yield self._solve_between(high if after.omega > high else low, motion, after)
                 return
         raise NoConvergence(motion.omega)
 
@@ -161,7 +164,7 @@ class Follower(ABC):
         self, motion: Motion, low: float, high: float, most: int, step: float, wanted: float = np.inf,
         deep: float = np.inf,
     ) -> Iterator[tuple[Motions, int]]:  # fmt: skip
-        """Yield motions after one, some at once, and why there are no more of them, as `loops` says it."""
+        """Yield the motions after one in blocks, each with the status of `loops` that says why it ends."""
         left = most
         while left > 0:
             room = Motions.after(motion, min(left, AT_ONCE) + 1)
@@ -181,15 +184,15 @@ class Follower(ABC):
                 motion, left = beyond, left - 1
                 yield Motions.of([beyond]), GOES_ON
 
-    def _at(self, omega: float, before: Motion, after: Motion) -> Motion:
+    def _solve_between(self, omega: float, before: Motion, after: Motion) -> Motion:
         """Return the motion at a frequency between two neighbours."""
-        share = (omega - before.omega) / (after.omega - before.omega)
-        found = self.solved_at(omega, before.z + share * (after.z - before.z), after.y, after.scale)
-        return replace(found, tangent=found.tangent * np.sign(found.tangent @ after.tangent))
+        fraction = (omega - before.omega) / (after.omega - before.omega)
+        motion = self.solved_at(omega, before.z + fraction * (after.z - before.z), after.y, after.scale)
+        return replace(motion, tangent=motion.tangent * np.sign(motion.tangent @ after.tangent))
 
 
 def meets(follower: Follower, before: Motion, after: Motion, other: Motion, beside: float = BESIDE) -> bool:
-    """Return whether another motion lies on the branch between two neighbours."""
+    """Return True if another motion lies on the branch between two neighbours."""
     way, gone = difference(before, after), difference(before, other)
     length = float(np.linalg.norm(way))
     share = float(gone @ way) / length**2
@@ -200,7 +203,7 @@ def meets(follower: Follower, before: Motion, after: Motion, other: Motion, besi
 
 
 def until_again(follower: Follower, motions: Iterator[Motion]) -> Iterator[Motion]:
-    """Yield motions until one of them comes again with the same direction: the branch is closed.
+    """Yield motions until one of them recurs with the same direction: the branch is closed.
 
     Raises
     ------
@@ -223,5 +226,5 @@ def until_again(follower: Follower, motions: Iterator[Motion]) -> Iterator[Motio
 
 
 def difference(a: Motion, b: Motion) -> np.ndarray:
-    """Return the way from one motion to another, in the units of the first."""
+    """Return the vector from one motion to another, in the units of the first."""
     return np.append((b.z - a.z).ravel() / a.scale, b.omega / a.omega - 1)

@@ -1,4 +1,4 @@
-"""Which part of its range a branch does not cover, since it turned back and left the range where it began."""
+"""The part of its range that a branch misses because it turned back and left the range where it began."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from .branch import Branch
 
 __all__ = ["not_covered", "reached", "turned_back"]
 
-TURNED_BACK = "it turns back"  # how `Branch.ended` begins then
+TURNED_BACK = "it turns back"  # begins `Branch.ended` of such a branch
 REST = (
     "begin elsewhere or from the other end, take another number of harmonics, or look for isolas "
     "(find_isolas, --isolas)"
 )
-COVERED = 1e-6  # relative distance of the range's end at which it is reached
+COVERED = 1e-6  # relative distance at which the range's end counts as reached
 
 
 def reached(branch: Branch) -> float:
@@ -34,7 +34,7 @@ def turned_back(branch: Branch, stop: float) -> Branch:
     Parameters
     ----------
     branch : Branch
-        As it was followed.
+        Branch as it was continued.
     stop : float
         End of the range that was asked for, in the unit of its `Branch.parameter`.
     """
@@ -48,7 +48,7 @@ def turned_back(branch: Branch, stop: float) -> Branch:
 
 
 def not_covered(branches: Sequence[Branch]) -> tuple[float, float] | None:
-    """Return the range on neither of the branches from both ends of one, or None if there is none.
+    """Return the range that neither of the branches from its two ends covers, or None if there is none.
 
     It is one-sided, to infinity or from 0, if there is only the branch from one end.
     """

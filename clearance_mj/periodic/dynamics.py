@@ -1,7 +1,7 @@
-"""The linear part of a rig, q̈ + (C + Ω G) q̇ + (K + Ω H) q = b(t) - Pᵀ f, seen from its clearances; compiled.
+"""The linear part of a rig, q̈ + (C + Ω G) q̇ + (K + Ω H) q = b(t) - Pᵀ f, as receptances at its clearances; compiled.
 
-At a spin that stays, receptances come from poles and residues, found once; where the spin changes along a branch, from
-the dynamic stiffness of every harmonic; where frequency and spin stay, they are known.
+At constant spin, receptances come from poles and residues, computed once; where the spin changes along a branch, from
+the dynamic stiffness of every harmonic; at constant frequency and spin, they are constant.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ BY_POLES, BY_STIFFNESS, KNOWN = 0, 1, 2
 
 
 class DrivenModel(NamedTuple):
-    """A filled structure and what drives it."""
+    """A structure with the fillings' stiffness and damping, and its excitation."""
 
     model: LinearModel
     points: np.ndarray  # (n_rows, n) displacements of the clearances' rows
     weight: np.ndarray  # (n,) constant force on the modes
     drive: np.ndarray  # (H + 1, n) complex amplitudes of the excitation's force
-    unbalance: np.ndarray  # (H + 1, n) the same per Ω², of what grows with the spin
+    unbalance: np.ndarray  # (H + 1, n) the same per Ω², of unbalances
 
     @property
     def turns(self) -> bool:
-        """Whether the spin changes what the structure answers."""
+        """True if the structure's receptance depends on the spin."""
         return bool(self.model.gyroscopic.any() or self.model.circulatory.any() or self.model.bearings)
 
     def force(self, spin: float, load: float, level: float) -> np.ndarray:
-        """Return forces (H + 1, n) on the modes at shares of constant loads and of the level."""
+        """Return forces (H + 1, n) on the modes at factors of constant loads and of the level."""
         force = level * (self.drive + spin**2 * self.unbalance)
         force[0] += load * self.weight
         return np.asarray(force)
@@ -47,7 +47,7 @@ class DrivenModel(NamedTuple):
 
 
 class Linear(NamedTuple):
-    """What compiled functions know of a driven model, one of three ways; what belongs to the others is empty."""
+    """A driven model for compiled functions in one of three forms; fields of the other two are empty."""
 
     way: int
     compliance: np.ndarray  # KNOWN: (H + 1, n_rows, n_rows) receptances
@@ -58,11 +58,11 @@ class Linear(NamedTuple):
     imaginary: np.ndarray
     values: np.ndarray  # (2 n,) all poles, 1/s
     motions: np.ndarray  # (n_rows, 2 n) of the rows
-    harmonics: np.ndarray  # (m,) that excite
-    constant: np.ndarray  # (m, 2 n) share of the excitation in the poles
-    growing: np.ndarray  # (m, 2 n) the same per Ω²
-    knots: np.ndarray  # BY_STIFFNESS: (m,) speeds, rad/s, from each of which on a polynomial holds
-    stiffness: np.ndarray  # (m, 4, n, n) K by powers of Ω less the knot
+    harmonics: np.ndarray  # (m,) of the excitation
+    constant: np.ndarray  # (m, 2 n) modal excitation of the poles
+    growing: np.ndarray  # (m, 2 n) modal excitation per Ω²
+    knots: np.ndarray  # BY_STIFFNESS: (m,) speeds, rad/s, at which the pieces of the polynomial begin
+    stiffness: np.ndarray  # (m, 4, n, n) K by powers of Ω - knot
     viscous: np.ndarray  # (m, 4, n, n) C
     points: np.ndarray  # (n_rows, n) displacements of the rows
     weight: np.ndarray  # (n,) constant force on the modes
@@ -70,20 +70,20 @@ class Linear(NamedTuple):
     unbalance: np.ndarray  # (H + 1, n) the same per Ω²
 
 
-def _linear(way: int, **parts: np.ndarray) -> Linear:
+def _make_linear(way: int, **parts: np.ndarray) -> Linear:
     rank = {"compliance": 3, "sagging": 2, "shaken": 2, "real": 2, "imaginary": 2, "motions": 2, "constant": 2,
             "growing": 2, "stiffness": 4, "viscous": 4, "points": 2, "drive": 2, "unbalance": 2}  # fmt: skip
-    of_complex = {"compliance", "pairs", "values", "motions", "constant", "growing", "drive", "unbalance"}
-    found = {}
+    complex_fields = {"compliance", "pairs", "values", "motions", "constant", "growing", "drive", "unbalance"}
+    fields = {}
     for name in Linear._fields[1:]:
-        kind = complex if name in of_complex else int if name == "harmonics" else float
-        part = parts.get(name, np.zeros((0,) * rank.get(name, 1)))
-        found[name] = np.ascontiguousarray(part, dtype=kind)
-    return Linear(way, **found)
+        kind = complex if name in complex_fields else int if name == "harmonics" else float
+        array = parts.get(name, np.zeros((0,) * rank.get(name, 1)))
+        fields[name] = np.ascontiguousarray(array, dtype=kind)
+    return Linear(way, **fields)
 
 
 def by_poles(driven: DrivenModel, spin: float) -> Linear:
-    """Return a driven model at one spin, rad/s. Poles of a pair have conjugate residues, so real parts are summed."""
+    """Return the pole-residue form at one spin, rad/s; a pair has conjugate residues, so real parts are summed."""
     model = driven.model
     (values, shapes), forced = model.poles(spin), model.drive(spin)
     motions = driven.points @ shapes
@@ -92,7 +92,7 @@ def by_poles(driven: DrivenModel, spin: float) -> Linear:
     both = np.concatenate((residues[upper], residues[real] / 2))  # a real pole stands as half of a pair
     acting = [h for h in range(len(driven.drive)) if driven.drive[h].any() or driven.unbalance[h].any()]
     sagging = driven.points @ np.linalg.solve(model.stiff(spin), driven.weight)
-    return _linear(
+    return _make_linear(
         BY_POLES, pairs=np.concatenate((values[upper], values[real])), real=both.real, imaginary=both.imag,
         values=values, motions=motions, harmonics=np.array(acting), constant=driven.drive[acting] @ forced.T,
         growing=driven.unbalance[acting] @ forced.T, sagging=sagging[:, None], drive=driven.drive,
@@ -100,7 +100,7 @@ def by_poles(driven: DrivenModel, spin: float) -> Linear:
 
 
 def by_stiffness(driven: DrivenModel) -> Linear:
-    """Return a driven model at any spin. Between the speeds of bearings' tables coefficients are cubic in the spin."""
+    """Return the form for any spin. Between the speeds of bearings' tables coefficients are cubic in the spin."""
     model = driven.model
     tables = sorted({speed for held in model.bearings for speed in held.bearing.spin})
     knots = np.array(tables[:-1] if len(tables) > 1 else [0.0])
@@ -113,16 +113,16 @@ def by_stiffness(driven: DrivenModel) -> Linear:
         parts = (np.array([of(spin) for spin in spins]) for of in (model.stiff, model.viscous))
         of_knots.append([np.einsum("qs,snm->qnm", powers, p) / width ** np.arange(4)[:, None, None] for p in parts])
     stiffness, viscous = np.array(of_knots).swapaxes(0, 1)
-    return _linear(
+    return _make_linear(
         BY_STIFFNESS, knots=knots, stiffness=stiffness, viscous=viscous, points=driven.points, weight=driven.weight,
         drive=driven.drive, unbalance=driven.unbalance,
     )  # fmt: skip
 
 
 def at_one_frequency(linear: Linear, omega: float, spin: float) -> Linear:
-    """Return a model at one frequency, 1/s, and spin, rad/s."""
+    """Return the form for one frequency, 1/s, and spin, rad/s."""
     compliance, sagging = seen(linear, omega, spin, 1.0, 0.0)
-    return _linear(
+    return _make_linear(
         KNOWN, compliance=compliance, sagging=sagging, shaken=seen(linear, omega, spin, 0.0, 1.0)[1],
         drive=linear.drive,
     )  # fmt: skip
@@ -132,12 +132,12 @@ def at_one_frequency(linear: Linear, omega: float, spin: float) -> Linear:
 def seen(linear: Linear, omega: float, spin: float, load: float, level: float) -> tuple[np.ndarray, np.ndarray]:
     """Return receptances (H + 1, n_rows, n_rows) and harmonics (n_rows, K) of driven displacements.
 
-    At shares of constant loads and of the excitation's level.
+    At factors of constant loads and of the excitation's level.
     """
     if linear.way == KNOWN:
         return linear.compliance, load * linear.sagging + level * linear.shaken
     if linear.way == BY_STIFFNESS:
-        return _solved(linear, omega, spin, load, level)
+        return _by_stiffness(linear, omega, spin, load, level)
     rows, harmonics = linear.motions.shape[0], linear.drive.shape[0]
     compliance = np.empty((harmonics, rows, rows), np.complex128)
     _sum_pairs(linear.pairs, linear.real, linear.imaginary, omega, compliance.reshape((harmonics, rows * rows)))
@@ -174,23 +174,25 @@ def _sum_pairs(pairs: np.ndarray, real: np.ndarray, imaginary: np.ndarray, omega
 
 
 @jit(**STRICT, inline="always")
-def _solved(linear: Linear, omega: float, spin: float, load: float, level: float) -> tuple[np.ndarray, np.ndarray]:
-    """What `seen` returns, by the dynamic stiffness of every harmonic."""
+def _by_stiffness(
+    linear: Linear, omega: float, spin: float, load: float, level: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return receptances and driven displacements as `seen` does, by the dynamic stiffness of every harmonic."""
     rows, n = linear.points.shape
     piece = 0
     while piece + 1 < linear.knots.size and spin >= linear.knots[piece + 1]:
         piece += 1
-    apart = spin - linear.knots[piece]
+    offset = spin - linear.knots[piece]
     stiffness, viscous = linear.stiffness[piece], linear.viscous[piece]
     static, damping = np.zeros((n, n)), np.zeros((n, n))
     for q in range(3, -1, -1):
         for a in range(n):
             for b in range(n):
-                static[a, b] = static[a, b] * apart + stiffness[q, a, b]
-                damping[a, b] = damping[a, b] * apart + viscous[q, a, b]
+                static[a, b] = static[a, b] * offset + stiffness[q, a, b]
+                damping[a, b] = damping[a, b] * offset + viscous[q, a, b]
     harmonics = linear.drive.shape[0]
     compliance, driven = np.empty((harmonics, rows, rows), np.complex128), np.empty((harmonics, rows), np.complex128)
-    right, dynamic = np.zeros((n, rows + 1), np.complex128), np.empty((n, n), np.complex128)
+    rhs, dynamic = np.zeros((n, rows + 1), np.complex128), np.empty((n, n), np.complex128)
     points = linear.points.astype(np.complex128)
     for h in range(harmonics):
         for a in range(n):
@@ -198,10 +200,10 @@ def _solved(linear: Linear, omega: float, spin: float, load: float, level: float
                 dynamic[a, b] = static[a, b] + 1j * h * omega * damping[a, b]
             dynamic[a, a] -= (h * omega) ** 2
             for p in range(rows):
-                right[a, p] = linear.points[p, a]
-            right[a, rows] = level * (linear.drive[h, a] + spin * spin * linear.unbalance[h, a])
+                rhs[a, p] = linear.points[p, a]
+            rhs[a, rows] = level * (linear.drive[h, a] + spin * spin * linear.unbalance[h, a])
             if h == 0:
-                right[a, rows] += load * linear.weight[a]
-        found = np.dot(points, np.linalg.solve(dynamic, right))
-        compliance[h], driven[h] = found[:, :rows], found[:, rows]
+                rhs[a, rows] += load * linear.weight[a]
+        solution = np.dot(points, np.linalg.solve(dynamic, rhs))
+        compliance[h], driven[h] = solution[:, :rows], solution[:, rows]
     return compliance, real_harmonics(driven)

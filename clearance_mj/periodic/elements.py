@@ -1,11 +1,11 @@
-"""One step of what fills a clearance or of one of its ends, as periodic motions take it; compiled.
+"""Force of a filling or of one end of a clearance over one sampling step of a periodic motion; compiled.
 
-The kernel's own functions find stiffness, damping, bristles and films. Here they act along a sampled motion: from one
+The kernel's functions compute stiffness, damping, bristles and films. Here they act along a sampled motion: from one
 sample to the next one, whose displacements and velocities are known. In the step in which a contact begins or ends its
-force counts for the share in which it acts, at both samples: so the balance follows the motion smoothly, damping that
-makes a force begin with a jump included.
+force counts for the fraction in which it acts, at both samples: so the balance depends smoothly on the motion, even
+where damping makes the force begin with a jump.
 
-A step is given ``u``: displacements before and now, then velocities before and now, of one coordinate or two each. An
+A step takes ``u``: displacements before and now, then velocities before and now, of one coordinate or two each. An
 end of one coordinate remembers the speed at which its contact began, with the sign of the wall; one of two coordinates
 that speed and its bristles' deflection.
 """
@@ -30,17 +30,17 @@ ONE = (0,)
 
 
 @jit(**STRICT)
-def _filling_between(
+def _filling_step(
     bushing: Bushing, numbers: np.ndarray, size: int, memory: np.ndarray, u: np.ndarray, spin: float, out: np.ndarray
 ) -> None:
-    """Fill out with what the filling remembers of a step, ``size`` numbers, and its force, N."""
+    """Fill out with the filling's memory after a step, ``size`` numbers, and its force, N."""
     parameters, state, answer = at(numbers, bushing.filling), at(numbers, bushing.memory), at(numbers, bushing.out)
     offset, preload, step = at(numbers, bushing.offset), at(numbers, bushing.preload), bushing.step
     for k in range(size):
         state[k] = memory[k]
-    if bushing.coordinates == 1:  # of what does not remember only the velocity counts
-        way = u[1] - u[0] if size else u[3] * step
-        call_law(bushing.filling_law, parameters, state, (u[1] + offset[0],), (way,), spin, step, answer)
+    if bushing.coordinates == 1:  # without memory only the velocity counts
+        move = u[1] - u[0] if size else u[3] * step
+        call_law(bushing.filling_law, parameters, state, (u[1] + offset[0],), (move,), spin, step, answer)
         out[size] = answer[0] - preload[0] + answer[1] * u[3]
         out[size + 1] = 0.0
     else:
@@ -56,15 +56,15 @@ def _filling_between(
 
 @jit(inline="always")
 def slot_now(law: int, parameters: Any, answer: Any, pulls: bool, depth: float, inwards: float, impact: float) -> float:
-    """Return the force of an end of one coordinate at a depth in its wall, N; an impact of 0 begins now."""
+    """Return the contact force of an end of one coordinate at a penetration, N; an impact of 0 begins now."""
     begun = impact if impact > 0.0 else max(inwards, SLOWEST_IMPACT)
     k, c = end_values(law, parameters, answer, depth, inwards, begun)
     return pushing(k * depth + c * inwards, pulls)
 
 
 @jit(**STRICT, forceinline=True)
-def _within_wall(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> tuple[float, float, float]:
-    """Return how deep a point is in the wall, m, below 0 in the gap, and the direction n along y and z."""
+def _penetration(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> tuple[float, float, float]:
+    """Return a point's penetration, m, below 0 in the gap, and the wall's normal along y and z."""
     out = at(numbers, bushing.out)
     if bushing.coordinates == 1:  # what slides along the wall, and what presses
         r = (0.0, z + numbers[bushing.offset])
@@ -76,20 +76,20 @@ def _within_wall(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> t
 
 @jit(**STRICT)
 def depth_at(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> float:
-    """Return how deep an end at y, z is in its wall, m; below 0 in the gap. One coordinate alone is z."""
+    """Return the penetration of an end at y, z, m; below 0 in the gap. A single coordinate is z."""
     if bushing.touching == 1:
         return max(z - numbers[bushing.wall + 1], numbers[bushing.wall] - z)
-    return _within_wall(bushing, numbers, y, z)[0]
+    return _penetration(bushing, numbers, y, z)[0]
 
 
 @jit(**STRICT, forceinline=True)
 def _end_force(
     bushing: Bushing, numbers: np.ndarray, y: float, z: float, speed_y: float, speed_z: float, spin: float,
-    share: float,
+    tau: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """Force of end 0 along y and z against the displacement, N; bristles of a contact that begins have a share of slip.
+    """Return the force of end 0 along y and z against the displacement, N.
 
-    A share below 0 says that the contact did not begin in this step.
+    Bristles of a contact that begins slip during the fraction ``tau`` of the step; below 0 it began before.
     """
     depth, n_y, n_z = touch(bushing, numbers, y, z, ONE)
     if depth == 0.0:
@@ -100,8 +100,8 @@ def _end_force(
     force_y, force_z = normal * n_y, normal * n_z
     if bushing.rubs:
         sliding = n_y * speed_z - n_z * speed_y + numbers[bushing.friction + 5] * spin
-        if share >= 0.0:
-            bristles = share * bushing.step * sliding
+        if tau >= 0.0:
+            bristles = tau * bushing.step * sliding
             numbers[bushing.ends + BRISTLES] = bristles
         rubbed = numbers[bushing.friction + 1] * bristles + numbers[bushing.friction + 2] * sliding
         limit = friction_limit(bushing, numbers, max(normal, 0.0), sliding, ONE)
@@ -114,7 +114,7 @@ def _end_force(
 
 @jit(**STRICT, forceinline=True)
 def _slot_force(bushing: Bushing, numbers: np.ndarray, x: float, speed: float) -> float:
-    """Force of end 0 of one coordinate against its displacement, N."""
+    """Return the force of end 0 of one coordinate against its displacement, N."""
     g = depth_in(bushing, numbers, x, ONE)
     if g == 0.0:
         forget(bushing, numbers, 0, ONE)
@@ -124,8 +124,8 @@ def _slot_force(bushing: Bushing, numbers: np.ndarray, x: float, speed: float) -
 
 
 @jit(**STRICT, forceinline=True)
-def _at_wall(bushing: Bushing, numbers: np.ndarray, inwards: float, impact: float) -> float:
-    """Force of an end that just touches, N: that of its damping."""
+def _grazing_force(bushing: Bushing, numbers: np.ndarray, inwards: float, impact: float) -> float:
+    """Return the force of an end that just touches, N: that of its damping."""
     _, c = end_values(bushing.contact_law, at(numbers, bushing.contact), at(numbers, bushing.out), 0.0, inwards, impact)
     return pushing(c * inwards, bushing.adhesion)
 
@@ -134,15 +134,15 @@ def _at_wall(bushing: Bushing, numbers: np.ndarray, inwards: float, impact: floa
 def contact_now(
     bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, spin: float, out: np.ndarray
 ) -> None:
-    """Fill out with the force now of an end along y and z that touched before, too: its memory does not change."""
-    _recall(bushing, numbers, memory, u[0], u[1])
+    """Fill out with the force now of an end along y and z in lasting contact: its memory does not change."""
+    _restore_contact(bushing, numbers, memory, u[0], u[1])
     out[0], out[1] = _end_force(bushing, numbers, u[2], u[3], u[6], u[7], spin, -1.0)
 
 
 @jit(**STRICT, forceinline=True)
-def _recall(bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, y: float, z: float) -> float:
-    """Let end 0 be in the contact that it remembers, at y, z; return how deep it is there."""
-    depth, n_y, n_z = _within_wall(bushing, numbers, y, z)
+def _restore_contact(bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, y: float, z: float) -> float:
+    """Restore the contact of end 0 at y, z from its memory; return its penetration."""
+    depth, n_y, n_z = _penetration(bushing, numbers, y, z)
     end = at(numbers, bushing.ends)
     if depth > 0.0:
         end[0], end[BRISTLES] = memory[0], memory[1]
@@ -153,77 +153,83 @@ def _recall(bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, y: float,
 
 
 @jit(**STRICT)
-def _slot_between(bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, out: np.ndarray) -> None:
-    """Fill out as `_round_between`, of one coordinate."""
+def _slot_step(bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, out: np.ndarray) -> None:
+    """Fill out as `_round_step` does, for one coordinate."""
     lower, upper = numbers[bushing.wall], numbers[bushing.wall + 1]
     was, now = depth_in(bushing, numbers, u[0], ONE), depth_in(bushing, numbers, u[1], ONE)
     out[0] = out[1] = out[2] = 0.0
     lasts = was * now > 0.0
     numbers[bushing.ends] = memory[0]
     if was != 0.0 and not lasts:
-        share = ((upper if was > 0.0 else lower) - u[0]) / (u[1] - u[0])
+        tau = ((upper if was > 0.0 else lower) - u[0]) / (u[1] - u[0])
         last = signed(_slot_force(bushing, numbers, u[0], u[2]), was)
-        inwards = signed(u[2] + share * (u[3] - u[2]), was)
-        jump = _at_wall(bushing, numbers, inwards, abs(numbers[bushing.ends])) if bushing.adhesion else 0.0
-        rest = 1.0 - share
-        out[2] = -signed(0.5 * rest * (last - share * jump), was)
-        out[1] = signed(0.5 * share * share * jump, was)
+        inwards = signed(u[2] + tau * (u[3] - u[2]), was)
+        jump = _grazing_force(bushing, numbers, inwards, abs(numbers[bushing.ends])) if bushing.adhesion else 0.0
+        remain = 1.0 - tau
+        out[2] = -signed(0.5 * remain * (last - tau * jump), was)
+        out[1] = signed(0.5 * tau * tau * jump, was)
     if now == 0.0:
         return
     if lasts:
         out[1] = _slot_force(bushing, numbers, u[1], u[3])
     else:
-        share = ((upper if now > 0.0 else lower) - u[0]) / (u[1] - u[0])
+        tau = ((upper if now > 0.0 else lower) - u[0]) / (u[1] - u[0])
         numbers[bushing.ends] = 0.0
-        met = u[2] + share * (u[3] - u[2])
-        press(bushing, numbers, 0, now, met, ONE)  # begins the contact at the speed at which the wall is met
-        jump = _at_wall(bushing, numbers, signed(met, now), abs(numbers[bushing.ends]))
-        force, rest = signed(_slot_force(bushing, numbers, u[1], u[3]), now), 1.0 - share
-        out[1] += signed(force - 0.5 * share * (force - jump + share * jump), now)
-        out[2] += signed(0.5 * rest * rest * jump, now)
+        speed = u[2] + tau * (u[3] - u[2])
+        press(bushing, numbers, 0, now, speed, ONE)  # begins the contact at the speed at which the wall is met
+        jump = _grazing_force(bushing, numbers, signed(speed, now), abs(numbers[bushing.ends]))
+        force, remain = signed(_slot_force(bushing, numbers, u[1], u[3]), now), 1.0 - tau
+        out[1] += signed(force - 0.5 * tau * (force - jump + tau * jump), now)
+        out[2] += signed(0.5 * remain * remain * jump, now)
     out[0] = numbers[bushing.ends]
 
 
 @jit(**STRICT, forceinline=True)
-def _met(
-    bushing: Bushing, numbers: np.ndarray, u: np.ndarray, share: float, spin: float, begins: float
+def _wall_force(
+    bushing: Bushing, numbers: np.ndarray, u: np.ndarray, tau: float, spin: float, begins: float
 ) -> tuple[float, float]:
-    """Force along y and z where an end passes the wall at a share of a step, N; ``begins`` as of `_end_force`."""
-    y, z = u[0] + share * (u[2] - u[0]), u[1] + share * (u[3] - u[1])
+    """Return the force along y and z where an end passes the wall at a fraction of a step, N.
+
+    ``begins`` is the fraction of `_end_force`.
+    """
+    y, z = u[0] + tau * (u[2] - u[0]), u[1] + tau * (u[3] - u[1])
     # The chord lies a little within the arc: the jump is the force just beyond the gap.
-    depth, n_y, n_z = _within_wall(bushing, numbers, y, z)
+    depth, n_y, n_z = _penetration(bushing, numbers, y, z)
     beyond = 1e-12 * numbers[bushing.reach] - depth
-    speed_y, speed_z = u[4] + share * (u[6] - u[4]), u[5] + share * (u[7] - u[5])
+    speed_y, speed_z = u[4] + tau * (u[6] - u[4]), u[5] + tau * (u[7] - u[5])
     return _end_force(bushing, numbers, y + beyond * n_y, z + beyond * n_z, speed_y, speed_z, spin, begins)
 
 
 @jit(**STRICT)
-def _round_between(
+def _round_step(
     bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, spin: float, out: np.ndarray
 ) -> None:
-    """Fill out with what an end remembers, its force now, N, and what it was more before."""
-    before, now = _recall(bushing, numbers, memory, u[0], u[1]), _within_wall(bushing, numbers, u[2], u[3])[0]
+    """Fill out with an end's memory, its force now, N, and the correction of its force before."""
+    before, now = _restore_contact(bushing, numbers, memory, u[0], u[1]), _penetration(bushing, numbers, u[2], u[3])[0]
     out[0] = out[1] = out[2] = out[3] = out[4] = out[5] = 0.0
-    share, jump_y, jump_z = before / (before - now) if (before > 0.0) != (now > 0.0) else -1.0, 0.0, 0.0
-    rest = 1.0 - share
+    tau, jump_y, jump_z = before / (before - now) if (before > 0.0) != (now > 0.0) else -1.0, 0.0, 0.0
+    remain = 1.0 - tau
     if now <= 0.0:
         if before > 0.0:
             step, bushing.step = bushing.step, 0.0
             last_y, last_z = _end_force(bushing, numbers, u[0], u[1], u[4], u[5], spin, -1.0)
             if bushing.adhesion:
-                jump_y, jump_z = _met(bushing, numbers, u, share, spin, -1.0)
+                jump_y, jump_z = _wall_force(bushing, numbers, u, tau, spin, -1.0)
             bushing.step = step
-            out[2], out[3] = 0.5 * share * share * jump_y, 0.5 * share * share * jump_z
-            out[4], out[5] = -0.5 * rest * (last_y - share * jump_y), -0.5 * rest * (last_z - share * jump_z)
+            out[2], out[3] = 0.5 * tau * tau * jump_y, 0.5 * tau * tau * jump_z
+            out[4], out[5] = (
+                -0.5 * remain * (last_y - tau * jump_y),
+                -0.5 * remain * (last_z - tau * jump_z),
+            )
         return
     if before <= 0.0:
-        jump_y, jump_z = _met(bushing, numbers, u, share, spin, 0.0)
-    now_y, now_z = _end_force(bushing, numbers, u[2], u[3], u[6], u[7], spin, 1.0 - share if share >= 0.0 else -1.0)
+        jump_y, jump_z = _wall_force(bushing, numbers, u, tau, spin, 0.0)
+    now_y, now_z = _end_force(bushing, numbers, u[2], u[3], u[6], u[7], spin, 1.0 - tau if tau >= 0.0 else -1.0)
     out[0], out[1], out[2], out[3] = numbers[bushing.ends], numbers[bushing.ends + BRISTLES], now_y, now_z
-    if share >= 0.0:
-        out[2] -= 0.5 * share * (now_y - jump_y + share * jump_y)
-        out[3] -= 0.5 * share * (now_z - jump_z + share * jump_z)
-        out[4], out[5] = 0.5 * rest * rest * jump_y, 0.5 * rest * rest * jump_z
+    if tau >= 0.0:
+        out[2] -= 0.5 * tau * (now_y - jump_y + tau * jump_y)
+        out[3] -= 0.5 * tau * (now_z - jump_z + tau * jump_z)
+        out[4], out[5] = 0.5 * remain * remain * jump_y, 0.5 * remain * remain * jump_z
 
 
 @jit(**STRICT, forceinline=True)
@@ -231,10 +237,10 @@ def step_between(
     bushing: Bushing, numbers: np.ndarray, contact: bool, size: int, memory: np.ndarray, u: np.ndarray, spin: float,
     out: np.ndarray,
 ) -> None:  # fmt: skip
-    """Fill out with memory, force now and what is added to the force before, of one step of filling or end."""
+    """Fill out with memory, force now and correction of the force before, for one step of a filling or an end."""
     if not contact:
-        _filling_between(bushing, numbers, size, memory, u, spin, out)
+        _filling_step(bushing, numbers, size, memory, u, spin, out)
     elif bushing.touching == 1:
-        _slot_between(bushing, numbers, memory, u, out)
+        _slot_step(bushing, numbers, memory, u, out)
     else:
-        _round_between(bushing, numbers, memory, u, spin, out)
+        _round_step(bushing, numbers, memory, u, spin, out)

@@ -1,4 +1,4 @@
-"""What excites periodic vibrations of a rig: its base, a force, or what turns with the shaft."""
+"""The excitation of periodic vibrations: base, force, or rotating parts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["excitation_kind", "excited_by", "levels_of", "steady_spin"]
 
 
 def excitation_kind(rig: Rig, kind: str | None) -> str:
-    """Return the kind of an excitation that was asked for, or the shaker's."""
+    """Return the requested kind of excitation, or the shaker's."""
     kind = rig.shaker.kind if kind is None else kind
     if kind not in ("base", "force"):
         raise ExcitationError(f'kind must be "base" or "force", got {kind!r}')
@@ -24,7 +24,7 @@ def excitation_kind(rig: Rig, kind: str | None) -> str:
 
 
 def excited_by(model: Model, kind: str | None) -> str:
-    """Return what excites a rig: what is asked for, or else what turns with its shaft or, if nothing does, its shaker.
+    """Return the kind of a rig's excitation: the requested one, else that of rotating parts, else that of its shaker.
 
     Raises
     ------
@@ -51,9 +51,9 @@ def excited_by(model: Model, kind: str | None) -> str:
 
 
 def levels_of(amplitude: complex | Sequence[complex]) -> list[complex]:
-    """Return the amplitudes of an excitation's harmonics, or refuse them."""
+    """Return the amplitudes of an excitation's harmonics; ExcitationError if they are impossible."""
     try:
-        levels = [complex(each) for each in np.atleast_1d(np.asarray(amplitude))]
+        levels = [complex(level) for level in np.atleast_1d(np.asarray(amplitude))]
     except (TypeError, ValueError):
         raise ExcitationError(f"amplitude must be a number or those of several harmonics, got {amplitude!r}") from None
     if not levels or not np.isfinite(levels).all() or not any(levels):
@@ -62,14 +62,14 @@ def levels_of(amplitude: complex | Sequence[complex]) -> list[complex]:
 
 
 def steady_spin(rig: Rig, kind: str) -> float:
-    """Return the spin at which a rig is excited, rad/s; 0 under unbalance, whose speed is given beside the rig.
+    """Return the spin at which a rig is excited, rad/s; 0 under unbalance, whose speed is not the rig's.
 
     Raises
     ------
     RigError
-        If it is not steady.
+        If the spin is not steady.
     ExcitationError
-        If unbalances or orders would act beside an excitation.
+        If unbalances or orders would act in addition to an excitation.
     """
     if kind == UNBALANCE:
         return 0.0

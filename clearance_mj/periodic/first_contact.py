@@ -33,7 +33,7 @@ def find_first_contact(
 ) -> Curve:
     """Find the level at which a wall is first touched, over frequency.
 
-    In closed form where greases are linear in the gap; others are followed over the level until a gap is filled.
+    In closed form where greases are linear in the gap; others are continued over the level until a gap is filled.
 
     Parameters
     ----------
@@ -81,17 +81,17 @@ def find_first_contact(
         return Curve("first contact", "level", kind, frequency, level_of_contact(solver, omega), "")
     level = np.full(omega.size, np.nan)
     ended = ""
-    for i, each in enumerate(tqdm(omega, desc="first contact", unit="frequency", disable=not progress)):
+    for i, w in enumerate(tqdm(omega, desc="first contact", unit="frequency", disable=not progress)):
         try:
-            level[i] = _level_of_contact(solver, float(each))
-        except NoConvergence as failed:
-            where = f"{frequency[i]:.6g} Hz and level {failed.args[0]:g}"
+            level[i] = _level_of_contact(solver, float(w))
+        except NoConvergence as error:
+            where = f"{frequency[i]:.6g} Hz and level {error.args[0]:g}"
             ended = ended or f"no further periodic vibration was found beyond {where}"
     return Curve("first contact", "level", kind, frequency, level, ended)
 
 
 def _level_of_contact(solver: Solver, omega: float) -> float:
-    """The level at which a vibration that grows out of rest fills a gap."""
+    """Return the level at which a vibration that grows out of rest fills a gap."""
     motion = solver.growing(omega)
     if solver.touches(motion):
         return 0.0
@@ -102,6 +102,6 @@ def _level_of_contact(solver: Solver, omega: float) -> float:
         before = after
     else:
         raise NoConvergence(before.omega)
-    if (found := grazing(solver, before, after)) is None:
+    if (motion_at_wall := grazing(solver, before, after)) is None:
         raise NoConvergence(after.omega)
-    return found.omega
+    return motion_at_wall.omega

@@ -1,4 +1,4 @@
-"""Where contact begins or ends along a branch of motions."""
+"""Location of the motions at which contact begins or ends along a branch."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from .solver import Solver
 __all__ = ["grazing", "with_first_contacts"]
 
 GRAZES = 2e-4  # of a gap
-EXACT = 1e-7  # of a step: where contact begins
+EXACT = 1e-7  # of a step: accuracy of the beginning of contact
 
 
-def with_first_contacts(solver: Solver, motions: Iterator[Motion], found: list[Motion]) -> Iterator[Motion]:
-    """Yield motions that follow each other, and those where contact begins or ends, which are put into a list too."""
-    before, away = None, 0.0
+def with_first_contacts(solver: Solver, motions: Iterator[Motion], contacts: list[Motion]) -> Iterator[Motion]:
+    """Yield consecutive motions, and those where contact begins or ends, which are appended to a list, too."""
+    before, depth_before = None, 0.0
     try:
         for motion in motions:
-            beyond = solver.depth(motion.omega, motion.z, motion.y)
+            depth = solver.depth(motion.omega, motion.z, motion.y)
             between = None
             if before is not None:
-                if (away > 0) != (beyond > 0):
+                if (depth_before > 0) != (depth > 0):
                     between = grazing(solver, before, motion)
-                    found += [between] if between is not None else []
+                    contacts += [between] if between is not None else []
                 yield before
                 if between is not None and between is not before and between is not motion:
                     yield between
-            before, away = motion, beyond
+            before, depth_before = motion, depth
     except NoConvergence:
         if before is not None:
             yield before
@@ -40,17 +40,17 @@ def with_first_contacts(solver: Solver, motions: Iterator[Motion], found: list[M
 
 
 def grazing(solver: Solver, before: Motion, after: Motion) -> Motion | None:
-    """Return the motion between two, of which one touches, that grazes a wall."""
-    way = difference(before, after)
-    length = float(np.linalg.norm(way))
+    """Return the motion that grazes a wall, between one with contact and one without."""
+    chord = difference(before, after)
+    length = float(np.linalg.norm(chord))
     known = {share: (solver.depth(at.omega, at.z, at.y), at) for share, at in ((0.0, before), (1.0, after))}
 
-    def depth(share: float) -> float:
-        if share not in known:
-            if (motion := solver.ahead(before, share * length, way / length)) is None:
+    def depth(fraction: float) -> float:
+        if fraction not in known:
+            if (motion := solver.ahead(before, fraction * length, chord / length)) is None:
                 raise ArithmeticError
-            known[share] = solver.depth(motion.omega, motion.z, motion.y), motion
-        return known[share][0]
+            known[fraction] = solver.depth(motion.omega, motion.z, motion.y), motion
+        return known[fraction][0]
 
     try:
         return known[brentq(depth, 0.0, 1.0, xtol=EXACT)][1]

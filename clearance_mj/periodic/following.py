@@ -1,4 +1,4 @@
-"""What a branch of motions is to a user: special points located, everything that sensors and clearances do."""
+"""From a sequence of motions to a `Branch`: special points located, responses of sensors and clearances expanded."""
 
 from __future__ import annotations
 
@@ -25,22 +25,25 @@ __all__ = [
 
 WORDS = {"gap": ", gaps {0.gap:.6g} times those of the rig", "load": ", loads {0.load:.6g} times those of the rig",
          "spin": " and a speed of {0.spin:.6g} rad/s"}  # fmt: skip
-"""Of the parameters beside frequency and level."""
-ENDLESS, STANDS_STILL = 1e4, 1e-5  # growth of a vibration over its first; way of the parameter in `AT_ONCE` points
+"""Phrases for the parameters other than frequency and level."""
+ENDLESS, STANDS_STILL = (
+    1e4,
+    1e-5,
+)  # growth over the first vibration; relative change of the parameter over `AT_ONCE` points
 SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its multiplier passes 1
 
 
 def follow(
     solver: Any, motions: Iterator[Motion], stability: bool, progress: bool = False, touching: Collection[Motion] = ()
 ) -> Branch:
-    """Return the branch of motions that follow each other, with what is special about them.
+    """Return the branch of consecutive motions, with its special points.
 
-    ``touching`` are those of the motions at which contact begins, known once they come.
+    ``touching`` are the motions at which contact begins; the iterator fills them in.
 
     Raises
     ------
     ClearanceError
-        If not even the first motion was found.
+        If not even the first motion converges.
     """
     points: list[Located] = []
     ended, recent = "", 0
@@ -91,7 +94,7 @@ def bounded(solver: Any, motions: Iterator[Motion]) -> Iterator[Motion]:
 def watched(
     motions: Iterator[Motion], watch: Callable[[float], None] | None, unit: float = 2 * np.pi
 ) -> Iterator[Motion]:
-    """Motions as they come, whose parameters in units are told to ``watch``: by default frequencies in Hz."""
+    """Yield the motions and report their parameters over ``unit`` to ``watch``: by default frequencies in Hz."""
     for motion in motions:
         if watch is not None:
             watch(motion.omega / unit)
@@ -99,7 +102,7 @@ def watched(
 
 
 def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, np.ndarray, np.ndarray]:
-    """Return what finds motions near a point of a branch over its frequency, and where it is: ω, z, y of a `Motion`.
+    """Return a solver over the frequency for motions near a point of a branch, and the point: ω, z, y of a `Motion`.
 
     Parameters
     ----------
@@ -108,7 +111,7 @@ def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, 
     index : int
         Index of a point on the branch.
     times : int
-        Largest number of its periods that a motion may last.
+        Largest number of the branch's periods in one period of a motion.
     """
     harmonics = times * (branch.acceleration.shape[-1] - 1)
     solver = solver_of(branch, list(branch.level[index]), harmonics, times * branch.periods, times * branch.n_samples)
@@ -120,7 +123,7 @@ def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, 
         solver.raise_over(branch.over, omega)
     x = np.concatenate((branch.clearance_displacement[index], branch.end_displacement[index]))
     spread = np.zeros((len(system.basis), 2 * harmonics + 1))
-    known = spread[: len(x)]  # what slides along slots follows
+    known = spread[: len(x)]  # displacements along slots follow
     known[:, 0], known[:, 2 * times - 1 :: 2 * times] = x[:, 0].real, x[:, 1:].real
     known[:, 2 * times :: 2 * times] = -x[:, 1:].imag
     z = system.basis.T @ spread
@@ -128,24 +131,24 @@ def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, 
 
 
 def solver_of(branch: Branch, levels: Sequence[complex], harmonics: int, periods: int, samples: int) -> Solver:
-    """Return what finds motions of a branch's model under its excitation at levels of its harmonics."""
+    """Return a solver for motions of a branch's model under its excitation at levels of its harmonics."""
     spin = 0.0 if branch.spin is None else float(np.abs(branch.spin).max())
     system = condensed(branch.model, branch.kind, levels, harmonics, branch.n_modes, periods, spin)
     return Solver(system, harmonics, samples, 0.0 if system.order else spin)
 
 
-def farthest(found: Callable[[int], Branch], samples: Sequence[int]) -> Branch:
+def farthest(follow_with: Callable[[int], Branch], samples: Sequence[int]) -> Branch:
     """Return the branch with the fewest samples with which it does not end early, else the one that goes farthest.
 
     Raises
     ------
     ClearanceError
-        If not even the first motion was found with any of them.
+        If not even the first motion converges with any of them.
     """
     branches: list[Branch] = []
     for count in samples:
         try:
-            branches.append(found(count))
+            branches.append(follow_with(count))
         except ClearanceError:
             if not branches and count == samples[-1]:
                 raise
@@ -156,7 +159,7 @@ def farthest(found: Callable[[int], Branch], samples: Sequence[int]) -> Branch:
 
 
 def place(solver: Any, parameter: float) -> str:
-    """Return where a solver's parameter is in words, such as frequency and level."""
+    """Return a phrase for a solver's parameter, such as frequency and level."""
     system, at = solver.system, solver.state(parameter)
     if system.kind in (UNBALANCE, "whirl"):
         return f"a speed of {at.spin:.6g} rad/s{WORDS.get(solver.over, '').format(at)}"
@@ -168,17 +171,17 @@ def place(solver: Any, parameter: float) -> str:
 
 
 def strongest(levels: np.ndarray) -> complex:
-    """The first amplitude that is not zero."""
+    """Return the first amplitude that is not zero."""
     return complex(levels[np.flatnonzero(levels)[0]])
 
 
 def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
-    """Expand motions at the clearances to everything that a branch knows."""
+    """Expand motions at the clearances to the quantities of a branch."""
     system, motions = solver.system, [point.motion for point in points]
     driven, rig, d = system.driven, system.rig, system.rig.bushing_of_row.size
     states = [solver.state(motion.omega) for motion in motions]
     omega = np.array([solver.frequency(motion) for motion in motions])
-    spin, shares = np.array([at.spin for at in states]), np.array([at.level for at in states])
+    spin, factors = np.array([at.spin for at in states]), np.array([at.level for at in states])
     x = complex_amplitudes(np.array([solver.all_points(motion) for motion in motions]))
     force = complex_amplitudes(np.array([motion.force for motion in motions]))
     modes = np.empty((len(points), driven.model.size, x.shape[-1]), dtype=complex)
@@ -186,14 +189,14 @@ def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
         on_modes = driven.force(at.spin, at.load, at.level) - force[i].T @ driven.points
         modes[i] = driven.modes(omega[i], at.spin, on_modes).T
     levels = system.levels if system.levels.size else np.zeros(1)
-    level, excitation = np.outer(shares, levels), np.zeros((len(points), x.shape[-1]), dtype=complex)
+    level, excitation = np.outer(factors, levels), np.zeros((len(points), x.shape[-1]), dtype=complex)
     excitation[:, system.periods : system.periods * levels.size + 1 : system.periods] = level
-    turning, model = 1j * np.arange(x.shape[2]) * omega[:, None, None], driven.model
-    acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * turning**2 * accelerated(rig)[:, None]
+    i_omega, model = 1j * np.arange(x.shape[2]) * omega[:, None, None], driven.model
+    acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * i_omega**2 * accelerated(rig)[:, None]
     if system.kind == "base":
         acceleration += model.sensors_on_base[:, None] * excitation[:, None]
-    along = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
-    at_sensors = model.directed(sensor_points(rig), along)
+    directions = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
+    at_sensors = model.directed(sensor_points(rig), directions)
     first, second = np.transpose([(a, b) for a, b in rig.end_rows])
     at_folds = of_folds(points)
     frequency = omega * system.periods / (system.order or 1.0) / (2 * np.pi)
@@ -215,12 +218,12 @@ def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
 
 
 def of_folds(points: list[Located]) -> set[int]:
-    """Which changes of stability are those of folds, whose multiplier passes 1 there but for rounding of both."""
-    omega, found = [point.motion.omega for point in points], set[int]()
+    """Return the indices of changes of stability that belong to folds, where the multiplier passes 1 up to rounding."""
+    omega, at_folds = [point.motion.omega for point in points], set[int]()
     for fold in (i for i, point in enumerate(points) if point.folds):
         near = [
             i for i, point in enumerate(points)
-            if point.kind == BRANCH_POINT and i not in found and abs(omega[i] / omega[fold] - 1) < SAME_FOLD
+            if point.kind == BRANCH_POINT and i not in at_folds and abs(omega[i] / omega[fold] - 1) < SAME_FOLD
         ]  # fmt: skip
-        found.update(sorted(near, key=lambda i: abs(i - fold))[:1])
-    return found
+        at_folds.update(sorted(near, key=lambda i: abs(i - fold))[:1])
+    return at_folds

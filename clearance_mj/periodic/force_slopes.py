@@ -1,7 +1,7 @@
-"""Derivatives of the forces of one step of a filling or an end of a clearance, and what is kept of them; compiled.
+"""Derivatives of the forces of one step of a filling or an end of a clearance, and their storage; compiled.
 
-They are differences, by what acts at the same sample, by what is remembered, and, where a contact begins or ends, by
-what acts at both samples of the step.
+They are difference quotients with respect to the motion at the same sample, to the memory, and, where a contact begins
+or ends, to the motion at both samples of the step.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["add_event", "add_rows", "carry", "differences", "fill_lasting", "kee
 
 @jit(**STRICT)
 def side_of(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> int:
-    """Return at which wall an end at y, z is: 1, of one coordinate -1 at the lower one, or 0 in the gap."""
+    """Return the wall that an end at y, z touches: 1, of one coordinate -1 for the lower one, or 0 in the gap."""
     if bushing.touching == 2:
         return 1 if touch(bushing, numbers, y, z, ONE)[0] > 0.0 else 0
     g = depth_in(bushing, numbers, z, ONE)
@@ -28,7 +28,7 @@ def side_of(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> int:
 
 @jit(**STRICT)
 def _passes(bushing: Bushing, numbers: np.ndarray, u: np.ndarray, width: int, d: int, change: float) -> bool:
-    """Return whether moving place d of a step lets a sample pass the wall."""
+    """Return True if a change of displacement d of a step moves a sample across the wall."""
     first = width * (d // width)
     y, z = u[first], u[first + width - 1]
     was = side_of(bushing, numbers, y, z)
@@ -41,46 +41,46 @@ def _passes(bushing: Bushing, numbers: np.ndarray, u: np.ndarray, width: int, d:
 
 @jit(**STRICT)
 def differences(
-    bushing: Bushing, numbers: np.ndarray, contact: bool, width: int, told: int, size: int, memory: np.ndarray,
+    bushing: Bushing, numbers: np.ndarray, contact: bool, width: int, offset: int, size: int, memory: np.ndarray,
     u: np.ndarray, omega: float, spin: float, eps: float, now: np.ndarray, moved: np.ndarray, slope: np.ndarray,
     whole: bool,
 ) -> None:  # fmt: skip
-    """Fill slope (told + 2 w, told + 4 w): a step by its memory of ``size`` numbers and what it is given.
+    """Fill slope (offset + 2 w, offset + 4 w): derivatives of a step by its memory of ``size`` numbers and its inputs.
 
-    If it is not wanted whole, by places and velocities now alone.
+    If not ``whole``, by displacements and velocities now alone.
     """
-    quicker, answers = eps * omega, told + 2 * width
-    if not contact:  # its damping is what it answered; velocities before do not count
+    quicker, answers = eps * omega, offset + 2 * width
+    if not contact:  # its damping is known from the call; velocities before do not count
         for k in range(width):
             for d in range(width):
-                slope[told + k, told + 3 * width + d] = numbers[bushing.out + width + width * k + d]
+                slope[offset + k, offset + 3 * width + d] = numbers[bushing.out + width + width * k + d]
     for d in range(size):
-        kept, change = memory[d], quicker if contact and d == 0 else eps
-        memory[d] = kept + change
+        original, change = memory[d], quicker if contact and d == 0 else eps
+        memory[d] = original + change
         step_between(bushing, numbers, contact, size, memory, u, spin, moved)
-        memory[d] = kept
+        memory[d] = original
         for k in range(answers):
             slope[k, d] = (moved[k] - now[k]) / change
     for d in range(0 if whole else width, 4 * width if contact or not size else 2 * width):
         if 2 * width <= d < 3 * width and not (whole and contact):
             continue
-        kept, change = u[d], quicker if d >= 2 * width else eps
-        together = whole and width <= d < 2 * width  # both places: where nothing moves, a step forgets exactly
+        original, change = u[d], quicker if d >= 2 * width else eps
+        joint = whole and width <= d < 2 * width  # both displacements: where nothing moves, a step forgets exactly
         if contact and d < 2 * width:
             passes = _passes(bushing, numbers, u, width, d, change)
-            if passes or (together and _passes(bushing, numbers, u, width, d - width, change)):
+            if passes or (joint and _passes(bushing, numbers, u, width, d - width, change)):
                 change = -change  # a sample stays on its side of the wall
-        u[d] = kept + change
+        u[d] = original + change
         before = 0.0
-        if together:
+        if joint:
             before = u[d - width]
             u[d - width] = before + change
         step_between(bushing, numbers, contact, size, memory, u, spin, moved)
-        u[d] = kept
-        if together:
+        u[d] = original
+        if joint:
             u[d - width] = before
         for k in range(answers):
-            slope[k, told + d] = (moved[k] - now[k]) / change - (slope[k, told + d - width] if together else 0.0)
+            slope[k, offset + d] = (moved[k] - now[k]) / change - (slope[k, offset + d - width] if joint else 0.0)
 
 
 @jit(**STRICT)
@@ -88,7 +88,7 @@ def add_rows(
     slope: np.ndarray, row: int, width: int, size: int, omega: float, basis: np.ndarray, rate: np.ndarray, last: int,
     i: int, carried: np.ndarray, out: np.ndarray, to: int,
 ) -> None:  # fmt: skip
-    """Add to out (2, n, K), at one of n, what a row of derivatives says by harmonics of the coordinates."""
+    """Add a row of derivatives, by harmonics of the coordinates, to out (2, n, K) at one of n."""
     harmonics = basis.shape[1]
     for d in range(width):
         a, b = slope[row, size + d], slope[row, size + width + d]
@@ -100,11 +100,11 @@ def add_rows(
             for r in range(harmonics):
                 out[d, to, r] += c * rate[last, r] + e * rate[i, r]
     for k in range(size):
-        share = slope[row, k]
-        if share != 0.0:
+        slope_k = slope[row, k]
+        if slope_k != 0.0:
             for d in range(width):
                 for r in range(harmonics):
-                    out[d, to, r] += share * carried[d, k, r]
+                    out[d, to, r] += slope_k * carried[d, k, r]
 
 
 @jit(**STRICT)
@@ -113,7 +113,7 @@ def fill_lasting(
     spin: float, eps: float, differs: bool, now: np.ndarray, moved: np.ndarray, by_place: np.ndarray,
     by_speed: np.ndarray, by_impact: np.ndarray, i: int,
 ) -> None:  # fmt: skip
-    """Fill in the force of an end whose memory does not change in a step, and its derivatives."""
+    """Compute the force of an end whose memory does not change in a step, and its derivatives."""
     if width == 1:
         law, pulls = bushing.contact_law, bushing.adhesion
         parameters, answer = at(numbers, bushing.contact), at(numbers, bushing.out)
@@ -136,23 +136,23 @@ def fill_lasting(
     if not differs:
         return
     for d in range(2):
-        kept = u[2 + d]
-        u[2 + d] = kept + eps
+        original = u[2 + d]
+        u[2 + d] = original + eps
         contact_now(bushing, numbers, memory, u, spin, moved)
-        u[2 + d] = kept
+        u[2 + d] = original
         for k in range(2):
             by_place[k, d, i] = (moved[k] - now[k]) / eps
-        kept = u[6 + d]
-        u[6 + d] = kept + eps * omega
+        original = u[6 + d]
+        u[6 + d] = original + eps * omega
         contact_now(bushing, numbers, memory, u, spin, moved)
-        u[6 + d] = kept
+        u[6 + d] = original
         for k in range(2):
             by_speed[k, d, i] = (moved[k] - now[k]) / (eps * omega)
     if size:
-        kept = memory[0]
-        memory[0] = kept + eps * omega
+        original = memory[0]
+        memory[0] = original + eps * omega
         contact_now(bushing, numbers, memory, u, spin, moved)
-        memory[0] = kept
+        memory[0] = original
         for k in range(2):
             by_impact[k] = (moved[k] - now[k]) / (eps * omega)
 
@@ -162,9 +162,9 @@ def keep_lasting(
     width: int, by_place: np.ndarray, by_speed: np.ndarray, by_impact: np.ndarray, steps: np.ndarray, i: int,
     project: np.ndarray, weights: np.ndarray,
 ) -> None:  # fmt: skip
-    """Keep derivatives of step i, in which the memory of an end does not change.
+    """Store derivatives of step i, in which the memory of an end does not change.
 
-    ``weights`` (2, K) gets what the speed at which its contact began does to the harmonics of its force.
+    ``weights`` (2, K) gets the derivative of the force's harmonics by the speed at which its contact began.
     """
     _, rows, columns = steps.shape
     for a in range(rows):
@@ -182,19 +182,19 @@ def keep_lasting(
 
 @jit(**STRICT)
 def add_event(
-    slope: np.ndarray, width: int, told: int, size: int, by_place: np.ndarray, by_speed: np.ndarray,
+    slope: np.ndarray, width: int, offset: int, size: int, by_place: np.ndarray, by_speed: np.ndarray,
     is_carried: np.ndarray, steps: np.ndarray, last: int, i: int, project: np.ndarray, weights: np.ndarray,
 ) -> None:  # fmt: skip
     """Add derivatives of the forces of a step in which a contact begins or ends to those at both samples.
 
-    What both forces change with the place then acts then: so a spring without damping takes no energy.
+    The change of both forces with a displacement acts at its sample: so a spring without damping takes no energy.
     """
     _, rows, columns = steps.shape
     forces, inputs = rows - width, columns - 4 * width
     for a in range(width):
-        first, second = told + a, told + width + a
+        first, second = offset + a, offset + width + a
         for b in range(width):
-            was = told + b
+            was = offset + b
             before = slope[first, was] + slope[second, was]
             faster = slope[first, was + 2 * width] + slope[second, was + 2 * width]
             by_place[a, b, last] += before
@@ -215,7 +215,7 @@ def add_event(
 def carry(
     onto: np.ndarray, of_force: np.ndarray, width: int, used: int, weights: np.ndarray, carried: np.ndarray
 ) -> int:
-    """Add to what is carried that of the speed at which a contact began, for all of its samples at once."""
+    """Add the derivatives by the speed at which a contact began to the carried ones, for all of its samples at once."""
     for k in range(width):
         acts = False
         for r in range(weights.shape[1]):
@@ -233,7 +233,7 @@ def carry(
 
 @jit(**STRICT)
 def keep(slope: np.ndarray, width: int, size: int, steps: np.ndarray, i: int) -> None:
-    """Keep derivatives of memory and of the whole force of step i."""
+    """Store derivatives of memory and of the whole force of step i."""
     _, rows, columns = steps.shape
     for k in range(size + width):
         row = k if k < size else rows - width + k - size

@@ -26,7 +26,7 @@ __all__ = ["follow_response", "follow_response_over", "follow_response_over_leve
 
 OVER = {"load": ("loads", "times those of the rig"), "gap": ("gaps", "times those of the rig"),
         "spin": ("speeds", "rad/s")}  # fmt: skip
-"""What a branch at one frequency and level goes over, and the unit of its ends."""
+"""Parameters of a branch at one frequency and level, with their names in messages and units."""
 
 
 @checks_kinds
@@ -46,9 +46,9 @@ def follow_response(
 
     Condensed harmonic balance: unknown are the harmonics of the displacements at the clearances, in which the laws'
     forces are sampled (alternating frequency-time). The branch begins with the vibration that grows out of rest with
-    the level, and ends where it leaves the range of frequencies. Where that is not found, ends within a tenth of the
-    range or turns back there, one that leads on is looked for with fewer harmonics, then from nearby frequencies, by
-    up to 5 %, then from the modal engine's march.
+    the level, and ends where it leaves the range of frequencies. If that does not converge, or ends or turns back in
+    the first tenth of the range, another one is sought with fewer harmonics, then from nearby frequencies, by up to
+    5 %, then from the modal engine's time integration.
 
     Parameters
     ----------
@@ -68,22 +68,22 @@ def follow_response(
     n_modes : int
         Number of modes in the Ritz basis, as in the modal engine.
     stability : bool
-        Find Floquet's multipliers of every point, and locate where the stability changes.
+        Compute the Floquet multipliers of every point, and locate where the stability changes.
     watch : callable, optional
-        Called with the frequency, Hz, of every point that is found; what it raises ends the search.
+        Called with the frequency, Hz, of every point; an exception that it raises ends the search.
     progress : bool
         Show a progress bar.
 
     Returns
     -------
     Branch
-        If no next point was found, the branch so far: ``ended`` says where and at which level; or, if it turned back
+        If the continuation fails, the branch so far: ``ended`` says where and at which level; or, if it turned back
         and left the range where it began, which part of the range it does not cover.
 
     Raises
     ------
     ClearanceError
-        For impossible numbers of harmonics, samples or modes, or if not even the first point is found.
+        For impossible numbers of harmonics, samples or modes, or if not even the first point converges.
     ExcitationError
         For impossible levels or frequencies, or a rig without a position for a force.
     LawError
@@ -99,32 +99,32 @@ def follow_response(
     start, stop = ends_of_range(frequency_range)
     harmonics, counts = resolution(n_harmonics, n_samples, len(levels), n_modes)
     ends = 2 * np.pi * start, 2 * np.pi * stop
-    return _respond(model, of_kind, levels, ends, harmonics, counts, n_modes, stability, watch, progress)
+    return _continue(model, of_kind, levels, ends, harmonics, counts, n_modes, stability, watch, progress)
 
 
-def _respond(
+def _continue(
     model: Model, kind: str, levels: Sequence[complex], ends: tuple[float, float], harmonics: int,
     counts: Sequence[int], modes: int, stability: bool, watch: Callable[[float], None] | None, progress: bool,
 ) -> Branch:  # fmt: skip
-    """Follow the response of a rig between two frequencies of its excitation, 1/s, or speeds of what turns."""
+    """Follow the response of a rig between two frequencies of its excitation, 1/s, or speeds of rotating parts."""
     spin = steady_spin(model.rig, kind)
     fastest = max(ends) if kind == UNBALANCE else spin
     system = condensed(model, kind, levels, harmonics, modes, speed=fastest)
     start, stop = (system.pace * end for end in ends)
 
-    def found(count: int) -> Branch:
+    def follow_with(count: int) -> Branch:
         solver = Solver(system, harmonics, count, spin)
-        touched: list[Motion] = []
+        contacts: list[Motion] = []
         if stability:
             samples_of_period(solver, min(start, stop))  # refused before a branch is followed there
-        begins = Start(solver, start, stop, lambda h: fewer(h, count))
-        motions = with_first_contacts(solver, begins.motions(), touched)
-        return follow(solver, watched(motions, watch), stability, progress, touched)
+        start_search = Start(solver, start, stop, lambda h: fewer(h, count))
+        motions = with_first_contacts(solver, start_search.motions(), contacts)
+        return follow(solver, watched(motions, watch), stability, progress, contacts)
 
     def fewer(h: int, count: int) -> Solver:
         return Solver(condensed(model, kind, levels, h, modes, speed=fastest), h, count, spin)
 
-    return turned_back(farthest(found, counts), ends[1] / (2 * np.pi))
+    return turned_back(farthest(follow_with, counts), ends[1] / (2 * np.pi))
 
 
 # The response of a rig at one frequency over the level of a harmonic excitation, or over another number.
@@ -165,21 +165,21 @@ def follow_response_over_level(
     n_modes : int
         Number of modes in the Ritz basis, as in the modal engine.
     stability : bool
-        Find Floquet's multipliers of every point, and locate where the stability changes.
+        Compute the Floquet multipliers of every point, and locate where the stability changes.
     progress : bool
         Show a progress bar.
 
     Returns
     -------
     Branch
-        Its ``over`` is "level". It begins with the vibration that grows out of rest with the level. If no next point
-        was found, the branch so far: ``ended`` says where and at which level, or which part a branch leaves out that
-        turned back.
+        Its ``over`` is "level". It begins with the vibration that grows out of rest with the level. If the
+        continuation fails, the branch so far: ``ended`` says where and at which level, or which part a branch leaves
+        out that turned back.
 
     Raises
     ------
     ClearanceError
-        For impossible numbers of harmonics, samples or modes, or if not even the first point is found.
+        For impossible numbers of harmonics, samples or modes, or if not even the first point converges.
     ExcitationError
         For impossible levels or frequencies, or a rig without a position for a force.
     LawError
@@ -191,7 +191,7 @@ def follow_response_over_level(
     if not (0 < start < np.inf and 0 < stop < np.inf and start != stop):
         raise ExcitationError(f"amplitude_range must be two different amplitudes > 0, got {start:g} and {stop:g}")
     setting = Setting(n_harmonics, n_samples, n_modes, stability, progress)
-    return turned_back(_respond_over(model, "level", (1.0, stop / start), frequency, [start], kind, setting), stop)
+    return turned_back(_continue_over(model, "level", (1.0, stop / start), frequency, [start], kind, setting), stop)
 
 
 @checks_kinds
@@ -215,9 +215,9 @@ def follow_response_over(
     model : Model
         Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
     over : str
-        "load": what all constant loads, weight too, are multiplied by; "gap": what all gaps are; "spin", rad/s.
+        "load": factor of all constant loads, weight too; "gap": factor of all gaps; "spin", rad/s.
     values : tuple of float
-        First and last of these, > 0; downwards too.
+        First and last value, > 0; downwards too.
     frequency : float
         Frequency of the excitation, Hz; of kind "unbalance" turns in a second.
     amplitude : complex or sequence of complex
@@ -232,21 +232,21 @@ def follow_response_over(
     n_modes : int
         Number of modes in the Ritz basis, as in the modal engine.
     stability : bool
-        Find Floquet's multipliers of every point, and locate where the stability changes.
+        Compute the Floquet multipliers of every point, and locate where the stability changes.
     progress : bool
         Show a progress bar.
 
     Returns
     -------
     Branch
-        Its ``share`` are those of loads or gaps, its ``spin`` the speeds. It begins with the vibration that grows out
-        of rest with the level. If no next point was found, the branch so far: ``ended`` says where, or which part a
-        branch leaves out that turned back.
+        Its ``share`` are the factors of loads or gaps, its ``spin`` the speeds. It begins with the vibration that grows
+        out of rest with the level. If the continuation fails, the branch so far: ``ended`` says where, or which part
+        a branch leaves out that turned back.
 
     Raises
     ------
     ClearanceError
-        For impossible numbers of harmonics, samples or modes, if not even the first point is found, for another
+        For impossible numbers of harmonics, samples or modes, if not even the first point converges, for another
         ``over`` or one that nothing of the rig depends on, or where a filling's dependence on the gap is not known.
     ExcitationError
         For impossible values, levels or frequencies, or a rig without a position for a force.
@@ -260,11 +260,11 @@ def follow_response_over(
     if over == "spin" and kind == UNBALANCE:
         raise ExcitationError("an unbalance turns with the spin; use follow_unbalance")
     setting = Setting(n_harmonics, n_samples, n_modes, stability, progress)
-    return turned_back(_respond_over(model, over, ends, frequency, levels_of(amplitude), kind, setting), ends[1])
+    return turned_back(_continue_over(model, over, ends, frequency, levels_of(amplitude), kind, setting), ends[1])
 
 
 class Setting(NamedTuple):
-    """How a branch is found, as the calls take it."""
+    """Numerical settings of a branch, as the public calls take them."""
 
     harmonics: int
     samples: int | None
@@ -273,11 +273,11 @@ class Setting(NamedTuple):
     progress: bool
 
 
-def _respond_over(
+def _continue_over(
     model: Model, over: str, ends: tuple[float, float], frequency: float, levels: Sequence[complex], kind: str | None,
     setting: Setting,
 ) -> Branch:  # fmt: skip
-    """Follow the response at one frequency over a number of a `State`, which is 1 for the rig as it is, or a spin."""
+    """Follow the response at one frequency over a field of a `State`: a factor, 1 for the rig as it is, or the spin."""
     ExcitationError.require_positive(" Hz", frequency=frequency)
     harmonics, counts = resolution(setting.harmonics, setting.samples, len(levels), setting.modes)
     kind = excited_by(model, kind) if kind == UNBALANCE else excitation_kind(model.rig, kind)
@@ -287,7 +287,7 @@ def _respond_over(
     _require_dependence(system, over)
 
     def motions(solver: Solver) -> Iterator[Motion]:
-        """Those from the one that grows out of rest with the level at the first value."""
+        """Yield motions from the one that grows out of rest with the level at the first value."""
         omega = 2 * np.pi * frequency * (system.order or 1.0)
         solver.take("omega", solver.at._replace(**{over: ends[0]}))
         first = solver.first(omega)
@@ -295,17 +295,17 @@ def _respond_over(
         motion = solver.solved_at(ends[0], first.z, first.y, first.scale)
         yield from solver.within(motion, min(ends), max(ends), ends[1] > ends[0])
 
-    def found(count: int) -> Branch:
+    def follow_with(count: int) -> Branch:
         solver = Solver(system, harmonics, count, spin)
-        touched: list[Motion] = []
-        followed = with_first_contacts(solver, motions(solver), touched)
-        return follow(solver, followed, setting.stability, setting.progress, touched)
+        contacts: list[Motion] = []
+        with_contacts = with_first_contacts(solver, motions(solver), contacts)
+        return follow(solver, with_contacts, setting.stability, setting.progress, contacts)
 
-    return farthest(found, counts)
+    return farthest(follow_with, counts)
 
 
 def _require_dependence(system: Condensed, over: str) -> None:
-    """Refuse loads or a spin on which no vibration of the rig depends."""
+    """Raise ClearanceError for loads or a spin on which no vibration of the rig depends."""
     rig, driven = system.rig, system.driven
     if over == "load" and not driven.weight.any():
         raise ClearanceError(f"rig {rig.name!r} has no constant loads; give gravity or [[loads]]")
@@ -328,12 +328,12 @@ def follow_unbalance(
     watch: Callable[[float], None] | None = None,
     progress: bool = False,
 ) -> Branch:
-    """Follow how a shaft or gears vibrate under what turns with them from one speed to another, around folds.
+    """Follow the vibration of a shaft or gears under rotating excitations from one speed to another, around folds.
 
     Under unbalances the shaft turns once in a period; orders, and a law over time such as that of a mesh, which turns
     with the rig's ``spin``, have the shortest one that all of them share. Gyroscopic moments, damping that turns with
     the shaft, oil films and the slip of its surface follow the speed. The branch begins with the vibration that grows
-    out of rest with what excites. What the rig's ``spin`` says is not used otherwise.
+    out of rest with the excitation. The rig's ``spin`` is not used otherwise.
 
     Parameters
     ----------
@@ -348,23 +348,23 @@ def follow_unbalance(
     n_modes : int
         Modes of each plane, to which static shapes are added.
     stability : bool
-        Find Floquet's multipliers of every point, and locate where the stability changes.
+        Compute the Floquet multipliers of every point, and locate where the stability changes.
     factor : float
         By which all unbalances and orders of the rig are multiplied, > 0: the branch's ``level``.
     watch : callable, optional
-        Called with the frequency, Hz, of every point that is found; what it raises ends the search.
+        Called with the frequency, Hz, of every point; an exception that it raises ends the search.
     progress : bool
         Show a progress bar.
 
     Returns
     -------
     Branch
-        Its frequency is that of turning, ``spin`` the speed. If no next point was found, ``ended`` says where.
+        Its frequency is that of turning, ``spin`` the speed. If the continuation fails, ``ended`` says where.
 
     Raises
     ------
     ClearanceError
-        For impossible numbers of harmonics, samples or modes, or if not even the first point is found.
+        For impossible numbers of harmonics, samples or modes, or if not even the first point converges.
     RigError
         If the rig does not turn, has no clearance or no unbalances and orders, or in the gap moves without stiffness.
     ExcitationError
@@ -377,4 +377,4 @@ def follow_unbalance(
     if not 0 < factor < np.inf:
         raise ExcitationError(f"factor of the unbalances must be > 0, got {factor!r}")
     harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
-    return _respond(model, UNBALANCE, [factor], ends, harmonics, counts, n_modes, stability, watch, progress)
+    return _continue(model, UNBALANCE, [factor], ends, harmonics, counts, n_modes, stability, watch, progress)

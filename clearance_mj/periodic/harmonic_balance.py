@@ -1,7 +1,7 @@
-"""The condensed harmonic balance: what is left of x = x_lin - R F(x), and its derivatives; compiled.
+"""The condensed harmonic balance x = x_lin - R F(x): residual and Jacobian, with receptances R; compiled.
 
 Harmonics are real: the mean, then cosine and sine of each, c cos hθ + s sin hθ with θ = ωt; K = 2 H + 1 of them. The
-unknowns are those of coordinates z of the clearances' points, x = B z + y: what B leaves out, the bending of the shaft
+unknowns are those of coordinates z of the clearances' points, x = B z + y: the remainder y, the bending of the shaft
 within a bushing, is so stiff that it follows by substitution.
 """
 
@@ -18,7 +18,7 @@ __all__ = ["Grid", "answer", "balance", "blocks", "real_harmonics"]
 
 
 class Grid(NamedTuple):
-    """Samples of a period."""
+    """Harmonic functions at the samples of a period."""
 
     basis: np.ndarray  # (N, K) harmonic functions
     rate: np.ndarray  # (N, K) their derivatives by the angle
@@ -30,9 +30,9 @@ class Grid(NamedTuple):
 
 @jit(**STRICT)
 def reduced(matrices: np.ndarray, basis: np.ndarray) -> np.ndarray:
-    """Bᵀ M B of matrices (H + 1, n_points, n_points)."""
+    """Return Bᵀ M B of matrices (H + 1, n_points, n_points)."""
     points, r = basis.shape
-    found = np.zeros((matrices.shape[0], r, r), np.complex128)
+    product = np.zeros((matrices.shape[0], r, r), np.complex128)
     for h in range(matrices.shape[0]):
         for p in range(points):
             for b in range(r):
@@ -40,8 +40,8 @@ def reduced(matrices: np.ndarray, basis: np.ndarray) -> np.ndarray:
                 for q in range(points):
                     total += matrices[h, p, q] * basis[q, b]
                 for a in range(r):
-                    found[h, a, b] += basis[p, a] * total
-    return found
+                    product[h, a, b] += basis[p, a] * total
+    return product
 
 
 @jit(**STRICT)
@@ -59,25 +59,25 @@ def times(factor: float, matrices: np.ndarray, values: np.ndarray, out: np.ndarr
 
 @jit(**STRICT)
 def real_harmonics(complex_: np.ndarray) -> np.ndarray:
-    """Harmonics (n, K) of complex amplitudes (H + 1, n), of which the real part is meant."""
+    """Return real harmonics (n, K) of complex amplitudes (H + 1, n)."""
     highest = complex_.shape[0] - 1
-    found = np.empty((complex_.shape[1], 2 * highest + 1))
+    harmonics = np.empty((complex_.shape[1], 2 * highest + 1))
     for p in range(complex_.shape[1]):
-        found[p, 0] = complex_[0, p].real
+        harmonics[p, 0] = complex_[0, p].real
         for h in range(1, highest + 1):
-            found[p, 2 * h - 1], found[p, 2 * h] = complex_[h, p].real, -complex_[h, p].imag
-    return found
+            harmonics[p, 2 * h - 1], harmonics[p, 2 * h] = complex_[h, p].real, -complex_[h, p].imag
+    return harmonics
 
 
 @jit(**STRICT)
 def blocks(laws: Laws, basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slopes: Slopes) -> np.ndarray:
-    """Return (r, r, K, K) derivatives of the forces' harmonics by those of coordinates of one owner.
+    """Return (r, r, K, K) derivatives of the forces' harmonics by those of coordinates of the same clearance.
 
-    ``basis`` (n_rows, r) are the coordinates' rows, ``owner`` (r,) says whose they are; those of two are left open.
+    ``basis`` (n_rows, r) are the coordinates' rows, ``owner`` (r,) their clearances; other blocks stay empty.
     """
     r = basis.shape[1]
     samples, harmonics = grid.basis.shape
-    found = np.empty((r, r, harmonics, harmonics))
+    jacobian = np.empty((r, r, harmonics, harmonics))
     count = 0
     for a in range(r):
         for b in range(r):
@@ -86,23 +86,23 @@ def blocks(laws: Laws, basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: 
     for a in range(r):
         for b in range(r):
             if owner[a] == owner[b]:
-                found[a, b] = 0.0
-                _add_pair(laws, basis, a, b, slopes, series[pair : pair + 2], found[a, b])
+                jacobian[a, b] = 0.0
+                _add_pair(laws, basis, a, b, slopes, series[pair : pair + 2], jacobian[a, b])
                 pair += 2
     means, pair = np.dot(series, grid.moments), 0
     for a in range(r):
         for b in range(r):
             if owner[a] == owner[b]:
-                add_products(means[pair : pair + 2], omega, found[a, b])
+                add_products(means[pair : pair + 2], omega, jacobian[a, b])
                 pair += 2
-    return found
+    return jacobian
 
 
 @jit(**STRICT)
 def _add_pair(
     laws: Laws, basis: np.ndarray, a: int, b: int, slopes: Slopes, series: np.ndarray, block: np.ndarray
 ) -> None:
-    """Add derivatives of the force along coordinate a by coordinate b, at samples and by harmonics."""
+    """Add derivatives of the force along coordinate a by coordinate b: at samples, and carried ones by harmonics."""
     harmonics = block.shape[0]
     for p in range(laws.width.size):
         used = slopes.used[p]
@@ -135,7 +135,7 @@ def add_products(means: np.ndarray, omega: float, block: np.ndarray) -> None:
         a_x[m], b_x[m] = means[0, 2 * m - 1], means[0, 2 * m]
         a_v[m], b_v[m] = means[1, 2 * m - 1], means[1, 2 * m]
     for l in range(highest + 1):
-        pace = l * omega
+        l_omega = l * omega
         for k in range(highest + 1):
             total, apart = k + l, abs(k - l)
             sign = 1.0 if k >= l else -1.0
@@ -148,16 +148,16 @@ def add_products(means: np.ndarray, omega: float, block: np.ndarray) -> None:
             if k == 0 and l == 0:
                 block[0, 0] += a_x[0]
             elif k == 0:
-                block[0, 2 * l - 1] += weight * (cc_x - pace * cs_v)
-                block[0, 2 * l] += weight * (cs_x + pace * cc_v)
+                block[0, 2 * l - 1] += weight * (cc_x - l_omega * cs_v)
+                block[0, 2 * l] += weight * (cs_x + l_omega * cc_v)
             elif l == 0:
                 block[2 * k - 1, 0] += cc_x
                 block[2 * k, 0] += sc_x
             else:
-                block[2 * k - 1, 2 * l - 1] += cc_x - pace * cs_v
-                block[2 * k - 1, 2 * l] += cs_x + pace * cc_v
-                block[2 * k, 2 * l - 1] += sc_x - pace * ss_v
-                block[2 * k, 2 * l] += ss_x + pace * sc_v
+                block[2 * k - 1, 2 * l - 1] += cc_x - l_omega * cs_v
+                block[2 * k - 1, 2 * l] += cs_x + l_omega * cc_v
+                block[2 * k, 2 * l - 1] += sc_x - l_omega * ss_v
+                block[2 * k, 2 * l] += ss_x + l_omega * sc_v
 
 
 @jit(**STRICT)
@@ -212,7 +212,7 @@ def motion_over_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndar
             even[count, h], odd[count, h] = c, s
             even[count + 1, h], odd[count + 1, h] = h * omega * s, -h * omega * c
         count += 2
-    mirrored, turned = np.dot(even[:count], grid.even), np.dot(odd[:count], grid.odd)
+    even_part, odd_part = np.dot(even[:count], grid.even), np.dot(odd[:count], grid.odd)
     place, speed = np.empty((points, n)), np.empty((points, n))
     count = 0
     for p in range(points):
@@ -222,11 +222,11 @@ def motion_over_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndar
                 place[p, i], speed[p, i] = place[q, i], speed[q, i]
             continue
         for i in range(half):
-            place[p, i] = mirrored[count, i] + turned[count, i]
-            speed[p, i] = mirrored[count + 1, i] + turned[count + 1, i]
+            place[p, i] = even_part[count, i] + odd_part[count, i]
+            speed[p, i] = even_part[count + 1, i] + odd_part[count + 1, i]
         for i in range(half, n):
-            place[p, i] = mirrored[count, n - i] - turned[count, n - i]
-            speed[p, i] = mirrored[count + 1, n - i] - turned[count + 1, n - i]
+            place[p, i] = even_part[count, n - i] - odd_part[count, n - i]
+            speed[p, i] = even_part[count + 1, n - i] - odd_part[count + 1, n - i]
         count += 2
     return place, speed
 
@@ -239,10 +239,10 @@ def projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
     first, count = np.full(points, -1), 0
     even, odd = np.zeros((points, half)), np.zeros((points, half))
     for p in range(points):
-        acts = False
+        active = False
         for i in range(n):
-            acts = acts or samples[p, i] != 0.0
-        if not acts:
+            active = active or samples[p, i] != 0.0
+        if not active:
             continue
         first[p] = _first_equal(samples, p)
         if first[p] == p:
@@ -254,55 +254,55 @@ def projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
                     even[count, i], odd[count, i] = samples[p, i] + samples[p, n - i], samples[p, i] - samples[p, n - i]
             count += 1
     cosines, sines = np.dot(even[:count], grid.even.T), np.dot(odd[:count], grid.odd.T)
-    found = np.zeros((points, 2 * cosines.shape[1] - 1))
+    harmonics = np.zeros((points, 2 * cosines.shape[1] - 1))
     count = 0
     for p in range(points):
         q = first[p]
         if q < 0:
             continue
         if q < p:
-            for k in range(found.shape[1]):
-                found[p, k] = found[q, k]
+            for k in range(harmonics.shape[1]):
+                harmonics[p, k] = harmonics[q, k]
             continue
-        found[p, 0] = 0.5 * weight * cosines[count, 0]
+        harmonics[p, 0] = 0.5 * weight * cosines[count, 0]
         for h in range(1, cosines.shape[1]):
-            found[p, 2 * h - 1], found[p, 2 * h] = weight * cosines[count, h], weight * sines[count, h]
+            harmonics[p, 2 * h - 1], harmonics[p, 2 * h] = weight * cosines[count, h], weight * sines[count, h]
         count += 1
-    return found
+    return harmonics
 
 
 @jit(**STRICT)
 def answer(
     compliance: np.ndarray, driven: np.ndarray, basis: np.ndarray, grid: Grid, laws: Laws, slopes: Slopes,
-    omega: float, spin: float, z: np.ndarray, y: np.ndarray, want: bool,
+    omega: float, spin: float, z: np.ndarray, y: np.ndarray, diff: bool,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """Return how excitation and forces of a motion move the coordinates (r, K) and, beside them, the rows; forces.
+    """Return the response to excitation and a motion's forces: coordinates (r, K), remainder (n_rows, K), and forces.
 
-    If wanted, ``slopes`` are filled.
+    With ``diff``, ``slopes`` are filled.
     """
     place, speed = motion_over_period(grid, omega, np.dot(basis, z) + y)
     samples = np.empty_like(place)
-    fill_forces(laws, Sampled(place, speed, omega, spin), grid.basis, grid.rate, grid.project, want, samples, slopes)
+    fill_forces(laws, Sampled(place, speed, omega, spin), grid.basis, grid.rate, grid.project, diff, samples, slopes)
     force = projected(grid, samples)
-    found = driven.copy()
-    times(-1.0, compliance, force, found)
-    own = np.dot(basis.T, found)
-    return own, found - np.dot(basis, own), force
+    response = driven.copy()
+    times(-1.0, compliance, force, response)
+    z_new = np.dot(basis.T, response)
+    return z_new, response - np.dot(basis, z_new), force
 
 
 @jit(**STRICT, inline="always")
 def balance(
     compliance: np.ndarray, driven: np.ndarray, basis: np.ndarray, owner: np.ndarray, grid: Grid, laws: Laws,
-    slopes: Slopes, omega: float, spin: float, z: np.ndarray, y: np.ndarray, want: bool, jacobian: np.ndarray,
+    slopes: Slopes, omega: float, spin: float, z: np.ndarray, y: np.ndarray, diff: bool, jacobian: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """Return what z (r, K) leaves of the balance, forces (n_rows, K) and the displacements y beside B z.
+    """Return the residual of the balance at z (r, K), forces (n_rows, K) and the remainder y of the displacements.
 
     ``compliance`` (H + 1, n_rows, n_rows) and ``driven`` (n_rows, K) are receptances and displacements without
-    clearances, ``basis`` B (n_rows, r), orthonormal, whose columns are each of one clearance, ``owner`` (r,). If
-    wanted, the (r K, r K) corner of ``jacobian`` is filled with the derivative by z, and ``slopes`` changed.
+    clearances, ``basis`` B (n_rows, r), orthonormal, whose columns are each of one clearance, ``owner`` (r,). With
+    ``diff`` the (r K, r K) corner of ``jacobian`` is filled with the derivative by z, and ``slopes`` changed.
     """
-    own, beside, force = answer(compliance, driven, basis, grid, laws, slopes, omega, spin, z, y, want)
-    if want:
+    z_new, y_new, force = answer(compliance, driven, basis, grid, laws, slopes, omega, spin, z, y, diff)
+    if diff:
         by_coordinates = blocks(laws, basis, owner, grid, omega, slopes)
         add_jacobian(reduced(compliance, basis), by_coordinates, owner, jacobian)
-    return z - own, force, beside
+    return z - z_new, force, y_new

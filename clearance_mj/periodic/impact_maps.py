@@ -1,4 +1,4 @@
-"""Which walls a rig hits over constant load, level and frequency: teeth in contact, that part, and that rattle."""
+"""Maps of the impacts in a rig over constant load, level and frequency: teeth in contact, parting and rattling."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 __all__ = ["IMPACTS", "ImpactMap", "map_impacts"]
 
 IMPACTS = ("without contact", "in contact", "single-sided impacts", "double-sided impacts")
-"""What vibrations are told apart by: numbers 0 to 3 of `ImpactMap.impacts`."""
-COLOURS = ("#ffffff", "#d9e6f2", "#f4a582", "#b2182b")  # of them, on figures
-TASKS = 8  # of each process, at least, if there are so many branches
+"""Classes of vibrations: numbers 0 to 3 of `ImpactMap.impacts`."""
+COLOURS = ("#ffffff", "#d9e6f2", "#f4a582", "#b2182b")  # of the classes, on figures
+TASKS = 8  # least number for each process, if there are so many branches
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ImpactMap(ArrayData):
-    """Which walls a rig hits over shares of its constant loads, level and frequency.
+    """Class of the impacts in a rig over factors of its constant loads, level and frequency.
 
     Arrays of a sweep begin with its direction, up from rest and down in level.
     """
@@ -49,29 +49,29 @@ class ImpactMap(ArrayData):
     model: Model
     """rig and law of its clearances"""
     kind: str
-    """ "base", "force" or "unbalance": what the excitation is"""
+    """excitation: "base", "force" or "unbalance\""""
     load: np.ndarray
-    """(n_loads,) what the rig's constant loads are multiplied by"""
+    """(n_loads,) factor of the rig's constant loads"""
     level: np.ndarray
-    """(n_levels,) amplitude of the excitation, m/s², N or N m; what unbalances and orders are multiplied by"""
+    """(n_levels,) amplitude of the excitation, m/s², N or N m; factor of unbalances and orders"""
     frequency: np.ndarray
-    """(n_frequencies,) Hz; of what turns with the shaft turns in a second"""
+    """(n_frequencies,) Hz; of rotating excitations turns in a second"""
     vibrations: np.ndarray
-    """(n_loads, n_levels, n_frequencies) how many periodic vibrations there are, stable or not; 0: none was found"""
+    """(n_loads, n_levels, n_frequencies) number of periodic vibrations, stable or not; 0: unknown"""
     impacts: np.ndarray
-    """(2, n_loads, n_levels, n_frequencies) number of `IMPACTS`, the hardest of all clearances; -1: none was found"""
+    """(2, n_loads, n_levels, n_frequencies) number of `IMPACTS`, the hardest of all clearances; -1: unknown"""
     contact_force: np.ndarray
-    """(2, n_loads, n_levels, n_frequencies) largest one of a period, of all clearances, N; nan: none was found"""
+    """(2, n_loads, n_levels, n_frequencies) peak of a period, of all clearances, N; nan: unknown"""
     onset: np.ndarray
-    """(n_loads, n_frequencies) level from which on a sweep from rest has impacts; infinite if none has them"""
+    """(n_loads, n_frequencies) level above which a sweep from rest has impacts; infinite if none has"""
 
     @property
     def unknown(self) -> float:
-        """Share of the map at which no vibration was found."""
+        """Fraction of the map without a known vibration."""
         return float(np.mean(self.vibrations == 0))
 
     def plot(self, sweep: str = "up") -> Figure:
-        """Draw which walls are hit over level and load, or over level and frequency, a panel for each load.
+        """Draw the impacts over level and load, or over level and frequency, a panel for each load.
 
         Parameters
         ----------
@@ -119,7 +119,7 @@ class ImpactMap(ArrayData):
         axes.pcolormesh(over, self.level, values, cmap=colours, vmin=-1.5, vmax=3.5, shading="nearest", rasterized=True)
 
     def to_xarray(self) -> xr.Dataset:
-        """Return everything with labels and units, over (sweep, load, level, frequency)."""
+        """Return all quantities with labels and units, over (sweep, load, level, frequency)."""
         cells, unit = ("load", "level", "frequency"), level_axis(self.kind).symbol
         variables = {
             "vibrations": (cells, self.vibrations, "1"),
@@ -134,7 +134,7 @@ class ImpactMap(ArrayData):
 
 
 class _Case(NamedTuple):
-    """Some frequencies at one load."""
+    """Task for a worker: some frequencies at one load."""
 
     load: int
     first: int
@@ -162,23 +162,23 @@ def map_impacts(
     progress: bool = False,
     executor: Executor | None = None,
 ) -> ImpactMap:
-    """Find which walls a rig hits, over shares of its constant loads, level and frequency.
+    """Classify the impacts in a rig over factors of its constant loads, level and frequency.
 
     With one frequency and many loads it is the rattle map of gears over mean torque and ripple, with one load that over
     speed and ripple. At every load and frequency the branch that grows out of rest is followed over the level, around
-    folds; a sweep in level jumps where it folds. What does not hang together with that branch is not on the map.
+    folds; a sweep in level jumps where it folds. Detached branches are not on the map.
 
     Parameters
     ----------
     model : Model
         Rig and law of its clearances.
     amplitudes : array_like
-        Amplitudes (n_levels,) of the excitation, m/s², N or N m, increasing; of kind "unbalance" what unbalances and
-        orders are multiplied by.
+        Amplitudes (n_levels,) of the excitation, m/s², N or N m, increasing; of kind "unbalance" factors of
+        unbalances and orders.
     frequencies : array_like
         Frequencies (n_frequencies,) of the excitation, Hz, increasing; of kind "unbalance" turns in a second.
     loads : sequence of float
-        What the rig's constant loads, weight too, are multiplied by, increasing.
+        Factors of the rig's constant loads, weight too, increasing.
     kind : str, optional
         Kind of excitation, "base", "force" or "unbalance" of what turns with the shaft; None: unbalance of a rig that
         has unbalances or orders, else that of its shaker.
@@ -190,16 +190,16 @@ def map_impacts(
     n_modes : int
         Number of modes in the Ritz basis, as in the modal engine.
     workers : int, optional
-        Number of processes on this machine; default: one for each core. 1: none beside this one.
+        Number of processes on this machine; default: one for each core. 1: this process alone.
     progress : bool
         Show a progress bar with the time left.
     executor : concurrent.futures.Executor, optional
-        What computes parts of the map instead of processes of its own; it is left open.
+        Executor for parts of the map instead of new processes; it is not shut down.
 
     Returns
     -------
     ImpactMap
-        Where no vibration was found, the map says so: ``unknown`` and -1 in ``impacts``.
+        Unknown vibrations show up in ``unknown`` and as -1 in ``impacts``.
 
     Raises
     ------
@@ -218,69 +218,69 @@ def map_impacts(
     Processes start by importing the calling script: start a map below ``if __name__ == "__main__"``.
     """
     levels, frequencies = increasing(amplitudes, "amplitudes", 1), increasing(frequencies, "frequencies", 1)
-    shares, kind = increasing(loads, "loads", 1), excited_by(model, kind)
+    factors, kind = increasing(loads, "loads", 1), excited_by(model, kind)
     harmonics, samples = resolution(n_harmonics, n_samples, 1, n_modes)
     workers = workers_to_use(workers)
     omega = 2 * np.pi * frequencies
-    models = [Model(_with_loads(model.rig, float(share)), model.law) for share in shares]
+    models = [Model(_with_loads(model.rig, float(share)), model.law) for share in factors]
     fastest = float(omega[-1])
-    for each in models:
-        solver_at(each, kind, 1.0, fastest, harmonics, samples[0], n_modes)  # refuses what cannot be
-    chunk = max(1, omega.size * shares.size // (TASKS * workers))
+    for loaded in models:
+        solver_at(loaded, kind, 1.0, fastest, harmonics, samples[0], n_modes)  # refuses what cannot be
+    chunk = max(1, omega.size * factors.size // (TASKS * workers))
     cases = [
         _Case(i, j, each, kind, tuple(omega[j : j + chunk]), fastest, tuple(levels), harmonics, samples, n_modes)
         for i, each in enumerate(models)
         for j in range(0, omega.size, chunk)
     ]
-    shape = shares.size, levels.size, omega.size
+    shape = factors.size, levels.size, omega.size
     vibrations, impacts = np.zeros(shape, dtype=int), np.zeros((2, *shape), dtype=int)
-    force, onset = np.full((2, *shape), np.nan), np.full((shares.size, omega.size), np.nan)
+    force, onset = np.full((2, *shape), np.nan), np.full((factors.size, omega.size), np.nan)
     alone = workers == 1 or len(cases) == 1
     words = "impact map" if progress else ""
-    run = run_tasks(_part, cases, 1 if alone else workers, processes=not alone, executor=executor, progress=words)
+    run = run_tasks(_compute, cases, 1 if alone else workers, processes=not alone, executor=executor, progress=words)
     for case, parts in run:
-        for j, (count, walls, most, begins) in enumerate(parts, case.first):
+        for j, (count, walls, peak, begins) in enumerate(parts, case.first):
             vibrations[case.load, :, j], impacts[:, case.load, :, j] = count, walls
-            force[:, case.load, :, j], onset[case.load, j] = most, begins
-    return ImpactMap(model, kind, shares, levels, frequencies, vibrations, impacts, force, onset)
+            force[:, case.load, :, j], onset[case.load, j] = peak, begins
+    return ImpactMap(model, kind, factors, levels, frequencies, vibrations, impacts, force, onset)
 
 
-def _with_loads(rig: Rig, share: float) -> Rig:
+def _with_loads(rig: Rig, factor: float) -> Rig:
     def scaled(load: Load) -> Load:
         if load.torque is not None:
-            return dataclasses.replace(load, torque=share * load.torque)
-        force = share * np.asarray(load.force)
+            return dataclasses.replace(load, torque=factor * load.torque)
+        force = factor * np.asarray(load.force)
         return dataclasses.replace(load, force=tuple(force.tolist()) if force.ndim else float(force))
 
-    gravity = rig.gravity and tuple(share * g for g in rig.gravity)
+    gravity = rig.gravity and tuple(factor * g for g in rig.gravity)
     return rig.replace(loads=tuple(map(scaled, rig.loads)), gravity=gravity)
 
 
-def _part(case: _Case) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, float]]:
-    """Return number, impacts (2, n_levels), forces (2, n_levels) and the first level with impacts, at frequencies."""
-    levels, left = np.array(case.levels), list(range(len(case.omega)))
-    found: dict[int, LevelBranch] = {}
+def _compute(case: _Case) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, float]]:
+    """Return number, impacts (2, n_levels), forces (2, n_levels) and the onset level of impacts, at each frequency."""
+    levels, remaining = np.array(case.levels), list(range(len(case.omega)))
+    branches: dict[int, LevelBranch] = {}
     for count in case.samples:
         solver = solver_at(case.model, case.kind, 1.0, case.fastest, case.harmonics, count, case.modes)
-        omega = solver.system.pace * np.array(case.omega)[left]
-        for i, branch in zip(left, level_branches(solver, omega, case.levels[-1], (*WAYS, "contact_force"))):
-            if i not in found or branch.level.max() > found[i].level.max():
-                found[i] = branch
-        left = [i for i in left if not found[i].complete]
-        if not left:
+        omega = solver.system.pace * np.array(case.omega)[remaining]
+        for i, branch in zip(remaining, level_branches(solver, omega, case.levels[-1], (*WAYS, "contact_force"))):
+            if i not in branches or branch.level.max() > branches[i].level.max():
+                branches[i] = branch
+        remaining = [i for i in remaining if not branches[i].complete]
+        if not remaining:
             break
-    return [_of_branch(branch, levels) for _, branch in sorted(found.items())]
+    return [_classify(branch, levels) for _, branch in sorted(branches.items())]
 
 
-def _of_branch(branch: LevelBranch, levels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+def _classify(branch: LevelBranch, levels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     lift, other, force = branch.values
-    depth, lifts, both, most = np.moveaxis(branch.sweeps(levels, np.array([branch.depth, lift, other, force])), 1, 0)
-    impacts = np.where(depth <= 0, 0, np.where(both > 0, 3, np.where(lifts > 0, 2, 1)))
+    depth, lifts, double, peaks = np.moveaxis(branch.sweeps(levels, np.array([branch.depth, lift, other, force])), 1, 0)
+    impacts = np.where(depth <= 0, 0, np.where(double > 0, 3, np.where(lifts > 0, 2, 1)))
     impacts[np.isnan(depth)] = -1
     hits = np.flatnonzero((branch.depth > 0) & (lift > 0))
     count = branch.crossings(levels)[0]
     if not hits.size:
-        return count, impacts, most, np.inf
+        return count, impacts, peaks, np.inf
     i = int(hits[0])
     begins = float(np.interp(0.0, np.minimum(branch.depth, lift)[i - 1 : i + 1], branch.level[i - 1 : i + 1]))
-    return count, impacts, most, max(begins, float(branch.level[:i].max(initial=0.0)))
+    return count, impacts, peaks, max(begins, float(branch.level[:i].max(initial=0.0)))

@@ -1,4 +1,4 @@
-"""Branches that no sweep meets: random starts marched in time, and every new vibration followed all around."""
+"""Detached branches: random starts integrated in time, and the whole branch of every new vibration."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SAME = 0.02  # relative distance of a motion from the straight line between two 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Isolas(ArrayData):
-    """Vibrations that random starts came to, and the branches they lie on."""
+    """Branches of the vibrations to which random starts converge."""
 
     known: tuple[Branch, ...]
     """as given"""
@@ -45,20 +45,20 @@ class Isolas(ArrayData):
     frequency: np.ndarray
     """(n,) of the starts, Hz"""
     branch: np.ndarray
-    """(n, n_starts) which branch a start came to, the known ones counted first; -1 if to no vibration that repeats, as
-    with chaotic and quasi-periodic ones"""
+    """(n, n_starts) branch to which a start converges, the known ones counted first; -1 if its vibration does not
+    repeat, as chaotic and quasi-periodic ones"""
 
     def __post_init__(self) -> None:
         self._set(frequency=read_only(self.frequency), branch=read_only(self.branch, int))
 
     @property
     def basins(self) -> np.ndarray:
-        """(n, n_branches + 1) share of the starts that came to each branch; last, to no vibration that repeats."""
+        """(n, n_branches + 1) fraction of the starts that converge to each branch; last, that do not repeat."""
         count = len(self.known) + len(self.branches)
         return np.stack([(self.branch == i).mean(axis=1) for i in (*range(count), -1)], axis=1)
 
     def plot(self, quantity: str = "acceleration", row: int = 0) -> Figure:
-        """Draw amplitudes over frequency, known branches black, and below what share of the starts came to each.
+        """Draw amplitudes over frequency, known branches black, and below the fraction of the starts for each.
 
         Parameters
         ----------
@@ -82,7 +82,7 @@ class Isolas(ArrayData):
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         width = 0.5 * np.min(np.diff(np.sort(self.frequency)), initial=np.ptp(branches[0].frequency) / 4)
         base = np.zeros(self.frequency.size)
-        for i, (branch, amplitude, share) in enumerate(zip(branches, amplitudes, self.basins.T)):
+        for i, (branch, amplitude, fraction) in enumerate(zip(branches, amplitudes, self.basins.T)):
             new = i - len(self.known)
             colour = f"C{new}" if new >= 0 else f"{0.5 * i / len(branches)}"
             name = f"new {new + 1}" if new >= 0 else f"known {i + 1}"
@@ -90,8 +90,8 @@ class Isolas(ArrayData):
             upper.plot(branch.frequency, amplitude[:, row], "--", color=colour, lw=1)
             label = f"{name}, repeats after {branch.periods}"
             upper.plot(branch.frequency, np.where(stable, amplitude[:, row], np.nan), color=colour, label=label)
-            lower.bar(self.frequency, share, width, base, color=colour)
-            base = base + share
+            lower.bar(self.frequency, fraction, width, base, color=colour)
+            base = base + fraction
         lower.bar(self.frequency, 1 - base, width, base, color="w", edgecolor="k", hatch="//", label="do not repeat")
         upper.set(ylabel=f"amplitude of the {quantity.replace('_', ' ')} ({UNITS[quantity]})", yscale="log")
         lower.set(xlabel="frequency (Hz)", ylabel="share of the starts (-)")
@@ -100,7 +100,7 @@ class Isolas(ArrayData):
         return figure
 
     def to_xarray(self) -> xr.Dataset:
-        """Return which branch every start came to; the branches have datasets of their own."""
+        """Return the branch of every start; each branch has a dataset itself."""
         variables: dict[str, Any] = {
             "branch": (("frequency", "start"), self.branch, "1"),
             "basin": (("frequency", "attractor"), self.basins, "1"),
@@ -122,27 +122,27 @@ def find_isolas(
     workers: int | None = None,
     progress: bool = False,
 ) -> Isolas:
-    """Find vibrations that lie on no known branch, and follow their branches all around.
+    """Find vibrations that lie on no known branch, and follow their whole branches.
 
     At several frequencies the modal engine marches from random states until the motion repeats after some periods of
-    the excitation. What lies on no known branch, up to a shift by periods, is followed in both directions: until it
-    comes back to its beginning, which makes it an isola, to half its period, or to an end of the known branches'
+    the excitation. A motion on no known branch, up to a shift by periods, is followed in both directions: until it
+    returns to its beginning, which makes it an isola, to half its period, or to an end of the known branches'
     range.
 
     Parameters
     ----------
     branch : Branch or sequence of Branch
-        Those known, over frequency, of one rig, law and level; doubled ones too.
+        Known branches over frequency of one rig, law and level; period-doubled ones too.
     n_starts : int
         Number of random starts at every frequency, at most 1000.
     frequencies : int or sequence of float
-        Hz, or how many, spread evenly over the range of the known branches.
+        Hz, or their number, spread evenly over the range of the known branches.
     seed : int
         Seed of the random states.
     periods : int
-        Periods of the excitation after which a motion must repeat at the latest.
+        Largest number of excitation periods after which a motion may repeat.
     longest : int, optional
-        Periods of the excitation to wait for that; None: until nothing is left of a motion that never touches.
+        Periods of the excitation to wait for that; None: until a motion that never touches has decayed.
     reach : float, optional
         Largest displacement of the starts at the clearances, m; None: three times that of the known branches.
     workers : int, optional
@@ -153,7 +153,7 @@ def find_isolas(
     Returns
     -------
     Isolas
-        The new branches, and what share of the starts came to each.
+        The new branches, and the fraction of the starts that converge to each.
 
     Raises
     ------
@@ -165,25 +165,25 @@ def find_isolas(
         If a march diverges.
     """
     known = (branch,) if isinstance(branch, Branch) else tuple(branch)
-    _check(known, n_starts, periods, longest, reach)
+    _validate(known, n_starts, periods, longest, reach)
     first = known[0]
     system = solver_of(first, list(first.level[0]), 1, 1, first.n_samples).system
     decay = -system.driven.model.poles().vibrating.value.real.max()
-    at = _frequencies(known, frequencies)
+    starts_at = _frequencies(known, frequencies)
     random = np.random.default_rng(seed)
-    groups = [(f, min(LANES, n_starts - i)) for f in at for i in range(0, n_starts, LANES)]
+    groups = [(f, min(LANES, n_starts - i)) for f in starts_at for i in range(0, n_starts, LANES)]
     marches = [March(known, f, lanes, random, reach) for f, lanes in groups]
     with ThreadPoolExecutor(workers_to_use(workers)) as pool:
         jobs = pool.map(lambda march: march.settled(periods, longest or march.waits(decay)), marches)
         settled = list(tqdm(jobs, desc="random starts", total=len(marches), unit="march", disable=not progress))
-    found: list[Branch] = []
-    ends = [(frequency, *start) for (frequency, _), group in zip(groups, settled) for start in group]
-    bar = tqdm(ends, desc="branches of starts", unit="start", disable=not progress)
-    came_to = [_came_to((*known, *found), found, *end) for end in bar]
-    return Isolas(known, tuple(found), at, np.reshape(came_to, (at.size, n_starts)))
+    new: list[Branch] = []
+    final = [(frequency, *start) for (frequency, _), group in zip(groups, settled) for start in group]
+    bar = tqdm(final, desc="branches of starts", unit="start", disable=not progress)
+    indices = [_branch_index((*known, *new), new, *end) for end in bar]
+    return Isolas(known, tuple(new), starts_at, np.reshape(indices, (starts_at.size, n_starts)))
 
 
-def _check(known: tuple[Branch, ...], starts: int, periods: int, longest: int | None, reach: float | None) -> None:
+def _validate(known: tuple[Branch, ...], starts: int, periods: int, longest: int | None, reach: float | None) -> None:
     for name, value in (("n_starts", starts), ("periods", periods), ("longest", 1 if longest is None else longest)):
         if not isinstance(value, numbers.Integral) or isinstance(value, bool) or value < 1:
             raise ClearanceError(f"{name} must be a whole number from 1 on, got {value!r}")
@@ -196,10 +196,10 @@ def _check(known: tuple[Branch, ...], starts: int, periods: int, longest: int | 
     first = known[0]
     if first.kind not in ("base", "force"):
         raise ClearanceError(f'isolas are searched under a base or a force, not of kind "{first.kind}"')
-    for each in known:
-        if each.over != "frequency":
+    for member in known:
+        if member.over != "frequency":
             raise ClearanceError("isolas are searched over frequency; give branches of periodic.follow_response")
-        if not (_setting(each) == _setting(first) and np.array_equal(each.level[0], first.level[0])):
+        if not (_setting(member) == _setting(first) and np.array_equal(member.level[0], first.level[0])):
             raise ClearanceError("known branches must be of one rig, law, level and number of modes")
 
 
@@ -221,10 +221,10 @@ def _frequencies(known: tuple[Branch, ...], frequencies: int | Sequence[float]) 
     return at
 
 
-def _came_to(
-    branches: tuple[Branch, ...], found: list[Branch], frequency: float, periods: int, motion: np.ndarray
+def _branch_index(
+    branches: tuple[Branch, ...], new: list[Branch], frequency: float, periods: int, motion: np.ndarray
 ) -> int:
-    """Which branch a motion lies on; -1 for none that repeats. A new branch is added to those found."""
+    """Return the index of a motion's branch, -1 if it does not repeat; a new branch is followed and appended."""
     if not periods:
         return -1
     first = branches[0]
@@ -237,80 +237,80 @@ def _came_to(
     exact = solver.solve(2 * np.pi * frequency / periods, z, x - basis @ z, row, scale)
     if exact is None:
         return -1
-    here = complex_amplitudes(solver.all_points(exact)[: 3 * first.model.rig.n_rows][None])[0]
-    for nu in (nu for nu in range(1, periods) if periods % nu == 0):  # a slow end of a transient repeats sooner
+    x_exact = complex_amplitudes(solver.all_points(exact)[: 3 * first.model.rig.n_rows][None])[0]
+    for nu in (nu for nu in range(1, periods) if periods % nu == 0):  # the slow end of a transient repeats sooner
         others = np.arange(harmonics + 1) % (periods // nu) != 0
-        if np.linalg.norm(here[:, others]) < PERIODIC * np.linalg.norm(here):
-            return _came_to(branches, found, frequency, nu, motion[:, : nu * motion.shape[1] // periods])
+        if np.linalg.norm(x_exact[:, others]) < PERIODIC * np.linalg.norm(x_exact):
+            return _branch_index(branches, new, frequency, nu, motion[:, : nu * motion.shape[1] // periods])
     for i, branch in enumerate(branches):
-        if branch.periods == periods and _lies_on(branch, frequency, here):
+        if branch.periods == periods and _lies_on(branch, frequency, x_exact):
             return i
     low, high = (f(each.frequency.min() if f is min else each.frequency.max() for each in branches) for f in (min, max))
     ends = 2 * np.pi * low / periods, 2 * np.pi * high / periods
-    found.append(follow(solver, all_around(solver, exact, *ends), True))
+    new.append(follow(solver, all_around(solver, exact, *ends), True))
     return len(branches)
 
 
 def _lies_on(branch: Branch, frequency: float, x: np.ndarray) -> bool:
-    """Whether a motion (n_points, H + 1) is the branch's at a frequency, some periods of the excitation later."""
+    """Return True if the branch has a motion (n_points, H + 1) at a frequency, shifted by some excitation periods."""
     turns = np.exp(2j * np.pi * np.outer(np.arange(branch.periods), np.arange(x.shape[1])) / branch.periods)
-    off = branch.frequency - frequency
-    off[np.abs(off) < 1e-9 * frequency] = 0.0
-    for i in np.flatnonzero(off[:-1] * off[1:] <= 0):
-        share = off[i] / (off[i] - off[i + 1]) if off[i] != off[i + 1] else 0.0
+    distance = branch.frequency - frequency
+    distance[np.abs(distance) < 1e-9 * frequency] = 0.0
+    for i in np.flatnonzero(distance[:-1] * distance[1:] <= 0):
+        fraction = distance[i] / (distance[i] - distance[i + 1]) if distance[i] != distance[i + 1] else 0.0
         ends = [np.concatenate((branch.clearance_displacement[k], branch.end_displacement[k])) for k in (i, i + 1)]
-        there = ends[0] + share * (ends[1] - ends[0])
-        if min(np.linalg.norm(turn * x - there) for turn in turns) < SAME * np.linalg.norm(x):
+        expected = ends[0] + fraction * (ends[1] - ends[0])
+        if min(np.linalg.norm(turn * x - expected) for turn in turns) < SAME * np.linalg.norm(x):
             return True
     return False
 
 
-# A branch of which one motion is known, all around: closed, or from one end to the other.
+# The whole branch through a motion: closed, or from one end to the other.
 
 ROUND, BACKWARDS = "it comes back to its beginning", "it turns back along itself"
 
 
 def all_around(solver: Solver, motion: Motion, low: float, high: float) -> Iterator[Motion]:
-    """Yield the motions of the branch on which one is, from one end to the other.
+    """Yield the motions of the whole branch through one, from one end to the other.
 
     Raises
     ------
     EndOfBranch
         At the end, if the branch is closed or does not end at an end of the range.
     """
-    forth, why = _until_end(solver, motion, low, high)
-    back, whence = ([], "") if why == ROUND else _until_end(solver, _backwards(motion), low, high)
-    if whence == ROUND:
-        forth, why = [], ROUND
-    yield from (_backwards(each) for each in reversed(back[1:] if forth else back))
-    yield from forth
+    ahead, why = _until_end(solver, motion, low, high)
+    back, why_back = ([], "") if why == ROUND else _until_end(solver, _reverse(motion), low, high)
+    if why_back == ROUND:
+        ahead, why = [], ROUND
+    yield from (_reverse(each) for each in reversed(back[1:] if ahead else back))
+    yield from ahead
     if why == ROUND:
         raise EndOfBranch(why)
-    if why or whence:
+    if why or why_back:
         raise EndOfBranch(
-            "; ".join([*([why] if why else []), *([f"before its first point {whence}"] if whence else [])])
+            "; ".join([*([why] if why else []), *([f"before its first point {why_back}"] if why_back else [])])
         )
 
 
 def _until_end(solver: Solver, motion: Motion, low: float, high: float) -> tuple[list[Motion], str]:
-    """Motions from one on along its tangent, and why they end, "" at an end of the range."""
-    found: list[Motion] = []
+    """Return motions from one on along its tangent, and why they end, "" at an end of the range."""
+    motions: list[Motion] = []
     try:
-        for each in _until_closed(solver, until_halved(solver, motion, low, high)):
-            found.append(each)
+        for point in _until_closed(solver, until_halved(solver, motion, low, high)):
+            motions.append(point)
     except EndOfBranch as end:
         if str(end) != BACKWARDS:
-            return found, str(end)
-        way = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(found)])
-        found = found[: int(np.searchsorted(way, way[-1] / 2)) + 1]
-        return found, f"{BACKWARDS} at {place(solver, found[-1].omega)}"
+            return motions, str(end)
+        arc_length = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(motions)])
+        motions = motions[: int(np.searchsorted(arc_length, arc_length[-1] / 2)) + 1]
+        return motions, f"{BACKWARDS} at {place(solver, motions[-1].omega)}"
     except NoConvergence as end:
-        return found, f"no further periodic vibration was found beyond {place(solver, end.args[0])}"
-    return found, ""
+        return motions, f"no further periodic vibration was found beyond {place(solver, end.args[0])}"
+    return motions, ""
 
 
 def _until_closed(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]:
-    """Yield motions until the first one comes again, some periods of the excitation later.
+    """Yield motions until the first one recurs, some periods of the excitation later.
 
     Raises
     ------
@@ -319,7 +319,7 @@ def _until_closed(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]
     """
     first = before = next(motions)
     yield first
-    copies = [_shifted(first, k / solver.system.periods) for k in range(solver.system.periods)]
+    copies = [_shift(first, k / solver.system.periods) for k in range(solver.system.periods)]
     for i, motion in enumerate(motions):
         for copy in copies if i else ():
             if meets(solver, before, motion, copy, 1.0):
@@ -331,12 +331,12 @@ def _until_closed(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]
         before = motion
 
 
-def _shifted(motion: Motion, share: float) -> Motion:
-    """A motion a share of its period later."""
-    way = motion.tangent[:-1].reshape(motion.z.shape)
-    z, y, force, way = (turned(each, 2 * np.pi * share) for each in (motion.z, motion.y, motion.force, way))
-    return replace(motion, z=z, y=y, force=force, tangent=np.append(way.ravel(), motion.tangent[-1]))
+def _shift(motion: Motion, fraction: float) -> Motion:
+    """Return a motion shifted by a fraction of its period."""
+    dz = motion.tangent[:-1].reshape(motion.z.shape)
+    z, y, force, dz = (turned(each, 2 * np.pi * fraction) for each in (motion.z, motion.y, motion.force, dz))
+    return replace(motion, z=z, y=y, force=force, tangent=np.append(dz.ravel(), motion.tangent[-1]))
 
 
-def _backwards(motion: Motion) -> Motion:
+def _reverse(motion: Motion) -> Motion:
     return replace(motion, tangent=-motion.tangent)

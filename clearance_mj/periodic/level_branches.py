@@ -1,10 +1,9 @@
-"""Vibrations over the level of a harmonic excitation, at many frequencies: where contact begins, grows and jumps.
+"""Branches over the level of a harmonic excitation at many frequencies: onset of contact, growth and jumps.
 
-At each frequency the branch is followed that grows out of rest. As long as no wall is touched the vibration of linear
-greases is known in closed form, so the branch begins where a gap is just filled, and ends once it only rises above the
-largest level that is asked for. A frequency at which nothing touches up to there costs one vibration; over the levels
-of a rattle map that makes branches over the level much cheaper than those over frequency, and they meet the same
-vibrations.
+At each frequency the branch that grows out of rest is followed. Without contact the vibration of linear greases is
+known in closed form, so the branch begins where a gap is just filled, and ends once it only rises above the largest
+level. A frequency without contact up to there costs one vibration; over the levels of a rattle map that makes branches
+over the level much cheaper than those over frequency, and they meet the same vibrations.
 """
 
 from __future__ import annotations
@@ -26,21 +25,21 @@ from .stability import Located
 __all__ = ["IMPACT", "LIMITED", "WAYS", "LevelBranch", "level_branches"]
 
 LIMITED = ("contact_force", "penetration", "displacement", "acceleration")
-"""Quantities that a branch can be read for, each the largest of a period, or half of the way from lowest to highest."""
+"""Quantities of a branch, each the peak of a period, or half of the peak-to-peak value."""
 IMPACT = "impact"
-"""How deep an end is in its wall or, of one that rests against it, how far it leaves it; below 0 if not."""
-FORCES = ("contact_force", "penetration")  # that are there at rest where the weight presses against a wall
+"""Penetration of an end or, of one that rests against its wall, its lift-off; below 0 without impact."""
+FORCES = ("contact_force", "penetration")  # present at rest where the weight presses against a wall
 WAYS = ("lift", "other wall")
-"""How far an end that touches leaves its wall, and how deep an end is in both its walls in a period; below 0 if not."""
-TOLERANCE = 1e-5  # of the motion: what the balance may leave
+"""Lift-off of an end that touches, and penetration of both walls in a period; below 0 without."""
+TOLERANCE = 1e-5  # residual over the size of the motion
 BENT, LONGEST, FIRST_STEP = 0.03, 0.15, 5e-3  # steps along branches, see `continuation`
-SHARES = (1.0, 0.25)  # of these steps that are tried
+SHARES = (1.0, 0.25)  # factors of these steps, tried in turn
 BACK = 1e-2  # of the first motion's level: below it a branch is lost
 BEYOND = 1.2  # of the largest level: a branch that rises above is left
 DEEP = 0.5  # of the gap: no branch is left before it went so deep
-FAR = 4.0  # times the largest level: where contact begins above that, or does not up to there, no branch is looked at
+FAR = 4.0  # times the largest level: where contact begins above that, no branch is followed
 STEPS = 400  # of one branch
-PARTS = 8  # places between two motions at which a branch is read
+PARTS = 8  # interpolation points between two motions
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,26 +47,26 @@ class LevelBranch:
     """The vibrations at one frequency, in their order from rest; the level turns at folds."""
 
     level: np.ndarray
-    """(m,) share of the excitation's level; the first is 0, at rest"""
+    """(m,) factor of the excitation's level; the first is 0, at rest"""
     depth: np.ndarray
-    """(m,) how deep the deepest end is in a period, m; below 0 without contact"""
+    """(m,) largest penetration in a period, m; below 0 without contact"""
     values: np.ndarray
-    """(n_quantities, m) what was asked for, the largest over the clearances or sensors"""
+    """(n_quantities, m) requested quantities, the largest over the clearances or sensors"""
     complete: bool
-    """whether it was followed to the largest level; above its own largest level nothing is known otherwise"""
+    """True if it was followed to the largest level; else nothing is known above its last level"""
 
     def crossings(self, levels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what vibrates at given levels.
+        """Return number, penetration and quantities of the vibrations at given levels.
 
         Parameters
         ----------
         levels : ndarray, shape (n,)
-            Shares of the excitation's level, > 0.
+            Factors of the excitation's level, > 0.
 
         Returns
         -------
         count : ndarray of int, shape (n,)
-            How many vibrations there are, stable or not; 0 where none is known.
+            Number of vibrations, stable or not; 0 where none is known.
         depth : ndarray, shape (n,)
             The deepest one's penetration, m; 0 without contact.
         values : ndarray, shape (n_quantities, n)
@@ -76,20 +75,20 @@ class LevelBranch:
         low, high = self.level[:-1, None], self.level[1:, None]
         crossed = (low < levels) != (high < levels)
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(crossed, (levels - low) / (high - low), 0.0)
+            fraction = np.where(crossed, (levels - low) / (high - low), 0.0)
 
         def largest(of: np.ndarray) -> np.ndarray:
-            return np.where(crossed, of[:-1, None] + share * np.diff(of)[:, None], 0.0).max(axis=0, initial=0.0)
+            return np.where(crossed, of[:-1, None] + fraction * np.diff(of)[:, None], 0.0).max(axis=0, initial=0.0)
 
         return crossed.sum(axis=0), largest(self.depth), np.array([largest(row) for row in self.values])
 
     def sweeps(self, levels: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Return what sweeps over the level meet, (2, ..., n): upwards from rest, then downwards; nan if unknown.
+        """Return values in sweeps over the level, (2, ..., n): upwards from rest, then downwards; nan if unknown.
 
         Parameters
         ----------
         levels : ndarray, shape (n,)
-            Shares of the excitation's level, > 0.
+            Factors of the excitation's level, > 0.
         values : ndarray, shape (..., m)
             Of the vibrations along the branch.
         """
@@ -99,9 +98,9 @@ class LevelBranch:
             return np.full((2, *values.shape[:-1], levels.size), np.nan)
         ends = np.array([crossed.argmax(axis=0), len(crossed) - 1 - crossed[::-1].argmax(axis=0)])
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = (levels - self.level[ends]) / (self.level[ends + 1] - self.level[ends])
-        share = np.where(crossed.any(axis=0), share, np.nan)
-        return np.moveaxis(values[..., ends] + share * (values[..., ends + 1] - values[..., ends]), -2, 0)
+            fraction = (levels - self.level[ends]) / (self.level[ends + 1] - self.level[ends])
+        fraction = np.where(crossed.any(axis=0), fraction, np.nan)
+        return np.moveaxis(values[..., ends] + fraction * (values[..., ends + 1] - values[..., ends]), -2, 0)
 
     def level_from_rest(self, values: np.ndarray) -> float:
         """Return the level at which a quantity rises above 0 if the level is raised slowly from rest, or infinity.
@@ -126,14 +125,14 @@ class LevelBranch:
         values : ndarray, shape (m,)
             `depth`, or a row of `values`.
         limit : float
-            What it must exceed.
+            Limit to exceed.
         """
         beyond = values > limit
-        found = self.level[beyond].min(initial=np.inf)
+        lowest = self.level[beyond].min(initial=np.inf)
         for i in np.flatnonzero(beyond[1:] != beyond[:-1]):
-            share = (limit - values[i]) / (values[i + 1] - values[i])
-            found = min(found, self.level[i] + share * (self.level[i + 1] - self.level[i]))
-        return float(found)
+            fraction = (limit - values[i]) / (values[i + 1] - values[i])
+            lowest = min(lowest, self.level[i] + fraction * (self.level[i + 1] - self.level[i]))
+        return float(lowest)
 
 
 def level_branches(
@@ -145,34 +144,34 @@ def level_branches(
     Parameters
     ----------
     solver : Solver
-        Of a rig and an excitation whose level is 1, see `map_rows.solver_at`; not to be used for anything else after.
+        For a rig and an excitation of level 1, see `map_rows.solver_at`; its parameter and tolerances are changed.
     omega : ndarray, shape (n,)
         Angular frequencies, 1/s.
     largest : float
-        Level up to which the vibrations are wanted.
+        Level up to which vibrations are followed.
     quantities : sequence of str
         Of `LIMITED` and `WAYS`, or `IMPACT`.
     rows : sequence of int or None
-        Which clearance or sensor each quantity is of; None, or nothing given: the largest of all.
+        Clearance or sensor of each quantity; None, or nothing given: the largest of all.
     """
     solver.tolerance = TOLERANCE * solver.system.fineness
     level = level_of_contact(solver, omega) if linear_in_gap(solver) else np.zeros(omega.size)
     chosen = [*rows, *([None] * (len(quantities) - len(rows)))]
-    for each, contact in zip(omega.tolist(), level.tolist()):
+    for w, contact in zip(omega.tolist(), level.tolist()):
         try:
             if contact > FAR * largest:
-                motions = Motions.of([_in_gap(solver, each, FAR * largest)])
+                motions = Motions.of([_contact_free_motion(solver, w, FAR * largest)])
             else:
-                start = _at_contact(solver, each, contact) if contact > 0 else solver.growing(each)
-                motions = _followed(solver, start, largest)
+                start = _motion_at_contact(solver, w, contact) if contact > 0 else solver.growing(w)
+                motions = _follow(solver, start, largest)
         except NoConvergence:
             yield LevelBranch(np.zeros(1), -np.ones(1), np.zeros((len(quantities), 1)), False)
         else:
-            yield _read(solver, motions, each, contact, largest, quantities, chosen)
+            yield _make_branch(solver, motions, w, contact, largest, quantities, chosen)
 
 
-def _in_gap(solver: Solver, omega: float, level: float) -> Motion:
-    """The motion without contact at a level, which is the solver's parameter from now on; its tangent is left open."""
+def _contact_free_motion(solver: Solver, omega: float, level: float) -> Motion:
+    """Return the motion without contact at a level, now the solver's parameter; its tangent is a placeholder."""
     (z,), (y,) = without_contact(solver, np.array([omega]))
     z[:, 1:] *= level
     y[:, 1:] *= level
@@ -181,97 +180,97 @@ def _in_gap(solver: Solver, omega: float, level: float) -> Motion:
     return Motion(level, z, y, np.zeros_like(y), np.append(np.zeros(solver.size), 1.0), scale)
 
 
-def _at_contact(solver: Solver, omega: float, level: float) -> Motion:
-    """The motion that just fills a gap, with its tangent towards larger ones."""
-    guess = _in_gap(solver, omega, level)
+def _motion_at_contact(solver: Solver, omega: float, level: float) -> Motion:
+    """Return the motion that just fills a gap, with its tangent towards larger ones."""
+    guess = _contact_free_motion(solver, omega, level)
     motion = solver.solved_at(level, guess.z, guess.y, guess.scale)
     return replace(motion, tangent=np.copysign(1.0, motion.tangent[-1]) * motion.tangent)
 
 
-def _followed(solver: Solver, start: Motion, largest: float) -> Motions:
-    """The motions from a first one on, until they rise above the largest level or no next one is found.
+def _follow(solver: Solver, start: Motion, largest: float) -> Motions:
+    """Return the motions from a first one on, until they rise above the largest level or the continuation fails.
 
     Raises
     ------
     NoConvergence
-        If they come back to rest, as those do that jump to the branch that they came along, even with short steps.
+        If they return to rest, even with short steps, as after a jump back to the branch that they came along.
     """
-    for share in SHARES:
-        solver.bent, solver.longest = share**2 * BENT, share * LONGEST
-        motions = _onwards(solver, start, largest)
+    for factor in SHARES:
+        solver.bent, solver.longest = factor**2 * BENT, factor * LONGEST
+        motions = _continue(solver, start, largest)
         if motions.omega[-1] > BACK * start.omega:
             return motions
     raise NoConvergence(start.omega)
 
 
-def _onwards(solver: Solver, start: Motion, largest: float) -> Motions:
+def _continue(solver: Solver, start: Motion, largest: float) -> Motions:
     deep, step = DEEP * solver.system.size, FIRST_STEP if start.omega < largest else solver.longest
     ends = BACK * start.omega, FAR * max(largest, start.omega)
     return solver.followed(start, STEPS, step, ends, BEYOND * largest, deep)
 
 
-def _read(
+def _make_branch(
     solver: Solver, motions: Motions, omega: float, contact: float, largest: float,
     quantities: Sequence[str], rows: Sequence[int | None],
 ) -> LevelBranch:  # fmt: skip
-    """The branch of motions, and rest before them."""
+    """Return the branch of motions, with rest before them."""
     x, depth = moved(solver, Vibrations(np.zeros(motions.omega.size, dtype=int), motions.z, motions.y))
     deepest = depth.max(axis=(1, 2))
-    values = np.array([_values(solver, name, row, motions, omega, x, depth) for name, row in zip(quantities, rows)])
+    values = np.array([_evaluate(solver, name, row, motions, omega, x, depth) for name, row in zip(quantities, rows)])
     values = values.reshape(len(quantities), motions.omega.size)
     if 0 < contact <= FAR * largest:  # it just fills the gap, if not at any of the samples
         deepest[0] = 0.0
         values[[name == IMPACT for name in quantities], 0] = 0.0
-    level, rows_of = _finer(motions, np.array([deepest, *values]))
+    level, rows_of = _interpolate(motions, np.array([deepest, *values]))
     # At rest nothing moves, but a weight may press against a wall.
     pressed = [deepest[0] if contact == 0 else -solver.system.size]
-    there = (*WAYS, IMPACT, *FORCES) if deepest[0] > 0 else (*WAYS, IMPACT)
-    pressed += [row[0] if name in there else 0.0 for name, row in zip(quantities, values)]
+    at_rest = (*WAYS, IMPACT, *FORCES) if deepest[0] > 0 else (*WAYS, IMPACT)
+    pressed += [row[0] if name in at_rest else 0.0 for name, row in zip(quantities, values)]
     deepest, *whole = np.column_stack((pressed, rows_of))
-    found = np.array(whole).reshape(len(whole), level.size + 1)
-    return LevelBranch(np.append(0.0, level), deepest, found, bool(level[-1] >= largest))
+    interpolated = np.array(whole).reshape(len(whole), level.size + 1)
+    return LevelBranch(np.append(0.0, level), deepest, interpolated, bool(level[-1] >= largest))
 
 
-def _finer(motions: Motions, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Levels (n,) and values (n_rows, n) of motions (n_rows, m) and between them, so that folds are where they are."""
+def _interpolate(motions: Motions, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Interpolate levels (n,) and values (n_rows, n) between motions (n_rows, m), so that folds are accurate."""
     if motions.omega.size < 2:
         return motions.omega, values
-    # In units that do not change along the branch, else what is smooth over the way has corners at the motions.
-    count, size, most = motions.omega.size, motions.scale.max(), motions.omega.max()
-    of_z, of_level = motions.z.reshape(count, -1) / size, motions.omega / most
-    way = np.append(0.0, np.cumsum(np.sqrt(np.sum(np.diff(of_z, axis=0) ** 2, axis=1) + np.diff(of_level) ** 2)))
-    ahead = motions.tangent * (motions.scale / size)[:, None]
-    ahead[:, -1] = motions.tangent[:, -1] * of_level
-    places = np.interp(np.arange(PARTS * (count - 1) + 1) / PARTS, np.arange(count), way)
-    slope = most * ahead[:, -1] / np.linalg.norm(ahead, axis=1)
-    return CubicHermiteSpline(way, motions.omega, slope)(places), PchipInterpolator(way, values, axis=1)(places)
+    # In units that do not change along the branch, else smooth functions of the arc length have corners at the motions.
+    count, size, largest = motions.omega.size, motions.scale.max(), motions.omega.max()
+    of_z, of_level = motions.z.reshape(count, -1) / size, motions.omega / largest
+    s = np.append(0.0, np.cumsum(np.sqrt(np.sum(np.diff(of_z, axis=0) ** 2, axis=1) + np.diff(of_level) ** 2)))
+    direction = motions.tangent * (motions.scale / size)[:, None]
+    direction[:, -1] = motions.tangent[:, -1] * of_level
+    places = np.interp(np.arange(PARTS * (count - 1) + 1) / PARTS, np.arange(count), s)
+    slope = largest * direction[:, -1] / np.linalg.norm(direction, axis=1)
+    return CubicHermiteSpline(s, motions.omega, slope)(places), PchipInterpolator(s, values, axis=1)(places)
 
 
 def _in_both_walls(solver: Solver, x: np.ndarray) -> np.ndarray:
-    """How deep (m, n_bushings) motions (m, n_rows, K) come into the wall into which they come less, m; round: not."""
+    """Return the smaller penetration of the two walls (m, n_bushings) of motions (m, n_rows, K), m; < 0 if round."""
     system, count = solver.system, len(solver.system.rig.bushings)
-    found = np.full((len(x), count), -system.size)
+    depth = np.full((len(x), count), -system.size)
     place = x @ solver.grid.basis.T
     for j, bushing in enumerate(system.rig.bushings):
         if not bushing.is_round and np.isfinite(bushing.walls).all():
             ends = place[:, system.laws.rows[count + 2 * j : count + 2 * j + 2, 1]]
             lower, upper = bushing.walls
-            found[:, j] = np.minimum(ends.max(axis=2) - upper, lower - ends.min(axis=2)).max(axis=1)
-    return found
+            depth[:, j] = np.minimum(ends.max(axis=2) - upper, lower - ends.min(axis=2)).max(axis=1)
+    return depth
 
 
-def _values(
+def _evaluate(
     solver: Solver, name: str, row: int | None, motions: Motions, omega: float, x: np.ndarray,
     depth: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """A quantity (m,) of motions with places x and depths as `cells.moved` returns them."""
+    """Return a quantity (m,) of motions with displacements x and penetrations as `cells.moved` returns them."""
     if name == "penetration":
         of_rows = depth.max(axis=2)
     elif name == "lift":
         of_rows = -depth.min(axis=2)
     elif name == IMPACT:
-        rests = depth[0].min(axis=1) > 0  # the first motion is that which just fills the gap, or next to rest
-        of_rows = np.where(rests, -depth.min(axis=2), depth.max(axis=2))
+        at_wall = depth[0].min(axis=1) > 0  # the first motion is that which just fills the gap, or next to rest
+        of_rows = np.where(at_wall, -depth.min(axis=2), depth.max(axis=2))
     elif name == "other wall":
         of_rows = _in_both_walls(solver, x)
     elif name == "contact_force":

@@ -1,4 +1,4 @@
-"""One row of a rattle map: what sweeps over frequency do at one level of one gap."""
+"""One row of a rattle map: sweeps over frequency at one level of one gap."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .solver import Solver
 
 __all__ = ["Case", "Row", "row_of", "solver_at"]
 
-TOLERANCE = 1e-6  # of the motion: what the balance may leave
+TOLERANCE = 1e-6  # residual over the size of the motion
 
 
 class Case(NamedTuple):
-    """One level of one gap."""
+    """Task for a worker: one level of one gap."""
 
     gap: int
     row: int
@@ -33,7 +33,7 @@ class Case(NamedTuple):
 
 
 class Row(NamedTuple):
-    """What is found there."""
+    """Result of a task: one row of the map."""
 
     vibrations: np.ndarray
     arrays: dict[str, np.ndarray]  # (2, n_frequencies, ...)
@@ -44,7 +44,7 @@ class Row(NamedTuple):
 def solver_at(
     model: Model, kind: str, level: float, fastest: float, harmonics: int, samples: int, modes: int
 ) -> Solver:
-    """Return what finds the vibrations of a rig at one level, m/s² or N, or a factor of what turns with the shaft.
+    """Return a solver for the vibrations of a rig at one level, m/s² or N, or a factor of rotating excitations.
 
     ``fastest`` is the highest frequency, 1/s, and of an unbalance the highest speed.
     """
@@ -54,7 +54,7 @@ def solver_at(
 
 
 def row_of(case: Case) -> Row:
-    """Return what is found at one level of one gap."""
+    """Compute one row of a rattle map."""
     frequency = np.frombuffer(case.frequencies)
     tried = []
     for count in case.samples:
@@ -65,16 +65,16 @@ def row_of(case: Case) -> Row:
         tried.append((solver, curve(solver, omega)))
         if not tried[-1][1].ended:
             break
-    solver, found = max(tried, key=lambda each: (not each[1].ended, np.unique(each[1].order.cell).size))
-    vibrations = np.bincount(np.concatenate((found.order.cell, found.beside.cell)), minlength=frequency.size)
-    known, first = np.unique(found.order.cell, return_index=True)
-    last = found.order.cell.size - 1 - np.unique(found.order.cell[::-1], return_index=True)[1]
+    solver, best = max(tried, key=lambda each: (not each[1].ended, np.unique(each[1].order.cell).size))
+    vibrations = np.bincount(np.concatenate((best.order.cell, best.beside.cell)), minlength=frequency.size)
+    known, first = np.unique(best.order.cell, return_index=True)
+    last = best.order.cell.size - 1 - np.unique(best.order.cell[::-1], return_index=True)[1]
     chosen, where = np.unique(np.concatenate((first, last)), return_inverse=True)
-    of_chosen = measured(solver, omega, found.order[chosen])
+    of_chosen = measured(solver, omega, best.order[chosen])
     arrays = {}
     for name, values in of_chosen.items():
         arrays[name] = np.full((2, frequency.size, values.shape[1]), np.nan)
         arrays[name][:, known] = values[where].reshape(2, known.size, values.shape[1])
-    turns = 2 * np.pi * solver.system.pace
-    jumps = [(float(w / turns), "up" if up else "down") for w, up in found.folds]
-    return Row(vibrations, arrays, jumps, [w / turns for w in found.ended])
+    hz = 2 * np.pi * solver.system.pace
+    jumps = [(float(w / hz), "up" if up else "down") for w, up in best.folds]
+    return Row(vibrations, arrays, jumps, [w / hz for w in best.ended])

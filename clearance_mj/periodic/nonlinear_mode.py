@@ -1,10 +1,10 @@
-"""Nonlinear modes: periodic motions of the free rig, kept going by damping of their own.
+"""Nonlinear modes: periodic motions of the free rig, sustained by an artificial damping ratio.
 
 The extended periodic motion concept: M. Krack, Nonlinear modal analysis of nonconservative systems, Computers &
-Structures 154 (2015) 59-71. In M x'' + C x' + K x + f(x, x') = 2ζω M x' the damping ratio ζ is what makes the motion
-periodic: it gives back what is dissipated. Here it gives it to the fundamental of x' alone. Given to all harmonics it
-also takes their damping from the modes that these meet, and the curve runs off into one after the other, which neither
-forced vibrations nor decays do.
+Structures 154 (2015) 59-71. In M x'' + C x' + K x + f(x, x') = 2ζω M x' the damping ratio ζ makes the motion periodic:
+it returns the dissipated energy. Here it acts on the fundamental of x' alone. Acting on all harmonics it also removes
+the damping of modes in internal resonance, and the curve runs off into one after the other, which neither forced
+vibrations nor decays do.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from .harmonic_balance import blocks
 
 __all__ = ["FreeMotion", "NonlinearMode"]
 
-WITHIN = 0.5  # share of the way to the nearest wall at which a mode begins, linear but for the grease
-STILL = 1e-9  # share of a mode's largest displacement below which a clearance does not move
+WITHIN = 0.5  # fraction of the distance to the nearest wall at which a mode begins, linear but for the grease
+STILL = 1e-9  # fraction of a mode's largest displacement below which a clearance does not move
 
 
 class FreeMotion(NamedTuple):
@@ -59,7 +59,7 @@ class NonlinearMode(Follower):
                 f"rig {rig.name!r}: mode {mode + 1} moves no clearance, so it is linear; take another mode"
             )
         self.grid, self.slopes = grid(harmonics, samples), slopes(laws, samples, harmonics)
-        self.vectors = self._in_its_plane(vectors)
+        self.vectors = self._coupled_modes(vectors)
         self.mode = int(np.flatnonzero((self.vectors == vectors[:, [mode]]).all(axis=0))[0])
         self.at_points = np.ascontiguousarray(system.driven.points @ self.vectors)
         self.stiffness = np.sum(self.vectors * (stiffness @ self.vectors), axis=0)
@@ -72,51 +72,51 @@ class NonlinearMode(Follower):
         self.size, self.least = self.stiffness.size * self.order.size + 2, 0.0
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
 
-    def _in_its_plane(self, vectors: np.ndarray) -> np.ndarray:
-        """Return the modes (n, m) that a motion of this one leads to: of two equal planes one is left out.
+    def _coupled_modes(self, vectors: np.ndarray) -> np.ndarray:
+        """Return the modes (n, m) that this one couples to: one of two equal planes is left out.
 
-        There a line along any direction is as good, and Newton's method would find no direction better than another.
+        With both, a line along any direction is a solution, and the Jacobian would be singular.
         """
         model, size = self.system.driven.model, self.system.size
         for plane in model.planes:
             if plane is None:
                 continue
-            along = np.flatnonzero(np.linalg.norm(vectors[plane.span], axis=0) > 1 - STILL)
-            if self.mode not in along or along.size == vectors.shape[1]:
+            in_plane = np.flatnonzero(np.linalg.norm(vectors[plane.span], axis=0) > 1 - STILL)
+            if self.mode not in in_plane or in_plane.size == vectors.shape[1]:
                 continue
-            others = np.delete(vectors, along, axis=1)
-            at_rows = self.system.driven.points @ vectors[:, along]
+            others = np.delete(vectors, in_plane, axis=1)
+            at_rows = self.system.driven.points @ vectors[:, in_plane]
             angle = 2 * np.pi * np.arange(self.samples) / self.samples
-            way = np.outer(at_rows @ np.cos(np.arange(along.size)), 3 * size * np.cos(angle))
-            way *= 1 / np.abs(at_rows @ np.cos(np.arange(along.size))).max()
-            speed, force = np.gradient(way, axis=1), np.empty_like(way)
-            self._along(way, speed, self.samples / (2 * np.pi), False, force)
+            orbit = np.outer(at_rows @ np.cos(np.arange(in_plane.size)), 3 * size * np.cos(angle))
+            orbit *= 1 / np.abs(at_rows @ np.cos(np.arange(in_plane.size))).max()
+            speed, force = np.gradient(orbit, axis=1), np.empty_like(orbit)
+            self._fill_forces(orbit, speed, self.samples / (2 * np.pi), False, force)
             across = [others.T @ self.system.driven.points.T @ force, others.T @ self.system.driven.weight]
-            coupled = others.T @ (model.stiff(self.spin) + model.viscous(self.spin)) @ vectors[:, along]
+            coupled = others.T @ (model.stiff(self.spin) + model.viscous(self.spin)) @ vectors[:, in_plane]
             if all(np.abs(each).max(initial=0.0) <= STILL * np.abs(force).max() for each in across) and not np.any(
                 np.abs(coupled) > STILL * np.abs(model.stiff(self.spin)).max()
             ):
-                return vectors[:, along]
+                return vectors[:, in_plane]
         return vectors
 
     def motion(self, found: Motion) -> FreeMotion:
-        """Return the motion in physical units."""
-        omega, zeta, q = self._parts(found.omega, found.z)
+        """Convert a motion to physical units."""
+        omega, zeta, q = self._unscale(found.omega, found.z)
         return FreeMotion(omega, zeta, q, found.force)
 
     def branch(self, start: float, stop: float) -> Iterator[Motion]:
-        """Yield motions from an amplitude, m, on until it leaves the range between that and a larger one.
+        """Yield motions from an amplitude, m, on until they leave the range between that and a larger one.
 
         Raises
         ------
         NoConvergence
-            Where Newton's method finds no next motion; what was yielded stays.
+            Where Newton's method fails; the motions yielded before stay valid.
         """
         within = min(start, WITHIN * self.system.size)
         z = np.zeros(self.size)
         z[self.mode * self.order.size + 1] = within
         if self.constant.any():
-            z[: -2 : self.order.size] = self.metres * self.vectors.T @ self._rest()
+            z[: -2 : self.order.size] = self.metres * self.vectors.T @ self._static_coordinates()
         z[-2:] = within, within * self.damping[self.mode, self.mode] / (2 * self.own)
         first = self.solved_at(within, z, np.zeros(0), within)
         if within < start:
@@ -125,59 +125,59 @@ class NonlinearMode(Follower):
                 raise NoConvergence(first.omega)
         yield from self.within(first, start, stop)
 
-    def _rest(self) -> np.ndarray:
-        """Where the modes of the rig (n,) rest under its constant loads."""
+    def _static_coordinates(self) -> np.ndarray:
+        """Return the static modal coordinates (n,) of the rig under its constant loads."""
         rest = rest_of(self.system.rig, self.system.model.law, self.system.modes)
         return np.zeros(len(self.vectors)) if rest is None else rest.coordinates
 
-    def _parts(self, amplitude: float, z: np.ndarray) -> tuple[float, float, np.ndarray]:
-        """Frequency, damping ratio and the modes' harmonics."""
-        q = z[:-2].reshape(self.stiffness.size, self.order.size) / self.metres
-        return self.own * z[-2] / amplitude, z[-1] / amplitude, q
+    def _unscale(self, amplitude: float, z: np.ndarray) -> tuple[float, float, np.ndarray]:
+        """Return frequency, damping ratio and the modes' harmonics."""
+        q_h = z[:-2].reshape(self.stiffness.size, self.order.size) / self.metres
+        return self.own * z[-2] / amplitude, z[-1] / amplitude, q_h
 
-    def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
-        omega, zeta, q = self._parts(parameter, z)
+    def _residual(self, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool) -> tuple[np.ndarray, ...]:
+        omega, zeta, q = self._unscale(parameter, z)
         if not omega > 0:
             return np.full(self.size, np.inf), y, y
         x = self.at_points @ q
-        place, pace = x @ self.grid.basis.T, x @ self.grid.rate.T
+        place, rate = x @ self.grid.basis.T, x @ self.grid.rate.T
         samples = np.empty_like(place)
-        self._along(place, pace, omega, want, samples)
+        self._fill_forces(place, rate, omega, diff, samples)
         force = samples @ self.grid.project.T
         spring = self.stiffness[:, None] - (self.order * omega) ** 2
-        quarter = self._turned_by_a_quarter(q)
-        damped = self.damping @ quarter - zeta * omega * self.given * quarter
-        off = spring * q + omega * damped + self.at_points.T @ force
-        off[:, 0] -= self.constant
-        left = off * self.weight * self.metres
-        if want:
+        q_angle = self._angle_derivative(q)
+        damped = self.damping @ q_angle - zeta * omega * self.given * q_angle
+        imbalance = spring * q + omega * damped + self.at_points.T @ force
+        imbalance[:, 0] -= self.constant
+        residual = imbalance * self.weight * self.metres
+        if diff:
             self._fill_square(omega, zeta, spring)
             shift = 1e-6 * omega
             shifted = np.empty_like(samples)
-            self._along(place, pace, omega + shift, False, shifted)  # leaves no slopes
+            self._fill_forces(place, rate, omega + shift, False, shifted)  # leaves no slopes
             change = (shifted - samples) @ self.grid.project.T / shift
-            returned = self.given * quarter
+            returned = self.given * q_angle
             by_omega = damped - 2 * self.order**2 * omega * q - zeta * omega * returned + self.at_points.T @ change
             self._fill_border(parameter, omega, zeta, by_omega, -(omega**2) * returned)
-        return np.append(left, x[self.row, 1:3] - (parameter, 0.0)), force, y
+        return np.append(residual, x[self.row, 1:3] - (parameter, 0.0)), force, y
 
-    def _along(self, place: np.ndarray, pace: np.ndarray, omega: float, want: bool, force: np.ndarray) -> None:
+    def _fill_forces(self, place: np.ndarray, rate: np.ndarray, omega: float, diff: bool, force: np.ndarray) -> None:
         functions = (self.grid.basis, self.grid.rate, self.grid.project)
-        motion = Sampled(place, omega * pace, omega, self.spin)
-        fill_forces(self.system.laws, motion, *functions, want, force, self.slopes)
+        motion = Sampled(place, omega * rate, omega, self.spin)
+        fill_forces(self.system.laws, motion, *functions, diff, force, self.slopes)
 
-    def _turned_by_a_quarter(self, q: np.ndarray) -> np.ndarray:
-        """Harmonics of the derivatives by the angle."""
-        found = np.zeros_like(q)
-        found[:, 1::2] = self.order[2::2] * q[:, 2::2]
-        found[:, 2::2] = -self.order[1::2] * q[:, 1::2]
-        return found
+    def _angle_derivative(self, q: np.ndarray) -> np.ndarray:
+        """Return the harmonics of the derivatives by the angle."""
+        derivative = np.zeros_like(q)
+        derivative[:, 1::2] = self.order[2::2] * q[:, 2::2]
+        derivative[:, 2::2] = -self.order[1::2] * q[:, 1::2]
+        return derivative
 
     def _fill_square(self, omega: float, zeta: float, spring: np.ndarray) -> None:
         """Fill the Jacobian's corner with the derivatives of the balance by the harmonics."""
         n, harmonics = spring.shape
-        found = blocks(self.system.laws, self.at_points, np.zeros(n, dtype=int), self.grid, omega, self.slopes)
-        square = np.ascontiguousarray(found.transpose(0, 2, 1, 3))
+        derivatives = blocks(self.system.laws, self.at_points, np.zeros(n, dtype=int), self.grid, omega, self.slopes)
+        square = np.ascontiguousarray(derivatives.transpose(0, 2, 1, 3))
         square.reshape(n * harmonics, -1)[np.diag_indices(n * harmonics)] += spring.ravel()
         for h in range(1, self.harmonics + 1):
             damping = omega * (self.damping - zeta * omega * self.given[2 * h] * np.eye(n))

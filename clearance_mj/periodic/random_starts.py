@@ -13,15 +13,15 @@ from .branch import Branch
 
 __all__ = ["LANES", "PERIODIC", "March"]
 
-LANES = 8  # starts that are marched side by side
+LANES = 8  # starts that are integrated together
 REACH = 3.0  # largest displacement of a start, over the largest motion of the known branches
-PERIODIC = 1e-5  # relative difference of two states that are one
-DECAYED = 20.0  # powers of e by which a motion that never touches decays until nothing is left
-MIN_PERIODS, MAX_PERIODS = 200, 20000  # that a march waits for it
+PERIODIC = 1e-5  # relative difference below which two states are equal
+DECAYED = 20.0  # powers of e by which a motion that never touches counts as decayed
+MIN_PERIODS, MAX_PERIODS = 200, 20000  # that a march waits for the decay
 
 
 class March:
-    """Random states under one excitation, side by side."""
+    """Time integration of random states under one excitation."""
 
     def __init__(
         self, known: tuple[Branch, ...], frequency: float, lanes: int, random: np.random.Generator, reach: float | None
@@ -41,50 +41,50 @@ class March:
         if reach is None:
             most = max(each.amplitude("clearance_displacement").max() for each in known)
             reach = REACH * max(most, min(b.gap - abs(b.offset) for b in first.model.rig.bushings))
-        self._begin(random, reach)
+        self._draw_states(random, reach)
 
-    def _begin(self, random: np.random.Generator, reach: float) -> None:
-        """Set states of as much energy in every mode, on average, with displacements up to a reach, m."""
+    def _draw_states(self, random: np.random.Generator, reach: float) -> None:
+        """Set states with the same average energy in every mode, with displacements up to a reach, m."""
         q, v, before = self.together.motion[:3]
         speed = random.standard_normal(q.shape)
         place = random.standard_normal(q.shape) / np.maximum(self.modes, self.omega)[:, None]
-        far = np.hypot(self.at_points @ place, self.at_points @ speed / self.omega).max(axis=0)
-        share = reach * random.uniform(size=q.shape[1]) / far
-        q[:], v[:] = share * place, share * speed
+        extent = np.hypot(self.at_points @ place, self.at_points @ speed / self.omega).max(axis=0)
+        scale = reach * random.uniform(size=q.shape[1]) / extent
+        q[:], v[:] = scale * place, scale * speed
         before[:] = q - self.step * v
 
     def waits(self, decay: float) -> int:
-        """Return how many periods of the excitation a motion takes to vanish that decays at a rate, 1/s."""
+        """Return the number of excitation periods in which a motion with a decay rate, 1/s, vanishes."""
         return int(np.clip(DECAYED * self.omega / (2 * np.pi * max(decay, 1e-12)), MIN_PERIODS, MAX_PERIODS))
 
     def settled(self, periods: int, longest: int) -> list[tuple[int, np.ndarray]]:
-        """Return of each start after how many periods its motion repeats, 0 for none, and that motion at the points.
+        """Return for each start the number of periods after which it repeats, 0 for never, and these periods.
 
-        The motion: (n_points, samples) of so many periods.
+        The motion at the points: (n_points, samples).
         """
         states = np.full((2 * max(periods, 2), 2 * len(self.together.motion.q), LANES), np.nan)
-        after = np.zeros(LANES, dtype=int)
+        repeats = np.zeros(LANES, dtype=int)
         for _ in range(longest):
             states = np.roll(states, 1, axis=0)
             self.together.advance(self.excitation)
             q, v = self.together.motion[:2]
             states[0] = np.concatenate((q * self.omega, v))
-            after = _repeats(states, periods)
-            if after[: self.lanes].all():
+            repeats = _repetition(states, periods)
+            if repeats[: self.lanes].all():
                 break
         motion = np.empty((periods * self.samples, len(self.at_points), LANES))
         for i in range(len(motion)):
             motion[i] = self.at_points @ self.together.motion.q
             j = i % self.samples * self.steps
             self.together.advance(self.excitation[j : j + self.steps])
-        return [(nu, motion[: nu * self.samples, :, lane].T) for lane, nu in enumerate(after[: self.lanes])]
+        return [(nu, motion[: nu * self.samples, :, lane].T) for lane, nu in enumerate(repeats[: self.lanes])]
 
 
-def _repeats(states: np.ndarray, periods: int) -> np.ndarray:
-    """(lanes,) after how many periods states (last first, n, lanes) come again, 0 for none up to so many."""
+def _repetition(states: np.ndarray, periods: int) -> np.ndarray:
+    """Return (lanes,) the period of states (last first, n, lanes) in excitation periods, 0 beyond ``periods``."""
     size = np.linalg.norm(states, axis=1).max(axis=0)
-    found = np.zeros(states.shape[2], dtype=int)
+    period = np.zeros(states.shape[2], dtype=int)
     for nu in range(periods, 0, -1):
-        off = np.linalg.norm(states[:-nu] - states[nu:], axis=1)[:periods]
-        found[(off <= PERIODIC * size).all(axis=0)] = nu
-    return found
+        change = np.linalg.norm(states[:-nu] - states[nu:], axis=1)[:periods]
+        period[(change <= PERIODIC * size).all(axis=0)] = nu
+    return period

@@ -1,4 +1,4 @@
-"""At which frequency and level a rig begins to rattle, and where it jumps, for several gaps."""
+"""Maps of rattle over frequency and level, with first contact and jumps, for several gaps."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ LARGEST = 1e12  # level or frequency: figures cannot show larger ones
 
 
 class Jump(NamedTuple):
-    """Where a sweep over frequency jumps to another vibration."""
+    """A jump of a sweep over frequency to another vibration."""
 
     gap: int
     """index"""
     level: float
-    """m/s² or N, or what the rig's unbalances are multiplied by"""
+    """m/s² or N, or factor of the rig's unbalances"""
     frequency: float
     """Hz"""
     sweep: str
@@ -52,39 +52,39 @@ class Jump(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RattleMap(ArrayData):
-    """What a rig does over gap, level and frequency.
+    """Vibrations of a rig over gap, level and frequency.
 
-    Arrays of a sweep begin with its direction, up and down in frequency; nan where no vibration was found.
+    Arrays of a sweep begin with its direction, up and down in frequency; nan where no vibration is known.
     """
 
     model: Model
     """rig and law of its clearances"""
     kind: str
-    """ "base", "force" or "unbalance", of what turns with the shaft"""
+    """excitation: "base", "force" or "unbalance" of rotating parts"""
     gap: np.ndarray
     """(n_gaps, n_bushings) m"""
     level: np.ndarray
-    """(n_levels,) amplitude of the excitation, m/s² or N; of an unbalance what the rig's is multiplied by"""
+    """(n_levels,) amplitude of the excitation, m/s² or N; factor of the rig's unbalance"""
     frequency: np.ndarray
     """(n_frequencies,) Hz; of an unbalance turns in a second"""
     vibrations: np.ndarray
-    """(n_gaps, n_levels, n_frequencies) how many periodic vibrations there are, stable or not; 0: none was found"""
+    """(n_gaps, n_levels, n_frequencies) number of periodic vibrations, stable or not; 0: unknown"""
     contact_share: np.ndarray
-    """(2, n_gaps, n_levels, n_frequencies, n_bushings) share of the period in which either end touches"""
+    """(2, n_gaps, n_levels, n_frequencies, n_bushings) fraction of the period in which either end touches"""
     penetration: np.ndarray
-    """(2, n_gaps, n_levels, n_frequencies, n_bushings) largest one of a period, m"""
+    """(2, n_gaps, n_levels, n_frequencies, n_bushings) peak of a period, m"""
     contact_force: np.ndarray
-    """(2, n_gaps, n_levels, n_frequencies, n_bushings) largest one of a period, of both ends, N"""
+    """(2, n_gaps, n_levels, n_frequencies, n_bushings) peak of a period, of both ends, N"""
     displacement: np.ndarray
     """(2, n_gaps, n_levels, n_frequencies, n_bushings) of the clearances' middles, as `Branch.excursion`, m"""
     acceleration: np.ndarray
-    """(2, n_gaps, n_levels, n_frequencies, n_sensors) amplitude of what the sensors read, m/s²"""
+    """(2, n_gaps, n_levels, n_frequencies, n_sensors) amplitude at the sensors, m/s²"""
     first_contact: np.ndarray
-    """(n_gaps, n_frequencies) level from which on a sweep upwards in level touches; 0: it rests on a wall"""
+    """(n_gaps, n_frequencies) level above which an upward sweep in level touches; 0: it rests on a wall"""
     jumps: tuple[Jump, ...]
-    """where sweeps over frequency jump"""
+    """of sweeps over frequency"""
     ended: tuple[str, ...]
-    """gap, level and frequency beyond which no vibration was found"""
+    """gap, level and frequency beyond which the continuation failed"""
     responses: tuple[str, ...]
     """degree of freedom of each sensor, such as "3:+Z" """
     clearances: tuple[str, ...]
@@ -92,16 +92,16 @@ class RattleMap(ArrayData):
 
     @property
     def rattles(self) -> np.ndarray:
-        """(n_gaps, n_levels, n_frequencies) whether a sweep in either direction touches a wall there."""
+        """(n_gaps, n_levels, n_frequencies) True where a sweep in either direction touches a wall."""
         return np.any(self.contact_share > 0, axis=(0, -1))
 
     @property
     def unknown(self) -> float:
-        """Share of the map at which no vibration was found."""
+        """Fraction of the map without a known vibration."""
         return float(np.mean(self.vibrations == 0))
 
     def plot(self, quantity: str = "contact_share", row: int | None = None, sweep: str = "larger") -> Figure:
-        """Draw a quantity over frequency and level, a panel for each gap, with first contact and where it jumps.
+        """Draw a quantity over frequency and level, a panel for each gap, with first contact and jumps.
 
         Parameters
         ----------
@@ -119,14 +119,14 @@ class RattleMap(ArrayData):
         """
         from ..core.drawing import canvas, key
 
-        values = self._shown(quantity, row, sweep)
+        values = self._select(quantity, row, sweep)
         count, unit = len(self.gap), QUANTITIES[quantity][1].replace(" s-2", "/s²")
         figure = canvas(4.2, 3 + 4 * count)
-        most = float(np.nanmax(values)) if np.isfinite(values).any() else 1.0
+        peak = float(np.nanmax(values)) if np.isfinite(values).any() else 1.0
         panels = figure.subplots(1, count, sharey=True, squeeze=False)[0]
         for i, axes in enumerate(panels):
             mesh = axes.pcolormesh(
-                self.frequency, self.level, values[i], cmap="YlOrRd", vmin=0, vmax=most or 1.0, shading="nearest"
+                self.frequency, self.level, values[i], cmap="YlOrRd", vmin=0, vmax=peak or 1.0, shading="nearest"
             )
             self.mark(axes, i)
             if self.level.size > 1:
@@ -142,7 +142,7 @@ class RattleMap(ArrayData):
         return figure
 
     def mark(self, axes: Axes, gap: int) -> None:
-        """Mark on axes what is unknown, what has several vibrations, first contact and jumps.
+        """Mark unknown cells, cells with several vibrations, first contact and jumps on axes.
 
         Parameters
         ----------
@@ -157,19 +157,19 @@ class RattleMap(ArrayData):
 
         count, cells = self.vibrations[gap], (self.frequency, self.level)
         if not count.all():
-            lost = np.ma.masked_where(count > 0, count)
-            axes.pcolormesh(*cells, lost, cmap=ListedColormap([REPEAT]), shading="nearest")
+            unknown = np.ma.masked_where(count > 0, count)
+            axes.pcolormesh(*cells, unknown, cmap=ListedColormap([REPEAT]), shading="nearest")
         if np.any(count > 1) and min(count.shape) > 1:
             axes.contourf(*cells, count, levels=[1.5, 1e9], colors="none", hatches=["//////"])
         axes.plot(self.frequency, self.first_contact[gap], color=TEST, lw=0.9, label="first contact")
         for sweep, marker in zip(SWEEPS, "^v"):
             at = [(jump.frequency, jump.level) for jump in self.jumps if jump.gap == gap and jump.sweep == sweep]
             if at:
-                look: dict[str, Any] = {"color": COLOURS[0], "ms": 4.5, "mec": "white", "mew": 0.5}
-                axes.plot(*np.transpose(at), marker, label=f"jumps in a sweep {sweep}", **look)
+                style: dict[str, Any] = {"color": COLOURS[0], "ms": 4.5, "mec": "white", "mew": 0.5}
+                axes.plot(*np.transpose(at), marker, label=f"jumps in a sweep {sweep}", **style)
 
-    def _shown(self, quantity: str, row: int | None, sweep: str) -> np.ndarray:
-        """(n_gaps, n_levels, n_frequencies) of a quantity."""
+    def _select(self, quantity: str, row: int | None, sweep: str) -> np.ndarray:
+        """Return a quantity (n_gaps, n_levels, n_frequencies)."""
         ClearanceError.require_known("quantity", quantity, QUANTITIES)
         values = getattr(self, quantity)
         if row is not None and not 0 <= row < values.shape[-1]:
@@ -182,7 +182,7 @@ class RattleMap(ArrayData):
         return values[SWEEPS.index(sweep)]
 
     def to_xarray(self) -> xr.Dataset:
-        """Return everything with labels and units, over (sweep, gaps, level, frequency, clearance or response)."""
+        """Return all quantities with labels and units, over (sweep, gaps, level, frequency, clearance or response)."""
         unit = level_axis(self.kind).symbol
         cells = ("gaps", "level", "frequency")
         variables: dict[str, Any] = {
@@ -220,26 +220,26 @@ def map_rattle(
     progress: bool = False,
     executor: Executor | None = None,
 ) -> RattleMap:
-    """Find where a rig rattles and jumps, over level and frequency of a harmonic excitation, for several gaps.
+    """Map rattle and jumps of a rig over level and frequency of a harmonic excitation, for several gaps.
 
     At every level of every gap the curve of periodic vibrations is followed over all frequencies, around folds.
-    A sweep upwards or downwards stays on it until it folds, then jumps to the next stretch of the curve. What does not
-    hang together with the vibration that grows out of rest, such as a dry whirl, is not on the map.
+    A sweep upwards or downwards stays on it until it folds, then jumps to the next stretch of the curve. Detached
+    branches, such as a dry whirl, are not on the map.
 
     Parameters
     ----------
     model : Model
         Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
     amplitudes : array_like
-        Amplitudes (n_levels,) of the excitation, m/s² or N, increasing; of kind "unbalance" what the rig's unbalances
-        are multiplied by.
+        Amplitudes (n_levels,) of the excitation, m/s² or N, increasing; of kind "unbalance" factors of the rig's
+        unbalances.
     frequencies : array_like
         Frequencies (n_frequencies,) of the excitation, Hz, increasing; of kind "unbalance" the shaft turns once in a
-        period, whatever the rig's ``spin`` says.
+        period, and the rig's ``spin`` is ignored.
     gaps : sequence, optional
         Gaps to compare, m: each one number for all bushings, or one for each; None: the rig's.
     kind : str, optional
-        Kind of excitation, "base", "force" or, of what turns, "unbalance"; None: unbalance of a rig that has some,
+        Kind of excitation, "base", "force" or, of rotating parts, "unbalance"; None: unbalance of a rig that has some,
         else that of its shaker.
     n_harmonics : int
         Number of harmonics of the motion, H.
@@ -249,16 +249,16 @@ def map_rattle(
     n_modes : int
         Number of modes in the Ritz basis, as in the modal engine.
     workers : int, optional
-        Number of processes on this machine; default: one for each core. 1: none beside this one.
+        Number of processes on this machine; default: one for each core. 1: this process alone.
     progress : bool
         Show a progress bar with the time left.
     executor : concurrent.futures.Executor, optional
-        What computes the rows of the map instead of processes of its own; it is left open.
+        Executor for the rows of the map instead of new processes; it is not shut down.
 
     Returns
     -------
     RattleMap
-        Where no vibration was found, the map says so: ``unknown`` and ``ended``.
+        Unknown vibrations show up in ``unknown`` and ``ended``.
 
     Raises
     ------
@@ -284,7 +284,7 @@ def map_rattle(
     if not models:
         raise ClearanceError("gaps is empty: give at least one")
     settings = 2 * np.pi * float(frequencies[-1]), harmonics, counts[0], n_modes
-    at_one = [solver_at(each, kind, 1.0, *settings) for each in models]  # refuses what cannot be
+    solvers = [solver_at(each, kind, 1.0, *settings) for each in models]  # refuses what cannot be
     cases = [
         Case(i, j, each, kind, float(level), frequencies.tobytes(), harmonics, counts, n_modes)
         for i, each in enumerate(models)
@@ -308,39 +308,39 @@ def map_rattle(
         ended += [(case.gap, case.level, frequency) for frequency in row.ended]
     gap = np.array([[bushing.gap for bushing in each.rig.bushings] for each in models])
     unit = level_axis(kind).unit
-    words_of = [
+    messages = [
         f"gap {', '.join(f'{1e3 * d:g}' for d in np.unique(gap[i]))} mm, level {level:g} {unit}: no further periodic "
         f"vibration was found beyond {frequency:.6g} Hz"
         for i, level, frequency in sorted(ended)
     ]
     first = [
-        _first_contact(at_one[i], levels, frequencies, share) for i, share in enumerate(arrays["contact_share"][0])
+        _first_contact(solvers[i], levels, frequencies, share) for i, share in enumerate(arrays["contact_share"][0])
     ]
     return RattleMap(
         model, kind, gap, levels, frequencies, vibrations, **arrays, first_contact=np.array(first),
-        jumps=tuple(sorted(jumps)), ended=tuple(words_of), responses=tuple(rig.sensor_labels),
+        jumps=tuple(sorted(jumps)), ended=tuple(messages), responses=tuple(rig.sensor_labels),
         clearances=tuple(rig.clearance_labels),
     )  # fmt: skip
 
 
-def _first_contact(solver: Solver, levels: np.ndarray, frequencies: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Level (n_frequencies,) of first contact: in closed form, or the lowest of the map that touches."""
+def _first_contact(solver: Solver, levels: np.ndarray, frequencies: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    """Return the level (n_frequencies,) of first contact: in closed form, or the lowest of the map that touches."""
     if solver.system.pressed.any():
         return np.zeros(frequencies.size)
     if linear_in_gap(solver):
         return level_of_contact(solver, 2 * np.pi * solver.system.pace * frequencies)
-    touched = np.any(share > 0, axis=-1)
+    touched = np.any(contact > 0, axis=-1)
     return np.where(touched.any(axis=0), levels[touched.argmax(axis=0)], np.nan)
 
 
 def increasing(values: ArrayLike, name: str, least: int) -> np.ndarray:
-    """Return levels or frequencies as an array; an ExcitationError if they are too few, impossible or do not rise."""
-    found = np.asarray(values, dtype=float)
-    if found.ndim != 1 or found.size < least:
-        raise ExcitationError(f"{name} must be {least} or more numbers in a row, got an array of shape {found.shape}")
-    if not (found[0] > 0 and found[-1] <= LARGEST and np.all(np.diff(found) > 0)):
+    """Return levels or frequencies as an array; an ExcitationError unless they are enough, possible and increasing."""
+    array = np.asarray(values, dtype=float)
+    if array.ndim != 1 or array.size < least:
+        raise ExcitationError(f"{name} must be {least} or more numbers in a row, got an array of shape {array.shape}")
+    if not (array[0] > 0 and array[-1] <= LARGEST and np.all(np.diff(array) > 0)):
         raise ExcitationError(f"{name} must be > 0, at most {LARGEST:g} and increasing")
-    return found
+    return array
 
 
 def _with_gap(rig: Rig, gap: float | Sequence[float]) -> Rig:

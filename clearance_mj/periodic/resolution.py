@@ -1,4 +1,4 @@
-"""How many harmonics and samples a periodic motion is computed with."""
+"""Numbers of harmonics and samples of a periodic motion, and checks of ranges."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LARGEST = 1e6  # Hz or rad/s; no structure of this size vibrates beyond, and no 
 
 
 def pair_of(ends: Iterable[float], name: str, unit: str) -> tuple[float, float]:
-    """Return both ends of a range as numbers, or refuse what is none; ``unit`` such as " in Hz"."""
+    """Return both ends of a range as numbers, or raise ExcitationError; ``unit`` such as " in Hz"."""
     try:
         start, stop = map(float, ends)
     except (TypeError, ValueError):
@@ -28,7 +28,7 @@ def pair_of(ends: Iterable[float], name: str, unit: str) -> tuple[float, float]:
 
 
 def different_ends(ends: tuple[float, float], name: str, quantities: str, unit: str) -> tuple[float, float]:
-    """Return both ends of a range of frequencies or speeds in their unit, or refuse it."""
+    """Return both ends of a range of frequencies or speeds in their unit, or raise ExcitationError."""
     start, stop = pair_of(ends, name, f" in {unit}")
     if not (0 < start <= LARGEST and 0 < stop <= LARGEST and start != stop):
         raise ExcitationError(
@@ -39,19 +39,19 @@ def different_ends(ends: tuple[float, float], name: str, quantities: str, unit: 
 
 
 def ends_of_range(frequency_range: tuple[float, float]) -> tuple[float, float]:
-    """Return both ends of a range of frequencies, Hz, or refuse it."""
+    """Return both ends of a range of frequencies, Hz, or raise ExcitationError."""
     return different_ends(frequency_range, "frequency_range", "frequencies", "Hz")
 
 
 def require_whole(**numbers_by_name: object) -> None:
-    """Refuse what is no whole number, by its name."""
+    """Raise ClearanceError for a value that is no whole number, by its name."""
     for name, value in numbers_by_name.items():
         if not isinstance(value, numbers.Integral) or isinstance(value, bool):
             raise ClearanceError(f"{name} must be a whole number, got {value!r}")
 
 
 def resolution(harmonics: int, samples: int | None, excited: int, modes: int) -> tuple[int, tuple[int, ...]]:
-    """Return numbers of harmonics and, each for where those before do not do, of samples; after a check."""
+    """Check and return the number of harmonics and the numbers of samples to try in turn."""
     require_whole(n_harmonics=harmonics, n_samples=1 if samples is None else samples, n_modes=modes)
     if harmonics < max(excited, 1):
         raise ClearanceError(f"n_harmonics must be {max(excited, 1)} or more, as the excitation's are, got {harmonics}")

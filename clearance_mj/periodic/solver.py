@@ -1,4 +1,4 @@
-"""Harmonic balance of one condensed rig, over frequency or spin, or over a share of level, loads or gaps."""
+"""Harmonic balance of one condensed rig, over frequency or spin, or over a factor of level, loads or gaps."""
 
 from __future__ import annotations
 
@@ -21,26 +21,32 @@ from .loops import CORNERS, bordered, loops
 __all__ = ["Solver", "State"]
 
 AT_REST = 4  # samples of a rig at rest
-SMALLEST_LEVEL = 1e-3  # share of the excitation from which on it is raised
-ACROSS = (1e-6, 1e-5, 1e-4, 3e-4, 1e-3)  # of a motion: how far the other side of a wall is looked for
-BEFORE_CONTACT = 0.9  # share of the smallest gap that the first motion fills
+SMALLEST_LEVEL = 1e-3  # first factor of the excitation's level
+ACROSS = (1e-6, 1e-5, 1e-4, 3e-4, 1e-3)  # of a motion: distances at which the other side of a wall is sought
+BEFORE_CONTACT = 0.9  # fraction of the smallest gap that the first motion fills
 SHARES, EXACT = (2.0, 1.2, 1.4, 1.6, 1.8), 1e-8
-"""Of the gaps at which laws say how they depend on them, and how exactly they must follow `POWERS`."""
-SMALLER = (1.0, 0.1, 1e-2, 1e-3, 1e-4)  # of that motion: a filling that slides is linear in the smallest ones alone
+"""Factors of the gaps at which laws are sampled, and relative accuracy with which they must follow `POWERS`."""
+SMALLER = (
+    1.0,
+    0.1,
+    1e-2,
+    1e-3,
+    1e-4,
+)  # factors of that motion: sliders are linear in the smallest ones alone
 
 
 class State(NamedTuple):
-    """What a motion is found at; one of them is a branch's parameter."""
+    """The five numbers that determine a motion; one of them is a branch's parameter."""
 
     omega: float  #: 1/s, of the motion's first harmonic
     spin: float  #: rad/s
-    load: float  #: share of constant loads
-    level: float  #: share of the excitation's level
-    gap: float  #: share of all gaps
+    load: float  #: factor of constant loads
+    level: float  #: factor of the excitation's level
+    gap: float  #: factor of all gaps
 
 
 class Solver(Follower):
-    """Newton's method and continuation over one number of a `State`; over frequency what turns follows it."""
+    """Newton's method and continuation over one number of a `State`; rotating parts follow the frequency."""
 
     loops = loops(left, deepest, True)
 
@@ -57,12 +63,12 @@ class Solver(Follower):
         self.take("omega", State(0.0, spin, 1.0, 1.0, 1.0))
 
     def take(self, over: str, at: State) -> None:
-        """Make one number of a state the parameter from now on; the others are what is given."""
+        """Make one number of a state the continuation parameter; the others are those of ``at``."""
         self.over, self.at = over, at
         fixed, rate = np.array(at), np.zeros(len(at))
-        moved = [State._fields.index(over)]
+        index = [State._fields.index(over)]
         turns, linear = self.system.order / self.system.periods, self.linear
-        rate[moved] = 1.0
+        rate[index] = 1.0
         if turns and over in ("omega", "spin"):
             rate[:2] = (1.0, 1 / turns) if over == "omega" else (turns, 1.0)
         elif over == "spin" and self.system.driven.turns:
@@ -80,14 +86,14 @@ class Solver(Follower):
 
     @property
     def equations(self) -> Balance:
-        """The balance, as compiled loops know it."""
-        given = self.tolerance, self.bent, self.longest
-        if given != (self._equations.tolerance, self._equations.bent, self._equations.longest):
-            self._equations = self._equations._replace(tolerance=given[0], bent=given[1], longest=given[2])
+        """The balance with the present tolerance and step control, for the compiled loops."""
+        settings = self.tolerance, self.bent, self.longest
+        if settings != (self._equations.tolerance, self._equations.bent, self._equations.longest):
+            self._equations = self._equations._replace(tolerance=settings[0], bent=settings[1], longest=settings[2])
         return self._equations
 
     def state(self, parameter: float) -> State:
-        """Return what a motion of a branch's parameter is found at."""
+        """Return the state at a value of the branch's parameter."""
         return State(*(self._equations.fixed + parameter * self._equations.rate).tolist())
 
     def frequency(self, motion: Motion) -> float:
@@ -96,11 +102,11 @@ class Solver(Follower):
 
     @property
     def over_name(self) -> str:
-        """What is the parameter, as a branch says it."""
+        """Name of the parameter, as in `Branch.over`."""
         return "frequency" if self.over == "omega" else self.over
 
     def forced_multipliers(self, values: np.ndarray) -> np.ndarray:
-        """Return those of Floquet's multipliers that say whether a forced motion is stable: all."""
+        """Return the Floquet multipliers that decide the stability of a forced motion: all."""
         return values
 
     def spin_of(self, omega: float) -> float:
@@ -113,42 +119,42 @@ class Solver(Follower):
 
     @cached_property
     def _widening(self) -> np.ndarray:
-        """Change (4, n) of the laws' numbers by powers of the share of all gaps."""
-        rig, law, shares = self.system.rig, self.system.model.law, np.array(SHARES)
+        """Change (4, n) of the laws' numbers by powers of the factor of all gaps."""
+        rig, law, factors = self.system.rig, self.system.model.law, np.array(SHARES)
         gaps = (rig.with_gap([share * b.gap for b in rig.bushings]) for share in (1.0, *SHARES))
-        numbers = np.array([laws_of(each, law).numbers for each in gaps])  # those of the system have room that is used
+        numbers = np.array([laws_of(each, law).numbers for each in gaps])  # those of the system have memory in use
         with np.errstate(invalid="ignore"):
             changes = np.nan_to_num(numbers[1:] - numbers[0])
-        found = np.zeros((len(POWERS), changes.shape[1]))
-        found[0] = changes[0] / (shares[0] - 1)
-        bent = np.abs(changes - np.outer(shares - 1, found[0])).max(axis=0) > EXACT * np.abs(changes).max(axis=0)
-        powers = shares[:, None] ** np.array(POWERS, dtype=float) - 1
-        found[:, bent] = np.linalg.lstsq(powers, changes[:, bent], rcond=None)[0]
-        if (np.abs(powers @ found - changes) > EXACT * np.abs(changes).max(axis=0)).any():
+        change = np.zeros((len(POWERS), changes.shape[1]))
+        change[0] = changes[0] / (factors[0] - 1)
+        nonlinear = np.abs(changes - np.outer(factors - 1, change[0])).max(axis=0) > EXACT * np.abs(changes).max(axis=0)
+        powers = factors[:, None] ** np.array(POWERS, dtype=float) - 1
+        change[:, nonlinear] = np.linalg.lstsq(powers, changes[:, nonlinear], rcond=None)[0]
+        if (np.abs(powers @ change - changes) > EXACT * np.abs(changes).max(axis=0)).any():
             raise ClearanceError(
                 f"rig {rig.name!r}: a filling is another one in another gap; give rigs of several gaps"
             )
-        return found
+        return change
 
-    def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
-        """What is left of the balance, forces and displacements beside."""
-        return left(self.equations, float(parameter), z, y, want)
+    def _residual(self, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool) -> tuple[np.ndarray, ...]:
+        """Return the residual of the balance, forces and remainder of the displacements."""
+        return left(self.equations, float(parameter), z, y, diff)
 
     def derivative(self, parameter: float, z: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the derivative (size, size) of what is left of the balance by the unknowns."""
-        self._left(parameter, z, y, True)
+        """Return the derivative (size, size) of the residual by the unknowns."""
+        self._residual(parameter, z, y, True)
         return self.jacobian[:-1, :-1]
 
     def depth(self, parameter: float, z: np.ndarray, y: np.ndarray) -> float:
-        """Return the largest penetration of any end over a period, m; below 0 how far the nearest is from its wall."""
+        """Return the largest penetration of any end over a period, m; below 0 the smallest distance from a wall."""
         return float(deepest(self._equations, parameter, z, y))
 
     def walls_at(self, parameter: float) -> None:
-        """Let the walls of `laws` stand where they do at a parameter."""
+        """Set the walls of `laws` to their distances at a parameter."""
         widen(self._equations, self.state(parameter).gap)
 
     def touches(self, motion: Motion) -> bool:
-        """Return whether an end is beyond a wall at any sample of a period."""
+        """Return True if an end is beyond a wall at any sample of a period."""
         return self.depth(motion.omega, motion.z, motion.y) > 0
 
     def first(self, omega: float, most: int = MAX_POINTS) -> Motion:
@@ -159,18 +165,18 @@ class Solver(Follower):
         omega : float
             1/s.
         most : int
-            Number of motions at ever larger levels after which it is given up.
+            Largest number of motions at ever larger levels.
 
         Raises
         ------
         NoConvergence
             If it does not reach the level.
         """
-        z, y = self._raised("level", *self._at_rest(omega), omega, most)
+        z, y = self._raise_parameter("level", *self._at_rest(omega), omega, most)
         return self.solved_at(omega, z, y, self._scale(z))
 
     def rest(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return where the rig rests under constant loads, turning as at a frequency: z (r, 1) and y (n_rows, 1), m.
+        """Return the equilibrium under constant loads, turning as at a frequency: z (r, 1) and y (n_rows, 1), m.
 
         Raises
         ------
@@ -182,16 +188,16 @@ class Solver(Follower):
         return still.raised_to_loads(omega)
 
     def raised_to_loads(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return coordinates and what is beside them under all loads and no excitation."""
+        """Return coordinates z and remainder y under all loads and no excitation."""
         z = np.zeros((self.system.basis.shape[1], 2 * self.harmonics + 1))
         with suppress(NoConvergence):
-            # In the gap nothing holds what walls alone hold, so that no way leads from there.
+            # In the gap a rig that walls alone restrain is free, so that no branch leads from there.
             if self.system.pressed.any() and not self.system.rig.moves_across:
-                return self._against_walls(omega)
-        return self._raised("load", z, np.zeros((self.rows, z.shape[1])), omega)
+                return self._solve_against_walls(omega)
+        return self._raise_parameter("load", z, np.zeros((self.rows, z.shape[1])), omega)
 
-    def _against_walls(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
-        """What `raised_to_loads` returns, from the walls to which the loads press."""
+    def _solve_against_walls(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return z and y of `raised_to_loads`, from the walls against which the loads press."""
         before, system = (self.over, self.at), self.system
         x = np.zeros((self.rows, 2 * self.harmonics + 1))
         x[:, 0] = system.sag
@@ -211,19 +217,19 @@ class Solver(Follower):
     def _scale(self, z: np.ndarray) -> float:
         return max(float(np.linalg.norm(z)), self.least)
 
-    def _raised(
-        self, what: str, z: np.ndarray, y: np.ndarray, omega: float, most: int = MAX_POINTS
+    def _raise_parameter(
+        self, over: str, z: np.ndarray, y: np.ndarray, omega: float, most: int = MAX_POINTS
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Raise loads or excitation from nearly nothing to all of it, around folds."""
-        before, whole = (self.over, self.at), float(getattr(self.at, what))
-        self.raise_over(what, omega, 0.0 if what == "load" else 1.0)
+        """Raise loads or excitation from nearly nothing to their full value, around folds."""
+        before, full = (self.over, self.at), float(getattr(self.at, over))
+        self.raise_over(over, omega, 0.0 if over == "load" else 1.0)
         try:
-            if (motion := self._first_share(z, y, whole)) is None:
+            if (motion := self._first_motion(z, y, full)) is None:
                 return z, y
-            if motion.omega < whole:
+            if motion.omega < full:
                 lowest = 1e-3 * motion.omega  # folds may lead below where it began
-                *_, motion = self.within(motion, lowest, whole, most=most)
-                if abs(motion.omega / whole - 1.0) > 1e-9:
+                *_, motion = self.within(motion, lowest, full, most=most)
+                if abs(motion.omega / full - 1.0) > 1e-9:
                     raise NoConvergence(omega)
         except NoConvergence:
             raise NoConvergence(omega) from None
@@ -232,18 +238,18 @@ class Solver(Follower):
         return motion.z, motion.y
 
     def raise_over(self, what: str, omega: float, level: float = 1.0) -> None:
-        """Make one more number of a `State` the parameter from now on, at a frequency, 1/s, and share of the level."""
+        """Make another number of a `State` the parameter, at a frequency, 1/s, and factor of the level."""
         self.take(what, self.at._replace(omega=omega, spin=self.spin_of(omega), level=level))
 
     def growing(self, omega: float, most: float = math.inf) -> Motion:
-        """Return a motion near the static equilibrium at a frequency, the share of the level being the parameter.
+        """Return a motion near the static equilibrium at a frequency; the factor of the level becomes the parameter.
 
         Parameters
         ----------
         omega : float
             1/s.
         most : float
-            Largest share of the level that it may be at.
+            Largest factor of the level.
 
         Raises
         ------
@@ -252,7 +258,7 @@ class Solver(Follower):
         """
         z, y = self._at_rest(omega)
         self.raise_over("level", omega)
-        if (motion := self._first_share(z, y, most)) is None:
+        if (motion := self._first_motion(z, y, most)) is None:
             raise NoConvergence(omega)
         return motion
 
@@ -263,18 +269,18 @@ class Solver(Follower):
             z[:, :1], y[:, :1] = self.rest(omega)
         return z, y
 
-    def _first_share(self, z: np.ndarray, y: np.ndarray, most: float) -> Motion | None:
-        """Return the motion at a small share of loads or excitation, at most 1; None if these move nothing."""
-        still, _, moved = self._left(0.0, z, y, False)
-        ahead, _, further = self._left(1.0, z, y, False)
-        way, beside = still - ahead, further - moved
-        size = float(np.abs((self.system.basis @ way + beside) @ self.grid.basis.T).max())
+    def _first_motion(self, z: np.ndarray, y: np.ndarray, most: float) -> Motion | None:
+        """Return the motion at a small fraction of loads or excitation, at most 1; None if these move nothing."""
+        z_0, _, y_0 = self._residual(0.0, z, y, False)
+        z_1, _, y_1 = self._residual(1.0, z, y, False)
+        dz, dy = z_0 - z_1, y_1 - y_0
+        size = float(np.abs((self.system.basis @ dz + dy) @ self.grid.basis.T).max())
         if size == 0:
             return None
-        share = BEFORE_CONTACT * self.system.size / size
-        least = min(most, max(SMALLEST_LEVEL, share) if not z.any() else SMALLEST_LEVEL)
+        factor = BEFORE_CONTACT * self.system.size / size
+        least = min(most, max(SMALLEST_LEVEL, factor) if not z.any() else SMALLEST_LEVEL)
         for small in (least * smaller for smaller in SMALLER):
-            start, near = z + small * way, y + small * beside
+            start, near = z + small * dz, y + small * dy
             with suppress(NoConvergence):
                 return self.solved_at(small, start, near, self._scale(start))
         raise NoConvergence(least)
@@ -285,62 +291,62 @@ class Solver(Follower):
         Raises
         ------
         NoConvergence
-            Where Newton's method finds no next motion; what was yielded stays.
+            Where Newton's method fails; the motions yielded before stay valid.
         """
         yield from self.within(self.first(start), min(start, stop), max(start, stop), stop > start)
 
     def followed(
         self, start: Motion, most: int, step: float, ends: tuple[float, float], wanted: float, deep: float
     ) -> Motions:  # fmt: skip
-        """Return a motion and those after it, until one beyond a wanted parameter rises and is deep in a wall.
+        """Return a motion and those after it, until one beyond a parameter rises and penetrates a wall deeply.
 
         Parameters
         ----------
         start : Motion
-            The first motion, whose tangent says where the branch goes.
+            First motion, with its tangent along the branch.
         most : int
-            How many motions there are at most.
+            Largest number of motions.
         step : float
-            The first one, as a share of parameter and motion.
+            First step, relative to parameter and motion.
         ends : tuple of float
             Parameters below and above which they end too.
         wanted : float
-            The parameter.
+            The parameter beyond which motions are not needed.
         deep : float
-            How deep, m.
+            Penetration, m.
         """
-        found = [
+        blocks = [
             Motions.of([start]),
             *(each for each, _ in self.pieces(start, *ends, most, step, wanted, deep)),
         ]
-        return Motions(*map(np.concatenate, zip(*found)))
+        return Motions(*map(np.concatenate, zip(*blocks)))
 
     def across_wall(self, motion: Motion) -> Motion | None:
         """Return a motion of the branch on the other side of a wall.
 
-        Where a circle meets the wall all around it, the branch may turn by more than a right angle, as its phase does.
+        Where a circular orbit meets a round wall, the branch may turn by more than a right angle, as its phase does.
         """
         touches, direction = self.touches(motion), motion.tangent
         for reach in ACROSS:
             omega = motion.omega * (1 + reach * direction[-1])
             z = motion.z + reach * motion.scale * direction[:-1].reshape(motion.z.shape)
             if (self.depth(omega, z, motion.y) > 0) != touches:
-                return self._beyond(motion, omega, z, -1.0 if touches else 1.0)
+                return self._solve_beyond(motion, omega, z, -1.0 if touches else 1.0)
         return None
 
-    def _beyond(self, motion: Motion, omega: float, z: np.ndarray, side: float) -> Motion | None:
-        """Return a motion on the branch whose tangent is that at a point across the wall, to its side."""
-        self._left(omega, z, motion.y, True)
+    def _solve_beyond(self, motion: Motion, omega: float, z: np.ndarray, side: float) -> Motion | None:
+        """Return a motion on the branch with the tangent of a point across the wall, on its side."""
+        self._residual(omega, z, motion.y, True)
         pivots = np.empty(self.size + 1, dtype=int)
         factors, _ = bordered(self.jacobian, motion.tangent, omega / motion.scale, pivots)
-        way = solved(factors, pivots, np.append(np.zeros(self.size), 1.0))
-        way /= np.linalg.norm(way)
-        by_way = motion.scale * way[:-1].reshape(z.shape)
-        farther = self.depth(omega, z + CORNERS[-1] * by_way, motion.y) - self.depth(omega, z, motion.y)
-        way = way if side * farther > 0 else -way
+        direction = solved(factors, pivots, np.append(np.zeros(self.size), 1.0))
+        direction /= np.linalg.norm(direction)
+        dz = motion.scale * direction[:-1].reshape(z.shape)
+        farther = self.depth(omega, z + CORNERS[-1] * dz, motion.y) - self.depth(omega, z, motion.y)
+        direction = direction if side * farther > 0 else -direction
         for step in reversed(CORNERS):
-            guess = z + step * motion.scale * way[:-1].reshape(z.shape)
-            found = self.solve(omega * (1 + step * way[-1]), guess, motion.y, way, motion.scale)
-            if found is not None and side * self.depth(found.omega, found.z, found.y) > 0:
-                return self._turned(found, motion, 1.0)
+            guess = z + step * motion.scale * direction[:-1].reshape(z.shape)
+            beyond = self.solve(omega * (1 + step * direction[-1]), guess, motion.y, direction, motion.scale)
+            if beyond is not None and side * self.depth(beyond.omega, beyond.z, beyond.y) > 0:
+                return self._orient(beyond, motion, 1.0)
         return None

@@ -1,10 +1,10 @@
 """Special points of branches as equations for a continuation over a second parameter.
 
-Motions at all frequencies and values of the second parameter are a sheet; on it a number g is 0 where one is special:
-how far a multiplier is from the unit circle, an end from its wall, or, at folds, g of a bordered system
+Motions at all frequencies and values of the second parameter are a surface; on it a test function g is 0 at a special
+motion: the distance of a multiplier from the unit circle, of an end from its wall, or, at folds, g of a bordered system
 [J b; cᵀ 0] [v; g] = [0; 1] with the derivative J of the balance (W. J. F. Govaerts, Numerical Methods for Bifurcations
-of Dynamical Equilibria, SIAM 2000, chapter 4). Its slopes are differences in the plane that touches the sheet, which
-stands upright where the sheet folds. Where contacts open and close J changes in steps, and g may jump past 0.
+of Dynamical Equilibria, SIAM 2000, chapter 4). Its slopes are differences in the tangent plane of the surface, which is
+vertical where the surface folds. Where contacts open and close J changes in steps, and g may jump past 0.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from .stability import BRANCH_POINT, FIRST_CONTACT, FOLD, PERIOD_DOUBLING, floqu
 
 __all__ = ["SpecialMotions", "WhirlOnsets"]
 
-NEARBY = 1e-6  # share of the parameter by which derivatives of the balance by it are found
+NEARBY = 1e-6  # relative step of the balance's difference quotient by the parameter
 DIFFERENCE = 3e-4  # half of the step of difference quotients of g: above the steps in which multipliers change
 WEIGHTS = {FOLD: 1e-7, FIRST_CONTACT: 1.0}
-"""Of g beside the balance; folds are located within the steps of J once more"""
+"""Weight of g relative to the balance; folds are located again within the steps of J"""
 OF_MULTIPLIERS = 1e-3  # weight: contacts between samples move them in steps of 1e-6
-APART = (0.05, 0.01, 0.002)  # relative steps of the parameter to where a point is located beyond a jump of g
+APART = (0.05, 0.01, 0.002)  # relative steps of the parameter beyond a jump of g
 REACH = (0.01, 0.03, 0.1)  # relative distances from the guess within which g changes its sign there
 EXACT = 1e-6  # of these distances
 
 
 class SpecialMotions(Follower):
-    """Newton's method and continuation of a branch's special motion.
+    """Newton's method and continuation of a branch's special motion over a second parameter.
 
-    Unknown are the harmonics of the coordinates and the frequency, in metres; ``solver_at`` returns what finds motions
-    over frequency at a value of the parameter.
+    Unknown are the harmonics of the coordinates and the frequency, in metres; ``solver_at`` returns the solver over
+    frequency at a value of the parameter.
     """
 
     def __init__(self, kind: str, solver_at: Callable[[float], Solver], omega: float, z: np.ndarray, y: np.ndarray):
@@ -62,7 +62,7 @@ class SpecialMotions(Follower):
             self.aim = np.array(near, dtype=complex)
 
     def parts(self, parameter: float, unknown: np.ndarray) -> tuple[Solver, float, np.ndarray]:
-        """Return what finds motions, frequency, 1/s, and harmonics of the coordinates, m."""
+        """Return the solver, frequency, 1/s, and harmonics of the coordinates, m."""
         return self.solver_at(parameter), float(unknown[-1]) * self.reference, unknown[:-1].reshape(self.shape)
 
     def start(self, omega: float, z: np.ndarray, y: np.ndarray) -> Motion | None:
@@ -70,136 +70,136 @@ class SpecialMotions(Follower):
         unknown = np.append(z.ravel(), omega / self.reference)
         row, scale = np.append(np.zeros(self.size), 1.0), float(np.linalg.norm(unknown))
         guess = Motion(1.0, unknown, y, y, row, scale)
-        return self.solve(1.0, unknown, y, row, scale) or self._located(guess)
+        return self.solve(1.0, unknown, y, row, scale) or self._locate(guess)
 
-    def _left(
-        self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool
+    def _residual(
+        self, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        solver, omega, own = self.parts(parameter, z)
+        solver, omega, z_m = self.parts(parameter, z)
         if not omega > 0:
             return np.full(self.size, np.inf), y, y
-        left, force, beside = solver._left(omega, own, y, want)
+        residual, force, y_new = solver._residual(omega, z_m, y, diff)
         weight = WEIGHTS.get(self.kind, OF_MULTIPLIERS) * self.unit
-        if want:
-            full, n, scale = self.jacobian, left.size, max(float(np.linalg.norm(z)), self.least)
+        if diff:
+            full, n, scale = self.jacobian, residual.size, max(float(np.linalg.norm(z)), self.least)
             full[:n, : n + 1] = solver.jacobian[:n]
             full[:n, n] *= self.reference
             if self.kind == FOLD:
-                self.aim = self._bordered(full[:n, :n])[1]
+                self.aim = self._fold_test(full[:n, :n])[1]
             elif self.kind not in WEIGHTS:
-                self.aim = np.array(self._multiplier(solver, omega, own, beside))
-        g = self._measured(solver, omega, own, beside)
-        if want:
-            further, *_ = self.parts(parameter * (1 + NEARBY), z)
-            full[:n, n + 1] = (further._left(omega, own, y, False)[0] - left).ravel() / (NEARBY * parameter)
+                self.aim = np.array(self._multiplier(solver, omega, z_m, y_new))
+        g = self._test_function(solver, omega, z_m, y_new)
+        if diff:
+            nearby, *_ = self.parts(parameter * (1 + NEARBY), z)
+            full[:n, n + 1] = (nearby._residual(omega, z_m, y, False)[0] - residual).ravel() / (NEARBY * parameter)
             sizes = np.append(np.full(n + 1, scale), parameter)
-            self._touch(full[:n] * sizes / scale)
+            self._align_plane(full[:n] * sizes / scale)
             full[n] = weight * (self.plane @ self._slopes(parameter, z, y, scale)) / sizes
-        return np.append(left, weight * g), force, beside
+        return np.append(residual, weight * g), force, y_new
 
-    def _touch(self, slopes: np.ndarray) -> None:
-        """Turn the plane so that it touches the sheet, on which the derivatives of the balance are 0."""
-        right = np.zeros((self.size + 1, 2))
-        right[-2:] = np.eye(2)
-        self.plane = np.linalg.qr(np.linalg.solve(np.vstack((slopes, self.plane.T)), right))[0]
+    def _align_plane(self, slopes: np.ndarray) -> None:
+        """Turn the plane so that it is tangent to the surface, along which the derivatives of the balance are 0."""
+        rhs = np.zeros((self.size + 1, 2))
+        rhs[-2:] = np.eye(2)
+        self.plane = np.linalg.qr(np.linalg.solve(np.vstack((slopes, self.plane.T)), rhs))[0]
 
     def _slopes(self, parameter: float, z: np.ndarray, y: np.ndarray, scale: float) -> np.ndarray:
-        """Derivatives (2,) of g along the plane's directions, over size and parameter."""
+        """Return derivatives (2,) of g along the plane's directions, over size and parameter."""
 
         def value(step: np.ndarray) -> float:
-            solver, omega, own = self.parts(parameter * (1 + step[-1]), z + scale * step[:-1])
-            return self._measured(solver, omega, own, solver._left(omega, own, y, False)[2])
+            solver, omega, z_m = self.parts(parameter * (1 + step[-1]), z + scale * step[:-1])
+            return self._test_function(solver, omega, z_m, solver._residual(omega, z_m, y, False)[2])
 
-        ways = DIFFERENCE * self.plane.T
-        return np.array([value(way) - value(-way) for way in ways]) / (2 * DIFFERENCE)
+        steps = DIFFERENCE * self.plane.T
+        return np.array([value(way) - value(-way) for way in steps]) / (2 * DIFFERENCE)
 
     def _multiplier(self, solver: Solver, omega: float, z: np.ndarray, y: np.ndarray) -> complex:
         """Return the multiplier nearest to the last one."""
         values = floquet(solver, omega, solver.state(omega).spin, solver.system.basis @ z + y)
         return complex(values[np.abs(values - self.aim).argmin()])
 
-    def _bordered(self, j: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return g of a derivative that is bordered, and its singular vectors, nearly."""
+    def _fold_test(self, j: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return g of the bordered Jacobian, and approximate singular vectors."""
         n = len(j)
-        matrix, right = np.zeros((n + 1, n + 1)), np.append(np.zeros(n), 1.0)
+        matrix, rhs = np.zeros((n + 1, n + 1)), np.append(np.zeros(n), 1.0)
         matrix[:n, :n], matrix[:n, n], matrix[n, :n] = j, *self.aim
-        v, w = np.linalg.solve(matrix, right), np.linalg.solve(matrix.T, right)
+        v, w = np.linalg.solve(matrix, rhs), np.linalg.solve(matrix.T, rhs)
         return float(v[n]), np.array([each[:n] / np.linalg.norm(each[:n]) for each in (w, v)])
 
-    def _measured(self, solver: Solver, omega: float, z: np.ndarray, y: np.ndarray) -> float:
-        """How far a motion is from being special."""
+    def _test_function(self, solver: Solver, omega: float, z: np.ndarray, y: np.ndarray) -> float:
+        """Return the test function g of a motion."""
         if self.kind == FIRST_CONTACT:
             return solver.depth(omega, z, y) / self.unit
         if self.kind != FOLD:
             return float(np.abs(self._multiplier(solver, omega, z, y))) - 1
-        return self._bordered(solver.derivative(omega, z, y))[0]
+        return self._fold_test(solver.derivative(omega, z, y))[0]
 
     def across_wall(self, motion: Motion) -> Motion | None:
         """Return the special motion at a parameter a little further on, where g changes its sign along the branch."""
-        self._left(motion.omega, motion.z, motion.y, True)  # the plane is that of the last guess
+        self._residual(motion.omega, motion.z, motion.y, True)  # the plane is that of the last guess
         motion = replace(motion, tangent=self.direction)
-        for apart in APART if motion.tangent[-1] else ():
-            at = float(np.clip(motion.omega * (1 + np.sign(motion.tangent[-1]) * apart), 1.0, 2.0))
+        for distance in APART if motion.tangent[-1] else ():
+            at = float(np.clip(motion.omega * (1 + np.sign(motion.tangent[-1]) * distance), 1.0, 2.0))
             step = (at / motion.omega - 1) / motion.tangent[-1]
             z = motion.z + step * motion.scale * motion.tangent[:-1]
             guess = Motion(at, z, motion.y, motion.force, motion.tangent, motion.scale)
-            if at != motion.omega and (found := self._located(guess)):
-                way = difference(motion, found)
-                tangent = way / np.linalg.norm(way)
-                return Motion(at, found.z, found.y, found.force, tangent, found.scale)
+            if at != motion.omega and (special := self._locate(guess)):
+                chord = difference(motion, special)
+                tangent = chord / np.linalg.norm(chord)
+                return Motion(at, special.z, special.y, special.force, tangent, special.scale)
         return None
 
-    def _at(self, omega: float, before: Motion, after: Motion) -> Motion:
+    def _solve_between(self, omega: float, before: Motion, after: Motion) -> Motion:
         with suppress(NoConvergence):
-            return super()._at(omega, before, after)
-        share = (omega - before.omega) / (after.omega - before.omega)
-        if (found := self._located(replace(after, omega=omega, z=before.z + share * (after.z - before.z)))) is None:
+            return super()._solve_between(omega, before, after)
+        fraction = (omega - before.omega) / (after.omega - before.omega)
+        if (special := self._locate(replace(after, omega=omega, z=before.z + fraction * (after.z - before.z)))) is None:
             raise NoConvergence(omega)
-        return found
+        return special
 
     def frequency(self, motion: Motion) -> float:
-        """Return a motion's frequency, 1/s; of a fold where it turns, as g leaves that open within the steps of J."""
+        """Return a motion's frequency, 1/s; of a fold its extremum, which g does not resolve within the steps of J."""
         if self.kind == FOLD:
-            self._left(motion.omega, motion.z, motion.y, True)
-            motion = self._located(motion) or motion
+            self._residual(motion.omega, motion.z, motion.y, True)
+            motion = self._locate(motion) or motion
         return float(motion.z[-1]) * self.reference
 
-    def _located(self, guess: Motion) -> Motion | None:
-        """Return the motion where g changes its sign along the branch near a guess, or the frequency at folds turns."""
+    def _locate(self, guess: Motion) -> Motion | None:
+        """Return the motion near a guess where g changes its sign along the branch or, for folds, frequency turns."""
         solver, omega, z = self.parts(guess.omega, guess.z)
         direction = (self.plane @ np.array([-self.plane[-1, 1], self.plane[-1, 0]]))[:-1]
         direction /= np.linalg.norm(direction)
 
         def motion(t: float) -> Motion:
             at, start = omega * (1 + t * direction[-1]), z + t * guess.scale * direction[:-1].reshape(z.shape)
-            if (found := solver.solve(at, start, guess.y, direction, guess.scale)) is None:
+            if (solution := solver.solve(at, start, guess.y, direction, guess.scale)) is None:
                 raise NoConvergence(at)
-            return found
+            return solution
 
         def measured(t: float) -> float:
-            found = motion(t)
-            return self._measured(solver, found.omega, found.z, found.y)
+            solution = motion(t)
+            return self._test_function(solver, solution.omega, solution.z, solution.y)
 
         for reach in REACH:
             with suppress(NoConvergence, ValueError):  # no motion, or the same sign at both ends
                 t = _turn(motion, reach) if self.kind == FOLD else brentq(measured, -reach, reach, xtol=EXACT * reach)
-                found = motion(t)
-                unknown = np.append(found.z.ravel(), found.omega / self.reference)
+                special = motion(t)
+                unknown = np.append(special.z.ravel(), special.omega / self.reference)
                 scale = max(float(np.linalg.norm(unknown)), self.least)
-                return Motion(guess.omega, unknown, found.y, found.force, guess.tangent, scale)
+                return Motion(guess.omega, unknown, special.y, special.force, guess.tangent, scale)
         return None
 
 
 def _turn(motion: Callable[[float], Motion], reach: float) -> float:
-    """Return where the frequency along a branch turns within a distance; a ValueError if it does not."""
+    """Return the arc length at which the frequency turns within a distance; ValueError if it does not."""
     low, middle, high = (motion(t).omega for t in (-reach, 0.0, reach))
     if (middle - low) * (high - middle) > 0:
         raise ValueError("it rises or falls")
     sign = np.sign(2 * middle - low - high)
-    missed = minimize_scalar(
+    optimum = minimize_scalar(
         lambda t: -sign * motion(t).omega / middle, bounds=(-reach, reach), method="bounded", options={"xatol": 1e-5}
     )
-    return float(missed.x)
+    return float(optimum.x)
 
 
 class WhirlOnsets(Follower):
@@ -211,14 +211,14 @@ class WhirlOnsets(Follower):
         self.system_at, self.jacobian = system_at, np.zeros((2, 2))
 
     def growth(self, parameter: float, speed: float) -> complex:
-        """Return of the motion that grows fastest what it grows by, and its frequency, 1/s."""
+        """Return the eigenvalue with the largest real part: growth rate and frequency, 1/s."""
         return rest_and_growth(self.system_at(parameter), speed).value
 
-    def _left(
-        self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool
+    def _residual(
+        self, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         try:
-            if want:
+            if diff:
                 for i, (p, speed) in enumerate(((0.0, 1.0), (1.0, 0.0))):
                     ahead, behind = (
                         self.growth(parameter * (1 + e * p), z[0] * (1 + e * speed)).real

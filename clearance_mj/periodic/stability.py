@@ -1,4 +1,4 @@
-"""Floquet's multipliers of periodic motions, and where the branch folds or its stability changes.
+"""Floquet multipliers of periodic motions, and location of folds and changes of stability along a branch.
 
 R. Seydel, Practical Bifurcation and Stability Analysis, Springer 2010, chapter 7.
 """
@@ -36,7 +36,7 @@ RESOLVED = 1e-8  # of the parameter: smaller turns are those of Newton's method
 
 
 def samples_of_period(solver: Any, omega: float) -> int:
-    """Return by how many samples contacts are followed over a period; an ExcitationError says if it is too long."""
+    """Return the number of samples that resolves contacts over a period; ExcitationError if the period is too long."""
     stiffest = math.sqrt(solver.system.stiffest)
     finer = max(1.0, 2 * np.pi / (omega * solver.samples) * stiffest / TURN, MIN_SAMPLES / solver.samples)
     if not finer * solver.samples <= MAX_SAMPLES:
@@ -48,68 +48,68 @@ def samples_of_period(solver: Any, omega: float) -> int:
 
 
 def multipliers(solver: Any, motion: Motion) -> np.ndarray:
-    """Return Floquet's multipliers of the modal model about a motion, the largest first.
+    """Return the Floquet multipliers of the modal model about a motion, the largest first.
 
-    What fillings and contacts remember adds multipliers, of which the smallest are left out.
+    The memory of fillings and contacts adds multipliers, of which the smallest are left out.
     """
     omega = solver.frequency(motion)
     solver.walls_at(motion.omega)
-    found = floquet(solver, omega, solver.state(motion.omega).spin, solver.all_points(motion))
-    return solver.forced_multipliers(found)
+    values = floquet(solver, omega, solver.state(motion.omega).spin, solver.all_points(motion))
+    return solver.forced_multipliers(values)
 
 
 def floquet(solver: Any, omega: float, spin: float, x: np.ndarray) -> np.ndarray:
-    """Return Floquet's multipliers (2 n,) about the motion with harmonics x (n_rows, K), the largest first."""
-    return _sorted(np.linalg.eigvals(period_map(solver, omega, spin, x)))[: 2 * solver.system.driven.model.size]
+    """Return the Floquet multipliers (2 n,) about the motion with harmonics x (n_rows, K), the largest first."""
+    return _by_modulus(np.linalg.eigvals(period_map(solver, omega, spin, x)))[: 2 * solver.system.driven.model.size]
 
 
 def period_map(solver: Any, omega: float, spin: float, x: np.ndarray) -> np.ndarray:
-    """Return the derivative of the state after a period by that before, about a motion with harmonics x (n_rows, K)."""
+    """Return the monodromy matrix about a motion with harmonics x (n_rows, K)."""
     system, laws, samples = solver.system, solver.laws, samples_of_period(solver, omega)
-    fine, room = grid(solver.harmonics, samples), slopes(laws, samples, solver.harmonics)
+    fine, derivatives = grid(solver.harmonics, samples), slopes(laws, samples, solver.harmonics)
     motion = Sampled(x @ fine.basis.T, omega * (x @ fine.rate.T), omega, spin)
-    fill_forces(laws, motion, fine.basis, fine.rate, fine.project, True, np.empty_like(motion.place), room)
+    fill_forces(laws, motion, fine.basis, fine.rate, fine.project, True, np.empty_like(motion.place), derivatives)
     step = 2 * np.pi / (omega * samples)
     memory = np.concatenate((laws.memory, np.repeat(laws.remembers, 2) * laws.width[laws.memory.size :]))
     flow = system.driven.model.flow(step, spin)
-    return np.asarray(monodromy(flow, np.ascontiguousarray(system.driven.points), step, memory, laws, room))
+    return np.asarray(monodromy(flow, np.ascontiguousarray(system.driven.points), step, memory, laws, derivatives))
 
 
-def _sorted(values: np.ndarray) -> np.ndarray:
+def _by_modulus(values: np.ndarray) -> np.ndarray:
     return np.asarray(values[np.argsort(-np.abs(values), kind="stable")])
 
 
 def unstable(values: np.ndarray) -> int:
-    """Return how many multipliers are outside of the unit circle."""
+    """Return the number of multipliers outside of the unit circle."""
     return int(np.sum(np.abs(values) > 1 + ROUNDING))
 
 
 @dataclass(frozen=True, eq=False)
 class Located:
-    """A motion of a branch, and what is special about it."""
+    """A motion of a branch, with its multipliers and special kinds."""
 
     motion: Motion
     multipliers: np.ndarray | None
     kind: str = ""
     folds: bool = False
-    """whether the branch turns there"""
+    """True if the branch turns there"""
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """What is special about it."""
+        """Kinds of special points that it is."""
         return tuple(kind for kind in (self.kind, FOLD * self.folds) if kind)
 
 
 def changes(solver: Follower, before: Located, after: Located) -> Iterator[Located]:
-    """Yield where the stability changes between two neighbours that know their multipliers, in order."""
-    at = _between(solver, before, after)
+    """Yield the changes of stability between two neighbours with multipliers, in order."""
+    at = _interpolator(solver, before, after)
     low, last = 0.0, before
     while last.multipliers is not None and after.multipliers is not None:
         count = unstable(last.multipliers)
         if unstable(after.multipliers) == count:
             return
-        inner, low, beyond = _bisected(at, count, low, last, after)
-        yield replace(beyond, kind=_crossing(inner, beyond))
+        inner, low, beyond = _bisect(at, count, low, last, after)
+        yield replace(beyond, kind=_bifurcation_kind(inner, beyond))
         last = beyond
 
 
@@ -117,64 +117,64 @@ def with_fold(solver: Follower, points: list[Located]) -> list[Located]:
     """Return neighbours with the motion among them at which the frequency turns, if it does."""
     omega = [point.motion.omega for point in points]
     middle = max(range(len(points)), key=lambda i: abs(omega[i] - (omega[0] + omega[-1]) / 2))
-    turned = min(abs(omega[middle] / omega[end] - 1) for end in (0, -1))
-    if middle in (0, len(points) - 1) or points[middle].folds or turned < RESOLVED:
+    depth = min(abs(omega[middle] / omega[end] - 1) for end in (0, -1))
+    if middle in (0, len(points) - 1) or points[middle].folds or depth < RESOLVED:
         return points
     if points[middle].kind == FIRST_CONTACT:  # the branch turns where it leaves the gap
         return [*points[:middle], replace(points[middle], folds=True), *points[middle + 1 :]]
-    at, sign = _between(solver, points[0], points[-1]), 1.0 if omega[middle] > omega[0] else -1.0
+    at, sign = _interpolator(solver, points[0], points[-1]), 1.0 if omega[middle] > omega[0] else -1.0
 
-    def missed(share: float) -> float:
-        found = at(share, False)
-        return 1.0 if found is None else -sign * found.motion.omega / omega[0]
+    def missed(fraction: float) -> float:
+        near = at(fraction, False)
+        return 1.0 if near is None else -sign * near.motion.omega / omega[0]
 
-    found = at(float(minimize_scalar(missed, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-5}).x))
-    if found is None or sign * (found.motion.omega - omega[middle]) < 0:
+    fold = at(float(minimize_scalar(missed, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-5}).x))
+    if fold is None or sign * (fold.motion.omega - omega[middle]) < 0:
         return [replace(point, kind="", folds=True) if i == middle else point for i, point in enumerate(points)]
-    way = difference(points[0].motion, points[-1].motion)
-    passed = [difference(points[0].motion, point.motion) @ way for point in points]
-    place = int(np.searchsorted(passed, difference(points[0].motion, found.motion) @ way))
-    return [*points[:place], replace(found, folds=True), *points[place:]]
+    chord = difference(points[0].motion, points[-1].motion)
+    projections = [difference(points[0].motion, point.motion) @ chord for point in points]
+    place = int(np.searchsorted(projections, difference(points[0].motion, fold.motion) @ chord))
+    return [*points[:place], replace(fold, folds=True), *points[place:]]
 
 
-def _between(solver: Follower, before: Located, after: Located) -> Callable[..., Located | None]:
-    """What finds the motion at a share of the way from one to another, with multipliers if they have some."""
-    way = difference(before.motion, after.motion)
-    length = float(np.linalg.norm(way))
+def _interpolator(solver: Follower, before: Located, after: Located) -> Callable[..., Located | None]:
+    """Return a function for the motion at a fraction of the chord between two, with multipliers if they have some."""
+    chord = difference(before.motion, after.motion)
+    length = float(np.linalg.norm(chord))
 
-    def at(share: float, stability: bool = True) -> Located | None:
-        if (motion := solver.ahead(before.motion, share * length, way / length)) is None:
+    def at(fraction: float, stability: bool = True) -> Located | None:
+        if (motion := solver.ahead(before.motion, fraction * length, chord / length)) is None:
             return None
-        known = stability and before.multipliers is not None
-        return Located(motion, multipliers(solver, motion) if known else None)
+        with_multipliers = stability and before.multipliers is not None
+        return Located(motion, multipliers(solver, motion) if with_multipliers else None)
 
     return at
 
 
-def _bisected(
+def _bisect(
     at: Callable[..., Located | None], count: int, low: float, first: Located, last: Located
 ) -> tuple[Located, float, Located]:
-    """Motions before and after the first one with another count of unstable multipliers, and how far the latter is."""
+    """Bisect for the next change of the unstable count: return the motions before and after, and the latter's place."""
     high = 1.0
     for _ in range(HALVINGS):
         if high - low < EXACT and abs(first.motion.omega / last.motion.omega - 1) < EXACT:
             break
         middle = (low + high) / 2
-        if (found := at(middle)) is None:
+        if (halfway := at(middle)) is None:
             break
-        if found.multipliers is not None and unstable(found.multipliers) == count:
-            low, first = middle, found
+        if halfway.multipliers is not None and unstable(halfway.multipliers) == count:
+            low, first = middle, halfway
         else:
-            high, last = middle, found
+            high, last = middle, halfway
     return first, high, last
 
 
-def _crossing(inner: Located, beyond: Located) -> str:
-    """What the multiplier that crosses the unit circle between two motions says."""
+def _bifurcation_kind(inner: Located, beyond: Located) -> str:
+    """Return the kind of bifurcation, by the multiplier that crosses the unit circle between two motions."""
     assert inner.multipliers is not None and beyond.multipliers is not None
-    more = max(inner, beyond, key=lambda each: unstable(each.multipliers))  # type: ignore[arg-type]
-    assert more.multipliers is not None
-    outside = more.multipliers[: unstable(more.multipliers)]
+    less_stable = max(inner, beyond, key=lambda each: unstable(each.multipliers))  # type: ignore[arg-type]
+    assert less_stable.multipliers is not None
+    outside = less_stable.multipliers[: unstable(less_stable.multipliers)]
     crossing = outside[np.argmin(np.abs(outside))]
     if abs(crossing.imag) > 1e-6 * abs(crossing):
         return NEIMARK_SACKER

@@ -1,7 +1,7 @@
-"""Where a branch over frequency begins: its first motion by one way after the other until one leads on.
+"""The first motion of a branch over frequency, by several methods in turn until one leads on.
 
 From rest over the level; with fewer harmonics, whose motion is the guess for more; over the level at a nearby
-frequency, then along frequency; and by the modal engine's march from rest.
+frequency, then along frequency; and by the modal engine's time integration from rest.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from .solver import Solver
 __all__ = ["Start", "marched"]
 
 LEADS_ON, BEGINNING = 0.1, 100
-"""Share of the range, or number of motions, from which on a branch leads on: one that ends sooner begins anew."""
-FARTHER = 2.0  # times as far reaches a branch that is returned before an earlier one, if none leads on
-MOST = 500  # motions over the level in which another way must come to the first one
-NEXT_FREQUENCY = 1e-5  # relative distance of a frequency that stands for the wanted one, as at an undamped resonance
+"""Fraction of the range, or number of motions, after which a branch leads on: one that ends sooner begins anew."""
+FARTHER = 2.0  # a branch that reaches so many times as far is preferred to an earlier one, if none leads on
+MOST = 500  # motions over the level within which another method must converge
+NEXT_FREQUENCY = 1e-5  # relative distance of a frequency that replaces the first one, as at an undamped resonance
 NEARBY = (NEXT_FREQUENCY, 1e-2, -1e-2, 2e-2, 5e-2, -5e-2)  # relative distances of frequencies to begin at
-REPEATS = 1e-5  # relative difference of two states that are one
-MIN_PERIODS, MAX_PERIODS, MAX_STEPS = 20, 400, 2_000_000  # that a march waits for it
+REPEATS = 1e-5  # relative difference below which two states are equal
+MIN_PERIODS, MAX_PERIODS, MAX_STEPS = 20, 400, 2_000_000  # until a march must repeat
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Start:
     solver: Solver
     start: float
     stop: float
-    with_harmonics: Callable[[int], Solver]  #: the same solver with so many harmonics
+    with_harmonics: Callable[[int], Solver]  #: returns the same solver with so many harmonics
 
     def motions(self) -> Iterator[Motion]:
         """Yield the first branch that leads on or leaves the range elsewhere; else the one that reaches farthest.
@@ -49,46 +49,46 @@ class Start:
         Raises
         ------
         NoConvergence
-            Where it ends; what was yielded stays.
+            Where it ends; the motions yielded before stay valid.
         """
-        kept: tuple[list[Motion], NoConvergence | None, Iterator[Motion]] | None = None
+        best: tuple[list[Motion], NoConvergence | None, Iterator[Motion]] | None = None
         for branch in self._branches():
-            begun, failed = self._begun(branch)
-            if begun and not failed and not math.isclose(begun[-1].omega, self.start, rel_tol=2 * NEXT_FREQUENCY):
-                yield from begun
+            head, error = self._take_head(branch)
+            if head and not error and not math.isclose(head[-1].omega, self.start, rel_tol=2 * NEXT_FREQUENCY):
+                yield from head
                 yield from branch
                 return
-            if kept is None or not kept[0] or self._reach(begun) > FARTHER * self._reach(kept[0]):
-                kept = begun, failed, branch
-        if kept is None:
+            if best is None or not best[0] or self._reach(head) > FARTHER * self._reach(best[0]):
+                best = head, error, branch
+        if best is None:
             return
-        begun, failed, branch = kept
-        yield from begun
-        if failed:
-            raise failed
+        head, error, branch = best
+        yield from head
+        if error:
+            raise error
         yield from branch
 
-    def _begun(self, branch: Iterator[Motion]) -> tuple[list[Motion], NoConvergence | None]:
+    def _take_head(self, branch: Iterator[Motion]) -> tuple[list[Motion], NoConvergence | None]:
         """Return a branch's motions until it leads on, and the error that ended them if one did."""
-        begun: list[Motion] = []
+        head: list[Motion] = []
         try:
             for motion in branch:
-                begun.append(motion)
-                if len(begun) == BEGINNING or self._reach(begun[-1:]) > LEADS_ON * abs(self.stop - self.start):
+                head.append(motion)
+                if len(head) == BEGINNING or self._reach(head[-1:]) > LEADS_ON * abs(self.stop - self.start):
                     break
         except NoConvergence as end:
-            return begun, end
-        return begun, None
+            return head, end
+        return head, None
 
     def _reach(self, motions: Sequence[Motion]) -> float:
         return max((abs(motion.omega - self.start) for motion in motions), default=0.0)
 
     def _branches(self) -> Iterator[Iterator[Motion]]:
-        """Yield the branch from each way's first motion in turn; it raises NoConvergence where there is none."""
+        """Yield the branch from each method's first motion in turn; it raises NoConvergence where there is none."""
         yield self.solver.branch(self.start, self.stop)
-        yield self._onwards(self._by_fewer_harmonics)
-        yield from map(self._by_frequency, NEARBY)
-        yield self._onwards(self._by_march)
+        yield self._onwards(self._solve_fewer_harmonics)
+        yield from map(self._follow_from_nearby, NEARBY)
+        yield self._onwards(self._solve_after_march)
 
     @property
     def _ends(self) -> tuple[float, float]:
@@ -97,8 +97,8 @@ class Start:
     def _onwards(self, first: Callable[[], Motion]) -> Iterator[Motion]:
         yield from self.solver.within(first(), *self._ends, self.stop > self.start)
 
-    def _by_fewer_harmonics(self) -> Motion:
-        """Return the motion that grows out of rest with the fewest harmonics, and is refined with ever more."""
+    def _solve_fewer_harmonics(self) -> Motion:
+        """Return the motion that grows out of rest with the fewest harmonics, refined with ever more."""
         fewest, most = self.solver.system.levels.size, self.solver.harmonics
         doubled = (2 * 2**i - 1 for i in itertools.count())  # 1, 3, 7, ...
         counts = [h for h in itertools.takewhile(lambda h: h < most, doubled) if h >= fewest]
@@ -106,15 +106,15 @@ class Start:
         for count in counts:
             solver = self.with_harmonics(count)
             try:
-                motion = _refined(solver, motion, self.start) if motion else solver.first(self.start, MOST)
+                motion = _refine(solver, motion, self.start) if motion else solver.first(self.start, MOST)
             except NoConvergence:
                 continue
         if motion is None:
             raise NoConvergence(self.start)
-        return _refined(self.solver, motion, self.start)
+        return _refine(self.solver, motion, self.start)
 
-    def _by_frequency(self, distance: float) -> Iterator[Motion]:
-        """Yield a branch that grows out of rest at a nearby frequency, from the wanted one on."""
+    def _follow_from_nearby(self, distance: float) -> Iterator[Motion]:
+        """Yield a branch that grows out of rest at a nearby frequency, from the first frequency on."""
         solver, (low, high), up = self.solver, self._ends, self.stop > self.start
         near = self.start * (1 + (distance if up else -distance))
         if not (near < high if up else near > low):
@@ -132,12 +132,12 @@ class Start:
         yield from (replace(each, tangent=-each.tangent) for each in reversed(to_start[1:]))
         yield from solver.within(motion, low, high, up)
 
-    def _by_march(self) -> Motion:
-        """Return the motion to which the modal engine's march from rest comes."""
+    def _solve_after_march(self) -> Motion:
+        """Return the motion to which the modal engine's time integration from rest converges."""
         solver = self.solver
         try:
             place = marched(solver.system, self.start, solver.samples)
-        except (RigError, SimulationError):  # gears take no base, nor what turns alone
+        except (RigError, SimulationError):  # gears take no base, nor rotating excitations alone
             raise NoConvergence(self.start) from None
         x = place @ solver.grid.project.T
         z = solver.system.basis.T @ x
@@ -148,7 +148,7 @@ class Start:
 def marched(system: Condensed, omega: float, samples: int) -> np.ndarray:
     """Return the last period of a march from rest, (n_rows, samples) displacements of the clearances' points, m.
 
-    It ends once the motion repeats, or has not after some hundred periods.
+    It ends once the motion repeats, or after some hundred periods.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def marched(system: Condensed, omega: float, samples: int) -> np.ndarray:
     Raises
     ------
     NoConvergence
-        If it takes too many steps, as that of a shaft of next to no mass.
+        If it takes too many steps, as for a shaft of almost no mass.
     SimulationError
         If it diverges.
     """
@@ -175,8 +175,8 @@ def marched(system: Condensed, omega: float, samples: int) -> np.ndarray:
             for each in rig.orders
         )
         if isinstance(law, TimeLaw):  # in step with what turns
-            slower = 2 * np.pi / (omega * system.laws.span)
-            law = replace(law, t=law.t * slower, period=slower * (law.period or 0.0))
+            stretch = 2 * np.pi / (omega * system.laws.span)
+            law = replace(law, t=law.t * stretch, period=stretch * (law.period or 0.0))
         rig = rig.replace(spin=Spin(omega / system.order), unbalances=unbalances, orders=orders)
         kind, amplitudes = "spin", 0 * amplitudes
     engine, period = Modal(modes=system.modes), 2 * np.pi / omega
@@ -202,7 +202,7 @@ def marched(system: Condensed, omega: float, samples: int) -> np.ndarray:
     return place
 
 
-def _refined(solver: Solver, motion: Motion, omega: float) -> Motion:
+def _refine(solver: Solver, motion: Motion, omega: float) -> Motion:
     """Return a solver's motion near one with fewer harmonics."""
     more = (0, 0), (0, 2 * solver.harmonics + 1 - motion.z.shape[1])
     return solver.solved_at(omega, np.pad(motion.z, more), np.pad(motion.y, more), motion.scale)

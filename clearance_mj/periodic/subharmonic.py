@@ -1,4 +1,4 @@
-"""Vibrations with twice the period, which leave a branch where its period doubles."""
+"""Vibrations with twice the period, which branch off at period doublings."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ from .stability import BRANCH_POINT, PERIOD_DOUBLING
 __all__ = ["follow_doubled", "until_halved"]
 
 AWAY = (1e-2, 3e-3, 3e-2, 1e-1)
-"""Shares of the doubled motion that change their sign from period to period, with which it is begun in this order."""
+"""Amplitudes of the antiperiodic part, over the motion, with which a doubled branch is started in this order."""
 MAX_SHIFT = 0.02  # relative distance in frequency of the first doubled motion from the doubling
-FALLEN = 1e-2  # ratio of the sign-changing part after a step to that before it, of a step onto the undoubled vibration
+FALLEN = 1e-2  # ratio of the antiperiodic part after a step to that before, if it fell onto the undoubled motion
 RESTARTS = 4  # after such steps
-HALVED = 5e-3  # share of the sign-changing part that counts as none, after there was twice as much
+HALVED = 5e-3  # ratio of the antiperiodic part to the motion that counts as none, after it was twice as large
 SAME_POINT = 1e-3  # relative distance in frequency of a doubled branch's end from where its multiplier passes 1
 
 
 @checks_kinds
 def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, progress: bool = False) -> Branch:
-    """Leave a branch at a period doubling and follow the vibration that takes two of its periods.
+    """Follow the period-doubled vibration that branches off at a period doubling.
 
-    It differs from the branch's own by a motion that changes its sign from period to period, and grows from nothing.
-    With either sign it is the same vibration, one period later, so only one branch leaves. It begins at the doubling
-    and ends where the period is halved again, as its ``ended`` says, or where it leaves the range of the branch. It
-    has twice the harmonics and samples, and period doublings that can be left in their turn.
+    It differs from the branch's vibration by an antiperiodic motion, with opposite signs in successive periods, which
+    grows from nothing. Either sign is the same vibration, one period later, so only one branch leaves. It begins
+    at the doubling and ends where the period is halved again, as its ``ended`` says, or where it leaves the range of
+    the branch. It has twice the harmonics and samples, and may have further period doublings.
 
     Parameters
     ----------
     branch : Branch
-        With the doubling.
+        Branch with the doubling.
     point : SpecialPoint
         One of ``branch.special``, of kind "period doubling".
     stability : bool
-        Find Floquet's multipliers of every point, and locate where the stability changes.
+        Compute the Floquet multipliers of every point, and locate where the stability changes.
     progress : bool
         Show a progress bar.
 
@@ -56,7 +56,7 @@ def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, 
     ------
     ClearanceError
         If the branch was followed without stability, the point is no period doubling of it, or no doubled vibration
-        was found beside it.
+        converges near it.
 
     Notes
     -----
@@ -75,41 +75,41 @@ def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, 
         values = values * omega / branch.frequency[point.index]
     elif branch.over == "level":
         values = values / values[point.index]
-    if (motion := _beside(solver, branch, point.index, values)) is None:
+    if (motion := _first_doubled(solver, branch, point.index, values)) is None:
         raise ClearanceError(
             f"beside the period doubling at {point.frequency:.6g} Hz no doubled vibration was found; follow the branch "
             "with more harmonics"
         )
     motions = until_halved(solver, motion, values.min(), values.max())
-    return _without_ends(follow(solver, motions, stability, progress))
+    return _drop_end_points(follow(solver, motions, stability, progress))
 
 
-def _beside(solver: Solver, branch: Branch, index: int, values: np.ndarray) -> Motion | None:
-    """Return the motion next to a doubling that has a little of the motion that changes its sign."""
+def _first_doubled(solver: Solver, branch: Branch, index: int, values: np.ndarray) -> Motion | None:
+    """Return the motion next to a doubling that has a small antiperiodic part."""
     shape = (len(solver.system.owner), 2 * solver.harmonics + 1)
-    changing = np.flatnonzero(np.broadcast_to(_changing(solver.harmonics), shape))
+    antiperiodic = np.flatnonzero(np.broadcast_to(_antiperiodic(solver.harmonics), shape))
 
     def derivative(value: float, z: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return solver.derivative(value, z, y)[np.ix_(changing, changing)]
+        return solver.derivative(value, z, y)[np.ix_(antiperiodic, antiperiodic)]
 
-    for value, z, y in _doublings(branch, index, values, derivative):
+    for value, z, y in _singular_points(branch, index, values, derivative):
         row = np.zeros(solver.size + 1)
-        row[changing] = np.linalg.svd(derivative(value, z, y))[2][-1]
+        row[antiperiodic] = np.linalg.svd(derivative(value, z, y))[2][-1]
         scale = float(np.linalg.norm(z))
-        for away in AWAY:
-            found = solver.solve(value, z + away * scale * row[:-1].reshape(shape), y, row, scale)
-            if found is not None and abs(found.omega / value - 1) < MAX_SHIFT:
-                return found
+        for amplitude in AWAY:
+            motion = solver.solve(value, z + amplitude * scale * row[:-1].reshape(shape), y, row, scale)
+            if motion is not None and abs(motion.omega / value - 1) < MAX_SHIFT:
+                return motion
     return None
 
 
-def _doublings(
+def _singular_points(
     branch: Branch, index: int, values: np.ndarray, derivative: Callable[..., np.ndarray]
 ) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
-    """Yield where the balance doubles next to a point: frequency or level, z and y; at last the point itself.
+    """Yield doublings of the balance next to a point: frequency or level, z and y; at last the point itself.
 
-    The balance doubles where its derivative by motions that change their sign is singular: the nearer to where the
-    multiplier passes -1 the more harmonics there are.
+    The balance doubles where its derivative by antiperiodic motions is singular: the more harmonics, the nearer to
+    where the multiplier passes -1.
     """
 
     def state(i: int) -> tuple[float, np.ndarray, np.ndarray]:
@@ -117,54 +117,54 @@ def _doublings(
         return float(values[i]), z, y
 
     near = [i for i in range(len(values)) if abs(values[i] / values[index] - 1) < MAX_SHIFT]
-    known = {i: np.linalg.slogdet(derivative(*state(i))) for i in near}
-    crossings = [i for i in near if i + 1 in known and known[i].sign != known[i + 1].sign]
+    determinants = {i: np.linalg.slogdet(derivative(*state(i))) for i in near}
+    crossings = [i for i in near if i + 1 in determinants and determinants[i].sign != determinants[i + 1].sign]
     for i in sorted(crossings, key=lambda each: abs(each + 0.5 - index)):
-        share = 1 / (1 + np.exp(known[i + 1].logabsdet - known[i].logabsdet))
+        fraction = 1 / (1 + np.exp(determinants[i + 1].logabsdet - determinants[i].logabsdet))
         (value, z, y), (value_2, z_2, y_2) = state(i), state(i + 1)
-        yield value + share * (value_2 - value), z + share * (z_2 - z), y + share * (y_2 - y)
+        yield value + fraction * (value_2 - value), z + fraction * (z_2 - z), y + fraction * (y_2 - y)
     yield state(index)
 
 
 def until_halved(solver: Solver, motion: Motion, low: float, high: float) -> Iterator[Motion]:
-    """Yield a motion and those along its tangent until one comes again after half its period, or leaves a range.
+    """Yield a motion and those along its tangent until the period is halved, or they leave a range.
 
-    There the part that changes its sign from half to half passes zero, and the branch would go back along itself.
+    At a halving the antiperiodic part passes zero, and the branch would go back along itself.
 
     Raises
     ------
     EndOfBranch
         Then.
     NoConvergence
-        Where Newton's method finds no next motion; what was yielded stays.
+        Where Newton's method fails; the motions yielded before stay valid.
     """
-    changing = _changing(solver.harmonics)
+    antiperiodic = _antiperiodic(solver.harmonics)
     before: Motion | None = None
     largest = 0.0
-    for each in _beside_halved(solver, motion, low, high):
-        share = float(np.linalg.norm(changing * each.z) / np.linalg.norm(each.z))
-        largest = max(largest, share)
-        if share < min(HALVED, largest / 2):  # with contacts the rest may take endless short steps
+    for each in _restart_after_falls(solver, motion, low, high):
+        ratio = float(np.linalg.norm(antiperiodic * each.z) / np.linalg.norm(each.z))
+        largest = max(largest, ratio)
+        if ratio < min(HALVED, largest / 2):  # with contacts the remaining way may take endless short steps
             yield each
             raise EndOfBranch(f"its period is halved at {place(solver, each.omega)}")
-        if before is not None and np.sum(changing * before.z * each.z) < 0:
-            last = _last(solver, before, each)
+        if before is not None and np.sum(antiperiodic * before.z * each.z) < 0:
+            last = _last_doubled(solver, before, each)
             yield last
             raise EndOfBranch(f"its period is halved at {place(solver, last.omega)}")
         yield each
         before = each
 
 
-def _beside_halved(solver: Solver, motion: Motion, low: float, high: float) -> Iterator[Motion]:
-    """Yield a motion and those along its tangent; where a step falls onto the halved period, go on with short ones.
+def _restart_after_falls(solver: Solver, motion: Motion, low: float, high: float) -> Iterator[Motion]:
+    """Yield a motion and those along its tangent; restart with short steps after one onto the halved period.
 
-    If they fall as well, the period is halved there: with contacts the doubled part may end with a jump.
+    If they fall as well, the period is halved there: with contacts the antiperiodic part may end with a jump.
     """
-    changing = _changing(solver.harmonics)
+    antiperiodic = _antiperiodic(solver.harmonics)
     yield motion
     for _ in range(RESTARTS):
         for each in itertools.islice(solver.onwards(motion, low, high), 1, None):
-            if np.linalg.norm(changing * each.z) < FALLEN * np.linalg.norm(changing * motion.z):
+            if np.linalg.norm(antiperiodic * each.z) < FALLEN * np.linalg.norm(antiperiodic * motion.z):
                 break
             yield each
             motion = each
@@ -173,34 +173,36 @@ def _beside_halved(solver: Solver, motion: Motion, low: float, high: float) -> I
     raise EndOfBranch(f"its period is halved at {place(solver, motion.omega)}")
 
 
-def _last(solver: Solver, before: Motion, after: Motion) -> Motion:
-    """Return the motion with hardly any of what changes its sign, between two that have it with either sign."""
-    changing = _changing(solver.harmonics)
-    row = np.append((changing * before.z).ravel(), 0.0)
-    there, beyond = np.linalg.norm(row), (row[:-1] / np.linalg.norm(row)) @ after.z.ravel()
-    row /= there
-    share = there / (there - beyond)
-    z = before.z + share * (after.z - before.z)
-    omega = before.omega + share * (after.omega - before.omega)
+def _last_doubled(solver: Solver, before: Motion, after: Motion) -> Motion:
+    """Return the motion with hardly any antiperiodic part, between two with opposite signs of it."""
+    antiperiodic = _antiperiodic(solver.harmonics)
+    row = np.append((antiperiodic * before.z).ravel(), 0.0)
+    size, beyond = np.linalg.norm(row), (row[:-1] / np.linalg.norm(row)) @ after.z.ravel()
+    row /= size
+    fraction = size / (size - beyond)
+    z = before.z + fraction * (after.z - before.z)
+    omega = before.omega + fraction * (after.omega - before.omega)
     scale = before.scale
-    for away in AWAY:
-        if away * scale < there:
-            found = solver.solve(omega, z * ~changing + away * scale * row[:-1].reshape(z.shape), after.y, row, scale)
-            if found is not None and abs(found.omega / omega - 1) < MAX_SHIFT:
-                return replace(found, tangent=-found.tangent)
+    for part in AWAY:
+        if part * scale < size:
+            halved = solver.solve(
+                omega, z * ~antiperiodic + part * scale * row[:-1].reshape(z.shape), after.y, row, scale
+            )
+            if halved is not None and abs(halved.omega / omega - 1) < MAX_SHIFT:
+                return replace(halved, tangent=-halved.tangent)
     return before
 
 
-def _changing(harmonics: int) -> np.ndarray:
-    """(K,) whether a real harmonic changes its sign after half a period."""
+def _antiperiodic(harmonics: int) -> np.ndarray:
+    """Return True (K,) for real harmonics that change their sign after half a period."""
     return (np.arange(2 * harmonics + 1) + 1) // 2 % 2 == 1
 
 
-def _without_ends(branch: Branch) -> Branch:
-    """A doubled branch without the branch points at its ends, where the undoubled vibration goes on."""
+def _drop_end_points(branch: Branch) -> Branch:
+    """Return a doubled branch without the branch points at its ends, where the undoubled vibration goes on."""
     ends = branch.frequency[[0, -1]]
-    kept = tuple(
+    special = tuple(
         point for point in branch.special
         if point.kind != BRANCH_POINT or np.abs(ends / point.frequency - 1).min() > SAME_POINT
     )  # fmt: skip
-    return replace(branch, special=kept)
+    return replace(branch, special=special)

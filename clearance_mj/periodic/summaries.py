@@ -1,4 +1,4 @@
-"""Branches, backbones and rattle maps as plain data, and where the vibrations of a branch jump."""
+"""Plain data of branches, backbones and maps for reports, and jumps at folds."""
 
 from __future__ import annotations
 
@@ -21,47 +21,47 @@ __all__ = [
 ]  # fmt: skip
 
 BESIDE_FOLD = 3
-"""Points on either side of a fold, one of which is stable if a vibration ends there: rounding may shift the change."""
+"""Points on either side of a fold that are searched for a stable one: rounding may shift the change of stability."""
 
 
 @dataclass(frozen=True)
 class JumpAtFold:
-    """A fold at which a vibration that was stable until then goes over to another one."""
+    """A fold at which a stable vibration ends and jumps to another one."""
 
-    upwards: bool  #: whether it is met while what changes rises
-    at: float  #: frequency of the fold, Hz, or what else the branch is over, as `Branch.parameter`
-    clearance: int  #: the one with the largest motion there
-    before: float  #: amplitude at it, m
+    upwards: bool  #: True if it is met while the parameter rises
+    at: float  #: frequency of the fold, Hz, or another `Branch.parameter`
+    clearance: int  #: index of the clearance with the largest motion there
+    before: float  #: amplitude at the fold, m
     after: tuple[float, ...]
-    """and those of the stable vibrations of the branch at the same place; none: they are elsewhere"""
+    """amplitudes of the branch's stable vibrations at the same parameter, m; empty: it jumps to another branch"""
 
 
-def unit(found: Branch | ImpactMap | RattleMap) -> str:
-    """Return the unit of the excitation's level, as it stands behind a number."""
-    return level_axis(found.kind).unit
+def unit(result: Branch | ImpactMap | RattleMap) -> str:
+    """Return the unit of the excitation's level, for use behind a number."""
+    return level_axis(result.kind).unit
 
 
-def level_title(found: Branch | RattleMap) -> str:
+def level_title(result: Branch | RattleMap) -> str:
     """Return the label of the excitation's level on a report's figure."""
-    return level_axis(found.kind).title
+    return level_axis(result.kind).title
 
 
 def parameter_title(branch: Branch) -> str:
-    """Return the label on a report's figure of what changes along a branch."""
+    """Return the label of a branch's parameter on a report's figure."""
     if branch.over == "level":
         return level_title(branch)
     label, _ = parameter_axis(branch.over, branch.kind)
     return label[0].upper() + label[1:]
 
 
-def frequency_title(found: Branch | RattleMap) -> str:
+def frequency_title(result: Branch | RattleMap) -> str:
     """Return the label of the frequency on a report's figure."""
-    label = level_axis(found.kind).frequency
+    label = level_axis(result.kind).frequency
     return label[0].upper() + label[1:]
 
 
 def stable_points(branch: Branch) -> np.ndarray:
-    """Return (n,) whether a point is stable: by Floquet's multipliers or, without them, by counting folds.
+    """Return True (n,) for stable points: by the Floquet multipliers or, without them, by counting folds.
 
     At a fold one multiplier passes 1, so that every second part of a branch that begins stable is not.
     """
@@ -73,13 +73,13 @@ def stable_points(branch: Branch) -> np.ndarray:
 
 
 def is_cut(branch: Branch) -> bool:
-    """Whether a branch ends where no next point was found, not where it comes back to its beginning or to another."""
+    """Return True if a branch ends because the continuation failed, not because it returned to a known point."""
     return branch.ended.startswith("no further")
 
 
 def jumps(branch: Branch) -> list[JumpAtFold]:
     """Return the folds at which a stable vibration ends, in the order of the curve."""
-    x, stable, found = branch.parameter, stable_points(branch), []
+    x, stable, at_folds = branch.parameter, stable_points(branch), []
     amplitude = branch.amplitude("clearance_displacement")
     folds = [point.index for point in branch.special if point.kind == "fold"]
     for last, i, following in zip([-1, *folds], folds, [*folds[1:], x.size]):
@@ -88,27 +88,27 @@ def jumps(branch: Branch) -> list[JumpAtFold]:
         if not (stable[before].any() or stable[after].any()):
             continue
         j = int(np.argmax(amplitude[i]))
-        landing = tuple(float(value) for value in _elsewhere(x, amplitude[:, j], stable, i))
-        found.append(JumpAtFold(bool(x[i] > x[i - 1]), float(x[i]), j, float(amplitude[i, j]), landing))
-    return found
+        landing = tuple(float(value) for value in _landing_amplitudes(x, amplitude[:, j], stable, i))
+        at_folds.append(JumpAtFold(bool(x[i] > x[i - 1]), float(x[i]), j, float(amplitude[i, j]), landing))
+    return at_folds
 
 
-def _elsewhere(x: np.ndarray, amplitude: np.ndarray, stable: np.ndarray, fold: int) -> Iterator[float]:
-    """Amplitudes where the branch passes a fold's parameter between two stable points."""
+def _landing_amplitudes(x: np.ndarray, amplitude: np.ndarray, stable: np.ndarray, fold: int) -> Iterator[float]:
+    """Yield amplitudes where the branch passes a fold's parameter between two stable points."""
     crossing = (x[:-1] - x[fold]) * (x[1:] - x[fold]) <= 0
     for k in np.flatnonzero(crossing & stable[:-1] & stable[1:]):
         if fold not in (k, k + 1):
-            share = (x[fold] - x[k]) / (x[k + 1] - x[k])
-            yield float(amplitude[k] + share * (amplitude[k + 1] - amplitude[k]))
+            fraction = (x[fold] - x[k]) / (x[k + 1] - x[k])
+            yield float(amplitude[k] + fraction * (amplitude[k + 1] - amplitude[k]))
 
 
-def motion(found: Backbone) -> np.ndarray:
+def motion(backbone: Backbone) -> np.ndarray:
     """Return (n,) amplitude of the displacement at the clearance that the mode moves most, m."""
-    return np.abs(found.clearance_displacement[:, found.clearance, 1])
+    return np.abs(backbone.clearance_displacement[:, backbone.clearance, 1])
 
 
 def of_branch(branch: Branch) -> dict[str, Any]:
-    """Return what a branch is and what is special about it as plain data."""
+    """Return settings, special points and jumps of a branch as plain data."""
     x, stable = branch.parameter, stable_points(branch)
     return {
         "over": branch.over,
@@ -137,42 +137,42 @@ def of_branch(branch: Branch) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def of_backbone(found: Backbone) -> dict[str, Any]:
+def of_backbone(backbone: Backbone) -> dict[str, Any]:
     """Return a backbone as plain data."""
     return {
-        "mode": found.mode,
-        "clearance": found.clearances[found.clearance],
-        "harmonics": found.acceleration.shape[-1] - 1,
-        "amplitude": motion(found).tolist(),
-        **{name: getattr(found, name).tolist() for name in ("frequency", "damping", "level")},
-        "ended": found.ended,
+        "mode": backbone.mode,
+        "clearance": backbone.clearances[backbone.clearance],
+        "harmonics": backbone.acceleration.shape[-1] - 1,
+        "amplitude": motion(backbone).tolist(),
+        **{name: getattr(backbone, name).tolist() for name in ("frequency", "damping", "level")},
+        "ended": backbone.ended,
     }
 
 
-def of_map(found: RattleMap) -> dict[str, Any]:
+def of_map(rattle: RattleMap) -> dict[str, Any]:
     """Return a map's axes, first contact and jumps as plain data."""
     return {
-        "kind": found.kind,
-        **{name: getattr(found, name).tolist() for name in ("gap", "level", "frequency", "first_contact")},
-        "rattles": [float(share) for share in np.mean(found.rattles, axis=(1, 2))],
-        "several": [float(share) for share in np.mean(found.vibrations > 1, axis=(1, 2))],
-        "jumps": [jump._asdict() for jump in found.jumps],
-        "unknown": found.unknown,
-        "largest_force": np.nanmax(found.contact_force, axis=(0, 2, 3), initial=0.0).tolist(),
-        "largest_depth": np.nanmax(found.penetration, axis=(0, 2, 3), initial=0.0).tolist(),
-        "ended": list(found.ended),
+        "kind": rattle.kind,
+        **{name: getattr(rattle, name).tolist() for name in ("gap", "level", "frequency", "first_contact")},
+        "rattles": [float(share) for share in np.mean(rattle.rattles, axis=(1, 2))],
+        "several": [float(share) for share in np.mean(rattle.vibrations > 1, axis=(1, 2))],
+        "jumps": [jump._asdict() for jump in rattle.jumps],
+        "unknown": rattle.unknown,
+        "largest_force": np.nanmax(rattle.contact_force, axis=(0, 2, 3), initial=0.0).tolist(),
+        "largest_depth": np.nanmax(rattle.penetration, axis=(0, 2, 3), initial=0.0).tolist(),
+        "ended": list(rattle.ended),
     }
 
 
-def of_impacts(found: ImpactMap) -> dict[str, Any]:
-    """Return a map's axes, where impacts begin, and the share of each of `IMPACTS` in sweeps up, as plain data."""
-    onset = [[level if np.isfinite(level) else None for level in row] for row in found.onset.tolist()]
+def of_impacts(impacts: ImpactMap) -> dict[str, Any]:
+    """Return a map's axes, onset of impacts, and the fraction of each of `IMPACTS` in sweeps up, as plain data."""
+    onset = [[level if np.isfinite(level) else None for level in row] for row in impacts.onset.tolist()]
     return {
-        "kind": found.kind,
-        **{name: getattr(found, name).tolist() for name in ("load", "level", "frequency")},
+        "kind": impacts.kind,
+        **{name: getattr(impacts, name).tolist() for name in ("load", "level", "frequency")},
         "onset": onset,
-        "impacts": {name: float(np.mean(found.impacts[0] == i)) for i, name in enumerate(IMPACTS)},
-        "several": float(np.mean(found.vibrations > 1)),
-        "unknown": found.unknown,
-        "largest_force": float(np.nanmax(found.contact_force, initial=0.0)),
+        "impacts": {name: float(np.mean(impacts.impacts[0] == i)) for i, name in enumerate(IMPACTS)},
+        "several": float(np.mean(impacts.vibrations > 1)),
+        "unknown": impacts.unknown,
+        "largest_force": float(np.nanmax(impacts.contact_force, initial=0.0)),
     }

@@ -1,4 +1,4 @@
-"""Curves over two parameters: where a rig jumps, touches, doubles its period or begins to whirl."""
+"""Curves of special points over two parameters: folds, first contact, period doublings and onset of whirl."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["Curve", "follow_folds", "follow_special", "follow_whirl_onset"]
 
 UNITS = {"gap": "m", "load": "× loads", "spin": "rad/s"}
-RECENT = 5  # motions whose direction is that of the curve
+RECENT = 5  # number of motions that give the curve's direction
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,13 +47,13 @@ class Curve(ArrayData):
     what: str
     """kind of a `SpecialPoint`, or "onset of whirl" """
     over: str
-    """ "level", "gap", "load", "spin" or the path of a number of the model: the parameter beside frequency or speed"""
+    """ "level", "gap", "load", "spin" or the path of a number of the model: the second parameter"""
     kind: str
-    """ "base", "force" or "unbalance": what the excitation is; "whirl" where nothing excites"""
+    """excitation: "base", "force" or "unbalance"; "whirl" without excitation"""
     frequency: np.ndarray
     """(n,) Hz"""
     value: np.ndarray
-    """(n,) level, as `Branch.level`; gap of the first clearance, m, the others in the same ratio; share of the loads;
+    """(n,) level, as `Branch.level`; gap of the first clearance, m, the others in the same ratio; factor of the loads;
     spin, rad/s; or the number, in SI units"""
     ended: str
     """why the curve ends before its last value: "" if it does not"""
@@ -103,19 +103,19 @@ class Curve(ArrayData):
 
 @checks_kinds
 def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "level", progress: bool = False) -> Curve:
-    """Follow a fold over level or gap: the curve on which a rig jumps.
+    """Follow a fold over level or gap: the curve of jumps.
 
     It passes cusps, where two folds meet and below which nothing jumps, and goes on with the other fold.
 
     Parameters
     ----------
     branch : Branch
-        Over frequency or level.
+        Branch over frequency or level.
     point : SpecialPoint
         A fold of it.
     to : float
-        Last level, m/s² or N, or gap of the first clearance, m; the curve also ends where it comes back to the value
-        it began with.
+        Last level, m/s² or N, or gap of the first clearance, m; the curve also ends where it returns to its first
+        value.
     over : str
         "level" or "gap"; the gaps of all clearances keep their ratio.
     progress : bool
@@ -124,7 +124,7 @@ def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "le
     Returns
     -------
     Curve
-        If no next point was found, the curve so far: ``ended`` says where.
+        If the continuation fails, the curve so far: ``ended`` says where.
 
     Raises
     ------
@@ -147,13 +147,13 @@ def follow_special(
     Parameters
     ----------
     branch : Branch
-        Over frequency or level.
+        Branch over frequency or level.
     point : SpecialPoint
         One of ``branch.special``, of any kind.
     to : float
-        Last value of the parameter, in its unit; the curve also ends where it comes back to that with which it began.
+        Last value of the parameter, in its unit; the curve also ends where it returns to its first value.
     over : str
-        "level", "gap" of the first clearance, the others in the same ratio, "load", a share of all constant loads,
+        "level", "gap" of the first clearance, the others in the same ratio, "load", a factor of all constant loads,
         "spin", which the excitation does not follow, or the path of a number of the rig, such as "bushings[0].offset",
         or of the law, such as "law.contact.stiffness".
     progress : bool
@@ -162,25 +162,25 @@ def follow_special(
     Returns
     -------
     Curve
-        If no next point was found, the curve so far: ``ended`` says where.
+        If the continuation fails, the curve so far: ``ended`` says where.
 
     Raises
     ------
     ClearanceError
-        If the branch has no such point, or nothing excites it; for an unknown parameter or an impossible last value.
+        If the branch has no such point, or is a whirl; for an unknown parameter or an impossible last value.
     """
     if point not in branch.special:
         raise ClearanceError("point must be one of branch.special")
     if branch.kind == WHIRL:
         raise ClearanceError("a whirl that nothing excites has no frequency to follow its special points over")
     solver, omega, z, y = resumed(branch, point.index)
-    begun, found_at = _solvers(branch, point, over, solver)
-    _check_last(to, begun, over, point.kind)
-    follower = SpecialMotions(point.kind, lambda share: found_at(begun + (share - 1) * (to - begun)), omega, z, y)
-    motions, ended = _followed(follower, follower.start(omega, z, y), point.kind, progress)
+    first, solver_at = _solvers(branch, point, over, solver)
+    _require_other_value(to, first, over, point.kind)
+    follower = SpecialMotions(point.kind, lambda share: solver_at(first + (share - 1) * (to - first)), omega, z, y)
+    motions, ended = _follow(follower, follower.start(omega, z, y), point.kind, progress)
     turns = solver.system.periods / (solver.system.order or 1.0) / (2 * np.pi)
     frequency = np.array([follower.frequency(motion) for motion in motions]) * turns
-    value = begun + (np.array([m.omega for m in motions]) - 1) * (to - begun)
+    value = first + (np.array([m.omega for m in motions]) - 1) * (to - first)
     ended = ended and f"{ended} beyond {frequency[-1]:.6g} Hz and {over} {value[-1]:g}"
     return Curve(point.kind, over, branch.kind, frequency, value, ended)
 
@@ -190,14 +190,14 @@ def follow_whirl_onset(
     model: Model, speed_range: tuple[float, float], to: float, over: str = "gap", n_modes: int = 8,
     progress: bool = False,
 ) -> Curve:  # fmt: skip
-    """Follow the speed at which a turning shaft begins to whirl by itself over a second parameter.
+    """Follow the onset speed of a shaft's self-excited whirl over a second parameter.
 
     Parameters
     ----------
     model : Model
         As in `find_whirl_onset`.
     speed_range : tuple of float
-        Speeds of the shaft, rad/s, > 0: the first onset from the one to the other is followed, also beyond them.
+        Speeds of the shaft, rad/s, > 0: the first onset between them is followed, also beyond them.
     to : float
         Last value of the parameter, in its unit.
     over : str
@@ -210,7 +210,7 @@ def follow_whirl_onset(
     Returns
     -------
     Curve
-        Its ``frequency`` is the whirl's, ``speed`` the shaft's. If no next point was found, ``ended`` says where.
+        Its ``frequency`` is the whirl's, ``speed`` the shaft's. If the continuation fails, ``ended`` says where.
 
     Raises
     ------
@@ -223,36 +223,36 @@ def follow_whirl_onset(
     """
     ends = different_ends(speed_range, "speed_range", "speeds", "rad/s")
     system = self_excited(model, 1, n_modes, ends)
-    begun, model_at = (1.0, None) if over == "load" else _models(model, over)
-    _check_last(to, begun, over, "onset of whirl")
+    first_value, model_at = (1.0, None) if over == "load" else _models(model, over)
+    _require_other_value(to, first_value, over, "onset of whirl")
 
     def system_at(share: float) -> Condensed:
-        value = begun + (share - 1) * (to - begun)
+        value = first_value + (share - 1) * (to - first_value)
         if model_at is not None:
             return self_excited(model_at(value), 1, n_modes, ends)
         return system._replace(driven=system.driven._replace(weight=value * system.driven.weight))
 
     speed, follower = first_hopf(system, ends).speed, WhirlOnsets(functools.lru_cache(8)(system_at))
     first = follower.solve(1.0, np.array([speed]), np.zeros(0), np.array([0.0, 1.0]), speed)
-    motions, ended = _followed(follower, first, "onset of whirl", progress)
-    shares, speeds = np.array([m.omega for m in motions]), np.array([m.z[0] for m in motions])
-    whirls = np.array([follower.growth(*each).imag for each in zip(shares, speeds)]) / (2 * np.pi)
-    value = begun + (shares - 1) * (to - begun)
+    motions, ended = _follow(follower, first, "onset of whirl", progress)
+    factors, speeds = np.array([m.omega for m in motions]), np.array([m.z[0] for m in motions])
+    whirls = np.array([follower.growth(*each).imag for each in zip(factors, speeds)]) / (2 * np.pi)
+    value = first_value + (factors - 1) * (to - first_value)
     ended = ended and f"{ended} beyond {speeds[-1]:.6g} rad/s and {over} {value[-1]:g}"
     return Curve("onset of whirl", over, WHIRL, whirls, value, ended, speeds)
 
 
-def _check_last(to: float, begun: float, over: str, what: str) -> None:
+def _require_other_value(to: float, first_value: float, over: str, what: str) -> None:
     positive = over in ("level", "gap", "load", "spin")
-    if not (-np.inf < to < np.inf and to != begun and (to > 0 or not positive)):
+    if not (-np.inf < to < np.inf and to != first_value and (to > 0 or not positive)):
         number = "> 0 and another" if positive else "another"
-        raise ClearanceError(f"to must be {number} {over} than that of the {what}, {begun:g}; got {to!r}")
+        raise ClearanceError(f"to must be {number} {over} than that of the {what}, {first_value:g}; got {to!r}")
 
 
-def _followed(
+def _follow(
     follower: SpecialMotions | WhirlOnsets, first: Motion | None, what: str, progress: bool
 ) -> tuple[list[Motion], str]:  # fmt: skip
-    """Motions from a parameter of 1 to 2, or back to 1, and what there are no more of."""
+    """Return motions from a parameter of 1 to 2, or back to 1, and why they end before."""
     if first is None:
         raise ClearanceError(f"the {what} is not found again; locate it with more samples")
     motions: list[Motion] = []
@@ -277,45 +277,45 @@ def _followed(
 
 
 def _direction(motions: Sequence[Motion]) -> np.ndarray:
-    """Return the direction of the last motions: tangents say little where what is followed has steps."""
-    way = difference(motions[max(0, len(motions) - RECENT)], motions[-1])
-    return np.asarray(way / np.linalg.norm(way))
+    """Return the direction of the last motions: tangents are unreliable where the test function has steps."""
+    chord = difference(motions[max(0, len(motions) - RECENT)], motions[-1])
+    return np.asarray(chord / np.linalg.norm(chord))
 
 
 def _solvers(
     branch: Branch, point: SpecialPoint, over: str, solver: Solver
 ) -> tuple[float, Callable[[float], Solver]]:  # fmt: skip
-    """Value of the second parameter of a special point, and what returns a solver over frequency at others."""
+    """Return the second parameter's value at a special point, and a function for solvers over frequency at others."""
     if over not in State._fields:
-        begun, model_at = _models(branch.model, over)
+        first_value, model_at = _models(branch.model, over)
         levels, system = list(branch.level[point.index]), solver.system
 
         def anew(value: float) -> Solver:
-            found = solver_of(
+            fresh = solver_of(
                 replace(branch, model=model_at(value)), levels, solver.harmonics, system.periods, solver.samples
             )
-            system_then = found.system._replace(basis=system.basis, owner=system.owner)
-            return Solver(system_then, solver.harmonics, solver.samples, found.at.spin)
+            system_then = fresh.system._replace(basis=system.basis, owner=system.owner)
+            return Solver(system_then, solver.harmonics, solver.samples, fresh.at.spin)
 
-        return begun, functools.lru_cache(8)(anew)
+        return first_value, functools.lru_cache(8)(anew)
     if over == "omega" or (over == "spin" and (solver.system.order or not solver.at.spin)):
         raise ClearanceError(f"over {over!r}: the excitation has another frequency, or the shaft does not turn")
-    begun = {"level": point.level, "gap": branch.model.rig.bushings[0].gap, "spin": solver.at.spin}.get(over, 1.0)
-    one = 1.0 if over == "spin" else begun
+    first_value = {"level": point.level, "gap": branch.model.rig.bushings[0].gap, "spin": solver.at.spin}.get(over, 1.0)
+    unit = 1.0 if over == "spin" else first_value
     if over == "spin":
         solver.linear = by_stiffness(solver.system.driven)
 
     def at(value: float) -> Solver:
-        state = solver.at._replace(**{over: value / one})
+        state = solver.at._replace(**{over: value / unit})
         if state != solver.at:
             solver.take("omega", state)
         return solver
 
-    return begun, at
+    return first_value, at
 
 
 def _models(model: Model, over: str) -> tuple[float, Callable[[float], Model]]:
-    """Value of a number of a model, and what returns the model with another one; a datasheet's law follows the rig."""
+    """Return a number of a model, and a function for the model at another value; a datasheet's law follows the rig."""
     if over == "gap":
         gaps = np.array([bushing.gap for bushing in model.rig.bushings])
         return float(gaps[0]), lambda value: model.with_gap((gaps * (value / gaps[0])).tolist())
@@ -326,7 +326,7 @@ def _models(model: Model, over: str) -> tuple[float, Callable[[float], Model]]:
     keys = [(part, *key) for key in find_numbers(data[part], path)]
 
     def at(value: float) -> Model:
-        found = Model.from_dict(with_numbers(data, dict.fromkeys(keys, float(value))), model.rig)
-        return Model(found.rig) if follows and part == "rig" else found
+        changed = Model.from_dict(with_numbers(data, dict.fromkeys(keys, float(value))), model.rig)
+        return Model(changed.rig) if follows and part == "rig" else changed
 
     return get_number(data, keys[0]) or 0.0, at

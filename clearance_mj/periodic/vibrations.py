@@ -1,4 +1,4 @@
-"""What periodic vibrations of rigs have in common: harmonics of what sensors read and clearances do."""
+"""Base of periodic vibrations: harmonics at the sensors and clearances of a rig."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNITS = {"acceleration": "m/s²", "displacement": "m", "clearance_displacement":
 
 
 DIRECTIONS = 180
-"""In which the extent of an orbit is measured, y and z among them: the largest one is found within 4e-5."""
+"""Directions in which the extent of an orbit is measured, y and z among them: its maximum is accurate to 4e-5."""
 
 
 class Vibrations(ArrayData):
@@ -27,7 +27,7 @@ class Vibrations(ArrayData):
     clearances: tuple[str, ...]
 
     def amplitude(self, quantity: str = "acceleration") -> np.ndarray:
-        """Return half of the way from the lowest to the highest value of a period, (n, n_sensors or n_bushings).
+        """Return half of the peak-to-peak value of a period, (n, n_sensors or n_bushings).
 
         Parameters
         ----------
@@ -43,15 +43,15 @@ class Vibrations(ArrayData):
         return np.ptp(history(getattr(self, quantity)), axis=-1) / 2
 
     def _names(self, quantity: str, rows: Sequence[int] | None) -> dict[int, str]:
-        """Rows of a quantity that are asked for, by default all, with their names."""
+        """Return the requested rows of a quantity, by default all, with their names."""
         names = self.responses if quantity in ("acceleration", "displacement") else self.clearances
         return {row: names[row] for row in rows_of(names, rows)}
 
     def _variables(self) -> dict[str, Any]:
-        """Harmonics as variables of a labelled dataset."""
-        of = {name: "response" if name in ("acceleration", "displacement") else "clearance" for name in UNITS}
+        """Return the harmonics as variables of a labelled dataset."""
+        axis = {name: "response" if name in ("acceleration", "displacement") else "clearance" for name in UNITS}
         return {
-            name: (("point", of[name], "harmonic"), getattr(self, name), unit.replace("/s²", " s-2"))
+            name: (("point", axis[name], "harmonic"), getattr(self, name), unit.replace("/s²", " s-2"))
             for name, unit in UNITS.items()
         }
 
@@ -73,15 +73,15 @@ def half_extents(harmonics: np.ndarray) -> np.ndarray:
 
 def complex_amplitudes(values: np.ndarray) -> np.ndarray:
     """Return complex amplitudes (..., H + 1) of real harmonics (..., K)."""
-    found = np.empty((*values.shape[:-1], values.shape[-1] // 2 + 1), dtype=complex)
-    found[..., 0] = values[..., 0]
-    found[..., 1:] = values[..., 1::2] - 1j * values[..., 2::2]
-    return found
+    amplitudes = np.empty((*values.shape[:-1], values.shape[-1] // 2 + 1), dtype=complex)
+    amplitudes[..., 0] = values[..., 0]
+    amplitudes[..., 1:] = values[..., 1::2] - 1j * values[..., 2::2]
+    return amplitudes
 
 
 def turned(values: np.ndarray, angle: float) -> np.ndarray:
     """Return real harmonics (..., K) of a motion that is ahead by an angle of its fundamental, rad."""
-    ahead = complex_amplitudes(values)[..., 1:] * np.exp(1j * angle * np.arange(1, values.shape[-1] // 2 + 1))
-    found = values.copy()
-    found[..., 1::2], found[..., 2::2] = ahead.real, -ahead.imag
-    return found
+    amplitudes = complex_amplitudes(values)[..., 1:] * np.exp(1j * angle * np.arange(1, values.shape[-1] // 2 + 1))
+    shifted = values.copy()
+    shifted[..., 1::2], shifted[..., 2::2] = amplitudes.real, -amplitudes.imag
+    return shifted

@@ -1,4 +1,4 @@
-"""Whirl that nothing excites: its frequency is unknown, its phase is held; followed over the shaft's speed."""
+"""Self-excited whirl over the shaft's speed: its frequency is unknown, its phase fixed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .vibrations import turned
 
 __all__ = ["WhirlSolver"]
 
-NEARBY = 1e-6  # share of frequency and speed by which derivatives by them are found
+NEARBY = 1e-6  # relative step of the difference quotients by frequency and speed
 
 
 class WhirlSolver(Follower):
@@ -38,7 +38,7 @@ class WhirlSolver(Follower):
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Of the coordinates' harmonics."""
+        """Shape of the coordinates' harmonics."""
         return self.system.basis.shape[1], 2 * self.harmonics + 1
 
     def parts(self, z: np.ndarray) -> tuple[float, np.ndarray]:
@@ -54,7 +54,7 @@ class WhirlSolver(Follower):
         return self.parts(motion.z)[0]
 
     def state(self, parameter: float) -> State:
-        """Return what a whirl is found at, but for its frequency."""
+        """Return the state at a speed; its frequency is left at 0."""
         return State(0.0, parameter, 1.0, 0.0, 1.0)
 
     def walls_at(self, parameter: float) -> None:
@@ -69,43 +69,43 @@ class WhirlSolver(Follower):
         return self.inner.depth(0.0, self.parts(motion.z)[1], motion.y)
 
     def forced_multipliers(self, values: np.ndarray) -> np.ndarray:
-        """Return Floquet's multipliers but the one that is always 1, as a whirl may begin at any time."""
+        """Return the Floquet multipliers but the one that is always 1, as the phase of a whirl is free."""
         return np.delete(values, np.abs(values - 1).argmin())
 
-    def _balance(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
+    def _balance(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray, diff: bool) -> tuple[np.ndarray, ...]:
         self.inner.equations.fixed[1] = speed
-        return self.inner._left(omega, z, y, want)
+        return self.inner._residual(omega, z, y, diff)
 
-    def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
-        omega, own = self.parts(z)
+    def _residual(self, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool) -> tuple[np.ndarray, ...]:
+        omega, harmonics = self.parts(z)
         if not omega > 0:
             return np.full(self.size, np.inf), y, y
-        left, force, beside = self._balance(parameter, omega, own, y, want)
-        if want:
+        residual, force, y_new = self._balance(parameter, omega, harmonics, y, diff)
+        if diff:
             inner, full, n = self.inner.jacobian, self.jacobian, self.size - 1
             full[:n, :n] = inner[:n, :n]
-            for column, speed, pace in ((n, parameter, omega * (1 + NEARBY)), (n + 1, parameter * (1 + NEARBY), omega)):
-                changed = self._balance(speed, pace, own, y, False)[0] - left
-                full[:n, column] = changed.ravel() / (NEARBY * (parameter if column > n else omega / self.reference))
+            for column, speed, w in ((n, parameter, omega * (1 + NEARBY)), (n + 1, parameter * (1 + NEARBY), omega)):
+                difference = self._balance(speed, w, harmonics, y, False)[0] - residual
+                full[:n, column] = difference.ravel() / (NEARBY * (parameter if column > n else omega / self.reference))
             full[n:] = 0.0
-            full[n, self.leader * own.shape[1] + 2] = 1.0
-        return np.append(left, own[self.leader, 2]), force, beside
+            full[n, self.leader * harmonics.shape[1] + 2] = 1.0
+        return np.append(residual, harmonics[self.leader, 2]), force, y_new
 
     def grown(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray, amplitude: np.ndarray) -> Motion | None:
-        """Return the whirl of a small amplitude, harmonics (r, K), about a rest where it begins, turned to larger ones.
+        """Return the whirl of a small amplitude, harmonics (r, K), at its onset, with the tangent to larger ones.
 
-        The speed at which it has that amplitude is found; None if none is.
+        The speed of that amplitude is solved for; None if Newton's method fails.
         """
         self.leader = int(np.abs(amplitude[:, 1]).argmax())
         row = np.append(self.unknowns(0.0, amplitude), 0.0)
         row /= np.linalg.norm(row)
-        found = self.solve(speed, self.unknowns(omega, z + amplitude), y, row, self.least)
-        if found is None:
+        whirl = self.solve(speed, self.unknowns(omega, z + amplitude), y, row, self.least)
+        if whirl is None:
             return None
-        return replace(found, tangent=found.tangent * (np.sign(found.tangent @ row) or 1.0))
+        return replace(whirl, tangent=whirl.tangent * (np.sign(whirl.tangent @ row) or 1.0))
 
     def start(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray) -> Motion | None:
-        """Return the whirl at a speed that is near a guess of its frequency and harmonics; None if none is found."""
+        """Return the whirl at a speed, near a guess of frequency and harmonics; None if Newton's method fails."""
         fundamental = z[:, 1] - 1j * z[:, 2]
         self.leader = int(np.abs(fundamental).argmax())
         turn = -np.angle(fundamental[self.leader])

@@ -1,4 +1,4 @@
-"""Whirl that a turning shaft keeps up by itself, followed over its speed: in oil, by friction, by turning damping."""
+"""Self-excited whirl of a turning shaft over its speed: oil whirl, dry friction whirl, rotating damping."""
 
 from __future__ import annotations
 
@@ -22,63 +22,63 @@ from .whirl import WhirlSolver
 
 __all__ = ["WHIRL", "WhirlOnset", "find_whirl_onset", "follow_whirl", "self_excited"]
 
-# Guesses of backward whirls that friction in one bushing keeps up, as circles; see `rotors.rub`.
+# Guesses of backward whirls sustained by friction in one bushing, as circles; see `rotors.rub`.
 
 
-WHIRLS = 2000  # frequencies between which they are searched
+WHIRLS = 2000  # frequencies sampled in the search
 LOWEST = 0.1  # of the lowest natural frequency
 
 
 class DryGuess(NamedTuple):
-    """A backward circle."""
+    """A circular backward whirl."""
 
     omega: float  #: 1/s
     whirl: np.ndarray  #: (n_rows,) complex amplitudes, m
 
 
 def dry_guesses(system: Condensed, speed: float) -> list[DryGuess]:
-    """Return whirls at a speed, rad/s, of a shaft that slides all around one bushing, by rising frequency of each.
+    """Return circular whirls at a speed, rad/s, with full annular rub in one bushing, by rising frequency of each.
 
-    A force -k_c (ρ - δ)(1 ± i μ) that turns with the circle keeps it up where the receptance against it has
-    Im h = -μ Re h, Re h < 0; with fewer than two planes alike the circle is a guess.
+    A rotating force -k_c (ρ - δ)(1 ± i μ) sustains the circle where its receptance has Im h = -μ Re h, Re h < 0;
+    unless both planes are equal the circle is a guess.
     """
-    found, bushings = [], system.rig.bushings
+    guesses, bushings = [], system.rig.bushings
     stiffest, _ = system.model.law.largest([bushing.gap for bushing in bushings])
     for j, (bushing, contact) in enumerate(zip(bushings, stiffest.tolist())):
         if not (bushing.is_round and bushing.friction and bushing.friction.coefficient):
             continue
-        for omega in _frequencies(system, speed, j, bushing.friction.coefficient):
-            moved = _moved(system, speed, j, omega)
-            receptance = _receptance(system, moved, j)
-            against = -(1 / receptance).real  # k_c (1 - δ/ρ)
-            if 0 < against < contact:
-                radius = bushing.gap / (1 - against / contact)
-                found.append(DryGuess(omega, moved * radius / receptance))
-    return found
+        for omega in _whirl_frequencies(system, speed, j, bushing.friction.coefficient):
+            moved = _backward_response(system, speed, j, omega)
+            receptance = _backward_receptance(system, moved, j)
+            k_dynamic = -(1 / receptance).real  # k_c (1 - δ/ρ)
+            if 0 < k_dynamic < contact:
+                radius = bushing.gap / (1 - k_dynamic / contact)
+                guesses.append(DryGuess(omega, moved * radius / receptance))
+    return guesses
 
 
-def _moved(system: Condensed, speed: float, j: int, omega: float) -> np.ndarray:
-    """Return amplitudes (n_rows,) per force that turns backward at bushing j: 1 along y, i along z, of e^(iωt)."""
+def _backward_response(system: Condensed, speed: float, j: int, omega: float) -> np.ndarray:
+    """Return amplitudes (n_rows,) per backward rotating force at bushing j: 1 along y, i along z, of e^(iωt)."""
     model, points, laws = system.driven.model, system.driven.points, system.laws
     first = len(system.rig.bushings) + 2 * j
     rows = (points[laws.rows[first]] + points[laws.rows[first + 1]]) / 2
     return np.asarray(points @ np.linalg.solve(model.dynamic(omega, speed), rows.T @ np.array([1.0, 1j])))
 
 
-def _receptance(system: Condensed, moved: np.ndarray, j: int) -> complex:
-    """Return the backward circle of bushing j in what moves."""
+def _backward_receptance(system: Condensed, moved: np.ndarray, j: int) -> complex:
+    """Return the backward circular component of the response at bushing j."""
     y, z = moved[system.rig.clearance_rows[j]]
     return complex(y - 1j * z) / 2
 
 
-def _frequencies(system: Condensed, speed: float, j: int, friction: float) -> list[float]:
+def _whirl_frequencies(system: Condensed, speed: float, j: int, friction: float) -> list[float]:
     squares = np.linalg.eigvalsh(system.driven.model.elastic(speed))
     fastest = 2 * np.sqrt(max(system.stiffest, squares[0]) + squares[0])
     grid = np.geomspace(LOWEST * np.sqrt(squares[0]), fastest, WHIRLS)
     sense = 1.0 if speed > 0 else -1.0
 
     def driven(omega: float) -> float:
-        found = _receptance(system, _moved(system, speed, j, omega), j)
+        found = _backward_receptance(system, _backward_response(system, speed, j, omega), j)
         return found.imag - sense * friction * found.real  # of e^(iωt): the conjugate of that of y + i z
 
     value = np.array([driven(omega) for omega in grid])
@@ -88,11 +88,11 @@ def _frequencies(system: Condensed, speed: float, j: int, friction: float) -> li
 
 WHIRL = "whirl"
 BEGINNINGS = ("rest", "dry")
-SMALL = 0.02  # of the gap: the first whirl beyond the speed at which it begins
+SMALL = 0.02  # of the gap: amplitude of the first whirl beyond its onset
 
 
 class WhirlOnset(NamedTuple):
-    """Where rest gives way to whirl as a shaft turns faster."""
+    """Onset of self-excited whirl."""
 
     speed: float  #: rad/s
     frequency: float  #: Hz, of the whirl that begins
@@ -100,14 +100,14 @@ class WhirlOnset(NamedTuple):
 
 @checks_kinds
 def find_whirl_onset(model: Model, speed_range: tuple[float, float], n_modes: int = 8) -> WhirlOnset:
-    """Find the speed at which a turning shaft begins to whirl by itself about its rest under gravity, films included.
+    """Find the onset speed of a shaft's self-excited whirl about its equilibrium under gravity, films included.
 
     Parameters
     ----------
     model : Model
         Rig with ``spin``, and law, a `ConstantLaw` or a `ContactLaw`.
     speed_range : tuple of float
-        Speeds of the shaft, rad/s, > 0: the first onset from the one to the other is found.
+        Speeds of the shaft, rad/s, > 0: the first onset from the one to the other is returned.
     n_modes : int
         Modes of each plane, to which static shapes are added.
 
@@ -121,12 +121,12 @@ def find_whirl_onset(model: Model, speed_range: tuple[float, float], n_modes: in
         For impossible speeds.
     """
     ends = different_ends(speed_range, "speed_range", "speeds", "rad/s")
-    found = first_hopf(self_excited(model, 1, n_modes, ends), ends)
-    return WhirlOnset(found.speed, found.omega / (2 * np.pi))
+    onset = first_hopf(self_excited(model, 1, n_modes, ends), ends)
+    return WhirlOnset(onset.speed, onset.omega / (2 * np.pi))
 
 
 def self_excited(model: Model, harmonics: int, modes: int, ends: tuple[float, float]) -> Condensed:
-    """Return a turning shaft that nothing excites, condensed to its clearances; a RigError if it does not turn."""
+    """Return a turning shaft without excitation, condensed to its clearances; RigError if it does not turn."""
     rig = model.rig
     if not rig.moves_across or rig.spin is None:
         raise RigError(f"rig {rig.name!r} does not turn, so nothing whirls; give [spin] and round bushings")
@@ -145,10 +145,10 @@ def follow_whirl(
     watch: Callable[[float], None] | None = None,
     progress: bool = False,
 ) -> Branch:
-    """Follow a whirl that nothing excites over the speed of the shaft; its frequency is found with it.
+    """Follow a self-excited whirl over the speed of the shaft; its frequency is an unknown.
 
-    Unbalances do not act. The branch begins where rest loses its stability, as in oil and with damping that turns, or
-    with a backward whirl that friction keeps up, which no rest leads to.
+    Unbalances do not act. The branch begins where the equilibrium loses its stability, as in oil and with rotating
+    damping, or with a backward whirl sustained by friction, which does not grow out of rest.
 
     Parameters
     ----------
@@ -166,9 +166,9 @@ def follow_whirl(
     n_modes : int
         Modes of each plane, to which static shapes are added.
     stability : bool
-        Find Floquet's multipliers of every point but the one that is always 1, and where the stability changes.
+        Compute the Floquet multipliers of every point but the one that is always 1, and locate changes of stability.
     watch : callable, optional
-        Called with the speed, rad/s, of every point that is found; what it raises ends the search.
+        Called with the speed, rad/s, of every point; an exception that it raises ends the search.
     progress : bool
         Show a progress bar.
 
@@ -180,7 +180,7 @@ def follow_whirl(
     Raises
     ------
     ClearanceError
-        For impossible numbers of harmonics, samples or modes, another ``begin``, or if no whirl is found.
+        For impossible numbers of harmonics, samples or modes, another ``begin``, or without a whirl.
     RigError
         If the rig has no spin, no motion across z, or no clearance.
     ExcitationError
@@ -192,14 +192,14 @@ def follow_whirl(
     harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
     system = self_excited(model, harmonics, n_modes, ends)
 
-    def found(count: int) -> Branch:
-        motions, solver = (_out_of_rest if begin == "rest" else _dry)(system, harmonics, count, ends)
+    def follow_with(count: int) -> Branch:
+        motions, solver = (_start_at_onset if begin == "rest" else _start_dry)(system, harmonics, count, ends)
         return follow(solver, watched(motions, watch, 1.0), stability, progress)
 
-    return farthest(found, counts)
+    return farthest(follow_with, counts)
 
 
-def _out_of_rest(
+def _start_at_onset(
     system: Condensed, harmonics: int, samples: int, ends: tuple[float, float]
 ) -> tuple[Iterator[Motion], WhirlSolver]:
     onset = first_hopf(system, ends)
@@ -211,10 +211,10 @@ def _out_of_rest(
     whirl *= SMALL * system.size
     amplitude[:, 1], amplitude[:, 2] = whirl.real, -whirl.imag
     z, small = system.basis.T @ rest, system.basis.T @ amplitude
-    beside = rest + amplitude - system.basis @ (z + small)
-    lead = np.angle(small[:, 1] - 1j * small[:, 2])[np.abs(small[:, 1] - 1j * small[:, 2]).argmax()]
-    small, beside = turned(small, -lead), turned(beside, -lead)
-    if (first := solver.grown(onset.speed, onset.omega, z, beside, small)) is None:
+    remainder = rest + amplitude - system.basis @ (z + small)
+    phase = np.angle(small[:, 1] - 1j * small[:, 2])[np.abs(small[:, 1] - 1j * small[:, 2]).argmax()]
+    small, remainder = turned(small, -phase), turned(remainder, -phase)
+    if (first := solver.grown(onset.speed, onset.omega, z, remainder, small)) is None:
         raise ClearanceError(
             f"rig {system.rig.name!r}: the whirl that begins at {onset.speed:.6g} rad/s was not found; give more "
             "harmonics"
@@ -222,7 +222,7 @@ def _out_of_rest(
     return solver.onwards(first, min(ends), max(ends)), solver
 
 
-def _dry(
+def _start_dry(
     system: Condensed, harmonics: int, samples: int, ends: tuple[float, float]
 ) -> tuple[Iterator[Motion], WhirlSolver]:
     for guess in dry_guesses(system, ends[0]):

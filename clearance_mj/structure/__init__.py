@@ -1,4 +1,4 @@
-"""What is linear in a rig: shafts, matrices, modes, reduced to modes and static shapes at the rig's points."""
+"""Linear structures: shafts, matrices and modes, reduced to modes and static shapes at the rig's points."""
 
 from typing import Annotated, TypeAlias
 
@@ -41,4 +41,4 @@ __all__ = [
 ]
 
 AnyStructure: TypeAlias = Annotated[Structure, OneOf(Structure.known)]
-"""What a rig file's [structure] can be, by its ``kind``: every structure that `register` knows"""
+"""Type of a rig file's [structure], by its ``kind``: every structure that `register` knows"""

@@ -1,7 +1,7 @@
-"""What a structure stands on and has beside it: fixture modes, housings, springs, oscillators, a second plane.
+"""Attachments of a structure: fixture modes, housings, springs, oscillators, a second bending plane.
 
-A fixture moves the rig and is not moved by it. Its modes therefore are coordinates of a mass that is beyond all
-proportion to the rig's, so that every engine takes them for what they are: further linear degrees of freedom.
+A fixture moves the rig and is not moved by it. Its modes therefore are coordinates with a mass very much larger than
+the rig's, so that every engine treats them as further linear degrees of freedom.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ __all__ = [
     "foot", "housing_of", "whole",
 ]  # fmt: skip
 
-ARM_FOOT = 1e-3  # of a position: how long the foot of an arm is, over which it feels the slope
+ARM_FOOT = 1e-3  # of a position: length of an arm's foot, over which it follows the slope
 HEAVY = 1e8  # mass of a fixture's mode over that of the rig
 FOOT = "foot of "
 HOUSING = "housing of bushings"
@@ -53,7 +53,7 @@ class PointMass:
 
 @checked(RigError)
 class Housing:
-    """What holds a bushing where it gives: a mass on a spring and a damper to the base."""
+    """Flexible housing of a bushing: a mass on a spring and a damper to the base."""
 
     stiffness: Positive
     """N/m"""
@@ -62,19 +62,19 @@ class Housing:
     damping: NotNegative = 0.0
     """N s/m"""
     probe: Literal["housing", "base"] = "housing"
-    """what the bushing's displacement probe is fixed to"""
+    """carrier of the bushing's displacement probe"""
 
 
 @checked(RigError)
 class Oscillator:
-    """What moves on its own on the structure: a mass on a spring and a damper, at a point or at the end of an arm."""
+    """An oscillator on the structure: a mass on a spring and a damper, at a point or at the end of an arm."""
 
     position: Point
     """m along the shaft, or a degree of freedom such as "12:+Z" """
     mass: Positive
     """kg"""
     frequency: Positive
-    """Hz, of the mass on its spring where the structure is held"""
+    """Hz, of the mass on its spring with the structure fixed"""
     damping_ratio: Annotated[Number, Field(ge=0, le=MAX_DAMPING)] = 0.01
     """of critical damping, likewise"""
     lever: Number = 0.0
@@ -91,13 +91,13 @@ class Oscillator:
             return ((self.position, 1.0),)
         x = number_in(self.position) or 0.0
         before = x * (1 - ARM_FOOT) or ARM_FOOT
-        by = self.lever / (x - before)
-        return (self.position, 1.0 + by), (with_number(self.position, before), -by)
+        ratio = self.lever / (x - before)
+        return (self.position, 1.0 + ratio), (with_number(self.position, before), -ratio)
 
 
 @checked(RigError)
 class FixtureMode:
-    """A mode of what carries the rig, between the base's accelerometer and the feet of clamp and bushings.
+    """A mode of the fixture that carries the rig, between the base's accelerometer and the feet of clamp and bushings.
 
     η̈ + 2ζω η̇ + ω² η = -a under the base's acceleration a; the foot at x moves by
     (participation + rocking (x - about)) η more than the base's accelerometer.
@@ -140,7 +140,7 @@ def housing_of(number: int) -> str:
 
 
 class Attached(NamedTuple):
-    """What a structure has beside it."""
+    """Attachments of a structure."""
 
     housings: tuple[Housing | None, ...] = ()  # of each clearance
     places: tuple[Point, ...] = ()  # of the clearances
@@ -151,17 +151,17 @@ class Attached(NamedTuple):
     direction: tuple[float, float, float] = (0.0, 0.0, 1.0)  # unit vector, along which the base moves
 
     def __bool__(self) -> bool:
-        """Whether there is anything."""
+        """Return True if there is any attachment."""
         return any((*self.housings, self.fixture, self.springs, self.planes, self.oscillators))
 
     def foot_motion(self, point: float | str) -> np.ndarray:
-        """Return how far (n_fixture_modes,) the base moves below a point, along the point's direction."""
+        """Return the base's motion below a point, along the point's direction, per fixture mode (n_fixture_modes,)."""
         along = float(dof_vector(point) @ self.direction)
         return np.array([m.participation * along + m.rocking * rocked(point, m.about) for m in self.fixture])
 
     @property
     def in_other_plane(self) -> Attached:
-        """The same as a shaft has it that bends along y; see `Structure.in_other_plane`."""
+        """The attachments of a shaft that bends along y; see `Structure.in_other_plane`."""
         oscillators = [dataclasses.replace(o, position=in_other_plane(o.position)) for o in self.oscillators]
         springs = tuple(spring.in_other_plane for spring in self.springs)
         places = tuple(map(in_other_plane, self.places))
@@ -169,7 +169,7 @@ class Attached(NamedTuple):
 
 
 class Whole(NamedTuple):
-    """Matrices of a structure with what it has beside it, in few coordinates."""
+    """Matrices of a structure with its attachments, in few coordinates."""
 
     mass: np.ndarray
     stiffness: np.ndarray
@@ -189,7 +189,7 @@ class _Plane(NamedTuple):
     influence: np.ndarray  # (n, 3) of the modes
     rocking: np.ndarray | None  # (n,) of the modes
     rows: Rows
-    share: float  # of a motion along Z that is in this plane
+    share: float  # component in this plane of a motion along Z
     turning: Callable[[], Turning] | None  # in the coordinates before the reduction
 
 
@@ -200,14 +200,14 @@ def whole(
     loads: Sequence[tuple[tuple[float | str, float], ...]],
     modes: int,
 ) -> Whole:
-    """Return the matrices of a structure with point masses and what is attached to it.
+    """Return the matrices of a structure with point masses and attachments.
 
     Parameters
     ----------
     structure : Structure
         The structure.
     attached : Attached
-        What it has beside it.
+        Its attachments.
     masses : sequence of (Point, float)
         Point masses, kg.
     loads : sequence of tuple of (Point, float)
@@ -215,13 +215,16 @@ def whole(
     modes : int
         Number of modes of the structure in each plane.
     """
-    joined = [tuple((p, s) for p, s in zip(spring.joined, (1.0, -1.0))) for spring in attached.springs]
-    joined += [each.foot for each in attached.oscillators]
-    planes = [_plane(s, share, masses, [*loads, *joined], modes) for s, share in _planes(structure, attached.planes)]
+    feet_of_springs = [tuple((p, s) for p, s in zip(spring.joined, (1.0, -1.0))) for spring in attached.springs]
+    feet_of_springs += [each.foot for each in attached.oscillators]
+    planes = [
+        _reduce_plane(s, share, masses, [*loads, *feet_of_springs], modes)
+        for s, c in _bending_planes(structure, attached.planes)
+    ]
     sizes = [plane.found.omega.size for plane in planes]
     n, housed = sum(sizes), [j for j, housing in enumerate(attached.housings) if housing]
-    own = n + len(housed)  # where the oscillators begin, then the fixture's modes
-    first = own + len(attached.oscillators)
+    first_oscillator = n + len(housed)  # index of the first oscillator; the fixture's modes follow
+    first = first_oscillator + len(attached.oscillators)
     size = first + len(attached.fixture)
     mass, stiffness, viscous, cross = np.zeros((4, size, size))
     influence = np.zeros((size, 3))
@@ -234,8 +237,8 @@ def whole(
         housing = attached.housings[j]
         assert housing
         mass[i, i], stiffness[i, i], viscous[i, i] = housing.mass, housing.stiffness, housing.damping
-    for i, each in enumerate(attached.oscillators, own):
-        mass[i, i] = each.mass
+    for i, oscillator in enumerate(attached.oscillators, first_oscillator):
+        mass[i, i] = oscillator.mass
     below = [((attached.places[j], 1.0),) for j in housed] + [each.foot for each in attached.oscillators]
     for i, feet in enumerate(below, n):
         influence[i] = mass[i, i] * dof_vector(feet[0][0])
@@ -247,108 +250,108 @@ def whole(
         influence[i] = heavy * np.array(attached.direction)
         mass[:n, i] = mode.participation * influence[:n] @ attached.direction
         if mode.rocking:
-            mass[:n, i] += mode.rocking * _rocking(planes, structure, mode.about)
+            mass[:n, i] += mode.rocking * _rocking_forces(planes, structure, mode.about)
     mass[first:, :first] = mass[:first, first:].T
 
     def rows(at: Sequence[float | str]) -> np.ndarray:
-        found, on_structure = np.zeros((len(at), size)), []
+        motion, on_structure = np.zeros((len(at), size)), []
         for i, point in enumerate(at):
             below = point
             if isinstance(point, str) and point.startswith(HOUSING):
                 j = int(point[len(HOUSING) + 1 : -1])
-                found[i, n + housed.index(j)] = 1.0
+                motion[i, n + housed.index(j)] = 1.0
                 below = attached.places[j]
             elif isinstance(point, str) and point.startswith(FOOT):
                 below = ast.literal_eval(point[len(FOOT) :])
             else:
                 on_structure.append(i)
-            found[i, first:] = attached.foot_motion(below)
+            motion[i, first:] = attached.foot_motion(below)
         points = [at[i] for i in on_structure]
-        found[on_structure, :n] = np.hstack([p.share * p.rows(points) @ p.found.shapes for p in planes])
-        return found
+        motion[on_structure, :n] = np.hstack([p.share * p.rows(points) @ p.found.shapes for p in planes])
+        return motion
 
     for spring in attached.springs:
         ends = rows(spring.joined)
         stretch = ends[0] - (ends[1] if len(ends) > 1 else rows([foot(spring.position)])[0])
         stiffness += spring.stiffness * np.outer(stretch, stretch)
         viscous += spring.damping * np.outer(stretch, stretch)
-    for i, each in enumerate(attached.oscillators, own):
-        points, factors = zip(*each.foot)
+    for i, oscillator in enumerate(attached.oscillators, first_oscillator):
+        points, factors = zip(*oscillator.foot)
         stretch = -np.array(factors) @ rows(points)
         stretch[first:] = 0.0  # both ends of the spring move with the feet
         stretch[i] = 1.0
-        omega = 2 * np.pi * each.frequency
-        stiffness += each.mass * omega**2 * np.outer(stretch, stretch)
-        viscous += 2 * each.damping_ratio * omega * each.mass * np.outer(stretch, stretch)
-    return Whole(mass, stiffness, viscous, cross, influence, rows, _turning(planes, size))
+        omega = 2 * np.pi * oscillator.frequency
+        stiffness += oscillator.mass * omega**2 * np.outer(stretch, stretch)
+        viscous += 2 * oscillator.damping_ratio * omega * oscillator.mass * np.outer(stretch, stretch)
+    return Whole(mass, stiffness, viscous, cross, influence, rows, _plane_coupling(planes, size))
 
 
-def _turning(planes: Sequence[_Plane], size: int) -> Callable[[], Turning] | None:
-    """What couples two bending planes alike of a shaft that turns: what is attached to it does not turn."""
+def _plane_coupling(planes: Sequence[_Plane], size: int) -> Callable[[], Turning] | None:
+    """Return the coupling of two equal bending planes of a turning shaft: attachments do not turn."""
     if len(planes) > 1 or planes[0].turning is None:
         return None
-    of_shaft, shapes = planes[0].turning, planes[0].found.shapes
-    return lambda: Turning(*(np.pad(part @ shapes, ((0, 0), (0, size - shapes.shape[1]))) for part in of_shaft()))
+    coupling, shapes = planes[0].turning, planes[0].found.shapes
+    return lambda: Turning(*(np.pad(part @ shapes, ((0, 0), (0, size - shapes.shape[1]))) for part in coupling()))
 
 
-def _planes(structure: Structure, planes: Planes | None) -> list[tuple[Structure, float]]:
-    """The structure in each bending plane, and the share of a motion along Z that is in it."""
+def _bending_planes(structure: Structure, planes: Planes | None) -> list[tuple[Structure, float]]:
+    """Return the structure in each bending plane, and the component in it of a motion along Z."""
     if planes is None:
         return [(structure, 1.0)]
     factors = 1 + planes.difference / 2, 1 - planes.difference / 2
-    shares = math.cos(planes.angle), math.sin(planes.angle)
-    return [(_stiffened(structure, factor), share) for factor, share in zip(factors, shares)]
+    components = math.cos(planes.angle), math.sin(planes.angle)
+    return [(_scale_modulus(structure, factor), share) for factor, share in zip(factors, components)]
 
 
-def _stiffened(structure: Structure, factor: float) -> Structure:
-    """The same structure with other moduli; its supports stay as they are."""
+def _scale_modulus(structure: Structure, factor: float) -> Structure:
+    """Return the structure with moduli multiplied by a factor; its supports are unchanged."""
     if isinstance(structure, Beam):
         return dataclasses.replace(structure, young_modulus=factor * structure.young_modulus)
     if isinstance(structure, Shaft):
-        sections = tuple(dataclasses.replace(s, material=_harder(s.material, factor)) for s in structure.sections)
-        return dataclasses.replace(structure, sections=sections, material=_harder(structure.material, factor))
+        sections = tuple(dataclasses.replace(s, material=_stiffen(s.material, factor)) for s in structure.sections)
+        return dataclasses.replace(structure, sections=sections, material=_stiffen(structure.material, factor))
     raise ValueError("planes: only a beam or one shaft has two bending planes here")
 
 
-def _harder(material: Material | None, factor: float) -> Material | None:
+def _stiffen(material: Material | None, factor: float) -> Material | None:
     return material and dataclasses.replace(material, young_modulus=factor * material.young_modulus)
 
 
-def _plane(
+def _reduce_plane(
     structure: Structure,
-    share: float,
+    component: float,
     masses: Sequence[tuple[float | str, float]],
     loads: Sequence[tuple[tuple[float | str, float], ...]],
     modes: int,
 ) -> _Plane:
     points = [point for point, _ in masses] + [point for load in loads for point, _ in load]
-    own = [p for p in points if not (isinstance(p, str) and p.startswith((FOOT, HOUSING)))]
-    linear = structure.assemble(tuple(dict.fromkeys(own)), modes)
+    on_structure = [p for p in points if not (isinstance(p, str) and p.startswith((FOOT, HOUSING)))]
+    linear = structure.assemble(tuple(dict.fromkeys(on_structure)), modes)
     rows, influence = linear.rows, linear.influence.copy()
     rocking = None if linear.rocking is None else linear.rocking.copy()
-    held = []
+    added = []
     for point, mass in masses:
         at = rows([point])[0]
-        held.append((mass, at))
+        added.append((mass, at))
         influence += mass * np.outer(at, dof_vector(point))
         if rocking is not None:
             rocking += mass * rocked(point) * at
-    kept = set(own)
-    acting = [[(p, s) for p, s in load if p in kept] for load in loads]
-    found = reduced(linear, held, [], [sum(s * rows([p])[0] for p, s in load) for load in acting if load], modes)
-    shapes = found.shapes
-    damping = modal_damping(linear, found.omega, shapes)
-    turned = None if rocking is None else shapes.T @ rocking
+    known = set(on_structure)
+    acting = [[(p, s) for p, s in load if p in known] for load in loads]
+    basis = reduced(linear, added, [], [sum(s * rows([p])[0] for p, s in load) for load in acting if load], modes)
+    shapes = basis.shapes
+    damping = modal_damping(linear, basis.omega, shapes)
+    modal_rocking = None if rocking is None else shapes.T @ rocking
     cross = np.zeros_like(damping) if linear.cross is None else shapes.T @ (linear.cross @ shapes)
-    return _Plane(found, damping, cross, shapes.T @ influence, turned, rows, share, linear.turning)
+    return _Plane(basis, damping, cross, shapes.T @ influence, modal_rocking, rows, component, linear.turning)
 
 
-def _rocking(planes: Sequence[_Plane], structure: Structure, about: float) -> np.ndarray:
-    """(n,) inertia forces per unit angular acceleration about a position, m."""
-    found = []
+def _rocking_forces(planes: Sequence[_Plane], structure: Structure, about: float) -> np.ndarray:
+    """Return inertia forces (n,) per unit angular acceleration about a position, m."""
+    parts = []
     for plane in planes:
         if plane.rocking is None:
             kind = getattr(structure, "kind", "structure")
             raise ValueError(f"fixture: a base that rocks needs shafts, whose masses have positions, not {kind}")
-        found.append(plane.share * (plane.rocking - about * plane.influence[:, 2]))
-    return np.concatenate(found)
+        parts.append(plane.share * (plane.rocking - about * plane.influence[:, 2]))
+    return np.concatenate(parts)

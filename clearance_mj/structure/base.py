@@ -1,4 +1,4 @@
-"""What a linear structure is: matrices in some coordinates, and what any of its points does in them.
+"""Linear structures: matrices in some coordinates, and the displacements of points in them.
 
 A point is a number, m along a shaft, or a text: a degree of freedom such as "12:+Z" or "tip:+Z" (node or name of a
 place, direction), or "inner@0.4", 0.4 m along the shaft called inner. On a shaft, too, a direction may follow:
@@ -60,7 +60,7 @@ _SWAPPED = {"Y": ("Z", 1), "Z": ("Y", 1), "RY": ("RZ", -1), "RZ": ("RY", -1), "K
 
 
 def check_point(value: object) -> float | str:
-    """Return a point, or say what one is."""
+    """Return a point, or raise a ValueError that says what one is."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         try:
             number = float(value)
@@ -91,7 +91,7 @@ Made = TypeVar("Made", bound="type[Structure]")
 
 
 def register(structure: Made) -> Made:
-    """Let rig files say ``[structure] kind = "..."``; a decorator for classes with a field ``kind``.
+    """Register a structure for ``[structure] kind = "..."`` of rig files; a decorator of classes with a field ``kind``.
 
     Parameters
     ----------
@@ -107,35 +107,35 @@ Rows: TypeAlias = Callable[[Sequence[float | str]], np.ndarray]
 
 def parse_dof(point: float | str) -> tuple[int | str, str, int] | None:
     """Return the node, axis (of `AXES`) and sign of a degree of freedom such as "12:-RZ"; None for another point."""
-    found = _DOF.fullmatch(point) if isinstance(point, str) else None
+    match = _DOF.fullmatch(point) if isinstance(point, str) else None
     return (
-        (int(found[1]) if found[1].isdigit() else found[1], found[3], -1 if found[2] == "-" else 1) if found else None
+        (int(match[1]) if match[1].isdigit() else match[1], match[3], -1 if match[2] == "-" else 1) if match else None
     )
 
 
 def parse_place(point: float | str) -> tuple[str, float] | None:
-    """Name of the shaft ("" where there is but one) and position, m, of a point on a shaft; None for another point."""
+    """Return shaft's name ("" for an only one) and position, m, of a point on a shaft; None for another point."""
     if not isinstance(point, str):
         return "", float(point)
-    found = _CURVED_PLACE.fullmatch(point)
-    return (found[1], float(found[2])) if found else None
+    match = _CURVED_PLACE.fullmatch(point)
+    return (match[1], float(match[2])) if match else None
 
 
 def parse_direction(point: float | str) -> tuple[str, int] | None:
     """Return axis and sign of a point that names them, such as "12:-RZ" or "@0.4:RX"; None for a position alone.
 
-    Beside those of `AXES`, the axis of a point on a shaft may be KY or KZ, the curvature 1/m of its deflection along
+    In addition to `AXES`, the axis of a point on a shaft may be KY or KZ, the curvature 1/m of its deflection along
     y or z, or KX, its twist per length, rad/m.
     """
-    found = (_DOF.fullmatch(point) or _CURVED_PLACE.fullmatch(point)) if isinstance(point, str) else None
-    if found is None or found.groups()[-1] is None:
+    match = (_DOF.fullmatch(point) or _CURVED_PLACE.fullmatch(point)) if isinstance(point, str) else None
+    if match is None or match.groups()[-1] is None:
         return None
-    sign, axis = found.groups()[-2:]
+    sign, axis = match.groups()[-2:]
     return axis, -1 if sign == "-" else 1
 
 
 def is_rotation(point: float | str) -> bool:
-    """Return whether a point's motion is an angle, rad."""
+    """Return True if a point's motion is an angle, rad."""
     return (parse_direction(point) or "Z")[0].startswith("R")
 
 
@@ -152,7 +152,7 @@ def in_other_plane(point: float | str) -> float | str:
 
 
 def along_axis(point: float | str, axis: str) -> float | str:
-    """Return the degree of freedom along an axis of a node of which a point names another one; else the point."""
+    """Return the degree of freedom of a point's node along another axis; the point itself if it is on a shaft."""
     dof = parse_dof(point)
     return point if dof is None else f"{dof[0]}:{axis}"
 
@@ -164,16 +164,16 @@ def dof_vector(point: float | str) -> np.ndarray:
 
 
 def rocked(point: float | str, about: float = 0.0) -> float:
-    """Return how far a point of the base moves per rad, along its axis, where the base rocks about a position, m.
+    """Return the motion of a point of the base along its axis per rad, where the base rocks about a position, m.
 
-    That is 0 of degrees of freedom, whose places along a shaft are not known.
+    It is 0 for degrees of freedom, whose positions along a shaft are not known.
     """
     place, (axis, sign) = parse_place(point), parse_direction(point) or ("Z", 1)
     return sign * {"Z": place[1] - about, "RY": -1.0}.get(axis, 0.0) if place else 0.0
 
 
 def moved(point: float | str, distance: float) -> float | str:
-    """Return a point some way, m, along its shaft; a degree of freedom stays what it is."""
+    """Return a point shifted by a distance, m, along its shaft; a degree of freedom is unchanged."""
     place = parse_place(point)
     return with_number(point, place[1] + distance) if place else point
 
@@ -184,19 +184,19 @@ def ratios_of_modes(ratios: Sequence[float], n: int) -> np.ndarray:
 
 
 class Turning(NamedTuple):
-    """What couples the two bending planes of a shaft that turns: the same rows hold in each plane."""
+    """Coupling of the two bending planes of a turning shaft: the same rows hold in each plane."""
 
     polar: np.ndarray
-    """(n_p, n) P: slopes times the root of the polar inertia that has them, so that PᵀP q̇ Ω is the gyroscopic moment"""
+    """(n_p, n) P: slopes times the root of their polar inertia, so that PᵀP q̇ Ω is the gyroscopic moment"""
     strain: np.ndarray
-    """(n_s, n) S: strains of the shaft of unit energy, so that SᵀS is its own stiffness, without that of supports"""
+    """(n_s, n) S: strains of the shaft of unit energy, so that SᵀS is its stiffness without that of supports"""
 
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
     """M q̈ + C q̇ + K q = P f - (M R) a: a linear structure in coordinates q of any kind, relative to its base.
 
-    The damping is the sum of what its four fields say.
+    The damping is the sum of its four fields.
     """
 
     mass: Any
@@ -214,27 +214,27 @@ class Assembly:
     viscous: Any = None
     """(n, n) further damping, N s/m, perhaps not symmetric"""
     rocking: np.ndarray | None = None
-    """(n,) inertia forces per unit angular acceleration of the base about x = 0; None where places are not known"""
+    """(n,) inertia forces per unit angular acceleration of the base about x = 0; None where positions are not known"""
     turning: Callable[[], Turning] | None = None
-    """finds what couples the planes of a shaft that turns; None where the structure does not tell it"""
+    """returns the coupling of the planes of a turning shaft; None where the structure does not know it"""
     reduced: bool = False
-    """whether the coordinates are few already: Ritz functions or modes"""
+    """True if the coordinates are few already: Ritz functions or modes"""
     reduction: Literal["residual-flexibility", "craig-bampton"] = "residual-flexibility"
-    """how many coordinates become few: free modes and static shapes under forces, or held modes and static shapes
+    """method of reduction: free modes and static shapes under forces, or fixed-interface modes and static shapes
     under displacements of the points"""
     cross: Any = None
-    """(n, n) skew part of a stiffness that is not symmetric, N/m, beside K; None for none"""
+    """(n, n) skew part of a stiffness that is not symmetric, N/m, in addition to K; None for none"""
 
 
 class Structure(ABC):
-    """What is linear in a rig. Subclasses are frozen, `checked` data; `register` makes one known by its ``kind``."""
+    """A linear structure. Subclasses are frozen, `checked` data; `register` makes one known by its ``kind``."""
 
     known: ClassVar[dict[str, type[Structure]]] = {}
     """kinds that a rig file's [structure] may have"""
     files: ClassVar[tuple[str, ...]] = ()
     """fields that hold the name of a file, from the working folder; rig files name it from their own folder"""
     is_torsional: ClassVar[bool] = False
-    """whether all that moves are angles about axes of turning, and ways of teeth: a spin couples none of them"""
+    """True if all coordinates are angles about the axes of rotation, or motions of teeth: a spin couples none"""
 
     @abstractmethod
     def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
@@ -243,19 +243,19 @@ class Structure(ABC):
         Parameters
         ----------
         points : tuple of Point
-            Points where forces, masses and clearances act: the coordinates must be able to kink there.
+            Points where forces, masses and clearances act: shapes may have kinks there.
         modes : int
-            Number of modes that are wanted, for structures whose coordinates are modes.
+            Number of modes, for structures whose coordinates are modes.
         """
 
     @abstractmethod
     def check(self, point: float | str) -> None:
-        """Raise a ValueError, which says what would be right, if the structure has no such point.
+        """Raise a ValueError that says which points are valid if the structure has no such point.
 
         Parameters
         ----------
         point : Point
-            What may be none of its points. The text follows the field's name: "sensors[2].position ...".
+            The point to check. The message follows the field's name: "sensors[2].position ...".
         """
 
     def copied(self, folder: Path) -> Self:
@@ -266,19 +266,19 @@ class Structure(ABC):
         folder : Path
             Folder of the copies; made if there are any.
         """
-        data, taken = to_plain(self), set[str]()
+        data, copied_names = to_plain(self), set[str]()
         for field in self.files:
             if isinstance(name := getattr(self, field), str) and not is_embedded(name):
-                own = Path(name).name
-                copy = folder / (f"{field}_{own}" if own in taken else own)
-                taken.add(own)
+                filename = Path(name).name
+                copy = folder / (f"{field}_{filename}" if filename in copied_names else filename)
+                copied_names.add(filename)
                 with replacing(copy) as temporary:
                     shutil.copyfile(name, temporary)
                 data[field] = str(copy)
-        return from_plain(type(self), data, "structure", RigError) if taken else self
+        return from_plain(type(self), data, "structure", RigError) if copied_names else self
 
     def saved_beside(self, path: Path) -> Self:
-        """Return the same structure, what it has only in memory read from a file beside a rig file.
+        """Return the same structure, with data that is only in memory saved next to a rig file.
 
         Parameters
         ----------
@@ -288,7 +288,7 @@ class Structure(ABC):
         return self
 
     def refusal(self, kind: str) -> str:
-        """Return why an excitation's effect on the structure is not known, and what would help; "" where it is.
+        """Return why an excitation's effect on the structure is not known, and a remedy; "" where it is known.
 
         Parameters
         ----------
@@ -314,7 +314,7 @@ class Structure(ABC):
 
     @property
     def span(self) -> tuple[float, float]:
-        """Where the first of its shafts begins and the last one ends, m."""
+        """Start of its first shaft and end of its last one, m."""
         return min(shaft.start for shaft in self.shafts), max(shaft.end for shaft in self.shafts)
 
     def place(self, point: float | str) -> tuple[int, float]:
@@ -330,11 +330,11 @@ class Structure(ABC):
 
     @property
     def total_mass(self) -> float | None:
-        """Mass in kg; None where a structure does not tell it."""
+        """Mass in kg; None where a structure does not know it."""
         return None
 
     def coordinates(self, point: float | str) -> np.ndarray:
-        """Return where a point is, m (3,); zeros where nothing is known of it.
+        """Return the position of a point, m (3,); zeros where it is not known.
 
         Parameters
         ----------
@@ -346,7 +346,7 @@ class Structure(ABC):
 
 
 class StructureOfFiles(Structure):
-    """A structure that keeps names of files, of fields in `files`: two are equal if all but these names is."""
+    """A structure that keeps names of files, of fields in `files`: two are equal if all other fields are."""
 
     def _values(self) -> tuple[object, ...]:
         names = (f.name for f in dataclasses.fields(self))  # type: ignore[arg-type]

@@ -36,16 +36,16 @@ _EITHER_SECTION = {
 
 @checked(RigError)
 class Clamp:
-    """A clamp that gives: what it does not name is rigid, and so is its hold on the twist."""
+    """A flexible clamp: directions without a spring are rigid, and so is the twist."""
 
     rotation: Positive | None = None
     """N m/rad"""
     translation: Positive | None = None
     """N/m"""
     rotation_damping: NotNegative = seldom(default=0.0)
-    """N m s/rad, beside ``rotation``"""
+    """N m s/rad, parallel to ``rotation``"""
     translation_damping: NotNegative = seldom(default=0.0)
-    """N s/m, beside ``translation``"""
+    """N s/m, parallel to ``translation``"""
     mass: NotNegative = seldom(default=0.0)
     """kg, that moves with the shaft's end on ``translation``"""
 
@@ -82,7 +82,7 @@ class Beam(Structure):
     damping_ratios: tuple[Share, ...] | None = None
     """of the modes, in addition; the last one holds for all that follow"""
     clamp: Clamp | None = None
-    """if it gives; None: rigid"""
+    """None: rigid"""
 
     def __post_init__(self) -> None:
         check_sizes(self.diameter, self.width, self.height)
@@ -138,12 +138,12 @@ class Beam(Structure):
             0.0, kind, clamp.translation or 0.0, clamp.rotation or 0.0, clamp.translation_damping,
             clamp.rotation_damping, twist="rigid",
         )  # fmt: skip
-        block = (Disc(0.0, clamp.mass, name="clamp"),) if clamp.mass else ()
+        clamp_mass = (Disc(0.0, clamp.mass, name="clamp"),) if clamp.mass else ()
         damping = self.rayleigh, self.damping_ratios or ()
-        return (Shaft((Section(self.length, **size),), (support,), block, material, *damping, theory="euler"),)
+        return (Shaft((Section(self.length, **size),), (support,), clamp_mass, material, *damping, theory="euler"),)
 
     def check(self, point: float | str) -> None:
-        """Refuse what is not on the shaft; see `Structure.check`."""
+        """Raise a ValueError for a point that is not on the shaft; see `Structure.check`."""
         place = parse_place(point)
         if place is None or place[0]:
             raise ValueError(f'"{point}" is no position on the beam: give a number, 0 < x <= {self.length:g} m')
@@ -155,13 +155,13 @@ class Beam(Structure):
     def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
         """Return mass and stiffness of cantilever modes and of the static shapes under a unit force at each point.
 
-        With a clamp that gives, or points with directions, those of the shaft's elements.
+        With a flexible clamp, or points with directions, those of the shaft's elements.
         """
         if self.clamp or any(map(parse_direction, points)):
             return self.shafts[0].assemble(points, modes)
         forces = np.array(sorted(set(points)), dtype=float)
         x, weight = _quadrature(self.length, forces, modes)
-        functions = functools.partial(_functions, self, modes, forces)
+        functions = functools.partial(_ritz_functions, self, modes, forces)
         y, curvature = functions(x, 0), functions(x, 2)
         mass = self.mass_per_length * (y.T * weight) @ y
         influence = np.zeros((len(mass), 3))
@@ -175,7 +175,7 @@ class Beam(Structure):
 
 @functools.cache
 def cantilever_roots(n: int) -> np.ndarray:
-    """First n roots λ of cos λ cosh λ = -1 (Eq. 8 corrected)."""
+    """Return the first n roots λ of cos λ cosh λ = -1 (Eq. 8 corrected)."""
     roots = (2 * np.arange(1, n + 1) - 1) * np.pi / 2
     for _ in range(20):  # Newton on cos λ + 1/cosh λ, which does not overflow
         sech = 1 / np.cosh(np.minimum(roots, 700))
@@ -189,16 +189,16 @@ def cantilever_mode(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
 
     Y_i = cosh βx - cos βx - σ (sinh βx - sin βx), in exponential form so that high modes keep their digits.
     """
-    return _shape(x, n, length, 0)
+    return _mode_derivative(x, n, length, 0)
 
 
 def cantilever_curvature(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
     """Return the second derivatives Y_i'' (n_x, n) of `cantilever_mode`, 1/m²."""
-    return _shape(x, n, length, 2)
+    return _mode_derivative(x, n, length, 2)
 
 
-def _shape(x: ArrayLike, n: int, length: float, order: int) -> np.ndarray:
-    """Derivative of a mode of order 0, 1 or 2, without cancellation of the growing exponentials."""
+def _mode_derivative(x: ArrayLike, n: int, length: float, order: int) -> np.ndarray:
+    """Return the derivative of order 0, 1 or 2 of modes, without cancellation of the growing exponentials."""
     root = cantilever_roots(n)
     bx = np.asarray(x, dtype=float)[:, None] * root / length
     decay = np.exp(-root)
@@ -208,14 +208,14 @@ def _shape(x: ArrayLike, n: int, length: float, order: int) -> np.ndarray:
     cos, sin = np.cos(bx), np.sin(bx)
     if order == 1:
         return np.asarray(root / length * (hyperbolic + (sin + sigma * cos)))
-    found = hyperbolic + (order - 1) * (cos - sigma * sin)
-    return np.asarray((root / length) ** 2 * found if order else found)
+    derivative = hyperbolic + (order - 1) * (cos - sigma * sin)
+    return np.asarray((root / length) ** 2 * derivative if order else derivative)
 
 
 def static_deflection(beam: Beam, x: ArrayLike, a: ArrayLike, order: int = 0) -> np.ndarray:
-    """Deflection (n_x, n_a) in m/N at x of the clamped beam under a unit force at a (Roark, table 8.1, case 1a).
+    """Return the deflection (n_x, n_a) in m/N at x of the clamped beam under a unit force at a.
 
-    Of order 1 its slope, rad/N, of order 2 its curvature, 1/(m N).
+    Of order 1 its slope, rad/N, of order 2 its curvature, 1/(m N) (Roark, table 8.1, case 1a).
     """
     x, a = np.asarray(x, dtype=float)[:, None], np.asarray(a, dtype=float)[None]
     if order == 2:
@@ -226,21 +226,21 @@ def static_deflection(beam: Beam, x: ArrayLike, a: ArrayLike, order: int = 0) ->
     return np.asarray(near**2 * (3 * np.maximum(x, a) - near) / (6 * beam.bending_stiffness))
 
 
-def _functions(beam: Beam, modes: int, forces: np.ndarray, x: np.ndarray, order: int) -> np.ndarray:
-    """Ritz functions at x: cantilever modes, then what they leave of the static shapes, scaled to their size."""
-    shapes = _shape(x, modes, beam.length, order)
-    rest = static_deflection(beam, x, forces, order) - shapes @ _static_shares(beam, modes, forces)
-    return np.hstack((shapes, rest * (3 * beam.bending_stiffness / beam.length**3)))
+def _ritz_functions(beam: Beam, modes: int, forces: np.ndarray, x: np.ndarray, order: int) -> np.ndarray:
+    """Return Ritz functions at x: cantilever modes, then the residuals of the static shapes, scaled to their size."""
+    shapes = _mode_derivative(x, modes, beam.length, order)
+    residual = static_deflection(beam, x, forces, order) - shapes @ _static_coefficients(beam, modes, forces)
+    return np.hstack((shapes, residual * (3 * beam.bending_stiffness / beam.length**3)))
 
 
-def _static_shares(beam: Beam, modes: int, forces: np.ndarray) -> np.ndarray:
-    """(modes, n_forces) shares Y_i(a)/K_i of the modes in the static deflection under a unit force at a."""
+def _static_coefficients(beam: Beam, modes: int, forces: np.ndarray) -> np.ndarray:
+    """Return coefficients (modes, n_forces) Y_i(a)/K_i of modes in the static deflection under a unit force at a."""
     stiffness = beam.bending_stiffness * (cantilever_roots(modes) / beam.length) ** 4 * beam.length
     return (cantilever_mode(forces, modes, beam.length) / stiffness).T
 
 
 def _quadrature(length: float, breaks: np.ndarray, modes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss-Legendre points and weights, enough for products of the modes, between the points of force."""
+    """Return Gauss-Legendre points and weights, exact enough for products of the modes, between the points of force."""
     node, weight = np.polynomial.legendre.leggauss(16)
     edges = np.unique(np.concatenate((np.linspace(0, length, modes + 3), breaks)))
     half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2

@@ -1,4 +1,4 @@
-"""Tables of degrees of freedom: node, direction and, where it is known, the node's place."""
+"""Tables of degrees of freedom: node, direction and, where it is known, the node's position."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _DIRECTION = re.compile(r"([+-]?)(?:(U|T|R|ROT|)([XYZ])|([1-6]))")
 
 @dataclass(frozen=True, eq=False)
 class Dofs:
-    """What the rows of matrices are."""
+    """Degrees of freedom of the rows of matrices."""
 
-    names: tuple[str, ...]  #: of each, such as "12:RX", without sign
+    names: tuple[str, ...]  #: of each row, such as "12:RX", without sign
     signs: np.ndarray  #: (n,) -1 where a coordinate counts against its direction
     places: np.ndarray | None = None
-    """(n, 3) where the nodes are, in the matrices' unit of length; None where it is not known"""
+    """(n, 3) positions of the nodes, in the matrices' unit of length; None where they are not known"""
 
     @functools.cached_property
     def rows(self) -> dict[str, int]:
@@ -39,25 +39,25 @@ class Dofs:
 
     @property
     def axes(self) -> np.ndarray:
-        """(n,) number of each one's direction in `AXES`."""
+        """(n,) index of each row's direction in `AXES`."""
         return np.array([AXES.index(name.partition(":")[2]) for name in self.names])
 
     def find(self, point: float | str) -> tuple[int, float]:
-        """Return the row of a point and its sign there; a ValueError says what comes nearest."""
+        """Return the row of a point and its sign; a ValueError names the nearest nodes."""
         if (dof := parse_dof(point)) is None:
             raise ValueError(f'"{point}" is no degree of freedom, a text such as "{self.names[0]}" (node, direction)')
         node, axis, sign = dof
         if (row := self.rows.get(f"{node}:{axis}")) is None:
-            raise ValueError(f'"{point}" is no degree of freedom of the structure; {self._nearest(str(node))}')
+            raise ValueError(f'"{point}" is no degree of freedom of the structure; {self._describe_nearest(str(node))}')
         return row, sign * self.signs[row]
 
     def of_node(self, node: str) -> list[str]:
         """Return the names of a node's degrees of freedom."""
         return [name for axis in AXES if (name := f"{node}:{axis}") in self.rows]
 
-    def _nearest(self, node: str) -> str:
-        if own := self.of_node(node):
-            return f"node {node} has {', '.join(name.partition(':')[2] for name in own)}"
+    def _describe_nearest(self, node: str) -> str:
+        if names := self.of_node(node):
+            return f"node {node} has {', '.join(name.partition(':')[2] for name in names)}"
         nodes = list(dict.fromkeys(name.partition(":")[0] for name in self.names))
         if node.isdigit() and all(n.isdigit() for n in nodes):
             near = sorted(sorted(nodes, key=lambda n: abs(int(n) - int(node)))[:2], key=int)
@@ -71,12 +71,12 @@ def dof_table(texts: Iterable[str], places: np.ndarray | None = None) -> Dofs:
     names, signs = [], []
     for row, text in enumerate(texts, 1):
         node, _, direction = str(text).strip().partition(":")
-        found = _DIRECTION.fullmatch(direction.strip().upper())
-        if not found or parse_dof(f"{node}:X") is None:
+        match = _DIRECTION.fullmatch(direction.strip().upper())
+        if not match or parse_dof(f"{node}:X") is None:
             raise ValueError(
                 f"dofs row {row}: {text!r} is no degree of freedom; write a node and X, Y, Z, RX, RY or RZ, as in 12:RX"
             )
-        sign, kind, letter, number = found.groups()
+        sign, kind, letter, number = match.groups()
         names.append(f"{node}:{AXES[int(number) - 1] if number else ('R' if kind in ('R', 'ROT') else '') + letter}")
         signs.append(-1.0 if sign == "-" else 1.0)
     if not names:

@@ -1,11 +1,11 @@
-"""Beam elements of any order: the end moves relative to the start, bubble functions give what lies between.
+"""Beam elements of any order: the end moves relative to the start, bubble functions add the interior.
 
 Cubic Hermite functions for the end and twice integrated Legendre polynomials inside, whose curvatures are orthogonal
 (Babuška & Szabó, Finite Element Analysis, 1991, section 3; Bardell, J. Sound Vib. 151, 1991): with the order,
 frequencies converge faster than any power. A Timoshenko element interpolates deflection and section rotation each by
 a hat and once integrated Legendre polynomials (Timoshenko, Phil. Mag. 41, 1921; no locking at this order).
 
-Those of torsion are in a row as well: (G J θ')' = ρ I_p θ̈ of Saint-Venant's torsion, whose sections warp freely
+Torsion elements form a chain as well: (G J θ')' = ρ I_p θ̈ of Saint-Venant's torsion, whose sections warp freely
 (Timoshenko, Young & Weaver, Vibration Problems in Engineering, 1974, section 5.4).
 """
 
@@ -23,7 +23,7 @@ __all__ = ["Element", "Mesh", "Rigidity", "TorsionMesh"]
 
 
 class Rigidity(NamedTuple):
-    """What an element asks of its cross-sections, at its points of integration."""
+    """Properties of cross-sections at an element's points of integration."""
 
     bending: np.ndarray  #: E I, N m²
     shear: np.ndarray  #: κ G A, N
@@ -38,29 +38,29 @@ class Element(NamedTuple):
 
     start: float  #: m
     end: float  #: m
-    bubbles: int  #: functions of its own, of deflection
+    bubbles: int  #: number of bubble functions of deflection
     rigidity: Callable[[np.ndarray], Rigidity]  #: at positions x, m
 
 
 class Mesh:
-    """Elements in a row: how a shaft moves as a rigid body with its start, and what each element adds by its strains.
+    """A chain of elements: rigid motion of a shaft with its start, and the strains that each element adds.
 
-    Elements' own coordinates are strained shapes of unit energy: no stiffness of a short element hides the small one of
-    the whole (the natural approach of Argyris, 1966).
+    The coordinates of elements are strained shapes of unit energy: the large stiffness of a short element does not hide
+    the small one of the whole (the natural approach of Argyris, 1966).
 
     Parameters
     ----------
     elements : sequence of Element
-        Elements in the order in which they follow each other.
+        Elements in order along the shaft.
     shear : bool
-        Whether they are Timoshenko's, with shear deformation and rotary inertia.
+        True for Timoshenko elements, with shear deformation and rotary inertia.
     held : sequence of (float, int)
         Positions, m, of nodes without deflection (0) or rotation (1).
 
     Attributes
     ----------
     mass, stiffness : ndarray, shape (n, n)
-        Matrices in coordinates that leave the held nodes where they are.
+        Matrices in coordinates that fix the held nodes.
     influence : ndarray, shape (n,)
         Inertia forces per unit acceleration of the base.
     rocking : ndarray, shape (n,)
@@ -71,31 +71,31 @@ class Mesh:
         self.elements = elements
         self.nodes = np.array([elements[0].start, *(e.end for e in elements)])
         self._shear = shear
-        parts = [_strained(element, shear) for element in elements]
+        parts = [_strain_shapes(element, shear) for element in elements]
         self._shapes = [part.shapes for part in parts]
         first = 2 + np.cumsum([0, *(shapes.shape[1] for shapes in self._shapes)])
-        self._own = [slice(a, b) for a, b in pairwise(first)]
-        motion = self._motion_of_nodes(int(first[-1]))
+        self._columns = [slice(a, b) for a, b in pairwise(first)]
+        motion = self._node_motion(int(first[-1]))
         zero = sorted({(self._node(x), which) for x, which in held})
         self._free = null_space([motion[node, which] for node, which in zero], int(first[-1]))
         self._motion = motion @ self._free
         self.stiffness = self._free[2:].T @ self._free[2:]
         self.mass = np.zeros_like(self.stiffness)
         self.influence, self.rocking = np.zeros((2, len(self.mass)))
-        for element, start, own, part in zip(elements, self._motion, self._own, parts):
-            moves = np.vstack((start, self._free[own]))
+        for element, start, columns, part in zip(elements, self._motion, self._columns, parts):
+            moves = np.vstack((start, self._free[columns]))
             self.mass += moves.T @ part.mass @ moves
             self.influence += part.influence @ moves
             self.rocking += part.mass[1] @ moves + element.start * (part.influence @ moves)
 
-    def _motion_of_nodes(self, size: int) -> np.ndarray:
-        """(n_nodes, 2, size) deflection and rotation; first two rigid motions, as large as what the strains add."""
+    def _node_motion(self, size: int) -> np.ndarray:
+        """Return deflection and rotation (n_nodes, 2, size); first two rigid motions, as large as those by strains."""
         motion = np.zeros((len(self.nodes), 2, size))
         motion[0, :, :2] = np.eye(2)
-        for i, (length, own, shapes) in enumerate(zip(np.diff(self.nodes), self._own, self._shapes)):
+        for i, (length, columns, shapes) in enumerate(zip(np.diff(self.nodes), self._columns, self._shapes)):
             motion[i + 1] = motion[i]
             motion[i + 1, 0] += length * motion[i, 1]
-            motion[i + 1, :, own] += shapes[:2]
+            motion[i + 1, :, columns] += shapes[:2]
         bending = np.linalg.norm(motion[-1, 0, 2:])
         motion[:, :, :2] *= bending * np.array([1.0, 1 / (self.nodes[-1] - self.nodes[0])])
         return motion
@@ -107,25 +107,25 @@ class Mesh:
     def deflections(self, x: np.ndarray, order: int = 0) -> np.ndarray:
         """Return deflections, or rotations (order 1) or curvatures (2), (n_x, n) at positions (n_x,), m.
 
-        Where shear bends the shaft too, the rotation is that of the section, and the curvature its slope.
+        With shear deformation the rotation is that of the section, and the curvature its slope.
         """
         rows = np.zeros((x.size, len(self.mass)))
-        which = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, len(self.elements) - 1)
-        for i in np.unique(which):
-            element, here = self.elements[i], np.nonzero(which == i)[0]
+        element_of = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, len(self.elements) - 1)
+        for i in np.unique(element_of):
+            element, points = self.elements[i], np.nonzero(element_of == i)[0]
             length = element.end - element.start
-            distance = x[here] - element.start
+            distance = x[points] - element.start
             if order:
                 functions = _functions(2 * distance / length - 1, element.bubbles, self._shear)
-                value = _stretched(functions, element, self._shear)[order + 1]
-                rows[here] = self._motion[i, 1] * (order == 1)
+                value = _scale_to_element(functions, element, self._shear)[order + 1]
+                rows[points] = self._motion[i, 1] * (order == 1)
             else:
                 series = _deflection_series(element.bubbles, self._shear)
                 value = legvander(2 * distance / length - 1, len(series) - 1) @ series
                 if not self._shear:
                     value[:, 1:] *= length / 2
-                rows[here] = self._motion[i, 0] + np.outer(distance, self._motion[i, 1])
-            rows[here] += value @ self._shapes[i] @ self._free[self._own[i]]
+                rows[points] = self._motion[i, 0] + np.outer(distance, self._motion[i, 1])
+            rows[points] += value @ self._shapes[i] @ self._free[self._columns[i]]
         return rows
 
     @property
@@ -140,12 +140,14 @@ class Mesh:
         theory leaves that one out of the mass.
         """
         rows = []
-        for element, start, own, shapes in zip(self.elements, self._motion, self._own, self._shapes):
+        for element, start, span, shapes in zip(self.elements, self._motion, self._columns, self._shapes):
             node, weight = integration(element.bubbles)
             half = (element.end - element.start) / 2
-            rotation = _stretched(_reference(element.bubbles, self._shear), element, self._shear)[2]
+            rotation = _scale_to_element(_functions_at_gauss(element.bubbles, self._shear), element, self._shear)[2]
             rotary = element.rigidity(element.start + (node + 1) * half).rotary
-            rows.append(np.sqrt(2 * weight * half * rotary)[:, None] * (start[1] + rotation @ shapes @ self._free[own]))
+            rows.append(
+                np.sqrt(2 * weight * half * rotary)[:, None] * (start[1] + rotation @ shapes @ self._free[span])
+            )
         return np.vstack(rows)
 
     def _node(self, x: float) -> int:
@@ -153,19 +155,19 @@ class Mesh:
 
 
 class _Strained(NamedTuple):
-    """An element in the motion of its start and strained shapes of unit energy."""
+    """An element in coordinates of its start's motion and strained shapes of unit energy."""
 
     shapes: np.ndarray  # (2 + bubbles, n): end relative to the start, bubbles
     mass: np.ndarray  # (2 + n, 2 + n)
     influence: np.ndarray  # (2 + n,)
 
 
-def _strained(element: Element, shear: bool) -> _Strained:
+def _strain_shapes(element: Element, shear: bool) -> _Strained:
     node, weight = integration(element.bubbles)
     half = (element.end - element.start) / 2
     distance, weight = (node + 1) * half, weight * half
     section = element.rigidity(element.start + distance)
-    value, slope, rotation, curvature = _stretched(_reference(element.bubbles, shear), element, shear)
+    value, slope, rotation, curvature = _scale_to_element(_functions_at_gauss(element.bubbles, shear), element, shear)
     stiffness = (curvature.T * (weight * section.bending)) @ curvature
     if shear:
         stiffness += ((slope - rotation).T * (weight * section.shear)) @ (slope - rotation)
@@ -179,14 +181,14 @@ def _strained(element: Element, shear: bool) -> _Strained:
 
 
 def unit_energy(stiffness: np.ndarray) -> np.ndarray:
-    """Return the shapes (n, n) of an element that are uncoupled by its stiffness (n, n), which is 1 for each."""
+    """Return the shapes (n, n) of an element that diagonalise its stiffness (n, n) to the unit matrix."""
     scale = np.sqrt(stiffness.diagonal())
     energy, vector = np.linalg.eigh(stiffness / np.outer(scale, scale))
     return np.asarray(vector / np.sqrt(energy) / scale[:, None])
 
 
 def null_space(zero: Sequence[np.ndarray], n: int) -> np.ndarray:
-    """Return orthonormal motions (n, n - n_zero) in which independent rows are zero."""
+    """Return orthonormal motions (n, n - n_zero) that satisfy independent rows of constraints."""
     if not zero:
         return np.eye(n)
     rows = np.array(zero)
@@ -200,25 +202,25 @@ def integration(bubbles: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @functools.cache
-def _reference(bubbles: int, shear: bool) -> tuple[np.ndarray, ...]:
-    """The functions at the points of integration of an element from -1 to 1."""
+def _functions_at_gauss(bubbles: int, shear: bool) -> tuple[np.ndarray, ...]:
+    """Return the functions of `_functions` at the points of integration."""
     return _functions(integration(bubbles)[0], bubbles, shear)
 
 
 def _functions(xi: np.ndarray, bubbles: int, shear: bool) -> tuple[np.ndarray, ...]:
-    """The same at other points (n_xi,)."""
+    """Return deflection, slope, rotation and curvature functions of an element from -1 to 1 at points (n_xi,)."""
     return _timoshenko(xi, bubbles + 1) if shear else _euler(xi, bubbles)
 
 
 @functools.cache
 def _deflection_series(bubbles: int, shear: bool) -> np.ndarray:
-    """Deflections of an element from -1 to 1 as Legendre series (n_degrees, n)."""
+    """Return deflections of an element from -1 to 1 as Legendre series (n_degrees, n)."""
     xi = integration(bubbles)[0]
-    return np.linalg.solve(legvander(xi, xi.size - 1), _reference(bubbles, shear)[0])[: bubbles + 4]
+    return np.linalg.solve(legvander(xi, xi.size - 1), _functions_at_gauss(bubbles, shear)[0])[: bubbles + 4]
 
 
-def _stretched(functions: Sequence[np.ndarray], element: Element, shear: bool) -> list[np.ndarray]:
-    """From an element from -1 to 1 to its length, with the end's rotation in rad."""
+def _scale_to_element(functions: Sequence[np.ndarray], element: Element, shear: bool) -> list[np.ndarray]:
+    """Scale functions of an element from -1 to 1 to its length, with the end's rotation in rad."""
     half = (element.end - element.start) / 2
     value, slope, rotation, curvature = functions
     if shear:
@@ -228,7 +230,7 @@ def _stretched(functions: Sequence[np.ndarray], element: Element, shear: bool) -
 
 
 def _euler(xi: np.ndarray, bubbles: int) -> tuple[np.ndarray, ...]:
-    """Deflection, slope, rotation and curvature (n_xi, 2 + bubbles) of an element from -1 to 1."""
+    """Return Euler-Bernoulli deflection, slope, rotation and curvature (n_xi, 2 + bubbles), from -1 to 1."""
     k = np.arange(2, bubbles + 2)
     legendre, size = legvander(xi, bubbles + 3), np.sqrt(2 * k + 1)
     once = (legendre[:, k + 1] - legendre[:, k - 1]) / (2 * k + 1)
@@ -242,12 +244,12 @@ def _euler(xi: np.ndarray, bubbles: int) -> tuple[np.ndarray, ...]:
 
 
 def _timoshenko(xi: np.ndarray, bubbles: int) -> tuple[np.ndarray, ...]:
-    """The same (n_xi, 2 + 2 bubbles): deflection, its slope, section rotation, its slope."""
-    inside, rate = linear_and_bubbles(xi, bubbles)
+    """Return Timoshenko deflection, its slope, section rotation, its slope (n_xi, 2 + 2 bubbles)."""
+    hat_and_bubbles, rate = linear_and_bubbles(xi, bubbles)
     value, slope, rotation, curvature = np.zeros((4, xi.size, 2 + 2 * bubbles))
-    deflected, turned = np.r_[0, 2 : 2 + bubbles], np.r_[1, 2 + bubbles : 2 + 2 * bubbles]
-    value[:, deflected], slope[:, deflected] = inside, rate
-    rotation[:, turned], curvature[:, turned] = inside, rate
+    deflected, rotated = np.r_[0, 2 : 2 + bubbles], np.r_[1, 2 + bubbles : 2 + 2 * bubbles]
+    value[:, deflected], slope[:, deflected] = hat_and_bubbles, rate
+    rotation[:, rotated], curvature[:, rotated] = hat_and_bubbles, rate
     return value, slope, rotation, curvature
 
 
@@ -260,39 +262,39 @@ def linear_and_bubbles(xi: np.ndarray, bubbles: int) -> tuple[np.ndarray, np.nda
 
 
 class TorsionMesh:
-    """Elements in a row: the twist of a shaft's start, and what each element adds by its strains of unit energy.
+    """A chain of elements: the twist of a shaft's start, and the strains of unit energy that each element adds.
 
     Parameters
     ----------
     elements : sequence of Element
-        Elements in the order in which they follow each other.
+        Elements in order along the shaft.
     held : sequence of float
         Positions, m, of nodes that do not twist.
 
     Attributes
     ----------
     mass, stiffness : ndarray, shape (n, n)
-        Matrices in coordinates that leave the held nodes where they are.
+        Matrices in coordinates that fix the held nodes.
     """
 
     def __init__(self, elements: Sequence[Element], held: Sequence[float] = ()) -> None:
         self.elements = elements
         self.nodes = np.array([elements[0].start, *(e.end for e in elements)])
-        parts = [_twisted(element) for element in elements]
+        parts = [_twist_shapes(element) for element in elements]
         self._shapes = [shapes for shapes, _ in parts]
         first = 1 + np.cumsum([0, *(len(shapes) for shapes in self._shapes)])
-        self._own = [slice(a, b) for a, b in pairwise(first)]
+        self._columns = [slice(a, b) for a, b in pairwise(first)]
         motion = np.zeros((len(self.nodes), int(first[-1])))
-        for i, (own, shapes) in enumerate(zip(self._own, self._shapes)):
+        for i, (columns, shapes) in enumerate(zip(self._columns, self._shapes)):
             motion[i + 1] = motion[i]
-            motion[i + 1, own] += shapes[0]
-        motion[:, 0] = np.linalg.norm(motion[-1])  # the rigid twist, as large as what the strains add
+            motion[i + 1, columns] += shapes[0]
+        motion[:, 0] = np.linalg.norm(motion[-1])  # the rigid twist, as large as that by strains
         self._free = null_space([motion[node] for node in sorted({self._node(x) for x in held})], motion.shape[1])
         self._motion = motion @ self._free
         self.stiffness = self._free[1:].T @ self._free[1:]
         self.mass = np.zeros_like(self.stiffness)
-        for start, own, (_, mass) in zip(self._motion, self._own, parts):
-            moves = np.vstack((start, self._free[own]))
+        for start, columns, (_, mass) in zip(self._motion, self._columns, parts):
+            moves = np.vstack((start, self._free[columns]))
             self.mass += moves.T @ mass @ moves
 
     def motion(self, x: float) -> np.ndarray:
@@ -302,20 +304,20 @@ class TorsionMesh:
     def twist(self, x: np.ndarray, order: int = 0) -> np.ndarray:
         """Return the twist, rad, or that per length (order 1), rad/m, (n_x, n) at positions (n_x,), m."""
         rows = np.zeros((x.size, len(self.mass)))
-        which = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, len(self.elements) - 1)
-        for row, at, i in zip(rows, x, which):
+        element_of = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, len(self.elements) - 1)
+        for row, at, i in zip(rows, x, element_of):
             element = self.elements[i]
             half = (element.end - element.start) / 2
             value = linear_and_bubbles(np.array([(at - element.start) / half - 1]), element.bubbles)[order][0]
-            row += value / half**order @ self._shapes[i] @ self._free[self._own[i]] + (order == 0) * self._motion[i]
+            row += value / half**order @ self._shapes[i] @ self._free[self._columns[i]] + (order == 0) * self._motion[i]
         return rows
 
     def _node(self, x: float) -> int:
         return int(np.argmin(np.abs(self.nodes - x)))
 
 
-def _twisted(element: Element) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes (1 + bubbles, n) of unit energy, and the mass (1 + n, 1 + n) of them and the start's twist before them."""
+def _twist_shapes(element: Element) -> tuple[np.ndarray, np.ndarray]:
+    """Return shapes (1 + bubbles, n) of unit energy, and the mass (1 + n, 1 + n) of the start's twist and them."""
     node, weight = integration(element.bubbles)
     half = (element.end - element.start) / 2
     section = element.rigidity(element.start + (node + 1) * half)

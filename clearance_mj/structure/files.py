@@ -1,6 +1,6 @@
-"""Files that a structure is read from: found from the rig file's folder, and known by their content.
+"""Files of a structure: located from the rig file's folder, and identified by their content.
 
-What was never in a file is named by a data URI (RFC 2397), its content itself as text.
+Arrays without a file are named by a data URI (RFC 2397), the content itself as text.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ FileName: TypeAlias = Annotated[Text, BeforeValidator(lambda value: str(value) i
 
 
 def embedded(data: bytes) -> str:
-    """Return the data URI of a content that is in no file."""
+    """Return the data URI of a content without a file."""
     return _EMBEDDED + base64.b64encode(data).decode()
 
 
 def is_embedded(name: str) -> bool:
-    """Return whether a name is a content itself."""
+    """Return True if a name is a data URI."""
     return name.startswith(_EMBEDDED)
 
 
 def opened(name: str) -> BinaryIO:
-    """Open a file, or what its name holds."""
+    """Open a file, or the content of a data URI."""
     return io.BytesIO(base64.b64decode(name[len(_EMBEDDED) :])) if is_embedded(name) else open(name, "rb")
 
 
@@ -55,21 +55,21 @@ def absolute(name: str) -> str:
 def content(names: Sequence[str], known: str | None) -> str:
     """Return the SHA-256 of the files' bytes, one after another; a ValueError if it is not the ``known`` one."""
     stats = [None if is_embedded(name) else os.stat(name) for name in names]
-    found = _sha256(tuple(names), tuple(s and (s.st_mtime_ns, s.st_size) for s in stats))
-    if known not in (None, found):
-        own = ("the arrays" if is_embedded(name) else name for name in names)
+    digest = _sha256(tuple(names), tuple(s and (s.st_mtime_ns, s.st_size) for s in stats))
+    if known not in (None, digest):
+        parts = ("the arrays" if is_embedded(name) else name for name in names)
         raise ValueError(
-            f"sha256 is not that of {' and '.join(own)}, which changed since the rig was written; take sha256 out of "
+            f"sha256 is not that of {' and '.join(parts)}, which changed since the rig was written; take sha256 out of "
             "the rig file to use the changed one"
         )
-    return found
+    return digest
 
 
 @functools.lru_cache(maxsize=16)  # names may hold megabytes
 def _sha256(names: tuple[str, ...], states: tuple[tuple[int, int] | None, ...]) -> str:
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for name in names:
         with opened(name) as file:
             while block := file.read(2**20):
-                found.update(block)
-    return found.hexdigest()
+                digest.update(block)
+    return digest.hexdigest()

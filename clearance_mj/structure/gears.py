@@ -1,7 +1,7 @@
-"""Gears and what turns with them: inertias about their axes, joined by shafts that twist and by meshes.
+"""Torsional systems with gears: inertias about their axes, joined by torsion shafts and by meshes.
 
 Each angle counts in the sense in which the drive turns its inertia, so that meshing gears, external or internal, all
-turn forwards. "3:RX" is the angle of inertia 3, rad, and "3:X" the way of its base circle along the line of action,
+turn forwards. "3:RX" is the angle of inertia 3, rad, and "3:X" the motion of its base circle along the line of action,
 base radius times angle, m: the teeth of gears 1 and 2 move relative to each other by "1:X" less "2:X", whatever idlers
 lie before them. Angles are those beyond steady turning.
 """
@@ -25,16 +25,16 @@ __all__ = ["Gears", "Inertia"]
 
 @checked(RigError)
 class Inertia:
-    """What turns about one axis: a gear with what is fixed to it, or a clutch disc, a flywheel, a car."""
+    """A rotating inertia about one axis: a gear with the parts fixed to it, or a clutch disc, a flywheel, a car."""
 
     node: Annotated[Whole, Field(ge=1, le=999_999_999)]
-    """number by which points name it, such as 3 of "3:RX" and "3:X" """
+    """its number in names of points, such as 3 in "3:RX" and "3:X" """
     polar_inertia: Positive
     """kg m², about its axis"""
     base_radius: Positive | None = None
-    """m, of a gear: the pitch radius times the cosine of the pressure angle; None of what has no teeth"""
+    """m, of a gear: the pitch radius times the cosine of the pressure angle; None without teeth"""
     drag: NotNegative = 0.0
-    """N m s/rad, viscous, to the housing, of what is beyond steady turning; the mean drag torque is a load"""
+    """N m s/rad, viscous, to the housing, for motion beyond steady turning; the mean drag torque is a load"""
     name: Text = ""
     """for people"""
 
@@ -42,16 +42,16 @@ class Inertia:
 @register
 @checked(RigError)
 class Gears(Structure):
-    """Inertias that turn, joined by shafts and meshes without backlash; meshes with backlash are the rig's clearances.
+    """Rotating inertias, joined by shafts and meshes without backlash; meshes with backlash are the rig's clearances.
 
     A torque is a load, order or force at "1:RX"; a mesh is a clearance at "1:X" to "2:X" whose gap is half the backlash
     along the line of action.
     """
 
     inertias: Annotated[tuple[Inertia, ...], Field(min_length=1)]
-    """what turns"""
+    """rotating inertias"""
     springs: tuple[Spring, ...] = ()
-    """shafts that twist, between two angles such as "1:RX" and "2:RX" or to the housing, N m/rad and N m s/rad; meshes
+    """torsion shafts, between two angles such as "1:RX" and "2:RX" or to the housing, N m/rad and N m s/rad; meshes
     that never open, between "1:X" and "2:X", N/m and N s/m"""
     kind: Literal["gears"] = "gears"
     """of structure"""
@@ -77,21 +77,21 @@ class Gears(Structure):
 
     @property
     def named_points(self) -> tuple[str, ...]:
-        """Angles, and ways of base circles; see `Structure.named_points`."""
+        """Angles, and motions of base circles; see `Structure.named_points`."""
         return tuple(f"{g.node}:{axis}" for g in self.inertias for axis in (("RX", "X") if g.base_radius else ("RX",)))
 
     def check(self, point: float | str) -> None:
-        """Refuse what is neither an angle nor the way of a base circle; see `Structure.check`."""
-        self._find(point)
+        """Raise a ValueError for other points than angles and base circles; see `Structure.check`."""
+        self._inertia_and_lever(point)
 
     def refusal(self, kind: str) -> str:
-        """Return that a base moves nothing that turns; see `Structure.refusal`."""
+        """Return that a base moves no gears; see `Structure.refusal`."""
         if kind == "force":
             return ""
         return f'a base moves no gears; drive them by a force, kind = "force" and position = "{self.named_points[0]}"'
 
-    def _find(self, point: float | str) -> tuple[int, float]:
-        """Return the number of the inertia of a point, from 0, and how far the point moves per rad."""
+    def _inertia_and_lever(self, point: float | str) -> tuple[int, float]:
+        """Return the index of a point's inertia, from 0, and the point's motion per rad."""
         dof = parse_dof(point)
         if dof is None or dof[1] not in ("X", "RX"):
             raise ValueError(
@@ -99,13 +99,13 @@ class Gears(Structure):
                 f'"{self.inertias[0].node}:X" the way of its base circle'
             )
         node, axis, sign = dof
-        for i, each in enumerate(self.inertias):
-            if each.node == node and axis == "RX":
+        for i, inertia in enumerate(self.inertias):
+            if inertia.node == node and axis == "RX":
                 return i, sign
-            if each.node == node and each.base_radius is None:
+            if inertia.node == node and inertia.base_radius is None:
                 raise ValueError(f'"{point}" needs inertias[{i}].base_radius, m, of a gear with teeth')
-            if each.node == node:
-                return i, sign * (each.base_radius or 0.0)
+            if inertia.node == node:
+                return i, sign * (inertia.base_radius or 0.0)
         raise ValueError(f'"{point}" is of no inertia; the nodes are {", ".join(str(g.node) for g in self.inertias)}')
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
@@ -113,11 +113,11 @@ class Gears(Structure):
         n = len(self.inertias)
 
         def rows(at: Sequence[float | str]) -> np.ndarray:
-            found = np.zeros((len(at), n))
-            for row, point in zip(found, at):
-                i, way = self._find(point)
-                row[i] = way
-            return found
+            motion = np.zeros((len(at), n))
+            for row, point in zip(motion, at):
+                i, lever = self._inertia_and_lever(point)
+                row[i] = lever
+            return motion
 
         stiffness, viscous = np.zeros((n, n)), np.diag([each.drag for each in self.inertias])
         for spring in self.springs:

@@ -1,4 +1,4 @@
-"""Where the nodes of a test or a model are, and what joins them: drawn alone, or moved by a mode shape."""
+"""Geometry of a test or a model: nodes, lines and elements, drawn alone or displaced by a mode shape."""
 
 from __future__ import annotations
 
@@ -79,11 +79,11 @@ class Geometry(Shown, ArrayData):
     lines: tuple[tuple[int, ...], ...] = ()
     """nodes along each trace line; 0 between parts that are not joined"""
     elements: tuple[Element, ...] = ()
-    """of a mesh, by nodes that may lack a place"""
+    """of a mesh, by nodes that may lack a position"""
     systems: tuple[CoordinateSystem, ...] = ()
     """local coordinate systems"""
     displacement_systems: tuple[int, ...] = ()
-    """number of the system along whose axes each node moves, where that is one of ``systems``; global if left out"""
+    """number of each node's displacement system, where that is one of ``systems``; global if left out"""
 
     def __post_init__(self) -> None:
         position = read_only(np.reshape(np.asarray(self.position, dtype=float), (-1, 3)))
@@ -102,7 +102,7 @@ class Geometry(Shown, ArrayData):
 
     @property
     def edges(self) -> tuple[tuple[int, int], ...]:
-        """Pairs of nodes that lines and elements join, each once, without those that have no place."""
+        """Pairs of nodes that lines and elements join, each once, without nodes that have no position."""
         pairs = [pair for line in self.lines for pair in zip(line, line[1:])]
         pairs += [pair for element in self.elements for pair in element.edges]
         known = set(self.numbers)
@@ -110,7 +110,7 @@ class Geometry(Shown, ArrayData):
         return tuple(unique)
 
     def missing(self, dofs: Iterable[str]) -> tuple[str, ...]:
-        """Return the degrees of freedom whose node has no place here.
+        """Return the degrees of freedom whose node has no position here.
 
         Parameters
         ----------
@@ -121,7 +121,7 @@ class Geometry(Shown, ArrayData):
         return tuple(dof for dof in dofs if dof == NOWHERE or int(dof.split(":")[0]) not in known)
 
     def displacement(self, modes: Modes, mode: int) -> np.ndarray:
-        """Return how a mode moves the nodes, in global coordinates; nodes without a response stay.
+        """Return the displacement of the nodes in a mode, in global coordinates; 0 for nodes without a response.
 
         Parameters
         ----------
@@ -133,7 +133,7 @@ class Geometry(Shown, ArrayData):
         Returns
         -------
         ndarray, shape (n_nodes, 3)
-            Complex.
+            Complex displacements.
 
         Raises
         ------
@@ -144,21 +144,21 @@ class Geometry(Shown, ArrayData):
             raise RecordError(f"mode {mode} is not there; there are {modes.frequency.size} modes")
         rows = {number: row for row, number in enumerate(self.numbers)}
         axes = {system.number: np.array(system.axes) for system in self.systems if system.kind == "cartesian"}
-        found, moved = np.zeros((len(self.numbers), 3), dtype=complex), False
+        displacement, any_translation = np.zeros((len(self.numbers), 3), dtype=complex), False
         for dof, value in zip(modes.responses, modes.shape[:, mode - 1]):
             node, direction = dof.split("/")[0].split(":")
             row, code = rows.get(int(node)), DIRECTIONS.get(direction, 0)
             if row is None or not 1 <= abs(code) <= 3:
                 continue
             local = axes.get(self.displacement_systems[row], np.eye(3))
-            found[row] += np.sign(code) * value * local[abs(code) - 1]
-            moved = True
-        if not moved:
+            displacement[row] += np.sign(code) * value * local[abs(code) - 1]
+            any_translation = True
+        if not any_translation:
             raise RecordError(
                 f"no response of the modes is a translation at a node of the geometry; the modes have "
                 f"{few(modes.responses)}, the geometry nodes {few(self.numbers)}"
             )
-        return found
+        return displacement
 
     def plot(self, modes: Modes | None = None, mode: int = 1, scale: float | None = None) -> Figure:
         """Draw nodes, lines and elements in space, and a mode shape of them if one is given.
@@ -176,9 +176,9 @@ class Geometry(Shown, ArrayData):
 
         if modes is None:
             return geometry_figure(self.numbers, self.position, self.edges)
-        moved = self.displacement(modes, mode)
-        turn = np.exp(-0.5j * np.angle(np.sum(moved**2)))  # the phase at which the shape is largest
-        shape = (moved * turn).real
+        displacement = self.displacement(modes, mode)
+        rotation = np.exp(-0.5j * np.angle(np.sum(displacement**2)))  # the phase at which the shape is largest
+        shape = (displacement * rotation).real
         extent = float(np.ptp(self.position, axis=0).max()) or 1.0
         factor = 0.1 * extent / np.abs(shape).max() if scale is None else scale
         words = f"mode {mode}: {modes.frequency[mode - 1]:.4g} Hz, damping {100 * modes.damping[mode - 1]:.3g} %"
@@ -198,7 +198,7 @@ class Geometry(Shown, ArrayData):
         return Overview(f"Geometry of {len(self.numbers)} nodes", facts)
 
     def to_xarray(self) -> xr.Dataset:
-        """Return ``position`` (node, axis) in m; lines, elements and coordinate systems are plain data beside it."""
+        """Return ``position`` (node, axis) in m; lines, elements and coordinate systems are attributes, plain data."""
         variables = {
             "position": (("node", "axis"), self.position, "m"),
             "displacement_system": ("node", np.array(self.displacement_systems, dtype=float), "1"),
@@ -213,7 +213,7 @@ class Geometry(Shown, ArrayData):
 
     @classmethod
     def from_xarray(cls, ds: xr.Dataset) -> Geometry:
-        """Return the geometry of a dataset that `to_xarray` made; refuses others.
+        """Return the geometry of a dataset that `to_xarray` made; RecordError for others.
 
         Parameters
         ----------

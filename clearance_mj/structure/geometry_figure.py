@@ -1,4 +1,4 @@
-"""Figures of geometries: what `Geometry.plot` returns."""
+"""Figures of geometries, for `Geometry.plot`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..core.drawing import COLOURS, FONT, REPEAT, canvas
 
 __all__ = ["geometry_figure"]
 
-THINNEST = 0.3  # share of the largest extent that every axis gets
+THINNEST = 0.3  # least fraction of the largest extent along every axis
 MOST_NAMED = 40  # nodes beyond which their numbers would hide the figure
 
 
@@ -23,7 +23,7 @@ def geometry_figure(
     moved: np.ndarray | None = None,
     title: str = "",
 ) -> Figure:
-    """Draw nodes at ``places`` (n_nodes, 3) and their edges, grey where ``moved`` gives other places of them."""
+    """Draw nodes at ``places`` (n_nodes, 3) and their edges, grey where ``moved`` has displaced positions."""
     figure = canvas(5.0)
     ax = figure.add_subplot(projection="3d")
     rows = {number: row for row, number in enumerate(numbers)}

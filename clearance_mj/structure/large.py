@@ -1,8 +1,8 @@
-"""Lowest modes and residual static shapes of matrices that are too large to be taken whole.
+"""Lowest modes and residual static shapes of matrices that are too large for dense methods.
 
-Shift-invert Lanczos (Lehoucq, Sorensen & Yang, ARPACK Users' Guide, 1998) on one sparse factorisation. A structure that
-can move without bending is held by a little of its own mass, K + σM, and the static shapes of what is left of the
-loads beyond the lowest modes (inertia relief) are found from it by iteration.
+Shift-invert Lanczos (Lehoucq, Sorensen & Yang, ARPACK Users' Guide, 1998) on one sparse factorisation. A structure with
+rigid-body modes is shifted by a little of its mass, K + σM, and the static shapes of the residual loads beyond the
+lowest modes (inertia relief) follow from it by iteration.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ __all__ = ["factored", "lowest", "residual_shapes", "symmetric_factors"]
 Solve: TypeAlias = Callable[[np.ndarray], np.ndarray]
 
 SINGULAR = 1e-11  # smallest eigenvalue of a scaled stiffness (at most 1) below which it is not factored by itself
-LARGEST_SHIFT = 0.05  # of the highest eigenvalue wanted: static shapes converge fast with shifts up to it
-RIGID_EIGENVALUE = 1e-14  # of the largest ratio of stiffness to mass: eigenvalues that rounding leaves of 0
+LARGEST_SHIFT = 0.05  # of the highest requested eigenvalue: static shapes converge fast with shifts up to it
+RIGID_EIGENVALUE = 1e-14  # of the largest ratio of stiffness to mass: eigenvalues below it are 0 up to rounding
 BEYOND = "no modes are found: masses or stiffnesses differ by more than floating point holds"
 SHAPE_TOLERANCE = 1e-13  # relative change of a static shape at which its refinement ends
 
@@ -46,9 +46,9 @@ def symmetric_factors(matrix: Any) -> tuple[Any, scipy.sparse.csc_array, np.ndar
 
 
 def factored(matrix: Any) -> tuple[Solve, float]:
-    """Return what solves a symmetric sparse matrix, and the smallest eigenvalue of the matrix with a unit diagonal.
+    """Return a solver of a symmetric sparse matrix, and the smallest eigenvalue of the matrix scaled to unit diagonal.
 
-    The function is not to be used where the eigenvalue is 0: the matrix is singular.
+    The solver must not be used where the eigenvalue is 0: the matrix is singular.
     """
     if not np.all(matrix.diagonal() > 0):
         return np.zeros_like, 0.0
@@ -62,8 +62,8 @@ def factored(matrix: Any) -> tuple[Solve, float]:
     if not np.isfinite(size):
         return np.zeros_like, 0.0
 
-    def solve(right: np.ndarray) -> np.ndarray:
-        return (factors.solve((right.T * scale).T).T * scale).T
+    def solve(rhs: np.ndarray) -> np.ndarray:
+        return (factors.solve((rhs.T * scale).T).T * scale).T
 
     return solve, 1 / size
 
@@ -74,13 +74,13 @@ def lowest(mass: Any, stiffness: Any, modes: int) -> tuple[np.ndarray, np.ndarra
     Returns
     -------
     squares : ndarray, shape (modes,)
-        ω², 1/s²; 0 of a rigid body.
+        ω², 1/s²; 0 for rigid-body modes.
     shapes : ndarray, shape (n, modes)
-        Of unit modal mass.
+        Shapes of unit modal mass.
     solve : callable
-        Of K + σM.
+        Solver of K + σM.
     shift : float
-        σ, 1/s²; 0 for a structure that cannot move without bending.
+        σ, 1/s²; 0 for a structure without rigid-body modes.
     """
     heavy = mass.diagonal() > 0
     fastest = float(np.max(stiffness.diagonal()[heavy] / mass.diagonal()[heavy]))
@@ -103,7 +103,7 @@ def lowest(mass: Any, stiffness: Any, modes: int) -> tuple[np.ndarray, np.ndarra
 
 
 def _lanczos(mass: Any, stiffness: Any, solve: Solve, shift: float, modes: int) -> np.ndarray:
-    """Shapes (n, modes) of the lowest modes, of unit modal mass."""
+    """Return shapes (n, modes) of the lowest modes, of unit modal mass."""
     inverse = scipy.sparse.linalg.LinearOperator(mass.shape, solve, dtype=float)
     start = solve(mass @ np.random.default_rng(0).standard_normal(mass.shape[0]))
     if not np.isfinite(start @ (mass @ start)):
@@ -112,7 +112,7 @@ def _lanczos(mass: Any, stiffness: Any, solve: Solve, shift: float, modes: int) 
         _, shapes = scipy.sparse.linalg.eigsh(stiffness, modes, mass, sigma=-shift, OPinv=inverse, v0=start)
     except scipy.sparse.linalg.ArpackError:
         raise ValueError(BEYOND) from None
-    # Rounding leaves modes of one frequency, such as a rigid body's, a little short of orthogonal.
+    # By rounding, modes of equal frequency, such as a rigid body's, are not quite orthogonal.
     size, vector = np.linalg.eigh(shapes.T @ (mass @ shapes))
     if not np.all(size > 0):
         raise ValueError(BEYOND)
@@ -122,14 +122,14 @@ def _lanczos(mass: Any, stiffness: Any, solve: Solve, shift: float, modes: int) 
 def residual_shapes(
     mass: Any, stiffness: Any, shapes: np.ndarray, solve: Solve, shift: float, loads: np.ndarray
 ) -> np.ndarray:
-    """Return the static shapes (n, n_loads) under loads (n, n_loads) less the share of the modes ``shapes`` in them."""
+    """Return the static shapes (n, n_loads) under loads (n, n_loads), less their components in the modes ``shapes``."""
     inertia = mass @ shapes
-    rest = loads - inertia @ (shapes.T @ loads)
-    found = np.zeros_like(rest)
+    residual_loads = loads - inertia @ (shapes.T @ loads)
+    static = np.zeros_like(residual_loads)
     for _ in range(30):
-        change = solve(rest - stiffness @ found)
+        change = solve(residual_loads - stiffness @ static)
         change -= shapes @ (inertia.T @ change)
-        found += change
-        if np.all(np.linalg.norm(change, axis=0) <= SHAPE_TOLERANCE * np.linalg.norm(found, axis=0)):
+        static += change
+        if np.all(np.linalg.norm(change, axis=0) <= SHAPE_TOLERANCE * np.linalg.norm(static, axis=0)):
             break
-    return found
+    return static

@@ -36,15 +36,15 @@ UNITS = {
     "in-lbf-s": (0.0254, 4.4482216152605 / 0.0254, 1.0),
     "ft-lbf-s": (0.3048, 4.4482216152605 / 0.3048, 1.0),
 }
-"""Systems of units of FE programs: m, kg and s in their units of length, mass and time. Forces are in N for m-kg-s and
+"""Systems of units of FE programs: their units of length, mass and time in m, kg and s. Forces are in N for m-kg-s and
 mm-t-s, kN for mm-kg-ms, mN for mm-kg-s, N for mm-g-ms, dyn for cm-g-s."""
 Units: TypeAlias = Literal["m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "mm-g-ms", "cm-g-s", "in-lbf-s", "ft-lbf-s"]
-MAX_INLINE = 12  # degrees of freedom up to which arrays stand in the rig file itself
+MAX_INLINE = 12  # degrees of freedom up to which arrays are written into the rig file itself
 
 T = TypeVar("T")
 
 
-def _source(value: object) -> Any:
+def _parse(value: object) -> Any:
     if isinstance(value, str | Path):
         return str(value)
     if isinstance(value, list | tuple | np.ndarray) or scipy.sparse.issparse(value):
@@ -58,7 +58,7 @@ def _source(value: object) -> Any:
     raise ValueError(f"must be the name of a file, or rows of numbers, got {value!r}")
 
 
-def _table(value: object) -> Any:
+def _parse_table(value: object) -> Any:
     if isinstance(value, str | Path):
         return str(value)
     if isinstance(value, list | tuple | np.ndarray) and all(isinstance(text, str) for text in value):
@@ -68,17 +68,19 @@ def _table(value: object) -> Any:
 
 _ROWS = {"type": "array", "items": {"type": "array", "items": {"type": "number"}}}
 Source: TypeAlias = Annotated[
-    str | tuple[tuple[float, ...], ...], PlainValidator(_source), WithJsonSchema({"anyOf": [{"type": "string"}, _ROWS]})
+    str | tuple[tuple[float, ...], ...],
+    PlainValidator(_parse),
+    WithJsonSchema({"anyOf": [{"type": "string"}, _ROWS]}),
 ]  # A matrix: the name of a file, or its rows
 Table: TypeAlias = Annotated[
     str | tuple[str, ...],
-    PlainValidator(_table),
+    PlainValidator(_parse_table),
     WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
 ]  # Degrees of freedom: the name of a CSV file, or texts such as "12:Z"
 
 
 class _Free(NamedTuple):
-    """What can move, in SI units: kg, N/m, N s/m, m, kg m, N m/rad, ..."""
+    """The free degrees of freedom, in SI units: kg, N/m, N s/m, m, kg m, N m/rad, ..."""
 
     mass: Matrix
     stiffness: Matrix
@@ -86,7 +88,7 @@ class _Free(NamedTuple):
     cross: Matrix | None  # the skew part of the stiffness
     influence: np.ndarray
     dofs: Dofs  # of all rows, the fixed ones too
-    columns: np.ndarray  # (n_all,) of each in the matrices above; -1 of a fixed one
+    columns: np.ndarray  # (n_all,) column of each in the matrices above; -1 if fixed
     total: float | None  # kg
 
 
@@ -97,7 +99,7 @@ class Matrices(StructureOfFiles):
 
     Give either ``file``, which holds everything, or ``mass`` and ``stiffness``: names of files, or arrays. Arrays of
     more than 12 degrees of freedom become a ``file`` in memory, part of the rig's plain data as a text, which
-    `Rig.save` writes beside the rig file; name files where matrices are large. Two are equal if what they hold is,
+    `Rig.save` writes next to the rig file; name files where matrices are large. Two are equal if their contents are,
     wherever the files are.
     """
 
@@ -108,7 +110,7 @@ class Matrices(StructureOfFiles):
     mass: Source | None = None
     """M: file .mtx, .npz, .npy or .mat, or rows of numbers"""
     stiffness: Source | None = None
-    """K: the same; it need not be symmetric, as that of seals and cross-coupled bearings is not"""
+    """K: the same; it need not be symmetric, such as that of seals and cross-coupled bearings"""
     damping: Source | None = None
     """C: the same; its skew part may be gyroscopic"""
     dofs: Table | None = None
@@ -120,10 +122,10 @@ class Matrices(StructureOfFiles):
     damping_ratios: tuple[Share, ...] = ()
     """of the modes, in addition; the last one holds for all that follow"""
     reduction: Literal["residual-flexibility", "craig-bampton"] = "residual-flexibility"
-    """modes of the structure and static shapes under forces, or modes with held clearances and static shapes under
+    """modes of the structure and static shapes under forces, or fixed-interface modes and static shapes under
     displacements"""
     sha256: Annotated[Text, Field(pattern="^[0-9a-f]{64}$")] | None = None
-    """of the files' bytes, one after another; if it is given, changed files are refused"""
+    """of the files' bytes, one after another; if it is given, changed files raise an error"""
     kind: Literal["matrices"] = "matrices"
     """of structure"""
     files: ClassVar[tuple[str, ...]] = ("file", "mass", "stiffness", "damping", "dofs")
@@ -134,17 +136,17 @@ class Matrices(StructureOfFiles):
                 'units is missing; write "m-kg-s" for matrices in m, kg, N, "mm-t-s" for mm, t, N, or another of '
                 + ", ".join([*UNITS][2:])
             )
-        beside = self.stiffness is not None or self.damping is not None
-        if (self.file is None) == (self.mass is None) or (self.file is not None and beside):
+        has_others = self.stiffness is not None or self.damping is not None
+        if (self.file is None) == (self.mass is None) or (self.file is not None and has_others):
             raise ValueError("give either file, or mass and stiffness")
         if self.file is None and self.stiffness is None:
             raise ValueError("stiffness is missing; a structure needs it beside its mass")
         if self.file is None and self.dofs is None:
             raise ValueError('dofs is missing; give a CSV table of node and direction, or a list ["1:X", "1:Z", ...]')
         for name in self._files:
-            self._set(name, _named(name, absolute, getattr(self, name)))
+            self._set(name, _call_named(name, absolute, getattr(self, name)))
         if not all(isinstance(getattr(self, name), str | tuple | None) for name in self.files):
-            self._keep()
+            self._embed()
         if self._files:
             self._set("sha256", content([getattr(self, name) for name in self._files], self.sha256))
         _free(self)
@@ -157,25 +159,25 @@ class Matrices(StructureOfFiles):
         """Names of the fields that name files."""
         return [name for name in self.files if isinstance(getattr(self, name), str)]
 
-    def _keep(self) -> None:
-        """Put arrays into a file in memory, so that the structure stays plain data."""
-        written = io.BytesIO()
-        write_model(written, *_read(self))
+    def _embed(self) -> None:
+        """Embed arrays as a file in memory, so that the structure stays plain data."""
+        buffer = io.BytesIO()
+        write_model(buffer, *_read(self))
         for name in self.files:
             self._set(name, None)
-        self._set("file", embedded(written.getvalue()))
+        self._set("file", embedded(buffer.getvalue()))
 
     def saved_beside(self, path: Path) -> Matrices:
-        """Return the same, arrays' file beside the rig file; see `Structure.saved_beside`."""
+        """Return the same, with the arrays' file next to the rig file; see `Structure.saved_beside`."""
         if self.file is None or not is_embedded(self.file):
             return self
-        beside = path.with_name(f"{path.stem}_matrices.npz")
-        with replacing(beside) as temporary:
+        target = path.with_name(f"{path.stem}_matrices.npz")
+        with replacing(target) as temporary:
             temporary.write_bytes(opened(self.file).read())
-        return dataclasses.replace(self, file=str(beside))
+        return dataclasses.replace(self, file=str(target))
 
     def check(self, point: float | str) -> None:
-        """Refuse what is not a degree of freedom that can move; see `Structure.check`."""
+        """Raise a ValueError for a point that is no free degree of freedom; see `Structure.check`."""
         free = _free(self)
         row, _ = free.dofs.find(point)
         if free.columns[row] < 0:
@@ -183,30 +185,30 @@ class Matrices(StructureOfFiles):
 
     @property
     def named_points(self) -> tuple[str, ...]:
-        """Degrees of freedom that can move; see `Structure.named_points`."""
+        """Free degrees of freedom; see `Structure.named_points`."""
         free = _free(self)
         return tuple(name for name, column in zip(free.dofs.names, free.columns) if column >= 0)
 
     @property
     def total_mass(self) -> float | None:
-        """Mass in kg of what moves along one axis; see `Structure.total_mass`."""
+        """Largest mass in kg of translation along an axis; see `Structure.total_mass`."""
         return _free(self).total
 
     def coordinates(self, point: float | str) -> np.ndarray:
-        """Return where a node is; see `Structure.coordinates`."""
+        """Return a node's position; see `Structure.coordinates`."""
         dofs = _free(self).dofs
         return np.zeros(3) if dofs.places is None else dofs.places[dofs.find(point)[0]]
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
-        """Return the matrices of what can move; see `Structure.assemble`."""
+        """Return the matrices of the free degrees of freedom; see `Structure.assemble`."""
         free = _free(self)
 
         def rows(at: Sequence[float | str]) -> np.ndarray:
-            found = np.zeros((len(at), free.mass.shape[0]))
-            for row, point in zip(found, at):
+            motion = np.zeros((len(at), free.mass.shape[0]))
+            for row, point in zip(motion, at):
                 index, sign = free.dofs.find(point)
                 row[free.columns[index]] = sign
-            return found
+            return motion
 
         damping = self.rayleigh, self.damping_ratios, free.damping
         return Assembly(
@@ -214,40 +216,40 @@ class Matrices(StructureOfFiles):
         )
 
 
-def _named(name: str, function: Callable[[str], T], value: str) -> T:
-    """Call a function; its errors begin with the field's name."""
+def _call_named(name: str, function: Callable[[str], T], value: str) -> T:
+    """Call a function; the messages of its errors begin with the field's name."""
     with naming(name, ValueError, ValueError, "{} {}"):
         return function(value)
 
 
 def _read(structure: Matrices) -> tuple[dict[str, Matrix], Dofs]:
-    """Matrices and degrees of freedom as they stand in files and fields."""
+    """Return matrices and degrees of freedom as given in files and fields."""
     matrices: dict[str, Matrix] = {}
     dofs: Dofs | None = None
     if structure.file is not None:
-        matrices, dofs = _named("file", read_model, structure.file)
-    for what in VARIABLES:
-        source = getattr(structure, what)
+        matrices, dofs = _call_named("file", read_model, structure.file)
+    for name in VARIABLES:
+        source = getattr(structure, name)
         if isinstance(source, str):
-            matrices[what] = _named(what, functools.partial(read_matrix, what), source)
+            matrices[name] = _call_named(name, functools.partial(read_matrix, name), source)
         elif source is not None:
-            matrices[what] = np.array(source) if isinstance(source, tuple) else source
+            matrices[name] = np.array(source) if isinstance(source, tuple) else source
     if isinstance(structure.dofs, str):
-        dofs = _named("dofs", read_dofs, structure.dofs)
+        dofs = _call_named("dofs", read_dofs, structure.dofs)
     elif structure.dofs is not None:
         dofs = dof_table(structure.dofs)
     if dofs is None:
         raise ValueError(f"dofs is missing, and {structure.file} holds none; give a CSV table of node and direction")
-    for what, matrix in matrices.items():
+    for name, matrix in matrices.items():
         if matrix.shape[0] != len(dofs.names):
             size = f"{matrix.shape[0]} x {matrix.shape[0]}"
-            raise ValueError(f"{what} is {size}, but there are {len(dofs.names)} degrees of freedom in dofs")
+            raise ValueError(f"{name} is {size}, but there are {len(dofs.names)} degrees of freedom in dofs")
     return matrices, dofs
 
 
 @functools.lru_cache(maxsize=8)
 def _free(structure: Matrices) -> _Free:
-    """Read, check, convert to SI units, and take out what the base holds."""
+    """Read, check, convert to SI units, and remove fixed degrees of freedom."""
     matrices, dofs = _read(structure)
     if structure._files:
         content([getattr(structure, name) for name in structure._files], structure.sha256)
@@ -255,97 +257,97 @@ def _free(structure: Matrices) -> _Free:
     length, kilogram, second = UNITS[structure.units]
     sign = dofs.signs * np.where(dofs.axes < 3, 1.0, length)  # displacements in m, rotations in rad
     per_time = {"mass": kilogram, "stiffness": kilogram / second**2, "damping": kilogram / second}
-    whole: dict[str, Matrix] = {}
+    in_si: dict[str, Matrix] = {}
     for what, matrix in matrices.items():
         symmetric, skew = parts_of(what, matrix, dofs)
         if skew is not None and what == "stiffness":
-            whole["cross"] = _scaled(skew, per_time[what], sign)
-        whole[what] = _scaled(matrix if skew is not None and what == "damping" else symmetric, per_time[what], sign)
+            in_si["cross"] = _convert(skew, per_time[what], sign)
+        in_si[what] = _convert(matrix if skew is not None and what == "damping" else symmetric, per_time[what], sign)
     dofs = Dofs(dofs.names, np.ones(len(sign)), None if dofs.places is None else dofs.places * length)
-    keep = ~_fixed(structure.fixed, dofs)
-    if not keep.any():
+    is_free = ~_find_fixed(structure.fixed, dofs)
+    if not is_free.any():
         raise ValueError("fixed holds every degree of freedom; nothing is left to move")
-    part = {what: matrix[keep][:, keep] for what, matrix in whole.items()}
-    check_mass_and_stiffness(part["mass"], part["stiffness"], tuple(np.array(dofs.names)[keep]))
+    free = {what: matrix[is_free][:, is_free] for what, matrix in in_si.items()}
+    check_mass_and_stiffness(free["mass"], free["stiffness"], tuple(np.array(dofs.names)[is_free]))
     rigid = (dofs.axes[:, None] == np.arange(3)).astype(float)
-    inertia = whole["mass"] @ rigid  # the base carries the fixed ones, whose share of the coupling is part of it
+    inertia = in_si["mass"] @ rigid  # the base carries the fixed ones, whose coupling terms count
     masses = np.sum(rigid * inertia, axis=0)
-    if part["mass"].shape[0] <= MAX_DENSE:
-        part = {what: m if isinstance(m, np.ndarray) else m.toarray() for what, m in part.items()}
-    columns = np.where(keep, np.cumsum(keep) - 1, -1)
+    if free["mass"].shape[0] <= MAX_DENSE:
+        free = {what: m if isinstance(m, np.ndarray) else m.toarray() for what, m in free.items()}
+    columns = np.where(is_free, np.cumsum(is_free) - 1, -1)
     total = float(masses.max()) or None
-    of_free = part["mass"], part["stiffness"], part.get("damping"), part.get("cross")
-    return _Free(*of_free, inertia[keep], dofs, columns, total)
+    of_free = free["mass"], free["stiffness"], free.get("damping"), free.get("cross")
+    return _Free(*of_free, inertia[is_free], dofs, columns, total)
 
 
-def _scaled(matrix: Matrix, factor: float, scale: np.ndarray) -> Matrix:
+def _convert(matrix: Matrix, factor: float, scale: np.ndarray) -> Matrix:
     if isinstance(matrix, np.ndarray):
         return factor * matrix * np.outer(scale, scale)
     diagonal = scipy.sparse.diags_array(scale)
     return scipy.sparse.csr_array(factor * (diagonal @ matrix @ diagonal))
 
 
-def _fixed(texts: tuple[str, ...], dofs: Dofs) -> np.ndarray:
-    """(n,) which ones the base holds."""
-    held = np.zeros(len(dofs.names), dtype=bool)
+def _find_fixed(texts: tuple[str, ...], dofs: Dofs) -> np.ndarray:
+    """Return True (n,) for fixed degrees of freedom."""
+    is_fixed = np.zeros(len(dofs.names), dtype=bool)
     for i, text in enumerate(texts):
         names = [text] if ":" in text else dofs.of_node(text)
         with naming(f"fixed[{i}]", ValueError, ValueError, "{} {}"):
-            held[[dofs.find(name)[0] for name in names or [f"{text}:X"]]] = True
-    return held
+            is_fixed[[dofs.find(name)[0] for name in names or [f"{text}:X"]]] = True
+    return is_fixed
 
 
-# What matrices of a structure must be: a symmetric positive mass, a stiffness whose symmetric part is not negative.
+# Checks: the mass is symmetric and positive definite, the symmetric part of the stiffness not negative.
 
 ASYMMETRY = 1e-6
-"""Of the geometric mean of both diagonal terms: difference between the halves that rounding in a file leaves."""
+"""Of the geometric mean of both diagonal terms: largest difference between the halves by rounding in a file."""
 
 
-def parts_of(what: str, matrix: Matrix, dofs: Dofs) -> tuple[Matrix, Matrix | None]:
-    """Return the symmetric and the skew part of a matrix, None for a skew one that rounding explains.
+def parts_of(name: str, matrix: Matrix, dofs: Dofs) -> tuple[Matrix, Matrix | None]:
+    """Return the symmetric and the skew part of a matrix, None for a skew part within rounding.
 
-    A ValueError says where a mass is not symmetric.
+    A ValueError names the terms of a mass that is not symmetric.
     """
     difference = scipy.sparse.coo_array(matrix - matrix.T)
     size = np.sqrt(np.abs(matrix.diagonal()))
     floor = 1e-9 * size.max(initial=0.0)
     size = np.maximum(size, floor)
-    share = np.abs(difference.data) / np.maximum(size[difference.row] * size[difference.col], 1e-300)
+    asymmetry = np.abs(difference.data) / np.maximum(size[difference.row] * size[difference.col], 1e-300)
     symmetric = (matrix + matrix.T) / 2
-    if not share.size or share.max() <= ASYMMETRY:
+    if not asymmetry.size or asymmetry.max() <= ASYMMETRY:
         return symmetric, None
-    if what == "mass":
-        worst = int(np.argmax(share))
+    if name == "mass":
+        worst = int(np.argmax(asymmetry))
         i, j = int(difference.row[worst]), int(difference.col[worst])
         raise ValueError(
-            f"{what} is not symmetric: {matrix[i, j]:g} between {dofs.names[i]} and {dofs.names[j]} (row {i + 1}, "
+            f"{name} is not symmetric: {matrix[i, j]:g} between {dofs.names[i]} and {dofs.names[j]} (row {i + 1}, "
             f"column {j + 1}), {matrix[j, i]:g} between {dofs.names[j]} and {dofs.names[i]}"
         )
     return symmetric, (matrix - matrix.T) / 2
 
 
 def check_mass_and_stiffness(mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
-    """Refuse a mass that is not positive and a stiffness that is negative; the message names the degree of freedom.
+    """Raise a ValueError for a mass that is not positive or a negative stiffness; it names the degree of freedom.
 
     A rotation may have no mass, as in lumped mass matrices, if it has a stiffness.
     """
     heavy, stiff = mass.diagonal(), stiffness.diagonal()
-    light = (heavy == 0) & (abs(mass).sum(axis=0) == 0) & np.array([":R" in name for name in names])
-    if not np.all(sound := (stiff > 0) | ~light):
-        at = int(np.argmin(sound))
+    massless = (heavy == 0) & (abs(mass).sum(axis=0) == 0) & np.array([":R" in name for name in names])
+    if not np.all(valid := (stiff > 0) | ~massless):
+        at = int(np.argmin(valid))
         raise ValueError(
             f"mass of {names[at]} and its stiffness are 0 (row {at + 1}); leave it out, or hold it by fixed"
         )
-    if not np.all(sound := (heavy > 0) | light):
-        at = int(np.argmin(sound))
+    if not np.all(valid := (heavy > 0) | massless):
+        at = int(np.argmin(valid))
         raise ValueError(
             f"mass of {names[at]} is {heavy[at]:g} (row {at + 1}); needs > 0: give it a mass, export a consistent mass "
             "matrix, or condense it (Guyan) in the FE program"
         )
-    if light.all():
+    if massless.all():
         raise ValueError("mass is 0; needs a translation with a mass")
-    rows = np.flatnonzero(~light)
-    if (worst := _worst(mass[rows][:, rows])) is not None:
+    rows = np.flatnonzero(~massless)
+    if (worst := _indefinite_row(mass[rows][:, rows])) is not None:
         raise ValueError(
             f"mass is not positive definite: some motion of {names[rows[worst]]} has no positive kinetic energy; look "
             "at the coupling terms of that row, and whether the file holds the whole matrix"
@@ -354,15 +356,15 @@ def check_mass_and_stiffness(mass: Matrix, stiffness: Matrix, names: tuple[str, 
         at = int(np.argmin(stiff))
         raise ValueError(f"stiffness of {names[at]} is {stiff[at]:g} (row {at + 1}); needs >= 0: check K's sign")
     little = 1e-9 * float(np.max(stiff[rows] / heavy[rows])) or 1.0
-    if (worst := _worst(stiffness + little * mass)) is not None:
+    if (worst := _indefinite_row(stiffness + little * mass)) is not None:
         raise ValueError(
             f"stiffness is negative in some motion of {names[worst]}; check the signs of K, and whether the file holds "
             "the whole matrix"
         )
 
 
-def _worst(matrix: Matrix) -> int | None:
-    """Where a matrix of positive diagonal fails to be positive definite; None if it does not."""
+def _indefinite_row(matrix: Matrix) -> int | None:
+    """Return the row where a matrix of positive diagonal fails to be positive definite; None if it does not."""
     if isinstance(matrix, np.ndarray):
         scale = 1 / np.sqrt(matrix.diagonal())
         value, vector = np.linalg.eigh(matrix * np.outer(scale, scale))

@@ -1,4 +1,4 @@
-"""Mass, stiffness and damping matrices out of Matrix Market, NumPy and MATLAB files."""
+"""Readers of mass, stiffness and damping matrices: Matrix Market, NumPy and MATLAB files."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ __all__ = ["Found", "Matrix", "as_matrix", "read_matrix", "read_model", "write_m
 Matrix: TypeAlias = np.ndarray | scipy.sparse.csr_array  # Dense or sparse matrix.
 
 VARIABLES = {"mass": ("mass", "M"), "stiffness": ("stiffness", "K"), "damping": ("damping", "C", "D")}
-"""Variables in which a file holds each matrix."""
+"""Names of each matrix's variable in a file."""
 _BODY = re.compile(rb"[^\n]*\n(?:[ \t\r]*(?:%[^\n]*)?\n)*")
-"""what comes before a Matrix Market file's size and numbers: its first line and comments"""
+"""part of a Matrix Market file before its size and numbers: its first line and comments"""
 _NUMERALS = b"0123456789+-.eEnaifNAIF \t\r\n"
 SUFFIXES = (".npz", ".mat", ".mtx", ".npy")
 WHY = "{} ({})"  # numpy, scipy, zipfile and zlib raise errors of many kinds over damaged files
@@ -36,9 +36,9 @@ MAX_ROWS = 1_000_000  # rows of a matrix; ten times what can be reduced in reaso
 
 
 class Found(NamedTuple):
-    """What one file holds."""
+    """Content of one file."""
 
-    matrices: dict[str, Matrix]  #: by what they are: mass, stiffness, damping
+    matrices: dict[str, Matrix]  #: by name: mass, stiffness, damping
     dofs: Dofs | None
 
 
@@ -50,40 +50,40 @@ def read_model(name: str) -> Found:
     scipy.sparse.save_npz behind the matrix's name: ``M_data``, ``M_indices``, ``M_indptr``, ``M_shape`` (CSR).
     """
     path = "arrays" if is_embedded(name) else name
-    variables = _variables(name)
+    variables = _read_variables(name)
     matrices = {}
     for what, names in VARIABLES.items():
-        if found := [name for name in names if name in variables or f"{name}_data" in variables]:
-            matrices[what] = as_matrix(f"{path}: {found[0]}", _variable(path, variables, found[0]))
+        if present := [name for name in names if name in variables or f"{name}_data" in variables]:
+            matrices[what] = as_matrix(f"{path}: {present[0]}", _get_variable(path, variables, present[0]))
     for what in ("mass", "stiffness"):
         if what not in matrices:
             known = ", ".join(sorted(variables)) or "nothing"
             raise ValueError(f"{path}: holds no {what} matrix ({' or '.join(VARIABLES[what])}); it holds {known}")
-    return Found(matrices, _dofs(path, variables))
+    return Found(matrices, _read_dofs(path, variables))
 
 
 def read_matrix(what: str, name: str) -> Matrix:
-    """Read the matrix that a file holds: the only one, or that with the name of ``what`` it is."""
+    """Read a matrix from a file: the only one, or that with the name ``what``."""
     path = Path(name)
     if path.suffix.lower() == ".mtx":
-        return as_matrix(str(path), _matrix_market(path))
+        return as_matrix(str(path), _read_matrix_market(path))
     if path.suffix.lower() == ".npy":
         with naming(f"{path}: not a whole .npy file of numbers", (ValueError, EOFError), ValueError, WHY):
             return as_matrix(str(path), np.load(path, mmap_mode="r"))
-    variables = _variables(name)
+    variables = _read_variables(name)
     if {"data", "indices", "indptr", "shape"} <= variables.keys():
         with naming(f"{path}: not a sparse matrix of scipy.sparse.save_npz", Exception, ValueError, WHY):
             saved = scipy.sparse.load_npz(path)
         return as_matrix(str(path), saved)
     held = ", ".join(variables) or "nothing"
-    named = [n for n in VARIABLES[what] if n in variables or f"{n}_data" in variables] or [*variables]
-    if len(named) != 1:
+    candidates = [n for n in VARIABLES[what] if n in variables or f"{n}_data" in variables] or [*variables]
+    if len(candidates) != 1:
         raise ValueError(f"{path}: holds {held}; which is the {what} matrix? Call it {what}")
-    return as_matrix(f"{path}: {named[0]}", _variable(path, variables, named[0]))
+    return as_matrix(f"{path}: {candidates[0]}", _get_variable(path, variables, candidates[0]))
 
 
 def write_model(file: BinaryIO, matrices: Mapping[str, Matrix], dofs: Dofs) -> None:
-    """Write what `read_model` reads, as .npz: the same bytes for the same numbers."""
+    """Write matrices and degrees of freedom as .npz for `read_model`: the same bytes for the same numbers."""
     variables: dict[str, Any] = {}
     for what, matrix in matrices.items():
         if isinstance(matrix, np.ndarray):
@@ -98,8 +98,8 @@ def write_model(file: BinaryIO, matrices: Mapping[str, Matrix], dofs: Dofs) -> N
     np.savez_compressed(file, **variables)
 
 
-def _matrix_market(path: Path) -> Any:
-    """The matrix of a file, after a look at how large it says it is."""
+def _read_matrix_market(path: Path) -> Any:
+    """Return the matrix of a Matrix Market file, after a check of its declared size."""
     data = path.read_bytes() + b"\n"  # scipy 1.17 reads on behind a number that ends the file
     wrong = ValueError, OverflowError, TypeError, MemoryError
     with naming(f"{path}: not a Matrix Market file that can be used", wrong, ValueError, WHY):
@@ -119,13 +119,13 @@ def _check_rows(rows: int, columns: int) -> None:
         raise ValueError(f"{rows} x {columns}; at most {MAX_ROWS} rows are read")
 
 
-def _variables(name: str) -> dict[str, Any]:
-    """What a .npz or .mat file holds, by name."""
+def _read_variables(name: str) -> dict[str, Any]:
+    """Return the variables of a .npz or .mat file, by name."""
     path = Path("arrays.npz" if is_embedded(name) else name)
     if path.suffix.lower() == ".npz":
         with naming(f"{path}: not a whole .npz file of numbers and texts", Exception, ValueError, WHY):
             with opened(name) as stream, zipfile.ZipFile(stream) as file:
-                return {member.filename.removesuffix(".npy"): _array(file, member) for member in file.infolist()}
+                return {member.filename.removesuffix(".npy"): _read_array(file, member) for member in file.infolist()}
     if path.suffix.lower() != ".mat":
         raise ValueError(f"{path}: matrices are read from {', '.join(SUFFIXES)} files")
     data = path.read_bytes()
@@ -136,8 +136,8 @@ def _variables(name: str) -> dict[str, Any]:
         return arrays(data, MAX_UNPACKED)
 
 
-def _array(file: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
-    """An array of a .npz file, after a look at whether it is as large as it says it is."""
+def _read_array(file: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
+    """Return an array of a .npz file, after a check of its declared size."""
     with file.open(member) as stream:
         version = np.lib.format.read_magic(stream)
         read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
@@ -148,7 +148,7 @@ def _array(file: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
         return np.lib.format.read_array(stream)
 
 
-def _variable(path: str | Path, variables: Mapping[str, Any], name: str) -> Any:
+def _get_variable(path: str | Path, variables: Mapping[str, Any], name: str) -> Any:
     if name in variables:
         return variables[name]
     data, indices, indptr, shape = (variables.get(f"{name}_{part}") for part in ("data", "indices", "indptr", "shape"))
@@ -162,7 +162,7 @@ def _variable(path: str | Path, variables: Mapping[str, Any], name: str) -> Any:
 
 
 def as_matrix(where: str, value: Any) -> Matrix:
-    """A real square matrix of finite numbers; of a triangular one, which is half of a symmetric one, the whole."""
+    """Check and return a real square matrix of finite numbers; a triangular one is completed to a symmetric one."""
     if not scipy.sparse.issparse(value):
         try:
             value = np.asarray(value)
@@ -174,7 +174,7 @@ def as_matrix(where: str, value: Any) -> Matrix:
         with naming(f"{where}: no matrix that can be used", ValueError, ValueError, WHY):
             _check_rows(*value.shape)
             value.check_format(full_check=True)  # compiled functions trust the indices
-            if np.any(np.diff(value.indptr) < 0):  # not looked at where the last one is 0
+            if np.any(np.diff(value.indptr) < 0):  # not checked by scipy where the last one is 0
                 raise ValueError("indptr must not fall")
     if value.shape[0] != value.shape[1] or not value.shape[0]:
         raise ValueError(f"{where}: must be square, got {value.shape[0]} x {value.shape[1]}")
@@ -200,14 +200,14 @@ def as_matrix(where: str, value: Any) -> Matrix:
     return scipy.sparse.csr_array(value + lower.T + upper.T) if (lower.nnz == 0) != (upper.nnz == 0) else value
 
 
-def _dofs(path: str, variables: Mapping[str, Any]) -> Dofs | None:
-    """Degrees of freedom that stand in the file of the matrices."""
-    if (found := variables.get("dofs")) is None:
+def _read_dofs(path: str, variables: Mapping[str, Any]) -> Dofs | None:
+    """Return the degrees of freedom in the file of the matrices."""
+    if (dofs := variables.get("dofs")) is None:
         return None
     places = variables.get("coordinates")
-    if isinstance(found, np.ndarray) and found.ndim == 2 and found.shape[1] == 2 and found.dtype.kind in "iuf":
-        texts = [f"{node:.0f}:{direction:.0f}" for node, direction in found]
+    if isinstance(dofs, np.ndarray) and dofs.ndim == 2 and dofs.shape[1] == 2 and dofs.dtype.kind in "iuf":
+        texts = [f"{node:.0f}:{direction:.0f}" for node, direction in dofs]
     else:
-        texts = [str(text).strip() for text in ([found] if isinstance(found, str) else np.ravel(found).tolist())]
+        texts = [str(text).strip() for text in ([dofs] if isinstance(dofs, str) else np.ravel(dofs).tolist())]
     with naming(path, (TypeError, ValueError), ValueError):
         return dof_table(texts, None if places is None else np.asarray(places, dtype=float))

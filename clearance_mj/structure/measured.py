@@ -1,10 +1,10 @@
-"""From measured FRFs of an assembly to a structure given by its modes, with the synthesis against the measurement.
+"""Modal structures from measured FRFs of an assembly, with the synthesis compared to the measurement.
 
 Poles come from `extract_modes`. The residue of a mode between two degrees of freedom is φ_o φ_r / (2 j ω_d) for shapes
 of unit modal mass (Ewins, Modal Testing, 2nd ed., 2000, sections 2.4 and 4.6), so a driving point, whose response is
-measured where the force acts, gives the scale; shapes that fit all references at once follow by least squares. What is
-left of the FRFs beyond the modes, L + s² R in accelerance, is the effect of modes below and above the band; it is
-fitted as modes at one low and one high frequency, which is what the structure makes of it.
+measured where the force acts, gives the scale; shapes that fit all references at once follow by least squares. The
+residual of the FRFs beyond the modes, L + s² R in accelerance, is the effect of modes below and above the band; it is
+fitted as modes at one low and one high frequency, as the structure represents it.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 
 __all__ = ["MeasuredModes", "modes_from_frf"]
 
-SIGNIFICANT = 3.0  # standard errors above which what is left of a driving point is taken for modes out of the band
-MIN_SHARE = 1e-3  # share of a driving point's weighted energy that modes below the band must explain to be kept
-LOW_RATIO = 0.2  # of the lowest line: where the modes below the band are put; 4 % more inertia at that line
+SIGNIFICANT = 3.0  # standard errors above which a driving point's residual counts as modes out of the band
+MIN_SHARE = 1e-3  # least fraction of a driving point's weighted energy explained by modes below the band, to keep them
+LOW_RATIO = 0.2  # of the lowest line: frequency assigned to modes below the band; 4 % more inertia at that line
 Pair: TypeAlias = tuple[tuple[int | str, str], tuple[int | str, str], int]
 """node and axis of response and reference, and the sign of their directions"""
 INTEGRATED = {"acceleration": 0, "velocity": 1, "displacement": 2}
@@ -43,20 +43,20 @@ INTEGRATED = {"acceleration": 0, "velocity": 1, "displacement": 2}
 
 @dataclass(frozen=True, eq=False)
 class MeasuredModes:
-    """A structure made of measured FRFs, and how well it gives them again."""
+    """A structure identified from measured FRFs, and its agreement with them."""
 
     structure: ModalStructure
-    """modes of unit modal mass, with the residual flexibility where the FRFs tell it"""
+    """modes of unit modal mass, with the residual flexibility where the FRFs show it"""
     measured: FRF
     """accelerance that was fitted, m/s²/N"""
     synthesised: FRF
-    """the same of the structure"""
+    """accelerance of the structure"""
     collinearity: np.ndarray
     """(n,) modal phase collinearity of the measured modes, before their real parts were taken"""
     left_out: tuple[float, ...] = ()
-    """Hz, modes of the FRFs whose driving points say a negative mass"""
+    """Hz, modes of the FRFs with a negative modal mass at the driving points"""
     below: int = 0
-    """how many of the structure's first modes stand for those below the band"""
+    """number of the structure's first modes that represent those below the band"""
 
     @functools.cached_property
     def frac(self) -> np.ndarray:
@@ -91,11 +91,11 @@ class MeasuredModes:
         rows = -(-len(labels) // columns)
         figure = canvas(0.4 + 2.2 * rows, 3.2 * columns)
         axes = figure.subplots(rows, columns, squeeze=False, sharex=True)
-        both = zip(self.measured.functions, self.synthesised.functions)
-        for ax, label, (test, model), share, error in zip(axes.flat, labels, both, self.frac, self.rmse_db):
+        pairs = zip(self.measured.functions, self.synthesised.functions)
+        for ax, label, (test, model), assurance, error in zip(axes.flat, labels, pairs, self.frac, self.rmse_db):
             ax.semilogy(self.measured.frequency, np.abs(test), color="black", linewidth=1.0, label="measured")
             ax.semilogy(self.measured.frequency, np.abs(model), color="#d55e00", linewidth=1.0, label="synthesised")
-            ax.set_title(f"{label}: FRAC {share:.3f}, RMSE {error:.2f} dB", fontsize=8)
+            ax.set_title(f"{label}: FRAC {assurance:.3f}, RMSE {error:.2f} dB", fontsize=8)
         for ax in axes.flat[len(labels) :]:
             ax.set_visible(False)
         for ax in axes.flat[len(labels) - columns : len(labels)]:
@@ -114,7 +114,7 @@ def modes_from_frf(
     poles: tuple[Sequence[float], Sequence[float]] | None = None,
     driving_points: dict[str, str] | None = None,
 ) -> MeasuredModes:
-    """Make a structure of measured FRFs, and show how well it gives them again.
+    """Identify a structure from measured FRFs, and compare its FRFs with them.
 
     Parameters
     ----------
@@ -125,14 +125,14 @@ def modes_from_frf(
     band : (float, float), optional
         Lines to use, Hz; all if left out.
     poles : (sequence of float, sequence of float), optional
-        Natural frequencies, Hz, and damping ratios found elsewhere, such as sdypy-EMA's ``nat_freq`` and ``nat_xi``.
+        Natural frequencies, Hz, and damping ratios from elsewhere, such as sdypy-EMA's ``nat_freq`` and ``nat_xi``.
     driving_points : dict, optional
         Response degree of freedom by reference, where they have different names, such as {"200:+Z": "5:+Z"}.
 
     Returns
     -------
     MeasuredModes
-        The structure, the FRFs that it gives, and their agreement with the measured ones.
+        The structure, its FRFs, and their agreement with the measured ones.
 
     Raises
     ------
@@ -148,18 +148,18 @@ def modes_from_frf(
             "driving point, or name it (driving_points) where its label is another"
         )
     if poles is None:
-        found = extract_modes(frf, n_modes)
-        frequency, damping = found.frequency, found.damping
+        modes = extract_modes(frf, n_modes)
+        frequency, damping = modes.frequency, modes.damping
     else:
         frequency, damping = (np.asarray(values, dtype=float) for values in poles)
     if not frequency.size:
         raise RecordError("the FRFs show no modes; give a band around them, or poles found elsewhere")
     order = np.argsort(frequency)
-    return _structure(frf, pairs, frequency[order], damping[order])
+    return _identify(frf, pairs, frequency[order], damping[order])
 
 
 def _accelerance(frf: FRF, names: dict[str, str]) -> FRF:
-    """Accelerance at lines above 0 Hz, its references named after the responses at them."""
+    """Return the accelerance at lines above 0 Hz, its references named after the responses at them."""
     above, _, below = frf.quantity.partition("/")
     require_quantity(frf)
     if below != "force" or above not in INTEGRATED:
@@ -180,21 +180,21 @@ def _accelerance(frf: FRF, names: dict[str, str]) -> FRF:
 
 
 def _pairs(frf: FRF) -> list[Pair]:
-    """Node and axis of response and reference of each function, and the sign of their directions."""
+    """Return node and axis of response and reference of each function, and the sign of their directions."""
     dofs = {label: parse_dof(label) for label in (*frf.responses, *frf.references)}
     if bad := [label for label, dof in dofs.items() if dof is None]:
         raise RecordError(f'"{bad[0]}" is no degree of freedom, such as "3:+Z"')
     known = [(j, i) for j in range(len(frf.references)) for i in range(len(frf.responses)) if frf.measured[i, j]]
-    found = []
+    pairs = []
     for j, i in known:
         a, b = dofs[frf.responses[i]], dofs[frf.references[j]]
         assert a is not None and b is not None
-        found.append((a[:2], b[:2], a[2] * b[2]))
-    return found
+        pairs.append((a[:2], b[:2], a[2] * b[2]))
+    return pairs
 
 
-def _structure(frf: FRF, pairs: list[Pair], frequency: np.ndarray, damping: np.ndarray) -> MeasuredModes:
-    """Scale shapes, add what the modes leave, and synthesise."""
+def _identify(frf: FRF, pairs: list[Pair], frequency: np.ndarray, damping: np.ndarray) -> MeasuredModes:
+    """Scale shapes, add residual modes, and synthesise the FRFs."""
     places = {place: i for i, place in enumerate(dict.fromkeys([a for a, _, _ in pairs] + [b for _, b, _ in pairs]))}
     at = np.array([(places[a], places[b]) for a, b, _ in pairs])
     sign = np.array([s for _, _, s in pairs])
@@ -204,59 +204,59 @@ def _structure(frf: FRF, pairs: list[Pair], frequency: np.ndarray, damping: np.n
     value = sign[:, None] * frf.functions
     fit = ModalFit(frf.frequency, value, line_weight(value), frf.window_rate)
     residues = fit.residues(poles)
-    shapes = [_shape((a * 2j * p.imag).real, at, len(places)) for a, p in zip(residues, poles)]
-    kept = np.array([shape is not None for shape in shapes])
-    if not kept.any():
+    shapes = [_fit_shape((a * 2j * p.imag).real, at, len(places)) for a, p in zip(residues, poles)]
+    positive = np.array([shape is not None for shape in shapes])
+    if not positive.any():
         raise RecordError("every mode's driving points say a negative mass; check the directions of force and response")
     phi = np.array([shape for shape in shapes if shape is not None]).T
     dofs = tuple(f"{node}:+{axis}" for node, axis in places)
-    rest, loads, lower = _rest(fit, value, phi, omega[kept], damping[kept], at, last)
-    low = np.full(lower.shape[1], LOW_RATIO * frf.frequency[0])
+    flexibility, loads, lower = _fit_residual_modes(fit, value, phi, omega[positive], damping[positive], at, last)
+    below = np.full(lower.shape[1], LOW_RATIO * frf.frequency[0])
     structure = ModalStructure(
-        frequencies=tuple(np.append(low, frequency[kept])),
-        damping_ratios=tuple(np.append(np.zeros(low.size), damping[kept])),
+        frequencies=tuple(np.append(below, frequency[positive])),
+        damping_ratios=tuple(np.append(np.zeros(below.size), damping[positive])),
         dofs=dofs,
-        shapes=_plain(np.hstack((lower, phi))),
-        residual_flexibility=_plain(rest) if rest.any() else None,
-        residual_dofs=tuple(dofs[i] for i in loads) if rest.any() else None,
+        shapes=_to_tuples(np.hstack((lower, phi))),
+        residual_flexibility=_to_tuples(flexibility) if flexibility.any() else None,
+        residual_dofs=tuple(dofs[i] for i in loads) if flexibility.any() else None,
     )
-    left_out = tuple(frequency[~kept].tolist())
-    mpc = phase_collinearity(residues[kept].T)
-    return MeasuredModes(structure, frf, _synthesis(structure, frf), mpc, left_out, low.size)
+    left_out = tuple(frequency[~positive].tolist())
+    mpc = phase_collinearity(residues[positive].T)
+    return MeasuredModes(structure, frf, _synthesise(structure, frf), mpc, left_out, below.size)
 
 
-def _plain(values: np.ndarray) -> tuple[tuple[float, ...], ...]:
+def _to_tuples(values: np.ndarray) -> tuple[tuple[float, ...], ...]:
     return tuple(map(tuple, values.tolist()))
 
 
-def _shape(product: np.ndarray, at: np.ndarray, size: int) -> np.ndarray | None:
-    """φ (size,) whose products φ_a φ_b fit those of the pairs best; None where every driving point's is negative."""
+def _fit_shape(product: np.ndarray, at: np.ndarray, size: int) -> np.ndarray | None:
+    """Fit φ (size,) to products φ_a φ_b of the pairs; return None where those of all driving points are negative."""
     driving = np.where(at[:, 0] == at[:, 1], product, -np.inf)
     best = int(np.argmax(driving))
     if not driving[best] > 0:
         return None
-    start, here = np.zeros(size), at[best, 0]
-    start[here] = np.sqrt(driving[best])
+    start, driving_point = np.zeros(size), at[best, 0]
+    start[driving_point] = np.sqrt(driving[best])
     for (a, b), value in zip(at, product):
-        if here in (a, b) and a != b:
-            start[a if b == here else b] = value / start[here]
+        if driving_point in (a, b) and a != b:
+            start[a if b == driving_point else b] = value / start[driving_point]
 
     def slopes(phi: np.ndarray) -> np.ndarray:
-        found = np.zeros((len(at), size))
+        jacobian = np.zeros((len(at), size))
         rows = np.arange(len(at))
-        np.add.at(found, (rows, at[:, 0]), phi[at[:, 1]])
-        np.add.at(found, (rows, at[:, 1]), phi[at[:, 0]])
-        return found
+        np.add.at(jacobian, (rows, at[:, 0]), phi[at[:, 1]])
+        np.add.at(jacobian, (rows, at[:, 1]), phi[at[:, 0]])
+        return jacobian
 
     return scipy.optimize.least_squares(lambda phi: phi[at[:, 0]] * phi[at[:, 1]] - product, start, slopes).x
 
 
-def _modal(s: np.ndarray, products: np.ndarray, omega: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """(n_functions, n_f) accelerance of modes with products φ_a φ_b (n_functions, n) at s = jω (n_f,)."""
+def _modal_accelerance(s: np.ndarray, products: np.ndarray, omega: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Return the accelerance (n_functions, n_f) of modes with products φ_a φ_b (n_functions, n) at s = jω (n_f,)."""
     return products @ (s**2 / (omega[:, None] ** 2 + s**2 + 2 * (damping * omega)[:, None] * s))
 
 
-def _rest(
+def _fit_residual_modes(
     fit: ModalFit,
     value: np.ndarray,
     phi: np.ndarray,
@@ -265,33 +265,33 @@ def _rest(
     at: np.ndarray,
     last: float,
 ) -> tuple[np.ndarray, list[int], np.ndarray]:
-    """Residual flexibility (n_dofs, n_loads), its loads, and shapes (n_dofs, k) of modes below the band."""
+    """Return residual flexibility (n_dofs, n_loads), its loads, and shapes (n_dofs, k) of modes below the band."""
     w = fit.s[:, 0].imag * last
-    left = value - _modal(fit.s[:, 0] * last, phi[at[:, 0]] * phi[at[:, 1]], omega, damping)
+    residual = value - _modal_accelerance(fit.s[:, 0] * last, phi[at[:, 0]] * phi[at[:, 1]], omega, damping)
     columns = np.column_stack(
         (w**2 / (w**2 - (LOW_RATIO * w[0]) ** 2), -(w**2) / (1 - (w / (OMEGA_RATIO * omega[-1])) ** 2))
     )
-    basis, target = fit.weighted(columns), fit.weighted(left.T)
-    terms, spread = _fitted(basis, target)  # L and R (2, n_functions)
+    basis, target = fit.weighted(columns), fit.weighted(residual.T)
+    terms, spread = _least_squares(basis, target)  # L and R (2, n_functions)
     driving = at[:, 0] == at[:, 1]
-    share = np.sum((basis[:, :1] * terms[0]) ** 2, axis=0) / np.sum(fit.target**2, axis=0)
-    lower, _ = _certain_root(terms[0], spread[0], at, len(phi))
-    if share[driving].max() < MIN_SHARE:
+    fraction = np.sum((basis[:, :1] * terms[0]) ** 2, axis=0) / np.sum(fit.target**2, axis=0)
+    lower, _ = _significant_root(terms[0], spread[0], at, len(phi))
+    if fraction[driving].max() < MIN_SHARE:
         lower = lower[:, :0]
-        terms, spread = _fitted(basis[:, 1:], target)
-    upper, loads = _certain_root(terms[-1], spread[-1], at, len(phi))
+        terms, spread = _least_squares(basis[:, 1:], target)
+    upper, loads = _significant_root(terms[-1], spread[-1], at, len(phi))
     return upper @ upper[loads].T, loads, lower
 
 
-def _fitted(basis: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients of columns in a target by least squares, and their standard errors."""
+def _least_squares(basis: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return coefficients of columns in a target by least squares, and their standard errors."""
     terms, *_ = np.linalg.lstsq(basis, target, rcond=None)
     noise = np.mean((target - basis @ terms) ** 2, axis=0)
     return terms, np.sqrt(np.linalg.inv(basis.T @ basis).diagonal()[:, None] * noise)
 
 
-def _certain_root(term: np.ndarray, spread: np.ndarray, at: np.ndarray, size: int) -> tuple[np.ndarray, list[int]]:
-    """S (size, k) with S Sᵀ = a term of the functions under forces with driving points, and the places of these."""
+def _significant_root(term: np.ndarray, spread: np.ndarray, at: np.ndarray, size: int) -> tuple[np.ndarray, list[int]]:
+    """Return S (size, k) with S Sᵀ = a term of the functions under forces with driving points, and their places."""
     known = {(int(a), int(b)): i for i, (a, b) in enumerate(at)}
     loads = [b for b in dict.fromkeys(at[:, 1].tolist()) if term[known.get((b, b), 0)] > 0 and (b, b) in known]
     if any((a, b) not in known for a in loads for b in loads):
@@ -303,8 +303,8 @@ def _certain_root(term: np.ndarray, spread: np.ndarray, at: np.ndarray, size: in
     return flexibility_root(columns, columns[loads], floor), loads
 
 
-def _synthesis(structure: ModalStructure, frf: FRF) -> FRF:
-    """What the structure gives for the measured functions."""
+def _synthesise(structure: ModalStructure, frf: FRF) -> FRF:
+    """Return the structure's FRFs for the measured functions."""
     linear = structure.assemble(frf.references, 0)
     s = frf.window_rate + 2j * np.pi * frf.frequency
     dynamic = linear.stiffness.diagonal()[:, None] + s**2 + s * linear.viscous.diagonal()[:, None]

@@ -1,9 +1,7 @@
 """Structures that are MuJoCo models, linearised about their equilibrium.
 
-The equilibrium of a MuJoCo model, and mass, damping and stiffness of small motions about it.
-
 Forces are differentiated by centred differences in the tangent space of the joints. Equality constraints (closed loops)
-hold: small motions are those that they allow, and their forces turn with the joints (Bathe, Finite Element Procedures,
+hold: small motions satisfy them, and their forces turn with the joints (Bathe, Finite Element Procedures,
 2014, section 6.3, geometric stiffness). Contacts, joint limits and dry friction are left out.
 """
 
@@ -30,7 +28,7 @@ from .files import FileName, absolute, content
 __all__ = ["Linearised", "Mjcf", "linearised"]
 
 PLACE_KINDS = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_BODY
-"""Objects that a place may name, in the order in which a name is looked for."""
+"""Objects that a place may name, in the order of the search."""
 
 
 @register
@@ -46,13 +44,13 @@ class Mjcf(StructureOfFiles):
     file: FileName
     """MJCF (.xml), or a compiled model (.mjb)"""
     keyframe: Text | None = None
-    """of the model, from which the equilibrium is looked for, and whose controls act; None: the initial position"""
+    """of the model, from which the search for the equilibrium starts, and whose controls act; None: initial position"""
     rayleigh: tuple[NotNegative, NotNegative] = (0.0, 0.0)
     """(η1 in 1/s, η2 in s): damping η1 M + η2 K, in addition"""
     damping_ratios: tuple[Share, ...] = ()
     """of the modes, in addition; the last one holds for all that follow"""
     sha256: Annotated[Text, Field(pattern="^[0-9a-f]{64}$")] | None = None
-    """of the file's bytes; if it is given, a changed file is refused"""
+    """of the file's bytes; if it is given, a changed file raises an error"""
     kind: Literal["mjcf"] = "mjcf"
     """of structure"""
     files: ClassVar[tuple[str, ...]] = ("file",)
@@ -64,11 +62,11 @@ class Mjcf(StructureOfFiles):
 
     @property
     def total_mass(self) -> float:
-        """Mass in kg of all bodies that can move or not."""
+        """Mass in kg of all bodies, fixed ones too."""
         return float(mujoco.mj_getTotalmass(_linearised(self).model))
 
     def check(self, point: float | str) -> None:
-        """Refuse what is no site or body, or cannot move; see `Structure.check`."""
+        """Raise a ValueError for a point that is no site or body, or cannot move; see `Structure.check`."""
         row = self._row(point)
         if not np.isfinite(row).all():
             raise ValueError(f'"{point}" is at no finite position')
@@ -83,35 +81,35 @@ class Mjcf(StructureOfFiles):
         return tuple(point for point in points if self._row(point).any())
 
     def _names(self, kind: mujoco.mjtObj) -> list[str]:
-        """Names of the model's sites or bodies, the world's apart."""
+        """Return names of the model's sites or bodies, without the world."""
         model = _linearised(self).model
         count = model.nsite if kind == mujoco.mjtObj.mjOBJ_SITE else model.nbody
         names = (mujoco.mj_id2name(model, kind, i) for i in range(count))
         return [name for name in names if name and name != "world"]
 
     def coordinates(self, point: float | str) -> np.ndarray:
-        """Return where a site or body is at equilibrium; see `Structure.coordinates`."""
-        return _linearised(self).place(*self._named(point))
+        """Return the position of a site or body at equilibrium; see `Structure.coordinates`."""
+        return _linearised(self).place(*self._find_place(point))
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
         """Return the matrices of small motions; see `Structure.assemble`."""
-        found = _linearised(self)
+        system = _linearised(self)
 
         def rows(at: Sequence[float | str]) -> np.ndarray:
-            return np.reshape([self._row(point) for point in at], (len(at), len(found.mass)))
+            return np.reshape([self._row(point) for point in at], (len(at), len(system.mass)))
 
         return Assembly(
-            found.mass, found.stiffness, found.influence, rows, self.rayleigh, self.damping_ratios, found.damping
+            system.mass, system.stiffness, system.influence, rows, self.rayleigh, self.damping_ratios, system.damping
         )
 
     def _row(self, point: float | str) -> np.ndarray:
-        """Displacement of a point along its direction, per coordinate."""
+        """Return the displacement of a point along its direction, per coordinate."""
         if (dof := parse_dof(point)) is None:
             raise ValueError(f'"{point}" is no point of a MuJoCo model, such as "tip:+Z" (site or body, direction)')
-        return dof[2] * _linearised(self).row(*self._named(point), dof[1])
+        return dof[2] * _linearised(self).row(*self._find_place(point), dof[1])
 
-    def _named(self, point: float | str) -> tuple[mujoco.mjtObj, int]:
-        """Kind and number of the site or body of a point."""
+    def _find_place(self, point: float | str) -> tuple[mujoco.mjtObj, int]:
+        """Return kind and number of the site or body of a point."""
         dof, model = parse_dof(point), _linearised(self).model
         name = str(dof[0]) if dof else ""
         for kind in PLACE_KINDS:
@@ -145,11 +143,11 @@ def _linearised(structure: Mjcf) -> Linearised:
 
 
 DIFFERENCE = 1e-5  # rad, m and their rates: step of centred differences
-FORCE_TOLERANCE = 1e-9  # of the largest force at a joint: what may be left of the forces' sum at equilibrium
+FORCE_TOLERANCE = 1e-9  # of the largest force at a joint: residual of the forces' sum at equilibrium
 SMALLEST_STEP = 1e-10  # rad or m, below which a step no longer moves the model
 LARGEST_STEP = 0.3  # rad or m, of one step towards the equilibrium
 MAX_STEPS = 300  # steps towards the equilibrium
-UNSTABLE = 1e-7  # of the largest stiffness per mass: a negative one that rounding does not explain
+UNSTABLE = 1e-7  # of the largest stiffness per mass: negative ones below it are within rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,25 +171,25 @@ class Linearised:
 
     def row(self, kind: mujoco.mjtObj, number: int, axis: str) -> np.ndarray:
         """Return the displacement (n,) of a site or body along X, Y or Z, or its rotation about it, per coordinate."""
-        moved, turned = np.zeros((2, 3, self.model.nv))
+        translation, rotation = np.zeros((2, 3, self.model.nv))
         site = kind == mujoco.mjtObj.mjOBJ_SITE
-        (mujoco.mj_jacSite if site else mujoco.mj_jacBody)(self.model, self.data, moved, turned, number)
-        return (turned if axis[0] == "R" else moved)["XYZ".index(axis[-1])] @ self.allowed
+        (mujoco.mj_jacSite if site else mujoco.mj_jacBody)(self.model, self.data, translation, rotation, number)
+        return (rotation if axis[0] == "R" else translation)["XYZ".index(axis[-1])] @ self.allowed
 
     def place(self, kind: mujoco.mjtObj, number: int) -> np.ndarray:
-        """Return where a site or body is (3,), m."""
+        """Return the position (3,) of a site or body, m."""
         return np.array((self.data.site_xpos if kind == mujoco.mjtObj.mjOBJ_SITE else self.data.xpos)[number])
 
 
 def linearised(model: mujoco.MjModel, key: int = -1) -> Linearised:
-    """Linearise a model about its equilibrium; a ValueError says what it lacks.
+    """Linearise a model about its equilibrium; a ValueError says why it cannot be.
 
     Parameters
     ----------
     model : mujoco.MjModel
         Model that is linearised; its options are changed.
     key : int
-        Keyframe from which the equilibrium is looked for; -1 for the initial position.
+        Keyframe from which the search for the equilibrium starts; -1 for the initial position.
     """
     if not model.nv:
         raise ValueError("the model has no joints, so nothing moves")
@@ -202,28 +200,28 @@ def linearised(model: mujoco.MjModel, key: int = -1) -> Linearised:
     if key >= 0:
         mujoco.mj_resetDataKeyframe(model, data, key)
     data.qvel[:] = 0.0
-    state = _settle(model, data)
+    state = _find_equilibrium(model, data)
     squares, shapes = _modes(state)
     if squares[0] < -UNSTABLE * np.abs(squares).max():
-        joint = _joint(model, int(np.argmax(np.abs(state.allowed @ shapes[:, 0]))))
+        joint = _joint_name(model, int(np.argmax(np.abs(state.allowed @ shapes[:, 0]))))
         raise ValueError(f"the equilibrium is unstable, joint {joint} moves away; give a keyframe near the stable one")
     allowed = state.allowed
-    damping, carried = _damping(model, data, allowed), allowed.T @ _carried(model, data)
-    return Linearised(model, data, allowed, state.mass, state.stiffness, damping, carried)
+    damping, influence = _damping(model, data, allowed), allowed.T @ _base_inertia(model, data)
+    return Linearised(model, data, allowed, state.mass, state.stiffness, damping, influence)
 
 
 class _State(NamedTuple):
-    """What acts in a position, in the motions that the constraints allow."""
+    """Forces, mass and stiffness at a position, projected on the motions that the constraints allow."""
 
-    force: np.ndarray  # (n,) on them
-    size: float  # of the forces whose sum it is
+    force: np.ndarray  # (n,) sum on these motions
+    size: float  # largest of the summed forces
     allowed: np.ndarray  # (nv, n)
     mass: np.ndarray  # (n, n)
     stiffness: np.ndarray  # (n, n)
-    mend: np.ndarray  # (nv,) motion that takes the constraints' violation away
+    mend: np.ndarray  # (nv,) motion that removes the constraints' violation
 
 
-def _settle(model: mujoco.MjModel, data: mujoco.MjData) -> _State:
+def _find_equilibrium(model: mujoco.MjModel, data: mujoco.MjData) -> _State:
     """Move the data to the equilibrium, down the potential energy (Newton's method with |stiffness|)."""
     for _ in range(MAX_STEPS):
         state = _state(model, data)
@@ -236,7 +234,7 @@ def _settle(model: mujoco.MjModel, data: mujoco.MjData) -> _State:
         step += state.mend
         step *= LARGEST_STEP / max(LARGEST_STEP, np.abs(step).max())
         mujoco.mj_integratePos(model, data.qpos, step, 1.0)
-    joint = _joint(model, int(np.argmax(np.abs(state.allowed @ state.force))))
+    joint = _joint_name(model, int(np.argmax(np.abs(state.allowed @ state.force))))
     raise ValueError(
         f"no equilibrium is found: forces stay unbalanced at joint {joint}; hold it by a spring or an actuator, or "
         "give a keyframe near the equilibrium"
@@ -251,25 +249,25 @@ def _state(model: mujoco.MjModel, data: mujoco.MjData) -> _State:
     mass = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, mass)
     allowed = scipy.linalg.null_space(jacobian) if len(jacobian) else np.eye(model.nv)
-    held = np.linalg.lstsq(jacobian.T, -force)[0] if len(jacobian) else np.zeros(0)
+    multipliers = np.linalg.lstsq(jacobian.T, -force)[0] if len(jacobian) else np.zeros(0)
     stiffness = np.zeros((model.nv, allowed.shape[1]))
     start = data.qpos.copy()
     for i, motion in enumerate(allowed.T):
         for sign in (1, -1):
             mujoco.mj_integratePos(model, data.qpos, motion, sign * DIFFERENCE)
-            moved = _force(model, data)[0]
+            force_moved = _force(model, data)[0]
             if len(jacobian):
-                moved = moved + data.efc_J.reshape(-1, model.nv)[: data.nefc][rows].T @ held
-            stiffness[:, i] -= sign * moved / (2 * DIFFERENCE)
+                force_moved = force_moved + data.efc_J.reshape(-1, model.nv)[: data.nefc][rows].T @ multipliers
+            stiffness[:, i] -= sign * force_moved / (2 * DIFFERENCE)
             data.qpos[:] = start
-    _force(model, data)  # what else depends on the position, back again
+    _force(model, data)  # restores the other fields that depend on the position
     mass, stiffness = allowed.T @ mass @ allowed, allowed.T @ stiffness
-    back = -np.linalg.lstsq(jacobian, violation)[0] if len(jacobian) else np.zeros(model.nv)
-    return _State(allowed.T @ force, size, allowed, mass, (stiffness + stiffness.T) / 2, back)
+    correction = -np.linalg.lstsq(jacobian, violation)[0] if len(jacobian) else np.zeros(model.nv)
+    return _State(allowed.T @ force, size, allowed, mass, (stiffness + stiffness.T) / 2, correction)
 
 
 def _force(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[np.ndarray, float]:
-    """Sum (nv,) of springs, actuators, gravity and motion, without constraints, and the size of its parts."""
+    """Return the sum (nv,) of springs, actuators, gravity and motion, without constraints, and its largest part."""
     mujoco.mj_fwdPosition(model, data)
     mujoco.mj_fwdVelocity(model, data)
     mujoco.mj_fwdActuation(model, data)
@@ -278,32 +276,32 @@ def _force(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[np.ndarray, floa
 
 
 def _modes(state: _State) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffness per mass, 1/s², from the lowest on, and motions of unit mass."""
+    """Return stiffness per mass, 1/s², in ascending order, and motions of unit mass."""
     return scipy.linalg.eigh(state.stiffness, state.mass)
 
 
 def _damping(model: mujoco.MjModel, data: mujoco.MjData, allowed: np.ndarray) -> np.ndarray:
-    """Damping (n, n) of the motions that the constraints allow."""
-    found = np.zeros((model.nv, allowed.shape[1]))
+    """Return the damping (n, n) of the motions that the constraints allow."""
+    damping = np.zeros((model.nv, allowed.shape[1]))
     for i, motion in enumerate(allowed.T):
         for sign in (1, -1):
             data.qvel[:] = sign * DIFFERENCE * motion
-            found[:, i] -= sign * _force(model, data)[0] / (2 * DIFFERENCE)
+            damping[:, i] -= sign * _force(model, data)[0] / (2 * DIFFERENCE)
     data.qvel[:] = 0.0
     _force(model, data)
-    found = allowed.T @ found
-    return (found + found.T) / 2
+    damping = allowed.T @ damping
+    return (damping + damping.T) / 2
 
 
-def _carried(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
-    """Σ m J of the bodies' centres of mass (nv, 3): armatures of joints are not carried by the base."""
-    found, moved = np.zeros((model.nv, 3)), np.zeros((3, model.nv))
+def _base_inertia(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """Return Σ m J of the bodies' centres of mass (nv, 3): armatures of joints are not carried by the base."""
+    influence, jacobian = np.zeros((model.nv, 3)), np.zeros((3, model.nv))
     for body in range(1, model.nbody):
-        mujoco.mj_jacBodyCom(model, data, moved, None, body)
-        found += model.body_mass[body] * moved.T
-    return found
+        mujoco.mj_jacBodyCom(model, data, jacobian, None, body)
+        influence += model.body_mass[body] * jacobian.T
+    return influence
 
 
-def _joint(model: mujoco.MjModel, dof: int) -> str:
+def _joint_name(model: mujoco.MjModel, dof: int) -> str:
     number = int(model.dof_jntid[dof])
     return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, number) or f"number {number}"

@@ -14,8 +14,8 @@ from .reduction import modal_damping, reduced, vibration_modes
 
 __all__ = ["Reduction", "reduction"]
 
-SKEW = 1e-9  # of the largest damping: skew parts that rounding explains
-COUPLING = 1e-12  # of the largest damping: damping between modes that rounding explains
+SKEW = 1e-9  # of the largest damping: skew parts within rounding
+COUPLING = 1e-12  # of the largest damping: damping between modes within rounding
 NOTHING = Attached()
 _Loads: TypeAlias = tuple[tuple[float | str, float], ...]  # points, each with a factor
 
@@ -44,23 +44,23 @@ def reduction(
     attached: Attached = NOTHING,
     supports: _Loads = (),
 ) -> Reduction:
-    """Reduce a structure with masses, and springs at its clearances, which join one point to the base or two points.
+    """Reduce a structure with masses, and with springs at its clearances, between two points or a point and the base.
 
     ``supports`` are springs from points to the base.
     """
     if attached:
         acting = [tuple(zip(pair, (1.0, -1.0))) for pair in joined]
         acting += [((point, factor),) for point, factor in (*forces, *((point, 1.0) for point, _ in supports))]
-        both = whole(structure, attached, masses, acting, modes)
-        clearances = [np.array([1.0, -1.0])[: len(pair)] @ both.rows(pair) for pair in joined]
-        sprung = [*zip(springs, clearances), *((k, both.rows([point])[0]) for point, k in supports)]
-        stiffness = both.stiffness + sum(k * np.outer(row, row) for k, row in sprung)
-        omega, shapes = vibration_modes(both.mass, stiffness)
-        transform = _upwards(structure, both.rows, shapes)
-        viscous, cross = (transform.T @ matrix @ transform for matrix in (both.viscous, both.cross))
+        combined = whole(structure, attached, masses, acting, modes)
+        clearances = [np.array([1.0, -1.0])[: len(pair)] @ combined.rows(pair) for pair in joined]
+        spring_rows = [*zip(springs, clearances), *((k, combined.rows([point])[0]) for point, k in supports)]
+        stiffness = combined.stiffness + sum(k * np.outer(row, row) for k, row in spring_rows)
+        omega, shapes = vibration_modes(combined.mass, stiffness)
+        transform = _orient(structure, combined.rows, shapes)
+        viscous, cross = (transform.T @ matrix @ transform for matrix in (combined.viscous, combined.cross))
         return Reduction(
-            omega, *_coupled(viscous), both.influence, both.rows, transform, both.turning,
-            cross if both.cross.any() else np.zeros((0, 0)),
+            omega, *_split_damping(viscous), combined.influence, combined.rows, transform, combined.turning,
+            cross if combined.cross.any() else np.zeros((0, 0)),
         )  # fmt: skip
     points = [point for pair in joined for point in pair] + [point for point, _ in (*masses, *forces, *supports)]
     linear = structure.assemble(tuple(dict.fromkeys(points)), modes)
@@ -68,20 +68,20 @@ def reduction(
     clearances = [rows(pair[:1])[0] - (rows(pair[1:])[0] if len(pair) > 1 else 0.0) for pair in joined]
     held_at = [rows([point])[0] for point, _ in supports]
     loads = clearances + [factor * rows([point])[0] for point, factor in forces] + held_at
-    held, influence = [], linear.influence.copy()
+    added, influence = [], linear.influence.copy()
     for point, mass in masses:
         at = rows([point])[0]
-        held.append((mass, at))
+        added.append((mass, at))
         influence += mass * np.outer(at, dof_vector(point))
-    found = reduced(linear, held, [*zip(springs, clearances), *zip((k for _, k in supports), held_at)], loads, modes)
-    transform = _upwards(structure, rows, found.shapes)
+    basis = reduced(linear, added, [*zip(springs, clearances), *zip((k for _, k in supports), held_at)], loads, modes)
+    transform = _orient(structure, rows, basis.shapes)
     cross = np.zeros((0, 0)) if linear.cross is None else transform.T @ (linear.cross @ transform)
-    damping = _coupled(modal_damping(linear, found.omega, transform))
-    return Reduction(found.omega, *damping, influence, rows, transform, linear.turning, cross)
+    damping = _split_damping(modal_damping(linear, basis.omega, transform))
+    return Reduction(basis.omega, *damping, influence, rows, transform, linear.turning, cross)
 
 
-def _upwards(structure: Structure, rows: Rows, transform: np.ndarray) -> np.ndarray:
-    """Shapes of a shaft that are positive at its last position."""
+def _orient(structure: Structure, rows: Rows, transform: np.ndarray) -> np.ndarray:
+    """Return shapes of a shaft with the sign that makes them positive at its last position."""
     if not structure.shafts:
         return transform
     last = structure.shafts[-1]
@@ -89,8 +89,8 @@ def _upwards(structure: Structure, rows: Rows, transform: np.ndarray) -> np.ndar
     return np.asarray(transform * np.where(tip < 0, -1.0, 1.0))
 
 
-def _coupled(viscous: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Damping of each mode, and what of a damping matrix couples them."""
+def _split_damping(viscous: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the damping of each mode, and the coupling part of a damping matrix."""
     damping = viscous.diagonal().copy()
     skew, largest = (viscous - viscous.T) / 2, np.abs(viscous).max(initial=0.0)
     coupling = (viscous + viscous.T) / 2 - np.diag(damping)

@@ -27,7 +27,7 @@ __all__ = [
     "real_shapes",
 ]
 
-COLLINEAR = 0.9  # phase collinearity below which a mode is said to be far from real
+COLLINEAR = 0.9  # phase collinearity below which a warning says that a mode is far from real
 FREQUENCY, DAMPING, MODAL_MASS = "frequency [Hz]", "damping", "modal mass [kg]"
 PARTICIPATION = tuple(f"participation {axis} [sqrt(kg)]" for axis in "XYZ")
 RESIDUAL = "residual at "
@@ -38,11 +38,11 @@ _UNSCALED = (
 
 
 class ModesWarning(UserWarning):
-    """Something about modes that is not known, or that a structure of real modes leaves out."""
+    """A property of modes that is not known, or that a structure of real modes neglects."""
 
 
 def phase_collinearity(shape: np.ndarray) -> np.ndarray:
-    """Return the modal phase collinearity |Σψ²|² / (Σ|ψ|²)² of modes: 1 where a shape is real but for its phase.
+    """Return the modal phase collinearity |Σψ²|² / (Σ|ψ|²)² of modes: 1 where a shape is real up to a common phase.
 
     Pappa, Elliott and Schenk, Consistent-mode indicator for the eigensystem realization algorithm, Journal of Guidance,
     Control and Dynamics 16, 1993, with zero for the mean.
@@ -74,7 +74,7 @@ def read_mode_file(path: Path, scaled: bool = False) -> dict[str, Any]:
     path : Path
         Universal file (.uff, .unv, .uf) or CSV file.
     scaled : bool
-        Whether modal masses are given elsewhere, so that those of the file are not asked for.
+        True if modal masses are given elsewhere, so that the file need not have them.
 
     Raises
     ------
@@ -97,30 +97,30 @@ def _read_universal(path: Path, data: bytes, scaled: bool) -> dict[str, Any]:
     if len(sets) != 1:
         why = "its modes are of several sets of nodes" if sets else "holds no modes"
         raise RecordError(f"{why}; needs data sets 55 or 2414 at the same nodes, of analysis type 2, 3 or 7")
-    (found,) = sets
+    (modes,) = sets
     for note in notes:
         _warn(f"{path}: {note}")
     if not any(block.kind == 164 for block in blocks):
         _warn(f"{path}: has no units (data set 164); taken for SI")
-    if low := [f"{i + 1} ({mpc:.2f})" for i, mpc in enumerate(phase_collinearity(found.shape)) if mpc < COLLINEAR]:
+    if low := [f"{i + 1} ({mpc:.2f})" for i, mpc in enumerate(phase_collinearity(modes.shape)) if mpc < COLLINEAR]:
         _warn(f"{path}: real parts stand for modes that are far from real (phase collinearity): {', '.join(low)}")
     return {
-        "frequencies": found.frequency.tolist(),
-        "damping_ratios": np.maximum(found.damping, 0.0).tolist(),
-        "dofs": list(found.dofs),
-        "shapes": real_shapes(found.shape * _to_unit_mass(found, scaled)).tolist(),
+        "frequencies": modes.frequency.tolist(),
+        "damping_ratios": np.maximum(modes.damping, 0.0).tolist(),
+        "dofs": list(modes.dofs),
+        "shapes": real_shapes(modes.shape * _mass_factors(modes, scaled)).tolist(),
     }
 
 
-def _to_unit_mass(found: ModeShapes, scaled: bool) -> np.ndarray:
-    """(n,) factors to unit modal mass: 1/√m, or √(2 j ω_d / a) of complex modes; 1 where masses come later."""
+def _mass_factors(modes: ModeShapes, scaled: bool) -> np.ndarray:
+    """Return factors (n,) to unit modal mass: 1/√m, or √(2 j ω_d / a) of complex modes; 1 where masses come later."""
     if scaled:
-        return np.ones(found.frequency.size, dtype=complex)
-    damped = 2 * np.pi * found.frequency * np.sqrt(1 - np.minimum(found.damping, 1.0) ** 2)
-    unknown = np.isnan(found.modal_mass) & np.isnan(found.modal_a)
+        return np.ones(modes.frequency.size, dtype=complex)
+    damped = 2 * np.pi * modes.frequency * np.sqrt(1 - np.minimum(modes.damping, 1.0) ** 2)
+    unknown = np.isnan(modes.modal_mass) & np.isnan(modes.modal_a)
     if unknown.any():
         raise RecordError(f"{_UNSCALED}; mode {int(np.argmax(unknown)) + 1} has neither modal mass nor modal A")
-    mass = np.where(np.isnan(found.modal_mass), found.modal_a / (2j * damped), found.modal_mass)
+    mass = np.where(np.isnan(modes.modal_mass), modes.modal_a / (2j * damped), modes.modal_mass)
     return 1 / np.sqrt(mass)
 
 
@@ -129,7 +129,7 @@ def _warn(text: str) -> None:
 
 
 def _read_csv(lines: list[str]) -> dict[str, Any]:
-    """Modes of a table as `ModalStructure.write_csv` makes it."""
+    """Return modes of a table as `ModalStructure.write_csv` writes it."""
     rows = [row for row in csv.reader(lines) if any(cell.strip() for cell in row)]
     header, table = [cell.strip() for cell in rows[0]] if rows else [], {r[0].strip(): r[1:] for r in rows[1:]}
     residual_dofs = [cell.removeprefix(RESIDUAL).split()[0] for cell in header if cell.startswith(RESIDUAL)]
@@ -139,9 +139,9 @@ def _read_csv(lines: list[str]) -> dict[str, Any]:
             why = f"{_UNSCALED}; " if name == MODAL_MASS else ""
             raise RecordError(f'{why}needs a row "{name}"; a table of modes is "dof, mode 1, ..." above such rows')
     known = (FREQUENCY, DAMPING, MODAL_MASS, *PARTICIPATION)
-    numbers = {name: _numbers(name, cells, n if name in known else len(header) - 1) for name, cells in table.items()}
+    numbers = {name: _parse_row(name, cells, n if name in known else len(header) - 1) for name, cells in table.items()}
     dofs = [name for name in table if name not in known]
-    found: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "frequencies": numbers[FREQUENCY],
         "damping_ratios": numbers.get(DAMPING, []),
         "dofs": dofs,
@@ -149,15 +149,15 @@ def _read_csv(lines: list[str]) -> dict[str, Any]:
         "modal_masses": numbers[MODAL_MASS],
     }
     if any(name in numbers for name in PARTICIPATION):
-        found["participation"] = list(zip(*(numbers.get(name, [0.0] * n) for name in PARTICIPATION)))
+        fields["participation"] = list(zip(*(numbers.get(name, [0.0] * n) for name in PARTICIPATION)))
     if residual_dofs:
-        found |= {"residual_dofs": residual_dofs, "residual_flexibility": [numbers[dof][n:] for dof in dofs]}
-    return found
+        fields |= {"residual_dofs": residual_dofs, "residual_flexibility": [numbers[dof][n:] for dof in dofs]}
+    return fields
 
 
-def _numbers(name: str, cells: list[str], count: int) -> list[float]:
+def _parse_row(name: str, cells: list[str], count: int) -> list[float]:
     with naming(f'row "{name}"', ValueError, RecordError):
-        found = [float(cell) for cell in cells[:count]]
-    if len(found) < count:
-        raise RecordError(f'row "{name}" has {len(found)} numbers, needs {count}')
-    return found
+        values = [float(cell) for cell in cells[:count]]
+    if len(values) < count:
+        raise RecordError(f'row "{name}" has {len(values)} numbers, needs {count}')
+    return values

@@ -1,6 +1,6 @@
-"""A structure given by its modes: of a modal test, or of a finite element program.
+"""A structure given by its modes, from a modal test or a finite element program.
 
-Modes that were left out make a structure too stiff under a point force. Their residual flexibility R, where it is
+Truncated modes make a structure too stiff under a point force. Their residual flexibility R, where it is
 known, becomes further modes at one high frequency Ω: R = S Sᵀ = Σ u uᵀ / Ω² with u = Ω S (MacNeal 1971; Rubin 1975), no
 more of them than there are loads. At ω they deflect by R / (1 - ω²/Ω²): with Ω of three times the highest frequency by
 3 % of R more at half of that, where the modes left out, most of R those just above, have more still. The engines' step
@@ -28,12 +28,12 @@ from .mode_files import DAMPING, FREQUENCY, MODAL_MASS, PARTICIPATION, RESIDUAL,
 
 __all__ = ["ModalStructure", "flexibility_root"]
 
-OMEGA_RATIO = 3.0  # frequency Ω of the residual modes over the highest that is kept
-MAX_MODES = 60  # modes that are all kept; of more, the lowest and the others' static shapes at the loads
+OMEGA_RATIO = 3.0  # frequency Ω of the residual modes over the highest retained one
+MAX_MODES = 60  # modes that are all retained; of more, the lowest and the others' static shapes at the loads
 LARGEST_SHAPE = 1e30  # 1/sqrt(kg), far above any structure's mode shape
 NEGATIVE = 1e-3
-"""Of the largest eigenvalue of a residual flexibility: how far below zero rounding may take the smallest."""
-ZERO_EIGENVALUE = 1e-9  # of the largest eigenvalue: what counts as zero
+"""Of the largest eigenvalue of a residual flexibility: negative eigenvalues and asymmetry within rounding."""
+ZERO_EIGENVALUE = 1e-9  # of the largest eigenvalue: smaller ones count as zero
 
 
 def _dof(value: str) -> str:
@@ -64,7 +64,7 @@ class ModalStructure(Structure):
     dofs: tuple[Dof, ...] = ()
     """degree of freedom of each row of ``shapes``, such as "12:+Z" """
     shapes: Rows = ()
-    """(n_dofs, n) a row per degree of freedom, 1/sqrt(kg) at unit modal mass; of any size beside ``modal_masses``"""
+    """(n_dofs, n) a row per degree of freedom, 1/sqrt(kg) at unit modal mass; of any size with ``modal_masses``"""
     modal_masses: tuple[Positive, ...] | None = None
     """(n,) kg, where the shapes are scaled otherwise, for example to a largest displacement of 1"""
     participation: tuple[tuple[Number, Number, Number], ...] | None = None
@@ -72,18 +72,18 @@ class ModalStructure(Structure):
     dof_masses: tuple[NotNegative, ...] | None = None
     """(n_dofs,) kg that move with each degree of freedom, from which participation is computed"""
     residual_flexibility: Rows | None = None
-    """(n_dofs, n_residual_dofs) m/N that the modes leave out: under a unit force at each of ``residual_dofs``"""
+    """(n_dofs, n_residual_dofs) m/N of the truncated modes: under a unit force at each of ``residual_dofs``"""
     residual_dofs: tuple[Dof, ...] | None = None
     """degree of freedom of each column of ``residual_flexibility``; None: all, as in ``dofs``"""
     file: Text | None = None
-    """universal file (55, 2414) or CSV file, whose numbers take the place of this when it is read"""
+    """universal file (55, 2414) or CSV file, which is read into the other fields"""
     kind: Literal["modes"] = "modes"
     """of structure"""
 
     @pydantic.model_validator(mode="before")
     @classmethod
     def _read(cls, data: Any) -> Any:
-        """Numbers of the file, where there is one; what stands beside it has precedence."""
+        """Read the fields from the file, where there is one; fields given in addition have precedence."""
         if not isinstance(data, dict) or not isinstance(data.get("file"), str):
             return data
         given = {name: value for name, value in data.items() if name != "file" and value is not None}
@@ -136,10 +136,10 @@ class ModalStructure(Structure):
         for i, dof in enumerate(self._residual_at):
             with naming(f"residual_dofs[{i}]", ValueError, ValueError, "{} {}"):
                 self.check(dof)
-        own = self._rows(self._residual_at, np.array(self.residual_flexibility))
-        if np.abs(own - own.T).max() > NEGATIVE * np.abs(own).max(initial=0.0):
+        at_loads = self._rows(self._residual_at, np.array(self.residual_flexibility))
+        if np.abs(at_loads - at_loads.T).max() > NEGATIVE * np.abs(at_loads).max(initial=0.0):
             raise ValueError("residual_flexibility must be symmetric, as it is between points of one structure")
-        value = np.linalg.eigvalsh(own)
+        value = np.linalg.eigvalsh(at_loads)
         if value[0] < -NEGATIVE * value[-1]:
             raise ValueError(
                 f"residual_flexibility must not be negative; its least eigenvalue is {value[0]:.3g} m/N, its largest "
@@ -156,13 +156,13 @@ class ModalStructure(Structure):
         return self.dofs
 
     def check(self, point: float | str) -> None:
-        """Refuse what is not among ``dofs``, and say what comes nearest; see `Structure.check`."""
+        """Raise a ValueError for a point that is not among ``dofs``, with the nearest ones; see `Structure.check`."""
         self._table.find(point)
 
     def _rows(self, points: Sequence[float | str], values: np.ndarray) -> np.ndarray:
-        """Rows of values, given per degree of freedom, at points."""
-        found = [sign * values[row] for row, sign in map(self._table.find, points)]
-        return np.reshape(found, (len(found), values.shape[1]))
+        """Return the rows at points of values given per degree of freedom."""
+        rows = [sign * values[row] for row, sign in map(self._table.find, points)]
+        return np.reshape(rows, (len(rows), values.shape[1]))
 
     @functools.cached_property
     def omega(self) -> np.ndarray:
@@ -185,7 +185,7 @@ class ModalStructure(Structure):
 
     @functools.cached_property
     def residual_root(self) -> np.ndarray:
-        """(n_dofs, r) S in sqrt(m/N), R = S Sᵀ: exact at ``residual_dofs``, between others the least that fits."""
+        """(n_dofs, r) S in sqrt(m/N), R = S Sᵀ: exact at ``residual_dofs``, elsewhere of minimum norm."""
         if self.residual_flexibility is None:
             return np.zeros((len(self.dofs), 0))
         columns = np.array(self.residual_flexibility)
@@ -201,11 +201,11 @@ class ModalStructure(Structure):
         """
         bending = self.omega > 0
         shapes = self._rows(points, self.unit_shapes[:, bending]) / self.omega[bending]
-        rest = self._rows(points, self.residual_root)
-        return shapes @ shapes.T, rest @ rest.T
+        residual = self._rows(points, self.residual_root)
+        return shapes @ shapes.T, residual @ residual.T
 
     def has_residual(self, point: float | str) -> bool:
-        """Return whether the residual flexibility of a point itself is known.
+        """Return True if the residual flexibility of a point itself is known.
 
         Parameters
         ----------
@@ -228,7 +228,7 @@ class ModalStructure(Structure):
         )  # fmt: skip
 
     def _root_at(self, points: Sequence[float | str]) -> np.ndarray:
-        """S of as few columns as there are loads, which is exact for these."""
+        """Return S with as few columns as loads, which is exact for these."""
         root = self.residual_root
         at = self._rows(list(dict.fromkeys(points)), root)
         return root if len(at) >= root.shape[1] else flexibility_root(root @ at.T, at @ at.T)
@@ -241,13 +241,13 @@ class ModalStructure(Structure):
         path : str or Path
             The file.
         """
-        rest = self.residual_flexibility or [()] * len(self.dofs)
+        flexibility = self.residual_flexibility or [()] * len(self.dofs)
         residual = self._residual_at if self.residual_flexibility else ()
         names = (f"mode {i + 1}" for i in range(self.omega.size))
         rows: list[tuple[Any, ...]] = [("dof", *names, *(f"{RESIDUAL}{dof} [m/N]" for dof in residual))]
         rows += [(FREQUENCY, *self.frequencies), (DAMPING, *self.ratios), (MODAL_MASS, *np.ones(self.omega.size))]
         rows += [(name, *row) for name, row in zip(PARTICIPATION, zip(*self.participation or ()))]
-        rows += [(dof, *shape, *more) for dof, shape, more in zip(self.dofs, self.unit_shapes, rest)]
+        rows += [(dof, *shape, *more) for dof, shape, more in zip(self.dofs, self.unit_shapes, flexibility)]
         cells = ([cell if isinstance(cell, str) else f"{cell:.17g}" for cell in row] for row in rows)
         write_text(path, "".join(",".join(row) + "\n" for row in cells))
 
@@ -261,28 +261,28 @@ class ModalStructure(Structure):
         )
 
     def _influence(self, values: np.ndarray) -> np.ndarray:
-        """(n, 3) of the modes and of the residual ones; 0 where nothing is known."""
-        found = np.zeros((values.shape[1], 3))
+        """Return the influence (n, 3) of the modes and the residual ones; 0 where it is not known."""
+        influence = np.zeros((values.shape[1], 3))
         if self.dof_masses is not None:
             directions = np.array([dof_vector(dof) for dof in self.dofs])
-            found = values.T @ (np.array(self.dof_masses)[:, None] * directions)
+            influence = values.T @ (np.array(self.dof_masses)[:, None] * directions)
         if self.participation is not None:
-            found[: self.omega.size] = self.participation
-        return found
+            influence[: self.omega.size] = self.participation
+        return influence
 
 
 def flexibility_root(columns: np.ndarray, own: np.ndarray, floor: float = 0.0) -> np.ndarray:
-    """Return S with S Sᵀ = columns own⁻¹ columnsᵀ, the least symmetric matrix that has these columns.
+    """Return S with S Sᵀ = columns own⁻¹ columnsᵀ, the minimum-norm symmetric matrix with these columns.
 
     Parameters
     ----------
     columns : ndarray, shape (n, r)
         Deflections under unit loads.
     own : ndarray, shape (r, r)
-        The same at the loads.
+        Deflections at the loads.
     floor : float
-        Eigenvalues of ``own`` below this are taken for zero.
+        Eigenvalues of ``own`` below this count as zero.
     """
     value, vector = np.linalg.eigh((own + own.T) / 2)
-    kept = value > max(ZERO_EIGENVALUE * value.max(initial=0.0), floor)
-    return columns @ (vector[:, kept] / np.sqrt(value[kept]))
+    positive = value > max(ZERO_EIGENVALUE * value.max(initial=0.0), floor)
+    return columns @ (vector[:, positive] / np.sqrt(value[positive]))

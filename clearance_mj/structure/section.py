@@ -1,4 +1,4 @@
-"""What shafts are made of: cross-sections, constant or tapered, of elastic materials; supports and discs."""
+"""Parts of shafts: cross-sections, constant or tapered, of elastic materials; supports and discs."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ TORSION_TERMS = 200  # of a series whose terms fall with the fifth power
 
 
 class CrossSection(NamedTuple):
-    """What bending and torsion ask of a section, at some positions."""
+    """Properties of a section for bending and torsion, at some positions."""
 
     area: np.ndarray  #: m²
     second_moment: np.ndarray  #: m⁴
-    shear_coefficient: np.ndarray  #: share of the area that carries shear
+    shear_coefficient: np.ndarray  #: fraction of the area that carries shear
     polar_moment: np.ndarray  #: m⁴, of both second moments
     torsion_constant: np.ndarray  #: m⁴, torque over shear modulus and twist per length
 
 
-def _both_ends(value: Any) -> Any:
+def _as_taper(value: Any) -> Any:
     return (value, value) if isinstance(value, int | float) else value
 
 
@@ -36,12 +36,12 @@ _TAPER_SCHEMA = {
         {"type": "array", "items": {"type": "number", "exclusiveMinimum": 0}, "minItems": 2, "maxItems": 2},
     ]
 }
-Taper: TypeAlias = Annotated[tuple[Positive, Positive], BeforeValidator(_both_ends), WithJsonSchema(_TAPER_SCHEMA)]
+Taper: TypeAlias = Annotated[tuple[Positive, Positive], BeforeValidator(_as_taper), WithJsonSchema(_TAPER_SCHEMA)]
 """A dimension of a section, m: one number, or two where it changes linearly from the section's start to its end"""
 
 
 def check_sizes(diameter: object, width: object, height: object) -> None:
-    """Refuse what is neither a round section nor a rectangle."""
+    """Raise a ValueError unless the sizes are those of a round section or a rectangle."""
     if (width is None) != (height is None) or (width is None) == (diameter is None):
         raise ValueError("give either diameter, or width and height")
 
@@ -75,7 +75,7 @@ class Section:
     height: Taper | None = None
     """m, of a rectangle, in the direction of vibration"""
     material: Material | None = None
-    """if it is not the shaft's"""
+    """None: the shaft's"""
 
     def __post_init__(self) -> None:
         check_sizes(self.diameter, self.width, self.height)
@@ -98,16 +98,16 @@ class Section:
         Returns
         -------
         CrossSection
-            Of arrays (n,).
+            Properties (n,).
         """
         nu = poisson_ratio
         if self.diameter is None:
-            width, height = _along(self.width, share), _along(self.height, share)
+            width, height = _interpolate(self.width, share), _interpolate(self.height, share)
             shear = np.full_like(share, 10 * (1 + nu) / (12 + 11 * nu))
             polar = width * height * (width**2 + height**2) / 12
-            return CrossSection(width * height, width * height**3 / 12, shear, polar, _of_rectangle(width, height))
-        outer = _along(self.diameter, share)
-        inner = _along(self.inner_diameter or (0.0, 0.0), share)
+            return CrossSection(width * height, width * height**3 / 12, shear, polar, _rectangle_torsion(width, height))
+        outer = _interpolate(self.diameter, share)
+        inner = _interpolate(self.inner_diameter or (0.0, 0.0), share)
         square = (1 + (inner / outer) ** 2) ** 2
         hollow = (20 + 12 * nu) * (inner / outer) ** 2
         shear = 6 * (1 + nu) * square / ((7 + 6 * nu) * square + hollow)
@@ -116,7 +116,7 @@ class Section:
 
     @property
     def cuts(self) -> np.ndarray:
-        """Positions, shares of the length, between which no dimension changes by more than a factor 2."""
+        """Positions over the length between which no dimension changes by more than a factor 2."""
         sizes = [size for size in (self.diameter, self.width, self.height) if size]
         if self.diameter and self.inner_diameter:
             sizes.append((self.diameter[0] - self.inner_diameter[0], self.diameter[1] - self.inner_diameter[1]))
@@ -125,27 +125,27 @@ class Section:
         return (ratio ** (np.arange(1, pieces) / pieces) - 1) / (ratio - 1) if pieces > 1 else np.zeros(0)
 
 
-def _of_rectangle(width: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Torsion constant (n,), m⁴ (Timoshenko & Goodier, Theory of Elasticity, 1970, section 109)."""
+def _rectangle_torsion(width: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Return the torsion constant (n,), m⁴ (Timoshenko & Goodier, Theory of Elasticity, 1970, section 109)."""
     short, long = np.minimum(width, height), np.maximum(width, height)
     odd = np.arange(1, TORSION_TERMS, 2)
     series = np.sum(np.tanh(odd * np.pi / 2 * (long / short)[..., None]) / odd**5, axis=-1)
     return np.asarray(long * short**3 / 3 * (1 - 192 / np.pi**5 * short / long * series))
 
 
-def _along(ends: tuple[float, float] | None, share: np.ndarray) -> np.ndarray:
-    """A dimension between its two ends."""
+def _interpolate(ends: tuple[float, float] | None, x: np.ndarray) -> np.ndarray:
+    """Interpolate a dimension between its two ends."""
     assert ends is not None
-    return ends[0] + (ends[1] - ends[0]) * share
+    return ends[0] + (ends[1] - ends[0]) * x
 
 
 HELD = {"clamped": (0, 1), "pinned": (0,), "guided": (1,), "elastic": ()}
-"""What a kind of support holds: deflection (0), rotation (1)."""
+"""Motions that a kind of support fixes: deflection (0), rotation (1)."""
 
 
 @checked(RigError)
 class Support:
-    """What holds a shaft at one position: a kind of support, or springs and dampers, or both."""
+    """Support of a shaft at one position: rigid in some motions, or springs and dampers, or both."""
 
     position: Number
     """m along the shaft"""
@@ -161,9 +161,9 @@ class Support:
     rotation_damping: NotNegative = 0.0
     """N m s/rad"""
     translation_y: Positive | None = seldom(default=None)
-    """N/m across the plane of vibration, of a shaft that turns; None: as ``translation``"""
+    """N/m across the plane of vibration, of a turning shaft; None: as ``translation``"""
     rotation_y: Positive | None = seldom(default=None)
-    """N m/rad across the plane of vibration, of a shaft that turns; None: as ``rotation``"""
+    """N m/rad across the plane of vibration, of a turning shaft; None: as ``rotation``"""
 
     translation_damping_y: NotNegative | None = seldom(default=None)
     """N s/m across the plane of vibration; None: as ``translation_damping``"""
@@ -194,7 +194,7 @@ class Support:
 
     @property
     def holds_twist(self) -> bool:
-        """Whether the shaft cannot twist there."""
+        """True if the shaft cannot twist there."""
         return self.twist == "rigid" or (self.twist is None and self.kind == "clamped")
 
     @property

@@ -22,13 +22,15 @@ from .section import HELD, Disc, Material, Section, Support
 
 __all__ = ["Disc", "Material", "Section", "Shaft", "Support", "rows_at"]
 
-SHEAR_EFFECT = 0.01  # share of the third frequency that shear and rotary inertia may take before "auto" counts them
-PLACE_TOLERANCE = 1e-6  # of a shaft's length: positions of supports, discs and sections' ends that are one
-NODE_TOLERANCE = 1e-3  # of a shaft's length: a load this close to a node needs none of its own
-MAX_PHASE = 4.0  # rad, phase of a bending wave over an element, at the highest mode asked for
+SHEAR_EFFECT = (
+    0.01  # relative effect of shear and rotary inertia on the third frequency, above which "auto" counts them
+)
+PLACE_TOLERANCE = 1e-6  # of a shaft's length: closer positions of supports, discs and sections' ends are the same
+NODE_TOLERANCE = 1e-3  # of a shaft's length: a load this close to a node needs no further one
+MAX_PHASE = 4.0  # rad, phase of a bending wave over an element, at the highest requested mode
 MAX_PIECES = 100  # divisions of a shaft for short waves: its matrices are dense
 MIN_BUBBLES = 2  # bubble functions of an element
-MIN_TWIST_BUBBLES = 8  # the same of its twist, enough for tapers too
+MIN_TWIST_BUBBLES = 8  # bubble functions of an element's twist, enough for tapers too
 OF_BENDING = {"Z": (0, 1.0), "RY": (1, -1.0), "KZ": (2, 1.0)}
 """Axis of a point on a shaft: order of the derivative of its deflection along z, and its sign."""
 OF_TWIST = {"RX": 0, "KX": 1}
@@ -37,7 +39,7 @@ OF_TWIST = {"RX": 0, "KX": 1}
 @register
 @checked(RigError)
 class Shaft(Structure):
-    """A straight shaft of one or more sections, free where no support holds it."""
+    """A straight shaft of one or more sections, free except at its supports."""
 
     sections: Annotated[tuple[Section, ...], Field(min_length=1)]
     """one after the other, from ``start`` on"""
@@ -46,7 +48,7 @@ class Shaft(Structure):
     discs: tuple[Disc, ...] = ()
     """anywhere on the shaft"""
     material: Material | None = None
-    """of every section that names no other"""
+    """of every section without one"""
     rayleigh: tuple[NotNegative, NotNegative] = (0.0, 0.0)
     """(η1 in 1/s, η2 in s): damping η1 M + η2 K"""
     damping_ratios: tuple[Share, ...] = ()
@@ -54,7 +56,7 @@ class Shaft(Structure):
     theory: Literal["auto", "euler", "timoshenko"] = "auto"
     """of bending; auto: Timoshenko's where a shaft is short for its depth"""
     start: Number = 0.0
-    """m, where the shaft begins"""
+    """m, position of the shaft's left end"""
     name: Text = ""
     """of one of several shafts"""
     kind: Literal["shaft"] = "shaft"
@@ -66,12 +68,12 @@ class Shaft(Structure):
                 raise ValueError(f"sections[{i}].material is missing, and the shaft has no material for all sections")
         for kind in ("supports", "discs"):
             for i, item in enumerate(getattr(self, kind)):
-                if not self._holds(item.position):
-                    raise ValueError(f"{kind}[{i}].position {self._outside(item.position)}")
+                if not self._contains(item.position):
+                    raise ValueError(f"{kind}[{i}].position {self._describe_outside(item.position)}")
 
     @property
     def end(self) -> float:
-        """Where the shaft ends, m."""
+        """Position of the shaft's right end, m."""
         return self.start + self.length
 
     @property
@@ -98,17 +100,17 @@ class Shaft(Structure):
     @property
     def slenderness(self) -> float:
         """Longest stretch without a rigid support, over the mean radius of gyration of its sections."""
-        held = [s.position for s in self.supports if s.kind in ("clamped", "pinned")]
-        stops = sorted({self.start, *held, self.end})
+        supported = [s.position for s in self.supports if s.kind in ("clamped", "pinned")]
+        stops = sorted({self.start, *supported, self.end})
         _, weight, rigidity = self._integration
         radius = weight @ np.sqrt(rigidity.rotary / rigidity.mass) / self.length
         return max(b - a for a, b in pairwise(stops)) / float(radius)
 
     @property
     def bending_theory(self) -> Literal["euler", "timoshenko"]:
-        """The theory in use: ``theory``, or what "auto" chooses.
+        """The theory in use: ``theory``, or the choice of "auto".
 
-        Shear and rotary inertia lower frequency n of a pinned span of slenderness s by the share
+        Shear and rotary inertia lower frequency n of a pinned span of slenderness s by the fraction
         (1 + E/κG)(nπ/s)²/2 (Timoshenko, Phil. Mag. 43, 1922; Weaver, Timoshenko & Young, 1990, section 5.12).
         Timoshenko's theory is chosen where that is over 1 % of the third frequency.
         """
@@ -117,76 +119,78 @@ class Shaft(Structure):
         _, weight, rigidity = self._integration
         second_moment_ratio = rigidity.bending * rigidity.mass / (rigidity.rotary * rigidity.shear)  # E / κG
         ratio = weight @ second_moment_ratio / self.length
-        lowered = (1 + ratio) * (3 * math.pi / self.slenderness) ** 2 / 2
-        return "timoshenko" if lowered > SHEAR_EFFECT else "euler"
+        reduction = (1 + ratio) * (3 * math.pi / self.slenderness) ** 2 / 2
+        return "timoshenko" if reduction > SHEAR_EFFECT else "euler"
 
     def check(self, point: float | str) -> None:
-        """Refuse what is not on the shaft; see `Structure.check`."""
+        """Raise a ValueError for a point that is not on the shaft; see `Structure.check`."""
         place, (axis, _) = parse_place(point), parse_direction(point) or ("Z", 1)
         if place is None or place[0] not in ("", self.name):
             raise ValueError(f'"{point}" is no position on the shaft, a number of m')
-        if not self._holds(place[1]):
-            raise ValueError(self._outside(place[1]))
+        if not self._contains(place[1]):
+            raise ValueError(self._describe_outside(place[1]))
         if axis == "X":
             raise ValueError(f'"{point}": a shaft does not move along X; give Y, Z, RX (twist), RY or RZ')
-        if axis == "RX" and any(s.holds_twist and abs(s.position - place[1]) <= self._slack for s in self.supports):
+        if axis == "RX" and any(s.holds_twist and abs(s.position - place[1]) <= self._tolerance for s in self.supports):
             raise ValueError(f'"{point}" cannot twist: the support there holds it; give its twist, N m/rad')
 
     @property
-    def _slack(self) -> float:
+    def _tolerance(self) -> float:
         return PLACE_TOLERANCE * self.length
 
-    def _holds(self, x: float) -> bool:
-        return self.start - self._slack <= x <= self.end + self._slack
+    def _contains(self, x: float) -> bool:
+        return self.start - self._tolerance <= x <= self.end + self._tolerance
 
-    def _outside(self, x: float) -> str:
+    def _describe_outside(self, x: float) -> str:
         name = f' "{self.name}"' if self.name else ""
         return f"{x:g} m lies outside the shaft{name} ({self.start:g} <= x <= {self.end:g} m)"
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
-        """Return mass and stiffness of beam elements, fine enough for the modes asked for.
+        """Return mass and stiffness of beam elements, fine enough for the requested modes.
 
         Coordinates of twist follow those of bending if one of the points is RX or KX.
         """
-        held = [(s.position, i) for s in self.supports for i in HELD[s.kind]]
+        fixed = [(s.position, i) for s in self.supports for i in HELD[s.kind]]
         elements = self._elements(_positions(points), modes)
-        mesh = Mesh(elements, self.bending_theory == "timoshenko", held)
+        mesh = Mesh(elements, self.bending_theory == "timoshenko", fixed)
         mass, stiffness, influence, viscous = mesh.mass, mesh.stiffness, mesh.influence, np.zeros_like(mesh.mass)
         rocking = mesh.rocking.copy()
         for disc in self.discs:
-            moves = mesh.motion(disc.position)
-            mass += (moves.T * [disc.mass, disc.inertia]) @ moves
-            influence += disc.mass * moves[0]
-            rocking += disc.mass * disc.position * moves[0] + disc.inertia * moves[1]
+            motion = mesh.motion(disc.position)
+            mass += (motion.T * [disc.mass, disc.inertia]) @ motion
+            influence += disc.mass * motion[0]
+            rocking += disc.mass * disc.position * motion[0] + disc.inertia * motion[1]
         for support in self.supports:
-            moves = mesh.motion(support.position)
-            stiffness += (moves.T * [support.translation, support.rotation]) @ moves
-            viscous += (moves.T * [support.translation_damping, support.rotation_damping]) @ moves
+            motion = mesh.motion(support.position)
+            stiffness += (motion.T * [support.translation, support.rotation]) @ motion
+            viscous += (motion.T * [support.translation_damping, support.rotation_damping]) @ motion
         torsion = None
         if any((parse_direction(point) or "Z")[0] in OF_TWIST for point in points):
-            torsion = TorsionMesh(self._twisting(elements, modes), [s.position for s in self.supports if s.holds_twist])
-            of_twist = self._of_twist(torsion)
-            mass, stiffness, viscous = (
-                scipy.linalg.block_diag(*pair) for pair in zip((mass, stiffness, viscous), of_twist)
+            torsion = TorsionMesh(
+                self._twist_elements(elements, modes), [s.position for s in self.supports if s.holds_twist]
             )
-            influence, rocking = (np.pad(forces, (0, len(of_twist[0]))) for forces in (influence, rocking))
+            twist_matrices = self._twist_matrices(torsion)
+            mass, stiffness, viscous = (
+                scipy.linalg.block_diag(*pair) for pair in zip((mass, stiffness, viscous), twist_matrices)
+            )
+            influence, rocking = (np.pad(forces, (0, len(twist_matrices[0]))) for forces in (influence, rocking))
         along_z = influence[:, None] * [0.0, 0.0, 1.0]
         damping = self.rayleigh, self.damping_ratios, viscous if viscous.any() else None
         return Assembly(
             mass, stiffness, along_z, lambda at: rows_at(at, len(mesh.mass), mesh.deflections, torsion), *damping,
-            rocking, lambda: self._turning(mesh, len(mass)),
+            rocking, lambda: self._plane_coupling(mesh, len(mass)),
         )  # fmt: skip
 
-    def _turning(self, mesh: Mesh, size: int) -> Turning:
-        """What couples the planes of the shaft where it turns: bending, not the coordinates of twist behind it."""
+    def _plane_coupling(self, mesh: Mesh, size: int) -> Turning:
+        """Return the coupling of the planes of the turning shaft, in the coordinates of bending."""
         discs = [math.sqrt(disc.about_axis) * mesh.motion(disc.position)[1] for disc in self.discs]
         polar, strain = np.vstack((mesh.polar(), *discs)), mesh.strain
         if twist := size - len(mesh.mass):
             polar, strain = (np.pad(part, ((0, 0), (0, twist))) for part in (polar, strain))
         return Turning(polar, strain)
 
-    def _of_twist(self, mesh: TorsionMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Mass, stiffness and damping of twist, with discs and supports."""
+    def _twist_matrices(self, mesh: TorsionMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return mass, stiffness and damping of twist, with discs and supports."""
         mass, stiffness, viscous = mesh.mass.copy(), mesh.stiffness.copy(), np.zeros_like(mesh.mass)
         for disc in self.discs:
             turns = mesh.motion(disc.position)
@@ -200,15 +204,15 @@ class Shaft(Structure):
 
     @property
     def in_other_plane(self) -> Shaft:
-        """The same shaft as it bends along y: its supports and rectangles have their sizes of that plane."""
-        turned = tuple(
+        """The shaft as it bends along y: with supports and rectangles of that plane."""
+        sections = tuple(
             dataclasses.replace(section, width=section.height, height=section.width) for section in self.sections
         )
         supports = tuple(support.in_other_plane for support in self.supports)
-        return dataclasses.replace(self, sections=turned, supports=supports)
+        return dataclasses.replace(self, sections=sections, supports=supports)
 
     def check_turning(self) -> None:
-        """Raise a ValueError if a section is stiffer in one direction than in another: its plane turns with it."""
+        """Raise a ValueError if a section is stiffer in one direction than in another."""
         for i, section in enumerate(self.sections):
             if section.diameter is None and section.width != section.height:
                 raise ValueError(
@@ -217,7 +221,7 @@ class Shaft(Structure):
                 )
 
     def half_depth(self, x: float) -> float:
-        """Return half the depth at x, m, in the direction of vibration; at a step that of what follows.
+        """Return half the depth at x, m, in the direction of vibration; at a step that of the following section.
 
         Parameters
         ----------
@@ -230,7 +234,7 @@ class Shaft(Structure):
         return float(np.interp(x, edges[i : i + 2], section.diameter or section.height or (0.0, 0.0))) / 2
 
     def _elements(self, points: np.ndarray, modes: int) -> list[Element]:
-        """Elements between steps, supports, discs and loads, shorter where waves of the highest mode ask for it."""
+        """Return elements between steps, supports, discs and loads, short enough for waves of the highest mode."""
         wave, edges, pieces = self._highest_wave(modes), np.array(self.edges), list[Element]()
         divided = 0
         for start, end in pairwise(self._nodes(points)):
@@ -247,8 +251,8 @@ class Shaft(Structure):
             pieces += [Element(a, b, bubbles, rigidity) for a, b in pairwise(np.linspace(start, end, n + 1))]
         return pieces
 
-    def _twisting(self, elements: Sequence[Element], modes: int) -> list[Element]:
-        """The same elements with as many functions as waves of twist of the highest mode ask for."""
+    def _twist_elements(self, elements: Sequence[Element], modes: int) -> list[Element]:
+        """Return the elements with enough functions for waves of twist of the highest mode."""
         _, weight, rigidity = self._integration
         slowness = np.sqrt(rigidity.polar / rigidity.torsion)  # s/m
         springs = sum(s.holds_twist or bool(s.twist) for s in self.supports)  # each raises a frequency to the next one
@@ -256,23 +260,23 @@ class Shaft(Structure):
         return [e._replace(bubbles=MIN_TWIST_BUBBLES + math.ceil(wave * (e.end - e.start))) for e in elements]
 
     def _nodes(self, points: np.ndarray) -> list[float]:
-        """Positions of sections' ends and cuts, supports and discs, and those of loads that are not at one of them."""
+        """Return positions of sections' ends and cuts, supports and discs, and of loads that are not at one of them."""
         cuts = (edge + s.length * cut for edge, s in zip(self.edges, self.sections) for cut in s.cuts)
-        own = [*self.edges, *cuts, *(s.position for s in self.supports), *(disc.position for disc in self.discs)]
+        required = [*self.edges, *cuts, *(s.position for s in self.supports), *(disc.position for disc in self.discs)]
         nodes: list[float] = []
-        for x, slack in [*((x, PLACE_TOLERANCE) for x in own), *((x, NODE_TOLERANCE) for x in points)]:
-            if all(abs(x - other) > slack * self.length for other in nodes):
+        for x, tolerance in [*((x, PLACE_TOLERANCE) for x in required), *((x, NODE_TOLERANCE) for x in points)]:
+            if all(abs(x - other) > tolerance * self.length for other in nodes):
                 nodes.append(float(x))
         return sorted(nodes)
 
     def _highest_wave(self, modes: int) -> float:
-        """Upper bound of sqrt(ω), ω of the highest mode wanted: every support raises a free shaft's by one at most."""
-        more = sum(len(HELD[s.kind]) + (s.translation > 0) + (s.rotation > 0) for s in self.supports)
+        """Return an upper bound of sqrt(ω) of the highest mode: each support raises a free shaft's by one mode at most."""
+        restraints = sum(len(HELD[s.kind]) + (s.translation > 0) + (s.rotation > 0) for s in self.supports)
         _, weight, rigidity = self._integration
-        return max(modes + more, 3) * math.pi / float(weight @ (rigidity.mass / rigidity.bending) ** 0.25)
+        return max(modes + restraints, 3) * math.pi / float(weight @ (rigidity.mass / rigidity.bending) ** 0.25)
 
     def _rigidity(self, i: int, x: np.ndarray) -> Rigidity:
-        """Of section i at positions x, m."""
+        """Return the rigidities of section i at positions x, m."""
         section = self.sections[i]
         material = section.material or self.material
         assert material is not None
@@ -286,7 +290,7 @@ class Shaft(Structure):
     def integration(self, start: float, end: float) -> tuple[np.ndarray, np.ndarray, Rigidity]:
         """Return Gauss points between two positions, their weights, m, and rigidities there.
 
-        There are eight in every section, or in every piece of one that is cut.
+        There are eight in every section, or in every piece between its cuts.
 
         Parameters
         ----------
@@ -318,7 +322,7 @@ def rows_at(
 ) -> np.ndarray:
     """Return motions of points on a shaft per unit of each coordinate, along their own axes.
 
-    Those of the other plane do not move, nor do angles of twist where nothing twists.
+    Motions of the other plane are 0, and twist without a torsion mesh.
 
     Parameters
     ----------
@@ -329,23 +333,23 @@ def rows_at(
     bending : callable
         Deflections (n_x, n) at positions (n_x,), m, or their derivatives of order 1 or 2.
     torsion : TorsionMesh, optional
-        Twist, whose coordinates follow.
+        Twist, in the coordinates that follow those of bending.
     """
     if torsion is None and not any(isinstance(point, str) for point in points):
         return bending(np.array(points, dtype=float), 0)
     x, axes = _positions(points), [parse_direction(point) or ("Z", 1) for point in points]
-    found = np.zeros((len(points), n + (0 if torsion is None else len(torsion.mass))))
+    motions = np.zeros((len(points), n + (0 if torsion is None else len(torsion.mass))))
     for axis in {axis for axis, _ in axes}:
-        here = [i for i, (other, _) in enumerate(axes) if other == axis]
-        sign = np.array([[axes[i][1]] for i in here])
+        selected = [i for i, (other, _) in enumerate(axes) if other == axis]
+        sign = np.array([[axes[i][1]] for i in selected])
         if axis in OF_BENDING:
             order, factor = OF_BENDING[axis]
-            found[here, :n] = factor * sign * bending(x[here], order)
+            motions[selected, :n] = factor * sign * bending(x[selected], order)
         elif axis in OF_TWIST and torsion is not None:
-            found[here, n:] = sign * torsion.twist(x[here], OF_TWIST[axis])
-    return found
+            motions[selected, n:] = sign * torsion.twist(x[selected], OF_TWIST[axis])
+    return motions
 
 
 def _positions(points: Sequence[float | str]) -> np.ndarray:
-    """(n,) m."""
+    """Return positions (n,), m."""
     return np.array([place[1] for place in map(parse_place, points) if place])

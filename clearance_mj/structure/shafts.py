@@ -35,7 +35,7 @@ class Spring:
 
     @property
     def joined(self) -> tuple[float | str, ...]:
-        """The points whose relative motion stretches it: ``position`` and, unless it is the base, ``to``."""
+        """Points whose relative motion stretches it: ``position`` and, unless it is the base, ``to``."""
         return (self.position,) if self.to is None else (self.position, self.to)
 
     @property
@@ -51,11 +51,11 @@ class Shafts(Structure):
     """Parallel shafts that vibrate in one plane, each with a name; a point is such as "inner@0.4"."""
 
     parts: Annotated[tuple[Shaft, ...], Field(min_length=1)]
-    """the shafts, with their names and own Rayleigh damping"""
+    """the shafts, with names and Rayleigh damping"""
     springs: tuple[Spring, ...] = ()
     """between them, or to the base"""
     rayleigh: tuple[NotNegative, NotNegative] = (0.0, 0.0)
-    """(η1 in 1/s, η2 in s): damping η1 M + η2 K of the whole, in addition to the shafts' own"""
+    """(η1 in 1/s, η2 in s): damping η1 M + η2 K of the whole, in addition to that of the shafts"""
     damping_ratios: tuple[Share, ...] = ()
     """of the modes, in addition; the last one holds for all that follow"""
     kind: Literal["shafts"] = "shafts"
@@ -84,7 +84,7 @@ class Shafts(Structure):
 
     @property
     def in_other_plane(self) -> Shafts:
-        """The same shafts as they bend along y, their springs as stiff; see `Structure.in_other_plane`."""
+        """The shafts as they bend along y, with the same springs; see `Structure.in_other_plane`."""
         twisted = [any((parse_direction(p) or "Z")[0] == "RX" for p in spring.joined) for spring in self.springs]
         springs = tuple(spring.in_other_plane for spring, twists in zip(self.springs, twisted) if not twists)
         return dataclasses.replace(self, parts=tuple(part.in_other_plane for part in self.parts), springs=springs)
@@ -95,7 +95,7 @@ class Shafts(Structure):
         return sum(part.total_mass for part in self.parts)
 
     def check(self, point: float | str) -> None:
-        """Refuse what is on none of the shafts; see `Structure.check`."""
+        """Raise a ValueError for a point on none of the shafts; see `Structure.check`."""
         name, _ = parse_place(point) or ("", 0.0)
         for part in self.parts:
             if part.name == name:
@@ -108,20 +108,22 @@ class Shafts(Structure):
         """Return mass and stiffness of the shafts' beam elements and of the springs."""
         loads = [*points, *(point for spring in self.springs for point in spring.joined)]
         named = [(point, place[0]) for point in loads if (place := parse_place(point))]
-        several = modes + len(self.springs)  # a spring raises every frequency to the next one at most
-        models = [part.assemble(tuple(p for p, name in named if name == part.name), several) for part in self.parts]
+        modes_of_parts = modes + len(self.springs)  # a spring raises each frequency at most to the next one
+        models = [
+            part.assemble(tuple(p for p, name in named if name == part.name), modes_of_parts) for part in self.parts
+        ]
         starts = np.cumsum([0, *(len(model.mass) for model in models)])
 
         def rows(at: Sequence[float | str]) -> np.ndarray:
-            found = np.zeros((len(at), starts[-1]))
+            motions = np.zeros((len(at), starts[-1]))
             names = [(parse_place(point) or ("", 0.0))[0] for point in at]
             for part, model, start in zip(self.parts, models, starts):
-                here = [i for i, name in enumerate(names) if name == part.name]
-                found[here, start : start + len(model.mass)] = model.rows([at[i] for i in here])
-            return found
+                selected = [i for i, name in enumerate(names) if name == part.name]
+                motions[selected, start : start + len(model.mass)] = model.rows([at[i] for i in selected])
+            return motions
 
         stiffness = scipy.linalg.block_diag(*(model.stiffness for model in models))
-        viscous = scipy.linalg.block_diag(*map(_own_damping, models))
+        viscous = scipy.linalg.block_diag(*map(_part_damping, models))
         for spring in self.springs:
             ends = rows(spring.joined)
             stretch = ends[0] - ends[1:].sum(axis=0)
@@ -134,8 +136,8 @@ class Shafts(Structure):
         return Assembly(mass, stiffness, influence, rows, *damping, rocking)
 
 
-def _own_damping(model: Assembly) -> np.ndarray:
-    """(n, n) η1 M + η2 K of a shaft, and its supports' dampers."""
+def _part_damping(model: Assembly) -> np.ndarray:
+    """Return the damping (n, n) of a shaft: η1 M + η2 K, and its supports' dampers."""
     eta1, eta2 = model.rayleigh
-    own = eta1 * model.mass + eta2 * model.stiffness
-    return own if model.viscous is None else own + model.viscous
+    damping = eta1 * model.mass + eta2 * model.stiffness
+    return damping if model.viscous is None else damping + model.viscous

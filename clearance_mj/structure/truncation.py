@@ -1,10 +1,10 @@
-"""What modes that were left out cost at the clearances of a structure given by modes.
+"""Truncation error at the clearances of a structure given by modes.
 
 Their flexibility is in series with the contact: one of stiffness k acts as one of k / (1 + k R), so a model without R
-has contacts that are too stiff by k R. Where R was not measured it is estimated from how the modes converge: those left
-out are taken to move the clearance as much as the upper half of the known ones do on average, at frequencies that go on
-rising as theirs do, ω_i = a i^q. The sum of φ²/ω² over i > n is then φ² ζ(2q, n + 1) / a², with Hurwitz' zeta function;
-q is 2 for bending of shafts and 1 for plates, between which it is held.
+has contacts that are too stiff by k R. Where R was not measured it is estimated from how the modes converge: the truncated
+ones are assumed to move the clearance as much as the upper half of the known ones on average, at frequencies that
+continue their growth, ω_i = a i^q. The sum of φ²/ω² over i > n is then φ² ζ(2q, n + 1) / a², with Hurwitz' zeta function;
+q is 2 for bending of shafts and 1 for plates, and limited to this range.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class _Rig(Protocol):
 
 @dataclass(frozen=True)
 class Truncation:
-    """Static flexibility at one clearance, m/N, and what the model lacks of it."""
+    """Static flexibility at one clearance, m/N, and its missing part."""
 
     where: str
     """the clearance"""
@@ -58,13 +58,13 @@ class Truncation:
     residual: float
     """of the residual flexibility that the structure has"""
     missing: float
-    """estimated, of the modes that it lacks; nan where too few modes are known to tell"""
+    """estimated, of the truncated modes; nan where too few modes are known"""
     stiffness_error: float
-    """by which share the datasheet's contact acts too stiff: k R of what is missing"""
+    """relative error of the datasheet's contact stiffness: k R of the missing part"""
 
 
 def find_truncation(rig: _Rig) -> tuple[Truncation, ...]:
-    """Estimate what truncation costs at each clearance of a rig whose structure is given by modes.
+    """Estimate the truncation error at each clearance of a rig whose structure is given by modes.
 
     Parameters
     ----------
@@ -79,10 +79,10 @@ def find_truncation(rig: _Rig) -> tuple[Truncation, ...]:
     structure = rig.linear
     if not isinstance(structure, ModalStructure):
         return ()
-    return tuple(_at(structure, clearance) for clearance in rig.bushings)
+    return tuple(_estimate(structure, clearance) for clearance in rig.bushings)
 
 
-def _at(structure: ModalStructure, clearance: _Clearance) -> Truncation:
+def _estimate(structure: ModalStructure, clearance: _Clearance) -> Truncation:
     points = clearance.joined
     side = np.array([1.0, -1.0])[: len(points)]
     kept, residual = (float(side @ part @ side) for part in structure.flexibility(points))
@@ -90,12 +90,12 @@ def _at(structure: ModalStructure, clearance: _Clearance) -> Truncation:
         missing = 0.0
     else:
         shape = side @ structure.assemble(points, 0).rows(points)[:, : structure.omega.size]
-        missing = max(_tail(shape, structure.omega) - residual, 0.0)
+        missing = max(_tail_flexibility(shape, structure.omega) - residual, 0.0)
     return Truncation(clearance.where, kept, residual, missing, clearance.contact.stiffness * missing)
 
 
-def _tail(shape: np.ndarray, omega: np.ndarray) -> float:
-    """Estimated sum of φ²/ω² over the modes that follow the known ones."""
+def _tail_flexibility(shape: np.ndarray, omega: np.ndarray) -> float:
+    """Estimate the sum of φ²/ω² over the modes that follow the known ones."""
     shape, omega = shape[omega > 0], omega[omega > 0]
     n = omega.size
     if n < MIN_MODES:
