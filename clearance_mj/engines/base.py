@@ -71,7 +71,7 @@ class Run(ABC):
         return None
 
     def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Simulate one block; return the columns of `advance`, and the energies of its steps, (n, columns) of `energies`."""
+        """Simulate one block; return the columns of `advance`, and its steps' energies, (n, columns) of `energies`."""
         raise ClearanceError("the engine does not tell its energies, so they cannot be balanced; use modal or links")
 
 

@@ -1,7 +1,7 @@
 """A bending shaft as a chain of rigid links in one plane; see `chain`.
 
-In deflection and slope, chain and shaft coincide at every end of an element; in between the shaft lies above the chain by the
-double integral of a curvature whose moment is a straight line (a parabola with three hinges) within the element.
+In deflection and slope, chain and shaft coincide at every end of an element; in between the shaft lies above the chain
+by the double integral of a curvature whose moment is a straight line (a parabola with three hinges) within the element.
 Deflection and strain energy are those of cubic Hermite elements; the kinetic energy of rigid links differs from theirs
 in fourth order.
 """
@@ -67,24 +67,21 @@ class BendingChain(Chain):
         return [(disc.position, disc.mass, disc.inertia) for disc in shaft.discs]
 
     @functools.cached_property
-    def _centre_deflection(self) -> np.ndarray:
+    def _shifts(self) -> np.ndarray:
         """Deflection (n_links, nv) of the links' centres of mass."""
         return self.motion([link.centre for link in self.links], straight=True)
 
     @functools.cached_property
     def mass(self) -> np.ndarray:
         """(nv, nv) mass matrix of the straight chain, with the masses on it."""
-        at, turn = (
-            self._centre_deflection,
-            self.motion([(link.start + link.end) / 2 for link in self.links], 1, straight=True),
-        )
+        at, turn = (self._shifts, self.motion([(link.start + link.end) / 2 for link in self.links], 1, straight=True))
         masses, inertias = (np.array([getattr(link, name) for link in self.links]) for name in ("mass", "inertia"))
         return (at.T * masses) @ at + (turn.T * inertias) @ turn
 
     @property
     def weight(self) -> np.ndarray:
         """(nv,) force of a unit gravity along the deflection."""
-        return np.asarray(np.array([link.mass for link in self.links]) @ self._centre_deflection)
+        return np.asarray(np.array([link.mass for link in self.links]) @ self._shifts)
 
     @property
     def polar(self) -> np.ndarray:

@@ -33,13 +33,11 @@ class Completion:
         for i, sensor in enumerate(rig.sensors):
             if (j := clearance_of(rig, sensor)) is not None:
                 directions = sensor.unit_direction[1:] if rig.bushings[j].is_round else np.ones(1)
-                for row, component in enumerate(directions, rig.clearance_rows[j].start):
-                    self.forces += [
-                        (i, n_sensors + k * rig.n_rows + row, sensor.gain * component) for k in (1, 2) if component
-                    ]
+                for row, c in enumerate(directions, rig.clearance_rows[j].start):
+                    self.forces += [(i, n_sensors + k * rig.n_rows + row, sensor.gain * c) for k in (1, 2) if c]
 
     def push(self, acceleration: np.ndarray) -> np.ndarray:
-        """Integrate the base's accelerations; return its velocities, then displacements (n, 2 n_inputs) at the next steps."""
+        """Integrate the base's accelerations; return velocities, then displacements (n, 2 n_inputs) at the steps."""
         acceleration = in_columns(acceleration)
         between = self.state[0] + self.step * np.cumsum(acceleration, axis=0)
         place = self.state[1] + self.step * np.cumsum(between, axis=0)

@@ -208,17 +208,15 @@ def equilibrium_of(rig: Rig, law: Law, whole: LinearModel | ChainModes) -> Equil
     """Compute the equilibrium of a structure that represents a rig's; see `static_equilibrium`."""
     spin = rig.spin.speed if rig.spin else 0.0
     fillings, contacts = _forces(rig, law, spin)
-    q = _solve_equilibrium(rig, whole, [*fillings, *contacts], spin)
+    q = _solve(rig, whole, [*fillings, *contacts], spin)
     middles, ends = _at_clearances(rig, _rows(whole) @ q)
     end_forces = [c.force_at(r)[-c.bushing.n_coordinates :] for c, r in zip(contacts, ends)]
-    contact_force = _concatenate([a + b for a, b in zip(end_forces[::2], end_forces[1::2])])
-    grease_force = _concatenate([filling.force_at(r) for filling, r in zip(fillings, middles)])
-    return Equilibrium(
-        rig, _concatenate(middles), contact_force, grease_force, q, whole, tuple(fillings), tuple(contacts)
-    )
+    contact_force = _join([a + b for a, b in zip(end_forces[::2], end_forces[1::2])])
+    grease_force = _join([filling.force_at(r) for filling, r in zip(fillings, middles)])
+    return Equilibrium(rig, _join(middles), contact_force, grease_force, q, whole, tuple(fillings), tuple(contacts))
 
 
-def _concatenate(parts: list[np.ndarray]) -> np.ndarray:
+def _join(parts: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([np.zeros(0), *parts])
 
 
@@ -233,9 +231,7 @@ def _forces(rig: Rig, law: Law, spin: float) -> tuple[list[_Filling], list[_Cont
     return [_Filling(b, model, spin) for b, model in zip(rig.bushings, fillings_of(rig, law))], contacts
 
 
-def _solve_equilibrium(
-    rig: Rig, model: LinearModel | ChainModes, forces: Sequence[_Filling | _Contact], spin: float
-) -> np.ndarray:
+def _solve(rig: Rig, model: LinearModel | ChainModes, forces: Sequence[_Filling | _Contact], spin: float) -> np.ndarray:
     """Solve for the coordinates (n,) at which all forces are in equilibrium.
 
     Rigid-body motions are restrained by springs at first, which soften to nothing.

@@ -1,9 +1,9 @@
-"""A rig's shafts as chains of rigid links, with what holds and joins them; matrices in the joints' coordinates.
+"""A rig's shafts as chains of rigid links, with supports and springs; matrices in the joints' coordinates.
 
-The coordinates are those along y, of a rig that moves there, then those along z, then the twist of the shafts on which
-a torque acts. Supports at the left end of a shaft are joints of its chain. All others, and springs, act on linear
-combinations of the coordinates: rows of the curved shaft's motions. What couples the planes is the turning of the
-shaft: G and H are those of linear/model.py, with the chains' slopes and hinges.
+The coordinates are those along y, if the rig moves there, then those along z, then the twist of shafts under torques.
+Supports at the left end of a shaft are joints of its chain. All others, and springs, act on linear combinations of the
+coordinates: rows of the curved shaft's motions. Rotation couples the planes: G and H are those of linear/model.py, with
+the chains' slopes and hinges.
 """
 
 from __future__ import annotations
@@ -36,23 +36,23 @@ Points: TypeAlias = Sequence[float | str] | np.ndarray  # Positions, m, or named
 class Member(NamedTuple):
     """The motion of one shaft along one axis."""
 
-    axis: Literal["x", "y", "z"]  #: x of its twist
+    axis: Literal["x", "y", "z"]  #: x for its twist
     shaft: int  #: its number
     chain: Chain
     part: slice  #: its coordinates
 
 
 class Fixed(NamedTuple):
-    """What rigid supports hold at zero, beside joints."""
+    """Constraints by rigid supports, in addition to joints."""
 
-    axes: list[str]  #: of each, as of `Member`
+    axes: list[str]  #: axis of each row, as in `Member`
     rows: np.ndarray  #: (n, nv)
 
 
 class Springs(NamedTuple):
     """Springs and dampers between shafts and base, or two shafts."""
 
-    axes: list[str]  #: of each, as of `Member`
+    axes: list[str]  #: axis of each row, as in `Member`
     rows: np.ndarray  #: (n, nv) their elongation per coordinate
     stiffness: np.ndarray  #: (n,) N/m, or N m/rad
     damping: np.ndarray  #: (n,) N s/m, or N m s/rad
@@ -80,7 +80,7 @@ class Linkage:
 
     @property
     def bends_across(self) -> bool:
-        """Whether shafts bend along y, too."""
+        """True if shafts bend along y, too."""
         return bool(self.along("y"))
 
     @functools.cached_property
@@ -91,44 +91,44 @@ class Linkage:
 
     @functools.cached_property
     def rayleigh(self) -> tuple[float, float]:
-        """Of the whole, point masses and springs included."""
+        """Rayleigh damping of the whole, point masses and springs included."""
         whole = self.rig.linear
         return whole.rayleigh if isinstance(whole, Beam | Shaft | Shafts) else (0.0, 0.0)
 
-    def _own_rayleigh(self, chain: Chain) -> tuple[float, float]:
-        """Of one of several shafts, in addition."""
+    def _part_rayleigh(self, chain: Chain) -> tuple[float, float]:
+        """Return the additional Rayleigh damping of one of several shafts."""
         return chain.shaft.rayleigh if isinstance(self.rig.linear, Shafts) else (0.0, 0.0)
 
     def along_own(self, points: Points, across: bool = False, straight: bool = False) -> np.ndarray:
-        """Return how points move in their own directions: rotations of RY or RX, curvatures of KZ, zeros of others.
+        """Return motions of points along their directions: rotations for RY or RX, curvatures for KZ, zeros for others.
 
         Parameters
         ----------
         points : sequence of Point, length n_points
             Positions, m, or named points.
         across : bool
-            Whether the coordinates are those along y, and the points named as `Structure.in_other_plane` has them.
+            True for the coordinates along y, with points named as in `Structure.in_other_plane`.
         straight : bool
-            As of `Chain.motion`.
+            As in `Chain.motion`.
 
         Returns
         -------
         ndarray, shape (n_points, n)
-            Of coordinates in `spans`.
+            Motions per coordinate of `spans`.
         """
         span = self.spans[not across]
         places = [(self.rig.linear.place(p), parse_direction(p) or ("Z", 1)) for p in points]
-        found = np.zeros((len(places), self.size))
+        motions = np.zeros((len(places), self.size))
         for _, shaft, chain, part in self.along("y") if across else (*self.along("z"), *self.along("x")):
             for axis, (order, factor) in chain.axes.items():
                 here = [(n, x, sign) for n, ((i, x), (own, sign)) in enumerate(places) if (i, own) == (shaft, axis)]
                 if here:
                     rows, x, signs = zip(*here)
-                    found[rows, part] = factor * np.array(signs)[:, None] * chain.motion(x, order, straight)
-        return found[:, span]
+                    motions[rows, part] = factor * np.array(signs)[:, None] * chain.motion(x, order, straight)
+        return motions[:, span]
 
     def _rows(self, straight: bool) -> RigRows:
-        """How points move on the straight links or the curved shafts."""
+        """Return the rows of points on the straight links or the curved shafts."""
         y, z = (
             PlaneRows(functools.partial(self.along_own, across=across, straight=straight), np.eye(n), span)
             for across, span in zip((True, False), self.spans)
@@ -138,11 +138,11 @@ class Linkage:
 
     @functools.cached_property
     def rows(self) -> RigRows:
-        """How the rig's points move per coordinate."""
+        """Motions of the rig's points per coordinate."""
         return self._rows(False)
 
     def contact(self, bushing: Bushing) -> Literal["plates", "limits", "annulus"]:
-        """Return what is a clearance in MuJoCo: plates around links, limits of a linear combination, or an annulus."""
+        """Return a clearance's element in MuJoCo: plates around links, limits of a linear combination, or annulus."""
         if bushing.is_round:
             return "annulus"
         alone = bushing.to is None and parse_direction(bushing.position) is None and not self.bends_across
@@ -150,7 +150,7 @@ class Linkage:
 
     @functools.cached_property
     def at_points(self) -> np.ndarray:
-        """(3 n_rows, nv) as of `RigRows`; at ends of the straight links where MuJoCo looks for contact of these."""
+        """(3 n_rows, nv) as of `RigRows`; at ends of the straight links where MuJoCo detects their contact."""
         kinds = [self.contact(b) for b in self.rig.bushings for _ in range(2 * b.n_coordinates)]
         limits = np.array([kind == "limits" for kind in kinds], dtype=bool)[:, None]
         ends = np.where(limits, self.rows.at_ends, self._rows(True).at_ends)
@@ -158,14 +158,14 @@ class Linkage:
 
     @functools.cached_property
     def stiffness(self) -> np.ndarray:
-        """(nv,) of the joints."""
+        """(nv,) for the joints."""
         return np.concatenate([m.chain.stiffness for m in self.members])
 
     @functools.cached_property
     def damping(self) -> np.ndarray:
-        """(nv,) of the joints."""
+        """(nv,) for the joints."""
         chains, eta2 = [m.chain for m in self.members], self.rayleigh[1]
-        return np.concatenate([c.dashpots + (eta2 + self._own_rayleigh(c)[1]) * c.stiffness for c in chains])
+        return np.concatenate([c.dashpots + (eta2 + self._part_rayleigh(c)[1]) * c.stiffness for c in chains])
 
     @functools.cached_property
     def mass(self) -> np.ndarray:
@@ -175,52 +175,52 @@ class Linkage:
     @functools.cached_property
     def influence(self) -> np.ndarray:
         """(nv, 2) force of a unit gravity along y and z."""
-        found = np.zeros((self.size, 2))
+        influence = np.zeros((self.size, 2))
         for axis, _, chain, part in self.members:
             if isinstance(chain, BendingChain):
-                found[part, "yz".index(axis)] = chain.weight
-        return found
+                influence[part, "yz".index(axis)] = chain.weight
+        return influence
 
     @functools.cached_property
     def fixed(self) -> Fixed:
-        """Rows of motions that supports hold at zero."""
-        held = [(m.axis, self._of(m, row)) for m in self.members for row in m.chain.held]
-        rows = np.array([row for _, row in held]).reshape(-1, self.size)
+        """Rows of motions that supports fix."""
+        constraints = [(m.axis, self._expand(m, row)) for m in self.members for row in m.chain.held]
+        rows = np.array([row for _, row in constraints]).reshape(-1, self.size)
         if np.linalg.matrix_rank(rows, 1e-9) < len(rows):
             raise RigError(
                 f"rig {self.rig.name!r}: supports are too close together for the links between them; use more links, "
                 "or the modal engine"
             )
-        return Fixed([axis for axis, _ in held], rows)
+        return Fixed([axis for axis, _ in constraints], rows)
 
     @functools.cached_property
     def springs(self) -> Springs:
-        """What is elastic beside the joints."""
-        eta2, found = self.rayleigh[1], []
-        for axis, span, springs in zip("yz", self.spans, (_joining(self.rig, True), _joining(self.rig))):
+        """Springs and dampers other than joints."""
+        eta2, elements = self.rayleigh[1], []
+        for axis, span, springs in zip("yz", self.spans, (_springs(self.rig, True), _springs(self.rig))):
             for spring in springs if self.along(axis) else ():
                 ends, row = self.along_own(spring.joined, axis == "y"), np.zeros(self.size)
                 row[span] = ends[0] - ends[1] if len(ends) > 1 else ends[0]
                 if row.any():
-                    found.append((axis, row, spring.stiffness, spring.damping + eta2 * spring.stiffness))
+                    elements.append((axis, row, spring.stiffness, spring.damping + eta2 * spring.stiffness))
         for member in self.members:
-            eta = eta2 + self._own_rayleigh(member.chain)[1]
-            found += [(member.axis, self._of(member, row), k, c + eta * k) for row, k, c in member.chain.springs]
-        axes, rows, stiffness, damping = zip(*found) if found else ((), (), (), ())
+            eta = eta2 + self._part_rayleigh(member.chain)[1]
+            elements += [(member.axis, self._expand(member, row), k, c + eta * k) for row, k, c in member.chain.springs]
+        axes, rows, stiffness, damping = zip(*elements) if elements else ((), (), (), ())
         return Springs([*axes], np.array(rows).reshape(-1, self.size), np.array(stiffness), np.array(damping))
 
-    def _of(self, member: Member, row: np.ndarray) -> np.ndarray:
-        """A row of one member's coordinates in those of all."""
-        found = np.zeros(self.size)
-        found[member.part] = row
-        return found
+    def _expand(self, member: Member, row: np.ndarray) -> np.ndarray:
+        """Expand a row of one member's coordinates to those of all."""
+        expanded = np.zeros(self.size)
+        expanded[member.part] = row
+        return expanded
 
     @functools.cached_property
     def free(self) -> np.ndarray:
-        """(nv, n) basis of the motions that the supports allow, which none of them couples between members."""
+        """(nv, n) basis of the motions that the supports allow, block-diagonal by member."""
         if not len(self.fixed.rows):
             return np.eye(self.size)
-        return scipy.linalg.block_diag(*(_allowed(member.chain.held) for member in self.members))
+        return scipy.linalg.block_diag(*(_null_space(member.chain.held) for member in self.members))
 
     @property
     def ratios(self) -> tuple[float, ...]:
@@ -230,7 +230,7 @@ class Linkage:
 
     @property
     def beside(self) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray] | tuple[()]:
-        """Stiffness and damping of what is no joint, and `free`; nothing for joints alone."""
+        """Stiffness and damping of elements other than joints, and `free`; empty for joints alone."""
         if not len(self.springs.rows) and not len(self.fixed.rows) and not any(self.ratios):
             return ()
         _, rows, stiffness, damping = self.springs
@@ -239,7 +239,7 @@ class Linkage:
 
     @functools.cached_property
     def whole_stiffness(self) -> np.ndarray:
-        """(nv, nv) of joints and springs."""
+        """(nv, nv) stiffness of joints and springs."""
         _, rows, stiffness, _ = self.springs
         return np.diag(self.stiffness) + (rows.T * stiffness) @ rows
 
@@ -251,31 +251,31 @@ class Linkage:
 
     @functools.cached_property
     def viscous(self) -> np.ndarray:
-        """(nv, nv) damping that neither joints nor springs have: η1 M and that of the modes; (0, 0) for none."""
-        own, ratios = [self._own_rayleigh(m.chain)[0] for m in self.members], self.ratios
-        if not self.rayleigh[0] and not any(own) and not any(ratios):
+        """(nv, nv) further damping: η1 M and that of the modes; (0, 0) for none."""
+        etas, ratios = [self._part_rayleigh(m.chain)[0] for m in self.members], self.ratios
+        if not self.rayleigh[0] and not any(etas) and not any(ratios):
             return np.zeros((0, 0))
-        found = self.rayleigh[0] * self.mass
-        if any(own):
-            masses = (eta * m.chain.without_load.mass for eta, m in zip(own, self.members))
-            found = found + scipy.linalg.block_diag(*masses)
+        damping = self.rayleigh[0] * self.mass
+        if any(etas):
+            masses = (eta * m.chain.without_load.mass for eta, m in zip(etas, self.members))
+            damping = damping + scipy.linalg.block_diag(*masses)
         for span in self.spans if any(ratios) else ():
             free, mass = self.free[span], self.mass[span, span]
             free = free[:, free.any(axis=0)]
             if free.size:
                 modes = vibration_modes(free.T @ mass @ free, free.T @ self.whole_stiffness[span, span] @ free)
-                pull = mass @ free @ modes.shapes
-                found[span, span] += (pull * (2 * modes.omega * ratios_of_modes(ratios, modes.omega.size))) @ pull.T
-        return found
+                p = mass @ free @ modes.shapes
+                damping[span, span] += (p * (2 * modes.omega * ratios_of_modes(ratios, modes.omega.size))) @ p.T
+        return damping
 
     @functools.cached_property
     def gyroscopic(self) -> np.ndarray:
-        """(nv, nv) G, skew, per rad/s of the spin; (0, 0) of a rig that does not turn."""
+        """(nv, nv) G, skew, per rad/s of the spin; (0, 0) for a rig that does not turn."""
         return self._skew("polar") if self.rig.spin else np.zeros((0, 0))
 
     @functools.cached_property
     def circulatory(self) -> np.ndarray:
-        """(nv, nv) H, skew, of the damping that turns with the shaft; (0, 0) if there is none."""
+        """(nv, nv) H, skew, of rotating damping; (0, 0) if there is none."""
         eta2 = self.rayleigh[1] if self.rig.spin else 0.0
         return eta2 * self._skew("strain") if eta2 else np.zeros((0, 0))
 
@@ -288,13 +288,13 @@ class Linkage:
         return np.asarray(coupling - coupling.T)
 
 
-def _allowed(held: np.ndarray) -> np.ndarray:
-    """Return a basis (n, m) of what rows (n_held, n) leave at zero."""
-    return scipy.linalg.null_space(held) if len(held) else np.eye(held.shape[1])
+def _null_space(constraints: np.ndarray) -> np.ndarray:
+    """Return a basis (n, m) of the null space of rows (n_held, n)."""
+    return scipy.linalg.null_space(constraints) if len(constraints) else np.eye(constraints.shape[1])
 
 
 def cannot_be_linked(rig: Rig) -> str:
-    """Return in words why a rig is no chain of rigid links; "" if it is.
+    """Return why a rig cannot be a chain of rigid links; "" if it can.
 
     Parameters
     ----------
@@ -309,12 +309,12 @@ def cannot_be_linked(rig: Rig) -> str:
     for mass in rig.point_masses:
         if (axis := (parse_direction(mass.position) or ("RX", 1))[0]) != "RX":
             return f'links has masses that move in every direction, and "{mass.position}" names {axis}; use modal'
-    for what, there in (
+    for name, present in (
         ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
         ("oscillators", rig.oscillators), ("bearings", rig.bearings), ("orders", rig.orders),
     ):  # fmt: skip
-        if there:
-            return f"links knows no {what}; use modal"
+        if present:
+            return f"links knows no {name}; use modal"
     return ""
 
 
@@ -327,7 +327,7 @@ def linkage(rig: Rig, links: int) -> Linkage:
     rig : Rig
         The rig.
     links : int
-        Number of links of each shaft, a first one that its left end's joints move not counted.
+        Number of links of each shaft, without a first one that its left end's joints move.
 
     Raises
     ------
@@ -341,37 +341,37 @@ def linkage(rig: Rig, links: int) -> Linkage:
     for i, shaft in enumerate(rig.linear.shafts):
         masses = [(_twists(m.position), rig.linear.place(m.position), m.mass) for m in rig.point_masses]
         carried = BendingChain.discs(shaft) + [(x, m, 0.0) for twists, (n, x), m in masses if n == i and not twists]
-        turned = TwistChain.discs(shaft) + [(x, 0.0, m) for twists, (n, x), m in masses if n == i and twists]
-        pieces = cut(shaft, links, _wanted(rig, i, carried))
+        twisting = TwistChain.discs(shaft) + [(x, 0.0, m) for twists, (n, x), m in masses if n == i and twists]
+        pieces = cut(shaft, links, _element_ends(rig, i, carried))
         along_z = BendingChain(shaft, elements_of(shaft, pieces, "bending"), tuple(carried))
         members.append(("z", i, along_z))
         if across:
             other = across.shafts[i]
             along_y = BendingChain(other, elements_of(other, pieces, "bending"), tuple(carried))
             members.append(("y", i, along_z if other == shaft else along_y))
-        if torques := [rig.linear.place(p)[1] for p in _acted(rig) if _twists(p) and _is_on(rig, i, p)]:
-            held = [s.position for s in shaft.supports if s.twist or s.twist_damping or s.holds_twist]
-            pieces = cut(shaft, links, [*torques, *held, *(x for x, _, inertia in turned if inertia)])
-            members.append(("x", i, TwistChain(shaft, elements_of(shaft, pieces, "torsion"), tuple(turned))))
+        if torques := [rig.linear.place(p)[1] for p in _loaded_points(rig) if _twists(p) and _is_on(rig, i, p)]:
+            supports = [s.position for s in shaft.supports if s.twist or s.twist_damping or s.holds_twist]
+            pieces = cut(shaft, links, [*torques, *supports, *(x for x, _, inertia in twisting if inertia)])
+            members.append(("x", i, TwistChain(shaft, elements_of(shaft, pieces, "torsion"), tuple(twisting))))
     return Linkage(rig, sorted(members, key=lambda member: "yzx".index(member[0])))
 
 
-def _wanted(rig: Rig, shaft: int, masses: Sequence[tuple[float, float, float]]) -> list[float]:
-    """Positions, m, at which a shaft's elements should end, in order of importance."""
-    of, place = rig.linear.shafts[shaft], rig.linear.place
+def _element_ends(rig: Rig, shaft: int, masses: Sequence[tuple[float, float, float]]) -> list[float]:
+    """Return positions, m, at which a shaft's elements should end, in order of importance."""
+    parts, place = rig.linear.shafts[shaft], rig.linear.place
     middles = [p for b in rig.bushings for p in b.joined]
     of_clearances = middles + [end for b in rig.bushings for p in b.joined for end in b.ends_of(p)]
-    joined = [p for spring in _joining(rig) for p in spring.joined]
+    joined = [p for spring in _springs(rig) for p in spring.joined]
     return [
-        *(s.position for s in of.supports), *(d.position for d in of.discs if d.inertia),
+        *(s.position for s in parts.supports), *(d.position for d in parts.discs if d.inertia),
         *(place(p)[1] for p in joined + of_clearances if _is_on(rig, shaft, p)),
         *(x for x, _, _ in sorted(masses, key=lambda m: -m[1])),
     ]  # fmt: skip
 
 
-def _acted(rig: Rig) -> list[float | str]:
-    """Points at which something acts, for which a shaft twists if they name its twist."""
-    joined = [p for points in (*(b.joined for b in rig.bushings), *(s.joined for s in _joining(rig))) for p in points]
+def _loaded_points(rig: Rig) -> list[float | str]:
+    """Return points of forces and torques; a shaft twists if one of them names its twist."""
+    joined = [p for points in (*(b.joined for b in rig.bushings), *(s.joined for s in _springs(rig))) for p in points]
     return [*joined, *(m.position for m in rig.point_masses), *(p for p, _ in forced_points(rig.inputs, rig.loads))]
 
 
@@ -383,7 +383,7 @@ def _twists(point: float | str) -> bool:
     return (parse_direction(point) or "Z")[0] in OF_TWIST
 
 
-def _joining(rig: Rig, across: bool = False) -> tuple[Spring, ...]:
-    """Springs beside those of supports, as points along y have them or as the rig file does."""
-    whole, beside = (rig.linear.in_other_plane, rig.attached.in_other_plane) if across else (rig.linear, rig.attached)
-    return (*(whole.springs if isinstance(whole, Shafts) else ()), *beside.springs)
+def _springs(rig: Rig, across: bool = False) -> tuple[Spring, ...]:
+    """Return springs other than supports, named for motion along y or as in the rig file."""
+    whole, attached = (rig.linear.in_other_plane, rig.attached.in_other_plane) if across else (rig.linear, rig.attached)
+    return (*(whole.springs if isinstance(whole, Shafts) else ()), *attached.springs)

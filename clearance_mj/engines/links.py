@@ -35,12 +35,12 @@ class Links(Engine):
     links: Annotated[Whole, Field(ge=3)] = 16
     """number of links of each shaft"""
     safety: Positive = 0.6
-    """time step as a share of its stability limit, contacts at their hardest"""
+    """time step over its stability limit, with contacts at their stiffest"""
 
     def largest_step(self, rig: Rig, law: Law) -> float:
-        """``safety`` times the stability limit of the chains with every contact, bristle and film at its hardest.
+        """Return ``safety`` times the stability limit with every contact, bristle and film at its stiffest.
 
-        Gyroscopic moments and oil films are taken at the velocity in the middle of their kick, which limits no step.
+        Gyroscopic moments and oil films act at the velocity in the middle of their kick, which limits no step.
         """
         plant, of_row = links_plant(rig, self.links), rig.bushing_of_row
         grease = np.array([(0.0, 0.0) if g.turned else g.largest() for g in fillings_of(rig, law)]).reshape(-1, 2)
@@ -61,7 +61,7 @@ class Links(Engine):
 def build_links(rig: Rig, links: int = 16) -> mujoco.MjSpec:
     """Describe a rig as a MuJoCo model of rigid links, with the softness of the datasheet.
 
-    It does not know the turning of the shaft and friction, which MuJoCo has no elements for.
+    It lacks rotation of the shaft and friction, for which MuJoCo has no elements.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ NO_DIRECTION = 1e-9
 A tendon without length has no direction, so that MuJoCo would find no inertia behind it; with this it is that of both
 planes, and the gap changes by less than digits of a file show.
 """
-STAVES = 24  # boxes that a round bushing is drawn of
+STAVES = 24  # number of boxes that draw a round bushing
 SITE = {"objtype": mujoco.mjtObj.mjOBJ_SITE}
 TENDON = {"objtype": mujoco.mjtObj.mjOBJ_TENDON}
 
@@ -38,7 +38,7 @@ def add_clearances(spec: mujoco.MjSpec, whole: Linkage) -> None:
 
 
 def contact_names(whole: Linkage) -> tuple[list[str], list[str]]:
-    """Return the names of the collar and of the tendon at every bushing end; "" for none, as where nothing moves."""
+    """Return the names of collar and tendon at every bushing end; "" for none, as where nothing moves."""
     rig, collars, tendons = whole.rig, list[str](), list[str]()
     for j, (bushing, rows) in enumerate(zip(rig.bushings, rig.clearance_rows)):
         has_plates = whole.contact(bushing) == "plates"
@@ -49,7 +49,7 @@ def contact_names(whole: Linkage) -> tuple[list[str], list[str]]:
 
 
 def _add_plates(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
-    """Two plates, a gap away from the shaft and longer than the bushing, so that collars meet their faces; collars."""
+    """Add two plates, a gap away from the shaft and longer than the bushing, so that collars meet their faces."""
     bushing = whole.rig.bushings[j]
     i, x = whole.rig.linear.place(bushing.position)
     depth = whole.rig.linear.shafts[i].half_depth(x)
@@ -73,12 +73,12 @@ def _add_plates(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
 
 
 def _sides(bushing: Bushing) -> dict[str, int]:
-    """Walls of a bushing and the sign of the displacement that meets them."""
+    """Return the walls of a bushing and the sign of the displacement towards each."""
     return {side: sign for side, sign in (("lower", -1), ("upper", 1)) if bushing.stops in ("both", side)}
 
 
 def _add_limits(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
-    """Limits of a motion, or of the relative motion of two points, at both ends."""
+    """Add limits of a motion, or of the relative motion of two points, at both ends."""
     bushing, rig = whole.rig.bushings[j], whole.rig
     ends = rig.n_rows + rig.end_rows[rig.clearance_rows[j].start]
     for row, name in zip(whole.at_points[ends], contact_names(whole)[1][2 * j :]):
@@ -90,7 +90,7 @@ def _add_limits(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
 
 
 def _add_annulus(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
-    """The annular clearances at both ends, a sensor of the displacement in the middle, and the tube."""
+    """Add the annular clearances at both ends, a sensor of the displacement in the middle, and the tube."""
     bushing = whole.rig.bushings[j]
     spec.add_sensor(name=f"displacement{j}", type=mujoco.mjtSensor.mjSENS_FRAMEPOS, objname=f"bushing{j}", **SITE)
     centred = not bushing.offset and not bushing.offset_y
@@ -112,7 +112,7 @@ def _add_annulus(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
 
 
 def _add_tube(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
-    """The bushing to look at: boxes all around, whose inner faces are where the shaft's surface stops."""
+    """Add the bushing's visual: boxes all around, whose inner faces are where the shaft's surface stops."""
     bushing = whole.rig.bushings[j]
     i, x = whole.rig.linear.place(bushing.position)
     depth = whole.rig.linear.shafts[i].half_depth(x)

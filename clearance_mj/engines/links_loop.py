@@ -1,14 +1,13 @@
-"""The loop of the links engine: before every mj_step softness, fillings, friction and what turning does; compiled.
+"""The loop of the links engine: before every mj_step softness, fillings, friction and rotor forces; compiled.
 
-It calls ``mj_step`` of the MuJoCo library directly, with views of the model's and data's own arrays: writing parameters
+It calls ``mj_step`` of the MuJoCo library directly, with views of the model's and data's arrays: writing parameters
 before every step then costs next to nothing, many simulations run on threads without the interpreter's lock, and
 results do not depend on the number of threads.
 
-MuJoCo gives clearances their normal force, of the softness that is written for it; walls that its geoms and tendons do
-not have are pressed by the loop. Friction, oil films and gyroscopic moments depend on the velocity so strongly that
-they are taken in the middle of their own kick: at the velocity half a step on, which the linear model of the chains
-foresees of all other forces. So bristles and films may be as strongly damped as they like, and gyroscopic moments do no
-work.
+MuJoCo computes the clearances' normal force, with the softness written for it; the loop computes that of walls without
+a geom or tendon. Friction, oil films and gyroscopic moments depend on the velocity so strongly that they act at the
+velocity in the middle of their kick: half a step on, predicted by the linear model of the chains under all other
+forces. So bristles and films are stable at any damping, and gyroscopic moments do no work.
 """
 
 from __future__ import annotations
@@ -52,21 +51,21 @@ class Maps(NamedTuple):
 
     order: np.ndarray  # (nv,) MuJoCo's number of each coordinate
     at_rows: np.ndarray  # (n_rows, nv) the clearances' rows: all middles, then both ends of each
-    spans: np.ndarray  # (n_rows, 2) first coordinate that moves each, and the one after the last
+    spans: np.ndarray  # (n_rows, 2) first coordinate of each that is not zero, and the one after the last
     places: np.ndarray  # (n_bushings, 5) as of `interact`
-    at_sensors: np.ndarray  # (n_sensors, nv) of accelerometers; zeros of others
+    at_sensors: np.ndarray  # (n_sensors, nv) for accelerometers; zeros for others
     influence: np.ndarray  # (nv, 2) force of a unit gravity along y and z
     turning: np.ndarray  # (n_turning, nv) as of `modal_loop.Linear`
     orders: np.ndarray  # (n_orders,) k
-    viscous: np.ndarray  # (nv, nv) damping that joints and springs do not have; (0, 0) where they have all
+    viscous: np.ndarray  # (nv, nv) damping beyond joints and springs; (0, 0) without
     circulatory: np.ndarray  # (nv, nv) H; (0, 0) if there is none
     pairs: np.ndarray  # (2 n_bushings, 2) pairs of geoms that touch at each end of a clearance; -1 for none
     limits: np.ndarray  # (2 n_bushings,) tendon whose limits are the gap there; -1 for none
-    readings: np.ndarray  # (n_sensors, 2, nv) what others read per coordinate and velocity; (0, 2, nv) without others
+    readings: np.ndarray  # (n_sensors, 2, nv) readings of other sensors per coordinate and velocity; (0, 2, nv) without
 
 
 class Views(NamedTuple):
-    """Arrays of a MuJoCo model and its data, and where these are."""
+    """Arrays of a MuJoCo model and its data, and their addresses."""
 
     model: int  # address
     data: int  # address
@@ -81,14 +80,14 @@ class Views(NamedTuple):
 
 
 class Foresight(NamedTuple):
-    """The linear model of a step: the velocity in its middle, and what of the chains' forces are contacts'."""
+    """The linear model of a step: the velocity in its middle, and the contacts' part of the constraint forces."""
 
-    needed: bool  # whether anything depends on it
+    needed: bool  # True if any force depends on it
     of_position: np.ndarray  # (nv, nv) change of the velocity over half a step by springs
     of_velocity: np.ndarray  # (nv, nv) the velocity with its dampers'
     of_force: np.ndarray  # (nv, nv) per unit of other forces
     compliance: np.ndarray  # (n_rows, rows, 1) as of `modal_loop.Linear`
-    known: np.ndarray  # (n_bushings, 2) as of `sweep`: what is not taken at that velocity
+    known: np.ndarray  # (n_bushings, 2) as of `sweep`: forces that do not act at that velocity
     contact: np.ndarray  # (n_middles, nv) contact forces of the clearances per the constraint's; (0, nv): unknown
 
 
@@ -100,10 +99,10 @@ def advance_links(
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
 
-    ``excitation``: (n, n_inputs). ``lighter``: what of gravity MuJoCo's heavier bodies get. ``coupling``: (nv, nv)
+    ``excitation``: (n, n_inputs). ``lighter``: factor of gravity for MuJoCo's heavier bodies. ``coupling``: (nv, nv)
     gyroscopic moments per velocity in the middle of all other kicks; (0, 0) for none. ``turning``: (5, 1) as of
     `modal_loop`. ``before``: (nv,) coordinates a step ago. ``out``: (n, columns), filled from row ``first`` on with
-    what `Run.advance` returns.
+    the columns of `Run.advance`.
     """
     model, data, gravity, of_pairs, of_limits, qpos, qvel, applied, constraint, qacc = views
     (
@@ -143,7 +142,7 @@ def advance_links(
         for m in range(circulatory.shape[0]):
             total[m] -= spin * _dot(circulatory, m, q, 0, nv)
         for m in range(nv):
-            force[m] = total[m]  # and, below, what MuJoCo adds to what is applied
+            force[m] = total[m]  # and, below, MuJoCo's further forces
         for row in range(n_rows):
             x[row, 0] = _dot(at_rows, row, q, spans[row, 0], spans[row, 1])
             drawn[row, 0] = kicked[row, 0] = 0.0
@@ -159,13 +158,13 @@ def advance_links(
         fill_all(bushings, numbers, places, x, spin, time, compliance, half, ONE, filled)
         for j in range(n_bushings):
             if known[j, 0]:
-                _draw(filled[FILLED * j :, 0], bushings[j].coordinates, places[j, 0], u, drawn)
+                _filling_force(filled[FILLED * j :, 0], bushings[j].coordinates, places[j, 0], u, drawn)
                 for row in range(places[j, 0], places[j, 0] + bushings[j].coordinates):
-                    _pull(at_rows, spans, row, drawn[row, 0], total, force)
+                    _push(at_rows, spans, row, drawn[row, 0], total, force)
         for c in range(2 * n_bushings):
             j, y, z = c // 2, places[c // 2, 1 + 2 * (c % 2)], places[c // 2, 2 + 2 * (c % 2)]
             end, stiff, damping = ends[ENDS * c : ENDS * (c + 1), 0], 0.0, 0.0
-            if bushings[j].touching == 1:  # also in the gap: MuJoCo looks for contact itself
+            if bushings[j].touching == 1:  # also in the gap: MuJoCo detects contact itself
                 stiff, damping = press(bushings[j], numbers, c % 2, end[DEPTH], u[z, 0], ONE)
                 end[N_Y], end[N_Z], end[BRISTLES] = 0.0, 1.0 if end[DEPTH] > 0.0 else -1.0, 0.0
             elif acts[c]:
@@ -173,19 +172,19 @@ def advance_links(
                     bushings[j], numbers, c % 2, end[DEPTH], end[N_Y], end[N_Z], x[y, 0], x[z, 0], u[y, 0], u[z, 0],
                     spin, ONE,
                 )  # fmt: skip
-            _soften(of_pairs, of_limits, pairs[c], limits[c], per_unit * max(stiff, 0.5e-9), per_unit * damping)
+            _write_softness(of_pairs, of_limits, pairs[c], limits[c], per_unit * max(stiff, 0.5e-9), per_unit * damping)
             if acts[c]:
                 end[ELASTIC], end[VISCOUS], end[NORMAL], end[RUBBED] = stiff * abs(end[DEPTH]), damping, 0.0, 0.0
                 if known[j, 1]:
                     speed = end[N_Z] * u[z, 0] + (end[N_Y] * u[y, 0] if y != z else 0.0)
                     end[NORMAL] = max(end[ELASTIC] + damping * speed, 0.0)
                     if needed:
-                        _press_on(at_rows, spans, y, z, end, force)
+                        _push_normal(at_rows, spans, y, z, end, force)
         torque = 0.0
         if needed:
             for m in range(nv):
                 force[m] += influence[m, 0] * g_y + influence[m, 1] * g_z
-            _foresee(of_position, of_velocity, of_force, q, v, force, middle)
+            _predict_velocity(of_position, of_velocity, of_force, q, v, force, middle)
             for row in range(n_rows):
                 if pushed[row]:
                     w[row, 0] = _dot(at_rows, row, middle, spans[row, 0], spans[row, 1])
@@ -197,9 +196,9 @@ def advance_links(
             torque = torque_of_friction(bushings, numbers, acts, ends, ONE)
             for row in range(n_rows):
                 if pushed[row]:
-                    _pull(at_rows, spans, row, kicked[row, 0], total, force)
+                    _push(at_rows, spans, row, kicked[row, 0], total, force)
             if coupling.size:
-                _foresee(of_position, of_velocity, of_force, q, v, force, middle)
+                _predict_velocity(of_position, of_velocity, of_force, q, v, force, middle)
                 for m in range(nv):
                     total[m] -= _dot(coupling, m, middle, 0, nv)
         for m in range(nv):
@@ -218,7 +217,7 @@ def advance_links(
             out[row, s] = value
         for s in range(readings.shape[0]):
             out[row, s] += _dot(readings[s], 0, q, 0, nv) + _dot(readings[s], 1, middle, 0, nv)
-        _pressures(from_constraint, distinct, bushings, places, known, ends, acts, force, pressed)
+        _normal_forces(from_constraint, distinct, bushings, places, known, ends, acts, force, pressed)
         for j in range(n_bushings):
             size = bushings[j].coordinates
             for d in range(size):
@@ -257,16 +256,16 @@ def advance_links(
 
 @inlined
 def _dot(rows: np.ndarray, row: int, vector: np.ndarray, start: int, stop: int) -> float:
-    """Return the product of a row and a vector, between two of its numbers."""
-    left, right, total = at(rows, row * vector.size), at(vector, 0), 0.0  # pointers: no index is looked at
+    """Return the product of a row and a vector over a range of coordinates."""
+    left, right, total = at(rows, row * vector.size), at(vector, 0), 0.0  # pointers: no index is checked
     for m in range(start, stop):
         total += left[m] * right[m]
     return total
 
 
 @inlined
-def _pull(at_rows: np.ndarray, spans: np.ndarray, row: int, push: float, total: np.ndarray, force: np.ndarray) -> None:
-    """Add a force at a row, N, against its displacement, to two sums of forces on the coordinates."""
+def _push(at_rows: np.ndarray, spans: np.ndarray, row: int, push: float, total: np.ndarray, force: np.ndarray) -> None:
+    """Add a force at a row, N, against its displacement, to two sums of generalised forces."""
     along, to, also = at(at_rows, row * total.size), at(total, 0), at(force, 0)
     for m in range(spans[row, 0], spans[row, 1]):
         to[m] -= along[m] * push
@@ -274,8 +273,8 @@ def _pull(at_rows: np.ndarray, spans: np.ndarray, row: int, push: float, total: 
 
 
 @inlined
-def _press_on(at_rows: np.ndarray, spans: np.ndarray, y: int, z: int, end: np.ndarray, force: np.ndarray) -> None:
-    """Add the normal force that MuJoCo will find of an end to those that the velocity is foreseen of."""
+def _push_normal(at_rows: np.ndarray, spans: np.ndarray, y: int, z: int, end: np.ndarray, force: np.ndarray) -> None:
+    """Add the expected normal force of an end to the forces of the predicted velocity."""
     for m in range(spans[z, 0], spans[z, 1]):
         force[m] -= at_rows[z, m] * end[NORMAL] * end[N_Z]
     if y != z:
@@ -284,8 +283,8 @@ def _press_on(at_rows: np.ndarray, spans: np.ndarray, y: int, z: int, end: np.nd
 
 
 @inlined
-def _draw(filled: np.ndarray, coordinates: int, row: int, u: np.ndarray, drawn: np.ndarray) -> None:
-    """Fill in the force of a filling at the velocities u."""
+def _filling_force(filled: np.ndarray, coordinates: int, row: int, u: np.ndarray, drawn: np.ndarray) -> None:
+    """Compute the force of a filling at the velocities u."""
     if coordinates == 1:
         drawn[row, 0] = filled[0] + filled[1] * u[row, 0]
     else:
@@ -294,7 +293,7 @@ def _draw(filled: np.ndarray, coordinates: int, row: int, u: np.ndarray, drawn: 
 
 
 @inlined
-def _soften(
+def _write_softness(
     of_pairs: np.ndarray, of_limits: np.ndarray, pairs: np.ndarray, limit: int, stiff: float, damping: float
 ) -> None:
     """Write the softness of an end of a clearance; a stiffness of zero would mean MuJoCo's default."""
@@ -306,11 +305,11 @@ def _soften(
 
 
 @inlined
-def _pressures(
+def _normal_forces(
     from_constraint: np.ndarray, distinct: bool, bushings: np.ndarray, places: np.ndarray, known: np.ndarray,
     ends: np.ndarray, acts: np.ndarray, force: np.ndarray, pressed: np.ndarray,
 ) -> None:  # fmt: skip
-    """Fill in the normal forces of the clearances: MuJoCo's, or those that the law asks for."""
+    """Compute the normal forces of the clearances: MuJoCo's, or those of the law."""
     for m in range(pressed.size):
         pressed[m] = _dot(from_constraint, m, force, 0, force.size) if distinct else 0.0
     for c in range(0 if distinct else 2 * bushings.size):
@@ -321,11 +320,11 @@ def _pressures(
 
 
 @inlined
-def _foresee(
+def _predict_velocity(
     of_position: np.ndarray, of_velocity: np.ndarray, of_force: np.ndarray, q: np.ndarray, v: np.ndarray,
     force: np.ndarray, middle: np.ndarray,
 ) -> None:  # fmt: skip
-    """Fill in the velocity in the middle of the step under forces beside those of springs and dampers."""
+    """Predict the velocity in the middle of the step under forces other than those of springs and dampers."""
     nv = q.size
     for m in range(nv):
         middle[m] = (

@@ -1,8 +1,8 @@
 """A rig as a MuJoCo model of rigid links: shafts and their supports.
 
 Hinges are about -y and, where shafts bend across too, about z, so that positive angles lift a shaft along z and along
-y. Both are at one place, or at two where a tapered rectangle bends differently along y and z. Twist has bodies of its
-own beside the links, so that it turns no bending plane and a short link may have any polar inertia. Supports at the
+y. Both are at one position, or at two where a tapered rectangle bends differently along y and z. Twist has separate
+bodies, so that it turns no bending plane and a short link may have any polar inertia. Supports at the
 left end of a shaft are the joints of its first link; other rigid supports are equality constraints on fixed tendons,
 whose lengths are motions of the shaft there; springs are tendons with stiffness.
 """
@@ -26,10 +26,10 @@ from .twist_chain import TwistChain
 __all__ = ["add_site", "add_tendon", "aside", "carrier", "joint_names", "links_spec", "round_places"]
 
 SAME_PLACE = 1e-9  # of a shaft's length: hinges of both planes that are this close are one joint
-LEAST_INERTIA = 1e-13  # kg m², of a short link between the hinges of both planes: MuJoCo wants some
+LEAST_INERTIA = 1e-13  # kg m², of a short link between the hinges of both planes: MuJoCo requires some
 SHAFT_SPACING = 20.0  # distance between several shafts in the picture, in half depths of the deepest
-DIGITS = 6  # that MuJoCo writes of a number
-TWIST_MASS = 1e-6  # kg, of a body that only twists: MuJoCo wants some, and nothing moves it
+DIGITS = 6  # of numbers in MuJoCo's files
+TWIST_MASS = 1e-6  # kg, of a body that only twists: MuJoCo requires some, and nothing moves it
 JOINTS = {
     "slide": (mujoco.mjtJoint.mjJNT_SLIDE, {"y": [0, 1, 0], "z": [0, 0, 1]}),
     "hinge": (mujoco.mjtJoint.mjJNT_HINGE, {"x": [1, 0, 0], "y": [0, 0, 1], "z": [0, -1, 0]}),
@@ -37,7 +37,7 @@ JOINTS = {
 
 
 def links_spec(rig: Rig, links: int) -> tuple[mujoco.MjSpec, Linkage]:
-    """Return a rig's shafts and supports with exact places, without clearances, and what they are made of."""
+    """Return a rig's shafts and supports with exact positions, without clearances, and their linkage."""
     whole = linkage(rig, links)
     spec = mujoco.MjSpec()
     spec.modelname = rig.name
@@ -63,10 +63,10 @@ def links_spec(rig: Rig, links: int) -> tuple[mujoco.MjSpec, Linkage]:
 
 
 def round_places(spec: mujoco.MjSpec) -> None:
-    """Round places along the shaft to decimals of which six digits lose nothing.
+    """Round positions along the shaft to decimals that six digits preserve.
 
-    Sites of a round clearance then stay at the same place however many links are between them. Otherwise their tendon
-    would be along the shaft, where MuJoCo finds no inertia.
+    Sites of a round clearance then stay at the same position however many links are between them. Otherwise their
+    tendon would be along the shaft, where it has no inertia in MuJoCo.
     """
     exact = {"world": 0.0}
     for body in spec.bodies[1:]:
@@ -82,10 +82,10 @@ def round_places(spec: mujoco.MjSpec) -> None:
 
 def joint_names(whole: Linkage) -> list[str]:
     """Return the names of the joints in the order of the coordinates."""
-    return [name for member in whole.members for name in _joints(whole, member)]
+    return [name for member in whole.members for name in _joint_names(whole, member)]
 
 
-def _joints(whole: Linkage, member: Member) -> list[str]:
+def _joint_names(whole: Linkage, member: Member) -> list[str]:
     suffix = _suffix(whole, member.axis)
     return [f"{_prefix(whole, member.shaft)}{joint}{suffix}" for joint in member.chain.joints]
 
@@ -99,55 +99,55 @@ def _prefix(whole: Linkage, i: int) -> str:
 
 
 def aside(whole: Linkage, i: int) -> float:
-    """Return where a shaft is along y, m: where none bends there, each beside the others."""
+    """Return a shaft's position along y, m: side by side if none bends there."""
     if whole.bends_across:
         return 0.0
     return i * SHAFT_SPACING * max(shaft.half_depth(x) for shaft in whole.rig.linear.shafts for x in shaft.edges)
 
 
-def _bending(whole: Linkage, i: int) -> list[Member]:
-    """The members of a shaft that bend, along z first."""
+def _bending_members(whole: Linkage, i: int) -> list[Member]:
+    """Return the bending members of a shaft, along z first."""
     return [member for member in (*whole.along("z"), *whole.along("y")) if member.shaft == i]
 
 
-def _starts(whole: Linkage, i: int) -> np.ndarray:
-    """(n,) where the links of shaft i begin, m: at the hinges of both planes, which mostly are at the same places."""
-    places = np.sort(np.concatenate([member.chain.starts for member in _bending(whole, i)]))
+def _link_starts(whole: Linkage, i: int) -> np.ndarray:
+    """Return the left ends (n,) of shaft i's links, m: at the hinges of both planes, which mostly coincide."""
+    places = np.sort(np.concatenate([member.chain.starts for member in _bending_members(whole, i)]))
     return places[np.diff(places, prepend=-np.inf) > SAME_PLACE * whole.rig.linear.shafts[i].length]
 
 
 def _names(whole: Linkage, i: int) -> list[str]:
-    """Of a shaft's links; in one plane the first one is the root if the shaft's left end moves."""
-    prefix, count = _prefix(whole, i), len(_starts(whole, i))
-    roots = not whole.bends_across and bool(_bending(whole, i)[0].chain.roots)
+    """Return names of a shaft's links; in one plane the first one is the root if the shaft's left end moves."""
+    prefix, count = _prefix(whole, i), len(_link_starts(whole, i))
+    roots = not whole.bends_across and bool(_bending_members(whole, i)[0].chain.roots)
     return [f"{prefix}root"] * roots + [f"{prefix}link{n}" for n in range(count - roots)]
 
 
 def _add_shaft(spec: mujoco.MjSpec, whole: Linkage, i: int) -> None:
-    """One shaft: its links, joints and sensors."""
-    starts, y, members = _starts(whole, i), aside(whole, i), _bending(whole, i)
+    """Add one shaft: its links, joints and sensors."""
+    starts, y, members = _link_starts(whole, i), aside(whole, i), _bending_members(whole, i)
     shaft, chain = whole.rig.linear.shafts[i], members[0].chain
     assert isinstance(chain, BendingChain)
     if starts[0] > shaft.start:
         at = shaft.start, y, starts[0] - shaft.start
-        _show(spec.worldbody, f"{_prefix(whole, i)}clamped", *at, shaft.half_depth(shaft.start))
+        _add_visual(spec.worldbody, f"{_prefix(whole, i)}clamped", *at, shaft.half_depth(shaft.start))
     body, origin = spec.worldbody, (0.0, 0.0)
     for name, (start, end) in zip(_names(whole, i), pairwise((*starts, shaft.end))):
         body, origin = body.add_body(name=name, pos=[start - origin[0], y - origin[1], 0]), (start, y)
         link = chain.link(start, end)
         inertia = np.maximum(np.array([1e-6, 1, 1]) * link.inertia, LEAST_INERTIA * whole.bends_across)
         _set_inertia(body, link.mass, link.centre - start, inertia)
-        here = [
+        joints = [
             (n, member) for member in members for n, x in enumerate(member.chain.places)
             if abs(x - start) <= SAME_PLACE * shaft.length
         ]  # fmt: skip
-        for n, member in sorted(here, key=lambda joint: joint[0]):
+        for n, member in sorted(joints, key=lambda joint: joint[0]):
             _add_joint(body, whole, member, n)
-        _show(body, name, 0.0, 0.0, end - start, shaft.half_depth((start + end) / 2))
+        _add_visual(body, name, 0.0, 0.0, end - start, shaft.half_depth((start + end) / 2))
     across = [s for s in whole.rig.sensors if s.quantity == "acceleration" and not is_rotation(s.position)]
     places = [(s, whole.rig.linear.place(s.position)) for s in across]
     links = [(s, np.searchsorted(starts, x, side="right") or np.inf) for s, (number, x) in places if number == i]
-    for sensor, _ in sorted(links, key=lambda each: each[1]):  # along the shaft, what is clamped last
+    for sensor, _ in sorted(links, key=lambda each: each[1]):  # along the shaft, clamped ones last
         name = f"sensor{sensor.node}"
         add_site(spec, whole, name, sensor.position, size=0.004, rgba=[0.9, 0.6, 0, 1])
         site = {"objtype": mujoco.mjtObj.mjOBJ_SITE, "objname": name}
@@ -155,7 +155,7 @@ def _add_shaft(spec: mujoco.MjSpec, whole: Linkage, i: int) -> None:
 
 
 def _add_twist(spec: mujoco.MjSpec, whole: Linkage, member: Member) -> None:
-    """The links of a shaft once more, as bodies that turn about its axis alone."""
+    """Add the links of a shaft once more, as bodies that rotate about its axis alone."""
     chain, body, origin = member.chain, spec.worldbody, (0.0, 0.0)
     assert isinstance(chain, TwistChain)
     for n, (start, inertia) in enumerate(zip(chain.starts, chain.inertias)):
@@ -167,19 +167,19 @@ def _add_twist(spec: mujoco.MjSpec, whole: Linkage, member: Member) -> None:
 
 
 def _add_joint(body: mujoco.MjsBody, whole: Linkage, member: Member, n: int) -> None:
-    """The joint of a member's coordinate n."""
+    """Add the joint of a member's coordinate n."""
     kind, axes = JOINTS["slide" if member.chain.joints[n] == "slide" else "hinge"]
     stiffness, damping = (float(values[member.part][n]) for values in (whole.stiffness, whole.damping))
     body.add_joint(
-        type=kind, axis=axes[member.axis], name=_joints(whole, member)[n], stiffness=[stiffness, 0, 0],
+        type=kind, axis=axes[member.axis], name=_joint_names(whole, member)[n], stiffness=[stiffness, 0, 0],
         damping=[damping, 0, 0],
     )  # fmt: skip
 
 
 def carrier(spec: mujoco.MjSpec, whole: Linkage, point: float | str) -> tuple[mujoco.MjsBody, list[float]]:
-    """Return the body that carries a point, and its place there; the world where nothing moves."""
+    """Return the body that carries a point, and its position there; the world where nothing moves."""
     i, x = whole.rig.linear.place(point)
-    starts = _starts(whole, i)
+    starts = _link_starts(whole, i)
     n = int(np.searchsorted(starts, x, side="right")) - 1
     return (
         (spec.worldbody, [x, aside(whole, i), 0]) if n < 0 else (spec.body(_names(whole, i)[n]), [x - starts[n], 0, 0])
@@ -199,8 +199,8 @@ def add_tendon(spec: mujoco.MjSpec, whole: Linkage, name: str, row: np.ndarray) 
     tendon = spec.add_tendon(name=name, springlength=[0, 0])
     for member in whole.members:
         if row[member.part].any():
-            for joint, share in zip(_joints(whole, member), row[member.part]):
-                tendon.wrap_joint(joint, share)
+            for joint, coefficient in zip(_joint_names(whole, member), row[member.part]):
+                tendon.wrap_joint(joint, coefficient)
     return tendon
 
 
@@ -208,8 +208,8 @@ def _set_inertia(body: mujoco.MjsBody, mass: float, centre: float, inertia: np.n
     body.mass, body.ipos, body.inertia, body.explicitinertial = mass, [centre, 0, 0], inertia, True
 
 
-def _show(body: mujoco.MjsBody, name: str, x: float, y: float, length: float, depth: float) -> None:
-    """Show a piece of a shaft, which touches nothing."""
+def _add_visual(body: mujoco.MjsBody, name: str, x: float, y: float, length: float, depth: float) -> None:
+    """Add a visual piece of a shaft, without contact."""
     body.add_geom(
         name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[x, y, 0, x + length, y, 0], size=[depth, 0, 0],
         contype=0, conaffinity=0, rgba=[0.55, 0.6, 0.66, 1],
@@ -217,7 +217,7 @@ def _show(body: mujoco.MjsBody, name: str, x: float, y: float, length: float, de
 
 
 def _add_support(spec: mujoco.MjSpec, whole: Linkage, name: str, row: np.ndarray) -> None:
-    """Hold a motion of a shaft at zero."""
+    """Constrain a motion of a shaft to zero."""
     add_tendon(spec, whole, name, row)
     tendon = {"type": mujoco.mjtEq.mjEQ_TENDON, "objtype": mujoco.mjtObj.mjOBJ_TENDON, "name1": name}
     solref = settling(spec.option.timestep)
@@ -225,10 +225,10 @@ def _add_support(spec: mujoco.MjSpec, whole: Linkage, name: str, row: np.ndarray
 
 
 def _finish_supports(spec: mujoco.MjSpec) -> None:
-    """Set the options that supports and springs ask for, once all of them, and no other tendons, are there."""
+    """Set the options that supports and springs require, once all of them, and no other tendons, exist."""
     if spec.equalities or spec.tendons:  # MuJoCo's implicit damping of joints alone would not hold supports still
         spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
-        for joint in spec.joints:  # explicit dampers act half a step late: so much more inertia makes up for it
+        for joint in spec.joints:  # explicit dampers act half a step late: this inertia compensates for it
             joint.armature = spec.option.timestep / 2 * joint.damping[0]
     if spec.equalities:
         spec.option.iterations = 100  # rows as they are; engines make them orthogonal

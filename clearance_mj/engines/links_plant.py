@@ -1,4 +1,4 @@
-"""A rig's chains as the links engine runs them: the MuJoCo model, and linear maps to the rig's points."""
+"""A rig's chains for the links engine: the MuJoCo model, and linear maps to the rig's points."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .scheme import moving, places_of, slide_rows
 
 __all__ = ["IN_MUJOCO", "LinksPlant", "links_plant"]
 
-IN_MUJOCO = Slot, Stop, Round  # walls of which MuJoCo gives the normal force
+IN_MUJOCO = Slot, Stop, Round  # walls whose normal force MuJoCo computes
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,15 +31,15 @@ class LinksPlant:
     """A rig's chains as a MuJoCo model. Shared by simulations, which copy the model."""
 
     model: mujoco.MjModel
-    """compiled, not to be changed"""
+    """compiled; must not be changed"""
     whole: Linkage
     maps: Maps
     explicit: bool
-    """whether dampers of joints are explicit, as beside rigid supports and springs"""
+    """True if dampers of joints are explicit, as with rigid supports and springs"""
 
     @functools.cached_property
     def armature(self) -> np.ndarray:
-        """(nv,) of joints, in the order of the coordinates: inertia over stiffness times the step squared."""
+        """(nv,) armature of joints, in the order of the coordinates: inertia over stiffness times the step squared."""
         stiff = np.concatenate([member.chain.stiff_roots for member in self.whole.members])
         return np.where(stiff, STIFF_ROOT, ARMATURE)
 
@@ -70,8 +70,8 @@ def links_plant(rig: Rig, links: int) -> LinksPlant:
     add_clearances(spec, whole)
     off = mujoco.mjtDisableBit
     explicit = bool(spec.option.disableflags & off.mjDSBL_EULERDAMP)
-    # What only takes time: shapes, all of a plate but its face, sensors, which sit on straight links, and looking for
-    # contacts of bodies.
+    # Leave out what only costs time: shapes, all of a plate but its face, sensors, which are on straight links, and
+    # collision detection of bodies.
     spec.compiler.discardvisual = True
     spec.option.disableflags |= int(off.mjDSBL_SENSOR | (off.mjDSBL_CONTACT if not spec.pairs else 0))
     spec.option.disableflags |= int(off.mjDSBL_EULERDAMP) * whole.bends_across  # its loop knows all dampers
@@ -113,7 +113,7 @@ def links_plant(rig: Rig, links: int) -> LinksPlant:
 
 
 def _reduce_to_face(plate: mujoco.MjsGeom) -> None:
-    """Make a plate a plane that looks towards the shaft."""
+    """Turn a plate into a plane that faces the shaft."""
     side = np.sign(plate.pos[2])
     plate.type = mujoco.mjtGeom.mjGEOM_PLANE
     plate.pos[2] -= side * plate.size[2]

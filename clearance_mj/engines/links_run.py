@@ -1,6 +1,6 @@
 """A simulation by the links engine: chains in MuJoCo, in clearances of one coordinate or two, turning or not.
 
-It begins where the chains rest under gravity and loads, in MuJoCo's own geometry. See links_loop.py for the steps.
+It begins at the chains' equilibrium under gravity and loads, in MuJoCo's geometry. See links_loop.py for the steps.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ DAMPING = OF_RIG.index("damping")
 
 
 class LinksRun(Run):
-    """A MuJoCo simulation, with a model of its own."""
+    """A MuJoCo simulation, with its copy of the model."""
 
     def __init__(self, engine: Engine, rig: Rig, law: Law, kind: Kinds, step: float, plant: LinksPlant):
         self.engine, self.rig, self.step, self.steps, self.plant = engine, rig, step, 0, plant
         self.clearance = clearance_records(rig, law, step)
         refuse_adhesion(engine, self.clearance.bushings)
         self.driving = driving(plant.whole.rows, kind)
-        self.model, inertia = _heavier(plant, step)
+        self.model, inertia = _model_with_armature(plant, step)
         self.lighter = 1 / (1 + step / 2 * plant.whole.rayleigh[0])
-        order, self.maps = plant.maps.order, _before_dampers(plant, inertia, step)
-        held = hold(self.model)[:, order]
+        order, self.maps = plant.maps.order, _correct_accelerometers(plant, inertia, step)
+        constraints = hold(self.model)[:, order]
         self.turning = turning_of(rig)[:, None]
-        self.foresight = _foresight(rig, law, plant, inertia, held, step)
+        self.foresight = _foresight(rig, law, plant, inertia, constraints, step)
         self.changes = bool(self.turning[RATE, 0] or self.turning[PER_INERTIA, 0]) and plant.whole.gyroscopic.size > 0
         self.kicked: tuple[float, np.ndarray] | None = None
         self.data = mujoco.MjData(self.model)
@@ -88,7 +88,7 @@ class LinksRun(Run):
         return as_probes(self.rig, out)
 
     def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Simulate one block, and tell its energies; see `Run.balanced`.
+        """Simulate one block, and return its energies; see `Run.balanced`.
 
         v₊ = v + h M⁻¹ (b a - Pᵀ f - K q - D v₊ - E v), q₊ = q + h v₊, with an implicit D, the joints' unless the model
         disables it, and an explicit E. So M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = b a - Pᵀ f with C = D + E and
@@ -108,7 +108,7 @@ class LinksRun(Run):
         return output, energies
 
     def before(self) -> np.ndarray | None:
-        """Return the rest; see `Run.before`."""
+        """Return the columns at rest; see `Run.before`."""
         if self.rest is None:
             return None
         at_rest = self.plant.whole.rows.sensor_rows.at_rest(self.data.qpos[self.plant.maps.order])
@@ -116,14 +116,14 @@ class LinksRun(Run):
         return as_probes(self.rig, row[None])[0]
 
     def _coupling(self, spin: float) -> np.ndarray:
-        """Return gyroscopic moments per velocity at a spin, rad/s, before their own kick; (0, 0) for none."""
+        """Return gyroscopic moments per velocity at a spin, rad/s, before their kick; (0, 0) for none."""
         if self.kicked is None or self.kicked[0] != spin:
             moments = spin * self.plant.whole.gyroscopic
             if not spin and not self.changes:
                 moments = np.zeros((0, 0))
             elif moments.size:
-                own = np.eye(len(moments)) + moments @ self.foresight.of_force
-                moments = np.ascontiguousarray(np.linalg.solve(own, moments))
+                implicit = np.eye(len(moments)) + moments @ self.foresight.of_force
+                moments = np.ascontiguousarray(np.linalg.solve(implicit, moments))
             self.kicked = spin, moments
         return self.kicked[1]
 
@@ -144,11 +144,11 @@ class LinksRun(Run):
         return mass + self.step / 2 * (later - now), later + now, springs
 
 
-def _heavier(plant: LinksPlant, step: float) -> tuple[mujoco.MjModel, np.ndarray]:
-    """A model for a step, s, and its mass matrix (nv, nv) in the order of the coordinates.
+def _model_with_armature(plant: LinksPlant, step: float) -> tuple[mujoco.MjModel, np.ndarray]:
+    """Return the model for a step, s, and its mass matrix (nv, nv) in the order of the coordinates.
 
-    Armatures correct the frequencies of the integrator, and stand for joints' dampers that the loop gives implicitly,
-    or that are explicit and half a step late. So are those of damping in proportion to the mass.
+    Armatures correct the frequencies of the integrator, and represent joints' dampers that the loop applies
+    implicitly, or that are explicit and half a step late, as is damping in proportion to the mass.
     """
     model, whole, order = copy.copy(plant.model), plant.whole, plant.maps.order
     model.opt.timestep = step
@@ -163,8 +163,8 @@ def _heavier(plant: LinksPlant, step: float) -> tuple[mujoco.MjModel, np.ndarray
     return model, heavier * whole.mass + np.diag(armature)
 
 
-def _before_dampers(plant: LinksPlant, inertia: np.ndarray, step: float) -> Maps:
-    """The maps with sensors that read accelerations before dampers that the loop gives implicitly change them."""
+def _correct_accelerometers(plant: LinksPlant, inertia: np.ndarray, step: float) -> Maps:
+    """Return the maps with accelerometers corrected for dampers that the loop applies implicitly."""
     if plant.explicit or not plant.whole.bends_across:
         return plant.maps
     implicit = np.diag(step * plant.whole.damping)
@@ -173,13 +173,13 @@ def _before_dampers(plant: LinksPlant, inertia: np.ndarray, step: float) -> Maps
 
 
 def _foresight(
-    rig: Rig, law: Law, plant: LinksPlant, inertia: np.ndarray, held: np.ndarray, step: float
+    rig: Rig, law: Law, plant: LinksPlant, inertia: np.ndarray, constraints: np.ndarray, step: float
 ) -> Foresight:  # fmt: skip
-    """The linear model of a step with a mass matrix (nv, nv) and rows (n, nv) of what rigid supports hold."""
+    """Return the linear model of a step for a mass matrix (nv, nv) and rows (n, nv) of rigid supports."""
     whole, rows, n = plant.whole, plant.maps.at_rows, 3 * rig.n_rows
     films = np.array([filling.turned for filling in fillings_of(rig, law)], dtype=bool)
-    own_walls = np.array([type(b.wall_model) not in IN_MUJOCO for b in rig.bushings], dtype=bool)
-    needed = bool(films.any() or own_walls.any() or any(b.friction for b in rig.bushings) or whole.gyroscopic.size)
+    loop_walls = np.array([type(b.wall_model) not in IN_MUJOCO for b in rig.bushings], dtype=bool)
+    needed = bool(films.any() or loop_walls.any() or any(b.friction for b in rig.bushings) or whole.gyroscopic.size)
     mobility = whole.free @ np.linalg.solve(whole.free.T @ inertia @ whole.free, whole.free.T)
     half = step / 2 * mobility
     return Foresight(
@@ -188,6 +188,6 @@ def _foresight(
         of_velocity=np.eye(whole.size) - half @ whole.dampers,
         of_force=half,
         compliance=padded([rows @ mobility @ rows.T]),
-        known=np.column_stack((~films, ~own_walls)),
-        contact=contact_rows(rows[rig.n_rows : n], rig.end_rows, held),
+        known=np.column_stack((~films, ~loop_walls)),
+        contact=contact_rows(rows[rig.n_rows : n], rig.end_rows, constraints),
     )

@@ -2,9 +2,9 @@
 
 A case's model is the compiled one of the engine links, with the mass matrix of its straight chains: see
 `LinksRun.equations`. Before every step each case's contacts get the stiffness and damping that its law has at that
-moment, with which MuJoCo's soft constraints push exactly as they say; the step is MuJoCo's own of Euler. `mjx.step` of
-that model, which finds matrices and contacts anew each time, takes some ten thousand times as long on a CPU, for the
-same motion to 5e-5 over impacts and 3e-8 in the gap.
+moment, with which MuJoCo's soft constraints give exactly the law's force; the step is MuJoCo's Euler step. `mjx.step`
+of that model, which computes matrices and contacts anew each time, takes some ten thousand times as long on a CPU, for
+the same motion to 5e-5 over impacts and 3e-8 in the gap.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from .turning import as_probes
 __all__ = ["Mjx", "MjxRun", "MjxRuns"]
 
 ROOM = 2**24  # numbers of a program's output
-LONGEST = 8192  # steps of a program that has room for more
+LONGEST = 8192  # largest number of steps of a program
 
 
 @register
@@ -52,10 +52,10 @@ class Mjx(Engine):
     links: Annotated[Whole, Field(ge=3)] = 16
     """number of links of each shaft"""
     safety: Positive = 0.6
-    """time step as a share of its stability limit, contacts at their hardest"""
+    """time step over its stability limit, with contacts at their stiffest"""
 
     def largest_step(self, rig: Rig, law: Law) -> float:
-        """Return that of the engine links."""
+        """Return the largest step of the engine links."""
         return Links(self.links, self.safety).largest_step(rig, law)
 
     def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
@@ -63,11 +63,11 @@ class Mjx(Engine):
         with naming_package("simulations", "clearance-mj[mjx]", "engine mjx"):
             import jax  # noqa: F401
         driven(linear_model(rig), kind)  # refuses what cannot be excited so
-        _refuse(rig, law)
+        _require_supported(rig, law)
         return MjxRun(LinksRun(self, rig, law, kind, step, links_plant(rig, self.links)), law)
 
 
-def _refuse(rig: Rig, law: Law) -> None:
+def _require_supported(rig: Rig, law: Law) -> None:
     of_rig = {"gravity": rig.gravity, "loads": rig.loads, "a spin": rig.spin, "orders": rig.orders}
     unknown = [what for what, value in of_rig.items() if value]
     for j, (bushing, filling) in enumerate(zip(rig.bushings, fillings_of(rig, law))):
@@ -81,10 +81,10 @@ def _refuse(rig: Rig, law: Law) -> None:
 
 
 class _Clearance(NamedTuple):
-    """What a program knows of a clearance: nothing in it may differ between its cases."""
+    """Static data of a clearance in a program, the same for all of its cases."""
 
     middle: tuple[int, ...]  # rows of displacements
-    ends: tuple[tuple[int, ...], ...]  # the same of each end
+    ends: tuple[tuple[int, ...], ...]  # rows of each end
     filling: Callable[..., None]
     contact: Callable[..., None]
     record: Any  # of `BUSHING`
@@ -109,7 +109,7 @@ class _Equations(NamedTuple):
 
 
 class _Columns(NamedTuple):
-    """What a step returns of the clearances, in the order of `Run.advance`."""
+    """Columns of the clearances in a step, in the order of `Run.advance`."""
 
     displacement: list[Any]
     contact_force: list[Any]
@@ -118,7 +118,7 @@ class _Columns(NamedTuple):
 
 
 class _Motion(NamedTuple):
-    """What a case remembers from step to step."""
+    """State of a case between steps."""
 
     position: Any  # (nv,)
     velocity: Any  # (nv,)
@@ -133,7 +133,7 @@ class MjxRun(Run):
         maps, whole, (mass, damping, stiffness) = links.maps, links.plant.whole, links.equations
         inertia, free = mass + self.step / 2 * damping, whole.free
         mobility = free @ np.linalg.solve(free.T @ inertia @ free, free.T)
-        # Accelerometers read what MuJoCo finds before it makes the dampers of joints implicit.
+        # Accelerometers read MuJoCo's accelerations before the implicit dampers of joints.
         implicit = np.zeros_like(mass) if links.plant.explicit or whole.bends_across else np.diag(whole.damping)
         before = np.linalg.solve(inertia - self.step * implicit, inertia)
         drive, rows = links.driving, maps.at_rows
@@ -164,21 +164,21 @@ class MjxRun(Run):
         return self.step, self.kinds, self.clearances, tuple(part.shape for part in self.equations)
 
     def beside(self, runs: Sequence[Run]) -> MjxRuns:
-        """Return runs that are one program; see `Run.beside`."""
+        """Combine runs in one program; see `Run.beside`."""
         return MjxRuns(cast(Sequence[MjxRun], runs))
 
     def rest(self) -> _Motion:
         """Return the motion at rest."""
-        still = np.zeros(len(self.equations.of_position))
-        found = [
+        zeros = np.zeros(len(self.equations.of_position))
+        clearances = [
             (np.zeros(len(c.middle)), np.zeros(()), np.zeros(c.record.states), np.zeros((2, len(c.middle))))
             for c in self.clearances
         ]  # fmt: skip
-        return _Motion(still, still, tuple(found))
+        return _Motion(zeros, zeros, tuple(clearances))
 
 
 class MjxRuns(SeveralRuns):
-    """Runs, from their start, whose `MjxRun.alike` is the same, as one program."""
+    """Runs from their start in one program, with equal `MjxRun.alike`."""
 
     def __init__(self, runs: Sequence[MjxRun]):
         import jax
@@ -186,19 +186,19 @@ class MjxRuns(SeveralRuns):
         self.runs, self.steps = runs, 0
         first = runs[0]
         parts = list(zip(*(run.equations for run in runs)))
-        same = [all(np.array_equal(part[0], other) for other in part[1:]) for part in parts]
-        self.axes = _Equations(*(None if alike else 0 for alike in same))
+        shared = [all(np.array_equal(part[0], other) for other in part[1:]) for part in parts]
+        self.axes = _Equations(*(None if alike else 0 for alike in shared))
         self.size = 2 ** int(np.log2(np.clip(ROOM // (len(runs) * first.columns), 1, LONGEST)))
         with jax.enable_x64(True):
-            each = (part[0] if alike else np.stack(part) for part, alike in zip(parts, same))
+            each = (part[0] if alike else np.stack(part) for part, alike in zip(parts, shared))
             self.equations = _Equations(*map(jax.numpy.asarray, each))
             self.motion = jax.tree.map(lambda part: np.broadcast_to(part, (len(runs), *part.shape)), first.rest())
-            one = _Equations(*(part[0] for part in parts)), first.rest(), np.zeros(first.equations.of_input.shape[1])
+            args = (_Equations(*(part[0] for part in parts)), first.rest(), np.zeros(first.equations.of_input.shape[1]))
             try:
-                jax.eval_shape(functools.partial(_step, first.clearances), *one, 0.0)
+                jax.eval_shape(functools.partial(_step, first.clearances), *args, 0.0)
             except (TypeError, NumbaError) as error:
                 raise LawError(
-                    f"rig {first.links.rig.name!r}: JAX cannot trace its laws ({', '.join(map(_named, first.kinds))}); "
+                    f"rig {first.links.rig.name!r}: JAX cannot trace its laws ({', '.join(map(_kinds, first.kinds))}); "
                     "write them with the functions of clearance.lanes, or use links"
                 ) from error
 
@@ -212,20 +212,20 @@ class MjxRuns(SeveralRuns):
         for start in range(0, excitation.shape[1], self.size):
             part = excitation[:, start : start + self.size]
             count = part.shape[1]
-            whole = np.pad(part, ((0, 0), (0, self.size - count), (0, 0)))
+            padded = np.pad(part, ((0, 0), (0, self.size - count), (0, 0)))
             with jax.enable_x64(True):
                 self.motion, out = _program()(
-                    self.runs[0].clearances, self.axes, self.equations, self.motion, whole, self.steps, count
+                    self.runs[0].clearances, self.axes, self.equations, self.motion, padded, self.steps, count
                 )
             parts.append(np.asarray(out)[:count].swapaxes(0, 1))
             self.steps += count
-        found = np.concatenate(parts, axis=1) if parts else np.empty((len(self.runs), 0, self.runs[0].columns))
-        for run, rows in zip(self.runs, found):
+        columns = np.concatenate(parts, axis=1) if parts else np.empty((len(self.runs), 0, self.runs[0].columns))
+        for run, rows in zip(self.runs, columns):
             as_probes(run.links.rig, rows)
-        return found
+        return columns
 
 
-def _named(kind: object) -> str:
+def _kinds(kind: object) -> str:
     return ", ".join(each.__name__ for each in kind if isinstance(each, type)) if isinstance(kind, tuple) else ""
 
 
@@ -257,14 +257,14 @@ def _program() -> Callable[..., Any]:
 def _step(
     clearances: tuple[_Clearance, ...], case: _Equations, motion: _Motion, excitation: Any, time: Any
 ) -> tuple[_Motion, Any]:  # fmt: skip
-    """Return the motion after a step, and what `Run.advance` returns of it."""
+    """Return the motion after a step, and its columns of `Run.advance`."""
     from jax import numpy as jp
 
     q, v, _ = motion
     x, u = case.at_rows @ q, case.at_rows @ v
-    force, far, columns, after = jp.zeros_like(x), jp.zeros(()), _Columns([], [], [], []), list[Any]()
+    force, divergence, columns, after = jp.zeros_like(x), jp.zeros(()), _Columns([], [], [], []), list[Any]()
     for clearance, before in zip(clearances, motion.clearances):
-        pull, normals, now = _act(clearance, case.numbers, x, u, before, time)
+        pull, normals, now = _evaluate(clearance, case.numbers, x, u, before, time)
         force = force.at[jp.array(clearance.middle)].add(pull)
         for rows, normal in zip(clearance.ends, normals):
             force = force.at[jp.array(rows)].add(normal)
@@ -273,45 +273,45 @@ def _step(
         for column, value in zip(columns, (now[0], normals.sum(axis=0), pull, touch)):
             column.append(value)
         limit = case.numbers[clearance.record.limit]
-        far = larger(far, where_above(jp.inf, jp.abs(now[0]).sum() - limit))
+        divergence = larger(divergence, where_above(jp.inf, jp.abs(now[0]).sum() - limit))
     acceleration = case.of_position @ q + case.of_velocity @ v + case.of_input @ excitation - case.of_force @ force
-    later = v + case.step * acceleration
+    v_next = v + case.step * acceleration
     sensors = case.at_sensors @ acceleration + case.on_base @ excitation
     if case.readings.size:
-        sensors = sensors + case.readings[:, 0] @ q + case.readings[:, 1] @ (v + later) / 2
-    row = jp.concatenate([sensors + 0.0 * far, *itertools.chain(*columns)])  # 0 times infinity is no number
-    return _Motion(q + case.step * later, later, tuple(after)), row
+        sensors = sensors + case.readings[:, 0] @ q + case.readings[:, 1] @ (v + v_next) / 2
+    row = jp.concatenate([sensors + 0.0 * divergence, *itertools.chain(*columns)])  # 0 times infinity is nan
+    return _Motion(q + case.step * v_next, v_next, tuple(after)), row
 
 
-def _act(clearance: _Clearance, numbers: Any, x: Any, u: Any, before: Any, time: Any) -> tuple[Any, Any, Any]:
-    """Return the forces of filling (size,) and contacts (2, size), N, at displacements x, and what is remembered."""
+def _evaluate(clearance: _Clearance, numbers: Any, x: Any, u: Any, before: Any, time: Any) -> tuple[Any, Any, Any]:
+    """Return the forces of filling (size,) and contacts (2, size), N, at displacements x, and the next state."""
     from jax import numpy as jp
 
     record, size = clearance.record, len(clearance.middle)
-    was, reached, states, impacts = before
+    previous, envelope, states, impacts = before
     at = jp.array(clearance.middle)
     place, offset = x[at], numbers[record.offset : record.offset + size]
     r, out, memory = place + offset, [0.0] * (size + size * size), list(states)
-    clearance.filling(numbers[record.filling :], memory, tuple(r), tuple(place - was), 0.0, record.step, out)
+    clearance.filling(numbers[record.filling :], memory, tuple(r), tuple(place - previous), 0.0, record.step, out)
     elastic = jp.stack(out[:size]) - numbers[record.preload : record.preload + size]
     pull = elastic + jp.stack(out[size:]).reshape(size, size) @ u[at]
-    reached = larger(root(r @ r), reached * numbers[record.decay])
-    law = _law_now(record, numbers, reached, time)
+    envelope = larger(root(r @ r), envelope * numbers[record.decay])
+    law = _contact_parameters(record, numbers, envelope, time)
     forces, speeds = [], []
     for rows, impact in zip(clearance.ends, impacts):
-        depth, normal = _touch(record, numbers, x[jp.array(rows)], offset)
+        depth, normal = _penetration(record, numbers, x[jp.array(rows)], offset)
         inwards = normal @ u[jp.array(rows)]
-        begun = where_above(root(impact @ impact), impact @ normal)
-        begun = where_above(choose(begun, larger(inwards, SLOWEST_IMPACT), begun), depth)
+        impact_speed = where_above(root(impact @ impact), impact @ normal)
+        impact_speed = where_above(choose(impact_speed, larger(inwards, SLOWEST_IMPACT), impact_speed), depth)
         answer = [0.0, 0.0]
-        clearance.contact(law, depth, inwards, begun, answer)
+        clearance.contact(law, depth, inwards, impact_speed, answer)
         push = 0.5 * answer[0] * depth + 0.5 * answer[1] * inwards  # each end has half of both
         forces.append(where_above(larger(push, 0.0), depth) * normal)
-        speeds.append(begun * normal)
-    return pull, jp.stack(forces), (place, reached, jp.array(memory), jp.stack(speeds))
+        speeds.append(impact_speed * normal)
+    return pull, jp.stack(forces), (place, envelope, jp.array(memory), jp.stack(speeds))
 
 
-def _law_now(record: Any, numbers: Any, reached: Any, time: Any) -> Any:
+def _contact_parameters(record: Any, numbers: Any, envelope: Any, time: Any) -> Any:
     """Return the contact's parameters at a time, s, or an amplitude, m; see `kernel.follow_law`."""
     from jax import numpy as jp
 
@@ -320,15 +320,15 @@ def _law_now(record: Any, numbers: Any, reached: Any, time: Any) -> Any:
     abscissa = numbers[record.abscissa : record.abscissa + record.rows]
     table = numbers[record.table : record.table + record.rows * record.width].reshape(record.rows, record.width)
     period = numbers[record.period]
-    now = reached if record.by_amplitude else choose(time % larger(period, TINY), time, period)
+    now = envelope if record.by_amplitude else choose(time % larger(period, TINY), time, period)
     return jp.stack([jp.interp(now, abscissa, column) for column in table.T])
 
 
-def _touch(record: Any, numbers: Any, here: Any, offset: Any) -> tuple[Any, Any]:
-    """Return how deep an end is in its wall, m, and the direction (size,) in which that grows."""
+def _penetration(record: Any, numbers: Any, place: Any, offset: Any) -> tuple[Any, Any]:
+    """Return the penetration of an end, m, and the wall's normal (size,)."""
     if record.coordinates == 1:
-        depth = larger(here - numbers[record.wall + 1], 0.0) - larger(numbers[record.wall] - here, 0.0)
+        depth = larger(place - numbers[record.wall + 1], 0.0) - larger(numbers[record.wall] - place, 0.0)
         return abs(depth[0]), signed(1.0, depth)
-    r = here + offset
+    r = place + offset
     e = larger(root(r @ r), TINY)
     return larger(e - numbers[record.wall], 0.0), r / e

@@ -2,10 +2,10 @@
 
 The structure's uncoupled modes move exactly between two steps; forces of clearances and excitation act as kicks at the
 steps (Strang splitting; Deuflhard 1979; Hairer, Lubich & Wanner, Geometric Numerical Integration, XIII). The scheme is
-symmetric and of second order, and no mode limits the step. Under steady kicks a mode of frequency ω deflects by
-(ωh/2)/tan(ωh/2) of what it should; modal masses smaller by that factor undo it, so that static deflections are exact
-at any step. Damping forces at the clearances are taken at the velocity in the middle of their own kick, so that strong
-squeeze films stay stable; so are damping that couples modes and gyroscopic moments, which keeps the energy at any spin.
+symmetric and of second order, and no mode limits the step. Under steady kicks a mode of frequency ω deflects too
+little, by the factor (ωh/2)/tan(ωh/2); modal masses smaller by that factor correct it, so that static deflections are
+exact at any step. Damping forces at the clearances act at the velocity in the middle of their kick, so that strong
+squeeze films stay stable; so do damping that couples modes and gyroscopic moments, which keeps the energy at any spin.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from .turning import SPIN_STEPS, as_probes, turning_of
 
 __all__ = ["Modal", "ModalRun", "SideBySide", "leaving", "stiffest_contacts"]
 
-SLOWEST = 1e-3  # rad/s, for which time steps are made where nothing has a stiffness, as gears without shafts
+SLOWEST = 1e-3  # rad/s, assumed for the time step where nothing has a stiffness, as gears without shafts
 
 
 @register
@@ -43,15 +43,15 @@ class Modal(Engine):
     modes: Annotated[Whole, Field(ge=1, le=MAX_MODES)] = 8
     """modes in the Ritz basis, of each bending plane, to which the static shapes are added"""
     resolution: Annotated[Positive, Field(le=3)] = 1.0
-    """largest phase, rad, that the fastest mode or contact may turn in one step"""
+    """largest phase, rad, of the fastest mode or contact in one step"""
 
     def largest_step(self, rig: Rig, law: Law) -> float:
-        """Step in which the fastest mode, or the stiffest contact on the shaft, turns by ``resolution`` rad."""
+        """Return the step in which the fastest mode, or the stiffest contact, turns by ``resolution`` rad."""
         model, stiffest = linear_model(rig, self.modes), stiffest_contacts(rig, law)
         rows = np.vstack((model.at_bushings, *map(model.sliding, slide_rows(rig))))
         fastest, moved = np.max(model.omega), np.sum(rows**2, axis=1)
         contact = np.sqrt(np.max(stiffest[[*rig.bushing_of_row, *slide_rows(rig)]] * moved, initial=0.0))
-        # A kick is less exact than the modes' own motion: keep contacts four times finer.
+        # A kick is less exact than the modes' free motion: keep contacts four times finer.
         return float(self.resolution / max(fastest, 4 * contact, SLOWEST))
 
     def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
@@ -67,7 +67,7 @@ def stiffest_contacts(rig: Rig, law: Law) -> np.ndarray:
 
 
 def leaving(q: np.ndarray, flow: np.ndarray) -> np.ndarray:
-    """Return the velocities (n,) of modes at rest at q before a kick that holds them there; see the module."""
+    """Return the velocities (n,) of modes in equilibrium at q just before the kick; see the module."""
     speed = (1 - flow[0]) * q / np.where(flow[1] == 0, 1.0, flow[1])
     return np.asarray(flow[2] * q + flow[3] * speed)
 
@@ -91,37 +91,37 @@ class ModalRun(Run):
         self.changes = bool(turning[RATE] or turning[-1]) and bool(
             self.model.gyroscopic.size or self.model.circulatory.size or self.model.bearings
         )
-        """whether matrices change with the spin"""
+        """True if matrices change with the spin"""
         self.columns = len(rig.sensors) + 3 * rig.n_rows + len(rig.bushings) + int(rig.spin is not None)
         self.alone = SideBySide([self])
         modes = [part.ravel()[: q.size] for part in self.alone.motion[:3]]
         self.motion = Motion(modes[0], modes[1], modes[2], self.alone.motion.turning[:, 0])
-        """what the loop changes, one number for each mode"""
+        """state changed by the loop, one number for each mode"""
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
         return self.alone.advance(excitation)[0]
 
     def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Simulate one block, and tell its energies; see `Run.balanced`."""
+        """Simulate one block, and return its energies; see `Run.balanced`."""
         kept = NOTHING._replace(energies=np.empty((len(excitation), columns_of(len(self.rig.bushings)))))
         return self.alone.advance(excitation, kept)[0], kept.energies
 
     def before(self) -> np.ndarray | None:
-        """Return the rest; see `Run.before`."""
+        """Return the columns at rest; see `Run.before`."""
         return None if self.rest is None else as_probes(self.rig, self.at_rest()[None])[0]
 
     def at_rest(self) -> np.ndarray:
-        """Return what the compiled loop finds of the rest, (columns,)."""
-        found = np.zeros(self.columns)
+        """Return the columns of the compiled loop at rest, (columns,)."""
+        columns_at_rest = np.zeros(self.columns)
         if self.rest:
             of_sensors = self.model.sensor_rows.at_rest(self.rest.coordinates)
-            found[: len(of_sensors)] = of_sensors
+            columns_at_rest[: len(of_sensors)] = of_sensors
             columns = self.rest.columns()
-            found[len(of_sensors) : len(of_sensors) + len(columns)] = columns
+            columns_at_rest[len(of_sensors) : len(of_sensors) + len(columns)] = columns
         if self.rig.spin:
-            found[-1] = self.motion.turning[SPIN]
-        return found
+            columns_at_rest[-1] = self.motion.turning[SPIN]
+        return columns_at_rest
 
     def alike(self) -> object | None:
         """Return steps, sizes and kinds of laws; None where matrices change with the spin; see `Run.alike`."""
@@ -131,18 +131,18 @@ class ModalRun(Run):
         return self.step, self.columns, shapes, self.linear.orders.tobytes(), shared_kinds(self.rig, self.law)
 
     def beside(self, runs: Sequence[Run]) -> SideBySide:
-        """Return the runs in lanes; see `Run.beside`."""
+        """Combine the runs in lanes; see `Run.beside`."""
         return SideBySide(cast(Sequence[ModalRun], runs))
 
     def at_spin(self, spin: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return stiffness and damping that change with the spin, packed."""
-        found = at_spin(self.model, self.coupled, self.linear.inverse_mass, self.step, spin)
-        springs, coupling = (pack([matrix.T if len(matrix) else matrix]) for matrix in found)
+        """Return the stiffness and damping at a spin, packed."""
+        matrices = at_spin(self.model, self.coupled, self.linear.inverse_mass, self.step, spin)
+        springs, coupling = (pack([matrix.T if len(matrix) else matrix]) for matrix in matrices)
         return springs, coupling
 
 
 class SideBySide(SeveralRuns):
-    """Runs, from their start, whose `ModalRun.alike` is the same, under one excitation; see lanes.py."""
+    """Runs from their start with equal `ModalRun.alike`, under one excitation in lanes; see lanes.py."""
 
     def __init__(self, runs: Sequence[ModalRun]):
         self.runs, self.steps, self.step, self.lanes = runs, 0, runs[0].step, tuple(range(len(runs)))
@@ -155,9 +155,9 @@ class SideBySide(SeveralRuns):
         self.places = places_of(first.rig)
 
     def advance(self, excitation: np.ndarray, kept: Kept = NOTHING) -> np.ndarray:
-        """Simulate one block; see `Run.advance`, whose columns each run has here: (n_runs, n, columns).
+        """Simulate one block; return the columns of `Run.advance` for each run: (n_runs, n, columns).
 
-        What is kept of each step of a run that is alone is filled in.
+        The records ``kept`` of a single run are filled in.
         """
         driving, run = self.driving(excitation), self.runs[0]
         out = np.empty((self.columns, len(driving), len(self.lanes)))
@@ -168,20 +168,20 @@ class SideBySide(SeveralRuns):
                 spin = float(self.motion.turning[SPIN, 0] + self.motion.turning[RATE, 0] * len(part) * self.step / 2)
                 springs, coupling = run.at_spin(spin)
                 self.linear = self.linear._replace(springs=springs, coupling=coupling)
-            self._go_on(*advance(self.steps, part, self.step, *self.parts, kept, out, start))
+            self._check(*advance(self.steps, part, self.step, *self.parts, kept, out, start))
             self.steps += len(part)
-        found = out.T
-        for run, rows in zip(self.runs, found):
+        columns = out.T
+        for run, rows in zip(self.runs, columns):
             as_probes(run.rig, rows)
-        return found
+        return columns
 
     @property
     def parts(self) -> tuple[object, ...]:
-        """What the loop takes besides the excitation."""
+        """Arguments of the loop other than the excitation."""
         return self.lanes, self.turns, self.linear, self.motion, self.clearance, self.places
 
     def driving(self, excitation: np.ndarray) -> np.ndarray:
-        """Return inputs (n,) or (n, n_inputs) as the loop takes them: (n, n_inputs), with 1 for a constant load."""
+        """Return inputs (n,) or (n, n_inputs) for the loop: (n, n_inputs), with a column of 1 for a constant load."""
         columns = in_columns(excitation)
         loads = len(self.runs[0].linear.input) - columns.shape[1]
         return np.hstack((columns, np.ones((len(columns), loads)))) if loads else columns
@@ -192,12 +192,12 @@ class SideBySide(SeveralRuns):
         columns = self.columns if forces or self.turns else len(rig.sensors) + rig.n_rows
         out = np.empty((len(self.lanes), columns, samples))
         drive, before = self.driving(excitation), np.stack([run.at_rest()[:columns] for run in self.runs], axis=-1)
-        self._go_on(*advance_whole(drive, factor, lowpass(factor), self.step, *self.parts, NOTHING, before, out))
+        self._check(*advance_whole(drive, factor, lowpass(factor), self.step, *self.parts, NOTHING, before, out))
         for run, rows in zip(self.runs, out):
             as_probes(run.rig, rows.T)
         return out
 
-    def _go_on(self, failed: int, record: int) -> None:
+    def _check(self, failed: int, record: int) -> None:
         """Raise a SimulationError if a loop stopped early."""
         if failed >= 0:
             first = self.runs[0]

@@ -1,8 +1,8 @@
 """The compiled loop of the modal engine, for one case or several side by side; see modal.py.
 
-Cases side by side have the lanes (see lanes.py) as the last axis of all arrays, and share the clearances' records. Of
-one case modes stand four by four, and so do the rows of clearances where all of them change at once. One source serves
-both: what is `packed` is loaded in its own lanes, all other numbers in those of the cases.
+Several cases have the lanes (see lanes.py) as the last axis of all arrays, and share the clearances' records. For one
+case modes are packed by four, and so are the rows of clearances where all of them change at once. One source serves
+both: `packed` arrays are loaded in packs, all other numbers in the lanes of the cases.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ __all__ = [
 ]  # fmt: skip
 
 SPIN, ANGLE, RATE, END_TIME, PER_INERTIA = range(5)
-"""Of the turning: rad/s and rad; rate of a ramp, rad/s², until a time, s; 1/inertia of what friction slows down"""
-SWEEPS = 2  # over all forces, in a step
+"""Of the rotation: rad/s and rad; rate of a ramp, rad/s², until a time, s; 1/inertia of a shaft slowed by friction"""
+SWEEPS = 2  # number of sweeps over all forces in a step
 
 
 class Linear(NamedTuple):
@@ -44,27 +44,27 @@ class Linear(NamedTuple):
     inverse_mass: np.ndarray  # (n) smaller for high modes, see modal.py
     flow: np.ndarray  # (4, n) exact motion of the free modes over one step: rows q→q, v→q, q→v, v→v
     input: np.ndarray  # (n_inputs, n) force on the modes per unit of each input
-    n_excited: int  # how many of the inputs are the excitation's; one more is constant
-    turning: np.ndarray  # (n_turning, n) the same of what turns: Ω² cos φ and Ω² sin φ, then cos k φ, sin k φ of orders
+    n_excited: int  # number of the excitation's inputs; one more is constant
+    turning: np.ndarray  # (n_turning, n) rotating forces: Ω² cos φ and Ω² sin φ, then cos k φ, sin k φ of orders
     orders: np.ndarray  # (n_orders,) k, for all cases
     at_rows: np.ndarray  # (n_rows, n) displacement of the clearances' rows: all middles, then both ends of each
-    spans: np.ndarray  # (n_rows, 2) first packed modes that move each, and those after the last
-    groups: np.ndarray  # (n, 5) three rows that the same packed modes move, the first of these and that after the last
+    spans: np.ndarray  # (n_rows, 2) first pack of modes of each that is not zero, and the one after the last
+    groups: np.ndarray  # (n, 5) three rows with the same span, its first pack and the one after the last
     compliance: np.ndarray  # (n_rows, rows) velocity of all rows, packed, per unit impulse at each
-    at_sensors: np.ndarray  # (n_sensors, n) of accelerometers; zeros of others
+    at_sensors: np.ndarray  # (n_sensors, n) for accelerometers; zeros for others
     of_sensors: np.ndarray  # (n, 5) as ``groups``
-    base: np.ndarray  # (n_inputs, n_sensors) what sensors read of an input itself, as numbers of the cases
-    springs: np.ndarray  # (n, n) by columns: stiffness that is not of the modes; (0, n) where there is none
+    base: np.ndarray  # (n_inputs, n_sensors) direct feedthrough of inputs to sensors, in the lanes of the cases
+    springs: np.ndarray  # (n, n) by columns: stiffness beyond that of the modes; (0, n) where there is none
     coupling: np.ndarray  # (n, n) by columns: damping per velocity in the middle of all other kicks; or (0, n)
-    readings: np.ndarray  # (n_sensors, 2, n) what others read per coordinate and velocity; (0, 2, n) without others
+    readings: np.ndarray  # (n_sensors, 2, n) readings of other sensors per coordinate and velocity; (0, 2, n) without
 
 
 class Motion(NamedTuple):
-    """What changes from step to step, in place."""
+    """State of the loop, changed in place."""
 
-    q: np.ndarray  # (n) now, packed, as the next two
+    q: np.ndarray  # (n) coordinates now, packed, as the next two
     v: np.ndarray  # (n) velocity before the kick
-    q_before: np.ndarray  # (n) a step ago
+    q_before: np.ndarray  # (n) coordinates a step ago
     turning: np.ndarray  # (5,) see `SPIN`
 
 
@@ -75,8 +75,8 @@ def advance(
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
 
-    ``excitation``: (n, n_inputs). ``turns``: whether a shaft turns. ``places``: as of `interact`. ``out``: (columns, n,
-    lanes), filled from its row ``first`` on with what `Run.advance` returns, forces and touch if there are columns.
+    ``excitation``: (n, n_inputs). ``turns``: True if a shaft turns. ``places``: as of `interact`. ``out``: (columns, n,
+    lanes), filled from its row ``first`` on with the columns of `Run.advance`, forces and touch if there are columns.
     """
     (
         inverse_mass, flow, given, _, turned, orders, at_rows, spans, groups, compliance, at_sensors, of_sensors, base,
@@ -94,7 +94,7 @@ def advance(
     total, middle, acceleration = np.zeros((modes, width)), np.zeros((modes, width)), np.zeros((modes, width))
     acts, pushed, factors = np.ones(2 * n_bushings, np.bool_), np.ones(tall, np.bool_), np.zeros((n_turning, count))
     known, moved = np.zeros((n_bushings, 2), np.bool_), np.zeros(excitation.shape[1], np.bool_)
-    for r in range(moved.size):  # what sensors read of an input itself: of a base, with which they move
+    for r in range(moved.size):  # direct feedthrough to sensors: of a base, with which they move
         for s in range(n_sensors):
             moved[r] = moved[r] or base[r, s, 0] != 0.0
     for i in range(excitation.shape[0]):
@@ -108,7 +108,7 @@ def advance(
             for r in range(n_turning):
                 now = now + load(turned, r * modes + m, side) * load(factors, r, lanes)
             if springs.shape[0]:
-                now = now - _of_columns(springs, m, modes, q, lanes)
+                now = now - _column_product(springs, m, modes, q, lanes)
             store(total, m, now, side)
             store(middle, m, load(v, m, side) + half * load(inverse_mass, m, side) * now, side)
         for g in range(groups.shape[0]):
@@ -140,7 +140,7 @@ def advance(
                 for m in range(spans[row, 0], spans[row, 1]):
                     store(total, m, load(total, m, side) - load(at_rows, row * modes + m, side) * push, side)
         if coupling.shape[0]:
-            _couple(h, lanes, inverse_mass, coupling, v, total, middle)
+            _add_coupling(h, lanes, inverse_mass, coupling, v, total, middle)
         row = first + i
         for r in range(kept.rows.shape[1] if kept.rows.shape[0] else 0):
             kept.rows[row, r] = x[r, 0]
@@ -150,7 +150,7 @@ def advance(
                 given, turned, at_rows, springs, q, v, q_before, total, middle, bushings, numbers, places, x, w, force,
                 filled, ends, acts,
             )  # fmt: skip
-        _move(h, lanes, inverse_mass, flow, q, v, q_before, total, acceleration)
+        _step_modes(h, lanes, inverse_mass, flow, q, v, q_before, total, acceleration)
         for g in range(of_sensors.shape[0]):
             _three_products(at_sensors, of_sensors, g, modes, acceleration, lanes, out, row, size)
         for r in range(excitation.shape[1]):
@@ -158,17 +158,17 @@ def advance(
                 value = load(out, s * size + row, lanes) + load(base, r * n_sensors + s, lanes) * excitation[i, r]
                 store(out, s * size + row, value, lanes)
         if readings.shape[0]:
-            _read(h, lanes, readings, q, q_before, acceleration, middle, row, out)
+            _add_readings(h, lanes, readings, q, q_before, acceleration, middle, row, out)
         for m in range(n_middles):
             store(out, (n_sensors + m) * size + row, load(x, m, lanes), lanes)
         if out.shape[0] > n_sensors + n_middles:
-            _report(bushings, places, n_middles, force, ends, n_sensors, row, lanes, out)
+            _store_clearances(bushings, places, n_middles, force, ends, n_sensors, row, lanes, out)
         if turns:
             column = n_sensors + 3 * n_middles + n_bushings
             if out.shape[0] > column:
                 store(out, column * size + row, spin, lanes)
             turn_on(turning, torque, time, h, lanes)
-    for lane in range(count):  # without clearances nothing else would stop it
+    for lane in range(count):  # without clearances no other check stops it
         for m in range(modes * width // count):
             if not abs(q.ravel()[m * count + lane]) < np.inf:
                 return excitation.shape[0], lane * max(n_bushings, 1)
@@ -179,12 +179,12 @@ def advance(
 def _product(
     rows: np.ndarray, row: int, start: int, stop: int, modes: int, vector: np.ndarray, lanes: tuple[int, ...]
 ) -> Any:
-    """Return the product of a row and a vector of modes, between two packs of them."""
+    """Return the product of a row and a vector of modes over a range of packs."""
     side = packed(lanes)
-    found = spread(0.0, side)
+    total = spread(0.0, side)
     for m in range(start, stop):
-        found = found + load(rows, row * modes + m, side) * load(vector, m, side)
-    return joined(found, lanes)
+        total = total + load(rows, row * modes + m, side) * load(vector, m, side)
+    return joined(total, lanes)
 
 
 @inlined
@@ -192,9 +192,9 @@ def _three_products(
     rows: np.ndarray, groups: np.ndarray, g: int, modes: int, vector: np.ndarray, lanes: tuple[int, ...],
     out: np.ndarray, first: int, stride: int,
 ) -> None:  # fmt: skip
-    """Fill in the products of the three rows of a group and a vector of modes, of which less is loaded so.
+    """Compute the products of the three rows of a group and a vector of modes, which is loaded once.
 
-    That of a row stands ``stride`` after that of the one before.
+    The result of a row is ``stride`` after that of the row before.
     """
     side = packed(lanes)
     a = b = c = spread(0.0, side)
@@ -210,10 +210,10 @@ def _three_products(
 
 
 @inlined
-def _of_columns(columns: np.ndarray, m: int, modes: int, vector: np.ndarray, lanes: tuple[int, ...]) -> Any:
-    """Return pack m of the product of a matrix, which stands by columns, and a vector of modes."""
+def _column_product(columns: np.ndarray, m: int, modes: int, vector: np.ndarray, lanes: tuple[int, ...]) -> Any:
+    """Return pack m of the product of a matrix, stored by columns, and a vector of modes."""
     side, n, none = packed(lanes), columns.shape[0], spread(0.0, packed(lanes))
-    a, b, c, d = none, none, none, none  # sums that do not wait for each other
+    a, b, c, d = none, none, none, none  # independent sums, for pipelining
     for r in range(0, n - 3, 4):
         a = a + load(columns, r * modes + m, side) * load(vector, r, lanes)
         b = b + load(columns, (r + 1) * modes + m, side) * load(vector, r + 1, lanes)
@@ -226,7 +226,7 @@ def _of_columns(columns: np.ndarray, m: int, modes: int, vector: np.ndarray, lan
 
 @inlined
 def turn_forces(turning: np.ndarray, orders: np.ndarray, time: float, count: int, factors: np.ndarray) -> None:
-    """Fill in what the forces that turn with a shaft are multiplied by."""
+    """Compute the factors of the forces that rotate with a shaft."""
     for lane in range(count):
         spin, angle = turning[SPIN, lane], turning[ANGLE, lane]
         rate = turning[RATE, lane] if time < turning[END_TIME, lane] else 0.0
@@ -238,7 +238,7 @@ def turn_forces(turning: np.ndarray, orders: np.ndarray, time: float, count: int
 
 @inlined
 def turn_on(turning: np.ndarray, torque: Any, time: float, h: float, lanes: tuple[int, ...]) -> None:
-    """Turn the shaft on by a step, under the torque of friction, N m."""
+    """Advance the shaft's rotation by a step, under the torque of friction, N m."""
     spin, rate = load(turning, SPIN, lanes), load(turning, RATE, lanes)
     rate = where_above(rate, load(turning, END_TIME, lanes) - time)
     change = h * (rate - load(turning, PER_INERTIA, lanes) * torque)
@@ -247,25 +247,25 @@ def turn_on(turning: np.ndarray, torque: Any, time: float, h: float, lanes: tupl
 
 
 @inlined
-def _couple(
+def _add_coupling(
     h: float, lanes: tuple[int, ...], inverse_mass: np.ndarray, coupling: np.ndarray, v: np.ndarray, total: np.ndarray,
     middle: np.ndarray,
 ) -> None:  # fmt: skip
-    """Add what couples modes by damping, at the velocity in the middle of the kick of all other forces."""
+    """Add damping that couples modes, at the velocity in the middle of the kick of all other forces."""
     side, modes, half = packed(lanes), inverse_mass.shape[0], 0.5 * h
     for m in range(modes):
         kick = half * load(inverse_mass, m, side) * load(total, m, side)
         store(middle, m, load(v, m, side) + kick, side)
     for m in range(modes):
-        store(total, m, load(total, m, side) - _of_columns(coupling, m, modes, middle, lanes), side)
+        store(total, m, load(total, m, side) - _column_product(coupling, m, modes, middle, lanes), side)
 
 
 @inlined
-def _move(
+def _step_modes(
     h: float, lanes: tuple[int, ...], inverse_mass: np.ndarray, flow: np.ndarray, q: np.ndarray, v: np.ndarray,
     q_before: np.ndarray, total: np.ndarray, acceleration: np.ndarray,
 ) -> None:  # fmt: skip
-    """Kick modes by their forces ``total``, let them flow freely for a step, and fill in their accelerations."""
+    """Kick modes by their forces ``total``, move them freely for a step, and compute their accelerations."""
     side, modes, per_step2 = packed(lanes), inverse_mass.shape[0], 1.0 / (h * h)
     for m in range(modes):
         place = load(q, m, side)
@@ -279,14 +279,14 @@ def _move(
 
 
 @inlined
-def _read(
+def _add_readings(
     h: float, lanes: tuple[int, ...], readings: np.ndarray, q: np.ndarray, q_before: np.ndarray,
     acceleration: np.ndarray, speed: np.ndarray, row: int, out: np.ndarray,
 ) -> None:  # fmt: skip
-    """Add what sensors that are no accelerometers read of modes at the time of the accelerations.
+    """Add the readings of sensors other than accelerometers at the time of the accelerations.
 
-    The velocity is the one that belongs to (q₊ - 2q + q₋)/h²: (q₊ - q₋)/(2h), with q₊ in ``q`` and q in ``q_before``;
-    ``speed`` is room for it.
+    The velocity is that of (q₊ - 2q + q₋)/h²: (q₊ - q₋)/(2h), with q₊ in ``q`` and q in ``q_before``;
+    ``speed`` is overwritten with it.
     """
     side, modes, size = packed(lanes), q.shape[0], out.shape[1]
     for m in range(modes):
@@ -298,12 +298,12 @@ def _read(
 
 
 @inlined
-def _report(
+def _store_clearances(
     bushings: np.ndarray, places: np.ndarray, n_middles: int, force: np.ndarray, ends: np.ndarray, first: int,
     row: int, lanes: tuple[int, ...], out: np.ndarray,
 ) -> None:  # fmt: skip
-    """Fill in the forces of contacts and fillings, and which clearances touch."""
-    size, one = out.shape[1], spread(1.0, lanes)
+    """Fill in the forces of contacts and fillings, and flags of touching clearances."""
+    size, touching = out.shape[1], spread(1.0, lanes)
     for j in range(bushings.size):
         middle, size_j = places[j, 0], bushings[j].coordinates
         for d in range(size_j):
@@ -311,8 +311,8 @@ def _report(
             column = first + n_middles + middle + d
             store(out, column * size + row, load(force, a, lanes) + load(force, b, lanes), lanes)
             store(out, (column + n_middles) * size + row, load(force, middle + d, lanes), lanes)
-        deep = larger(abs(load(ends, ENDS * 2 * j, lanes)), abs(load(ends, ENDS * (2 * j + 1), lanes)))
-        store(out, (first + 3 * n_middles + j) * size + row, where_above(one, deep), lanes)
+        penetration = larger(abs(load(ends, ENDS * 2 * j, lanes)), abs(load(ends, ENDS * (2 * j + 1), lanes)))
+        store(out, (first + 3 * n_middles + j) * size + row, where_above(touching, penetration), lanes)
 
 
 @jit(**OPTIONS)
@@ -321,9 +321,9 @@ def advance_whole(
     linear: Linear, motion: Motion, clearance: Clearance, places: np.ndarray, kept: Kept, before: np.ndarray,
     out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
-    """Advance by a whole excitation, decimated by a factor; return what `advance` returns.
+    """Advance by a whole excitation, decimated by a factor; return the result of `advance`.
 
-    ``taps`` are those of `lowpass`, ``before`` (columns, lanes) what the columns are at rest; ``out``: (lanes, columns,
+    ``taps`` are those of `lowpass`, ``before`` (columns, lanes) the columns at rest; ``out``: (lanes, columns,
     n) samples at the record's rate.
     """
     padded, (count, columns, last) = padded_taps(taps, factor), out.shape

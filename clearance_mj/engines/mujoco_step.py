@@ -1,4 +1,4 @@
-"""MuJoCo's step for compiled loops: its warnings are counted instead of logged, and its contact forces found."""
+"""MuJoCo's step for compiled loops, with counted instead of logged warnings, and its contact forces."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ mj_step: Any = external("mj_step", numba.types.intp, numba.types.intp)
 
 @contextmanager
 def warnings_counted() -> Iterator[None]:
-    """Let MuJoCo count its warnings, which a run looks at, instead of writing a log into the working folder."""
+    """Let MuJoCo count its warnings, for `check_warnings`, instead of writing a log into the working folder."""
     global _counting
     with _COUNTING:
         if not _counting:
@@ -63,22 +63,22 @@ def check_warnings(rig: Rig, data: mujoco.MjData, start: float, largest: int) ->
 
 
 def refuse_adhesion(engine: Engine, bushings: np.ndarray) -> None:
-    """Refuse records of bushings whose contacts may pull."""
+    """Raise a LawError for bushings whose contacts may pull."""
     if np.any(bushings["adhesion"]):
         raise LawError(f"the {engine.name} engine cannot simulate adhesion: MuJoCo's contacts never pull; use modal")
 
 
 def contact_rows(ends: np.ndarray, pairs: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """Return the contact force (n_rows, nv) of each row of clearances, summed over its ends, per force of the solver's.
+    """Return the contact force (n_rows, nv) of each clearance row, summed over its ends, per constraint force.
 
     These come from contacts at ``ends`` (2 n_rows, nv), of which ``pairs`` (n_rows, 2) belong to a row, and reactions
     of supports ``held``. (0, nv) where the joints' forces do not distinguish them, as where a support and a bushing are
     on one rigid link.
     """
     rows = np.vstack((ends, held))
-    found = np.linalg.pinv(rows.T)[: len(ends)][pairs].sum(axis=1)
-    found[np.abs(found) < ROUNDING * np.abs(found).max(initial=0.0)] = 0.0  # planes do not feel each other
-    wanted = np.zeros((len(pairs), len(rows)))
-    np.put_along_axis(wanted, pairs, 1.0, axis=1)
-    distinct = np.allclose(found @ rows.T, wanted * rows.any(axis=1), rtol=0, atol=1e-6)
-    return np.ascontiguousarray(-found) if distinct else np.zeros((0, rows.shape[1]))
+    forces = np.linalg.pinv(rows.T)[: len(ends)][pairs].sum(axis=1)
+    forces[np.abs(forces) < ROUNDING * np.abs(forces).max(initial=0.0)] = 0.0  # planes are not coupled
+    expected = np.zeros((len(pairs), len(rows)))
+    np.put_along_axis(expected, pairs, 1.0, axis=1)
+    distinct = np.allclose(forces @ rows.T, expected * rows.any(axis=1), rtol=0, atol=1e-6)
+    return np.ascontiguousarray(-forces) if distinct else np.zeros((0, rows.shape[1]))

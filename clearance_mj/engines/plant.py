@@ -1,4 +1,4 @@
-"""What MuJoCo models of a rig share: solver options, stable step, and the maps to the rig's points."""
+"""Common parts of a rig's MuJoCo models: solver options, stable step, and the maps to the rig's points."""
 
 from __future__ import annotations
 
@@ -37,34 +37,34 @@ __all__ = [
 ]
 
 ARMATURE = 1 / 7
-"""Inertia added to each joint, as a share of its stiffness times the step squared
+"""Inertia added to each joint, over its stiffness times the step squared
 
-The Euler integrator turns a mode of frequency ω too fast, by the share (ωh)²/24; an armature of a h² times the
-stiffness slows it by a (ωh)²/2, and lets the stable step grow by 1/√(1 - 4a). At a = 1/12 no error of second order is
-left, as in Numerov's method; at 1/6 it is Euler's with the other sign, and the step √3 times as long. Statics do not
+The Euler integrator turns a mode of frequency ω too fast, relatively by (ωh)²/24; an armature of a h² times the
+stiffness slows it by a (ωh)²/2, and lets the stable step grow by 1/√(1 - 4a). At a = 1/12 no error of second order
+remains, as in Numerov's method; at 1/6 it is Euler's with the other sign, and the step √3 times as long. Statics do not
 change.
 """
 
 STIFF_ROOT = 1 / 3
-"""The same of springs at a shaft's left end that give less than its first hinge
+"""The same for springs at a shaft's left end that are stiffer than its first hinge
 
-From 1/4 on a spring is stable at any step, so the nearly rigid clamp of a bench does not shorten it. What such a spring
-gives is small, and at the frequency ω too large by (ωh)²/3.
+From 1/4 on a spring is stable at any step, so the nearly rigid clamp of a bench does not shorten it. The deflection of
+such a spring is small, and at the frequency ω too large by (ωh)²/3.
 """
 
 ITERATIONS = 3  # Sweeps of the solver, of which the first is nearly exact.
-REST_SWEEPS = 7  # for a rest in MuJoCo's geometry: each leaves of the error what the square of the slope is, some 1e-3
-RIGID = 1e-14  # of the largest stiffness per mass: below, a mode has none, what rounding leaves of zero
+REST_SWEEPS = 7  # for an equilibrium in MuJoCo's geometry: each reduces the error by the square of the slope, some 1e-3
+RIGID = 1e-14  # of the largest stiffness per mass: below it a mode's stiffness is 0 up to rounding
 NO_WALL = 1e3  # m, limit of a tendon where a bushing has no wall
 RIGID_INVERSE_INERTIA = 1e-8  # 1/kg, written over MuJoCo's for rigid supports, whose softness is 1e-4 of it
-SETTLING_STEPS = 10.0  # steps, time constant of what rounding leaves of a rigid support's motion
+SETTLING_STEPS = 10.0  # steps, time constant of the decay of a rigid support's rounding errors
 
 
 def set_solver(spec: mujoco.MjSpec) -> None:
-    """Set integrator and solver as exact contact softness wants them.
+    """Set integrator and solver for exact contact softness.
 
     With an impedance of 1e-4 and a known inverse inertia, the regularisation of the contacts is far greater than
-    their coupling: each force follows from its own row alone, and the projected Gauss-Seidel solver finds it in one
+    their coupling: each force follows from its own row alone, and the projected Gauss-Seidel solver needs one
     sweep, at a third of Newton's cost. Joint springs are explicit and joint dampers implicit in the Euler integrator.
     """
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
@@ -72,44 +72,44 @@ def set_solver(spec: mujoco.MjSpec) -> None:
     spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
     spec.option.iterations = ITERATIONS
     spec.option.gravity = [0, 0, 0]
-    # No islands to look for, and a simulation that goes wrong must stop, not start again.
+    # No search for islands, and a diverging simulation must stop, not restart.
     spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_ISLAND | mujoco.mjtDisableBit.mjDSBL_AUTORESET)
 
 
 def soften(spec: mujoco.MjSpec, kind: str, name: str, bushing: Bushing) -> None:
-    """Ask for the datasheet's stiffness and damping at one of a bushing's two ends, which share them."""
+    """Set the datasheet's stiffness and damping at one of a bushing's two ends, which have half of each."""
     ask(spec, kind, [name], Softness(bushing.contact.stiffness / 2, bushing.contact.damping / 2))
 
 
 def settling(step: float) -> tuple[float, float]:
-    """Give the solref of rigid supports, which have no stiffness: what errors they have decay critically damped."""
+    """Return the solref of rigid supports, which have no stiffness: their errors decay critically damped."""
     return -1 / (SETTLING_STEPS * step) ** 2, -2 / (SETTLING_STEPS * step)
 
 
 def hold(model: mujoco.MjModel) -> np.ndarray:
-    """Make a model's tendon equalities exact, for the step that it has: return their rows (n, nv).
+    """Make a model's tendon equalities exact for its time step; return their rows (n, nv).
 
     A support's row may be replaced by any combination of all. With rows that are orthogonal in the inverse of the mass
-    matrix every reaction follows from its own row, so that the projected Gauss-Seidel solver finds it in one sweep.
-    A very small inverse inertia leaves next to no softness.
+    matrix every reaction follows from its own row, so that the projected Gauss-Seidel solver needs one sweep. A
+    very small inverse inertia makes them almost rigid.
     """
-    held = tendon_rows(model)[model.eq_obj1id]
-    if not len(held):
-        return held
+    rows = tendon_rows(model)[model.eq_obj1id]
+    if not len(rows):
+        return rows
     data, mass = mujoco.MjData(model), np.zeros((model.nv, model.nv))
     mujoco.mj_forward(model, data)
     mujoco.mj_fullM(model, data, mass)
-    held = np.linalg.solve(np.linalg.cholesky(held @ np.linalg.solve(mass, held.T)), held)
-    for tendon, row in zip(model.eq_obj1id, held):
+    rows = np.linalg.solve(np.linalg.cholesky(rows @ np.linalg.solve(mass, rows.T)), rows)
+    for tendon, row in zip(model.eq_obj1id, rows):
         wraps = slice(model.tendon_adr[tendon], model.tendon_adr[tendon] + model.tendon_num[tendon])
         model.wrap_prm[wraps] = row[model.jnt_dofadr[model.wrap_objid[wraps]]]
     model.tendon_invweight0[model.eq_obj1id] = RIGID_INVERSE_INERTIA
     model.eq_solref[:] = settling(model.opt.timestep)
-    return held
+    return rows
 
 
 def tendon_rows(model: mujoco.MjModel) -> np.ndarray:
-    """Return (ntendon, nv) lengths of a model's fixed tendons per coordinate; zeros of spatial ones."""
+    """Return (ntendon, nv) lengths of a model's fixed tendons per coordinate; zeros for spatial ones."""
     rows = np.zeros((model.ntendon, model.nv))
     for row, first, count in zip(rows, model.tendon_adr, model.tendon_num):
         wraps = slice(first, first + count)
@@ -120,17 +120,17 @@ def tendon_rows(model: mujoco.MjModel) -> np.ndarray:
 
 
 class Driving(NamedTuple):
-    """What drives a MuJoCo model from outside."""
+    """External excitation of a MuJoCo model."""
 
-    lift: np.ndarray  # (n_inputs, 2) gravity along y and z that stands for each unit of a moving base; 0 of a force
-    push: np.ndarray  # (n_inputs, nv) force on the coordinates per N of each; 0 of a base
+    lift: np.ndarray  # (n_inputs, 2) gravity along y and z equivalent to each unit of a moving base; 0 for a force
+    push: np.ndarray  # (n_inputs, nv) force on the coordinates per N of each; 0 for a base
     on_base: np.ndarray  # (n_inputs, n_sensors) as of `read_of_inputs`
     gravity: np.ndarray  # (2,) m/s² along y and z
     steady: np.ndarray  # (nv,) force of the rig's loads on the coordinates
 
 
 def driving(rows: RigRows, kinds: Kinds) -> Driving:
-    """Return what drives a model whose coordinates move the rig's points by rows."""
+    """Return the excitation of a model whose coordinates move the rig's points by rows."""
     rig, kinds = rows.rig, each_kind(kinds)
     push = [rows.push(i) if kind == "force" else np.zeros(rows.size) for i, kind in enumerate(kinds)]
     lift = [-shaker.unit_direction[1:] * float(kind == "base") for shaker, kind in zip(rig.inputs, kinds)]
@@ -152,20 +152,20 @@ def rest_in_mujoco(
     rows: RigRows, law: Law, model: mujoco.MjModel, data: mujoco.MjData, order: np.ndarray, statics: Statics,
     steady: np.ndarray,
 ) -> Equilibrium:  # fmt: skip
-    """Move the data to the static equilibrium, of MuJoCo's own geometry, under the model's gravity; return it.
+    """Move the data to the static equilibrium, in MuJoCo's geometry, under the model's gravity; return it.
 
-    It is found in all natural modes. ``order``: (nv,) MuJoCo's number of each coordinate of all other arguments;
+    It is computed in all natural modes. ``order``: (nv,) MuJoCo's number of each coordinate of all other arguments;
     ``steady``: (nv,) force of the loads.
     """
-    mass, stiffness, free, turned, at_points = statics
+    mass, stiffness, free, skew, at_points = statics
     square, shapes = scipy.linalg.eigh(free.T @ stiffness @ free, free.T @ mass @ free)
     omega, shapes = np.sqrt(np.where(square < RIGID * square[-1], 0.0, np.abs(square))), free @ shapes
-    material, loaded = shapes.T @ turned @ shapes if turned.size else turned, rows.rig.gravity or rows.rig.loads
+    material, loaded = (shapes.T @ skew @ shapes if skew.size else skew, rows.rig.gravity or rows.rig.loads)
     for _ in range(REST_SWEEPS):
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
-        held = shapes.T @ ((data.qfrc_passive - data.qfrc_bias)[order] + steady + stiffness @ data.qpos[order])
-        modes = ChainModes(omega, material, held, at_points @ shapes, lambda points: rows.moved(points) @ shapes)
+        load = shapes.T @ ((data.qfrc_passive - data.qfrc_bias)[order] + steady + stiffness @ data.qpos[order])
+        modes = ChainModes(omega, material, load, at_points @ shapes, lambda points: rows.moved(points) @ shapes)
         rest = equilibrium_of(rows.rig, law, modes)
         if loaded:
             data.qpos[order] = shapes @ rest.coordinates
@@ -177,11 +177,11 @@ def stable_step(
     armature: float | np.ndarray = ARMATURE, other: tuple[np.ndarray, np.ndarray] | None = None,
     free: np.ndarray | None = None,
 ) -> float:  # fmt: skip
-    """Return the longest stable step, s, of the Euler integrator with every contact and film at its hardest.
+    """Return the longest stable step, s, of the Euler integrator with every contact and film at its stiffest.
 
     Springs are explicit, so h < 2/ω_max; the bushings' dampers are explicit too, which shortens it to
-    2 / (δ + √(δ² + ω²)) with 2δ the largest eigenvalue of M⁻¹C. The mass (nv, nv) is without armatures, which the
-    joints of stiffness (nv,) have in these shares; ``other`` is the stiffness and damping, each (nv, nv), of all else,
+    2 / (δ + √(δ² + ω²)) with 2δ the largest eigenvalue of M⁻¹C. The mass (nv, nv) is without armatures, which are
+    ``armature`` times the joints' stiffness (nv,); ``other`` is all other stiffness and damping, each (nv, nv),
     and ``free`` (nv, n) a basis of the motions that supports allow.
     """
     contacts = np.transpose(law.largest([b.gap for b in rig.bushings]))
@@ -194,7 +194,7 @@ def stable_step_with(
     contacts: np.ndarray, armature: float | np.ndarray = ARMATURE, other: tuple[np.ndarray, np.ndarray] | None = None,
     free: np.ndarray | None = None,
 ) -> float:  # fmt: skip
-    """Return the same with stiffness and damping of fillings and contacts, (n_bushings, 2) each."""
+    """Return the step of `stable_step` from stiffness and damping of fillings and contacts, (n_bushings, 2) each."""
     k, c = np.concatenate((np.reshape(grease, (-1, 2)), np.repeat(contacts / 2, 2, axis=0))).T
     springs, dampers = np.diag(joints) + (at_points.T * k) @ at_points, (at_points.T * c) @ at_points
     if other:
@@ -203,7 +203,7 @@ def stable_step_with(
     if free is not None:
         mass, carrier, springs, dampers = (free.T @ m @ free for m in (mass, carrier, springs, dampers))
     step = 0.0
-    for _ in range(40):  # from below: what is missing falls to the share 4/7, or less, each time
+    for _ in range(40):  # from below: the remainder shrinks by 4/7, or less, each time
         inertia = mass + step**2 * carrier
         decay = _largest_eigenvalue(dampers, inertia) / 2
         step = 2 / (decay + np.sqrt(decay**2 + _largest_eigenvalue(springs, inertia)))

@@ -1,4 +1,4 @@
-"""The linear part of the modal engine's equations, as its compiled loop takes it: of one case, or of several."""
+"""The linear part of the modal engine's equations, packed for its compiled loop: of one case, or of several."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ __all__ = [
 ]  # fmt: skip
 
 FOUR = 4  # modes, or rows, of one case that are packed
-WORST_CONDITION = 1e15  # of the matrix of a kick's own damping, beyond which nothing is left of the velocities
+WORST_CONDITION = 1e15  # of the matrix of a kick's implicit damping, beyond which velocities have no correct digits
 
 
 def free_flow(omega: np.ndarray, damping: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
@@ -45,13 +45,13 @@ def free_flow(omega: np.ndarray, damping: np.ndarray, step: float) -> tuple[np.n
 def kicked_damping(viscous: np.ndarray, inverse_mass: np.ndarray, step: float) -> np.ndarray:
     """Return the force (n, n) of a viscous matrix per velocity in the middle of all other forces' kick.
 
-    It acts at the velocity in the middle of its own: stable however strong a dashpot is, and without work where the
+    It acts at the velocity in the middle of its kick: stable however strong a dashpot is, and without work where the
     matrix is skew, as gyroscopic moments are.
     """
-    own = np.eye(len(viscous)) + step / 2 * (viscous * inverse_mass[: len(viscous)])
-    if viscous.size and np.linalg.cond(own) > WORST_CONDITION:
+    implicit = np.eye(len(viscous)) + step / 2 * (viscous * inverse_mass[: len(viscous)])
+    if viscous.size and np.linalg.cond(implicit) > WORST_CONDITION:
         raise np.linalg.LinAlgError("damping beyond what can be inverted")
-    return np.linalg.solve(own, viscous)
+    return np.linalg.solve(implicit, viscous)
 
 
 def driven(model: LinearModel, kinds: Kinds) -> tuple[np.ndarray, np.ndarray]:
@@ -61,33 +61,33 @@ def driven(model: LinearModel, kinds: Kinds) -> tuple[np.ndarray, np.ndarray]:
 
 
 def slide_rows(rig: Rig) -> dict[int, int]:
-    """Return the rows, behind all others, of what slides along clearances of one coordinate that rub, by clearance."""
+    """Return the rows, after all others, of sliding along clearances of one coordinate that rub, by clearance."""
     rubbing = [j for j, b in enumerate(rig.bushings) if b.slides is not None]
     return {j: 3 * rig.n_rows + i for i, j in enumerate(rubbing)}
 
 
 def places_of(rig: Rig) -> np.ndarray:
     """Return the rows (n_bushings, 5) of each clearance's middle, then along y and z of both ends, as of `interact`."""
-    found, slides = np.zeros((len(rig.bushings), 5), dtype=int), slide_rows(rig)
+    places, slides = np.zeros((len(rig.bushings), 5), dtype=int), slide_rows(rig)
     for j, (bushing, rows) in enumerate(zip(rig.bushings, rig.clearance_rows)):
         size = bushing.n_coordinates
-        found[j, 0] = rows.start
+        places[j, 0] = rows.start
         for end in range(2):
             first = rig.n_rows + 2 * rows.start + size * end
-            found[j, 1 + 2 * end : 3 + 2 * end] = (first, first + 1) if size == 2 else (slides.get(j, first), first)
-    return found
+            places[j, 1 + 2 * end : 3 + 2 * end] = (first, first + 1) if size == 2 else (slides.get(j, first), first)
+    return places
 
 
 def at_rows(model: LinearModel) -> np.ndarray:
-    """Return how the rows of all clearances, and what slides along them, move per coordinate (n_rows, n)."""
+    """Return the motion (n_rows, n) of all clearances' rows, and of sliding along them, per coordinate."""
     return np.vstack((model.at_points, *(model.sliding(j) for j in slide_rows(model.rig))))
 
 
 @functools.lru_cache(maxsize=128)
 def linear_part(rig: Rig, modes: int, kind: Kinds, step: float) -> tuple[Linear, bool]:
-    """Return the linear part, not packed, at the spin at first, and whether the kicks have all of the damping.
+    """Return the linear part, not packed, at the initial spin, and True if the kicks have all of the damping.
 
-    Else the modes have their own. Inputs are those of the excitation, and a constant one of loads if there are any.
+    Else the modes have it. Inputs are those of the excitation, and a constant one of loads if there are any.
     """
     model = linear_model(rig, modes)
     coupled = model.coupling.size > 0 or bool(model.bearings)
@@ -99,19 +99,19 @@ def linear_part(rig: Rig, modes: int, kind: Kinds, step: float) -> tuple[Linear,
     if rig.unbalances or rig.orders:
         turning = np.vstack((model.unbalance, order_forces(rig.orders, model.directed, model.size)))
     spin = rig.spin.speed if rig.spin else 0.0
-    found = Linear(
+    linear = Linear(
         inverse_mass, flow, push, len(each_kind(kind)), turning, np.array([each.order for each in rig.orders]), rows,
         moving(rows), np.zeros((0, 5), dtype=int), (rows * inverse_mass) @ rows.T, sensors.accelerations,
         moving(sensors.accelerations), on_base,
         *at_spin(model, coupled, inverse_mass, step, spin), sensors.readings,
     )  # fmt: skip
-    return found, coupled
+    return linear, coupled
 
 
 def at_spin(
     model: LinearModel, coupled: bool, inverse_mass: np.ndarray, step: float, spin: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the stiffness (n, n) that is not of the modes, and what couples their velocities, at a spin, rad/s."""
+    """Return the stiffness (n, n) beyond that of the modes, and the damping that couples them, at a spin, rad/s."""
     springs = model.springs_at(spin)
     if spin and model.circulatory.size:
         springs = (springs if springs.size else 0.0) + spin * model.circulatory
@@ -124,21 +124,21 @@ def at_spin(
 
 
 def moving(rows: np.ndarray) -> np.ndarray:
-    """Return the first number of each row that is not 0, and the one after the last, (n_rows, 2)."""
+    """Return the span of the non-zero numbers of each row: the first, and the one after the last, (n_rows, 2)."""
     places = [np.flatnonzero(row) for row in rows]
     return np.array([(at[0], at[-1] + 1) if at.size else (0, 0) for at in places], dtype=int).reshape(-1, 2)
 
 
 def packed_part(parts: Sequence[Linear]) -> Linear:
-    """Return the linear parts of one case or several as the loop takes them."""
+    """Pack the linear parts of one case or several for the loop."""
     packed: dict[str, Any] = {"n_excited": parts[0].n_excited}
     for name in ("inverse_mass", "flow", "input", "turning", "at_rows", "at_sensors", "readings"):
         packed[name] = pack([getattr(part, name) for part in parts])
-    for name in ("springs", "coupling"):  # by columns; what only some cases have is zeros in the others
-        found = [getattr(part, name) for part in parts]
-        size = max(len(matrix) for matrix in found)
-        n = found[0].shape[1]
-        packed[name] = pack([matrix.T if len(matrix) and size else np.zeros((size, n)) for matrix in found])
+    for name in ("springs", "coupling"):  # by columns; zeros in cases without
+        matrices = [getattr(part, name) for part in parts]
+        size = max(len(matrix) for matrix in matrices)
+        n = matrices[0].shape[1]
+        packed[name] = pack([matrix.T if len(matrix) and size else np.zeros((size, n)) for matrix in matrices])
     packed["orders"] = parts[0].orders.astype(float)
     packed["base"] = np.stack([part.base for part in parts], axis=-1)
     for name in ("spans", "of_sensors"):
@@ -151,26 +151,26 @@ def packed_part(parts: Sequence[Linear]) -> Linear:
 
 
 def _groups(spans: np.ndarray) -> np.ndarray:
-    """(n, 5) three rows that the same modes move, the first of these and the one after the last; the last row again."""
-    found = []
+    """Return (n, 5) three rows with the same span, its first mode and the one after the last; the last row repeats."""
+    groups = []
     for start, stop in np.unique(spans, axis=0):
         rows = np.flatnonzero((spans == (start, stop)).all(axis=1))
         rows = np.append(rows, [rows[-1]] * (-len(rows) % 3))
-        found += [(*three, start, stop) for three in rows.reshape(-1, 3)]
-    return np.array(found, dtype=int).reshape(-1, 5)
+        groups += [(*three, start, stop) for three in rows.reshape(-1, 3)]
+    return np.array(groups, dtype=int).reshape(-1, 5)
 
 
 def pack(parts: Sequence[np.ndarray]) -> np.ndarray:
-    """Return arrays (..., n) with the lanes as their last axis; one alone four by four, with zeros at its end."""
+    """Return arrays (..., n) with the lanes as their last axis; a single one in packs of four, padded with zeros."""
     if len(parts) > 1:
         return np.ascontiguousarray(np.stack(parts, axis=-1))
     (rows,) = parts
-    filled = np.pad(rows, [(0, 0)] * (rows.ndim - 1) + [(0, -rows.shape[-1] % FOUR)])
-    return np.ascontiguousarray(filled.reshape(*rows.shape[:-1], filled.shape[-1] // FOUR, FOUR))
+    padded_rows = np.pad(rows, [(0, 0)] * (rows.ndim - 1) + [(0, -rows.shape[-1] % FOUR)])
+    return np.ascontiguousarray(padded_rows.reshape(*rows.shape[:-1], padded_rows.shape[-1] // FOUR, FOUR))
 
 
 def padded(parts: Sequence[np.ndarray]) -> np.ndarray:
-    """Return arrays (..., n) of rows with the lanes as their last axis; n of one alone is a multiple of four."""
+    """Return arrays (..., n) of rows with the lanes as their last axis; n of a single one is a multiple of four."""
     return pack(parts) if len(parts) > 1 else _tall(pack(parts))
 
 

@@ -1,8 +1,7 @@
-"""The one way in which every engine is run.
+"""Simulation of a rig by any engine.
 
-An engine takes the excitation at its own time step and returns outputs at that rate. What stands here does the rest for
-all of them: interpolation of the excitation, anti-alias decimation of the outputs, and the response with its
-provenance.
+An engine takes the excitation at its time step and returns outputs at that rate. This module adds interpolation of the
+excitation, anti-alias decimation of the outputs, and the response with its provenance.
 """
 
 from __future__ import annotations
@@ -34,9 +33,9 @@ from .late import LateChannels
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]
 
-BLOCK = 512  # samples at the record's rate that are simulated between two looks from Python
-INTERPOLATED = 8 * BLOCK  # samples of the excitation that are interpolated at once
-MAX_STEPS = 1000  # steps per sample beyond which a law is taken for a mistake
+BLOCK = 512  # samples at the record's rate per call of an engine
+INTERPOLATED = 8 * BLOCK  # samples of the excitation per interpolation
+MAX_STEPS = 1000  # steps per sample beyond which a law counts as a mistake
 
 
 def simulate(
@@ -48,13 +47,13 @@ def simulate(
     Parameters
     ----------
     model : Model or Rig
-        What is simulated.
+        The model or rig.
     excitation : Excitation
         Base acceleration or shaker force.
     law : Law, optional
-        Contact and filling of a rig at each moment; without one, its datasheet values. A model brings its own.
+        Contact and filling of a rig at each moment; without one, its datasheet values. A model has its law.
     engine : str or Engine, optional
-        Name of the engine, "links" or "modal", or an engine with settings of its own; by default that of
+        Name of the engine, "links" or "modal", or an engine with its settings; by default that of
         `default_engine`.
     progress : bool
         Show a progress bar, over the seconds of the record, if it takes long.
@@ -84,12 +83,12 @@ def simulate_blocks(
     model: Rig | Modelled, excitation: Excitation | Iterable[Excitation], law: Law | None = None,
     engine: str | Engine | None = None,
 ) -> Iterator[Response]:  # fmt: skip
-    """Simulate a model and hand over its response block by block: memory does not grow with the duration.
+    """Simulate a model and yield its response block by block: memory does not grow with the duration.
 
     Parameters
     ----------
     model : Model or Rig
-        What is simulated.
+        The model or rig.
     excitation : Excitation or iterable of Excitation
         One excitation or consecutive pieces of one, such as `excitation.random_blocks` makes.
     law : Law, optional
@@ -117,17 +116,17 @@ def simulate_blocks(
         yield simulation.response(excited, block)
 
 
-def _structure_in_use(rig: Rig) -> dict[str, Any]:
-    """What the model adds to a rig file: bending theory of each shaft, truncation of modes at each clearance."""
+def _model_choices(rig: Rig) -> dict[str, Any]:
+    """Return the model's choices for the provenance: bending theory of each shaft, truncation at each clearance."""
     shafts = rig.structure.shafts if rig.structure else ()
-    found: dict[str, Any] = {"bending_theory": [shaft.bending_theory for shaft in shafts]} if shafts else {}
-    if lost := find_truncation(rig):
-        found["truncation"] = [dataclasses.asdict(at) for at in lost]
-    return found
+    choices: dict[str, Any] = {"bending_theory": [shaft.bending_theory for shaft in shafts]} if shafts else {}
+    if truncations := find_truncation(rig):
+        choices["truncation"] = [dataclasses.asdict(at) for at in truncations]
+    return choices
 
 
 class Simulation:
-    """A run between interpolation and decimation, and what its response says of it."""
+    """A run between interpolation and decimation, with the provenance of its response."""
 
     @checks_kinds
     def __init__(self, rig: Rig, excitation: Excitation, law: Law, engine: Engine):
@@ -143,9 +142,9 @@ class Simulation:
                 raise ExcitationError(f"rig {rig.name!r}: {refusal}")
         self.rig, self.law, self.excitation, self.engine, self.block = rig, law, excitation, engine, BLOCK
         self.steps = 0
-        self.columns = len(rig.sensors) + sum(count for _, count in _blocks_of(rig))
+        self.columns = len(rig.sensors) + sum(count for _, count in _column_blocks(rig))
         with computable(rig.name, rig.to_dict):
-            factor = _affordable(rig, law, engine, excitation.fs)
+            factor = _steps_per_sample(rig, law, engine, excitation.fs)
             self.step = 1 / (excitation.fs * factor)
             self.run = engine.start(rig, law, excitation.kinds, self.step)
         self.completion = Completion(rig, excitation.kinds, self.step)
@@ -171,10 +170,10 @@ class Simulation:
             "law": self.law.to_dict(),
             "excitation": dict(self.excitation.description),
             "version": __version__,
-        } | _structure_in_use(self.rig)
+        } | _model_choices(self.rig)
 
     def whole(self, watch: Callable[[float], object] = lambda share: None) -> Response:
-        """Return the response to the whole excitation; ``watch`` hears after every block which share is done."""
+        """Return the response to the whole excitation; ``watch`` is called after every block with the fraction done."""
         output, done = np.empty((self.excitation.value.shape[-1], self.columns)), 0
         for _, block in self.outputs([self.excitation]):
             output[done : done + len(block)] = block
@@ -196,7 +195,7 @@ class Simulation:
                     waiting = waiting[len(block) :]
 
     def sampled(self, excitation: np.ndarray, outputs: np.ndarray) -> np.ndarray:
-        """Return samples (m, columns) of consecutive steps: of their excitation and what `Run.advance` returns.
+        """Return samples (m, columns) of consecutive steps, from their excitation and the columns of `Run.advance`.
 
         Raises
         ------
@@ -207,14 +206,14 @@ class Simulation:
             failed = self.steps + np.argmin(np.isfinite(outputs).all(axis=1))
             raise diverged(self.rig, self.engine, failed * self.step, 0)
         self.steps += len(outputs)
-        if untold := self.columns - outputs.shape[1]:  # an engine need not tell where it touches
-            outputs = np.pad(outputs, ((0, 0), (0, untold)), constant_values=np.nan)
+        if missing := self.columns - outputs.shape[1]:  # an engine need not report contact
+            outputs = np.pad(outputs, ((0, 0), (0, missing)), constant_values=np.nan)
         base = self.completion.push(excitation) if self.completion.base_moves else None
         self.completion.add(outputs, base)
         return self.decimator.push(self.late.push(outputs) if self.late else outputs)
 
     def _blocks(self, excitations: Iterable[Excitation]) -> Iterator[np.ndarray]:
-        """Blocks of the excitation, then zeros: the filters of the last samples look ahead."""
+        """Yield blocks of the excitation, then zeros: the filters of the last samples look ahead."""
         for piece in excitations:
             if (piece.fs, piece.kinds) != (self.excitation.fs, self.excitation.kinds):
                 raise ExcitationError(
@@ -227,44 +226,44 @@ class Simulation:
 
     @property
     def ahead(self) -> int:
-        """How many samples the filters of the last one look ahead."""
+        """Number of samples that the filters look ahead."""
         return 2 * self.interpolator.ahead + (self.late.ahead // self.interpolator.factor if self.late else 0)
 
     def response(self, excitation: np.ndarray, output: np.ndarray) -> Response:
-        """Return the response of samples of the excitation, (n,) or (n, n_inputs), and what `Run.advance` returns.
+        """Return the response of samples of the excitation, (n,) or (n, n_inputs), and the columns of `Run.advance`.
 
         The columns of forces and contact may be missing: then it has no provenance either.
         """
-        names, counts = zip(*_blocks_of(self.rig))
+        names, counts = zip(*_column_blocks(self.rig))
         channels, *rows = np.split(output.T, len(self.rig.sensors) + np.cumsum((0, *counts[:-1])))
         parts = dict(zip(names, rows))
-        whole = output.shape[1] == self.columns
-        known = names[:3] if whole else names[:1]
-        # The filter does not change a mean: decimated, the steps in contact are the same share of the time.
+        complete = output.shape[1] == self.columns
+        known = names[:3] if complete else names[:1]
+        # The filter does not change a mean: decimated, the steps in contact are the same fraction of the time.
         touches, spin = parts.get("contact_share"), parts.get("spin")
-        share = None
-        if whole and touches is not None and not np.isnan(touches).any():
-            share = np.clip(touches.mean(axis=1), 0.0, 1.0)
+        contact_share = None
+        if complete and touches is not None and not np.isnan(touches).any():
+            contact_share = np.clip(touches.mean(axis=1), 0.0, 1.0)
         kinds = self.excitation.kinds
         references = tuple(each.label(kind) for each, kind in zip(self.rig.inputs, kinds))
         return Response(
             self.excitation.fs, excitation.T, channels, **{name: parts[name] for name in known},
             kind=self.excitation.kind, kinds=kinds, band=self.excitation.band, responses=tuple(self.rig.sensor_labels),
-            reference=references[0], references=references, provenance=self.provenance if whole else {},
-            contact_share=share,
-            spin=spin[0] if whole and spin is not None else None,
+            reference=references[0], references=references, provenance=self.provenance if complete else {},
+            contact_share=contact_share,
+            spin=spin[0] if complete and spin is not None else None,
             quantities=tuple(sensor.quantity for sensor in self.rig.sensors), coordinates=tuple(self.rig.probe_labels),
         )  # fmt: skip
 
 
-def _blocks_of(rig: Rig) -> list[tuple[str, int]]:
-    """What an engine returns beside the sensors, and how many columns of it."""
-    found = [(name, rig.n_rows) for name in ("displacement", "contact_force", "grease_force")]
-    return [*found, ("contact_share", len(rig.bushings)), *([("spin", 1)] if rig.spin else [])]
+def _column_blocks(rig: Rig) -> list[tuple[str, int]]:
+    """Return names and numbers of columns of an engine's outputs other than the sensors."""
+    blocks = [(name, rig.n_rows) for name in ("displacement", "contact_force", "grease_force")]
+    return [*blocks, ("contact_share", len(rig.bushings)), *([("spin", 1)] if rig.spin else [])]
 
 
-def _affordable(rig: Rig, law: Law, engine: Engine, fs: float) -> int:
-    """Steps per sample; refused where they would be too many, with what makes them so."""
+def _steps_per_sample(rig: Rig, law: Law, engine: Engine, fs: float) -> int:
+    """Return the steps per sample; an error names the cause if they are too many."""
     factor = step_factor(fs, engine.largest_step(rig, law))
     if factor <= MAX_STEPS:
         return factor

@@ -1,6 +1,6 @@
-"""Several rigs and laws under one excitation, side by side in the lanes of the modal engine's loop.
+"""Simulations of several rigs and laws under one excitation, in the lanes of the modal engine's loop.
 
-For whoever compares many variants of one rig: a fit needs one simulation for every parameter and difference.
+For comparisons of many variants of one rig: a fit needs one simulation for every parameter and difference.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .simulation import Simulation
 
 __all__ = ["lane_groups", "lanes_of", "simulate_and_keep", "simulate_together"]
 
-LANES = (4, 8)  # cases that are simulated side by side; each number is compiled once
+LANES = (4, 8)  # numbers of cases that are simulated in lanes; each is compiled once
 T = TypeVar("T")
 
 
@@ -33,7 +33,7 @@ def simulate_together(
 ) -> list[Response]:
     """Simulate rigs with laws, all under one excitation, by the modal engine.
 
-    What `simulate` finds for each, to rounding, at a lower cost where there are many.
+    The responses are those of `simulate`, to rounding, at a lower cost for many cases.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def simulate_together(
     excitation : Excitation
         Base acceleration or shaker force.
     engine : Modal, optional
-        Engine with settings of its own.
+        Engine with its settings.
     workers : int, optional
         Threads. Default: one for each processor.
 
@@ -63,16 +63,16 @@ def simulate_and_keep(
     cases: Sequence[tuple[Rig, Law]], excitation: Excitation, keep: Callable[[Response], T],
     engine: Modal | None = None, workers: int | None = None, forces: bool = True,
 ) -> list[T]:  # fmt: skip
-    """Simulate as `simulate_together` and keep of each response what a function makes of it, in the same threads.
+    """Simulate as `simulate_together` and return a function's value for each response, called in the same threads.
 
     Parameters
     ----------
     cases, excitation, engine, workers
         As in `simulate_together`.
     keep : callable
-        Takes a response; the response is gone once it has returned.
+        Takes a response; the response is discarded once it has returned.
     forces : bool
-        Whether it looks at forces or contact of the bushings or provenance; without, rigs that do not turn have none.
+        True if it uses forces or contact of the bushings or provenance; else rigs that do not turn have none.
 
     Returns
     -------
@@ -85,30 +85,30 @@ def simulate_and_keep(
         Whatever `simulate` raises.
     """
     simulations = [Simulation(rig, excitation, law, engine or Modal()) for rig, law in cases]
-    groups = lane_groups([_shared(simulation) for simulation in simulations])
+    groups = lane_groups([_lane_key(simulation) for simulation in simulations])
     drives = {factor: _drive(excitation, factor) for factor in {s.interpolator.factor for s in simulations}}
 
     def kept(group: Sequence[int]) -> list[T]:
-        of_group = [simulations[i] for i in group]
-        if _shared(of_group[0]) is None:
-            return [keep(simulation.whole()) for simulation in of_group]
-        responses = _side_by_side(of_group, drives[of_group[0].interpolator.factor], forces)
+        members = [simulations[i] for i in group]
+        if _lane_key(members[0]) is None:
+            return [keep(simulation.whole()) for simulation in members]
+        responses = _simulate_in_lanes(members, drives[members[0].interpolator.factor], forces)
         return [keep(response) for response in responses]
 
-    found: dict[int, T] = {}
+    results: dict[int, T] = {}
     with ThreadPoolExecutor(workers_to_use(workers)) as pool:
         for group, of_group in zip(groups, pool.map(kept, groups)):
-            found |= zip(group, of_group)
-    return [found[i] for i in range(len(cases))]
+            results |= zip(group, of_group)
+    return [results[i] for i in range(len(cases))]
 
 
 def lane_groups(shared: Sequence[object | None]) -> list[list[int]]:
-    """Return numbers of runs that can be side by side, as many as there are lanes at most.
+    """Return groups of runs, by index, that can share lanes, each of at most as many as there are lanes.
 
     Parameters
     ----------
     shared : sequence
-        What each has in common with others, such as `Run.alike`; None: nothing.
+        Key of each that is equal for runs that can share lanes, such as `Run.alike`; None: with none.
     """
     alike: dict[object, list[int]] = defaultdict(list)
     for i, key in enumerate(shared):
@@ -117,26 +117,26 @@ def lane_groups(shared: Sequence[object | None]) -> list[list[int]]:
 
 
 def lanes_of(runs: Sequence[Run]) -> SeveralRuns:
-    """Return runs that are alike in lanes; those that are left over repeat the last one.
+    """Combine runs that are alike in lanes; spare lanes repeat the last run.
 
     Parameters
     ----------
     runs : sequence of Run
-        Of one group of `lane_groups`.
+        Runs of one group of `lane_groups`.
     """
     lanes = next(count for count in LANES if count >= len(runs))
     return runs[0].beside([*runs, *[runs[-1]] * (lanes - len(runs))])
 
 
 def _drive(excitation: Excitation, factor: int) -> np.ndarray:
-    """An excitation at the steps, with zeros for as long as the last sample's filter looks ahead."""
+    """Return an excitation at the steps, with zeros for the look-ahead of the last sample's filter."""
     value = excitation.value.T
     interpolator = Interpolator(factor, *value.shape[1:])
     return interpolator.push(np.concatenate((value, np.zeros((2 * interpolator.ahead, *value.shape[1:])))))
 
 
-def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: bool) -> Iterator[Response]:
-    """Responses of simulations of the same step and sizes."""
+def _simulate_in_lanes(simulations: Sequence[Simulation], drive: np.ndarray, forces: bool) -> Iterator[Response]:
+    """Return the responses of simulations of the same step and sizes, run in lanes."""
     first, runs = simulations[0], [simulation.run for simulation in simulations]
     size = first.interpolator.factor, first.excitation.value.shape[-1]
     needed = forces or any(s.completion.forces for s in simulations)
@@ -149,6 +149,6 @@ def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: 
     return (s.response(s.excitation.value.T, output.T) for s, output in zip(simulations, outputs))
 
 
-def _shared(simulation: Simulation) -> object | None:
-    """What it shares with others that can be side by side; None where it cannot be, or its channels are late."""
+def _lane_key(simulation: Simulation) -> object | None:
+    """Return the key of simulations that can share lanes; None if it cannot, or its channels are delayed."""
     return None if simulation.late else simulation.run.alike()

@@ -1,4 +1,4 @@
-"""What engines in space share beside their loops: how a shaft begins to turn, and what displacement probes read."""
+"""Common parts of engines in space: initial rotation of a shaft, and readings of displacement probes."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ SPIN_STEPS = 64  # steps for which gyroscopic moments are those of one speed whi
 
 
 def turning_of(rig: Rig) -> np.ndarray:
-    """Return the turning at the start, (5,): spin, rad/s, and angle, rad, and what changes the spin.
+    """Return the rotation at the start, (5,): spin, rad/s, angle, rad, rate and end of a ramp, 1/inertia.
 
-    That is the rate of a ramp, rad/s², the time at which it ends, s, and 1/inertia, 1/(kg m²), of a shaft that friction
-    slows down, 0 where the drive holds the speed.
+    The rate is in rad/s², the end in s; 1/inertia, 1/(kg m²), is that of a shaft that friction slows down, 0 where the
+    drive holds the speed.
     """
     spin = rig.spin
     if spin is None:
@@ -24,7 +24,7 @@ def turning_of(rig: Rig) -> np.ndarray:
 
 
 def as_probes(rig: Rig, rows: np.ndarray) -> np.ndarray:
-    """Return what `Run.advance` returns with the displacements that probes read, which may be turned from y and z."""
+    """Rotate displacements in the columns of `Run.advance` to the probes' axes, in place; return the columns."""
     for bushing, places in zip(rig.bushings, rig.clearance_rows):
         if bushing.probe_angle and bushing.n_coordinates == 2:
             y, z = (rows[:, len(rig.sensors) + row] for row in (places.start, places.start + 1))

@@ -23,27 +23,27 @@ __all__ = ["TwistChain"]
 
 @dataclass(frozen=True, eq=False)
 class TwistChain(Chain):
-    """A shaft that twists, with polar inertias on it, which have no mass here; its left end may turn."""
+    """Chain of a twisting shaft with polar inertias, without mass; its left end may turn."""
 
     axes: ClassVar[dict[str, tuple[int, float]]] = {axis: (order, 1.0) for axis, order in OF_TWIST.items()}
     first_joints: ClassVar[tuple[str, ...]] = ("turn",)
     derivative: ClassVar[int] = 1
 
     def holds(self, support: Support) -> tuple[Hold, ...]:
-        """Return what a support does to the twist."""
+        """Return a support's constraint of the twist."""
         rigid = support.holds_twist
         return (Hold(0, rigid, 0.0 if rigid else float(support.twist or 0.0), support.twist_damping),)
 
     @functools.cached_property
     def inertias(self) -> np.ndarray:
-        """(n_links,) polar inertia of the moving links with what sits on them, kg m²."""
-        found = []
+        """(n_links,) polar inertia of the moving links with the inertias on them, kg m²."""
+        inertias = []
         for start, end in pairwise((*self.starts, self.shaft.end)):
             _, weight, rigidity = self.shaft.integration(start, end)
             last = end == self.shaft.end
             parts = [own for x, _, own in self.masses if start <= x < end or (last and x >= end)]
-            found.append(weight @ rigidity.polar + sum(parts))
-        return np.array(found)
+            inertias.append(weight @ rigidity.polar + sum(parts))
+        return np.array(inertias)
 
     @staticmethod
     def discs(shaft: Shaft) -> list[tuple[float, float, float]]:

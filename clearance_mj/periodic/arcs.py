@@ -229,8 +229,7 @@ def _link(ends: tuple[int, int], motions: list[Motion], omega: np.ndarray) -> _L
     bends = np.stack((length, length / next_length))
     s = np.arange(PARTS) / PARTS
     fine = np.append(
-        _hermite(w[:-1, None], w[1:, None], (bends[0] * dw[:-1])[:, None], (bends[1] * dw[1:])[:, None], s),
-        w[-1],
+        _hermite(w[:-1, None], w[1:, None], (bends[0] * dw[:-1])[:, None], (bends[1] * dw[1:])[:, None], s), w[-1]
     )
     low, high = np.minimum(fine[:-1], fine[1:]), np.maximum(fine[:-1], fine[1:])
     first, last = np.searchsorted(omega, low), np.searchsorted(omega, high)

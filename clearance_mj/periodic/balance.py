@@ -50,19 +50,7 @@ def left(
     widen(of, gap)
     compliance, driven = seen(of.linear, omega, spin, load, level)
     residual, force, y_new = balance(
-        compliance,
-        driven,
-        of.basis,
-        of.owner,
-        of.grid,
-        of.laws,
-        of.slopes,
-        omega,
-        spin,
-        z,
-        y,
-        diff,
-        of.jacobian,
+        compliance, driven, of.basis, of.owner, of.grid, of.laws, of.slopes, omega, spin, z, y, diff, of.jacobian
     )
     if diff:
         step = NEARBY * (parameter if parameter != 0.0 else 1.0)

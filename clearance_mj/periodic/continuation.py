@@ -23,10 +23,7 @@ __all__ = [
 TOLERANCE = 1e-9  # of Newton's method: residual over the size of the motion
 BENT = 0.002  # distance of corrector from predictor, over the motion's size, that the step control aims at
 LONGEST = 0.05  # longest step, relative to parameter and motion
-MET, BESIDE = (
-    1e-4,
-    0.1,
-)  # distance at which a branch meets an earlier motion: over its size, over a step
+MET, BESIDE = (1e-4, 0.1)  # distance at which a branch meets an earlier motion: over its size, over a step
 MAX_POINTS = 20000
 AT_ONCE = 16  # motions per call of a compiled loop
 
@@ -69,10 +66,10 @@ class Motions(NamedTuple):
     @classmethod
     def after(cls, motion: Motion, most: int) -> Self:
         """Allocate so many motions, of which the first one is set."""
-        room = cls(*(np.empty((most, *np.shape(getattr(motion, name)))) for name in cls._fields))
-        for all_of_them, name in zip(room, cls._fields):
-            all_of_them[0] = getattr(motion, name)
-        return room
+        block = cls(*(np.empty((most, *np.shape(getattr(motion, name)))) for name in cls._fields))
+        for array, name in zip(block, cls._fields):
+            array[0] = getattr(motion, name)
+        return block
 
     def one(self, i: int) -> Motion:
         """Return the motion at an index."""
@@ -100,21 +97,21 @@ class Follower(ABC):
 
     def solve(self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float) -> Motion | None:
         """Return the motion near a guess in the plane through it normal to ``row``; None if Newton's method fails."""
-        found, *motion = self.loops.solve(self.equations, float(omega), z, y, row, float(scale))
-        return Motion(*motion) if found else None
+        converged, *motion = self.loops.solve(self.equations, float(omega), z, y, row, float(scale))
+        return Motion(*motion) if converged else None
 
     def solved_at(self, parameter: float, z: np.ndarray, y: np.ndarray, scale: float) -> Motion:
         """Return the motion at one value of the parameter, near a guess; NoConvergence where there is none."""
-        if (found := self.solve(parameter, z, y, np.append(np.zeros(self.size), 1.0), scale)) is None:
+        if (motion := self.solve(parameter, z, y, np.append(np.zeros(self.size), 1.0), scale)) is None:
             raise NoConvergence(parameter)
-        return found
+        return motion
 
     def ahead(self, motion: Motion, step: float, tangent: np.ndarray | None = None) -> Motion | None:
         """Predict along a tangent, that of the motion if none is given, and correct; None if Newton's method fails."""
         direction = motion.tangent if tangent is None else tangent
         start = motion.omega, motion.z, motion.y, motion.scale
-        found, *there, _ = self.loops.ahead(self.equations, *start, direction, float(step))
-        return Motion(*there) if found else None
+        converged, *corrected, _ = self.loops.ahead(self.equations, *start, direction, float(step))
+        return Motion(*corrected) if converged else None
 
     def across_wall(self, motion: Motion) -> Motion | None:
         """Return a motion beyond a corner at which the corrector fails."""
@@ -165,14 +162,14 @@ class Follower(ABC):
         deep: float = np.inf,
     ) -> Iterator[tuple[Motions, int]]:  # fmt: skip
         """Yield the motions after one in blocks, each with the status of `loops` that says why it ends."""
-        left = most
-        while left > 0:
-            room = Motions.after(motion, min(left, AT_ONCE) + 1)
-            count, step, why = self.loops.onwards(self.equations, *room, step, low, high, wanted, deep)
+        remaining = most
+        while remaining > 0:
+            block = Motions.after(motion, min(remaining, AT_ONCE) + 1)
+            count, step, why = self.loops.onwards(self.equations, *block, step, low, high, wanted, deep)
             if count > 1:
-                found = Motions(*(each[1:count] for each in room))
-                motion, left = found.one(-1), left - count + 1
-                yield found, why
+                motions = Motions(*(each[1:count] for each in block))
+                motion, remaining = motions.one(-1), remaining - count + 1
+                yield motions, why
             if why in (BEYOND, DEEP):
                 return
             if why == STUCK:
@@ -181,7 +178,7 @@ class Follower(ABC):
                 if (beyond := self.across_wall(motion)) is None:
                     step /= 2
                     continue
-                motion, left = beyond, left - 1
+                motion, remaining = beyond, remaining - 1
                 yield Motions.of([beyond]), GOES_ON
 
     def _solve_between(self, omega: float, before: Motion, after: Motion) -> Motion:
@@ -193,12 +190,12 @@ class Follower(ABC):
 
 def meets(follower: Follower, before: Motion, after: Motion, other: Motion, beside: float = BESIDE) -> bool:
     """Return True if another motion lies on the branch between two neighbours."""
-    way, gone = difference(before, after), difference(before, other)
-    length = float(np.linalg.norm(way))
-    share = float(gone @ way) / length**2
-    if not (0 <= share <= 1 and np.linalg.norm(gone - share * way) < beside * length):
+    chord, offset = difference(before, after), difference(before, other)
+    length = float(np.linalg.norm(chord))
+    fraction = float(offset @ chord) / length**2
+    if not (0 <= fraction <= 1 and np.linalg.norm(offset - fraction * chord) < beside * length):
         return False
-    near = follower.ahead(before, share * length, way / length)
+    near = follower.ahead(before, fraction * length, chord / length)
     return near is not None and bool(np.linalg.norm(difference(near, other)) < MET)
 
 

@@ -137,7 +137,7 @@ def seen(linear: Linear, omega: float, spin: float, load: float, level: float) -
     if linear.way == KNOWN:
         return linear.compliance, load * linear.sagging + level * linear.shaken
     if linear.way == BY_STIFFNESS:
-        return _by_stiffness(linear, omega, spin, load, level)
+        return _direct(linear, omega, spin, load, level)
     rows, harmonics = linear.motions.shape[0], linear.drive.shape[0]
     compliance = np.empty((harmonics, rows, rows), np.complex128)
     _sum_pairs(linear.pairs, linear.real, linear.imaginary, omega, compliance.reshape((harmonics, rows * rows)))
@@ -174,9 +174,7 @@ def _sum_pairs(pairs: np.ndarray, real: np.ndarray, imaginary: np.ndarray, omega
 
 
 @jit(**STRICT, inline="always")
-def _by_stiffness(
-    linear: Linear, omega: float, spin: float, load: float, level: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _direct(linear: Linear, omega: float, spin: float, load: float, level: float) -> tuple[np.ndarray, np.ndarray]:
     """Return receptances and driven displacements as `seen` does, by the dynamic stiffness of every harmonic."""
     rows, n = linear.points.shape
     piece = 0

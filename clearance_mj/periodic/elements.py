@@ -217,10 +217,7 @@ def _round_step(
                 jump_y, jump_z = _wall_force(bushing, numbers, u, tau, spin, -1.0)
             bushing.step = step
             out[2], out[3] = 0.5 * tau * tau * jump_y, 0.5 * tau * tau * jump_z
-            out[4], out[5] = (
-                -0.5 * remain * (last_y - tau * jump_y),
-                -0.5 * remain * (last_z - tau * jump_z),
-            )
+            out[4], out[5] = (-0.5 * remain * (last_y - tau * jump_y), -0.5 * remain * (last_z - tau * jump_z))
         return
     if before <= 0.0:
         jump_y, jump_z = _wall_force(bushing, numbers, u, tau, spin, 0.0)

@@ -26,10 +26,7 @@ __all__ = [
 WORDS = {"gap": ", gaps {0.gap:.6g} times those of the rig", "load": ", loads {0.load:.6g} times those of the rig",
          "spin": " and a speed of {0.spin:.6g} rad/s"}  # fmt: skip
 """Phrases for the parameters other than frequency and level."""
-ENDLESS, STANDS_STILL = (
-    1e4,
-    1e-5,
-)  # growth over the first vibration; relative change of the parameter over `AT_ONCE` points
+ENDLESS, STANDS_STILL = 1e4, 1e-5  # growth over the first vibration; change of the parameter in `AT_ONCE` points
 SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its multiplier passes 1
 
 

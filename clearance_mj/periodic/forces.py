@@ -170,16 +170,16 @@ def _add_element(
             return
     omega, spin = motion.omega, motion.spin
     bushing.step = 2.0 * np.pi / (omega * n)
-    offset = width if contact else size  # numbers before the forces in the output of a step
+    skip = width if contact else size  # numbers before the forces in the output of a step
     reach = 0.0
     for d in range(width):
         for i in range(n):
             reach = max(reach, abs(place[rows[d], i]))
     eps = DIFFERENCE * max(reach, 1e-6 * numbers[bushing.reach])
     memory, old, u = np.zeros(max(laws.room, 2)), np.zeros(max(laws.room, 2)), np.zeros(4 * width)
-    now, moved = np.zeros(offset + 2 * width), np.zeros(offset + 2 * width)
-    slope = np.zeros((offset + 2 * width, offset + 4 * width))
-    carried, carried_next = np.zeros((2, offset, harmonics)), np.zeros((2, offset, harmonics))
+    now, moved = np.zeros(skip + 2 * width), np.zeros(skip + 2 * width)
+    slope = np.zeros((skip + 2 * width, skip + 4 * width))
+    carried, carried_next = np.zeros((2, skip, harmonics)), np.zeros((2, skip, harmonics))
     weights, by_impact, pending = np.zeros((2, harmonics)), np.zeros(2), False
     row_of, used = np.full(n, -1), 0  # row of each sample in the carried derivatives
     one_period, start = not size or open_sample >= 0, open_sample + 1
@@ -225,33 +225,33 @@ def _add_element(
             used, pending = carry(onto, of_force, width, used, weights, carried), False
         step_between(bushing, numbers, contact, size, memory, u, spin, now)
         for d in range(width):
-            total[d, i] += now[offset + d]
+            total[d, i] += now[skip + d]
             if contact:
-                total[d, last] += now[offset + width + d]
+                total[d, last] += now[skip + width + d]
             else:
                 total[d, i] -= spring * u[width + d] + damper * u[3 * width + d]
         if differs:
             event = contact and not lasts  # begins or ends
-            differences(bushing, numbers, contact, width, offset, size, memory, u, omega, spin, eps, now, moved, slope,
+            differences(bushing, numbers, contact, width, skip, size, memory, u, omega, spin, eps, now, moved, slope,
                          size > 0 or event)  # fmt: skip
             if not contact:
                 for d in range(width):
-                    slope[offset + d, offset + width + d] -= spring
-                    slope[offset + d, offset + 3 * width + d] -= damper
+                    slope[skip + d, skip + width + d] -= spring
+                    slope[skip + d, skip + 3 * width + d] -= damper
             if size > 0:
                 if m >= counted:
                     is_carried[i] = True
-                    keep(slope, width, offset, steps, i)
+                    keep(slope, width, skip, steps, i)
                 for d in range(width):
                     for k in range(size):
                         for r in range(harmonics):
                             carried_next[d, k, r] = 0.0
                 for k in range(size):
-                    add_rows(slope, k, width, offset, omega, basis, rate, last, i, carried, carried_next, k)
+                    add_rows(slope, k, width, skip, omega, basis, rate, last, i, carried, carried_next, k)
             if m < counted:
                 pass
             elif event and not bushing.rubs:
-                add_event(slope, width, offset, size, by_place, by_speed, is_carried, steps, last, i, project, weights)
+                add_event(slope, width, skip, size, by_place, by_speed, is_carried, steps, last, i, project, weights)
                 if size and closed[last]:
                     used, pending = carry(onto, of_force, width, used, weights, carried), False
             elif size > 0:
@@ -265,28 +265,15 @@ def _add_element(
                                     of_force[k, d, used, r] = 0.0
                         used += 1
                 for d in range(width):
-                    add_rows(
-                        slope,
-                        offset + d,
-                        width,
-                        offset,
-                        omega,
-                        basis,
-                        rate,
-                        last,
-                        i,
-                        carried,
-                        of_force[d],
-                        row_of[i],
-                    )
+                    add_rows(slope, skip + d, width, skip, omega, basis, rate, last, i, carried, of_force[d], row_of[i])
                     if event:
-                        add_rows(slope, offset + width + d, width, offset, omega, basis, rate, last, i, carried,
+                        add_rows(slope, skip + width + d, width, skip, omega, basis, rate, last, i, carried,
                                   of_force[d], row_of[last])  # fmt: skip
             else:
                 for a in range(width):
                     for b in range(width):
-                        by_place[a, b, i] = slope[offset + a, offset + width + b]
-                        by_speed[a, b, i] = slope[offset + a, offset + 3 * width + b]
+                        by_place[a, b, i] = slope[skip + a, skip + width + b]
+                        by_speed[a, b, i] = slope[skip + a, skip + 3 * width + b]
             if size:
                 carried, carried_next = carried_next, carried
         for k in range(size):

@@ -99,10 +99,10 @@ class NonlinearMode(Follower):
                 return vectors[:, in_plane]
         return vectors
 
-    def motion(self, found: Motion) -> FreeMotion:
+    def motion(self, unscaled: Motion) -> FreeMotion:
         """Convert a motion to physical units."""
-        omega, zeta, q = self._unscale(found.omega, found.z)
-        return FreeMotion(omega, zeta, q, found.force)
+        omega, zeta, q = self._unscale(unscaled.omega, unscaled.z)
+        return FreeMotion(omega, zeta, q, unscaled.force)
 
     def branch(self, start: float, stop: float) -> Iterator[Motion]:
         """Yield motions from an amplitude, m, on until they leave the range between that and a larger one.

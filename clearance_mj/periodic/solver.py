@@ -26,13 +26,7 @@ ACROSS = (1e-6, 1e-5, 1e-4, 3e-4, 1e-3)  # of a motion: distances at which the o
 BEFORE_CONTACT = 0.9  # fraction of the smallest gap that the first motion fills
 SHARES, EXACT = (2.0, 1.2, 1.4, 1.6, 1.8), 1e-8
 """Factors of the gaps at which laws are sampled, and relative accuracy with which they must follow `POWERS`."""
-SMALLER = (
-    1.0,
-    0.1,
-    1e-2,
-    1e-3,
-    1e-4,
-)  # factors of that motion: sliders are linear in the smallest ones alone
+SMALLER = (1.0, 0.1, 1e-2, 1e-3, 1e-4)  # factors of that motion: sliders are linear in the smallest ones alone
 
 
 class State(NamedTuple):

@@ -175,8 +175,8 @@ def _restart_after_falls(solver: Solver, motion: Motion, low: float, high: float
 
 def _last_doubled(solver: Solver, before: Motion, after: Motion) -> Motion:
     """Return the motion with hardly any antiperiodic part, between two with opposite signs of it."""
-    antiperiodic = _antiperiodic(solver.harmonics)
-    row = np.append((antiperiodic * before.z).ravel(), 0.0)
+    odd = _antiperiodic(solver.harmonics)
+    row = np.append((odd * before.z).ravel(), 0.0)
     size, beyond = np.linalg.norm(row), (row[:-1] / np.linalg.norm(row)) @ after.z.ravel()
     row /= size
     fraction = size / (size - beyond)
@@ -185,9 +185,7 @@ def _last_doubled(solver: Solver, before: Motion, after: Motion) -> Motion:
     scale = before.scale
     for part in AWAY:
         if part * scale < size:
-            halved = solver.solve(
-                omega, z * ~antiperiodic + part * scale * row[:-1].reshape(z.shape), after.y, row, scale
-            )
+            halved = solver.solve(omega, z * ~odd + part * scale * row[:-1].reshape(z.shape), after.y, row, scale)
             if halved is not None and abs(halved.omega / omega - 1) < MAX_SHIFT:
                 return replace(halved, tangent=-halved.tangent)
     return before

@@ -78,8 +78,8 @@ def _whirl_frequencies(system: Condensed, speed: float, j: int, friction: float)
     sense = 1.0 if speed > 0 else -1.0
 
     def driven(omega: float) -> float:
-        found = _backward_receptance(system, _backward_response(system, speed, j, omega), j)
-        return found.imag - sense * friction * found.real  # of e^(iωt): the conjugate of that of y + i z
+        h = _backward_receptance(system, _backward_response(system, speed, j, omega), j)
+        return h.imag - sense * friction * h.real  # of e^(iωt): the conjugate of that of y + i z
 
     value = np.array([driven(omega) for omega in grid])
     between = np.flatnonzero(value[1:] * value[:-1] < 0)

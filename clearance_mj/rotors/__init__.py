@@ -1,4 +1,4 @@
-"""Shafts that turn: whirl, Campbell diagrams, thresholds of stability, unbalance, rub in a round clearance, orbits."""
+"""Rotordynamics: whirl, Campbell diagrams, thresholds of stability, unbalance, rub in a round clearance, orbits."""
 
 from .api_617 import RunningClearance, UnbalanceResponse, running_clearance, unbalance_response
 from .diagram import Campbell, campbell

@@ -1,9 +1,9 @@
-"""A turning shaft that rubs in a round clearance, exactly, where its motion is a circle.
+"""Rub of a turning shaft in a round clearance, exact for circular motion.
 
-Both bending planes are alike, so that one complex coordinate w = y + i z holds the motion. Beyond the gap δ the bushing
-pushes back with k_c (ρ - δ), and its friction, μ times that, drags the surface of the shaft against its turning: the
-force on the shaft at w = ρ e^(iθ) is -k_c (ρ - δ) (1 + i μ) e^(iθ), as the surface slides everywhere. So a circular
-whirl w ~ e^(iωt) is a linear motion under a force that turns with it. With the receptance H(ω) at the clearance,
+Both bending planes are equal, so that one complex coordinate w = y + i z describes the motion. Beyond the gap δ the
+bushing pushes back with k_c (ρ - δ), and its friction, μ times that, acts on the shaft's surface against its rotation:
+the force on the shaft at w = ρ e^(iθ) is -k_c (ρ - δ) (1 + i μ) e^(iθ), as the surface slides everywhere. So a circular
+whirl w ~ e^(iωt) is a linear motion under a force that rotates with it. With the receptance H(ω) at the clearance,
 gyroscopic moments and all, and u the free motion under the unbalance,
 
 - synchronous rub (ω = Ω) has |ρ + H k_c (ρ - δ)(1 + i μ)| = |u|, a quadratic equation for ρ: two branches at most;
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
 
 __all__ = ["DryWhirl", "SynchronousRub", "dry_whirls", "rolling_whirls", "synchronous_rub"]
 
-ALIKE = 1e-6  # share by which frequencies of the two planes may differ
-GROWING = 1e-9  # of a pole's size: real part above which a motion grows
-WHIRLS = 4000  # frequencies between which dry whirls are searched
+EQUAL = 1e-6  # relative difference allowed between frequencies of the two planes
+GROWING = 1e-9  # of a pole's size: real part above which a motion is unstable
+WHIRLS = 4000  # frequencies sampled in the search for dry whirls
 
 
-class _Circling(NamedTuple):
+class _CircularShaft(NamedTuple):
     """A shaft of equal planes in the complex coordinates y + i z of its modes, and one clearance."""
 
     model: LinearModel
@@ -50,7 +50,7 @@ class _Circling(NamedTuple):
     friction: complex  # 1 + i μ
 
     def of_circle(self, matrix: np.ndarray) -> np.ndarray:
-        """Return what a matrix of both planes is to z = -i y, the motion of a circle."""
+        """Return the matrix for circular motion, z = -i y, of a matrix of both planes."""
         n = self.at.size
         return matrix[:n, :n] - 1j * matrix[:n, n:]
 
@@ -63,13 +63,13 @@ class _Circling(NamedTuple):
         return complex(self.at @ np.linalg.solve(self.dynamic(whirl, spin), self.at))
 
     def is_stable(self, spin: float, radius: float) -> bool:
-        """Return whether small motions about a synchronous circle die out, in coordinates that turn with it."""
+        """Return True if small motions about a synchronous circle decay, in coordinates that rotate with it."""
         n, push = self.at.size, self.friction * np.outer(self.at, self.at)
-        around = self.stiffness * (1 - self.gap / radius)
-        alike = self.dynamic(spin, spin) + push * (around + self.stiffness * self.gap / (2 * radius))
+        k_tangential = self.stiffness * (1 - self.gap / radius)
+        direct = self.dynamic(spin, spin) + push * (k_tangential + self.stiffness * self.gap / (2 * radius))
         mirrored = push * self.stiffness * self.gap / (2 * radius)  # of the conjugate motion
         viscous = self.of_circle(self.model.viscous(spin)) + 2j * spin * np.eye(n)
-        stiffness = np.block([[alike, mirrored], [mirrored.conj(), alike.conj()]])
+        stiffness = np.block([[direct, mirrored], [mirrored.conj(), direct.conj()]])
         rates = np.block([[viscous, np.zeros((n, n))], [np.zeros((n, n)), viscous.conj()]])
         poles = np.linalg.eigvals(np.block([[np.zeros((2 * n, 2 * n)), np.eye(2 * n)], [-stiffness, -rates]]))
         return bool(np.all(poles.real <= GROWING * np.abs(poles)))
@@ -77,25 +77,25 @@ class _Circling(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SynchronousRub:
-    """Radius of the circle that a shaft describes in a clearance under unbalance, over its spin."""
+    """Radius of a shaft's circular orbit in a clearance under unbalance, over its spin."""
 
     gap: float
     """m, radial"""
     speed: np.ndarray
     """(n_speeds,) spin, rad/s"""
     free: np.ndarray
-    """(n_speeds,) m, radius without a bushing; a motion that touches nothing where it is below the gap"""
+    """(n_speeds,) m, radius without a bushing; the motion is free of contact where it is below the gap"""
     radius: np.ndarray
     """(n_speeds, 2) m, of the lower and the upper branch in contact; nan where there is none"""
     stable: np.ndarray
-    """(n_speeds, 2) whether small motions about them die out"""
+    """(n_speeds, 2) True where small motions about them decay"""
 
     @property
     def ends(self) -> np.ndarray:
-        """(n,) rad/s, the first or last speed of each stretch in which the upper branch is there."""
-        there = np.isfinite(self.radius[:, 1])
-        edge = np.flatnonzero(there[1:] != there[:-1])
-        return self.speed[np.where(there[edge], edge, edge + 1)]
+        """(n,) rad/s, the first or last speed of each stretch in which the upper branch exists."""
+        exists = np.isfinite(self.radius[:, 1])
+        edge = np.flatnonzero(exists[1:] != exists[:-1])
+        return self.speed[np.where(exists[edge], edge, edge + 1)]
 
     def plot(self) -> Figure:
         """Draw the radius over the spin: without contact, and rubbing, stable or not."""
@@ -119,11 +119,11 @@ class SynchronousRub:
 
 
 class DryWhirl(NamedTuple):
-    """A backward whirl all around a clearance, which friction drives."""
+    """A backward whirl with full annular contact, driven by friction."""
 
     whirl: float  #: rad/s
     radius: float  #: m
-    friction: float  #: coefficient that acts: all there is where it slides, less where it rolls
+    friction: float  #: acting coefficient: the full one where it slides, less where it rolls
 
 
 @checks_kinds
@@ -131,7 +131,7 @@ def synchronous_rub(
     rig: Rig, speeds: Sequence[float] | np.ndarray, position: float, moment: float, friction: float = 0.0,
     bushing: int = 0, n_modes: int = 16,
 ) -> SynchronousRub:  # fmt: skip
-    """Find how a shaft under unbalance circles in a bushing, with and without contact, over its spin.
+    """Compute the circular orbits of a shaft under unbalance in a bushing, with and without contact, over its spin.
 
     The bushing's contact is its datasheet stiffness, at its middle; it is not damped.
 
@@ -148,7 +148,7 @@ def synchronous_rub(
     friction : float
         Coefficient μ between shaft and bushing.
     bushing : int
-        Number of the bushing that it rubs in; all hold it by their filling.
+        Number of the bushing with rub; the fillings of all act.
     n_modes : int
         Modes of each plane, to which static shapes are added.
 
@@ -159,7 +159,7 @@ def synchronous_rub(
     LawError
         If friction is negative.
     """
-    shaft, circling = _circling(rig, friction, bushing, n_modes)
+    shaft, circling = _circular_shaft(rig, friction, bushing, n_modes)
     speed = np.array(speeds, dtype=float)
     source = shaft.shapes([position])[0, 0, : circling.at.size]
     free, radius = np.zeros(speed.size), np.full((speed.size, 2), np.nan)
@@ -167,15 +167,15 @@ def synchronous_rub(
     stiff, gap = circling.stiffness * circling.friction, circling.gap
     for i, spin in enumerate(speed):
         moved = np.linalg.solve(circling.dynamic(spin, spin), np.column_stack((circling.at, moment * spin**2 * source)))
-        own, free[i] = circling.at @ moved[:, 0], abs(circling.at @ moved[:, 1])
-        factor, shift = 1 + own * stiff, own * stiff * gap
+        receptance, free[i] = circling.at @ moved[:, 0], abs(circling.at @ moved[:, 1])
+        factor, shift = 1 + receptance * stiff, receptance * stiff * gap
         half = (factor * shift.conjugate()).real / abs(factor) ** 2
         inside = half**2 - (abs(shift) ** 2 - free[i] ** 2) / abs(factor) ** 2
         if inside >= 0:
             for j, sign in enumerate((-1.0, 1.0)):
-                found = half + sign * np.sqrt(inside)
-                if found > gap:
-                    radius[i, j], stable[i, j] = found, circling.is_stable(spin, found)
+                root = half + sign * np.sqrt(inside)
+                if root > gap:
+                    radius[i, j], stable[i, j] = root, circling.is_stable(spin, root)
     return SynchronousRub(gap, speed, free, radius, stable)
 
 
@@ -183,9 +183,9 @@ def synchronous_rub(
 def dry_whirls(
     rig: Rig, friction: float, spin: float = 0.0, bushing: int = 0, n_modes: int = 16
 ) -> tuple[DryWhirl, ...]:
-    """Find the backward whirls that friction in a bushing can keep up, by rising frequency.
+    """Compute the backward whirls that friction in a bushing can sustain, by rising frequency.
 
-    The shaft's surface slides all the time, so that its spin acts by gyroscopic moments and turning damping alone.
+    The shaft's surface slides all the time, so that its spin acts by gyroscopic moments and rotating damping alone.
 
     Parameters
     ----------
@@ -205,23 +205,23 @@ def dry_whirls(
     LawError
         If friction is negative.
     """
-    _, circling = _circling(rig, friction, bushing, n_modes)
+    _, circling = _circular_shaft(rig, friction, bushing, n_modes)
 
     def driven(whirl: float) -> float:
-        found = circling.receptance(-whirl, spin)
-        return found.imag + friction * found.real
+        receptance = circling.receptance(-whirl, spin)
+        return receptance.imag + friction * receptance.real
 
-    found = []
+    whirls = []
     for whirl in _roots(driven, circling, spin, np.inf):
-        against = -(1 / circling.receptance(-whirl, spin)).real  # k_c (1 - δ/ρ)
-        if 0 < against < circling.stiffness:
-            found.append(DryWhirl(whirl, circling.gap / (1 - against / circling.stiffness), friction))
-    return tuple(found)
+        k_dynamic = -(1 / circling.receptance(-whirl, spin)).real  # k_c (1 - δ/ρ)
+        if 0 < k_dynamic < circling.stiffness:
+            whirls.append(DryWhirl(whirl, circling.gap / (1 - k_dynamic / circling.stiffness), friction))
+    return tuple(whirls)
 
 
 @checks_kinds
 def rolling_whirls(rig: Rig, friction: float, spin: float, bushing: int = 0, n_modes: int = 16) -> tuple[DryWhirl, ...]:
-    """Find the backward whirls in which a shaft rolls inside a bushing without sliding, by rising frequency.
+    """Compute the backward whirls in which a shaft rolls inside a bushing without sliding, by rising frequency.
 
     Parameters
     ----------
@@ -241,24 +241,24 @@ def rolling_whirls(rig: Rig, friction: float, spin: float, bushing: int = 0, n_m
     LawError
         If friction is negative.
     """
-    _, circling = _circling(rig, friction, bushing, n_modes)
-    rolled = spin * _radius(rig, bushing)
+    _, circling = _circular_shaft(rig, friction, bushing, n_modes)
+    rolling_speed = spin * _shaft_radius(rig, bushing)
 
-    def apart(whirl: float) -> float:
-        free = circling.receptance(-whirl, spin)
+    def mismatch(whirl: float) -> float:
+        receptance = circling.receptance(-whirl, spin)
         # Both sides times |H|², which has no poles where H is zero.
-        return free.real + abs(free) ** 2 * circling.stiffness * (1 - circling.gap * whirl / rolled)
+        return receptance.real + abs(receptance) ** 2 * circling.stiffness * (1 - circling.gap * whirl / rolling_speed)
 
-    found = []
-    for whirl in _roots(apart, circling, spin, rolled / circling.gap):
-        against = 1 / circling.receptance(-whirl, spin)
-        acting = against.imag / against.real
-        if against.real < 0 and 0 <= acting <= friction:
-            found.append(DryWhirl(whirl, rolled / whirl, acting))
-    return tuple(found)
+    whirls = []
+    for whirl in _roots(mismatch, circling, spin, rolling_speed / circling.gap):
+        k_dynamic = 1 / circling.receptance(-whirl, spin)
+        acting = k_dynamic.imag / k_dynamic.real
+        if k_dynamic.real < 0 and 0 <= acting <= friction:
+            whirls.append(DryWhirl(whirl, rolling_speed / whirl, acting))
+    return tuple(whirls)
 
 
-def _roots(function: Callable[[float], float], circling: _Circling, spin: float, highest: float) -> list[float]:
+def _roots(function: Callable[[float], float], circling: _CircularShaft, spin: float, highest: float) -> list[float]:
     """Return the whirls, rad/s, at which a function is zero; none is faster than the shaft with the contact closed."""
     lowest, n = circling.model.omega[0], circling.at.size
     closed = circling.model.elastic(spin)[:n, :n] + circling.stiffness * np.outer(circling.at, circling.at)
@@ -269,28 +269,28 @@ def _roots(function: Callable[[float], float], circling: _Circling, spin: float,
     return [float(scipy.optimize.brentq(function, grid[i], grid[i + 1], xtol=1e-12 * fastest)) for i in between]
 
 
-def _radius(rig: Rig, bushing: int) -> float:
-    """Radius of the shaft in a bushing, m."""
+def _shaft_radius(rig: Rig, bushing: int) -> float:
+    """Return the radius of the shaft in a bushing, m."""
     (shaft,) = rig.linear.shafts
     at = rig.linear.place(rig.bushings[bushing].position)[1]
     i = int(np.clip(np.searchsorted(shaft.edges, at) - 1, 0, len(shaft.sections) - 1))
     if (diameter := shaft.sections[i].diameter) is None:
         raise RigError(f"rig {rig.name!r}: sections[{i}] in bushings[{bushing}] is not round, so it does not roll")
-    share = (at - shaft.edges[i]) / shaft.sections[i].length
-    return float(diameter[0] + share * (diameter[1] - diameter[0])) / 2
+    fraction = (at - shaft.edges[i]) / shaft.sections[i].length
+    return float(diameter[0] + fraction * (diameter[1] - diameter[0])) / 2
 
 
-def _circling(rig: Rig, friction: float, bushing: int, n_modes: int) -> tuple[TurningShaft, _Circling]:
+def _circular_shaft(rig: Rig, friction: float, bushing: int, n_modes: int) -> tuple[TurningShaft, _CircularShaft]:
     if not 0 <= friction < np.inf:
         raise LawError(f"friction {friction:g} must be a coefficient >= 0")
     if not 0 <= bushing < len(rig.bushings):
         raise RigError(f"bushing {bushing} is not there: rig {rig.name!r} has {len(rig.bushings)}")
     shaft, where = turning_shaft(rig, n_modes), rig.bushings[bushing]
     model, n = shaft.model, shaft.model.size // 2
-    alike = not model.size % 2 and np.allclose(model.omega[:n], model.omega[n:], ALIKE, ALIKE * model.omega[0])
-    if not alike or not all(bearing.is_isotropic for bearing in rig.bearings):
+    are_equal = not model.size % 2 and np.allclose(model.omega[:n], model.omega[n:], EQUAL, EQUAL * model.omega[0])
+    if not are_equal or not all(bearing.is_isotropic for bearing in rig.bearings):
         raise RigError(f"rig {rig.name!r}: its supports differ in y and z, so that no motion is a circle")
     if where.offset:
         raise RigError(f"rig {rig.name!r}: bushings[{bushing}].offset is {where.offset:g} m; a circle needs its middle")
     at = shaft.shapes([float(where.position)])[0, 0, :n]
-    return shaft, _Circling(model, at, where.gap, where.contact.stiffness, 1 + 1j * friction)
+    return shaft, _CircularShaft(model, at, where.gap, where.contact.stiffness, 1 + 1j * friction)

@@ -1,7 +1,7 @@
-"""A turning shaft in its gaps: whirl, thresholds of stability, critical speeds, unbalance.
+"""Linear rotordynamics of a shaft in its gaps: whirl, thresholds of stability, critical speeds, unbalance.
 
-Above the speed at which damping that turns with the shaft puts in more than standing damping takes, the shaft whirls
-by itself: Ω = ω (1 + c_e/c_i) of a Jeffcott rotor. The equations are those of `LinearModel`.
+Above the speed at which rotating damping puts in more energy than non-rotating damping dissipates, the shaft is
+unstable: Ω = ω (1 + c_e/c_i) for a Jeffcott rotor. The equations are those of `LinearModel`.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from ..structure.base import parse_direction
 
 __all__ = ["TurningShaft", "rising", "turning_shaft"]
 
-UNSTABLE = -1e-9  # damping ratio below which a motion grows; rounding leaves an undamped one within it
-FROZEN_SPINS = 201  # of a table of bearings, between which critical speeds are looked for
-POINTS = 41  # along the shaft, at which the sense of a whirl is found
+UNSTABLE = -1e-9  # damping ratio below which a motion is unstable; an undamped one is within it up to rounding
+FROZEN_SPINS = 201  # of a table of bearings, sampled in the search for critical speeds
+POINTS = 41  # along the shaft, for the sense of a whirl
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class TurningShaft:
     """A rig's shaft in two bending planes, its bushings filled. Made by `turning_shaft`."""
 
     model: LinearModel
-    """the filled shaft: those coordinates that move along y, then those along z"""
+    """the shaft with fillings: coordinates of the motion along y, then along z"""
 
     @property
     def rig(self) -> Rig:
@@ -40,7 +40,7 @@ class TurningShaft:
         return self.model.rig
 
     def shapes(self, positions: Sequence[float] | np.ndarray) -> np.ndarray:
-        """Return how points of the shaft move along y and z, of modes of unit mass.
+        """Return the shapes of modes of unit mass at points of the shaft, along y and z.
 
         Parameters
         ----------
@@ -55,7 +55,7 @@ class TurningShaft:
         return self.model.moved(positions)
 
     def poles(self, spin: float) -> Poles:
-        """Return the poles of motions that vibrate at a spin, by rising frequency, with the motion of each.
+        """Return the poles of vibrating motions at a spin, by rising frequency, with the motion of each.
 
         Parameters
         ----------
@@ -65,12 +65,12 @@ class TurningShaft:
         return self.model.poles(spin).vibrating
 
     def sense(self, motion: np.ndarray) -> np.ndarray:
-        """Return in which sense motions whirl: 1 forward, with the spin, -1 backward, 0 in a plane.
+        """Return the sense of whirl of motions: 1 forward, with the spin, -1 backward, 0 in a plane.
 
         Parameters
         ----------
         motion : ndarray, shape (n, m)
-            Such as `poles` returns.
+            Motions such as those of `poles`.
 
         Returns
         -------
@@ -82,7 +82,7 @@ class TurningShaft:
         return np.asarray((forward - backward) / (forward + backward))
 
     def least_damping(self, spin: float) -> float:
-        """Return the smallest damping ratio of all motions that vibrate at a spin; below 0 it whirls by itself.
+        """Return the smallest damping ratio of all vibrating motions at a spin; below 0 the shaft is unstable.
 
         Parameters
         ----------
@@ -93,7 +93,7 @@ class TurningShaft:
         return float(np.min(-value.real / np.abs(value), initial=np.inf))
 
     def threshold(self, speeds: Sequence[float] | np.ndarray) -> float | None:
-        """Return the lowest spin, rad/s, above which the shaft whirls by itself; None where it is stable throughout.
+        """Return the lowest spin, rad/s, above which the shaft is unstable; None where it is stable throughout.
 
         Parameters
         ----------
@@ -118,25 +118,25 @@ class TurningShaft:
     def critical_motions(self) -> Poles:
         """Motions a e^(iΩt) of the undamped shaft at its critical speeds Ω: K(Ω) a = Ω² (1 - i G) a.
 
-        Of bearings the symmetric part of the stiffness counts; those with a table are known within it alone.
+        The symmetric part of the bearings' stiffness counts; those with a table are known within it alone.
         """
         model = self.model
         if not model.omega.all():
             raise RigError(f"rig {self.rig.name!r}: the shaft can move without bending; add a support")
         if not (tables := [held.bearing.spin for held in model.bearings if held.bearing.spin]):
-            return self._critical_of(0.0)
+            return self._critical_at(0.0)
         spins = np.linspace(max(0.0, *(t[0] for t in tables)), min(t[-1] for t in tables), FROZEN_SPINS)
-        apart = np.array([self._critical_of(spin).value.imag - spin for spin in spins])
-        found = []
-        for i, j in np.argwhere(apart[:-1] * apart[1:] < 0).tolist():
-            at = scipy.optimize.brentq(lambda s, j=j: self._critical_of(s).value[j].imag - s, spins[i], spins[i + 1])
-            found.append(self._critical_of(at).selected([j]))
-        found.sort(key=lambda motion: motion.value[0].imag)
-        parts = [Poles(np.empty(0, complex), np.empty((model.size, 0), complex)), *found]
+        gap = np.array([self._critical_at(spin).value.imag - spin for spin in spins])
+        critical = []
+        for i, j in np.argwhere(gap[:-1] * gap[1:] < 0).tolist():
+            at = scipy.optimize.brentq(lambda s, j=j: self._critical_at(s).value[j].imag - s, spins[i], spins[i + 1])
+            critical.append(self._critical_at(at).selected([j]))
+        critical.sort(key=lambda motion: motion.value[0].imag)
+        parts = [Poles(np.empty(0, complex), np.empty((model.size, 0), complex)), *critical]
         return Poles(np.concatenate([p.value for p in parts]), np.hstack([p.motion for p in parts]))
 
-    def _critical_of(self, spin: float) -> Poles:
-        """Critical motions of the shaft with the bearings that it has at a spin, by rising speed."""
+    def _critical_at(self, spin: float) -> Poles:
+        """Return critical motions of the shaft with its bearings at a spin, by rising speed."""
         model, stiffness = self.model, self.model.elastic(spin)
         try:
             inverse, motion = scipy.linalg.eigh(
@@ -147,11 +147,11 @@ class TurningShaft:
                 f"rig {self.rig.name!r}: at {spin:g} rad/s its bearings leave the shaft a motion without stiffness, so "
                 "that it has no critical speeds"
             ) from None
-        kept = np.flatnonzero(inverse > np.finfo(float).eps * inverse.max())[::-1]
-        return Poles(1j / np.sqrt(inverse[kept]), motion[:, kept])
+        positive = np.flatnonzero(inverse > np.finfo(float).eps * inverse.max())[::-1]
+        return Poles(1j / np.sqrt(inverse[positive]), motion[:, positive])
 
     def under_unbalances(self, speeds: Sequence[float] | np.ndarray) -> np.ndarray:
-        """Return the synchronous motion under the rig's unbalances: the real part of what is returned e^(iφ).
+        """Return the synchronous response to the rig's unbalances: the motion is the real part of it times e^(iφ).
 
         Parameters
         ----------
@@ -161,7 +161,7 @@ class TurningShaft:
         Returns
         -------
         ndarray, shape (n, n_speeds), complex
-            The modes' coordinates, sqrt(kg) m, which `shapes` makes displacements; φ is the shaft's angle.
+            The modes' coordinates, sqrt(kg) m, for use with `shapes`; φ is the shaft's angle.
 
         Raises
         ------
@@ -177,7 +177,7 @@ class TurningShaft:
 
 
 def rising(speeds: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return spins as an array; refuse what does not rise.
+    """Return spins as an array, after a check that they rise.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def rising(speeds: Sequence[float] | np.ndarray) -> np.ndarray:
 def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
     """Reduce a rig's shaft to modes of two planes, with the filling's stiffness and damping in its bushings.
 
-    Point masses and bushings act alike in both planes, supports as they say.
+    Point masses and bushings act equally in both planes, supports by their fields.
 
     Parameters
     ----------
@@ -221,12 +221,12 @@ def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
         if bushing.to is not None:
             raise RigError(f"rig {rig.name!r}: bushings[{j}].to is on the shaft itself, which turns; leave it out")
     if not rig.moves_across:
-        rig = rig.replace(bushings=tuple(map(_around, rig.bushings)))
+        rig = rig.replace(bushings=tuple(map(_as_round, rig.bushings)))
     greases = [bushing.grease.damping for bushing in rig.bushings]
     return TurningShaft(linear_model(rig, n_modes, True, True).filled(np.zeros(len(greases)), greases))
 
 
-def _around(bushing: Bushing) -> Bushing:
-    """The same bushing around a shaft that moves in every direction; a named one stays what it is."""
+def _as_round(bushing: Bushing) -> Bushing:
+    """Return the bushing as a round one, around a shaft that moves in every direction; a named one is unchanged."""
     named = parse_direction(bushing.position) is not None
     return bushing if named else dataclasses.replace(bushing, shape="round", stops="both")

@@ -1,4 +1,4 @@
-"""How a shaft whirls in its round clearances: its places in them, orbits, full spectra, of simulated responses."""
+"""Whirl of a shaft in its round clearances, from simulated responses: positions, orbits, full spectra."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from ..signals.response import Response
 
 __all__ = ["Whirl", "clearance_places", "require_round", "spin_and_angle", "whirl"]
 
-STEADY = 5e-3  # change of the spin that still counts as one speed
+STEADY = 5e-3  # relative change of the spin that counts as constant speed
 
 
 @dataclass(frozen=True, eq=False)
 class Whirl:
-    """The motion of a shaft in its bushings, and how it turns. Made by `whirl`."""
+    """Motion of a shaft in its bushings, with its spin and angle. Made by `whirl`."""
 
     rig: Rig
-    """whose bushings they are"""
+    """rig of the bushings"""
     fs: float
     """samples per second"""
     time: np.ndarray
@@ -32,23 +32,23 @@ class Whirl:
     """(n, 2, n_t) m, y and z of the shaft's line from the middle of each of ``bushings``; the wall is a circle about
     it"""
     spin: np.ndarray | None
-    """(n_t,) rad/s; None of a shaft that does not turn"""
+    """(n_t,) rad/s; None for a shaft that does not turn"""
     angle: np.ndarray | None
     """(n_t,) rad, of the shaft, whose whole turns are the once-per-turn marks"""
 
     @property
     def bushings(self) -> list[Bushing]:
-        """The round ones of the rig's clearances."""
+        """The round clearances of the rig."""
         return [b for b in self.rig.bushings if b.is_round]
 
     @property
     def names(self) -> list[str]:
-        """Each of ``bushings`` in words, such as "bushing 1, x = 0.5 m"."""
+        """Name of each of ``bushings``, such as "bushing 1, x = 0.5 m"."""
         return [f"bushing {j + 1}, {b.where}" for j, b in enumerate(self.rig.bushings) if b.is_round]
 
     @property
     def is_steady(self) -> bool:
-        """Whether it turns at one speed throughout, or not at all."""
+        """True if it turns at constant speed throughout, or not at all."""
         return self.spin is None or bool(np.ptp(self.spin) <= STEADY * np.abs(self.spin).max())
 
     def between(self, first: float, last: float = np.inf) -> Whirl:
@@ -73,27 +73,27 @@ class Whirl:
 
     @property
     def changing(self) -> Whirl:
-        """The part in which the spin changes, from its first to its last change; all of it, if it never does."""
+        """The part in which the spin changes, from its first to its last change; the whole, if it never does."""
         changes = np.flatnonzero(np.diff(self.spin)) if self.spin is not None else np.empty(0, dtype=int)
         return self.between(*self.time[[changes[0], changes[-1] + 1]]) if changes.size else self
 
     def ending(self, seconds: float, turns: int = 0) -> Whirl:
-        """Return the part at the end in which the shaft turns at one speed, or where that is short, more of the end.
+        """Return the part at the end with constant speed, or a longer one where that is short.
 
         Parameters
         ----------
         seconds : float
-            Time that it has at least, if there is so much.
+            Its least duration, s, as far as available.
         turns : int
-            Turns from mark to mark that it has at least, if there are so many.
+            Its least number of turns from mark to mark, as far as available.
         """
         if self.spin is None or self.angle is None:
             return self
-        off = np.abs(self.spin - self.spin[-1]) > STEADY * np.abs(self.spin[-1])
-        steady = self.time[np.flatnonzero(off)[-1]] + 1 / self.fs if off.any() else self.time[0]
-        lacking = np.abs(self.angle - self.angle[-1]) > 2 * np.pi * (turns + 1)
-        turned = self.time[np.flatnonzero(lacking)[-1]] if lacking.any() else self.time[0]
-        return self.between(min(steady, turned, max(self.time[-1] - seconds, self.time[0])))
+        unsteady = np.abs(self.spin - self.spin[-1]) > STEADY * np.abs(self.spin[-1])
+        steady = self.time[np.flatnonzero(unsteady)[-1]] + 1 / self.fs if unsteady.any() else self.time[0]
+        before_turns = np.abs(self.angle - self.angle[-1]) > 2 * np.pi * (turns + 1)
+        last_turns = self.time[np.flatnonzero(before_turns)[-1]] if before_turns.any() else self.time[0]
+        return self.between(min(steady, last_turns, max(self.time[-1] - seconds, self.time[0])))
 
     def _path(self, bushing: int) -> tuple[np.ndarray, np.ndarray]:
         y, z = self.position[bushing]
@@ -111,8 +111,8 @@ class Whirl:
         """
         if self.angle is None:
             raise RecordError(f"rig {self.rig.name!r} does not turn, and has no orbits by turn; give [spin]")
-        found = orbits_by_turn(*self._path(bushing), self.fs, self.angle, n_points)
-        return replace(found, time=found.time + self.time[0])
+        orbits_of_turns = orbits_by_turn(*self._path(bushing), self.fs, self.angle, n_points)
+        return replace(orbits_of_turns, time=orbits_of_turns.time + self.time[0])
 
     def full_spectrum(self, bushing: int, resolution: float = 1.0, window: str = "flattop") -> FullSpectrum:
         """Return the full spectrum of the motion in a bushing.
@@ -124,7 +124,7 @@ class Whirl:
         resolution : float
             Distance of the lines, Hz.
         window : str
-            As of `signals.full_spectrum`.
+            As in `signals.full_spectrum`.
         """
         return full_spectrum(*self._path(bushing), self.fs, resolution, window)
 
@@ -138,7 +138,7 @@ class Whirl:
         resolution : float
             Distance of the lines, Hz.
         window : str
-            As of `signals.full_spectrum`.
+            As in `signals.full_spectrum`.
         n_windows : int
             Number of windows.
         """
@@ -148,7 +148,7 @@ class Whirl:
 
 
 def require_round(rig: Rig) -> None:
-    """Refuse a rig that has no round clearances.
+    """Raise a RecordError for a rig without round clearances.
 
     Parameters
     ----------
@@ -167,9 +167,9 @@ def require_round(rig: Rig) -> None:
 
 
 def clearance_places(rig: Rig, response: Response) -> np.ndarray:
-    """Return where a shaft is in its clearances, (n_rows, n_t) m; see `Rig.clearance_rows`.
+    """Return the positions of a shaft in its clearances, (n_rows, n_t) m; see `Rig.clearance_rows`.
 
-    In round ones along y and z from their middles, however their probes stand; in others as the response has it.
+    In round ones along y and z from their middles, whatever the angle of their probes; in others as in the response.
 
     Parameters
     ----------
@@ -183,29 +183,29 @@ def clearance_places(rig: Rig, response: Response) -> np.ndarray:
     RecordError
         If the response lacks displacements.
     """
-    moved = response.displacement
-    if moved is None or len(moved) != rig.n_rows:
-        had = "none" if moved is None else f"{len(moved)} rows"
+    displacement = response.displacement
+    if displacement is None or len(displacement) != rig.n_rows:
+        had = "none" if displacement is None else f"{len(displacement)} rows"
         raise RecordError(
             f"the response has {had} of displacements; {len(rig.bushings)} bushings need {', '.join(rig.probe_labels)}"
         )
-    found = moved + rig.row_offsets[:, None]
+    places = displacement + rig.row_offsets[:, None]
     for bushing, rows in zip(rig.bushings, rig.clearance_rows):
         if bushing.probe_angle:
             cos, sin = np.cos(bushing.probe_angle), np.sin(bushing.probe_angle)
-            found[rows] += np.array([[cos - 1, -sin], [sin, cos - 1]]) @ moved[rows]
-    return found
+            places[rows] += np.array([[cos - 1, -sin], [sin, cos - 1]]) @ displacement[rows]
+    return places
 
 
 def spin_and_angle(rig: Rig, response: Response) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Return the shaft's spin (n_t,), rad/s, and its angle (n_t,), rad; None of a shaft that does not turn.
+    """Return the shaft's spin (n_t,), rad/s, and its angle (n_t,), rad; None for a shaft that does not turn.
 
     Parameters
     ----------
     rig : Rig
         The rig.
     response : Response
-        Of it.
+        Response of the rig.
     """
     if response.spin is None or not response.spin.any():
         return None, None
@@ -214,15 +214,15 @@ def spin_and_angle(rig: Rig, response: Response) -> tuple[np.ndarray | None, np.
 
 @checks_kinds
 def whirl(rig: Rig, response: Response) -> Whirl:
-    """Return where a shaft is in its round clearances, out of a response of its rig.
+    """Return the motion of a shaft in its round clearances, from a response of its rig.
 
-    Displacements of a response are counted from the line of the unloaded shaft, and of probes that are turned by
-    ``probe_angle`` along these; the offsets of the bushings and the probes' angles are those of the rig.
+    Displacements of a response are relative to the unloaded shaft, and along probes rotated by
+    ``probe_angle``; the offsets of the bushings and the probes' angles are those of the rig.
 
     Parameters
     ----------
     rig : Rig
-        With round bushings.
+        Rig with round bushings.
     response : Response
         Simulated, or a record with both probes of each bushing.
 

@@ -183,13 +183,13 @@ class Whole(NamedTuple):
 class _Plane(NamedTuple):
     """A structure in one bending plane, reduced to modes and static shapes."""
 
-    found: Modes
+    basis: Modes
     damping: np.ndarray  # (n, n) of the modes
     cross: np.ndarray  # (n, n) skew stiffness of the modes
     influence: np.ndarray  # (n, 3) of the modes
     rocking: np.ndarray | None  # (n,) of the modes
     rows: Rows
-    share: float  # component in this plane of a motion along Z
+    component: float  # in this plane of a motion along Z
     turning: Callable[[], Turning] | None  # in the coordinates before the reduction
 
 
@@ -215,13 +215,10 @@ def whole(
     modes : int
         Number of modes of the structure in each plane.
     """
-    feet_of_springs = [tuple((p, s) for p, s in zip(spring.joined, (1.0, -1.0))) for spring in attached.springs]
-    feet_of_springs += [each.foot for each in attached.oscillators]
-    planes = [
-        _reduce_plane(s, share, masses, [*loads, *feet_of_springs], modes)
-        for s, c in _bending_planes(structure, attached.planes)
-    ]
-    sizes = [plane.found.omega.size for plane in planes]
+    legs = [tuple((p, s) for p, s in zip(spring.joined, (1.0, -1.0))) for spring in attached.springs]
+    legs += [each.foot for each in attached.oscillators]
+    planes = [_reduce(s, c, masses, [*loads, *legs], modes) for s, c in _planes(structure, attached.planes)]
+    sizes = [plane.basis.omega.size for plane in planes]
     n, housed = sum(sizes), [j for j, housing in enumerate(attached.housings) if housing]
     first_oscillator = n + len(housed)  # index of the first oscillator; the fixture's modes follow
     first = first_oscillator + len(attached.oscillators)
@@ -229,10 +226,10 @@ def whole(
     mass, stiffness, viscous, cross = np.zeros((4, size, size))
     influence = np.zeros((size, 3))
     mass[:n, :n] = np.eye(n)
-    stiffness[:n, :n] = np.diag(np.concatenate([plane.found.omega**2 for plane in planes]))
+    stiffness[:n, :n] = np.diag(np.concatenate([plane.basis.omega**2 for plane in planes]))
     viscous[:n, :n] = scipy.linalg.block_diag(*(plane.damping for plane in planes))
     cross[:n, :n] = scipy.linalg.block_diag(*(plane.cross for plane in planes))
-    influence[:n] = np.vstack([plane.share * plane.influence for plane in planes])
+    influence[:n] = np.vstack([plane.component * plane.influence for plane in planes])
     for i, j in enumerate(housed, n):
         housing = attached.housings[j]
         assert housing
@@ -267,7 +264,7 @@ def whole(
                 on_structure.append(i)
             motion[i, first:] = attached.foot_motion(below)
         points = [at[i] for i in on_structure]
-        motion[on_structure, :n] = np.hstack([p.share * p.rows(points) @ p.found.shapes for p in planes])
+        motion[on_structure, :n] = np.hstack([p.component * p.rows(points) @ p.basis.shapes for p in planes])
         return motion
 
     for spring in attached.springs:
@@ -290,11 +287,11 @@ def _plane_coupling(planes: Sequence[_Plane], size: int) -> Callable[[], Turning
     """Return the coupling of two equal bending planes of a turning shaft: attachments do not turn."""
     if len(planes) > 1 or planes[0].turning is None:
         return None
-    coupling, shapes = planes[0].turning, planes[0].found.shapes
+    coupling, shapes = planes[0].turning, planes[0].basis.shapes
     return lambda: Turning(*(np.pad(part @ shapes, ((0, 0), (0, size - shapes.shape[1]))) for part in coupling()))
 
 
-def _bending_planes(structure: Structure, planes: Planes | None) -> list[tuple[Structure, float]]:
+def _planes(structure: Structure, planes: Planes | None) -> list[tuple[Structure, float]]:
     """Return the structure in each bending plane, and the component in it of a motion along Z."""
     if planes is None:
         return [(structure, 1.0)]
@@ -317,7 +314,7 @@ def _stiffen(material: Material | None, factor: float) -> Material | None:
     return material and dataclasses.replace(material, young_modulus=factor * material.young_modulus)
 
 
-def _reduce_plane(
+def _reduce(
     structure: Structure,
     component: float,
     masses: Sequence[tuple[float | str, float]],
@@ -353,5 +350,5 @@ def _rocking_forces(planes: Sequence[_Plane], structure: Structure, about: float
         if plane.rocking is None:
             kind = getattr(structure, "kind", "structure")
             raise ValueError(f"fixture: a base that rocks needs shafts, whose masses have positions, not {kind}")
-        parts.append(plane.share * (plane.rocking - about * plane.influence[:, 2]))
+        parts.append(plane.component * (plane.rocking - about * plane.influence[:, 2]))
     return np.concatenate(parts)

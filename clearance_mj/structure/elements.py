@@ -140,14 +140,12 @@ class Mesh:
         theory leaves that one out of the mass.
         """
         rows = []
-        for element, start, span, shapes in zip(self.elements, self._motion, self._columns, self._shapes):
+        for element, start, at, shapes in zip(self.elements, self._motion, self._columns, self._shapes):
             node, weight = integration(element.bubbles)
             half = (element.end - element.start) / 2
             rotation = _scale_to_element(_functions_at_gauss(element.bubbles, self._shear), element, self._shear)[2]
             rotary = element.rigidity(element.start + (node + 1) * half).rotary
-            rows.append(
-                np.sqrt(2 * weight * half * rotary)[:, None] * (start[1] + rotation @ shapes @ self._free[span])
-            )
+            rows.append(np.sqrt(2 * weight * half * rotary)[:, None] * (start[1] + rotation @ shapes @ self._free[at]))
         return np.vstack(rows)
 
     def _node(self, x: float) -> int:

@@ -68,9 +68,7 @@ def _parse_table(value: object) -> Any:
 
 _ROWS = {"type": "array", "items": {"type": "array", "items": {"type": "number"}}}
 Source: TypeAlias = Annotated[
-    str | tuple[tuple[float, ...], ...],
-    PlainValidator(_parse),
-    WithJsonSchema({"anyOf": [{"type": "string"}, _ROWS]}),
+    str | tuple[tuple[float, ...], ...], PlainValidator(_parse), WithJsonSchema({"anyOf": [{"type": "string"}, _ROWS]})
 ]  # A matrix: the name of a file, or its rows
 Table: TypeAlias = Annotated[
     str | tuple[str, ...],

@@ -156,10 +156,8 @@ def _truncate(modes_found: Modes, loads: Sequence[np.ndarray], modes: int) -> Mo
     size = np.linalg.norm(static, axis=0)
     basis, singular_values, _ = np.linalg.svd(static[:, size > 0] / size[size > 0], full_matrices=False)
     basis = basis[:, singular_values**2 > NEW_SHARE] / fast[:, None]
-    static_modes = _modes(np.eye(len(basis)), basis)
-    return Modes(
-        np.concatenate((modes_found.omega[:modes], static_modes.omega)), np.hstack((low, high @ static_modes.shapes))
-    )
+    residual = _modes(np.eye(len(basis)), basis)
+    return Modes(np.concatenate((modes_found.omega[:modes], residual.omega)), np.hstack((low, high @ residual.shapes)))
 
 
 def _truncate_sparse(mass: Any, stiffness: Any, loads: Sequence[np.ndarray], modes: int) -> Modes:
@@ -171,8 +169,8 @@ def _truncate_sparse(mass: Any, stiffness: Any, loads: Sequence[np.ndarray], mod
     positive = size > 0
     value, vector = np.linalg.eigh(energy[np.ix_(positive, positive)] / np.outer(size[positive], size[positive]))
     basis = static[:, positive] / size[positive] @ (vector / np.sqrt(value))[:, value > NEW_SHARE]
-    static_modes = _modes(mass, basis)
-    return Modes(np.concatenate((np.sqrt(squares), static_modes.omega)), np.hstack((shapes, static_modes.shapes)))
+    residual = _modes(mass, basis)
+    return Modes(np.concatenate((np.sqrt(squares), residual.omega)), np.hstack((shapes, residual.shapes)))
 
 
 def _craig_bampton(mass: Any, stiffness: Any, rows: Sequence[np.ndarray], modes: int) -> Modes:

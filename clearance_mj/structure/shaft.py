@@ -22,9 +22,7 @@ from .section import HELD, Disc, Material, Section, Support
 
 __all__ = ["Disc", "Material", "Section", "Shaft", "Support", "rows_at"]
 
-SHEAR_EFFECT = (
-    0.01  # relative effect of shear and rotary inertia on the third frequency, above which "auto" counts them
-)
+SHEAR_EFFECT = 0.01  # relative effect of shear and rotary inertia on the third frequency above which "auto" counts them
 PLACE_TOLERANCE = 1e-6  # of a shaft's length: closer positions of supports, discs and sections' ends are the same
 NODE_TOLERANCE = 1e-3  # of a shaft's length: a load this close to a node needs no further one
 MAX_PHASE = 4.0  # rad, phase of a bending wave over an element, at the highest requested mode
@@ -166,9 +164,7 @@ class Shaft(Structure):
             viscous += (motion.T * [support.translation_damping, support.rotation_damping]) @ motion
         torsion = None
         if any((parse_direction(point) or "Z")[0] in OF_TWIST for point in points):
-            torsion = TorsionMesh(
-                self._twist_elements(elements, modes), [s.position for s in self.supports if s.holds_twist]
-            )
+            torsion = TorsionMesh(self._torsion(elements, modes), [s.position for s in self.supports if s.holds_twist])
             twist_matrices = self._twist_matrices(torsion)
             mass, stiffness, viscous = (
                 scipy.linalg.block_diag(*pair) for pair in zip((mass, stiffness, viscous), twist_matrices)
@@ -251,7 +247,7 @@ class Shaft(Structure):
             pieces += [Element(a, b, bubbles, rigidity) for a, b in pairwise(np.linspace(start, end, n + 1))]
         return pieces
 
-    def _twist_elements(self, elements: Sequence[Element], modes: int) -> list[Element]:
+    def _torsion(self, elements: Sequence[Element], modes: int) -> list[Element]:
         """Return the elements with enough functions for waves of twist of the highest mode."""
         _, weight, rigidity = self._integration
         slowness = np.sqrt(rigidity.polar / rigidity.torsion)  # s/m
@@ -270,7 +266,7 @@ class Shaft(Structure):
         return sorted(nodes)
 
     def _highest_wave(self, modes: int) -> float:
-        """Return an upper bound of sqrt(ω) of the highest mode: each support raises a free shaft's by one mode at most."""
+        """Return an upper bound of sqrt(ω) of the highest mode: each support raises it by one mode at most."""
         restraints = sum(len(HELD[s.kind]) + (s.translation > 0) + (s.rotation > 0) for s in self.supports)
         _, weight, rigidity = self._integration
         return max(modes + restraints, 3) * math.pi / float(weight @ (rigidity.mass / rigidity.bending) ** 0.25)

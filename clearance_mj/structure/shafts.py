@@ -108,10 +108,8 @@ class Shafts(Structure):
         """Return mass and stiffness of the shafts' beam elements and of the springs."""
         loads = [*points, *(point for spring in self.springs for point in spring.joined)]
         named = [(point, place[0]) for point in loads if (place := parse_place(point))]
-        modes_of_parts = modes + len(self.springs)  # a spring raises each frequency at most to the next one
-        models = [
-            part.assemble(tuple(p for p, name in named if name == part.name), modes_of_parts) for part in self.parts
-        ]
+        n_modes = modes + len(self.springs)  # a spring raises each frequency at most to the next one
+        models = [part.assemble(tuple(p for p, name in named if name == part.name), n_modes) for part in self.parts]
         starts = np.cumsum([0, *(len(model.mass) for model in models)])
 
         def rows(at: Sequence[float | str]) -> np.ndarray:

@@ -1,10 +1,10 @@
 """Truncation error at the clearances of a structure given by modes.
 
 Their flexibility is in series with the contact: one of stiffness k acts as one of k / (1 + k R), so a model without R
-has contacts that are too stiff by k R. Where R was not measured it is estimated from how the modes converge: the truncated
-ones are assumed to move the clearance as much as the upper half of the known ones on average, at frequencies that
-continue their growth, ω_i = a i^q. The sum of φ²/ω² over i > n is then φ² ζ(2q, n + 1) / a², with Hurwitz' zeta function;
-q is 2 for bending of shafts and 1 for plates, and limited to this range.
+has contacts that are too stiff by k R. Where R was not measured it is estimated from how the modes converge: the
+truncated ones are assumed to move the clearance as much as the upper half of the known ones on average, at frequencies
+that continue their growth, ω_i = a i^q. The sum of φ²/ω² over i > n is then φ² ζ(2q, n + 1) / a², with Hurwitz' zeta
+function; q is 2 for bending of shafts and 1 for plates, and limited to this range.
 """
 
 from __future__ import annotations

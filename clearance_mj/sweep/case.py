@@ -1,4 +1,4 @@
-"""What a case gives: natural frequencies and, where it is simulated, FRFs, their peaks, RMS, contact and RMSE."""
+"""Results of a case: natural frequencies and, where it is simulated, FRFs, their peaks, RMS, contact and RMSE."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ __all__ = ["Observer", "Outputs", "linear_frequencies", "windows_around_modes"]
 
 @checked(ClearanceError)
 class Outputs:
-    """What is kept of every case."""
+    """Results to keep of every case."""
 
     natural_frequencies: Annotated[Whole, Field(ge=1, le=20)] = 4
-    """how many, of the linear rig within the gap"""
+    """number of them, of the linear rig within the gap"""
     resolution: Number = 0.5
     """distance of the FRF's lines, Hz"""
     band: tuple[Number, Number] | None = None
@@ -36,7 +36,7 @@ class Outputs:
     frf: tuple[Whole, ...] | None = None
     """nodes of the sensors whose FRFs are kept; default: all. Their peaks and RMSE are kept in any case"""
     peaks: tuple[tuple[Number, Number], ...] | None = None
-    """Hz, bands in each of which the highest peak is kept; default: one around each natural frequency of the plan's
+    """Hz, bands of which the highest peak is kept; default: one around each natural frequency of the plan's
     rig, from the geometric mean with the one before to that with the next"""
 
     def __post_init__(self) -> None:
@@ -47,25 +47,25 @@ class Outputs:
 
 @dataclass(frozen=True, eq=False)
 class Observer:
-    """Turns the response of a case into results; made once for a plan."""
+    """Computes the results of a case from its response; made once for a plan."""
 
-    outputs: Outputs  #: what is asked for
+    outputs: Outputs  #: requested results
     band: tuple[float, float]  #: Hz, of the FRFs
     frequency: np.ndarray  #: (n_f,) Hz, their lines
     kept: tuple[int, ...]  #: rows of the sensors whose FRFs are kept
     peaks: tuple[tuple[float, float], ...]  #: Hz
-    reference: FRF | None  #: what FRFs are compared with
+    reference: FRF | None  #: FRFs for comparison
     compared: tuple[int, ...]  #: rows of the sensors that the reference has
 
     @classmethod
     def of(cls, outputs: Outputs, rig: Rig, excitation: Excitation, reference: FRF | None) -> Observer:
         """Make the observer of a plan with this rig and, in its first case, this excitation.
 
-        A ClearanceError says which sensor, band or line of the reference does not fit them.
+        A ClearanceError names the sensor, band or line of the reference that does not fit them.
         """
         if (band := outputs.band or excitation.band) is None:
             raise ClearanceError("outputs.band is missing: this excitation does not tell its band")
-        frequency = _lines(rig, excitation, outputs.resolution, band)
+        frequency = _frf_lines(rig, excitation, outputs.resolution, band)
         nodes = [s.node for s in rig.sensors]
         if missing := [node for node in outputs.frf or () if node not in nodes]:
             raise ClearanceError(f"outputs.frf: node {missing[0]} is no sensor of the rig: {nodes}")
@@ -74,9 +74,9 @@ class Observer:
         for low, high in peaks:
             if not np.any((frequency >= low) & (frequency <= high)):
                 raise ClearanceError(f"outputs.peaks: no line of the FRFs lies in {low:g} to {high:g} Hz")
-        compared = () if reference is None else _rows_of(reference, rig, excitation.kind)
+        compared = () if reference is None else _compared_rows(reference, rig, excitation.kind)
         if reference is not None:
-            reference = _on_lines(reference, band, frequency)
+            reference = _cut_to_lines(reference, band, frequency)
         return cls(outputs, band, frequency, tuple(kept), peaks, reference, compared)
 
     def shapes(self, rig: Rig) -> dict[str, tuple[int, ...]]:
@@ -92,7 +92,7 @@ class Observer:
         return shapes
 
     def __call__(self, response: Response) -> dict[str, np.ndarray]:
-        """Return the results of a case, as `shapes` says."""
+        """Return the results of a case, with the names and shapes of `shapes`."""
         frf = estimate_frf(response, resolution=self.outputs.resolution, band=self.band)
         statistics = contact_statistics(response)
         results = {
@@ -107,16 +107,16 @@ class Observer:
         return results
 
     def _peaks(self, frf: FRF) -> dict[str, np.ndarray]:
-        """Highest peak in each band of the root mean square over the sensors, and where it is."""
+        """Return the highest peak in each band of the root mean square over the sensors, and its frequency."""
         magnitude = np.sqrt(np.mean(np.abs(frf.functions) ** 2, axis=0))
         inside = [(self.frequency >= low) & (self.frequency <= high) for low, high in self.peaks]
-        found = [_peak(self.frequency, magnitude, int(np.argmax(np.where(lines, magnitude, -1.0)))) for lines in inside]
-        frequency, height = np.reshape(found, (-1, 2)).T
+        peaks = [_peak(self.frequency, magnitude, int(np.argmax(np.where(lines, magnitude, -1.0)))) for lines in inside]
+        frequency, height = np.reshape(peaks, (-1, 2)).T
         return {"peak_frequency": frequency, "peak_magnitude": height}
 
 
 def _peak(frequency: np.ndarray, magnitude: np.ndarray, i: int) -> tuple[float, float]:
-    """Frequency and height of a peak at line i: the vertex of a parabola through three logarithms."""
+    """Return frequency and height of a peak at line i: the vertex of a parabola through three logarithms."""
     if not 0 < i < frequency.size - 1 or magnitude[i] <= max(magnitude[i - 1], magnitude[i + 1]):
         return frequency[i], magnitude[i]
     a, b, c = np.log(magnitude[i - 1 : i + 2])
@@ -125,15 +125,15 @@ def _peak(frequency: np.ndarray, magnitude: np.ndarray, i: int) -> tuple[float, 
 
 
 def linear_frequencies(rig: Rig, law: Law, n: int) -> np.ndarray:
-    """Natural frequencies (n,), Hz, within the gap, with the law's grease if it brings its own; nan for none."""
-    found = natural_frequencies(rig_in_gap(rig, law), n)
-    return np.pad(found, (0, n - found.size), constant_values=np.nan)
+    """Return the natural frequencies (n,), Hz, within the gap, with the law's grease if it has one; nan for none."""
+    frequencies = natural_frequencies(rig_in_gap(rig, law), n)
+    return np.pad(frequencies, (0, n - frequencies.size), constant_values=np.nan)
 
 
-def _lines(rig: Rig, excitation: Excitation, resolution: float, band: tuple[float, float]) -> np.ndarray:
-    """Lines of the FRFs, from a response of zeros; refuses what no FRF can be estimated from."""
-    still = np.zeros((len(rig.sensors), excitation.value.shape[-1]))
-    response = Response(excitation.fs, excitation.value, still, kind=excitation.kind)
+def _frf_lines(rig: Rig, excitation: Excitation, resolution: float, band: tuple[float, float]) -> np.ndarray:
+    """Return the lines of the FRFs, from a response of zeros; an error if no FRF can be estimated."""
+    zeros = np.zeros((len(rig.sensors), excitation.value.shape[-1]))
+    response = Response(excitation.fs, excitation.value, zeros, kind=excitation.kind)
     with np.errstate(divide="ignore", invalid="ignore"):  # zero responses have no coherence
         return estimate_frf(response, resolution=resolution, band=band).frequency
 
@@ -156,8 +156,8 @@ def windows_around_modes(rig: Rig, n: int, band: tuple[float, float]) -> tuple[t
     return tuple((float(low), float(high)) for low, high in zip(edges, edges[1:]) if low < high)
 
 
-def _rows_of(reference: FRF, rig: Rig, kind: str) -> tuple[int, ...]:
-    """Rows of the rig's sensors that the reference has."""
+def _compared_rows(reference: FRF, rig: Rig, kind: str) -> tuple[int, ...]:
+    """Return the rows of the rig's sensors that the reference has."""
     if reference.reference.split(":")[0] != str(BASE_NODE if kind == "base" else SHAKER_NODE):
         raise RecordError(f"its FRFs are to {reference.reference}, the plan's excitation is of kind {kind}")
     labels = rig.sensor_labels
@@ -166,8 +166,8 @@ def _rows_of(reference: FRF, rig: Rig, kind: str) -> tuple[int, ...]:
     return tuple(labels.index(label) for label in reference.responses)
 
 
-def _on_lines(reference: FRF, band: tuple[float, float], frequency: np.ndarray) -> FRF:
-    """The reference on the sweep's lines, of which it must have every one."""
+def _cut_to_lines(reference: FRF, band: tuple[float, float], frequency: np.ndarray) -> FRF:
+    """Return the reference on the sweep's lines; RecordError if it lacks one."""
     cut = reference.within(band)
     if cut.frequency.shape != frequency.shape or not np.allclose(cut.frequency, frequency, rtol=1e-6):
         raise RecordError(

@@ -1,4 +1,4 @@
-"""Designs: which values the varied parameters take in each case."""
+"""Designs: values of the varied parameters in each case."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Vary:
     high: Number | None = None
     """upper end"""
     count: Whole | None = None
-    """how many values from low to high, for a grid"""
+    """number of values from low to high, for a grid"""
     scale: typing.Literal["linear", "log"] = "linear"
     """even steps of the value, or of its logarithm"""
 
@@ -55,7 +55,7 @@ class Vary:
             raise ClearanceError(f"vary {self.path}: count and scale go with low and high, not with values")
 
     def levels(self) -> np.ndarray:
-        """Return the values (n,) that a grid takes."""
+        """Return the values (n,) of a grid."""
         if self.values is not None:
             return np.array(self.values)
         if self.count is None or not 2 <= self.count <= MAX_NUMBERS:
@@ -64,7 +64,7 @@ class Vary:
         return between(*self._ends, self.count)
 
     def at(self, share: np.ndarray) -> np.ndarray:
-        """Return the values at shares of the range.
+        """Return the values at fractions of the range.
 
         Parameters
         ----------
@@ -87,7 +87,7 @@ class Vary:
 
 @checked(ClearanceError)
 class Design:
-    """How the cases cover the ranges of the varied parameters.
+    """Distribution of the cases over the ranges of the varied parameters.
 
     "grid": every combination. "latin-hypercube", "sobol": points of a unit cube. "saltelli": two Sobol' samples A
     and B, then A with one parameter after the other from B: samples × (parameters + 2) cases, from which Sobol indices
@@ -97,7 +97,7 @@ class Design:
     method: Method = "grid"
     """ "grid", "latin-hypercube", "sobol" or "saltelli" """
     samples: Whole = 0
-    """how many points; 0 for a grid"""
+    """number of points; 0 for a grid"""
     seed: Annotated[Whole, Field(ge=0)] = 0
     """of the points"""
 
@@ -135,9 +135,9 @@ class Design:
             if v.count is not None:
                 raise ClearanceError(f"vary {v.path}: count is for a grid; {self.method} takes design.samples")
         _require_few(self.samples * (len(varied) + 2 if self.method == "saltelli" else 1), len(varied))
-        return np.stack([v.at(share) for v, share in zip(varied, self._shares(len(varied)).T)], axis=1)
+        return np.stack([v.at(share) for v, share in zip(varied, self._unit_points(len(varied)).T)], axis=1)
 
-    def _shares(self, d: int) -> np.ndarray:
+    def _unit_points(self, d: int) -> np.ndarray:
         if self.method == "saltelli":
             return saltelli_points([[i] for i in range(d)], self.samples, self.seed)
         return unit_points(self.method, self.samples, d, self.seed)

@@ -1,4 +1,4 @@
-"""Plans: what varies in a sweep, what is simulated and what is kept; read from TOML, checked before anything runs."""
+"""Plans of sweeps: varied parameters, simulation and results; read from TOML, checked before anything runs."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ KEYS: dict[str, tuple[Any, str]] = {
     **{"rig": (str, "the name of a file or folder"), "law": FILE, "reference": FILE},
     **{"excitation": TABLE, "outputs": TABLE, "design": TABLE},
     **{"engine": (str | dict, "a name or a table"), "vary": (list, "a list of tables ([[vary]])")},
-}  # of a plan's file, and what they hold
+}  # of a plan's file, with their types
 GENERATORS = tuple(name for name in excitations.__all__ if name != "Excitation")
-CHECKED = 1000  # cases whose rig and law are tried before anything runs, at about a millisecond each
+CHECKED = 1000  # cases whose rig and law are checked before anything runs, at about a millisecond each
 MAX_SAMPLES = 10_000_000  # of a case's excitation: 80 MB, and a few times as much while it is made
-AXES = ("excitation.fs", "excitation.band")  # what the results' axes depend on
+AXES = ("excitation.fs", "excitation.band")  # parameters of the results' axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,23 +62,23 @@ class Plan:
     """
 
     rig: Rig
-    """whose fields vary"""
+    """rig whose fields vary"""
     vary: tuple[Vary, ...]
-    """what differs"""
+    """varied parameters"""
     design: Design = field(default_factory=Design)
-    """which cases are taken"""
+    """distribution of the cases"""
     law: Law | None = None
     """None: each case's datasheet contact"""
     engine: Engine = field(default_factory=lambda: get_engine("modal"))
-    """simulates the cases"""
+    """engine of the simulations"""
     excitation: dict | Excitation | None = None
     """generator and its parameters, or a measured one; None: nothing is simulated"""
     reference: FRF | None = None
-    """what each case's FRFs are compared with"""
+    """FRFs for comparison with each case's"""
     outputs: Outputs = field(default_factory=Outputs)
-    """what is kept of each case"""
+    """results to keep of each case"""
     files: tuple[Path, ...] = field(default=(), compare=False)
-    """that it was read from, itself and those that it names"""
+    """files that it was read from: itself and those that it names"""
 
     def __post_init__(self) -> None:
         if not self.vary:
@@ -86,9 +86,9 @@ class Plan:
         if self.excitation is None and self.reference is not None:
             raise ClearanceError("the reference holds FRFs, so the plan needs an [excitation]")
         if isinstance(self.excitation, dict):
-            object.__setattr__(self, "excitation", _with_defaults(self.excitation, self.rig.shaker.kind))
-        every = [place for group in self._places for place in group]
-        if len(set(every)) < len(every):
+            object.__setattr__(self, "excitation", _complete_excitation(self.excitation, self.rig.shaker.kind))
+        places = [place for group in self._places for place in group]
+        if len(set(places)) < len(places):
             raise ClearanceError(f"a field varies twice: {', '.join(self.paths)}")
         for case in np.unique(np.linspace(0, len(self.points) - 1, CHECKED).astype(int)):
             self._parts(case)
@@ -105,7 +105,7 @@ class Plan:
 
     @functools.cached_property
     def observer(self) -> Observer | None:
-        """What looks at the simulations; None if nothing is simulated."""
+        """Observer of the simulations; None if nothing is simulated."""
         _, _, excitation = self.case(0)
         if excitation is None:
             return None
@@ -151,12 +151,12 @@ class Plan:
         Returns
         -------
         dict of str to ndarray, or str
-            As `shapes` says; or, if it cannot be simulated, why.
+            Results with the names of `shapes`; or, if it cannot be simulated, the reason.
         """
         return next(self.evaluate_all([case]))
 
     def evaluate_all(self, cases: Sequence[int]) -> Iterator[dict[str, np.ndarray] | str]:
-        """Compute cases, as one program where the engine makes one, and hand over what `evaluate` returns of each.
+        """Compute cases, together where the engine supports it, and yield the result of `evaluate` for each.
 
         Parameters
         ----------
@@ -165,17 +165,17 @@ class Plan:
         """
         models = dict[int, tuple[Rig, Law]]()
 
-        def made(case: int) -> tuple[Rig, Excitation | None, Law]:
+        def make_case(case: int) -> tuple[Rig, Excitation | None, Law]:
             rig, law, excitation = self.case(case)
             models[case] = rig, law
             return rig, excitation, law
 
-        makers = [functools.partial(made, case) for case in cases]
-        responses = simulate_all(makers, self.engine) if self.observer else [None] * len(cases)
+        tasks = [functools.partial(make_case, case) for case in cases]
+        responses = simulate_all(tasks, self.engine) if self.observer else [None] * len(cases)
         for case, response in zip(cases, responses):
             try:
                 if response is None:
-                    made(case)
+                    make_case(case)
                 elif isinstance(response, ClearanceError):
                     raise response
                 rig, law = models.pop(case)
@@ -185,7 +185,7 @@ class Plan:
                 yield str(error)
 
     def to_dict(self) -> dict:
-        """Return the plan as plain data, with digests of what is too long for it."""
+        """Return the plan as plain data, with digests of arrays."""
         reference, measured = self.reference, self._measured
         return {
             "rig": self.rig.content(),
@@ -208,14 +208,14 @@ class Plan:
 
     @functools.cached_property
     def _data(self) -> dict:
-        """What can vary, as plain data."""
+        """Data that can vary, as plain data."""
         return {"rig": self.rig.to_dict(), "law": self.law and self.law.to_dict(), "excitation": self._generated}
 
     @functools.cached_property
     def _places(self) -> list[list[tuple]]:
-        return [self._places_of(v) for v in self.vary]
+        return [self._find_places(v) for v in self.vary]
 
-    def _places_of(self, vary: Vary) -> list[tuple]:
+    def _find_places(self, vary: Vary) -> list[tuple]:
         path, (part, _, rest) = vary.path, vary.path.partition(".")
         if part not in self._data or not rest:
             raise ClearanceError(f"vary {path}: begin with rig., law. or excitation., as in rig.bushings[0].gap")
@@ -223,24 +223,24 @@ class Plan:
             raise ClearanceError(f"vary {path}: the plan has no {part}{_INSTEAD.get(part, '')}")
         if path.startswith(AXES) or path.endswith(".node"):
             raise ClearanceError(f"vary {path}: cannot vary, the results' axes depend on it")
-        found = [(part, *place) for place in find_numbers(self._data[part], rest)]
+        places = [(part, *place) for place in find_numbers(self._data[part], rest)]
         if self.law is not None and part == "rig" and "contact" in rest:
             raise ClearanceError(f"vary {path}: has no effect beside a law; vary law. instead")
         if self.law is not None and self.law.grease is not None and part == "rig" and "grease" in rest:
             raise ClearanceError(f"vary {path}: has no effect, the law brings its own grease; vary law.grease instead")
         given = self._generated or {}
-        if part == "excitation" and found[0][1] not in given:
+        if part == "excitation" and places[0][1] not in given:
             raise ClearanceError(f"vary {path}: unknown; {given['generator']} has {', '.join(given)}")
-        whole = part == "excitation" and isinstance(get_number(self._data, found[0]), int)
+        whole = part == "excitation" and isinstance(get_number(self._data, places[0]), int)
         if whole and (vary.values is None or any(v != int(v) for v in vary.values)):
             raise ClearanceError(f"vary {path}: takes whole numbers; give them as values")
-        return found
+        return places
 
     def _parts(self, case: int) -> tuple[Rig, Law, dict | None]:
-        """Rig, law and the excitation's parameters of a case."""
+        """Return rig, law and the excitation's parameters of a case."""
         values = self.points[case].tolist()
-        named = ", ".join(f"{path} = {v:g}" for path, v in zip(self.paths, values))
-        with naming(f"case {case} ({named})", ClearanceError, ClearanceError):
+        settings = ", ".join(f"{path} = {v:g}" for path, v in zip(self.paths, values))
+        with naming(f"case {case} ({settings})", ClearanceError, ClearanceError):
             changes = {place: v for group, v in zip(self._places, values) for place in group}
             data = with_numbers(self._data, {p: int(v) if p[-1] == "seed" else v for p, v in changes.items()})
             rig = Rig.from_dict(data["rig"])
@@ -252,8 +252,8 @@ class Plan:
 _INSTEAD = {"law": " file; without one vary rig.bushings.contact", "excitation": " table"}
 
 
-def _with_defaults(given: dict, kind: str) -> dict:
-    """An excitation's parameters, those left out included."""
+def _complete_excitation(given: dict, kind: str) -> dict:
+    """Return an excitation's parameters, completed by defaults."""
     name = given.get("generator")
     if name not in GENERATORS:
         raise ClearanceError(f"excitation.generator {name!r} is unknown; use {', '.join(GENERATORS)}")
@@ -264,13 +264,13 @@ def _with_defaults(given: dict, kind: str) -> dict:
     if missing := [key for key in known if key not in defaults and key not in given]:
         raise ClearanceError(f"excitation.{missing[0]} is missing")
     values = defaults | given
-    return {"generator": name} | {key: _number(values[key], p.annotation) for key, p in known.items()}
+    return {"generator": name} | {key: _as_number(values[key], p.annotation) for key, p in known.items()}
 
 
-def _number(value: Any, annotation: object) -> Any:
-    """TOML's 2 as 2.0, but for what the generator declares whole."""
+def _as_number(value: Any, annotation: object) -> Any:
+    """Convert TOML's 2 to 2.0, unless the generator declares it whole."""
     if isinstance(value, list | tuple):
-        return [_number(item, annotation) for item in value]
+        return [_as_number(item, annotation) for item in value]
     if not isinstance(value, int) or annotation == "int":
         return value
     try:
@@ -294,14 +294,14 @@ def load_plan(path: str | Path) -> Plan:
     Raises
     ------
     ClearanceError
-        If the file is missing or not TOML, has unknown keys, or plans what is impossible.
+        If the file is missing or not TOML, has unknown keys, or its plan is impossible.
     """
     path = Path(path)
     data = read_plain(path, ClearanceError)
     with naming(path, ClearanceError):
         plan = _plan(data, path.parent)
-        named = [path.parent / data[key] for key in ("rig", "law", "reference") if key in data]
-        plan = dataclasses.replace(plan, files=(path, *named))
+        named_files = [path.parent / data[key] for key in ("rig", "law", "reference") if key in data]
+        plan = dataclasses.replace(plan, files=(path, *named_files))
         plan.observer  # noqa: B018 that refuses what cannot be observed
     return plan
 
@@ -343,16 +343,16 @@ def _engine(given: str | dict) -> Engine:
 
 
 def _reference(path: Path, rig: Rig, outputs: Outputs) -> tuple[FRF, Excitation | None]:
-    """FRFs to compare with; of a record also its excitation."""
-    found = read_uff(path)
-    if isinstance(found, FRF):
-        if len(found.references) > 1:
-            references = ", ".join(found.references)
+    """Read FRFs for comparison; of a record also its excitation."""
+    content = read_uff(path)
+    if isinstance(content, FRF):
+        if len(content.references) > 1:
+            references = ", ".join(content.references)
             raise RecordError(f"{path}: holds FRFs to {references}; a sweep needs them to one reference")
-        return found, None
-    if not isinstance(found, list):
+        return content, None
+    if not isinstance(content, list):
         raise RecordError(f"{path}: holds neither FRFs nor records; a sweep needs FRFs or a record")
     if outputs.band is None:
         raise ClearanceError("outputs.band is missing: the reference is a record, which does not tell its band")
-    record = Record("reference", "validate", rig, found[0].fs, found, rig.shaker.kind)
+    record = Record("reference", "validate", rig, content[0].fs, content, rig.shaker.kind)
     return estimate_frf(record.response(), resolution=outputs.resolution, band=outputs.band), record.excitation()

@@ -1,9 +1,9 @@
-"""Run a plan into a folder, or go on where a run stopped.
+"""Run a plan into a folder, or resume an interrupted run.
 
-Results wait in the folder ``cases`` until all are there, in files of one case or, of many cases, of several. Each has a
-digest beside it, and counts only if that is right: what a kill or a power cut tore is computed again, a killed process
-loses at most what was in flight, and finished cases are never recomputed. One process, which has locked the folder,
-writes. When every case is there, ``results.nc`` is written from them, and only then ``cases`` is removed.
+Results are kept in the folder ``cases`` until all are complete, in files of one case or, of many cases, of several.
+Each has a digest, and counts only if that is correct: files torn by a kill or a power cut are computed again, a killed
+process loses at most the cases in progress, and finished cases are never recomputed. One process, which has locked the
+folder, writes. When every case is complete, ``results.nc`` is written from them, and only then ``cases`` is removed.
 """
 
 from __future__ import annotations
@@ -35,26 +35,26 @@ PLAN, CASES, RESULTS, LOCK, PROVENANCE = "plan.json", "cases", "results.nc", "lo
 SHOWN = {
     RESULTS, "sweep.html", "sweep.png", "sweep_frf.png", "sensitivity.csv", "sensitivity.json", "sensitivity.png",
 }  # fmt: skip
-"""Results, and what is drawn of them"""
-FILES = {PLAN, CASES, LOCK, PROVENANCE, f"{RESULTS}{SEAL}", *SHOWN}  # What a sweep leaves in its folder
+"""Files of results and figures"""
+FILES = {PLAN, CASES, LOCK, PROVENANCE, f"{RESULTS}{SEAL}", *SHOWN}  # all files of a sweep's folder
 LARGEST = 2**32 - 8  # bytes of one variable in a netCDF-3 file with 64-bit offsets
-MOST_FILES = 1000  # of cases that wait: 100 000 cases are computed and kept a hundred at a time
-TIMED, SHARE_TIMED = 64, 0.05  # cases that are timed at most, to say how long all take
-MESSAGE = 240  # characters of the line that says why a case has no results
+MOST_FILES = 1000  # of finished cases: 100 000 cases are computed and kept a hundred at a time
+TIMED, SHARE_TIMED = 64, 0.05  # cases that are timed, at most, to estimate the time of all
+MESSAGE = 240  # characters of a case's error message
 
 
 def run_sweep(plan: Plan, out: str | Path, runner: Runner = ALL_CORES) -> xr.Dataset:
-    """Run a sweep, or go on with one that was interrupted.
+    """Run a sweep, or resume an interrupted one.
 
     Parameters
     ----------
     plan : Plan
         The plan.
     out : str or Path
-        Folder for the results: ``results.nc`` once all cases are done. Until then it also keeps what is done, in the
-        place of the runner's own folder.
+        Folder for the results: ``results.nc`` once all cases are done. Until then it also keeps finished cases,
+        instead of the runner's folder.
     runner : Runner
-        On which workers cases are computed.
+        Workers of the cases.
 
     Returns
     -------
@@ -75,39 +75,39 @@ def run_sweep(plan: Plan, out: str | Path, runner: Runner = ALL_CORES) -> xr.Dat
         remove_leftovers(out, FILES)
         results = out / RESULTS
         if not is_sealed(results):
-            values = _computed(plan, replace(runner, kept=out / CASES))
+            values = _compute_all(plan, replace(runner, kept=out / CASES))
             with replacing(results) as temporary:
                 labelled(plan, values).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
             seal(results)
         Runner(kept=out / CASES).drop_unused()
-        with contextlib.suppress(OSError):  # it is not there, or somebody put something else into it
+        with contextlib.suppress(OSError):  # it does not exist, or somebody put something else into it
             (out / CASES).rmdir()
     return xr.load_dataset(results, engine="scipy")
 
 
-def _computed(plan: Plan, runner: Runner) -> dict[str, np.ndarray]:
-    """Results of all cases, and the field "error": why a case has none."""
+def _compute_all(plan: Plan, runner: Runner) -> dict[str, np.ndarray]:
+    """Compute results of all cases, and the field "error": the reason if a case has none."""
     n = len(plan.points)
     model, at_once = Model(*plan.case(0)[:2]), plan.engine.at_once
     size = max(-(-n // MOST_FILES), at_once)
-    shown = digest(plan.to_dict(), model.content(), code_outside(plan.engine))
+    key = digest(plan.to_dict(), model.content(), code_outside(plan.engine))
     parts = [range(first, min(first + size, n)) for first in range(0, n, size)]
     timed = np.random.default_rng(0).permutation(n)[: min(int(SHARE_TIMED * n), TIMED)].tolist()
     samples = [functools.partial(plan.evaluate, case) for case in timed if at_once == 1]
     if at_once > 1:  # one program, for which processes would compete
         runner = replace(runner, workers=1)
-    found = runner.run(
-        "sweep", functools.partial(_of_part, plan), parts, lambda part: (shown, part.start, part.stop), samples, n
+    results = runner.run(
+        "sweep", functools.partial(_compute_part, plan), parts, lambda part: (key, part.start, part.stop), samples, n
     )
-    return {name: np.concatenate([part[name] for part in found]) for name in (*plan.shapes, "error")}
+    return {name: np.concatenate([part[name] for part in results]) for name in (*plan.shapes, "error")}
 
 
-def _of_part(plan: Plan, cases: range) -> dict[str, np.ndarray]:
-    found = list(plan.evaluate_all(cases))
-    none = {name: np.full(shape, np.nan) for name, shape in plan.shapes.items()}
-    rows = [none if isinstance(each, str) else each for each in found]
-    errors = [each[:MESSAGE] if isinstance(each, str) else "" for each in found]
-    return {name: np.array([row[name] for row in rows], dtype=float) for name in none} | {"error": np.array(errors)}
+def _compute_part(plan: Plan, cases: range) -> dict[str, np.ndarray]:
+    results = list(plan.evaluate_all(cases))
+    missing = {name: np.full(shape, np.nan) for name, shape in plan.shapes.items()}
+    rows = [missing if isinstance(each, str) else each for each in results]
+    errors = [each[:MESSAGE] if isinstance(each, str) else "" for each in results]
+    return {name: np.array([row[name] for row in rows], dtype=float) for name in missing} | {"error": np.array(errors)}
 
 
 def _check_folder(out: Path) -> None:
@@ -115,36 +115,36 @@ def _check_folder(out: Path) -> None:
         raise ClearanceError(f"--out {out} is a file; give a folder")
     try:
         out.mkdir(parents=True, exist_ok=True)
-        found = sorted(p.name for p in out.iterdir() if p.name[0] != ".")
+        names = sorted(p.name for p in out.iterdir() if p.name[0] != ".")
     except OSError as error:
         raise ClearanceError(f"--out {out}: cannot be used ({error.strerror})") from None
-    if others := [name for name in found if name not in FILES or not (_is_begun(out) or _is_lock(out, found))]:
+    if others := [name for name in names if name not in FILES or not (_is_begun(out) or _is_lock(out, names))]:
         raise ClearanceError(f"--out {out} holds {others[0]!r}, which is not of a sweep; give another folder")
 
 
 def _is_begun(out: Path) -> bool:
-    """Whether a folder holds the plan of a sweep, and none of its files is a link."""
-    return "code" in _plan(out / PLAN) and not any((out / name).is_symlink() for name in FILES)
+    """Return True if a folder holds the plan of a sweep, and none of its files is a link."""
+    return "code" in _stored_plan(out / PLAN) and not any((out / name).is_symlink() for name in FILES)
 
 
-def _is_lock(out: Path, found: list[str]) -> bool:
-    """Whether a folder holds nothing but the lock of a sweep that ended before it wrote its plan."""
+def _is_lock(out: Path, names: list[str]) -> bool:
+    """Return True if a folder holds nothing but the lock of a sweep that ended before it wrote its plan."""
     lock = out / LOCK
-    is_alone = found == [LOCK] and lock.is_file() and not lock.is_symlink()
+    is_alone = names == [LOCK] and lock.is_file() and not lock.is_symlink()
     return is_alone and re.fullmatch(rb"\d*", lock.read_bytes()) is not None
 
 
-def _plan(path: Path) -> dict[str, Any]:
-    """The plan that was written down; empty if it is damaged or not there."""
+def _stored_plan(path: Path) -> dict[str, Any]:
+    """Return the stored plan; empty if it is damaged or missing."""
     try:
-        found = json.loads(plain_file(path).read_text(encoding="utf-8"))
+        data = json.loads(plain_file(path).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return data if isinstance(data, dict) else {}
 
 
 def _check_plan(plan: Plan, path: Path) -> None:
-    """Write the plan down, or refuse it if another one was begun here."""
+    """Store the plan, or raise a ClearanceError if another one was begun here."""
     data = json.loads(json.dumps({**plan.to_dict(), "code": code()}))
     for name, shape in plan.shapes.items():
         if (size := 8 * len(plan.points) * int(np.prod(shape))) > LARGEST:
@@ -155,26 +155,26 @@ def _check_plan(plan: Plan, path: Path) -> None:
     if not path.exists():
         write_text(path, json.dumps(data, indent=1) + "\n")
         return
-    if difference := _difference(_plan(path), data):
+    if difference := _difference(_stored_plan(path), data):
         version, other = "begun with another version of clearance_mj", f"of another plan ({difference})"
-        what = version if difference == "code" else other
-        raise ClearanceError(f"{path.parent} holds a sweep {what}; give another folder")
+        description = version if difference == "code" else other
+        raise ClearanceError(f"{path.parent} holds a sweep {description}; give another folder")
 
 
 def _difference(a: Any, b: Any, where: str = "") -> str:
-    """Where nested plain data differ first; empty if nowhere."""
+    """Return the path at which nested plain data first differ; empty if they are equal."""
     if type(a) is type(b) and isinstance(a, dict | list) and len(a) == len(b):
         keys = a.keys() | b.keys() if isinstance(a, dict) else range(len(a))
         for key in sorted(keys):
             step = f"[{key}]" if isinstance(a, list) else f".{key}" if where else key
             inner = [part.get(key) if isinstance(part, dict) else part[key] for part in (a, b)]
-            if found := _difference(inner[0], inner[1], where + step):
-                return found
+            if difference := _difference(inner[0], inner[1], where + step):
+                return difference
         return ""
     return "" if a == b else where or "plan"
 
 
-# Results of a sweep as labelled arrays: every result over the cases, and what each case was.
+# Results of a sweep as labelled arrays: every result over the cases, and the parameters of each case.
 
 _RESULTS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "natural_frequency": (
@@ -190,7 +190,7 @@ _RESULTS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "rmse": (("compared",), {"units": "dB", "long_name": "RMSE of the FRF against the reference"}),
     "frf": (("kept", "frequency", "part"), {"long_name": "frequency response function, real and imaginary part"}),
 }  # fmt: skip
-"""Dimensions beside the case, and attributes"""
+"""Dimensions other than the case, and attributes"""
 
 
 def labelled(plan: Plan, values: dict[str, np.ndarray]) -> xr.Dataset:

@@ -12,26 +12,26 @@ __all__ = ["quantities", "sensitivity"]
 
 
 def quantities(results: xr.Dataset) -> dict[str, np.ndarray]:
-    """Return the results (n_cases,) that are one number for each case, by names that end with the unit.
+    """Return the scalar results (n_cases,) of the cases, by names that end with the unit.
 
     They are natural frequencies, frequency and height of the FRF's peaks, and mean RMSE over the sensors.
     """
     frequencies = results["natural_frequency"].values.T
-    found = {f"natural frequency {i} (Hz)": column for i, column in enumerate(frequencies, 1)}
+    columns = {f"natural frequency {i} (Hz)": column for i, column in enumerate(frequencies, 1)}
     if "peak_frequency" in results:
-        found |= {f"frequency of peak {i} (Hz)": x for i, x in enumerate(results["peak_frequency"].values.T, 1)}
+        columns |= {f"frequency of peak {i} (Hz)": x for i, x in enumerate(results["peak_frequency"].values.T, 1)}
         with np.errstate(divide="ignore"):
             decibels = 20 * np.log10(results["peak_magnitude"].values.T)
-        found |= {f"height of peak {i} (dB)": column for i, column in enumerate(decibels, 1)}
+        columns |= {f"height of peak {i} (dB)": column for i, column in enumerate(decibels, 1)}
     if "rmse" in results:
-        found["RMSE (dB)"] = results["rmse"].values.mean(axis=1)
-    return found
+        columns["RMSE (dB)"] = results["rmse"].values.mean(axis=1)
+    return columns
 
 
 def sensitivity(results: xr.Dataset, samples: int) -> Sensitivity:
-    """Sobol indices of the results that vary, of a sweep whose "saltelli" design has so many samples.
+    """Return Sobol indices of the varying results of a sweep whose "saltelli" design has so many samples.
 
-    A ClearanceError says if the cases are of another design, or some have no results.
+    Raises a ClearanceError if the cases are of another design, or some have no results.
     """
     n_parameters = results.sizes["varied"]
     if results.sizes["case"] != samples * (n_parameters + 2):
@@ -40,6 +40,6 @@ def sensitivity(results: xr.Dataset, samples: int) -> Sensitivity:
         raise ClearanceError(
             f"Sobol indices need all cases; {len(failed)} have no results, first case {failed[0][0]}: {failed[0][1]}"
         )
-    found = {name: values for name, values in quantities(results).items() if np.ptp(values) > 0}
-    indices = sobol_indices(np.stack(list(found.values()), axis=1), n_parameters)
-    return Sensitivity(tuple(found), tuple(map(str, results["varied"].values)), *indices)
+    varying = {name: values for name, values in quantities(results).items() if np.ptp(values) > 0}
+    indices = sobol_indices(np.stack(list(varying.values()), axis=1), n_parameters)
+    return Sensitivity(tuple(varying), tuple(map(str, results["varied"].values)), *indices)

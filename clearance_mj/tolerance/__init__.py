@@ -1,4 +1,4 @@
-"""Productions: how many of them rattle, which tolerance to tighten, what random excitation does over hours."""
+"""Productions: fractions that rattle, tolerances to tighten, peaks of hours under random excitation."""
 
 from ..core.runner import Runner
 from . import peaks

@@ -1,4 +1,4 @@
-"""Designs: models drawn from a scatter or from a posterior, each one of a production."""
+"""Designs: models of a production, drawn from a scatter or from a posterior."""
 
 from __future__ import annotations
 
@@ -22,47 +22,47 @@ from .scattered import LAW, Correlation, Scattered
 
 __all__ = ["Designs", "DrawingRule", "changed", "is_datasheet"]
 
-_UNIT_INTERVAL = 1e-12  # distance of a share from 0 and 1
+_UNIT_INTERVAL = 1e-12  # least distance of a probability from 0 and 1
 
 
 class DrawingRule:
-    """From shares of a unit cube to designs: which numbers of a model scatter, and how they hang together."""
+    """Map from a unit cube to designs: the scattering numbers of a model, and their correlations."""
 
     def __init__(self, numbers: Sequence[Scattered], correlations: Sequence[Correlation], model: Model):
         self.model = model
         data = {"rig": model.rig.to_dict(), "law": None if is_datasheet(model) else model.law.to_dict()}
-        found = [(each, key) for each in numbers for key in _keys(data, each.of)]
-        self.keys = [key for _, key in found]
-        self.names = [_name(key) for key in self.keys]
+        pairs = [(each, key) for each in numbers for key in _find_keys(data, each.of)]
+        self.keys = [key for _, key in pairs]
+        self.names = [_path_name(key) for key in self.keys]
         if len({*self.names}) < len(self.names):
-            twice = next(name for i, name in enumerate(self.names) if name in self.names[:i])
-            raise ClearanceError(f"{twice} scatters twice; give each number once")
-        self.numbers = [each for each, _ in found]
-        self.owner = np.array([i for i, each in enumerate(numbers) for other, _ in found if other is each])
-        self.values = np.array([_value(data, key) for key in self.keys])
-        self.gaps = [_gap(data, key) for key in self.keys]
-        self.mixing = _mixing(correlations, self.names)
-        self._check_ends()
+            duplicate = next(name for i, name in enumerate(self.names) if name in self.names[:i])
+            raise ClearanceError(f"{duplicate} scatters twice; give each number once")
+        self.numbers = [each for each, _ in pairs]
+        self.owner = np.array([i for i, each in enumerate(numbers) for other, _ in pairs if other is each])
+        self.values = np.array([_nominal_value(data, key) for key in self.keys])
+        self.gaps = [_reference_gap(data, key) for key in self.keys]
+        self.mixing = _mixing_matrix(correlations, self.names)
+        self._require_possible_ends()
 
-    def _check_ends(self) -> None:
-        """Refuse a scatter at whose ends, of one number after the other, the rig is impossible."""
+    def _require_possible_ends(self) -> None:
+        """Raise a ClearanceError if the rig is impossible at an end of the scatter of one of the numbers."""
         ends = np.array([_UNIT_INTERVAL, 1 - _UNIT_INTERVAL])
         for i, (number, name) in enumerate(zip(self.numbers, self.names)):
-            reach = number.quantile(ends, self.values[i], self.gaps[i])
+            limits = number.quantile(ends, self.values[i], self.gaps[i])
             unit = "" if name.startswith(LAW) else f" {unit_of(name)}".rstrip()
-            ends_in_words = f"{reach[0]:.4g} to {reach[1]:.4g}{unit}"
-            for value in reach:
+            ends_in_words = f"{limits[0]:.4g} to {limits[1]:.4g}{unit}"
+            for value in limits:
                 what = f"scatter of {name} reaches from {ends_in_words}; at {value:.4g} the model is impossible"
                 with naming(what, ClearanceError, ClearanceError):
                     changed(self.model, [self.keys[i]], [value])
 
     def deviations(self, designs: Designs) -> np.ndarray:
-        """Return how far numbers of designs are from their middles, over the distance of their limits.
+        """Return the deviations of the designs' numbers from their middles, over the distance of their limits.
 
         Parameters
         ----------
         designs : Designs
-            n of them.
+            n designs.
 
         Returns
         -------
@@ -79,19 +79,19 @@ class DrawingRule:
         n : int
             Number of designs.
         seed : int
-            Of the points.
+            Seed of the points.
         """
         if n < 1:
             raise ClearanceError(f"designs must be 1 or more, got {n}")
         return self.designs(unit_points("sobol", n, len(self.names), seed))
 
     def designs(self, shares: np.ndarray) -> Designs:
-        """Return the designs of shares (n, n_numbers) of a unit cube, before correlations.
+        """Return the designs of points (n, n_numbers) of a unit cube, before correlations.
 
         Parameters
         ----------
         shares : ndarray, shape (n, n_numbers)
-            Independent and even.
+            Independent and uniform.
         """
         scores = norm.ppf(np.clip(shares, _UNIT_INTERVAL, 1 - _UNIT_INTERVAL)) @ self.mixing.T
         columns = zip(self.numbers, norm.cdf(scores).T, self.values, self.gaps)
@@ -101,24 +101,24 @@ class DrawingRule:
 
 @dataclass(frozen=True, eq=False)
 class Designs:
-    """Models of a production, drawn."""
+    """Drawn models of a production."""
 
     nominal: Model
-    """whose numbers scatter"""
+    """model whose numbers scatter"""
     names: tuple[str, ...]
-    """paths of the numbers that differ; none of draws from a posterior"""
+    """paths of the numbers that differ; none for draws from a posterior"""
     values: np.ndarray
     """(n, n_numbers) in SI units"""
     keys: tuple[Key, ...] = ()
     """of the numbers in the model's plain data"""
     drawn: tuple[Model, ...] = ()
-    """of a posterior, in the place of numbers"""
+    """of a posterior, instead of numbers"""
 
     def __len__(self) -> int:
         return len(self.drawn) or len(self.values)
 
     def __getitem__(self, which: slice) -> Designs:
-        """Return some of them."""
+        """Return some of the designs."""
         return replace(self, values=self.values[which], drawn=self.drawn[which])
 
     def model(self, i: int) -> Model:
@@ -139,8 +139,8 @@ class Designs:
         try:
             return changed(self.nominal, self.keys, self.values[i].tolist())
         except ClearanceError as error:
-            named = ", ".join(f"{name} = {value:.4g}" for name, value in zip(self.names, self.values[i]))
-            raise ClearanceError(f"design {i} is impossible: {error} ({named})") from None
+            settings = ", ".join(f"{name} = {value:.4g}" for name, value in zip(self.names, self.values[i]))
+            raise ClearanceError(f"design {i} is impossible: {error} ({settings})") from None
 
 
 def changed(model: Model, keys: Sequence[Key], values: Sequence[float]) -> Model:
@@ -159,41 +159,41 @@ def changed(model: Model, keys: Sequence[Key], values: Sequence[float]) -> Model
 
 
 def is_datasheet(model: Model) -> bool:
-    """Return whether a model's law is that of its rig file."""
+    """Return True if a model's law is that of its rig file."""
     return model.law == nominal_law(model.rig)
 
 
-def _keys(data: dict[str, Any], path: str) -> list[Key]:
+def _find_keys(data: dict[str, Any], path: str) -> list[Key]:
     of_law = path.startswith(LAW)
     if of_law and data["law"] is None:
         raise ClearanceError(f"scatter of {path}: the model has no law of its own; scatter bushings[0].contact instead")
     if not of_law and data["law"] is not None and "contact" in path:
         raise ClearanceError(f"scatter of {path}: has no effect beside the model's law; scatter law. instead")
-    part, rest = ("law", path.removeprefix(LAW)) if of_law else ("rig", path)
+    part, subpath = ("law", path.removeprefix(LAW)) if of_law else ("rig", path)
     with naming("scatter", ClearanceError):
-        return [(part, *key) for key in find_numbers(data[part], rest)]
+        return [(part, *key) for key in find_numbers(data[part], subpath)]
 
 
-def _name(key: Key) -> str:
+def _path_name(key: Key) -> str:
     return path_of(key[1:] if key[0] == "rig" else key)
 
 
-def _value(data: dict[str, Any], key: Key) -> float:
+def _nominal_value(data: dict[str, Any], key: Key) -> float:
     value = get_number(data, key)
     if value is None and key[-1] in ("offset", "offset_y"):
         return 0.0
     if value is None:
-        raise ClearanceError(f"scatter of {_name(key)}: the rig has no such number; write it into the rig file")
+        raise ClearanceError(f"scatter of {_path_name(key)}: the rig has no such number; write it into the rig file")
     return float(value)
 
 
-def _gap(data: dict[str, Any], key: Key) -> float | None:
-    """The gap that an offset's share is of."""
+def _reference_gap(data: dict[str, Any], key: Key) -> float | None:
+    """Return the gap to which an offset's relative tolerance refers."""
     return float(data["rig"]["bushings"][key[2]]["gap"]) if key[-1] in ("offset", "offset_y") else None
 
 
-def _mixing(correlations: Sequence[Correlation], names: Sequence[str]) -> np.ndarray:
-    """The matrix (n, n) that makes correlated normal scores of independent ones."""
+def _mixing_matrix(correlations: Sequence[Correlation], names: Sequence[str]) -> np.ndarray:
+    """Return the matrix (n, n) that correlates independent normal scores."""
     matrix = np.eye(len(names))
     for pair in correlations:
         for name in pair.of:
@@ -205,10 +205,10 @@ def _mixing(correlations: Sequence[Correlation], names: Sequence[str]) -> np.nda
         matrix[i, j] = matrix[j, i] = pair.value
     values, vectors = np.linalg.eigh(matrix)
     if values[0] < -1e-10:
-        taking_part = [names[i] for i in np.argsort(-np.abs(vectors[:, 0]))[:3]]
+        contradicting = [names[i] for i in np.argsort(-np.abs(vectors[:, 0]))[:3]]
         raise ClearanceError(
             f"the correlations are no correlation matrix (its smallest eigenvalue is {values[0]:.3g}, must be 0 or "
-            f"more): those of {', '.join(taking_part)} contradict each other; take smaller ones"
+            f"more): those of {', '.join(contradicting)} contradict each other; take smaller ones"
         )
     if not correlations:
         return matrix

@@ -1,4 +1,4 @@
-"""Impacts and largest values of models under random excitation, marched in blocks that are not kept.
+"""Impacts and largest values of models under random excitation, marched in blocks.
 
 Contacts that begin, penetration and contact force are those of the engine's own steps: impacts are shorter than a
 record's anti-alias filter rings. Accelerations pass that filter, as in a data acquisition system.
@@ -25,21 +25,21 @@ from ..signals.sampling import Decimator
 
 __all__ = ["Block", "ImpactRate", "groups_side_by_side", "impact_rate", "march"]
 
-STEPS = 512  # samples of a record that are marched between two looks
-BATCHES = 20  # pieces of a record between which the scatter of the counts is seen
+STEPS = 512  # samples of a record per block of a march
+BATCHES = 20  # pieces of a record for the variance of the counts
 
 
 class Block(NamedTuple):
-    """What is kept of consecutive samples of one model: the largest of each."""
+    """Largest values of one model in each of consecutive samples."""
 
     depth: np.ndarray
     """(n_bushings, n) m beyond the gap at the bushing's middle, negative in the gap"""
     contact_force: np.ndarray
     """(n_bushings, n) magnitude, N"""
     acceleration: np.ndarray
-    """(n_sensors, n) magnitude, m/s²; some samples later than the rest, and as many fewer at first"""
+    """(n_sensors, n) magnitude, m/s²; some samples delayed, and as many fewer at first"""
     impacts: np.ndarray
-    """(n_bushings, n) contacts that begin"""
+    """(n_bushings, n) number of contacts that begin"""
 
 
 @dataclass(frozen=True)
@@ -53,13 +53,13 @@ class ImpactRate:
     high: float
     """1/s, 95 % quantile"""
     dispersion: float
-    """variance of the counts of twentieths of the record over their mean: 1 of impacts that are independent"""
+    """variance of the counts of twentieths of the record over their mean: 1 for independent impacts"""
 
 
 def impact_rate(impacts: np.ndarray, duration: float) -> ImpactRate:
-    """Return the rate of impacts that may come in clusters.
+    """Return the rate of impacts, which may be clustered.
 
-    Counts of twentieths of the record have the variance φ times their mean, φ ≥ 1: as much as N/φ independent events.
+    Counts of twentieths of the record have the variance φ times their mean, φ ≥ 1: as of N/φ independent events.
     The interval is that of a Poisson process with Jeffreys' prior, Gamma(N/φ + 1/2) over duration/φ.
 
     Parameters
@@ -67,7 +67,7 @@ def impact_rate(impacts: np.ndarray, duration: float) -> ImpactRate:
     impacts : ndarray, shape (n,)
         Contacts that begin in each of consecutive equal times.
     duration : float
-        Of all of them, s.
+        Total time, s.
     """
     size = len(impacts) // BATCHES
     counts = impacts[: size * BATCHES].reshape(BATCHES, size).sum(axis=1) if size else impacts
@@ -80,9 +80,9 @@ def impact_rate(impacts: np.ndarray, duration: float) -> ImpactRate:
 def march(
     cases: Sequence[tuple[Rig, Law]], pieces: Iterable[Excitation], engine: Engine, settling: float
 ) -> Iterator[list[Block]]:
-    """March models side by side under one excitation; yield a block of each, from the end of the settling on.
+    """March models together under one excitation; yield a block of each, from the end of the settling on.
 
-    Models of one step and size go in the lanes of the modal engine, others one by one.
+    Models of one step and size share the lanes of the modal engine, others are marched one by one.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def march(
     engine : Engine
         Such as ``Modal()``.
     settling : float
-        s from the start that are left out.
+        Time from the start that is left out, s.
 
     Raises
     ------
@@ -106,8 +106,8 @@ def march(
     if (first := next(pieces, None)) is None:
         raise ExcitationError("there is no piece of an excitation")
     simulations = [Simulation(rig, first, law, engine) for rig, law in cases]
-    advance, interpolator = _side_by_side(simulations), simulations[0].interpolator
-    watches, waiting = [_Watch(simulation) for simulation in simulations], round(settling * first.fs)
+    advance, interpolator = _make_advance(simulations), simulations[0].interpolator
+    watches, waiting = [_Reduction(simulation) for simulation in simulations], round(settling * first.fs)
     count = STEPS * interpolator.factor
     for piece in itertools.chain([first], pieces, [None]):
         fast = interpolator.flush() if piece is None else interpolator.push(piece.value.T)
@@ -121,22 +121,22 @@ def march(
 
 
 def groups_side_by_side(cases: Sequence[tuple[Rig, Law]], noise: Excitation, engine: Engine) -> list[list[int]]:
-    """Return which of some models can be marched side by side: those of one step and size, on the modal engine.
+    """Return groups of models that can be marched together: those of one step and size, on the modal engine.
 
     Parameters
     ----------
     cases : sequence of (Rig, Law)
         Models.
     noise : Excitation
-        Of the rate and kind under which they are marched.
+        Excitation of the rate and kind under which they are marched.
     engine : Engine
         Such as ``Modal()``.
     """
     return lane_groups([Simulation(rig, noise, law, engine).run.alike() for rig, law in cases])
 
 
-def _side_by_side(simulations: Sequence[Simulation]) -> Callable[[np.ndarray], np.ndarray]:
-    """What advances all of them by a block of steps, (n,), to their outputs (n_models, n, columns)."""
+def _make_advance(simulations: Sequence[Simulation]) -> Callable[[np.ndarray], np.ndarray]:
+    """Return a function that advances all of them by a block of steps, (n,), to outputs (n_models, n, columns)."""
     runs = [simulation.run for simulation in simulations]
     if len(runs) == 1:
         return lambda block: runs[0].advance(block)[None]
@@ -147,8 +147,8 @@ def _side_by_side(simulations: Sequence[Simulation]) -> Callable[[np.ndarray], n
     return lanes_of(runs).advance
 
 
-class _Watch:
-    """Reduces the outputs of a simulation's steps to the largest values of each sample."""
+class _Reduction:
+    """Reduction of the outputs of a simulation's steps to the largest values of each sample."""
 
     def __init__(self, simulation: Simulation) -> None:
         self.rig, self.factor = simulation.rig, simulation.interpolator.factor
@@ -156,15 +156,15 @@ class _Watch:
         self.decimator = Decimator(len(self.rig.sensors), self.factor)
 
     def see(self, outputs: np.ndarray) -> Block:
-        """Reduce steps, (n, columns), a whole number of samples."""
+        """Reduce steps, (n, columns), of a whole number of samples."""
         n, rows = len(self.rig.bushings), self.rig.clearance_rows
         ends = len(self.rig.sensors) + self.rig.n_rows * np.arange(4)
-        acceleration, moved, contact, _, told = np.split(outputs, ends, axis=1)
+        acceleration, displacement, contact, _, touch = np.split(outputs, ends, axis=1)
         force = np.stack([np.linalg.norm(contact[:, part], axis=1) for part in rows], axis=1)
-        touches = told[:, :n] > 0.5 if told.shape[1] >= n else force > 0
+        touches = touch[:, :n] > 0.5 if touch.shape[1] >= n else force > 0
         begins = touches & ~np.concatenate((self.touched, touches[:-1]))
         self.touched = touches[-1:]
-        depth = np.stack([_depth(b, moved[:, part]) for b, part in zip(self.rig.bushings, rows)], axis=1)
+        depth = np.stack([_penetration(b, displacement[:, part]) for b, part in zip(self.rig.bushings, rows)], axis=1)
         per_sample = -1, self.factor, n
         return Block(
             depth.reshape(per_sample).max(axis=1).T,
@@ -174,10 +174,10 @@ class _Watch:
         )
 
 
-def _depth(bushing: Bushing, moved: np.ndarray) -> np.ndarray:
-    """Penetration (n,), m, of relative displacements (n, 1), or (n, 2) as probes read them; negative in the gap."""
-    if moved.shape[1] == 2:
-        along = (moved[:, 0] + 1j * moved[:, 1]) * np.exp(1j * bushing.probe_angle)
-        return np.abs(along + bushing.offset_y + 1j * bushing.offset) - bushing.gap
+def _penetration(bushing: Bushing, displacement: np.ndarray) -> np.ndarray:
+    """Return the penetration (n,), m, of displacements (n, 1), or (n, 2) along probes; negative in the gap."""
+    if displacement.shape[1] == 2:
+        position = (displacement[:, 0] + 1j * displacement[:, 1]) * np.exp(1j * bushing.probe_angle)
+        return np.abs(position + bushing.offset_y + 1j * bushing.offset) - bushing.gap
     lower, upper = bushing.walls
-    return np.maximum(moved[:, 0] - upper, lower - moved[:, 0])
+    return np.maximum(displacement[:, 0] - upper, lower - displacement[:, 0])

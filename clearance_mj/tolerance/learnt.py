@@ -1,4 +1,4 @@
-"""A smooth function learnt from designs, with the error that cross-validation says it has."""
+"""Response surface fitted to designs, with its error of cross-validation."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ Function = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
-    """A function of deviations (n, n_numbers)."""
+    """A response surface over deviations (n, n_numbers)."""
 
     function: Function
-    error: float  #: RMS of what it misses of designs that it has not seen
+    error: float  #: RMS error of cross-validation
 
     def __call__(self, deviations: np.ndarray) -> np.ndarray:
-        """Return its values (n,).
+        """Return the values (n,) of the function.
 
         Parameters
         ----------
         deviations : ndarray, shape (n, n_numbers)
-            Of designs from the middle.
+            Deviations of designs from the middle.
         """
         return self.function(deviations)
 
 
 def learn(deviations: np.ndarray, values: np.ndarray) -> Learnt:
-    """Return the function that misses least of designs left out: linear, quadratic, or radial on either.
+    """Return the function with the least error of cross-validation: linear, quadratic, or radial on either.
 
     Parameters
     ----------
     deviations : ndarray, shape (n, n_numbers)
-        Of designs from the middle.
+        Deviations of designs from the middle.
     values : ndarray, shape (n,)
-        Of a result.
+        Values of a result.
 
     Raises
     ------
@@ -56,16 +56,16 @@ def learn(deviations: np.ndarray, values: np.ndarray) -> Learnt:
         raise ClearanceError(f"{n} designs are too few for {d} numbers; take {max(FEWEST, 2 * (d + 1))} or more")
     folds = np.arange(n) % FOLDS
     best: Learnt | None = None
-    for way in (_linear, _quadratic, _radial, _radial_on_quadratic):
-        if way in (_quadratic, _radial_on_quadratic) and n * (1 - 1 / FOLDS) < 1.5 * _terms(deviations[:1]).shape[1]:
+    for fit in (_linear, _quadratic, _radial, _radial_on_quadratic):
+        if fit in (_quadratic, _radial_on_quadratic) and n * (1 - 1 / FOLDS) < 1.5 * _terms(deviations[:1]).shape[1]:
             continue
-        missed = np.empty(n)
+        residual = np.empty(n)
         for fold in range(FOLDS):
-            out = folds == fold
-            missed[out] = way(deviations[~out], values[~out])(deviations[out]) - values[out]
-        error = float(np.sqrt(np.mean(missed**2)))
+            is_test = folds == fold
+            residual[is_test] = fit(deviations[~is_test], values[~is_test])(deviations[is_test]) - values[is_test]
+        error = float(np.sqrt(np.mean(residual**2)))
         if best is None or error < best.error:
-            best = Learnt(way(deviations, values), error)
+            best = Learnt(fit(deviations, values), error)
     assert best is not None
     return best
 
@@ -91,5 +91,5 @@ def _radial(x: np.ndarray, y: np.ndarray) -> Function:
 
 def _radial_on_quadratic(x: np.ndarray, y: np.ndarray) -> Function:
     trend = _quadratic(x, y)
-    rest = RBFInterpolator(x, y - trend(x), kernel="linear", degree=0)
-    return lambda at: trend(at) + rest(at)
+    residual = RBFInterpolator(x, y - trend(x), kernel="linear", degree=0)
+    return lambda at: trend(at) + residual(at)

@@ -1,4 +1,4 @@
-"""Limits of what a design may do: a force, a penetration, a displacement or an acceleration that it must not exceed."""
+"""Limits of designs: a force, penetration, displacement or acceleration that must not be exceeded."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ __all__ = ["Limit"]
 
 KINDS = {"contact_force": "force", "penetration": "displacement", "displacement": "displacement",
          "acceleration": "acceleration"}  # fmt: skip
-"""Quantity of units of what is limited"""
+"""Physical quantity of each limited one, for units"""
 UNITS = {"force": "N", "displacement": "m", "acceleration": "m/s²"}
 _TEXT = re.compile(r"\s*([a-z_]+)(?:@(\S+))?\s*(?:>|=|\s)\s*(\S.*?)\s*")
 
 
 @dataclass(frozen=True)
 class Limit:
-    """What a quantity must not exceed: its largest value in a period or, of what sensors read and gaps, its amplitude.
+    """Limit of a quantity: of its peak in a period or, for sensors and displacements, of its amplitude.
 
     Raises
     ------
@@ -49,7 +49,7 @@ class Limit:
         Parameters
         ----------
         text : str
-            Quantity, where (or nothing for the largest of all), and a value with its unit; SI without.
+            Quantity, place (or nothing for the largest of all), and a value with its unit; SI without.
         """
         if not (match := _TEXT.fullmatch(text)):
             raise ClearanceError(f'limit "{text}" is none such as "contact_force > 20 N" or "acceleration@3:+Z > 5 g"')
@@ -58,7 +58,7 @@ class Limit:
         return cls(quantity, si_value(value, KINDS[quantity]), at)
 
     def row(self, rig: Rig) -> int | None:
-        """Return which clearance or sensor of a rig it is of; None: the largest of all.
+        """Return the row of its clearance or sensor in a rig; None: the largest of all.
 
         Parameters
         ----------
@@ -74,11 +74,11 @@ class Limit:
 
     @property
     def words(self) -> str:
-        """What is exceeded, for figures and tables."""
+        """Phrase of the exceeded limit, for figures and tables."""
         where = f" at {self.at}" if self.at else ""
         return f"{self.quantity.replace('_', ' ')}{where} > {self.value:g} {self.unit}"
 
     @property
     def unit(self) -> str:
-        """Of its value."""
+        """Unit of the value."""
         return UNITS[KINDS[self.quantity]]

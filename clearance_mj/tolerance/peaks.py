@@ -28,7 +28,7 @@ __all__ = ["QUANTITIES", "SETTLING", "HourPeaks", "noise_of", "peaks_of_record",
 
 QUANTITIES = {"contact_force": "N", "penetration": "m", "acceleration": "m/s²"}
 SETTLING = 5.0
-"""s that are marched before the record begins"""
+"""s, marched before the record begins"""
 LEAST_RATE = 2048.0  # samples per second of noise, at least
 PASS = 0.4  # of the rate, up to which excitations reach the steps without loss: signals.sampling
 LOWEST = 1.0  # Hz, of the frequency whose period ends a cluster
@@ -36,9 +36,9 @@ LOWEST = 1.0  # Hz, of the frequency whose period ends a cluster
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HourPeaks(Shown, ArrayData):
-    """What a record of a model under random excitation says of a longer time, an hour by default.
+    """Prediction for a longer time, an hour by default, from a record of a model under random excitation.
 
-    Rows of what is largest are clearances, or the sensors of an acceleration. Intervals go from the 5 % to the 95 %
+    Rows of largest values are clearances, or the sensors of an acceleration. Intervals go from the 5 % to the 95 %
     quantile; that of the largest value is predictive: it holds the largest value of nine such times in ten, the
     uncertainty of the fit included.
     """
@@ -46,7 +46,7 @@ class HourPeaks(Shown, ArrayData):
     quantity: str
     """"contact_force" (N), "penetration" (m) or "acceleration" (m/s²)"""
     hours: float
-    """time that is predicted, h"""
+    """predicted time, h"""
     duration: float
     """s of the record, without settling"""
     clearances: tuple[str, ...]
@@ -54,22 +54,22 @@ class HourPeaks(Shown, ArrayData):
     impacts: tuple[ImpactRate, ...]
     """contacts that begin per second, of each bushing, with their interval"""
     impact_probability: np.ndarray
-    """(n_bushings,) probability that the shaft hits the bushing's wall at all in the time; what rests against the wall
-    hits it once it leaves it"""
+    """(n_bushings,) probability that the shaft hits the bushing's wall at all in the time; a shaft that rests against
+    the wall hits it once it leaves it"""
     rests: np.ndarray
-    """(n_bushings,) whether the shaft was in contact throughout the record, pressed by its weight or a load"""
+    """(n_bushings,) True if the shaft was in contact throughout the record, pressed by its weight or a load"""
     rows: tuple[str, ...]
     """name of each row of ``largest``"""
     largest: tuple[Largest, ...]
-    """largest value of the time, of each row: median, interval, and the fit it comes from"""
+    """largest value of the time, of each row: median, interval and fit"""
     observed: np.ndarray
     """(n_rows,) largest value of the record"""
     limit: float | None = None
-    """limit that was asked for, in the quantity's unit"""
+    """given limit, in the quantity's unit"""
     peaks: tuple[np.ndarray, ...] = ()
     """peaks of the clusters above the threshold, of each row, for figures"""
     provenance: dict[str, Any] = field(default_factory=dict)
-    """what it was made from; plain data"""
+    """its inputs; plain data"""
 
     @property
     def impacts_per_second(self) -> np.ndarray:
@@ -78,7 +78,7 @@ class HourPeaks(Shown, ArrayData):
 
     @property
     def median(self) -> np.ndarray:
-        """(n_rows,) value that the largest one of the time exceeds as likely as not; nan with too few peaks"""
+        """(n_rows,) median of the largest value of the time; nan with too few peaks"""
         return np.array([largest.median for largest in self.largest])
 
     @property
@@ -97,7 +97,7 @@ class HourPeaks(Shown, ArrayData):
         return QUANTITIES[self.quantity]
 
     def plot(self) -> Figure:
-        """Draw how often each row's peaks exceed a value, with what the largest of the time is expected to be."""
+        """Draw the rate of each row's peaks above a value, with the predicted largest value."""
         from .peaks_figure import peaks_figure
 
         return peaks_figure(self)
@@ -132,11 +132,11 @@ def peaks_over_an_hour(
     Parameters
     ----------
     model : Model or Rig
-        With one clearance or more.
+        Model with one clearance or more.
     excitation : PSD or Excitation
-        Noise is made of a PSD. An excitation is marched whole, and has to be stationary.
+        From a PSD noise is generated. An excitation is marched whole, and must be stationary.
     duration : float
-        s of the record that are marched after settling, under a PSD.
+        Length of the record after settling, s, under a PSD.
     seed : int
         Seed of the noise, of a PSD.
     quantity : str
@@ -144,13 +144,13 @@ def peaks_over_an_hour(
     hours : float
         Time whose largest value is predicted, h.
     limit : float, optional
-        Value whose probability of being exceeded in the time is wanted.
+        Value whose probability of being exceeded in the time is predicted.
     law : Law, optional
-        Of a rig; a model brings its own.
+        Law of a rig; a model has one.
     engine : str or Engine
         "modal", or another one.
     settling : float
-        s at the start that are left out.
+        Time at the start that is left out, s.
 
     Returns
     -------
@@ -169,7 +169,7 @@ def peaks_over_an_hour(
 
 
 def noise_of(psd: PSD, seconds: float, seed: int | list[int]) -> Excitation:
-    """Return noise of a PSD at the lowest power-of-two rate, 2048 Hz or more, that brings all of its band to the steps.
+    """Return noise of a PSD at the lowest power-of-two rate, 2048 Hz or more, that passes all of its band to the steps.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def peaks_of_record(
     rig: Rig, law: Law, blocks: Iterable[Block], noise: Excitation, quantity: str, hours: float,
     limit: float | None = None,
 ) -> HourPeaks:  # fmt: skip
-    """Return what the blocks of one model's march say of a longer time; see `peaks_over_an_hour`.
+    """Predict the peaks of a longer time from the blocks of one model's march; see `peaks_over_an_hour`.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def peaks_of_record(
     blocks : iterable of Block
         Consecutive blocks of its march.
     noise : Excitation
-        What it was marched under.
+        Excitation of the march.
     quantity, hours, limit
         As in `peaks_over_an_hour`.
     """
@@ -220,7 +220,7 @@ def peaks_of_record(
     rates = tuple(impact_rate(impacts, duration) for impacts in record.impacts)
     rests = record.depth.min(axis=1) > 0
     to_wall = np.where(rests[:, None], -record.depth, record.depth)
-    touch = np.array([_touch(near, rate, run, ratio, duration) for near, rate in zip(to_wall, rates)])
+    touch = np.array([_impact_probability(near, rate, run, ratio, duration) for near, rate in zip(to_wall, rates)])
     values, least = {
         "contact_force": (record.contact_force, 0.0),
         "penetration": (record.depth, -np.inf),
@@ -229,7 +229,7 @@ def peaks_of_record(
     limits = () if limit is None else (float(limit),)
     largest = tuple(largest_value(value, run, ratio, least, limits) for value in values)
     if quantity == "penetration":
-        largest = tuple(map(_not_negative, largest))
+        largest = tuple(map(_clip_negative, largest))
     peaks = tuple(decluster(value, each.threshold, run) for value, each in zip(values, largest))
     return HourPeaks(
         quantity, float(hours), duration, tuple(rig.clearance_labels), rates, touch, rests,
@@ -239,14 +239,14 @@ def peaks_of_record(
     )  # fmt: skip
 
 
-def _touch(near: np.ndarray, rate: ImpactRate, run: int, ratio: float, duration: float) -> float:
-    """Probability of an impact: from the rate where there are some, else from how near to one, at 0, it comes."""
+def _impact_probability(near: np.ndarray, rate: ImpactRate, run: int, ratio: float, duration: float) -> float:
+    """Return the probability of an impact: from the rate if there are some, else from the distance ``near`` to 0."""
     if rate.value:
         return float(1 - (1 + ratio) ** -(rate.value * duration / rate.dispersion + 0.5))
     return largest_value(near, run, ratio, limits=(0.0,)).exceeded[0] if np.ptp(near) > 0 else 0.0
 
 
-def _not_negative(largest: Largest) -> Largest:
-    """The largest penetration, where the depth may stay negative: in the gap it is 0."""
+def _clip_negative(largest: Largest) -> Largest:
+    """Return the largest penetration with negative depths, in the gap, set to 0."""
     inside = {name: max(getattr(largest, name), 0.0) for name in ("median", "low", "high")}
     return largest if np.isnan(largest.median) else replace(largest, **inside)

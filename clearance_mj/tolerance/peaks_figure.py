@@ -1,4 +1,4 @@
-"""How often peaks exceed a value in a record, and what the largest one of a longer time is expected to be."""
+"""Figure of the rate of peaks above a value in a record, and of the predicted largest value."""
 
 from __future__ import annotations
 
@@ -19,33 +19,33 @@ FITTED: dict[str, Any] = {"lw": 1.2, "color": COLOURS[0]}
 LARGEST: dict[str, Any] = {"lw": 2.0, "color": ALARM, "marker": "o", "ms": 4.0}
 
 
-def peaks_figure(found: Any) -> Figure:
+def peaks_figure(prediction: Any) -> Figure:
     """Draw, for each row, peaks per hour above a value, their fit, and the largest value with its interval.
 
     Parameters
     ----------
-    found : HourPeaks
-        What a record says of a longer time.
+    prediction : HourPeaks
+        Prediction from a record.
     """
-    count = len(found.rows)
+    count = len(prediction.rows)
     columns = min(count, 3)
     figure = canvas(2.6 * -(-count // columns))
     axes = np.ravel(figure.subplots(-(-count // columns), columns, squeeze=False))
     for i, ax in enumerate(axes[:count]):
-        _row(ax, found, i)
+        _draw_row(ax, prediction, i)
     for ax in axes[count:]:
         ax.set_axis_off()
-    legend = {"peaks of the record": PEAKS, "fitted": FITTED, f"largest in {found.hours:g} h, 5 to 95 %": LARGEST}
+    legend = {"peaks of the record": PEAKS, "fitted": FITTED, f"largest in {prediction.hours:g} h, 5 to 95 %": LARGEST}
     key(figure, of_curves(legend), 3)
     return figure
 
 
-def _row(ax: Axes, found: Any, i: int) -> None:
-    """Peaks per hour above a value, from the record's to one in the time that is predicted."""
-    scale, unit = SCALE.get(found.quantity, (1.0, found.unit))
-    largest, peaks = found.largest[i], np.sort(found.peaks[i])[::-1]
-    per_hour = 3600.0 / found.duration
-    tidy(ax, found.rows[i], "Peaks above it (1/h)", f"{WORDS[found.quantity]} ({unit})")
+def _draw_row(ax: Axes, prediction: Any, i: int) -> None:
+    """Draw peaks per hour above a value, from the record's to one in the predicted time."""
+    scale, unit = SCALE.get(prediction.quantity, (1.0, prediction.unit))
+    largest, peaks = prediction.largest[i], np.sort(prediction.peaks[i])[::-1]
+    per_hour = 3600.0 / prediction.duration
+    tidy(ax, prediction.rows[i], "Peaks above it (1/h)", f"{WORDS[prediction.quantity]} ({unit})")
     if peaks.size:
         ax.plot(scale * peaks, per_hour * np.arange(1, peaks.size + 1), **PEAKS)
         ax.set_yscale("log")
@@ -53,13 +53,13 @@ def _row(ax: Axes, found: Any, i: int) -> None:
         ax.text(0.5, 0.5, f"{largest.peaks} peaks: too few", transform=ax.transAxes, ha="center", fontsize=8)
         return
     value = np.linspace(largest.threshold, largest.high, 200)
-    inside = np.maximum(1 + largest.shape * (value - largest.threshold) / largest.scale, 1e-12)
-    rate = per_hour * largest.peaks * inside ** (-1 / largest.shape)
-    seen = rate > 0.03 / found.hours
-    ax.plot(scale * value[seen], rate[seen], **FITTED)
+    base = np.maximum(1 + largest.shape * (value - largest.threshold) / largest.scale, 1e-12)
+    rate = per_hour * largest.peaks * base ** (-1 / largest.shape)
+    shown = rate > 0.03 / prediction.hours
+    ax.plot(scale * value[shown], rate[shown], **FITTED)
     # The largest value has its median where log 2 peaks are expected in the time.
-    expected = np.log(2) / found.hours
+    expected = np.log(2) / prediction.hours
     ax.plot([scale * largest.low, scale * largest.high], [expected, expected], lw=2.0, color=ALARM)
     ax.plot(scale * largest.median, expected, "o", ms=4.0, color=ALARM)
-    if found.limit is not None:
-        ax.axvline(scale * found.limit, color=TEST, lw=0.8, ls="--")
+    if prediction.limit is not None:
+        ax.axvline(scale * prediction.limit, color=TEST, lw=0.8, ls="--")

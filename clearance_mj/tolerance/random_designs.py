@@ -1,8 +1,8 @@
-"""Random excitation over a production: which share of designs touches within an hour, how often and how hard.
+"""Random excitation over a production: the fraction of designs that touch within an hour, how often and how hard.
 
-Designs are marched eight at a time in the lanes of the modal engine, which share one noise; its seed is that of the
-eight, whatever the number of workers. All levels have the same noise, scaled. What is seen of eight designs is not
-independent, therefore: intervals come from the scatter between groups of eight.
+Designs are marched eight at a time in the lanes of the modal engine, under one noise; its seed is that of the eight,
+whatever the number of workers. All levels have the same noise, scaled. Results of eight designs are not independent,
+therefore: intervals come from the scatter between groups of eight.
 """
 
 from __future__ import annotations
@@ -31,24 +31,24 @@ from .peaks import QUANTITIES, SETTLING, HourPeaks, noise_of, peaks_of_record
 __all__ = ["DesignPeaks", "LevelPeaks", "Noise", "peaks_of_designs", "peaks_over_production", "random_production"]
 
 TOGETHER = 8  # consecutive designs that share a noise
-TIMED = 5.0  # s of excitation, from whose march it is said how long all take
-LEAST_GROUPS = 5  # from which on their scatter is used
+TIMED = 5.0  # s of excitation, marched to estimate the time of all
+LEAST_GROUPS = 5  # number of groups from which on their scatter is used
 SPREAD = (0.05, 0.5, 0.95)
 OF_DESIGN = ("impacts_per_second", "impact_probability", "median", "low", "high", "exceeded")
 
 
 @dataclass(frozen=True)
 class DesignPeaks:
-    """What an hour does to one design at one level."""
+    """Peaks of one design at one level."""
 
     design: int
-    """its place among the models, from 0"""
+    """its index among the models, from 0"""
     level: float
     """RMS of the excitation, m/s² or N"""
     impacts_per_second: tuple[float, ...]
     """of each bushing"""
     impact_probability: tuple[float, ...]
-    """that each bushing touches within the time"""
+    """probability that each bushing touches within the time"""
     median: tuple[float, ...]
     """median of the largest value of the time, of each bushing or sensor; nan with too few peaks"""
     low: tuple[float, ...]
@@ -61,7 +61,7 @@ class DesignPeaks:
 
 @dataclass(frozen=True)
 class LevelPeaks:
-    """A production at one level: shares of designs with intervals, and quantiles over the designs.
+    """A production at one level: fractions of designs with intervals, and quantiles over the designs.
 
     Intervals go from 5 to 95 %.
     """
@@ -74,41 +74,41 @@ class LevelPeaks:
     """(n_bushings, 3) P(impact within the time) of a design of the production, and its interval"""
     exceeds: np.ndarray
     """(n_rows, 3) P(largest value over the limit), and its interval; where a design has too few peaks for a fit, the
-    lower end takes none of it to exceed and the upper end all of it that touches; nan without a limit"""
+    lower end assumes that it never exceeds and the upper end that it does if it touches; nan without a limit"""
     impacts_per_second: np.ndarray
     """(n_bushings, 3) 5, 50 and 95 % quantile over the designs, 1/s"""
     largest: np.ndarray
-    """(n_rows, 3) the same of each design's median of the largest value; 0 where a design has too few peaks"""
+    """(n_rows, 3) the same quantiles of each design's median of the largest value; 0 where it has too few peaks"""
     too_few: np.ndarray = field(default_factory=lambda: np.empty(0))
-    """(n_rows,) share of designs with too few peaks for a fit"""
+    """(n_rows,) fraction of designs with too few peaks for a fit"""
     by_design: tuple[DesignPeaks, ...] = ()
-    """what is known of each design, in their order"""
+    """peaks of each design, in their order"""
 
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Random excitation under which designs of a production are marched, and what is asked of it."""
+    """Random excitation under which designs of a production are marched, and the predicted quantity."""
 
     psd: PSD
     """shape of the excitation's spectrum"""
     levels: Sequence[float]
-    """RMS to which it is scaled, m/s² or N"""
+    """RMS levels to which it is scaled, m/s² or N"""
     duration: float = 60.0
-    """s that are marched after settling"""
+    """length of the record after settling, s"""
     hours: float = 1.0
     """time whose largest value is predicted, h"""
     quantity: str = "contact_force"
-    """whose largest value it is: "contact_force", "penetration" or "acceleration" """
+    """predicted quantity: "contact_force", "penetration" or "acceleration" """
     limit: float | None = None
-    """value of it whose probability of being exceeded is wanted"""
+    """its value whose probability of being exceeded is predicted"""
     engine: str | Engine = "modal"
-    """that marches"""
+    """engine of the march"""
     settling: float = SETTLING
-    """s at the start that are left out"""
+    """time at the start that is left out, s"""
 
 
 class _Task(NamedTuple):
-    """Designs that share a noise, at one level."""
+    """Designs under the same noise, at one level."""
 
     first: int
     level: float
@@ -120,18 +120,18 @@ class _Task(NamedTuple):
 def peaks_of_designs(
     models: Sequence[Rig | Modelled], noise: Noise, seed: int = 0, runner: Runner = ALL_CORES
 ) -> list[DesignPeaks]:
-    """March every design at every level; return what `peaks_over_an_hour` says of each, level by level.
+    """March every design at every level; return the results of `peaks_over_an_hour` for each, level by level.
 
     Parameters
     ----------
     models : sequence of Model or Rig
-        Designs of a production; their order decides which share a noise.
+        Designs of a production; their order decides which have the same noise.
     noise : Noise
-        Under what they are marched.
+        Excitation of the march.
     seed : int
         Seed of all noise.
     runner : Runner
-        On which workers, and where what is done is kept.
+        Workers, and folder of finished results.
 
     Raises
     ------
@@ -150,21 +150,21 @@ def peaks_of_designs(
     ]
     part = tasks[0]._replace(noise=replace(noise, duration=TIMED, settling=0.0))
     times = len(tasks) * (noise.duration + noise.settling) / TIMED
-    found = runner.run("random excitation", _marched, tasks, _inputs, [partial(_marched, part)], times)
+    results = runner.run("random excitation", _march, tasks, _task_inputs, [partial(_march, part)], times)
     return [
         DesignPeaks(task.first + i, task.level, *(tuple(arrays[name][i].tolist()) for name in OF_DESIGN))
-        for task, arrays in zip(tasks, found)
+        for task, arrays in zip(tasks, results)
         for i in range(len(task.cases))
     ]
 
 
 def random_production(designs: Designs, noise: Noise, seed: int = 0, runner: Runner = ALL_CORES) -> list[LevelPeaks]:
-    """Find how many of a production touch, and exceed a limit, within a time of random excitation.
+    """Estimate the fractions of a production that touch, and exceed a limit, within a time of random excitation.
 
     Parameters
     ----------
     designs : Designs
-        As `Scatter.draw` or `draw_posterior` draws them.
+        Designs, drawn by `Scatter.draw` or `draw_posterior`.
     noise, seed, runner
         As in `peaks_of_designs`.
 
@@ -182,12 +182,12 @@ def random_production(designs: Designs, noise: Noise, seed: int = 0, runner: Run
 
 
 def peaks_over_production(found: Iterable[DesignPeaks]) -> list[LevelPeaks]:
-    """Return what all designs say of the production, a `LevelPeaks` for each level in rising order.
+    """Summarise the peaks of all designs, a `LevelPeaks` for each level in rising order.
 
     Parameters
     ----------
     found : iterable of DesignPeaks
-        In any order.
+        Peaks of designs, in any order.
 
     Raises
     ------
@@ -199,57 +199,57 @@ def peaks_over_production(found: Iterable[DesignPeaks]) -> list[LevelPeaks]:
         by_level.setdefault(each.level, []).append(each)
     if not by_level:
         raise ClearanceError("there is no design to say anything of a production")
-    return [_of_level(level, sorted(by_level[level], key=lambda x: x.design)) for level in sorted(by_level)]
+    return [_summarise_level(level, sorted(by_level[level], key=lambda x: x.design)) for level in sorted(by_level)]
 
 
-def _inputs(task: _Task) -> object:
-    """Everything that the peaks of a task's designs depend on, as plain data."""
+def _task_inputs(task: _Task) -> object:
+    """Return all inputs of a task's results, as plain data."""
     engine, models = get_engine(task.noise.engine), [Model(rig, law).content() for rig, law in task.cases]
-    asked = {name: value for name, value in vars(task.noise).items() if name not in ("psd", "levels", "engine")}
-    how = engine.name, vars(engine), code_outside(engine)
-    return models, task.first, task.level, task.noise.psd.to_dict(), task.seed, asked, *how
+    settings = {name: value for name, value in vars(task.noise).items() if name not in ("psd", "levels", "engine")}
+    engine_inputs = engine.name, vars(engine), code_outside(engine)
+    return models, task.first, task.level, task.noise.psd.to_dict(), task.seed, settings, *engine_inputs
 
 
-def _marched(task: _Task) -> dict[str, np.ndarray]:
-    """Peaks of the designs of a task, a row for each."""
+def _march(task: _Task) -> dict[str, np.ndarray]:
+    """March the designs of a task; return their peaks, a row for each."""
     asked, engine = task.noise, get_engine(task.noise.engine)
     noise = noise_of(asked.psd.scaled(task.level), asked.duration + asked.settling, [task.seed, task.first // TOGETHER])
-    found: dict[int, HourPeaks] = {}
+    peaks: dict[int, HourPeaks] = {}
     for together in groups_side_by_side(task.cases, noise, engine):
         blocks: list[list[Block]] = list(march([task.cases[i] for i in together], [noise], engine, asked.settling))
         for lane, i in enumerate(together):
-            own = [block[lane] for block in blocks]
-            found[i] = peaks_of_record(*task.cases[i], own, noise, asked.quantity, asked.hours, asked.limit)
-    each = [found[i] for i in sorted(found)]
+            lane_of = [block[lane] for block in blocks]
+            peaks[i] = peaks_of_record(*task.cases[i], lane_of, noise, asked.quantity, asked.hours, asked.limit)
+    each = [peaks[i] for i in sorted(peaks)]
     rows = [(one.impacts_per_second, one.impact_probability, one.median, *one.interval.T, one.exceeded) for one in each]
     return dict(zip(OF_DESIGN, map(np.array, zip(*rows))))
 
 
-def _of_level(level: float, designs: list[DesignPeaks]) -> LevelPeaks:
+def _summarise_level(level: float, designs: list[DesignPeaks]) -> LevelPeaks:
     groups = np.array([each.design // TOGETHER for each in designs])
     touch = np.array([each.impact_probability for each in designs])
-    over = np.array([each.exceeded for each in designs])
+    exceeded = np.array([each.exceeded for each in designs])
     median = np.array([each.median for each in designs])
     too_few = np.isnan(median)
-    if np.isnan(over[~too_few]).any():  # no limit was asked for
-        exceeds = np.full((over.shape[1], 3), np.nan)
+    if np.isnan(exceeded[~too_few]).any():  # no limit was asked for
+        exceeds = np.full((exceeded.shape[1], 3), np.nan)
     else:
-        at_most = np.where(too_few, touch if touch.shape == over.shape else 1.0, over)
-        none, every = _share(np.where(too_few, 0.0, over), groups), _share(at_most, groups)
-        exceeds = np.column_stack((none[:, :2], every[:, 2]))
+        at_most = np.where(too_few, touch if touch.shape == exceeded.shape else 1.0, exceeded)
+        low, high = (_fractions(np.where(too_few, 0.0, exceeded), groups), _fractions(at_most, groups))
+        exceeds = np.column_stack((low[:, :2], high[:, 2]))
     rates = np.array([each.impacts_per_second for each in designs])
     return LevelPeaks(
-        level, len(designs), _share(touch, groups), exceeds, np.quantile(rates, SPREAD, axis=0).T,
+        level, len(designs), _fractions(touch, groups), exceeds, np.quantile(rates, SPREAD, axis=0).T,
         np.quantile(np.where(too_few, 0.0, median), SPREAD, axis=0).T, too_few.mean(axis=0),
         tuple(designs),
     )  # fmt: skip
 
 
-def _share(probability: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """Mean probability of designs, (n, n_rows), with an interval: (n_rows, 3).
+def _fractions(probability: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    """Return the mean probability of designs, (n, n_rows), with an interval: (n_rows, 3).
 
-    The interval is that of a share of independent designs; where the means of groups scatter more than independent
-    designs would, of as many fewer designs.
+    The interval is that of a fraction of independent designs; where the means of groups scatter more than independent
+    designs would, of correspondingly fewer designs.
     """
     n, mean = len(probability), probability.mean(axis=0)
     number = np.full(mean.shape, float(n))

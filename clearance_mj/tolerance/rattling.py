@@ -1,4 +1,4 @@
-"""What single designs of a production do over level and frequency of a harmonic excitation."""
+"""Rattling of single designs of a production over level and frequency of a harmonic excitation."""
 
 from __future__ import annotations
 
@@ -22,47 +22,47 @@ __all__ = [
 ]  # fmt: skip
 
 HARMONICS = (9, 13, 21)
-"""Of the motion: as many as reach the modes; with more, shares of all but accelerations, which have the most of them
-always, hardly change"""
+"""Of the motion: the fewest that reach the modes; more hardly change fractions, except those of accelerations, which
+always have the most"""
 REACH = 0.7
 CONTACT, FROM_REST, EXCEEDING, LARGEST = range(4)
 
 
 @dataclass(frozen=True, eq=False)
 class Settings:
-    """What all designs are looked at with."""
+    """Settings of the computation of all designs."""
 
     kind: str  #: of the excitation: "base", "force" or "unbalance"
     levels: np.ndarray  #: (n_levels,) m/s², N, or factors of the unbalance
     frequencies: np.ndarray  #: (n_frequencies,) Hz
     limit: Limit | None
     harmonics: int | None  #: of the motion; None: the fewest of `HARMONICS` that reach `reach`, all for accelerations
-    samples: int | None  #: of a period; None: as `periodic.resolution` takes them
+    samples: int | None  #: of a period; None: those of `periodic.resolution`
     modes: int
-    reach: float  #: Hz that harmonics reach: `REACH` of the highest natural frequency within the range of frequencies
+    reach: float  #: Hz, frequency covered by harmonics: `REACH` of the highest natural frequency within the range
 
 
 class Batch(NamedTuple):
-    """Some of the designs."""
+    """A batch of designs."""
 
     first: int  #: number of the first one
     designs: Designs
 
 
 class Rattling(NamedTuple):
-    """What designs do."""
+    """Counts and first levels of designs."""
 
     counts: np.ndarray
-    """(5, n_levels, n_frequencies) how many designs are known there; of these how many can hit a wall, do so if the
-    level is raised from rest, exceed the limit, and have more than one vibration, so that they may jump"""
+    """(5, n_levels, n_frequencies) number of designs with known vibrations; of these the numbers that can hit a wall,
+    hit it if the level is raised from rest, exceed the limit, and have more than one vibration, so that they jump"""
     of_designs: np.ndarray
-    """(4, n_designs) lowest level at any frequency that can hit, that hits if it is raised from rest, and that
-    exceeds the limit, infinite if none does; the largest value of what is limited, up to the largest level, 0 without a
-    limit: rows `CONTACT`, `FROM_REST`, `EXCEEDING` and `LARGEST`"""
+    """(4, n_designs) lowest level at any frequency at which it can hit, hits if the level is raised from rest, and
+    exceeds the limit, infinite if none does; the largest value of the limited quantity, up to the largest level, 0
+    without a limit: rows `CONTACT`, `FROM_REST`, `EXCEEDING` and `LARGEST`"""
 
 
 def rattling_of(settings: Settings, batch: Batch) -> Rattling:
-    """Return what the designs of a batch do.
+    """Compute the designs of a batch.
 
     Parameters
     ----------
@@ -80,30 +80,30 @@ def rattling_of(settings: Settings, batch: Batch) -> Rattling:
     of_designs = np.empty((4, len(batch.designs)))
     for i in range(len(batch.designs)):
         with naming(f"design {batch.first + i}", ClearanceError):
-            one = _of_one(settings, batch.designs.model(i))
-        counts += one.counts
-        of_designs[:, i : i + 1] = one.of_designs
+            result = _compute_design(settings, batch.designs.model(i))
+        counts += result.counts
+        of_designs[:, i : i + 1] = result.of_designs
     return Rattling(counts, of_designs)
 
 
-def _of_one(settings: Settings, model: Model) -> Rattling:
+def _compute_design(settings: Settings, model: Model) -> Rattling:
     levels, limit = settings.levels, settings.limit
     branches = branches_of(settings, model)
-    read = [branch.crossings(levels) for branch in branches]
-    vibrations = np.array([count for count, _, _ in read]).T
-    impact, *limited = np.array([values for _, _, values in read]).transpose(1, 2, 0)
-    beyond = limited[0] > limit.value if limit else np.zeros_like(impact, dtype=bool)
+    crossings = [branch.crossings(levels) for branch in branches]
+    vibrations = np.array([count for count, _, _ in crossings]).T
+    impact, *limited = np.array([values for _, _, values in crossings]).transpose(1, 2, 0)
+    exceeds = limited[0] > limit.value if limit else np.zeros_like(impact, dtype=bool)
     touched = min(branch.first_level(branch.values[0], 0.0) for branch in branches)
     raised = np.array([branch.level_from_rest(branch.values[0]) for branch in branches])
     from_rest = (vibrations > 0) & (levels[:, None] >= raised)
     exceeded = min(branch.first_level(branch.values[1], limit.value) for branch in branches) if limit else np.inf
-    counts = np.array([vibrations > 0, impact > 0, from_rest, beyond, vibrations > 1], dtype=np.int64)
+    counts = np.array([vibrations > 0, impact > 0, from_rest, exceeds, vibrations > 1], dtype=np.int64)
     largest = limited[0].max() if limit else 0.0
     return Rattling(counts, np.array([[touched], [raised.min()], [exceeded], [largest]]))
 
 
 def branches_of(settings: Settings, model: Model) -> list[LevelBranch]:
-    """Return the vibrations of a design over the level at every frequency; with finer samples where they end early.
+    """Return the branches of a design over the level at every frequency; with finer samples where they end early.
 
     Parameters
     ----------
@@ -113,25 +113,25 @@ def branches_of(settings: Settings, model: Model) -> list[LevelBranch]:
         The design.
     """
     needed = harmonics_of(settings)
-    found: dict[int, LevelBranch] = {}
+    branches: dict[int, LevelBranch] = {}
     for harmonics in np.unique(needed).tolist():
-        left = np.flatnonzero(needed == harmonics).tolist()
+        remaining = np.flatnonzero(needed == harmonics).tolist()
         for samples in resolution(harmonics, settings.samples, 1, settings.modes)[1]:
-            for i, branch in zip(left, _branches(settings, model, left, harmonics, samples)):
-                if i not in found or branch.complete or branch.level.max() > found[i].level.max():
-                    found[i] = branch
-            if not (left := [i for i in left if not found[i].complete]):
+            for i, branch in zip(remaining, _follow_branches(settings, model, remaining, harmonics, samples)):
+                if i not in branches or branch.complete or branch.level.max() > branches[i].level.max():
+                    branches[i] = branch
+            if not (remaining := [i for i in remaining if not branches[i].complete]):
                 break
-    return [found[i] for i in range(needed.size)]
+    return [branches[i] for i in range(needed.size)]
 
 
 def harmonics_of(settings: Settings) -> np.ndarray:
-    """Return how many harmonics the motion has at each frequency, (n_frequencies,).
+    """Return the number of harmonics of the motion at each frequency, (n_frequencies,).
 
     Parameters
     ----------
     settings : Settings
-        Frequencies, and how far harmonics reach.
+        Frequencies, and the frequency that harmonics must reach.
     """
     harmonics = settings.harmonics
     if harmonics is None and settings.limit and settings.limit.quantity == "acceleration":
@@ -141,7 +141,7 @@ def harmonics_of(settings: Settings) -> np.ndarray:
     return np.select([each * settings.frequencies >= settings.reach for each in HARMONICS], HARMONICS, HARMONICS[-1])
 
 
-def _branches(
+def _follow_branches(
     settings: Settings, model: Model, which: list[int], harmonics: int, samples: int
 ) -> Iterator[LevelBranch]:  # fmt: skip
     limit, omega = settings.limit, 2 * np.pi * settings.frequencies

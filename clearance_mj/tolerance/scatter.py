@@ -1,4 +1,4 @@
-"""How a production scatters, as a file or a rig's own tolerances say it, and designs drawn from it."""
+"""Scatter of a production, from a file or from a rig's tolerances, and designs drawn from it."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from .scattered import CUT, Correlation, Scattered
 __all__ = ["Scatter", "draw_designs", "softer_and_stiffer"]
 
 APART = ("gain", "delay", "probe_delay", "direction", "probe_angle", "wear")
-"""Fields by which a production does not scatter: those of sensors and probes, and what no vibration feels"""
+"""Fields by which a production does not scatter: those of sensors and probes, and those without effect on vibrations"""
 
 
 @dataclass(frozen=True)
 class Scatter:
-    """How a production scatters.
+    """Scatter of a production.
 
     Raises
     ------
@@ -39,11 +39,11 @@ class Scatter:
     """
 
     numbers: tuple[Scattered, ...]
-    """what scatters"""
+    """scattering numbers"""
     correlations: tuple[Correlation, ...] = ()
     """between pairs of numbers"""
     left_out: tuple[str, ...] = ()
-    """those of the rig's tolerances that a production does not scatter by"""
+    """tolerances of the rig by which a production does not scatter"""
 
     def __post_init__(self) -> None:
         if not self.numbers:
@@ -51,38 +51,38 @@ class Scatter:
 
     @classmethod
     def of_rig(cls, rig: Rig, fields: Collection[str] = ()) -> Scatter:
-        """Return the scatter that a rig file's own tolerances say: normal, of their standard deviations.
+        """Return the scatter of a rig file's tolerances: normal, with their standard deviations.
 
-        Shares that would reach below zero within four of them, and those of wear, are lognormal. Of several tolerances
-        of one number the last one counts.
+        Relative tolerances that reach below zero within four of them, and those of wear, are lognormal. Of several
+        tolerances of one number the last one counts.
 
         Parameters
         ----------
         rig : Rig
-            With ``tolerances``; those of instruments, of wear and of the clamp's compliance, and exact numbers, are
+            Rig with ``tolerances``; those of instruments, of wear and of the clamp's compliance, and exact numbers, are
             left out.
         fields : collection of str
-            Such as "gap": tolerances of these alone.
+            Fields such as "gap": use their tolerances alone.
         """
-        kept: list[Scattered] = []
-        left, known, data = [], set[Key](), rig.to_dict()
+        scattered: list[Scattered] = []
+        left_out, known, data = [], set[Key](), rig.to_dict()
         for tolerance in reversed(rig.tolerances):
             of, field = tolerance.of, tolerance.of.rpartition(".")[2]
             if field not in fields if fields else field in APART or of in CLAMP_COMPLIANCES:
-                left.append(of)
+                left_out.append(of)
                 continue
             keys = find_numbers(data, of)
             new = [key for key in keys if key not in known]
             known.update(keys)
-            wide = tolerance.relative and (tolerance.size >= 1 / CUT or field == "wear")
-            form: Literal["normal", "lognormal"] = "lognormal" if wide and not field.startswith("offset") else "normal"
+            skew = tolerance.relative and (tolerance.size >= 1 / CUT or field == "wear")
+            form: Literal["normal", "lognormal"] = "lognormal" if skew and not field.startswith("offset") else "normal"
             for path in (of,) if len(new) == len(keys) else map(path_of, reversed(new)):
-                kept += [Scattered(path, tolerance.std, None, form)] if tolerance.size > 0 else []
-        return cls(tuple(kept[::-1]), (), tuple(left[::-1]))
+                scattered += [Scattered(path, tolerance.std, None, form)] if tolerance.size > 0 else []
+        return cls(tuple(scattered[::-1]), (), tuple(left_out[::-1]))
 
     @classmethod
     def load(cls, path: str | Path) -> Scatter:
-        """Read a scatter file (TOML): ``[[scatter]]`` with what `Scattered` has, ``[[correlations]]`` of `Correlation`.
+        """Read a scatter file (TOML): ``[[scatter]]`` of `Scattered`, ``[[correlations]]`` of `Correlation`.
 
         Parameters
         ----------
@@ -92,7 +92,7 @@ class Scatter:
         Raises
         ------
         ClearanceError
-            If it cannot be read, or holds what is impossible.
+            If it cannot be read, or its content is impossible.
         """
         data = read_plain(path, ClearanceError)
         if unknown := [key for key in data if key not in ("scatter", "correlations")]:
@@ -103,11 +103,11 @@ class Scatter:
             return cls(numbers, pairs)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data, as a scatter file holds it."""
+        """Return plain data, as in a scatter file."""
         return {"scatter": to_plain(self.numbers), "correlations": to_plain(self.correlations)}
 
     def save(self, path: str | Path) -> None:
-        """Write a scatter file, as `load` reads it.
+        """Write a scatter file for `load`.
 
         Parameters
         ----------
@@ -117,12 +117,12 @@ class Scatter:
         write_text(Path(path), tomli_w.dumps(self.to_dict()))
 
     def narrowed(self, widths: Mapping[str, float]) -> Scatter:
-        """Return a scatter of which some numbers have a share of their tolerance.
+        """Return a scatter with the tolerances of some numbers multiplied by factors.
 
         Parameters
         ----------
         widths : mapping of str to float
-            Shares, > 0, by the paths in `numbers`.
+            Factors, > 0, by the paths in `numbers`.
         """
         return replace(self, numbers=tuple(each.narrowed(widths.get(each.of, 1.0)) for each in self.numbers))
 
@@ -132,26 +132,26 @@ class Scatter:
         Parameters
         ----------
         model : Model
-            Its numbers are the middle.
+            Model in the middle of the scatter.
         n : int
             Number of designs.
         seed : int
-            Of scrambled Sobol' points.
+            Seed of scrambled Sobol' points.
 
         Raises
         ------
         ClearanceError
-            If a path leads nowhere, correlations are none that numbers can have, or a design is impossible.
+            If a path is unknown, correlations are impossible, or a design is impossible.
         """
         return self.rule(model).draw(n, seed)
 
     def rule(self, model: Model) -> DrawingRule:
-        """Return what makes designs of a model.
+        """Return the rule for drawing designs of a model.
 
         Parameters
         ----------
         model : Model
-            Its numbers are the middle.
+            Model in the middle of the scatter.
 
         Raises
         ------
@@ -167,22 +167,22 @@ def softer_and_stiffer(model: Model) -> list[Model]:
     Parameters
     ----------
     model : Model
-        Under the contacts of its rig file, which has a tolerance of their stiffness.
+        Model with the contacts of its rig file, which has a tolerance of their stiffness.
 
     Raises
     ------
     ClearanceError
-        If it has none, or the model has a law of its own.
+        If it has none, or the model has another law.
     """
     rig = model.rig
-    stiff = tuple(t for t in rig.tolerances if t.of.endswith("contact.stiffness") and t.size > 0)
-    if not stiff:
+    tolerances = tuple(t for t in rig.tolerances if t.of.endswith("contact.stiffness") and t.size > 0)
+    if not tolerances:
         raise ClearanceError(f'rig "{rig.name}": no tolerance of "bushings.contact.stiffness" says how far it goes')
     if not is_datasheet(model):
         raise ClearanceError(f'rig "{rig.name}" is under a law of its own, and not under the contacts of its file')
-    rule, shares = Scatter.of_rig(rig.replace(tolerances=stiff)).rule(model), norm.cdf([[-1.0], [1.0]])
-    of_each = [*zip(rule.numbers, rule.values, rule.gaps)]
-    return [changed(model, rule.keys, [float(n.quantile(s, v, gap)[0]) for n, v, gap in of_each]) for s in shares]
+    rule, probabilities = Scatter.of_rig(rig.replace(tolerances=tolerances)).rule(model), norm.cdf([[-1.0], [1.0]])
+    each = [*zip(rule.numbers, rule.values, rule.gaps)]
+    return [changed(model, rule.keys, [float(n.quantile(s, v, gap)[0]) for n, v, gap in each]) for s in probabilities]
 
 
 def draw_designs(model: Model, scatter: Scatter | str | None, n_designs: int, seed: int = 0) -> Designs:
@@ -191,14 +191,14 @@ def draw_designs(model: Model, scatter: Scatter | str | None, n_designs: int, se
     Parameters
     ----------
     model : Model
-        In the middle of the scatter.
+        Model in the middle of the scatter.
     scatter : Scatter or str or None
-        How the production scatters; "posterior": as the records that the model was identified from leave it open, see
-        `Model.draw`; None: by the rig file's own tolerances.
+        How the production scatters; "posterior": by the posterior of the model's identification, see `Model.draw`;
+        None: by the rig file's tolerances.
     n_designs : int
         Number of designs.
     seed : int
-        Of the draws.
+        Seed of the draws.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""One number that scatters, and how two of them go together: distributions, limits of a drawing, correlations."""
+"""Distribution of a scattering number, limits of a drawing, and correlation of two numbers."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ from ..rig.tolerance import Tolerance
 
 __all__ = ["LAW", "Correlation", "Scattered"]
 
-LAW = "law."  # with which paths begin that lead to numbers of a model's law
+LAW = "law."  # prefix of paths to numbers of a model's law
 SIGMAS = 3.0  # standard deviations from the middle to the limits of a drawing
-CUT = 4.0  # standard deviations beyond which no normal number lies that has a standard deviation alone
+CUT = 4.0  # standard deviations at which a normal distribution without limits is cut
 SIZE = re.compile(r"\s*([-+\d.eE]+)\s*(.*?)\s*")
 _SHARE = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*")
 
 
 @checked(ClearanceError)
 class Scattered:
-    """How a number, or each of several, scatters about its value in the model."""
+    """Scatter of a number, or of each of several, about its value in the model."""
 
     of: Text
-    """path to a number of the rig, such as "bushings[0].gap"; "bushings.gap": that of every bushing, each for
-    itself; or of the model's law, such as "law.k[0]" """
+    """path to a number of the rig, such as "bushings[0].gap"; "bushings.gap": that of every bushing,
+    independently; or of the model's law, such as "law.k[0]" """
     std: Text | None = None
     """standard deviation with its unit, "0.02 mm", or "3 %" of the value (of an offset: of the gap)"""
     within: Text | None = None
-    """in its place the limits of a drawing: 0.3 ± 0.05 mm has "0.05 mm"; three standard deviations of "normal" """
+    """instead, the limits of a drawing: 0.3 ± 0.05 mm has "0.05 mm"; three standard deviations of "normal" """
     distribution: Literal["normal", "lognormal", "uniform", "triangular"] = "normal"
-    """ "normal" and "lognormal" end at the limits, or at four standard deviations; "lognormal" is of a share of the
+    """ "normal" and "lognormal" end at the limits, or at four standard deviations; "lognormal" is relative to the
     value; "uniform" and "triangular" have limits only"""
     price: Annotated[Number, Field(gt=0)] | None = None
-    """what half of the scatter costs more than all of it, in any currency: a narrower one costs by 1/width - 1"""
+    """extra cost of half of the scatter, in any currency: a narrower one costs by 1/width - 1"""
 
     def __post_init__(self) -> None:
         if (self.std is None) == (self.within is None):
@@ -54,25 +54,25 @@ class Scattered:
 
     @functools.cached_property
     def _size(self) -> tuple[float, bool]:
-        """How wide, in SI units or as a share of the value, and which of the two."""
-        given = self.std if self.std is not None else self.within
-        assert given is not None
+        """Width, in SI units or relative to the value, and True if it is relative."""
+        text = self.std if self.std is not None else self.within
+        assert text is not None
         with naming(f"scatter of {self.of}", (ValueError, ClearanceError), ClearanceError):
             if self.of.startswith(LAW):
-                if not (match := _SHARE.fullmatch(given)):
-                    raise ClearanceError(f'"{given}" is no share of the value, such as "5 %"')
+                if not (match := _SHARE.fullmatch(text)):
+                    raise ClearanceError(f'"{text}" is no share of the value, such as "5 %"')
                 size, relative = float(match[1]) / 100, True
             else:
-                tolerance = Tolerance(self.of, given)
+                tolerance = Tolerance(self.of, text)
                 size, relative = tolerance.size, tolerance.relative
             if size == 0:
-                raise ClearanceError(f'"{given}" is none; leave it out')
+                raise ClearanceError(f'"{text}" is none; leave it out')
         return size, relative
 
     def half_width(self, value: float, gap: float | None = None) -> tuple[float, float]:
         """Return standard deviation and distance of the limits from the middle, in SI units.
 
-        Of "lognormal" both are of the logarithm.
+        For "lognormal" both are those of the logarithm.
 
         Parameters
         ----------
@@ -91,12 +91,12 @@ class Scattered:
         return (size, CUT * size) if self.within is None else (size / SIGMAS, size)
 
     def deviation(self, values: np.ndarray, value: float, gap: float | None = None) -> np.ndarray:
-        """Return how far values (n,) are from the middle, over the distance of the limits.
+        """Return the deviations of values (n,) from the middle, over the distance of the limits.
 
         Parameters
         ----------
         values : ndarray, shape (n,)
-            Of the number.
+            Values of the number.
         value : float
             The number's value in the model.
         gap : float, optional
@@ -106,12 +106,12 @@ class Scattered:
         return (np.log(values / value) if self.distribution == "lognormal" else values - value) / limit
 
     def quantile(self, share: np.ndarray, value: float, gap: float | None = None) -> np.ndarray:
-        """Return the values below which these shares (n,) of a production lie.
+        """Return the quantiles (n,) of the number.
 
         Parameters
         ----------
         share : ndarray, shape (n,)
-            Between 0 and 1.
+            Probabilities, between 0 and 1.
         value : float
             The number's value in the model.
         gap : float, optional
@@ -128,12 +128,12 @@ class Scattered:
         return value * np.exp(steps) if self.distribution == "lognormal" else value + steps
 
     def narrowed(self, width: float) -> Scattered:
-        """Return the same with a share of its standard deviation or limits; of "lognormal" of their logarithms.
+        """Return the same with standard deviation or limits times a factor; for "lognormal" those of the logarithm.
 
         Parameters
         ----------
         width : float
-            Share, > 0.
+            Factor, > 0.
         """
 
         def scaled(text: str | None) -> str | None:
@@ -149,9 +149,9 @@ class Scattered:
 
 @checked(ClearanceError)
 class Correlation:
-    """How two numbers go together: the correlation of their normal scores (a Gaussian copula)."""
+    """Correlation of two numbers: that of their normal scores (a Gaussian copula)."""
 
     of: tuple[Text, Text]
     """paths of single numbers, such as "bushings[0].gap" """
     value: Annotated[Number, Field(ge=-1, le=1)]
-    """1: both are large together; -1: one is large where the other is small"""
+    """1: both are large together; -1: one is large if the other is small"""

@@ -1,7 +1,7 @@
-"""Which scattering number the spread of a production comes from: Sobol indices of the levels at which it rattles.
+"""Sensitivity of a production to its scattering numbers: Sobol indices of the levels at which it rattles.
 
-First order: the share of the variance that fixing a number alone would take away on average; total: the share that is
-left if all others are fixed. Numbers that are correlated with each other have their indices together, as a group.
+First order: the fraction of the variance that fixing a number alone removes on average; total: the fraction that
+remains if all others are fixed. Correlated numbers have their indices together, as a group.
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ FIRST = "level of first contact (dB)"
 def rattle_sensitivity(
     model: Model, scatter: Scatter | None, sines: Sines, n_base: int = 128, seed: int = 0, runner: Runner = ALL_CORES
 ) -> Sensitivity:
-    """Find Sobol indices of the lowest level that touches, of that which exceeds a limit, and of what is limited.
+    """Compute Sobol indices of the lowest level of contact, of the lowest beyond a limit, and of the limited quantity.
 
     Parameters
     ----------
     model : Model
-        As `production` takes it.
+        As in `production`.
     scatter : Scatter or None
-        How the production scatters; None: by the rig file's own tolerances.
+        Scatter of the production; None: by the rig file's tolerances.
     sines : Sines
-        Of the largest level, what must not be exceeded up to there, and frequencies.
+        Largest level, limit up to there, and frequencies.
     n_base : int
-        A power of 2; so many times (numbers + 2) designs are computed.
+        A power of 2; n_base (numbers + 2) designs are computed.
     seed : int
-        Of scrambled Sobol' points.
+        Seed of scrambled Sobol' points.
     runner : Runner
-        As `production` takes it.
+        As in `production`.
 
     Returns
     -------
     Sensitivity
-        Levels in dB; with the largest value of what is limited, up to the level, in its unit.
+        Levels in dB; the largest value of the limited quantity, up to the level, in its unit.
 
     Raises
     ------
@@ -64,19 +64,19 @@ def rattle_sensitivity(
     require_power_of_two("n_base", n_base)
     scatter = scatter or Scatter.of_rig(model.rig)
     rule = scatter.rule(model)
-    groups = _groups(rule.names, scatter.correlations)
+    groups = _correlated_groups(rule.names, scatter.correlations)
     settings = settings_of(model, sines)
     settings = replace(settings, levels=settings.levels[-1:])
     designs = rule.designs(saltelli_points(groups, n_base, seed))
-    found = total_of("sensitivities", settings, designs, runner)
-    results = _results(found, settings.limit, f"{settings.levels[0]:g} {level_axis(settings.kind).unit}")
-    named = tuple(", ".join(rule.names[i] for i in group) for group in groups)
+    rattling = total_of("sensitivities", settings, designs, runner)
+    results = _varying_results(rattling, settings.limit, f"{settings.levels[0]:g} {level_axis(settings.kind).unit}")
+    labels = tuple(", ".join(rule.names[i] for i in group) for group in groups)
     indices = sobol_indices(np.stack(list(results.values()), axis=1), len(groups), seed)
-    return Sensitivity(tuple(results), named, *indices)
+    return Sensitivity(tuple(results), labels, *indices)
 
 
-def _groups(names: Sequence[str], correlations: Sequence[Correlation]) -> list[list[int]]:
-    """Numbers that hang together by correlations."""
+def _correlated_groups(names: Sequence[str], correlations: Sequence[Correlation]) -> list[list[int]]:
+    """Return groups of correlated numbers."""
     group = list(range(len(names)))
     for pair in correlations:
         i, j = (group[names.index(name)] for name in pair.of)
@@ -84,10 +84,10 @@ def _groups(names: Sequence[str], correlations: Sequence[Correlation]) -> list[l
     return [[i for i, each in enumerate(group) if each == first] for first in sorted({*group})]
 
 
-def _results(found: Rattling, limit: Limit | None, level: str) -> dict[str, np.ndarray]:
-    results = {FIRST: found.of_designs[CONTACT]}
+def _varying_results(rattling: Rattling, limit: Limit | None, level: str) -> dict[str, np.ndarray]:
+    results = {FIRST: rattling.of_designs[CONTACT]}
     if limit:
-        results[f"level at {limit.words} (dB)"] = found.of_designs[EXCEEDING]
+        results[f"level at {limit.words} (dB)"] = rattling.of_designs[EXCEEDING]
     levels = {}
     for name, values in results.items():
         if silent := int(np.sum(~np.isfinite(values))):
@@ -99,5 +99,5 @@ def _results(found: Rattling, limit: Limit | None, level: str) -> dict[str, np.n
             continue
         levels[name] = 20 * np.log10(values)
     if limit:
-        levels[f"largest {limit.quantity.replace('_', ' ')} ({limit.unit})"] = found.of_designs[LARGEST]
+        levels[f"largest {limit.quantity.replace('_', ' ')} ({limit.unit})"] = rattling.of_designs[LARGEST]
     return {name: values for name, values in levels.items() if np.ptp(values) > 0}

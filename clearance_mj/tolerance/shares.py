@@ -1,4 +1,4 @@
-"""How many of a production touch, exceed a limit or may jump, over level and frequency of a harmonic excitation."""
+"""Fractions of a production that touch, exceed a limit or may jump, over level and frequency of an excitation."""
 
 from __future__ import annotations
 
@@ -31,50 +31,50 @@ SHARES = ("contact", "from_rest", "exceeding", "several")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Production(ArrayData):
-    """What a production does over level and frequency; shares are of the designs whose vibrations are known there."""
+    """Fractions of a production over level and frequency, each of the designs whose vibrations are known there."""
 
     nominal: Model
-    """in the middle of the scatter"""
+    """model in the middle of the scatter"""
     kind: str
-    """ "base", "force" or "unbalance": what the excitation is"""
+    """excitation: "base", "force" or "unbalance\""""
     limit: Limit | None
-    """what must not be exceeded"""
+    """limit of the designs"""
     level: np.ndarray
-    """(n_levels,) amplitude of the excitation, m/s² or N, or what the rig's unbalances are multiplied by"""
+    """(n_levels,) amplitude of the excitation, m/s² or N, or factor of the rig's unbalances"""
     frequency: np.ndarray
     """(n_frequencies,) Hz"""
     contact: np.ndarray
-    """(n_levels, n_frequencies) share of the designs that can hit a wall: one of their coexisting vibrations does; what
-    rests against a wall, such as teeth under a mean torque, hits it from where it leaves it"""
+    """(n_levels, n_frequencies) fraction of the designs that can hit a wall: one of their coexisting vibrations does;
+    an end that rests against a wall, such as teeth under a mean torque, hits it once it leaves it"""
     from_rest: np.ndarray
-    """(n_levels, n_frequencies) share of the designs that hit a wall if the level is raised slowly from rest"""
+    """(n_levels, n_frequencies) fraction of the designs that hit a wall if the level is raised slowly from rest"""
     exceeding: np.ndarray
-    """(n_levels, n_frequencies) share of the designs that exceed the limit; 0 without one"""
+    """(n_levels, n_frequencies) fraction of the designs that exceed the limit; 0 without one"""
     several: np.ndarray
-    """(n_levels, n_frequencies) share of the designs with more than one vibration: they may jump"""
+    """(n_levels, n_frequencies) fraction of the designs with more than one vibration: they may jump"""
     unknown: np.ndarray
-    """(n_levels, n_frequencies) share of the designs whose vibration was not found"""
+    """(n_levels, n_frequencies) fraction of the designs whose vibration is not known"""
     first_contact: np.ndarray
-    """(n_designs,) lowest level at which a design can hit a wall at any of the frequencies; infinite if it is not found
-    up to somewhat above the largest level"""
+    """(n_designs,) lowest level at which a design can hit a wall at any of the frequencies; infinite if it does
+    not up to somewhat above the largest level"""
     first_from_rest: np.ndarray
     """(n_designs,) lowest level at which it hits a wall if the level is raised slowly from rest"""
     first_exceeding: np.ndarray
     """(n_designs,) lowest level at which it exceeds the limit"""
     largest: np.ndarray
-    """(n_designs,) largest value of what is limited, up to the largest level, N, m or m/s²; 0 without a limit"""
+    """(n_designs,) largest value of the limited quantity, up to the largest level, N, m or m/s²; 0 without a limit"""
     names: tuple[str, ...]
-    """paths of the numbers that scatter; none of draws from a posterior"""
+    """paths of the numbers that scatter; none for draws from a posterior"""
     values: np.ndarray
     """(n_designs, n_numbers) their values, SI units"""
 
     @property
     def designs(self) -> int:
-        """How many there are."""
+        """Number of designs."""
         return self.first_contact.size
 
     def over_level(self, what: str = "contact") -> np.ndarray:
-        """Return the share (n_levels,) of the designs that do so at any of the frequencies.
+        """Return the fraction (n_levels,) of the designs that do so at any of the frequencies.
 
         Parameters
         ----------
@@ -87,36 +87,36 @@ class Production(ArrayData):
         return np.searchsorted(first, self.level, side="right") / self.designs
 
     def interval(self, share: ArrayLike, confidence: float = 0.95) -> np.ndarray:
-        """Return the limits (2, ...) of shares of the designs, see `statistics.share_interval`.
+        """Return the confidence limits (2, ...) of fractions of the designs, see `statistics.share_interval`.
 
         Parameters
         ----------
         share : array_like
-            Such as `contact`.
+            Fractions such as `contact`.
         confidence : float
-            Probability that the production's share lies between the limits.
+            Probability that the production's fraction lies between the limits.
         """
         return share_interval(share, self.designs, confidence)
 
     @property
     def notes(self) -> list[str]:
-        """Plain words on what the shares are of, and what not to rely on."""
-        found = []
+        """Plain sentences on the base of the fractions, and on their limitations."""
+        sentences = []
         if pressed := _pressed_at_rest(self.nominal):
-            found.append(f"{', '.join(pressed)}: rests against its wall; it touches from where it leaves the wall")
+            sentences.append(f"{', '.join(pressed)}: rests against its wall; it touches from where it leaves the wall")
         if self.limit and not self.exceeding.any():
-            found.append(
+            sentences.append(
                 f"{self.limit.words}: no design reaches that up to {self.level[-1]:g} {level_axis(self.kind).unit}; "
                 f"the largest is {self.largest.max():.4g} {self.limit.unit}"
             )
         if self.unknown.any():
-            found.append(
+            sentences.append(
                 f"vibrations were not found in {100 * self.unknown.mean():.2g} % of all cases; shares are of the others"
             )
-        return found
+        return sentences
 
     def to_xarray(self) -> xr.Dataset:
-        """Return everything with labels and units, over level and frequency or over designs."""
+        """Return all quantities with labels and units, over level and frequency or over designs."""
         unit = level_axis(self.kind).symbol
         cells = ("level", "frequency")
         variables: dict[str, Any] = {name: (cells, getattr(self, name), "1") for name in (*SHARES, "unknown")}
@@ -131,7 +131,7 @@ class Production(ArrayData):
 
 
 def _pressed_at_rest(model: Model) -> list[str]:
-    """Names of clearances against whose walls weight or loads press the shaft."""
+    """Return names of clearances against whose walls weight or loads press the shaft."""
     rig = model.rig
     if not (rig.gravity or rig.loads):
         return []
@@ -147,7 +147,7 @@ def production(
     model: Model, scatter: Scatter | str | None, sines: Sines, n_designs: int = 1000, seed: int = 0,
     runner: Runner = ALL_CORES,
 ) -> Production:  # fmt: skip
-    """Find how many of a production touch, exceed a limit or may jump, over level and frequency.
+    """Estimate the fractions of a production that touch, exceed a limit or may jump, over level and frequency.
 
     For every design and frequency the vibration that grows out of rest is followed over the level, around folds.
 
@@ -156,16 +156,16 @@ def production(
     model : Model
         Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
     scatter : Scatter or str or None
-        How the production scatters about the model; "posterior": as the records that the model was identified from
-        leave it open; None: by the rig file's own tolerances.
+        Scatter of the production about the model; "posterior": by the posterior of the model's identification; None: by
+        the rig file's tolerances.
     sines : Sines
-        Levels, frequencies and what must not be exceeded.
+        Levels, frequencies and limit.
     n_designs : int
-        Number of designs that are drawn.
+        Number of drawn designs.
     seed : int
-        Of the draws.
+        Seed of the draws.
     runner : Runner
-        On which workers designs are computed, and where what is done is kept.
+        Workers, and folder of finished results.
 
     Returns
     -------

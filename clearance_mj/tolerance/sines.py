@@ -1,4 +1,4 @@
-"""Sines under which designs of a production are looked at."""
+"""Sine excitations of designs of a production."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from .rattling import HARMONICS, REACH, Batch, Rattling, Settings, rattling_of
 
 __all__ = ["Sines", "settings_of", "total_of"]
 
-BATCH, LEAST_TASKS = 8, 16  # designs of one task, at most, and tasks, if there are as many designs
-SAMPLES = 64  # frequencies of a design that are timed at most, to say how long all take
+BATCH, LEAST_TASKS = (8, 16)  # most designs of one task, and least number of tasks, if there are as many designs
+SAMPLES = 64  # largest number of frequencies of a design that are timed, to estimate the time of all
 
 
 @dataclass(frozen=True, eq=False)
 class Sines:
-    """Sines of all levels and frequencies, and what designs must not do under them."""
+    """Sines of all levels and frequencies, and the limit of designs under them."""
 
     levels: ArrayLike
-    """(n_levels,) amplitudes, m/s² or N, increasing; of kind "unbalance" what the rig's unbalances are multiplied by"""
+    """(n_levels,) amplitudes, m/s² or N, increasing; of kind "unbalance" factors of the rig's unbalances"""
     frequencies: ArrayLike
     """(n_frequencies,) Hz, increasing; of kind "unbalance" turns in a second"""
     limit: Limit | str | None = None
-    """what must not be exceeded, such as "contact_force > 20 N"; None: only contact counts"""
+    """limit, such as "contact_force > 20 N"; None: only contact counts"""
     kind: str | None = None
     """ "base", "force" or "unbalance"; None: unbalance of a rig that has some, else that of its shaker"""
     n_harmonics: int | None = None
@@ -44,18 +44,18 @@ class Sines:
     """of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many where vibrations end
     early with them"""
     n_modes: int = 8
-    """in the Ritz basis, as in the modal engine"""
+    """modes in the Ritz basis, as in the modal engine"""
 
 
 def settings_of(model: Model, sines: Sines) -> Settings:
-    """Return what designs are looked at with, or refuse what cannot be; see `production`.
+    """Check the request and return the settings for designs; see `production`.
 
     Parameters
     ----------
     model : Model
-        In the middle of the scatter.
+        Model in the middle of the scatter.
     sines : Sines
-        What is asked.
+        Levels, frequencies and limit.
     """
     level, frequency = increasing(sines.levels, "levels", 1), increasing(sines.frequencies, "frequencies", 1)
     kind = excited_by(model, sines.kind)
@@ -72,44 +72,44 @@ def settings_of(model: Model, sines: Sines) -> Settings:
 
 
 def total_of(name: str, settings: Settings, designs: Designs, runner: Runner) -> Rattling:
-    """Return what designs do, in their order; see `production`.
+    """Compute all designs and combine their results, in their order; see `production`.
 
     Parameters
     ----------
     name : str
-        Of the computation, on its bar and files.
+        Name of the computation, on its bar and files.
     settings : Settings
-        What they are looked at with.
+        Settings of the computation.
     designs : Designs
         The designs.
     runner : Runner
-        How they are computed.
+        Workers, and folder of finished results.
     """
     size, n = min(max(len(designs) // LEAST_TASKS, 1), BATCH), settings.frequencies.size
     batches = [Batch(i, designs[i : i + size]) for i in range(0, len(designs), size)]
     timed = np.random.default_rng(0).permutation(n)[:SAMPLES]
-    samples = [functools.partial(_at_one_frequency, settings, designs[:1], i) for i in timed.tolist()]
-    compute, inputs = functools.partial(_arrays_of, settings), functools.partial(_inputs, settings)
-    found = runner.run(name, compute, batches, inputs, samples, n * len(designs))
-    parts = [Rattling(**each) for each in found]
+    samples = [functools.partial(_compute_one_frequency, settings, designs[:1], i) for i in timed.tolist()]
+    compute, inputs = functools.partial(_compute_arrays, settings), functools.partial(_batch_inputs, settings)
+    results = runner.run(name, compute, batches, inputs, samples, n * len(designs))
+    parts = [Rattling(**each) for each in results]
     return Rattling(
         np.sum([part.counts for part in parts], axis=0), np.concatenate([part.of_designs for part in parts], axis=1)
     )
 
 
-def _at_one_frequency(settings: Settings, designs: Designs, i: int) -> None:
+def _compute_one_frequency(settings: Settings, designs: Designs, i: int) -> None:
     rattling_of(replace(settings, frequencies=settings.frequencies[[i]]), Batch(0, designs))
 
 
-def _arrays_of(settings: Settings, batch: Batch) -> dict[str, np.ndarray]:
+def _compute_arrays(settings: Settings, batch: Batch) -> dict[str, np.ndarray]:
     return rattling_of(settings, batch)._asdict()
 
 
-def _inputs(settings: Settings, batch: Batch) -> object:
-    """Everything that the results of a batch depend on, as plain data."""
+def _batch_inputs(settings: Settings, batch: Batch) -> object:
+    """Return all inputs of a batch's results, as plain data."""
     designs = batch.designs
     models = [model.content() for model in designs.drawn] or [designs.nominal.content(), designs.values.tolist()]
     arrays = settings.levels.tolist(), settings.frequencies.tolist()
     limit = settings.limit and (settings.limit.quantity, settings.limit.value, settings.limit.at)
-    how = settings.kind, settings.harmonics, settings.samples, settings.modes, settings.reach
-    return models, designs.names, *arrays, limit, *how
+    options = settings.kind, settings.harmonics, settings.samples, settings.modes, settings.reach
+    return models, designs.names, *arrays, limit, *options

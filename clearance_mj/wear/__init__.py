@@ -1,4 +1,4 @@
-"""Wear: how the gaps of a machine grow while it runs, how long it lasts, and what its history says of that."""
+"""Wear: growth of a machine's gaps in operation, its life, and its remaining life from a history of gaps."""
 
 from .harmonic import Sine
 from .history import GapHistory

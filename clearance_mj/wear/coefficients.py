@@ -1,4 +1,4 @@
-"""How well coefficients of wear are known: their tolerances in the rig, as spreads and draws."""
+"""Uncertainty of coefficients of wear: their tolerances in the rig, as standard deviations and draws."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ __all__ = ["drawn_models", "spreads"]
 
 
 def spreads(rig: Rig) -> np.ndarray:
-    """Return the standard deviations (n_bushings,) of the logarithms of coefficients of wear; infinite if untold.
+    """Return the standard deviations (n_bushings,) of the logarithms of coefficients of wear; infinite if not given.
 
     Parameters
     ----------
     rig : Rig
-        With tolerances.
+        Rig with tolerances.
     """
-    found = np.full(len(rig.bushings), np.inf)
+    std = np.full(len(rig.bushings), np.inf)
     for tolerance in (each for each in rig.tolerances if each.of.rpartition(".")[2] == "wear"):
         for _, j, _ in find_numbers(rig.to_dict(), tolerance.of):
             value = rig.bushings[int(j)].wear or 0.0
-            found[int(j)] = np.log1p(tolerance.size if tolerance.relative else tolerance.size / max(value, 1e-300))
-    return found
+            std[int(j)] = np.log1p(tolerance.size if tolerance.relative else tolerance.size / max(value, 1e-300))
+    return std
 
 
 def drawn_models(model: Model, n: int, seed: int) -> list[Model]:
     """Draw models: of the posterior if there is one, with coefficients and, without one, gaps within their tolerances.
 
-    Coefficients are lognormal. What has no tolerance stays.
+    Coefficients are lognormal. Numbers without a tolerance are exact.
 
     Parameters
     ----------
     model : Model
-        What is drawn from.
+        Model with a posterior or tolerances.
     n : int
         Number of models.
     seed : int

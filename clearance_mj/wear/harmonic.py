@@ -1,8 +1,9 @@
 """Rubbing of periodic vibrations in the plane under a sine, by harmonic balance, from gap to gap on one branch.
 
-A vibration at new gaps is sought from the one before on the straight way between both, in pieces over which the motion
-changes little, so that no other branch is taken for it. Where none is found, however short the piece, or where it has
-become unstable, the branch has ended: the machine then jumps, and where to is found by marching in time from there.
+A vibration at new gaps is continued from the one before along the straight line between both, in pieces over which the
+motion changes little, so that it stays on the branch. Where that fails for the shortest piece, or where the vibration
+has become unstable, the branch has ended: the machine then jumps, and the next vibration is computed by marching in
+time from there.
 """
 
 from __future__ import annotations
@@ -32,13 +33,13 @@ from .rubbing import footprints, in_space, rubbing
 
 __all__ = ["Sine"]
 
-LONGEST, SHORTEST = 0.02, 1e-5  # pieces of the way, by the largest relative change of a gap
+LONGEST, SHORTEST = 0.02, 1e-5  # pieces of the continuation, by the largest relative change of a gap
 NEAR = 0.3  # largest change of the motion in a piece, over its size
-PERIODS = 300  # of the excitation that are marched after a jump, until the vibration is steady
+PERIODS = 300  # of the excitation, marched after a jump until the vibration is steady
 SWEPT = 600  # periods of a sweep
-ROUNDS = 10  # of as many at most, until it is periodic
-COUNTED = 32  # of them after that, over which rubbing is averaged
-SAMPLES, LEAST_RATE = 32, 2000.0  # of a period, and in a second, of an excitation in space
+ROUNDS = 10  # largest number of such marches, until it is periodic
+COUNTED = 32  # further periods, over which rubbing is averaged
+SAMPLES, LEAST_RATE = 32, 2000.0  # per period, and least per second, of an excitation in space
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,8 @@ class Sine(Operation):
     kind: str | None = None
     """ "base" or "force"; None: as the rig's shaker"""
     swept_from: float | None = None
-    """Hz, from which the frequency is swept slowly to its value before the wear begins, in the plane; None: it begins
-    with the vibration that grows out of rest with the amplitude"""
+    """Hz, start of a slow sweep to the frequency before the wear begins, in the plane; None: it begins with the
+    vibration that grows out of rest with the amplitude"""
     n_harmonics: int = 21
     """of the motion"""
     n_samples: int | None = None
@@ -68,7 +69,7 @@ class Sine(Operation):
             raise ExcitationError(f'kind must be "base" or "force", got {self.kind!r}')
 
     def source(self, model: Model) -> Source:
-        """Return what finds the vibrations of a model; see `Operation.source`."""
+        """Return the source of a model's vibrations; see `Operation.source`."""
         footprints(model.rig)
         if model.rig.moves_across:
             return MarchedSource(self.in_time(model), model)
@@ -80,20 +81,20 @@ class Sine(Operation):
         Parameters
         ----------
         model : Model
-            Whose shaker it is.
+            Model with the shaker.
         """
         fs, kind = max(SAMPLES * self.frequency, LEAST_RATE), excitation_kind(model.rig, self.kind)
         duration = (PERIODS + COUNTED) / self.frequency
-        made = stepped_sine(duration, fs, self.frequency, self.amplitude, kind)
-        return Marched(made, PERIODS / self.frequency, Modal(modes=self.n_modes))
+        excitation = stepped_sine(duration, fs, self.frequency, self.amplitude, kind)
+        return Marched(excitation, PERIODS / self.frequency, Modal(modes=self.n_modes))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return how the machine runs as plain data."""
+        """Return the operation as plain data."""
         return {"operation": "sine", **vars(self)}
 
 
 class _Periodic(NamedTuple):
-    """A periodic vibration, as the next one needs it."""
+    """A periodic vibration, from which the next one is continued."""
 
     solver: Solver
     motion: Motion
@@ -112,7 +113,7 @@ class SineSource(Source):
         self.kind = excitation_kind(model.rig, operation.kind)
         self.harmonics, self.counts = resolution(operation.n_harmonics, operation.n_samples, 1, operation.n_modes)
         self.omega = 2 * np.pi * operation.frequency
-        self._solver(model)  # refuses laws and rigs of which no periodic vibration is known
+        self._solver(model)  # raises an error for laws and rigs without periodic vibrations
 
     def _solver(self, model: Model) -> Solver:
         levels = [complex(self.operation.amplitude)]
@@ -122,56 +123,56 @@ class SineSource(Source):
     def first(self, model: Model) -> Vibration:
         """Return the vibration that grows out of rest with the level; the one it settles on where that is unstable.
 
-        Or the one that a sweep of the frequency leads to.
+        With ``swept_from`` the vibration at the end of the sweep.
         """
         if self.operation.swept_from is not None:
-            return self._settled(model, self._swept(model, self.operation.swept_from))
+            return self._settle(model, self._sweep(model, self.operation.swept_from))
         solver = self._solver(model)
         try:
-            found = _Periodic(solver, solver.first(self.omega))
+            periodic = _Periodic(solver, solver.first(self.omega))
         except NoConvergence:
-            return self._settled(model, None)
-        if _is_unstable(found):
-            return self._settled(model, _modal_state(found))
-        return _vibration(found)
+            return self._settle(model, None)
+        if _is_unstable(periodic):
+            return self._settle(model, _modal_state(periodic))
+        return _with_rubbing(periodic)
 
     def follow(self, before: Vibration, at: Model, to: Model) -> Vibration | None:
         """Return the vibration at other gaps on the branch of one before; see `Source.follow`."""
         if not isinstance(before.state, _Periodic):
-            return self._settled(to, before.state, 1)
+            return self._settle(to, before.state, 1)
         start, stop = clearances_of(at.rig), clearances_of(to.rig)
         length = float(np.max(np.abs(stop - start) / start[:, :1]))
-        now, share = before.state, 0.0
+        current, fraction = before.state, 0.0
         piece = 1.0 if length <= LONGEST else LONGEST / length
-        while share < 1.0:
-            ahead = min(1.0, share + piece)
-            model = to if ahead == 1.0 else with_clearances(at, start + ahead * (stop - start))
-            if (found := self._near(now.x, model)) is None:
+        while fraction < 1.0:
+            target = min(1.0, fraction + piece)
+            model = to if target == 1.0 else with_clearances(at, start + target * (stop - start))
+            if (periodic := self._solve_near(current.x, model)) is None:
                 piece /= 2
                 if piece * length < SHORTEST:
                     return None
                 continue
-            now, share, piece = found, ahead, min(2 * piece, LONGEST / max(length, LONGEST))
-        return None if _is_unstable(now) else _vibration(now)
+            current, fraction, piece = periodic, target, min(2 * piece, LONGEST / max(length, LONGEST))
+        return None if _is_unstable(current) else _with_rubbing(current)
 
-    def _near(self, x: np.ndarray, model: Model) -> _Periodic | None:
-        """The vibration of a model near another one, whose points have harmonics x (n_points, K)."""
+    def _solve_near(self, x: np.ndarray, model: Model) -> _Periodic | None:
+        """Solve for a model's vibration near another one, whose points have harmonics x (n_points, K)."""
         solver = self._solver(model)
         basis = solver.system.basis
         z = basis.T @ x
         row, scale = np.append(np.zeros(solver.size), 1.0), max(float(np.linalg.norm(z)), solver.least)
         if (motion := solver.solve(self.omega, z, x - basis @ z, row, scale)) is None:
             return None
-        found = _Periodic(solver, motion)
-        return found if np.linalg.norm(found.x - x) <= NEAR * np.linalg.norm(x) else None
+        periodic = _Periodic(solver, motion)
+        return periodic if np.linalg.norm(periodic.x - x) <= NEAR * np.linalg.norm(x) else None
 
     def leap(self, before: Vibration, model: Model) -> Vibration:
         """Return the vibration to which the last one of a branch falls; see `Source.leap`."""
         state = before.state
-        return self._settled(model, _modal_state(state) if isinstance(state, _Periodic) else state)
+        return self._settle(model, _modal_state(state) if isinstance(state, _Periodic) else state)
 
-    def _swept(self, model: Model, start: float) -> ModalState:
-        """Where the machine is after a linear sweep of the frequency, in Hz, at the begin of a period."""
+    def _sweep(self, model: Model, start: float) -> ModalState:
+        """Return the state after a linear sweep of the frequency, in Hz, at the begin of a period."""
         stop, engine = self.operation.frequency, Modal(modes=self.operation.n_modes)
         duration = SWEPT / ((start + stop) / 2)
         fs = self.counts[-1] * max(start, stop)
@@ -183,48 +184,48 @@ class SineSource(Source):
             march.advance(self.operation.amplitude * np.cos(phase))
         return march.state
 
-    def _settled(self, model: Model, state: ModalState | None, rounds: int = ROUNDS) -> Vibration:
-        """The vibration that is steady after many periods: periodic if it is one and stable, or else as marched."""
+    def _settle(self, model: Model, state: ModalState | None, rounds: int = ROUNDS) -> Vibration:
+        """March many periods to the steady vibration: periodic if it is and is stable, or else as marched."""
         samples, engine = self.counts[-1], Modal(modes=self.operation.n_modes)
         fs = samples * self.operation.frequency
         factor = step_factor(fs, engine.largest_step(model.rig, model.law))
         march = Marching(model, engine, self.kind, 1 / (fs * factor), state)
         steps = samples * factor
         period = self.operation.amplitude * np.cos(2 * np.pi * np.arange(steps) / steps)
-        for _ in range(rounds):  # past the end of a branch a vibration lingers where that was
+        for _ in range(rounds):  # past the end of a branch a vibration lingers near it
             for _ in range(PERIODS):
                 march.advance(period)
             counted = [march.advance(period) for _ in range(COUNTED)]
-            found = self._near(counted[-1].points[::factor].T @ self._solver(model).grid.project.T, model)
-            if found and not _is_unstable(found):
-                return _vibration(found)
+            periodic = self._solve_near(counted[-1].points[::factor].T @ self._solver(model).grid.project.T, model)
+            if periodic and not _is_unstable(periodic):
+                return _with_rubbing(periodic)
         return averaged([piece.rubbing for piece in counted], march.state)
 
 
-def _is_unstable(found: _Periodic) -> bool:
-    return unstable(multipliers(found.solver, found.motion)) > 0
+def _is_unstable(periodic: _Periodic) -> bool:
+    return unstable(multipliers(periodic.solver, periodic.motion)) > 0
 
 
-def _vibration(found: _Periodic) -> Vibration:
-    """Rubbing over a period, sampled as finely as its contacts need."""
-    solver, omega, count = found.solver, found.motion.omega, len(found.solver.system.rig.bushings)
+def _with_rubbing(periodic: _Periodic) -> Vibration:
+    """Compute the rubbing over a period, sampled as finely as its contacts need."""
+    solver, omega, count = periodic.solver, periodic.motion.omega, len(periodic.solver.system.rig.bushings)
     fine = Solver(solver.system, solver.harmonics, samples_of_period(solver, omega))
     basis, rate, project = fine.grid[:3]
-    motion = Sampled(found.x @ basis.T, omega * (found.x @ rate.T), omega, 0.0)
+    motion = Sampled(periodic.x @ basis.T, omega * (periodic.x @ rate.T), omega, 0.0)
     force = np.empty_like(motion.place)
     fill_forces(solver.laws, motion, basis, rate, project, False, force, fine.slopes)
     rig, ends, speed = solver.system.rig, motion.place[count:], motion.speed
     offsets = np.repeat([bushing.offset for bushing in rig.bushings], 2)[:, None]
     normal = np.where(ends + offsets > 0, 1.0, -1.0) * force[count:]
-    rubbed = rubbing(rig, in_space(rig, ends), in_space(rig, speed[count:]), normal)
-    return Vibration(rubbed, np.zeros(count), found, "periodic")
+    power = rubbing(rig, in_space(rig, ends), in_space(rig, speed[count:]), normal)
+    return Vibration(power, np.zeros(count), periodic, "periodic")
 
 
-def _modal_state(found: _Periodic) -> ModalState:
-    """Modal coordinates at the beginning of a period, of the poles' answer to excitation and forces."""
-    driven, omega = found.solver.system.driven, found.motion.omega
-    (force,) = complex_amplitudes(found.motion.force[None])
-    of_modes = driven.modes(omega, 0.0, driven.force(0.0, 1.0, 1.0) - force.T @ driven.points).T
-    turning = 1j * omega * np.arange(of_modes.shape[1])
-    q, v = of_modes.real.sum(axis=1), (of_modes * turning).real.sum(axis=1)
+def _modal_state(periodic: _Periodic) -> ModalState:
+    """Return modal coordinates at the beginning of a period, from the modal response to excitation and forces."""
+    driven, omega = periodic.solver.system.driven, periodic.motion.omega
+    (force,) = complex_amplitudes(periodic.motion.force[None])
+    modes = driven.modes(omega, 0.0, driven.force(0.0, 1.0, 1.0) - force.T @ driven.points).T
+    i_omega = 1j * omega * np.arange(modes.shape[1])
+    q, v = modes.real.sum(axis=1), (modes * i_omega).real.sum(axis=1)
     return ModalState(q, v, q.copy(), np.empty(0))

@@ -1,4 +1,4 @@
-"""Histories of gaps: what a twin, or a gauge, has found of a machine's clearances at times of its life."""
+"""Histories of gaps: a machine's clearances at times of its life, from a twin or a gauge."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["GapHistory"]
 
 COLUMNS = ("hours", "bushing", "gap_m", "std_m")
 LEAST = 3  # points of a bushing
-SHRINKS = 3.0  # standard errors below 0 of a straight line's slope from which on a gap is said to shrink
+SHRINKS = 3.0  # standard errors of a straight line's slope below 0 beyond which a gap shrinks
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,9 +50,9 @@ class GapHistory(ArrayData):
         if not (np.isfinite(self.hours).all() and np.all(np.diff(self.hours) > 0)):
             raise RecordError("hours of a history must be finite and rise from point to point")
         for j in range(self.gap.shape[1]):
-            self._check(j)
+            self._require_possible(j)
 
-    def _check(self, j: int) -> None:
+    def _require_possible(self, j: int) -> None:
         hours, gap, std = self.of(j)
         if not hours.size:
             return
@@ -85,8 +85,8 @@ class GapHistory(ArrayData):
         bushing : int
             Its number.
         """
-        here = np.isfinite(self.gap[:, bushing]) & np.isfinite(self.std[:, bushing])
-        return self.hours[here], self.gap[here, bushing], self.std[here, bushing]
+        is_known = np.isfinite(self.gap[:, bushing]) & np.isfinite(self.std[:, bushing])
+        return self.hours[is_known], self.gap[is_known, bushing], self.std[is_known, bushing]
 
     def until(self, hours: float) -> GapHistory:
         """Return the part up to a time.
@@ -96,19 +96,19 @@ class GapHistory(ArrayData):
         hours : float
             h.
         """
-        keep = self.hours <= hours
-        return GapHistory(self.hours[keep], self.gap[keep], self.std[keep])
+        is_before = self.hours <= hours
+        return GapHistory(self.hours[is_before], self.gap[is_before], self.std[is_before])
 
     @classmethod
     def from_twins(cls, hours: Sequence[float], twins: Sequence[Twin]) -> GapHistory:
-        """Return the history of the gaps that a twin found at the end of each of several records.
+        """Return the history of the gaps that a twin estimates at the end of each of several records.
 
         Parameters
         ----------
         hours : sequence of float
             h in operation at which each record was taken.
         twins : sequence of Twin
-            What `identify.twin` returned of each.
+            Results of `identify.twin` for each.
 
         Raises
         ------

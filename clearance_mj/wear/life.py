@@ -1,4 +1,4 @@
-"""How long clearances last: gaps over hours under steady operation, jumps on the way, and when a limit is reached."""
+"""Life of clearances: gaps over hours under steady operation, jumps, and the time at which a limit is reached."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 __all__ = ["ACCURACY", "LONGEST", "Jump", "Life", "gap_limits", "predict_life"]
 
 ACCURACY = 2e-3  # of the growth in a step, relative
-LONGEST = 1e6  # h, more than a century: what lasts longer does not wear out
+LONGEST = 1e6  # h, more than a century: a longer life counts as endless
 MAX_STEPS = 5000
 CURVE = 400  # points of a drawn curve
 
 
 @dataclass(frozen=True)
 class Jump:
-    """Where the vibration of a wearing machine jumps."""
+    """A jump of a wearing machine's vibration."""
 
     hours: float
     """h"""
@@ -57,11 +57,11 @@ class Life(ArrayData):
     model: Model
     """at the begin"""
     operation: Operation
-    """how it runs"""
+    """operation of the machine"""
     limit: np.ndarray
     """(n_bushings,) gaps at which it ends, m; infinite where there is none"""
     hours: np.ndarray
-    """(n,) h, from 0 on; at a jump twice the same but for the time in which it is located"""
+    """(n,) h, from 0 on; at a jump twice the same up to the time within which it is located"""
     gap: np.ndarray
     """(n, n_bushings) m"""
     offset: np.ndarray
@@ -71,11 +71,11 @@ class Life(ArrayData):
     rubbing: np.ndarray
     """(n, n_bushings) mean of normal force times slip speed, W"""
     error: np.ndarray
-    """(n, n_bushings) its standard error, W; 0 of periodic vibrations"""
+    """(n, n_bushings) its standard error, W; 0 for periodic vibrations"""
     jumps: tuple[Jump, ...]
     """in their order"""
     ended: str
-    """ "limit", "hours" or "no rubbing": why the prediction ends"""
+    """reason for the prediction's end: "limit", "hours" or "no rubbing\""""
 
     @property
     def life(self) -> float:
@@ -88,7 +88,7 @@ class Life(ArrayData):
         return tuple(np.flatnonzero(self.gap[-1] >= self.limit * (1 - 2 * REACHED)).tolist())
 
     def gap_at(self, hours: float | np.ndarray) -> np.ndarray:
-        """Return gaps (..., n_bushings) at times, m, between the steps by cubics through gaps and rates.
+        """Return gaps (..., n_bushings) at times, m, interpolated between the steps by cubics through gaps and rates.
 
         Parameters
         ----------
@@ -97,14 +97,14 @@ class Life(ArrayData):
         """
         from scipy.interpolate import CubicHermiteSpline
 
-        keep = np.append(np.diff(self.hours) > 0, True)
-        if np.sum(keep) == 1:
+        is_last = np.append(np.diff(self.hours) > 0, True)
+        if np.sum(is_last) == 1:
             return np.broadcast_to(self.gap[-1], (*np.shape(hours), self.gap.shape[1]))
-        line = CubicHermiteSpline(self.hours[keep], self.gap[keep], self.rate[keep])
-        return np.asarray(line(np.clip(hours, 0.0, self.hours[-1])))
+        spline = CubicHermiteSpline(self.hours[is_last], self.gap[is_last], self.rate[is_last])
+        return np.asarray(spline(np.clip(hours, 0.0, self.hours[-1])))
 
     def words(self) -> list[str]:
-        """Say in lines how long it lasts, what happens on the way, and why the prediction ends."""
+        """Return sentences on the life, jumps, and the reason for the prediction's end."""
         names = self.model.rig.clearance_labels
         lines = [str(jump) for jump in self.jumps]
         if self.ended == "limit":
@@ -137,12 +137,12 @@ class Life(ArrayData):
         return figure
 
     def draw_on(self, axes: Axes) -> None:
-        """Draw the same on axes.
+        """Draw gaps over hours on axes.
 
         Parameters
         ----------
         axes : Axes
-            Where to.
+            The axes.
         """
         from ..core.drawing import ALARM, COLOURS, tidy
 
@@ -160,15 +160,15 @@ class Life(ArrayData):
 
 
 def gap_limits(model: Model, limit: float | str | Mapping[str, float | str]) -> np.ndarray:
-    """Return the gaps (n_bushings,) at which a machine's life ends, m; infinite where nothing is said.
+    """Return the gaps (n_bushings,) at which a machine's life ends, m; infinite where none is given.
 
     Parameters
     ----------
     model : Model
-        Its rig names the bushings.
+        Model with the bushings.
     limit : float, str or mapping
         Of every bushing that wears, or by bushing as in `Rig.with_gap`: m, with a unit such as "0.5 mm", or a factor of
-        its own gap such as "x2".
+        its gap such as "x2".
 
     Raises
     ------
@@ -176,18 +176,18 @@ def gap_limits(model: Model, limit: float | str | Mapping[str, float | str]) -> 
         If a limit is not above the gap.
     """
     rig = model.rig
-    found = np.full(len(rig.bushings), np.inf)
-    wears = [j for j, bushing in enumerate(rig.bushings) if bushing.wear]
+    limits = np.full(len(rig.bushings), np.inf)
+    worn = [j for j, bushing in enumerate(rig.bushings) if bushing.wear]
     for j, (bushing, wide) in enumerate(zip(rig.bushings, rig.with_gap(limit).bushings)):
         if isinstance(limit, Mapping) and wide.gap == bushing.gap:
             continue
-        if isinstance(limit, Mapping) or j in wears:
-            found[j] = wide.gap
-        if found[j] <= bushing.gap:
+        if isinstance(limit, Mapping) or j in worn:
+            limits[j] = wide.gap
+        if limits[j] <= bushing.gap:
             raise ClearanceError(
                 f"gap limit {wide.gap:g} m of bushings[{j}] ({bushing.where}) must be above its gap, {bushing.gap:g} m"
             )
-    return found
+    return limits
 
 
 @checks_kinds
@@ -195,7 +195,7 @@ def predict_life(
     model: Model, operation: Operation, limit: float | str | Mapping[str, float | str], hours: float = LONGEST,
     accuracy: float = ACCURACY, progress: bool = False,
 ) -> Life:  # fmt: skip
-    """Predict how the gaps of a machine grow while it runs, and when the first one reaches its limit.
+    """Predict the growth of a machine's gaps in operation, and the time at which the first one reaches its limit.
 
     The rate of wear at a gap is Archard's, of the vibration at that gap; gaps are integrated over hours. Hours are
     those in this operation.
@@ -205,9 +205,9 @@ def predict_life(
     model : Model
         Rig, whose bushings have a coefficient ``wear``, and law.
     operation : Operation
-        How the machine runs: a `Sine`, or `Marched` under a random excitation, a record or by itself.
+        Operation: a `Sine`, or `Marched` under a random excitation, a record or self-excited.
     limit : float, str or mapping
-        Gap at which life ends, of every bushing that wears or by bushing: m, "0.5 mm", or "x2" of its own.
+        Gap at which life ends, of every bushing that wears or by bushing: m, "0.5 mm", or "x2" of its gap.
     hours : float
         Time at which the prediction ends, h.
     accuracy : float
@@ -222,11 +222,11 @@ def predict_life(
     Raises
     ------
     RigError
-        If no bushing wears, or one that does is not told its length or the shaft's radius.
+        If no bushing wears, or one that does lacks its length or the shaft's radius.
     LawError
         For a law over time.
     ClearanceError
-        If a limit is not above its gap, or no vibration is found.
+        If a limit is not above its gap, or no vibration converges.
     """
     limits = gap_limits(model, limit)
     if not 0 < hours < np.inf:
@@ -239,17 +239,17 @@ def predict_life(
         for moment in wear_on(operation.source(model), model, limits, hours, accuracy):
             moments.append(moment)
             gap = clearances_of(moment.model.rig)[:, 0]
-            share = max(float(np.max((gap - start) / (limits - start))), moment.hours / hours)
-            bar.update(100 * min(share, 1.0) - bar.n)
+            fraction = max(float(np.max((gap - start) / (limits - start))), moment.hours / hours)
+            bar.update(100 * min(fraction, 1.0) - bar.n)
             if len(moments) > MAX_STEPS:
                 raise ClearanceError(
                     f"after {MAX_STEPS} steps and {moment.hours:g} h the wear still changes too quickly; "
                     "average it over a longer excitation, or give a larger accuracy"
                 )
-    return _life(model, operation, limits, moments)
+    return _make_life(model, operation, limits, moments)
 
 
-def _life(model: Model, operation: Operation, limits: np.ndarray, moments: list[Moment]) -> Life:
+def _make_life(model: Model, operation: Operation, limits: np.ndarray, moments: list[Moment]) -> Life:
     clearances = np.array([clearances_of(moment.model.rig) for moment in moments])
     jumps = tuple(
         Jump(m.hours, tuple(c[:, 0].tolist()), tuple(m.fell_from.power.tolist()), tuple(m.vibration.power.tolist()))

@@ -1,4 +1,4 @@
-"""Lives of many machines that could be the one at hand: quantiles over what is not known of it."""
+"""Lives of machines drawn within the uncertainties of one: quantiles over the draws."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Lives", "predict_lives"]
 
-GRID = 201  # times at which gaps are kept
+GRID = 201  # number of times at which gaps are kept
 MAX_DRAWS = 10_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Lives(ArrayData):
-    """Lives over draws of what is not known: coefficients of wear, gaps, or a posterior."""
+    """Lives over draws of uncertain coefficients of wear, gaps, or a posterior."""
 
     nominal: Life
     """of the model as it is"""
@@ -43,17 +43,17 @@ class Lives(ArrayData):
     """(n, m, n_bushings) m; a machine keeps its gaps once its life has ended"""
 
     def quantile(self, share: float) -> float:
-        """Return the hours after which a share of the machines has reached a limit; infinite if less ever does.
+        """Return the hours after which a fraction of the machines has reached a limit; infinite if fewer ever do.
 
         Parameters
         ----------
         share : float
-            From 0 to 1.
+            Fraction from 0 to 1.
         """
         return float(quantiles(self.life, share))
 
     def words(self) -> list[str]:
-        """Say in lines what the nominal machine does, and how lives scatter."""
+        """Return sentences on the nominal machine, and on the scatter of lives."""
         low, middle, high = (self.quantile(share) for share in (0.05, 0.5, 0.95))
         never = float(np.mean(np.isinf(self.life)))
         line = f"of {self.life.size} drawn machines half last {middle:.4g} h, 90 % from {low:.4g} to {high:.4g} h"
@@ -77,17 +77,17 @@ def predict_lives(
     model: Model, operation: Operation, limit: float | str | Mapping[str, float | str], n: int = 50, seed: int = 0,
     hours: float = LONGEST, accuracy: float = ACCURACY, runner: Runner = ALL_CORES,
 ) -> Lives:  # fmt: skip
-    """Predict the lives of machines that a model could stand for.
+    """Predict the lives of machines drawn within a model's uncertainties.
 
     Drawn are coefficients of wear within their tolerances, and the model's posterior or, without one, gaps within
-    theirs. What has no tolerance is taken for exact.
+    theirs. Numbers without a tolerance are exact.
 
     Parameters
     ----------
     model : Model
         Rig with tolerances, and law.
     operation : Operation
-        How the machine runs.
+        Operation of the machine.
     limit : float, str or mapping
         Gap at which life ends, as for `predict_life`: that of the model holds for all draws.
     n : int
@@ -97,7 +97,7 @@ def predict_lives(
     hours, accuracy : float
         As for `predict_life`.
     runner : Runner
-        On which workers, and where each life is kept once it is found, so that an interrupted prediction goes on.
+        Workers, and folder in which each finished life is kept, so that an interrupted prediction can resume.
 
     Returns
     -------
@@ -112,10 +112,10 @@ def predict_lives(
         raise ClearanceError(f"n must be 2 to {MAX_DRAWS} draws, got {n!r}")
     nominal = predict_life(model, operation, limit, hours, accuracy, runner.progress)
     asked = operation, gap_limits(model, limit), hours, accuracy
-    found = runner.run("lives", partial(_found, *asked), drawn_models(model, n, seed), partial(_inputs, *asked))
-    ends = [float(each["life"]) for each in found]
+    results = runner.run("lives", partial(_life, *asked), drawn_models(model, n, seed), partial(_inputs, *asked))
+    ends = [float(each["life"]) for each in results]
     grid = np.linspace(0.0, max([float(nominal.hours[-1]), *(end for end in ends if np.isfinite(end))]), GRID)
-    gaps = [np.transpose([np.interp(grid, each["hours"], row) for row in each["gap"].T]) for each in found]
+    gaps = [np.transpose([np.interp(grid, each["hours"], row) for row in each["gap"].T]) for each in results]
     return Lives(nominal, np.array(ends), grid, np.array(gaps))
 
 
@@ -123,13 +123,13 @@ def _inputs(operation: Operation, limits: np.ndarray, hours: float, accuracy: fl
     return model.content(), operation.to_dict(), limits.tolist(), hours, accuracy
 
 
-def _found(
+def _life(
     operation: Operation, limits: np.ndarray, hours: float, accuracy: float, model: Model
 ) -> dict[str, np.ndarray]:
-    """Life, hours and gaps of one drawn machine."""
+    """Compute life, hours and gaps of one drawn machine."""
     gaps = clearances_of(model.rig)[:, 0]
     if np.any(gaps >= limits):
         return {"life": np.zeros(()), "hours": np.zeros(1), "gap": gaps[None]}
-    wanted = {f"bushings[{j}]": float(limit) for j, limit in enumerate(limits) if np.isfinite(limit)}
-    life = predict_life(model, operation, wanted, hours, accuracy)
+    limit_by_name = {f"bushings[{j}]": float(limit) for j, limit in enumerate(limits) if np.isfinite(limit)}
+    life = predict_life(model, operation, limit_by_name, hours, accuracy)
     return {"life": np.array(life.life), "hours": np.array(life.hours), "gap": np.array(life.gap)}

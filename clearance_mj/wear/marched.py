@@ -1,4 +1,4 @@
-"""Rubbing of any vibration, marched in time by the modal engine: random excitations, records, shafts that turn."""
+"""Rubbing of any vibration, marched in time by the modal engine: random excitations, records, turning shafts."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ from .rubbing import footprints, in_space, rubbing
 
 __all__ = ["Marched", "MarchedSource", "Marching", "ModalState", "Piece", "averaged"]
 
-# Marches of the modal engine that tell how both ends of every clearance move and press, piece by piece.
+# Marches of the modal engine that return motion and normal force of both ends of every clearance, piece by piece.
 
 
 class ModalState(NamedTuple):
-    """Where a marched vibration is."""
+    """State of a marched vibration."""
 
     q: np.ndarray  #: (n,) modal coordinates
     v: np.ndarray  #: (n,) their velocities before the next kick, 1/s
-    q_before: np.ndarray  #: (n,) a step ago
+    q_before: np.ndarray  #: (n,) coordinates a step ago
     turning: np.ndarray  #: (5,) as of `modal_loop`
 
 
 class Piece(NamedTuple):
-    """What a march found in consecutive steps."""
+    """Result of a march over consecutive steps."""
 
     points: np.ndarray  #: (m, 3 n_rows) displacements of the clearances' middles, then of both ends of each, m
     rubbing: np.ndarray  #: (n_bushings, 2, MOMENTS) of both ends, W
@@ -55,7 +55,7 @@ class Marching:
     step : float
         s.
     state : ModalState, optional
-        Where another march of the same structure ended; None: it begins at rest.
+        Final state of another march of the same structure; None: it begins at rest.
 
     Raises
     ------
@@ -71,12 +71,12 @@ class Marching:
                 f"rig {self.rig.name!r}: wear over hours needs a steady spin; leave out its rate and inertia"
             )
         if state is not None:
-            for own, other in zip(self.motion, state):
-                own[: other.size] = other  # a motion of harmonic balance knows of no turning
+            for array, other in zip(self.motion, state):
+                array[: other.size] = other  # a motion of harmonic balance has no rotation
 
     @property
     def state(self) -> ModalState:
-        """Where the march is."""
+        """State of the march."""
         return ModalState(*map(np.array, self.motion))
 
     def advance(self, excitation: np.ndarray) -> Piece:
@@ -104,20 +104,20 @@ class Marching:
         return Piece(x[1:-1], rubbing(self.rig, place, moving, normal, spin))
 
 
-SETTLING = 0.25  # of the excitation, by default: what is left of the vibration before
-BATCHES = 8  # pieces of a record whose rubbings tell its error
+SETTLING = 0.25  # default fraction of the excitation in which the vibration before decays
+BATCHES = 8  # pieces of a record, for the standard error of its rubbing
 
 
 @dataclass(frozen=True)
 class Marched(Operation):
-    """A machine under an excitation that is given in time, or under gravity, spin and unbalances alone."""
+    """A machine under an excitation over time, or under gravity, spin and unbalances alone."""
 
     excitation: Excitation
-    """over which rubbing is averaged; `excitation.still` for what moves by itself"""
+    """over which rubbing is averaged; `excitation.still` for self-excited motion"""
     settle: float | None = None
-    """s at its beginning that are left out, in which the vibration of the gap before dies; None: a quarter"""
+    """time at its beginning that is left out, s, in which the previous vibration decays; None: a quarter"""
     engine: Modal = field(default_factory=Modal)
-    """settings of the modal engine, by which it is marched"""
+    """settings of the modal engine"""
 
     def __post_init__(self) -> None:
         if len(self.excitation.kinds) > 1:
@@ -127,11 +127,11 @@ class Marched(Operation):
             raise ExcitationError(f"settle must be from 0 s up to the excitation's {duration:g} s, got {self.settle!r}")
 
     def source(self, model: Model) -> Source:
-        """Return what marches a model; see `Operation.source`."""
+        """Return the source of a model's vibrations; see `Operation.source`."""
         return MarchedSource(self, model)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return how the machine runs as plain data."""
+        """Return the operation as plain data."""
         value, fs = self.excitation.value, self.excitation.fs
         return {
             "operation": "marched", "kind": self.excitation.kind, "rms": float(np.sqrt(np.mean(value**2))), "fs": fs,
@@ -141,7 +141,7 @@ class Marched(Operation):
 
 
 class MarchedSource(Source):
-    """Marches a model from gap to gap, each time from where the vibration before ended."""
+    """Vibrations marched from gap to gap, each from the final state of the previous one."""
 
     def __init__(self, operation: Marched, model: Model):
         if isinstance(model.law, TimeLaw):
@@ -179,16 +179,16 @@ class MarchedSource(Source):
         return averaged([march.advance(piece).rubbing for piece in pieces], march.state)
 
 
-def averaged(each: list[np.ndarray], state: ModalState) -> Vibration:
+def averaged(rubbings: list[np.ndarray], state: ModalState) -> Vibration:
     """Return the mean of rubbings (n_bushings, 2, MOMENTS) of pieces of a march, with its standard error.
 
     Parameters
     ----------
     each : list of ndarray
-        Of pieces that are equally long.
+        Rubbings of pieces of equal length.
     state : ModalState
-        Where the march ended.
+        Final state of the march.
     """
-    powers = np.array([rubbing[..., 0].sum(axis=-1) for rubbing in each])
-    error = powers.std(axis=0, ddof=1) / np.sqrt(len(each)) if len(each) > 1 else np.zeros(powers.shape[1])
-    return Vibration(np.mean(each, axis=0), error, state, "marched")
+    powers = np.array([rubbing[..., 0].sum(axis=-1) for rubbing in rubbings])
+    error = powers.std(axis=0, ddof=1) / np.sqrt(len(rubbings)) if len(rubbings) > 1 else np.zeros(powers.shape[1])
+    return Vibration(np.mean(rubbings, axis=0), error, state, "marched")

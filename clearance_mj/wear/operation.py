@@ -1,4 +1,4 @@
-"""How a machine runs, and what gives its rubbing from gap to gap."""
+"""Operation of a machine, and the source of its vibrations from gap to gap."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ __all__ = ["Operation", "Source", "Vibration"]
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """A steady vibration at one set of gaps, as wear sees it."""
+    """A steady vibration at one set of gaps, with its rubbing."""
 
     rubbing: np.ndarray
     """(n_bushings, 2, 6) of both ends of every bushing, W: N m/s; see `rubbing.MOMENTS`"""
     error: np.ndarray
     """(n_bushings,) standard error of each bushing's rubbing, W"""
     state: Any
-    """from which the next vibration goes on"""
+    """state from which the next vibration is continued"""
     kind: str
     """ "periodic" or "marched" """
 
@@ -47,7 +47,7 @@ class Source(ABC):
 
     @abstractmethod
     def follow(self, before: Vibration, at: Model, to: Model) -> Vibration | None:
-        """Return the vibration at other gaps that goes on from one before; None where its branch ends on the way.
+        """Return the vibration at other gaps, continued from one before; None where its branch ends in between.
 
         Parameters
         ----------
@@ -71,11 +71,11 @@ class Source(ABC):
 
 
 class Operation(ABC):
-    """How a machine runs while it wears."""
+    """Operation of a machine while it wears."""
 
     @abstractmethod
     def source(self, model: Model) -> Source:
-        """Return what finds the vibrations of a model in this operation.
+        """Return the source of a model's vibrations in this operation.
 
         Parameters
         ----------
@@ -85,9 +85,9 @@ class Operation(ABC):
         Raises
         ------
         ClearanceError
-            If the model cannot run so, or nothing of it wears.
+            If the operation does not suit the model, or nothing of it wears.
         """
 
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
-        """Return it as plain data."""
+        """Return the operation as plain data."""

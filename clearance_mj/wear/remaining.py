@@ -28,27 +28,28 @@ if TYPE_CHECKING:
 __all__ = ["DRIFT", "Remaining", "predict_remaining"]
 
 DRIFT = 0.4
-"""Of log K over a time as long as the history, scale of its prior; chosen on virtual machines (docs/wear.md)"""
-BEFORE = 4.0  # standard errors of the first gap by which the predicted way begins before it
-ALONG = 3  # ways along the history, each with the coefficients of the one before: bushings change each other's rates
-ENDLESS = 1e15  # h, for the way along the history, whose coefficient may be far off
-COARSE = 0.02  # accuracy of a predicted way
+"""Scale of the prior of the drift of log K over a time as long as the history; chosen on virtual machines
+(docs/wear.md)"""
+BEFORE = 4.0  # standard errors of the first gap by which the predicted life begins before it
+ALONG = 3  # predictions along the history, each with the coefficients of the one before: bushings are coupled
+ENDLESS = 1e15  # h, for predictions along the history, whose coefficient may be far off
+COARSE = 0.02  # accuracy of a predicted life
 SAMPLES = 2000
-WAYS = 12  # drawn models, by default
+WAYS = 12  # default number of drawn models
 NOISE = 4.5
-"""Variance that a walk must have, per squared relative error of a marched rate and number of them on the way: rates of
-the third that is known and of the rest, whose means are 3 and 1.5 times as uncertain as that of all, differ so"""
-FLOOR = 1e-3  # of a bushing's quickest rate: slower is as good as not at all
+"""Least variance of a walk, per squared relative error of a marched rate and number of rates: the means of the known
+third and of the remaining rates are 3 and 1.5 times as uncertain as that of all, and differ by so much"""
+FLOOR = 1e-3  # of a bushing's fastest rate: lower bound of rates
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Remaining(ArrayData):
-    """What a history of gaps says of wear and of what is left of a machine's life."""
+    """Wear and remaining life of a machine from a history of gaps."""
 
     history: GapHistory
-    """what was found of the gaps"""
+    """the measured gaps"""
     life: Life
-    """the way from the first gap on that the model goes, with the likeliest coefficients"""
+    """predicted life from the first gap on, with the likeliest coefficients"""
     limit: np.ndarray
     """(n_bushings,) gaps at which life ends, m"""
     coefficient: np.ndarray
@@ -58,7 +59,7 @@ class Remaining(ArrayData):
     drift: np.ndarray
     """(n_bushings,) median of the random walk of log K over a time as long as the history"""
     misfit: np.ndarray
-    """(n_bushings,) RMS of what the history misses, over its errors"""
+    """(n_bushings,) RMS of the history's residuals, over its errors"""
 
     def interval(self, level: float = 0.9) -> np.ndarray:
         """Return limits (2, n_bushings) between which the remaining hours lie with a probability.
@@ -82,7 +83,7 @@ class Remaining(ArrayData):
 
     @property
     def median(self) -> np.ndarray:
-        """(n_bushings,) remaining hours that are as likely too few as too many."""
+        """(n_bushings,) median of the remaining hours."""
         return quantiles(self.hours, 0.5)
 
     def machine(self, level: float = 0.9) -> tuple[float, float, float]:
@@ -98,7 +99,7 @@ class Remaining(ArrayData):
         return float(middle), float(low), float(high)
 
     def words(self) -> list[str]:
-        """Say in lines what is known of each bushing, and of the machine."""
+        """Return sentences on each bushing, and on the machine."""
         lines = []
         low, high = self.interval()
         k_low, k_high = 1e9 * self.coefficient_interval()
@@ -113,7 +114,7 @@ class Remaining(ArrayData):
         return [*lines, f"remaining life {middle:.4g} h (90 %: {first:.4g} to {last:.4g} h)"]
 
     def plot(self) -> Figure:
-        """Draw each history with its way on: the median and the 90 % band, and the limits."""
+        """Draw each history with its prediction: the median, the 90 % band, and the limits."""
         from ..core.drawing import canvas
 
         known = self.history.known
@@ -141,26 +142,26 @@ def predict_remaining(
     model: Model, operation: Operation, history: GapHistory, limit: float | str | Mapping[str, float | str],
     drift: float = DRIFT, n_ways: int = WAYS, seed: int = 0, progress: bool = False,
 ) -> Remaining:  # fmt: skip
-    """Predict what is left of a machine's life from the history of its gaps.
+    """Predict the remaining life of a machine from the history of its gaps.
 
-    The model says how the rate of wear changes with the gap; the history says the coefficients, and how much of the way
-    is gone. A coefficient is not quite constant: its logarithm walks at random, how far is estimated too.
+    The model gives the rate of wear over the gap; the history gives the coefficients, and the progress of wear. A
+    coefficient is not quite constant: its logarithm is a random walk, whose scale is estimated too.
 
     Parameters
     ----------
     model : Model
-        Rig and law; its bushings' ``wear`` is where the search begins, and with a tolerance a prior.
+        Rig and law; its bushings' ``wear`` is the initial guess, and with a tolerance a prior.
     operation : Operation
-        How the machine has run and goes on.
+        Operation of the machine, before and after.
     history : GapHistory
-        Of one or more bushings.
+        History of one or more bushings.
     limit : float, str or mapping
         Gap at which life ends, as for `predict_life`.
     drift : float
         Scale of the prior of the walk: standard deviation of log K over a time as long as the history.
     n_ways : int
-        Number of models drawn from the model's posterior, if it has one, of which each goes its own way from gap to
-        gap; the history weighs them. Where wear is about to stop, they decide.
+        Number of models drawn from the model's posterior, if it has one, each with another predicted life; the history
+        weighs them. Where wear is about to stop, they decide.
     seed : int
         Seed of the random numbers.
     progress : bool
@@ -187,30 +188,30 @@ def predict_remaining(
         raise ClearanceError(f"drift must be > 0 and finite, got {drift!r}")
     limits, rng = gap_limits(model, limit), np.random.default_rng(seed)
 
-    def found(way: Model, wanted: dict[str, float], hours: float) -> _Found:
-        life = predict_life(way, operation, wanted, hours, COARSE, progress)
-        return _Found(life, history, limits, {j: _pace(model, life, history, j, drift, rng) for j in known}, rng)
+    def fit(start: Model, ends: dict[str, float], hours: float) -> _Fit:
+        life = predict_life(start, operation, ends, hours, COARSE, progress)
+        return _Fit(life, history, limits, {j: _fit(model, life, history, j, drift, rng) for j in known}, rng)
 
-    seen = {f"bushings[{j}]": float(np.max(history.of(j)[1])) for j in known}
-    way = _begun(model, history, known, limits)
+    last_gaps = {f"bushings[{j}]": float(np.max(history.of(j)[1])) for j in known}
+    start = _model_at_start(model, history, known, limits)
     for _ in range(ALONG):
-        rough = found(way, seen, ENDLESS)
-        way = changed(way, ({"wear": k} for k in rough.coefficients))
+        rough = fit(start, last_gaps, ENDLESS)
+        start = changed(start, ({"wear": k} for k in rough.coefficients))
     slowest = max(known, key=lambda j: float(np.median(rough.hours[j])))
-    wanted = {f"bushings[{slowest}]": float(limits[slowest])}
-    hours, ways = HORIZON * max(pace.span for pace in rough.paces.values()), []
-    for each in tqdm([model, *model.drawn(n_ways)], desc="ways", disable=not (progress and model.posterior)):
-        way = changed(_begun(each, history, known, limits), ({"wear": k} for k in rough.coefficients))
+    limit_by_name = {f"bushings[{slowest}]": float(limits[slowest])}
+    hours, fits = HORIZON * max(pace.span for pace in rough.paces.values()), []
+    for drawn in tqdm([model, *model.drawn(n_ways)], desc="ways", disable=not (progress and model.posterior)):
+        start = changed(_model_at_start(drawn, history, known, limits), ({"wear": k} for k in rough.coefficients))
         try:
-            ways.append(found(way, wanted, hours))
+            fits.append(fit(start, limit_by_name, hours))
         except RecordError:
-            if each is model:
+            if drawn is model:
                 raise  # a drawn model may not rub at all
-    return _mixed(ways, rng)
+    return _mix(fits, rng)
 
 
-class _Found:
-    """What one predicted way makes of a history."""
+class _Fit:
+    """Fit of one predicted life to a history."""
 
     def __init__(
         self, life: Life, history: GapHistory, limits: np.ndarray, paces: dict[int, PaceSamples],
@@ -221,7 +222,7 @@ class _Found:
 
     @property
     def coefficients(self) -> list[float | None]:
-        """Likeliest coefficients at the end of the history, of all bushings."""
+        """Return the likeliest coefficients at the end of the history, of all bushings."""
         return [
             (k or 0.0) * float(np.exp(np.median(self.paces[j].log_pace))) if j in self.paces else k
             for j, k in enumerate([bushing.wear for bushing in self.life.model.rig.bushings])
@@ -233,25 +234,25 @@ class _Found:
         return sum(pace.log_evidence for pace in self.paces.values())
 
 
-def _mixed(ways: list[_Found], rng: np.random.Generator) -> Remaining:
-    """The samples of all ways, each as often as the history says; arrays with a row for each bushing."""
-    first = ways[0]
-    log_weights = np.array([way.log_evidence for way in ways])
+def _mix(fits: list[_Fit], rng: np.random.Generator) -> Remaining:
+    """Mix the samples of all predictions by their evidence; arrays with a row for each bushing."""
+    first = fits[0]
+    log_weights = np.array([way.log_evidence for way in fits])
     weights = np.exp(log_weights - log_weights.max())
-    chosen = rng.choice(len(ways), SAMPLES, p=weights / weights.sum())
-    n, each = len(first.limits), np.arange(SAMPLES)
+    chosen = rng.choice(len(fits), SAMPLES, p=weights / weights.sum())
+    n, sample = len(first.limits), np.arange(SAMPLES)
     k, hours, drift = np.full((3, n, SAMPLES), np.nan)
     for j in first.paces:
-        own = [way.life.model.rig.bushings[j].wear or 0.0 for way in ways]
-        k[j] = np.array([q * np.exp(way.paces[j].log_pace) for q, way in zip(own, ways)])[chosen, each]
-        hours[j] = np.array([way.hours[j] for way in ways])[chosen, each]
-        drift[j] = np.array([way.paces[j].drift for way in ways])[chosen, each]
+        coefficients = [way.life.model.rig.bushings[j].wear or 0.0 for way in fits]
+        k[j] = np.array([q * np.exp(way.paces[j].log_pace) for q, way in zip(coefficients, fits)])[chosen, sample]
+        hours[j] = np.array([way.hours[j] for way in fits])[chosen, sample]
+        drift[j] = np.array([way.paces[j].drift for way in fits])[chosen, sample]
     misfit = np.array([first.paces[j].misfit if j in first.paces else np.nan for j in range(n)])
     return Remaining(first.history, first.life, first.limits, k, hours, np.median(drift, axis=1), misfit)
 
 
-def _begun(model: Model, history: GapHistory, known: list[int], limits: np.ndarray) -> Model:
-    """The model a little before the first gap of the history."""
+def _model_at_start(model: Model, history: GapHistory, known: list[int], limits: np.ndarray) -> Model:
+    """Return the model a little before the first gap of the history."""
     clearances = clearances_of(model.rig)
     for j in known:
         hours, gap, std = history.of(j)
@@ -268,23 +269,23 @@ def _begun(model: Model, history: GapHistory, known: list[int], limits: np.ndarr
     return with_clearances(model, clearances)
 
 
-def _pace(model: Model, life: Life, history: GapHistory, j: int, drift: float, rng: np.random.Generator) -> PaceSamples:
-    """What a bushing's history says along a predicted way."""
+def _fit(model: Model, life: Life, history: GapHistory, j: int, drift: float, rng: np.random.Generator) -> PaceSamples:
+    """Fit a bushing's history to a predicted life."""
     hours, gap, std = history.of(j)
     if not np.ptp(life.gap[:, j]) > 0:
         raise RecordError(f"bushings[{j}] does not rub in the model, but its history is to say how it wears")
-    own, rough = life.model.rig.bushings[j].wear or 1.0, model.rig.bushings[j].wear or 1.0
-    prior = float(np.log(rough / own)), float(spreads(model.rig)[j])
-    gap_of, slope_of = _way(life, j)
+    predicted, nominal = life.model.rig.bushings[j].wear or 1.0, model.rig.bushings[j].wear or 1.0
+    prior = float(np.log(nominal / predicted)), float(spreads(model.rig)[j])
+    gap_of, slope_of = _extrapolated(life, j)
     start = _hour_at(life, j, float(np.polyval(np.polyfit(hours - hours[0], gap, 1, w=1 / std), 0.0)))
-    rubs = life.rubbing[:, j] > 0
-    noise = NOISE * np.mean((life.error[rubs, j] / life.rubbing[rubs, j]) ** 2) / np.sum(rubs)
+    is_rubbing = life.rubbing[:, j] > 0
+    noise = NOISE * np.mean((life.error[is_rubbing, j] / life.rubbing[is_rubbing, j]) ** 2) / np.sum(is_rubbing)
     drift = float(np.sqrt(drift**2 + noise))
     return find_pace(hours, gap, std, gap_of, slope_of, start, prior, drift, SAMPLES, rng)
 
 
-def _way(life: Life, j: int) -> tuple[Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray], np.ndarray]]:
-    """Gap and rate of a bushing over hours of a predicted life, straight on beyond both ends."""
+def _extrapolated(life: Life, j: int) -> tuple[Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray], np.ndarray]]:
+    """Return gap and rate of a bushing over hours of a predicted life, linear beyond both ends."""
     last, hours = float(life.hours[-1]), life.hours
     rates = np.maximum(life.rate[:, j], FLOOR * life.rate[:, j].max())
 
@@ -299,7 +300,7 @@ def _way(life: Life, j: int) -> tuple[Callable[[np.ndarray], np.ndarray], Callab
 
 
 def _hour_at(life: Life, j: int, gap: float) -> float:
-    """Hour of a predicted life at which a bushing has a gap; straight on beyond both ends, if it wears there."""
+    """Return the hour of a predicted life at which a bushing has a gap; linear beyond both ends, if it wears there."""
     gaps, hours, rate = life.gap[:, j], life.hours, life.rate[:, j]
     if gap <= gaps[0]:
         return float((gap - gaps[0]) / max(rate[0], FLOOR * rate.max()))

@@ -1,9 +1,9 @@
-"""How hard a vibration rubs: the mean of normal force times slip speed at both ends of every bushing.
+"""Rubbing of a vibration: the mean of normal force times slip speed at both ends of every bushing.
 
-Archard (J. Appl. Phys. 24, 1953, 981): the volume worn off is V = K ∫ N |v_slip| dt, whatever the pressure. What a
-vibration adds to it in a second is K times the mean of N |v_slip|, its rubbing, W.
+Archard (J. Appl. Phys. 24, 1953, 981): the volume worn off is V = K ∫ N |v_slip| dt, whatever the pressure. A vibration
+adds K times the mean of N |v_slip|, its rubbing, W, to it per second.
 
-The shaft's surface slips at radius R: along the shaft with the tilt towards the place where it touches,
+The shaft's surface slips at radius R: along the shaft with the tilt towards the point of contact,
 v_x = R n·dθ/dt, with θ the slope of the shaft within the bushing, (x_b - x_a)/L between its ends; and around,
 v_t = ṙ·t + R Ω with t = x × n. Where it moves along z alone it tilts only.
 """
@@ -21,11 +21,11 @@ from ..rig.dimensions import shaft_radius
 __all__ = ["MOMENTS", "footprints", "in_space", "rubbing"]
 
 MOMENTS = 6
-"""Means of N|v| times 1, n_y, n_z, n_y², n_z² and n_y n_z, with n the direction in which the shaft touches"""
+"""Means of N|v| times 1, n_y, n_z, n_y², n_z² and n_y n_z, with n the direction of contact"""
 
 
 def footprints(rig: Rig) -> tuple[np.ndarray, np.ndarray]:
-    """Return radius and length (n_bushings,) on which each bushing's shaft rubs, m; nan where nothing is said to wear.
+    """Return radius and length (n_bushings,) of each bushing's rubbing surface, m; nan without a coefficient of wear.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def footprints(rig: Rig) -> tuple[np.ndarray, np.ndarray]:
     Raises
     ------
     RigError
-        If no bushing has a coefficient of wear, or one that has is not told a length or a radius.
+        If no bushing has a coefficient of wear, or one that has lacks a length or a radius.
     """
     if not any(bushing.wear for bushing in rig.bushings):
         raise RigError(
@@ -69,10 +69,10 @@ def rubbing(
     normal : ndarray, shape (2 n_bushings, n)
         Normal force of each, N.
     spin : ndarray, shape (n,), or float
-        Of the shaft, rad/s.
+        Spin of the shaft, rad/s.
     """
     radius, length = footprints(rig)
-    found = np.zeros((len(rig.bushings), 2, MOMENTS))
+    moments = np.zeros((len(rig.bushings), 2, MOMENTS))
     for j, bushing in enumerate(rig.bushings):
         if not bushing.wear:
             continue
@@ -86,8 +86,8 @@ def rubbing(
             y, z = r / np.maximum(np.hypot(*r), 1e-300)
             around = y * speed[at, 1] - z * speed[at, 0] + radius[j] * spin
             rubs = np.maximum(normal[at], 0.0) * np.hypot(around, radius[j] * (y * tilting[0] + z * tilting[1]))
-            found[j, end] = np.mean(rubs * np.array([np.ones_like(y), y, z, y * y, z * z, y * z]), axis=1)
-    return found
+            moments[j, end] = np.mean(rubs * np.array([np.ones_like(y), y, z, y * y, z * z, y * z]), axis=1)
+    return moments
 
 
 def in_space(rig: Rig, ends: np.ndarray) -> np.ndarray:
@@ -98,10 +98,10 @@ def in_space(rig: Rig, ends: np.ndarray) -> np.ndarray:
     rig : Rig
         The rig.
     ends : ndarray, shape (2 n_rows, n)
-        Such as displacements, end by end of each clearance.
+        Rows such as displacements, end by end of each clearance.
     """
-    found = np.zeros((2 * len(rig.bushings), 2, ends.shape[1]))
+    spatial = np.zeros((2 * len(rig.bushings), 2, ends.shape[1]))
     for j, rows in enumerate(rig.clearance_rows):
         size = rows.stop - rows.start
-        found[2 * j : 2 * j + 2, -size:] = ends[2 * rows.start : 2 * rows.stop].reshape(2, size, -1)
-    return found
+        spatial[2 * j : 2 * j + 2, -size:] = ends[2 * rows.start : 2 * rows.stop].reshape(2, size, -1)
+    return spatial
