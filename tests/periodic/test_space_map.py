@@ -204,7 +204,7 @@ def test_a_curve_that_ends_and_is_not_met_from_above(monkeypatch):
     z, y = arcs.without_contact(solver, omega)
     kept = arcs.Vibrations(np.arange(2), z[:2], y[:2])
     monkeypatch.setattr(arcs, "linear_in_gap", lambda solver: False)
-    monkeypatch.setattr(arcs, "_whole", lambda *_: iter([arcs._Link((arcs.LOW, arcs.BROKEN), kept)]))
+    monkeypatch.setattr(arcs, "_continued_links", lambda *_: iter([arcs._Link((arcs.LOW, arcs.BROKEN), kept)]))
     assert_array_equal(arcs.curve(solver, omega).order.cell, [0, 1])
 
 
@@ -212,5 +212,5 @@ def test_a_corner_that_shows_as_a_fold_too_is_one_jump():
     """The Jeffcott rotor's, whose arc turns back 4e-7 from its corner with one kind of sums and not with another."""
     corner, up = (61.115, False), (239.76, True)
     folds = ((61.115 * (1 - 4e-7), False), (61.115 * (1 - 4e-7), True), (61.2, False), up)
-    assert list(arcs._elsewhere(folds, (corner,))) == [folds[1], folds[2], up]
-    assert list(arcs._elsewhere(folds, ())) == list(folds)
+    assert list(arcs._folds_off_corners(folds, (corner,))) == [folds[1], folds[2], up]
+    assert list(arcs._folds_off_corners(folds, ())) == list(folds)

@@ -130,7 +130,7 @@ def test_one_way_after_the_other_is_tried(monkeypatch):
     monkeypatch.setattr(Solver, "first", refuse)
     found = periodic.follow_response(model, 6.0, (25.0, 26.0), stability=False)
     np.testing.assert_allclose(found.clearance_displacement[0], known.clearance_displacement[0], atol=1e-9)
-    monkeypatch.setattr(Start, "_by_march", refuse)
+    monkeypatch.setattr(Start, "_solve_after_march", refuse)
     with pytest.raises(ClearanceError, match=r"no periodic vibration was found at 25 Hz .* other numbers of harmonics"):
         periodic.follow_response(model, 6.0, (25.0, 26.0), stability=False)
 
