@@ -23,13 +23,13 @@ from ..rig import Bushing, Rig
 from ..signals.excitation import Excitation
 from ..signals.sampling import Decimator
 
-__all__ = ["Block", "ImpactRate", "groups_side_by_side", "impact_rate", "march"]
+__all__ = ["BlockMaxima", "ImpactRate", "groups_side_by_side", "impact_rate", "march"]
 
 STEPS = 512  # samples of a record per block of a march
 BATCHES = 20  # pieces of a record for the variance of the counts
 
 
-class Block(NamedTuple):
+class BlockMaxima(NamedTuple):
     """Largest values of one model in each of consecutive samples."""
 
     depth: np.ndarray
@@ -79,7 +79,7 @@ def impact_rate(impacts: np.ndarray, duration: float) -> ImpactRate:
 
 def march(
     cases: Sequence[tuple[Rig, Law]], pieces: Iterable[Excitation], engine: Engine, settling: float
-) -> Iterator[list[Block]]:
+) -> Iterator[list[BlockMaxima]]:
     """March models together under one excitation; yield a block of each, from the end of the settling on.
 
     Models of one step and size share the lanes of the modal engine, others are marched one by one.
@@ -116,7 +116,7 @@ def march(
             blocks = [watch.see(output) for watch, output in zip(watches, outputs)]
             size = blocks[0].depth.shape[1]
             if waiting < size:
-                yield [Block(*(part[:, waiting:] for part in block)) for block in blocks]
+                yield [BlockMaxima(*(part[:, waiting:] for part in block)) for block in blocks]
             waiting = max(0, waiting - size)
 
 
@@ -155,7 +155,7 @@ class _Reduction:
         self.touched = np.zeros((1, len(self.rig.bushings)), bool)
         self.decimator = Decimator(len(self.rig.sensors), self.factor)
 
-    def see(self, outputs: np.ndarray) -> Block:
+    def see(self, outputs: np.ndarray) -> BlockMaxima:
         """Reduce steps, (n, columns), of a whole number of samples."""
         n, rows = len(self.rig.bushings), self.rig.clearance_rows
         ends = len(self.rig.sensors) + self.rig.n_rows * np.arange(4)
@@ -166,7 +166,7 @@ class _Reduction:
         self.touched = touches[-1:]
         depth = np.stack([_penetration(b, displacement[:, part]) for b, part in zip(self.rig.bushings, rows)], axis=1)
         per_sample = -1, self.factor, n
-        return Block(
+        return BlockMaxima(
             depth.reshape(per_sample).max(axis=1).T,
             force.reshape(per_sample).max(axis=1).T,
             np.abs(self.decimator.push(acceleration)).T,

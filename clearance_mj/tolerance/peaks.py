@@ -19,7 +19,7 @@ from ..signals.arrays import ArrayData
 from ..signals.excitation import Excitation, from_psd
 from ..signals.psd import PSD
 from .extremes import Largest, decluster, largest_value
-from .impacts import Block, ImpactRate, impact_rate, march
+from .impacts import BlockMaxima, ImpactRate, impact_rate, march
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -185,7 +185,7 @@ def noise_of(psd: PSD, seconds: float, seed: int | list[int]) -> Excitation:
 
 
 def peaks_of_record(
-    rig: Rig, law: Law, blocks: Iterable[Block], noise: Excitation, quantity: str, hours: float,
+    rig: Rig, law: Law, blocks: Iterable[BlockMaxima], noise: Excitation, quantity: str, hours: float,
     limit: float | None = None,
 ) -> HourPeaks:  # fmt: skip
     """Predict the peaks of a longer time from the blocks of one model's march; see `peaks_over_an_hour`.
@@ -213,7 +213,7 @@ def peaks_of_record(
     parts = [np.concatenate(part, axis=1) for part in zip(*blocks)]
     if not parts or parts[0].shape[1] < noise.fs:
         raise ExcitationError("less than a second of the excitation is left after settling; give a longer one")
-    record = Block(*parts)
+    record = BlockMaxima(*parts)
     duration = record.depth.shape[1] / noise.fs
     lowest = float(natural_frequencies(rig_in_gap(rig, law), 1)[0])
     ratio, run = 3600.0 * hours / duration, round(noise.fs / max(lowest, LOWEST))

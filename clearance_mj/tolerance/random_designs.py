@@ -25,7 +25,7 @@ from ..rig import Rig
 from ..signals.psd import PSD
 from ..statistics.shares import share_interval
 from .designs import Designs
-from .impacts import Block, groups_side_by_side, march
+from .impacts import BlockMaxima, groups_side_by_side, march
 from .peaks import QUANTITIES, SETTLING, HourPeaks, noise_of, peaks_of_record
 
 __all__ = ["DesignPeaks", "LevelPeaks", "Noise", "peaks_of_designs", "peaks_over_production", "random_production"]
@@ -216,7 +216,9 @@ def _march(task: _Task) -> dict[str, np.ndarray]:
     noise = noise_of(asked.psd.scaled(task.level), asked.duration + asked.settling, [task.seed, task.first // TOGETHER])
     peaks: dict[int, HourPeaks] = {}
     for together in groups_side_by_side(task.cases, noise, engine):
-        blocks: list[list[Block]] = list(march([task.cases[i] for i in together], [noise], engine, asked.settling))
+        blocks: list[list[BlockMaxima]] = list(
+            march([task.cases[i] for i in together], [noise], engine, asked.settling)
+        )
         for lane, i in enumerate(together):
             lane_of = [block[lane] for block in blocks]
             peaks[i] = peaks_of_record(*task.cases[i], lane_of, noise, asked.quantity, asked.hours, asked.limit)
