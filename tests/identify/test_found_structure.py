@@ -8,7 +8,7 @@ import pytest
 from clearance_mj.clearance import ContactLaw, KelvinVoigt
 from clearance_mj.engines import simulate
 from clearance_mj.identify import update_rig
-from clearance_mj.identify.laws.case import Case
+from clearance_mj.identify.laws.case import ClearanceWithLaw
 from clearance_mj.identify.laws.forces_in_lanes import Path, law_forces
 from clearance_mj.identify.records.prepared import prepare
 from clearance_mj.identify.structure.found_structure import Accepted
@@ -110,7 +110,7 @@ def test_contact_is_at_the_ends_of_the_length_that_a_bushing_has():
     law = ContactLaw([KelvinVoigt(1e4)], [dataclasses.replace(TABLE1.bushings[0].grease, stiffness=1e-9, damping=0.0)])
     bushing = dataclasses.replace(TABLE1.bushings[0], gap=3e-4, length=0.004)
     taps = np.array([0.0, 1.0, 0.0])
-    (force,) = law_forces([path], taps, 1, [Case(bushing, law)]).T
+    (force,) = law_forces([path], taps, 1, [ClearanceWithLaw(bushing, law)]).T
     by_hand = np.zeros(time.size)
     for lever in (1 - 0.1 / 3, 1 + 0.1 / 3):
         place = lever * middle

@@ -9,7 +9,7 @@ import scipy.fft
 
 from clearance_mj.clearance import ContactLaw, KelvinVoigt
 from clearance_mj.identify.forces.restoring import MODES, NO_PROBES_BAND, flanks, restoring_force
-from clearance_mj.identify.laws.case import Case
+from clearance_mj.identify.laws.case import ClearanceWithLaw
 from clearance_mj.identify.laws.measured_motion import MeasuredMotion
 from clearance_mj.identify.laws.records_to_fit import telling
 from clearance_mj.identify.laws.slow_motion import SlowMotion, next_offsets
@@ -41,7 +41,7 @@ def test_slow_motion_of_a_linear_clearance_is_that_of_springs_and_dampers():
     force = restoring_force(record, low=NO_PROBES_BAND, rig=rig)
     motions = [MeasuredMotion([force], rig, j, []) for j in range(2)]
     slow = SlowMotion(motions, [record], rig)
-    slow.follow([Case(b, ContactLaw(KelvinVoigt(1.0), grease)) for b, grease in zip(bushings, greases)])
+    slow.follow([ClearanceWithLaw(b, ContactLaw(KelvinVoigt(1.0), grease)) for b, grease in zip(bushings, greases)])
     count, n = len(slow.found[0]), len(record.signals)
     omega = 2 * np.pi * record.fs / n * np.arange(1, count)
     model = linear_model(rig, MODES)
@@ -57,7 +57,9 @@ def test_slow_motion_of_a_linear_clearance_is_that_of_springs_and_dampers():
     # The fit of one bushing alone, the other on its tangent, begins there and stays there.
     for j, motion in enumerate(motions):
         own = motion.slow[0]
-        (alone,) = motion.slow_forces([Case(bushings[j], ContactLaw(KelvinVoigt(1.0), greases[j]))], [own.x[:, None]])
+        (alone,) = motion.slow_forces(
+            [ClearanceWithLaw(bushings[j], ContactLaw(KelvinVoigt(1.0), greases[j]))], [own.x[:, None]]
+        )
         again = own.free - own.compliance * (alone[:, 0] - own.stiffness * own.x)
         assert np.linalg.norm(again - own.x) < 0.02 * np.linalg.norm(own.x)
 
@@ -76,7 +78,9 @@ def test_what_walls_and_fillings_leave_open_of_the_mean_motion():
     slow = SlowMotion(motions, [record], rig)
     gaps = [2 * float(np.std(x)) for x in force.displacement]
     cases = [
-        Case(dataclasses.replace(b, gap=gap, offset=0.4 * gap), ContactLaw(KelvinVoigt(wall), Grease(stiffness, 3.0)))
+        ClearanceWithLaw(
+            dataclasses.replace(b, gap=gap, offset=0.4 * gap), ContactLaw(KelvinVoigt(wall), Grease(stiffness, 3.0))
+        )
         for b, gap, stiffness in zip(rig.bushings, gaps, k.tolist())
     ]
     slow.follow(cases)

@@ -15,7 +15,7 @@ from clearance_mj.estimate import Estimates, Parameter
 from clearance_mj.identify import update_rig
 from clearance_mj.identify.forces.restoring import RestoringForce, restoring_force
 from clearance_mj.identify.forces.turning_loads import find_turning_loads
-from clearance_mj.identify.laws.case import HOLE, Case, hole_of, nominal_of, open_parameters, placed
+from clearance_mj.identify.laws.case import HOLE, ClearanceWithLaw, hole_of, nominal_of, open_parameters, placed
 from clearance_mj.identify.laws.case import forces_along as round_forces_along
 from clearance_mj.identify.laws.comparison import along_valley
 from clearance_mj.identify.laws.force_fit import fit_force
@@ -157,7 +157,7 @@ def touching_below(bushing, rest, rig, seconds=8.0, fs=2048.0):
     x, v = (np.fft.irfft(s, n).T for s in (spectrum, 2j * np.pi * lines * spectrum))
     law = cm.ContactLaw(cm.clearance.Cubic(K, 0.3 * K / bushing.gap**2), Grease(0.0))
     ends = (np.ascontiguousarray(np.repeat(each[:, None], 3, axis=1)) for each in (x, v))
-    force = round_forces_along(Case(bushing, law, rest), *ends, np.zeros(n), 1 / fs).T
+    force = round_forces_along(ClearanceWithLaw(bushing, law, rest), *ends, np.zeros(n), 1 / fs).T
     one, two = np.ones(1), np.ones(2)
     return RestoringForce(
         "below", rig, fs, (0.0, 0.4 * fs), np.arange(n) / fs, x.T, v.T, force, two, two,

@@ -15,7 +15,7 @@ from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..forces.restoring import RestoringForce
 from ..forces.windows import WindowForces
-from ..laws.case import Case
+from ..laws.case import ClearanceWithLaw
 from ..laws.families import FamilyValues
 from ..laws.force_fit import ForceFit, ForceProblem
 from ..laws.measured_motion import MeasuredMotion
@@ -55,7 +55,7 @@ class TrackedLaw:
         self.unit = np.where(linear, fit.nominal.gap, 1.0) / problem.unit[self.free]
         """(n,) a relative change of 1, of an offset one by a gap, in prior standard deviations"""
 
-    def case(self, x: np.ndarray) -> Case:
+    def case(self, x: np.ndarray) -> ClearanceWithLaw:
         """Return the clearance and its law at x."""
         point = self.fit.point.copy()
         point[self.free] = x
@@ -75,7 +75,7 @@ class TrackedLaw:
         return float(self.problem.values(point)[self.free[self.names.index(name)]])
 
 
-def log_quantities(case: Case, depth: float) -> np.ndarray:
+def log_quantities(case: ClearanceWithLaw, depth: float) -> np.ndarray:
     """Return logarithms (3,) of gap, and of stiffness F/δ and damping dF/dδ̇ of a contact at a depth δ, m."""
     contact = case.law.contact[0]
     still, fast = contact.force(depth, 0.0, SMALL_SPEED), contact.force(depth, SMALL_SPEED, SMALL_SPEED)

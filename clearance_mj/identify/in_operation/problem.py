@@ -15,7 +15,7 @@ from ...clearance.greases.oil_film import OilFilled
 from ...estimate import Parameter, Problem, UnknownScale
 from ...estimate.problem import Linearised
 from ...rig import Bushing, Rig
-from ..laws.case import HOLE, Case, case_of, forces_along, nominal_of, open_parameters
+from ..laws.case import HOLE, ClearanceWithLaw, case_of, forces_along, nominal_of, open_parameters
 from ..laws.measured_motion import WIDE
 from .forces import Forces, run_out
 from .windows import Window
@@ -253,7 +253,7 @@ class LawProblem(Problem):
         residuals = real(self.misses(values))
         return np.where(np.abs(residuals) < MAX_RESIDUAL, residuals, np.inf)
 
-    def case(self, place: Place, known: Mapping[str, float]) -> Case:
+    def case(self, place: Place, known: Mapping[str, float]) -> ClearanceWithLaw:
         """Return a clearance and its law.
 
         Parameters

@@ -18,7 +18,7 @@ from ...rig import Bushing, Friction, Rig
 from ...rig.dimensions import shaft_radius
 
 __all__ = [
-    "HOLE", "OFFSETS", "RESTS", "Case", "case_of", "fields_of", "forces_along", "hole_of", "nominal_of",
+    "HOLE", "OFFSETS", "RESTS", "ClearanceWithLaw", "case_of", "fields_of", "forces_along", "hole_of", "nominal_of",
     "open_parameters", "placed",
 ]  # fmt: skip
 
@@ -32,7 +32,7 @@ REST = 0.5  # of a gap, or of how far that is, 1 σ of where the shaft is when i
 FRICTION = 0.1, math.log(2.0)  # coefficient and its 1 σ, as a logarithm, where the rig file gives none
 
 
-class Case(NamedTuple):
+class ClearanceWithLaw(NamedTuple):
     """A clearance and its law."""
 
     bushing: Bushing  #: with its gap, wall, length and friction; with ``rest`` its offset counts for nothing
@@ -65,7 +65,7 @@ class Case(NamedTuple):
 
 
 def forces_along(
-    case: Case, x: np.ndarray, v: np.ndarray, spin: np.ndarray, step: float, lever: float = 1.0
+    case: ClearanceWithLaw, x: np.ndarray, v: np.ndarray, spin: np.ndarray, step: float, lever: float = 1.0
 ) -> np.ndarray:
     """Return the forces (n_t, d) of a law against its displacements, N, in a motion of the shaft from where it rests.
 
@@ -139,7 +139,9 @@ def fields_of(names: Sequence[str], values: np.ndarray) -> dict[str, float]:
     return {name.rpartition("].")[2]: float(value) for name, value in zip(names, values)}
 
 
-def case_of(known: Mapping[str, float], nominal: Bushing, contact: ContactFamily, filling: FillingFamily) -> Case:
+def case_of(
+    known: Mapping[str, float], nominal: Bushing, contact: ContactFamily, filling: FillingFamily
+) -> ClearanceWithLaw:
     """Return a clearance and its law by the values of its fields and of the parameters of contact and filling.
 
     Parameters
@@ -170,7 +172,7 @@ def case_of(known: Mapping[str, float], nominal: Bushing, contact: ContactFamily
         bushing = dataclasses.replace(bushing, film=film)
     if HOLE[0] in known:
         bushing = dataclasses.replace(bushing, **_oval([known[name] for name in HOLE], gap))
-    return Case(bushing, law, rest)
+    return ClearanceWithLaw(bushing, law, rest)
 
 
 def placed(bushing: Bushing, offset: np.ndarray, **changed: Any) -> Bushing:

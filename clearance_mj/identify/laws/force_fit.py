@@ -24,7 +24,7 @@ from ...clearance.family import ContactFamily, FillingFamily
 from ...clearance.grease import GreaseModel
 from ...estimate import Estimates, Problem, Stop, UnknownScale, log_evidence, solve
 from ...rig import Bushing, Grease
-from .case import OFFSETS, RESTS, Case, case_of, fields_of, hole_of, placed
+from .case import OFFSETS, RESTS, ClearanceWithLaw, case_of, fields_of, hole_of, placed
 from .measured_motion import MeasuredMotion
 
 __all__ = ["ForceFit", "ForceProblem", "fit_force", "steps_on"]
@@ -41,7 +41,7 @@ class ForceFit:
     contact: ContactFamily  #: family of the contact
     filling: FillingFamily  #: family of the filling
     nominal: Bushing  #: the clearance as the rig file has it
-    case: Case  #: at the optimum
+    case: ClearanceWithLaw  #: at the optimum
     bushing: Bushing  #: with the fitted gap, and the offset of the unloaded shaft, once that is known
     estimates: Estimates  #: of the clearance's open parameters, then of contact and filling
     point: np.ndarray  #: (n,) values in prior standard deviations from their starts
@@ -166,11 +166,11 @@ class ForceProblem(Problem):
         # All dampings at once, also where laws are followed one by one: along valleys the best of them goes farther.
         super().__init__([*motion.parameters, *law_parameters], self._scaled_residuals, loss=loss)
 
-    def case(self, at: np.ndarray) -> Case:
+    def case(self, at: np.ndarray) -> ClearanceWithLaw:
         """Return the clearance and its law at coordinates (n,)."""
         return self._case(self.values(at))
 
-    def _case(self, values: np.ndarray) -> Case:
+    def _case(self, values: np.ndarray) -> ClearanceWithLaw:
         fields = fields_of([p.name for p in self.parameters], values)
         return case_of(fields, self.motion.nominal, self.contact, self.filling)
 

@@ -13,7 +13,7 @@ from ...clearance.along import force_at
 from ...clearance.record import laws_of, side_by_side
 from ...clearance.registers import load, spread, store
 from ...core.jit import OPTIONS, jit
-from .case import Case, forces_along
+from .case import ClearanceWithLaw, forces_along
 
 __all__ = ["LANES", "Path", "decimated", "law_forces"]
 
@@ -40,7 +40,11 @@ class Path(NamedTuple):
 
 
 def law_forces(
-    paths: Sequence[Path], taps: np.ndarray, factor: int, cases: Sequence[Case], slow: Sequence[np.ndarray] = ()
+    paths: Sequence[Path],
+    taps: np.ndarray,
+    factor: int,
+    cases: Sequence[ClearanceWithLaw],
+    slow: Sequence[np.ndarray] = (),
 ) -> np.ndarray:
     """Return the forces (n d, n_cases), N, of laws of one clearance in measured motions, one motion after the other.
 
@@ -59,7 +63,7 @@ def law_forces(
 
 
 def _forces_of_lanes(
-    paths: Sequence[Path], taps: np.ndarray, factor: int, cases: Sequence[Case], slow: list[np.ndarray]
+    paths: Sequence[Path], taps: np.ndarray, factor: int, cases: Sequence[ClearanceWithLaw], slow: list[np.ndarray]
 ) -> np.ndarray:
     count, unused = len(cases), LANES - len(cases)
     padded = [*cases, *[cases[0]] * unused]
@@ -75,7 +79,7 @@ def _forces_of_lanes(
     return np.concatenate(forces)[:, :count]
 
 
-def _one_by_one(paths: Sequence[Path], taps: np.ndarray, factor: int, cases: Sequence[Case]) -> np.ndarray:
+def _one_by_one(paths: Sequence[Path], taps: np.ndarray, factor: int, cases: Sequence[ClearanceWithLaw]) -> np.ndarray:
     """As `law_forces`: walls and friction of two coordinates branch, and lanes would wait for each other."""
     columns = []
     for case in cases:

@@ -22,7 +22,7 @@ from ...clearance.walls.slot import penetration
 from ...estimate.parameter import Parameter
 from ...rig import Bushing, Rig
 from ..forces.restoring import RestoringForce
-from .case import Case, nominal_of
+from .case import ClearanceWithLaw, nominal_of
 from .forces_in_lanes import Path, decimated, law_forces
 
 __all__ = ["DECIMATION", "FORCE_ERROR", "MeasuredMotion", "OwnSlowMotion", "falls", "low_pass", "rms_of_blocks"]
@@ -129,7 +129,7 @@ class MeasuredMotion:
         other.force = np.concatenate([_samples_of(f, rows, i)[0] for i, f in enumerate(forces)])
         return other
 
-    def forces(self, cases: Sequence[Case], follow: bool = True) -> np.ndarray:
+    def forces(self, cases: Sequence[ClearanceWithLaw], follow: bool = True) -> np.ndarray:
         """Return the forces (n, n_cases) of laws, N, in the band in which that of the records is known.
 
         The slow motion follows each law by one step from its latest solution, or stays there.
@@ -145,18 +145,18 @@ class MeasuredMotion:
             forces[part] = scipy.fft.irfft(spectrum, part.stop - part.start, axis=0)
         return forces
 
-    def slow_forces(self, cases: Sequence[Case], x: Sequence[np.ndarray]) -> list[np.ndarray]:
+    def slow_forces(self, cases: Sequence[ClearanceWithLaw], x: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Return the slow lines (n_f, n_cases) of laws' forces in each record with a slow motion x, also such lines."""
         forces = self.all_forces(cases, x)
         return [scipy.fft.rfft(forces[part], axis=0)[:count] for part, count in self.unknown_lines]
 
-    def all_forces(self, cases: Sequence[Case], x: Sequence[np.ndarray]) -> np.ndarray:
+    def all_forces(self, cases: Sequence[ClearanceWithLaw], x: Sequence[np.ndarray]) -> np.ndarray:
         """Return forces (n, n_cases) at all frequencies, with slow lines x (n_f, n_cases) in each record, if any."""
         slow = [scipy.fft.irfft(each, part.stop - part.start, axis=0)
                 for each, (part, _) in zip(x, self.unknown_lines)]  # fmt: skip
         return law_forces(self.paths, low_pass(), self.factor, cases, slow)
 
-    def residuals(self, cases: Sequence[Case]) -> np.ndarray:
+    def residuals(self, cases: Sequence[ClearanceWithLaw]) -> np.ndarray:
         """Return (n, n_cases) differences of laws' forces from the measured one, over their expected errors."""
         residuals = self.forces(cases) - self.force[:, None]
         for part in self._records if self.rest_is_open else ():
@@ -166,7 +166,7 @@ class MeasuredMotion:
         residuals *= self.weight[:, None]
         return residuals
 
-    def depth(self, case: Case, kept: bool = False) -> np.ndarray:
+    def depth(self, case: ClearanceWithLaw, kept: bool = False) -> np.ndarray:
         """Return the penetration (n, 2) of both ends into a clearance's walls, m, at all or the compared samples."""
         ends = [path.at_ends(case.bushing.length)[:: self.factor if kept else 1] for path in self.paths]
         for each, motion, (part, _) in zip(ends, self.slow, self.unknown_lines) if kept else ():
@@ -178,11 +178,11 @@ class MeasuredMotion:
             return np.abs(penetration(places[:, :, 0], lower, upper))
         return np.asarray(np.hypot(*np.moveaxis(places, 2, 0)) - bushing.wall_model.reach(bushing.gap))
 
-    def touches(self, case: Case) -> bool:
+    def touches(self, case: ClearanceWithLaw) -> bool:
         """Return True if an end ever goes beyond the gap."""
         return bool((self.depth(case) > 0).any())
 
-    def meets_one_of_two(self, case: Case) -> bool:
+    def meets_one_of_two(self, case: ClearanceWithLaw) -> bool:
         """Return True if an end goes beyond one wall of a slot, and never beyond the other."""
         ends = np.concatenate([path.at_ends(case.bushing.length).ravel() for path in self.paths]) + case.middle[0]
         beyond = ends.max() > case.bushing.gap, ends.min() < -case.bushing.gap
@@ -200,12 +200,14 @@ class MeasuredMotion:
         rest = (0.0,) * self.size if self.rest_is_open else None
         inside = self.fitted  # of all where the wall's place is unknown: contact forces are large and short
         if rest is None:
-            touching = (self.depth(Case(bushing, ContactLaw(KelvinVoigt(1.0))), kept=True) > 0).any(axis=1)
+            touching = (self.depth(ClearanceWithLaw(bushing, ContactLaw(KelvinVoigt(1.0))), kept=True) > 0).any(axis=1)
             inside = inside[~np.repeat(touching, self.size)[inside]]
-        columns = self.forces([Case(free, ContactLaw(KelvinVoigt(1.0), each), rest) for each in fillings], follow=False)
+        columns = self.forces(
+            [ClearanceWithLaw(free, ContactLaw(KelvinVoigt(1.0), each), rest) for each in fillings], follow=False
+        )
         return columns[inside] * self.weight[inside, None], self.force[inside] * self.weight[inside]
 
-    def with_reach(self, parameter: Parameter, case: Case) -> Parameter:
+    def with_reach(self, parameter: Parameter, case: ClearanceWithLaw) -> Parameter:
         """Return a gap's parameter with at least half of the shaft's way as its lower bound, if nothing ever touches.
 
         Parameters

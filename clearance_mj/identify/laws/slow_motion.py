@@ -23,7 +23,7 @@ from ...linear import linear_model
 from ...rig import Rig
 from ..forces.restoring import MODES, flanks
 from ..records.prepared import PreparedRecord
-from .case import Case
+from .case import ClearanceWithLaw
 from .force_fit import ForceFit, fit_force
 from .measured_motion import DECIMATION, FORCE_ERROR, WIDE, MeasuredMotion, OwnSlowMotion, falls, rms_of_blocks
 
@@ -69,7 +69,7 @@ class SlowMotion:
         self.found = [np.zeros_like(lines.free) for lines in self.lines]
         """(n_f, n_bushings) spectra of each record"""
 
-    def follow(self, cases: Sequence[Case]) -> None:
+    def follow(self, cases: Sequence[ClearanceWithLaw]) -> None:
         """Solve the slow motion for a law of each bushing, and let their motions begin from there.
 
         Parameters
@@ -96,7 +96,7 @@ class SlowMotion:
         for j, motion in enumerate(self.motions):
             motion.slow = [_slow_motion(*each, j) for each in zip(soft, self.found, forces, stiffness)]
 
-    def mean_error(self, cases: Sequence[Case]) -> np.ndarray:
+    def mean_error(self, cases: Sequence[ClearanceWithLaw]) -> np.ndarray:
         """Return the standard deviations (n_bushings,), m, of the shaft's mean position according to laws.
 
         Each wall's mean force is wrong by `FORCE_ERROR` of itself, the filling's mean stiffness by
@@ -129,7 +129,7 @@ class SlowMotion:
         is_informative = counted >= TELLING * np.maximum(counted.sum(axis=0), 1e-300)
         return np.max(np.where(is_informative, errors, 0.0), axis=0)
 
-    def _forces(self, cases: Sequence[Case]) -> list[np.ndarray]:
+    def _forces(self, cases: Sequence[ClearanceWithLaw]) -> list[np.ndarray]:
         """Return spectra (n_f, n_bushings) of the forces of each record in the latest slow motion."""
         by_bushing = [
             motion.slow_forces([case], [x[:, j : j + 1] for x in self.found])
@@ -137,7 +137,7 @@ class SlowMotion:
         ]
         return [np.column_stack([f[i] for f in by_bushing]) for i in range(len(self.lines))]
 
-    def _stiffness(self, cases: Sequence[Case]) -> list[np.ndarray]:
+    def _stiffness(self, cases: Sequence[ClearanceWithLaw]) -> list[np.ndarray]:
         """Mean stiffness (n_bushings,) of the forces in each record, N/m."""
         stiffness = []
         for j, (motion, case) in enumerate(zip(self.motions, cases)):
@@ -180,7 +180,7 @@ def fit_with_slow_motion(slow: SlowMotion, fits: Sequence[ForceFit], rounds: int
     moves: list[np.ndarray] = []
     fits, best = list(fits), [f.bushing.offset for f in fits]
     for _ in range(rounds):
-        slow.follow([Case(dataclasses.replace(f.bushing, offset=o), f.law) for f, o in zip(fits, best)])
+        slow.follow([ClearanceWithLaw(dataclasses.replace(f.bushing, offset=o), f.law) for f, o in zip(fits, best)])
         starts = [{n: o if n.endswith(".offset") else v for n, v in f.values.items()} for f, o in zip(fits, best)]
         fits = [fit_force(m, f.contact, f.filling, [start]) for m, f, start in zip(slow.motions, fits, starts)]
         at, new = np.array(best), np.array([f.bushing.offset for f in fits])
