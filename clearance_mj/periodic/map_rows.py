@@ -13,12 +13,12 @@ from .condensed import UNBALANCE, condensed
 from .excitation import steady_spin
 from .solver import Solver
 
-__all__ = ["Case", "Row", "row_of", "solver_at"]
+__all__ = ["MapLevel", "Row", "row_of", "solver_at"]
 
 TOLERANCE = 1e-6  # residual over the size of the motion
 
 
-class Case(NamedTuple):
+class MapLevel(NamedTuple):
     """Task for a worker: one level of one gap."""
 
     gap: int
@@ -53,7 +53,7 @@ def solver_at(
     return Solver(system, harmonics, samples, spin)
 
 
-def row_of(case: Case) -> Row:
+def row_of(case: MapLevel) -> Row:
     """Compute one row of a rattle map."""
     frequency = np.frombuffer(case.frequencies)
     tried = []

@@ -21,7 +21,7 @@ from .axes import level_axis
 from .cells import QUANTITIES
 from .excitation import excited_by
 from .in_gap import level_of_contact, linear_in_gap
-from .map_rows import Case, row_of, solver_at
+from .map_rows import MapLevel, row_of, solver_at
 from .resolution import resolution
 from .solver import Solver
 
@@ -286,7 +286,7 @@ def map_rattle(
     settings = 2 * np.pi * float(frequencies[-1]), harmonics, counts[0], n_modes
     solvers = [solver_at(each, kind, 1.0, *settings) for each in models]  # refuses what cannot be
     cases = [
-        Case(i, j, each, kind, float(level), frequencies.tobytes(), harmonics, counts, n_modes)
+        MapLevel(i, j, each, kind, float(level), frequencies.tobytes(), harmonics, counts, n_modes)
         for i, each in enumerate(models)
         for j, level in enumerate(levels)
     ]
