@@ -5,12 +5,12 @@ compared with the record's. A law is simulated on the rig that was identified wi
 same record level with another seed gives the repeatability: how closely the rig repeats itself.
 """
 
-from .case import Case
+from .case import StudyCase
 from .files import study_summary, write_results
 from .identified import IdentifiedModel
 from .laws import METHODS
 from .study import ENGINES, N_MODES, RESOLUTION, Study
 
 __all__ = [
-    "ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "IdentifiedModel", "Study", "study_summary", "write_results",
+    "ENGINES", "METHODS", "N_MODES", "RESOLUTION", "StudyCase", "IdentifiedModel", "Study", "study_summary", "write_results",
 ]  # fmt: skip

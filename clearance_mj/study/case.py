@@ -13,11 +13,11 @@ from ..signals.comparison import Comparison
 from ..signals.ema import Modes
 from ..signals.frf import FRF
 
-__all__ = ["Case", "LevelModes", "of_one_input", "require_comparable"]
+__all__ = ["StudyCase", "LevelModes", "of_one_input", "require_comparable"]
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class StudyCase:
     """One law on one engine against one validation record."""
 
     law: str

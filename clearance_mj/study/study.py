@@ -24,7 +24,7 @@ from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band
 from . import stored
 from .bands import law_band
-from .case import Case, LevelModes, of_one_input, require_comparable
+from .case import LevelModes, StudyCase, of_one_input, require_comparable
 from .conditions import Condition, conditions_of
 from .identified import IdentifiedModel
 from .laws import StudiedLaws
@@ -83,7 +83,7 @@ class Study:
         """of a part of a study in space: direction and spin of its records"""
         self._workers, self._progress = workers, progress
         self._tests: dict[str, FRF] = {}
-        self._cases: dict[tuple[str, str, str], Case] = {}
+        self._cases: dict[tuple[str, str, str], StudyCase] = {}
         self.motions: dict[tuple[str, str, str], PlacedWhirl] = {}
         """of the shaft in records of its turning alone, by law, engine and record, as `Turning` finds them"""
 
@@ -203,7 +203,7 @@ class Study:
     def simulated(
         self, laws: Sequence[str] | None = None, engines: Sequence[str] | None = None,
         records: Sequence[Record] | None = None,
-    ) -> tuple[Case, ...]:  # fmt: skip
+    ) -> tuple[StudyCase, ...]:  # fmt: skip
         """Return the cases of laws on engines under records, simulated if they were not yet.
 
         Parameters
@@ -229,11 +229,11 @@ class Study:
         return tuple(self._cases[key] for key in keys)
 
     @property
-    def cases(self) -> tuple[Case, ...]:
+    def cases(self) -> tuple[StudyCase, ...]:
         """Every law on every engine against every validation record with an excitation."""
         return tuple(case for part in self.parts for case in part.simulated())
 
-    def _simulate_case(self, name: str, engine: str, record: Record) -> Case:
+    def _simulate_case(self, name: str, engine: str, record: Record) -> StudyCase:
         test = self._tests[record.name]
         model = in_test(self.law(name).model, record.tested_rig, record.turning())
 
@@ -248,7 +248,7 @@ class Study:
         inputs += [stored.record_digest(record), modes.frequency.tolist()]
         inputs += code_outside(used)
         result = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
-        return Case(name, engine, record, *result)
+        return StudyCase(name, engine, record, *result)
 
     @functools.cached_property
     def repeatability(self) -> dict[float, Comparison]:
@@ -343,7 +343,7 @@ class Study:
         """
         return [r for r in self.driven if r.level == level]
 
-    def case(self, law: str, engine: str, level: float) -> Case:
+    def case(self, law: str, engine: str, level: float) -> StudyCase:
         """Return the first case of a law, an engine and a level.
 
         Parameters

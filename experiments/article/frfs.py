@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.signals.correlation import rmse_db
-from clearance_mj.study import Case, Study
+from clearance_mj.study import Study, StudyCase
 
 from .items import Item
 from .models import MODELS, REPEAT, TEST, cases, decibel, main_cases, name_of, position, prior_information, test_words
@@ -67,7 +67,9 @@ def _over_frequency(nodes: Sequence[int], rows: Sequence[int], frequency: np.nda
     return rounded(pd.concat(frames, ignore_index=True), 6).astype({"sensor": int})
 
 
-def _errors(study: Study, found: list[Case], level: float, nodes: Sequence[int], rows: Sequence[int]) -> pd.DataFrame:
+def _errors(
+    study: Study, found: list[StudyCase], level: float, nodes: Sequence[int], rows: Sequence[int]
+) -> pd.DataFrame:
     """RMSE in dB of every model, and of the test's repeat, at the sensors: whole band, modes 1-2, modes 3-4."""
     test = study.test(study.records(level)[0])
     bands = {"": test.frequency > 0, "_below_65_hz": test.frequency < SPLIT, "_above_65_hz": test.frequency >= SPLIT}
@@ -81,7 +83,7 @@ def _errors(study: Study, found: list[Case], level: float, nodes: Sequence[int],
     return pd.concat(frames, ignore_index=True)
 
 
-def _draw_overlay(study: Study, found: list[Case], test: np.ndarray, rows: Sequence[int], columns: int) -> Figure:
+def _draw_overlay(study: Study, found: list[StudyCase], test: np.ndarray, rows: Sequence[int], columns: int) -> Figure:
     lines = -(-len(rows) // columns)
     figure = sheet(0.5 + (2.6 if columns == 1 else 1.9) * lines)
     axes = figure.subplots(lines, columns, sharex=True, squeeze=False)
@@ -167,15 +169,15 @@ def criterion(item: Item, study: Study, criterion: str, level: float | None = No
     )
 
 
-def _column(case: Case) -> str:
+def _column(case: StudyCase) -> str:
     return case.law if case.law == "repeat" else f"{case.law} {case.engine}"
 
 
-def _per_sensor(case: Case, criterion: str) -> np.ndarray:
+def _per_sensor(case: StudyCase, criterion: str) -> np.ndarray:
     return getattr(case.comparison, f"{criterion}_per_sensor")
 
 
-def _means(study: Study, found: list[Case], criterion: str) -> pd.DataFrame:
+def _means(study: Study, found: list[StudyCase], criterion: str) -> pd.DataFrame:
     """Mean over the lines of each model and sensor, the article's first."""
     published, nodes = Printed.load(2).numbers, [str(s.node) for s in study.dataset.rig.sensors]
     rows = [
@@ -191,7 +193,7 @@ def _means(study: Study, found: list[Case], criterion: str) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _draw_criterion(study: Study, found: list[Case], criterion: str) -> Figure:
+def _draw_criterion(study: Study, found: list[StudyCase], criterion: str) -> Figure:
     n, columns, frequency = len(study.dataset.rig.sensors), 2, found[0].comparison.frequency
     figure = sheet(0.5 + 1.35 * -(-n // columns))
     axes = figure.subplots(-(-n // columns), columns, sharex=True, sharey=True)

@@ -13,7 +13,7 @@ import pandas as pd
 from clearance_mj.core.errors import RecordError
 from clearance_mj.rig import Rig, Sensor
 from clearance_mj.signals.frf import FRF
-from clearance_mj.study import Case, Study
+from clearance_mj.study import Study, StudyCase
 
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
 
@@ -83,7 +83,7 @@ def look(law: str) -> dict[str, Any]:
     return {"color": (MODELS[law].line if law in MODELS else REPEAT)["color"], "marker": "o"}
 
 
-def cases(study: Study, level: float) -> list[Case]:
+def cases(study: Study, level: float) -> list[StudyCase]:
     """Return every law on every engine under the excitation of a level's first record, and last the test's repeat.
 
     The repeat is the second record compared with the first, as law "repeat" on engine "rig". RecordError if no record
@@ -93,16 +93,16 @@ def cases(study: Study, level: float) -> list[Case]:
         known = ", ".join(f"{known:g}" for known in study.levels)
         raise RecordError(f"{study.dataset.path}: no validation record has level {level:g}; there are {known}")
     first, second = study.records(level)[:2]
-    repeat = Case("repeat", "rig", second, study.test(second), study.repeatability[level], {})
+    repeat = StudyCase("repeat", "rig", second, study.test(second), study.repeatability[level], {})
     return [*study.simulated(records=[first]), repeat]
 
 
-def main_cases(found: list[Case]) -> list[Case]:
+def main_cases(found: list[StudyCase]) -> list[StudyCase]:
     """Return the cases of the main engine, which is the first, one for each law, without the repeat."""
     return [case for case in found if case.engine == found[0].engine]
 
 
-def rows_of(found: list[Case], table: str) -> pd.DataFrame:
+def rows_of(found: list[StudyCase], table: str) -> pd.DataFrame:
     """Return ``per_mode`` or ``per_sensor`` of the cases' comparisons in one frame, with law and engine in front."""
     frames = [getattr(case.comparison, table).assign(law=case.law, engine=case.engine) for case in found]
     return pd.concat(frames, ignore_index=True)

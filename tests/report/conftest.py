@@ -18,7 +18,7 @@ from clearance_mj.signals.comparison import Comparison
 from clearance_mj.signals.correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
 from clearance_mj.signals.frf import FRF
 from clearance_mj.signals.frf_error import random_db
-from clearance_mj.study import Case, IdentifiedModel
+from clearance_mj.study import IdentifiedModel, StudyCase
 from clearance_mj.study.periodic import PeriodicVibrations
 from tests import studies
 from tests.store import kept
@@ -124,7 +124,7 @@ def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test ri
             model = frf(shift * small, 1.05)
             for r in dataset.validate:
                 comparison = compared(tests[r.name], model, shifts[r.name], shift * small)
-                cases.append(Case(law, engine, r, model, comparison, statistics(r.level, step)))
+                cases.append(StudyCase(law, engine, r, model, comparison, statistics(r.level, step)))
     return study_of(dataset, laws, cases, tests, repeatability=floor, bands={}, periodic=under_sines())
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from matplotlib.lines import Line2D
 
-from ...study import Case, Study
+from ...study import Study, StudyCase
 from ..style import COLOURS, ENGINE_LINES, MARKERS, REPEAT, TEST
 
 __all__ = ["Looks"]
@@ -37,7 +37,7 @@ class Looks:
         label = f"law “{law}”" + ("" if engine == self.study.main_engine else f", engine {engine}")
         return look | {"color": self.colour(law), "label": label}
 
-    def cases(self, level: float) -> list[Case]:
+    def cases(self, level: float) -> list[StudyCase]:
         """Return the first case of each curve that is drawn."""
         return [self.study.case(law, engine, level) for law, engine in self.drawn]
 
