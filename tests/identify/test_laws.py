@@ -13,7 +13,7 @@ from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.engines import simulate
 from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify.laws.output_error import (
-    Comparison,
+    ResponseResiduals,
     Sight,
     before_contact,
     evidence,
@@ -56,7 +56,9 @@ def test_constants_are_recovered_and_validation_records_stay_closed(small_datase
 def test_start_values_are_worse_than_the_fit(small_dataset):
     """The datasheet misses the same residual by far: the fit is what brings it down."""
     dataset = Dataset.load(small_dataset)
-    compared = Comparison(dataset.rig, evidence(dataset.identify), lambda: nominal_law(dataset.rig), math.inf, None)
+    compared = ResponseResiduals(
+        dataset.rig, evidence(dataset.identify), lambda: nominal_law(dataset.rig), math.inf, None
+    )
     assert np.sqrt(np.mean(compared.residuals(np.empty((1, 0)))[0][: compared.frf_size] ** 2)) > 1.0
 
 

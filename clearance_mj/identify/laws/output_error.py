@@ -105,7 +105,7 @@ def fit_law(
     ``central``: central differences, which are not needed where the start is already close. The covariance is a
     jackknife over blocks of residuals that depend on each other.
     """
-    compared = Comparison(rig, records, make, model_error, title)
+    compared = ResponseResiduals(rig, records, make, model_error, title)
     step = [DIFFERENCE / (p.prior_std if p.has_prior else 1.0) for p in parameters]
     # What is known before is outside of the loss, which takes residuals of many dB for outliers.
     problem = Problem(
@@ -125,7 +125,7 @@ def fit_law(
     )
 
 
-class Comparison:
+class ResponseResiduals:
     """Weighted differences of simulated responses from a set of records, for the laws of several parameter sets."""
 
     def __init__(
