@@ -18,7 +18,7 @@ from .continuation import Motion, Motions, NoConvergence, difference
 from .in_gap import edges, filled, linear_in_gap, without_contact
 from .solver import Solver
 
-__all__ = ["Curve", "Vibrations", "curve"]
+__all__ = ["LevelCurve", "Vibrations", "curve"]
 
 LOW, HIGH, BROKEN = -1, -2, -3
 """Kinds of end of an arc that does not end where the gap is filled: at the range's lowest or highest frequency, or
@@ -45,7 +45,7 @@ class Vibrations:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class LevelCurve:
     """The vibrations at one level over frequency."""
 
     order: Vibrations
@@ -67,7 +67,7 @@ class _Link:
     folds: tuple[tuple[float, bool], ...] = ()
 
 
-def curve(solver: Solver, omega: np.ndarray) -> Curve:
+def curve(solver: Solver, omega: np.ndarray) -> LevelCurve:
     """Return the vibrations at increasing frequencies, 1/s, of an excitation with one harmonic.
 
     The frequency may be that of the turning, whose speed then changes along the curve.
@@ -85,7 +85,7 @@ def curve(solver: Solver, omega: np.ndarray) -> Curve:
     if up and up[-1].ends[1] == BROKEN and (other := _walk(whole, HIGH)) and other[-1].ends[1] == LOW:
         links, up, down = whole, [], other
     order = _merge(solver, [*up, *(_reverse(link) for link in reversed(down))])
-    return Curve(order, _merge(solver, links, order)[order.cell.size :], folds, tuple(ended))
+    return LevelCurve(order, _merge(solver, links, order)[order.cell.size :], folds, tuple(ended))
 
 
 def _contact_free_links(solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]]) -> Iterator[_Link]:
