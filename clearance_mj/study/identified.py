@@ -13,7 +13,7 @@ import numpy as np
 from ..clearance.law import Law
 from ..estimate.estimates import Estimates
 from ..identify import Identified, get_method
-from ..identify.laws.law_misfit import Decay, LawMisfit, Stretch
+from ..identify.laws.law_misfit import DecayMisfit, LawMisfit, Stretch
 from ..model import Model
 from ..rig import Rig
 
@@ -113,5 +113,5 @@ def _misfit_of_dict(data: dict[str, Any]) -> LawMisfit:
     stretches = tuple(
         Stretch(**{**s, "missed": np.array(s["missed"]), "random": np.array(s["random"])}) for s in data["stretches"]
     )
-    decays = tuple(Decay(**{**d, "missed": np.array(d["missed"])}) for d in data["decays"])
+    decays = tuple(DecayMisfit(**{**d, "missed": np.array(d["missed"])}) for d in data["decays"])
     return LawMisfit(tuple(data["sensors"]), data["unit"], np.array(data["edges"]), stretches, decays)

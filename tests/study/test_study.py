@@ -19,7 +19,7 @@ from clearance_mj.estimate.estimates import Estimates
 from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify import METHODS as METHODS_BY_NAME
 from clearance_mj.identify import Identified
-from clearance_mj.identify.laws.law_misfit import Decay, LawMisfit, Stretch
+from clearance_mj.identify.laws.law_misfit import DecayMisfit, LawMisfit, Stretch
 from clearance_mj.identify.records.checks import IdentifiabilityWarning
 from clearance_mj.identify.registry import Method
 from clearance_mj.io.dataset import Dataset, write_dataset
@@ -365,7 +365,7 @@ def test_what_a_law_missed_widens_its_band_from_the_cache_too(bench, finding, tm
     missed = np.full((8, 2), 1.0)
     missed[0, 0] = np.nan  # a band that the record does not have
     stretch = Stretch("noise", 0.0, 5.0, 2.0, missed, np.full((8, 2), 1e-6))
-    decay = Decay("hammer", 0.5, 2.0, 60.0, np.zeros((8, 2)))
+    decay = DecayMisfit("hammer", 0.5, 2.0, 60.0, np.zeros((8, 2)))
     misfit = LawMisfit(tuple(dataset.rig.sensor_labels), "m/s²", edges, (stretch,), (decay,))
     found = study_module.Study(dataset, ("bench",), ("modal",)).law("bench")
     law = IdentifiedModel.from_dict(json.loads(json.dumps(dataclasses.replace(found, misfit=misfit).to_dict())), TABLE1)

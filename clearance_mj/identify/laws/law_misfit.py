@@ -31,7 +31,7 @@ from ..records.in_test import in_test
 from ..records.prepared import PreparedRecord
 from .output_error import DB, RESOLUTION, holds_hits, pieces_of
 
-__all__ = ["Decay", "LawMisfit", "Stretch", "law_misfit"]
+__all__ = ["DecayMisfit", "LawMisfit", "Stretch", "law_misfit"]
 
 BANDS = 8  # of frequency, between the ends of the records' own bands
 WIDEST = 0.4  # of fs: upper end of a record whose band is not known
@@ -66,7 +66,7 @@ class Stretch:
 
 
 @dataclass(frozen=True, eq=False)
-class Decay:
+class DecayMisfit:
     """The motion after a hit, with the difference of the law's from it."""
 
     record: str  #: its name
@@ -85,7 +85,7 @@ class LawMisfit:
     unit: str  #: of the levels
     edges: np.ndarray  #: (n_bands + 1,) Hz
     stretches: tuple[Stretch, ...]  #: by rising level; none if all records are hits
-    decays: tuple[Decay, ...]  #: in the order of the records
+    decays: tuple[DecayMisfit, ...]  #: in the order of the records
 
     @cached_property
     def widening(self) -> float:
@@ -291,13 +291,13 @@ def _scatter_of_median(lines: float, freedom: float) -> float:
     return max(1.0, float(NORMAL * scipy.stats.t.isf(quantile / 2, freedom)) / TOO_FAR)
 
 
-def _decays(name: str, test: Response, model: Response) -> list[Decay]:
+def _decays(name: str, test: Response, model: Response) -> list[DecayMisfit]:
     """Return the decays, each from a hit to the next."""
     size = np.abs(test.excitation)
     struck = np.flatnonzero(size > REST * size.max())
     shortest = int(SHORTEST * test.fs)
     first = struck[np.diff(struck, prepend=-shortest) >= shortest]
-    rows, decays = _recorded_rows(test, model), list[Decay]()
+    rows, decays = _recorded_rows(test, model), list[DecayMisfit]()
     for begin, end in itertools.pairwise([*first.tolist(), size.size]):
         if end - begin >= shortest:
             halves = np.array_split(np.arange(begin, end), 2)
@@ -306,5 +306,5 @@ def _decays(name: str, test: Response, model: Response) -> list[Decay]:
             missed = np.full((len(model.responses), 2), np.nan)
             missed[rows] = DB * np.log(np.array(rms[0]) / np.array(rms[1])).T
             peak = float(size[begin : begin + shortest].max())
-            decays.append(Decay(name, begin / test.fs, (end - begin) / test.fs, peak, missed))
+            decays.append(DecayMisfit(name, begin / test.fs, (end - begin) / test.fs, peak, missed))
     return decays
