@@ -17,7 +17,7 @@ from ..structure.base import is_rotation
 from .clip import Clip
 from .outline import outline
 
-__all__ = ["Box", "Disc", "Scene"]
+__all__ = ["Box", "DrawnDisc", "Scene"]
 
 ARROW, PLATE, WALL, MIN_HEIGHT = 0.1, 0.015, 0.06, 0.15
 """length of the arrow of the largest force, thickness of a bushing's halves, half height of a clamp, least half height
@@ -29,7 +29,7 @@ DISC_RADII = 4.0  # radii of the shaft that a disc without a polar inertia has
 
 
 @dataclass(frozen=True)
-class Disc:
+class DrawnDisc:
     """A disc or point mass on a shaft."""
 
     point: float | str  #: where it is
@@ -80,7 +80,7 @@ class Scene:
         """Return the radius (m) of a shaft at a position, m."""
         return float(np.interp(x, *self.edges[shaft][:2]))
 
-    def _discs(self) -> Iterator[Disc]:
+    def _discs(self) -> Iterator[DrawnDisc]:
         rig, most = self.rig, (DOT if self.is_plane else LARGEST_DISC) * self.length
         heavy = {each.position: each.phase for each in rig.unbalances}
         discs: list[tuple[float | str, float]] = []
@@ -92,7 +92,7 @@ class Scene:
         discs += [(mass.position, DISC_RADII / 2 * float(self.radii.max())) for mass in rig.masses]
         for point, radius in discs:
             radius = most if self.is_plane else min(radius, most)
-            yield Disc(point, *rig.linear.place(point), radius, heavy.get(point, 0.0))
+            yield DrawnDisc(point, *rig.linear.place(point), radius, heavy.get(point, 0.0))
 
     def line(self) -> np.ndarray:
         """Return (3, n, n_x) points of the shafts' lines."""

@@ -19,7 +19,7 @@ from matplotlib.patches import Polygon
 from matplotlib.transforms import Affine2D
 
 from .outline import position_label
-from .scene import Box, Disc, Scene
+from .scene import Box, DrawnDisc, Scene
 from .style import COLOURS, FONT, TEST, tidy
 
 __all__ = ["ACROSS", "CLAMP", "DPI", "HALF", "MASS", "STEEL", "Stage", "seen"]
@@ -289,7 +289,7 @@ class Stage:
             wall = self._polygon(CLAMP, order, moves=is_near, lw=0, hatch="////", edgecolor="black")
             wall.set_xy(self._outline(box.low, box.high))
 
-    def _draw_disc(self, disc: Disc) -> tuple[Disc, np.ndarray, Polygon, Line2D]:
+    def _draw_disc(self, disc: DrawnDisc) -> tuple[DrawnDisc, np.ndarray, Polygon, Line2D]:
         """A disc across the shaft, or seen from the side a dot; a line tells how far it has turned."""
         order = 5.5 if self.is_plane else self._drawing_order(disc.position)
         plate, spoke = self._polygon(MASS, order), self._line("white", 0.0 if self.is_plane else 1.2, order + 0.001)
