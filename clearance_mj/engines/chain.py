@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from ..structure import Shaft, Support
 
-__all__ = ["Chain", "Element", "Hold", "cut", "elements_of"]
+__all__ = ["Chain", "HingeElement", "Hold", "cut", "elements_of"]
 
 
 class Hold(NamedTuple):
@@ -34,7 +34,7 @@ class Hold(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Element:
+class HingeElement:
     """A piece of a shaft whose moment is the polynomial through its values at the hinges."""
 
     shaft: Shaft
@@ -84,7 +84,7 @@ class Chain(ABC):
     """Rigid links of a shaft; coordinates are those of joints at its left end, if any, then the hinges' angles."""
 
     shaft: Shaft
-    elements: tuple[Element, ...]  # from left to right
+    elements: tuple[HingeElement, ...]  # from left to right
     masses: tuple[tuple[float, float, float], ...]  # on it: position m, mass kg, inertia kg m²
 
     axes: ClassVar[dict[str, tuple[int, float]]]
@@ -229,7 +229,7 @@ def cut(shaft: Shaft, links: int, wanted: list[float]) -> list[tuple[float, floa
 
 def elements_of(
     shaft: Shaft, pieces: list[tuple[float, float, int]], kind: Literal["bending", "torsion"]
-) -> tuple[Element, ...]:
+) -> tuple[HingeElement, ...]:
     """Return the pieces of a shaft with their hinges.
 
     These are the points and weights of Gauss quadrature with the flexibility as weight function (Golub and Welsch,
@@ -243,7 +243,7 @@ def elements_of(
         basis = np.linalg.qr(np.sqrt(flexibility)[:, None] * np.vander(xi, size, increasing=True))[0]
         nodes, vectors = np.linalg.eigh(basis.T @ (xi[:, None] * basis))
         hinges, compliance = start + half * (1 + nodes), flexibility.sum() * vectors[0] ** 2
-        elements.append(Element(shaft, kind, start, end, hinges, compliance))
+        elements.append(HingeElement(shaft, kind, start, end, hinges, compliance))
     return tuple(elements)
 
 
