@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
 
-__all__ = ["Element", "Mesh", "Rigidity", "TorsionMesh"]
+__all__ = ["BeamElement", "Mesh", "Rigidity", "TorsionMesh"]
 
 
 class Rigidity(NamedTuple):
@@ -33,7 +33,7 @@ class Rigidity(NamedTuple):
     polar: np.ndarray  #: ρ times the polar moment of area, kg m
 
 
-class Element(NamedTuple):
+class BeamElement(NamedTuple):
     """A piece of a shaft without steps, supports or loads inside."""
 
     start: float  #: m
@@ -67,7 +67,7 @@ class Mesh:
         The same per unit angular acceleration of the base about x = 0.
     """
 
-    def __init__(self, elements: Sequence[Element], shear: bool, held: Sequence[tuple[float, int]] = ()) -> None:
+    def __init__(self, elements: Sequence[BeamElement], shear: bool, held: Sequence[tuple[float, int]] = ()) -> None:
         self.elements = elements
         self.nodes = np.array([elements[0].start, *(e.end for e in elements)])
         self._shear = shear
@@ -160,7 +160,7 @@ class _Strained(NamedTuple):
     influence: np.ndarray  # (2 + n,)
 
 
-def _strain_shapes(element: Element, shear: bool) -> _Strained:
+def _strain_shapes(element: BeamElement, shear: bool) -> _Strained:
     node, weight = integration(element.bubbles)
     half = (element.end - element.start) / 2
     distance, weight = (node + 1) * half, weight * half
@@ -217,7 +217,7 @@ def _deflection_series(bubbles: int, shear: bool) -> np.ndarray:
     return np.linalg.solve(legvander(xi, xi.size - 1), _functions_at_gauss(bubbles, shear)[0])[: bubbles + 4]
 
 
-def _scale_to_element(functions: Sequence[np.ndarray], element: Element, shear: bool) -> list[np.ndarray]:
+def _scale_to_element(functions: Sequence[np.ndarray], element: BeamElement, shear: bool) -> list[np.ndarray]:
     """Scale functions of an element from -1 to 1 to its length, with the end's rotation in rad."""
     half = (element.end - element.start) / 2
     value, slope, rotation, curvature = functions
@@ -275,7 +275,7 @@ class TorsionMesh:
         Matrices in coordinates that fix the held nodes.
     """
 
-    def __init__(self, elements: Sequence[Element], held: Sequence[float] = ()) -> None:
+    def __init__(self, elements: Sequence[BeamElement], held: Sequence[float] = ()) -> None:
         self.elements = elements
         self.nodes = np.array([elements[0].start, *(e.end for e in elements)])
         parts = [_twist_shapes(element) for element in elements]
@@ -314,7 +314,7 @@ class TorsionMesh:
         return int(np.argmin(np.abs(self.nodes - x)))
 
 
-def _twist_shapes(element: Element) -> tuple[np.ndarray, np.ndarray]:
+def _twist_shapes(element: BeamElement) -> tuple[np.ndarray, np.ndarray]:
     """Return shapes (1 + bubbles, n) of unit energy, and the mass (1 + n, 1 + n) of the start's twist and them."""
     node, weight = integration(element.bubbles)
     half = (element.end - element.start) / 2

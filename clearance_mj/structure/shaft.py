@@ -17,7 +17,7 @@ from pydantic import Field
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Number, Share, Text, checked
 from .base import Assembly, Structure, Turning, parse_direction, parse_place, register
-from .elements import Element, Mesh, Rigidity, TorsionMesh
+from .elements import BeamElement, Mesh, Rigidity, TorsionMesh
 from .section import HELD, Disc, Material, Section, Support
 
 __all__ = ["Disc", "Material", "Section", "Shaft", "Support", "rows_at"]
@@ -229,9 +229,9 @@ class Shaft(Structure):
         section = self.sections[i]
         return float(np.interp(x, edges[i : i + 2], section.diameter or section.height or (0.0, 0.0))) / 2
 
-    def _elements(self, points: np.ndarray, modes: int) -> list[Element]:
+    def _elements(self, points: np.ndarray, modes: int) -> list[BeamElement]:
         """Return elements between steps, supports, discs and loads, short enough for waves of the highest mode."""
-        wave, edges, pieces = self._highest_wave(modes), np.array(self.edges), list[Element]()
+        wave, edges, pieces = self._highest_wave(modes), np.array(self.edges), list[BeamElement]()
         divided = 0
         for start, end in pairwise(self._nodes(points)):
             i = int(np.clip(np.searchsorted(edges, (start + end) / 2) - 1, 0, len(self.sections) - 1))
@@ -244,10 +244,10 @@ class Shaft(Structure):
             if divided > MAX_PIECES:
                 raise ValueError(f"a shaft would be divided more than {MAX_PIECES} times: its sections differ too much")
             bubbles = MIN_BUBBLES + math.ceil(phase / n) + (4 if tapered else 0)
-            pieces += [Element(a, b, bubbles, rigidity) for a, b in pairwise(np.linspace(start, end, n + 1))]
+            pieces += [BeamElement(a, b, bubbles, rigidity) for a, b in pairwise(np.linspace(start, end, n + 1))]
         return pieces
 
-    def _torsion(self, elements: Sequence[Element], modes: int) -> list[Element]:
+    def _torsion(self, elements: Sequence[BeamElement], modes: int) -> list[BeamElement]:
         """Return the elements with enough functions for waves of twist of the highest mode."""
         _, weight, rigidity = self._integration
         slowness = np.sqrt(rigidity.polar / rigidity.torsion)  # s/m
