@@ -11,7 +11,7 @@ from ...estimate.beliefs import Belief, Function, Refinement
 from .alarms import TRACKED, Alarm
 from .changes import Changes, fused, refined
 
-__all__ = ["Follower", "Label"]
+__all__ = ["SequentialPosterior", "Label"]
 
 Label = tuple[int, str]
 """Number of a bushing, and a name in `TRACKED`"""
@@ -20,7 +20,7 @@ SIGNIFICANCE = 4.0  # standard deviations beyond its threshold from which on a c
 MIN_WINDOWS = 2  # that show a change before it counts, so that its kind is known
 
 
-class Follower:
+class SequentialPosterior:
     """A belief that windows of a record refine, tested for changes.
 
     Parameters

@@ -20,7 +20,7 @@ from ..laws.families import FamilyValues
 from ..laws.force_fit import ForceFit, ForceProblem
 from ..laws.measured_motion import MeasuredMotion
 from .alarms import QUANTITIES, TRACKED, Alarm
-from .follower import Follower, Label
+from .follower import Label, SequentialPosterior
 from .initial_fit import between_family_variance, covariance_of_fixed, covariance_of_rig, fit_law
 
 __all__ = ["BLOCK", "ClearanceTracker"]
@@ -186,7 +186,7 @@ class ClearanceTracker:
         free = self.law.free
         belief = Belief(fit.point[free], fit.covariance[np.ix_(free, free)])
         labels = [(self.number, name) for name in self.law.names]
-        self.follower = Follower(belief, labels, self.law.unit, self.law.value, self.seconds, self.seconds)
+        self.follower = SequentialPosterior(belief, labels, self.law.unit, self.law.value, self.seconds, self.seconds)
         drawn_forces = [[w.window(i) for i in range(index + 1 - len(self.recent), index + 1)] for w in self.drawn]
         self.constant_covariance = covariance_of_fixed(fit, free)
         """of errors that are the same in all windows"""

@@ -16,7 +16,7 @@ from ...core.kinds import checks_kinds
 from ...estimate.beliefs import Belief
 from ...io.dataset import Record
 from ..follow.alarms import RUB, Alarm
-from ..follow.follower import Follower, Label
+from ..follow.follower import Label, SequentialPosterior
 from ..follow.history import Twin
 from ..records.prepared import prepared
 from .forces import ForceMaker, forces_in
@@ -95,7 +95,7 @@ class _OrbitFollower:
             at = [fit.estimates.names.index(name) for name in self.names]
             covariance = fit.estimates.covariance[np.ix_(at, at)] + 1e-8 * np.eye(len(at))
             belief = Belief(np.log([self.values[name] for name in self.names]), covariance)
-            self.follower = Follower(belief, self.labels, np.ones(len(at)), self._value, LENGTH, HOP)
+            self.follower = SequentialPosterior(belief, self.labels, np.ones(len(at)), self._value, LENGTH, HOP)
 
     def _value(self, label: Label, x: np.ndarray) -> float:
         return float(np.exp(x[self.labels.index(label)]))
