@@ -17,7 +17,7 @@ import numpy as np
 from .loops import BEYOND, DEEP, GOES_ON, SHORTEST, STUCK, loops
 
 __all__ = [
-    "MAX_POINTS", "EndOfBranch", "Follower", "Motion", "Motions", "NoConvergence", "difference", "meets", "until_again",
+    "MAX_POINTS", "EndOfBranch", "Continuation", "Motion", "Motions", "NoConvergence", "difference", "meets", "until_again",
 ]  # fmt: skip
 
 TOLERANCE = 1e-9  # of Newton's method: residual over the size of the motion
@@ -76,7 +76,7 @@ class Motions(NamedTuple):
         return Motion(float(self.omega[i]), self.z[i], self.y[i], self.force[i], self.tangent[i], float(self.scale[i]))
 
 
-class Follower(ABC):
+class Continuation(ABC):
     """Newton's method and continuation for as many equations as unknowns, and a parameter.
 
     A follower in Python has ``_residual`` and is the argument of its equations; a compiled one has other loops.
@@ -188,7 +188,7 @@ class Follower(ABC):
         return replace(motion, tangent=motion.tangent * np.sign(motion.tangent @ after.tangent))
 
 
-def meets(follower: Follower, before: Motion, after: Motion, other: Motion, beside: float = BESIDE) -> bool:
+def meets(follower: Continuation, before: Motion, after: Motion, other: Motion, beside: float = BESIDE) -> bool:
     """Return True if another motion lies on the branch between two neighbours."""
     chord, offset = difference(before, after), difference(before, other)
     length = float(np.linalg.norm(chord))
@@ -199,7 +199,7 @@ def meets(follower: Follower, before: Motion, after: Motion, other: Motion, besi
     return near is not None and bool(np.linalg.norm(difference(near, other)) < MET)
 
 
-def until_again(follower: Follower, motions: Iterator[Motion]) -> Iterator[Motion]:
+def until_again(follower: Continuation, motions: Iterator[Motion]) -> Iterator[Motion]:
     """Yield motions until one of them recurs with the same direction: the branch is closed.
 
     Raises

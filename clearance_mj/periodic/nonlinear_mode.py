@@ -17,7 +17,7 @@ import numpy as np
 from ..core.errors import ClearanceError
 from ..engines.equilibrium import rest_of
 from .condensed import Condensed, grid, slopes
-from .continuation import Follower, Motion, NoConvergence
+from .continuation import Continuation, Motion, NoConvergence
 from .forces import Sampled, fill_forces
 from .harmonic_balance import blocks
 
@@ -36,7 +36,7 @@ class FreeMotion(NamedTuple):
     force: np.ndarray  #: (n_rows, K) of the clearances' forces beyond the linear fillings', N
 
 
-class NonlinearMode(Follower):
+class NonlinearMode(Continuation):
     """Harmonic balance of one nonlinear mode, in the coordinates of the linear modes in the gap.
 
     Unknown are, in metres, the coordinates' harmonics, such that the mode itself has the displacement at the clearance

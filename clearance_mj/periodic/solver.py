@@ -14,7 +14,7 @@ from ..core.equations import solved
 from ..core.errors import ClearanceError
 from .balance import POWERS, Balance, deepest, left, widen
 from .condensed import Condensed, grid, laws_of, slopes
-from .continuation import MAX_POINTS, Follower, Motion, Motions, NoConvergence
+from .continuation import MAX_POINTS, Continuation, Motion, Motions, NoConvergence
 from .dynamics import at_one_frequency, by_poles, by_stiffness
 from .loops import CORNERS, bordered, loops
 
@@ -39,7 +39,7 @@ class State(NamedTuple):
     gap: float  #: factor of all gaps
 
 
-class Solver(Follower):
+class Solver(Continuation):
     """Newton's method and continuation over one number of a `State`; rotating parts follow the frequency."""
 
     loops = loops(left, deepest, True)

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from .condensed import Condensed
-from .continuation import Follower, Motion, NoConvergence, difference
+from .continuation import Continuation, Motion, NoConvergence, difference
 from .onset import rest_and_growth
 from .solver import Solver
 from .stability import BRANCH_POINT, FIRST_CONTACT, FOLD, PERIOD_DOUBLING, floquet
@@ -34,7 +34,7 @@ REACH = (0.01, 0.03, 0.1)  # relative distances from the guess within which g ch
 EXACT = 1e-6  # of these distances
 
 
-class SpecialMotions(Follower):
+class SpecialMotions(Continuation):
     """Newton's method and continuation of a branch's special motion over a second parameter.
 
     Unknown are the harmonics of the coordinates and the frequency, in metres; ``solver_at`` returns the solver over
@@ -202,7 +202,7 @@ def _turn(motion: Callable[[float], Motion], reach: float) -> float:
     return float(optimum.x)
 
 
-class WhirlOnsets(Follower):
+class WhirlOnsets(Continuation):
     """Newton's method and continuation of the speed, rad/s, at which rest gives way to whirl."""
 
     size, least, direction = 1, 1e-3, np.array([0.0, 1.0])

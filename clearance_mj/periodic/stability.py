@@ -15,7 +15,7 @@ from scipy.optimize import minimize_scalar
 
 from ..core.errors import ExcitationError
 from .condensed import grid, slopes
-from .continuation import Follower, Motion, difference
+from .continuation import Continuation, Motion, difference
 from .floquet import monodromy
 from .forces import Sampled, fill_forces
 
@@ -100,7 +100,7 @@ class Located:
         return tuple(kind for kind in (self.kind, FOLD * self.folds) if kind)
 
 
-def changes(solver: Follower, before: Located, after: Located) -> Iterator[Located]:
+def changes(solver: Continuation, before: Located, after: Located) -> Iterator[Located]:
     """Yield the changes of stability between two neighbours with multipliers, in order."""
     at = _interpolator(solver, before, after)
     low, last = 0.0, before
@@ -113,7 +113,7 @@ def changes(solver: Follower, before: Located, after: Located) -> Iterator[Locat
         last = beyond
 
 
-def with_fold(solver: Follower, points: list[Located]) -> list[Located]:
+def with_fold(solver: Continuation, points: list[Located]) -> list[Located]:
     """Return neighbours with the motion among them at which the frequency turns, if it does."""
     omega = [point.motion.omega for point in points]
     middle = max(range(len(points)), key=lambda i: abs(omega[i] - (omega[0] + omega[-1]) / 2))
@@ -137,7 +137,7 @@ def with_fold(solver: Follower, points: list[Located]) -> list[Located]:
     return [*points[:place], replace(fold, folds=True), *points[place:]]
 
 
-def _interpolator(solver: Follower, before: Located, after: Located) -> Callable[..., Located | None]:
+def _interpolator(solver: Continuation, before: Located, after: Located) -> Callable[..., Located | None]:
     """Return a function for the motion at a fraction of the chord between two, with multipliers if they have some."""
     chord = difference(before.motion, after.motion)
     length = float(np.linalg.norm(chord))

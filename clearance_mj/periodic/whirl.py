@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from .condensed import Condensed
-from .continuation import Follower, Motion
+from .continuation import Continuation, Motion
 from .dynamics import by_stiffness
 from .solver import Solver, State
 from .vibrations import turned
@@ -17,7 +17,7 @@ __all__ = ["WhirlSolver"]
 NEARBY = 1e-6  # relative step of the difference quotients by frequency and speed
 
 
-class WhirlSolver(Follower):
+class WhirlSolver(Continuation):
     """Newton's method and continuation of a periodic motion without excitation, along the shaft's speed.
 
     Unknown are the harmonics of the coordinates and the whirl's frequency, in metres over a frequency of reference.

@@ -4,8 +4,8 @@ from clearance_mj.periodic import continuation, loops
 
 
 def until(last):
-    """What `Follower.pieces` yields up to a parameter, and the first motion beyond."""
-    pieces = continuation.Follower.pieces
+    """What `Continuation.pieces` yields up to a parameter, and the first motion beyond."""
+    pieces = continuation.Continuation.pieces
 
     def cut(self, motion, *more, **names):
         for motions, why in pieces(self, motion, *more, **names):

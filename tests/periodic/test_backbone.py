@@ -172,7 +172,7 @@ def test_a_free_decay_follows_it(measured):
 
 
 def test_where_no_next_vibration_is_found_the_curve_so_far_is_kept(monkeypatch):
-    monkeypatch.setattr(continuation.Follower, "pieces", until(2e-4))
+    monkeypatch.setattr(continuation.Continuation, "pieces", until(2e-4))
     curve = periodic.follow_backbone(Model(TABLE1, LAW), 1, (1e-4, 1e-3), 3)
     last = fundamental(curve, curve.clearance)[-1]
     assert 2e-4 < last < 2.2e-4

@@ -113,7 +113,7 @@ def test_a_motion_from_wall_to_wall_within_a_sample():
 
 
 def test_where_no_next_vibration_is_found_the_branch_so_far_is_kept(monkeypatch):
-    monkeypatch.setattr(continuation.Follower, "pieces", until(2 * np.pi * 35))
+    monkeypatch.setattr(continuation.Continuation, "pieces", until(2 * np.pi * 35))
     branch = periodic.follow_response(Model(TABLE1, LAW), 2.0, (30, 60), 3, stability=False)
     last = branch.frequency[-1]
     assert branch.frequency[0] == pytest.approx(30) and last >= 35
