@@ -38,7 +38,7 @@ DRIFT = 0.003  # fraction of a steady speed, from which on it is said to creep
 Values: TypeAlias = Mapping[str, float]
 
 
-class Hypothesis(NamedTuple):
+class LoadHypothesis(NamedTuple):
     """Loads that may act together, the names of the deflections they cause, and words for these."""
 
     loads: tuple[Order, ...]
@@ -147,7 +147,7 @@ class _Search(NamedTuple):
 
     def find(self) -> TurningLoads:
         """Return the unbalance, and those hypotheses that evidence accepts, the likeliest first."""
-        accepted: tuple[Hypothesis, ...] = ()
+        accepted: tuple[LoadHypothesis, ...] = ()
         loads = self.measured(accepted)
         rivals = _hypotheses(self.rig) if self.lines[0].model.omega.all() else []
         while rivals:
@@ -160,20 +160,20 @@ class _Search(NamedTuple):
             rivals = [rival for rival in rivals if rival.named != best.named]
         return loads
 
-    def gain(self, accepted: Sequence[Hypothesis], rival: Hypothesis) -> float:
+    def gain(self, accepted: Sequence[LoadHypothesis], rival: LoadHypothesis) -> float:
         """Return the gain of log evidence by another hypothesis, with errors as large as those of its fit."""
         wide = math.sqrt(max(self.fit(self.lines, (*accepted, rival)).excess, 1.0))
         more, fewer = (self.fit(self.lines, each, wide).evidence for each in ((*accepted, rival), accepted))
         return more - fewer
 
-    def fit(self, lines: Sequence[Lines], accepted: Sequence[Hypothesis], widening: float = 1.0) -> TurningFit:
+    def fit(self, lines: Sequence[Lines], accepted: Sequence[LoadHypothesis], widening: float = 1.0) -> TurningFit:
         gap = min((b.gap for b in self.rig.bushings), default=1.0)
         orders, unbalances = _orders(accepted), self.rig.unbalances[:1]
         largest = [LARGEST * load.moment for load in unbalances]
         largest += [SIZE * gap / float(np.abs(row).max()) for row in _deflections(self.lines[0].model, orders)[1].T]
         return fit_loads(lines, (*unbalances, *orders), largest, widening)
 
-    def measured(self, accepted: Sequence[Hypothesis]) -> TurningLoads:
+    def measured(self, accepted: Sequence[LoadHypothesis]) -> TurningLoads:
         """Return a rig with loads, and their sizes with intervals: but for the unbalance, of certain ones only."""
         fit, orders, unbalances = self.fit(self.lines, accepted), _orders(accepted), self.rig.unbalances[:1]
         first, n = len(unbalances), 2 * (len(unbalances) + len(orders))
@@ -214,18 +214,18 @@ class _Search(NamedTuple):
         return TurningLoads(rig, dict(zip(TIMES, remainders)), estimates, tuple(warnings))
 
 
-def _orders(accepted: Sequence[Hypothesis]) -> tuple[Order, ...]:
+def _orders(accepted: Sequence[LoadHypothesis]) -> tuple[Order, ...]:
     return tuple(load for hypothesis in accepted for load in hypothesis.loads)
 
 
-def _hypotheses(rig: Rig) -> list[Hypothesis]:
+def _hypotheses(rig: Rig) -> list[LoadHypothesis]:
     def loads(shares: np.ndarray, *orders: float) -> tuple[Order, ...]:
         return tuple(Order(x, order, 1.0) for order in orders for _, x in places_along(rig, shares))
 
-    return [Hypothesis(loads(BENT, 1.0), BEND), *(Hypothesis(loads(end, 2.0, -2.0), COUPLING) for end in ENDS)]
+    return [LoadHypothesis(loads(BENT, 1.0), BEND), *(LoadHypothesis(loads(end, 2.0, -2.0), COUPLING) for end in ENDS)]
 
 
-def _sizes(accepted: Sequence[Hypothesis]) -> Iterator[tuple[str, str, np.ndarray]]:
+def _sizes(accepted: Sequence[LoadHypothesis]) -> Iterator[tuple[str, str, np.ndarray]]:
     """Yield names and words of sizes, with the orders that they count, (n_orders,): each as many of a hypothesis."""
     first, count = 0, sum(len(hypothesis.loads) for hypothesis in accepted)
     for hypothesis in accepted:
