@@ -2,13 +2,13 @@
 
 from .harmonic import Sine
 from .history import GapHistory
-from .life import Jump, Life, gap_limits, predict_life
+from .life import Life, WearJump, gap_limits, predict_life
 from .lives import Lives, predict_lives
 from .marched import Marched
 from .operation import Operation, Vibration
 from .remaining import Remaining, predict_remaining
 
 __all__ = [
-    "GapHistory", "Jump", "Life", "Lives", "Marched", "Operation", "Remaining", "Sine", "Vibration", "gap_limits",
+    "GapHistory", "WearJump", "Life", "Lives", "Marched", "Operation", "Remaining", "Sine", "Vibration", "gap_limits",
     "predict_life", "predict_lives", "predict_remaining",
 ]  # fmt: skip

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["ACCURACY", "LONGEST", "Jump", "Life", "gap_limits", "predict_life"]
+__all__ = ["ACCURACY", "LONGEST", "WearJump", "Life", "gap_limits", "predict_life"]
 
 ACCURACY = 2e-3  # of the growth in a step, relative
 LONGEST = 1e6  # h, more than a century: a longer life counts as endless
@@ -30,7 +30,7 @@ CURVE = 400  # points of a drawn curve
 
 
 @dataclass(frozen=True)
-class Jump:
+class WearJump:
     """A jump of a wearing machine's vibration."""
 
     hours: float
@@ -72,7 +72,7 @@ class Life(ArrayData):
     """(n, n_bushings) mean of normal force times slip speed, W"""
     error: np.ndarray
     """(n, n_bushings) its standard error, W; 0 for periodic vibrations"""
-    jumps: tuple[Jump, ...]
+    jumps: tuple[WearJump, ...]
     """in their order"""
     ended: str
     """reason for the prediction's end: "limit", "hours" or "no rubbing\""""
@@ -252,7 +252,7 @@ def predict_life(
 def _make_life(model: Model, operation: Operation, limits: np.ndarray, moments: list[Moment]) -> Life:
     clearances = np.array([clearances_of(moment.model.rig) for moment in moments])
     jumps = tuple(
-        Jump(m.hours, tuple(c[:, 0].tolist()), tuple(m.fell_from.power.tolist()), tuple(m.vibration.power.tolist()))
+        WearJump(m.hours, tuple(c[:, 0].tolist()), tuple(m.fell_from.power.tolist()), tuple(m.vibration.power.tolist()))
         for m, c in zip(moments, clearances)
         if m.fell_from is not None
     )
