@@ -29,7 +29,7 @@ from .interact import (
 )  # fmt: skip
 
 __all__ = [
-    "ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "SWEEPS", "Linear", "Motion", "advance", "advance_whole",
+    "ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "SWEEPS", "ModalEquations", "Motion", "advance", "advance_whole",
     "turn_forces", "turn_on",
 ]  # fmt: skip
 
@@ -38,7 +38,7 @@ SPIN, ANGLE, RATE, END_TIME, PER_INERTIA = range(5)
 SWEEPS = 2  # number of sweeps over all forces in a step
 
 
-class Linear(NamedTuple):
+class ModalEquations(NamedTuple):
     """The linear part of the equations in modal coordinates; the last axes, of modes, are packed."""
 
     inverse_mass: np.ndarray  # (n) smaller for high modes, see modal.py
@@ -70,7 +70,7 @@ class Motion(NamedTuple):
 
 @jit(**OPTIONS)
 def advance(
-    steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool, linear: Linear, motion: Motion,
+    steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool, linear: ModalEquations, motion: Motion,
     clearance: Clearance, places: np.ndarray, kept: Kept, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
@@ -318,7 +318,7 @@ def _store_clearances(
 @jit(**OPTIONS)
 def advance_whole(
     excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool,
-    linear: Linear, motion: Motion, clearance: Clearance, places: np.ndarray, kept: Kept, before: np.ndarray,
+    linear: ModalEquations, motion: Motion, clearance: Clearance, places: np.ndarray, kept: Kept, before: np.ndarray,
     out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance by a whole excitation, decimated by a factor; return the result of `advance`.

@@ -13,7 +13,7 @@ from ..rig import Rig
 from ..rig.instruments import Kinds, each_kind
 from ..rig.loads import order_forces
 from ..rig.sensing import read_of_inputs
-from .modal_loop import Linear
+from .modal_loop import ModalEquations
 
 __all__ = [
     "at_spin",
@@ -84,7 +84,7 @@ def at_rows(model: LinearModel) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=128)
-def linear_part(rig: Rig, modes: int, kind: Kinds, step: float) -> tuple[Linear, bool]:
+def linear_part(rig: Rig, modes: int, kind: Kinds, step: float) -> tuple[ModalEquations, bool]:
     """Return the linear part, not packed, at the initial spin, and True if the kicks have all of the damping.
 
     Else the modes have it. Inputs are those of the excitation, and a constant one of loads if there are any.
@@ -99,7 +99,7 @@ def linear_part(rig: Rig, modes: int, kind: Kinds, step: float) -> tuple[Linear,
     if rig.unbalances or rig.orders:
         turning = np.vstack((model.unbalance, order_forces(rig.orders, model.directed, model.size)))
     spin = rig.spin.speed if rig.spin else 0.0
-    linear = Linear(
+    linear = ModalEquations(
         inverse_mass, flow, push, len(each_kind(kind)), turning, np.array([each.order for each in rig.orders]), rows,
         moving(rows), np.zeros((0, 5), dtype=int), (rows * inverse_mass) @ rows.T, sensors.accelerations,
         moving(sensors.accelerations), on_base,
@@ -129,7 +129,7 @@ def moving(rows: np.ndarray) -> np.ndarray:
     return np.array([(at[0], at[-1] + 1) if at.size else (0, 0) for at in places], dtype=int).reshape(-1, 2)
 
 
-def packed_part(parts: Sequence[Linear]) -> Linear:
+def packed_part(parts: Sequence[ModalEquations]) -> ModalEquations:
     """Pack the linear parts of one case or several for the loop."""
     packed: dict[str, Any] = {"n_excited": parts[0].n_excited}
     for name in ("inverse_mass", "flow", "input", "turning", "at_rows", "at_sensors", "readings"):
@@ -147,7 +147,7 @@ def packed_part(parts: Sequence[Linear]) -> Linear:
         packed[name] = spans if len(parts) > 1 else np.column_stack((spans[:, 0] // FOUR, -(-spans[:, 1] // FOUR)))
     packed["groups"], packed["of_sensors"] = _groups(packed["spans"]), _groups(packed["of_sensors"])
     packed["compliance"] = padded([part.compliance for part in parts])
-    return Linear(**packed)
+    return ModalEquations(**packed)
 
 
 def _groups(spans: np.ndarray) -> np.ndarray:
