@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.jit import STRICT, jit
-from .dynamics import KNOWN, Linear, seen
+from .dynamics import KNOWN, LinearDynamics, seen
 from .forces import Laws, Slopes, depths
 from .harmonic_balance import Grid, answer, balance
 
@@ -24,7 +24,7 @@ POWERS = (1, -1, -2, -3)  # of the gap in the laws' numbers: distances of walls 
 class Balance(NamedTuple):
     """The harmonic-balance equations of one rig along one parameter."""
 
-    linear: Linear
+    linear: LinearDynamics
     laws: Laws
     slopes: Slopes
     grid: Grid

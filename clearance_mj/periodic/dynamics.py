@@ -14,7 +14,7 @@ from ..core.jit import STRICT, jit
 from ..linear import LinearModel
 from .harmonic_balance import real_harmonics
 
-__all__ = ["DrivenModel", "Linear", "at_one_frequency", "by_poles", "by_stiffness", "seen"]
+__all__ = ["DrivenModel", "LinearDynamics", "at_one_frequency", "by_poles", "by_stiffness", "seen"]
 
 BY_POLES, BY_STIFFNESS, KNOWN = 0, 1, 2
 
@@ -46,7 +46,7 @@ class DrivenModel(NamedTuple):
         return np.asarray(np.linalg.solve(dynamic, force[:, :, None])[:, :, 0])
 
 
-class Linear(NamedTuple):
+class LinearDynamics(NamedTuple):
     """A driven model for compiled functions in one of three forms; fields of the other two are empty."""
 
     way: int
@@ -70,19 +70,19 @@ class Linear(NamedTuple):
     unbalance: np.ndarray  # (H + 1, n) the same per Ω²
 
 
-def _make_linear(way: int, **parts: np.ndarray) -> Linear:
+def _make_linear(way: int, **parts: np.ndarray) -> LinearDynamics:
     rank = {"compliance": 3, "sagging": 2, "shaken": 2, "real": 2, "imaginary": 2, "motions": 2, "constant": 2,
             "growing": 2, "stiffness": 4, "viscous": 4, "points": 2, "drive": 2, "unbalance": 2}  # fmt: skip
     complex_fields = {"compliance", "pairs", "values", "motions", "constant", "growing", "drive", "unbalance"}
     fields = {}
-    for name in Linear._fields[1:]:
+    for name in LinearDynamics._fields[1:]:
         kind = complex if name in complex_fields else int if name == "harmonics" else float
         array = parts.get(name, np.zeros((0,) * rank.get(name, 1)))
         fields[name] = np.ascontiguousarray(array, dtype=kind)
-    return Linear(way, **fields)
+    return LinearDynamics(way, **fields)
 
 
-def by_poles(driven: DrivenModel, spin: float) -> Linear:
+def by_poles(driven: DrivenModel, spin: float) -> LinearDynamics:
     """Return the pole-residue form at one spin, rad/s; a pair has conjugate residues, so real parts are summed."""
     model = driven.model
     (values, shapes), forced = model.poles(spin), model.drive(spin)
@@ -99,7 +99,7 @@ def by_poles(driven: DrivenModel, spin: float) -> Linear:
     )  # fmt: skip
 
 
-def by_stiffness(driven: DrivenModel) -> Linear:
+def by_stiffness(driven: DrivenModel) -> LinearDynamics:
     """Return the form for any spin. Between the speeds of bearings' tables coefficients are cubic in the spin."""
     model = driven.model
     tables = sorted({speed for held in model.bearings for speed in held.bearing.spin})
@@ -119,7 +119,7 @@ def by_stiffness(driven: DrivenModel) -> Linear:
     )  # fmt: skip
 
 
-def at_one_frequency(linear: Linear, omega: float, spin: float) -> Linear:
+def at_one_frequency(linear: LinearDynamics, omega: float, spin: float) -> LinearDynamics:
     """Return the form for one frequency, 1/s, and spin, rad/s."""
     compliance, sagging = seen(linear, omega, spin, 1.0, 0.0)
     return _make_linear(
@@ -129,7 +129,7 @@ def at_one_frequency(linear: Linear, omega: float, spin: float) -> Linear:
 
 
 @jit(**STRICT)
-def seen(linear: Linear, omega: float, spin: float, load: float, level: float) -> tuple[np.ndarray, np.ndarray]:
+def seen(linear: LinearDynamics, omega: float, spin: float, load: float, level: float) -> tuple[np.ndarray, np.ndarray]:
     """Return receptances (H + 1, n_rows, n_rows) and harmonics (n_rows, K) of driven displacements.
 
     At factors of constant loads and of the excitation's level.
@@ -174,7 +174,9 @@ def _sum_pairs(pairs: np.ndarray, real: np.ndarray, imaginary: np.ndarray, omega
 
 
 @jit(**STRICT, inline="always")
-def _direct(linear: Linear, omega: float, spin: float, load: float, level: float) -> tuple[np.ndarray, np.ndarray]:
+def _direct(
+    linear: LinearDynamics, omega: float, spin: float, load: float, level: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return receptances and driven displacements as `seen` does, by the dynamic stiffness of every harmonic."""
     rows, n = linear.points.shape
     piece = 0
