@@ -25,7 +25,7 @@ from ..core.validation import NotNegative, Share, Text, checked
 from .base import AXES, Assembly, StructureOfFiles, parse_dof, register
 from .files import FileName, absolute, content
 
-__all__ = ["Linearised", "Mjcf", "linearised"]
+__all__ = ["LinearisedModel", "Mjcf", "linearised"]
 
 PLACE_KINDS = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_BODY
 """Objects that a place may name, in the order of the search."""
@@ -123,7 +123,7 @@ class Mjcf(StructureOfFiles):
 
 
 @functools.lru_cache(maxsize=32)
-def _linearised(structure: Mjcf) -> Linearised:
+def _linearised(structure: Mjcf) -> LinearisedModel:
     name = structure.file
     content([name], structure.sha256)
     try:
@@ -151,7 +151,7 @@ UNSTABLE = 1e-7  # of the largest stiffness per mass: negative ones below it are
 
 
 @dataclass(frozen=True, eq=False)
-class Linearised:
+class LinearisedModel:
     """A model at equilibrium, in coordinates y of small motions: joints move by ``allowed`` y."""
 
     model: mujoco.MjModel
@@ -181,7 +181,7 @@ class Linearised:
         return np.array((self.data.site_xpos if kind == mujoco.mjtObj.mjOBJ_SITE else self.data.xpos)[number])
 
 
-def linearised(model: mujoco.MjModel, key: int = -1) -> Linearised:
+def linearised(model: mujoco.MjModel, key: int = -1) -> LinearisedModel:
     """Linearise a model about its equilibrium; a ValueError says why it cannot be.
 
     Parameters
@@ -207,7 +207,7 @@ def linearised(model: mujoco.MjModel, key: int = -1) -> Linearised:
         raise ValueError(f"the equilibrium is unstable, joint {joint} moves away; give a keyframe near the stable one")
     allowed = state.allowed
     damping, influence = _damping(model, data, allowed), allowed.T @ _base_inertia(model, data)
-    return Linearised(model, data, allowed, state.mass, state.stiffness, damping, influence)
+    return LinearisedModel(model, data, allowed, state.mass, state.stiffness, damping, influence)
 
 
 class _State(NamedTuple):
