@@ -29,7 +29,7 @@ from ...signals.keyphasor import ShaftTurning
 from ..records.prepared import PreparedRecord
 
 __all__ = [
-    "MODES", "TIMES", "Lines", "TurningFit", "TurningLoad", "fit_loads", "in_slow_roll", "lines_of", "times_of",
+    "MODES", "TIMES", "TurningLines", "TurningFit", "TurningLoad", "fit_loads", "in_slow_roll", "lines_of", "times_of",
     "turning_inputs",
 ]  # fmt: skip
 
@@ -83,7 +83,7 @@ def _spectra(waves: np.ndarray, window: np.ndarray, size: int) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
+class TurningLines:
     """Lines of a record near once and twice its turns, over their expected errors."""
 
     record: PreparedRecord
@@ -173,7 +173,7 @@ def times_of(load: TurningLoad) -> float:
 
 def lines_of(
     rig: Rig, record: PreparedRecord, probes: Mapping[str, float], known: Sequence[TurningLoad] = ()
-) -> Lines:  # fmt: skip
+) -> TurningLines:  # fmt: skip
     """Return the lines of a record near once and twice its turns.
 
     Parameters
@@ -201,7 +201,7 @@ def lines_of(
     waves = {times: _spectra(_waves(times * turning.angle), window, n)[lines] for times in TIMES}
     basis = np.linalg.qr(np.concatenate(gains) / noise[:, :, None])[0]
     spun = _spectra(_unbalance_waves(turning), window, n)[lines]
-    lines_near = Lines(record, model, rows, parts, spun, waves, noise, basis, measured)
+    lines_near = TurningLines(record, model, rows, parts, spun, waves, noise, basis, measured)
     for load in known:
         measured = measured - lines_near.shown(load, _load_forces(model, load))
     return dataclasses.replace(lines_near, target=lines_near.left(measured[:, :, None])[:, :, 0])
@@ -246,7 +246,7 @@ class TurningFit(NamedTuple):
 
 
 def fit_loads(
-    lines: Sequence[Lines], loads: Sequence[TurningLoad], largest: Sequence[float], widening: float = 1.0
+    lines: Sequence[TurningLines], loads: Sequence[TurningLoad], largest: Sequence[float], widening: float = 1.0
 ) -> TurningFit:
     """Return loads by least squares, with a covariance from the contradictions between records, and parts of ramps.
 

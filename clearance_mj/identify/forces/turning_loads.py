@@ -22,7 +22,7 @@ from ...rig import Order, Rig
 from ..records.dry_whirl import without_dry_whirl
 from ..records.prepared import PreparedRecord
 from ..structure.hypotheses.candidate import place_words, places_along
-from .turning import MODES, TIMES, Lines, TurningFit, TurningLoad, fit_loads, in_slow_roll, lines_of, times_of
+from .turning import MODES, TIMES, TurningFit, TurningLines, TurningLoad, fit_loads, in_slow_roll, lines_of, times_of
 
 __all__ = ["TurningLoads", "find_turning_loads"]
 
@@ -142,8 +142,8 @@ class _Search(NamedTuple):
     """Search for turning loads in lines of records on the updated rig, and on others from its posterior."""
 
     rig: Rig
-    lines: Sequence[Lines]
-    drawn: Sequence[Sequence[Lines]]
+    lines: Sequence[TurningLines]
+    drawn: Sequence[Sequence[TurningLines]]
 
     def find(self) -> TurningLoads:
         """Return the unbalance, and those hypotheses that evidence accepts, the likeliest first."""
@@ -166,7 +166,9 @@ class _Search(NamedTuple):
         more, fewer = (self.fit(self.lines, each, wide).evidence for each in ((*accepted, rival), accepted))
         return more - fewer
 
-    def fit(self, lines: Sequence[Lines], accepted: Sequence[LoadHypothesis], widening: float = 1.0) -> TurningFit:
+    def fit(
+        self, lines: Sequence[TurningLines], accepted: Sequence[LoadHypothesis], widening: float = 1.0
+    ) -> TurningFit:
         gap = min((b.gap for b in self.rig.bushings), default=1.0)
         orders, unbalances = _orders(accepted), self.rig.unbalances[:1]
         largest = [LARGEST * load.moment for load in unbalances]
