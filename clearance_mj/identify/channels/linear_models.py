@@ -8,7 +8,7 @@ import numpy as np
 
 from ...estimate.parameter import Parameter
 from ...rig import Rig
-from ..structure.force_gains import Lines, force_gains
+from ..structure.force_gains import SpectralLines, force_gains
 from ..structure.priors import priors
 
 __all__ = ["DrawnRig", "draw_rigs", "transfer_functions"]
@@ -79,7 +79,7 @@ def transfer_functions(rig: Rig, drawn: DrawnRig, kind: str, frequency: np.ndarr
     ndarray, shape (n_f, n_sensors + n_bushings), complex
     """
     omega, count = 2 * np.pi * frequency, len(rig.bushings)
-    (gains,) = force_gains(rig, drawn.values, True, [Lines(kind, omega, rig)])
+    (gains,) = force_gains(rig, drawn.values, True, [SpectralLines(kind, omega, rig)])
     of_forces, of_excitation = gains[:, :-1, :-1], gains[:, :-1, -1]
     if not count:
         return of_excitation

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..structure.faults.assessment import distance, predicted_spectra
-from ..structure.force_gains import Lines, force_gains
+from ..structure.force_gains import SpectralLines, force_gains
 from ..structure.rig_fit import channel_deviation
 from ..structure.spectra import complex_frequency, complex_spectra, rms
 from .assignment import Assignment, Search
@@ -56,7 +56,7 @@ class Judge:
         spectra = [complex_spectra(record * factor, signals.fs, search.band, LINES) for record in signals.records]
         self._frequency, self._measured = zip(*spectra)
         lines = [
-            Lines(search.kind, complex_frequency(frequency, len(record) / signals.fs), search.rig)
+            SpectralLines(search.kind, complex_frequency(frequency, len(record) / signals.fs), search.rig)
             for (frequency, _), record in zip(spectra, signals.records)
         ]
         drawn = [force_gains(search.rig, search.drawn[i].values, True, lines) for i in assignment.draws]

@@ -14,14 +14,14 @@ from ...structure import Beam, Shaft
 from ...structure.base import ratios_of_modes
 from .priors import rig_with
 
-__all__ = ["Lines", "end_gains", "force_gains", "gains_at", "model_with"]
+__all__ = ["SpectralLines", "end_gains", "force_gains", "gains_at", "model_with"]
 
 MODES, SPATIAL_MODES = 16, 10  # of the structure or of each of its planes, to which the static shapes are added
 LOW_MODES = 40.0  # Hz, up to which the flanks of a record's window are quick for a mode
 STRUCTURAL = "beam", "1/", "structure", "masses", "springs", "oscillators", "fixture", "planes"  # paths begin so
 
 
-class Lines(NamedTuple):
+class SpectralLines(NamedTuple):
     """Spectral lines of a record."""
 
     kind: str  #: of the excitation
@@ -29,7 +29,9 @@ class Lines(NamedTuple):
     tested: Rig  #: whose shaker and spin are those of the record
 
 
-def force_gains(rig: Rig, values: Mapping[str, float], probes: bool, lines: Sequence[Lines]) -> list[np.ndarray]:
+def force_gains(
+    rig: Rig, values: Mapping[str, float], probes: bool, lines: Sequence[SpectralLines]
+) -> list[np.ndarray]:
     """Return the gains (n_f, n_channels, n_forces + 1) of forces and excitation, for each record.
 
     A force acts half in the clearance's middle, where the filling does, and half at its ends, where contact does.
@@ -40,7 +42,7 @@ def force_gains(rig: Rig, values: Mapping[str, float], probes: bool, lines: Sequ
 
 
 def gains_at(
-    model: LinearModel, values: Mapping[str, float], probes: bool, lines: Sequence[Lines], at: np.ndarray
+    model: LinearModel, values: Mapping[str, float], probes: bool, lines: Sequence[SpectralLines], at: np.ndarray
 ) -> list[np.ndarray]:
     """Return the gains of forces that act at rows (n_forces, n_modes), and of the excitation, for each record."""
     rows = model.at_probes(values) if probes else np.zeros((0, model.size))
@@ -49,7 +51,7 @@ def gains_at(
 
 
 def end_gains(
-    model: LinearModel, values: Mapping[str, float], probes: bool, lines: Lines, in_flanks: np.ndarray
+    model: LinearModel, values: Mapping[str, float], probes: bool, lines: SpectralLines, in_flanks: np.ndarray
 ) -> np.ndarray:
     """Return the effect on the channels of a record that begins and ends in motion, (n_f, n_channels, n_modes).
 

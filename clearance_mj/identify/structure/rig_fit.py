@@ -17,7 +17,7 @@ from ...estimate.solver import Stop, solve
 from ...rig import Rig
 from ..records.prepared import EXCITATION, PreparedRecord
 from .couples import WhiteLines, likeliest_share
-from .force_gains import Lines, end_gains, force_gains, gains_at, model_with
+from .force_gains import SpectralLines, end_gains, force_gains, gains_at, model_with
 from .misfit import RecordMisfit
 from .priors import priors, rig_with, with_exact_supports
 from .projection import Projection
@@ -98,7 +98,7 @@ class RigFit:
         self.spectra: list[ChannelSpectra] = (
             like.spectra if like else [ChannelSpectra(record, thin) for record in self.records]
         )
-        self.lines = [Lines(s.kind, s.omega, s.tested) for s in self.spectra]
+        self.lines = [SpectralLines(s.kind, s.omega, s.tested) for s in self.spectra]
         starts, ends = ([float(s.frequency[i]) for s in self.spectra] for i in (0, -1))
         self.band = min(starts), max(ends)
         """Hz, of all spectral lines"""

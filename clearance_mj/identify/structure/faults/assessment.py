@@ -11,7 +11,7 @@ import numpy as np
 from ....core.errors import ClearanceError
 from ....rig import Rig
 from ...records.prepared import PreparedRecord
-from ..force_gains import Lines, force_gains
+from ..force_gains import SpectralLines, force_gains
 from ..misfit import RecordMisfit
 from ..rig_fit import channel_deviation
 from ..rig_update import RigUpdate
@@ -84,7 +84,7 @@ class Assessment:
 
     def gains(self, rig: Rig, values: Mapping[str, float]) -> list[np.ndarray]:
         """Return gains of unknown forces and the excitation on these lines, of a rig with values of its parameters."""
-        lines = [Lines(m.kind, m.omega[:: self._step], m.tested) for m in self._whole]
+        lines = [SpectralLines(m.kind, m.omega[:: self._step], m.tested) for m in self._whole]
         return force_gains(rig, values, self.update.probes, lines)
 
     @functools.cached_property
