@@ -12,14 +12,14 @@ import pandas as pd
 
 from ..core.files import replacing
 
-__all__ = ["MEASURES", "OVERALL", "REPEAT", "Column", "Measure", "Table", "long_table", "write_csv"]
+__all__ = ["MEASURES", "OVERALL", "REPEAT", "Column", "AgreementMeasure", "Table", "long_table", "write_csv"]
 
 REPEAT = ("repeat", "rig")
 """Law and engine in the rows of a study that compare the second record of a level with the first"""
 
 
 @dataclass(frozen=True)
-class Measure:
+class AgreementMeasure:
     """A measure of the agreement of FRFs."""
 
     key: str  #: name in a comparison's summary
@@ -30,16 +30,16 @@ class Measure:
 
 
 MEASURES = (
-    Measure("rmse_db", "RMSE", "dB", ".2f", 0.0),
-    Measure("frac", "FRAC", "", ".4f", 1.0),
-    Measure("csac", "CSAC", "", ".4f", 1.0),
-    Measure("csf", "CSF", "", ".4f", 1.0),
-    Measure("mre", "MRE", "", ".3f", 0.0),
+    AgreementMeasure("rmse_db", "RMSE", "dB", ".2f", 0.0),
+    AgreementMeasure("frac", "FRAC", "", ".4f", 1.0),
+    AgreementMeasure("csac", "CSAC", "", ".4f", 1.0),
+    AgreementMeasure("csf", "CSF", "", ".4f", 1.0),
+    AgreementMeasure("mre", "MRE", "", ".3f", 0.0),
 )  # Of a sensor
 OVERALL = (
     *MEASURES,
-    Measure("relative_error", "frequency error", "", ".2%", 0.0),
-    Measure("mac", "MAC", "", ".4f", 1.0),
+    AgreementMeasure("relative_error", "frequency error", "", ".2%", 0.0),
+    AgreementMeasure("mac", "MAC", "", ".4f", 1.0),
 )  # Of all sensors, and of the modes
 
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from ...study import Study
 from .. import frames
 from ..style import FONT, REPEAT, TEST, Drawing, letters, level_axis, sheet, tidy
-from ..tables import OVERALL, Measure
+from ..tables import OVERALL, AgreementMeasure
 from ..tables import REPEAT as REPEAT_ROW
 from .looks import Looks
 
@@ -41,7 +41,7 @@ def agreement(study: Study) -> Drawing:
     return Drawing(f"verdict{study.suffix}", figure, caption, alt)
 
 
-def _agreement_lines(ax: Axes, looks: Looks, measure: Measure) -> None:
+def _agreement_lines(ax: Axes, looks: Looks, measure: AgreementMeasure) -> None:
     study = looks.study
     levels, value, low, high = _errors(study, *REPEAT_ROW, measure)
     if levels.size:
@@ -58,7 +58,7 @@ def _agreement_lines(ax: Axes, looks: Looks, measure: Measure) -> None:
             ax.plot([aside * level] * len(each), each, "_", **look)
 
 
-def _errors(study: Study, law: str, engine: str, measure: Measure) -> np.ndarray:
+def _errors(study: Study, law: str, engine: str, measure: AgreementMeasure) -> np.ndarray:
     """Return level, distance from perfect agreement, and its limits, (4, n_levels)."""
     rows = [r for r in study.rows() if (r["law"], r["engine"]) == (law, engine)]
     errors = [(r["level"], frames.interval(r, measure.key)) for r in rows]

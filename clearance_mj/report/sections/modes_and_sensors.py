@@ -9,7 +9,7 @@ from ...study import N_MODES, Study
 from .. import frames
 from ..frames import interval
 from ..html import render
-from ..tables import MEASURES, REPEAT, Column, Measure, Table
+from ..tables import MEASURES, REPEAT, AgreementMeasure, Column, Table
 from ..writer import ReportWriter
 from . import section
 from .parts import by_part
@@ -110,7 +110,7 @@ def sensor_tables(study: Study, level: float) -> list[Table]:
     return [_sensor_table(study, level, measure, rows) for measure in (MEASURES[-1], *MEASURES[:-1])]
 
 
-def _sensor_table(study: Study, level: float, measure: Measure, rows: dict[tuple, dict]) -> Table:
+def _sensor_table(study: Study, level: float, measure: AgreementMeasure, rows: dict[tuple, dict]) -> Table:
     shown = _shown_laws(study, level)
     columns = (Column("Sensor"), *(Column(law, "", measure.form) for law, _ in shown))
     nodes = (*frames.sensor_names(study), "mean")
