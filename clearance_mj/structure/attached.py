@@ -21,7 +21,7 @@ from ..core.plain_numbers import number_in, with_number
 from ..core.validation import NotNegative, Number, Positive, Text, checked
 from .base import Point, Rows, Structure, Turning, dof_vector, in_other_plane, rocked
 from .beam import Beam
-from .reduction import Modes, modal_damping, reduced
+from .reduction import MassNormalisedModes, modal_damping, reduced
 from .section import Material
 from .shaft import Shaft
 from .shafts import Spring
@@ -183,7 +183,7 @@ class Whole(NamedTuple):
 class _Plane(NamedTuple):
     """A structure in one bending plane, reduced to modes and static shapes."""
 
-    basis: Modes
+    basis: MassNormalisedModes
     damping: np.ndarray  # (n, n) of the modes
     cross: np.ndarray  # (n, n) skew stiffness of the modes
     influence: np.ndarray  # (n, 3) of the modes

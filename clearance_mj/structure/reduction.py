@@ -16,7 +16,7 @@ import scipy.sparse
 from .base import Assembly, ratios_of_modes
 from .large import factored, lowest, residual_shapes
 
-__all__ = ["Modes", "modal_damping", "reduced", "vibration_modes"]
+__all__ = ["MassNormalisedModes", "modal_damping", "reduced", "vibration_modes"]
 
 SINGULAR = 1e-13  # eigenvalues of a scaled stiffness (at most 1) that are 0 up to rounding
 SOFT_EIGENVALUE = 1e-7  # eigenvalues of a scaled stiffness below which the other modes would lose their digits
@@ -30,14 +30,14 @@ NEGATIVE = "the structure's stiffness is negative in some motion; check the sign
 MAX_DENSE = 1500  # coordinates up to which methods are dense
 
 
-class Modes(NamedTuple):
+class MassNormalisedModes(NamedTuple):
     """Modes of unit mass."""
 
     omega: np.ndarray  # (n,) 1/s
     shapes: np.ndarray  # (n_q, n) per coordinate of the structure
 
 
-def vibration_modes(mass: np.ndarray, stiffness: np.ndarray) -> Modes:
+def vibration_modes(mass: np.ndarray, stiffness: np.ndarray) -> MassNormalisedModes:
     """Return all modes of dense matrices, computed from the flexibility, so that the lowest are the most exact.
 
     A structure with motions of little or no stiffness is shifted by springs in proportion to its mass, of the size of
@@ -71,10 +71,10 @@ def vibration_modes(mass: np.ndarray, stiffness: np.ndarray) -> Modes:
     if squares.min(initial=0.0) < -SPRING_EIGENVALUE * shift:  # more than the rounded digits of a file explain
         raise ValueError(NEGATIVE)
     shapes[:, slow] = shapes[:, slow] @ rotation
-    return Modes(np.sqrt(np.where(squares < RIGID_EIGENVALUE * shift, 0.0, squares)), shapes)
+    return MassNormalisedModes(np.sqrt(np.where(squares < RIGID_EIGENVALUE * shift, 0.0, squares)), shapes)
 
 
-def _refine_above_slow(mass: np.ndarray, modes: Modes) -> Modes:
+def _refine_above_slow(mass: np.ndarray, modes: MassNormalisedModes) -> MassNormalisedModes:
     """Recompute modes above much slower ones, in whose flexibility theirs is lost, in the complement of these."""
     jumps = np.flatnonzero(modes.omega[:-1] < SPRING_RATIO * modes.omega[1:])
     if not jumps.size:
@@ -82,7 +82,7 @@ def _refine_above_slow(mass: np.ndarray, modes: Modes) -> Modes:
     n = jumps[0] + 1
     slow, basis = modes.shapes[:, :n], modes.shapes[:, n:] / modes.omega[n:]
     others = _refine_above_slow(mass, _modes(mass, basis - slow @ (slow.T @ mass @ basis)))
-    return Modes(np.concatenate((modes.omega[:n], others.omega)), np.hstack((slow, others.shapes)))
+    return MassNormalisedModes(np.concatenate((modes.omega[:n], others.omega)), np.hstack((slow, others.shapes)))
 
 
 def _scaled_motions(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -96,14 +96,14 @@ def _scaled_motions(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return value, vector / scale[:, None]
 
 
-def _modes(mass: np.ndarray, basis: np.ndarray) -> Modes:
+def _modes(mass: np.ndarray, basis: np.ndarray) -> MassNormalisedModes:
     """Return modes in a basis of motions of unit stiffness."""
     inverse_omega2, rotation = np.linalg.eigh(basis.T @ mass @ basis)
     largest = inverse_omega2.max(initial=0.0)
     if np.any(inverse_omega2 < -1e3 * MASSLESS * largest):
         raise ValueError("the structure's mass is negative in some motion; check the signs in M")
     omega = 1 / np.sqrt(np.maximum(inverse_omega2[::-1], MASSLESS * largest))
-    return Modes(omega, basis @ (rotation[:, ::-1] * omega))
+    return MassNormalisedModes(omega, basis @ (rotation[:, ::-1] * omega))
 
 
 def modal_damping(linear: Assembly, omega: np.ndarray, shapes: np.ndarray) -> np.ndarray:
@@ -119,7 +119,7 @@ def reduced(
     springs: Sequence[tuple[float, np.ndarray]],
     loads: Sequence[np.ndarray],
     modes: int,
-) -> Modes:
+) -> MassNormalisedModes:
     """Add masses and springs, each with its row, to a structure, and reduce it to modes and static shapes under loads.
 
     A ValueError describes a defect of the structure.
@@ -146,7 +146,7 @@ def _dense(matrix: Any) -> np.ndarray:
     return matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)
 
 
-def _truncate(modes_found: Modes, loads: Sequence[np.ndarray], modes: int) -> Modes:
+def _truncate(modes_found: MassNormalisedModes, loads: Sequence[np.ndarray], modes: int) -> MassNormalisedModes:
     """Return the lowest modes, and those in the static shapes of the others: the two are uncoupled.
 
     In coordinates y = ω q of the other modes, a static shape under the modal forces f is f/ω and stiffness is 1.
@@ -157,10 +157,12 @@ def _truncate(modes_found: Modes, loads: Sequence[np.ndarray], modes: int) -> Mo
     basis, singular_values, _ = np.linalg.svd(static[:, size > 0] / size[size > 0], full_matrices=False)
     basis = basis[:, singular_values**2 > NEW_SHARE] / fast[:, None]
     residual = _modes(np.eye(len(basis)), basis)
-    return Modes(np.concatenate((modes_found.omega[:modes], residual.omega)), np.hstack((low, high @ residual.shapes)))
+    return MassNormalisedModes(
+        np.concatenate((modes_found.omega[:modes], residual.omega)), np.hstack((low, high @ residual.shapes))
+    )
 
 
-def _truncate_sparse(mass: Any, stiffness: Any, loads: Sequence[np.ndarray], modes: int) -> Modes:
+def _truncate_sparse(mass: Any, stiffness: Any, loads: Sequence[np.ndarray], modes: int) -> MassNormalisedModes:
     """Return the modes of `_truncate` for matrices that are too large for dense methods."""
     squares, shapes, solve, shift = lowest(mass, stiffness, modes)
     static = residual_shapes(mass, stiffness, shapes, solve, shift, np.reshape(loads, (-1, len(shapes))).T)
@@ -170,10 +172,10 @@ def _truncate_sparse(mass: Any, stiffness: Any, loads: Sequence[np.ndarray], mod
     value, vector = np.linalg.eigh(energy[np.ix_(positive, positive)] / np.outer(size[positive], size[positive]))
     basis = static[:, positive] / size[positive] @ (vector / np.sqrt(value))[:, value > NEW_SHARE]
     residual = _modes(mass, basis)
-    return Modes(np.concatenate((np.sqrt(squares), residual.omega)), np.hstack((shapes, residual.shapes)))
+    return MassNormalisedModes(np.concatenate((np.sqrt(squares), residual.omega)), np.hstack((shapes, residual.shapes)))
 
 
-def _craig_bampton(mass: Any, stiffness: Any, rows: Sequence[np.ndarray], modes: int) -> Modes:
+def _craig_bampton(mass: Any, stiffness: Any, rows: Sequence[np.ndarray], modes: int) -> MassNormalisedModes:
     """Return fixed-interface modes, and static shapes under unit displacements of the interface, that of ``rows``.
 
     Craig & Bampton, AIAA Journal 6, 1968.
@@ -196,4 +198,4 @@ def _craig_bampton(mass: Any, stiffness: Any, rows: Sequence[np.ndarray], modes:
     basis[interface, np.arange(interface.size)] = 1.0
     basis[inner_dofs] = np.hstack((-solve(coupling), fixed_modes))
     modes_in_basis = vibration_modes(basis.T @ (mass @ basis), basis.T @ (stiffness @ basis))
-    return Modes(modes_in_basis.omega, basis @ modes_in_basis.shapes)
+    return MassNormalisedModes(modes_in_basis.omega, basis @ modes_in_basis.shapes)

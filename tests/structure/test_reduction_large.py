@@ -14,7 +14,7 @@ from clearance_mj.rig import Contact, Grease, PointMass
 from clearance_mj.structure import reduction
 from clearance_mj.structure.base import Assembly
 from clearance_mj.structure.large import lowest
-from clearance_mj.structure.reduction import Modes, reduced
+from clearance_mj.structure.reduction import MassNormalisedModes, reduced
 from experiments.space_frame import Bar, Frame
 from tests.structures import chain
 
@@ -89,7 +89,7 @@ def test_residual_flexibility_against_the_whole_model(held, route, monkeypatch):
     mass, stiffness = lattice(9, 8, held)
     loads = loads_of(mass.shape[0])
     found = of(mass, stiffness, loads)
-    modal = Modes(found.omega[:MODES], found.shapes[:, :MODES])
+    modal = MassNormalisedModes(found.omega[:MODES], found.shapes[:, :MODES])
     for k in (7, 9):
         omega = (found.omega[k] + found.omega[k + 1]) / 2
         whole = receptance_of_all(mass, stiffness, loads, omega)
