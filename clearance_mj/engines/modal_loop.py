@@ -29,7 +29,7 @@ from .interact import (
 )  # fmt: skip
 
 __all__ = [
-    "ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "SWEEPS", "ModalEquations", "Motion", "advance", "advance_whole",
+    "ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "SWEEPS", "ModalEquations", "ModalState", "advance", "advance_whole",
     "turn_forces", "turn_on",
 ]  # fmt: skip
 
@@ -59,7 +59,7 @@ class ModalEquations(NamedTuple):
     readings: np.ndarray  # (n_sensors, 2, n) readings of other sensors per coordinate and velocity; (0, 2, n) without
 
 
-class Motion(NamedTuple):
+class ModalState(NamedTuple):
     """State of the loop, changed in place."""
 
     q: np.ndarray  # (n) coordinates now, packed, as the next two
@@ -70,7 +70,7 @@ class Motion(NamedTuple):
 
 @jit(**OPTIONS)
 def advance(
-    steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool, linear: ModalEquations, motion: Motion,
+    steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool, linear: ModalEquations, motion: ModalState,
     clearance: Clearance, places: np.ndarray, kept: Kept, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
@@ -318,7 +318,7 @@ def _store_clearances(
 @jit(**OPTIONS)
 def advance_whole(
     excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool,
-    linear: ModalEquations, motion: Motion, clearance: Clearance, places: np.ndarray, kept: Kept, before: np.ndarray,
+    linear: ModalEquations, motion: ModalState, clearance: Clearance, places: np.ndarray, kept: Kept, before: np.ndarray,
     out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance by a whole excitation, decimated by a factor; return the result of `advance`.
