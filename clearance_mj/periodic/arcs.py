@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .continuation import Motion, Motions, NoConvergence, difference
+from .continuation import Motions, NoConvergence, PeriodicMotion, difference
 from .in_gap import edges, filled, linear_in_gap, without_contact
 from .solver import Solver
 
@@ -116,7 +116,7 @@ def _contact_links(
     for start, up in starts:
         if start in reached:
             continue
-        motions: list[Motion] = []
+        motions: list[PeriodicMotion] = []
         end = BROKEN
         try:
             first = solver.first(low if start == LOW else high) if start < 0 else _solve_edge(solver, known[start][0])
@@ -140,7 +140,7 @@ def _contact_links(
             yield _Link(link.ends, link.vibrations, (*_folds_off_corners(link.folds, corners), *corners))
 
 
-def _until_return(motions: list[Motion], end: int, ended: list[float]) -> tuple[list[Motion], int]:
+def _until_return(motions: list[PeriodicMotion], end: int, ended: list[float]) -> tuple[list[PeriodicMotion], int]:
     """Return motions and their end, cut where they turn back along themselves to their beginning, as at a corner."""
     if np.linalg.norm(difference(motions[0], motions[-1])) > SAME:
         return motions, end
@@ -159,7 +159,9 @@ def _folds_off_corners(
             yield omega, up
 
 
-def _corner_fold(end: int, known: list[tuple[float, bool]], motions: list[Motion]) -> Iterator[tuple[float, bool]]:
+def _corner_fold(
+    end: int, known: list[tuple[float, bool]], motions: list[PeriodicMotion]
+) -> Iterator[tuple[float, bool]]:
     """Yield the fold where the gap is filled, if the arc's first two motions go back next to the vibration in the gap.
 
     A circle that meets the wall all around it has such a corner.
@@ -168,13 +170,13 @@ def _corner_fold(end: int, known: list[tuple[float, bool]], motions: list[Motion
         yield known[end]
 
 
-def _solve_edge(solver: Solver, omega: float) -> Motion:
+def _solve_edge(solver: Solver, omega: float) -> PeriodicMotion:
     """Return the motion that just fills the gap."""
     (z,), (y,) = without_contact(solver, np.array([omega]))
     return solver.solved_at(omega, z, y, max(float(np.linalg.norm(z)), solver.least))
 
 
-def _entered_edge(motion: Motion, known: list[tuple[float, bool]]) -> int:
+def _entered_edge(motion: PeriodicMotion, known: list[tuple[float, bool]]) -> int:
     """Return the index of the frequency at which a motion that lost contact has entered the gap."""
     upwards = motion.tangent[-1] > 0
     ends = [i for i, (_, above) in enumerate(known) if above != upwards] or range(len(known))
@@ -185,7 +187,7 @@ def _continued_links(solver: Solver, omega: np.ndarray, ended: list[float]) -> I
     """Yield the curve of greases that are nonlinear in the gap, from below and, if that fails, from above."""
     low, high = omega[0] * (1 - MARGIN), omega[-1] * (1 + MARGIN)
     for start, stop, ends in ((low, high, (LOW, HIGH)), (high, low, (HIGH, LOW))):
-        motions: list[Motion] = []
+        motions: list[PeriodicMotion] = []
         end = BROKEN
         try:
             for motion in solver.within(solver.first(start), low, high, stop > start, MAX_MOTIONS):
@@ -217,7 +219,7 @@ def _reverse(link: _Link) -> _Link:
     return _Link(link.ends[::-1], link.vibrations[::-1], link.folds)
 
 
-def _link(ends: tuple[int, int], motions: list[Motion], omega: np.ndarray) -> _Link:
+def _link(ends: tuple[int, int], motions: list[PeriodicMotion], omega: np.ndarray) -> _Link:
     """Interpolate consecutive motions at the frequencies that they pass, by Hermite's cubics along their tangents."""
     if len(motions) < 2:
         return _Link(ends, Vibrations(np.zeros(0, dtype=int), *np.zeros((2, 0, 0, 0))))

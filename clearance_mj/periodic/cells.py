@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .arcs import Vibrations
-from .continuation import Motion
+from .continuation import PeriodicMotion
 from .following import expanded
 from .forces import Sampled, depths, fill_forces
 from .in_gap import linear_in_gap
@@ -60,7 +60,7 @@ def measured(solver: Any, omega: np.ndarray, vibrations: Vibrations) -> dict[str
             force[i] = samples @ solver.grid.project.T
     no_tangent = np.zeros(0)
     points = [
-        Located(Motion(float(omega[c]), z, y, f, no_tangent, 0.0), None)
+        Located(PeriodicMotion(float(omega[c]), z, y, f, no_tangent, 0.0), None)
         for c, z, y, f in zip(vibrations.cell, vibrations.z, vibrations.y, force)
     ]
     branch = expanded(solver, points, "")

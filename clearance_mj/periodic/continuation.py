@@ -17,7 +17,7 @@ import numpy as np
 from .loops import BEYOND, DEEP, GOES_ON, SHORTEST, STUCK, loops
 
 __all__ = [
-    "MAX_POINTS", "EndOfBranch", "Continuation", "Motion", "Motions", "NoConvergence", "difference", "meets", "until_again",
+    "MAX_POINTS", "EndOfBranch", "Continuation", "PeriodicMotion", "Motions", "NoConvergence", "difference", "meets", "until_again",
 ]  # fmt: skip
 
 TOLERANCE = 1e-9  # of Newton's method: residual over the size of the motion
@@ -37,7 +37,7 @@ class EndOfBranch(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class PeriodicMotion:
     """A periodic motion."""
 
     omega: float  #: value of the branch's parameter: 1/s, or a factor where that is level, loads or gaps
@@ -49,7 +49,7 @@ class Motion:
 
 
 class Motions(NamedTuple):
-    """Motions of a branch, one after the other; each part as in `Motion`, with all motions along its first axis."""
+    """Motions of a branch, one after the other; each part as in `PeriodicMotion`, with all motions along its first axis."""
 
     omega: np.ndarray
     z: np.ndarray
@@ -59,21 +59,23 @@ class Motions(NamedTuple):
     scale: np.ndarray
 
     @classmethod
-    def of(cls, motions: Sequence[Motion]) -> Self:
+    def of(cls, motions: Sequence[PeriodicMotion]) -> Self:
         """Stack motions."""
         return cls(*(np.array([getattr(motion, name) for motion in motions]) for name in cls._fields))
 
     @classmethod
-    def after(cls, motion: Motion, most: int) -> Self:
+    def after(cls, motion: PeriodicMotion, most: int) -> Self:
         """Allocate so many motions, of which the first one is set."""
         block = cls(*(np.empty((most, *np.shape(getattr(motion, name)))) for name in cls._fields))
         for array, name in zip(block, cls._fields):
             array[0] = getattr(motion, name)
         return block
 
-    def one(self, i: int) -> Motion:
+    def one(self, i: int) -> PeriodicMotion:
         """Return the motion at an index."""
-        return Motion(float(self.omega[i]), self.z[i], self.y[i], self.force[i], self.tangent[i], float(self.scale[i]))
+        return PeriodicMotion(
+            float(self.omega[i]), self.z[i], self.y[i], self.force[i], self.tangent[i], float(self.scale[i])
+        )
 
 
 class Continuation(ABC):
@@ -95,35 +97,35 @@ class Continuation(ABC):
         """First argument of the loops' equations."""
         return self
 
-    def solve(self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float) -> Motion | None:
+    def solve(self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float) -> PeriodicMotion | None:
         """Return the motion near a guess in the plane through it normal to ``row``; None if Newton's method fails."""
         converged, *motion = self.loops.solve(self.equations, float(omega), z, y, row, float(scale))
-        return Motion(*motion) if converged else None
+        return PeriodicMotion(*motion) if converged else None
 
-    def solved_at(self, parameter: float, z: np.ndarray, y: np.ndarray, scale: float) -> Motion:
+    def solved_at(self, parameter: float, z: np.ndarray, y: np.ndarray, scale: float) -> PeriodicMotion:
         """Return the motion at one value of the parameter, near a guess; NoConvergence where there is none."""
         if (motion := self.solve(parameter, z, y, np.append(np.zeros(self.size), 1.0), scale)) is None:
             raise NoConvergence(parameter)
         return motion
 
-    def ahead(self, motion: Motion, step: float, tangent: np.ndarray | None = None) -> Motion | None:
+    def ahead(self, motion: PeriodicMotion, step: float, tangent: np.ndarray | None = None) -> PeriodicMotion | None:
         """Predict along a tangent, that of the motion if none is given, and correct; None if Newton's method fails."""
         direction = motion.tangent if tangent is None else tangent
         start = motion.omega, motion.z, motion.y, motion.scale
         converged, *corrected, _ = self.loops.ahead(self.equations, *start, direction, float(step))
-        return Motion(*corrected) if converged else None
+        return PeriodicMotion(*corrected) if converged else None
 
-    def across_wall(self, motion: Motion) -> Motion | None:
+    def across_wall(self, motion: PeriodicMotion) -> PeriodicMotion | None:
         """Return a motion beyond a corner at which the corrector fails."""
         return None
 
-    def _orient(self, motion: Motion, before: Motion, step: float) -> Motion:
+    def _orient(self, motion: PeriodicMotion, before: PeriodicMotion, step: float) -> PeriodicMotion:
         sign = np.sign(motion.tangent @ difference(before, motion)) * np.sign(step) or 1.0
         return replace(motion, tangent=sign * motion.tangent)
 
     def within(
-        self, motion: Motion, low: float, high: float, up: bool = True, most: int = MAX_POINTS
-    ) -> Iterator[Motion]:  # fmt: skip
+        self, motion: PeriodicMotion, low: float, high: float, up: bool = True, most: int = MAX_POINTS
+    ) -> Iterator[PeriodicMotion]:  # fmt: skip
         """Yield a motion and those that follow it, upwards first or downwards, until they leave a range.
 
         Raises
@@ -135,8 +137,8 @@ class Continuation(ABC):
         yield from self.onwards(replace(motion, tangent=up_or_down * motion.tangent), low, high, most)
 
     def onwards(
-        self, motion: Motion, low: float, high: float, most: int = MAX_POINTS, step: float = 1e-3
-    ) -> Iterator[Motion]:  # fmt: skip
+        self, motion: PeriodicMotion, low: float, high: float, most: int = MAX_POINTS, step: float = 1e-3
+    ) -> Iterator[PeriodicMotion]:  # fmt: skip
         """Yield a motion and those that follow it along its tangent, until they leave a range.
 
         ``step`` is the first one, relative to parameter and motion.
@@ -158,7 +160,7 @@ class Continuation(ABC):
         raise NoConvergence(motion.omega)
 
     def pieces(
-        self, motion: Motion, low: float, high: float, most: int, step: float, wanted: float = np.inf,
+        self, motion: PeriodicMotion, low: float, high: float, most: int, step: float, wanted: float = np.inf,
         deep: float = np.inf,
     ) -> Iterator[tuple[Motions, int]]:  # fmt: skip
         """Yield the motions after one in blocks, each with the status of `loops` that says why it ends."""
@@ -181,14 +183,16 @@ class Continuation(ABC):
                 motion, remaining = beyond, remaining - 1
                 yield Motions.of([beyond]), GOES_ON
 
-    def _solve_between(self, omega: float, before: Motion, after: Motion) -> Motion:
+    def _solve_between(self, omega: float, before: PeriodicMotion, after: PeriodicMotion) -> PeriodicMotion:
         """Return the motion at a frequency between two neighbours."""
         fraction = (omega - before.omega) / (after.omega - before.omega)
         motion = self.solved_at(omega, before.z + fraction * (after.z - before.z), after.y, after.scale)
         return replace(motion, tangent=motion.tangent * np.sign(motion.tangent @ after.tangent))
 
 
-def meets(follower: Continuation, before: Motion, after: Motion, other: Motion, beside: float = BESIDE) -> bool:
+def meets(
+    follower: Continuation, before: PeriodicMotion, after: PeriodicMotion, other: PeriodicMotion, beside: float = BESIDE
+) -> bool:
     """Return True if another motion lies on the branch between two neighbours."""
     chord, offset = difference(before, after), difference(before, other)
     length = float(np.linalg.norm(chord))
@@ -199,7 +203,7 @@ def meets(follower: Continuation, before: Motion, after: Motion, other: Motion, 
     return near is not None and bool(np.linalg.norm(difference(near, other)) < MET)
 
 
-def until_again(follower: Continuation, motions: Iterator[Motion]) -> Iterator[Motion]:
+def until_again(follower: Continuation, motions: Iterator[PeriodicMotion]) -> Iterator[PeriodicMotion]:
     """Yield motions until one of them recurs with the same direction: the branch is closed.
 
     Raises
@@ -207,8 +211,8 @@ def until_again(follower: Continuation, motions: Iterator[Motion]) -> Iterator[M
     EndOfBranch
         Then.
     """
-    known: list[tuple[float, int, Motion]] = []  # by their parameter
-    before: Motion | None = None
+    known: list[tuple[float, int, PeriodicMotion]] = []  # by their parameter
+    before: PeriodicMotion | None = None
     for i, motion in enumerate(motions):
         if before is not None:
             low, high = sorted((before.omega, motion.omega))
@@ -222,6 +226,6 @@ def until_again(follower: Continuation, motions: Iterator[Motion]) -> Iterator[M
         before = motion
 
 
-def difference(a: Motion, b: Motion) -> np.ndarray:
+def difference(a: PeriodicMotion, b: PeriodicMotion) -> np.ndarray:
     """Return the vector from one motion to another, in the units of the first."""
     return np.append((b.z - a.z).ravel() / a.scale, b.omega / a.omega - 1)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.optimize import brentq
 
-from .continuation import Motion, NoConvergence, difference
+from .continuation import NoConvergence, PeriodicMotion, difference
 from .solver import Solver
 
 __all__ = ["grazing", "with_first_contacts"]
@@ -16,7 +16,9 @@ GRAZES = 2e-4  # of a gap
 EXACT = 1e-7  # of a step: accuracy of the beginning of contact
 
 
-def with_first_contacts(solver: Solver, motions: Iterator[Motion], contacts: list[Motion]) -> Iterator[Motion]:
+def with_first_contacts(
+    solver: Solver, motions: Iterator[PeriodicMotion], contacts: list[PeriodicMotion]
+) -> Iterator[PeriodicMotion]:
     """Yield consecutive motions, and those where contact begins or ends, which are appended to a list, too."""
     before, depth_before = None, 0.0
     try:
@@ -39,7 +41,7 @@ def with_first_contacts(solver: Solver, motions: Iterator[Motion], contacts: lis
         yield before
 
 
-def grazing(solver: Solver, before: Motion, after: Motion) -> Motion | None:
+def grazing(solver: Solver, before: PeriodicMotion, after: PeriodicMotion) -> PeriodicMotion | None:
     """Return the motion that grazes a wall, between one with contact and one without."""
     chord = difference(before, after)
     length = float(np.linalg.norm(chord))

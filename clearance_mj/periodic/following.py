@@ -14,7 +14,7 @@ from ..rig.sensing import accelerated, sensor_points
 from .axes import SHARES, level_axis
 from .branch import Branch, SpecialPoint
 from .condensed import UNBALANCE, condensed
-from .continuation import AT_ONCE, EndOfBranch, Motion, NoConvergence, until_again
+from .continuation import AT_ONCE, EndOfBranch, NoConvergence, PeriodicMotion, until_again
 from .solver import Solver
 from .stability import BRANCH_POINT, FIRST_CONTACT, Located, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
@@ -31,7 +31,11 @@ SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its mult
 
 
 def follow(
-    solver: Any, motions: Iterator[Motion], stability: bool, progress: bool = False, touching: Collection[Motion] = ()
+    solver: Any,
+    motions: Iterator[PeriodicMotion],
+    stability: bool,
+    progress: bool = False,
+    touching: Collection[PeriodicMotion] = (),
 ) -> Branch:
     """Return the branch of consecutive motions, with its special points.
 
@@ -70,7 +74,7 @@ def follow(
     return expanded(solver, points, ended)
 
 
-def bounded(solver: Any, motions: Iterator[Motion]) -> Iterator[Motion]:
+def bounded(solver: Any, motions: Iterator[PeriodicMotion]) -> Iterator[PeriodicMotion]:
     """Yield motions until they grow without end at one value of the parameter.
 
     Raises
@@ -89,8 +93,8 @@ def bounded(solver: Any, motions: Iterator[Motion]) -> Iterator[Motion]:
 
 
 def watched(
-    motions: Iterator[Motion], watch: Callable[[float], None] | None, unit: float = 2 * np.pi
-) -> Iterator[Motion]:
+    motions: Iterator[PeriodicMotion], watch: Callable[[float], None] | None, unit: float = 2 * np.pi
+) -> Iterator[PeriodicMotion]:
     """Yield the motions and report their parameters over ``unit`` to ``watch``: by default frequencies in Hz."""
     for motion in motions:
         if watch is not None:
@@ -99,7 +103,7 @@ def watched(
 
 
 def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, np.ndarray, np.ndarray]:
-    """Return a solver over the frequency for motions near a point of a branch, and the point: ω, z, y of a `Motion`.
+    """Return a solver over the frequency for motions near a point of a branch, and the point: ω, z, y of a `PeriodicMotion`.
 
     Parameters
     ----------

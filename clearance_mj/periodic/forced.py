@@ -12,7 +12,7 @@ from ..core.kinds import checks_kinds
 from ..model import Model
 from .branch import Branch
 from .condensed import UNBALANCE, Condensed, condensed
-from .continuation import Motion
+from .continuation import PeriodicMotion
 from .coverage import turned_back
 from .excitation import excitation_kind, excited_by, levels_of, steady_spin
 from .first_contacts import with_first_contacts
@@ -114,7 +114,7 @@ def _continue(
 
     def follow_with(count: int) -> Branch:
         solver = Solver(system, harmonics, count, spin)
-        contacts: list[Motion] = []
+        contacts: list[PeriodicMotion] = []
         if stability:
             samples_of_period(solver, min(start, stop))  # refused before a branch is followed there
         start_search = Start(solver, start, stop, lambda h: fewer(h, count))
@@ -286,7 +286,7 @@ def _continue_over(
     system = condensed(model, kind, levels, harmonics, setting.modes, speed=fastest)
     _require_dependence(system, over)
 
-    def motions(solver: Solver) -> Iterator[Motion]:
+    def motions(solver: Solver) -> Iterator[PeriodicMotion]:
         """Yield motions from the one that grows out of rest with the level at the first value."""
         omega = 2 * np.pi * frequency * (system.order or 1.0)
         solver.take("omega", solver.at._replace(**{over: ends[0]}))
@@ -297,7 +297,7 @@ def _continue_over(
 
     def follow_with(count: int) -> Branch:
         solver = Solver(system, harmonics, count, spin)
-        contacts: list[Motion] = []
+        contacts: list[PeriodicMotion] = []
         with_contacts = with_first_contacts(solver, motions(solver), contacts)
         return follow(solver, with_contacts, setting.stability, setting.progress, contacts)
 

@@ -17,7 +17,7 @@ from ..core.tasks import workers_to_use
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .branch import Branch
-from .continuation import EndOfBranch, Motion, NoConvergence, difference, meets
+from .continuation import EndOfBranch, NoConvergence, PeriodicMotion, difference, meets
 from .following import follow, place, solver_of
 from .random_starts import LANES, PERIODIC, March
 from .solver import Solver
@@ -270,7 +270,7 @@ def _lies_on(branch: Branch, frequency: float, x: np.ndarray) -> bool:
 ROUND, BACKWARDS = "it comes back to its beginning", "it turns back along itself"
 
 
-def all_around(solver: Solver, motion: Motion, low: float, high: float) -> Iterator[Motion]:
+def all_around(solver: Solver, motion: PeriodicMotion, low: float, high: float) -> Iterator[PeriodicMotion]:
     """Yield the motions of the whole branch through one, from one end to the other.
 
     Raises
@@ -292,9 +292,9 @@ def all_around(solver: Solver, motion: Motion, low: float, high: float) -> Itera
         )
 
 
-def _until_end(solver: Solver, motion: Motion, low: float, high: float) -> tuple[list[Motion], str]:
+def _until_end(solver: Solver, motion: PeriodicMotion, low: float, high: float) -> tuple[list[PeriodicMotion], str]:
     """Return motions from one on along its tangent, and why they end, "" at an end of the range."""
-    motions: list[Motion] = []
+    motions: list[PeriodicMotion] = []
     try:
         for point in _until_closed(solver, until_halved(solver, motion, low, high)):
             motions.append(point)
@@ -309,7 +309,7 @@ def _until_end(solver: Solver, motion: Motion, low: float, high: float) -> tuple
     return motions, ""
 
 
-def _until_closed(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]:
+def _until_closed(solver: Solver, motions: Iterator[PeriodicMotion]) -> Iterator[PeriodicMotion]:
     """Yield motions until the first one recurs, some periods of the excitation later.
 
     Raises
@@ -331,12 +331,12 @@ def _until_closed(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]
         before = motion
 
 
-def _shift(motion: Motion, fraction: float) -> Motion:
+def _shift(motion: PeriodicMotion, fraction: float) -> PeriodicMotion:
     """Return a motion shifted by a fraction of its period."""
     dz = motion.tangent[:-1].reshape(motion.z.shape)
     z, y, force, dz = (turned(each, 2 * np.pi * fraction) for each in (motion.z, motion.y, motion.force, dz))
     return replace(motion, z=z, y=y, force=force, tangent=np.append(dz.ravel(), motion.tangent[-1]))
 
 
-def _reverse(motion: Motion) -> Motion:
+def _reverse(motion: PeriodicMotion) -> PeriodicMotion:
     return replace(motion, tangent=-motion.tangent)

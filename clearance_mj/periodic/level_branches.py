@@ -16,7 +16,7 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from .arcs import Vibrations
 from .cells import acting, moved
-from .continuation import Motion, Motions, NoConvergence
+from .continuation import Motions, NoConvergence, PeriodicMotion
 from .following import expanded
 from .in_gap import level_of_contact, linear_in_gap, without_contact
 from .solver import Solver
@@ -170,24 +170,24 @@ def level_branches(
             yield _make_branch(solver, motions, w, contact, largest, quantities, chosen)
 
 
-def _contact_free_motion(solver: Solver, omega: float, level: float) -> Motion:
+def _contact_free_motion(solver: Solver, omega: float, level: float) -> PeriodicMotion:
     """Return the motion without contact at a level, now the solver's parameter; its tangent is a placeholder."""
     (z,), (y,) = without_contact(solver, np.array([omega]))
     z[:, 1:] *= level
     y[:, 1:] *= level
     solver.raise_over("level", omega)
     scale = max(float(np.linalg.norm(z)), solver.least)
-    return Motion(level, z, y, np.zeros_like(y), np.append(np.zeros(solver.size), 1.0), scale)
+    return PeriodicMotion(level, z, y, np.zeros_like(y), np.append(np.zeros(solver.size), 1.0), scale)
 
 
-def _motion_at_contact(solver: Solver, omega: float, level: float) -> Motion:
+def _motion_at_contact(solver: Solver, omega: float, level: float) -> PeriodicMotion:
     """Return the motion that just fills a gap, with its tangent towards larger ones."""
     guess = _contact_free_motion(solver, omega, level)
     motion = solver.solved_at(level, guess.z, guess.y, guess.scale)
     return replace(motion, tangent=np.copysign(1.0, motion.tangent[-1]) * motion.tangent)
 
 
-def _follow(solver: Solver, start: Motion, largest: float) -> Motions:
+def _follow(solver: Solver, start: PeriodicMotion, largest: float) -> Motions:
     """Return the motions from a first one on, until they rise above the largest level or the continuation fails.
 
     Raises
@@ -203,7 +203,7 @@ def _follow(solver: Solver, start: Motion, largest: float) -> Motions:
     raise NoConvergence(start.omega)
 
 
-def _continue(solver: Solver, start: Motion, largest: float) -> Motions:
+def _continue(solver: Solver, start: PeriodicMotion, largest: float) -> Motions:
     deep, step = DEEP * solver.system.size, FIRST_STEP if start.omega < largest else solver.longest
     ends = BACK * start.omega, FAR * max(largest, start.omega)
     return solver.followed(start, STEPS, step, ends, BEYOND * largest, deep)

@@ -17,7 +17,7 @@ import numpy as np
 from ..core.errors import ClearanceError
 from ..engines.equilibrium import rest_of
 from .condensed import Condensed, grid, slopes
-from .continuation import Continuation, Motion, NoConvergence
+from .continuation import Continuation, NoConvergence, PeriodicMotion
 from .forces import Sampled, fill_forces
 from .harmonic_balance import blocks
 
@@ -99,12 +99,12 @@ class NonlinearMode(Continuation):
                 return vectors[:, in_plane]
         return vectors
 
-    def motion(self, unscaled: Motion) -> FreeMotion:
+    def motion(self, unscaled: PeriodicMotion) -> FreeMotion:
         """Convert a motion to physical units."""
         omega, zeta, q = self._unscale(unscaled.omega, unscaled.z)
         return FreeMotion(omega, zeta, q, unscaled.force)
 
-    def branch(self, start: float, stop: float) -> Iterator[Motion]:
+    def branch(self, start: float, stop: float) -> Iterator[PeriodicMotion]:
         """Yield motions from an amplitude, m, on until they leave the range between that and a larger one.
 
         Raises

@@ -14,7 +14,7 @@ from ..core.equations import solved
 from ..core.errors import ClearanceError
 from .balance import POWERS, Balance, deepest, left, widen
 from .condensed import Condensed, grid, laws_of, slopes
-from .continuation import MAX_POINTS, Continuation, Motion, Motions, NoConvergence
+from .continuation import MAX_POINTS, Continuation, Motions, NoConvergence, PeriodicMotion
 from .dynamics import at_one_frequency, by_poles, by_stiffness
 from .loops import CORNERS, bordered, loops
 
@@ -90,7 +90,7 @@ class Solver(Continuation):
         """Return the state at a value of the branch's parameter."""
         return State(*(self._equations.fixed + parameter * self._equations.rate).tolist())
 
-    def frequency(self, motion: Motion) -> float:
+    def frequency(self, motion: PeriodicMotion) -> float:
         """Return the angular frequency of a motion's first harmonic, 1/s."""
         return self.state(motion.omega).omega
 
@@ -107,7 +107,7 @@ class Solver(Continuation):
         """Return the shaft's spin at a frequency, rad/s."""
         return omega * self.system.periods / self.system.order if self.system.order else self.at.spin
 
-    def all_points(self, motion: Motion) -> np.ndarray:
+    def all_points(self, motion: PeriodicMotion) -> np.ndarray:
         """Return the harmonics (n_rows, K) of all rows, m."""
         return np.asarray(self.system.basis @ motion.z + motion.y)
 
@@ -147,11 +147,11 @@ class Solver(Continuation):
         """Set the walls of `laws` to their distances at a parameter."""
         widen(self._equations, self.state(parameter).gap)
 
-    def touches(self, motion: Motion) -> bool:
+    def touches(self, motion: PeriodicMotion) -> bool:
         """Return True if an end is beyond a wall at any sample of a period."""
         return self.depth(motion.omega, motion.z, motion.y) > 0
 
-    def first(self, omega: float, most: int = MAX_POINTS) -> Motion:
+    def first(self, omega: float, most: int = MAX_POINTS) -> PeriodicMotion:
         """Return the motion at a frequency that grows out of the static equilibrium with the level of the excitation.
 
         Parameters
@@ -235,7 +235,7 @@ class Solver(Continuation):
         """Make another number of a `State` the parameter, at a frequency, 1/s, and factor of the level."""
         self.take(what, self.at._replace(omega=omega, spin=self.spin_of(omega), level=level))
 
-    def growing(self, omega: float, most: float = math.inf) -> Motion:
+    def growing(self, omega: float, most: float = math.inf) -> PeriodicMotion:
         """Return a motion near the static equilibrium at a frequency; the factor of the level becomes the parameter.
 
         Parameters
@@ -263,7 +263,7 @@ class Solver(Continuation):
             z[:, :1], y[:, :1] = self.rest(omega)
         return z, y
 
-    def _first_motion(self, z: np.ndarray, y: np.ndarray, most: float) -> Motion | None:
+    def _first_motion(self, z: np.ndarray, y: np.ndarray, most: float) -> PeriodicMotion | None:
         """Return the motion at a small fraction of loads or excitation, at most 1; None if these move nothing."""
         z_0, _, y_0 = self._residual(0.0, z, y, False)
         z_1, _, y_1 = self._residual(1.0, z, y, False)
@@ -279,7 +279,7 @@ class Solver(Continuation):
                 return self.solved_at(small, start, near, self._scale(start))
         raise NoConvergence(least)
 
-    def branch(self, start: float, stop: float) -> Iterator[Motion]:
+    def branch(self, start: float, stop: float) -> Iterator[PeriodicMotion]:
         """Yield motions from a frequency, 1/s, on until the branch leaves the range between it and another one.
 
         Raises
@@ -290,7 +290,7 @@ class Solver(Continuation):
         yield from self.within(self.first(start), min(start, stop), max(start, stop), stop > start)
 
     def followed(
-        self, start: Motion, most: int, step: float, ends: tuple[float, float], wanted: float, deep: float
+        self, start: PeriodicMotion, most: int, step: float, ends: tuple[float, float], wanted: float, deep: float
     ) -> Motions:  # fmt: skip
         """Return a motion and those after it, until one beyond a parameter rises and penetrates a wall deeply.
 
@@ -315,7 +315,7 @@ class Solver(Continuation):
         ]
         return Motions(*map(np.concatenate, zip(*blocks)))
 
-    def across_wall(self, motion: Motion) -> Motion | None:
+    def across_wall(self, motion: PeriodicMotion) -> PeriodicMotion | None:
         """Return a motion of the branch on the other side of a wall.
 
         Where a circular orbit meets a round wall, the branch may turn by more than a right angle, as its phase does.
@@ -328,7 +328,7 @@ class Solver(Continuation):
                 return self._solve_beyond(motion, omega, z, -1.0 if touches else 1.0)
         return None
 
-    def _solve_beyond(self, motion: Motion, omega: float, z: np.ndarray, side: float) -> Motion | None:
+    def _solve_beyond(self, motion: PeriodicMotion, omega: float, z: np.ndarray, side: float) -> PeriodicMotion | None:
         """Return a motion on the branch with the tangent of a point across the wall, on its side."""
         self._residual(omega, z, motion.y, True)
         pivots = np.empty(self.size + 1, dtype=int)

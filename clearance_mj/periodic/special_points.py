@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from .condensed import Condensed
-from .continuation import Continuation, Motion, NoConvergence, difference
+from .continuation import Continuation, NoConvergence, PeriodicMotion, difference
 from .onset import rest_and_growth
 from .solver import Solver
 from .stability import BRANCH_POINT, FIRST_CONTACT, FOLD, PERIOD_DOUBLING, floquet
@@ -65,11 +65,11 @@ class SpecialMotions(Continuation):
         """Return the solver, frequency, 1/s, and harmonics of the coordinates, m."""
         return self.solver_at(parameter), float(unknown[-1]) * self.reference, unknown[:-1].reshape(self.shape)
 
-    def start(self, omega: float, z: np.ndarray, y: np.ndarray) -> Motion | None:
+    def start(self, omega: float, z: np.ndarray, y: np.ndarray) -> PeriodicMotion | None:
         """Return the special motion near a guess, where the parameter is 1; None if there is none."""
         unknown = np.append(z.ravel(), omega / self.reference)
         row, scale = np.append(np.zeros(self.size), 1.0), float(np.linalg.norm(unknown))
-        guess = Motion(1.0, unknown, y, y, row, scale)
+        guess = PeriodicMotion(1.0, unknown, y, y, row, scale)
         return self.solve(1.0, unknown, y, row, scale) or self._locate(guess)
 
     def _residual(
@@ -134,7 +134,7 @@ class SpecialMotions(Continuation):
             return float(np.abs(self._multiplier(solver, omega, z, y))) - 1
         return self._fold_test(solver.derivative(omega, z, y))[0]
 
-    def across_wall(self, motion: Motion) -> Motion | None:
+    def across_wall(self, motion: PeriodicMotion) -> PeriodicMotion | None:
         """Return the special motion at a parameter a little further on, where g changes its sign along the branch."""
         self._residual(motion.omega, motion.z, motion.y, True)  # the plane is that of the last guess
         motion = replace(motion, tangent=self.direction)
@@ -142,14 +142,14 @@ class SpecialMotions(Continuation):
             at = float(np.clip(motion.omega * (1 + np.sign(motion.tangent[-1]) * distance), 1.0, 2.0))
             step = (at / motion.omega - 1) / motion.tangent[-1]
             z = motion.z + step * motion.scale * motion.tangent[:-1]
-            guess = Motion(at, z, motion.y, motion.force, motion.tangent, motion.scale)
+            guess = PeriodicMotion(at, z, motion.y, motion.force, motion.tangent, motion.scale)
             if at != motion.omega and (special := self._locate(guess)):
                 chord = difference(motion, special)
                 tangent = chord / np.linalg.norm(chord)
-                return Motion(at, special.z, special.y, special.force, tangent, special.scale)
+                return PeriodicMotion(at, special.z, special.y, special.force, tangent, special.scale)
         return None
 
-    def _solve_between(self, omega: float, before: Motion, after: Motion) -> Motion:
+    def _solve_between(self, omega: float, before: PeriodicMotion, after: PeriodicMotion) -> PeriodicMotion:
         with suppress(NoConvergence):
             return super()._solve_between(omega, before, after)
         fraction = (omega - before.omega) / (after.omega - before.omega)
@@ -157,20 +157,20 @@ class SpecialMotions(Continuation):
             raise NoConvergence(omega)
         return special
 
-    def frequency(self, motion: Motion) -> float:
+    def frequency(self, motion: PeriodicMotion) -> float:
         """Return a motion's frequency, 1/s; of a fold its extremum, which g does not resolve within the steps of J."""
         if self.kind == FOLD:
             self._residual(motion.omega, motion.z, motion.y, True)
             motion = self._locate(motion) or motion
         return float(motion.z[-1]) * self.reference
 
-    def _locate(self, guess: Motion) -> Motion | None:
+    def _locate(self, guess: PeriodicMotion) -> PeriodicMotion | None:
         """Return the motion near a guess where g changes its sign along the branch or, for folds, frequency turns."""
         solver, omega, z = self.parts(guess.omega, guess.z)
         direction = (self.plane @ np.array([-self.plane[-1, 1], self.plane[-1, 0]]))[:-1]
         direction /= np.linalg.norm(direction)
 
-        def motion(t: float) -> Motion:
+        def motion(t: float) -> PeriodicMotion:
             at, start = omega * (1 + t * direction[-1]), z + t * guess.scale * direction[:-1].reshape(z.shape)
             if (solution := solver.solve(at, start, guess.y, direction, guess.scale)) is None:
                 raise NoConvergence(at)
@@ -186,11 +186,11 @@ class SpecialMotions(Continuation):
                 special = motion(t)
                 unknown = np.append(special.z.ravel(), special.omega / self.reference)
                 scale = max(float(np.linalg.norm(unknown)), self.least)
-                return Motion(guess.omega, unknown, special.y, special.force, guess.tangent, scale)
+                return PeriodicMotion(guess.omega, unknown, special.y, special.force, guess.tangent, scale)
         return None
 
 
-def _turn(motion: Callable[[float], Motion], reach: float) -> float:
+def _turn(motion: Callable[[float], PeriodicMotion], reach: float) -> float:
     """Return the arc length at which the frequency turns within a distance; ValueError if it does not."""
     low, middle, high = (motion(t).omega for t in (-reach, 0.0, reach))
     if (middle - low) * (high - middle) > 0:

@@ -15,7 +15,7 @@ from scipy.optimize import minimize_scalar
 
 from ..core.errors import ExcitationError
 from .condensed import grid, slopes
-from .continuation import Continuation, Motion, difference
+from .continuation import Continuation, PeriodicMotion, difference
 from .floquet import monodromy
 from .forces import Sampled, fill_forces
 
@@ -47,7 +47,7 @@ def samples_of_period(solver: Any, omega: float) -> int:
     return int(solver.samples * 2 ** math.ceil(math.log2(finer)))
 
 
-def multipliers(solver: Any, motion: Motion) -> np.ndarray:
+def multipliers(solver: Any, motion: PeriodicMotion) -> np.ndarray:
     """Return the Floquet multipliers of the modal model about a motion, the largest first.
 
     The memory of fillings and contacts adds multipliers, of which the smallest are left out.
@@ -88,7 +88,7 @@ def unstable(values: np.ndarray) -> int:
 class Located:
     """A motion of a branch, with its multipliers and special kinds."""
 
-    motion: Motion
+    motion: PeriodicMotion
     multipliers: np.ndarray | None
     kind: str = ""
     folds: bool = False

@@ -19,7 +19,7 @@ from ..core.errors import RigError, SimulationError
 from ..engines.modal import Modal, ModalRun
 from ..rig.spinning import Spin
 from .condensed import UNBALANCE, Condensed
-from .continuation import Motion, NoConvergence
+from .continuation import NoConvergence, PeriodicMotion
 from .solver import Solver
 
 __all__ = ["Start", "marched"]
@@ -43,7 +43,7 @@ class Start:
     stop: float
     with_harmonics: Callable[[int], Solver]  #: returns the same solver with so many harmonics
 
-    def motions(self) -> Iterator[Motion]:
+    def motions(self) -> Iterator[PeriodicMotion]:
         """Yield the first branch that leads on or leaves the range elsewhere; else the one that reaches farthest.
 
         Raises
@@ -51,7 +51,7 @@ class Start:
         NoConvergence
             Where it ends; the motions yielded before stay valid.
         """
-        best: tuple[list[Motion], NoConvergence | None, Iterator[Motion]] | None = None
+        best: tuple[list[PeriodicMotion], NoConvergence | None, Iterator[PeriodicMotion]] | None = None
         for branch in self._branches():
             head, error = self._take_head(branch)
             if head and not error and not math.isclose(head[-1].omega, self.start, rel_tol=2 * NEXT_FREQUENCY):
@@ -68,9 +68,9 @@ class Start:
             raise error
         yield from branch
 
-    def _take_head(self, branch: Iterator[Motion]) -> tuple[list[Motion], NoConvergence | None]:
+    def _take_head(self, branch: Iterator[PeriodicMotion]) -> tuple[list[PeriodicMotion], NoConvergence | None]:
         """Return a branch's motions until it leads on, and the error that ended them if one did."""
-        head: list[Motion] = []
+        head: list[PeriodicMotion] = []
         try:
             for motion in branch:
                 head.append(motion)
@@ -80,10 +80,10 @@ class Start:
             return head, end
         return head, None
 
-    def _reach(self, motions: Sequence[Motion]) -> float:
+    def _reach(self, motions: Sequence[PeriodicMotion]) -> float:
         return max((abs(motion.omega - self.start) for motion in motions), default=0.0)
 
-    def _branches(self) -> Iterator[Iterator[Motion]]:
+    def _branches(self) -> Iterator[Iterator[PeriodicMotion]]:
         """Yield the branch from each method's first motion in turn; it raises NoConvergence where there is none."""
         yield self.solver.branch(self.start, self.stop)
         yield self._onwards(self._solve_fewer_harmonics)
@@ -94,15 +94,15 @@ class Start:
     def _ends(self) -> tuple[float, float]:
         return min(self.start, self.stop), max(self.start, self.stop)
 
-    def _onwards(self, first: Callable[[], Motion]) -> Iterator[Motion]:
+    def _onwards(self, first: Callable[[], PeriodicMotion]) -> Iterator[PeriodicMotion]:
         yield from self.solver.within(first(), *self._ends, self.stop > self.start)
 
-    def _solve_fewer_harmonics(self) -> Motion:
+    def _solve_fewer_harmonics(self) -> PeriodicMotion:
         """Return the motion that grows out of rest with the fewest harmonics, refined with ever more."""
         fewest, most = self.solver.system.levels.size, self.solver.harmonics
         doubled = (2 * 2**i - 1 for i in itertools.count())  # 1, 3, 7, ...
         counts = [h for h in itertools.takewhile(lambda h: h < most, doubled) if h >= fewest]
-        motion: Motion | None = None
+        motion: PeriodicMotion | None = None
         for count in counts:
             solver = self.with_harmonics(count)
             try:
@@ -113,7 +113,7 @@ class Start:
             raise NoConvergence(self.start)
         return _refine(self.solver, motion, self.start)
 
-    def _follow_from_nearby(self, distance: float) -> Iterator[Motion]:
+    def _follow_from_nearby(self, distance: float) -> Iterator[PeriodicMotion]:
         """Yield a branch that grows out of rest at a nearby frequency, from the first frequency on."""
         solver, (low, high), up = self.solver, self._ends, self.stop > self.start
         near = self.start * (1 + (distance if up else -distance))
@@ -132,7 +132,7 @@ class Start:
         yield from (replace(each, tangent=-each.tangent) for each in reversed(to_start[1:]))
         yield from solver.within(motion, low, high, up)
 
-    def _solve_after_march(self) -> Motion:
+    def _solve_after_march(self) -> PeriodicMotion:
         """Return the motion to which the modal engine's time integration from rest converges."""
         solver = self.solver
         try:
@@ -202,7 +202,7 @@ def marched(system: Condensed, omega: float, samples: int) -> np.ndarray:
     return place
 
 
-def _refine(solver: Solver, motion: Motion, omega: float) -> Motion:
+def _refine(solver: Solver, motion: PeriodicMotion, omega: float) -> PeriodicMotion:
     """Return a solver's motion near one with fewer harmonics."""
     more = (0, 0), (0, 2 * solver.harmonics + 1 - motion.z.shape[1])
     return solver.solved_at(omega, np.pad(motion.z, more), np.pad(motion.y, more), motion.scale)

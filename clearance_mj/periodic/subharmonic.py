@@ -11,7 +11,7 @@ import numpy as np
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from .branch import Branch, SpecialPoint
-from .continuation import EndOfBranch, Motion
+from .continuation import EndOfBranch, PeriodicMotion
 from .following import follow, place, resumed
 from .solver import Solver
 from .stability import BRANCH_POINT, PERIOD_DOUBLING
@@ -84,7 +84,7 @@ def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, 
     return _drop_end_points(follow(solver, motions, stability, progress))
 
 
-def _first_doubled(solver: Solver, branch: Branch, index: int, values: np.ndarray) -> Motion | None:
+def _first_doubled(solver: Solver, branch: Branch, index: int, values: np.ndarray) -> PeriodicMotion | None:
     """Return the motion next to a doubling that has a small antiperiodic part."""
     shape = (len(solver.system.owner), 2 * solver.harmonics + 1)
     antiperiodic = np.flatnonzero(np.broadcast_to(_antiperiodic(solver.harmonics), shape))
@@ -126,7 +126,7 @@ def _singular_points(
     yield state(index)
 
 
-def until_halved(solver: Solver, motion: Motion, low: float, high: float) -> Iterator[Motion]:
+def until_halved(solver: Solver, motion: PeriodicMotion, low: float, high: float) -> Iterator[PeriodicMotion]:
     """Yield a motion and those along its tangent until the period is halved, or they leave a range.
 
     At a halving the antiperiodic part passes zero, and the branch would go back along itself.
@@ -139,7 +139,7 @@ def until_halved(solver: Solver, motion: Motion, low: float, high: float) -> Ite
         Where Newton's method fails; the motions yielded before stay valid.
     """
     antiperiodic = _antiperiodic(solver.harmonics)
-    before: Motion | None = None
+    before: PeriodicMotion | None = None
     largest = 0.0
     for each in _restart_after_falls(solver, motion, low, high):
         ratio = float(np.linalg.norm(antiperiodic * each.z) / np.linalg.norm(each.z))
@@ -155,7 +155,7 @@ def until_halved(solver: Solver, motion: Motion, low: float, high: float) -> Ite
         before = each
 
 
-def _restart_after_falls(solver: Solver, motion: Motion, low: float, high: float) -> Iterator[Motion]:
+def _restart_after_falls(solver: Solver, motion: PeriodicMotion, low: float, high: float) -> Iterator[PeriodicMotion]:
     """Yield a motion and those along its tangent; restart with short steps after one onto the halved period.
 
     If they fall as well, the period is halved there: with contacts the antiperiodic part may end with a jump.
@@ -173,7 +173,7 @@ def _restart_after_falls(solver: Solver, motion: Motion, low: float, high: float
     raise EndOfBranch(f"its period is halved at {place(solver, motion.omega)}")
 
 
-def _last_doubled(solver: Solver, before: Motion, after: Motion) -> Motion:
+def _last_doubled(solver: Solver, before: PeriodicMotion, after: PeriodicMotion) -> PeriodicMotion:
     """Return the motion with hardly any antiperiodic part, between two with opposite signs of it."""
     odd = _antiperiodic(solver.harmonics)
     row = np.append((odd * before.z).ravel(), 0.0)

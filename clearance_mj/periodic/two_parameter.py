@@ -20,7 +20,7 @@ from ..signals.arrays import ArrayData
 from .axes import level_axis
 from .branch import Branch, SpecialPoint
 from .condensed import Condensed
-from .continuation import MAX_POINTS, Motion, NoConvergence, difference
+from .continuation import MAX_POINTS, NoConvergence, PeriodicMotion, difference
 from .dynamics import by_stiffness
 from .following import resumed, solver_of
 from .onset import first_hopf
@@ -250,13 +250,13 @@ def _require_other_value(to: float, first_value: float, over: str, what: str) ->
 
 
 def _follow(
-    follower: SpecialMotions | WhirlOnsets, first: Motion | None, what: str, progress: bool
-) -> tuple[list[Motion], str]:  # fmt: skip
+    follower: SpecialMotions | WhirlOnsets, first: PeriodicMotion | None, what: str, progress: bool
+) -> tuple[list[PeriodicMotion], str]:  # fmt: skip
     """Return motions from a parameter of 1 to 2, or back to 1, and why they end before."""
     if first is None:
         raise ClearanceError(f"the {what} is not found again; locate it with more samples")
-    motions: list[Motion] = []
-    after: Iterator[Motion] = follower.within(first, 1.0, 2.0)
+    motions: list[PeriodicMotion] = []
+    after: Iterator[PeriodicMotion] = follower.within(first, 1.0, 2.0)
     try:
         for _ in tqdm(range(MAX_POINTS), desc=what, unit="point", disable=not progress):
             if (motion := next(after, None)) is None:
@@ -276,7 +276,7 @@ def _follow(
     return motions, ""
 
 
-def _direction(motions: Sequence[Motion]) -> np.ndarray:
+def _direction(motions: Sequence[PeriodicMotion]) -> np.ndarray:
     """Return the direction of the last motions: tangents are unreliable where the test function has steps."""
     chord = difference(motions[max(0, len(motions) - RECENT)], motions[-1])
     return np.asarray(chord / np.linalg.norm(chord))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from .condensed import Condensed
-from .continuation import Continuation, Motion
+from .continuation import Continuation, PeriodicMotion
 from .dynamics import by_stiffness
 from .solver import Solver, State
 from .vibrations import turned
@@ -49,7 +49,7 @@ class WhirlSolver(Continuation):
         """Return the unknowns of a frequency and harmonics."""
         return np.append(z.ravel(), omega / self.reference)
 
-    def frequency(self, motion: Motion) -> float:
+    def frequency(self, motion: PeriodicMotion) -> float:
         """Return the whirl's angular frequency, 1/s."""
         return self.parts(motion.z)[0]
 
@@ -60,11 +60,11 @@ class WhirlSolver(Continuation):
     def walls_at(self, parameter: float) -> None:
         """Leave the walls where they stand: speed does not move them."""
 
-    def all_points(self, motion: Motion) -> np.ndarray:
+    def all_points(self, motion: PeriodicMotion) -> np.ndarray:
         """Return the harmonics (n_rows, K) of all rows, m."""
         return np.asarray(self.system.basis @ self.parts(motion.z)[1] + motion.y)
 
-    def depth(self, motion: Motion) -> float:
+    def depth(self, motion: PeriodicMotion) -> float:
         """Return the largest penetration, m, below 0 in the gap."""
         return self.inner.depth(0.0, self.parts(motion.z)[1], motion.y)
 
@@ -91,7 +91,9 @@ class WhirlSolver(Continuation):
             full[n, self.leader * harmonics.shape[1] + 2] = 1.0
         return np.append(residual, harmonics[self.leader, 2]), force, y_new
 
-    def grown(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray, amplitude: np.ndarray) -> Motion | None:
+    def grown(
+        self, speed: float, omega: float, z: np.ndarray, y: np.ndarray, amplitude: np.ndarray
+    ) -> PeriodicMotion | None:
         """Return the whirl of a small amplitude, harmonics (r, K), at its onset, with the tangent to larger ones.
 
         The speed of that amplitude is solved for; None if Newton's method fails.
@@ -104,7 +106,7 @@ class WhirlSolver(Continuation):
             return None
         return replace(whirl, tangent=whirl.tangent * (np.sign(whirl.tangent @ row) or 1.0))
 
-    def start(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray) -> Motion | None:
+    def start(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray) -> PeriodicMotion | None:
         """Return the whirl at a speed, near a guess of frequency and harmonics; None if Newton's method fails."""
         fundamental = z[:, 1] - 1j * z[:, 2]
         self.leader = int(np.abs(fundamental).argmax())

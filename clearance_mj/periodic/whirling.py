@@ -13,7 +13,7 @@ from ..core.kinds import checks_kinds
 from ..model import Model
 from .branch import Branch
 from .condensed import Condensed, condensed
-from .continuation import Motion
+from .continuation import PeriodicMotion
 from .following import farthest, follow, watched
 from .onset import first_hopf
 from .resolution import different_ends, resolution
@@ -201,7 +201,7 @@ def follow_whirl(
 
 def _start_at_onset(
     system: Condensed, harmonics: int, samples: int, ends: tuple[float, float]
-) -> tuple[Iterator[Motion], WhirlSolver]:
+) -> tuple[Iterator[PeriodicMotion], WhirlSolver]:
     onset = first_hopf(system, ends)
     solver = WhirlSolver(system, harmonics, samples, onset.omega)
     rest, amplitude = np.zeros((2, solver.rows, solver.shape[1]))
@@ -224,7 +224,7 @@ def _start_at_onset(
 
 def _start_dry(
     system: Condensed, harmonics: int, samples: int, ends: tuple[float, float]
-) -> tuple[Iterator[Motion], WhirlSolver]:
+) -> tuple[Iterator[PeriodicMotion], WhirlSolver]:
     for guess in dry_guesses(system, ends[0]):
         solver = WhirlSolver(system, harmonics, samples, guess.omega)
         place = np.zeros((solver.rows, solver.shape[1]))

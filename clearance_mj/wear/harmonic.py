@@ -18,7 +18,7 @@ from ..engines.base import step_factor
 from ..engines.modal import Modal
 from ..model import Model
 from ..periodic.condensed import condensed
-from ..periodic.continuation import Motion, NoConvergence
+from ..periodic.continuation import NoConvergence, PeriodicMotion
 from ..periodic.excitation import excitation_kind
 from ..periodic.forces import Sampled, fill_forces
 from ..periodic.resolution import resolution
@@ -97,7 +97,7 @@ class _Periodic(NamedTuple):
     """A periodic vibration, from which the next one is continued."""
 
     solver: Solver
-    motion: Motion
+    motion: PeriodicMotion
 
     @property
     def x(self) -> np.ndarray:
