@@ -5,11 +5,11 @@ import pytest
 import scipy.stats
 
 from clearance_mj.estimate.beliefs import Belief, refine
-from clearance_mj.identify.follow.changes import Changes, Observation, fused, observed
+from clearance_mj.identify.follow.changes import Changes, WindowLikelihood, fused, observed
 
 
 def seen(values, std):
-    return [Observation(np.eye(1) / std**2, np.array([v]) / std**2) for v in values]
+    return [WindowLikelihood(np.eye(1) / std**2, np.array([v]) / std**2) for v in values]
 
 
 def test_observed_and_fused_are_the_kalman_filters_update():
@@ -49,7 +49,7 @@ def test_the_kind_that_changed_is_named():
     changes = Changes(Belief.independent([0.0, 0.0], [10.0, 10.0]), np.array([10.0, 10.0]))
     for i in range(40):
         y = rng.multivariate_normal([0.0, 0.4 if i >= 35 else 0.0], covariance)
-        changes.observations.append(Observation(precision, precision @ y))
+        changes.observations.append(WindowLikelihood(precision, precision @ y))
     change, _ = changes.likeliest(np.eye(2), np.zeros(2))
     assert (change.kind, change.windows) == (1, 5)
     assert change.size == pytest.approx(0.4, abs=3 * 0.1 * np.sqrt(1 - 0.9**2) / np.sqrt(4))

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from ...estimate.beliefs import Belief, Function, Refinement, refine
 
-__all__ = ["Change", "Changes", "Observation", "fused", "observed", "refined"]
+__all__ = ["Change", "Changes", "WindowLikelihood", "fused", "observed", "refined"]
 
 LONGEST_CHANGE = 200  # windows back, at most, to where a change may have begun
 EXPECTED_WINDOWS = 10.0  # as many windows the prior counts that scatter is as large as covariances say
@@ -23,7 +23,7 @@ MAX_SCATTER = 9.0  # squared distance over its expectation: one window counts no
 
 
 @dataclass(frozen=True)
-class Observation:
+class WindowLikelihood:
     """The likelihood of parameters given one window alone."""
 
     precision: np.ndarray
@@ -44,15 +44,15 @@ class Change:
     after: Belief  #: about the parameters, from the windows after the change alone
 
 
-def observed(before: Belief, after: Belief) -> Observation:
+def observed(before: Belief, after: Belief) -> WindowLikelihood:
     """Return the observation that took a belief from before to after."""
     old, new = np.linalg.inv(before.covariance), np.linalg.inv(after.covariance)
     value, vector = np.linalg.eigh(new - old)
     precision = vector * np.maximum(value, 0.0) @ vector.T
-    return Observation(precision, precision @ before.mean + new @ (after.mean - before.mean))
+    return WindowLikelihood(precision, precision @ before.mean + new @ (after.mean - before.mean))
 
 
-def fused(belief: Belief, observation: Observation, scatter: float = 1.0) -> Belief:
+def fused(belief: Belief, observation: WindowLikelihood, scatter: float = 1.0) -> Belief:
     """Return a belief refined by a window's observation, whose variances ``scatter`` multiplies."""
     old = np.linalg.inv(belief.covariance)
     covariance = np.linalg.inv(old + observation.precision / scatter)
@@ -61,7 +61,7 @@ def fused(belief: Belief, observation: Observation, scatter: float = 1.0) -> Bel
 
 def refined(
     belief: Belief, residuals: Function, block: int, window_std: ArrayLike, change_std: ArrayLike, most: float
-) -> tuple[Refinement, Observation]:
+) -> tuple[Refinement, WindowLikelihood]:
     """Refine a belief by a window, and return the refinement and the observation in the window alone.
 
     Parameters
@@ -100,10 +100,10 @@ class Changes:
 
     def __init__(self, start: Belief, after_std: np.ndarray) -> None:
         self.start, self.after_precision = start, np.diag(after_std**-2.0)
-        self.observations: list[Observation] = []
+        self.observations: list[WindowLikelihood] = []
         self.scatter, self.count = 1.0, EXPECTED_WINDOWS
 
-    def add(self, belief: Belief, observation: Observation) -> float:
+    def add(self, belief: Belief, observation: WindowLikelihood) -> float:
         """Keep a window's observation; return the scatter of windows about beliefs over that of the covariances.
 
         Parameters
