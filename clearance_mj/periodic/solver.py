@@ -18,7 +18,7 @@ from .continuation import MAX_POINTS, Continuation, Motions, NoConvergence, Peri
 from .dynamics import at_one_frequency, by_poles, by_stiffness
 from .loops import CORNERS, bordered, loops
 
-__all__ = ["Solver", "State"]
+__all__ = ["Solver", "OperatingPoint"]
 
 AT_REST = 4  # samples of a rig at rest
 SMALLEST_LEVEL = 1e-3  # first factor of the excitation's level
@@ -29,7 +29,7 @@ SHARES, EXACT = (2.0, 1.2, 1.4, 1.6, 1.8), 1e-8
 SMALLER = (1.0, 0.1, 1e-2, 1e-3, 1e-4)  # factors of that motion: sliders are linear in the smallest ones alone
 
 
-class State(NamedTuple):
+class OperatingPoint(NamedTuple):
     """The five numbers that determine a motion; one of them is a branch's parameter."""
 
     omega: float  #: 1/s, of the motion's first harmonic
@@ -40,7 +40,7 @@ class State(NamedTuple):
 
 
 class Solver(Continuation):
-    """Newton's method and continuation over one number of a `State`; rotating parts follow the frequency."""
+    """Newton's method and continuation over one number of a `OperatingPoint`; rotating parts follow the frequency."""
 
     loops = loops(left, deepest, True)
 
@@ -54,13 +54,13 @@ class Solver(Continuation):
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
         varies = system.order > 0 and system.driven.turns
         self.linear = by_stiffness(system.driven) if varies else by_poles(system.driven, spin)
-        self.take("omega", State(0.0, spin, 1.0, 1.0, 1.0))
+        self.take("omega", OperatingPoint(0.0, spin, 1.0, 1.0, 1.0))
 
-    def take(self, over: str, at: State) -> None:
+    def take(self, over: str, at: OperatingPoint) -> None:
         """Make one number of a state the continuation parameter; the others are those of ``at``."""
         self.over, self.at = over, at
         fixed, rate = np.array(at), np.zeros(len(at))
-        index = [State._fields.index(over)]
+        index = [OperatingPoint._fields.index(over)]
         turns, linear = self.system.order / self.system.periods, self.linear
         rate[index] = 1.0
         if turns and over in ("omega", "spin"):
@@ -86,9 +86,9 @@ class Solver(Continuation):
             self._equations = self._equations._replace(tolerance=settings[0], bent=settings[1], longest=settings[2])
         return self._equations
 
-    def state(self, parameter: float) -> State:
+    def state(self, parameter: float) -> OperatingPoint:
         """Return the state at a value of the branch's parameter."""
-        return State(*(self._equations.fixed + parameter * self._equations.rate).tolist())
+        return OperatingPoint(*(self._equations.fixed + parameter * self._equations.rate).tolist())
 
     def frequency(self, motion: PeriodicMotion) -> float:
         """Return the angular frequency of a motion's first harmonic, 1/s."""
@@ -232,7 +232,7 @@ class Solver(Continuation):
         return motion.z, motion.y
 
     def raise_over(self, what: str, omega: float, level: float = 1.0) -> None:
-        """Make another number of a `State` the parameter, at a frequency, 1/s, and factor of the level."""
+        """Make another number of a `OperatingPoint` the parameter, at a frequency, 1/s, and factor of the level."""
         self.take(what, self.at._replace(omega=omega, spin=self.spin_of(omega), level=level))
 
     def growing(self, omega: float, most: float = math.inf) -> PeriodicMotion:

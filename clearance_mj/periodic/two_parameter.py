@@ -25,7 +25,7 @@ from .dynamics import by_stiffness
 from .following import resumed, solver_of
 from .onset import first_hopf
 from .resolution import different_ends
-from .solver import Solver, State
+from .solver import OperatingPoint, Solver
 from .special_points import SpecialMotions, WhirlOnsets
 from .stability import FOLD
 from .whirling import WHIRL, self_excited
@@ -286,7 +286,7 @@ def _solvers(
     branch: Branch, point: SpecialPoint, over: str, solver: Solver
 ) -> tuple[float, Callable[[float], Solver]]:  # fmt: skip
     """Return the second parameter's value at a special point, and a function for solvers over frequency at others."""
-    if over not in State._fields:
+    if over not in OperatingPoint._fields:
         first_value, model_at = _models(branch.model, over)
         levels, system = list(branch.level[point.index]), solver.system
 

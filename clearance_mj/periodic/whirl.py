@@ -9,7 +9,7 @@ import numpy as np
 from .condensed import Condensed
 from .continuation import Continuation, PeriodicMotion
 from .dynamics import by_stiffness
-from .solver import Solver, State
+from .solver import OperatingPoint, Solver
 from .vibrations import turned
 
 __all__ = ["WhirlSolver"]
@@ -53,9 +53,9 @@ class WhirlSolver(Continuation):
         """Return the whirl's angular frequency, 1/s."""
         return self.parts(motion.z)[0]
 
-    def state(self, parameter: float) -> State:
+    def state(self, parameter: float) -> OperatingPoint:
         """Return the state at a speed; its frequency is left at 0."""
-        return State(0.0, parameter, 1.0, 0.0, 1.0)
+        return OperatingPoint(0.0, parameter, 1.0, 0.0, 1.0)
 
     def walls_at(self, parameter: float) -> None:
         """Leave the walls where they stand: speed does not move them."""
