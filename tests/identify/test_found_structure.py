@@ -9,7 +9,7 @@ from clearance_mj.clearance import ContactLaw, KelvinVoigt
 from clearance_mj.engines import simulate
 from clearance_mj.identify import update_rig
 from clearance_mj.identify.laws.case import ClearanceWithLaw
-from clearance_mj.identify.laws.forces_in_lanes import Path, law_forces
+from clearance_mj.identify.laws.forces_in_lanes import BushingMotion, law_forces
 from clearance_mj.identify.records.prepared import prepare
 from clearance_mj.identify.structure.found_structure import Accepted
 from clearance_mj.identify.structure.hypotheses.candidate import HYPOTHESES, Bench
@@ -106,7 +106,9 @@ def test_contact_is_at_the_ends_of_the_length_that_a_bushing_has():
     time = np.arange(4000) / 4096.0
     middle = 4e-4 * np.sin(2 * np.pi * 20 * time)
     x = middle[:, None] * (1.0, 0.9, 1.1)
-    path = Path(x[:, :, None], np.gradient(x, time, axis=0)[:, :, None], np.zeros(time.size), 1 / 4096.0, 0.012)
+    path = BushingMotion(
+        x[:, :, None], np.gradient(x, time, axis=0)[:, :, None], np.zeros(time.size), 1 / 4096.0, 0.012
+    )
     law = ContactLaw([KelvinVoigt(1e4)], [dataclasses.replace(TABLE1.bushings[0].grease, stiffness=1e-9, damping=0.0)])
     bushing = dataclasses.replace(TABLE1.bushings[0], gap=3e-4, length=0.004)
     taps = np.array([0.0, 1.0, 0.0])

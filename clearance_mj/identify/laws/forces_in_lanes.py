@@ -15,13 +15,13 @@ from ...clearance.registers import load, spread, store
 from ...core.jit import OPTIONS, jit
 from .case import ClearanceWithLaw, forces_along
 
-__all__ = ["LANES", "Path", "decimated", "law_forces"]
+__all__ = ["LANES", "BushingMotion", "decimated", "law_forces"]
 
 LANES = 8  # laws at a time
 BLOCK = 64  # samples that are filtered together: intermediate results stay in the processor's cache
 
 
-class Path(NamedTuple):
+class BushingMotion(NamedTuple):
     """Motion of one clearance from rest, at a fine rate."""
 
     x: np.ndarray  #: (n, 3, d) displacements of the middle and both ends, m
@@ -40,7 +40,7 @@ class Path(NamedTuple):
 
 
 def law_forces(
-    paths: Sequence[Path],
+    paths: Sequence[BushingMotion],
     taps: np.ndarray,
     factor: int,
     cases: Sequence[ClearanceWithLaw],
@@ -63,7 +63,11 @@ def law_forces(
 
 
 def _forces_of_lanes(
-    paths: Sequence[Path], taps: np.ndarray, factor: int, cases: Sequence[ClearanceWithLaw], slow: list[np.ndarray]
+    paths: Sequence[BushingMotion],
+    taps: np.ndarray,
+    factor: int,
+    cases: Sequence[ClearanceWithLaw],
+    slow: list[np.ndarray],
 ) -> np.ndarray:
     count, unused = len(cases), LANES - len(cases)
     padded = [*cases, *[cases[0]] * unused]
@@ -79,7 +83,9 @@ def _forces_of_lanes(
     return np.concatenate(forces)[:, :count]
 
 
-def _one_by_one(paths: Sequence[Path], taps: np.ndarray, factor: int, cases: Sequence[ClearanceWithLaw]) -> np.ndarray:
+def _one_by_one(
+    paths: Sequence[BushingMotion], taps: np.ndarray, factor: int, cases: Sequence[ClearanceWithLaw]
+) -> np.ndarray:
     """As `law_forces`: walls and friction of two coordinates branch, and lanes would wait for each other."""
     columns = []
     for case in cases:

@@ -23,7 +23,7 @@ from ...estimate.parameter import Parameter
 from ...rig import Bushing, Rig
 from ..forces.restoring import RestoringForce
 from .case import ClearanceWithLaw, nominal_of
-from .forces_in_lanes import Path, decimated, law_forces
+from .forces_in_lanes import BushingMotion, decimated, law_forces
 
 __all__ = ["DECIMATION", "FORCE_ERROR", "MeasuredMotion", "OwnSlowMotion", "falls", "low_pass", "rms_of_blocks"]
 
@@ -243,7 +243,7 @@ def rms_of_blocks(x: np.ndarray, rate: float) -> np.ndarray:
     return np.asarray(np.sqrt(np.mean(x[: x.size // size * size].reshape(-1, size) ** 2, axis=1)))
 
 
-def _path_of(f: RestoringForce, rows: slice, length: float) -> Path:
+def _path_of(f: RestoringForce, rows: slice, length: float) -> BushingMotion:
     """Motion of a clearance's rows of a record's displacements, interpolated, with that of its ends."""
     n = f.time.size
     points = np.concatenate((f.displacement[None, rows], f.ends[rows].swapaxes(0, 1)))
@@ -256,7 +256,7 @@ def _path_of(f: RestoringForce, rows: slice, length: float) -> Path:
     )
     step = 1 / (f.fs * INTERPOLATION)
     spin = np.zeros(len(x)) if f.spin is None else np.interp(np.arange(len(x)) * step, f.time, f.spin)
-    return Path(x, v, spin, step, length)
+    return BushingMotion(x, v, spin, step, length)
 
 
 def _samples_of(f: RestoringForce, rows: slice, record: int) -> tuple[np.ndarray, ...]:
