@@ -20,7 +20,7 @@ from ..signals.sampling import interpolate
 from .operation import Operation, Source, Vibration
 from .rubbing import footprints, in_space, rubbing
 
-__all__ = ["Marched", "MarchedSource", "Marching", "ModalState", "Piece", "averaged"]
+__all__ = ["Marched", "MarchedSource", "Marching", "ModalState", "MarchedSteps", "averaged"]
 
 # Marches of the modal engine that return motion and normal force of both ends of every clearance, piece by piece.
 
@@ -34,7 +34,7 @@ class ModalState(NamedTuple):
     turning: np.ndarray  #: (5,) as of `modal_loop`
 
 
-class Piece(NamedTuple):
+class MarchedSteps(NamedTuple):
     """Result of a march over consecutive steps."""
 
     points: np.ndarray  #: (m, 3 n_rows) displacements of the clearances' middles, then of both ends of each, m
@@ -79,7 +79,7 @@ class Marching:
         """State of the march."""
         return ModalState(*map(np.array, self.motion))
 
-    def advance(self, excitation: np.ndarray) -> Piece:
+    def advance(self, excitation: np.ndarray) -> MarchedSteps:
         """March under the next samples (m,) of the excitation.
 
         Parameters
@@ -101,7 +101,7 @@ class Marching:
         of_ends = kept.energies[:, len(OF_RIG) + n * len(OF_CLEARANCE) :].reshape(size, 2 * n, len(OF_END))
         normal = of_ends[:, :, OF_END.index("push")].T
         place, moving = in_space(self.rig, ends), in_space(self.rig, speed)
-        return Piece(x[1:-1], rubbing(self.rig, place, moving, normal, spin))
+        return MarchedSteps(x[1:-1], rubbing(self.rig, place, moving, normal, spin))
 
 
 SETTLING = 0.25  # default fraction of the excitation in which the vibration before decays
