@@ -17,14 +17,14 @@ from ...rig import Rig
 from .linear_models import draw_rigs, transfer_functions
 from .raw_signals import RawSignals
 
-__all__ = ["Assignment", "Place", "Search"]
+__all__ = ["Assignment", "MeasurementPoint", "Search"]
 
 DRAWS = 120  # of the rig
 KEPT = 12  # draws that fit an assignment best
 
 
 @dataclass(frozen=True)
-class Place:
+class MeasurementPoint:
     """Where a channel can be: at a sensor, a probe or the excitation of a rig."""
 
     label: str  #: degree of freedom, "3:+Z"
@@ -65,9 +65,9 @@ class Search:
 
     def __init__(self, rig: Rig, signals: RawSignals, kind: str, band: tuple[float, float]) -> None:
         self.rig, self.signals, self.kind, self.band = rig, signals, kind, band
-        driven = Place(rig.shaker.label(kind), "acceleration" if kind == "base" else "force")
-        sensors = (Place(sensor.label, sensor.quantity) for sensor in rig.sensors)
-        probes = (Place(label, "displacement") for label in rig.probe_labels)
+        driven = MeasurementPoint(rig.shaker.label(kind), "acceleration" if kind == "base" else "force")
+        sensors = (MeasurementPoint(sensor.label, sensor.quantity) for sensor in rig.sensors)
+        probes = (MeasurementPoint(label, "displacement") for label in rig.probe_labels)
         self.places = (*sensors, *probes, driven)
         self.frequency, self.cross_spectra = signals.cross_spectra(*band)
         self.drawn = draw_rigs(rig, band[1], DRAWS)
