@@ -15,7 +15,7 @@ from ...clearance.grease import GreaseModel
 from ...estimate import Parameter, Solution, UnknownScale, log_evidence, solve
 from ...estimate.solver import NoModelError
 from ...rig import Bushing, Grease
-from .problem import LawProblem, Place
+from .problem import ClearanceFamilies, LawProblem
 from .search import STOP
 
 __all__ = ["with_likeliest_contacts"]
@@ -38,7 +38,7 @@ class _EarlierLaw(NamedTuple):
 
 
 def with_likeliest_contacts(
-    best_fit: Solution, touching: Sequence[bool], law_priors: Callable[[Sequence[Place]], list[Parameter]]
+    best_fit: Solution, touching: Sequence[bool], law_priors: Callable[[Sequence[ClearanceFamilies]], list[Parameter]]
 ) -> Solution:
     """Return a fit with the likeliest family of contact of each clearance, one after the other.
 

@@ -25,7 +25,7 @@ from ..structure.priors import priors, rig_with
 from .contacts import with_likeliest_contacts
 from .found import ClearanceInOperation, OrbitFit
 from .gains import places_of_unbalance
-from .problem import LawProblem, Place, law_parameters, places_of
+from .problem import ClearanceFamilies, LawProblem, law_parameters, places_of
 from .search import FIRST, fitted, free
 from .windows import Bands, bands_of, cut, uncertain
 
@@ -74,7 +74,7 @@ def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: M
     places, rests, weight = places_of(rig), rests_of(rig), 9.81 * (rig.total_mass or WEIGHT / 9.81)
     varied = uncertain(rig, rig_priors)
 
-    def law_priors(places: Sequence[Place], touching: bool = True) -> list[Parameter]:
+    def law_priors(places: Sequence[ClearanceFamilies], touching: bool = True) -> list[Parameter]:
         return [
             p for place in places for p in law_parameters(place, usual, rests[place.number], True, weight, touching)
         ]
@@ -158,7 +158,9 @@ def _orbit_fit(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, fit: S
     return OrbitFit(model, tuple(clearances), estimates, names, misfit, bands, rig, warnings)
 
 
-def _with_filling(bushing: Bushing, place: Place, values: dict[str, float], clearance: ClearanceInOperation) -> Bushing:
+def _with_filling(
+    bushing: Bushing, place: ClearanceFamilies, values: dict[str, float], clearance: ClearanceInOperation
+) -> Bushing:
     """Return a bushing with the identified filling and, if the shaft touches, friction and the contact's size."""
     prefix, nominal = f"bushings[{place.number}]", place.nominal
     if clearance.contact_model:
@@ -183,7 +185,12 @@ def _unbalances(rig: Rig, values: dict[str, float]) -> tuple[Unbalance, ...]:
 
 
 def _clearance(
-    rig: Rig, problem: LawProblem, place: Place, values: dict[str, float], std: dict[str, float], odds: float
+    rig: Rig,
+    problem: LawProblem,
+    place: ClearanceFamilies,
+    values: dict[str, float],
+    std: dict[str, float],
+    odds: float,
 ) -> ClearanceInOperation:
     prefix = f"bushings[{place.number}]"
     ends, _ = problem.points(values)[place.number]

@@ -20,7 +20,7 @@ from ..laws.measured_motion import WIDE
 from .forces import Forces, run_out
 from .windows import Window
 
-__all__ = ["LawProblem", "Place", "acts_without_contact", "law_parameters", "places_of"]
+__all__ = ["LawProblem", "ClearanceFamilies", "acts_without_contact", "law_parameters", "places_of"]
 
 KEPT_MOTIONS = 4  # of probes' gains and turns
 STEP = 1e-8  # coordinates, of differences: so small that no sample enters or leaves a wall, where forces jump
@@ -29,7 +29,7 @@ MAX_RESIDUAL = 1e6  # of the expected error: a law that misses more diverges
 LARGEST_CORRELATION = 30.0  # residuals that count as one observation on the way
 
 
-class Place(NamedTuple):
+class ClearanceFamilies(NamedTuple):
     """A clearance and the families of its law."""
 
     number: int
@@ -38,7 +38,7 @@ class Place(NamedTuple):
     filling: FillingFamily
 
 
-def places_of(rig: Rig, contacts: Sequence[str | None] = ()) -> list[Place]:
+def places_of(rig: Rig, contacts: Sequence[str | None] = ()) -> list[ClearanceFamilies]:
     """Return a rig's clearances: oil where the rig file has it, else springs and a squeeze film.
 
     Parameters
@@ -50,13 +50,20 @@ def places_of(rig: Rig, contacts: Sequence[str | None] = ()) -> list[Place]:
     """
     names = [name or Linear.name for name in contacts or [None] * len(rig.bushings)]
     return [
-        Place(j, nominal_of(rig, j), CONTACT_FAMILIES[name], OilFilled() if bushing.film else LinearWithFilm())
+        ClearanceFamilies(
+            j, nominal_of(rig, j), CONTACT_FAMILIES[name], OilFilled() if bushing.film else LinearWithFilm()
+        )
         for j, (name, bushing) in enumerate(zip(names, rig.bushings))
     ]
 
 
 def law_parameters(
-    place: Place, priors: Sequence[Parameter], rest: tuple[float, ...], turns: bool, weight: float, touching: bool
+    place: ClearanceFamilies,
+    priors: Sequence[Parameter],
+    rest: tuple[float, ...],
+    turns: bool,
+    weight: float,
+    touching: bool,
 ) -> list[Parameter]:
     """Return the open parameters of a clearance's law, named by its number.
 
@@ -93,7 +100,7 @@ def acts_without_contact(name: str, filling: FillingFamily) -> bool:
     return filling.round_only or field not in ("gap", "rest_y", "rest_z")
 
 
-def _filling_parameters(place: Place) -> list[Parameter]:
+def _filling_parameters(place: ClearanceFamilies) -> list[Parameter]:
     """Return the filling's open parameters: a dry bushing, whose rig file has no spring, has none."""
     dry = not place.nominal.grease.stiffness
     return [p for p in place.filling.parameters(place.nominal) if not (dry and p.name == "grease stiffness")]
@@ -103,7 +110,7 @@ class LawProblem(Problem):
     """Uncertain parameters of a rig and its clearances' laws, with the residuals of their forces, window by window."""
 
     def __init__(
-        self, forces: Forces, places: Sequence[Place], law_priors: Sequence[Parameter], touching: bool = True
+        self, forces: Forces, places: Sequence[ClearanceFamilies], law_priors: Sequence[Parameter], touching: bool = True
     ) -> None:  # fmt: skip
         self.forces, self.places, self.touching = forces, tuple(places), touching
         self.n_linear = len(forces.parameters)
@@ -145,7 +152,7 @@ class LawProblem(Problem):
             self._moved[key] = [self._at_ends(place, known) for place in self.places]
         return self._moved[key]
 
-    def _at_ends(self, place: Place, known: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    def _at_ends(self, place: ClearanceFamilies, known: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
         forces, j = self.forces, place.number
         columns = slice(2 * j, 2 * j + 2)
         angle = known.get(f"bushings[{j}].probe_angle", place.nominal.probe_angle)
@@ -160,7 +167,7 @@ class LawProblem(Problem):
             motions.append(points)
         return motions[0], motions[1]
 
-    def away(self, place: Place, known: Mapping[str, float]) -> np.ndarray:
+    def away(self, place: ClearanceFamilies, known: Mapping[str, float]) -> np.ndarray:
         """Return where both ends of a clearance's shaft are from its middle (n_t, 2, 2), m, along y and z.
 
         Parameters
@@ -253,7 +260,7 @@ class LawProblem(Problem):
         residuals = real(self.misses(values))
         return np.where(np.abs(residuals) < MAX_RESIDUAL, residuals, np.inf)
 
-    def case(self, place: Place, known: Mapping[str, float]) -> ClearanceWithLaw:
+    def case(self, place: ClearanceFamilies, known: Mapping[str, float]) -> ClearanceWithLaw:
         """Return a clearance and its law.
 
         Parameters

@@ -14,7 +14,7 @@ import numpy as np
 from ...estimate import Parameter, Solution, Stop, solve
 from ...rig import Rig
 from .forces import Forces, forces_in
-from .problem import LawProblem, Place, real
+from .problem import ClearanceFamilies, LawProblem, real
 from .windows import Bands, Window
 
 __all__ = ["fitted", "free"]
@@ -30,7 +30,7 @@ FIRST, STOP = Stop(steps=12, decrease=1e-3), Stop(steps=24, decrease=0.0, gain=0
 
 
 def free(
-    rig: Rig, windows: Sequence[Window], bands: Bands, places: Sequence[Place], uncertain: Sequence[Parameter],
+    rig: Rig, windows: Sequence[Window], bands: Bands, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
     law_priors: Sequence[Parameter],
 ) -> dict[str, float]:  # fmt: skip
     """Return unbalance, run-out and rig parameters fitted to the windows without contact.
@@ -76,7 +76,7 @@ def free(
 
 
 def fitted(
-    rig: Rig, windows: Sequence[Window], bands: Bands, places: Sequence[Place], uncertain: Sequence[Parameter],
+    rig: Rig, windows: Sequence[Window], bands: Bands, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
     law_priors: Sequence[Parameter], begin: Mapping[str, float], seed: int = 0,
 ) -> Solution:  # fmt: skip
     """Return the likeliest laws with contact and uncertain parameters of the rig, linearised about them.
@@ -106,7 +106,7 @@ def fitted(
     return solution
 
 
-def _laws_from_forces(forces: Forces, places: Sequence[Place]) -> list[dict[str, float]]:
+def _laws_from_forces(forces: Forces, places: Sequence[ClearanceFamilies]) -> list[dict[str, float]]:
     """Return estimates of gap, place at rest and contact of each clearance from the forces over time."""
     slow, over_time = forces.slow, forces.over_time()
     laws = []
@@ -130,7 +130,7 @@ def _laws_from_forces(forces: Forces, places: Sequence[Place]) -> list[dict[str,
     return laws
 
 
-def _relative_reach(windows: Sequence[Window], place: Place) -> np.ndarray:
+def _relative_reach(windows: Sequence[Window], place: ClearanceFamilies) -> np.ndarray:
     """(n_windows,) farthest motion from where the shaft rests, over the gap of the rig file."""
     columns = slice(2 * place.number, 2 * place.number + 2)
     return np.array([np.hypot(*w.clear[:, columns].T).max() for w in windows]) / place.nominal.gap
