@@ -30,7 +30,7 @@ CYCLE = ("#1b9e77", "#e7298a", "#7570b3", "#66a61e", "#a6761d", "#e6ab02")
 SIDES = {"contact right": "#9e9e9e", "in the gap": "#f2f2f2", "contact left": "#2b2b2b"}
 
 
-class Quantity(NamedTuple):
+class QuantityFormat(NamedTuple):
     """How a number is shown."""
 
     label: str
@@ -41,32 +41,32 @@ class Quantity(NamedTuple):
 
 DEGREE = 180 / np.pi
 HISTORIES = {
-    "e_y": Quantity("Lateral error", "mm", 1e3),
-    "e_psi": Quantity("Heading error", "°", DEGREE),
-    "yaw_rate": Quantity("Yaw rate", "°/s", DEGREE),
-    "yaw_rate_error": Quantity("Yaw rate error", "°/s", DEGREE),
-    "lateral_acceleration": Quantity("Lateral acc.", "m/s²", 1.0),
-    "wheel_angle": Quantity("Wheel angle", "°", DEGREE),
+    "e_y": QuantityFormat("Lateral error", "mm", 1e3),
+    "e_psi": QuantityFormat("Heading error", "°", DEGREE),
+    "yaw_rate": QuantityFormat("Yaw rate", "°/s", DEGREE),
+    "yaw_rate_error": QuantityFormat("Yaw rate error", "°/s", DEGREE),
+    "lateral_acceleration": QuantityFormat("Lateral acc.", "m/s²", 1.0),
+    "wheel_angle": QuantityFormat("Wheel angle", "°", DEGREE),
 }
 SHOWN = ("e_y", "e_psi", "yaw_rate", "lateral_acceleration", "wheel_angle")  # What the report of runs shows over time
 METRICS = {
-    "peak_e_y": Quantity("Peak e_y", "mm", 1e3, ".1f"),
-    "rms_e_y": Quantity("RMS e_y", "mm", 1e3, ".1f"),
-    "p95_e_y": Quantity("P95 e_y", "mm", 1e3, ".1f"),
-    "peak_e_psi": Quantity("Peak e_ψ", "°", DEGREE, ".2f"),
-    "rms_e_psi": Quantity("RMS e_ψ", "°", DEGREE, ".2f"),
-    "p95_e_psi": Quantity("P95 e_ψ", "°", DEGREE, ".2f"),
-    "peak_yaw_rate": Quantity("Peak yaw rate", "°/s", DEGREE, ".2f"),
-    "peak_yaw_rate_error": Quantity("Peak yaw rate error", "°/s", DEGREE, ".2f"),
-    "peak_lateral_acceleration": Quantity("Peak a_y", "m/s²", 1.0, ".2f"),
-    "peak_sideslip": Quantity("Peak sideslip", "°", DEGREE, ".2f"),
-    "peak_steer_rate": Quantity("Peak steer rate", "°/s", DEGREE, ".1f"),
-    "steer_variation": Quantity("Steer variation", "°", DEGREE, ".1f"),
-    "fast_wheel_rate": Quantity("Wheel rate > 3 Hz", "°/s", DEGREE, ".2f"),
-    "servo_rms_rate": Quantity("RMS servo rate", "°/s", DEGREE, ".2f"),
-    "servo_fast_rate": Quantity("Servo rate > 3 Hz", "°/s", DEGREE, ".2f"),
-    "servo_reversals": Quantity("Servo reversals", "", 1.0, ".0f"),
-    "contact_reversals": Quantity("Contact reversals", "", 1.0, ".0f"),
+    "peak_e_y": QuantityFormat("Peak e_y", "mm", 1e3, ".1f"),
+    "rms_e_y": QuantityFormat("RMS e_y", "mm", 1e3, ".1f"),
+    "p95_e_y": QuantityFormat("P95 e_y", "mm", 1e3, ".1f"),
+    "peak_e_psi": QuantityFormat("Peak e_ψ", "°", DEGREE, ".2f"),
+    "rms_e_psi": QuantityFormat("RMS e_ψ", "°", DEGREE, ".2f"),
+    "p95_e_psi": QuantityFormat("P95 e_ψ", "°", DEGREE, ".2f"),
+    "peak_yaw_rate": QuantityFormat("Peak yaw rate", "°/s", DEGREE, ".2f"),
+    "peak_yaw_rate_error": QuantityFormat("Peak yaw rate error", "°/s", DEGREE, ".2f"),
+    "peak_lateral_acceleration": QuantityFormat("Peak a_y", "m/s²", 1.0, ".2f"),
+    "peak_sideslip": QuantityFormat("Peak sideslip", "°", DEGREE, ".2f"),
+    "peak_steer_rate": QuantityFormat("Peak steer rate", "°/s", DEGREE, ".1f"),
+    "steer_variation": QuantityFormat("Steer variation", "°", DEGREE, ".1f"),
+    "fast_wheel_rate": QuantityFormat("Wheel rate > 3 Hz", "°/s", DEGREE, ".2f"),
+    "servo_rms_rate": QuantityFormat("RMS servo rate", "°/s", DEGREE, ".2f"),
+    "servo_fast_rate": QuantityFormat("Servo rate > 3 Hz", "°/s", DEGREE, ".2f"),
+    "servo_reversals": QuantityFormat("Servo reversals", "", 1.0, ".0f"),
+    "contact_reversals": QuantityFormat("Contact reversals", "", 1.0, ".0f"),
 }
 UNITS = {
     "time": "s", "position": "m", "s": "m", "e_y": "m", "e_psi": "rad", "yaw_rate": "rad/s", "yaw_rate_error": "rad/s",
