@@ -13,7 +13,7 @@ from .condensed import UNBALANCE, condensed
 from .excitation import steady_spin
 from .solver import Solver
 
-__all__ = ["MapLevel", "Row", "row_of", "solver_at"]
+__all__ = ["MapLevel", "MapRow", "row_of", "solver_at"]
 
 TOLERANCE = 1e-6  # residual over the size of the motion
 
@@ -32,7 +32,7 @@ class MapLevel(NamedTuple):
     modes: int
 
 
-class Row(NamedTuple):
+class MapRow(NamedTuple):
     """Result of a task: one row of the map."""
 
     vibrations: np.ndarray
@@ -53,7 +53,7 @@ def solver_at(
     return Solver(system, harmonics, samples, spin)
 
 
-def row_of(case: MapLevel) -> Row:
+def row_of(case: MapLevel) -> MapRow:
     """Compute one row of a rattle map."""
     frequency = np.frombuffer(case.frequencies)
     tried = []
@@ -77,4 +77,4 @@ def row_of(case: MapLevel) -> Row:
         arrays[name][:, known] = values[where].reshape(2, known.size, values.shape[1])
     hz = 2 * np.pi * solver.system.pace
     jumps = [(float(w / hz), "up" if up else "down") for w, up in best.folds]
-    return Row(vibrations, arrays, jumps, [w / hz for w in best.ended])
+    return MapRow(vibrations, arrays, jumps, [w / hz for w in best.ended])
