@@ -19,7 +19,7 @@ from ..rig.instruments import Kinds
 
 __all__ = [
     "Engine",
-    "Run",
+    "SimulationRun",
     "SeveralRuns",
     "diverged",
     "get_engine",
@@ -31,14 +31,14 @@ __all__ = [
 
 
 class SeveralRuns(ABC):
-    """Runs that are advanced together from their start under one excitation. Made by `Run.beside`."""
+    """Runs that are advanced together from their start under one excitation. Made by `SimulationRun.beside`."""
 
     @abstractmethod
     def advance(self, excitation: np.ndarray) -> np.ndarray:
-        """Simulate one block; return the columns of `Run.advance` for each run: (n_runs, n, columns)."""
+        """Simulate one block; return the columns of `SimulationRun.advance` for each run: (n_runs, n, columns)."""
 
     def whole(self, excitation: np.ndarray, factor: int, samples: int, forces: bool = True) -> np.ndarray:
-        """Simulate a whole excitation; return the columns of `Run.advance`, decimated: (n_runs, columns, samples).
+        """Simulate a whole excitation; return the columns of `SimulationRun.advance`, decimated: (n_runs, columns, samples).
 
         Every sample spans ``factor`` steps; the excitation includes the steps that the last sample's filter looks
         ahead. Without ``forces`` their columns and those that follow may be left out.
@@ -46,14 +46,14 @@ class SeveralRuns(ABC):
         raise ClearanceError("the engine hands its runs over in blocks; use simulate_batch")
 
 
-class Run(ABC):
+class SimulationRun(ABC):
     """A running simulation, advanced block by block."""
 
     def alike(self) -> object | None:
         """Return a key that is equal for runs that can be advanced together; None if this one cannot be."""
         return None
 
-    def beside(self, runs: Sequence[Run]) -> SeveralRuns:
+    def beside(self, runs: Sequence[SimulationRun]) -> SeveralRuns:
         """Combine runs that are `alike`, of which this is one."""
         raise ClearanceError("the engine advances one run at a time; use modal")
 
@@ -85,8 +85,8 @@ class Engine(Registered, ABC):
 
     known, refusal, called = _ENGINES, ClearanceError, "engine {name}"
     at_once: ClassVar[int] = 1
-    """number of cases that batches hand over together; if more than one, those that are `Run.alike` run as one program,
-    and ``advance`` of `Run.beside` takes an excitation (n, n_inputs) of each"""
+    """number of cases that batches hand over together; if more than one, those that are `SimulationRun.alike` run as one program,
+    and ``advance`` of `SimulationRun.beside` takes an excitation (n, n_inputs) of each"""
 
     @abstractmethod
     def largest_step(self, rig: Rig, law: Law) -> float:
@@ -101,7 +101,7 @@ class Engine(Registered, ABC):
         """
 
     @abstractmethod
-    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
+    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> SimulationRun:
         """Begin a simulation at rest.
 
         Parameters

@@ -32,7 +32,7 @@ from ..clearance.modelled import Modelled, rig_and_law
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from .base import Engine, Run, default_engine, get_engine
+from .base import Engine, SimulationRun, default_engine, get_engine
 from .energies import OF_CLEARANCE, OF_END, OF_RIG
 from .simulation import Simulation
 
@@ -216,10 +216,10 @@ def energy_balance(
     )  # fmt: skip
 
 
-class _BalancedRun(Run):
+class _BalancedRun(SimulationRun):
     """A run that records energies at the samples, and the ends' contacts at all steps."""
 
-    def __init__(self, run: Run, n_bushings: int, factor: int, bar: tqdm[Any]):
+    def __init__(self, run: SimulationRun, n_bushings: int, factor: int, bar: tqdm[Any]):
         self.run, self.factor, self.bar, self.steps = run, factor, bar, 0
         names = [*OF_RIG, *(name for _ in range(n_bushings) for name in OF_CLEARANCE)]
         self.stored, self.sums = np.array([name in STORED for name in names]), np.zeros(len(names))
@@ -229,11 +229,11 @@ class _BalancedRun(Run):
         self.ends: list[np.ndarray] = []
 
     def before(self) -> np.ndarray | None:
-        """Return the rest; see `Run.before`."""
+        """Return the rest; see `SimulationRun.before`."""
         return self.run.before()
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
-        """Simulate one block; see `Run.advance`."""
+        """Simulate one block; see `SimulationRun.advance`."""
         output, works = self.run.balanced(excitation)
         of_rig = works[:, : self.stored.size]
         at_samples = np.arange(-self.steps % self.factor, len(works), self.factor)

@@ -15,7 +15,7 @@ from ..linear import linear_model
 from ..physical import apply
 from ..rig import Rig
 from ..rig.instruments import Kinds
-from .base import Engine, Run, register
+from .base import Engine, SimulationRun, register
 from .links_clearances import add_clearances
 from .links_model import links_spec, round_places
 from .links_plant import links_plant
@@ -52,7 +52,7 @@ class Links(Engine):
         step = stable_step_with(whole.mass, whole.stiffness, rows, *forces, plant.armature, *whole.beside)
         return self.safety * step
 
-    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
+    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> SimulationRun:
         """Begin a simulation at rest; see `Engine.start`."""
         driven(linear_model(rig), kind)  # refuses what cannot be excited so
         return LinksRun(self, rig, law, kind, step, links_plant(rig, self.links))

@@ -16,7 +16,7 @@ from ..clearance.record import clearance_records, fillings_of
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
 from ..rig.instruments import Kinds
-from .base import Engine, Run, diverged, in_columns
+from .base import Engine, SimulationRun, diverged, in_columns
 from .energies import NOTHING, OF_RIG, Kept, columns_of
 from .links_loop import Foresight, Maps, Views, advance_links
 from .links_plant import IN_MUJOCO, LinksPlant
@@ -31,7 +31,7 @@ __all__ = ["LinksRun"]
 DAMPING = OF_RIG.index("damping")
 
 
-class LinksRun(Run):
+class LinksRun(SimulationRun):
     """A MuJoCo simulation, with its copy of the model."""
 
     def __init__(self, engine: Engine, rig: Rig, law: Law, kind: Kinds, step: float, plant: LinksPlant):
@@ -63,7 +63,7 @@ class LinksRun(Run):
         )  # fmt: skip
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
-        """Simulate one block; see `Run.advance`."""
+        """Simulate one block; see `SimulationRun.advance`."""
         return self._advance(excitation, NOTHING)
 
     def _advance(self, excitation: np.ndarray, kept: Kept) -> np.ndarray:
@@ -88,7 +88,7 @@ class LinksRun(Run):
         return as_probes(self.rig, out)
 
     def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Simulate one block, and return its energies; see `Run.balanced`.
+        """Simulate one block, and return its energies; see `SimulationRun.balanced`.
 
         v₊ = v + h M⁻¹ (b a - Pᵀ f - K q - D v₊ - E v), q₊ = q + h v₊, with an implicit D, the joints' unless the model
         disables it, and an explicit E. So M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = b a - Pᵀ f with C = D + E and
@@ -108,7 +108,7 @@ class LinksRun(Run):
         return output, energies
 
     def before(self) -> np.ndarray | None:
-        """Return the columns at rest; see `Run.before`."""
+        """Return the columns at rest; see `SimulationRun.before`."""
         if self.rest is None:
             return None
         at_rest = self.plant.whole.rows.sensor_rows.at_rest(self.data.qpos[self.plant.maps.order])

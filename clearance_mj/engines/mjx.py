@@ -30,7 +30,7 @@ from ..linear import linear_model
 from ..physical.packages import naming_package
 from ..rig import Rig
 from ..rig.instruments import Kinds
-from .base import Engine, Run, SeveralRuns, in_columns, register
+from .base import Engine, SeveralRuns, SimulationRun, in_columns, register
 from .links import Links
 from .links_plant import IN_MUJOCO, links_plant
 from .links_run import LinksRun
@@ -58,7 +58,7 @@ class Mjx(Engine):
         """Return the largest step of the engine links."""
         return Links(self.links, self.safety).largest_step(rig, law)
 
-    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
+    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> SimulationRun:
         """Begin a simulation at rest; see `Engine.start`."""
         with naming_package("simulations", "clearance-mj[mjx]", "engine mjx"):
             import jax  # noqa: F401
@@ -109,7 +109,7 @@ class _Equations(NamedTuple):
 
 
 class _Columns(NamedTuple):
-    """Columns of the clearances in a step, in the order of `Run.advance`."""
+    """Columns of the clearances in a step, in the order of `SimulationRun.advance`."""
 
     displacement: list[Any]
     contact_force: list[Any]
@@ -125,7 +125,7 @@ class _Motion(NamedTuple):
     clearances: Any  # of each (displacement, envelope, states of the filling, speed of impact along the wall per end)
 
 
-class MjxRun(Run):
+class MjxRun(SimulationRun):
     """A simulation by the engine mjx."""
 
     def __init__(self, links: LinksRun, law: Law):
@@ -155,16 +155,16 @@ class MjxRun(Run):
         self.alone: MjxRuns | None = None
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
-        """Simulate one block; see `Run.advance`."""
+        """Simulate one block; see `SimulationRun.advance`."""
         self.alone = self.alone or MjxRuns([self])
         return self.alone.advance(excitation)[0]
 
     def alike(self) -> object | None:
-        """Return step, sizes and laws; see `Run.alike`."""
+        """Return step, sizes and laws; see `SimulationRun.alike`."""
         return self.step, self.kinds, self.clearances, tuple(part.shape for part in self.equations)
 
-    def beside(self, runs: Sequence[Run]) -> MjxRuns:
-        """Combine runs in one program; see `Run.beside`."""
+    def beside(self, runs: Sequence[SimulationRun]) -> MjxRuns:
+        """Combine runs in one program; see `SimulationRun.beside`."""
         return MjxRuns(cast(Sequence[MjxRun], runs))
 
     def rest(self) -> _Motion:
@@ -203,7 +203,7 @@ class MjxRuns(SeveralRuns):
                 ) from error
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
-        """Simulate one block; see `Run.advance`. Excitations (n_runs, n, n_inputs) differ from run to run."""
+        """Simulate one block; see `SimulationRun.advance`. Excitations (n_runs, n, n_inputs) differ from run to run."""
         import jax
 
         if excitation.ndim < 3:
@@ -257,7 +257,7 @@ def _program() -> Callable[..., Any]:
 def _step(
     clearances: tuple[_Clearance, ...], case: _Equations, motion: _Motion, excitation: Any, time: Any
 ) -> tuple[_Motion, Any]:  # fmt: skip
-    """Return the motion after a step, and its columns of `Run.advance`."""
+    """Return the motion after a step, and its columns of `SimulationRun.advance`."""
     from jax import numpy as jp
 
     q, v, _ = motion

@@ -23,7 +23,7 @@ from ..linear import MAX_MODES, linear_model
 from ..rig import Rig
 from ..rig.instruments import Kinds
 from ..signals.sampling import lowpass
-from .base import Engine, Run, SeveralRuns, diverged, in_columns, register
+from .base import Engine, SeveralRuns, SimulationRun, diverged, in_columns, register
 from .energies import NOTHING, Kept, columns_of
 from .equilibrium import rest_of
 from .modal_loop import RATE, SPIN, ModalState, advance, advance_whole
@@ -54,7 +54,7 @@ class Modal(Engine):
         # A kick is less exact than the modes' free motion: keep contacts four times finer.
         return float(self.resolution / max(fastest, 4 * contact, SLOWEST))
 
-    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
+    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> SimulationRun:
         """Begin a simulation at rest; see `Engine.start`."""
         return ModalRun(self, rig, law, kind, step)
 
@@ -72,7 +72,7 @@ def leaving(q: np.ndarray, flow: np.ndarray) -> np.ndarray:
     return np.asarray(flow[2] * q + flow[3] * speed)
 
 
-class ModalRun(Run):
+class ModalRun(SimulationRun):
     """A simulation by the modal engine."""
 
     def __init__(self, engine: Modal, rig: Rig, law: Law, kind: Kinds, step: float):
@@ -99,16 +99,16 @@ class ModalRun(Run):
         """state changed by the loop, one number for each mode"""
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
-        """Simulate one block; see `Run.advance`."""
+        """Simulate one block; see `SimulationRun.advance`."""
         return self.alone.advance(excitation)[0]
 
     def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Simulate one block, and return its energies; see `Run.balanced`."""
+        """Simulate one block, and return its energies; see `SimulationRun.balanced`."""
         kept = NOTHING._replace(energies=np.empty((len(excitation), columns_of(len(self.rig.bushings)))))
         return self.alone.advance(excitation, kept)[0], kept.energies
 
     def before(self) -> np.ndarray | None:
-        """Return the columns at rest; see `Run.before`."""
+        """Return the columns at rest; see `SimulationRun.before`."""
         return None if self.rest is None else as_probes(self.rig, self.at_rest()[None])[0]
 
     def at_rest(self) -> np.ndarray:
@@ -124,14 +124,14 @@ class ModalRun(Run):
         return columns_at_rest
 
     def alike(self) -> object | None:
-        """Return steps, sizes and kinds of laws; None where matrices change with the spin; see `Run.alike`."""
+        """Return steps, sizes and kinds of laws; None where matrices change with the spin; see `SimulationRun.alike`."""
         if self.changes:
             return None
         shapes = tuple(np.shape(part) for part in self.linear[:10])
         return self.step, self.columns, shapes, self.linear.orders.tobytes(), shared_kinds(self.rig, self.law)
 
-    def beside(self, runs: Sequence[Run]) -> SideBySide:
-        """Combine the runs in lanes; see `Run.beside`."""
+    def beside(self, runs: Sequence[SimulationRun]) -> SideBySide:
+        """Combine the runs in lanes; see `SimulationRun.beside`."""
         return SideBySide(cast(Sequence[ModalRun], runs))
 
     def at_spin(self, spin: float) -> tuple[np.ndarray, np.ndarray]:
@@ -155,7 +155,7 @@ class SideBySide(SeveralRuns):
         self.places = places_of(first.rig)
 
     def advance(self, excitation: np.ndarray, kept: Kept = NOTHING) -> np.ndarray:
-        """Simulate one block; return the columns of `Run.advance` for each run: (n_runs, n, columns).
+        """Simulate one block; return the columns of `SimulationRun.advance` for each run: (n_runs, n, columns).
 
         The records ``kept`` of a single run are filled in.
         """

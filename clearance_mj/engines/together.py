@@ -18,7 +18,7 @@ from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Interpolator, decimate
-from .base import Run, SeveralRuns
+from .base import SeveralRuns, SimulationRun
 from .modal import Modal
 from .simulation import Simulation
 
@@ -108,7 +108,7 @@ def lane_groups(shared: Sequence[object | None]) -> list[list[int]]:
     Parameters
     ----------
     shared : sequence
-        Key of each that is equal for runs that can share lanes, such as `Run.alike`; None: with none.
+        Key of each that is equal for runs that can share lanes, such as `SimulationRun.alike`; None: with none.
     """
     alike: dict[object, list[int]] = defaultdict(list)
     for i, key in enumerate(shared):
@@ -116,7 +116,7 @@ def lane_groups(shared: Sequence[object | None]) -> list[list[int]]:
     return [group[i : i + LANES[-1]] for group in alike.values() for i in range(0, len(group), LANES[-1])]
 
 
-def lanes_of(runs: Sequence[Run]) -> SeveralRuns:
+def lanes_of(runs: Sequence[SimulationRun]) -> SeveralRuns:
     """Combine runs that are alike in lanes; spare lanes repeat the last run.
 
     Parameters

@@ -17,7 +17,7 @@ from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.engines import Engine, simulate
-from clearance_mj.engines.base import Run
+from clearance_mj.engines.base import SimulationRun
 from clearance_mj.engines.energy import energy_balance
 from clearance_mj.report.energy import draw
 from clearance_mj.rig import Grease, Shaker
@@ -106,7 +106,7 @@ def test_nothing_put_in(rig):
 
 
 def test_an_engine_that_does_not_tell(rig):
-    class Deaf(Run):
+    class Deaf(SimulationRun):
         def advance(self, drive):
             return np.zeros((drive.size, 14))
 
