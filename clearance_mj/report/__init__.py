@@ -75,7 +75,7 @@ def write_report(study: Study, folder: str | Path, progress: bool = False) -> No
         Show a progress bar.
     """
     writer = ReportWriter(Path(folder), progress)
-    written = [html.Section(name, entry.title, entry.write(study, writer)) for name, entry in registered_sections()]
+    written = [html.PageSection(name, entry.title, entry.write(study, writer)) for name, entry in registered_sections()]
     sections = [section for section in written if section.body]
     title = f"Clearance study of rig “{study.dataset.rig.name}”"
     source = html.render("source.html.j2", study=study, source=study.dataset.source)

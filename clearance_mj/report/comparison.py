@@ -50,7 +50,7 @@ def draw(
 
 def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Sequence[str], folder: Path) -> Path:
     """Write ``comparison.html`` with the figures, the measures of sensors and modes, and notes; return its path."""
-    figures, per_sensor = html.Section("figures", "Figures", html.figures(drawings)), comparison.per_sensor
+    figures, per_sensor = html.PageSection("figures", "Figures", html.figures(drawings)), comparison.per_sensor
     sensors = Table.of("sensors", "Measures by sensor", per_sensor, {
         "sensor": Column("Sensor"), "rmse_db": Column("RMSE", "dB", ".2f"),
         **{name: Column(words, "dB", ".2f") for name, words in BESIDE.items() if per_sensor[name].notna().any()},
@@ -65,7 +65,7 @@ def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Seque
     said = "".join(html.paragraph(str(escape(note)), "note") for note in notes)
     difference = html.paragraph(str(escape(f"RMSE {comparison.summary()['rmse_db']:.2f} dB; {comparison.beside()}.")))
     tables = difference + html.table(sensors) + (html.table(modes) if _valid_modes(comparison).any() else "")
-    measures = html.Section("measures", "Measures", said + tables)
+    measures = html.PageSection("measures", "Measures", said + tables)
     path = folder / "comparison.html"
     write_text(path, html.page("FRFs of test and model", (measures, figures)))
     return path

@@ -44,11 +44,11 @@ def write_drive(
     result = fit.to_dict() | {"predicted": errors}
     writer = ReportWriter(folder)
     sections = [
-        html.Section("summary", "What the drive is like", _catalogue(fit) + writer.figure(_draw_hysteresis(fit))),
-        html.Section(
+        html.PageSection("summary", "What the drive is like", _catalogue(fit) + writer.figure(_draw_hysteresis(fit))),
+        html.PageSection(
             "runs", "Runs beside the model", _error_table(fit, errors) + writer.figure(_draw_runs(fit, runs, held_out))
         ),
-        html.Section("numbers", "Numbers and parts", _number_tables(fit)),
+        html.PageSection("numbers", "Numbers and parts", _number_tables(fit)),
     ]
     writer.page(f"Drive from {', '.join(fit.runs)}", sections)
     return result
@@ -74,7 +74,7 @@ def write_motor_side(fit: MotorSideFit, folder: Path) -> dict[str, Any]:
         f"the motor feels.{hidden} The teeth changed sides {fit.crossings} times."
     )
     body = html.sentences([words]) + html.sentences(fit.not_told, "note") + _estimate_table(fit.estimates)
-    sections = [html.Section("summary", "What the motor tells of its drive", body)]
+    sections = [html.PageSection("summary", "What the motor tells of its drive", body)]
     ReportWriter(folder).page(f"Drive from {', '.join(fit.runs)}", sections)
     return result
 
@@ -102,7 +102,9 @@ def write_held(by_log: Mapping[str, Sequence[HeldServo]], folder: Path) -> dict[
     caption = "Between the pulls to both sides: lost motion of gear and loop at the output, where the encoder sits."
     not_told = [words for servos in by_log.values() for servo in servos for words in servo.not_told]
     body = html.table(Table("held", caption, columns, rows)) + html.sentences(not_told, "note")
-    ReportWriter(folder).page(f"Servos held in {', '.join(by_log)}", [html.Section("summary", "What they lose", body)])
+    ReportWriter(folder).page(
+        f"Servos held in {', '.join(by_log)}", [html.PageSection("summary", "What they lose", body)]
+    )
     table = {
         f"{log}, servo {number}, {when}, ticks (95 %: {low:.3g} to {high:.3g})": ticks
         for log, number, when, ticks, low, high, _ in rows

@@ -25,7 +25,7 @@ from .style import Drawing
 from .tables import Table
 
 __all__ = [
-    "Section", "examples", "figure", "figures", "formula", "heading", "page", "paragraph", "render", "sentences",
+    "PageSection", "examples", "figure", "figures", "formula", "heading", "page", "paragraph", "render", "sentences",
     "table",
 ]  # fmt: skip
 
@@ -35,7 +35,7 @@ _HEADING = re.compile(r'<h3 id="([^"]*)">(.*?)</h3>')
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """A part of the page with an entry in the table of contents; its headings ``<h3 id=...>`` have entries too."""
 
     anchor: str
@@ -107,7 +107,7 @@ def table(shown: Table, label: str = "", breaks: bool = False) -> str:
     return render("table.html.j2", shown=shown, label=label, breaks=breaks, groups=groups)
 
 
-def page(title: str, sections: Sequence[Section], top: str = "") -> str:
+def page(title: str, sections: Sequence[PageSection], top: str = "") -> str:
     """Return the whole page: title, markup ``top``, table of contents and numbered sections."""
     charts = any(_CHART in section.body for section in sections)
     entries = [(section, _entries(section.body)) for section in sections]

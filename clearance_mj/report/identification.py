@@ -58,16 +58,18 @@ def write_identification(
     writer, pages = ReportWriter(folder, progress), dict(fit.pages)
     forces = pages.pop("forces")() if "forces" in pages else []
     sections = [
-        html.Section("rattling", "Does it rattle?", rattling(fit, dataset, writer, workers)),
-        html.Section("summary", "What was found", _summary_html(fit, dataset, shown)),
+        html.PageSection("rattling", "Does it rattle?", rattling(fit, dataset, writer, workers)),
+        html.PageSection("summary", "What was found", _summary_html(fit, dataset, shown)),
     ]
     if forces:
-        sections.append(html.Section("forces", "Restoring forces and walls", writer.figure(draw_forces(fit, forces))))
+        sections.append(
+            html.PageSection("forces", "Restoring forces and walls", writer.figure(draw_forces(fit, forces)))
+        )
     if fit.estimates:
-        sections.append(html.Section("parameters", "How well it is known", _parameter_section(fit, writer)))
+        sections.append(html.PageSection("parameters", "How well it is known", _parameter_section(fit, writer)))
     for name, data in pages.items():
         title, write = PAGES[name]
-        sections.append(html.Section(name, title, write(fit, data, forces, writer)))
+        sections.append(html.PageSection(name, title, write(fit, data, forces, writer)))
     writer.page(f"Identified model of rig “{fit.rig.name}”", sections)
 
 

@@ -138,19 +138,21 @@ def write_production(
         if batch.limit:
             result["exceeding_over_level"] = batch.over_level("exceeding").tolist()
         body = html.sentences(words(batch)) + writer.figure(draw_over_level(batch)) + writer.figure(draw_shares(batch))
-        sections.append(html.Section("production", "How many rattle", body))
+        sections.append(html.PageSection("production", "How many rattle", body))
     if hours:
         result["random"] = hours.rows()
         body = html.sentences(hours.words()) + writer.figure(hours.draw())
-        sections.append(html.Section("random", "Under random excitation", body))
+        sections.append(html.PageSection("random", "Under random excitation", body))
     if sensitivity:
         result["sensitivity"] = sensitivity.rows()
-        sections.append(html.Section("sensitivity", "What it depends on", writer.figure(draw_sensitivity(sensitivity))))
+        sections.append(
+            html.PageSection("sensitivity", "What it depends on", writer.figure(draw_sensitivity(sensitivity)))
+        )
     for name, each in (tightenings or {}).items():
         result[name] = tightening_table(each)
         body = html.sentences(tightening_words(each)) + writer.figure(draw_tightening(each, name))
-        sections.append(html.Section(name, f"Which tolerance to tighten: {each.what}", body))
-    sections.append(html.Section("numbers", "What scatters", _number_table(designs)))
+        sections.append(html.PageSection(name, f"Which tolerance to tighten: {each.what}", body))
+    sections.append(html.PageSection("numbers", "What scatters", _number_table(designs)))
     rig = designs.nominal.rig
     writer.page(f"Production of rig “{rig.name}”", sections, html.examples(rig))
     return result

@@ -97,7 +97,7 @@ def _case_label(results: xr.Dataset, case: int) -> str:
 
 def write_page(drawings: Sequence[Drawing], folder: Path, n_cases: int) -> Path:
     """Write ``sweep.html`` with the drawings of a sweep of ``n_cases`` and return its path."""
-    path, figures = folder / "sweep.html", html.Section("figures", "Figures", html.figures(drawings))
+    path, figures = folder / "sweep.html", html.PageSection("figures", "Figures", html.figures(drawings))
     write_text(path, html.page(f"Sweep of {n_cases} cases", [figures]))
     return path
 

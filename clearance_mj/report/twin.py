@@ -53,8 +53,8 @@ def write_twin(
     writer = ReportWriter(folder)
     summary = html.sentences([*twin.words(), *twin.warnings])
     sections = [
-        html.Section("summary", "What the record shows", summary + writer.figure(draw(twin))),
-        html.Section("alarms", "Alarms", _alarm_table(twin)),
+        html.PageSection("summary", "What the record shows", summary + writer.figure(draw(twin))),
+        html.PageSection("alarms", "Alarms", _alarm_table(twin)),
     ]
     writer.page(f"Twin of rig “{twin.rig.name}”", sections, html.examples(twin.rig))
     return result

@@ -222,8 +222,10 @@ def _page_sections(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> 
         f"for {case.preview:g} s ahead. Of the clearance:"
     )
     sections = (
-        html.Section("about", "What was run", f"{about}<dl>{priors}</dl>\n"),
-        html.Section("metrics", "Metrics", html.table(_metrics_table(outcomes)) + html.table(_timing_table(outcomes))),
-        html.Section("figures", "Figures", html.figures(drawings)),
+        html.PageSection("about", "What was run", f"{about}<dl>{priors}</dl>\n"),
+        html.PageSection(
+            "metrics", "Metrics", html.table(_metrics_table(outcomes)) + html.table(_timing_table(outcomes))
+        ),
+        html.PageSection("figures", "Figures", html.figures(drawings)),
     )
     return html.page("Motion control with steering clearance", sections)

@@ -61,7 +61,7 @@ class ReportWriter:
         """
         write_csv(self.folder / "tables" / f"{name}.csv", rows)
 
-    def page(self, title: str, sections: Sequence[html.Section], top: str = "", name: str = "index.html") -> None:
+    def page(self, title: str, sections: Sequence[html.PageSection], top: str = "", name: str = "index.html") -> None:
         """Write the page, and end the progress bar.
 
         Parameters

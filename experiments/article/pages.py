@@ -55,7 +55,7 @@ def _figure(drawing: Drawing, images: Mapping[str, bytes]) -> str:
     return f'<figure><img src="{source}" alt="{escape(drawing.alt)}">\n<figcaption>{caption}</figcaption></figure>\n'
 
 
-def index(sections: Sequence[html.Section], quick: bool) -> str:
+def index(sections: Sequence[html.PageSection], quick: bool) -> str:
     """Return the index page, which says so if the items were computed in the quick way."""
     text = "The test here is a virtual rig: its records are <strong>synthetic</strong>, not measured."
     if quick:

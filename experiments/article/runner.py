@@ -12,7 +12,7 @@ from clearance_mj.core.cache import code, digest
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.files import plain_file, sha256, to_json, write_text
 from clearance_mj.core.output_folder import output_folder
-from clearance_mj.report.html import Section
+from clearance_mj.report.html import PageSection
 
 from .inputs import DATASET, Inputs
 from .items import ITEMS, Item, select
@@ -106,7 +106,7 @@ def _kept(out: Path, name: str, digests: Mapping[str, str]) -> dict | None:
 def _write_index(out: Path, dataset: Path, quick: bool, digests: Mapping[str, str]) -> None:
     """The page of every item that is there, computed now or before from the same inputs."""
     records = [record for name in ITEMS if (record := _kept(out, name, digests))]
-    sections = [Section(r["name"], r["title"], r["section"]) for r in records]
+    sections = [PageSection(r["name"], r["title"], r["section"]) for r in records]
     with output_folder(out, "reproduce", [dataset], aside=CHANGED) as folder:
         write_text(folder.new / "index.html", index(sections, quick))
 

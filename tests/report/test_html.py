@@ -77,7 +77,10 @@ def test_a_figure_holds_its_image_and_its_words():
 
 
 def test_the_contents_list_sections_and_their_parts():
-    sections = [html.Section("a", "First & last", html.heading("a-1", "Part <1>")), html.Section("b", "Second", "")]
+    sections = [
+        html.PageSection("a", "First & last", html.heading("a-1", "Part <1>")),
+        html.PageSection("b", "Second", ""),
+    ]
     text = html.page("t", sections)
     contents = text[text.index("<nav") : text.index("</nav>")]
     assert re.findall(r'<a href="#(.*?)">(.*?)</a>', contents) == [
@@ -132,7 +135,7 @@ def test_a_complaint_on_the_console_is_noticed(tmp_path):
 def test_numbers_sort_as_numbers_and_what_is_missing_comes_last(tmp_path, presses, sign):
     """Column by column: plain numbers, percentages, intervals."""
     expected = [n for _, n in sorted((sign * x, n) for n, x in zip(first_cells(html.table(MIXED)), NUMBERS) if x == x)]
-    page = html.page("t", [html.Section("a", "A", html.table(MIXED) * 3)])
+    page = html.page("t", [html.PageSection("a", "A", html.table(MIXED) * 3)])
     press = f"""document.querySelectorAll("table").forEach((table, i) => {{
       for (let n = 0; n < {presses}; n++) table.querySelector(`[data-column="${{i + 1}}"] button`).click(); }})"""
     text = shown(tmp_path, with_script(page, press))
@@ -143,7 +146,7 @@ def test_numbers_sort_as_numbers_and_what_is_missing_comes_last(tmp_path, presse
 
 @browser
 def test_words_sort_as_people_sort_them(tmp_path):
-    page = html.page("t", [html.Section("a", "A", html.table(MIXED))])
+    page = html.page("t", [html.PageSection("a", "A", html.table(MIXED))])
     text = shown(tmp_path, with_script(page, "document.querySelector('[data-column=\"0\"] button').click()"))
     assert first_cells(text) == ["a", "ä", "Sensor 1", "sensor 9", "sensor 10"]
 
@@ -151,7 +154,7 @@ def test_words_sort_as_people_sort_them(tmp_path):
 @browser
 def test_a_link_into_a_folded_part_opens_it(tmp_path):
     folded = '<details id="far"><summary>Far</summary><details id="near"><summary>Near</summary>x</details></details>'
-    page = html.page("t", [html.Section("a", "A", folded)])
+    page = html.page("t", [html.PageSection("a", "A", folded)])
     text = shown(tmp_path, with_script(page, "location.hash = '#near'"))
     assert text.count('open=""') == 2
 

@@ -130,7 +130,7 @@ def test_words_with_markup_stay_words():
 def test_only_pages_with_charts_have_their_script():
     plain, lively = (
         html.page(
-            "t", [html.Section("a", "A", html.figure(Drawing("p", figure(), "c", "a", chart=chart), 1, b"<svg/>"))]
+            "t", [html.PageSection("a", "A", html.figure(Drawing("p", figure(), "c", "a", chart=chart), 1, b"<svg/>"))]
         )
         for chart in (False, True)
     )
@@ -367,7 +367,9 @@ def test_the_picture_shows_where_the_chart_cannot(folder, opened, how):
 def test_markup_in_names_shows_as_text(tmp_path, opened):
     path = tmp_path / "page.html"
     drawing = Drawing("p", figure(), "c", "a", chart=True)
-    path.write_text(html.page("t", [html.Section("a", "A", html.figure(drawing, 1, drawing.svg()))]), encoding="utf-8")
+    path.write_text(
+        html.page("t", [html.PageSection("a", "A", html.figure(drawing, 1, drawing.svg()))]), encoding="utf-8"
+    )
     page = opened(path)
     page.locator(".u-over").first.hover()
     assert told(page, "#figure-p")[1].keys() == {MARKUP, "test"}

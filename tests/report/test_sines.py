@@ -14,7 +14,7 @@ from clearance_mj.core.cache import ResultCache
 from clearance_mj.core.files import to_json
 from clearance_mj.model import Model
 from clearance_mj.periodic.summaries import stable_points
-from clearance_mj.report.html import Section, page
+from clearance_mj.report.html import PageSection, page
 from clearance_mj.report.sections.periodic import sines, special_points, unknown
 from clearance_mj.report.writer import ReportWriter
 from clearance_mj.signals import SineSteps
@@ -28,7 +28,7 @@ from .conftest import LAW, RIG, under_sines
 
 def text_of(study, folder):
     markup = sines(study, ReportWriter(folder))
-    page("sines", [Section("sines", "Sines", markup)])
+    page("sines", [PageSection("sines", "Sines", markup)])
     return " ".join(re.sub("<[^>]+>", " ", re.sub('src="[^"]*"', "", markup)).split())
 
 

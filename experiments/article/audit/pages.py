@@ -43,12 +43,12 @@ def to_html(claims: Sequence[Claim]) -> str:
     """Return the audit as one HTML file that needs nothing else."""
     columns = tuple(Column(heading) for heading in _HEADINGS)
     sections = [
-        html.Section(f"part-{i}", part, html.table(
+        html.PageSection(f"part-{i}", part, html.table(
             Table(f"part-{i}", "", columns, tuple(tuple(getattr(c, n) for n in _COLUMNS) for c in members))))
         for i, (part, members) in enumerate(_parts(claims), 1)
     ]  # fmt: skip
     rules = "".join(f"<li>{html.formula(f'{verdict}: {meaning}')}</li>\n" for verdict, meaning in VERDICTS.items())
-    sections.append(html.Section("rules", "Verdicts", f"<ul>\n{rules}</ul>\n"))
+    sections.append(html.PageSection("rules", "Verdicts", f"<ul>\n{rules}</ul>\n"))
     introduction = html.paragraph(_INTRODUCTION.replace("*", "")) + html.paragraph(_summary(claims), "verdict")
     return html.page("Audit of the article", sections, introduction)
 
