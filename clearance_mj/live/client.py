@@ -16,7 +16,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from ..core.errors import ClearanceError
 from .figures import Numbers
-from .session import Session, Shown, Watch
+from .session import Session, SettingResult, Watch
 from .wire import Cancel, Export, Follow, Hear, Message, Set, Step, Sweep, Window, packed, parsed
 
 __all__ = ["Client", "Host"]
@@ -188,7 +188,7 @@ class Client(WebSocketHandler):
             numbers = on_demand.sweep(session, values, wanted.name, low, high, wanted.count, watch)
         return packed(wanted.type, numbers)
 
-    def _last_shown(self) -> Shown:
+    def _last_shown(self) -> SettingResult:
         if self.session.shown is None:
             raise ClearanceError("nothing is shown yet")
         return self.session.shown

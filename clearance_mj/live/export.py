@@ -20,7 +20,7 @@ from ..report.whirl import draw_orbits, draw_spectra
 from ..rotors import whirl
 from ..signals.frf import FRF
 from ..structure.base import is_rotation
-from .session import Shown
+from .session import SettingResult
 
 __all__ = ["exported"]
 
@@ -31,7 +31,7 @@ frf.csv: magnitude, phase (degrees) and coherence of every sensor.
 """
 
 
-def exported(shown: Shown, test: FRF | None = None, inputs: Iterable[Path] = ()) -> bytes:
+def exported(shown: SettingResult, test: FRF | None = None, inputs: Iterable[Path] = ()) -> bytes:
     """Return a zip archive of what is shown, with a test's FRFs in its figures if there are any.
 
     It holds rig.toml, law.json, setting.json, the numbers as CSV, figures as SVG and PNG, and provenance.json:
@@ -70,7 +70,7 @@ def _table(frf: FRF) -> str:
     return "\n".join((",".join(columns), *rows)) + "\n"
 
 
-def _frf_figure(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
+def _frf_figure(shown: SettingResult, frf: FRF, test: FRF | None) -> Figure:
     """Return the FRF's figure, all sensors in each panel: a column for every sensor would be too wide."""
     figure = canvas(6.5)
     above, middle, below = figure.subplots(3, sharex=True, height_ratios=(3, 2, 1.4))
@@ -92,7 +92,7 @@ def _frf_figure(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
     return figure
 
 
-def _whirl_figures(shown: Shown) -> dict[str, Figure]:
+def _whirl_figures(shown: SettingResult) -> dict[str, Figure]:
     """Return figures of orbits and full spectra in round clearances."""
     if not any(b.is_round for b in shown.model.rig.bushings):
         return {}
@@ -100,7 +100,7 @@ def _whirl_figures(shown: Shown) -> dict[str, Figure]:
     return {"orbits": draw_orbits(end, TURNS).figure, "full_spectra": draw_spectra(end, 1.0).figure}
 
 
-def _displacement_figure(shown: Shown) -> dict[str, Figure]:
+def _displacement_figure(shown: SettingResult) -> dict[str, Figure]:
     """Return a figure of displacements in clearances along one coordinate."""
     response, rig = shown.response, shown.model.rig
     slots = [(i, b, rows.start) for i, (b, rows) in enumerate(zip(rig.bushings, rig.clearance_rows)) if not b.is_round]

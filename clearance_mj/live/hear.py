@@ -8,7 +8,7 @@ from ..core.errors import ClearanceError
 from ..core.quantities import QUANTITIES
 from ..sound import Sound, radiate, resampled
 from .figures import Numbers
-from .session import Shown
+from .session import SettingResult
 
 __all__ = ["heard"]
 
@@ -16,7 +16,7 @@ RATE = 16_000.0  # samples per second that are sent: every browser takes them, a
 LONGEST = 6.0  # s that are sent
 
 
-def heard(shown: Shown, sensor: int) -> Numbers:
+def heard(shown: SettingResult, sensor: int) -> Numbers:
     """Return the last seconds of what a setting gave.
 
     Parameters

@@ -24,7 +24,7 @@ from .controls import NONE, RECORD, built, checked_values, controls
 from .excite import excited, record_named
 from .figures import Numbers
 
-__all__ = ["Session", "Shown", "Watch"]
+__all__ = ["Session", "SettingResult", "Watch"]
 
 Watch = Callable[[float], None]  # receives the fraction done, 0 to 1; an error that it raises ends the computation
 SEGMENTED = ("burst random", "multisine", "impacts")
@@ -32,7 +32,7 @@ SEGMENTED = ("burst random", "multisine", "impacts")
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class SettingResult:
     """Results of a setting."""
 
     values: dict[str, Value]  #: the setting
@@ -66,7 +66,7 @@ class Session:
         model.law.table(len(model.rig.bushings))
         self.model, self.rig, self.dataset = model, model.rig, dataset
         self.controls: dict[str, Control] = {c.name: c for c in controls(model, dataset)}
-        self.shown: Shown | None = None
+        self.shown: SettingResult | None = None
 
     @property
     def identified(self) -> dict[str, Value]:
@@ -88,7 +88,7 @@ class Session:
         """
         return self.identified | checked_values(self.controls, changes)
 
-    def simulated(self, values: Mapping[str, Value], watch: Watch = lambda share: None) -> Shown:
+    def simulated(self, values: Mapping[str, Value], watch: Watch = lambda share: None) -> SettingResult:
         """Return response and FRFs of a setting, by `simulate` and `estimate_frf` with its rig, law and excitation.
 
         Parameters
@@ -106,7 +106,7 @@ class Session:
         model = built(self.model, values)
         excitation = excited(model.rig, values, self.dataset)
         response = Simulation(model.rig, excitation, model.law, get_engine(str(values["engine"]))).whole(watch)
-        return Shown(dict(values), model, response, _estimate_frf(response, values))
+        return SettingResult(dict(values), model, response, _estimate_frf(response, values))
 
     def show(self, values: Mapping[str, Value], watch: Watch = lambda share: None) -> Numbers:
         """Simulate a setting and return the numbers of all figures.
