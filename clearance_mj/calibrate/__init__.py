@@ -8,11 +8,11 @@ logarithms, v its exponents. Several rigs may fit equally well; every start's so
 Friswell and Mottershead, Finite Element Model Updating in Structural Dynamics, 1995, chapters 5 and 8.
 """
 
-from .fit import Calibration, Solution, calibrate, profile
+from .fit import Calibration, StartSolution, calibrate, profile
 from .free import value_of
 from .targets import FRFTarget, ModalTarget, modal_target, read_frequencies, read_frf
 
 __all__ = [
-    "Calibration", "FRFTarget", "ModalTarget", "Solution", "calibrate", "modal_target", "profile", "read_frequencies",
+    "Calibration", "FRFTarget", "ModalTarget", "StartSolution", "calibrate", "modal_target", "profile", "read_frequencies",
     "read_frf", "value_of",
 ]  # fmt: skip

@@ -30,7 +30,7 @@ from ..structure.base import parse_place
 from .free import Free, free_parameter, keys_of, with_values
 from .targets import FRFTarget, ModalTarget, sensor_rows
 
-__all__ = ["Calibration", "Solution", "calibrate", "profile"]
+__all__ = ["Calibration", "StartSolution", "calibrate", "profile"]
 
 MAX_STARTS = 1000  # each takes a tenth of a second or more
 MAX_DRAWS = 100  # of a hypercube, for points that are rigs
@@ -42,7 +42,7 @@ EXACT = Stop(steps=100, decrease=1e-12, move=1e-12)
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class StartSolution:
     """Solution of one start."""
 
     value: np.ndarray
@@ -69,7 +69,7 @@ class Calibration:
     """combinations that the data do not identify, least known first"""
     at_bound: tuple[str, ...]
     """parameters that ended at a bound"""
-    solutions: tuple[Solution, ...]
+    solutions: tuple[StartSolution, ...]
     """of every start, best first; of perfect fits, the nearest to the rig that was given"""
 
     @property
@@ -78,9 +78,9 @@ class Calibration:
         return float(np.sum(self.residual**2))
 
     @property
-    def distinct(self) -> tuple[Solution, ...]:
+    def distinct(self) -> tuple[StartSolution, ...]:
         """Rigs that differ and fit equally well, the best first."""
-        solutions: list[Solution] = []
+        solutions: list[StartSolution] = []
         for solution in self.solutions:
             good = solution.chi2 <= self.solutions[0].chi2 + AS_GOOD
             if good and all(np.max(np.abs(np.log(solution.value / s.value))) > SAME for s in solutions):
@@ -192,7 +192,7 @@ def calibrate(
         residual=best.residuals,
         unidentified=unidentified_combinations(comparison.paths, direction, std),
         at_bound=tuple(path for path, at in zip(comparison.paths, best.at_bound) if at),
-        solutions=tuple(Solution(s.values, s.cost) for s in solved),
+        solutions=tuple(StartSolution(s.values, s.cost) for s in solved),
     )
 
 
