@@ -13,7 +13,7 @@ from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..structure.priors import rig_with
 from .gains import ORDERS, ProbeGains, probe_gains
-from .windows import CERTAIN, Bands, Slow, Spectra, Window, hann, slow_motion
+from .windows import CERTAIN, Bands, Slow, Window, WindowSpectra, hann, slow_motion
 
 __all__ = ["ForceMaker", "Forces", "forces_in"]
 
@@ -164,14 +164,14 @@ class ForceMaker:
             self.known[key] = probe_gains(self.rigs[numbers], dict(numbers), spin, self.omega)
         return self.known[key]
 
-    def shown(self, values: Mapping[str, float], window: Window, spectra: Spectra) -> np.ndarray:
+    def shown(self, values: Mapping[str, float], window: Window, spectra: WindowSpectra) -> np.ndarray:
         """(n_f, m) displacement at the probes without unbalance and run-out, m."""
         gains = self.gains(values, window.mean_speed)
         surface = spectra.waves @ run_out(values, spectra.displacement.shape[1])
         return spectra.displacement - surface - np.einsum("fiu,fu->fi", gains.seen, drive(values, spectra))
 
     def derivatives(
-        self, values: Mapping[str, float], window: Window, spectra: Spectra, motion: np.ndarray
+        self, values: Mapping[str, float], window: Window, spectra: WindowSpectra, motion: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """(n_f, m, n) of the displacement, and (n, n_f, m, m) of that per force, per unit of each parameter."""
         shown = np.empty((*motion.shape, len(self.parameters)), dtype=complex)
@@ -190,7 +190,7 @@ class ForceMaker:
         return shown, per_force
 
     def tilt(
-        self, values: Mapping[str, float], gain: ProbeGains, lines: Spectra, force: np.ndarray, gate: np.ndarray,
+        self, values: Mapping[str, float], gain: ProbeGains, lines: WindowSpectra, force: np.ndarray, gate: np.ndarray,
         slow: Slow, size: int,
     ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """Motion (n, 2, m) of both ends beyond the middle and its speed, where the window is not small."""
@@ -213,7 +213,7 @@ def run_out(values: Mapping[str, float], m: int) -> np.ndarray:
     return np.array([[values.get(f"probes[{i}] run-out {name}", 0.0) for i in range(m)] for name in names])
 
 
-def drive(values: Mapping[str, float], spectra: Spectra) -> np.ndarray:
+def drive(values: Mapping[str, float], spectra: WindowSpectra) -> np.ndarray:
     """Return the forces (n_f, 2 n_unbalances) along y and z of every unbalance."""
     forces: list[np.ndarray] = []
     while (name := f"unbalances[{len(forces)}]") + " along the mark" in values:
@@ -221,7 +221,7 @@ def drive(values: Mapping[str, float], spectra: Spectra) -> np.ndarray:
     return np.hstack(forces) if forces else np.zeros((len(spectra.one), 0), dtype=complex)
 
 
-def _errors(inverse: np.ndarray, spectra: Spectra, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _errors(inverse: np.ndarray, spectra: WindowSpectra, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Errors (n_f, m) of forces: power of the probes' noise, and amplitude of the leakage between lines.
 
     The window's slope mixes neighbouring lines, between which H⁻¹ changes: near antiresonances by much.
@@ -231,12 +231,14 @@ def _errors(inverse: np.ndarray, spectra: Spectra, noise: np.ndarray) -> tuple[n
     return of_noise, leakage
 
 
-def _neighbour_motion(spectra: Spectra) -> np.ndarray:
+def _neighbour_motion(spectra: WindowSpectra) -> np.ndarray:
     """Largest motion (n_f, m) of neighbouring lines."""
     return np.asarray(scipy.ndimage.maximum_filter1d(np.abs(spectra.displacement), NEIGHBOURS, axis=0))
 
 
-def _gate(lines: Spectra, weight: np.ndarray, noise: np.ndarray, of_noise: np.ndarray, leaks: np.ndarray) -> np.ndarray:
+def _gate(
+    lines: WindowSpectra, weight: np.ndarray, noise: np.ndarray, of_noise: np.ndarray, leaks: np.ndarray
+) -> np.ndarray:
     """(n_f, m) 1 where probes show forces, 0 where they show noise or antiresonances only."""
     energy = energy_of(lines)
     by_error = np.clip(2.0 - 2.0 * (of_noise + leaks**2) * weight**2, 0.0, 1.0)
@@ -245,7 +247,7 @@ def _gate(lines: Spectra, weight: np.ndarray, noise: np.ndarray, of_noise: np.nd
 
 
 def _weight(
-    inverse: np.ndarray, spectra: Spectra, shown: np.ndarray, stiffness: np.ndarray, of_noise: np.ndarray,
+    inverse: np.ndarray, spectra: WindowSpectra, shown: np.ndarray, stiffness: np.ndarray, of_noise: np.ndarray,
     leakage: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
     """(n_f, m) one over the expected error: of rig and law, of the window's slope, and of the probes."""
@@ -263,6 +265,6 @@ def _larger(values: np.ndarray) -> np.ndarray:
     return np.repeat(pairs, 2, axis=1)
 
 
-def energy_of(spectra: Spectra) -> float:
+def energy_of(spectra: WindowSpectra) -> float:
     """Return the sum of the squares of Hann's window, ¾ of its sum's half: of white noise per line."""
     return 0.75 * float(np.abs(spectra.one[0, 0]))

@@ -88,7 +88,7 @@ class Window:
         """Number of samples."""
         return len(self.angle)
 
-    def spectra(self, lines: int) -> Spectra:
+    def spectra(self, lines: int) -> WindowSpectra:
         """Return the first lines of the spectra of the measured signals.
 
         Parameters
@@ -99,10 +99,10 @@ class Window:
         taper = hann(self.size)
         waves = turned_waves(self.angle)
         parts = (self.displacement, spun(self.angle, self.speed), waves, np.ones((self.size, 1)))
-        return Spectra(*(np.fft.rfft((p.T * taper).T, axis=0)[:lines] for p in parts))
+        return WindowSpectra(*(np.fft.rfft((p.T * taper).T, axis=0)[:lines] for p in parts))
 
 
-class Spectra(NamedTuple):
+class WindowSpectra(NamedTuple):
     """Spectra of a window, under Hann's window."""
 
     displacement: np.ndarray  #: (n_f, m)
