@@ -18,7 +18,7 @@ from ..rig import Rig
 from ..rig.extremes import computable
 from ..rig.loads import load_force
 from ..structure import Shaft, Structure
-from ..structure.base import Turning
+from ..structure.base import PlaneCoupling
 from ..structure.modal import Reduction
 from .model import HeldBearing, LinearModel, no_matrix
 from .rows import PlaneRows
@@ -105,10 +105,10 @@ def _turning_shaft(rig: Rig) -> Shaft:
     return shaft
 
 
-def _coupling(reduction: Reduction) -> Turning:
+def _coupling(reduction: Reduction) -> PlaneCoupling:
     """Return the coupling between the planes, in the modes of one of them."""
     assert reduction.turning
-    return Turning(*(rows @ reduction.transform for rows in reduction.turning()))
+    return PlaneCoupling(*(rows @ reduction.transform for rows in reduction.turning()))
 
 
 def skew(coupling: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ from pydantic import Field
 from ..core.errors import RigError
 from ..core.plain_numbers import number_in, with_number
 from ..core.validation import NotNegative, Number, Positive, Text, checked
-from .base import Point, Rows, Structure, Turning, dof_vector, in_other_plane, rocked
+from .base import PlaneCoupling, Point, Rows, Structure, dof_vector, in_other_plane, rocked
 from .beam import Beam
 from .reduction import MassNormalisedModes, modal_damping, reduced
 from .section import Material
@@ -177,7 +177,7 @@ class Whole(NamedTuple):
     cross: np.ndarray  # (n, n) skew part of the stiffness
     influence: np.ndarray  # (n, 3)
     rows: Rows
-    turning: Callable[[], Turning] | None  # of one bending plane of a shaft, as of `Assembly`
+    turning: Callable[[], PlaneCoupling] | None  # of one bending plane of a shaft, as of `Assembly`
 
 
 class _Plane(NamedTuple):
@@ -190,7 +190,7 @@ class _Plane(NamedTuple):
     rocking: np.ndarray | None  # (n,) of the modes
     rows: Rows
     component: float  # in this plane of a motion along Z
-    turning: Callable[[], Turning] | None  # in the coordinates before the reduction
+    turning: Callable[[], PlaneCoupling] | None  # in the coordinates before the reduction
 
 
 def whole(
@@ -283,12 +283,12 @@ def whole(
     return Whole(mass, stiffness, viscous, cross, influence, rows, _plane_coupling(planes, size))
 
 
-def _plane_coupling(planes: Sequence[_Plane], size: int) -> Callable[[], Turning] | None:
+def _plane_coupling(planes: Sequence[_Plane], size: int) -> Callable[[], PlaneCoupling] | None:
     """Return the coupling of two equal bending planes of a turning shaft: attachments do not turn."""
     if len(planes) > 1 or planes[0].turning is None:
         return None
     coupling, shapes = planes[0].turning, planes[0].basis.shapes
-    return lambda: Turning(*(np.pad(part @ shapes, ((0, 0), (0, size - shapes.shape[1]))) for part in coupling()))
+    return lambda: PlaneCoupling(*(np.pad(part @ shapes, ((0, 0), (0, size - shapes.shape[1]))) for part in coupling()))
 
 
 def _planes(structure: Structure, planes: Planes | None) -> list[tuple[Structure, float]]:

@@ -36,7 +36,7 @@ __all__ = [
     "Rows",
     "Structure",
     "StructureOfFiles",
-    "Turning",
+    "PlaneCoupling",
     "along_axis",
     "check_point",
     "dof_vector",
@@ -183,7 +183,7 @@ def ratios_of_modes(ratios: Sequence[float], n: int) -> np.ndarray:
     return np.array(ratios or (0.0,))[np.minimum(np.arange(n), max(len(ratios) - 1, 0))]
 
 
-class Turning(NamedTuple):
+class PlaneCoupling(NamedTuple):
     """Coupling of the two bending planes of a turning shaft: the same rows hold in each plane."""
 
     polar: np.ndarray
@@ -215,7 +215,7 @@ class Assembly:
     """(n, n) further damping, N s/m, perhaps not symmetric"""
     rocking: np.ndarray | None = None
     """(n,) inertia forces per unit angular acceleration of the base about x = 0; None where positions are not known"""
-    turning: Callable[[], Turning] | None = None
+    turning: Callable[[], PlaneCoupling] | None = None
     """returns the coupling of the planes of a turning shaft; None where the structure does not know it"""
     reduced: bool = False
     """True if the coordinates are few already: Ritz functions or modes"""

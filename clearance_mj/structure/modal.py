@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from .attached import Attached, whole
-from .base import Rows, Structure, Turning, dof_vector
+from .base import PlaneCoupling, Rows, Structure, dof_vector
 from .reduction import modal_damping, reduced, vibration_modes
 
 __all__ = ["Reduction", "reduction"]
@@ -29,7 +29,7 @@ class Reduction(NamedTuple):
     influence: np.ndarray  # (n_q, 3) as of `Assembly`, with the point masses
     rows: Rows
     transform: np.ndarray  # (n_q, n)
-    turning: Callable[[], Turning] | None = None  # in the coordinates, as of `Assembly`
+    turning: Callable[[], PlaneCoupling] | None = None  # in the coordinates, as of `Assembly`
     springs: np.ndarray = np.zeros((0, 0))  # skew part of the stiffness
 
 

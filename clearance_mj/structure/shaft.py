@@ -16,7 +16,7 @@ from pydantic import Field
 
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Number, Share, Text, checked
-from .base import Assembly, Structure, Turning, parse_direction, parse_place, register
+from .base import Assembly, PlaneCoupling, Structure, parse_direction, parse_place, register
 from .elements import BeamElement, Mesh, Rigidity, TorsionMesh
 from .section import HELD, Disc, Material, Section, Support
 
@@ -177,13 +177,13 @@ class Shaft(Structure):
             rocking, lambda: self._plane_coupling(mesh, len(mass)),
         )  # fmt: skip
 
-    def _plane_coupling(self, mesh: Mesh, size: int) -> Turning:
+    def _plane_coupling(self, mesh: Mesh, size: int) -> PlaneCoupling:
         """Return the coupling of the planes of the turning shaft, in the coordinates of bending."""
         discs = [math.sqrt(disc.about_axis) * mesh.motion(disc.position)[1] for disc in self.discs]
         polar, strain = np.vstack((mesh.polar(), *discs)), mesh.strain
         if twist := size - len(mesh.mass):
             polar, strain = (np.pad(part, ((0, 0), (0, twist))) for part in (polar, strain))
-        return Turning(polar, strain)
+        return PlaneCoupling(polar, strain)
 
     def _twist_matrices(self, mesh: TorsionMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return mass, stiffness and damping of twist, with discs and supports."""
