@@ -19,7 +19,7 @@ from ..version import __version__
 from .matrices import matrix_rows
 from .periodic import missed
 from .study import Study
-from .turning import Turning
+from .turning import TurningComparison
 
 __all__ = ["study_summary", "write_results"]
 
@@ -117,7 +117,7 @@ def _in_space(study: Study) -> dict:
     """Return the further results of a study in space: FRF matrices, orbits and run-ups."""
     if not study.dataset.rig.moves_across:
         return {}
-    turning = Turning(study)
+    turning = TurningComparison(study)
     return {
         "frf_matrices": matrix_rows(study), "orbits": turning.orbit_rows(), "run_ups": turning.run_up_rows(),
     }  # fmt: skip

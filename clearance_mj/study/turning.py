@@ -17,13 +17,13 @@ from .orbit_measures import compare_orbits, compare_run_ups, onset_of_contact
 from .study import Study
 from .whirl_in_test import PlacedWhirl, measured_whirl, run_out_of, simulated_whirl, slow_roll_of, without_run_out
 
-__all__ = ["Turning"]
+__all__ = ["TurningComparison"]
 
 REPEAT = ("repeat", "rig")
 """law and engine of rows that compare a repeat of a test with the test"""
 
 
-class Turning:
+class TurningComparison:
     """Motions of a study's laws and of its validation records of turning alone.
 
     Parameters

@@ -20,7 +20,7 @@ from clearance_mj.signals.orbits import Orbits, orbits_by_turn
 from clearance_mj.study import Study
 from clearance_mj.study.matrices import matrices_of, matrix_rows
 from clearance_mj.study.orbit_measures import compare_orbits, compare_run_ups, onset_of_contact
-from clearance_mj.study.turning import Turning
+from clearance_mj.study.turning import TurningComparison
 from clearance_mj.study.whirl_in_test import simulated_whirl
 
 from .turning_rig import RIG, turning_dataset, turning_record
@@ -39,7 +39,7 @@ def test_repeats_are_paired_by_direction_and_spin(study):
     assert parts == {
         "along y, at 573 rev/min": ["y_a", "y_b"], "along z, at 573 rev/min": ["z_a", "z_b"],
     }  # fmt: skip
-    groups = {round(c.spin.speed): [r.name for r in found] for c, found in Turning(study).speeds.items()}
+    groups = {round(c.spin.speed): [r.name for r in found] for c, found in TurningComparison(study).speeds.items()}
     assert groups == {60: ["orbit_60_a", "orbit_60_b"], 100: ["orbit_100_a", "orbit_100_b"]}
 
 
@@ -132,11 +132,11 @@ def test_errors_of_orbits(other, error):
 
 def test_orbits_are_those_of_the_model_once_run_out_is_off(study):
     """The records are the model's, but for run-out of a fifth of the orbit and more."""
-    rows = Turning(study).orbit_rows()
+    rows = TurningComparison(study).orbit_rows()
     model = [row for row in rows if row["law"] == "nominal"]
     assert len(model) == 4 and max(row["error"] for row in model) < 0.02
     assert [row["error"] for row in rows if row["law"] == "repeat"] == [0.0, 0.0]
-    raw = Turning(study)
+    raw = TurningComparison(study)
     raw.run_out = None
     assert min(row["error"] for row in raw.orbit_rows() if row["law"] == "nominal") > 0.1
 
@@ -184,6 +184,6 @@ def test_the_shipped_rig_has_repeats_of_all_it_validates_on_and_is_synthetic():
     study = Study(dataset, ("nominal",))
     assert dataset.is_synthetic and not (SHIPPED / "truth.toml").exists()
     assert [len(part.driven) for part in study.parts] == [2, 2]
-    turning = Turning(study)
+    turning = TurningComparison(study)
     assert [len(records) for records in (*turning.speeds.values(), *turning.run_ups.values())] == [2, 2, 2]
     assert sum(path.stat().st_size for path in SHIPPED.iterdir()) < 6e6

@@ -13,7 +13,7 @@ from ...signals.orbit_figures import cascade_figure
 from ...signals.orbits import Orbits
 from ...study.conditions import spin_words
 from ...study.orbit_measures import onset_of_contact
-from ...study.turning import Turning
+from ...study.turning import TurningComparison
 from ..style import REPEAT, TEST, Drawing, letters, sheet, tidy
 from ..whirl import finest
 from .looks import Looks
@@ -27,7 +27,7 @@ RESOLUTION = 4.0  # Hz, of full spectra over speed
 AROUND = np.exp(2j * np.pi * np.linspace(0, 1, 361))
 
 
-def orbits_of_bushing(turning: Turning, bushing: int) -> Drawing:
+def orbits_of_bushing(turning: TurningComparison, bushing: int) -> Drawing:
     """Draw the orbits in a bushing at every speed: in the clearance on the left, about their middles on the right."""
     looks, speeds = Looks(turning.study), turning.speeds
     n, repeated = len(speeds), any(len(records) > 1 for records in speeds.values())
@@ -57,7 +57,7 @@ def orbits_of_bushing(turning: Turning, bushing: int) -> Drawing:
 
 
 def _in_clearance(
-    ax: Axes, turning: Turning, looks: Looks, record: Record, bushing: int,
+    ax: Axes, turning: TurningComparison, looks: Looks, record: Record, bushing: int,
     shown: list[tuple[Orbits, dict[str, Any]]],
 ) -> None:  # fmt: skip
     """Return each orbit relative to its shaft's rest position, the test's to that of the best law."""
@@ -79,7 +79,7 @@ def _in_clearance(
     ax.set(xlim=limits, ylim=limits, aspect="equal")
 
 
-def run_ups_of_bushing(turning: Turning, bushing: int, records: tuple[Record, ...]) -> Drawing:
+def run_ups_of_bushing(turning: TurningComparison, bushing: int, records: tuple[Record, ...]) -> Drawing:
     """Draw the 1X motion in a bushing over speed: forward and backward amplitude, and the forward one's phase."""
     looks = Looks(turning.study)
     figure = sheet(4.9, looks.key("test", SECOND if records[1:] else "", engines=False))
@@ -110,7 +110,7 @@ def run_ups_of_bushing(turning: Turning, bushing: int, records: tuple[Record, ..
     return Drawing(f"run_up_bushing_{bushing + 1}_{records[0].name}", figure, caption, alt, bushing == 0)
 
 
-def cascades(turning: Turning, bushing: int, records: tuple[Record, ...]) -> Drawing:
+def cascades(turning: TurningComparison, bushing: int, records: tuple[Record, ...]) -> Drawing:
     """Draw full spectra over speed in a bushing, the test's above those of the best law."""
     best, looks = turning.study.best_law, Looks(turning.study)
     motions: dict[str, Whirl] = {looks.test: turning.test(records[0])}
@@ -126,7 +126,7 @@ def cascades(turning: Turning, bushing: int, records: tuple[Record, ...]) -> Dra
 
 
 def _curves(
-    turning: Turning, bushing: int, records: tuple[Record, ...], last: int = LAST
+    turning: TurningComparison, bushing: int, records: tuple[Record, ...], last: int = LAST
 ) -> list[tuple[Orbits, dict[str, Any], str]]:
     """Return orbits of repeat, test and laws with their line styles, and the law's name, "" for the test."""
     looks = Looks(turning.study)

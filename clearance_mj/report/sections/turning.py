@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from ...study import Study
-from ...study.turning import Turning
+from ...study.turning import TurningComparison
 from .. import figures
 from ..html import render
 from ..tables import Column, Table
@@ -32,7 +32,7 @@ def turning(study: Study, writer: ReportWriter) -> str:
     """Return orbits and run-ups; writes orbits.csv and run_ups.csv. Nothing of a rig in a plane."""
     if not study.dataset.rig.moves_across:
         return ""
-    motions = Turning(study)
+    motions = TurningComparison(study)
     if not motions.groups:
         return f"<p>{NOTHING}</p>\n"
     orbits, run_ups = (pd.DataFrame(rows) for rows in (motions.orbit_rows(), motions.run_up_rows()))
