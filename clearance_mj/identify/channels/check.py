@@ -15,7 +15,7 @@ from .assignment import Assignment, Search
 from .mapping import FITS, judged, shows_impacts
 from .raw_signals import RawSignals
 from .rivals import Judge
-from .units import Units
+from .units import ChannelUnits
 
 __all__ = ["check_places"]
 
@@ -99,7 +99,7 @@ def _check_motion(search: Search, judge: Judge) -> None:
         )
 
 
-def _differences(search: Search, stated_assignment: Assignment, best: Assignment, units: Units) -> Iterator[str]:
+def _differences(search: Search, stated_assignment: Assignment, best: Assignment, units: ChannelUnits) -> Iterator[str]:
     """Yield in words where an assignment differs from that of the records."""
     names = search.signals.names
     inverted = [best.channel[p] for p in best.places[:-1] if best.sign[p] < 0]

@@ -21,7 +21,7 @@ from .assignment import Assignment, Search
 from .names import agreement_of_name
 from .raw_signals import gather
 from .rivals import Judge, Rival
-from .units import Units, decide_units, nearest_unit
+from .units import ChannelUnits, decide_units, nearest_unit
 
 __all__ = ["FITS", "judged", "map_channels", "shows_impacts"]
 
@@ -133,7 +133,7 @@ def _channels(file: str | PathLike[str] | Sequence[Channel], number: int) -> tup
     return f"record {number}", file
 
 
-def _with_delays(search: Search, misfit: float) -> tuple[Search, Assignment, Judge, Units, list[str]] | None:
+def _with_delays(search: Search, misfit: float) -> tuple[Search, Assignment, Judge, ChannelUnits, list[str]] | None:
     """Return search and results with late channels brought forward, and words; None if that explains nothing."""
     signals, fs = search.signals, search.signals.fs
     tried = np.arange(-FARTHEST, FARTHEST + FINEST / 2, FINEST) / fs
@@ -179,7 +179,7 @@ def shows_impacts(search: Search, assignment: Assignment) -> bool:
     return search.signals.duration >= LEAST_DURATION and search.coherence(assignment) < IMPACTS
 
 
-def judged(search: Search, best: Assignment) -> tuple[Judge, Units]:
+def judged(search: Search, best: Assignment) -> tuple[Judge, ChannelUnits]:
     """Return the judge of an assignment in the units that explain it best, and these units."""
     signals, places = search.signals, best.places
     said = [signals.quantities[best.channel[i]] != UNKNOWN for i in places]
@@ -215,7 +215,7 @@ class _MapWriter:
     """A map in words, with a question wherever it is not sure."""
 
     def __init__(
-        self, search: Search, judge: Judge, units: Units, rivals: list[Rival], best: Assignment, notes: list[str],
+        self, search: Search, judge: Judge, units: ChannelUnits, rivals: list[Rival], best: Assignment, notes: list[str],
         of_sines: bool,
     ) -> None:  # fmt: skip
         self.search, self.best, self.units, self.judge, self.rivals = search, best, units, judge, rivals

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from ...core.units import UNITS
 
-__all__ = ["Unit", "Units", "decide_units", "nearest_unit"]
+__all__ = ["Unit", "ChannelUnits", "decide_units", "nearest_unit"]
 
 NEAR = 1.35  # factor within which a gain is that of a unit
 SAID_WRONGLY = 4.0  # ln of the odds against a unit that files say being wrong, for all channels of one quantity
@@ -40,7 +40,7 @@ class Unit(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Units:
+class ChannelUnits:
     """Units of the assigned channels."""
 
     factor: tuple[float, ...]  #: SI units in one unit of each channel as it is read
@@ -52,7 +52,7 @@ class Units:
 
 def decide_units(
     quantities: Sequence[str], said: Sequence[bool], gains: Sequence[float], motion: float, impacts: bool
-) -> Units:
+) -> ChannelUnits:
     """Return the units of channels, the last of which is the excitation.
 
     Parameters
@@ -80,7 +80,7 @@ def decide_units(
         tried.append((cost, units))
     tried.sort(key=lambda candidate: candidate[0])
     best = tried[0][1]
-    return Units(
+    return ChannelUnits(
         tuple(unit.factor for unit in best),
         tuple(unit.label for unit in best),
         tuple(bool(unit.label) and s for unit, s in zip(best, said)),
