@@ -18,7 +18,7 @@ from .continuation import Motions, NoConvergence, PeriodicMotion, difference
 from .in_gap import edges, filled, linear_in_gap, without_contact
 from .solver import Solver
 
-__all__ = ["LevelCurve", "Vibrations", "curve"]
+__all__ = ["LevelCurve", "ArcVibrations", "curve"]
 
 LOW, HIGH, BROKEN = -1, -2, -3
 """Kinds of end of an arc that does not end where the gap is filled: at the range's lowest or highest frequency, or
@@ -32,25 +32,25 @@ SAME_FOLD = 3e-4  # relative distance in frequency below which a map does not re
 
 
 @dataclass(frozen=True, eq=False)
-class Vibrations:
+class ArcVibrations:
     """Vibrations of one stretch of the curve, in its order."""
 
     cell: np.ndarray  #: (m,) index of the frequency
     z: np.ndarray  #: (m, r, K) harmonics of the coordinates, m
     y: np.ndarray  #: (m, n_points, K) of the displacements outside the basis, m
 
-    def __getitem__(self, which: np.ndarray | slice) -> Vibrations:
+    def __getitem__(self, which: np.ndarray | slice) -> ArcVibrations:
         """Return the vibrations at some indices."""
-        return Vibrations(self.cell[which], self.z[which], self.y[which])
+        return ArcVibrations(self.cell[which], self.z[which], self.y[which])
 
 
 @dataclass(frozen=True, eq=False)
 class LevelCurve:
     """The vibrations at one level over frequency."""
 
-    order: Vibrations
+    order: ArcVibrations
     """from the lowest frequency along the curve to the highest one"""
-    beside: Vibrations
+    beside: ArcVibrations
     """of detached loops that a sweep does not reach"""
     folds: tuple[tuple[float, bool], ...]
     """1/s, and True if an upward sweep jumps there, False if a downward one"""
@@ -63,7 +63,7 @@ class _Link:
     """A stretch of the curve between two of its ends."""
 
     ends: tuple[int, int]
-    vibrations: Vibrations
+    vibrations: ArcVibrations
     folds: tuple[tuple[float, bool], ...] = ()
 
 
@@ -99,7 +99,7 @@ def _contact_free_links(solver: Solver, omega: np.ndarray, known: list[tuple[flo
             continue
         low, high = -np.inf if left == LOW else known[left][0], np.inf if right == HIGH else known[right][0]
         cells = np.flatnonzero(inside & (omega > low) & (omega < high))
-        yield _Link((left, right), Vibrations(cells, *without_contact(solver, omega[cells])))
+        yield _Link((left, right), ArcVibrations(cells, *without_contact(solver, omega[cells])))
 
 
 def _contact_links(
@@ -222,7 +222,7 @@ def _reverse(link: _Link) -> _Link:
 def _link(ends: tuple[int, int], motions: list[PeriodicMotion], omega: np.ndarray) -> _Link:
     """Interpolate consecutive motions at the frequencies that they pass, by Hermite's cubics along their tangents."""
     if len(motions) < 2:
-        return _Link(ends, Vibrations(np.zeros(0, dtype=int), *np.zeros((2, 0, 0, 0))))
+        return _Link(ends, ArcVibrations(np.zeros(0, dtype=int), *np.zeros((2, 0, 0, 0))))
     w, z, y, _, direction, scale = Motions.of(motions)
     dz, dw = direction[:, :-1].reshape(z.shape) * scale[:, None, None], direction[:, -1] * w
     length = np.array([np.linalg.norm(difference(a, b)) for a, b in zip(motions, motions[1:])])
@@ -241,7 +241,7 @@ def _link(ends: tuple[int, int], motions: list[PeriodicMotion], omega: np.ndarra
     i, fraction = interval // PARTS, fraction[:, None, None]
     bent = bends[:, i, None, None]
     harmonics = _hermite(z[i], z[i + 1], bent[0] * dz[i], bent[1] * dz[i + 1], fraction)
-    vibrations = Vibrations(cell.astype(int), harmonics, y[i] + fraction * (y[i + 1] - y[i]))
+    vibrations = ArcVibrations(cell.astype(int), harmonics, y[i] + fraction * (y[i + 1] - y[i]))
     return _Link(ends, vibrations, tuple(_folds(fine)))
 
 
@@ -267,10 +267,10 @@ def _folds(w: np.ndarray) -> Iterator[tuple[float, bool]]:
     yield from turns
 
 
-def _merge(solver: Solver, links: list[_Link], known: Vibrations | None = None) -> Vibrations:
+def _merge(solver: Solver, links: list[_Link], known: ArcVibrations | None = None) -> ArcVibrations:
     """Append the vibrations of stretches to the known ones, without duplicates."""
     k = 2 * solver.harmonics + 1
-    known = known or Vibrations(
+    known = known or ArcVibrations(
         np.zeros(0, dtype=int), np.zeros((0, solver.size // k, k)), np.zeros((0, solver.rows, k))
     )  # fmt: skip
     for link in links:
@@ -278,13 +278,13 @@ def _merge(solver: Solver, links: list[_Link], known: Vibrations | None = None) 
         if not new.cell.size:
             continue
         new = new[np.array([not _contains(known, new.cell[i], new.z[i]) for i in range(new.cell.size)])]
-        known = Vibrations(
+        known = ArcVibrations(
             np.concatenate((known.cell, new.cell)), np.concatenate((known.z, new.z)), np.concatenate((known.y, new.y))
         )
     return known
 
 
-def _contains(known: Vibrations, cell: int, z: np.ndarray) -> bool:
+def _contains(known: ArcVibrations, cell: int, z: np.ndarray) -> bool:
     z_at_cell = known.z[known.cell == cell]
     size = max(float(np.linalg.norm(z[:, 1:])), SAG * float(np.linalg.norm(z)))
     return bool(z_at_cell.size and np.any(np.linalg.norm(z_at_cell - z, axis=(1, 2)) < SAME * size))

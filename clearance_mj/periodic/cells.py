@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .arcs import Vibrations
+from .arcs import ArcVibrations
 from .continuation import PeriodicMotion
 from .following import expanded
 from .forces import Sampled, depths, fill_forces
@@ -21,7 +21,7 @@ QUANTITIES = {
 }  # fmt: skip
 
 
-def moved(solver: Any, vibrations: Vibrations) -> tuple[np.ndarray, np.ndarray]:
+def moved(solver: Any, vibrations: ArcVibrations) -> tuple[np.ndarray, np.ndarray]:
     """Return harmonics (m, n_rows, K) of the displacements of all rows, and penetrations (m, n_bushings, N), in m.
 
     The deeper of a clearance's two ends counts at each sample of a period; the penetration is below 0 within the gap.
@@ -46,7 +46,7 @@ def acting(solver: Any, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.nda
     return force, total.max(axis=1)
 
 
-def measured(solver: Any, omega: np.ndarray, vibrations: Vibrations) -> dict[str, np.ndarray]:
+def measured(solver: Any, omega: np.ndarray, vibrations: ArcVibrations) -> dict[str, np.ndarray]:
     """Return the `QUANTITIES`, (m, n_bushings or n_sensors), of vibrations at some of the frequencies, 1/s."""
     rig = solver.system.rig
     if not vibrations.cell.size:

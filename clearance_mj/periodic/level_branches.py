@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
-from .arcs import Vibrations
+from .arcs import ArcVibrations
 from .cells import acting, moved
 from .continuation import Motions, NoConvergence, PeriodicMotion
 from .following import expanded
@@ -214,7 +214,7 @@ def _make_branch(
     quantities: Sequence[str], rows: Sequence[int | None],
 ) -> LevelBranch:  # fmt: skip
     """Return the branch of motions, with rest before them."""
-    x, depth = moved(solver, Vibrations(np.zeros(motions.omega.size, dtype=int), motions.z, motions.y))
+    x, depth = moved(solver, ArcVibrations(np.zeros(motions.omega.size, dtype=int), motions.z, motions.y))
     deepest = depth.max(axis=(1, 2))
     values = np.array([_evaluate(solver, name, row, motions, omega, x, depth) for name, row in zip(quantities, rows)])
     values = values.reshape(len(quantities), motions.omega.size)

@@ -202,7 +202,7 @@ def test_a_curve_that_ends_and_is_not_met_from_above(monkeypatch):
     omega = 2 * np.pi * np.linspace(6.0, 8.0, 5)
     solver = solver_at(cm.Model(unbalanced(jeffcott())), "unbalance", 1.0, float(omega[-1]), 3, 64, 2)
     z, y = arcs.without_contact(solver, omega)
-    kept = arcs.Vibrations(np.arange(2), z[:2], y[:2])
+    kept = arcs.ArcVibrations(np.arange(2), z[:2], y[:2])
     monkeypatch.setattr(arcs, "linear_in_gap", lambda solver: False)
     monkeypatch.setattr(arcs, "_continued_links", lambda *_: iter([arcs._Link((arcs.LOW, arcs.BROKEN), kept)]))
     assert_array_equal(arcs.curve(solver, omega).order.cell, [0, 1])
