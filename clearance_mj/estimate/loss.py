@@ -10,10 +10,10 @@ import numpy as np
 
 from .covariance import correlated_observations
 
-__all__ = ["GroupedHuber", "Loss", "SoftL1", "Squares", "UnknownScale", "Weights"]
+__all__ = ["GroupedHuber", "Loss", "SoftL1", "Squares", "UnknownScale", "LossWeights"]
 
 
-class Weights(NamedTuple):
+class LossWeights(NamedTuple):
     """Weights (n_residuals,) of residuals r with the Jacobian J."""
 
     score: np.ndarray  #: half of the gradient is Jᵀ (score · r)
@@ -37,7 +37,7 @@ class Loss(ABC):
         """
 
     @abstractmethod
-    def weights(self, residuals: np.ndarray) -> Weights:
+    def weights(self, residuals: np.ndarray) -> LossWeights:
         """Return the weights of residuals.
 
         Parameters
@@ -67,10 +67,10 @@ class Squares(Loss):
         """Return Σ |r|² (n_points,)."""
         return np.sum(np.abs(residuals) ** 2, axis=-1)
 
-    def weights(self, residuals: np.ndarray) -> Weights:
+    def weights(self, residuals: np.ndarray) -> LossWeights:
         """Return ones."""
         ones = np.ones(residuals.shape)
-        return Weights(ones, ones)
+        return LossWeights(ones, ones)
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,10 @@ class SoftL1(Loss):
         """Return Σ 2 s² (√(1 + (r/s)²) - 1) (n_points,)."""
         return np.sum(2 * self.scale**2 * (self._root(residuals) - 1), axis=-1)
 
-    def weights(self, residuals: np.ndarray) -> Weights:
+    def weights(self, residuals: np.ndarray) -> LossWeights:
         """Return first and second derivative: 1/√(1 + (r/s)²) and its third power."""
         score = 1 / self._root(residuals)
-        return Weights(score, score**3)
+        return LossWeights(score, score**3)
 
     def _root(self, residuals: np.ndarray) -> np.ndarray:
         return np.sqrt(1 + np.abs(residuals / self.scale) ** 2)
@@ -105,11 +105,11 @@ class GroupedHuber(Loss):
         size, c = self._size(residuals), self.radius
         return np.sum(np.where(size > c, 2 * c * size - c**2, size**2), axis=-1)
 
-    def weights(self, residuals: np.ndarray) -> Weights:
+    def weights(self, residuals: np.ndarray) -> LossWeights:
         """Return c/s, at most 1, for the residuals of each group."""
         weight = self.radius / np.maximum(self._size(residuals), self.radius)
         repeated = np.repeat(weight, residuals.size // self.radius.size)
-        return Weights(repeated, repeated)
+        return LossWeights(repeated, repeated)
 
     def _size(self, residuals: np.ndarray) -> np.ndarray:
         return np.linalg.norm(residuals.reshape(*residuals.shape[:-1], self.radius.size, -1), axis=-1)
@@ -161,10 +161,10 @@ class UnknownScale(Loss):
         count = self.divisor or n / self.blocks.size
         return n / count * np.log(self.scale(residuals))
 
-    def weights(self, residuals: np.ndarray) -> Weights:
+    def weights(self, residuals: np.ndarray) -> LossWeights:
         """Return 1/√(1 + r²) over the scale."""
         weight = 1 / (np.sqrt(1 + residuals**2) * self.scale(residuals))
-        return Weights(weight, weight)
+        return LossWeights(weight, weight)
 
     def adapted(self, residuals: np.ndarray, jacobian: np.ndarray) -> UnknownScale:
         """Return the loss with the m that follows from the scores of the blocks."""
