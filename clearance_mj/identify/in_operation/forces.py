@@ -13,7 +13,7 @@ from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..structure.priors import rig_with
 from .gains import ORDERS, ProbeGains, probe_gains
-from .windows import CERTAIN, Bands, Slow, Window, WindowSpectra, hann, slow_motion
+from .windows import CERTAIN, Bands, RecordWindow, Slow, WindowSpectra, hann, slow_motion
 
 __all__ = ["ForceMaker", "Forces", "forces_in"]
 
@@ -32,7 +32,7 @@ NEIGHBOURS = 5  # lines over which the expected error is the same
 class Forces:
     """Spectra of forces and motion in windows, under Hann's window."""
 
-    windows: tuple[Window, ...]
+    windows: tuple[RecordWindow, ...]
     parameters: tuple[Parameter, ...]
     at: np.ndarray  #: (n,) values about which is linearised
     shown: np.ndarray
@@ -70,7 +70,7 @@ class Forces:
 
 
 def forces_in(
-    rig: Rig, windows: Sequence[Window], parameters: Sequence[Parameter], at: Mapping[str, float], bands: Bands,
+    rig: Rig, windows: Sequence[RecordWindow], parameters: Sequence[Parameter], at: Mapping[str, float], bands: Bands,
     weighed: Forces | None = None, maker: ForceMaker | None = None,
 ) -> Forces:  # fmt: skip
     """Return the forces in windows at values of the uncertain parameters, with their derivatives.
@@ -164,14 +164,14 @@ class ForceMaker:
             self.known[key] = probe_gains(self.rigs[numbers], dict(numbers), spin, self.omega)
         return self.known[key]
 
-    def shown(self, values: Mapping[str, float], window: Window, spectra: WindowSpectra) -> np.ndarray:
+    def shown(self, values: Mapping[str, float], window: RecordWindow, spectra: WindowSpectra) -> np.ndarray:
         """(n_f, m) displacement at the probes without unbalance and run-out, m."""
         gains = self.gains(values, window.mean_speed)
         surface = spectra.waves @ run_out(values, spectra.displacement.shape[1])
         return spectra.displacement - surface - np.einsum("fiu,fu->fi", gains.seen, drive(values, spectra))
 
     def derivatives(
-        self, values: Mapping[str, float], window: Window, spectra: WindowSpectra, motion: np.ndarray
+        self, values: Mapping[str, float], window: RecordWindow, spectra: WindowSpectra, motion: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """(n_f, m, n) of the displacement, and (n, n_f, m, m) of that per force, per unit of each parameter."""
         shown = np.empty((*motion.shape, len(self.parameters)), dtype=complex)

@@ -18,7 +18,7 @@ from ...rig import Bushing, Rig
 from ..laws.case import HOLE, ClearanceWithLaw, case_of, forces_along, nominal_of, open_parameters
 from ..laws.measured_motion import WIDE
 from .forces import Forces, run_out
-from .windows import Window
+from .windows import RecordWindow
 
 __all__ = ["LawProblem", "ClearanceFamilies", "acts_without_contact", "law_parameters", "places_of"]
 
@@ -288,7 +288,7 @@ def real(spectra: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(spectra).view(float).reshape(len(spectra), -1).ravel()
 
 
-def _block_starts(windows: Sequence[Window]) -> np.ndarray:
+def _block_starts(windows: Sequence[RecordWindow]) -> np.ndarray:
     """First window of each block: a record at one speed repeats itself, in a run-up every window is new."""
     names = [(w.record, -1 if w.steady else i) for i, w in enumerate(windows)]
     return np.array([i for i in range(len(names)) if i == 0 or names[i] != names[i - 1]])

@@ -15,7 +15,7 @@ from ...estimate import Parameter, Solution, Stop, solve
 from ...rig import Rig
 from .forces import Forces, forces_in
 from .problem import ClearanceFamilies, LawProblem, real
-from .windows import Bands, Window
+from .windows import Bands, RecordWindow
 
 __all__ = ["fitted", "free"]
 
@@ -30,7 +30,7 @@ FIRST, STOP = Stop(steps=12, decrease=1e-3), Stop(steps=24, decrease=0.0, gain=0
 
 
 def free(
-    rig: Rig, windows: Sequence[Window], bands: Bands, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
+    rig: Rig, windows: Sequence[RecordWindow], bands: Bands, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
     law_priors: Sequence[Parameter],
 ) -> dict[str, float]:  # fmt: skip
     """Return unbalance, run-out and rig parameters fitted to the windows without contact.
@@ -76,7 +76,7 @@ def free(
 
 
 def fitted(
-    rig: Rig, windows: Sequence[Window], bands: Bands, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
+    rig: Rig, windows: Sequence[RecordWindow], bands: Bands, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
     law_priors: Sequence[Parameter], begin: Mapping[str, float], seed: int = 0,
 ) -> Solution:  # fmt: skip
     """Return the likeliest laws with contact and uncertain parameters of the rig, linearised about them.
@@ -130,7 +130,7 @@ def _laws_from_forces(forces: Forces, places: Sequence[ClearanceFamilies]) -> li
     return laws
 
 
-def _relative_reach(windows: Sequence[Window], place: ClearanceFamilies) -> np.ndarray:
+def _relative_reach(windows: Sequence[RecordWindow], place: ClearanceFamilies) -> np.ndarray:
     """(n_windows,) farthest motion from where the shaft rests, over the gap of the rig file."""
     columns = slice(2 * place.number, 2 * place.number + 2)
     return np.array([np.hypot(*w.clear[:, columns].T).max() for w in windows]) / place.nominal.gap

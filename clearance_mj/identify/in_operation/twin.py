@@ -22,7 +22,7 @@ from ..records.prepared import prepared
 from .forces import ForceMaker, forces_in
 from .found import OrbitFit
 from .problem import LawProblem, acts_without_contact, places_of, real
-from .windows import LENGTH, Window, windows_of
+from .windows import LENGTH, RecordWindow, windows_of
 
 __all__ = ["follow_orbits"]
 
@@ -100,7 +100,7 @@ class _OrbitFollower:
     def _value(self, label: Label, x: np.ndarray) -> float:
         return float(np.exp(x[self.labels.index(label)]))
 
-    def take(self, window: Window) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, list[Alarm]]:
+    def take(self, window: RecordWindow) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, list[Alarm]]:
         """Return end, means and deviations (n_quantities, n_bushings), contact, misfit and alarms of a window.
 
         Parameters

@@ -25,7 +25,7 @@ from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from .gains import ORDERS, places_of_unbalance, probe_gains, spun
 
-__all__ = ["Bands", "Window", "bands_of", "cut", "uncertain"]
+__all__ = ["Bands", "RecordWindow", "bands_of", "cut", "uncertain"]
 
 LENGTH = 1.5  # s, of a window
 STEADY, CHANGING = 3, 16  # windows of a record at one speed, and of a run-up, at most
@@ -65,7 +65,7 @@ class Bands(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Window:
+class RecordWindow:
     """A piece of a record."""
 
     record: str  #: name
@@ -122,7 +122,7 @@ def turned_waves(angle: np.ndarray) -> np.ndarray:
     return np.column_stack([f(order * angle) for order in ORDERS for f in (np.cos, np.sin)])
 
 
-def cut(record: PreparedRecord, length: float = LENGTH, most: int | None = None) -> list[Window]:
+def cut(record: PreparedRecord, length: float = LENGTH, most: int | None = None) -> list[RecordWindow]:
     """Return windows of a record, half a window apart or farther.
 
     Parameters
@@ -144,7 +144,7 @@ def cut(record: PreparedRecord, length: float = LENGTH, most: int | None = None)
     return [windows[i] for i in np.round(np.linspace(0, len(windows) - 1, most)).astype(int).tolist()]
 
 
-def windows_of(record: PreparedRecord, length: float, hop: float) -> list[Window]:
+def windows_of(record: PreparedRecord, length: float, hop: float) -> list[RecordWindow]:
     """Return all windows of a record whose shaft turns, with probes.
 
     Parameters
@@ -168,7 +168,9 @@ def windows_of(record: PreparedRecord, length: float, hop: float) -> list[Window
         at = slice(start, start + size)
         angle, speed = smooth_angle(turning.angle[at], record.fs)
         steady = not (spin and spin.rate)
-        windows.append(Window(record.name, start / record.fs, record.fs, x[at], clear[at], angle, speed, steady, noise))
+        windows.append(
+            RecordWindow(record.name, start / record.fs, record.fs, x[at], clear[at], angle, speed, steady, noise)
+        )
     return windows
 
 
@@ -256,7 +258,7 @@ def uncertain(rig: Rig, numbers: Sequence[Parameter]) -> list[Parameter]:
     return parameters
 
 
-def bands_of(rig: Rig, windows: Sequence[Window]) -> Bands:
+def bands_of(rig: Rig, windows: Sequence[RecordWindow]) -> Bands:
     """Return the bands within which probes show forces and motion over their noise.
 
     Parameters
@@ -300,7 +302,7 @@ class Slow(NamedTuple):
     spin: np.ndarray  #: (n_t,) rad/s
 
 
-def slow_motion(windows: Sequence[Window], bands: Bands) -> Slow:
+def slow_motion(windows: Sequence[RecordWindow], bands: Bands) -> Slow:
     """Return the motion of windows at a rate that its band needs.
 
     Parameters
