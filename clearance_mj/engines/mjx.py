@@ -80,7 +80,7 @@ def _require_supported(rig: Rig, law: Law) -> None:
         raise ClearanceError(f"rig {rig.name!r}: the mjx engine does not simulate {unknown[0]}; use links or modal")
 
 
-class _Clearance(NamedTuple):
+class _CompiledClearance(NamedTuple):
     """Static data of a clearance in a program, the same for all of its cases."""
 
     middle: tuple[int, ...]  # rows of displacements
@@ -144,7 +144,7 @@ class MjxRun(SimulationRun):
         )  # fmt: skip
         records = links.clearance.bushings
         self.clearances = tuple(
-            _Clearance(
+            _CompiledClearance(
                 tuple(range(at[0], at[0] + record["coordinates"])),
                 tuple(tuple(dict.fromkeys(at[1 + 2 * end : 3 + 2 * end].tolist())) for end in range(2)), filling,
                 contact, _Record(*record.tolist()),
@@ -235,7 +235,7 @@ def _program() -> Callable[..., Any]:
     import jax
 
     def loop(
-        clearances: tuple[_Clearance, ...], axes: _Equations, equations: _Equations, motion: Any, excitation: Any,
+        clearances: tuple[_CompiledClearance, ...], axes: _Equations, equations: _Equations, motion: Any, excitation: Any,
         steps: Any, count: Any,
     ) -> Any:  # fmt: skip
         step = jax.vmap(functools.partial(_step, clearances), (axes, 0, 0, None), (0, 0))
@@ -255,7 +255,7 @@ def _program() -> Callable[..., Any]:
 
 
 def _step(
-    clearances: tuple[_Clearance, ...], case: _Equations, motion: _Motion, excitation: Any, time: Any
+    clearances: tuple[_CompiledClearance, ...], case: _Equations, motion: _Motion, excitation: Any, time: Any
 ) -> tuple[_Motion, Any]:  # fmt: skip
     """Return the motion after a step, and its columns of `SimulationRun.advance`."""
     from jax import numpy as jp
@@ -283,7 +283,9 @@ def _step(
     return _Motion(q + case.step * v_next, v_next, tuple(after)), row
 
 
-def _evaluate(clearance: _Clearance, numbers: Any, x: Any, u: Any, before: Any, time: Any) -> tuple[Any, Any, Any]:
+def _evaluate(
+    clearance: _CompiledClearance, numbers: Any, x: Any, u: Any, before: Any, time: Any
+) -> tuple[Any, Any, Any]:
     """Return the forces of filling (size,) and contacts (2, size), N, at displacements x, and the next state."""
     from jax import numpy as jp
 
