@@ -170,7 +170,7 @@ def calibrate(
     """
     if not 1 <= n_starts <= MAX_STARTS:
         raise RecordError(f"n_starts must be 1 to {MAX_STARTS}, got {n_starts}")
-    comparison = _Comparison(rig, tuple(targets), free)
+    comparison = _TargetComparison(rig, tuple(targets), free)
     problem = Problem(
         comparison.parameters, one_by_one(comparison.residual), step=STEP, central=True, lanes=False, invalid=RigError
     )
@@ -242,7 +242,7 @@ def profile(
     return results
 
 
-class _Comparison:
+class _TargetComparison:
     """Rigs with values of the free parameters, compared with the targets."""
 
     def __init__(self, rig: Rig, targets: tuple[ModalTarget | FRFTarget, ...], free: Free):
