@@ -62,7 +62,7 @@ class Equilibrium:
     model: LinearModel | ChainModes
     """model of the coordinates"""
     _fillings: tuple[_Filling, ...]
-    _contacts: tuple[_Contact, ...]
+    _contacts: tuple[_EndContact, ...]
 
     def deflection(self, points: Sequence[float | str]) -> np.ndarray:
         """Return the sag of points from the unloaded shaft: y and z (n_points, 2), m.
@@ -138,7 +138,7 @@ class _Filling:
         return np.array(out[: place.size]) - self.preload
 
 
-class _Contact:
+class _EndContact:
     """Contact at one end of a clearance, sticking or sliding."""
 
     def __init__(self, bushing: Bushing, parameters: np.ndarray, law: Callable[..., None], surface: float):
@@ -220,18 +220,20 @@ def _join(parts: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([np.zeros(0), *parts])
 
 
-def _forces(rig: Rig, law: Law, spin: float) -> tuple[list[_Filling], list[_Contact]]:
+def _forces(rig: Rig, law: Law, spin: float) -> tuple[list[_Filling], list[_EndContact]]:
     """Return the fillings of the clearances, and the contacts of both ends of each."""
     table = law.table(len(rig.bushings))
     contacts = [
-        _Contact(bushing, table.parameters[0, j], table.kinds[j].law, spin)
+        _EndContact(bushing, table.parameters[0, j], table.kinds[j].law, spin)
         for j, bushing in enumerate(rig.bushings)
         for _ in range(2)
     ]
     return [_Filling(b, model, spin) for b, model in zip(rig.bushings, fillings_of(rig, law))], contacts
 
 
-def _solve(rig: Rig, model: LinearModel | ChainModes, forces: Sequence[_Filling | _Contact], spin: float) -> np.ndarray:
+def _solve(
+    rig: Rig, model: LinearModel | ChainModes, forces: Sequence[_Filling | _EndContact], spin: float
+) -> np.ndarray:
     """Solve for the coordinates (n,) at which all forces are in equilibrium.
 
     Rigid-body motions are restrained by springs at first, which soften to nothing.
@@ -266,7 +268,9 @@ def _free_motions(model: LinearModel | ChainModes, points: Sequence[np.ndarray])
 class _Balance:
     """Imbalance of the forces on the modes at rest, and its solution by Newton's method with Levenberg's damping."""
 
-    def __init__(self, model: LinearModel | ChainModes, forces: Sequence[_Filling | _Contact], rig: Rig, spin: float):
+    def __init__(
+        self, model: LinearModel | ChainModes, forces: Sequence[_Filling | _EndContact], rig: Rig, spin: float
+    ):
         self.forces, weight = forces, model.weight
         self.small = SMALL * min((b.gap for b in rig.bushings), default=1.0)
         middles, ends = _at_clearances(rig, _rows(model))
