@@ -27,7 +27,7 @@ LISTED = 4  # channels, records and natural frequencies that are named
 
 
 @dataclass
-class _Group:
+class _RigRecords:
     """Records of one rig."""
 
     update: RigUpdate  #: the rig, updated to some of them
@@ -54,7 +54,7 @@ def require_one_rig(rig: Rig, records: Sequence[PreparedRecord]) -> None:
     """
     if not all(record.probes for record in records):
         records = [record.without_probes() for record in records]
-    groups, contradicted, largest = list[_Group](), set[str](), 0.0
+    groups, contradicted, largest = list[_RigRecords](), set[str](), 0.0
     for record in records if len(records) > 1 else ():
         shares = [_misfit(group.update, record) for group in groups]
         if fitting := [i for i, ratio in enumerate(shares) if np.nanmax(ratio) <= SUSPECT]:
@@ -77,7 +77,7 @@ def require_one_rig(rig: Rig, records: Sequence[PreparedRecord]) -> None:
             contradicted |= {name for name, ratio in zip(together.channels, far.tolist()) if ratio > SUSPECT}
             largest = max(largest, float(far.max()))
         else:
-            groups.append(_Group(alone, [record], [own_misfit]))
+            groups.append(_RigRecords(alone, [record], [own_misfit]))
     if len(groups) > 1:
         raise RecordError(_words(sorted(groups, key=_rank), sorted(contradicted), largest))
 
@@ -89,12 +89,12 @@ def _misfit(update: RigUpdate, record: PreparedRecord) -> np.ndarray:
     return share_missed(rms(projection.fitted(fit.noise[0]) - spectra.measured), spectra.level)
 
 
-def _rank(group: _Group) -> tuple[int, float]:
+def _rank(group: _RigRecords) -> tuple[int, float]:
     """Return the number of a rig's records and, to decide between equals, its distance to the rig file, negative."""
     return len(group.records), -max(map(abs, Assessment(group.update).shift.values()))
 
 
-def _words(groups: Sequence[_Group], channels: Sequence[str], missed: float) -> str:
+def _words(groups: Sequence[_RigRecords], channels: Sequence[str], missed: float) -> str:
     *others, last = groups
     theirs, ours = ([f'"{r.name}"' for g in part for r in g.records] for part in (others, [last]))
     who = f"record {theirs[0]} is" if len(theirs) == 1 else f"records {few(theirs, LISTED)} are"
