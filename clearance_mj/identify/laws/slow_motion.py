@@ -40,7 +40,7 @@ TELLING = 0.1  # of the walls' mean force in all records
 STATIC_STIFFNESS_ERROR = 0.5  # of a filling's mean stiffness, which records show above their band alone
 
 
-class _Lines(NamedTuple):
+class _SlowLines(NamedTuple):
     """Slow lines of one record."""
 
     compliance: np.ndarray  # (n_f, n_bushings, n_bushings) displacement by minus the forces, m/N
@@ -248,7 +248,7 @@ def _norm(spectra: Sequence[np.ndarray]) -> float:
     return float(np.sqrt(sum(np.sum(np.abs(x) ** 2) for x in spectra)))
 
 
-def _lines(record: PreparedRecord, rig: Rig, size: int, count: int) -> _Lines:
+def _lines(record: PreparedRecord, rig: Rig, size: int, count: int) -> _SlowLines:
     """Slow lines of a record of which every `DECIMATION`-th sample counts."""
     n = len(record.signals)
     spacing = record.fs / (DECIMATION * size)
@@ -258,20 +258,22 @@ def _lines(record: PreparedRecord, rig: Rig, size: int, count: int) -> _Lines:
     gains = model.displacement_gains(model.at_bushings, record.kind, omega)
     driven = scipy.fft.rfft(record.signals[:, -1] * flanks(n, record.fs))[:count] / DECIMATION
     driven[frequency < (record.band[0] if record.band else spacing)] = 0  # sensors' drift, not the shaker
-    return _Lines(-gains[:, :, :-1], gains[:, :, -1] * driven[:, None])
+    return _SlowLines(-gains[:, :, :-1], gains[:, :, -1] * driven[:, None])
 
 
-def _with_springs(lines: _Lines, stiffness: np.ndarray) -> _Lines:
+def _with_springs(lines: _SlowLines, stiffness: np.ndarray) -> _SlowLines:
     """Lines of the structure with springs in its clearances."""
     inverse = np.linalg.inv(np.eye(stiffness.size) + lines.compliance * stiffness)
-    return _Lines(inverse @ lines.compliance, (inverse @ lines.free[:, :, None])[:, :, 0])
+    return _SlowLines(inverse @ lines.compliance, (inverse @ lines.free[:, :, None])[:, :, 0])
 
 
-def _fixed_point_step(soft: _Lines, x: np.ndarray, forces: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+def _fixed_point_step(soft: _SlowLines, x: np.ndarray, forces: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
     return np.asarray(soft.free - (soft.compliance @ (forces - stiffness * x)[:, :, None])[:, :, 0])
 
 
-def _slow_motion(soft: _Lines, x: np.ndarray, forces: np.ndarray, stiffness: np.ndarray, number: int) -> OwnSlowMotion:
+def _slow_motion(
+    soft: _SlowLines, x: np.ndarray, forces: np.ndarray, stiffness: np.ndarray, number: int
+) -> OwnSlowMotion:
     """Return a bushing's slow motion as a function of its law's force; the other forces stay on their tangents."""
     residual = forces - stiffness * x
     residual[:, number] = 0
