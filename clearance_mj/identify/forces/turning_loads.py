@@ -118,7 +118,7 @@ def find_turning_loads(
     lines, *drawn_lines = (
         [lines_of(each, record, values, fixed) for record in used_records] for each, values in ((rig, probes), *drawn)
     )
-    loads = _Search(rig, lines, drawn_lines).find()
+    loads = _LoadSearch(rig, lines, drawn_lines).find()
     return dataclasses.replace(loads, warnings=(*words, *loads.warnings))
 
 
@@ -138,7 +138,7 @@ def _fastest_spin(record: PreparedRecord) -> float:
     return 0.0 if record.turning is None else float(np.abs(record.turning.speed).max())
 
 
-class _Search(NamedTuple):
+class _LoadSearch(NamedTuple):
     """Search for turning loads in lines of records on the updated rig, and on others from its posterior."""
 
     rig: Rig
