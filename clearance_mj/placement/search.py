@@ -54,7 +54,7 @@ def place_sensors(
     required = _check_required(candidates, n, required)
     for what, value, known in (("criterion", criterion, CRITERIA), ("method", method, METHODS)):
         ClearanceError.require_known(what, value, known)
-    return evaluate(candidates, getattr(_Search(candidates, n, criterion, required), method)())
+    return evaluate(candidates, getattr(_LayoutSearch(candidates, n, criterion, required), method)())
 
 
 def _gains(candidates: Candidates, chosen: Sequence[int], others: Sequence[int]) -> np.ndarray:
@@ -80,7 +80,7 @@ def _check_required(candidates: Candidates, n: int, required: Sequence[int]) -> 
     return required
 
 
-class _Search:
+class _LayoutSearch:
     """Layouts of n sensors that hold the required ones, better and better by a criterion."""
 
     def __init__(self, candidates: Candidates, n: int, criterion: str, required: list[int]) -> None:
