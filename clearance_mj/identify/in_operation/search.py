@@ -17,7 +17,7 @@ from .forces import Forces, forces_in
 from .problem import ClearanceFamilies, LawProblem, real
 from .windows import Bands, RecordWindow
 
-__all__ = ["fitted", "free"]
+__all__ = ["fitted", "fit_without_contact"]
 
 DRAWS, OILY = 30, 100  # laws drawn, and where oil fills gaps, whose forces point to no wall
 SEARCHED = 3  # of them from which a search is made
@@ -29,7 +29,7 @@ ROBUST = 8  # rounds in which windows that miss much count less
 FIRST, STOP = Stop(steps=12, decrease=1e-3), Stop(steps=24, decrease=0.0, gain=0.2, move=0.0)
 
 
-def free(
+def fit_without_contact(
     rig: Rig, windows: Sequence[RecordWindow], bands: Bands, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
     law_priors: Sequence[Parameter],
 ) -> dict[str, float]:  # fmt: skip
@@ -84,11 +84,11 @@ def fitted(
     Parameters
     ----------
     rig, windows, bands, places, uncertain
-        As `free` takes them.
+        As `fit_without_contact` takes them.
     law_priors : sequence of Parameter
         Of laws.
     begin : mapping of str to float
-        Values that `free` returns.
+        Values that `fit_without_contact` returns.
     seed : int
         Of the draws.
     """
