@@ -26,7 +26,7 @@ from .contacts import with_likeliest_contacts
 from .found import ClearanceInOperation, OrbitFit
 from .gains import places_of_unbalance
 from .problem import ClearanceFamilies, LawProblem, law_parameters, places_of
-from .search import FIRST, fit_without_contact, fitted
+from .search import FIRST, fit_contact_law, fit_without_contact
 from .windows import Bands, bands_of, cut, uncertain
 
 __all__ = ["orbits"]
@@ -80,7 +80,7 @@ def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: M
         ]
 
     begin = fit_without_contact(rig, windows, bands, places, varied, law_priors(places, False))
-    solution = fitted(rig, windows, bands, places, varied, law_priors(places), begin)
+    solution = fit_contact_law(rig, windows, bands, places, varied, law_priors(places), begin)
     odds = _odds(solution, law_priors(places, False))
     solution = with_likeliest_contacts(solution, (odds > LIKELY).tolist(), law_priors)
     return _orbit_fit(rig, chosen, bands, solution, odds)

@@ -17,7 +17,7 @@ from .forces import Forces, forces_in
 from .problem import ClearanceFamilies, LawProblem, real
 from .windows import Bands, RecordWindow
 
-__all__ = ["fitted", "fit_without_contact"]
+__all__ = ["fit_contact_law", "fit_without_contact"]
 
 DRAWS, OILY = 30, 100  # laws drawn, and where oil fills gaps, whose forces point to no wall
 SEARCHED = 3  # of them from which a search is made
@@ -75,7 +75,7 @@ def fit_without_contact(
     return values
 
 
-def fitted(
+def fit_contact_law(
     rig: Rig, windows: Sequence[RecordWindow], bands: Bands, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
     law_priors: Sequence[Parameter], begin: Mapping[str, float], seed: int = 0,
 ) -> Solution:  # fmt: skip
