@@ -15,7 +15,7 @@ from ..structure.priors import rig_with
 from .gains import ORDERS, ProbeGains, probe_gains
 from .windows import CERTAIN, Bands, RecordWindow, Slow, WindowSpectra, hann, slow_motion
 
-__all__ = ["ForceMaker", "Forces", "forces_in"]
+__all__ = ["ForceReconstruction", "Forces", "forces_in"]
 
 DIFFERENCE = 0.3  # prior standard deviations, steps by which the linear rig's numbers are varied
 SAME_SPEED = 0.5  # rad/s, within which a shaft's gains are taken to be the same
@@ -71,7 +71,7 @@ class Forces:
 
 def forces_in(
     rig: Rig, windows: Sequence[RecordWindow], parameters: Sequence[Parameter], at: Mapping[str, float], bands: Bands,
-    weighed: Forces | None = None, maker: ForceMaker | None = None,
+    weighed: Forces | None = None, maker: ForceReconstruction | None = None,
 ) -> Forces:  # fmt: skip
     """Return the forces in windows at values of the uncertain parameters, with their derivatives.
 
@@ -97,7 +97,7 @@ def forces_in(
     frequency = frequency[frequency <= bands.force]
     slow = slow_motion(windows, bands)
     derived = maker is None
-    maker = maker or ForceMaker(rig, parameters, 2 * np.pi * frequency)
+    maker = maker or ForceReconstruction(rig, parameters, 2 * np.pi * frequency)
     static = np.abs(np.diag(maker.gains(values, 0.0).inverse[0].real)).reshape(-1, 2).mean(axis=1)
     spectra = [w.spectra(frequency.size) for w in windows]
     size, parts = windows[0].size, []
@@ -123,7 +123,7 @@ def forces_in(
     )  # fmt: skip
 
 
-class ForceMaker:
+class ForceReconstruction:
     """Forces of one rig, whose gains at every speed are computed once.
 
     Parameters

@@ -19,7 +19,7 @@ from ..follow.alarms import RUB, Alarm
 from ..follow.follower import Label, SequentialPosterior
 from ..follow.history import Twin
 from ..records.prepared import prepared
-from .forces import ForceMaker, forces_in
+from .forces import ForceReconstruction, forces_in
 from .found import OrbitFit
 from .problem import LawProblem, acts_without_contact, places_of, real
 from .windows import LENGTH, RecordWindow, windows_of
@@ -88,7 +88,7 @@ class _OrbitFollower:
         fields = [(p.number, field) for field in TRACKED for p in identified if field == "gap" or p.filling.round_only]
         self.names = [f"bushings[{number}].{field}" for number, field in fields]
         self.labels: list[Label] = [(number, TRACKED[field]) for number, field in fields]
-        self.maker: ForceMaker | None = None
+        self.maker: ForceReconstruction | None = None
         self.health: list[np.ndarray] = []
         self.rubbing, self.rubs = np.zeros((2, len(self.places)), dtype=int)
         if fields:
@@ -111,7 +111,7 @@ class _OrbitFollower:
         if self.maker is None:
             frequency = np.fft.rfftfreq(window.size, 1 / window.fs)
             omega = 2 * np.pi * frequency[frequency <= self.fit.bands.force]
-            self.maker = ForceMaker(self.fit.drawn, self.uncertain, omega)
+            self.maker = ForceReconstruction(self.fit.drawn, self.uncertain, omega)
         forces = forces_in(
             self.fit.drawn, [window], self.uncertain, self.values, self.fit.bands, maker=self.maker
         )  # fmt: skip
