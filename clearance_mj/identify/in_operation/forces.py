@@ -168,7 +168,7 @@ class ForceReconstruction:
         """(n_f, m) displacement at the probes without unbalance and run-out, m."""
         gains = self.gains(values, window.mean_speed)
         surface = spectra.waves @ run_out(values, spectra.displacement.shape[1])
-        return spectra.displacement - surface - np.einsum("fiu,fu->fi", gains.seen, drive(values, spectra))
+        return spectra.displacement - surface - np.einsum("fiu,fu->fi", gains.seen, unbalance_forces(values, spectra))
 
     def derivatives(
         self, values: Mapping[str, float], window: RecordWindow, spectra: WindowSpectra, motion: np.ndarray
@@ -195,7 +195,9 @@ class ForceReconstruction:
     ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """Motion (n, 2, m) of both ends beyond the middle and its speed, where the window is not small."""
         m = force.shape[1]
-        points = np.einsum("fij,fj->fi", gain.points, force) + np.einsum("fiu,fu->fi", gain.moved, drive(values, lines))
+        points = np.einsum("fij,fj->fi", gain.points, force) + np.einsum(
+            "fiu,fu->fi", gain.moved, unbalance_forces(values, lines)
+        )
         middle, ends = points[:, :m].reshape(-1, m // 2, 1, 2), points[:, m:].reshape(-1, m // 2, 2, 2)
         tilt = (ends - middle).transpose(0, 2, 1, 3).reshape(len(points), 2, m)
         tilt = tilt * gate[:, None, :]
@@ -213,7 +215,7 @@ def run_out(values: Mapping[str, float], m: int) -> np.ndarray:
     return np.array([[values.get(f"probes[{i}] run-out {name}", 0.0) for i in range(m)] for name in names])
 
 
-def drive(values: Mapping[str, float], spectra: WindowSpectra) -> np.ndarray:
+def unbalance_forces(values: Mapping[str, float], spectra: WindowSpectra) -> np.ndarray:
     """Return the forces (n_f, 2 n_unbalances) along y and z of every unbalance."""
     forces: list[np.ndarray] = []
     while (name := f"unbalances[{len(forces)}]") + " along the mark" in values:
