@@ -16,7 +16,7 @@ import numpy as np
 from ...linear import linear_model
 from ...rig import Rig
 
-__all__ = ["ORDERS", "ProbeGains", "places_of_unbalance", "probe_gains", "spun"]
+__all__ = ["ORDERS", "ProbeGains", "places_of_unbalance", "probe_gains", "unit_unbalance_forces"]
 
 MODES = 12  # of each plane of the known structure, to which static shapes are added
 ORDERS = (1, 2)  # multiples of the shaft's angle that run-out has
@@ -71,14 +71,14 @@ def probe_gains(rig: Rig, probes: Mapping[str, float], spin: float, omega: np.nd
     model = linear_model(rig, MODES)
     forces = -model.at_bushings.T
     rows = np.vstack((model.at_probes(probes), model.at_points))
-    # Forces on the modes of forces along y and along z at the place of each unbalance; `spun` drives them.
+    # Forces on the modes of forces along y and along z at the place of each unbalance; `unit_unbalance_forces` drives them.
     unit = model.moved([place for place, _ in places_of_unbalance(rig)]).reshape(-1, model.size).T
     responses = model.responses(rows, np.hstack((forces, unit)), omega, spin)
     m = forces.shape[1]
     return ProbeGains(responses[:, :m, :m], responses[:, m:, :m], responses[:, :m, m:], responses[:, m:, m:])
 
 
-def spun(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
+def unit_unbalance_forces(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
     """Return the forces (n_t, 2, 2) along y and z of unit unbalances along the mark and across it, N/(kg m).
 
     Parameters

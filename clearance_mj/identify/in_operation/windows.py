@@ -23,7 +23,7 @@ from ...core.errors import RecordError
 from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
-from .gains import ORDERS, places_of_unbalance, probe_gains, spun
+from .gains import ORDERS, places_of_unbalance, probe_gains, unit_unbalance_forces
 
 __all__ = ["Bands", "RecordWindow", "bands_of", "cut", "uncertain"]
 
@@ -98,7 +98,7 @@ class RecordWindow:
         """
         taper = hann(self.size)
         waves = turned_waves(self.angle)
-        parts = (self.displacement, spun(self.angle, self.speed), waves, np.ones((self.size, 1)))
+        parts = (self.displacement, unit_unbalance_forces(self.angle, self.speed), waves, np.ones((self.size, 1)))
         return WindowSpectra(*(np.fft.rfft((p.T * taper).T, axis=0)[:lines] for p in parts))
 
 
