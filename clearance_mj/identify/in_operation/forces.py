@@ -13,7 +13,7 @@ from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..structure.priors import rig_with
 from .gains import ORDERS, ProbeGains, probe_gains
-from .windows import CERTAIN, Bands, RecordWindow, Slow, WindowSpectra, hann, slow_motion
+from .windows import CERTAIN, BandLimits, RecordWindow, Slow, WindowSpectra, hann, slow_motion
 
 __all__ = ["ForceReconstruction", "Forces", "forces_in"]
 
@@ -70,7 +70,7 @@ class Forces:
 
 
 def forces_in(
-    rig: Rig, windows: Sequence[RecordWindow], parameters: Sequence[Parameter], at: Mapping[str, float], bands: Bands,
+    rig: Rig, windows: Sequence[RecordWindow], parameters: Sequence[Parameter], at: Mapping[str, float], bands: BandLimits,
     weighed: Forces | None = None, maker: ForceReconstruction | None = None,
 ) -> Forces:  # fmt: skip
     """Return the forces in windows at values of the uncertain parameters, with their derivatives.

@@ -16,7 +16,7 @@ from ...core.files import to_json, write_text
 from ...estimate.estimates import Estimates
 from ...model import Model
 from ...rig import Rig
-from .windows import Bands
+from .windows import BandLimits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -112,7 +112,7 @@ class OrbitFit:
     """names of the records"""
     misfit: float
     """RMS of the residuals, over their expected error"""
-    bands: Bands
+    bands: BandLimits
     """of forces and motion"""
     drawn: Rig
     """the rig that was fitted, as it was drawn"""

@@ -27,7 +27,7 @@ from .found import ClearanceInOperation, OrbitFit
 from .gains import places_of_unbalance
 from .problem import ClearanceFamilies, LawProblem, law_parameters, places_of
 from .search import FIRST, fit_contact_law, fit_without_contact
-from .windows import Bands, bands_of, cut, uncertain
+from .windows import BandLimits, bands_of, cut, uncertain
 
 __all__ = ["orbits"]
 
@@ -125,7 +125,9 @@ def _odds(solution: Solution, law_priors: Sequence[Parameter]) -> np.ndarray:
     return np.full(len(problem.places), 0.5 * n * math.log(scales[0] / scales[1]))
 
 
-def _orbit_fit(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, fit: Solution, odds: np.ndarray) -> OrbitFit:
+def _orbit_fit(
+    rig: Rig, records: Sequence[PreparedRecord], bands: BandLimits, fit: Solution, odds: np.ndarray
+) -> OrbitFit:
     problem = fit.problem
     assert isinstance(problem, LawProblem) and isinstance(fit.loss, UnknownScale)
     correlated = max(fit.loss.correlated, 1.0)

@@ -15,7 +15,7 @@ from ...estimate import Parameter, Solution, Stop, solve
 from ...rig import Rig
 from .forces import Forces, forces_in
 from .problem import ClearanceFamilies, LawProblem, real
-from .windows import Bands, RecordWindow
+from .windows import BandLimits, RecordWindow
 
 __all__ = ["fit_contact_law", "fit_without_contact"]
 
@@ -30,7 +30,7 @@ FIRST, STOP = Stop(steps=12, decrease=1e-3), Stop(steps=24, decrease=0.0, gain=0
 
 
 def fit_without_contact(
-    rig: Rig, windows: Sequence[RecordWindow], bands: Bands, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
+    rig: Rig, windows: Sequence[RecordWindow], bands: BandLimits, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
     law_priors: Sequence[Parameter],
 ) -> dict[str, float]:  # fmt: skip
     """Return unbalance, run-out and rig parameters fitted to the windows without contact.
@@ -76,7 +76,7 @@ def fit_without_contact(
 
 
 def fit_contact_law(
-    rig: Rig, windows: Sequence[RecordWindow], bands: Bands, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
+    rig: Rig, windows: Sequence[RecordWindow], bands: BandLimits, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
     law_priors: Sequence[Parameter], begin: Mapping[str, float], seed: int = 0,
 ) -> Solution:  # fmt: skip
     """Return the likeliest laws with contact and uncertain parameters of the rig, linearised about them.

@@ -25,7 +25,7 @@ from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from .gains import ORDERS, places_of_unbalance, probe_gains, unit_unbalance_forces
 
-__all__ = ["Bands", "RecordWindow", "bands_of", "cut", "uncertain"]
+__all__ = ["BandLimits", "RecordWindow", "bands_of", "cut", "uncertain"]
 
 LENGTH = 1.5  # s, of a window
 STEADY, CHANGING = 3, 16  # windows of a record at one speed, and of a run-up, at most
@@ -57,7 +57,7 @@ def hann(size: int) -> np.ndarray:
     return np.asarray(window)
 
 
-class Bands(NamedTuple):
+class BandLimits(NamedTuple):
     """Upper limits of the bands in which forces are compared and motion is known, Hz."""
 
     force: float
@@ -258,7 +258,7 @@ def uncertain(rig: Rig, numbers: Sequence[Parameter]) -> list[Parameter]:
     return parameters
 
 
-def bands_of(rig: Rig, windows: Sequence[RecordWindow]) -> Bands:
+def bands_of(rig: Rig, windows: Sequence[RecordWindow]) -> BandLimits:
     """Return the bands within which probes show forces and motion over their noise.
 
     Parameters
@@ -287,7 +287,7 @@ def bands_of(rig: Rig, windows: Sequence[RecordWindow]) -> Bands:
     levels = np.sum(power[:, inside][:, below] * np.abs(inverse[0].max()), axis=(1, 2))
     end = float(frequency[inside][max(np.searchsorted(of_noise, FORCE_NOISE**2 * np.quantile(levels, 0.75)) - 1, 0)])
     force = min(max(end, least), 0.5 * highest)
-    return Bands(force, min(highest, max(2 * force, 8 * fastest, 100.0)))
+    return BandLimits(force, min(highest, max(2 * force, 8 * fastest, 100.0)))
 
 
 class Slow(NamedTuple):
@@ -302,7 +302,7 @@ class Slow(NamedTuple):
     spin: np.ndarray  #: (n_t,) rad/s
 
 
-def slow_motion(windows: Sequence[RecordWindow], bands: Bands) -> Slow:
+def slow_motion(windows: Sequence[RecordWindow], bands: BandLimits) -> Slow:
     """Return the motion of windows at a rate that its band needs.
 
     Parameters
