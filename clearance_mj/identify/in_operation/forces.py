@@ -13,7 +13,7 @@ from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..structure.priors import rig_with
 from .gains import ORDERS, ProbeGains, probe_gains
-from .windows import CERTAIN, BandLimits, RecordWindow, Slow, WindowSpectra, hann, slow_motion
+from .windows import CERTAIN, BandLimits, LowFrequencyMotion, RecordWindow, WindowSpectra, hann, slow_motion
 
 __all__ = ["ForceReconstruction", "Forces", "forces_in"]
 
@@ -41,7 +41,7 @@ class Forces:
     per_force: np.ndarray  #: (n_windows, n_f, m, m) displacement at probes per clearance force, over the same error
     per_force_by: np.ndarray  #: (n, n_windows, n_f, m, m) per unit of each parameter
     one: np.ndarray  #: (n_windows, n_f) of a constant force of 1 N
-    slow: Slow
+    slow: LowFrequencyMotion
     tilt: np.ndarray  #: (n_t, 2, m) displacement of both ends beyond that of the middle, m
     tilt_speed: np.ndarray  #: (n_t, 2, m) m/s
     stiffness: np.ndarray  #: (n_bushings,) N/m, of the shaft at rest
@@ -191,7 +191,7 @@ class ForceReconstruction:
 
     def tilt(
         self, values: Mapping[str, float], gain: ProbeGains, lines: WindowSpectra, force: np.ndarray, gate: np.ndarray,
-        slow: Slow, size: int,
+        slow: LowFrequencyMotion, size: int,
     ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """Motion (n, 2, m) of both ends beyond the middle and its speed, where the window is not small."""
         m = force.shape[1]

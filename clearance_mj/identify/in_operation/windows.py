@@ -290,7 +290,7 @@ def bands_of(rig: Rig, windows: Sequence[RecordWindow]) -> BandLimits:
     return BandLimits(force, min(highest, max(2 * force, 8 * fastest, 100.0)))
 
 
-class Slow(NamedTuple):
+class LowFrequencyMotion(NamedTuple):
     """The motion of windows below the highest frequency at which it is known, one after the other."""
 
     rate: float  #: samples per second
@@ -302,7 +302,7 @@ class Slow(NamedTuple):
     spin: np.ndarray  #: (n_t,) rad/s
 
 
-def slow_motion(windows: Sequence[RecordWindow], bands: BandLimits) -> Slow:
+def slow_motion(windows: Sequence[RecordWindow], bands: BandLimits) -> LowFrequencyMotion:
     """Return the motion of windows at a rate that its band needs.
 
     Parameters
@@ -328,4 +328,4 @@ def slow_motion(windows: Sequence[RecordWindow], bands: BandLimits) -> Slow:
         by_time = derivative.reshape(len(waves), -1) * orders * window.speed[:, None]
         parts_of_windows.append([each[::step] for each in (smooth, v, waves, by_time, window.speed)])
     signals = [np.concatenate(parts) for parts in zip(*parts_of_windows)]
-    return Slow(fs / step, len(parts_of_windows[0][0]), *signals)
+    return LowFrequencyMotion(fs / step, len(parts_of_windows[0][0]), *signals)
