@@ -97,7 +97,7 @@ class RecordWindow:
             Number of lines from 0 Hz on.
         """
         taper = hann(self.size)
-        waves = turned_waves(self.angle)
+        waves = angle_harmonics(self.angle)
         parts = (self.displacement, unit_unbalance_forces(self.angle, self.speed), waves, np.ones((self.size, 1)))
         return WindowSpectra(*(np.fft.rfft((p.T * taper).T, axis=0)[:lines] for p in parts))
 
@@ -111,7 +111,7 @@ class WindowSpectra(NamedTuple):
     one: np.ndarray  #: (n_f, 1) of a constant
 
 
-def turned_waves(angle: np.ndarray) -> np.ndarray:
+def angle_harmonics(angle: np.ndarray) -> np.ndarray:
     """Return (n, 2 n_orders) cosine and sine of the multiples of the shaft's angle that run-out has.
 
     Parameters
@@ -297,7 +297,7 @@ class LowFrequencyMotion(NamedTuple):
     size: int  #: samples of a window
     x: np.ndarray  #: (n_t, m) displacement at the probes, m
     v: np.ndarray  #: (n_t, m) m/s
-    waves: np.ndarray  #: (n_t, 2 n_orders) see `turned_waves`
+    waves: np.ndarray  #: (n_t, 2 n_orders) see `angle_harmonics`
     waves_by_time: np.ndarray  #: (n_t, 2 n_orders) 1/s
     spin: np.ndarray  #: (n_t,) rad/s
 
@@ -322,7 +322,7 @@ def slow_motion(windows: Sequence[RecordWindow], bands: BandLimits) -> LowFreque
         smooth = scipy.signal.fftconvolve(ends, taps[:, None], "valid", axes=0)
         time = np.arange(window.size) / fs
         v = CubicSpline(time, smooth, axis=0)(time, 1)
-        waves = turned_waves(window.angle)
+        waves = angle_harmonics(window.angle)
         orders = np.repeat(ORDERS, 2)
         derivative = waves.reshape(-1, len(ORDERS), 2)[:, :, ::-1] * np.array([-1.0, 1.0])
         by_time = derivative.reshape(len(waves), -1) * orders * window.speed[:, None]
