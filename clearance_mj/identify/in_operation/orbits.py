@@ -27,7 +27,7 @@ from .found import ClearanceInOperation, OrbitFit
 from .gains import places_of_unbalance
 from .problem import ClearanceFamilies, LawProblem, law_parameters, places_of
 from .search import FIRST, fit_contact_law, fit_without_contact
-from .windows import BandLimits, bands_of, cut, uncertain
+from .windows import BandLimits, bands_of, select_windows, uncertain
 
 __all__ = ["orbits"]
 
@@ -67,7 +67,7 @@ def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: M
         If there is no such record, the rig has no bushings or moves in a plane, or a record lacks its probes.
     """
     chosen, rig = _select_records(records, rig or (model.rig if model else None))
-    windows = [window for record in chosen for window in cut(record)]
+    windows = [window for record in chosen for window in select_windows(record)]
     bands = bands_of(rig, windows)
     rig_priors = priors(rig, bands.force, probes=True)
     usual = [*rig_priors, *(p for p in priors(rig.replace(tolerances=())) if p.name.endswith(".gap"))]

@@ -25,7 +25,7 @@ from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from .gains import ORDERS, places_of_unbalance, probe_gains, unit_unbalance_forces
 
-__all__ = ["BandLimits", "RecordWindow", "bands_of", "cut", "uncertain"]
+__all__ = ["BandLimits", "RecordWindow", "bands_of", "select_windows", "uncertain"]
 
 LENGTH = 1.5  # s, of a window
 STEADY, CHANGING = 3, 16  # windows of a record at one speed, and of a run-up, at most
@@ -122,7 +122,7 @@ def angle_harmonics(angle: np.ndarray) -> np.ndarray:
     return np.column_stack([f(order * angle) for order in ORDERS for f in (np.cos, np.sin)])
 
 
-def cut(record: PreparedRecord, length: float = LENGTH, most: int | None = None) -> list[RecordWindow]:
+def select_windows(record: PreparedRecord, length: float = LENGTH, most: int | None = None) -> list[RecordWindow]:
     """Return windows of a record, half a window apart or farther.
 
     Parameters
