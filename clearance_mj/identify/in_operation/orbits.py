@@ -27,7 +27,7 @@ from .found import ClearanceInOperation, OrbitFit
 from .gains import places_of_unbalance
 from .problem import ClearanceFamilies, LawProblem, law_parameters, places_of
 from .search import FIRST, fit_contact_law, fit_without_contact
-from .windows import BandLimits, bands_of, select_windows, uncertain
+from .windows import BandLimits, bands_of, linear_parameters, select_windows
 
 __all__ = ["orbits"]
 
@@ -72,7 +72,7 @@ def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: M
     rig_priors = priors(rig, bands.force, probes=True)
     usual = [*rig_priors, *(p for p in priors(rig.replace(tolerances=())) if p.name.endswith(".gap"))]
     places, rests, weight = places_of(rig), rests_of(rig), 9.81 * (rig.total_mass or WEIGHT / 9.81)
-    varied = uncertain(rig, rig_priors)
+    varied = linear_parameters(rig, rig_priors)
 
     def law_priors(places: Sequence[ClearanceFamilies], touching: bool = True) -> list[Parameter]:
         return [

@@ -25,7 +25,7 @@ from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from .gains import ORDERS, places_of_unbalance, probe_gains, unit_unbalance_forces
 
-__all__ = ["BandLimits", "RecordWindow", "bands_of", "select_windows", "uncertain"]
+__all__ = ["BandLimits", "RecordWindow", "bands_of", "select_windows", "linear_parameters"]
 
 LENGTH = 1.5  # s, of a window
 STEADY, CHANGING = 3, 16  # windows of a record at one speed, and of a run-up, at most
@@ -230,7 +230,7 @@ def noise_of(displacement: np.ndarray) -> np.ndarray:
     return np.asarray(np.maximum(np.sqrt(quiet), QUIETEST * np.std(displacement, axis=0)))
 
 
-def uncertain(rig: Rig, numbers: Sequence[Parameter]) -> list[Parameter]:
+def linear_parameters(rig: Rig, numbers: Sequence[Parameter]) -> list[Parameter]:
     """Return the parameters of the forces that probes show: the linear rig's numbers, unbalances and run-out.
 
     Parameters
