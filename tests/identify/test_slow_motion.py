@@ -11,7 +11,7 @@ from clearance_mj.clearance import ContactLaw, KelvinVoigt
 from clearance_mj.identify.forces.restoring import MODES, NO_PROBES_BAND, flanks, restoring_force
 from clearance_mj.identify.laws.case import ClearanceWithLaw
 from clearance_mj.identify.laws.measured_motion import MeasuredMotion
-from clearance_mj.identify.laws.records_to_fit import telling
+from clearance_mj.identify.laws.records_to_fit import informative_records
 from clearance_mj.identify.laws.slow_motion import SlowMotion, next_offsets
 from clearance_mj.identify.methods.bench import fit_bench
 from clearance_mj.identify.records.prepared import PreparedRecord
@@ -107,8 +107,8 @@ def test_laws_are_fitted_to_records_that_fall_only_where_the_others_do_not_go():
     x = whole.displacement / np.abs(whole.displacement[:, whole.valid]).max(axis=1, keepdims=True)
     falling = dataclasses.replace(whole, displacement=x * np.where(whole.time < whole.time[-1] / 2, 1.0, 0.1))
     steady = dataclasses.replace(whole, displacement=x * np.array([[0.6], [0.3]]) * np.abs(falling.displacement).max())
-    assert telling([steady, falling]).tolist() == [[True, False], [True, True]]
-    assert telling([falling]).tolist() == [[True], [True]]
+    assert informative_records([steady, falling]).tolist() == [[True, False], [True, True]]
+    assert informative_records([falling]).tolist() == [[True], [True]]
     used = MeasuredMotion([steady, falling], TABLE1, 0, [], (True, False))
     assert 0 < used.fitted.size == MeasuredMotion([steady], TABLE1, 0, []).fitted.size
     correlated = [MeasuredMotion([each], TABLE1, 0, []).shortest_correlation for each in (steady, falling)]

@@ -30,7 +30,7 @@ from ..structure.rig_update import RigUpdate
 from .case import HOLE, OFFSETS, RESTS, nominal_of, open_parameters
 from .force_fit import ForceFit, ForceProblem, fit_force, steps_on
 from .measured_motion import MeasuredMotion
-from .records_to_fit import shortened, telling
+from .records_to_fit import informative_records, shortened
 from .rest import rests_of, with_offsets
 from .slow_motion import SlowMotion, fit_with_slow_motion
 
@@ -124,7 +124,7 @@ def compare_families(
     rig = rig or update.rig
     point_ends, used = _with_length(rig), np.ones((len(rig.bushings), len(records)), dtype=bool)
     if not update.probes and not rig.moves_across:
-        used = telling([force_on(point_ends, update, record) for record in records])
+        used = informative_records([force_on(point_ends, update, record) for record in records])
         indices = np.flatnonzero(used.any(axis=0)).tolist()
         records, used = [records[i] for i in indices], used[:, indices]
     records = shortened(records)

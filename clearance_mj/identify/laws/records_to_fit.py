@@ -10,7 +10,7 @@ from ..forces.restoring import RestoringForce
 from ..records.prepared import PreparedRecord
 from .measured_motion import falls
 
-__all__ = ["shortened", "telling"]
+__all__ = ["shortened", "informative_records"]
 
 MAX_SECONDS = 40.0  # of all records together, to which laws are fitted
 MIN_SECONDS = 4.0  # of each of them
@@ -18,7 +18,7 @@ MIN_RATE, MIN_RATIO = 2048.0, 8.0  # samples per second, also over the highest e
 NEARLY = 0.5  # of the farthest motion
 
 
-def telling(forces: Sequence[RestoringForce]) -> np.ndarray:
+def informative_records(forces: Sequence[RestoringForce]) -> np.ndarray:
     """Return which records without probes (n_clearances, n_records) laws are fitted to: those that never fall by much.
 
     What has slid in a filling while the motion was large holds the shaft aside after it, where no accelerometer shows
