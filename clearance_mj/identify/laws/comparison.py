@@ -30,7 +30,7 @@ from ..structure.rig_update import RigUpdate
 from .case import HOLE, OFFSETS, RESTS, nominal_of, open_parameters
 from .force_fit import ForceFit, ForceProblem, fit_force, steps_on
 from .measured_motion import MeasuredMotion
-from .records_to_fit import informative_records, shortened
+from .records_to_fit import informative_records, most_informative_parts
 from .rest import rests_of, with_offsets
 from .slow_motion import SlowMotion, fit_with_slow_motion
 
@@ -127,7 +127,7 @@ def compare_families(
         used = informative_records([force_on(point_ends, update, record) for record in records])
         indices = np.flatnonzero(used.any(axis=0)).tolist()
         records, used = [records[i] for i in indices], used[:, indices]
-    records = shortened(records)
+    records = most_informative_parts(records)
     forces = [force_on(point_ends, update, record) for record in tqdm(records, desc="forces", disable=not progress)]
     turns = any(force.spin is not None for force in forces)
     rests = rests_of(rig) if rig.is_loaded else [None] * len(rig.bushings)

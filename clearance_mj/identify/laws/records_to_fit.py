@@ -10,7 +10,7 @@ from ..forces.restoring import RestoringForce
 from ..records.prepared import PreparedRecord
 from .measured_motion import falls
 
-__all__ = ["shortened", "informative_records"]
+__all__ = ["most_informative_parts", "informative_records"]
 
 MAX_SECONDS = 40.0  # of all records together, to which laws are fitted
 MIN_SECONDS = 4.0  # of each of them
@@ -39,7 +39,7 @@ def informative_records(forces: Sequence[RestoringForce]) -> np.ndarray:
     return np.asarray(steady_records | ~enough[:, None])
 
 
-def shortened(records: Sequence[PreparedRecord]) -> list[PreparedRecord]:
+def most_informative_parts(records: Sequence[PreparedRecord]) -> list[PreparedRecord]:
     """Return the parts of records in which most moves, `MAX_SECONDS` in all, sampled no faster than laws need.
 
     Parameters
