@@ -25,7 +25,7 @@ from ..forces.restoring import RestoringForce
 from .case import ClearanceWithLaw, nominal_of
 from .forces_in_lanes import BushingMotion, decimated, law_forces
 
-__all__ = ["DECIMATION", "FORCE_ERROR", "MeasuredMotion", "OwnSlowMotion", "falls", "low_pass", "rms_of_blocks"]
+__all__ = ["DECIMATION", "FORCE_ERROR", "MeasuredMotion", "OwnSlowMotion", "becomes_quiet", "low_pass", "rms_of_blocks"]
 
 INTERPOLATION = 2  # factor by which motions are interpolated: contact begins and ends between samples
 DECIMATION = 2  # factor by which forces are decimated: beyond the pass band there is nothing to compare
@@ -106,7 +106,7 @@ class MeasuredMotion:
         # After it has fallen, the motion on average is where something slid: the same until it slides again.
         seconds = REPEATED if self.size > 1 or self.unknown_lines else 0.0
         if self.unknown_lines and any(
-            use and falls(path.x[:: self.factor, 0, 0], self.rate) for use, path in zip(self.used, self.paths)
+            use and becomes_quiet(path.x[:: self.factor, 0, 0], self.rate) for use, path in zip(self.used, self.paths)
         ):
             seconds = BLOCK
         self.shortest_correlation = self.size * seconds * self.rate
@@ -223,7 +223,7 @@ class MeasuredMotion:
         return dataclasses.replace(parameter, low=max(parameter.low, 0.5 * travel))
 
 
-def falls(x: np.ndarray, rate: float) -> bool:
+def becomes_quiet(x: np.ndarray, rate: float) -> bool:
     """Return True if a motion becomes quiet after it was loud, or before.
 
     Parameters

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..forces.restoring import RestoringForce
 from ..records.prepared import PreparedRecord
-from .measured_motion import falls
+from .measured_motion import becomes_quiet
 
 __all__ = ["most_informative_parts", "informative_records"]
 
@@ -33,7 +33,7 @@ def informative_records(forces: Sequence[RestoringForce]) -> np.ndarray:
     for force in forces:
         x = force.displacement[:, force.valid]
         farthest.append(np.abs(x).max(axis=1))
-        steady.append(not any(falls(each, force.fs) for each in x))
+        steady.append(not any(becomes_quiet(each, force.fs) for each in x))
     far, steady_records = np.array(farthest), np.array(steady)
     enough = far[steady_records].max(axis=0, initial=0.0) >= NEARLY * far.max(axis=0)
     return np.asarray(steady_records | ~enough[:, None])

@@ -25,7 +25,7 @@ from ..forces.restoring import MODES, flanks
 from ..records.prepared import PreparedRecord
 from .case import ClearanceWithLaw
 from .force_fit import ForceFit, fit_force
-from .measured_motion import DECIMATION, FORCE_ERROR, WIDE, MeasuredMotion, OwnSlowMotion, falls, rms_of_blocks
+from .measured_motion import DECIMATION, FORCE_ERROR, WIDE, MeasuredMotion, OwnSlowMotion, becomes_quiet, rms_of_blocks
 
 __all__ = ["SlowMotion", "fit_with_slow_motion", "next_offsets"]
 
@@ -238,7 +238,7 @@ def _with_offset_std(fit: ForceFit, factor: float) -> ForceFit:
 
 def _decline(x: np.ndarray, rate: float) -> float:
     """Return how far, m, the RMS of a falling motion is below the largest before, mean of all blocks."""
-    if not falls(x, rate):
+    if not becomes_quiet(x, rate):
         return 0.0
     rms = rms_of_blocks(x, rate)
     return float(np.mean(np.maximum.accumulate(rms) - rms))
