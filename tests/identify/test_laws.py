@@ -13,8 +13,8 @@ from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.engines import simulate
 from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify.laws.output_error import (
+    ResponseFeatures,
     ResponseResiduals,
-    Sight,
     before_contact,
     evidence,
     features,
@@ -142,7 +142,7 @@ def test_a_record_seen_as_its_own_response(rng, probes):
     x[size // 2 :] = 0.0
     x[size // 2 + 100 :: 700] = 30.0
     record = Response(fs, x, np.array([x + y, 2 * x + z]), y[None] if probes else None, band=(20, 200))
-    expected, (frf, rms) = features(record), Sight(record).look(record)
+    expected, (frf, rms) = features(record), ResponseFeatures(record).look(record)
     assert frf.size == 2 * 181 and rms.size == (4 if probes else 2)
     np.testing.assert_allclose(frf, expected.frf, rtol=1e-12)
     np.testing.assert_allclose(rms, expected.rms, rtol=1e-12)

@@ -14,7 +14,7 @@ from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import diagnose, update_rig
 from clearance_mj.identify.forces.restoring import restoring_force
 from clearance_mj.identify.laws.law_misfit import law_misfit
-from clearance_mj.identify.laws.output_error import Sight
+from clearance_mj.identify.laws.output_error import ResponseFeatures
 from clearance_mj.identify.records.checks import check_records
 from clearance_mj.identify.records.prepared import prepare
 from clearance_mj.io.dataset import Dataset, write_dataset
@@ -116,7 +116,7 @@ def test_a_law_is_judged_by_the_other_sensors(left_out):
 
 def test_a_simulation_is_seen_at_the_recorded_sensors_alone(left_out):
     record, response = left_out[1].response(), left_out[0].response()
-    both = [Sight(record).look(response)[0].size, Sight(response).look(response)[0].size]
+    both = [ResponseFeatures(record).look(response)[0].size, ResponseFeatures(response).look(response)[0].size]
     assert both[0] * len(RIG.sensors) == both[1] * (len(RIG.sensors) - 1)
 
 

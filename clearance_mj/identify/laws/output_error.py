@@ -133,7 +133,7 @@ class ResponseResiduals:
     ) -> None:
         self.rig, self.make = rig, make
         self.excitations = [item.excitation for item in records]
-        self.sights = [Sight(item.response) for item in records]
+        self.sights = [ResponseFeatures(item.response) for item in records]
         self.measured = [features(item.response) for item in records]
         random = np.concatenate([m.frf_error for m in self.measured] + [m.rms_error for m in self.measured])
         self.weight = 1 / np.hypot(1, random / model_error)
@@ -203,7 +203,7 @@ def holds_hits(excitation: np.ndarray) -> bool:
     return bool(np.abs(excitation).max() > CREST * excitation.std())
 
 
-class Sight:
+class ResponseFeatures:
     """Features of responses to a record's excitation, see `features`; spectra of the excitation are computed once.
 
     Parameters
