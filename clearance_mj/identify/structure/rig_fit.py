@@ -36,10 +36,10 @@ OUTLYING = 2.0  # standard deviations from which on a line counts less
 NOISE_BANDS = (20.0, 60.0, 130.0)  # Hz, between bands in which the noise is estimated
 DIFFERENCE = 1e-3  # prior standard deviations, for difference quotients
 WORKERS = 2  # threads
-COUPLE = 0.5
+END_MOMENT_RATIO = 0.5
 """Of a force, RMS, at most: half the difference of the forces at both ends of a clearance, and of those at its ends and
 in its middle, if these are independent and of one size."""
-COUPLES = COUPLE * np.array([0.0, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0])  # that are compared for round clearances
+COUPLES = END_MOMENT_RATIO * np.array([0.0, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0])  # that are compared for round clearances
 COMPARED_LINES = 300  # of each record, by which they are compared
 CHANNELWISE = (
     "gain",
@@ -260,7 +260,7 @@ class RigFit:
             power = np.abs(f.forces[:, :-1, 0]) ** 2
             power = scipy.ndimage.uniform_filter1d(power, s.force_bandwidth, axis=0)
             coupled.append(g[:, :, :-1] * np.sqrt(np.tile(power, 2))[:, None, :] / noise[:, :, None])
-        fraction = self._fraction_of_couples(at, coupled) if self.rig.moves_across else COUPLE
+        fraction = self._fraction_of_couples(at, coupled) if self.rig.moves_across else END_MOMENT_RATIO
         for i, (coupled_lines, noise, s) in enumerate(zip(coupled, self.noise, self.spectra)):
             ends = end_gains(model, values, self.probes, self.lines[i], s.in_flanks) / noise[:, :, None]
             coupled_lines = np.concatenate((fraction * coupled_lines, ends), axis=2)
