@@ -39,7 +39,9 @@ WORKERS = 2  # threads
 END_MOMENT_RATIO = 0.5
 """Of a force, RMS, at most: half the difference of the forces at both ends of a clearance, and of those at its ends and
 in its middle, if these are independent and of one size."""
-COUPLES = END_MOMENT_RATIO * np.array([0.0, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0])  # that are compared for round clearances
+END_MOMENT_RATIOS = END_MOMENT_RATIO * np.array(
+    [0.0, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0]
+)  # that are compared for round clearances
 COMPARED_LINES = 300  # of each record, by which they are compared
 CHANNELWISE = (
     "gain",
@@ -272,7 +274,7 @@ class RigFit:
             WhiteLines(gain / noise[:, :, None], s.measured / noise, pairs, s.correlated_lines).thinned(COMPARED_LINES)
             for gain, noise, s, pairs in zip(self._gains(at), self.noise, self.spectra, coupled)
         ]
-        return likeliest_share(lines, COUPLES, OUTLYING)
+        return likeliest_share(lines, END_MOMENT_RATIOS, OUTLYING)
 
 
 def _without_absent(spectra: ChannelSpectra, noise: np.ndarray) -> np.ndarray:
