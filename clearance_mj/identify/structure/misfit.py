@@ -10,7 +10,7 @@ import numpy as np
 from ...rig import Rig
 from .spectra import complex_frequency, rms
 
-__all__ = ["RecordMisfit", "mean_share", "share_missed"]
+__all__ = ["RecordMisfit", "mean_share", "relative_error"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +40,10 @@ class RecordMisfit:
     @property
     def share(self) -> np.ndarray:
         """(n_channels,) RMS of the residual over that of the channel; nan of one that was left out."""
-        return share_missed(rms((self.fitted - self.measured).T), self.level)
+        return relative_error(rms((self.fitted - self.measured).T), self.level)
 
 
-def share_missed(residual: np.ndarray, level: np.ndarray) -> np.ndarray:
+def relative_error(residual: np.ndarray, level: np.ndarray) -> np.ndarray:
     """Return the residual of channels (n_channels,) over their level; nan of those that were left out."""
     return np.divide(residual, level, out=np.full(residual.shape, np.nan), where=level > 0)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
-from .misfit import mean_share, share_missed
+from .misfit import mean_share, relative_error
 from .priors import with_exact_supports
 from .rig_fit import RigFit
 from .rig_update import RigUpdate
@@ -56,6 +56,6 @@ def rig_file_misfit(rig: Rig, records: Sequence[PreparedRecord]) -> np.ndarray:
     fit = RigFit(with_exact_supports(rig), records)
     parts = fit.projected(None)
     residual = [
-        share_missed(rms(f.fitted(n) - s.measured), rms(s.measured)) for f, n, s in zip(parts, fit.noise, fit.spectra)
+        relative_error(rms(f.fitted(n) - s.measured), rms(s.measured)) for f, n, s in zip(parts, fit.noise, fit.spectra)
     ]
     return mean_share(residual)

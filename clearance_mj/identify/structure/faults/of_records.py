@@ -12,7 +12,7 @@ from ....core.errors import RecordError
 from ....core.overview import few
 from ....rig import Rig
 from ...records.prepared import PreparedRecord
-from ..misfit import share_missed
+from ..misfit import relative_error
 from ..rig_fit import RigFit
 from ..rig_update import RigUpdate
 from ..spectra import rms
@@ -86,7 +86,7 @@ def _misfit(update: RigUpdate, record: PreparedRecord) -> np.ndarray:
     """Return the misfit (n_channels,) of a record on a rig that was updated to others, over the channels' levels."""
     fit = RigFit(update.start, [record], THIN)
     (spectra,), (projection,) = fit.spectra, fit.projected(fit.problem.at(update.values))
-    return share_missed(rms(projection.fitted(fit.noise[0]) - spectra.measured), spectra.level)
+    return relative_error(rms(projection.fitted(fit.noise[0]) - spectra.measured), spectra.level)
 
 
 def _rank(group: _RigRecords) -> tuple[int, float]:
