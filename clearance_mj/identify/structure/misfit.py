@@ -10,7 +10,7 @@ import numpy as np
 from ...rig import Rig
 from .spectra import complex_frequency, rms
 
-__all__ = ["RecordMisfit", "mean_share", "relative_error"]
+__all__ = ["RecordMisfit", "rms_relative_error", "relative_error"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ def relative_error(residual: np.ndarray, level: np.ndarray) -> np.ndarray:
     return np.divide(residual, level, out=np.full(residual.shape, np.nan), where=level > 0)
 
 
-def mean_share(ratios: Sequence[np.ndarray]) -> np.ndarray:
+def rms_relative_error(ratios: Sequence[np.ndarray]) -> np.ndarray:
     """Return the RMS (n_channels,) of misfits over the records that have a channel; 0 of one that none has."""
     squares = np.square(ratios)
     finite = np.isfinite(squares)

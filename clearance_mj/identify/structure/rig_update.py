@@ -13,7 +13,7 @@ from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from .found_structure import FoundStructure
-from .misfit import RecordMisfit, mean_share
+from .misfit import RecordMisfit, rms_relative_error
 from .priors import CRITICAL, rig_with, unsaid_words
 
 __all__ = ["RigUpdate"]
@@ -54,7 +54,7 @@ class RigUpdate:
     @property
     def share(self) -> np.ndarray:
         """(n_channels,) residual of each channel over its level, RMS over the records that have it."""
-        return mean_share([m.share for m in self.misfit])
+        return rms_relative_error([m.share for m in self.misfit])
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
-from .misfit import mean_share, relative_error
+from .misfit import relative_error, rms_relative_error
 from .priors import with_exact_supports
 from .rig_fit import RigFit
 from .rig_update import RigUpdate
@@ -58,4 +58,4 @@ def rig_file_misfit(rig: Rig, records: Sequence[PreparedRecord]) -> np.ndarray:
     residual = [
         relative_error(rms(f.fitted(n) - s.measured), rms(s.measured)) for f, n, s in zip(parts, fit.noise, fit.spectra)
     ]
-    return mean_share(residual)
+    return rms_relative_error(residual)
