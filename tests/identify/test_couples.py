@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj.identify.structure.couples import WhiteLines, likeliest_share
+from clearance_mj.identify.structure.couples import WhiteLines, likeliest_end_moment_ratio
 
 SHARES = np.array([0.0, 0.015, 0.05, 0.1, 0.2, 0.35, 0.5])
 CHANNELS, UNKNOWNS, COUPLES = 9, 3, 2
@@ -21,14 +21,14 @@ def drawn(rng, share, n=600, outliers=0.0):
 
 @pytest.mark.parametrize("share", SHARES)
 def test_the_share_that_acts_is_the_likeliest(rng, share):
-    assert likeliest_share([drawn(rng, share), drawn(rng, share)], SHARES, 2.0) == share
+    assert likeliest_end_moment_ratio([drawn(rng, share), drawn(rng, share)], SHARES, 2.0) == share
 
 
 def test_outliers_are_no_couples(rng):
-    assert likeliest_share([drawn(rng, 0.05, outliers=0.02)], SHARES, 2.0) == 0.05
+    assert likeliest_end_moment_ratio([drawn(rng, 0.05, outliers=0.02)], SHARES, 2.0) == 0.05
 
 
 def test_some_of_the_lines_are_enough(rng):
     lines = drawn(rng, 0.2, n=1000).thinned(300)
     assert len(lines.gains) == len(lines.measured) == len(lines.coupled) == 250
-    assert likeliest_share([lines], SHARES, 2.0) == 0.2
+    assert likeliest_end_moment_ratio([lines], SHARES, 2.0) == 0.2

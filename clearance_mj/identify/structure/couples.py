@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["WhiteLines", "likeliest_share"]
+__all__ = ["WhiteLines", "likeliest_end_moment_ratio"]
 
 
 class WhiteLines(NamedTuple):
@@ -28,7 +28,7 @@ class WhiteLines(NamedTuple):
         return WhiteLines(self.gains[kept_lines], self.measured[kept_lines], self.coupled[kept_lines], self.correlated)
 
 
-def likeliest_share(records: Sequence[WhiteLines], fractions: np.ndarray, outlying: float) -> float:
+def likeliest_end_moment_ratio(records: Sequence[WhiteLines], fractions: np.ndarray, outlying: float) -> float:
     """Return the likeliest of some fractions of the forces that act as independent couples, by restricted likelihood.
 
     That is the likelihood of the residuals of the fitted unknowns (Patterson & Thompson, Biometrika 58, 1971): with the

@@ -16,7 +16,7 @@ from ...estimate.problem import Linearised, Problem
 from ...estimate.solver import Stop, solve
 from ...rig import Rig
 from ..records.prepared import EXCITATION, PreparedRecord
-from .couples import WhiteLines, likeliest_share
+from .couples import WhiteLines, likeliest_end_moment_ratio
 from .force_gains import SpectralLines, end_gains, force_gains, gains_at, model_with
 from .misfit import RecordMisfit
 from .priors import priors, rig_with, with_exact_supports
@@ -274,7 +274,7 @@ class RigFit:
             WhiteLines(gain / noise[:, :, None], s.measured / noise, pairs, s.correlated_lines).thinned(COMPARED_LINES)
             for gain, noise, s, pairs in zip(self._gains(at), self.noise, self.spectra, coupled)
         ]
-        return likeliest_share(lines, END_MOMENT_RATIOS, OUTLYING)
+        return likeliest_end_moment_ratio(lines, END_MOMENT_RATIOS, OUTLYING)
 
 
 def _without_absent(spectra: ChannelSpectra, noise: np.ndarray) -> np.ndarray:
