@@ -13,7 +13,7 @@ from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import diagnose, fit_bench, update_rig
 from clearance_mj.identify.records.prepared import prepare
 from clearance_mj.identify.structure.faults.assessment import Assessment
-from clearance_mj.identify.structure.faults.of_channels import ChannelCorrection, snapped
+from clearance_mj.identify.structure.faults.of_channels import ChannelCorrection, nearest_unit_gain
 from clearance_mj.identify.structure.faults.of_gaps import bends_of, gap_faults
 from clearance_mj.identify.structure.faults.of_records import require_one_rig
 from clearance_mj.identify.structure.faults.of_rigs import longer
@@ -199,7 +199,7 @@ def test_correction_moves_samples_between_channels(sound):
     ("gain", "read"), [(1.03, 1.0), (-0.9, -1.0), (0.11, 1 / 9.80665), (-1100.0, -1e3), (2.0344, 2.03)]
 )
 def test_gains_near_a_unit_are_that_units(gain, read):
-    assert snapped(gain, "accelerometer") == read
+    assert nearest_unit_gain(gain, "accelerometer") == read
 
 
 @dataclasses.dataclass

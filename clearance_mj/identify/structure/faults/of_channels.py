@@ -97,7 +97,7 @@ def _corrections(gains: list[np.ndarray], assessment: Assessment, out: tuple[int
     *sensors, last = range(len(kinds))
     if len(out) > 1 and out == tuple(i for i in sensors if kinds[i] == kinds[out[0]]):  # all of a kind, one factor
         factor = np.median([_gain_of(measured[:, i], predicted[:, i] * weights[:, i]) for i in out])
-        yield ChannelCorrection({i: (i, 1 / snapped(float(factor), kinds[i])) for i in out})
+        yield ChannelCorrection({i: (i, 1 / nearest_unit_gain(float(factor), kinds[i])) for i in out})
     channels: dict[int, tuple[int, float]] = {}
     for group in (*([i for i in sensors if kinds[i] == k and i in out] for k in dict.fromkeys(kinds)), [last]):
         if set(group) <= set(out):
@@ -113,7 +113,7 @@ def _assign_instruments(
     alone, misfit, signs, gain = np.zeros(len(group)), *np.zeros((2, len(group), len(group))), np.ones(len(group))
     for a, i in enumerate(group):
         scaled = predicted[:, group] * weights[:, [i]]
-        gain[a] = snapped(_gain_of(measured[:, i], scaled[:, a]), kinds[i])
+        gain[a] = nearest_unit_gain(_gain_of(measured[:, i], scaled[:, a]), kinds[i])
         alone[a] = np.median(np.abs(measured[:, i] - gain[a] * scaled[:, a]))
         by_sign = [np.median(np.abs(measured[:, [i]] - sign * scaled), axis=0) for sign in (1, -1)]
         misfit[a], signs[a] = np.minimum(*by_sign), np.where(by_sign[1] < by_sign[0], -1.0, 1.0)
@@ -132,7 +132,7 @@ def _gain_of(measured: np.ndarray, predicted: np.ndarray) -> float:
     return float(np.median((measured / predicted).real))
 
 
-def snapped(gain: float, kind: str) -> float:
+def nearest_unit_gain(gain: float, kind: str) -> float:
     """Return the gain of an instrument: as estimated, or that of a unit or a sign near it."""
     size, sign = abs(gain), float(np.sign(gain))
     if abs(gain - 1) < UNIT_GAIN:
