@@ -132,7 +132,7 @@ def fitted_model(rig: Rig, make: Callable[..., Law], estimates: Estimates) -> Mo
     return Model(rig, make(*estimates.value), posterior)
 
 
-Found = TypeVar("Found", bound=Identified)
+AnyIdentified = TypeVar("AnyIdentified", bound=Identified)
 Find = Callable[[Dataset, bool], Identified]
 
 
@@ -182,7 +182,7 @@ def register(
     finds_rig: bool = False,
     needs: Sequence[Need] = (),
     in_space: bool = False,
-) -> Callable[[Callable[..., Found]], Callable[..., Found]]:
+) -> Callable[[Callable[..., AnyIdentified]], Callable[..., AnyIdentified]]:
     """Make an identification method known by its name; a decorator of its function.
 
     The function then checks the records before it begins, however it is called, and what it warns of is in its result.
@@ -210,9 +210,9 @@ def register(
         Decorator of a function that takes a dataset and a flag to show progress bars and returns `Identified`.
     """
 
-    def add(find: Callable[..., Found]) -> Callable[..., Found]:
+    def add(find: Callable[..., AnyIdentified]) -> Callable[..., AnyIdentified]:
         @functools.wraps(find)
-        def checked(dataset: Dataset, progress: bool = False) -> Found:
+        def checked(dataset: Dataset, progress: bool = False) -> AnyIdentified:
             caught: list[warnings.WarningMessage] = []
             try:
                 with warnings.catch_warnings(record=True) as caught:
@@ -237,7 +237,7 @@ def register(
     return add
 
 
-def _warn_of_examples(result: Found) -> Found:
+def _warn_of_examples(result: AnyIdentified) -> AnyIdentified:
     """Return the result with a warning of the examples in the rig file about which the records say nothing."""
     only = result.estimates.only_prior if result.estimates else ()
     examples = unknown_examples(result.rig.examples, [p["name"] for p in result.parameters if p["name"] not in only])
