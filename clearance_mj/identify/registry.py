@@ -133,7 +133,7 @@ def fitted_model(rig: Rig, make: Callable[..., Law], estimates: Estimates) -> Mo
 
 
 AnyIdentified = TypeVar("AnyIdentified", bound=Identified)
-Find = Callable[[Dataset, bool], Identified]
+IdentifyFunction = Callable[[Dataset, bool], Identified]
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class Method:
     """A method of identification."""
 
     prior_information: str  #: information that it is given, in words
-    find: Find  #: takes a dataset and a flag for progress bars; checks the records first
+    find: IdentifyFunction  #: takes a dataset and a flag for progress bars; checks the records first
     shortest: Callable[[Rig], float] | None = None
     """s, that one record must last; None: it opens no record, or checks them itself"""
     finds_rig: bool = False  #: True if it identifies the rig too; else it takes the rig file for exact
