@@ -20,7 +20,7 @@ from ...signals.stepped_sines import is_stepped_sine
 from .assignment import Assignment, Search
 from .names import agreement_of_name
 from .raw_signals import gather
-from .rivals import Judge, Rival
+from .rivals import CandidateAssignment, Judge
 from .units import ChannelUnits, decide_units, nearest_unit
 
 __all__ = ["FITS", "judged", "map_channels", "shows_impacts"]
@@ -215,7 +215,7 @@ class _MapWriter:
     """A map in words, with a question wherever it is not sure."""
 
     def __init__(
-        self, search: Search, judge: Judge, units: ChannelUnits, rivals: list[Rival], best: Assignment, notes: list[str],
+        self, search: Search, judge: Judge, units: ChannelUnits, rivals: list[CandidateAssignment], best: Assignment, notes: list[str],
         of_sines: bool,
     ) -> None:  # fmt: skip
         self.search, self.best, self.units, self.judge, self.rivals = search, best, units, judge, rivals
@@ -291,7 +291,7 @@ class _MapWriter:
                 return f"{words} (margin {rival.margin:.1f})"
         return ""
 
-    def _name_preference(self, rival: Rival) -> int:
+    def _name_preference(self, rival: CandidateAssignment) -> int:
         """Return how much more the names agree with the assignment than with a rival."""
         if len(rival.channels) < 2:
             return 0

@@ -19,14 +19,14 @@ from ..structure.rig_fit import channel_deviation
 from ..structure.spectra import complex_frequency, complex_spectra, rms
 from .assignment import Assignment, Search
 
-__all__ = ["Judge", "Rival"]
+__all__ = ["Judge", "CandidateAssignment"]
 
 LINES = 300  # of each record
 JUDGED = 4  # draws with which an assignment is judged: those that fit it best
 
 
 @dataclass(frozen=True)
-class Rival:
+class CandidateAssignment:
     """Another assignment, in which some channels are at other places or have other signs."""
 
     margin: float
@@ -129,10 +129,12 @@ class Judge:
             motions += [m * level / b.gap for m, b in zip(displacement, search.rig.bushings)]
         return float(max(motions))
 
-    def rivals(self) -> list[Rival]:
+    def rivals(self) -> list[CandidateAssignment]:
         """Return every rival with one channel turned round, two exchanged, or one replaced by an unassigned one."""
         rivals = [
-            Rival(min(self._closest(channel, sign) for channel, sign in variants) - self.distance, channels, places)
+            CandidateAssignment(
+                min(self._closest(channel, sign) for channel, sign in variants) - self.distance, channels, places
+            )
             for channels, places, variants in self._alternatives()
         ]
         return sorted(rivals, key=lambda rival: rival.margin)
