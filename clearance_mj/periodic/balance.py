@@ -15,7 +15,7 @@ from .dynamics import KNOWN, LinearDynamics, seen
 from .forces import Laws, Slopes, depths
 from .harmonic_balance import Grid, answer, balance
 
-__all__ = ["POWERS", "Balance", "deepest", "left", "widen"]
+__all__ = ["POWERS", "Balance", "deepest", "residual", "widen"]
 
 NEARBY = 1e-6  # relative step of the difference quotient with respect to the parameter
 POWERS = (1, -1, -2, -3)  # of the gap in the laws' numbers: distances of walls and, of films, their inverses
@@ -42,7 +42,7 @@ class Balance(NamedTuple):
 
 
 @jit(**STRICT)
-def left(
+def residual(
     of: Balance, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the residual of the balance at z, forces, and displacements outside B z; fill the Jacobian if asked."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.equations import solved
 from ..core.errors import ClearanceError
-from .balance import POWERS, Balance, deepest, left, widen
+from .balance import POWERS, Balance, deepest, residual, widen
 from .condensed import Condensed, grid, laws_of, slopes
 from .continuation import MAX_POINTS, Continuation, Motions, NoConvergence, PeriodicMotion
 from .dynamics import at_one_frequency, by_poles, by_stiffness
@@ -42,7 +42,7 @@ class OperatingPoint(NamedTuple):
 class Solver(Continuation):
     """Newton's method and continuation over one number of a `OperatingPoint`; rotating parts follow the frequency."""
 
-    loops = loops(left, deepest, True)
+    loops = loops(residual, deepest, True)
 
     def __init__(self, system: Condensed, harmonics: int, samples: int, spin: float = 0.0):
         self.system, self.harmonics, self.samples = system, harmonics, samples
@@ -132,7 +132,7 @@ class Solver(Continuation):
 
     def _residual(self, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool) -> tuple[np.ndarray, ...]:
         """Return the residual of the balance, forces and remainder of the displacements."""
-        return left(self.equations, float(parameter), z, y, diff)
+        return residual(self.equations, float(parameter), z, y, diff)
 
     def derivative(self, parameter: float, z: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the derivative (size, size) of the residual by the unknowns."""
