@@ -15,7 +15,7 @@ from .dynamics import KNOWN, LinearDynamics, seen
 from .forces import Laws, Slopes, depths
 from .harmonic_balance import Grid, answer, balance
 
-__all__ = ["POWERS", "Balance", "deepest", "residual", "widen"]
+__all__ = ["POWERS", "Balance", "deepest", "residual", "set_gaps"]
 
 NEARBY = 1e-6  # relative step of the difference quotient with respect to the parameter
 POWERS = (1, -1, -2, -3)  # of the gap in the laws' numbers: distances of walls and, of films, their inverses
@@ -47,7 +47,7 @@ def residual(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the residual of the balance at z, forces, and displacements outside B z; fill the Jacobian if asked."""
     omega, spin, load, level, gap = of.fixed + parameter * of.rate
-    widen(of, gap)
+    set_gaps(of, gap)
     compliance, driven = seen(of.linear, omega, spin, load, level)
     residual, force, y_new = balance(
         compliance, driven, of.basis, of.owner, of.grid, of.laws, of.slopes, omega, spin, z, y, diff, of.jacobian
@@ -59,19 +59,19 @@ def residual(
             _, driven_2 = seen(of.linear, omega, spin, load, level)
             difference = np.dot(of.basis.T, driven - driven_2)
         else:
-            widen(of, gap_2)
+            set_gaps(of, gap_2)
             compliance, driven = seen(of.linear, omega_2, spin_2, load, level)
             response_2, _, _ = answer(
                 compliance, driven, of.basis, of.grid, of.laws, of.slopes, omega_2, spin_2, z, y, np.bool_(False)
             )
-            widen(of, gap)
+            set_gaps(of, gap)
             difference = z - response_2 - residual
         of.jacobian[: z.size, z.size] = difference.ravel() / step
     return residual, force, y_new
 
 
 @jit(**STRICT)
-def widen(of: Balance, gap: float) -> None:
+def set_gaps(of: Balance, gap: float) -> None:
     """Set the walls' distances to a factor times the rig's gaps."""
     for i in range(of.widened.shape[1]):
         of.laws.numbers[i] = of.numbers[i]
@@ -82,5 +82,5 @@ def widen(of: Balance, gap: float) -> None:
 @jit(**STRICT)
 def deepest(of: Balance, parameter: float, z: np.ndarray, y: np.ndarray) -> float:
     """Return how deep the deepest end is in its wall over a period, m; below 0 in the gap."""
-    widen(of, of.fixed[4] + parameter * of.rate[4])
+    set_gaps(of, of.fixed[4] + parameter * of.rate[4])
     return np.max(depths(of.laws, np.dot(np.dot(of.basis, z) + y, of.grid.basis.T)))

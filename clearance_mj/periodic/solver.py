@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.equations import solved
 from ..core.errors import ClearanceError
-from .balance import POWERS, Balance, deepest, residual, widen
+from .balance import POWERS, Balance, deepest, residual, set_gaps
 from .condensed import Condensed, grid, laws_of, slopes
 from .continuation import MAX_POINTS, Continuation, Motions, NoConvergence, PeriodicMotion
 from .dynamics import at_one_frequency, by_poles, by_stiffness
@@ -145,7 +145,7 @@ class Solver(Continuation):
 
     def walls_at(self, parameter: float) -> None:
         """Set the walls of `laws` to their distances at a parameter."""
-        widen(self._equations, self.state(parameter).gap)
+        set_gaps(self._equations, self.state(parameter).gap)
 
     def touches(self, motion: PeriodicMotion) -> bool:
         """Return True if an end is beyond a wall at any sample of a period."""
