@@ -15,7 +15,7 @@ from .dynamics import KNOWN, LinearDynamics, seen
 from .forces import Laws, Slopes, depths
 from .harmonic_balance import Grid, answer, balance
 
-__all__ = ["POWERS", "Balance", "deepest", "residual", "set_gaps"]
+__all__ = ["POWERS", "Balance", "deepest_penetration", "residual", "set_gaps"]
 
 NEARBY = 1e-6  # relative step of the difference quotient with respect to the parameter
 POWERS = (1, -1, -2, -3)  # of the gap in the laws' numbers: distances of walls and, of films, their inverses
@@ -80,7 +80,7 @@ def set_gaps(of: Balance, gap: float) -> None:
 
 
 @jit(**STRICT)
-def deepest(of: Balance, parameter: float, z: np.ndarray, y: np.ndarray) -> float:
+def deepest_penetration(of: Balance, parameter: float, z: np.ndarray, y: np.ndarray) -> float:
     """Return how deep the deepest end is in its wall over a period, m; below 0 in the gap."""
     set_gaps(of, of.fixed[4] + parameter * of.rate[4])
     return np.max(depths(of.laws, np.dot(np.dot(of.basis, z) + y, of.grid.basis.T)))

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.equations import solved
 from ..core.errors import ClearanceError
-from .balance import POWERS, Balance, deepest, residual, set_gaps
+from .balance import POWERS, Balance, deepest_penetration, residual, set_gaps
 from .condensed import Condensed, grid, laws_of, slopes
 from .continuation import MAX_POINTS, Continuation, Motions, NoConvergence, PeriodicMotion
 from .dynamics import at_one_frequency, by_poles, by_stiffness
@@ -42,7 +42,7 @@ class OperatingPoint(NamedTuple):
 class Solver(Continuation):
     """Newton's method and continuation over one number of a `OperatingPoint`; rotating parts follow the frequency."""
 
-    loops = loops(residual, deepest, True)
+    loops = loops(residual, deepest_penetration, True)
 
     def __init__(self, system: Condensed, harmonics: int, samples: int, spin: float = 0.0):
         self.system, self.harmonics, self.samples = system, harmonics, samples
@@ -141,7 +141,7 @@ class Solver(Continuation):
 
     def depth(self, parameter: float, z: np.ndarray, y: np.ndarray) -> float:
         """Return the largest penetration of any end over a period, m; below 0 the smallest distance from a wall."""
-        return float(deepest(self._equations, parameter, z, y))
+        return float(deepest_penetration(self._equations, parameter, z, y))
 
     def walls_at(self, parameter: float) -> None:
         """Set the walls of `laws` to their distances at a parameter."""

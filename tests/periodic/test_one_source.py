@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import clearance_mj as cm
-from clearance_mj.periodic.balance import deepest, residual
+from clearance_mj.periodic.balance import deepest_penetration, residual
 from clearance_mj.periodic.loops import loops
 from clearance_mj.periodic.map_rows import solver_at
 
@@ -15,7 +15,7 @@ from ..conftest import TABLE1
 @pytest.mark.parametrize("frequency, folds", [(11.0, True), (30.0, False), (45.0, True)])
 def test_motions_are_those_that_are_followed_in_python(frequency, folds):
     omega, most, found = 2 * np.pi * frequency, 60, []
-    for made in (None, loops(residual, deepest, False)):
+    for made in (None, loops(residual, deepest_penetration, False)):
         solver = solver_at(cm.Model(TABLE1), "base", 1.0, omega, 13, 256, 8)
         solver.tolerance, solver.bent, solver.longest = 1e-10, 0.01, 0.1
         solver.loops = made or solver.loops
