@@ -16,7 +16,7 @@ from ..rig.sensing import accelerated, sensor_points
 from ..signals import labelled
 from .branch import Branch
 from .condensed import condensed
-from .continuation import EndOfBranch, NoConvergence, until_again
+from .continuation import EndOfBranch, NoConvergence, until_closed
 from .coverage import COVERED
 from .excitation import steady_spin
 from .nonlinear_mode import FreeMotion, NonlinearMode
@@ -194,7 +194,7 @@ def follow_backbone(
     follower = NonlinearMode(system, int(mode) - 1, harmonics, samples, spin)
     start, stop = _amplitudes(amplitude_range, rig.bushings[rig.bushing_of_row[follower.row]].gap)
     motions: list[FreeMotion] = []
-    ended, branch = "", until_again(follower, follower.branch(start, stop))
+    ended, branch = "", until_closed(follower, follower.branch(start, stop))
     try:
         for motion in tqdm(branch, desc="backbone", unit="point", disable=not progress):
             motions.append(follower.motion(motion))

@@ -17,7 +17,7 @@ import numpy as np
 from .loops import BEYOND, DEEP, GOES_ON, SHORTEST, STUCK, loops
 
 __all__ = [
-    "MAX_POINTS", "EndOfBranch", "Continuation", "PeriodicMotion", "Motions", "NoConvergence", "difference", "meets", "until_again",
+    "MAX_POINTS", "EndOfBranch", "Continuation", "PeriodicMotion", "Motions", "NoConvergence", "difference", "meets", "until_closed",
 ]  # fmt: skip
 
 TOLERANCE = 1e-9  # of Newton's method: residual over the size of the motion
@@ -203,7 +203,7 @@ def meets(
     return near is not None and bool(np.linalg.norm(difference(near, other)) < MET)
 
 
-def until_again(follower: Continuation, motions: Iterator[PeriodicMotion]) -> Iterator[PeriodicMotion]:
+def until_closed(follower: Continuation, motions: Iterator[PeriodicMotion]) -> Iterator[PeriodicMotion]:
     """Yield motions until one of them recurs with the same direction: the branch is closed.
 
     Raises

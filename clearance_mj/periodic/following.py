@@ -14,7 +14,7 @@ from ..rig.sensing import accelerated, sensor_points
 from .axes import SHARES, level_axis
 from .branch import Branch, SpecialPoint
 from .condensed import UNBALANCE, condensed
-from .continuation import AT_ONCE, EndOfBranch, NoConvergence, PeriodicMotion, until_again
+from .continuation import AT_ONCE, EndOfBranch, NoConvergence, PeriodicMotion, until_closed
 from .solver import Solver
 from .stability import BRANCH_POINT, FIRST_CONTACT, Located, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
@@ -50,7 +50,7 @@ def follow(
     ended, recent = "", 0
     try:
         for motion in tqdm(
-            until_again(solver, bounded(solver, motions)), desc="branch", unit="point", disable=not progress
+            until_closed(solver, bounded(solver, motions)), desc="branch", unit="point", disable=not progress
         ):
             kind = FIRST_CONTACT if motion in touching else ""
             point = Located(motion, multipliers(solver, motion) if stability else None, kind)
