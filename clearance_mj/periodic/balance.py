@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.jit import STRICT, jit
-from .dynamics import KNOWN, LinearDynamics, seen
+from .dynamics import KNOWN, LinearDynamics, receptances
 from .forces import Laws, Slopes, depths
 from .harmonic_balance import Grid, answer, balance
 
@@ -48,7 +48,7 @@ def residual(
     """Return the residual of the balance at z, forces, and displacements outside B z; fill the Jacobian if asked."""
     omega, spin, load, level, gap = of.fixed + parameter * of.rate
     set_gaps(of, gap)
-    compliance, driven = seen(of.linear, omega, spin, load, level)
+    compliance, driven = receptances(of.linear, omega, spin, load, level)
     residual, force, y_new = balance(
         compliance, driven, of.basis, of.owner, of.grid, of.laws, of.slopes, omega, spin, z, y, diff, of.jacobian
     )
@@ -56,11 +56,11 @@ def residual(
         step = NEARBY * (parameter if parameter != 0.0 else 1.0)
         omega_2, spin_2, load, level, gap_2 = of.fixed + (parameter + step) * of.rate
         if of.linear.way == KNOWN and gap_2 == gap:
-            _, driven_2 = seen(of.linear, omega, spin, load, level)
+            _, driven_2 = receptances(of.linear, omega, spin, load, level)
             difference = np.dot(of.basis.T, driven - driven_2)
         else:
             set_gaps(of, gap_2)
-            compliance, driven = seen(of.linear, omega_2, spin_2, load, level)
+            compliance, driven = receptances(of.linear, omega_2, spin_2, load, level)
             response_2, _, _ = answer(
                 compliance, driven, of.basis, of.grid, of.laws, of.slopes, omega_2, spin_2, z, y, np.bool_(False)
             )

@@ -14,7 +14,7 @@ from ..core.jit import STRICT, jit
 from ..linear import LinearModel
 from .harmonic_balance import real_harmonics
 
-__all__ = ["DrivenModel", "LinearDynamics", "at_one_frequency", "by_poles", "by_stiffness", "seen"]
+__all__ = ["DrivenModel", "LinearDynamics", "at_one_frequency", "by_poles", "by_stiffness", "receptances"]
 
 BY_POLES, BY_STIFFNESS, KNOWN = 0, 1, 2
 
@@ -121,15 +121,17 @@ def by_stiffness(driven: DrivenModel) -> LinearDynamics:
 
 def at_one_frequency(linear: LinearDynamics, omega: float, spin: float) -> LinearDynamics:
     """Return the form for one frequency, 1/s, and spin, rad/s."""
-    compliance, sagging = seen(linear, omega, spin, 1.0, 0.0)
+    compliance, sagging = receptances(linear, omega, spin, 1.0, 0.0)
     return _make_linear(
-        KNOWN, compliance=compliance, sagging=sagging, shaken=seen(linear, omega, spin, 0.0, 1.0)[1],
+        KNOWN, compliance=compliance, sagging=sagging, shaken=receptances(linear, omega, spin, 0.0, 1.0)[1],
         drive=linear.drive,
     )  # fmt: skip
 
 
 @jit(**STRICT)
-def seen(linear: LinearDynamics, omega: float, spin: float, load: float, level: float) -> tuple[np.ndarray, np.ndarray]:
+def receptances(
+    linear: LinearDynamics, omega: float, spin: float, load: float, level: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return receptances (H + 1, n_rows, n_rows) and harmonics (n_rows, K) of driven displacements.
 
     At factors of constant loads and of the excitation's level.
@@ -177,7 +179,7 @@ def _sum_pairs(pairs: np.ndarray, real: np.ndarray, imaginary: np.ndarray, omega
 def _direct(
     linear: LinearDynamics, omega: float, spin: float, load: float, level: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return receptances and driven displacements as `seen` does, by the dynamic stiffness of every harmonic."""
+    """Return receptances and driven displacements as `receptances` does, by the dynamic stiffness of every harmonic."""
     rows, n = linear.points.shape
     piece = 0
     while piece + 1 < linear.knots.size and spin >= linear.knots[piece + 1]:
