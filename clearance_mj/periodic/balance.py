@@ -13,7 +13,7 @@ import numpy as np
 from ..core.jit import STRICT, jit
 from .dynamics import KNOWN, LinearDynamics, receptances
 from .forces import Laws, Slopes, depths
-from .harmonic_balance import Grid, answer, balance
+from .harmonic_balance import Grid, balance, response
 
 __all__ = ["POWERS", "Balance", "deepest_penetration", "residual", "set_gaps"]
 
@@ -61,7 +61,7 @@ def residual(
         else:
             set_gaps(of, gap_2)
             compliance, driven = receptances(of.linear, omega_2, spin_2, load, level)
-            response_2, _, _ = answer(
+            response_2, _, _ = response(
                 compliance, driven, of.basis, of.grid, of.laws, of.slopes, omega_2, spin_2, z, y, np.bool_(False)
             )
             set_gaps(of, gap)

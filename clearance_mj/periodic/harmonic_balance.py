@@ -14,7 +14,7 @@ import numpy as np
 from ..core.jit import STRICT, jit
 from .forces import Laws, Sampled, Slopes, equal, fill_forces
 
-__all__ = ["Grid", "answer", "balance", "blocks", "real_harmonics"]
+__all__ = ["Grid", "response", "balance", "blocks", "real_harmonics"]
 
 
 class Grid(NamedTuple):
@@ -272,7 +272,7 @@ def projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
 
 
 @jit(**STRICT)
-def answer(
+def response(
     compliance: np.ndarray, driven: np.ndarray, basis: np.ndarray, grid: Grid, laws: Laws, slopes: Slopes,
     omega: float, spin: float, z: np.ndarray, y: np.ndarray, diff: bool,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
@@ -301,7 +301,7 @@ def balance(
     clearances, ``basis`` B (n_rows, r), orthonormal, whose columns are each of one clearance, ``owner`` (r,). With
     ``diff`` the (r K, r K) corner of ``jacobian`` is filled with the derivative by z, and ``slopes`` changed.
     """
-    z_new, y_new, force = answer(compliance, driven, basis, grid, laws, slopes, omega, spin, z, y, diff)
+    z_new, y_new, force = response(compliance, driven, basis, grid, laws, slopes, omega, spin, z, y, diff)
     if diff:
         by_coordinates = blocks(laws, basis, owner, grid, omega, slopes)
         add_jacobian(reduced(compliance, basis), by_coordinates, owner, jacobian)
