@@ -29,7 +29,7 @@ class Grid(NamedTuple):
 
 
 @jit(**STRICT)
-def reduced(matrices: np.ndarray, basis: np.ndarray) -> np.ndarray:
+def reduce_matrices(matrices: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """Return Bᵀ M B of matrices (H + 1, n_points, n_points)."""
     points, r = basis.shape
     product = np.zeros((matrices.shape[0], r, r), np.complex128)
@@ -304,5 +304,5 @@ def balance(
     z_new, y_new, force = response(compliance, driven, basis, grid, laws, slopes, omega, spin, z, y, diff)
     if diff:
         by_coordinates = blocks(laws, basis, owner, grid, omega, slopes)
-        add_jacobian(reduced(compliance, basis), by_coordinates, owner, jacobian)
+        add_jacobian(reduce_matrices(compliance, basis), by_coordinates, owner, jacobian)
     return z - z_new, force, y_new
