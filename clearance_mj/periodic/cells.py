@@ -13,7 +13,7 @@ from .forces import Sampled, depths, fill_forces
 from .in_gap import linear_in_gap
 from .stability import Located
 
-__all__ = ["QUANTITIES", "acting", "measured", "moved"]
+__all__ = ["QUANTITIES", "acting", "measured", "row_displacements"]
 
 QUANTITIES = {
     "contact_share": ("clearance", "1"), "penetration": ("clearance", "m"), "contact_force": ("clearance", "N"),
@@ -21,7 +21,7 @@ QUANTITIES = {
 }  # fmt: skip
 
 
-def moved(solver: Any, vibrations: ArcVibrations) -> tuple[np.ndarray, np.ndarray]:
+def row_displacements(solver: Any, vibrations: ArcVibrations) -> tuple[np.ndarray, np.ndarray]:
     """Return harmonics (m, n_rows, K) of the displacements of all rows, and penetrations (m, n_bushings, N), in m.
 
     The deeper of a clearance's two ends counts at each sample of a period; the penetration is below 0 within the gap.
@@ -52,7 +52,7 @@ def measured(solver: Any, omega: np.ndarray, vibrations: ArcVibrations) -> dict[
     if not vibrations.cell.size:
         widths = {"response": len(rig.sensors), "clearance": len(rig.bushings)}
         return {name: np.zeros((0, widths[row])) for name, (row, _) in QUANTITIES.items()}
-    x, depth = moved(solver, vibrations)
+    x, depth = row_displacements(solver, vibrations)
     force, peak, nonlinear = np.zeros_like(x), np.zeros(depth.shape[:2]), not linear_in_gap(solver)
     for i, cell in enumerate(vibrations.cell):
         if nonlinear or np.any(depth[i] > 0):

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from .arcs import ArcVibrations
-from .cells import acting, moved
+from .cells import acting, row_displacements
 from .continuation import Motions, NoConvergence, PeriodicMotion
 from .following import expanded
 from .in_gap import level_of_contact, linear_in_gap, without_contact
@@ -214,7 +214,7 @@ def _make_branch(
     quantities: Sequence[str], rows: Sequence[int | None],
 ) -> LevelBranch:  # fmt: skip
     """Return the branch of motions, with rest before them."""
-    x, depth = moved(solver, ArcVibrations(np.zeros(motions.omega.size, dtype=int), motions.z, motions.y))
+    x, depth = row_displacements(solver, ArcVibrations(np.zeros(motions.omega.size, dtype=int), motions.z, motions.y))
     deepest = depth.max(axis=(1, 2))
     values = np.array([_evaluate(solver, name, row, motions, omega, x, depth) for name, row in zip(quantities, rows)])
     values = values.reshape(len(quantities), motions.omega.size)
@@ -263,7 +263,7 @@ def _evaluate(
     solver: Solver, name: str, row: int | None, motions: Motions, omega: float, x: np.ndarray,
     depth: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """Return a quantity (m,) of motions with displacements x and penetrations as `cells.moved` returns them."""
+    """Return a quantity (m,) of motions with displacements x and penetrations as `cells.row_displacements` returns them."""
     if name == "penetration":
         of_rows = depth.max(axis=2)
     elif name == "lift":
