@@ -13,7 +13,7 @@ from .forces import Sampled, depths, fill_forces
 from .in_gap import linear_in_gap
 from .stability import Located
 
-__all__ = ["QUANTITIES", "acting", "measured", "row_displacements"]
+__all__ = ["QUANTITIES", "nonlinear_forces", "measured", "row_displacements"]
 
 QUANTITIES = {
     "contact_share": ("clearance", "1"), "penetration": ("clearance", "m"), "contact_force": ("clearance", "N"),
@@ -32,7 +32,7 @@ def row_displacements(solver: Any, vibrations: ArcVibrations) -> tuple[np.ndarra
     return x, depth.reshape(len(depth), count, 2, solver.samples).max(axis=2)
 
 
-def acting(solver: Any, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def nonlinear_forces(solver: Any, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return nonlinear forces, samples (n_rows, N), of a motion (n_rows, K) at a frequency, 1/s, and their peaks, in N.
 
     The peaks (n_bushings,) are those of the sum over both ends of each clearance; linear fillings are left out.
@@ -56,7 +56,7 @@ def measured(solver: Any, omega: np.ndarray, vibrations: ArcVibrations) -> dict[
     force, peak, nonlinear = np.zeros_like(x), np.zeros(depth.shape[:2]), not linear_in_gap(solver)
     for i, cell in enumerate(vibrations.cell):
         if nonlinear or np.any(depth[i] > 0):
-            samples, peak[i] = acting(solver, float(omega[cell]), x[i])
+            samples, peak[i] = nonlinear_forces(solver, float(omega[cell]), x[i])
             force[i] = samples @ solver.grid.project.T
     no_tangent = np.zeros(0)
     points = [

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from .arcs import ArcVibrations
-from .cells import acting, row_displacements
+from .cells import nonlinear_forces, row_displacements
 from .continuation import Motions, NoConvergence, PeriodicMotion
 from .following import expanded
 from .in_gap import level_of_contact, linear_in_gap, without_contact
@@ -274,7 +274,7 @@ def _evaluate(
     elif name == "other wall":
         of_rows = _in_both_walls(solver, x)
     elif name == "contact_force":
-        of_rows = np.array([acting(solver, omega, each)[1] for each in x])
+        of_rows = np.array([nonlinear_forces(solver, omega, each)[1] for each in x])
     else:
         branch = expanded(solver, [Located(motions.one(i), None) for i in range(len(x))], "")
         of_rows = branch.excursion() if name == "displacement" else branch.amplitude(name)
