@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .continuation import Motions, NoConvergence, PeriodicMotion, difference
-from .in_gap import edges, filled, linear_in_gap, without_contact
+from .in_gap import edges, gap_ratio, linear_in_gap, without_contact
 from .solver import Solver
 
 __all__ = ["LevelCurve", "ArcVibrations", "curve"]
@@ -90,7 +90,7 @@ def curve(solver: Solver, omega: np.ndarray) -> LevelCurve:
 
 def _contact_free_links(solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]]) -> Iterator[_Link]:
     """Yield the stretches without contact, in closed form."""
-    inside = filled(solver, omega) <= 1
+    inside = gap_ratio(solver, omega) <= 1
     bounds = [LOW, *range(len(known)), HIGH]
     for left, right in zip(bounds, bounds[1:]):
         opens = left == LOW or not known[left][1]
@@ -108,9 +108,9 @@ def _contact_links(
     """Yield the stretches with contact, each from an end that no other one has reached."""
     low, high = omega[0] * (1 - MARGIN), omega[-1] * (1 + MARGIN)
     starts = [(i, above) for i, (_, above) in enumerate(known)]
-    if filled(solver, omega[:1])[0] > 1:
+    if gap_ratio(solver, omega[:1])[0] > 1:
         starts.insert(0, (LOW, True))
-    if filled(solver, omega[-1:])[0] > 1:
+    if gap_ratio(solver, omega[-1:])[0] > 1:
         starts.append((HIGH, False))
     reached: set[int] = set()
     for start, up in starts:

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from .condensed import UNBALANCE
 from .solver import Solver
 
-__all__ = ["edges", "filled", "level_of_contact", "linear_in_gap", "resonances", "without_contact"]
+__all__ = ["edges", "gap_ratio", "level_of_contact", "linear_in_gap", "resonances", "without_contact"]
 
 FINER = 8  # frequencies per given one at which contact that begins and ends in between is sought
 AROUND_POLE = np.linspace(-4.0, 4.0, 33)  # frequencies around a resonance, in its half widths
@@ -35,7 +35,7 @@ def without_contact(solver: Solver, omega: np.ndarray) -> tuple[np.ndarray, np.n
     return z, x - np.einsum("pr,nrk->npk", solver.system.basis, z)
 
 
-def filled(solver: Solver, omega: np.ndarray) -> np.ndarray:
+def gap_ratio(solver: Solver, omega: np.ndarray) -> np.ndarray:
     """Return the largest ratio (n,) of contact-free displacement to a wall's distance; above 1 there is contact."""
     static, ellipse = _response(solver, omega)
     ratio = np.zeros(omega.size)
@@ -96,10 +96,10 @@ def edges(solver: Solver, omega: np.ndarray) -> list[tuple[float, bool]]:
     near = (poles.imag - poles.real * AROUND_POLE[:, None]).ravel()
     fine = np.interp(np.arange(FINER * (omega.size - 1) + 1) / FINER, np.arange(omega.size), omega)
     fine = np.unique(np.concatenate((fine, near[(near > omega[0]) & (near < omega[-1])])))
-    beyond = filled(solver, fine) - 1
+    beyond = gap_ratio(solver, fine) - 1
     crossings = []
     for i in np.flatnonzero(np.diff(beyond > 0)):
-        at = brentq(lambda w: filled(solver, np.array([w]))[0] - 1, fine[i], fine[i + 1], xtol=1e-12 * fine[i])
+        at = brentq(lambda w: gap_ratio(solver, np.array([w]))[0] - 1, fine[i], fine[i + 1], xtol=1e-12 * fine[i])
         crossings.append((float(at), bool(beyond[i + 1] > 0)))
     return crossings
 
