@@ -11,7 +11,7 @@ from .continuation import PeriodicMotion
 from .following import expanded
 from .forces import Sampled, depths, fill_forces
 from .in_gap import linear_in_gap
-from .stability import Located
+from .stability import TestedPoint
 
 __all__ = ["QUANTITIES", "nonlinear_forces", "measured", "row_displacements"]
 
@@ -60,7 +60,7 @@ def measured(solver: Any, omega: np.ndarray, vibrations: ArcVibrations) -> dict[
             force[i] = samples @ solver.grid.project.T
     no_tangent = np.zeros(0)
     points = [
-        Located(PeriodicMotion(float(omega[c]), z, y, f, no_tangent, 0.0), None)
+        TestedPoint(PeriodicMotion(float(omega[c]), z, y, f, no_tangent, 0.0), None)
         for c, z, y, f in zip(vibrations.cell, vibrations.z, vibrations.y, force)
     ]
     branch = expanded(solver, points, "")

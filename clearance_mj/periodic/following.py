@@ -16,7 +16,7 @@ from .branch import Branch, SpecialPoint
 from .condensed import UNBALANCE, condensed
 from .continuation import AT_ONCE, EndOfBranch, NoConvergence, PeriodicMotion, until_closed
 from .solver import Solver
-from .stability import BRANCH_POINT, FIRST_CONTACT, Located, changes, multipliers, with_fold
+from .stability import BRANCH_POINT, FIRST_CONTACT, TestedPoint, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
 
 __all__ = [
@@ -46,14 +46,14 @@ def follow(
     ClearanceError
         If not even the first motion converges.
     """
-    points: list[Located] = []
+    points: list[TestedPoint] = []
     ended, recent = "", 0
     try:
         for motion in tqdm(
             until_closed(solver, bounded(solver, motions)), desc="branch", unit="point", disable=not progress
         ):
             kind = FIRST_CONTACT if motion in touching else ""
-            point = Located(motion, multipliers(solver, motion) if stability else None, kind)
+            point = TestedPoint(motion, multipliers(solver, motion) if stability else None, kind)
             if not points:
                 points.append(point)
                 continue
@@ -176,7 +176,7 @@ def strongest(levels: np.ndarray) -> complex:
     return complex(levels[np.flatnonzero(levels)[0]])
 
 
-def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
+def expanded(solver: Any, points: list[TestedPoint], ended: str) -> Branch:
     """Expand motions at the clearances to the quantities of a branch."""
     system, motions = solver.system, [point.motion for point in points]
     driven, rig, d = system.driven, system.rig, system.rig.bushing_of_row.size
@@ -218,7 +218,7 @@ def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
     )  # fmt: skip
 
 
-def of_folds(points: list[Located]) -> set[int]:
+def of_folds(points: list[TestedPoint]) -> set[int]:
     """Return the indices of changes of stability that belong to folds, where the multiplier passes 1 up to rounding."""
     omega, at_folds = [point.motion.omega for point in points], set[int]()
     for fold in (i for i, point in enumerate(points) if point.folds):

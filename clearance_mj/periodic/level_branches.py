@@ -20,7 +20,7 @@ from .continuation import Motions, NoConvergence, PeriodicMotion
 from .following import expanded
 from .in_gap import level_of_contact, linear_in_gap, without_contact
 from .solver import Solver
-from .stability import Located
+from .stability import TestedPoint
 
 __all__ = ["IMPACT", "LIMITED", "WAYS", "LevelBranch", "level_branches"]
 
@@ -276,6 +276,6 @@ def _evaluate(
     elif name == "contact_force":
         of_rows = np.array([nonlinear_forces(solver, omega, each)[1] for each in x])
     else:
-        branch = expanded(solver, [Located(motions.one(i), None) for i in range(len(x))], "")
+        branch = expanded(solver, [TestedPoint(motions.one(i), None) for i in range(len(x))], "")
         of_rows = branch.excursion() if name == "displacement" else branch.amplitude(name)
     return np.asarray(of_rows.max(axis=1) if row is None else of_rows[:, row])

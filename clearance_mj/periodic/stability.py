@@ -20,7 +20,7 @@ from .floquet import monodromy
 from .forces import Sampled, fill_forces
 
 __all__ = [
-    "BRANCH_POINT", "FIRST_CONTACT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "floquet",
+    "BRANCH_POINT", "FIRST_CONTACT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "TestedPoint", "changes", "floquet",
     "multipliers", "period_map", "samples_of_period", "unstable", "with_fold",
 ]  # fmt: skip
 
@@ -85,7 +85,7 @@ def unstable(values: np.ndarray) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class Located:
+class TestedPoint:
     """A motion of a branch, with its multipliers and special kinds."""
 
     motion: PeriodicMotion
@@ -100,7 +100,7 @@ class Located:
         return tuple(kind for kind in (self.kind, FOLD * self.folds) if kind)
 
 
-def changes(solver: Continuation, before: Located, after: Located) -> Iterator[Located]:
+def changes(solver: Continuation, before: TestedPoint, after: TestedPoint) -> Iterator[TestedPoint]:
     """Yield the changes of stability between two neighbours with multipliers, in order."""
     at = _interpolator(solver, before, after)
     low, last = 0.0, before
@@ -113,7 +113,7 @@ def changes(solver: Continuation, before: Located, after: Located) -> Iterator[L
         last = beyond
 
 
-def with_fold(solver: Continuation, points: list[Located]) -> list[Located]:
+def with_fold(solver: Continuation, points: list[TestedPoint]) -> list[TestedPoint]:
     """Return neighbours with the motion among them at which the frequency turns, if it does."""
     omega = [point.motion.omega for point in points]
     middle = max(range(len(points)), key=lambda i: abs(omega[i] - (omega[0] + omega[-1]) / 2))
@@ -137,23 +137,23 @@ def with_fold(solver: Continuation, points: list[Located]) -> list[Located]:
     return [*points[:place], replace(fold, folds=True), *points[place:]]
 
 
-def _interpolator(solver: Continuation, before: Located, after: Located) -> Callable[..., Located | None]:
+def _interpolator(solver: Continuation, before: TestedPoint, after: TestedPoint) -> Callable[..., TestedPoint | None]:
     """Return a function for the motion at a fraction of the chord between two, with multipliers if they have some."""
     chord = difference(before.motion, after.motion)
     length = float(np.linalg.norm(chord))
 
-    def at(fraction: float, stability: bool = True) -> Located | None:
+    def at(fraction: float, stability: bool = True) -> TestedPoint | None:
         if (motion := solver.ahead(before.motion, fraction * length, chord / length)) is None:
             return None
         with_multipliers = stability and before.multipliers is not None
-        return Located(motion, multipliers(solver, motion) if with_multipliers else None)
+        return TestedPoint(motion, multipliers(solver, motion) if with_multipliers else None)
 
     return at
 
 
 def _bisect(
-    at: Callable[..., Located | None], count: int, low: float, first: Located, last: Located
-) -> tuple[Located, float, Located]:
+    at: Callable[..., TestedPoint | None], count: int, low: float, first: TestedPoint, last: TestedPoint
+) -> tuple[TestedPoint, float, TestedPoint]:
     """Bisect for the next change of the unstable count: return the motions before and after, and the latter's place."""
     high = 1.0
     for _ in range(HALVINGS):
@@ -169,7 +169,7 @@ def _bisect(
     return first, high, last
 
 
-def _bifurcation_kind(inner: Located, beyond: Located) -> str:
+def _bifurcation_kind(inner: TestedPoint, beyond: TestedPoint) -> str:
     """Return the kind of bifurcation, by the multiplier that crosses the unit circle between two motions."""
     assert inner.multipliers is not None and beyond.multipliers is not None
     less_stable = max(inner, beyond, key=lambda each: unstable(each.multipliers))  # type: ignore[arg-type]
