@@ -190,7 +190,7 @@ def follow_response_over_level(
     start, stop = pair_of(amplitude_range, "amplitude_range", "")
     if not (0 < start < np.inf and 0 < stop < np.inf and start != stop):
         raise ExcitationError(f"amplitude_range must be two different amplitudes > 0, got {start:g} and {stop:g}")
-    setting = Setting(n_harmonics, n_samples, n_modes, stability, progress)
+    setting = BranchSettings(n_harmonics, n_samples, n_modes, stability, progress)
     return turned_back(_continue_over(model, "level", (1.0, stop / start), frequency, [start], kind, setting), stop)
 
 
@@ -259,11 +259,11 @@ def follow_response_over(
     ends = different_ends(values, "values", *OVER[over])
     if over == "spin" and kind == UNBALANCE:
         raise ExcitationError("an unbalance turns with the spin; use follow_unbalance")
-    setting = Setting(n_harmonics, n_samples, n_modes, stability, progress)
+    setting = BranchSettings(n_harmonics, n_samples, n_modes, stability, progress)
     return turned_back(_continue_over(model, over, ends, frequency, levels_of(amplitude), kind, setting), ends[1])
 
 
-class Setting(NamedTuple):
+class BranchSettings(NamedTuple):
     """Numerical settings of a branch, as the public calls take them."""
 
     harmonics: int
@@ -275,7 +275,7 @@ class Setting(NamedTuple):
 
 def _continue_over(
     model: Model, over: str, ends: tuple[float, float], frequency: float, levels: Sequence[complex], kind: str | None,
-    setting: Setting,
+    setting: BranchSettings,
 ) -> Branch:  # fmt: skip
     """Follow the response at one frequency over a field of a `State`: a factor, 1 for the rig as it is, or the spin."""
     ExcitationError.require_positive(" Hz", frequency=frequency)
