@@ -28,7 +28,7 @@ from .shafts import Spring
 
 __all__ = [
     "LARGEST_DIFFERENCE", "MAX_DAMPING", "Attached", "FixtureMode", "Housing", "Oscillator", "Planes", "PointMass",
-    "foot", "housing_of", "whole",
+    "foot", "housing_of", "assemble",
 ]  # fmt: skip
 
 ARM_FOOT = 1e-3  # of a position: length of an arm's foot, over which it follows the slope
@@ -193,7 +193,7 @@ class _Plane(NamedTuple):
     turning: Callable[[], PlaneCoupling] | None  # in the coordinates before the reduction
 
 
-def whole(
+def assemble(
     structure: Structure,
     attached: Attached,
     masses: Sequence[tuple[float | str, float]],

@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from .attached import Attached, whole
+from .attached import Attached, assemble
 from .base import PlaneCoupling, Rows, Structure, dof_vector
 from .reduction import modal_damping, reduced, vibration_modes
 
@@ -51,7 +51,7 @@ def reduction(
     if attached:
         acting = [tuple(zip(pair, (1.0, -1.0))) for pair in joined]
         acting += [((point, factor),) for point, factor in (*forces, *((point, 1.0) for point, _ in supports))]
-        combined = whole(structure, attached, masses, acting, modes)
+        combined = assemble(structure, attached, masses, acting, modes)
         clearances = [np.array([1.0, -1.0])[: len(pair)] @ combined.rows(pair) for pair in joined]
         spring_rows = [*zip(springs, clearances), *((k, combined.rows([point])[0]) for point, k in supports)]
         stiffness = combined.stiffness + sum(k * np.outer(row, row) for k, row in spring_rows)
