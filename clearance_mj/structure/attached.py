@@ -168,7 +168,7 @@ class Attached(NamedTuple):
         return self._replace(springs=springs, oscillators=tuple(oscillators), places=places)
 
 
-class Whole(NamedTuple):
+class AttachedMatrices(NamedTuple):
     """Matrices of a structure with its attachments, in few coordinates."""
 
     mass: np.ndarray
@@ -199,7 +199,7 @@ def assemble(
     masses: Sequence[tuple[float | str, float]],
     loads: Sequence[tuple[tuple[float | str, float], ...]],
     modes: int,
-) -> Whole:
+) -> AttachedMatrices:
     """Return the matrices of a structure with point masses and attachments.
 
     Parameters
@@ -280,7 +280,7 @@ def assemble(
         omega = 2 * np.pi * oscillator.frequency
         stiffness += oscillator.mass * omega**2 * np.outer(stretch, stretch)
         viscous += 2 * oscillator.damping_ratio * omega * oscillator.mass * np.outer(stretch, stretch)
-    return Whole(mass, stiffness, viscous, cross, influence, rows, _plane_coupling(planes, size))
+    return AttachedMatrices(mass, stiffness, viscous, cross, influence, rows, _plane_coupling(planes, size))
 
 
 def _plane_coupling(planes: Sequence[_Plane], size: int) -> Callable[[], PlaneCoupling] | None:
