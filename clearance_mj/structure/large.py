@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse
 import scipy.sparse.linalg
 
-__all__ = ["factored", "lowest", "residual_shapes", "symmetric_factors"]
+__all__ = ["factored", "lowest_modes", "residual_shapes", "symmetric_factors"]
 
 Solve: TypeAlias = Callable[[np.ndarray], np.ndarray]
 
@@ -68,7 +68,7 @@ def factored(matrix: Any) -> tuple[Solve, float]:
     return solve, 1 / size
 
 
-def lowest(mass: Any, stiffness: Any, modes: int) -> tuple[np.ndarray, np.ndarray, Solve, float]:
+def lowest_modes(mass: Any, stiffness: Any, modes: int) -> tuple[np.ndarray, np.ndarray, Solve, float]:
     """Find the lowest modes.
 
     Returns

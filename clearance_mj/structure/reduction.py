@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse
 
 from .base import Assembly, ratios_of_modes
-from .large import factored, lowest, residual_shapes
+from .large import factored, lowest_modes, residual_shapes
 
 __all__ = ["MassNormalisedModes", "modal_damping", "reduced", "vibration_modes"]
 
@@ -164,7 +164,7 @@ def _truncate(modes_found: MassNormalisedModes, loads: Sequence[np.ndarray], mod
 
 def _truncate_sparse(mass: Any, stiffness: Any, loads: Sequence[np.ndarray], modes: int) -> MassNormalisedModes:
     """Return the modes of `_truncate` for matrices that are too large for dense methods."""
-    squares, shapes, solve, shift = lowest(mass, stiffness, modes)
+    squares, shapes, solve, shift = lowest_modes(mass, stiffness, modes)
     static = residual_shapes(mass, stiffness, shapes, solve, shift, np.reshape(loads, (-1, len(shapes))).T)
     energy = static.T @ (stiffness @ static)
     size = np.sqrt(np.maximum(energy.diagonal(), 0.0))
@@ -193,7 +193,7 @@ def _craig_bampton(mass: Any, stiffness: Any, rows: Sequence[np.ndarray], modes:
     if len(inner_dofs) <= MAX_DENSE:
         fixed_modes = vibration_modes(_dense(inner_mass), _dense(inner)).shapes[:, :modes]
     else:
-        fixed_modes = lowest(inner_mass, inner, modes)[1]
+        fixed_modes = lowest_modes(inner_mass, inner, modes)[1]
     basis = np.zeros((mass.shape[0], interface.size + fixed_modes.shape[1]))
     basis[interface, np.arange(interface.size)] = 1.0
     basis[inner_dofs] = np.hstack((-solve(coupling), fixed_modes))

@@ -13,7 +13,7 @@ from clearance_mj.linear import linear_model
 from clearance_mj.rig import Contact, Grease, PointMass
 from clearance_mj.structure import reduction
 from clearance_mj.structure.base import Assembly
-from clearance_mj.structure.large import lowest
+from clearance_mj.structure.large import lowest_modes
 from clearance_mj.structure.reduction import MassNormalisedModes, reduced
 from experiments.space_frame import Bar, Frame
 from tests.structures import chain
@@ -67,7 +67,7 @@ def test_lowest_modes_are_those_of_a_dense_solver(held):
     """LAPACK's generalized eigensolver; a free structure has six modes of frequency 0."""
     mass, stiffness = lattice(9, 8, held)
     expected = scipy.linalg.eigh(stiffness.toarray(), mass.toarray(), eigvals_only=True)[:MODES]
-    squares, shapes, _, _ = lowest(mass, stiffness, MODES)
+    squares, shapes, _, _ = lowest_modes(mass, stiffness, MODES)
     rigid = 0 if held else 6
     assert np.all(squares[:rigid] == 0)
     np.testing.assert_allclose(squares[rigid:], expected[rigid:], rtol=1e-7)
