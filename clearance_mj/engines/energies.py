@@ -26,7 +26,7 @@ __all__ = [
     "OF_CLEARANCE",
     "OF_END",
     "OF_RIG",
-    "Kept",
+    "StepRecords",
     "clearance_energies",
     "columns_of",
     "keep_energies",
@@ -42,7 +42,7 @@ DRIVE, STORED_FROM = OF_RIG.index("drive"), OF_RIG.index("kinetic")
 FOUR, ONE = (0, 1, 2, 3), (0,)
 
 
-class Kept(NamedTuple):
+class StepRecords(NamedTuple):
     """Records of the steps of one case; without rows where nothing is recorded."""
 
     energies: np.ndarray  # (n, columns) of `OF_RIG`, then of each clearance, then of each end
@@ -50,7 +50,7 @@ class Kept(NamedTuple):
     coordinates: np.ndarray  # (n, n_coordinates) after each step
 
 
-NOTHING = Kept(*(np.empty((0, 0)) for _ in range(3)))
+NOTHING = StepRecords(*(np.empty((0, 0)) for _ in range(3)))
 
 
 def columns_of(n_bushings: int) -> int:

@@ -20,7 +20,7 @@ from ..clearance.kernel import keep_step, press, rub
 from ..clearance.pointers import at
 from ..clearance.record import Clearance
 from ..core.jit import OPTIONS, inlined, jit
-from .energies import Kept, clearance_energies
+from .energies import StepRecords, clearance_energies
 from .interact import (
     BRISTLES,
     DEPTH,
@@ -95,7 +95,7 @@ class Foresight(NamedTuple):
 def advance_links(
     steps: int, excitation: np.ndarray, h: float, turns: bool, driven: Driving, lighter: float, views: Views,
     maps: Maps, foresight: Foresight, coupling: np.ndarray, turning: np.ndarray, clearance: Clearance,
-    before: np.ndarray, kept: Kept, per_unit: float, out: np.ndarray, first: int,
+    before: np.ndarray, kept: StepRecords, per_unit: float, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
 

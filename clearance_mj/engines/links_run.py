@@ -17,7 +17,7 @@ from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
 from ..rig.instruments import Kinds
 from .base import Engine, SimulationRun, diverged, in_columns
-from .energies import NOTHING, OF_RIG, Kept, columns_of
+from .energies import NOTHING, OF_RIG, StepRecords, columns_of
 from .links_loop import Foresight, Maps, Views, advance_links
 from .links_plant import IN_MUJOCO, LinksPlant
 from .modal_loop import PER_INERTIA, RATE, SPIN
@@ -66,7 +66,7 @@ class LinksRun(SimulationRun):
         """Simulate one block; see `SimulationRun.advance`."""
         return self._advance(excitation, NOTHING)
 
-    def _advance(self, excitation: np.ndarray, kept: Kept) -> np.ndarray:
+    def _advance(self, excitation: np.ndarray, kept: StepRecords) -> np.ndarray:
         out = np.empty((len(excitation), self.columns))
         excitation, turns = in_columns(excitation), self.rig.spin is not None
         size = SPIN_STEPS if self.changes else max(len(out), 1)
@@ -98,7 +98,7 @@ class LinksRun(SimulationRun):
         q = np.empty((count + 2, order.size))
         q[0], q[1] = self.q_before, self.data.qpos[order]
         energies = np.empty((count, columns_of(len(self.rig.bushings))))
-        output = self._advance(excitation, Kept(energies, NOTHING.rows, q[2:]))
+        output = self._advance(excitation, StepRecords(energies, NOTHING.rows, q[2:]))
         mass, damping, stiffness = self.equations
         travel, velocity = (q[2:] - q[:-2]) / 2, np.diff(q, axis=0) / h
         kinetic = np.sum(velocity @ mass * velocity, axis=1) / 2

@@ -24,7 +24,7 @@ from ..rig import Rig
 from ..rig.instruments import Kinds
 from ..signals.sampling import lowpass
 from .base import Engine, SeveralRuns, SimulationRun, diverged, in_columns, register
-from .energies import NOTHING, Kept, columns_of
+from .energies import NOTHING, StepRecords, columns_of
 from .equilibrium import rest_of
 from .modal_loop import RATE, SPIN, ModalState, advance, advance_whole
 from .scheme import at_spin, linear_part, pack, packed_part, places_of, slide_rows
@@ -154,7 +154,7 @@ class SideBySide(SeveralRuns):
         self.clearance = side_by_side([run.clearance for run in runs], laws_of(first.rig, first.law))
         self.places = places_of(first.rig)
 
-    def advance(self, excitation: np.ndarray, kept: Kept = NOTHING) -> np.ndarray:
+    def advance(self, excitation: np.ndarray, kept: StepRecords = NOTHING) -> np.ndarray:
         """Simulate one block; return the columns of `SimulationRun.advance` for each run: (n_runs, n, columns).
 
         The records ``kept`` of a single run are filled in.

@@ -17,7 +17,7 @@ from ..clearance.record import Clearance
 from ..clearance.registers import joined, load, packed, spread, store
 from ..core.jit import OPTIONS, inlined, jit
 from .decimating import BLOCK_SAMPLES, decimate, fill_before, padded_taps
-from .energies import Kept, keep_energies
+from .energies import StepRecords, keep_energies
 from .interact import (
     ENDS,
     FILLED,
@@ -71,7 +71,7 @@ class ModalState(NamedTuple):
 @jit(**OPTIONS)
 def advance(
     steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool, linear: ModalEquations, motion: ModalState,
-    clearance: Clearance, places: np.ndarray, kept: Kept, out: np.ndarray, first: int,
+    clearance: Clearance, places: np.ndarray, kept: StepRecords, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
 
@@ -318,7 +318,7 @@ def _store_clearances(
 @jit(**OPTIONS)
 def advance_whole(
     excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool,
-    linear: ModalEquations, motion: ModalState, clearance: Clearance, places: np.ndarray, kept: Kept, before: np.ndarray,
+    linear: ModalEquations, motion: ModalState, clearance: Clearance, places: np.ndarray, kept: StepRecords, before: np.ndarray,
     out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance by a whole excitation, decimated by a factor; return the result of `advance`.

@@ -11,7 +11,7 @@ import numpy as np
 from ..clearance.law import TimeLaw
 from ..core.errors import ExcitationError, LawError, RigError
 from ..engines.base import step_factor
-from ..engines.energies import OF_CLEARANCE, OF_END, OF_RIG, Kept, columns_of
+from ..engines.energies import OF_CLEARANCE, OF_END, OF_RIG, StepRecords, columns_of
 from ..engines.modal import Modal, ModalRun
 from ..engines.modal_loop import PER_INERTIA, RATE, SPIN
 from ..model import Model
@@ -93,7 +93,7 @@ class Marching:
             If the march diverges.
         """
         size, n, at_rows = excitation.size, len(self.rig.bushings), self.run.linear.at_rows
-        kept = Kept(np.empty((size, columns_of(n))), np.empty((size, len(at_rows))), np.empty((0, 0)))
+        kept = StepRecords(np.empty((size, columns_of(n))), np.empty((size, len(at_rows))), np.empty((0, 0)))
         before, spin = at_rows @ self.motion.q_before, self.motion.turning[SPIN]
         self.run.alone.advance(excitation, kept)
         x = np.vstack((before, kept.rows, at_rows @ self.motion.q))[:, : 3 * self.rig.n_rows]
