@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["LateChannels"]
+__all__ = ["DelayedChannels"]
 
 BEFORE, AFTER = 1, 2  # steps about the one at or before an instant that its cubic takes
 
 
-class LateChannels:
+class DelayedChannels:
     """Delay the columns of a stream of blocks individually, by the cubic through four steps.
 
     Abramowitz and Stegun, Handbook of Mathematical Functions, 1964, 25.2.13. Steps are many times finer than samples,

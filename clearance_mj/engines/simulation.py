@@ -29,7 +29,7 @@ from ..structure import find_truncation
 from ..version import __version__
 from .base import Engine, default_engine, diverged, get_engine, step_factor
 from .completing import Completion
-from .late import LateChannels
+from .late import DelayedChannels
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]
 
@@ -157,7 +157,7 @@ class Simulation:
         of_probes = (rig.bushings[j].probe_delay for j in rig.bushing_of_row)
         late = [*(s.delay for s in rig.sensors), *of_probes]
         delays = np.pad(late, (0, self.columns - len(late))) - rig.shaker.delay
-        self.late = LateChannels(delays / self.step, factor, past) if delays.any() else None
+        self.late = DelayedChannels(delays / self.step, factor, past) if delays.any() else None
 
     @functools.cached_property
     def provenance(self) -> dict[str, Any]:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 import clearance_mj as cm
-from clearance_mj.engines.late import LateChannels
+from clearance_mj.engines.late import DelayedChannels
 from clearance_mj.engines.together import simulate_and_keep
 from clearance_mj.signals import excitation
 
@@ -52,7 +52,7 @@ def test_a_cubic_is_delayed_exactly_however_it_is_cut():
     time = np.arange(60.0)
     stream = np.column_stack((time**3, time**3, time))
     delays = np.array([2.3, -1.6, 0.0])
-    late = LateChannels(delays, 4)
+    late = DelayedChannels(delays, 4)
     out = np.concatenate([late.push(part) for part in np.split(stream, [7, 8, 30])])
     assert late.ahead == 4
     assert len(out) == 60 - 4
