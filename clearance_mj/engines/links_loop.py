@@ -41,7 +41,7 @@ from .modal_loop import SPIN, SWEEPS, turn_forces, turn_on
 from .mujoco_step import mj_step
 from .plant import Driving
 
-__all__ = ["Foresight", "Maps", "Views", "advance_links"]
+__all__ = ["VelocityPredictor", "Maps", "Views", "advance_links"]
 
 ONE = (0,)
 
@@ -79,7 +79,7 @@ class Views(NamedTuple):
     acceleration: np.ndarray  # (nv,)
 
 
-class Foresight(NamedTuple):
+class VelocityPredictor(NamedTuple):
     """The linear model of a step: the velocity in its middle, and the contacts' part of the constraint forces."""
 
     needed: bool  # True if any force depends on it
@@ -94,7 +94,7 @@ class Foresight(NamedTuple):
 @jit(**OPTIONS)
 def advance_links(
     steps: int, excitation: np.ndarray, h: float, turns: bool, driven: Driving, lighter: float, views: Views,
-    maps: Maps, foresight: Foresight, coupling: np.ndarray, turning: np.ndarray, clearance: Clearance,
+    maps: Maps, foresight: VelocityPredictor, coupling: np.ndarray, turning: np.ndarray, clearance: Clearance,
     before: np.ndarray, kept: StepRecords, per_unit: float, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.

@@ -18,7 +18,7 @@ from ..rig import Rig
 from ..rig.instruments import Kinds
 from .base import Engine, SimulationRun, diverged, in_columns
 from .energies import NOTHING, OF_RIG, StepRecords, columns_of
-from .links_loop import Foresight, Maps, Views, advance_links
+from .links_loop import Maps, VelocityPredictor, Views, advance_links
 from .links_plant import IN_MUJOCO, LinksPlant
 from .modal_loop import PER_INERTIA, RATE, SPIN
 from .mujoco_step import check_warnings, contact_rows, refuse_adhesion, warnings_counted
@@ -174,7 +174,7 @@ def _correct_accelerometers(plant: LinksPlant, inertia: np.ndarray, step: float)
 
 def _foresight(
     rig: Rig, law: Law, plant: LinksPlant, inertia: np.ndarray, constraints: np.ndarray, step: float
-) -> Foresight:  # fmt: skip
+) -> VelocityPredictor:  # fmt: skip
     """Return the linear model of a step for a mass matrix (nv, nv) and rows (n, nv) of rigid supports."""
     whole, rows, n = plant.whole, plant.maps.at_rows, 3 * rig.n_rows
     films = np.array([filling.turned for filling in fillings_of(rig, law)], dtype=bool)
@@ -182,7 +182,7 @@ def _foresight(
     needed = bool(films.any() or loop_walls.any() or any(b.friction for b in rig.bushings) or whole.gyroscopic.size)
     mobility = whole.free @ np.linalg.solve(whole.free.T @ inertia @ whole.free, whole.free.T)
     half = step / 2 * mobility
-    return Foresight(
+    return VelocityPredictor(
         needed=needed,
         of_position=-half @ whole.whole_stiffness,
         of_velocity=np.eye(whole.size) - half @ whole.dampers,
