@@ -17,7 +17,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
-__all__ = ["HORIZON", "PaceSamples", "find_pace"]
+__all__ = ["HORIZON", "PaceSamples", "fit_wear_rate"]
 
 Curve: TypeAlias = Callable[[np.ndarray], np.ndarray]
 
@@ -67,7 +67,7 @@ class PaceSamples:
         return hours
 
 
-def find_pace(
+def fit_wear_rate(
     hours: np.ndarray, gap: np.ndarray, std: np.ndarray, gap_of: Curve, slope_of: Curve, start: float,
     prior: tuple[float, float], drift: float, n: int, rng: np.random.Generator,
 ) -> PaceSamples:  # fmt: skip

@@ -14,7 +14,7 @@ from ..core.kinds import checks_kinds
 from ..model import Model
 from ..signals.arrays import ArrayData
 from ..statistics.shares import quantiles
-from .clock import HORIZON, PaceSamples, find_pace
+from .clock import HORIZON, PaceSamples, fit_wear_rate
 from .coefficients import spreads
 from .growth import changed, clearances_of, with_clearances
 from .history import GapHistory
@@ -281,7 +281,7 @@ def _fit(model: Model, life: Life, history: GapHistory, j: int, drift: float, rn
     is_rubbing = life.rubbing[:, j] > 0
     noise = NOISE * np.mean((life.error[is_rubbing, j] / life.rubbing[is_rubbing, j]) ** 2) / np.sum(is_rubbing)
     drift = float(np.sqrt(drift**2 + noise))
-    return find_pace(hours, gap, std, gap_of, slope_of, start, prior, drift, SAMPLES, rng)
+    return fit_wear_rate(hours, gap, std, gap_of, slope_of, start, prior, drift, SAMPLES, rng)
 
 
 def _extrapolated(life: Life, j: int) -> tuple[Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray], np.ndarray]]:

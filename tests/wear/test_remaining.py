@@ -10,7 +10,7 @@ from clearance_mj import ClearanceError, Model, RecordError
 from clearance_mj.identify.structure.priors import priors
 from clearance_mj.rig import Tolerance
 from clearance_mj.wear import GapHistory, Sine, predict_life, predict_remaining
-from clearance_mj.wear.clock import find_pace
+from clearance_mj.wear.clock import fit_wear_rate
 from clearance_mj.wear.coefficients import drawn_models, spreads
 
 from ..conftest import TABLE1
@@ -74,7 +74,7 @@ def test_a_steady_pace_is_that_of_the_straight_line():
     gap = line(1.5 * hours) + std * rng.standard_normal(21)
     (exact, first), covariance = np.polyfit(hours, gap, 1, w=1 / std, cov="unscaled")
     missed = np.sum(((gap - first - exact * hours) / std) ** 2) / 19  # more than 1: the errors were given too small
-    found = find_pace(hours, gap, std, line, slope, 0.0, (0.0, np.inf), 1e-4, 20000, np.random.default_rng(0))
+    found = fit_wear_rate(hours, gap, std, line, slope, 0.0, (0.0, np.inf), 1e-4, 20000, np.random.default_rng(0))
     pace = np.exp(found.log_pace)
     assert pace.mean() == pytest.approx(exact / 1e-9, rel=1e-3)
     assert pace.std() == pytest.approx(math.sqrt(covariance[0, 0] * missed) / 1e-9, rel=0.05) and missed > 1
@@ -93,7 +93,7 @@ def test_intervals_of_walking_paces_hold():
         hours, at = fine[:401:40] * 3e5, line(worn[:401:40])
         std = 0.005 * at
         gap = at + std * rng.standard_normal(at.size)
-        found = find_pace(hours, gap, std, line, slope, 0.0, (0.0, np.inf), 0.3, 1000, rng)
+        found = fit_wear_rate(hours, gap, std, line, slope, 0.0, (0.0, np.inf), 0.3, 1000, rng)
         left = found.hours_to(float(worn[-1]), rng)
         low, high = np.quantile(left, [0.05, 0.95], method="nearest")
         inside.append(low <= 2e5 <= high)
