@@ -27,7 +27,7 @@ from ..periodic.stability import multipliers, samples_of_period, unstable
 from ..periodic.vibrations import complex_amplitudes
 from ..signals.excitation import stepped_sine
 from .growth import clearances_of, with_clearances
-from .marched import Marched, MarchedSource, Marching, ModalState, averaged
+from .marched import Marched, MarchedSource, Marching, ModalState, mean_rubbing
 from .operation import Operation, Source, Vibration
 from .rubbing import footprints, in_space, rubbing
 
@@ -199,7 +199,7 @@ class SineSource(Source):
             periodic = self._solve_near(counted[-1].points[::factor].T @ self._solver(model).grid.project.T, model)
             if periodic and not _is_unstable(periodic):
                 return _with_rubbing(periodic)
-        return averaged([piece.rubbing for piece in counted], march.state)
+        return mean_rubbing([piece.rubbing for piece in counted], march.state)
 
 
 def _is_unstable(periodic: _Periodic) -> bool:

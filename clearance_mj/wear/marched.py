@@ -20,7 +20,7 @@ from ..signals.sampling import interpolate
 from .operation import Operation, Source, Vibration
 from .rubbing import footprints, in_space, rubbing
 
-__all__ = ["Marched", "MarchedSource", "Marching", "ModalState", "MarchedSteps", "averaged"]
+__all__ = ["Marched", "MarchedSource", "Marching", "ModalState", "MarchedSteps", "mean_rubbing"]
 
 # Marches of the modal engine that return motion and normal force of both ends of every clearance, piece by piece.
 
@@ -176,10 +176,10 @@ class MarchedSource(Source):
         if skipped:
             march.advance(fast[:skipped])
         pieces = np.array_split(fast[skipped:], min(BATCHES, fast.size - skipped))
-        return averaged([march.advance(piece).rubbing for piece in pieces], march.state)
+        return mean_rubbing([march.advance(piece).rubbing for piece in pieces], march.state)
 
 
-def averaged(rubbings: list[np.ndarray], state: ModalState) -> Vibration:
+def mean_rubbing(rubbings: list[np.ndarray], state: ModalState) -> Vibration:
     """Return the mean of rubbings (n_bushings, 2, MOMENTS) of pieces of a march, with its standard error.
 
     Parameters
