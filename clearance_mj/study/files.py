@@ -17,7 +17,7 @@ from ..signals.frf import FRF
 from ..statistics.intervals import CONFIDENCE
 from ..version import __version__
 from .matrices import matrix_rows
-from .periodic import missed
+from .periodic import amplitude_error
 from .study import Study
 from .turning import TurningComparison
 
@@ -133,7 +133,7 @@ def _periodic_summary(study: Study) -> dict:
         "stepped_sines": [
             {"record": name}
             | {key: getattr(steps, key).tolist() for key in ("frequency", "level", "upwards", "acceleration")}
-            | {"missed": missed(periodic.branches, steps).tolist() if periodic.branches else None}
+            | {"amplitude_error": amplitude_error(periodic.branches, steps).tolist() if periodic.branches else None}
             for name, steps in study.sine_steps.items()
         ],
     }

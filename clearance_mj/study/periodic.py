@@ -19,7 +19,7 @@ from ..periodic.resolution import ends_of_range
 from ..periodic.summaries import stable_points
 from ..signals.stepped_sines import SineSteps
 
-__all__ = ["PeriodicVibrations", "from_both_ends", "has_periodic_vibrations", "missed", "periodic_vibrations"]
+__all__ = ["PeriodicVibrations", "from_both_ends", "has_periodic_vibrations", "amplitude_error", "periodic_vibrations"]
 
 HARMONICS, MAP_HARMONICS = 9, 7
 """of the branches and of the map; of the Table-1 rig's study 9 find folds as 21 do within 0.002 %, fundamentals within
@@ -38,7 +38,7 @@ class PeriodicVibrations:
     missing: str  #: why there is nothing to show; "" if there is
 
 
-def missed(branches: tuple[Branch, ...], steps: SineSteps) -> np.ndarray:
+def amplitude_error(branches: tuple[Branch, ...], steps: SineSteps) -> np.ndarray:
     """Return the relative error of each sensor's amplitude at each step, (n, n_sensors).
 
     It is that of the vibration on which a sweep in the step's direction comes to its frequency, of the branch whose

@@ -20,7 +20,7 @@ from clearance_mj.report.writer import ReportWriter
 from clearance_mj.signals import SineSteps
 from clearance_mj.study import IdentifiedModel, study_summary
 from clearance_mj.study import periodic as of_study
-from clearance_mj.study.periodic import missed
+from clearance_mj.study.periodic import amplitude_error
 from tests.studies import study_of
 
 from .conftest import LAW, RIG, under_sines
@@ -104,8 +104,8 @@ def test_a_stepped_sine_is_compared_with_the_branch_of_its_level():
     """1.1 times the branch's amplitudes: the law misses -1/11; nothing beyond the branch's ends."""
     branches = under_sines().branches
     steps = steps_of(branches[0], [10.0, 30.0, 39.0, 80.0], 1.1)
-    np.testing.assert_allclose(missed(branches, steps), -1 / 11, rtol=1e-9)
-    assert np.isnan(missed(branches, dataclasses.replace(steps, frequency=steps.frequency + 100.0))).all()
+    np.testing.assert_allclose(amplitude_error(branches, steps), -1 / 11, rtol=1e-9)
+    assert np.isnan(amplitude_error(branches, dataclasses.replace(steps, frequency=steps.frequency + 100.0))).all()
 
 
 def test_a_step_between_folds_is_compared_with_the_vibration_its_sweep_is_on():
@@ -116,7 +116,7 @@ def test_a_step_between_folds_is_compared_with_the_vibration_its_sweep_is_on():
     high, low = ([np.interp(41.2, x[arm], row) for row in y[arm].T] for arm in (slice(first), slice(last + 1, None)))
     steps = SineSteps(np.full(2, 41.2), np.full(2, 4.0), np.array([True, False]), np.array([high, low]), None)
     assert high[2] > 3 * low[2]
-    np.testing.assert_allclose(missed(under_sines().branches, steps), 0, atol=1e-9)
+    np.testing.assert_allclose(amplitude_error(under_sines().branches, steps), 0, atol=1e-9)
 
 
 def test_a_stepped_sine_is_drawn_and_said(study, tmp_path):

@@ -11,7 +11,7 @@ from ...periodic.coverage import not_covered
 from ...periodic.summaries import jumps, unit
 from ...signals.stepped_sines import SineSteps
 from ...study import Study
-from ...study.periodic import missed
+from ...study.periodic import amplitude_error
 from .. import rattle_maps, responses
 from ..html import render
 from ..tables import Column, Table
@@ -47,7 +47,7 @@ def sines(study: Study, writer: ReportWriter) -> str:
 
 def _misfit_words(name: str, branches: tuple[Branch, ...], steps: SineSteps) -> str:
     """Return a sentence on the law's misfit to a stepped sine."""
-    error = np.abs(missed(branches, steps))
+    error = np.abs(amplitude_error(branches, steps))
     known = error[np.isfinite(error)]
     if not known.size:
         return f"record {name} has no step within the law’s branches"
