@@ -15,7 +15,7 @@ from ..sound.zwicker import Field, Method
 from . import stored
 from .study import Study
 
-__all__ = ["Heard"]
+__all__ = ["StudySounds"]
 
 EXCERPT = 1.5  # s, from the middle of a record: loudness takes about 2 s for each of its seconds
 ENGINE = "modal"  # the cheapest
@@ -24,7 +24,7 @@ FIELD: Field = "free"
 TEST = "test"
 
 
-class Heard:
+class StudySounds:
     """Sounds and loudness over level of the test and of the laws that are shown where there is little room.
 
     Parameters

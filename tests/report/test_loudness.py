@@ -18,7 +18,7 @@ from clearance_mj.rig import Plate
 from clearance_mj.sound import Sound, radiate, read_wav
 from clearance_mj.sound import loudness as loudness_of
 from clearance_mj.study import IdentifiedModel
-from clearance_mj.study.heard import Heard
+from clearance_mj.study.heard import StudySounds
 from tests.studies import study_of
 
 from .conftest import LAW, RIG, record
@@ -63,7 +63,7 @@ def test_players_hold_what_was_heard_at_one_full_scale(heard, tmp_path):
         (tmp_path / "one.wav").write_bytes(base64.b64decode(address))
         sounds.append(read_wav(tmp_path / "one.wav"))
     assert len({sound.full_scale for sound in sounds}) == 1
-    found = Heard(study).over_level
+    found = StudySounds(study).over_level
     expected = [found[name].sound[i] for i in (0, 1) for name in ("test", "constant")]  # a row for each level
     for player, sound in zip(sounds, expected):
         assert isinstance(sound, Sound)
@@ -72,9 +72,9 @@ def test_players_hold_what_was_heard_at_one_full_scale(heard, tmp_path):
 
 def test_another_study_takes_it_from_the_cache(heard, monkeypatch):
     study, _, _ = heard
-    first = Heard(study).over_level
+    first = StudySounds(study).over_level
     monkeypatch.setattr("clearance_mj.study.heard.loudness_of_each", lambda *_, **__: pytest.fail("computed again"))
-    again = Heard(study_with(PLATE, study.cache)).over_level
+    again = StudySounds(study_with(PLATE, study.cache)).over_level
     assert np.array_equal(again["constant"].n5, first["constant"].n5)
 
 

@@ -6,7 +6,7 @@ import base64
 
 from ...sound import LoudnessOverLevel, Sound, full_scale, wav_bytes
 from ...study import Study
-from ...study.heard import Heard
+from ...study.heard import StudySounds
 from ..html import paragraph, render
 from ..loudness import draw, rows, words
 from ..tables import Column, Table
@@ -25,7 +25,7 @@ def loudness(study: Study, writer: ReportWriter) -> str:
     """Return loudness over level and excerpts to hear; writes loudness.csv. Nothing of a rig without a plate."""
     if study.dataset.rig.plate is None:
         return ""
-    heard = Heard(study)
+    heard = StudySounds(study)
     if heard.missing:
         return paragraph(f"No loudness: {heard.missing}.", "note")
     by_design = heard.over_level
