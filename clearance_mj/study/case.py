@@ -13,7 +13,7 @@ from ..signals.comparison import Comparison
 from ..signals.ema import Modes
 from ..signals.frf import FRF
 
-__all__ = ["StudyCase", "LevelModes", "of_one_input", "require_comparable"]
+__all__ = ["StudyCase", "LevelModes", "single_input_dataset", "require_comparable"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ def require_comparable(dataset: Dataset) -> None:
             raise RecordError(f'{dataset.path}: record "{record.name}" has no level; validation records need one')
 
 
-def of_one_input(dataset: Dataset) -> Dataset:
+def single_input_dataset(dataset: Dataset) -> Dataset:
     """Return a dataset whose records to compare with have one input, if its rig is in a plane; a note names the others.
 
     Parameters

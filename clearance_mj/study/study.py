@@ -24,7 +24,7 @@ from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band
 from . import stored
 from .bands import law_band
-from .case import LevelModes, StudyCase, of_one_input, require_comparable
+from .case import LevelModes, StudyCase, require_comparable, single_input_dataset
 from .conditions import Condition, conditions_of
 from .identified import IdentifiedModel
 from .laws import StudiedLaws
@@ -76,7 +76,10 @@ class Study:
         cache: ResultCache | None = None, workers: int | None = None, progress: bool = False,
     ):  # fmt: skip
         require_comparable(dataset)
-        self.dataset, self._engines = of_one_input(dataset), tuple(get_engine(engine).name for engine in engines or ())
+        self.dataset, self._engines = (
+            single_input_dataset(dataset),
+            tuple(get_engine(engine).name for engine in engines or ()),
+        )
         self.found = StudiedLaws(dataset, methods, cache, progress)
         """the laws"""
         self.condition: Condition | None = None

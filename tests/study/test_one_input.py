@@ -8,7 +8,7 @@ import pytest
 from clearance_mj.core.notes import RecordNote
 from clearance_mj.io.channels import Channel
 from clearance_mj.io.dataset import Dataset, Record
-from clearance_mj.study.case import of_one_input
+from clearance_mj.study.case import single_input_dataset
 
 
 def record(rig, name, role, kind):
@@ -23,7 +23,7 @@ def test_records_of_the_rarer_input_are_left_out_with_a_note(rig):
     tests = [("a", "validate", "base"), ("b", "validate", "base"), ("hit", "validate", "force")]
     records = [record(rig, *test) for test in (*tests, ("hammer", "identify", "force"))]
     with pytest.warns(RecordNote, match='compared with records of kind "base"; left out hit, of the other input'):
-        found = of_one_input(Dataset(rig, tuple(records)))
+        found = single_input_dataset(Dataset(rig, tuple(records)))
     assert [r.name for r in found.records] == ["a", "b", "hammer"]
     alone = Dataset(rig, tuple(records[:2]))
-    assert of_one_input(alone) is alone
+    assert single_input_dataset(alone) is alone
