@@ -14,13 +14,13 @@ from .style import FONT, Drawing, band_axes, canvas, colour_bar
 from .tables import Column, Table
 from .writer import ReportWriter
 
-__all__ = ["draw_misfits", "found_structure"]
+__all__ = ["draw_misfits", "structure_section"]
 
 BANDS = 24  # of frequency, in which the misfit is drawn
 SMALLEST, LARGEST = 0.3, 30.0  # % of a channel's level, ends of the colours
 
 
-def found_structure(update: RigUpdate, writer: ReportWriter) -> str:
+def structure_section(update: RigUpdate, writer: ReportWriter) -> str:
     """Return markup on the hypotheses tried on the rig file's structure, and those accepted.
 
     Parameters

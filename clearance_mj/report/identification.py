@@ -21,7 +21,7 @@ from ..io.dataset import Dataset, Record
 from ..statistics.intervals import Interval
 from . import html
 from .contact import contact_drawings
-from .found_structure import found_structure
+from .found_structure import structure_section
 from .identification_figures import draw_forces, draw_misfit
 from .rattling import rattling
 from .tables import Column, Table
@@ -180,7 +180,7 @@ def _correlation_table(estimates: Estimates) -> str:
 
 
 def _update_section(fit: Identified, update: RigUpdate, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
-    return writer.figure(draw_spectra(update)) + found_structure(update, writer)
+    return writer.figure(draw_spectra(update)) + structure_section(update, writer)
 
 
 def _contact(fit: Identified, records: Sequence[Record], forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
