@@ -10,7 +10,7 @@ import pandas as pd
 from ..periodic import ImpactMap
 from ..periodic.impact_maps import IMPACTS
 from ..periodic.summaries import unit
-from .rattle_maps import of_sweeps
+from .rattle_maps import sweep_columns
 from .style import Drawing
 
 __all__ = ["draw", "rows", "words"]
@@ -27,7 +27,7 @@ def draw(regions: ImpactMap) -> Drawing:
 
 def rows(regions: ImpactMap) -> pd.DataFrame:
     """Return a row per load, level, frequency and direction of a sweep, SI units; empty without a solution."""
-    load, swept = of_sweeps(regions)
+    load, swept = sweep_columns(regions)
     columns = {
         "load": regions.load[load],
         **swept,

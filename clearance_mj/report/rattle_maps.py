@@ -18,7 +18,7 @@ from ..periodic import ImpactMap, RattleMap
 from ..periodic.summaries import frequency_title, level_title, unit
 from .style import COLOURS, REPEAT, TEST, Drawing, canvas, colour_bar, frequency_ends, tidy
 
-__all__ = ["draw", "of_sweeps", "rows", "words"]
+__all__ = ["draw", "sweep_columns", "rows", "words"]
 
 COLUMNS = {"contact_share": "", "penetration": "_m", "contact_force": "_n", "displacement": "_m"}
 """quantities at the clearances, and the ends of their columns' names"""
@@ -75,7 +75,7 @@ def _gap_words(grid: RattleMap, gap: int) -> str:
 
 def rows(grid: RattleMap) -> pd.DataFrame:
     """Return a row per gap, level, frequency and direction of a sweep, SI units; empty without a solution."""
-    gap, swept = of_sweeps(grid)
+    gap, swept = sweep_columns(grid)
     columns = {f"gap_{label}_m": grid.gap[gap, j] for j, label in enumerate(grid.clearances)} | swept
     for quantity, ending in COLUMNS.items():
         values = getattr(grid, quantity).reshape(-1, len(grid.clearances))
@@ -83,7 +83,7 @@ def rows(grid: RattleMap) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def of_sweeps(level_map: RattleMap | ImpactMap) -> tuple[np.ndarray, dict[str, Any]]:
+def sweep_columns(level_map: RattleMap | ImpactMap) -> tuple[np.ndarray, dict[str, Any]]:
     """Return the number of the gap or load of each row of a map's table, and columns that say where in sweeps it is."""
     sweep, varied, level, frequency = (index.ravel() for index in np.indices((2, *level_map.vibrations.shape)))
     return varied, {
