@@ -39,7 +39,7 @@ def run(options: Options) -> Result:
     def mapped(model: Model) -> RattleMap:
         return map_rattle(model, levels, frequencies, gaps=options.gaps, **shared)
 
-    rattle, said = mapped(model), rattle_maps.words
+    rattle, said = mapped(model), rattle_maps.summary_lines
     ends = softer_and_stiffer(model) if options.contact_spread else ()
     spread = {name: mapped(each) for name, each in zip(("softer", "stiffer"), ends)}
     data = used | of_map(rattle) | {name: of_map(each) for name, each in spread.items()}

@@ -18,7 +18,7 @@ from ..periodic import ImpactMap, RattleMap
 from ..periodic.summaries import frequency_title, level_title, unit
 from .style import COLOURS, REPEAT, TEST, Drawing, canvas, colour_bar, frequency_ends, tidy
 
-__all__ = ["draw", "sweep_columns", "rows", "words"]
+__all__ = ["draw", "sweep_columns", "rows", "summary_lines"]
 
 COLUMNS = {"contact_share": "", "penetration": "_m", "contact_force": "_n", "displacement": "_m"}
 """quantities at the clearances, and the ends of their columns' names"""
@@ -95,7 +95,7 @@ def sweep_columns(level_map: RattleMap | ImpactMap) -> tuple[np.ndarray, dict[st
     }
 
 
-def words(grid: RattleMap) -> Iterator[str]:
+def summary_lines(grid: RattleMap) -> Iterator[str]:
     """Yield lines, for each gap, on first contact, the fraction of the map that rattles, its forces, and jumps."""
     for i in range(len(grid.gap)):
         force, depth = (np.nanmax(each[:, i], initial=0.0) for each in (grid.contact_force, grid.penetration))

@@ -16,7 +16,7 @@ from ..model import Model
 from ..periodic import RattleMap, find_first_contact, map_rattle
 from ..periodic.summaries import unit
 from . import html
-from .rattle_maps import draw, rows, words
+from .rattle_maps import draw, rows, summary_lines
 from .tables import Column, Table
 from .writer import ReportWriter
 
@@ -55,7 +55,7 @@ def rattling(identified: Identified, dataset: Dataset, writer: ReportWriter, wor
     except ClearanceError as error:
         return said + html.sentences([f"No rattle map: {error}"], "note")
     writer.csv("rattle_map", rows(rattle))
-    sentences = html.sentences(line[0].upper() + line[1:] for line in words(rattle))
+    sentences = html.sentences(line[0].upper() + line[1:] for line in summary_lines(rattle))
     return said + sentences + writer.figure(draw(rattle)) + html.table(_rattle_table(rattle))
 
 

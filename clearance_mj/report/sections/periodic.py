@@ -41,7 +41,7 @@ def sines(study: Study, writer: ReportWriter) -> str:
         response=writer.figure(responses.draw(periodic.branches, measured=list(steps.values()), test=test)),
         beside=[_misfit_words(name, periodic.branches, of_record) for name, of_record in steps.items()],
         unknown=unknown(periodic.branches), map=writer.figure(rattle_maps.draw(periodic.map)),
-        lines=list(rattle_maps.words(periodic.map)),
+        lines=list(rattle_maps.summary_lines(periodic.map)),
     )  # fmt: skip
 
 
