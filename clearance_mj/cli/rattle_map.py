@@ -34,7 +34,7 @@ def run(options: Options) -> Result:
             raise ClearanceError("--loads maps the rig's gaps and contacts: leave out --gaps and --contact-spread")
         hit = map_impacts(model, levels, frequencies, options.loads, **shared)
         drawings = [impact_maps.draw(hit)]
-        return Result(used | of_impacts(hit), impact_maps.words(hit), impact_maps.rows(hit), drawings)
+        return Result(used | of_impacts(hit), impact_maps.summary_lines(hit), impact_maps.rows(hit), drawings)
 
     def mapped(model: Model) -> RattleMap:
         return map_rattle(model, levels, frequencies, gaps=options.gaps, **shared)

@@ -13,7 +13,7 @@ from ..periodic.summaries import unit
 from .rattle_maps import sweep_columns
 from .style import Drawing
 
-__all__ = ["draw", "rows", "words"]
+__all__ = ["draw", "rows", "summary_lines"]
 
 
 def draw(regions: ImpactMap) -> Drawing:
@@ -37,7 +37,7 @@ def rows(regions: ImpactMap) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def words(regions: ImpactMap) -> Iterator[str]:
+def summary_lines(regions: ImpactMap) -> Iterator[str]:
     """Yield lines on where impacts begin, and the fraction of the map with each kind of them."""
     least = np.unravel_index(int(regions.onset.argmin()), regions.onset.shape)
     if np.isfinite(regions.onset[least]):
