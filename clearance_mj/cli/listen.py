@@ -13,7 +13,7 @@ from ..engines import simulate_batch
 from ..io.formats import read, read_record
 from ..model import Model
 from ..periodic.axes import level_axis
-from ..report.loudness import draw, rows, words
+from ..report.loudness import draw, rows, summary_lines
 from ..rig import Plate
 from ..signals.response import Response
 from ..sound import LoudnessOverLevel, Sound, full_scale, has_mosqito, heard, loudness_of_each, radiate, write_wav
@@ -80,7 +80,7 @@ def run(options: Options) -> Result:
     }
     table = rows(over)
     data["loudness"] = [{str(key): value for key, value in row.items()} for row in table.to_dict("records")]
-    return Result(data, [*said, *words(over)], table, [draw(over)])
+    return Result(data, [*said, *summary_lines(over)], table, [draw(over)])
 
 
 def _load_models(options: Options) -> dict[str, Model]:

@@ -13,7 +13,7 @@ from ..sound import LoudnessOverLevel, loudness_level
 from ..statistics.intervals import CONFIDENCE, two_sided_quantile
 from .style import COLOURS, FONT, MARKERS, Drawing, canvas, level_axis, tidy
 
-__all__ = ["draw", "rows", "words"]
+__all__ = ["draw", "rows", "summary_lines"]
 
 FEWEST = 0.01  # sone: what is softer is drawn there, as nothing
 
@@ -52,7 +52,7 @@ def draw(loudness: Mapping[str, LoudnessOverLevel]) -> Drawing:
     caption = "Loudness by ISO 532-1 of what the plate radiates: over level, and over time at the highest level."
     if any(len({*each.level}) < len(each.level) for each in loudness.values()):
         caption += " Vertical lines: 95 % intervals of the mean of several noises or designs."
-    return Drawing("loudness", figure, caption, f"{caption} {' '.join(words(loudness))}")
+    return Drawing("loudness", figure, caption, f"{caption} {' '.join(summary_lines(loudness))}")
 
 
 def _mean_n5(loudness: LoudnessOverLevel) -> dict[float, tuple[float, float, float]]:
@@ -89,7 +89,7 @@ def rows(loudness: Mapping[str, LoudnessOverLevel]) -> pd.DataFrame:
     return pd.DataFrame(table)
 
 
-def words(loudness: Mapping[str, LoudnessOverLevel]) -> Iterator[str]:
+def summary_lines(loudness: Mapping[str, LoudnessOverLevel]) -> Iterator[str]:
     """Yield a line for each design on its loudness at its lowest and highest level, and which of two is louder.
 
     Parameters
