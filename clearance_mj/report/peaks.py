@@ -10,7 +10,7 @@ import pandas as pd
 from ..tolerance.peaks import HourPeaks
 from .style import Drawing
 
-__all__ = ["draw", "plain", "rows", "words"]
+__all__ = ["draw", "plain", "rows", "summary_lines"]
 
 
 def draw(peaks: HourPeaks) -> Drawing:
@@ -55,7 +55,7 @@ def plain(peaks: HourPeaks) -> dict[str, Any]:
     return facts | {"impacts_per_second": clearances, "largest": largest}
 
 
-def words(peaks: HourPeaks) -> list[str]:
+def summary_lines(peaks: HourPeaks) -> list[str]:
     """Return lines: the table of `HourPeaks`, probabilities of contact, and of exceeding the limit."""
     said = [str(peaks)]
     for name, touch, rests in zip(peaks.clearances, peaks.impact_probability, peaks.rests):

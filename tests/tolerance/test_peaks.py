@@ -7,7 +7,7 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.engines import static_equilibrium
-from clearance_mj.report.peaks import words
+from clearance_mj.report.peaks import summary_lines
 from clearance_mj.tolerance.peaks import noise_of, peaks_over_an_hour
 
 RIG = cm.Rig.load("models/table1_rig.toml")
@@ -58,7 +58,9 @@ def test_a_shaft_that_rests_leaves_its_wall_as_often_as_rice_says():
     assert np.mean([each.impact_probability for each in halfway]) == pytest.approx(0.5, abs=0.25)
     quiet, loud = (peaks_over_an_hour(rig, psd.scaled(factor * level)) for factor in (0.5, 2.0))
     assert quiet.rests.all() and not quiet.impacts_per_second.any() and quiet.impact_probability[0] < 0.1
-    assert "rests against its wall" in str(quiet) and "leaves the wall against which it rests" in words(quiet)[1]
+    assert (
+        "rests against its wall" in str(quiet) and "leaves the wall against which it rests" in summary_lines(quiet)[1]
+    )
     assert not loud.rests.any() and loud.impacts_per_second[0] > 0.1 and loud.impact_probability[0] > 0.999
 
 
@@ -121,7 +123,7 @@ def test_figure_shows_every_row_and_the_limit():
 
 
 @pytest.mark.parametrize(
-    ("changed", "words"),
+    ("changed", "summary_lines"),
     [
         ({"quantity": "noise"}, 'quantity "noise" is unknown; use contact_force, penetration, acceleration'),
         ({"hours": 0.0}, "hours 0.0: must be > 0"),
