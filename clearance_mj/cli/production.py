@@ -8,7 +8,7 @@ from dataclasses import replace
 from .. import tolerance
 from ..core.errors import ClearanceError
 from ..periodic.excitation import excited_by
-from ..report.production import rows, words, write_production
+from ..report.production import rows, summary_lines, write_production
 from ..report.random_production import Hours
 from ..report.tightening import tightening_words
 from ..tolerance.peaks import QUANTITIES
@@ -101,7 +101,7 @@ def _report(
     tightenings: dict[str, tolerance.Tightening],
 ) -> Iterator[str]:  # fmt: skip
     if production:
-        yield "\n  ".join(words(production))
+        yield "\n  ".join(summary_lines(production))
     for reason in scatter.left_out if scatter else ():
         yield f"note: {reason} is left out: a production does not scatter by it"
     yield from hours.words() if hours else ()

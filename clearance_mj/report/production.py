@@ -20,7 +20,7 @@ from .tables import Column, Table
 from .tightening import draw_tightening, tightening_table, tightening_words
 from .writer import ReportWriter
 
-__all__ = ["draw_over_level", "draw_shares", "rows", "words", "write_production"]
+__all__ = ["draw_over_level", "draw_shares", "rows", "summary_lines", "write_production"]
 
 CONTOURS = (0.01, 0.1, 0.5, 0.9)
 
@@ -86,7 +86,7 @@ def rows(batch: Production) -> pd.DataFrame:
     return pd.DataFrame(columns | {"share_contact_low": low.ravel(), "share_contact_high": high.ravel()})
 
 
-def words(batch: Production) -> list[str]:
+def summary_lines(batch: Production) -> list[str]:
     """Return lines on the fractions of designs, at the middle and the largest level."""
     unit = level_axis(batch.kind).unit
     said = [f"{batch.designs} designs at {batch.frequency.size} frequencies and {batch.level.size} levels"]
@@ -137,7 +137,11 @@ def write_production(
         }  # fmt: skip
         if batch.limit:
             result["exceeding_over_level"] = batch.over_level("exceeding").tolist()
-        body = html.sentences(words(batch)) + writer.figure(draw_over_level(batch)) + writer.figure(draw_shares(batch))
+        body = (
+            html.sentences(summary_lines(batch))
+            + writer.figure(draw_over_level(batch))
+            + writer.figure(draw_shares(batch))
+        )
         sections.append(html.PageSection("production", "How many rattle", body))
     if hours:
         result["random"] = hours.rows()
