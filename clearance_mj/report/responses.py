@@ -20,7 +20,7 @@ from ..rig import Rig
 from ..signals.stepped_sines import SineSteps
 from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
 
-__all__ = ["amplitude_columns", "between", "draw", "rows", "words"]
+__all__ = ["amplitude_columns", "between", "draw", "rows", "summary_lines"]
 
 WAYS = {True: "^", False: "v"}  # markers of stepped sines, upwards or not
 STEPS_WORDS = " Triangles: the {} under a stepped sine, the end of every step, upwards and downwards."
@@ -28,7 +28,7 @@ PANEL = 1.9  # in, height
 WHAT = {"load": "the share of the constant loads", "gap": "the share of the gaps"}  # that branches are over
 
 
-def words(branch: Branch) -> list[str]:
+def summary_lines(branch: Branch) -> list[str]:
     """Yield lines on a branch: folds and jumps, changes of stability, whether it ends early."""
     x, stable = branch.parameter, stable_points(branch)
     _, measure = parameter_axis(branch.over, branch.kind)
