@@ -6,7 +6,7 @@ from ..core.errors import ClearanceError
 from ..core.tasks import run_tasks
 from ..periodic import Backbone, follow_backbone
 from ..periodic.summaries import of_backbone
-from ..report.backbones import draw, rows, words
+from ..report.backbones import draw, rows, summary_lines
 from .command import RESULTS, Options, Result, command, option, settings
 from .options import PERIODIC, WORKERS, length, listed, load_model, periodic, periodic_settings, plugin
 
@@ -34,5 +34,5 @@ def run(options: Options) -> Result:
     by_mode = dict(run_tasks(follow, modes, options.workers, progress="" if options.quiet else "modes"))
     curves = [by_mode[mode] for mode in modes]
     data = settings(model) | {name: getattr(options, name) for name in PERIODIC}
-    said = [line for each in curves for line in words(each)]
+    said = [line for each in curves for line in summary_lines(each)]
     return Result(data | {"backbones": [of_backbone(each) for each in curves]}, said, rows(curves), [draw(curves)])

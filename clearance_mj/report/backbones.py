@@ -15,7 +15,7 @@ from ..periodic.summaries import motion
 from .responses import amplitude_columns
 from .style import COLOURS, TEST, Drawing, canvas, letters, tidy
 
-__all__ = ["draw", "rows", "words"]
+__all__ = ["draw", "rows", "summary_lines"]
 
 PANEL = 1.9  # in, height
 
@@ -74,7 +74,7 @@ def _rows(backbone: Backbone) -> pd.DataFrame:
     return pd.DataFrame(columns | amplitude_columns(backbone, 1, False))
 
 
-def words(backbone: Backbone) -> Iterator[str]:
+def summary_lines(backbone: Backbone) -> Iterator[str]:
     """Yield lines on where a backbone begins and ends, and whether it ends early."""
     ends = (
         f"{backbone.frequency[i]:.5g} Hz, {100 * backbone.damping[i]:.3g} % at {1e3 * motion(backbone)[i]:.3g} mm"
