@@ -6,7 +6,7 @@ from typing import Any
 
 from ..core.errors import ClearanceError
 from ..io.results import load
-from ..report.whirl import draw_orbits, draw_over_speed, draw_spectra, of_orbits
+from ..report.whirl import draw_orbits, draw_over_speed, draw_spectra, orbit_rows
 from ..rig import Rig
 from ..rotors import Whirl, require_round, whirl
 from ..signals.response import Response
@@ -40,7 +40,7 @@ def run(options: Options) -> Result:
     drawings = [draw_orbits(end, options.turns), draw_spectra(end, options.resolution)]
     if not motion.is_steady:
         drawings += draw_over_speed(motion, 2 * options.resolution)
-    bushings = of_orbits(end, options.turns)
+    bushings = orbit_rows(end, options.turns)
     return Result(used | {"bushings": bushings}, map(_report, bushings), drawings=drawings)
 
 

@@ -13,7 +13,7 @@ from ..signals.orbit_figures import cascade_figure, full_spectrum_figure, orbit_
 from ..signals.orbits import Orbits
 from .style import COLOURS, Drawing
 
-__all__ = ["draw_orbits", "draw_over_speed", "draw_spectra", "finest", "of_orbits"]
+__all__ = ["draw_orbits", "draw_over_speed", "draw_spectra", "finest", "orbit_rows"]
 
 RPM = 30 / np.pi
 
@@ -79,7 +79,7 @@ def _draw_bode(whirl: Whirl) -> Figure:
     return figure
 
 
-def of_orbits(whirl: Whirl, turns: int) -> list[dict[str, Any]]:
+def orbit_rows(whirl: Whirl, turns: int) -> list[dict[str, Any]]:
     """Return the numbers of each bushing's last turns: place, reach, and 1X motion where the shaft turns; SI units."""
     rows = []
     for j, bushing in enumerate(whirl.bushings):
