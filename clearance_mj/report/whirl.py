@@ -13,12 +13,12 @@ from ..signals.orbit_figures import cascade_figure, full_spectrum_figure, orbit_
 from ..signals.orbits import Orbits
 from .style import COLOURS, Drawing
 
-__all__ = ["draw_orbits", "draw_over_speed", "draw_spectra", "finest", "orbit_rows"]
+__all__ = ["draw_orbits", "draw_over_speed", "draw_spectra", "finest_resolution", "orbit_rows"]
 
 RPM = 30 / np.pi
 
 
-def finest(whirl: Whirl, resolution: float) -> float:
+def finest_resolution(whirl: Whirl, resolution: float) -> float:
     """Return a distance of lines, Hz, that the motion is long enough for: the one asked for, or a coarser one."""
     return max(resolution, 1.001 * whirl.fs / whirl.time.size)
 
@@ -39,7 +39,7 @@ def draw_orbits(whirl: Whirl, turns: int) -> Drawing:
 
 def draw_spectra(whirl: Whirl, resolution: float) -> Drawing:
     """Draw full spectra in each bushing, with lines every so many Hz or as near as the motion is long."""
-    lines = finest(whirl, resolution)
+    lines = finest_resolution(whirl, resolution)
     spectra = {name: whirl.full_spectrum(j, lines) for j, name in enumerate(whirl.names)}
     spin = None if whirl.spin is None else float(whirl.spin.mean())
     caption = (
@@ -53,7 +53,7 @@ def draw_spectra(whirl: Whirl, resolution: float) -> Drawing:
 def draw_over_speed(whirl: Whirl, resolution: float) -> list[Drawing]:
     """Draw what changes with the speed: full spectra of windows, and the 1X motion turn by turn."""
     whirl = whirl.changing
-    lines = finest(whirl, resolution)
+    lines = finest_resolution(whirl, resolution)
     cascades = {name: whirl.cascade(j, lines) for j, name in enumerate(whirl.names)}
     name, n = whirl.rig.name, len(cascades)
     caption = (

@@ -15,7 +15,7 @@ from ...study.conditions import spin_words
 from ...study.orbit_measures import onset_of_contact
 from ...study.turning import TurningComparison
 from ..style import REPEAT, TEST, Drawing, letters, sheet, tidy
-from ..whirl import finest
+from ..whirl import finest_resolution
 from .looks import Looks
 
 __all__ = ["cascades", "orbits_of_bushing", "run_ups_of_bushing"]
@@ -115,7 +115,7 @@ def cascades(turning: TurningComparison, bushing: int, records: tuple[Record, ..
     best, looks = turning.study.best_law, Looks(turning.study)
     motions: dict[str, Whirl] = {looks.test: turning.test(records[0])}
     motions[f"law “{best}”"] = turning.placed(best, records[0]).motion
-    spectra = {name: motion.cascade(bushing, finest(motion, RESOLUTION)) for name, motion in motions.items()}
+    spectra = {name: motion.cascade(bushing, finest_resolution(motion, RESOLUTION)) for name, motion in motions.items()}
     caption = (
         f"Full spectra over speed in bushing {bushing + 1}, {looks.test} record {records[0].name} and the best law. "
         "Dashed: the spin (1X), dotted: twice the spin."
