@@ -40,7 +40,7 @@ def turning(study: Study, writer: ReportWriter) -> str:
     writer.csv("run_ups", run_ups)
     n = len(study.dataset.rig.bushings)
     return render(
-        "turning.html.j2", sentences=sentences(orbits, study), run_out=motions.run_out is not None,
+        "turning.html.j2", sentences=orbit_sentences(orbits, study), run_out=motions.run_out is not None,
         orbits=orbit_table(orbits) if len(orbits) else None, run_ups=run_up_table(run_ups) if len(run_ups) else None,
         of_orbits=[writer.figure(figures.orbits_of_bushing(motions, j)) for j in range(n)] if len(orbits) else [],
         of_run_ups=[
@@ -86,7 +86,7 @@ def _means(rows: pd.DataFrame) -> pd.DataFrame:
     return rows.groupby(KEYS, sort=False).mean(numeric_only=True).reset_index()
 
 
-def sentences(rows: pd.DataFrame, study: Study) -> str:
+def orbit_sentences(rows: pd.DataFrame, study: Study) -> str:
     """Return in words how far the best law's orbits are from the test's, and the repeat's."""
     if rows.empty:
         return ""
