@@ -24,7 +24,7 @@ __all__ = ["rattling"]
 
 LEVELS, LEVEL_RATIO, FREQUENCIES = 5, 3.0, 80  # each level is so many times the one before
 HARMONICS = 7  # folds of the Table-1 rig stay where 21 harmonics have them, amplitudes within 3 %
-SHARES = (1.0, 0.5)  # over the identified gaps
+GAP_RATIOS = (1.0, 0.5)  # over the identified gaps
 BAND = (0.002, 0.4)  # of the samples per second, where a record does not say its band
 
 
@@ -81,7 +81,7 @@ def _compute_map(model: Model, dataset: Dataset, workers: int | None) -> RattleM
     loudest = max(dataset.to_identify(), key=lambda record: float(np.std(record.response().excitation)))
     top = 2 * float(np.std(loudest.response().excitation))  # a ramp ends at about twice its RMS
     low, high = loudest.band or (ratio * loudest.fs for ratio in BAND)
-    gaps = [[ratio * bushing.gap for bushing in model.rig.bushings] for ratio in SHARES]
+    gaps = [[ratio * bushing.gap for bushing in model.rig.bushings] for ratio in GAP_RATIOS]
     rattle = map_rattle(
         model, top * LEVEL_RATIO ** np.arange(1.0 - LEVELS, 1.0), np.geomspace(low, high, FREQUENCIES), gaps=gaps,
         kind=loudest.excitation_kind, n_harmonics=HARMONICS, workers=workers,
