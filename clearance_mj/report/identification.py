@@ -23,7 +23,7 @@ from . import html
 from .contact import contact_drawings
 from .found_structure import structure_section
 from .identification_figures import draw_forces, draw_misfit
-from .rattling import rattling
+from .rattling import rattling_section
 from .tables import Column, Table
 from .updated_rig import draw_parameters, draw_spectra
 from .writer import ReportWriter
@@ -58,7 +58,7 @@ def write_identification(
     writer, pages = ReportWriter(folder, progress), dict(fit.pages)
     forces = pages.pop("forces")() if "forces" in pages else []
     sections = [
-        html.PageSection("rattling", "Does it rattle?", rattling(fit, dataset, writer, workers)),
+        html.PageSection("rattling_section", "Does it rattle?", rattling_section(fit, dataset, writer, workers)),
         html.PageSection("summary", "What was found", _summary_html(fit, dataset, shown)),
     ]
     if forces:

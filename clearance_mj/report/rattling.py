@@ -20,7 +20,7 @@ from .rattle_maps import draw, rows, summary_lines
 from .tables import Column, Table
 from .writer import ReportWriter
 
-__all__ = ["rattling"]
+__all__ = ["rattling_section"]
 
 LEVELS, LEVEL_RATIO, FREQUENCIES = 5, 3.0, 80  # each level is so many times the one before
 HARMONICS = 7  # folds of the Table-1 rig stay where 21 harmonics have them, amplitudes within 3 %
@@ -28,7 +28,7 @@ GAP_RATIOS = (1.0, 0.5)  # over the identified gaps
 BAND = (0.002, 0.4)  # of the samples per second, where a record does not say its band
 
 
-def rattling(identified: Identified, dataset: Dataset, writer: ReportWriter, workers: int | None = 1) -> str:
+def rattling_section(identified: Identified, dataset: Dataset, writer: ReportWriter, workers: int | None = 1) -> str:
     """Return the figure, the sentences and the table of a rattle map over the records' levels and band.
 
     There is none where no record shows a gap: what the rig file says of it is no result.
@@ -119,4 +119,4 @@ def _rattle_table(rattle: RattleMap) -> Table:
         "Under a sine of each amplitude: lowest frequency at which a wall is touched, share of the band in which one "
         "is, and the largest contact force and penetration over the band; for the gaps found, and for half of them."
     )
-    return Table("rattling", caption, tuple(columns), tuple(cells))
+    return Table("rattling_section", caption, tuple(columns), tuple(cells))

@@ -5,7 +5,7 @@ import numpy as np
 from clearance_mj.identify.registry import Identified
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.model import Model
-from clearance_mj.report.rattling import rattling
+from clearance_mj.report.rattling import rattling_section
 from clearance_mj.report.writer import ReportWriter
 
 from ..conftest import record_of
@@ -14,7 +14,7 @@ from ..conftest import record_of
 def test_gaps_that_were_never_used_up(tmp_path, rig):
     """How far the shaft came is the largest size of the probes' readings, a part of the rig file's gap."""
     quiet = record_of(rig, "quiet", "identify", 0.3, 3)
-    page = rattling(Identified(model=Model(rig)), Dataset(rig, (quiet,)), ReportWriter(tmp_path, False))
+    page = rattling_section(Identified(model=Model(rig)), Dataset(rig, (quiet,)), ReportWriter(tmp_path, False))
     far = 1e3 * np.abs(quiet.response().displacement).max(axis=1)
     assert np.all(far < 0.2)
     for j, reach in enumerate(far):
