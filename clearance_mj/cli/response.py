@@ -15,7 +15,7 @@ from ..periodic import Branch, find_isolas, follow_doubled, follow_response_over
 from ..periodic.coverage import not_covered
 from ..periodic.excitation import excited_by
 from ..periodic.summaries import of_branch, unit
-from ..report.responses import between, draw, rows, summary_lines
+from ..report.responses import draw, frequency_range_words, rows, summary_lines
 from ..rig import Rig
 from ..study.periodic import from_both_ends
 from .command import RESULTS, Options, Result, command, flag, option, say, settings, warn_of_depths
@@ -52,7 +52,7 @@ def run(options: Options) -> Result:
     data = settings(model) | {"branches": [of_branch(branch) for branch in branches]}
     data |= {"isolas": basins} if basins else {}
     said = ["\n  ".join(summary_lines(branch)) for branch in branches]
-    said += [f"{of_level}: no vibration was found {between(*ends)}" for of_level, ends in left_out]
+    said += [f"{of_level}: no vibration was found {frequency_range_words(*ends)}" for of_level, ends in left_out]
     largest = np.max([branch.excursion().max(axis=0) for branch in branches], axis=0)
     warn_of_depths(model, largest - [bushing.gap for bushing in model.rig.bushings])
     for level in basins:

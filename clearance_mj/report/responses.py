@@ -20,7 +20,7 @@ from ..rig import Rig
 from ..signals.stepped_sines import SineSteps
 from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
 
-__all__ = ["amplitude_columns", "between", "draw", "rows", "summary_lines"]
+__all__ = ["amplitude_columns", "frequency_range_words", "draw", "rows", "summary_lines"]
 
 WAYS = {True: "^", False: "v"}  # markers of stepped sines, upwards or not
 STEPS_WORDS = " Triangles: the {} under a stepped sine, the end of every step, upwards and downwards."
@@ -47,7 +47,7 @@ def summary_lines(branch: Branch) -> list[str]:
     return [*said, branch.ended] if branch.ended else said
 
 
-def between(low: float, high: float) -> str:
+def frequency_range_words(low: float, high: float) -> str:
     """Return a range of frequencies, Hz, in words; it may be one-sided."""
     if low == 0:
         return f"up to {high:.4g} Hz"

@@ -63,7 +63,7 @@ def unknown(branches: tuple[Branch, ...]) -> list[str]:
     said = []
     for level, of_level in groupby(branches, key=lambda branch: abs(branch.level[0, 0])):
         if ends := not_covered(list(of_level)):
-            said.append(f"{level:g} {unit(branches[0])} {responses.between(*ends)}")
+            said.append(f"{level:g} {unit(branches[0])} {responses.frequency_range_words(*ends)}")
     return said
 
 
