@@ -25,7 +25,7 @@ __all__ = ["amplitude_columns", "frequency_range_words", "draw", "rows", "summar
 WAYS = {True: "^", False: "v"}  # markers of stepped sines, upwards or not
 STEPS_WORDS = " Triangles: the {} under a stepped sine, the end of every step, upwards and downwards."
 PANEL = 1.9  # in, height
-WHAT = {"load": "the share of the constant loads", "gap": "the share of the gaps"}  # that branches are over
+PARAMETER_WORDS = {"load": "the share of the constant loads", "gap": "the share of the gaps"}  # that branches are over
 
 
 def summary_lines(branch: Branch) -> list[str]:
@@ -125,7 +125,7 @@ def draw(
             ax.axhline(1.0, color=TEST, lw=0.6)
         _abscissa(ax, branches, i >= len(panels) - 2)
     figure.align_ylabels(axes[: len(panels)])
-    alt = f"Amplitudes of periodic vibrations over {WHAT.get(branches[0].over, branches[0].over)}."
+    alt = f"Amplitudes of periodic vibrations over {PARAMETER_WORDS.get(branches[0].over, branches[0].over)}."
     return Drawing("response", figure, _caption(branches) + (STEPS_WORDS.format(test) if measured else ""), alt)
 
 
@@ -206,7 +206,9 @@ def _key(branches: Sequence[Branch], colours: Sequence[Any], measured: Sequence[
 def _caption(branches: Sequence[Branch]) -> str:
     first = branches[0]
     others = {"level": " at several frequencies", "frequency": " at several levels"}.get(first.over, "")
-    varied = WHAT.get(first.over, first.over) + others * (len({_fixed_values(branch) for branch in branches}) > 1)
+    varied = PARAMETER_WORDS.get(first.over, first.over) + others * (
+        len({_fixed_values(branch) for branch in branches}) > 1
+    )
     excited = {"base": "a shaken base", "unbalance": "unbalance"}.get(first.kind, "a force")
     extents = ", of a round clearance half of the largest extent of the orbit" if first.model.rig.moves_across else ""
     return (
