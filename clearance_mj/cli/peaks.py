@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..core.errors import ClearanceError
 from ..core.units import si_value
-from ..report.peaks import draw, plain, rows, summary_lines
+from ..report.peaks import draw, rows, summary_lines, to_dict
 from ..tolerance.limits import KINDS
 from ..tolerance.peaks import peaks_over_an_hour
 from .command import RESULTS, Options, Result, command, option, settings, warn_of_depths
@@ -37,5 +37,5 @@ def run(options: Options) -> Result:
         engine=options.engine,
     )  # fmt: skip
     warn_of_depths(model, peaks.median, peaks.quantity)
-    data = settings(model) | {"psd": psd.to_dict(), "seed": options.seed, "engine": options.engine} | plain(peaks)
+    data = settings(model) | {"psd": psd.to_dict(), "seed": options.seed, "engine": options.engine} | to_dict(peaks)
     return Result(data, summary_lines(peaks), rows(peaks), [draw(peaks)])

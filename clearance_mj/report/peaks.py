@@ -10,7 +10,7 @@ import pandas as pd
 from ..tolerance.peaks import HourPeaks
 from .style import Drawing
 
-__all__ = ["draw", "plain", "rows", "summary_lines"]
+__all__ = ["draw", "to_dict", "rows", "summary_lines"]
 
 
 def draw(peaks: HourPeaks) -> Drawing:
@@ -41,7 +41,7 @@ def rows(peaks: HourPeaks) -> pd.DataFrame:
     return pd.DataFrame([*impacts, *largest])
 
 
-def plain(peaks: HourPeaks) -> dict[str, Any]:
+def to_dict(peaks: HourPeaks) -> dict[str, Any]:
     """Return everything but the peaks and where they come from as plain data."""
     clearances = [
         {"name": name, **asdict(rate), "probability": float(touch), "rests": bool(rests)}
