@@ -9,7 +9,7 @@ from .. import tolerance
 from ..core.errors import ClearanceError
 from ..periodic.excitation import excited_by
 from ..report.production import rows, summary_lines, write_production
-from ..report.random_production import Hours
+from ..report.random_production import RandomProduction
 from ..report.tightening import tightening_words
 from ..tolerance.peaks import QUANTITIES
 from . import options as shared
@@ -97,7 +97,7 @@ def run(options: Options) -> Result:
 
 
 def _report(
-    production: tolerance.Production | None, scatter: tolerance.Scatter | None, hours: Hours | None,
+    production: tolerance.Production | None, scatter: tolerance.Scatter | None, hours: RandomProduction | None,
     tightenings: dict[str, tolerance.Tightening],
 ) -> Iterator[str]:  # fmt: skip
     if production:
@@ -109,9 +109,11 @@ def _report(
         yield from tightening_words(tightening)
 
 
-def _compute_hours(designs: tolerance.Designs, noise: tolerance.Noise, seed: int, runner: tolerance.Runner) -> Hours:
+def _compute_hours(
+    designs: tolerance.Designs, noise: tolerance.Noise, seed: int, runner: tolerance.Runner
+) -> RandomProduction:
     """Return the production's behaviour within hours of random excitation."""
     peaks, rig = tolerance.random_production(designs, noise, seed, runner), designs.nominal.rig
     warn_of_depths(designs.nominal, peaks[-1].largest[:, 1], noise.quantity)
     places = rig.sensor_labels if noise.quantity == "acceleration" else rig.clearance_labels
-    return Hours(tuple(peaks), noise, tuple(rig.clearance_labels), tuple(places))
+    return RandomProduction(tuple(peaks), noise, tuple(rig.clearance_labels), tuple(places))

@@ -13,7 +13,7 @@ from ..statistics.sobol import Sensitivity
 from ..tolerance import Designs, Production, Tightening
 from ..tolerance.shares import SHARES
 from . import html
-from .random_production import Hours
+from .random_production import RandomProduction
 from .style import COLOURS, FONT, Drawing, canvas, colour_bar, frequency_ends, tidy
 from .sweep import draw_sensitivity
 from .tables import Column, Table
@@ -102,7 +102,7 @@ def summary_lines(batch: Production) -> list[str]:
 
 def write_production(
     designs: Designs, folder: Path, batch: Production | None = None, sensitivity: Sensitivity | None = None,
-    tightenings: dict[str, Tightening] | None = None, hours: Hours | None = None,
+    tightenings: dict[str, Tightening] | None = None, hours: RandomProduction | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Write ``index.html`` and figures, and return what they hold as plain data.
 

@@ -12,11 +12,11 @@ from ..tolerance import LevelPeaks, Noise
 from ..tolerance.limits import KINDS, UNITS
 from .style import COLOURS, FONT, Drawing, canvas, tidy
 
-__all__ = ["Hours"]
+__all__ = ["RandomProduction"]
 
 
 @dataclass(frozen=True, eq=False)
-class Hours:
+class RandomProduction:
     """A production at several levels of random excitation."""
 
     levels: tuple[LevelPeaks, ...]
