@@ -31,7 +31,7 @@ from .writer import ReportWriter
 __all__ = ["write_identification"]
 
 LISTED = 12  # strongest correlations that are listed
-BEFORE = "of the rig file, within its tolerance, or usual of the law’s family"
+PRIOR_WORDS = "of the rig file, within its tolerance, or usual of the law’s family"
 CORRELATED = 0.5  # size of a correlation from which on it is listed
 
 
@@ -153,7 +153,7 @@ def _parameter_section(fit: Identified, writer: ReportWriter) -> str:
     )  # fmt: skip
     caption = "Parameters of the rig, then of every bushing’s law, SI units."
     only = fit.estimates.only_prior
-    note = f"{unsaid_words(only, BEFORE)}." if only else "the records say something about every parameter."
+    note = f"{unsaid_words(only, PRIOR_WORDS)}." if only else "the records say something about every parameter."
     table = html.table(Table("parameters", caption, columns, rows))
     return (
         writer.figure(draw_parameters(fit.estimates))
