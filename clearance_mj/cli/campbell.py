@@ -54,7 +54,7 @@ def spins_of(options: Options, beyond: float = BEYOND) -> tuple[Model, Rig, np.n
     return model, rig_in_gap(model.rig, model.law), np.linspace(first, last, options.points), operating
 
 
-def of_speeds(
+def speed_result(
     options: Options, model: Model, diagram: Campbell | UnbalanceResponse, caption: str, table: pd.DataFrame
 ) -> Result:
     """Return a command's results over the speed, and write its critical speeds."""
@@ -82,4 +82,4 @@ def run(options: Options) -> Result:
     of_each["whirl"] = whirl_names(diagram.sense)
     table = long_table("mode", range(1, len(diagram.frequency) + 1), "spin_rad_s", diagram.speed, **of_each)
     caption = f"Natural frequencies of rig “{rig.name}” over its spin, its bushings filled and not in contact."
-    return of_speeds(options, model, diagram, caption, table)
+    return speed_result(options, model, diagram, caption, table)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..report.tables import long_table
 from ..rotors import unbalance_response
-from .campbell import of_speeds, over_speed, spins_of
+from .campbell import over_speed, speed_result, spins_of
 from .command import RESULTS, Options, Result, command, say
 
 
@@ -20,4 +20,4 @@ def run(options: Options) -> Result:
     read = dict(zip(response.planes, response.amplitude.max(axis=1)))
     if touching := [probe for probe, clearance in clearances if read.get(probe, 0.0) > clearance]:
         say(f"{', '.join(touching)}: wider than the clearance: the shaft touches, which clearance-mj orbits simulates")
-    return of_speeds(options, model, response, caption, table)
+    return speed_result(options, model, response, caption, table)
