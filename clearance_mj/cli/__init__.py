@@ -23,7 +23,7 @@ from ..core.notes import RecordNote
 from ..core.output_folder import vectors
 from ..core.provenance import stale
 from ..version import __version__
-from .command import COMMANDS, Command, Parser, inputs, say
+from .command import COMMANDS, Command, Parser, inform, inputs
 from .streams import prepare, silence
 
 __all__ = ["main"]
@@ -78,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options = _parse(sys.argv[1:] if arguments is None else list(arguments))
         for words in stale(inputs(options)):
-            say(words)
+            inform(words)
         with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout), warnings.catch_warnings():
             from ..rig.plausible import ImplausibleRig
             from .options import load_plugin
@@ -110,7 +110,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _print_warning(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
-    say(str(message), "note" if issubclass(category, RecordNote) else "warning")
+    inform(str(message), "note" if issubclass(category, RecordNote) else "warning")
 
 
 def _fail(words: str, status: int) -> int:

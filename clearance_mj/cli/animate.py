@@ -6,7 +6,7 @@ import json
 
 from ..report.animation import check, write
 from ..report.clip import clip
-from .command import Options, Result, command, option, provenance, say
+from .command import Options, Result, command, inform, option, provenance
 from .options import excitation, level, load_model, seconds, simulation
 
 
@@ -31,7 +31,7 @@ def run(options: Options) -> Result:
     shown = clip(model.rig, response, options.start, exaggeration=options.exaggeration, **cut)
     comment = json.dumps(provenance(options))
     if reason := write(shown, options.out, options.renderer, not options.quiet, comment):
-        say(f"drawn by matplotlib: {reason}")
+        inform(f"drawn by matplotlib: {reason}")
     data = {
         "renderer": "matplotlib" if reason or in_space or options.renderer == "matplotlib" else "mujoco",
         "start": float(shown.time[0]), "end": float(shown.time[-1]), "pictures": int(shown.time.size),

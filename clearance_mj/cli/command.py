@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # what is only listed needs no library
 
 __all__ = [
     "COMMANDS", "RESULTS", "Command", "Group", "Option", "Options", "Parser", "Result", "command", "flag", "given",
-    "inputs", "option", "out_file", "provenance", "say", "settings", "spelled", "warn_of_depths",
+    "inputs", "option", "out_file", "provenance", "inform", "settings", "spelled", "warn_of_depths",
 ]  # fmt: skip
 
 OUTPUTS = {"out", "new", "energy", "figures", "schema"}  # options that name what is written; every other path is read
@@ -209,7 +209,7 @@ def settings(model: Model) -> dict[str, Any]:
     return {"version": __version__, "code": code()} | model.to_dict()
 
 
-def say(words: str, kind: str = "note") -> None:
+def inform(words: str, kind: str = "note") -> None:
     """Print a message to the user, besides the results."""
     print(f"clearance-mj: {kind}: {words}", file=sys.stderr)
 
@@ -224,7 +224,7 @@ def warn_of_depths(model: Model, largest: Any, quantity: str = "penetration") ->
     if quantity == "contact_force":
         largest = largest / model.law.largest([bushing.gap for bushing in model.rig.bushings])[0]
     for words in depth_words(model.rig, largest) if quantity != "acceleration" else ():
-        say(words, "warning")
+        inform(words, "warning")
 
 
 def spelled(*words: object) -> str:

@@ -19,7 +19,7 @@ from ..signals.compared_modes import distinct_modes, mac_of_modes
 from ..signals.comparison import Comparison, compare, compare_modes
 from ..signals.ema import MIN_LINES, NO_MODES
 from ..signals.frf import FRF
-from .command import Options, Result, command, option, say
+from .command import Options, Result, command, inform, option
 from .options import band, columns, plugin
 
 BESIDE = ("random_db", "random_both_db", "repeat_db")
@@ -72,10 +72,10 @@ def run(options: Options) -> Result:
         },
     }
     for note in notes:
-        say(note)
+        inform(note)
     for side in ("test", "model"):
         if missing_labels := data[f"only_{side}"]:
-            say(f"only the {side} has {few(missing_labels)}: left out", "warning")
+            inform(f"only the {side} has {few(missing_labels)}: left out", "warning")
     if not options.out:
         return Result(data, _report(data, comparison))
     drawings = draw(aligned, comparison, of_test, of_model, matrix, repeat)

@@ -27,7 +27,7 @@ from ..signals.response import Response
 from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
 from ..version import __version__
-from .command import Options, Result, command, given, option, out_file, say, spelled
+from .command import Options, Result, command, given, inform, option, out_file, spelled
 from .options import FILES, WHAT, band, hertz, kind, level, read_file, reading
 
 OF_DATASET = ("role", "level", "spin", "pulses", "leave_out")
@@ -173,7 +173,7 @@ def _report(obj: Contents, out: Path, rig: Rig | None) -> str:
         return in_words(obj)
     if isinstance(obj, Response):
         if Response not in formats.format_of(out).holds and obj.displacement is not None and not rig:
-            say(f"{out}: left out: displacements (--rig says at which nodes)", "warning")
+            inform(f"{out}: left out: displacements (--rig says at which nodes)", "warning")
         obj = [*formats.to_channels(obj, rig), *formats.force_channels(obj, rig)]
     if isinstance(obj, list):
         return f"{len(obj)} channels, {obj[0].size} samples at {obj[0].fs:g} Hz"
@@ -230,7 +230,7 @@ def _make_record(path: Path, rig: Rig, options: Options) -> Record:
     if record.role == "identify" or record.level is not None or record.excitation_kind == "spin":
         return record
     rms = float(np.std(record.excitation().value))
-    say(f"{path}: level {rms:.3g}, as measured; --level gives another")
+    inform(f"{path}: level {rms:.3g}, as measured; --level gives another")
     return dataclasses.replace(record, level=float(f"{rms:.3g}"))
 
 

@@ -16,7 +16,7 @@ from ..rig import Rig
 from ..signals.ema import NO_MODES, extract_modes
 from ..signals.hammer import hammer_frf
 from ..signals.response import Response
-from .command import Options, Result, command, option, say, spelled
+from .command import Options, Result, command, inform, option, spelled
 from .options import FILES, band, reading, seconds
 
 MAX_DRAWN = 24  # functions in a figure
@@ -56,7 +56,7 @@ def run(options: Options) -> Result:
         test = hammer_frf(records, band=options.band, **settings)
         modes = extract_modes(test.frf, options.modes) if options.modes else NO_MODES
     for note in test.notes:
-        say(note)
+        inform(note)
     frf, averaged, out = test.frf, len(test.blocks), options.out / "frf.uff"
     write(options.new / out.name, frf)
     hits = [asdict(hit) | {"record": str(options.records[hit.record])} for hit in test.hits]

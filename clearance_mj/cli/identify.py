@@ -16,7 +16,7 @@ from ..io.formats import FORMATS, read_record
 from ..report.identification import write_identification
 from ..rig import Rig
 from ..study.laws import stored_law
-from .command import Options, Result, command, flag, inputs, option, provenance, say, spelled
+from .command import Options, Result, command, flag, inform, inputs, option, provenance, spelled
 from .options import RECORDS, parameter_words, plugin, reading
 
 DEFAULT, RIG_EXACT = "bench", "output-error"  # methods for a rig file that is not exact, and for one that is
@@ -92,7 +92,7 @@ def _identify(options: Options, dataset: Dataset, name: str) -> Identified:
             said += identified.warnings
         finally:
             for words in dict.fromkeys(said):
-                say(words, "warning")
+                inform(words, "warning")
     return identified
 
 

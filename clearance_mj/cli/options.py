@@ -27,7 +27,7 @@ from ..signals import excitation as excitations
 from ..signals.excitation import Excitation
 from ..signals.psd import PSD
 from ..signals.road import road_psd
-from .command import Group, Option, Options, option, say
+from .command import Group, Option, Options, inform, option
 
 MAX_NUMBERS = 10_000  # numbers of a range
 T = TypeVar("T")
@@ -307,7 +307,7 @@ def load_model(options: Options) -> Model:
     """
     model = Model.load(options.rig, options.law)
     for words in model_warnings(model, None if options.gap else options.rig):
-        say(f"{options.rig}: {words}", "warning")
+        inform(f"{options.rig}: {words}", "warning")
     if getattr(options, "engine", "") is None:
         options.engine = default_engine(model.rig)
     if not options.gap:
@@ -316,7 +316,7 @@ def load_model(options: Options) -> Model:
     check_units(model.rig.linear, model.rig.bushings)
     if model.law.table(len(model.rig.bushings)).by_amplitude:
         words = "the law's stiffness over amplitude was found at the gap before; a contact model holds at any gap"
-        say(f"--gap: {words} (identify by method bench finds one)")
+        inform(f"--gap: {words} (identify by method bench finds one)")
     return model
 
 

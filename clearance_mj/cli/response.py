@@ -18,7 +18,7 @@ from ..periodic.summaries import of_branch, unit
 from ..report.responses import draw, frequency_range_words, rows, summary_lines
 from ..rig import Rig
 from ..study.periodic import from_both_ends
-from .command import RESULTS, Options, Result, command, flag, option, say, settings, warn_of_depths
+from .command import RESULTS, Options, Result, command, flag, inform, option, settings, warn_of_depths
 from .options import SINES, WORKERS, forced, frequencies, levels, listed, load_model, periodic_settings, plugin
 
 START, STOP = 5.0, 220.0  # Hz, where branches begin and end by default
@@ -120,7 +120,7 @@ def _doublings(branch: Branch) -> Iterator[Branch]:
             try:
                 new = follow_doubled(branch, point)
             except ClearanceError as error:
-                say(str(error))
+                inform(str(error))
                 continue
             met.append(float(new.parameter[-1]))
             yield new

@@ -15,7 +15,7 @@ from ..report.energy import write
 from ..rig import Rig
 from ..rig.depths import wall_depths
 from ..structure import find_truncation
-from .command import Options, Result, command, inputs, option, provenance, say, warn_of_depths
+from .command import Options, Result, command, inform, inputs, option, provenance, warn_of_depths
 from .options import excitation, level, load_model, plugin, simulation
 
 GOOD_BALANCE = 0.01
@@ -66,7 +66,7 @@ def _warn_of_truncation(rig: Rig) -> None:
         if not deficit.stiffness_error < MAX_STIFFNESS_ERROR:
             error = f"about {100 * deficit.stiffness_error:.0f} %" if deficit.missing >= 0 else "an unknown share"
             lacking = f"clearance at {deficit.where}: the modes lack flexibility there, so its contact is too stiff by"
-            say(f"{lacking} {error}; give residual_flexibility, or more modes", "warning")
+            inform(f"{lacking} {error}; give residual_flexibility, or more modes", "warning")
 
 
 def _report(balance: EnergyBalance) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..report.tables import long_table
 from ..rotors import unbalance_response
 from .campbell import over_speed, speed_result, spins_of
-from .command import RESULTS, Options, Result, command, say
+from .command import RESULTS, Options, Result, command, inform
 
 
 @command("unbalance", *over_speed(1001), out="results/unbalance", writes=(*RESULTS, "critical_speeds.csv"))
@@ -19,5 +19,7 @@ def run(options: Options) -> Result:
     clearances = zip(rig.probe_labels, (2 * rig.bushings[j].gap for j in rig.bushing_of_row))
     read = dict(zip(response.planes, response.amplitude.max(axis=1)))
     if touching := [probe for probe, clearance in clearances if read.get(probe, 0.0) > clearance]:
-        say(f"{', '.join(touching)}: wider than the clearance: the shaft touches, which clearance-mj orbits simulates")
+        inform(
+            f"{', '.join(touching)}: wider than the clearance: the shaft touches, which clearance-mj orbits simulates"
+        )
     return speed_result(options, model, response, caption, table)
