@@ -8,12 +8,12 @@ from ..periodic import Backbone, follow_backbone
 from ..periodic.summaries import of_backbone
 from ..report.backbones import draw, rows, summary_lines
 from .command import RESULTS, Options, Result, command, option, settings
-from .options import PERIODIC, WORKERS, length, listed, load_model, periodic, periodic_settings, plugin
+from .options import PERIODIC, WORKERS, length, load_model, number_list_parser, periodic, periodic_settings, plugin
 
 
 @command(
     "backbone", *periodic(),
-    option("--mode", "modes in the gap, 1 the lowest (default: 1)", listed(int, "of modes such as 1,2"), [1],
+    option("--mode", "modes in the gap, 1 the lowest (default: 1)", number_list_parser(int, "of modes such as 1,2"), [1],
            metavar="MODE,..."),
     option("--from", "amplitude, m or such as 1mil (default: 0.1 gap)", length, dest="start", metavar="M"),
     option("--to", "amplitude, m (default: 5 times the gap)", length, dest="stop", metavar="M"),

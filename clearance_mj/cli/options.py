@@ -55,7 +55,7 @@ def numbers(text: str, quantity: str = "") -> tuple[float, ...]:
     return values
 
 
-def listed(kind: type[float], words: str) -> Callable[[str], list[float]]:
+def number_list_parser(kind: type[float], words: str) -> Callable[[str], list[float]]:
     """Return a parser of a list of numbers of one kind; ``words`` say in messages of what it is, such as "of modes"."""
 
     def parse(text: str) -> list[float]:

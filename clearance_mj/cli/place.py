@@ -14,9 +14,9 @@ from ..placement import Placement, candidates, grid, place_sensors
 from ..report.placement import draw
 from ..rig import Rig
 from .command import RESULTS, Options, Result, command, option
-from .options import listed, point
+from .options import number_list_parser, point
 
-WHOLE, ANY_NUMBER = (listed(kind, "such as 1,2,3") for kind in (int, float))
+WHOLE, ANY_NUMBER = (number_list_parser(kind, "such as 1,2,3") for kind in (int, float))
 
 
 def _parse_points(text: str) -> int | list[float | str]:

@@ -19,7 +19,17 @@ from ..report.responses import draw, frequency_range_words, rows, summary_lines
 from ..rig import Rig
 from ..study.periodic import from_both_ends
 from .command import RESULTS, Options, Result, command, flag, inform, option, settings, warn_of_depths
-from .options import SINES, WORKERS, forced, frequencies, levels, listed, load_model, periodic_settings, plugin
+from .options import (
+    SINES,
+    WORKERS,
+    forced,
+    frequencies,
+    levels,
+    load_model,
+    number_list_parser,
+    periodic_settings,
+    plugin,
+)
 
 START, STOP = 5.0, 220.0  # Hz, where branches begin and end by default
 PERIOD_DOUBLING_TOLERANCE = 1e-3
@@ -34,7 +44,7 @@ PERIOD_DOUBLING_TOLERANCE = 1e-3
            choices=("load", "gap", "spin")),
     option("--from", "first frequency, Hz (default: 5), level, share or spin", float, dest="start", metavar="X"),
     option("--to", "last frequency, Hz (default: 220), level, share or spin", float, dest="stop", metavar="X"),
-    option("--sensors", "to draw (default: those in the bushings)", listed(int, "of sensors' nodes such as 6,7"),
+    option("--sensors", "to draw (default: those in the bushings)", number_list_parser(int, "of sensors' nodes such as 6,7"),
            metavar="NODE,..."),
     flag("--period-doublings", "leave branches where the period doubles, and follow on"),
     option("--isolas", "random starts at each of nine frequencies, from which vibrations on no known branch are "
