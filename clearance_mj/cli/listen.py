@@ -20,7 +20,17 @@ from ..sound import LoudnessOverLevel, Sound, full_scale, has_mosqito, heard, lo
 from ..sound.over_level import SETTLING
 from ..tolerance import Scatter
 from .command import RESULTS, Options, Result, command, option, settings
-from .options import POWER_SPECTRUM, WORKERS, excitation, in_si, length, levels, load_model, psd_of, simulation
+from .options import (
+    POWER_SPECTRUM,
+    WORKERS,
+    excitation,
+    length,
+    levels,
+    load_model,
+    psd_of,
+    si_number_parser,
+    simulation,
+)
 
 LEVELS = (0.5, 1.0, 2.0, 5.0)  # RMS, without a PSD
 
@@ -40,7 +50,7 @@ LEVELS = (0.5, 1.0, 2.0, 5.0)  # RMS, without a PSD
     option("--what", "of the WAV files", default="sound", choices=("sound", "acceleration")),
     option("--full-scale", "Pa or m/s², largest sample of all WAV files (default: what fits)", float),
     option("--sensor", "that the plate moves with (default: of the rig's [plate])", int, metavar="NODE"),
-    option("--area", "of the plate, m² (default: of the rig's [plate])", in_si("m2")),
+    option("--area", "of the plate, m² (default: of the rig's [plate])", si_number_parser("m2")),
     option("--distance", "at which one listens, m (default: of the rig's [plate])", length),
     option("--method", "of ISO 532-1 for loudness: of all sounds (2 s for each of their seconds), or of stationary "
            "ones; none for WAV files alone", default="time-varying", choices=("time-varying", "stationary", "none")),

@@ -30,7 +30,7 @@ from .command import Group, Options, Result, command, given, option, spelled
 from .new_gears import EXAMPLES as OF_GEARS
 from .new_gears import GEARS, ONLY_GEARS, gear_fields
 from .new_shaft import ONLY_SHAFT, SHAFT, STRUCTURES
-from .options import in_si, length, point, spin
+from .options import length, point, si_number_parser, spin
 from .rig_text import rig_lines
 
 WORDS = {
@@ -84,12 +84,12 @@ EXAMPLE_FILES = {"matrices": ["model.npz"], "modes": ["modes.uff"], "mjcf": ["mo
     )),
     Group("in space: round bushings, motion along y and z", (
         option("--shape", 'of the bushings; "round" goes without saying with what follows', choices=("slot", "round")),
-        option("--gravity", "m/s² or g", in_si("acceleration"), nargs=3, metavar=("X", "Y", "Z")),
+        option("--gravity", "m/s² or g", si_number_parser("acceleration"), nargs=3, metavar=("X", "Y", "Z")),
         option("--spin", "of a shaft that turns: rad/s, or such as 1500rpm", spin, metavar="SPEED"),
         option("--unbalance", "at a point of a shaft that turns, kg m or such as 20g-mm", nargs=2, action="append",
                metavar=("POINT", "MOMENT")),
         option("--friction", "coefficient of friction in the bushings", float, metavar="MU"),
-        option("--oil", "Pa s: oil in the bushings, not grease", in_si("Pa s"), metavar="VISCOSITY"),
+        option("--oil", "Pa s: oil in the bushings, not grease", si_number_parser("Pa s"), metavar="VISCOSITY"),
     )),
     Group("test", (
         option("--sensors", "with nodes 1, 2, ... or those of degrees of freedom (example: a quarter of the length, "

@@ -10,7 +10,7 @@ from ..rig import Load, Order, Shaker, Spin
 from ..rig.clearance import Bushing, Contact, Grease
 from ..structure import Gears, Inertia
 from .command import Options, given, option
-from .options import in_si, length
+from .options import length, si_number_parser
 
 __all__ = ["EXAMPLES", "GEARS", "ONLY_GEARS", "gear_fields"]
 
@@ -28,12 +28,12 @@ NOT_OF_GEARS = ("bushings", "gap", "gravity", "unbalance", "friction", "oil", "b
 
 GEARS = (
     option("--inertias", "of the driving gear with all that turns with it, and of the loose one, kg m² (example: 6e-3 "
-           "1.5e-3)", in_si("kg m2"), nargs=2, metavar=("I1", "I2")),
+           "1.5e-3)", si_number_parser("kg m2"), nargs=2, metavar=("I1", "I2")),
     option("--base-radii", "pitch radius times the cosine of the pressure angle, m or such as 41.1mm (example: 0.0411 "
            "0.0482)", length, nargs=2, metavar=("R1", "R2")),
     option("--backlash", "from flank to flank along the line of action, m (example: 1.2e-4)", length),
-    option("--torque", "mean torque on the driving gear, N m (example: 0.25)", in_si("N m")),
-    option("--ripple", "amplitude of its torque's ripple, N m (example: 3.5)", in_si("N m")),
+    option("--torque", "mean torque on the driving gear, N m (example: 0.25)", si_number_parser("N m")),
+    option("--ripple", "amplitude of its torque's ripple, N m (example: 3.5)", si_number_parser("N m")),
     option("--teeth", "of the driving gear: the ripple comes with each tooth (example: twice a turn, as from an "
            "engine)", int),
 )  # fmt: skip

@@ -9,7 +9,7 @@ from ..core.errors import ClearanceError
 from ..core.units import si_value
 from ..structure import Beam, Disc, Material, Section, Shaft, Shafts, Support
 from .command import Group, Options, option
-from .options import in_si, length, pressure
+from .options import length, pressure, si_number_parser
 
 __all__ = ["ONLY_SHAFT", "SHAFT", "STRUCTURES"]
 
@@ -31,7 +31,7 @@ SHAFT = (
     option("--support", f"at a point: {', '.join(HELD)} or a bearing's N/m and N s/m, {BEARING} (example: two)",
            nargs=2, action="append", metavar=("POINT", "KIND")),
     option("--young-modulus", "Pa or such as 210GPa (example: steel)", pressure, metavar="E"),
-    option("--density", "kg/m³ or 0.284lb/in3 (example: steel)", in_si("kg/m3")),
+    option("--density", "kg/m³ or 0.284lb/in3 (example: steel)", si_number_parser("kg/m3")),
     option("--rayleigh", "1/s and s (example: 0.5 1e-5)", float, nargs=2, metavar=("ETA1", "ETA2")),
     option("--mass", "a mass at a point, kg or such as 450g or 1lb, without inertia", nargs=2, action="append",
            metavar=("POINT", "MASS")),

@@ -38,7 +38,7 @@ def numbers(text: str, quantity: str = "") -> tuple[float, ...]:
 
     Those of a quantity may have a unit, such as 0.1mm,0.2mm.
     """
-    number = in_si(quantity) if quantity else float
+    number = si_number_parser(quantity) if quantity else float
     try:
         if ":" in text:
             low, high, count = text.split(":")
@@ -80,12 +80,14 @@ def _with_unit(text: str, quantity: str) -> float:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def in_si(quantity: str) -> Callable[[str], float]:
+def si_number_parser(quantity: str) -> Callable[[str], float]:
     """Return a parser of numbers that may have a unit of a quantity, such as 5mil, or an SI unit, such as kg/m3."""
     return functools.partial(_with_unit, quantity=quantity)
 
 
-length, pressure, spin, seconds, hertz = map(in_si, ("displacement", "pressure", "spin", "time", "frequency"))
+length, pressure, spin, seconds, hertz = map(
+    si_number_parser, ("displacement", "pressure", "spin", "time", "frequency")
+)
 lengths, frequencies = (functools.partial(numbers, quantity=each) for each in ("displacement", "frequency"))
 LEVEL_OF = {"base": "acceleration", "force": "force"}  # quantity of an excitation's level; else it is a factor
 

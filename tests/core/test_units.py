@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearance_mj.cli.options import in_si
+from clearance_mj.cli.options import si_number_parser
 from clearance_mj.core.errors import RecordError
 from clearance_mj.core.units import quantity_of, ratio_factor, si_value, unit_factor
 
@@ -128,7 +128,7 @@ def test_a_unit_of_another_quantity_is_none(label, quantity):
 ])  # fmt: skip
 def test_options_with_units(text, quantity, value):
     assert si_value(text, quantity) == pytest.approx(value, rel=1e-5)
-    assert in_si(quantity)(text) == si_value(text, quantity)
+    assert si_number_parser(quantity)(text) == si_value(text, quantity)
 
 
 @given(st.text(max_size=60))
