@@ -31,7 +31,7 @@ TOO_DENSE = (
 
 SEAL = ".sha256"  # suffix of the file that holds the digest of another
 MAX_BYTES = 4 * 2**30  # bytes of a file that is read at once: more is no record, or fills the memory of most machines
-SPECIAL = {
+SPECIAL_FILE_KINDS = {
     stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device",
     stat.S_IFBLK: "a device",
 }  # fmt: skip
@@ -43,7 +43,7 @@ def plain_file(path: str | PathLike[str]) -> Path:
     status = os.stat(path)
     if stat.S_ISDIR(status.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    if file_kind := SPECIAL.get(stat.S_IFMT(status.st_mode)):
+    if file_kind := SPECIAL_FILE_KINDS.get(stat.S_IFMT(status.st_mode)):
         raise OSError(errno.EINVAL, f"it is {file_kind}, not a plain file", str(path))
     if status.st_size > MAX_BYTES:
         size = f"it has {status.st_size / 2**30:.3g} GiB; at most {MAX_BYTES / 2**30:g} GiB are read"
@@ -123,7 +123,7 @@ def replacing(path: str | PathLike[str]) -> Iterator[Path]:
     try:
         target = Path(os.path.realpath(path))
         known = target.stat().st_mode if os.path.lexists(target) else None
-        if known and (file_kind := SPECIAL.get(stat.S_IFMT(known))):
+        if known and (file_kind := SPECIAL_FILE_KINDS.get(stat.S_IFMT(known))):
             raise ClearanceError(f"{path}: is {file_kind}, not a file; give another name")
         target.parent.mkdir(parents=True, exist_ok=True)
         temporary = target.with_name(f".{target.name[:60]}.{secrets.token_hex(4)}{target.suffix[:20]}")
