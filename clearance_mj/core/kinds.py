@@ -11,7 +11,7 @@ from .errors import ClearanceError
 
 __all__ = ["ArgumentError", "checks_kinds"]
 
-SUCH_AS = {
+TYPE_HINTS_IN_WORDS = {
     "Excitation": "an Excitation, such as cm.excitation.random(...)",
     "Rig": 'a Rig, such as cm.Rig.load("rig.toml")',
     "Modelled": "a Model, such as cm.Model(rig, law)",
@@ -34,7 +34,7 @@ class ArgumentError(ClearanceError, TypeError):
 def checks_kinds(function: Callable[P, R]) -> Callable[P, R]:
     """Wrap a call so that arguments which are not of its annotations' types raise a one-line error.
 
-    Only parameters are looked at whose annotation consists of what `SUCH_AS` lists. Classes are known by their names,
+    Only parameters are looked at whose annotation consists of what `TYPE_HINTS_IN_WORDS` lists. Classes are known by their names,
     so that what checks needs none of them.
     """
     signature = inspect.signature(function)
@@ -54,12 +54,12 @@ def checks_kinds(function: Callable[P, R]) -> Callable[P, R]:
 
 def _type_names(annotation: str) -> tuple[str, ...]:
     kinds = tuple(NAMES.get(part.strip(), part.strip()) for part in annotation.split("|"))
-    return kinds if {*kinds} <= {*SUCH_AS, "None"} and {*kinds} != {"None"} else ()
+    return kinds if {*kinds} <= {*TYPE_HINTS_IN_WORDS, "None"} and {*kinds} != {"None"} else ()
 
 
 def _require_type(name: str, value: object, kinds: tuple[str, ...]) -> None:
     class_names = {kind.__name__ for kind in type(value).__mro__} | ({"None"} if value is None else set())
     if class_names.isdisjoint(kinds) and not ("Modelled" in kinds and hasattr(value, "rig") and hasattr(value, "law")):
-        words = " or ".join(SUCH_AS[kind] for kind in kinds if kind in SUCH_AS)
+        words = " or ".join(TYPE_HINTS_IN_WORDS[kind] for kind in kinds if kind in TYPE_HINTS_IN_WORDS)
         shown = f" {value!r}" if isinstance(value, str | int | float) else ""
         raise ArgumentError(f"{name} must be {words}; got {type(value).__name__}{shown}")
