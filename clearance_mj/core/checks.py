@@ -23,7 +23,7 @@ NAME_LIMIT = 72
 """Characters. A longer name could end the 80-character line of a universal file in "    -1", its delimiter."""
 JITTER = 0.45
 """Largest deviation of an instant from an even grid, as a fraction of the step"""
-FEWEST = 16
+MIN_INSTANTS = 16
 """Fewest instants from which jitter can be distinguished from uneven steps"""
 _DOF = re.compile(r"([0-9]{1,9}):(\S+)")
 
@@ -87,7 +87,7 @@ def jittering_rate(time: np.ndarray, notes: list[str]) -> tuple[float, float] | 
     center, spread = time.mean(), number @ number
     step = float(number @ (time - center) / spread)
     departure = time - center - step * number
-    if time.size < FEWEST or not np.abs(departure).max() < JITTER * step:
+    if time.size < MIN_INSTANTS or not np.abs(departure).max() < JITTER * step:
         return None
     rate = simplest_rate(step, 3 * float(departure.std()) / math.sqrt(spread), 1e-2)
     notes.append(f"times jitter by up to {np.abs(departure).max():.2g} s about even steps; taken for {rate:.9g} Hz")
