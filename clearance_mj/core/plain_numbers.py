@@ -12,7 +12,7 @@ from typing import Any
 
 from .errors import ClearanceError
 
-__all__ = ["Key", "find_numbers", "get_number", "number_in", "numbers", "path_of", "with_number", "with_numbers"]
+__all__ = ["Key", "find_numbers", "get_number", "number_in", "numbers", "path_of", "with_number", "replace_numbers"]
 
 Key = tuple[str | int, ...]  # names and indices that lead to one number in nested plain data.
 _PLACE = re.compile(r"(.*@)([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)(:[+-]?[RK]?[XYZ])?")
@@ -89,7 +89,7 @@ def get_number(data: Any, key: Key) -> float | None:
     return number_in(data.get(key[-1]) if isinstance(data, dict) else data[key[-1]])
 
 
-def with_numbers(data: dict[str, Any], changes: Mapping[Key, float]) -> dict[str, Any]:
+def replace_numbers(data: dict[str, Any], changes: Mapping[Key, float]) -> dict[str, Any]:
     """Return a copy of nested plain data with other numbers by their keys."""
     data = copy.deepcopy(data)
     for key, value in changes.items():

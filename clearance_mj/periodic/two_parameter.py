@@ -12,7 +12,7 @@ from tqdm import tqdm
 
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
-from ..core.plain_numbers import find_numbers, get_number, with_numbers
+from ..core.plain_numbers import find_numbers, get_number, replace_numbers
 from ..model import Model
 from ..rig.tolerance import unit_of
 from ..signals import labelled
@@ -326,7 +326,7 @@ def _models(model: Model, over: str) -> tuple[float, Callable[[float], Model]]:
     keys = [(part, *key) for key in find_numbers(data[part], path)]
 
     def at(value: float) -> Model:
-        changed = Model.from_dict(with_numbers(data, dict.fromkeys(keys, float(value))), model.rig)
+        changed = Model.from_dict(replace_numbers(data, dict.fromkeys(keys, float(value))), model.rig)
         return Model(changed.rig) if follows and part == "rig" else changed
 
     return get_number(data, keys[0]) or 0.0, at

@@ -20,7 +20,7 @@ from ..clearance.modelled import nominal_law
 from ..core.cache import digest
 from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
-from ..core.plain_numbers import find_numbers, get_number, with_numbers
+from ..core.plain_numbers import find_numbers, get_number, replace_numbers
 from ..core.validation import from_plain, read_plain, to_plain
 from ..engines import Engine, get_engine
 from ..engines.batch import simulate_all
@@ -242,7 +242,7 @@ class Plan:
         settings = ", ".join(f"{path} = {v:g}" for path, v in zip(self.paths, values))
         with naming(f"case {case} ({settings})", ClearanceError, ClearanceError):
             changes = {place: v for group, v in zip(self._places, values) for place in group}
-            data = with_numbers(self._data, {p: int(v) if p[-1] == "seed" else v for p, v in changes.items()})
+            data = replace_numbers(self._data, {p: int(v) if p[-1] == "seed" else v for p, v in changes.items()})
             rig = Rig.from_dict(data["rig"])
             law = nominal_law(rig) if self.law is None else law_from_dict(data["law"])
             law.table(len(rig.bushings))

@@ -14,7 +14,7 @@ from ..clearance.law_files import law_from_dict
 from ..clearance.modelled import nominal_law
 from ..core.checks import naming
 from ..core.errors import ClearanceError
-from ..core.plain_numbers import Key, find_numbers, get_number, path_of, with_numbers
+from ..core.plain_numbers import Key, find_numbers, get_number, path_of, replace_numbers
 from ..model import Model
 from ..rig.tolerance import unit_of
 from ..statistics.sobol import unit_points
@@ -152,7 +152,7 @@ def changed(model: Model, keys: Sequence[Key], values: Sequence[float]) -> Model
     of_law = {key[1:]: value for key, value in zip(keys, values) if key[0] == "law"}
     rig = with_values(model.rig, of_rig) if of_rig else model.rig
     if of_law:
-        law = law_from_dict(with_numbers(model.law.to_dict(), of_law))
+        law = law_from_dict(replace_numbers(model.law.to_dict(), of_law))
     else:
         law = nominal_law(rig) if is_datasheet(model) else model.law
     return replace(model, rig=rig, law=law, posterior=None)

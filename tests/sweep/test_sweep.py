@@ -14,7 +14,7 @@ from clearance_mj.clearance import ConstantLaw, nominal_law
 from clearance_mj.cli import main
 from clearance_mj.core.cache import file_lock
 from clearance_mj.core.errors import ClearanceError
-from clearance_mj.core.plain_numbers import find_numbers, with_numbers
+from clearance_mj.core.plain_numbers import find_numbers, replace_numbers
 from clearance_mj.core.runner import Runner
 from clearance_mj.engines import Modal, simulate
 from clearance_mj.io.dataset import Dataset
@@ -77,7 +77,7 @@ def test_paths():
     assert find_numbers(data, "a[1].b") == [("a", 1, "b")]
     assert find_numbers(data, "a.b") == [("a", 0, "b"), ("a", 1, "b")]
     assert find_numbers(data, "k[1]") == [("k", 1, 0), ("k", 1, 1)]
-    assert with_numbers(data, {("k", 1, 0): 9.0})["k"] == [[1.0, 2.0], [9.0, 4.0]]
+    assert replace_numbers(data, {("k", 1, 0): 9.0})["k"] == [[1.0, 2.0], [9.0, 4.0]]
     assert data["k"][1][0] == 3.0
 
 
