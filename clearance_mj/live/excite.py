@@ -15,12 +15,12 @@ from ..signals.excitation import Excitation
 from .control import Value
 from .controls import MAX_SAMPLES, NONE, RECORD
 
-__all__ = ["excited", "record_named", "segment", "stepped"]
+__all__ = ["make_excitation", "record_named", "segment", "stepped"]
 
 MAX_STEPPED = 4 * MAX_SAMPLES  # samples of a stepped sine, which is requested separately
 
 
-def excited(rig: Rig, values: Mapping[str, Value], dataset: Dataset | None) -> Excitation:
+def make_excitation(rig: Rig, values: Mapping[str, Value], dataset: Dataset | None) -> Excitation:
     """Return the excitation that the settings ask for; impossible ones are an ExcitationError."""
     waveform, kind = str(values["excitation"]), str(values.get("kind", rig.shaker.kind))
     if waveform.startswith(RECORD):

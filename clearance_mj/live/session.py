@@ -21,7 +21,7 @@ from ..signals.response import Response
 from . import figures
 from .control import Control, Value
 from .controls import NONE, RECORD, built, checked_values, controls
-from .excite import excited, record_named
+from .excite import make_excitation, record_named
 from .figures import Numbers
 
 __all__ = ["Session", "SettingResult", "Watch"]
@@ -104,7 +104,7 @@ class Session:
             For impossible values, or a simulation that diverges.
         """
         model = built(self.model, values)
-        excitation = excited(model.rig, values, self.dataset)
+        excitation = make_excitation(model.rig, values, self.dataset)
         response = Simulation(model.rig, excitation, model.law, get_engine(str(values["engine"]))).whole(watch)
         return SettingResult(dict(values), model, response, _estimate_frf(response, values))
 
