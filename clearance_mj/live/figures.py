@@ -32,7 +32,7 @@ SHOWN, SLOW, PICTURES = 0.2, 40.0, 20.0
 """s of the shaft's motion that are shown, how many times slower, and pictures per second"""
 MODES = 6  # natural frequencies that are shown
 HIGHEST = 250.0  # Hz, of a spectrum
-CONTACT_FRACTION, LEAST = 0.01, 1e-3
+CONTACT_FRACTION, MIN_CONTACT_FORCE = 0.01, 1e-3
 """least contact force, as a fraction of the clearance's highest and in N: the anti-alias filter rings around it"""
 
 
@@ -129,7 +129,7 @@ def motion(rig: Rig, response: Response) -> Numbers:
         return Numbers({"clearances": []})
     contact, pushed = contact_statistics(response), [force[part] for part in rig.clearance_rows]
     size = np.array([np.linalg.norm(each, axis=0) for each in pushed])
-    touch = size > np.maximum(CONTACT_FRACTION * size.max(axis=1, keepdims=True), LEAST)
+    touch = size > np.maximum(CONTACT_FRACTION * size.max(axis=1, keepdims=True), MIN_CONTACT_FORCE)
     rows = [
         {
             "where": bushing.where, "share": contact["contact_share"][i], "rms": contact["displacement_rms"][i],
