@@ -19,7 +19,7 @@ from ..rig import Bushing, Friction, Grease, Rig, Spin
 from ..structure.base import is_rotation, parse_place
 from .control import Control, Value
 
-__all__ = ["NONE", "RECORD", "Control", "Value", "built", "checked_values", "controls"]
+__all__ = ["NONE", "RECORD", "Control", "Value", "build_model", "checked_values", "controls"]
 
 RECORD = "record: "  # before the name of a record whose measured excitation drives the rig
 MAX_SAMPLES = 250_000  # of one simulation; the page stays a page
@@ -189,7 +189,7 @@ def checked_values(known: Mapping[str, Control], changes: Mapping[str, Any]) -> 
     return checked
 
 
-def built(model: Model, values: Mapping[str, Value]) -> Model:
+def build_model(model: Model, values: Mapping[str, Value]) -> Model:
     """Return the model with the values of controls; what is impossible is a ClearanceError."""
     rig, law, n = model.rig, model.law, len(model.rig.bushings)
     if not n:

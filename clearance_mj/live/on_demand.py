@@ -15,7 +15,7 @@ from ..periodic.summaries import stable_points
 from ..signals.stepped_sines import harmonic_amplitudes
 from ..study.periodic import from_both_ends
 from .control import Value
-from .controls import built
+from .controls import build_model
 from .excite import stepped
 from .figures import Numbers, motion
 from .session import Session, Watch
@@ -52,7 +52,7 @@ def branch(session: Session, values: Mapping[str, Value], low: float, high: floa
     ClearanceError
         As `periodic.follow_response`.
     """
-    model = built(session.model, values)
+    model = build_model(session.model, values)
     rig = model.rig
     refuse_across(rig, "the branch of periodic vibrations")
     kind, level = str(values.get("kind", rig.shaker.kind)), np.sqrt(2) * float(values["level"])
@@ -98,7 +98,7 @@ def steps(
         raise ExcitationError(f"needs 2 to {MAX_CASES} rising frequencies, got {count} from {low:g} to {high:g} Hz")
     if hold * low < CYCLES:
         raise ExcitationError(f"steps of {hold:g} s hold fewer than {CYCLES} cycles of {low:g} Hz; hold them longer")
-    model = built(session.model, values)
+    model = build_model(session.model, values)
     rig, law = model.rig, model.law
     frequency = np.linspace(low, high, count)
     excitation = stepped(rig, values, [*frequency, *frequency[::-1]], hold)

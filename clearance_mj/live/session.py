@@ -20,7 +20,7 @@ from ..signals.frf import FRF, estimate_frf
 from ..signals.response import Response
 from . import figures
 from .control import Control, Value
-from .controls import NONE, RECORD, built, checked_values, controls
+from .controls import NONE, RECORD, build_model, checked_values, controls
 from .excite import make_excitation, record_named
 from .figures import Numbers
 
@@ -103,7 +103,7 @@ class Session:
         ClearanceError
             For impossible values, or a simulation that diverges.
         """
-        model = built(self.model, values)
+        model = build_model(self.model, values)
         excitation = make_excitation(model.rig, values, self.dataset)
         response = Simulation(model.rig, excitation, model.law, get_engine(str(values["engine"]))).whole(watch)
         return SettingResult(dict(values), model, response, _estimate_frf(response, values))

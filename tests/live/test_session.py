@@ -16,7 +16,7 @@ from clearance_mj.core.errors import ClearanceError, SimulationError
 from clearance_mj.engines import simulate
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.live import Session, figures, on_demand
-from clearance_mj.live.controls import built
+from clearance_mj.live.controls import build_model
 from clearance_mj.live.export import exported
 from clearance_mj.live.figures import thinned
 from clearance_mj.model import Model
@@ -64,7 +64,7 @@ def test_identified_settings_are_the_rig_and_law_that_were_given():
         ContactLaw(HuntCrossley(5e5, 0.6)),
     ):  # fmt: skip
         session = Session(Model(TABLE1, law))
-        model = built(Model(TABLE1, law), session.identified)
+        model = build_model(Model(TABLE1, law), session.identified)
         rig, same = model.rig, model.law
         assert rig == TABLE1
         for of_given, of_built in zip(law.table(2)[:5], same.table(2)[:5]):
@@ -87,14 +87,14 @@ def test_every_number_of_a_law_can_be_moved():
     law = ContactLaw(HuntCrossley(5e5, 0.6), grease=Grease(4e3, 5.0, film_height=3.5e-4))
     session = Session(Model(TABLE1, law))
     moved = {"contact.restitution": 0.3, "grease.film_height": 4e-4, "offset": 1e-4}
-    model = built(Model(TABLE1, law), session.setting({f"bushings[1].{k}": v for k, v in moved.items()}))
+    model = build_model(Model(TABLE1, law), session.setting({f"bushings[1].{k}": v for k, v in moved.items()}))
     rig, new = model.rig, model.law
     assert new.contact == (HuntCrossley(5e5, 0.6), HuntCrossley(5e5, 0.3))
     assert [g.film_height for g in new.grease] == [3.5e-4, 4e-4]
     assert [b.offset for b in rig.bushings] == [0.0, 1e-4]
     factors = Session(Model(TABLE1, AmplitudeLaw([1e-4, 5e-4], [6e3, 8e3], [3.0, 9.0])))
     assert factors.controls["bushings[0].contact.k"].unit == "×"
-    twice = built(factors.model, factors.setting({"bushings[0].contact.k": 2.0})).law
+    twice = build_model(factors.model, factors.setting({"bushings[0].contact.k": 2.0})).law
     np.testing.assert_array_equal(twice.k, [[12e3, 6e3], [16e3, 8e3]])
 
 

@@ -9,7 +9,7 @@ import clearance_mj as cm
 from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.live import Session, on_demand
-from clearance_mj.live.controls import built
+from clearance_mj.live.controls import build_model
 from clearance_mj.live.export import exported
 from clearance_mj.rig import Friction, Spin, Unbalance
 from clearance_mj.rotors import turning_shaft, whirl
@@ -82,13 +82,13 @@ def test_whether_it_leans_or_rattles(session):
 
 
 def test_identified_settings_are_the_rig_that_was_given(session, rig):
-    assert built(session.model, session.identified).rig == rig
+    assert build_model(session.model, session.identified).rig == rig
     ramp = rig.replace(spin=Spin(50.0, 20.0, 150.0))
     other = Session(cm.Model(ramp))
-    assert built(other.model, other.identified).rig == ramp
-    down = built(other.model, other.setting({"spin.until": 10.0, "spin.rate": 5.0})).rig
+    assert build_model(other.model, other.identified).rig == ramp
+    down = build_model(other.model, other.setting({"spin.until": 10.0, "spin.rate": 5.0})).rig
     assert down.spin == Spin(50.0, -5.0, 10.0)
-    steady = built(other.model, other.setting({"spin.until": 50.0})).rig
+    steady = build_model(other.model, other.setting({"spin.until": 50.0})).rig
     assert steady.spin == Spin(50.0)
 
 
