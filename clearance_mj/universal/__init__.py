@@ -1,4 +1,4 @@
-"""Universal files: the walk over their data sets, and what single ones hold.
+"""Universal files: the scan of their data sets, and the content of single ones.
 
 Every size that a file declares is compared with the bytes that it holds before anything is allocated.
 """
@@ -45,11 +45,11 @@ class Scan(NamedTuple):
     blocks: list[Block]
     """all others"""
     notes: list[str]
-    """what was taken for granted, a sentence each"""
+    """assumptions, a sentence each"""
 
 
 def scan(data: bytes, units: Units | None = None) -> Scan:
-    """Walk over the data sets of a file.
+    """Return the data sets of a file.
 
     Parameters
     ----------
@@ -61,13 +61,13 @@ def scan(data: bytes, units: Units | None = None) -> Scan:
     functions: list[Function] = []
     blocks: list[Block] = []
     notes: list[str] = []
-    given, number, position = units, 0, 0
+    given_units, number, position = units, 0, 0
     units = units or SI
     while (blanks := _BLANKS.match(data, position)) and (begin := blanks.end()) < len(data):
         number += 1
         if not (opening := _OPEN.match(data, begin)):
-            what = "not a universal file" if number == 1 else f"stray bytes before data set {number}"
-            raise RecordError(f"{what}: needs a line '    -1' at byte {begin}")
+            fault = "not a universal file" if number == 1 else f"stray bytes before data set {number}"
+            raise RecordError(f"{fault}: needs a line '    -1' at byte {begin}")
         if not (kind := _KIND.match(data, opening.end())):
             raise RecordError(f"data set {number}: has no type, needs a number such as 58 after its '    -1'")
         with naming(f"data set {number}"):
@@ -78,6 +78,6 @@ def scan(data: bytes, units: Units | None = None) -> Scan:
             end, position = closing_line(data, opening.end())
             lines = decoded(data[kind.end() : end]).splitlines()[1:]
             blocks.append(Block(int(kind[1]), number, tuple(lines), units))
-            if kind[1] == b"164" and given is None:
+            if kind[1] == b"164" and given_units is None:
                 units = read_units(blocks[-1], notes)
     return Scan(functions, blocks, notes)

@@ -1,4 +1,4 @@
-"""Data set 164, the units of a file, and those of a function, whose own labels may say others."""
+"""Data set 164, the units of a file, and those of a function, whose labels may say others."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ UNIT_SET = text_set(
 
 
 class Measure(NamedTuple):
-    """What the numbers of a function stand for."""
+    """Quantity, unit and scale of a function's numbers."""
 
     quantity: str
     """such as "acceleration" or "acceleration/force"; a part that no calculation uses is "unknown" """
@@ -70,43 +70,43 @@ def read_units(block: Block, notes: list[str]) -> Units:
 
 
 def time_measure(function: Function, notes: list[str]) -> Measure:
-    """Return what a time function measures."""
+    """Return quantity, unit and scale of a time function."""
     quantity, label = quantity_of(function.numerator, function.unit), function.unit
     if quantity == UNKNOWN:
         return _unknown(UNKNOWN, label)
     if not _is_label(label):
         return Measure(quantity, "", function.units.factor(quantity))
     if not _is_unit(label, quantity):
-        return _not_known(function, quantity, label, notes)
-    own = function.units.factor(quantity)
-    return Measure(quantity, "", _agreed(function, label, unit_factor(label, quantity), own))
+        return _unknown_unit(function, quantity, label, notes)
+    file_scale = function.units.factor(quantity)
+    return Measure(quantity, "", _agreed(function, label, unit_factor(label, quantity), file_scale))
 
 
 def frf_measure(function: Function, notes: list[str]) -> Measure:
-    """Return what an FRF is: a ratio of two quantities.
+    """Return quantity, unit and scale of an FRF, a ratio of two quantities.
 
     The label of the ordinate is the numerator's by the format; many writers put the whole ratio there.
     """
     label, label_below = function.unit, function.unit_below
     above, below = quantity_of(function.numerator, label), quantity_of(function.denominator, label_below)
-    both = label if "/" in label or not _is_label(label_below) else f"{label}/{label_below}"
+    full_label = label if "/" in label or not _is_label(label_below) else f"{label}/{label_below}"
     if UNKNOWN in (above, below):
-        return _unknown(f"{above}/{below}", both)
-    own = function.units.factor(above) / function.units.factor(below)
+        return _unknown(f"{above}/{below}", full_label)
+    file_scale = function.units.factor(above) / function.units.factor(below)
     if _is_label(label) and not _is_unit(label, above):
         try:
             scale = ratio_factor(label, above, below)
         except RecordError:
-            return _not_known(function, f"{above}/{below}", both, notes)
-        return Measure(f"{above}/{below}", "", _agreed(function, label, scale, own))
+            return _unknown_unit(function, f"{above}/{below}", full_label, notes)
+        return Measure(f"{above}/{below}", "", _agreed(function, label, scale, file_scale))
     scales = []
     for text, quantity in ((label, above), (label_below, below)):
         if _is_label(text) and not _is_unit(text, quantity):
-            return _not_known(function, f"{above}/{below}", both, notes)
+            return _unknown_unit(function, f"{above}/{below}", full_label, notes)
         of_file = function.units.factor(quantity)
         scales.append(_agreed(function, text, unit_factor(text, quantity), of_file) if _is_label(text) else of_file)
     if above == below and _is_label(label) != _is_label(label_below) and scales[0] != scales[1]:
-        return _not_known(function, f"{above}/{below}", both, notes)  # of g over what?
+        return _unknown_unit(function, f"{above}/{below}", full_label, notes)  # of g over what?
     return Measure(f"{above}/{below}", "", scales[0] / scales[1])
 
 
@@ -119,8 +119,8 @@ def _unknown(quantity: str, label: str) -> Measure:
     return Measure(quantity, label_of(label), 1.0)
 
 
-def _not_known(function: Function, quantity: str, label: str, notes: list[str]) -> Measure:
-    """Note that a label is not among the units of its quantity, so that the numbers are taken as they are."""
+def _unknown_unit(function: Function, quantity: str, label: str, notes: list[str]) -> Measure:
+    """Return an unknown quantity, and note that its label is not among its units: numbers are taken as they are."""
     notes.append(
         f'data set {function.number}: unit "{label}" of {quantity} is not known, so its quantity is not; values are as '
         "in the file"
@@ -128,9 +128,9 @@ def _not_known(function: Function, quantity: str, label: str, notes: list[str]) 
     return _unknown("/".join(UNKNOWN for _ in quantity.split("/")), label)
 
 
-def _agreed(function: Function, label: str, scale: float, own: float) -> float:
-    """Refuse a label that contradicts units that the file states and that are not SI: either may be the wrong one."""
-    if function.units != SI and abs(scale / own - 1) > _TOLERANCE:
+def _agreed(function: Function, label: str, scale: float, file_scale: float) -> float:
+    """Return a label's scale; refuses one that contradicts units of the file that are not SI: either may be wrong."""
+    if function.units != SI and abs(scale / file_scale - 1) > _TOLERANCE:
         raise RecordError(
             f'unit "{label}" contradicts the units of the file (data set 164), which are not SI; units="SI" '
             "(convert --units SI) follows the labels"

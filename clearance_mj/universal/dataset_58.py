@@ -50,7 +50,7 @@ class Header:
     size: int
     even: bool
     first: float  #: abscissa of the first sample, if even
-    step: str  #: abscissa increment as it is written: its digits tell how far it can be trusted
+    step: str  #: abscissa increment as it is written: its digits give its precision
     abscissa_type: int
     name: str = ""
     response: str = NOWHERE  #: degree of freedom, "3:+Z"
@@ -59,10 +59,10 @@ class Header:
     denominator: int = 0
     unit: str = "NONE"  #: label of the ordinate's unit
     unit_below: str = "NONE"  #: label of the denominator's unit
-    axis_label: str = "NONE"  #: what the abscissa is
+    axis_label: str = "NONE"  #: quantity of the abscissa
     axis_unit: str = "NONE"
     entity: str = "NONE"  #: name of the place that responds
-    unit_title: str = "NONE"  #: what the ordinate is
+    unit_title: str = "NONE"  #: quantity of the ordinate
     note: str = "NONE"  #: second line of its description
 
     @property
@@ -71,22 +71,22 @@ class Header:
         return FUNCTION_TYPES[self.kind] if 0 <= self.kind < len(FUNCTION_TYPES) else f"function of type {self.kind}"
 
     def is_over(self, abscissa_type: int) -> bool:
-        """Whether its abscissa is of a type, or its type is not said."""
+        """Return True if its abscissa is of a type, or of an unstated one."""
         return self.abscissa_type in (abscissa_type, *UNSAID)
 
     @property
     def is_frf(self) -> bool:
-        """Whether it is a ratio over frequency."""
+        """True if it is a ratio over frequency."""
         return self.kind in (FREQUENCY_RESPONSE, TRANSMISSIBILITY) and self.is_over(FREQUENCY)
 
     @property
     def is_complex(self) -> bool:
-        """Whether the samples are complex."""
+        """True if the samples are complex."""
         return self.ordinate in (COMPLEX32, COMPLEX64)
 
     @property
     def is_double(self) -> bool:
-        """Whether they are of double precision."""
+        """True if they are of double precision."""
         return self.ordinate in (REAL64, COMPLEX64)
 
     @property
@@ -126,10 +126,10 @@ def read_function(data: bytes, begin: int, binary: bool, number: int, units: Uni
             raise RecordError(
                 f"header declares {header.size} samples, which is {needed} lines, but {rows} lines follow"
             )
-    found = Function(
+    function = Function(
         **vars(header), number=number, begin=body, end=end, dtype=dtype, axis_dtype=axis_dtype, units=units
     )
-    return found, position
+    return function, position
 
 
 def _header_lines(data: bytes, begin: int) -> tuple[list[str], int]:
@@ -157,7 +157,7 @@ def _byte_order(line: str) -> str:
 
 
 def _binary_end(data: bytes, begin: int, header: Header) -> tuple[bool, int, int]:
-    """Return whether abscissas are of double precision, where the samples end and where the next data set begins."""
+    """Return True if abscissas are of double precision, where the samples end and where the next data set begins."""
     # The closing "    -1" must come just there: the byte count in the header is wrong in files by pyuff and others,
     # and a search could stop inside the samples. The format has abscissas of single precision only; many writers give
     # them that of the ordinate. The length of the body tells.
@@ -168,38 +168,38 @@ def _binary_end(data: bytes, begin: int, header: Header) -> tuple[bool, int, int
             return wide, begin + size, closing.end()
     if len(data) - begin in sizes.values():
         raise RecordError("has no closing '    -1' after its samples; the file is cut short")
-    found = CLOSE.search(data, begin)
-    present = (found.start() if found else len(data)) - begin
+    delimiter = CLOSE.search(data, begin)
+    present = (delimiter.start() if delimiter else len(data)) - begin
     declared = " or ".join(str(size) for size in dict.fromkeys(sizes.values()))
     raise RecordError(
         f"header declares {header.size} samples, which is {declared} bytes, but {present} bytes follow"
-        + ("" if found else " and no closing '    -1'; the file is cut short or the header wrong")
+        + ("" if delimiter else " and no closing '    -1'; the file is cut short or the header wrong")
     )
 
 
 def _parse_header(lines: list[str]) -> Header:
     """Read records 1 to 11 of data set 58; ``lines[i]`` is record i."""
-    found: dict[str, Any] = {
+    values: dict[str, Any] = {
         name: read_integer(lines[record][begin:end], what) for name, (record, begin, end, what) in FIELDS.items()
     }
     for name, (known, words) in CHOICES.items():
-        if found[name] not in known:
-            raise RecordError(f"{FIELDS[name][3]} {found[name]} is unknown; needs {words}")
-    if found["size"] < 1:
-        raise RecordError(f"header declares {found['size']} samples; needs at least 1")
+        if values[name] not in known:
+            raise RecordError(f"{FIELDS[name][3]} {values[name]} is unknown; needs {words}")
+    if values["size"] < 1:
+        raise RecordError(f"header declares {values['size']} samples; needs at least 1")
     step = lines[7][43:56].strip().upper().replace("D", "E")
     increment = read_real(step, "abscissa increment")
-    if found["even"] and found["size"] > 1 and not increment > 0 and found["kind"] in range(1, 11):
+    if values["even"] and values["size"] > 1 and not increment > 0 and values["kind"] in range(1, 11):
         raise RecordError(f"abscissa increment {increment:g} must be > 0 for even spacing")
     if 0 < increment < 1e-300:
         raise RecordError(f"abscissa increment {increment:g} is too small")
     place = lines[6][66:76], lines[6][76:80]
     return Header(
-        **found | {"even": found["even"] == 1},
+        **values | {"even": values["even"] == 1},
         name=_printable(lines[1][:80]),
         note=_printable(lines[2][:80]),
         response=read_dof(lines[6][41:51], lines[6][51:55], "response"),
-        reference=read_dof(*place, "reference") if found["kind"] in REFERRED else _reference(*place),
+        reference=read_dof(*place, "reference") if values["kind"] in REFERRED else _reference(*place),
         first=read_real(lines[7][30:43], "abscissa minimum"),
         step=step,
         unit=_printable(lines[9][46:67]),
@@ -224,7 +224,7 @@ def _reference(node: str, direction: str) -> str:
 
 
 def _columns(header: Header) -> list[int]:
-    """Widths of the numbers on one line of a text body."""
+    """Return the widths of the numbers on one line of a text body."""
     if not header.is_double:
         return [13] * 6
     if header.even:
@@ -260,12 +260,12 @@ def _text_numbers(text: bytes, widths: list[int], count: int) -> np.ndarray:
     """
     text = text.upper().replace(b"D", b"E")
     cuts = [slice(a, b) for a, b in itertools.pairwise(np.cumsum([0, *widths]))]
-    found: list[np.ndarray] = []
+    attempts: list[np.ndarray] = []
     for cells in (
         text.split,
         lambda: with_exponents(text).split(),
         lambda: with_exponents(b"\n".join(line[cut].strip() for line in text.splitlines() for cut in cuts)).split(),
-        lambda: _glued(text),
+        lambda: _unseparated_numbers(text),
     ):
         words = cells()
         try:
@@ -276,11 +276,11 @@ def _text_numbers(text: bytes, widths: list[int], count: int) -> np.ndarray:
             values = values[:count]
         if len(values) == count and np.isfinite(values).all():
             return values
-        found.append(values)
-    return next((values for values in found if values.size == count), found[0])
+        attempts.append(values)
+    return next((values for values in attempts if values.size == count), attempts[0])
 
 
-def _glued(text: bytes) -> list[bytes]:
+def _unseparated_numbers(text: bytes) -> list[bytes]:
     """Return numbers between which there may be no blanks; none if something else stands between them."""
     text = with_exponents(text, *([rb"(?=[0-9]\.|[-+\s]|$)"] * (b"E" in text)))
     words = _NUMBER.findall(text)
@@ -294,7 +294,7 @@ def samples(data: bytes, function: Function, scale: float = 1.0) -> np.ndarray:
 
 
 def function_block(header: Header, values: np.ndarray) -> bytes:
-    """Data set 58b, little endian."""
+    """Return data set 58b, little endian."""
     node, direction = header.response.split(":")
     reference_node, reference_direction = header.reference.split(":")
     axis = {TIME: ("Time", "s"), FREQUENCY: ("Frequency", "Hz")}.get(

@@ -1,4 +1,4 @@
-"""Data sets of text: the lines between which they stand, what fields may hold, and names of numbers."""
+"""Data sets of text: their delimiters, the contents of fields, and names of numbers."""
 
 from __future__ import annotations
 
@@ -124,9 +124,9 @@ def quantity_of(code: int, label: str = "") -> str:
 
     Where several have the type, such as displacements and angles, the unit's label says which, alone or over another.
     """
-    named = [name for name, known in QUANTITIES.items() if code in known.codes]
-    said = quantity_of_unit(label, named) or quantity_of_unit(label.rpartition("/")[0], named)
-    return said[0] if said else next(iter(named), UNKNOWN)
+    names = [name for name, known in QUANTITIES.items() if code in known.codes]
+    match = quantity_of_unit(label, names) or quantity_of_unit(label.rpartition("/")[0], names)
+    return match[0] if match else next(iter(names), UNKNOWN)
 
 
 DATA_SETS = {

@@ -27,7 +27,7 @@ Shape = dict[int, np.ndarray]  # (6,) complex displacement along X, Y, Z and rot
 
 @dataclass(frozen=True, eq=False)
 class ModeShapes:
-    """What a universal file says of modes, by frequency, in SI units."""
+    """Modes of a universal file, by frequency, in SI units."""
 
     frequency: np.ndarray  #: (n,) undamped natural frequencies, Hz
     damping: np.ndarray  #: (n,) damping ratios
@@ -47,7 +47,7 @@ class _Mode:
 
 
 def read_modes(blocks: Sequence[Block]) -> list[ModeShapes]:
-    """Put the modes of a file together, by frequency: those of the same nodes, which are all in most files.
+    """Return the modes of a file, by frequency, those of the same nodes in one set.
 
     Passed over are other results at nodes, such as static deflections, and shapes that are no displacements.
     """
@@ -66,32 +66,32 @@ def read_modes(blocks: Sequence[Block]) -> list[ModeShapes]:
             if not mode.shape:
                 raise RecordError("mode shape without a node")
         groups.setdefault(frozenset(mode.shape), []).append(mode)
-    return [_together(found) for found in groups.values()]
+    return [_to_mode_shapes(modes) for modes in groups.values()]
 
 
-def _together(found: list[_Mode]) -> ModeShapes:
-    """Modes of the same nodes."""
-    found.sort(key=lambda mode: mode.frequency)
-    nodes = found[0].shape.keys()
-    values = np.array([[mode.shape[node] for node in nodes] for mode in found])  # (n, nodes, 6)
+def _to_mode_shapes(modes: list[_Mode]) -> ModeShapes:
+    """Return the shapes of modes of the same nodes, by frequency."""
+    modes.sort(key=lambda mode: mode.frequency)
+    nodes = modes[0].shape.keys()
+    values = np.array([[mode.shape[node] for node in nodes] for mode in modes])  # (n, nodes, 6)
     moving = np.flatnonzero(np.any(values, axis=(0, 1)))
     return ModeShapes(
-        np.array([mode.frequency for mode in found]),
-        np.array([mode.damping for mode in found]),
-        values[:, :, moving].reshape(len(found), -1).T,
+        np.array([mode.frequency for mode in modes]),
+        np.array([mode.damping for mode in modes]),
+        values[:, :, moving].reshape(len(modes), -1).T,
         tuple(f"{node}:+{AXES[axis]}" for node in nodes for axis in moving),
-        np.array([mode.modal_mass for mode in found]),
-        np.array([mode.modal_a for mode in found]),
+        np.array([mode.modal_mass for mode in modes]),
+        np.array([mode.modal_a for mode in modes]),
     )
 
 
 def _definition(block: Block) -> str:
-    """Model and analysis type, characteristic, result type, data type, values per node."""
+    """Return the record of model and analysis type, characteristic, result type, data type, values per node."""
     return block.record(5 if block.kind == 55 else 8)
 
 
 def _read_mode(block: Block) -> _Mode:
-    """Undamped frequency, damping ratio, shape and scale of one data set."""
+    """Return the mode of one data set: undamped frequency, damping ratio, shape and scale."""
     _, analysis, _, _, data_type, per_node = (
         read_integer(text, "data definition") for text in fields(_definition(block), 10, 6)
     )
@@ -107,7 +107,7 @@ def _read_mode(block: Block) -> _Mode:
 
 
 def _parameters(block: Block, normal: bool) -> tuple[float, float, float, complex]:
-    """Frequency in Hz, damping ratio, modal mass (0: none), modal A (0: none)."""
+    """Return frequency in Hz, damping ratio, modal mass (0: none), modal A (0: none)."""
     first, second = (7, 8) if block.kind == 55 else (11, 12)
     real = [read_real(text, "parameter of a mode") for text in fields(block.record(first), 13, 6)]
     if normal:
@@ -138,7 +138,7 @@ def _shape(block: Block, per_node: int, is_complex: bool) -> Shape:
 
 
 def mode_sets(modes: Modes) -> Iterator[str]:
-    """One data set per mode: a complex eigenvalue, three complex displacements at each node."""
+    """Yield one data set per mode: a complex eigenvalue, three complex displacements at each node."""
     labels = modes.responses or tuple(f"{i + 1}:+Z" for i in range(modes.shape.shape[0]))
     places = []
     for label in labels:
