@@ -1,9 +1,9 @@
-"""What the channels of a logger's files are: names of files' channels, and where on the rig each one measures.
+"""Maps of channels: the quantity, place and unit of each channel of a logger's files, by its name in them.
 
 A map is made once for a bench, by hand or by `clearance_mj.map_channels`, and kept in a TOML file:
 
     [channels]
-    "Accel plate [g]" = "base"          # a channel's name in the file, and what it is
+    "Accel plate [g]" = "base"          # a channel's name in the file, and its meaning
     "A3" = "acc:3:-Z [g]"               # a unit where the file says none, or a wrong one
     "Temp" = "skip"                     # left out
     "A7" = "?"                          # undecided: nothing is read with the map until it is
@@ -33,21 +33,21 @@ from .columns import SKIP, Column, resolve
 __all__ = ["UNDECIDED", "ChannelMap"]
 
 UNDECIDED = "?"
-"""What a channel is mapped to that somebody has to decide."""
+"""Entry of a channel whose meaning has still to be decided."""
 
 
 @dataclass(frozen=True, repr=False)
 class ChannelMap(Shown):
-    """What each channel of a bench's files is.
+    """Meaning of each channel of a bench's files.
 
     Parameters
     ----------
     channels : mapping of str to str
-        What each channel is, such as "acc:3:-Z [g]", "skip" or "?", by its name in the files.
+        Entry of each channel, such as "acc:3:-Z [g]", "skip" or "?", by its name in the files.
     reasons : mapping of str to str
-        Why, in words, by the same names; they become comments of the file.
+        Reasons for the entries, by the same names; they become comments of the file.
     notes : sequence of str
-        What else is said of the files.
+        Remarks on the files, comments at the head of the map's file.
     """
 
     channels: Mapping[str, str]
@@ -55,17 +55,17 @@ class ChannelMap(Shown):
     notes: Sequence[str] = ()
 
     def __post_init__(self) -> None:
-        for name, given in self.channels.items():
-            if given not in (SKIP, UNDECIDED):
+        for name, entry in self.channels.items():
+            if entry not in (SKIP, UNDECIDED):
                 with naming(f'channel "{name}"'):
-                    _column(name, given)
+                    _column(name, entry)
 
     __repr__ = Shown.__repr__
 
     @property
     def undecided(self) -> tuple[str, ...]:
         """Names of the channels that somebody has to decide."""
-        return tuple(name for name, given in self.channels.items() if given == UNDECIDED)
+        return tuple(name for name, entry in self.channels.items() if entry == UNDECIDED)
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> ChannelMap:
@@ -84,8 +84,8 @@ class ChannelMap(Shown):
         text = "\n".join(read_lines(path))
         with naming(path):
             with naming("is no TOML file", tomllib.TOMLDecodeError, RecordError, "{} ({})"):
-                found = tomllib.loads(text)
-            channels = found.get("channels")
+                table = tomllib.loads(text)
+            channels = table.get("channels")
             if not isinstance(channels, dict) or not all(isinstance(v, str) for v in channels.values()):
                 raise RecordError('needs a table [channels] with lines such as "A3" = "acc:3 [g]"')
             return cls(channels)
@@ -93,8 +93,8 @@ class ChannelMap(Shown):
     def to_toml(self) -> str:
         """Return the map as the text of a TOML file, with its reasons as comments."""
         lines = [*(f"# {note}" for note in self.notes), "[channels]"]
-        for name, given in self.channels.items():
-            line = tomli_w.dumps({name: given}).strip()
+        for name, entry in self.channels.items():
+            line = tomli_w.dumps({name: entry}).strip()
             reason = self.reasons.get(name, "")
             lines.append(f"{line}  # {reason}" if reason else line)
         return "\n".join(lines) + "\n"
@@ -110,7 +110,7 @@ class ChannelMap(Shown):
         write_text(path, self.to_toml())
 
     def apply(self, channels: Sequence[Channel]) -> list[Channel]:
-        """Return channels with the quantity, place and values that the map says; others that it skips are left out.
+        """Return channels with the quantity, place and unit that the map gives; those that it skips are left out.
 
         Parameters
         ----------
@@ -122,59 +122,59 @@ class ChannelMap(Shown):
         RecordError
             If a channel is undecided, unknown to the map and nowhere, or of another quantity than the map says.
         """
-        found = []
+        mapped = []
         for channel in channels:
-            given = self.channels.get(channel.name)
-            if given == SKIP:
+            entry = self.channels.get(channel.name)
+            if entry == SKIP:
                 continue
-            if given == UNDECIDED:
+            if entry == UNDECIDED:
                 reason = self.reasons.get(channel.name, "")
                 raise RecordError(
                     f'channel "{channel.name}" is undecided in the map{f" ({reason})" if reason else ""}: write what '
                     f'it is instead of "{UNDECIDED}", such as "acc:3 [g]", or "{SKIP}" to leave it out'
                 )
-            if given is None:
+            if entry is None:
                 if not channel.placed or channel.quantity == UNKNOWN:
                     known = few([f'"{name}"' for name in self.channels])
                     raise RecordError(
                         f'channel "{channel.name}" is not in the map, which has {known}; add a line such as '
                         f'"{channel.name}" = "acc:3 [g]", or = "{SKIP}"'
                     )
-                found.append(channel)
+                mapped.append(channel)
                 continue
             with naming(f'channel "{channel.name}"'):
-                found.append(_mapped(channel, given))
-        if not found:
+                mapped.append(_apply_entry(channel, entry))
+        if not mapped:
             raise RecordError("has no channel that the map does not skip")
-        return found
+        return mapped
 
     def _overview(self) -> Overview:
-        rows = [(name, given, self.reasons.get(name, "")) for name, given in self.channels.items()]
+        rows = [(name, entry, self.reasons.get(name, "")) for name, entry in self.channels.items()]
         facts = {"undecided": few(self.undecided)} | {f"note {i}": note for i, note in enumerate(self.notes, 1)}
         return Overview(f"Map of {len(self.channels)} channels", facts, [("channel", "is", "because"), *rows])
 
 
-def _column(name: str, given: str) -> Column:
-    (column,) = resolve([name], {name: given})
+def _column(name: str, entry: str) -> Column:
+    (column,) = resolve([name], {name: entry})
     if column.reference:
-        raise RecordError(f'"{given}" is an FRF; a map is of channels over time')
+        raise RecordError(f'"{entry}" is an FRF; a map is of channels over time')
     return column
 
 
-def _mapped(channel: Channel, given: str) -> Channel:
-    """A channel as the map has it; a unit that the map gives goes before that of the file."""
-    column = _column(channel.name, given)
+def _apply_entry(channel: Channel, entry: str) -> Channel:
+    """Return a channel as the map has it; a unit that the map gives goes before that of the file."""
+    column = _column(channel.name, entry)
     node, direction = column.dof.split(":")
     value = channel.value
-    if "[" in given or channel.quantity == UNKNOWN:
+    if "[" in entry or channel.quantity == UNKNOWN:
         as_in_file = 1.0
         if channel.quantity != UNKNOWN and channel.unit:
             as_in_file = 1 / unit_factor(channel.unit, channel.quantity)
         value = np.asarray(value * (column.scale * as_in_file))
     elif column.quantity not in (channel.quantity, UNKNOWN):
         raise RecordError(
-            f'is {channel.quantity} by its unit in the file, the map says "{given}"; give the unit of its numbers too, '
-            f'as in "{given} [...]"'
+            f'is {channel.quantity} by its unit in the file, the map says "{entry}"; give the unit of its numbers too, '
+            f'as in "{entry} [...]"'
         )
     return dataclasses.replace(
         channel, quantity=column.quantity, node=int(node), direction=direction, value=value, unit=""

@@ -1,4 +1,4 @@
-"""Measured time functions: what every format of records reads and writes."""
+"""Measured time functions, which every format of records reads and writes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NOWHERE = (0, "S")
 
 @dataclass(frozen=True, eq=False)
 class _Measured:
-    """What a time function is of."""
+    """Name, place and quantity of a time function."""
 
     name: str
     """label in the file"""
@@ -30,17 +30,17 @@ class _Measured:
     """ "+X" to "-RZ", or "S" for a scalar"""
     quantity: str
     """one of `core.quantities.QUANTITIES`, such as "acceleration" (m/s²), or
-    "unknown": what no calculation uses until `clearance_mj.map_channels` or a map of columns says what it is"""
+    "unknown", which no calculation uses until `clearance_mj.map_channels` or a map of columns gives its quantity"""
 
     @property
     def placed(self) -> bool:
-        """Whether the file says where the channel measured."""
+        """True if the file says where the channel measured."""
         return (self.node, self.direction) != NOWHERE
 
 
 @dataclass(frozen=True)
 class ChannelHeader(_Measured):
-    """What a file says of a time function, without its samples; the fields are those of `Channel`."""
+    """Header of a time function, without its samples; the fields are those of `Channel`."""
 
     size: int
     fs: float
@@ -50,7 +50,7 @@ class ChannelHeader(_Measured):
 
 @dataclass(frozen=True, eq=False)
 class Channel(_Measured):
-    """One measured time function; a RecordError names the channel that no channel can be.
+    """One measured time function; a RecordError names a channel with impossible values.
 
     Values are in SI units where the quantity is known, and otherwise as they are in the file.
     """
@@ -102,18 +102,18 @@ class Channel(_Measured):
 
 def channel_faults(channels: Sequence[Channel], all_known: bool = True) -> list[str]:
     """Return in words which channels are clipped or constant; ``all_known``: of known quantity, for pulses are flat."""
-    found = []
+    faults = []
     for c in channels:
         try:
             if c.quantity != UNKNOWN or not all_known:
                 check_channel(f'channel "{c.name}"', c.value, c.fs)
         except RecordError as error:
-            found.append(str(error))
-    return found
+            faults.append(str(error))
+    return faults
 
 
 def require_one_time(channels: Sequence[Channel]) -> None:
-    """Refuse channels that do not share rate, length and start, as those of one table do."""
+    """Refuse channels of different rate, length or start; those of one table need the same."""
     if not channels:
         raise RecordError("there is no channel")
     first = channels[0]

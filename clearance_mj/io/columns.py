@@ -33,10 +33,10 @@ from .tables.headers import LONGEST, is_time, split_header, unique_names
 
 __all__ = ["SKIP", "Column", "Columns"]
 
-SKIP = "skip"  # What a column is mapped to that is to be left out.
+SKIP = "skip"  # entry of a column that is left out
 EXAMPLES = ("time", "base", "force", "acc:1", "disp:6")
 Columns = Mapping[str, str] | None  # channels by header
-Contents = list[Channel] | FRF  # what a table holds: time records or FRFs
+Contents = list[Channel] | FRF  # of a table: time records or FRFs
 PARTS = ("real", "imag", "magnitude", "phase", "coherence")
 
 PULSES = "keyphasor"
@@ -47,13 +47,13 @@ _CELL = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
 _PLACE = rf"(?:base|(?:{'|'.join(_PREFIX.values())}):\d{{1,9}}|force)(?::(?:[+-]R?[XYZ]|S))?"
 _CHANNEL = re.compile(_PLACE)
 _FREQUENCY = re.compile(r"freq(?:uency|uenz|uencies|\.)?|frequenz|fr[ée]quence", re.IGNORECASE)
-_LIKE_OURS = re.compile(r"[a-z]{2,6}:\d", re.IGNORECASE)  # as only our names have it
+_PREFIX_AND_NODE = re.compile(r"[a-z]{2,6}:\d", re.IGNORECASE)  # as in no name but a channel's
 _FUNCTION = re.compile(rf"({_PLACE})/({_PLACE})(?:\s+({'|'.join(PARTS)}))?")
 
 
 @dataclass(frozen=True)
 class Column:
-    """What the header says of a column."""
+    """Meaning of a column, as its header gives it."""
 
     index: int  #: place in the table, from 0
     name: str  #: header without its unit
@@ -62,16 +62,16 @@ class Column:
     reference: str = ""  #: degree of freedom of an FRF's excitation
     part: str = ""  #: one of `PARTS`, or "" of a complex column
     scale: float = 1.0  #: SI units in one of the column's
-    unit: str = ""  #: label in the file, of a time or of what is of unknown quantity
-    is_raw: bool = False  #: whether nothing but the file's own header says what it is
+    unit: str = ""  #: label in the file, of a time or of an unknown quantity
+    is_raw: bool = False  #: True if only the file's own header, and no map, says what it is
 
     @property
     def is_raw_time(self) -> bool:
-        """Whether the header has a usual name of time, which is not ours."""
+        """True if the header is a usual name of time other than this package's."""
         return self.is_raw and self.quantity == "time"
 
     def channel(self, value: np.ndarray, fs: float, start: float) -> Channel:
-        """Return the column as a channel, from its numbers (n_t,) in its own unit; ``fs`` in Hz, ``start`` in s."""
+        """Return the column as a channel, from its numbers (n_t,) in its unit; ``fs`` in Hz, ``start`` in s."""
         node, direction = self.dof.split(":")
         unit = self.unit if self.quantity == UNKNOWN else ""
         return Channel(self.name, int(node), direction, self.quantity, value * self.scale, fs, start, unit)
@@ -80,7 +80,7 @@ class Column:
 def resolve(
     cells: Sequence[str], mapped: Mapping[str, str], line: int | None = None, notes: list[str] | None = None
 ) -> list[Column]:
-    """Say what the columns of a table, or the variables of a file, are; ``notes`` takes what was made of their names.
+    """Return the columns of a table, or of a file's variables; ``notes`` takes changes of their names.
 
     A header is mapped by the whole of it, by its name without unit, or by the name that its channel gets.
     """
@@ -88,19 +88,19 @@ def resolve(
     names = unique_names([split_header(cell)[0] for cell in cells], [] if notes is None else notes)
     keys = [{cell, _name(cell), name} if cells.count(cell) == 1 else {name} for cell, name in zip(cells, names)]
     if missing := [header for header in mapped if not any(header in known for known in keys)]:
-        near = _nearest(missing[0], [*cells, *names])
-        raise RecordError(f'{where}has no {kind} "{missing[0]}"{near}; its {kind}s are {listed(cells)}')
-    is_ours = any(":" in cell or _name(cell) == "base" for cell in cells if _is_name(_name(cell)))
+        suggestion = _suggest_name(missing[0], [*cells, *names])
+        raise RecordError(f'{where}has no {kind} "{missing[0]}"{suggestion}; its {kind}s are {listed(cells)}')
+    has_channel_names = any(":" in cell or _name(cell) == "base" for cell in cells if _is_column_name(_name(cell)))
     used = []
-    for index, (cell, name, known) in enumerate(zip(cells, names, keys)):
-        given = next((mapped[key] for key in known if key in mapped), None)
-        if given == SKIP:
+    for index, (cell, name, aliases) in enumerate(zip(cells, names, keys)):
+        entry = next((mapped[key] for key in aliases if key in mapped), None)
+        if entry == SKIP:
             continue
         try:
-            if given is None and not _is_name(_name(cell)):
-                used.append(_raw_column(index, cell, name, is_ours))
+            if entry is None and not _is_column_name(_name(cell)):
+                used.append(_raw_column(index, cell, name, has_channel_names))
             else:
-                used.append(_column(index, cell, cell if given is None else given))
+                used.append(_column(index, cell, cell if entry is None else entry))
         except RecordError as error:
             place = f"line {line}, column {index + 1}" if line else kind
             raise RecordError(f'{place} "{cell}": {error}') from None
@@ -128,21 +128,21 @@ def as_channel(time: Column) -> Column:
     return dataclasses.replace(time, quantity=UNKNOWN, dof=f"{node}:{direction}", scale=1.0)
 
 
-def _is_name(name: str) -> bool:
-    """Whether a name is one of ours."""
+def _is_column_name(name: str) -> bool:
+    """Return True if a name is one that this package gives to columns."""
     return name in ("time", "frequency", PULSES) or bool(_CHANNEL.fullmatch(name) or _FUNCTION.fullmatch(name))
 
 
-def _raw_column(index: int, cell: str, name: str, is_ours: bool) -> Column:
-    """Return a column of a name of its own; what is a slip in one of ours is refused.
+def _raw_column(index: int, cell: str, name: str, has_channel_names: bool) -> Column:
+    """Return a column under the file's own name; a misspelt channel name is refused.
 
-    It is one beside other names of ours, and where it has a node after a colon, as only ours have.
+    A name counts as misspelt if it resembles a channel name and stands among such, or has a node after a colon.
     """
     plain = _name(cell)
-    like = _nearest(plain, _channels_like(plain), 0.75)
-    if like and (_LIKE_OURS.match(plain) or (is_ours and not is_time(plain))):
+    suggestion = _suggest_name(plain, _similar_channels(plain), 0.75)
+    if suggestion and (_PREFIX_AND_NODE.match(plain) or (has_channel_names and not is_time(plain))):
         raise RecordError(
-            f"not the name of a channel{like}; use {listed(EXAMPLES)} with the node's number, "
+            f"not the name of a channel{suggestion}; use {listed(EXAMPLES)} with the node's number, "
             f'or map it: "{cell}=acc:1" (or "{cell}={SKIP}" to leave it out)'
         )
     plain, unit = split_header(cell)
@@ -158,8 +158,8 @@ def _raw_column(index: int, cell: str, name: str, is_ours: bool) -> Column:
     return Column(index, name, quantity, f"{node}:{direction}", scale=scale, unit=unit, is_raw=True)
 
 
-def _column(index: int, cell: str, given: str) -> Column:
-    name, unit = _split(given)
+def _column(index: int, cell: str, entry: str) -> Column:
+    name, unit = _split(entry)
     unit = _split(cell)[1] if unit is None else unit
     if name in ("time", "frequency"):
         return Column(index, _name(cell), name, scale=_scale(unit, name), unit=unit or "")
@@ -168,8 +168,8 @@ def _column(index: int, cell: str, given: str) -> Column:
     if function := _FUNCTION.fullmatch(name):
         return _frf_column(index, _name(cell), unit, *function.groups())
     if not _CHANNEL.fullmatch(name):
-        like = _nearest(name, _channels_like(name))
-        raise RecordError(f"not the name of a channel{like}; use {listed(EXAMPLES)} with the node's number")
+        suggestion = _suggest_name(name, _similar_channels(name))
+        raise RecordError(f"not the name of a channel{suggestion}; use {listed(EXAMPLES)} with the node's number")
     quantity, dof = _place(name)
     return Column(index, _name(cell), quantity, dof, scale=_scale(unit, quantity))
 
@@ -189,14 +189,14 @@ def _frf_column(index: int, name: str, unit: str | None, response: str, referenc
 
 
 def _place(name: str) -> tuple[str, str]:
-    """Quantity and degree of freedom of a channel's name."""
+    """Return quantity and degree of freedom of a channel's name."""
     kind, *rest = name.split(":")
     node = int(rest.pop(0)) if rest and rest[0].isdigit() else _NODES[kind]
     return _QUANTITY[kind], f"{node}:{rest[0] if rest else '+Z'}"
 
 
 def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF:
-    """Put the columns of a table of FRFs together."""
+    """Return the FRFs that the columns of a table hold."""
     axes = [value * c.scale for c, value in zip(columns, values) if c.quantity == "frequency"]
     if len(axes) != 1:
         raise RecordError(f'needs one column "frequency", has {len(axes)}')
@@ -204,11 +204,11 @@ def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF:
     for column, value in zip(columns, values):
         if column.reference:
             groups.setdefault(column.reference, []).append((column, value * column.scale))
-    return join_references([_to_one_frf(axes[0].real, group) for group in groups.values()])
+    return join_references([_frf_to_one_reference(axes[0].real, group) for group in groups.values()])
 
 
-def _to_one_frf(frequency: np.ndarray, group: list[tuple[Column, np.ndarray]]) -> FRF:
-    """FRFs to one reference."""
+def _frf_to_one_reference(frequency: np.ndarray, group: list[tuple[Column, np.ndarray]]) -> FRF:
+    """Return the FRFs to one reference."""
     functions: dict[tuple[str, str], dict[str, np.ndarray]] = {}
     first = group[0][0]
     for column, value in group:
@@ -219,8 +219,8 @@ def _to_one_frf(frequency: np.ndarray, group: list[tuple[Column, np.ndarray]]) -
     value = np.array([_complex(dof, parts) for (dof, _), parts in functions.items()])
     known = ["coherence" in parts for parts in functions.values()]
     if any(known) and not all(known):
-        lacking, _ = [*functions][known.index(False)]
-        raise RecordError(f"has no coherence of {lacking}; needs that of all functions or none")
+        missing, _ = [*functions][known.index(False)]
+        raise RecordError(f"has no coherence of {missing}; needs that of all functions or none")
     coherence = np.array([parts["coherence"] for parts in functions.values()]).real if all(known) else None
     responses, quantities = zip(*functions)
     return FRF(frequency, value, coherence, responses, (first.reference,), quantities=quantities)
@@ -234,14 +234,14 @@ def _complex(dof: str, parts: Mapping[str, np.ndarray]) -> np.ndarray:
             return parts["real"] + 1j * parts["imag"]
         case ["magnitude", "phase"]:
             return parts["magnitude"] * np.exp(1j * parts["phase"])
-        case found:
+        case names:
             raise RecordError(
-                f"response {dof} has {' and '.join(found) or 'no values'}; needs real and imag, or magnitude and phase"
+                f"response {dof} has {' and '.join(names) or 'no values'}; needs real and imag, or magnitude and phase"
             )
 
 
 def channel_name(dof: str, quantity: str) -> str:
-    """Name of a channel's column, without a unit."""
+    """Return the name of a channel's column, without a unit."""
     node, direction = dof.split(":")
     name = f"{_PREFIX[quantity]}:{node}"
     if (node, quantity) == (str(BASE_NODE), "acceleration"):
@@ -252,24 +252,24 @@ def channel_name(dof: str, quantity: str) -> str:
 
 
 def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
-    """Return the headers and numbers (n_t, n) of time records, without time; raw ones under their own names."""
+    """Return the headers and numbers (n_t, n) of time records, without time; raw channels keep their names."""
     require_one_time(channels)
-    named = map(raw_header, channels)
-    headers = [f"{name} [{unit}]" if unit or split_header(name)[1] else name for name, unit in named]
-    twice = next((h for h in headers if headers.count(h) > 1), None)
-    if twice:
-        raise RecordError(f'two channels would be columns "{twice}"; give each its own node, or write .uff')
+    pairs = map(raw_header, channels)
+    headers = [f"{name} [{unit}]" if unit or split_header(name)[1] else name for name, unit in pairs]
+    duplicate = next((h for h in headers if headers.count(h) > 1), None)
+    if duplicate:
+        raise RecordError(f'two channels would be columns "{duplicate}"; give each its own node, or write .uff')
     return headers, np.stack([c.value for c in channels], axis=1)
 
 
 def raw_header(channel: Channel) -> tuple[str, str]:
-    """Return name and unit under which a channel is written: ours where it is placed, otherwise its own."""
+    """Return name and unit under which a channel is written: by its place if it has one, otherwise its own name."""
     unit = channel.unit if channel.quantity == UNKNOWN else next(iter(UNITS[channel.quantity]))
     if channel.placed and channel.quantity != UNKNOWN:
         return channel_name(channel.label, channel.quantity), unit
     if channel.label == KEYPHASOR:
         return PULSES, unit
-    if _is_name(_name(channel.name)) or is_time(channel.name):
+    if _is_column_name(_name(channel.name)) or is_time(channel.name):
         raise RecordError(f'channel "{channel.name}" would be read as another from a table; rename it, or write .uff')
     return channel.name, unit
 
@@ -293,20 +293,20 @@ def frf_names(frf: FRF) -> tuple[list[str], list[str]]:
 
 
 def table_of_frf(frf: FRF) -> tuple[list[str], np.ndarray]:
-    """Headers and real numbers (n_f, n) of FRFs, frequency first: real and imaginary parts, then coherences."""
+    """Return headers and real numbers (n_f, n) of FRFs, frequency first: real and imaginary parts, then coherences."""
     headers, columns = ["frequency [Hz]"], [frf.frequency]
-    for one in map(frf.to_reference, frf.references):
-        names, units = frf_names(one)
+    for single in map(frf.to_reference, frf.references):
+        names, units = frf_names(single)
         headers += [f"{name} {part} [{unit}]" for name, unit in zip(names, units) for part in ("real", "imag")]
-        columns += [part for value in one.functions for part in (value.real, value.imag)]
-        if one.coherence is not None:
+        columns += [part for value in single.functions for part in (value.real, value.imag)]
+        if single.coherence is not None:
             headers += [f"{name} coherence" for name in names]
-            columns += list(one.coherence[:, 0])
+            columns += list(single.coherence[:, 0])
     return headers, np.stack(columns, axis=1)
 
 
 def _split(cell: str) -> tuple[str, str | None]:
-    """Name and unit."""
+    """Return name and unit."""
     match = _CELL.fullmatch(cell) if len(cell) < LONGEST else None
     name, square, curved = match.groups() if match else (cell, None, None)
     return name, square if square is not None else curved
@@ -320,16 +320,16 @@ def _scale(unit: str | None, quantity: str) -> float:
     return unit_factor(unit, quantity) if unit else 1.0
 
 
-def _channels_like(name: str) -> list[str]:
-    """Names of channels at the node that a name holds."""
+def _similar_channels(name: str) -> list[str]:
+    """Return channel names at the node that a name ends in."""
     node = name[len(name.rstrip("0123456789")) :][:9] or "1"
     return ["time", "frequency", "base", "force", f"acc:{node}", f"vel:{node}", f"disp:{node}", f"acc:{node}/base"]
 
 
-def _nearest(name: str, known: Sequence[str], cutoff: float = 0.6) -> str:
-    """A question after what was meant, if something like it is known."""
-    found = difflib.get_close_matches(name[:NAME_LIMIT], known, 1, cutoff)
-    return f' (did you mean "{found[0]}"?)' if found else ""
+def _suggest_name(name: str, known: Sequence[str], cutoff: float = 0.6) -> str:
+    """Return the words "(did you mean ...?)", or "" if no known name is similar."""
+    matches = difflib.get_close_matches(name[:NAME_LIMIT], known, 1, cutoff)
+    return f' (did you mean "{matches[0]}"?)' if matches else ""
 
 
 def listed(names: Iterable[str]) -> str:

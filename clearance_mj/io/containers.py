@@ -1,7 +1,7 @@
 """Channels in nested fields: structures of MATLAB, groups of HDF5 and netCDF-4, the dictionaries of SEP 005.
 
-Programs store a channel as numbers beside fields that say its name, unit and sampling interval or rate, or times; what
-a level says holds for those below it. Known are the fields of Simcenter (``x_values.increment``, ``y_values.values``),
+Programs store a channel as numbers next to fields with its name, unit and sampling interval or rate, or times; fields
+of a level hold for those below it. Known are the fields of Simcenter (``x_values.increment``, ``y_values.values``),
 B&K (``File_Header``, ``Channel_1_Header``, ``Channel_1_Data``), Rattlesnake (``time_data``, ``channels``) and SEP 005
 (``data``, ``fs``, ``name``, ``unit_str``; sdypy's), and others that are named as these are.
 """
@@ -46,29 +46,29 @@ Fields = Mapping[str, Any]
 
 
 def waveforms(fields: Fields, notes: list[str], name: str = "", above: Fields | None = None) -> Iterator[Waveform]:
-    """Return the channels in nested fields; ``above`` is what the levels above say."""
-    said = {**(above or {}), **_said(fields)}
+    """Return the channels in nested fields; ``above`` is the metadata of the levels above."""
+    metadata = {**(above or {}), **_metadata(fields)}
     arrays = {key: np.asarray(value) for key, value in fields.items() if _is_array(value)}
     longest = max((max(array.shape) for array in arrays.values()), default=0)
     times = [key for key, array in arrays.items() if is_time(key) and array.size == longest]
     for key, array in arrays.items():
         if key in times or max(array.shape) != longest:
             continue
-        own = said | _said(fields.get(_header(key), {}))
-        if times and "step" not in own:
-            unit = str(_said(fields.get(_header(times[0]), {})).get("unit", ""))
-            own["time"] = np.ravel(arrays[times[0]]) * (quantity_of(unit, ["time"]) or ("", 1.0))[1]
-        yield from _columns(array, name if _NUMBERS.fullmatch(key) and name else key, own, notes)
+        merged = metadata | _metadata(fields.get(_header(key), {}))
+        if times and "step" not in merged:
+            unit = str(_metadata(fields.get(_header(times[0]), {})).get("unit", ""))
+            merged["time"] = np.ravel(arrays[times[0]]) * (quantity_of(unit, ["time"]) or ("", 1.0))[1]
+        yield from _columns(array, name if _NUMBERS.fullmatch(key) and name else key, merged, notes)
     for key, value in fields.items():
         below = value if isinstance(value, list | tuple) else [value]
         for i, item in enumerate(below, 1):
             if isinstance(item, Mapping) and "time_data" not in fields:
                 label = f"{key}:{i}" if len(below) > 1 else key
-                yield from waveforms(item, notes, name if _NUMBERS.fullmatch(key) and name else label, said)
+                yield from waveforms(item, notes, name if _NUMBERS.fullmatch(key) and name else label, metadata)
 
 
 def _header(key: str) -> str:
-    """Return the name of the fields that stand beside the numbers of a name."""
+    """Return the key of the fields that describe the numbers under a key."""
     return f"{key.removesuffix('Data')}Header"
 
 
@@ -81,60 +81,60 @@ def _has_array(value: Any) -> bool:
     return _is_array(value) or (isinstance(value, Mapping) and any(map(_has_array, value.values())))
 
 
-def _said(fields: Fields) -> dict[str, Any]:
-    """Return what fields say by its meaning, also those below that hold no channels unless they contradict."""
-    own: dict[str, Any] = {}
+def _metadata(fields: Fields) -> dict[str, Any]:
+    """Return the metadata in fields by its meaning, that of nested fields without channels included if it agrees."""
+    level: dict[str, Any] = {}
     below: dict[str, Any] = {}
     headers = {_header(key) for key in fields}
     for key, value in fields.items():
         if isinstance(value, Mapping) and key not in headers and not _has_array(value):
-            found = _said(value)
-            if "step" in found and "unit" in found:
-                found["axis"] = found.pop("unit")
-            below |= {meaning: v if below.get(meaning, v) == v else None for meaning, v in found.items()}
+            nested = _metadata(value)
+            if "step" in nested and "unit" in nested:
+                nested["axis"] = nested.pop("unit")
+            below |= {meaning: v if below.get(meaning, v) == v else None for meaning, v in nested.items()}
         elif meaning := _MEANING.get(re.sub(r"[\W_]", "", key.lower())):
             plain = value.ravel().tolist() if isinstance(value, np.ndarray) else value
-            own.setdefault(meaning, plain[0] if isinstance(plain, list) and len(plain) == 1 else plain)
-    return {meaning: value for meaning, value in (below | own).items() if value is not None}
+            level.setdefault(meaning, plain[0] if isinstance(plain, list) and len(plain) == 1 else plain)
+    return {meaning: value for meaning, value in (below | level).items() if value is not None}
 
 
-def _columns(array: np.ndarray, name: str, said: Fields, notes: list[str]) -> Iterator[Waveform]:
+def _columns(array: np.ndarray, name: str, metadata: Fields, notes: list[str]) -> Iterator[Waveform]:
     """Return the channels of numbers (n,), (n, n_channels) or (n_channels, n)."""
-    axis = quantity_of(str(said.get("axis") or "s"), ["time"])
+    axis = quantity_of(str(metadata.get("axis") or "s"), ["time"])
     if axis is None or array.dtype.kind == "c":
         notes.append(
-            f'left out "{name}", which is {"complex" if axis else "over " + str(said["axis"])}, no time record'
+            f'left out "{name}", which is {"complex" if axis else "over " + str(metadata["axis"])}, no time record'
         )
         return
-    start, time, rate = _number(said.get("start")) * axis[1], None, _number(said.get("rate")) or None
-    if step := _number(said.get("step")) * axis[1]:
+    start, time, rate = _number(metadata.get("start")) * axis[1], None, _number(metadata.get("rate")) or None
+    if step := _number(metadata.get("step")) * axis[1]:
         rate = simplest_rate(step, 1e-12 * step)
-    elif "time" in said:
-        start, time, rate = 0.0, np.asarray(said["time"], float), None
+    elif "time" in metadata:
+        start, time, rate = 0.0, np.asarray(metadata["time"], float), None
     rows = np.atleast_2d(array if array.ndim == 1 or array.shape[0] < array.shape[1] else array.T)
     for i, value in enumerate(rows):
         meanings = ("unit", "name", "node", "direction")
-        unit, label, node, direction = (_of(said.get(meaning), i, len(rows)) for meaning in meanings)
+        unit, label, node, direction = (_channel_text(metadata.get(meaning), i, len(rows)) for meaning in meanings)
         label = name if not label or is_time(label) else label
-        label = label if len(rows) == 1 or isinstance(said.get("name"), list) else f"{label}:{i + 1}"
+        label = label if len(rows) == 1 or isinstance(metadata.get("name"), list) else f"{label}:{i + 1}"
         dof = f"{node}:{(direction[-1:] + direction[:-1]) or 'S'}"
-        found = quantity_of(unit)
-        if found and node.isdecimal() and dof.partition(":")[2] in DIRECTIONS:
-            label = channel_name(dof, found[0])
+        measure = quantity_of(unit)
+        if measure and node.isdecimal() and dof.partition(":")[2] in DIRECTIONS:
+            label = channel_name(dof, measure[0])
         yield Waveform(label, unit, np.asarray(value, float), rate, start, name, time, 1e-9)
 
 
-def _of(said: Any, i: int, count: int) -> str:
-    """Return what is said of one of several channels, or of all."""
-    if isinstance(said, list):
-        said = said[i] if len(said) == count else ""
-    return said.decode(errors="replace") if isinstance(said, bytes) else str(said or "").strip()
+def _channel_text(entry: Any, i: int, count: int) -> str:
+    """Return the entry of channel ``i`` as text, from a list with one entry per channel or a single entry for all."""
+    if isinstance(entry, list):
+        entry = entry[i] if len(entry) == count else ""
+    return entry.decode(errors="replace") if isinstance(entry, bytes) else str(entry or "").strip()
 
 
-def _number(said: Any) -> float:
+def _number(entry: Any) -> float:
     """Return a positive or negative number, 0 for anything else."""
     try:
-        return float(said)
+        return float(entry)
     except (TypeError, ValueError):
         return 0.0
 
@@ -143,15 +143,15 @@ def fields_of_hdf5(group: h5py.Group) -> dict[str, Any]:
     """Return groups, data sets and attributes of HDF5 as nested fields; attributes of numbers as their header."""
     import h5py
 
-    found: dict[str, Any] = dict(group.attrs)
+    fields: dict[str, Any] = dict(group.attrs)
     for key, item in group.items():
         if hasattr(item, "items"):
-            found[key] = fields_of_hdf5(item)
+            fields[key] = fields_of_hdf5(item)
         elif (item.shape is not None and item.dtype.kind in "iufS") or h5py.check_string_dtype(item.dtype):
             # A dimension of netCDF-4 is stored as a data set of zeros.
             if not str(item.attrs.get("NAME", b"")).strip("b'").startswith("This is a netCDF dimension but"):
-                found |= {key: item[()], _header(key): dict(item.attrs)}
-    return found
+                fields |= {key: item[()], _header(key): dict(item.attrs)}
+    return fields
 
 
 def from_sep005(series: Sequence[Fields]) -> list[Channel]:
@@ -184,7 +184,7 @@ def to_sep005(channels: Sequence[Channel]) -> list[dict[str, Any]]:
     Parameters
     ----------
     channels : sequence of Channel
-        What `clearance_mj.read` returns of a file of time records.
+        Time records, as `clearance_mj.read` returns them.
     """
     series = []
     for channel in channels:

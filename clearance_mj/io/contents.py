@@ -1,4 +1,4 @@
-"""What a file holds that holds several kinds of things."""
+"""Contents of files that hold several kinds of data."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _KINDS: dict[str, type] = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FileContents(Shown):
-    """All that one file holds; FRFs, spectra or modes that do not share lines, quantity or nodes are several."""
+    """All data of one file; FRFs, spectra or modes of different lines, quantity or nodes are several objects."""
 
     channels: tuple[Channel, ...] = ()
     """time records"""
@@ -46,12 +46,12 @@ class FileContents(Shown):
 
     @property
     def parts(self) -> dict[str, Any]:
-        """Everything by the name that `pick` takes: "channels", "frf", "spectra 1", "spectra 2", "geometry" ..."""
-        found: dict[str, Any] = {"channels": [*self.channels]} if self.channels else {}
-        for name, things in (("frf", self.frfs), ("spectra", self.spectra), ("modes", self.mode_sets)):
-            numbered = [f"{name} {i}" for i in range(1, len(things) + 1)] if len(things) > 1 else [name]
-            found |= dict(zip(numbered, things))
-        return found | ({} if self.geometry is None else {"geometry": self.geometry})
+        """All parts by the name that `pick` takes: "channels", "frf", "spectra 1", "spectra 2", "geometry" ..."""
+        parts: dict[str, Any] = {"channels": [*self.channels]} if self.channels else {}
+        for name, objects in (("frf", self.frfs), ("spectra", self.spectra), ("modes", self.mode_sets)):
+            numbered = [f"{name} {i}" for i in range(1, len(objects) + 1)] if len(objects) > 1 else [name]
+            parts |= dict(zip(numbered, objects))
+        return parts | ({} if self.geometry is None else {"geometry": self.geometry})
 
     @property
     def unplaced(self) -> tuple[str, ...]:
@@ -62,7 +62,7 @@ class FileContents(Shown):
         return self.geometry.missing(dict.fromkeys(label for labels in responses for label in labels))
 
     def pick(self, what: str) -> Any:
-        """Return one thing that the file holds.
+        """Return one part of the file.
 
         Parameters
         ----------
@@ -73,14 +73,14 @@ class FileContents(Shown):
         Raises
         ------
         RecordError
-            If there is no such thing, or several without a number; the message names what there is.
+            If there is no such part, or several without a number; the message names those there are.
         """
         parts = self.parts
         if what in parts:
             return parts[what]
-        named = ", ".join(f'"{name}" ({in_words(part)})' for name, part in parts.items())
+        listing = ", ".join(f'"{name}" ({in_words(part)})' for name, part in parts.items())
         several = [name for name in parts if name.startswith(f"{what} ")]
-        raise RecordError(f'holds {"several" if several else "no"} "{what}"; choose one of {named}')
+        raise RecordError(f'holds {"several" if several else "no"} "{what}"; choose one of {listing}')
 
     def _overview(self) -> Overview:
         parts = self.parts
@@ -91,7 +91,7 @@ class FileContents(Shown):
 
 
 def in_words(part: Any) -> str:
-    """Return what a part of a file is."""
+    """Return a description of a part of a file, in words."""
     if isinstance(part, list):
         return f"{len(part)} time records: {few([c.name for c in part], 4)}"
     if isinstance(part, FRF):
@@ -105,13 +105,13 @@ def in_words(part: Any) -> str:
 
 
 def picked(obj: Any, what: str) -> Any:
-    """Return what is asked for of what a file held; refuses other kinds and names what there is."""
+    """Return one kind of a file's data; refuses a kind that it does not hold and names those that it does."""
     if isinstance(obj, FileContents):
         return obj.pick(what)
     name = what.split(" ")[0]
     if name not in _KINDS:
         raise RecordError(f'"{what}" is unknown; use {", ".join(_KINDS)}')
     if not isinstance(obj, _KINDS[name]):
-        there = next((name for name, kind in _KINDS.items() if isinstance(obj, kind)), type(obj).__name__)
-        raise RecordError(f'holds no "{what}"; it holds "{there}"')
+        actual = next((name for name, kind in _KINDS.items() if isinstance(obj, kind)), type(obj).__name__)
+        raise RecordError(f'holds no "{what}"; it holds "{actual}"')
     return obj

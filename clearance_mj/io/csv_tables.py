@@ -2,7 +2,7 @@
 
 How columns are named: `clearance_mj.io.columns`. Tables of data loggers are read as they are: what separates columns
 and decimals, where the numbers begin, units and the sampling rate above them are looked for (`clearance_mj.io.tables`),
-and one `RecordNote` says what was found that the file does not say itself. A file without a header has columns named
+and one `RecordNote` says what was guessed that the file does not say itself. A file without a header has columns named
 "1", "2", ..., which are mapped.
 """
 
@@ -55,22 +55,22 @@ def read_csv(path: str | PathLike[str], columns: Columns = None, fs: Rate = None
 
 
 def read_columns(path: str | PathLike[str]) -> dict[str, np.ndarray]:
-    """Read the columns (n,) of a text table under their headers, with units in brackets, whatever they are.
+    """Read all columns (n,) of a text table under their headers, with units in brackets.
 
-    Numbers are in their own units, nan where there is none; dates and clock times are s from the first one. Of a file
+    Numbers are as in the file, nan where there is none; dates and clock times are s from the first one. Of a file
     without a header the columns are named "1", "2", ...
     """
     data, encoding = read_text(path)
     with naming(path):
         notes = [] if encoding == "UTF-8" else [encoding]
         body = _body(data, notes)
-        cells, found = unique_names(_names(body, True)[0], notes), dict[str, np.ndarray]()
+        cells, columns = unique_names(_names(body, True)[0], notes), dict[str, np.ndarray]()
         for index, cell in enumerate(cells):
             if body.kind(index) != "empty":
                 stamps = read_stamps(body.frame[index]) if body.kind(index) == "stamp" else None
-                found[cell] = stamps[0] if stamps else body.numbers(index)
+                columns[cell] = stamps[0] if stamps else body.numbers(index)
     note(path, notes)
-    return found
+    return columns
 
 
 def write_csv(path: str | PathLike[str], obj: Contents) -> None:
@@ -89,18 +89,18 @@ def _with_time(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
 
 
 def _body(data: bytes, notes: list[str]) -> Body:
-    """Find the numbers of a text table."""
+    """Find and read the numbers of a text table."""
     if b"\r" in data and data.count(b"\r") > data.count(b"\r\n"):
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     head = data[:HEAD].splitlines(keepends=True)
     layout = find_layout(head)
     above = [line.decode().rstrip() for line in head[: layout.first]]
-    notes += _said(layout, above)
+    notes += _describe_style(layout, above)
     return read_body(data, sum(map(len, head[: layout.first])), layout, notes)
 
 
 def read_table(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents:
-    """Return what the UTF-8 text of a table holds, as `read_csv` does."""
+    """Return the time records or FRFs of a table in UTF-8, as `read_csv` does."""
     notes = rates.notes
     body = _body(data, notes)
     cells, line = _names(body, bool(mapped))
@@ -120,8 +120,8 @@ def read_table(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents
     )
 
 
-def _said(layout: Layout, above: Sequence[str]) -> list[str]:
-    """Say how a table is written, if otherwise than we do."""
+def _describe_style(layout: Layout, above: Sequence[str]) -> list[str]:
+    """Return in words how a table's style differs from the one that `write_csv` writes."""
     style, words = layout.style, []
     if style.point != ".":
         words.append("decimal commas")
@@ -139,7 +139,7 @@ def _said(layout: Layout, above: Sequence[str]) -> list[str]:
 
 
 def _names(body: Body, is_mapped: bool) -> tuple[list[str], int]:
-    """Names of the columns, and the number of the line in which they are."""
+    """Return the names of the columns and the number of their line."""
     layout = body.layout
     first = layout.first + 1
     width = next((i for i in range(body.frame.shape[1], 0, -1) if body.kind(i - 1) != "empty"), 1)
@@ -158,19 +158,19 @@ def _names(body: Body, is_mapped: bool) -> tuple[list[str], int]:
 
 def _channels(body: Body, used: Sequence[Column], of_time: frozenset[int], notes: list[str]) -> list[Column]:
     """Return the columns that are channels; raw ones of no use are left out."""
-    found = []
+    channels = []
     for column in used:
         if column.index in of_time:
             continue
-        if why := _useless(body, column) if column.is_raw else "":
-            notes.append(f'left out "{column.name}", {why}')
+        if reason := _why_unusable(body, column) if column.is_raw else "":
+            notes.append(f'left out "{column.name}", {reason}')
         else:
-            found.append(column)
-    return found
+            channels.append(column)
+    return channels
 
 
-def _useless(body: Body, column: Column) -> str:
-    """Why a raw column is no channel, or nothing."""
+def _why_unusable(body: Body, column: Column) -> str:
+    """Return why a raw column cannot be a channel, or "" if it can."""
     kind = body.kind(column.index)
     if kind == "empty":
         return "which is empty"
@@ -201,10 +201,10 @@ def _numbers(body: Body, column: Column, cells: Sequence[str], needed: bool = Fa
     line, row = body.lines[wrong[0][0]][0], wrong[0][1]
     if index >= len(row):
         raise RecordError(f"line {line}: has {len(row)} columns, the header {len(cells)}")
-    found = f'"{row[index]}"' if row[index] else "an empty cell"
+    cell = f'"{row[index]}"' if row[index] else "an empty cell"
     more = f" (so have {len(wrong) - 1} more lines)" if len(wrong) > 1 else ""
     raise RecordError(
-        f'line {line}, column {index + 1} "{name}": {found} is not a number{more}; mend it, end the file before it, or '
+        f'line {line}, column {index + 1} "{name}": {cell} is not a number{more}; mend it, end the file before it, or '
         f'leave the column out ("{name}={SKIP}")'
     )
 

@@ -47,7 +47,7 @@ class Dataset(Shown):
     Raises
     ------
     RecordError
-        If there is no record or two share a name.
+        If there is no record, or two have the same name.
     """
 
     rig: Rig
@@ -71,13 +71,13 @@ class Dataset(Shown):
 
     def _overview(self) -> Overview:
         rows = [record.row() for record in self.records[:SHOWN_RECORDS]]
-        left = len(self.records) - len(rows)
+        hidden = len(self.records) - len(rows)
         facts = {
             "rig": f"{len(self.rig.bushings)} clearances, {len(self.rig.sensors)} sensors",
             "folder": "" if self.path is None else str(self.path),
             "records": f"{len(self.identify)} to identify, {len(self.validate)} to validate, {len(self.sines)} of sines"
             + (f", {len(self.orbits)} of orbits" if self.orbits else "")
-            + (f"; the first {SHOWN_RECORDS}:" if left else ""),
+            + (f"; the first {SHOWN_RECORDS}:" if hidden else ""),
         }
         return Overview(f"Dataset of rig “{self.rig.name}”", facts, [HEAD, *rows])
 
@@ -110,18 +110,18 @@ class Dataset(Shown):
 
     @property
     def is_synthetic(self) -> bool:
-        """Whether any record's provenance says that it was computed, not measured."""
+        """True if any record's provenance says that it was computed, not measured."""
         return any("synthetic" in str(r.provenance).lower() for r in self.records)
 
     @property
     def source(self) -> str:
-        """Where the records come from, in words: what their provenance says, or the files that they were read from."""
+        """Origin of the records in words: that of their provenance, or the files that they were read from."""
         named = (r.provenance.get("source", r.provenance.get("file", "")) for r in self.records)
         return few(list(dict.fromkeys(str(name) for name in named if name))) or "the dataset does not say"
 
     @property
     def sines(self) -> tuple[Record, ...]:
-        """Records under stepped sines, to show beside what a law does under sines."""
+        """Records under stepped sines, to compare with a law's response to sines."""
         return tuple(r for r in self.records if r.role == "sine")
 
     @classmethod
@@ -143,7 +143,7 @@ class Dataset(Shown):
         path = Path(path)
         where = path / "dataset.toml"
         if not where.exists():
-            raise RecordError(f"{path}: {_what_is_wrong(path)}; {_NEEDS}")
+            raise RecordError(f"{path}: {_fault_of_folder(path)}; {_NEEDS}")
         data = read_plain(where, RecordError)
         rig = Rig.load(path / "rig.toml")
         try:
@@ -155,7 +155,7 @@ class Dataset(Shown):
             raise RecordError(text if text.startswith(str(path)) else f"{where}: {text}") from None
 
 
-def _what_is_wrong(path: Path) -> str:
+def _fault_of_folder(path: Path) -> str:
     if not path.is_dir():
         return "is not a folder" if path.exists() else "does not exist"
     return "has no dataset.toml" if any(path.iterdir()) else "is empty"
@@ -180,7 +180,7 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
     Raises
     ------
     RecordError
-        If a record is of another rig, two share a name, a provenance holds what TOML cannot, or a file is in the way
+        If a record is of another rig, two have one name, a provenance holds what TOML cannot, or a file is in the way
         that the folder's list of records does not name.
     """
     path = Path(path)
@@ -190,8 +190,8 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
         if record.rig != rig:
             raise RecordError(f'{path}: record "{record.name}" was measured on another rig, "{record.rig.name}"')
     known = Dataset.load(path) if (path / "dataset.toml").exists() else None
-    added = _added(records, known) if known else None
-    new = [record for record in records if not _is_from(record, path)] if added is None else added
+    added = _records_to_append(records, known) if known else None
+    new = [record for record in records if not _is_stored_in(record, path)] if added is None else added
     head = "" if added is None else (path / "dataset.toml").read_text(encoding="utf-8").rstrip() + "\n\n"
     with naming(f"{path}: a provenance holds what TOML cannot", TypeError, RecordError):
         text = head + tomli_w.dumps({"records": [_table(record) for record in (records if added is None else added)]})
@@ -204,12 +204,12 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
         temporary.write_text(text, encoding="utf-8")
 
 
-def _added(records: Sequence[Record], known: Dataset) -> list[Record] | None:
-    """Records to put to the end of a list whose others stay as they are; None if they do not, or it cannot go on."""
-    kept, new = records[: len(known.records)], list(records[len(known.records) :])
-    if len(kept) < len(known.records) or not new or known.path is None:
+def _records_to_append(records: Sequence[Record], known: Dataset) -> list[Record] | None:
+    """Return the records to append to a list whose others stay as they are; None if they do not, or it cannot go on."""
+    first, new = records[: len(known.records)], list(records[len(known.records) :])
+    if len(first) < len(known.records) or not new or known.path is None:
         return None
-    for record, old in zip(kept, known.records):
+    for record, old in zip(first, known.records):
         same = isinstance(record.channels, FileChannels) and record.channels.path.samefile(_file_of(old))
         if not (same and _table(record) == _table(old)):
             return None
@@ -222,8 +222,8 @@ def _file_of(record: Record) -> Path:
     return record.channels.path
 
 
-def _is_from(record: Record, path: Path) -> bool:
-    """Whether the samples of a record are those of its file in a folder."""
+def _is_stored_in(record: Record, path: Path) -> bool:
+    """Return True if the samples of a record are those of its file in a folder."""
     file = path / f"{record.name}.uff"
     return isinstance(record.channels, FileChannels) and file.exists() and record.channels.path.samefile(file)
 
@@ -294,7 +294,7 @@ class _List:
 
 
 def _table(record: Record) -> dict[str, Any]:
-    """Return what dataset.toml says of a record."""
+    """Return the table of a record in dataset.toml."""
     table: dict[str, Any] = {"name": record.name, "file": f"{record.name}.uff", "role": record.role}
     table |= {"excitation": record.description, "kind": record.excitation_kind}
     table |= {name: getattr(record, name) for name in ("fs", "level", "seed", "band", "provenance", "direction")}

@@ -39,9 +39,7 @@ __all__ = [
 
 BUILT_IN = (uff, csv_tables, mat, lvm, tdms, mdf, sheets, results)  # modules of the package that register formats
 OPTIONS = {"columns": "names of columns are", "fs": "a sampling rate is", "units": "units are"}
-Contents = (
-    list[Channel] | Response | FRF | Spectra | Modes | Geometry | Rig | Law | Dataset | FileContents
-)  # What files hold.
+Contents = list[Channel] | Response | FRF | Spectra | Modes | Geometry | Rig | Law | Dataset | FileContents  # of files
 Columns = Mapping[str, str]
 
 
@@ -67,17 +65,17 @@ def read(
     reference : str, optional
         Reference, such as "5:+Z", to which FRFs are returned where a file has several.
     what : str, optional
-        What to return of a file that holds several things: "channels", "frf", "spectra", "modes" or "geometry".
+        Part to return of a file that holds several: "channels", "frf", "spectra", "modes" or "geometry".
     units : str, optional
         Units of a universal file, whatever its data set 164 says: "SI", or length and force, such as "mm,N".
     resample : float, optional
-        Samples per second to which all time records are brought, over the time that they share; those at uneven times
+        Samples per second to which all time records are brought, over the time common to all; those at uneven times
         are interpolated. A `RecordNote` says so.
 
     Returns
     -------
     list of Channel, Response, FRF, Spectra, Modes, Geometry, Rig, Law, Dataset or FileContents
-        What the file holds: time records are channels. Of several things a `FileContents`, which shows them.
+        Data of the file: time records are channels, several kinds of data a `FileContents`, which lists them.
 
     Raises
     ------
@@ -86,24 +84,24 @@ def read(
     """
     if Path(path).is_dir():
         return Dataset.load(Path(path))
-    known = format_of(path)
-    given: dict[str, Any] = {"columns": columns or None, "fs": fs, "reference": reference, "units": units}
-    given["resample"] = resample
-    given = {name: value for name, value in given.items() if value is not None}
-    for name in given.keys() - {*known.options, "reference", "resample"}:
+    fmt = format_of(path)
+    options: dict[str, Any] = {"columns": columns or None, "fs": fs, "reference": reference, "units": units}
+    options["resample"] = resample
+    options = {name: value for name, value in options.items() if value is not None}
+    for name in options.keys() - {*fmt.options, "reference", "resample"}:
         names = sorted({f.name for f in FORMATS.values() if name in f.options})
         raise RecordError(f"{path}: {OPTIONS[name]} for {', '.join(names)} files")
-    obj = known.read(path, **{name: value for name, value in given.items() if name in known.options})
+    obj = fmt.read(path, **{name: value for name, value in options.items() if name in fmt.options})
     with naming(path):
         if what is not None:
             obj = picked(obj, what)
         if resample is not None:
-            obj = _resampled(path, obj, resample)
+            obj = _resample(path, obj, resample)
         return obj if reference is None or not isinstance(obj, FRF) else obj.to_reference(reference)
 
 
-def _resampled(path: str | PathLike[str], obj: Contents, rate: float) -> Contents:
-    """Return what a file holds with its time records at one rate."""
+def _resample(path: str | PathLike[str], obj: Contents, rate: float) -> Contents:
+    """Return a file's data with its time records resampled to one rate."""
     notes: list[str] = []
     if isinstance(obj, FileContents) and obj.channels:
         obj = dataclasses.replace(obj, channels=tuple(on_one_axis(obj.channels, rate, notes)))
@@ -116,7 +114,7 @@ def _resampled(path: str | PathLike[str], obj: Contents, rate: float) -> Content
 
 
 def _kind(obj: object) -> type:
-    """Key of `WORDS`, or the type of an object that no file holds."""
+    """Return the key of `WORDS`, or the type of an object that no file holds."""
     if isinstance(obj, list | tuple) and all(isinstance(item, Channel) for item in obj):
         return Channel
     return next((kind for kind in WORDS if isinstance(obj, kind)), type(obj))
@@ -135,7 +133,7 @@ def read_channels(
     channel_map: ChannelMap | None = None,
     resample: float | None = None,
 ) -> list[Channel]:
-    """Read a file of time records, whose channels are what a map says.
+    """Read a file of time records and apply a map of channels to it.
 
     ``rig`` says at which nodes the displacements of a simulated response are; the rest as `read` takes it.
     """
@@ -166,7 +164,7 @@ def read_record(
     """Read a file with the time records of one test on a rig, which is named after the file.
 
     ``columns``, ``fs``, ``units``, ``channel_map`` and ``resample`` as `read_channels` takes them; ``kind`` of
-    excitation, by default "spin" of orbits, else what the rig's shaker does, or the other input if that alone was
+    excitation, by default "spin" of orbits, else that of the rig's shaker, or the other input if that alone was
     recorded; ``described``: description, level, seed, band, spin of `Record`.
     """
     path = Path(path)
@@ -175,17 +173,17 @@ def read_record(
     name = re.sub(r"[^A-Za-z0-9._-]", "_", stem)[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):
-        driven = kind or ("spin" if role == "orbit" else driving_kind(channels, rig))
-        return Record(name, role, rig, channels[0].fs, channels, driven, provenance=origin, **described)
+        drive = kind or ("spin" if role == "orbit" else driving_kind(channels, rig))
+        return Record(name, role, rig, channels[0].fs, channels, drive, provenance=origin, **described)
 
 
 def driving_kind(channels: Sequence[Channel], rig: Rig) -> Kind:
-    """Return what drove a test: what the rig's shaker does, or the other input if that alone was recorded.
+    """Return the kind of excitation of a test: the rig's shaker's, or the other if that alone was recorded.
 
     Parameters
     ----------
     channels : sequence of Channel
-        What was recorded.
+        Channels that were recorded.
     rig : Rig
         The rig; its shaker says where a force acts.
     """
@@ -245,8 +243,8 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
     obj : list of Channel, Response, FRF, Spectra, Modes, Geometry, FileContents, Rig or Law
-        A format that does not hold responses gets the channels that one amounts to; one that holds a single thing gets
-        the one of several that it can hold, if there is just one.
+        A format without responses gets the channels of one; a format with a single kind of data gets the one part of
+        several that it can hold, if there is just one.
     rig : Rig, optional
         Rig whose nodes are written too where the format has a place for them, see `clearance_mj.write_uff`.
 
@@ -255,31 +253,29 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
     RecordError
         If the suffix is unknown or the format cannot hold the object.
     """
-    known = format_of(path)
+    fmt = format_of(path)
     if Path(path).suffix.lower() == ".gz":
         raise RecordError(f"{path}: compressed files are read, not written")
-    if isinstance(obj, Response) and Response not in known.holds and Channel in known.holds:
+    if isinstance(obj, Response) and Response not in fmt.holds and Channel in fmt.holds:
         obj = [*to_channels(obj, rig), *force_channels(obj, rig)]
-    whole = isinstance(obj, FileContents) and known.geometry
-    if isinstance(obj, FileContents) and not whole:
-        fitting = {name: part for name, part in obj.parts.items() if _kind(part) in known.holds}
+    holds_all = isinstance(obj, FileContents) and fmt.geometry
+    if isinstance(obj, FileContents) and not holds_all:
+        fitting = {name: part for name, part in obj.parts.items() if _kind(part) in fmt.holds}
         if len(fitting) != 1:
             names = ", ".join(f'"{name}"' for name in fitting) or f"none of {', '.join(obj.parts)}"
-            raise RecordError(f"{path}: {known.name} files take one of {names}; choose it (what=, --what)")
+            raise RecordError(f"{path}: {fmt.name} files take one of {names}; choose it (what=, --what)")
         (obj,) = fitting.values()
-    if known.write is None or not (whole or _kind(obj) in known.holds):
+    if fmt.write is None or not (holds_all or _kind(obj) in fmt.holds):
         suffixes = [suffix for suffix, f in FORMATS.items() if f.write and _kind(obj) in f.holds]
-        instead = f"; use {', '.join(suffixes)}" if suffixes else ""
-        raise RecordError(
-            f"{path}: {known.name} files cannot take {WORDS.get(_kind(obj), type(obj).__name__)}{instead}"
-        )
-    if isinstance(obj, FRF) and obj.window_rate and known.name in ("CSV", "MATLAB"):
+        remedy = f"; use {', '.join(suffixes)}" if suffixes else ""
+        raise RecordError(f"{path}: {fmt.name} files cannot take {WORDS.get(_kind(obj), type(obj).__name__)}{remedy}")
+    if isinstance(obj, FRF) and obj.window_rate and fmt.name in ("CSV", "MATLAB"):
         note(path, [f"has no place for the exponential window of the FRFs, {obj.window_rate:.4g} 1/s; .uff has"])
-    known.write(path, obj, *([rig] if known.geometry else []))
+    fmt.write(path, obj, *([rig] if fmt.geometry else []))
 
 
 def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
-    """Return the channels of a response: excitation, what sensors read and, with a rig, displacements in clearances.
+    """Return the channels of a response: excitation, sensors' signals and, with a rig, displacements in clearances.
 
     Contact and grease forces are not among them, see `force_channels`: nothing measures them.
     """
@@ -303,13 +299,13 @@ def force_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
 
     Without a rig they are numbered.
     """
-    found = []
+    channels = []
     for name in ("contact_force", "grease_force"):
         force = getattr(response, name)
         rows = () if force is None else force
         for label, row in zip(rig.probe_labels if rig else range(1, len(rows) + 1), rows):
-            found.append(Channel(f"{name.replace('_', ' ')} {label}", *NOWHERE, "force", row, response.fs))
-    return found
+            channels.append(Channel(f"{name.replace('_', ' ')} {label}", *NOWHERE, "force", row, response.fs))
+    return channels
 
 
 register(Format("TOML", (".toml",), (Rig,), Rig.load, lambda path, rig: rig.save(path), note="a rig"))

@@ -1,7 +1,7 @@
-"""Samples that a file does not have: codes of overloads and of missing numbers, empty cells; and what is read then.
+"""Missing samples: codes of overloads and of missing numbers, empty cells; and the stretch that is read without them.
 
-A code is never a number. Channels that share their times are read over the longest stretch in which all of them have
-numbers, at its own times; a channel that lacks a tenth of its numbers or more is left out. A note says so.
+A code is never a number. Channels of the same times are read over the longest stretch in which all of them have
+numbers, at its times; a channel that lacks a tenth of its numbers or more is left out. A note says so.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .channels import Channel
 __all__ = ["GAPS", "WORDS", "Samples", "gapless_channels", "is_code", "without_codes"]
 
 GAPS = 0.1
-"""Share of missing numbers from which on a channel is left out, or taken for one that is sampled more slowly"""
+"""Fraction of missing numbers from which on a channel is left out, or taken for one that is sampled more slowly"""
 WORDS = frozenset((
     "ovl", "ovld", "ovf", "ovr", "ovrld", "overload", "overloaded", "overrange", "over range", "over-range",
     "overflow", "over", "out of range", "under", "underrange", "under range", "under-range", "underflow", "ol",
@@ -27,7 +27,7 @@ WORDS = frozenset((
     "1.#qnan", "#n/a", "#na", "#nv", "#null!", "#div/0!", "#value!", "#wert!", "#ref!", "#bezug!", "#name?", "#num!",
     "#zahl!", *(mark * n for mark in "-*#?" for n in range(2, 21)), "?", "*",
 ))  # fmt: skip
-"""What programs write in place of a number, in lower case, with or without a sign"""
+"""Words that programs write in place of a number, in lower case, with or without a sign"""
 _BEYOND = 1e30  # nothing that is measured: 9.9e37 and 9.91e37 of SCPI instruments, 3.4e38 and 1.8e308 of full registers
 _PLAIN = [-999.0, -999.25, -999.9, -999.99, *(s * x for s in (-1, 1) for x in (9999, 9999.9, 9999.99, 99999, 999999))]
 _SENTINELS = frozenset(float(kind(code)) for code in _PLAIN for kind in (np.float64, np.float32))
@@ -37,57 +37,57 @@ _APART = 0.1  # of the range of all other numbers, by which such a code must lie
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Numbers of a channel before they are one."""
+    """Numbers of a channel as read, with missing ones, before they are scaled."""
 
     name: str
     value: np.ndarray  #: (n,) as in the file, nan where there is none
     fs: float  #: Hz
     start: float  #: s
     channel: Callable[[np.ndarray, float, float], Channel]  #: of numbers, rate and start
-    code: str = ""  #: what stands in the place of the first number that is missing
+    code: str = ""  #: text in place of the first missing number
 
 
 def is_code(cell: str) -> bool:
-    """Whether a cell is empty, or holds what programs write where they have no number."""
+    """Return True if a cell is empty, or holds a word that programs write in place of a number."""
     plain = cell.strip().lower()
     return not plain or plain in WORDS or plain.lstrip("+-") in WORDS
 
 
 def gapless_channels(parts: Sequence[Samples], notes: list[str]) -> list[Channel]:
-    """Return channels over the longest stretch in which all of the same times have numbers; notes say what lacks."""
+    """Return channels over the longest stretch in which all of the same times have numbers; notes name the gaps."""
     groups: dict[tuple[int, float, float], list[tuple[Samples, np.ndarray]]] = {}
     for part in parts:
         if not 0 < part.fs < np.inf:
             raise RecordError(f'"{part.name}": the sampling rate must be > 0 Hz, got {part.fs:g}')
         value, code = without_codes(part.value)
-        lacking = np.isnan(value)
-        words = f'"{part.name}" lacks {lacking.sum()} of {value.size} numbers ({part.code or code or "no number"})'
-        if lacking.mean() >= GAPS:
+        missing = np.isnan(value)
+        words = f'"{part.name}" lacks {missing.sum()} of {value.size} numbers ({part.code or code or "no number"})'
+        if missing.mean() >= GAPS:
             notes.append(f"{words} and is left out")
             continue
-        if lacking.any():
-            notes.append(f"{words}, the first at {part.start + lacking.argmax() / part.fs:.6g} s")
+        if missing.any():
+            notes.append(f"{words}, the first at {part.start + missing.argmax() / part.fs:.6g} s")
         groups.setdefault((value.size, part.fs, part.start), []).append((part, value))
     if not groups:
         raise RecordError(f"has no channel of numbers: {'; '.join(notes)}")
-    found: dict[int, Channel] = {}
+    channels: dict[int, Channel] = {}
     for (size, fs, start), group in groups.items():
-        whole = np.logical_and.reduce([np.isfinite(value) for _, value in group])
-        if not whole.any():
+        complete = np.logical_and.reduce([np.isfinite(value) for _, value in group])
+        if not complete.any():
             raise RecordError("has no sample at which all channels have numbers; leave some out (NAME=skip)")
-        begin, end = max(runs(whole).tolist(), key=lambda run: run[1] - run[0])  # the longest
+        begin, end = max(runs(complete).tolist(), key=lambda run: run[1] - run[0])  # the longest
         if end - begin < size:
             notes.append(
                 f"all is read from {start + begin / fs:.6g} s to {start + (end - 1) / fs:.6g} s, {end - begin} of "
                 f"{size} samples, the longest stretch without a gap"
             )
         for part, value in group:
-            found[id(part)] = part.channel(value[begin:end], fs, start + begin / fs)
-    return [found[id(part)] for part in parts if id(part) in found]
+            channels[id(part)] = part.channel(value[begin:end], fs, start + begin / fs)
+    return [channels[id(part)] for part in parts if id(part) in channels]
 
 
 def without_codes(value: np.ndarray) -> tuple[np.ndarray, str]:
-    """Return numbers with nan in place of codes, and one of these."""
+    """Return numbers with nan in place of codes, and one of the codes as text."""
     with np.errstate(invalid="ignore"):
         is_number = np.abs(value) < _BEYOND
     numbers = value if is_number.all() else value[is_number]
@@ -99,5 +99,5 @@ def without_codes(value: np.ndarray) -> tuple[np.ndarray, str]:
         codes.append(float(code))
     if is_number.all() and not codes:
         return value, ""
-    known = [*value[~is_number & ~np.isnan(value)][:1], *codes]
-    return np.where(is_number & ~np.isin(value, codes), value, np.nan), f"{known[0]:g}" if known else ""
+    examples = [*value[~is_number & ~np.isnan(value)][:1], *codes]
+    return np.where(is_number & ~np.isin(value, codes), value, np.nan), f"{examples[0]:g}" if examples else ""

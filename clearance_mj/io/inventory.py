@@ -1,4 +1,4 @@
-"""What a file holds, function by function: names, places, quantities, sizes, levels, and the course of each."""
+"""Inventory of a file: name, place, quantity, size, level and course of each function."""
 
 from __future__ import annotations
 
@@ -39,21 +39,21 @@ class Item:
     rate: str  #: in words: samples per second, distance of lines, a natural frequency
     rms: float | None = None  #: in the unit; None where it means nothing
     peak: float | None = None
-    course: np.ndarray | None = None  #: what the sparkline shows, from its lowest to its highest value
+    course: np.ndarray | None = None  #: values of the sparkline, drawn from the lowest to the highest
 
     def summary(self) -> dict[str, Any]:
-        """Return it as plain data."""
+        """Return the item as plain data."""
         plain = {name: value for name, value in vars(self).items() if name != "course"}
         return plain | {"sparkline": sparkline(self.course)}
 
 
 def inventory(obj: object, rig: Rig | None = None) -> list[Item]:
-    """Return what an object that was read holds; nothing of one that shows itself, such as a rig.
+    """Return the items of an object that was read; none of one with its own overview, such as a rig.
 
     Parameters
     ----------
     obj : object
-        What `clearance_mj.read` returned.
+        Object that `clearance_mj.read` returned.
     rig : Rig, optional
         Rig that says at which nodes the displacements of a response are.
     """
@@ -63,8 +63,8 @@ def inventory(obj: object, rig: Rig | None = None) -> list[Item]:
         obj = to_channels(obj, rig)
     if isinstance(obj, list):
         return [_of_channel(channel) for channel in obj]
-    found = next((items for kind, items in _ITEMS.items() if isinstance(obj, kind)), None)
-    return [*found(obj)] if found else []
+    items_of = next((items for kind, items in _ITEMS.items() if isinstance(obj, kind)), None)
+    return [*items_of(obj)] if items_of else []
 
 
 def _of_channel(channel: Channel) -> Item:
@@ -77,25 +77,25 @@ def _of_channel(channel: Channel) -> Item:
 
 
 def _of_frf(frf: FRF) -> Iterator[Item]:
-    apart = _apart(frf.frequency, "Hz")
+    spacing = _line_spacing(frf.frequency, "Hz")
     for label, value in zip(frf.labels, frf.functions):
         size = np.abs(value)
         with np.errstate(divide="ignore"):
             course = np.log(size)
         name = label if "/" in label or frf.references == (NOWHERE,) else f"{label}/{frf.reference}"
         largest = float(np.nanmax(size, initial=0.0))
-        yield Item("FRF", name, label, frf.quantity, frf.unit, value.size, apart, None, largest, course)
+        yield Item("FRF", name, label, frf.quantity, frf.unit, value.size, spacing, None, largest, course)
 
 
 def _of_spectra(spectra: Spectra) -> Iterator[Item]:
-    apart = _apart(spectra.abscissa, spectra.axis_unit)
+    spacing = _line_spacing(spectra.abscissa, spectra.axis_unit)
     rows = zip(spectra.names, spectra.labels, spectra.responses, spectra.quantities, spectra.units, spectra.value)
     for name, label, response, quantity, unit, value in rows:
         size = np.abs(value)
         with np.errstate(divide="ignore"):
             course = value.real if spectra.axis == "time" or spectra.kind.endswith("coherence") else np.log(size)
         place = "" if response == NOWHERE else label
-        yield Item(spectra.kind, name, place, quantity, unit, value.size, apart, None, float(size.max()), course)
+        yield Item(spectra.kind, name, place, quantity, unit, value.size, spacing, None, float(size.max()), course)
 
 
 def _of_modes(modes: Modes) -> Iterator[Item]:
@@ -108,7 +108,7 @@ def _of_modes(modes: Modes) -> Iterator[Item]:
 
 def _of_geometry(geometry: Geometry) -> Iterator[Item]:
     counts = {"lines": geometry.lines, "elements": geometry.elements, "coordinate systems": geometry.systems}
-    words = ", ".join(f"{len(things)} {name}" for name, things in counts.items() if things)
+    words = ", ".join(f"{len(parts)} {name}" for name, parts in counts.items() if parts)
     yield Item("geometry", "nodes", "", "position", "m", len(geometry.numbers), words)
 
 
@@ -117,8 +117,8 @@ _ITEMS: dict[type, Callable[[Any], Iterator[Item]]] = {
 }  # fmt: skip
 
 
-def _apart(values: np.ndarray, unit: str) -> str:
-    """Distance of lines, in words."""
+def _line_spacing(values: np.ndarray, unit: str) -> str:
+    """Return the spacing of lines, in words."""
     steps = np.diff(values)
     if not steps.size:
         return "one line"
@@ -137,8 +137,8 @@ def sparkline(course: np.ndarray | None) -> str:
     if course is None or not (finite := course[np.isfinite(course)]).size:
         return ""
     low, high = float(finite.min()), float(finite.max())
-    shown = [part.max() for part in np.array_split(finite, min(COURSE, finite.size))]
+    largest = [part.max() for part in np.array_split(finite, min(COURSE, finite.size))]
     span = high - low
     if not 0 < span < np.inf:
-        return BLOCKS[0] * len(shown)
-    return "".join(BLOCKS[min(int((value - low) / span * len(BLOCKS)), len(BLOCKS) - 1)] for value in shown)
+        return BLOCKS[0] * len(largest)
+    return "".join(BLOCKS[min(int((value - low) / span * len(BLOCKS)), len(BLOCKS) - 1)] for value in largest)

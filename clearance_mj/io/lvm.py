@@ -48,7 +48,7 @@ class LvmSegment:
     units: tuple[str, ...]  #: "" where the file gives none
     header: dict[str, str]  #: file header and segment header, the first channel's entry of each
     abscissae: np.ndarray | None = None  #: (n_channels, n) of a file that has one for each channel, or starts or steps
-    dimensions: tuple[str, ...] = ()  #: what each abscissa is, "Time" or other words
+    dimensions: tuple[str, ...] = ()  #: quantity of each abscissa, "Time" or other words
 
 
 def read_lvm(path: str | PathLike[str]) -> list[LvmSegment]:
@@ -68,7 +68,7 @@ def _read(path: str | PathLike[str]) -> tuple[list[LvmSegment], list[str]]:
 def _segments(lines: _Lines) -> list[LvmSegment]:
     if not lines.lines or not lines.lines[0].startswith("LabVIEW Measurement"):
         raise lines.error('a LabVIEW measurement file begins with "LabVIEW Measurement"')
-    lines.separator = next((found[1] for line in lines.lines[:FIRST] if (found := _SEPARATOR.match(line))), "\t")
+    lines.separator = next((match[1] for line in lines.lines[:FIRST] if (match := _SEPARATOR.match(line))), "\t")
     header = lines.header()
     separator = header.get("Separator", ["Tab"])[0]
     if separator.lower() not in SEPARATORS:
@@ -89,26 +89,26 @@ def _segments(lines: _Lines) -> list[LvmSegment]:
 def read_lvm_channels(
     path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None
 ) -> list[Channel]:
-    """Read the time records of a LabVIEW measurement file, each channel under its own name with the unit of its header.
+    """Read the time records of a LabVIEW measurement file, each channel under its name with the unit of its header.
 
-    Segments that go on where the one before ends are one record; channels of others are told apart by ", segment 2" in
+    Segments that go on where the one before ends are one record; channels of others differ by ", segment 2" in
     their names. ``columns`` gives the channel of a column by its title: ``{"Acceleration": "acc:1", "Comment":
     "skip"}``; units are those that the file says, unless the map gives another. ``fs`` (Hz) takes the place of times
     that are uneven, ``resample`` (Hz) has samples between them interpolated.
     """
     segments, notes = _read(path)
     with naming(path):
-        joined = _joined(segments)
+        joined = _join_segments(segments)
         if len(segments) > 1:
-            made = "one record" if len(joined) == 1 else f"{len(joined)} records, which do not go on from each other"
-            notes.append(f"{len(segments)} segments are {made}")
+            result = "one record" if len(joined) == 1 else f"{len(joined)} records, which do not go on from each other"
+            notes.append(f"{len(segments)} segments are {result}")
         waves = []
         for number, segment in enumerate(joined, 1):
             suffix = f", segment {number}" if number > 1 else ""
             waves += [_wave(segment, i, suffix) for i in range(len(segment.names))]
-        found = named_channels(waves, columns or {}, Rates(fs, resample, notes))
+        channels = named_channels(waves, columns or {}, Rates(fs, resample, notes))
     note(path, notes)
-    return found
+    return channels
 
 
 def _wave(segment: LvmSegment, i: int, suffix: str) -> Waveform:
@@ -122,24 +122,24 @@ def _wave(segment: LvmSegment, i: int, suffix: str) -> Waveform:
     return Waveform(name + suffix, unit, value, time=x, digits=1e-6, useless=useless, fault=fault)
 
 
-def _joined(segments: Sequence[LvmSegment]) -> list[LvmSegment]:
-    """Put segments together that go on from each other."""
-    found = [segments[0]]
+def _join_segments(segments: Sequence[LvmSegment]) -> list[LvmSegment]:
+    """Return segments, those joined that go on from each other."""
+    joined = [segments[0]]
     for new in segments[1:]:
-        last = found[-1]
+        last = joined[-1]
         if (offset := _offset(last, new)) is None:
-            found.append(new)
+            joined.append(new)
             continue
         abscissae = None
         if last.abscissae is not None and new.abscissae is not None:
             abscissae = np.concatenate((last.abscissae, new.abscissae + offset), axis=1)
         x, value = np.concatenate((last.x, new.x + offset)), np.concatenate((last.value, new.value), axis=1)
-        found[-1] = dataclasses.replace(last, x=x, value=value, abscissae=abscissae)
-    return found
+        joined[-1] = dataclasses.replace(last, x=x, value=value, abscissae=abscissae)
+    return joined
 
 
 def _offset(last: LvmSegment, new: LvmSegment) -> float | None:
-    """Return what to add to a segment's abscissa so that it goes on from another; None if it does not.
+    """Return the offset of a segment's abscissa with which it goes on from another; None if it does not.
 
     Its abscissa goes on itself, or begins anew and the clock times of the two say how much later.
     """
@@ -147,9 +147,9 @@ def _offset(last: LvmSegment, new: LvmSegment) -> float | None:
         return None
     step = (last.x[-1] - last.x[0]) / (last.x.size - 1)
     offsets = [0.0]
-    begin, then = (_seconds(segment.header.get("Time", "")) for segment in (last, new))
-    if begin is not None and then is not None:
-        offsets.append(then - begin)
+    last_begin, new_begin = (_seconds(segment.header.get("Time", "")) for segment in (last, new))
+    if last_begin is not None and new_begin is not None:
+        offsets.append(new_begin - last_begin)
     for offset in offsets:
         if abs(new.x[0] + offset - last.x[-1] - step) < 0.01 * step:
             return last.x[-1] + step - new.x[0] if offset else 0.0
@@ -157,9 +157,9 @@ def _offset(last: LvmSegment, new: LvmSegment) -> float | None:
 
 
 def _seconds(clock: str) -> float | None:
-    """Seconds of the day of a clock time."""
-    found = _CLOCK.match(clock)
-    return float(found[1]) * 3600 + float(found[2]) * 60 + float(found[3].replace(",", ".")) if found else None
+    """Return the seconds of the day of a clock time; None of other text."""
+    match = _CLOCK.match(clock)
+    return float(match[1]) * 3600 + float(match[2]) * 60 + float(match[3].replace(",", ".")) if match else None
 
 
 def write_lvm(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
@@ -189,11 +189,11 @@ def write_lvm(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
 
 
 class _Lines:
-    """The lines of a file and where reading has come to; errors name the line."""
+    """Lines of a file and the current position; errors name the line."""
 
     def __init__(self, lines: list[str], is_cut: bool) -> None:
         self.lines, self.at, self.separator, self.point = lines, 0, "\t", "."
-        self.is_cut = is_cut  # whether the last line has no end
+        self.is_cut = is_cut  # True if the last line has no end
         self.last = next((i for i in reversed(range(len(lines))) if lines[i].strip()), 0)
         self.notes: list[str] = []
 
@@ -243,23 +243,23 @@ class _Lines:
             steps = [self.number(cell or common, "Delta_X") for cell in entries.get("Delta_X", n * [""])]
             abscissae = np.array(starts)[:, None] + np.array(steps)[:, None] * np.arange(len(rows))
         if abscissae is not None:
-            abscissae += self.late(entries.get("Time", n * [""]), names)[:, None]
+            abscissae += self.delays(entries.get("Time", n * [""]), names)[:, None]
             x, abscissae = abscissae[0], None if (abscissae == abscissae[0]).all() else abscissae
-        said = {name: v[0] for name, v in header.items()}
+        first = {name: v[0] for name, v in header.items()}
         units = tuple(entries.get("Y_Unit_Label", n * [""]))
-        over = tuple(cell or said.get("X_Dimension") or "Time" for cell in entries.get("X_Dimension", n * [""]))
-        return LvmSegment(x, rows[:, is_value].T.copy(), names, units, said, abscissae, over)
+        dimensions = tuple(cell or first.get("X_Dimension") or "Time" for cell in entries.get("X_Dimension", n * [""]))
+        return LvmSegment(x, rows[:, is_value].T.copy(), names, units, first, abscissae, dimensions)
 
-    def late(self, clocks: Sequence[str], names: Sequence[str]) -> np.ndarray:
+    def delays(self, clocks: Sequence[str], names: Sequence[str]) -> np.ndarray:
         """Return (n_channels,) s by which channels begin after the first of them, by their clock times."""
-        found = [_seconds(clock) for clock in clocks]
-        known = [second for second in found if second is not None]
-        after = np.array([0.0 if s is None else (s - known[0] + DAY / 2) % DAY - DAY / 2 for s in found])
-        after = np.round(after - after.min(), 9)
-        for second, name in zip(after, names):
+        seconds = [_seconds(clock) for clock in clocks]
+        known = [second for second in seconds if second is not None]
+        delay = np.array([0.0 if s is None else (s - known[0] + DAY / 2) % DAY - DAY / 2 for s in seconds])
+        delay = np.round(delay - delay.min(), 9)
+        for second, name in zip(delay, names):
             if second:
                 self.notes.append(f'"{name}" begins {second:.9g} s after the first channel (Time)')
-        return after
+        return delay
 
     def numbers(self, fields: Sequence[str]) -> list[float]:
         """Return the numbers of a line, nan where it has a code or nothing; none of a line of other words."""
@@ -283,8 +283,8 @@ class _Lines:
         while self.at < len(self.lines) and (line := self.lines[self.at]).strip() and not line.startswith(_NEXT):
             fields = line.split(self.separator)[:columns]
             numbers = self.numbers(fields)
-            known, decimals = decimals, len(fields[-1].partition(self.point)[2])
-            is_cut = self.is_cut and (decimals < known or len(rows) + 1 < samples)
+            previous, decimals = decimals, len(fields[-1].partition(self.point)[2])
+            is_cut = self.is_cut and (decimals < previous or len(rows) + 1 < samples)
             if rows and self.at == self.last and (len(numbers) < columns or is_cut):
                 self.notes.append(f"left out line {self.at + 1}, which is cut off")
             elif not numbers:

@@ -69,15 +69,15 @@ def _record_variables(channels: Sequence[Channel]) -> dict[str, Any]:
 
 
 def _frf_variables(frf: FRF) -> dict[str, Any]:
-    found = [frf.to_reference(reference) for reference in frf.references]
-    names = [f"{name} [{unit}]" for found_names in map(frf_names, found) for name, unit in zip(*found_names)]
+    frfs = [frf.to_reference(reference) for reference in frf.references]
+    names = [f"{name} [{unit}]" for pair in map(frf_names, frfs) for name, unit in zip(*pair)]
     variables = {
         "frequency": frf.frequency,
-        "frf": np.concatenate([frf.functions for frf in found]).T,
+        "frf": np.concatenate([frf.functions for frf in frfs]).T,
         "columns": np.array(names, dtype=object),
     }
-    coherence = [frf.coherence[:, 0] for frf in found if frf.coherence is not None]
-    if coherence and len(coherence) < len(found):
+    coherence = [frf.coherence[:, 0] for frf in frfs if frf.coherence is not None]
+    if coherence and len(coherence) < len(frfs):
         raise RecordError("only some references have a coherence; a MATLAB table needs all or none, .csv does not")
     if coherence:
         variables["coherence"] = np.concatenate(coherence).T
@@ -85,7 +85,7 @@ def _frf_variables(frf: FRF) -> dict[str, Any]:
 
 
 def read_variables(path: str | PathLike[str]) -> dict[str, Value]:
-    """Return what `matlab.arrays` finds in a file; a RecordError names the file if it cannot be read."""
+    """Return the variables of a file, read by `matlab.arrays`; a RecordError names the file if it cannot be read."""
     data = read_bytes(path)
     if data[124:128] in (b"\x00\x02IM", b"\x02\x00MI"):
         raise RecordError(
@@ -131,7 +131,7 @@ def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], rates: 
 
 
 def _vectors(variables: Mapping[str, Value]) -> Iterator[tuple[str, np.ndarray]]:
-    """Name and numbers of each column."""
+    """Yield name and numbers of each column."""
     names = _names(variables.get("columns"))
     for name, value in variables.items():
         if not isinstance(value, np.ndarray):
@@ -154,14 +154,14 @@ def _vectors(variables: Mapping[str, Value]) -> Iterator[tuple[str, np.ndarray]]
 
 
 def _names(cells: Value) -> list[str]:
-    """Strings of a cell array."""
+    """Return the strings of a cell array."""
     if not isinstance(cells, list):
         return []
     return ["".join(c if c.isprintable() else " " for c in str(name)) for name in cells]
 
 
 def _timing(used: list[Column], values: list[np.ndarray], rates: Rates, stored: Value) -> TimeAxis:
-    """When the samples were taken."""
+    """Return the instants of the samples."""
     if not (times := [(c, value) for c, value in zip(used, values) if c.quantity == "time"]):
         if rates.fs is not None:
             return TimeAxis(rates.fs)

@@ -3,7 +3,7 @@
 Channel groups each have a master channel, the time in s, and channels with names and units; asammdf applies their
 conversions to physical values. Written is version 4.10.
 
-Whether all blocks that are linked are there is looked at before a reader follows them. ASAM MDF 4.1: the header block
+All linked blocks are checked to be there before a reader follows them. ASAM MDF 4.1: the header block
 begins at byte 64. A block has four characters "##HD", its length, the number of its links, and the links: bytes in the
 file of other blocks, or 0. The first link of most leads to the next of its kind. Blocks of MDF 3.3 and before have two
 characters "HD", their length and as many links as their kind has.
@@ -39,7 +39,7 @@ DIGIT = 1e-9  # s, of the times of loggers, which count nanoseconds
 def read_mdf(
     path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None
 ) -> list[Channel]:
-    """Read the time records of all groups of an MDF file, each channel under its own name, with its group's rate.
+    """Read the time records of all groups of an MDF file, each channel under its name, with its group's rate.
 
     ``columns`` gives the channel by its name, ``fs`` (Hz) takes the place of times that are uneven, ``resample`` (Hz)
     has samples between them interpolated. What is no row of numbers is left out; samples that are marked as invalid are
@@ -69,26 +69,26 @@ def _waves(data: bytes) -> Iterator[Waveform]:
             master = file.masters_db.get(number)
             label = str(getattr(known, "acq_name", "") or f"group {number + 1}")
             time = None if master is None else np.asarray(file.get_master(number), float)
-            over = "" if master is None else AXES.get(getattr(group.channels[master], "sync_type", 1), "")
-            fault = f"is over {over}, not over time; choose others" if over else ""
+            axis = "" if master is None else AXES.get(getattr(group.channels[master], "sync_type", 1), "")
+            fault = f"is over {axis}, not over time; choose others" if axis else ""
             for index, channel in enumerate(group.channels):
                 if index == master:
                     continue
                 signal = file.get(group=number, index=index, ignore_invalidation_bits=True)
                 value, unit = np.asarray(signal.samples), str(signal.unit or "")
                 if value.ndim != 1 or not value.size or value.dtype.kind not in "iuf":
-                    why = "which holds no numbers" if value.size else "which is empty"
-                    yield Waveform(channel.name, unit, np.zeros(0), group=label, useless=why)
+                    reason = "which holds no numbers" if value.size else "which is empty"
+                    yield Waveform(channel.name, unit, np.zeros(0), group=label, useless=reason)
                     continue
                 value, words = np.asarray(value, float), ""
                 if signal.invalidation_bits is not None and np.any(signal.invalidation_bits):
-                    value, words = _without(value, np.asarray(signal.invalidation_bits, bool))
+                    value, words = _without_invalid(value, np.asarray(signal.invalidation_bits, bool))
                 digits = 0.0 if time is None else DIGIT / max(1.0, np.abs(time).max())
-                why = "" if np.isfinite(value).any() else "which has no valid number"
-                yield Waveform(channel.name, unit, value, None, 0.0, label, time, digits, words, why, fault)
+                reason = "" if np.isfinite(value).any() else "which has no valid number"
+                yield Waveform(channel.name, unit, value, None, 0.0, label, time, digits, words, reason, fault)
 
 
-def _without(value: np.ndarray, invalid: np.ndarray) -> tuple[np.ndarray, str]:
+def _without_invalid(value: np.ndarray, invalid: np.ndarray) -> tuple[np.ndarray, str]:
     """Return samples without those that are invalid: interpolated, or nan where they are many; and words for a note."""
     words = f"{invalid.sum()} of {value.size} samples are marked as invalid, from sample {np.argmax(invalid)} on; "
     if invalid.mean() >= GAPS:
@@ -140,13 +140,13 @@ def require_whole(data: bytes) -> None:
         kind, links = links_of[at] = block(data, at)
         todo += [link for link in links if link]
     for at, (kind, _) in links_of.items():
-        seen, here = set[int](), at
-        while here and kind in _LISTS:
-            if here in seen:
+        seen, position = set[int](), at
+        while position and kind in _LISTS:
+            if position in seen:
                 raise RecordError(f"not a whole MDF file: its list of blocks at byte {at} leads back to itself")
-            seen.add(here)
-            known, links = links_of[here]
-            here = links[0] if known == kind and links else 0
+            seen.add(position)
+            known, links = links_of[position]
+            position = links[0] if known == kind and links else 0
 
 
 def _old_block(data: bytes, at: int) -> tuple[bytes, tuple[int, ...]]:

@@ -1,4 +1,4 @@
-"""Records: what was measured on a rig in one test."""
+"""Records: the channels measured on a rig in one test, and its excitation."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from .uff import read_uff
 __all__ = ["Band", "FileChannels", "Kind", "Record", "RecordName", "Role"]
 
 _QUANTITIES = {"base": "acceleration", "force": "force"}
-STEADY = 0.02  # of the speed that a record is said to turn at: by so much it may be another one, and change
-RAMP = 0.2  # of the fastest speed of a ramp: no machine follows one exactly
+STEADY = 0.02  # of the stated speed: largest deviation and change of the measured one
+RAMP = 0.2  # of the fastest speed of a ramp: largest deviation, for no machine follows one exactly
 SENSOR = "a sensor of the rig"
 LEAVE_OUT = '; leave it out of this record alone with left_out = ["{}"] in dataset.toml, or convert --leave-out {}'
 _OTHER_SIGN = str.maketrans("+-", "-+")
@@ -58,7 +58,7 @@ Band = Annotated[tuple[NotNegative, NotNegative], AfterValidator(_rising)]
 
 @checked(RecordError, eq=False)
 class Record(Shown):
-    """One test: what was measured on a rig, and how it was excited.
+    """One test: the channels measured on a rig, and how it was excited.
 
     Raises
     ------
@@ -71,7 +71,7 @@ class Record(Shown):
     role: Role
     """ "identify", "validate", "sine" or "orbit" """
     rig: Rig
-    """what was measured"""
+    """rig under test"""
     fs: Positive
     """samples per second"""
     channels: SkipValidation[Sequence[Channel]]
@@ -114,7 +114,7 @@ class Record(Shown):
                 "left_out is for records to identify: others are compared at all sensors; put this record into a "
                 "dataset of its own, whose rig file lacks the sensor"
             )
-        if sensors and not self._recorded:
+        if sensors and not self._recorded_sensors:
             raise RecordError("left_out leaves no sensor")
 
     def _check_channels(self, headers: Sequence[Channel | ChannelHeader]) -> None:
@@ -142,26 +142,26 @@ class Record(Shown):
                 )
         kind, needed = self.excitation_kind, {}
         if kind != "spin":
-            column = channel_name(*self._driven)
-            needed[self._driven] = f'the excitation of a record of kind "{kind}" (column "{column}" of a table)'
-        if self.role == "orbit" or (kind == "spin" and not self._has_sensors):
+            column = channel_name(*self._excitation_dof)
+            needed[self._excitation_dof] = f'the excitation of a record of kind "{kind}" (column "{column}" of a table)'
+        if self.role == "orbit" or (kind == "spin" and not self._has_all_sensors):
             needed |= {(label, "displacement"): "a probe of an orbit" for label in self.rig.probe_labels}
         else:
-            needed |= {(s.label, s.quantity): SENSOR for s in self._recorded}
-        for (label, quantity), what in needed.items():
-            node, _, axis = _split(label)
+            needed |= {(s.label, s.quantity): SENSOR for s in self._recorded_sensors}
+        for (label, quantity), purpose in needed.items():
+            node, _, axis = _split_dof(label)
             if (node, axis, quantity) not in seen:
-                leave_out = LEAVE_OUT.format(label, label) if what == SENSOR and self.role == "identify" else ""
-                way_out = _way_out(headers) or leave_out
-                raise RecordError(f"has no {quantity} at node {node} along {axis}, {what}{way_out}")
+                leave_out = LEAVE_OUT.format(label, label) if purpose == SENSOR and self.role == "identify" else ""
+                remedy = _mapping_hint(headers) or leave_out
+                raise RecordError(f"has no {quantity} at node {node} along {axis}, {purpose}{remedy}")
 
     def _check_turning(self, headers: Sequence[Channel | ChannelHeader]) -> None:
-        turns = self._turns
-        if self.excitation_kind == "spin" and not turns:
+        spin = self._test_spin
+        if self.excitation_kind == "spin" and not spin:
             raise RecordError('is of kind "spin", and its shaft does not turn: give spin with a speed, rad/s')
-        if turns and not any(f"{h.node}:{h.direction}" == KEYPHASOR for h in headers):
+        if spin and not any(f"{h.node}:{h.direction}" == KEYPHASOR for h in headers):
             raise RecordError(
-                f"turns at {turns.speed:g} rad/s and has no keyphasor, a channel of once-per-turn pulses at "
+                f"turns at {spin.speed:g} rad/s and has no keyphasor, a channel of once-per-turn pulses at "
                 f"{KEYPHASOR}, without which the shaft's angle is not known"
             )
 
@@ -190,7 +190,7 @@ class Record(Shown):
 
     @functools.cached_property
     def tested_rig(self) -> Rig:
-        """The rig as it was driven in this test: along the record's direction, and turning as its shaft turned."""
+        """The rig as tested: driven along the record's direction, with its shaft turning as the record says."""
         changed: dict[str, Any] = {}
         if self.direction is not None and self.direction != self.rig.shaker.direction:
             changed["shaker"] = dataclasses.replace(self.rig.shaker, direction=self.direction)
@@ -199,27 +199,27 @@ class Record(Shown):
         return self.rig.replace(**changed) if changed else self.rig
 
     @property
-    def _turns(self) -> Spin | None:
-        """How the shaft turned; None if it did not."""
+    def _test_spin(self) -> Spin | None:
+        """Rotation of the shaft in this test; None if it did not turn."""
         spin = self.spin or self.rig.spin
         return spin if spin and (spin.speed or spin.rate) else None
 
     @property
-    def _driven(self) -> tuple[str, str]:
+    def _excitation_dof(self) -> tuple[str, str]:
         """Degree of freedom and quantity of the excitation."""
         kind = "base" if self.excitation_kind == "spin" else self.excitation_kind
         return self.tested_rig.shaker.label(kind), _QUANTITIES[kind]
 
     @property
-    def _recorded(self) -> list[Sensor]:
+    def _recorded_sensors(self) -> list[Sensor]:
         """The rig's sensors that are not left out."""
         return [s for s in self.rig.sensors if s.label not in self.left_out]
 
     @property
-    def _has_sensors(self) -> bool:
-        """Whether every sensor that is not left out was recorded, along either sense of its direction."""
-        found = {(h.node, h.direction.lstrip("+-"), h.quantity) for h in self._headers}
-        return all((s.node, _split(s.label)[2], s.quantity) in found for s in self._recorded)
+    def _has_all_sensors(self) -> bool:
+        """True if every sensor that is not left out was recorded, along either sense of its direction."""
+        recorded = {(h.node, h.direction.lstrip("+-"), h.quantity) for h in self._headers}
+        return all((s.node, _split_dof(s.label)[2], s.quantity) in recorded for s in self._recorded_sensors)
 
     @property
     def _headers(self) -> Sequence[Channel | ChannelHeader]:
@@ -227,7 +227,7 @@ class Record(Shown):
 
     @property
     def opened(self) -> bool:
-        """Whether the samples have been read from their file; always true of a record made in memory."""
+        """True if the samples have been read from their file; always so of a record made in memory."""
         return not isinstance(self.channels, FileChannels) or self.channels.opened
 
     @property
@@ -246,80 +246,80 @@ class Record(Shown):
         description |= {k: v for k in ("level", "seed") if (v := getattr(self, k)) is not None}
         if self.excitation_kind == "spin":
             return Excitation(np.zeros(self.size), self.fs, "base", None, description)
-        value = self._measured(self.channels)[self._driven]
+        value = self._samples_by_dof(self.channels)[self._excitation_dof]
         return Excitation(value, self.fs, self.excitation_kind, self.band, description)
 
     def turning(self) -> ShaftTurning | None:
-        """Return how the shaft turned, as its keyphasor shows; None if it did not.
+        """Return the shaft's rotation by its keyphasor; None if it did not turn.
 
         Raises
         ------
         RecordError
-            If the pulses do not tell it, or not what the record's ``spin`` says.
+            If the pulses do not determine it, or contradict the record's ``spin``.
         """
         return self._turning
 
     @functools.cached_property
     def _turning(self) -> ShaftTurning | None:
-        if (spin := self._turns) is None:
+        if (spin := self._test_spin) is None:
             return None
         pulses = next(c.value for c in self.channels if c.label == KEYPHASOR)
         with naming(f'record "{self.name}"'):
             sense, stated = -1.0 if spin.speed + spin.rate < 0 else 1.0, None if spin.inertia else spin.angle_at
-            found = turning_of_pulses(pulses, self.fs, sense, spin.pulses, stated)
-            self._check_speed(spin, found)
-        return found
+            turning = turning_of_pulses(pulses, self.fs, sense, spin.pulses, stated)
+            self._check_speed(spin, turning)
+        return turning
 
     @staticmethod
-    def _check_speed(spin: Spin, found: ShaftTurning) -> None:
+    def _check_speed(spin: Spin, turning: ShaftTurning) -> None:
         if spin.inertia:
             return
         if spin.rate:
-            time = (found.marks[1:] + found.marks[:-1]) / 2
-            said, shown = np.abs(spin.speed_at(time)), np.abs(found.of_turns)
-            at = int(np.argmax(np.abs(shown - said)))
-            if abs(shown[at] - said[at]) > RAMP * said.max():
+            time = (turning.marks[1:] + turning.marks[:-1]) / 2
+            stated, measured = np.abs(spin.speed_at(time)), np.abs(turning.of_turns)
+            at = int(np.argmax(np.abs(measured - stated)))
+            if abs(measured[at] - stated[at]) > RAMP * stated.max():
                 raise RecordError(
-                    f"is said to turn at {said[at]:.4g} rad/s at {time[at]:.4g} s, and its keyphasor shows "
-                    f"{shown[at]:.4g} rad/s: give spin another speed or rate"
+                    f"is said to turn at {stated[at]:.4g} rad/s at {time[at]:.4g} s, and its keyphasor shows "
+                    f"{measured[at]:.4g} rad/s: give spin another speed or rate"
                 )
             return
-        slowest, fastest = (float(end) for end in np.sort(np.abs(found.of_turns))[[0, -1]])
-        if fastest - slowest > STEADY * abs(found.mean_speed):
+        slowest, fastest = (float(end) for end in np.sort(np.abs(turning.of_turns))[[0, -1]])
+        if fastest - slowest > STEADY * abs(turning.mean_speed):
             raise RecordError(
                 f"is said to turn at {spin.speed:.4g} rad/s, and its keyphasor shows {slowest:.4g} to {fastest:.4g} "
                 "rad/s: give spin a rate, or a part of it at one speed"
             )
-        if abs(found.mean_speed / spin.speed - 1) > STEADY:
+        if abs(turning.mean_speed / spin.speed - 1) > STEADY:
             raise RecordError(
-                f"is said to turn at {spin.speed:.4g} rad/s, and its keyphasor shows {found.mean_speed:.4g} rad/s"
+                f"is said to turn at {spin.speed:.4g} rad/s, and its keyphasor shows {turning.mean_speed:.4g} rad/s"
             )
 
     def response(self) -> Response:
-        """Return what the rig's sensors measured.
+        """Return the response that the rig's sensors measured.
 
         Returns
         -------
         Response
             ``channels`` (n_sensors, n_t) in the order of the rig's sensors, without those left out;
             ``displacement`` (n_rows, n_t) if every clearance has its probes, displacement channels at
-            `Rig.probe_labels`. A channel of the other sign is turned round.
+            `Rig.probe_labels`. A channel of the other sign is reversed.
         """
-        measured = self._measured(self.channels)
+        measured = self._samples_by_dof(self.channels)
         probed = [(label, "displacement") for label in self.rig.probe_labels]
         has_probes = bool(probed) and not self.missing_probes
         by_spin, turning = self.excitation_kind == "spin", self.turning()
-        sensors = self._recorded if self._has_sensors else []
+        sensors = self._recorded_sensors if self._has_all_sensors else []
         return Response(
             fs=self.fs,
-            excitation=np.zeros(self.size) if by_spin else measured[self._driven],
+            excitation=np.zeros(self.size) if by_spin else measured[self._excitation_dof],
             channels=np.array([measured[s.label, s.quantity] for s in sensors]).reshape(-1, self.size),
             displacement=np.stack([measured[probe] for probe in probed]) if has_probes else None,
             kind="base" if by_spin else self.excitation_kind,
             band=self.band,
             responses=tuple(s.label for s in sensors),
             quantities=tuple(s.quantity for s in sensors),
-            reference=self._driven[0],
+            reference=self._excitation_dof[0],
             provenance={"record": self.name, "rig": self.rig.name, **self.provenance},
             spin=None if turning is None else turning.speed,
         )
@@ -328,19 +328,19 @@ class Record(Shown):
     def missing_probes(self) -> tuple[tuple[int, str], ...]:
         """Rows of clearances without a displacement probe: the index and the degree of freedom of each."""
         probed = {(h.node, h.direction.lstrip("+-")) for h in self._headers if h.quantity == "displacement"}
-        places = [(label, _split(label)) for label in self.rig.probe_labels]
+        places = [(label, _split_dof(label)) for label in self.rig.probe_labels]
         return tuple((j, label) for j, (label, (node, _, axis)) in enumerate(places) if (node, axis) not in probed)
 
     @staticmethod
-    def _measured(channels: Sequence[Channel]) -> dict[tuple[str, str], np.ndarray]:
-        """(n_t,) samples of each degree of freedom, in either sign, and quantity."""
-        found = {(c.label, c.quantity): c.value for c in channels}
-        turned = {(f"{c.node}:{c.direction.translate(_OTHER_SIGN)}", c.quantity): -c.value for c in channels}
-        return turned | found
+    def _samples_by_dof(channels: Sequence[Channel]) -> dict[tuple[str, str], np.ndarray]:
+        """Return (n_t,) samples by degree of freedom, in either sign, and quantity."""
+        samples = {(c.label, c.quantity): c.value for c in channels}
+        reversed_samples = {(f"{c.node}:{c.direction.translate(_OTHER_SIGN)}", c.quantity): -c.value for c in channels}
+        return reversed_samples | samples
 
 
-def _way_out(headers: Sequence[Channel | ChannelHeader]) -> str:
-    """How channels come to their places, where some have none."""
+def _mapping_hint(headers: Sequence[Channel | ChannelHeader]) -> str:
+    """Return how to give channels their places, where some have none; "" otherwise."""
     if not (raw := [h.name for h in headers if not h.placed or h.quantity == UNKNOWN]):
         return ""
     others = f" and {len(raw) - 1} more" if raw[1:] else ""
@@ -350,8 +350,8 @@ def _way_out(headers: Sequence[Channel | ChannelHeader]) -> str:
     )
 
 
-def _split(label: str) -> tuple[int, str, str]:
-    """Node, sign and axis of a degree of freedom."""
+def _split_dof(label: str) -> tuple[int, str, str]:
+    """Return node, sign and axis of a degree of freedom."""
     node, direction = label.split(":")
     return int(node), direction[0], direction[1:]
 
@@ -365,7 +365,7 @@ class FileChannels(Sequence[Channel]):
 
     @property
     def opened(self) -> bool:
-        """Whether the file has been read."""
+        """True if the file has been read."""
         return self._channels is not None
 
     def __len__(self) -> int:
@@ -377,9 +377,9 @@ class FileChannels(Sequence[Channel]):
     def __getitem__(self, index: slice) -> Sequence[Channel]: ...
     def __getitem__(self, index: int | slice) -> Channel | Sequence[Channel]:
         if self._channels is None:
-            found = read_uff(self.path, what="channels")
-            if not isinstance(found, list):
+            channels = read_uff(self.path, what="channels")
+            if not isinstance(channels, list):
                 raise RecordError(f"{self.path}: no longer holds time functions")
             # The list holds every digit of the rate, the file six.
-            self._channels = tuple(dataclasses.replace(c, fs=self.fs) for c in found)
+            self._channels = tuple(dataclasses.replace(c, fs=self.fs) for c in channels)
         return self._channels[index]

@@ -29,14 +29,14 @@ WORDS: dict[type, str] = {
     Geometry: "a geometry",
     Rig: "a rig",
     Law: "a law",
-}  # What files hold; time records are lists of channels
+}  # Objects of files; time records are lists of channels
 _PLAIN = (".wav", ".wave", ".flac", ".aif", ".aiff", ".ogg", ".mp3", ".npy", ".npz", ".bin", ".raw", ".dat", ".pcm")
 """Suffixes of plain time series."""
 
 
 @dataclass(frozen=True)
 class Format:
-    """How files of one kind are read and written."""
+    """Format of files: its suffixes, the objects that it holds, and how they are read and written."""
 
     name: str  #: in messages and in the table of docs/files.md
     suffixes: tuple[str, ...]  #: such as (".uff", ".unv"), in lower case
@@ -47,7 +47,7 @@ class Format:
     options: tuple[str, ...] = ()
     """what ``read`` takes: "columns" and "fs" (see `clearance_mj.io.columns`), "resample", "reference" (of FRFs),
     "units" (of universal files)"""
-    geometry: bool = False  #: whether it has a place for the nodes of a rig
+    geometry: bool = False  #: True if it has a place for the nodes of a rig
     note: str = ""  #: for the table of docs/files.md
 
 
@@ -65,13 +65,13 @@ def register(new: Format) -> Format:
     Raises
     ------
     RecordError
-        If another format has one of its suffixes, or what it holds is unknown.
+        If another format has one of its suffixes, or it holds an unknown type.
     """
     for suffix in new.suffixes:
         known = FORMATS.get(suffix)
         if known and known.name != new.name:
             raise RecordError(f'format "{new.name}": suffix "{suffix}" is that of {known.name}')
-    if unknown := [held for held in new.holds if held not in WORDS]:
+    if unknown := [kind for kind in new.holds if kind not in WORDS]:
         raise RecordError(
             f'format "{new.name}" holds {unknown[0].__name__}; use {", ".join(t.__name__ for t in WORDS)}'
         )
@@ -80,7 +80,7 @@ def register(new: Format) -> Format:
 
 
 def format_of(path: str | PathLike[str]) -> Format:
-    """Return how a file is read and written, by its suffix; .gz is passed over."""
+    """Return the format of a file by its suffix; .gz is passed over."""
     path = Path(path)
     suffix = Path(path.stem if path.suffix.lower() == ".gz" else path.name).suffix.lower()
     if suffix in _PLAIN:

@@ -55,7 +55,7 @@ def with_parts(ds: xr.Dataset) -> xr.Dataset:
 
 
 def without_parts(ds: xr.Dataset) -> xr.Dataset:
-    """Return what `with_parts` took apart, as complex variables again."""
+    """Return the pairs that `with_parts` made as complex variables again."""
     if ds.sizes.get("part", 2) != 2:
         raise RecordError(f"needs two parts, real and imaginary, got {ds.sizes['part']}")
     for name, variable in ds.data_vars.items():
@@ -74,7 +74,7 @@ def _frf(ds: xr.Dataset) -> FRF:
 
 
 def channels_to_dataset(channels: Sequence[Channel]) -> xr.Dataset:
-    """``value`` (channel, time), each channel in its own ``units``, with its ``name``, ``dof`` and ``quantity``."""
+    """Return ``value`` (channel, time) of channels, with ``name``, ``dof``, ``quantity`` and ``units`` of each."""
     import xarray as xr
 
     require_one_time(channels)
@@ -127,7 +127,7 @@ def save(path: str | PathLike[str], obj: Result) -> None:
 
 
 def load(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None) -> Result:
-    """Read what `save` wrote, or the time records of other programs; whether it is HDF5 is seen from the first bytes.
+    """Read results that `save` wrote, or time records of other programs; the first bytes tell HDF5 from NetCDF.
 
     ``columns`` gives channels of other programs by their names, ``fs`` (Hz) is of those that do not say theirs.
     """
@@ -188,16 +188,16 @@ def saving(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Re
 
 
 def _dataset(path: Path) -> xr.Dataset | dict[str, Any]:
-    """Return what `save` wrote, or the nested fields of another program's file."""
+    """Return the dataset that `save` wrote, or the nested fields of another program's file."""
     import xarray as xr
 
     data = plain_file(path).read_bytes()
     if not data.startswith(_HDF5_MAGIC):
         # In memory, where as much can be read as there is: a damaged header may declare any size.
-        found = xr.load_dataset(io.BytesIO(data), engine="scipy", decode_times=False)
-        parts = {str(name): v for name, v in found.variables.items()}
+        dataset = xr.load_dataset(io.BytesIO(data), engine="scipy", decode_times=False)
+        parts = {str(name): v for name, v in dataset.variables.items()}
         fields = {name: v.values for name, v in parts.items()} | {f"{name}Header": v.attrs for name, v in parts.items()}
-        return found if KIND in found.attrs else found.attrs | fields
+        return dataset if KIND in dataset.attrs else dataset.attrs | fields
     _require_hdf5()
     import h5py
 

@@ -39,15 +39,15 @@ def read_sheet(path: str | PathLike[str], columns: Columns = None, fs: Rate = No
                         raise RecordError(TOO_DENSE)
             sheets = pd.read_excel(data, None, header=None, dtype=object, na_filter=False, engine="calamine")
         for name, frame in sheets.items():
-            said = [f'sheet "{name}" of {len(sheets)}'] if len(sheets) > 1 else []
+            info = [f'sheet "{name}" of {len(sheets)}'] if len(sheets) > 1 else []
             try:
                 contents = read_table(
-                    frame.to_csv(sep="\t", header=False, index=False).encode(), columns or {}, Rates(fs, resample, said)
+                    frame.to_csv(sep="\t", header=False, index=False).encode(), columns or {}, Rates(fs, resample, info)
                 )
             except RecordError as error:
                 reasons.append(f'sheet "{name}": {error}')
             else:
-                note(path, said)
+                note(path, info)
                 return contents
         raise RecordError("; ".join(reasons) or "holds no sheet")
 

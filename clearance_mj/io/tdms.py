@@ -40,7 +40,7 @@ _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 def read_tdms(
     path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None
 ) -> list[Channel]:
-    """Read the time records of all groups of a TDMS file, each channel under its own name, with its own rate.
+    """Read the time records of all groups of a TDMS file, each channel under its name, with its rate.
 
     ``columns`` gives the channel by its name, ``fs`` (Hz) is of channels that do not say theirs, ``resample`` (Hz) has
     samples at uneven times interpolated. Channels that begin later than the first (``wf_start_time``) start later. What
@@ -54,7 +54,7 @@ def _waves(data: bytes) -> Iterator[Waveform]:
 
     # From memory, where as much can be read as there is: a damaged length may be any.
     with TdmsFile.open(io.BytesIO(data)) as file:
-        found: list[tuple[Waveform, np.datetime64 | None]] = []
+        waves: list[tuple[Waveform, np.datetime64 | None]] = []
         for group in file.groups():
             if wrong := next((c.name for c in group.channels() if len(c) > len(data)), None):
                 raise RecordError(f'not a whole TDMS file: it has fewer bytes than "{wrong}" has samples')
@@ -62,22 +62,22 @@ def _waves(data: bytes) -> Iterator[Waveform]:
             for channel in group.channels():
                 if channel.name not in times:
                     is_scaled = _is_scaled(channel.properties, group.properties, file.properties)
-                    found.append(_wave(channel, times, is_scaled))
-    begins = [begin for _, begin in found if begin is not None]
-    for wave, begin in found:
-        late = 0.0 if begin is None else float((begin - min(begins)) / np.timedelta64(1, "s"))
-        words = f"begins {late:.9g} s after the first channel (wf_start_time)" if late else wave.words
+                    waves.append(_wave(channel, times, is_scaled))
+    begins = [begin for _, begin in waves if begin is not None]
+    for wave, begin in waves:
+        delay = 0.0 if begin is None else float((begin - min(begins)) / np.timedelta64(1, "s"))
+        words = f"begins {delay:.9g} s after the first channel (wf_start_time)" if delay else wave.words
         if begin is None and len({*begins}) > 1:
             words = "has no wf_start_time, taken to begin with the first channel"
-        yield dataclasses.replace(wave, start=wave.start + late, words=words)
+        yield dataclasses.replace(wave, start=wave.start + delay, words=words)
 
 
 def _is_scaled(*properties: Mapping[str, Any]) -> bool:
-    """Whether npTDMS applies the scales that a channel, its group or its file has, if any: it passes over others."""
+    """Return True if npTDMS applies all scales of a channel, its group and its file: it passes over unknown ones."""
     from nptdms.scaling import get_scaling
 
     return get_scaling(*properties) is not None or not any(
-        "_Scale_Type" in name and said.get("NI_Scaling_Status") != "scaled" for said in properties for name in said
+        "_Scale_Type" in name and item.get("NI_Scaling_Status") != "scaled" for item in properties for name in item
     )
 
 
@@ -87,23 +87,23 @@ class _Times:
 
     time: np.ndarray  #: (n,) s
     begin: np.datetime64 | None = None  #: date of its zero
-    words: str = ""  #: what was taken for its unit
+    words: str = ""  #: note on the unit that was assumed
 
 
 def _times(group: TdmsGroup) -> dict[str, _Times]:
     """Return the channels of a group that are named as time is, of numbers or of dates."""
-    found = {}
+    times = {}
     for channel in group.channels():
         name, unit = split_header(channel.name)
         if not is_time(name) or not len(channel) or channel.dtype.kind not in "iufM":
             continue
         value, notes = channel[:], list[str]()
         if value.dtype.kind == "M":
-            found[channel.name] = _Times((value - value[0]) / np.timedelta64(1, "s"), value[0])
+            times[channel.name] = _Times((value - value[0]) / np.timedelta64(1, "s"), value[0])
         elif (unit := unit or _unit(channel)) in ("", *UNITS["time"]):
             time, _ = since_start(value, UNITS["time"][unit or "s"], channel.name, notes, unit)
-            found[channel.name] = _Times(np.asarray(time, float), None, "; ".join(notes))
-    return found
+            times[channel.name] = _Times(np.asarray(time, float), None, "; ".join(notes))
+    return times
 
 
 def _unit(channel: TdmsChannel) -> str:
@@ -112,25 +112,25 @@ def _unit(channel: TdmsChannel) -> str:
 
 def _wave(channel: TdmsChannel, times: Mapping[str, _Times], is_scaled: bool) -> tuple[Waveform, np.datetime64 | None]:
     """Return a channel, and the date at which it begins, if it says one."""
-    said: Mapping[str, Any] = channel.properties
-    unit, begin = _unit(channel), said.get("wf_start_time")
+    props: Mapping[str, Any] = channel.properties
+    unit, begin = _unit(channel), props.get("wf_start_time")
     if not isinstance(begin, np.datetime64) or begin < UNSET:
         begin = None
     value = channel[:] if len(channel) else np.zeros(0)
     wave = Waveform(channel.name, unit, np.zeros(0), group=channel.group_name)
     if not value.size or value.dtype.kind not in "iuf":
         return dataclasses.replace(wave, useless="which holds no numbers" if value.size else "which is empty"), None
-    fault = not_over_time(channel.name, unit, *(str(said.get(name, "")) for name in ("wf_xname", "wf_xunit_string")))
+    fault = not_over_time(channel.name, unit, *(str(props.get(name, "")) for name in ("wf_xname", "wf_xunit_string")))
     if not is_scaled:
         fault = "has a scale (NI_Scale) that npTDMS does not apply: its numbers are raw; write it scaled"
     wave = dataclasses.replace(wave, value=np.asarray(value, float), fault=fault)
-    if (step := _number(said.get("wf_increment"))) > 0:
+    if (step := _number(props.get("wf_increment"))) > 0:
         rate = simplest_rate(step, 1e-15 * step)
-        return dataclasses.replace(wave, fs=rate, start=_number(said.get("wf_start_offset"))), begin
-    for known in times.values():
-        if known.time.size == value.size:
-            begin = known.begin if begin is None else begin
-            return dataclasses.replace(wave, time=known.time, digits=1e-9, words=known.words), begin
+        return dataclasses.replace(wave, fs=rate, start=_number(props.get("wf_start_offset"))), begin
+    for instants in times.values():
+        if instants.time.size == value.size:
+            begin = instants.begin if begin is None else begin
+            return dataclasses.replace(wave, time=instants.time, digits=1e-9, words=instants.words), begin
     return wave, begin
 
 

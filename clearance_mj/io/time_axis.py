@@ -26,28 +26,28 @@ SCALES = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "ns": 1e-9}
 _AGREES = 1e-3  # relative difference of two rates that are the same
 _NEAR = 0.1  # relative difference of --fs from the mean rate of uneven times: more, and it is another channel's
 _GAP = 2.5  # steps between two samples from which on some are missing
-_TWICE = 0.01  # share of instants that may come twice
+_TWICE = 0.01  # fraction of instants that may come twice
 _ON_GRID = 1e-3  # of a step, by which an instant may miss the grid that it is on
 _FINER = 8  # times the rate at which cubic splines follow what is below 0.4 of the rate, within 1e-4
 
 
 @dataclass(frozen=True)
 class Rates:
-    """What is asked of the sampling rates of a file, and the notes on how it was understood."""
+    """Sampling rates that the caller asks for, and notes on how a file was read."""
 
-    fs: Rate  #: of what does not say its own, or has uneven times
+    fs: Rate  #: of records that give none, or have uneven times
     resample: Rate  #: to which all records will be brought: uneven times are interpolated
     notes: list[str]
 
 
 @dataclass(frozen=True, eq=False)
 class TimeAxis:
-    """When samples were taken, in even steps."""
+    """Even instants of samples, and the uneven ones that they are interpolated from."""
 
     fs: float  #: samples per second
     start: float = 0.0  #: s, time of the first sample
     time: np.ndarray | None = None  #: (n,) s, rising, of uneven samples that are interpolated; None of even ones
-    order: np.ndarray | None = None  #: (n,) which sample was taken at each of these
+    order: np.ndarray | None = None  #: (n,) index of the sample at each of these
 
     def samples(self, value: np.ndarray) -> np.ndarray:
         """Return samples in even steps: as they are, or interpolated by cubic splines."""
@@ -56,10 +56,10 @@ class TimeAxis:
         size = math.floor((self.time[-1] - self.start) * self.fs + _ON_GRID) + 1
         instants = self.start + np.arange(size) / self.fs
         value = without_codes(value)[0][self.order]
-        lacking = np.isnan(value)
-        found = _spline(self.time[~lacking], value[~lacking], instants)
+        missing = np.isnan(value)
+        interpolated = _spline(self.time[~missing], value[~missing], instants)
         after = np.clip(np.searchsorted(self.time, instants), 1, value.size - 1)
-        return np.where(lacking[after] | lacking[after - 1], np.nan, found)  # a gap stays one
+        return np.where(missing[after] | missing[after - 1], np.nan, interpolated)  # a gap stays one
 
 
 def time_axis(time: np.ndarray, digits: float, rates: Rates) -> TimeAxis:
@@ -73,7 +73,7 @@ def time_axis(time: np.ndarray, digits: float, rates: Rates) -> TimeAxis:
         rate, start = even_rate(time, digits, None if rates.resample else rates.notes)
     except RecordError as error:
         if rates.resample and time.size > 1:
-            return _interpolated(time, rates.resample, rates.notes)
+            return _interpolating_axis(time, rates.resample, rates.notes)
         if not fs:
             words = f"{error}; --resample RATE interpolates, or give the sampling rate in place of the times (--fs)"
             raise RecordError(words) from None
@@ -87,12 +87,12 @@ def time_axis(time: np.ndarray, digits: float, rates: Rates) -> TimeAxis:
     return TimeAxis(rate, start)
 
 
-def _interpolated(time: np.ndarray, rate: float, notes: list[str]) -> TimeAxis:
+def _interpolating_axis(time: np.ndarray, rate: float, notes: list[str]) -> TimeAxis:
     """Return an axis of a multiple of a rate that is no slower than the samples, so that they can be filtered."""
     order = np.argsort(time, kind="stable")
     order = order[np.diff(time[order], prepend=-np.inf) > 0]
-    if (twice := time.size - order.size) > _TWICE * time.size:
-        raise RecordError(f"{twice} of its {time.size} times are those of other samples: they have too few digits")
+    if (duplicates := time.size - order.size) > _TWICE * time.size:
+        raise RecordError(f"{duplicates} of its {time.size} times are those of other samples: they have too few digits")
     rising = time[order]
     steps = np.diff(rising)
     usual, longest = float(np.median(steps)), int(np.argmax(steps))
@@ -127,30 +127,30 @@ def since_start(value: np.ndarray, scale: float, name: str, notes: list[str], un
 
 
 def on_one_axis(channels: Sequence[Channel], rate: float, notes: list[str]) -> list[Channel]:
-    """Return channels at one rate in Hz over the time that all share, from the beginning of the latest on.
+    """Return channels at one rate in Hz over the time common to all, from the latest start on.
 
     Filters are flat within 0.01 dB up to 0.4 of the lower rate, see `signals.resample.resampled`.
     """
     if not 0 < rate < math.inf:
         raise RecordError(f"the rate to resample to must be > 0 Hz, got {rate:g}")
-    late = max(channels, key=lambda c: c.start)
-    early = min(channels, key=lambda c: c.start + (c.size - 1) / c.fs)
-    end = early.start + (early.size - 1) / early.fs
-    size = math.floor((end - late.start) * rate + _ON_GRID) + 1
+    last = max(channels, key=lambda c: c.start)
+    first = min(channels, key=lambda c: c.start + (c.size - 1) / c.fs)
+    end = first.start + (first.size - 1) / first.fs
+    size = math.floor((end - last.start) * rate + _ON_GRID) + 1
     if size < 2:
-        raise RecordError(f'"{early.name}" ends at {end:g} s, "{late.name}" begins at {late.start:g} s; leave one out')
-    notes.append(f"resampled to {rate:.9g} Hz from {late.start:.6g} s to {end:.6g} s, which all channels share")
-    start, fs = late.start, float(rate)
-    return [dataclasses.replace(c, value=_at(c, start, fs)[:size], fs=fs, start=start) for c in channels]
+        raise RecordError(f'"{first.name}" ends at {end:g} s, "{last.name}" begins at {last.start:g} s; leave one out')
+    notes.append(f"resampled to {rate:.9g} Hz from {last.start:.6g} s to {end:.6g} s, which all channels share")
+    start, fs = last.start, float(rate)
+    return [dataclasses.replace(c, value=_resample_from(c, start, fs)[:size], fs=fs, start=start) for c in channels]
 
 
-def _at(channel: Channel, start: float, rate: float) -> np.ndarray:
-    """Samples of a channel at a rate in Hz from an instant on."""
-    ahead = (start - channel.start) * channel.fs
-    if abs(ahead - round(ahead)) < _ON_GRID:
-        return resampled(channel.value[round(ahead) :], channel.fs, rate, "line")
+def _resample_from(channel: Channel, start: float, rate: float) -> np.ndarray:
+    """Return samples of a channel at a rate in Hz from an instant on."""
+    offset = (start - channel.start) * channel.fs
+    if abs(offset - round(offset)) < _ON_GRID:
+        return resampled(channel.value[round(offset) :], channel.fs, rate, "line")
     value = resampled(channel.value, channel.fs, rate, "line")
     fine = resampled(value, rate, _FINER * rate, "line")
-    ahead = (start - channel.start) * rate
-    instants = np.arange(math.floor(value.size - 1 - ahead + _ON_GRID) + 1) + ahead
+    offset = (start - channel.start) * rate
+    instants = np.arange(math.floor(value.size - 1 - offset + _ON_GRID) + 1) + offset
     return _spline(np.arange(fine.size) / _FINER, fine, instants)

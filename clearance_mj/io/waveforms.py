@@ -32,7 +32,7 @@ _LEVEL = re.compile(r"(?:\b|_)dB\w?\b", re.IGNORECASE)
 
 @dataclass(frozen=True, eq=False)
 class Waveform:
-    """One time function of a file, or what stands where one could: refused or left out when it comes to its turn."""
+    """One time function of a file; one with a fault is refused or left out when channels are made of it."""
 
     name: str
     unit: str  #: label in the file
@@ -40,9 +40,9 @@ class Waveform:
     fs: float | None = None  #: samples per second, if the file says them
     start: float = 0.0  #: s, time of the first sample, or of the zero of ``time``
     group: str = ""  #: of channels in the file
-    time: np.ndarray | None = None  #: (n,) s, instants of samples without a rate; channels of one group share them
+    time: np.ndarray | None = None  #: (n,) s, instants of samples without a rate; one for all channels of a group
     digits: float = 0.0  #: relative precision of the instants
-    words: str = ""  #: what was made of its numbers, for a note
+    words: str = ""  #: note on how its numbers were read
     useless: str = ""  #: why it is no row of numbers, and is left out: "which is empty"
     fault: str = ""  #: why its numbers are no time record: refused, unless the channel is skipped
 
@@ -68,7 +68,7 @@ class Program:
         mapped: Mapping[str, str] | None,
         rates: Rates,
     ) -> list[Channel]:
-        """Return the channels of a file, whose waveforms ``waves`` finds in its bytes; notes say what is left out.
+        """Return the channels of a file, whose waveforms ``waves`` reads from its bytes; notes say what is left out.
 
         Whatever the package raises of a damaged file becomes one line.
         """
@@ -77,8 +77,8 @@ class Program:
         data = read_bytes(path)
         with naming(path):
             with self.opening():
-                found = list(waves(data))
-            channels = named_channels(found, mapped or {}, rates)
+                waveforms = list(waves(data))
+            channels = named_channels(waveforms, mapped or {}, rates)
         note(path, rates.notes)
         return channels
 
@@ -101,22 +101,22 @@ class Program:
                 raise RecordError("there is no channel")
             headers = [raw_header(channel) for channel in channels]
             names = [name for name, _ in headers]
-            if twice := next((name for name in names if names.count(name) > 1), None):
-                raise RecordError(f'two channels would be "{twice}"; give each its own node, or write .uff')
+            if duplicate := next((name for name in names if names.count(name) > 1), None):
+                raise RecordError(f'two channels would be "{duplicate}"; give each its own node, or write .uff')
         return headers
 
 
 def not_over_time(name: str, unit: str, *axis: str) -> str:
-    """Return why a column is no time function, by its name, its unit and what is said of its axis; "" if it is one."""
-    if over := next((label for label in axis if label.lower().startswith(("freq", "hz", "khz"))), ""):
-        return f"is over {over}, not over time"
+    """Return why a column is no time function, by its name, its unit and the labels of its axis; "" if it is one."""
+    if label_of_axis := next((label for label in axis if label.lower().startswith(("freq", "hz", "khz"))), ""):
+        return f"is over {label_of_axis}, not over time"
     if _SPECTRUM.search(name):
         return "is a spectrum by its name, not over time"
     return f"is in dB by its name, not in {unit}" if _LEVEL.search(name) and quantity_of(unit) else ""
 
 
 def named_channels(waves: Sequence[Waveform], mapped: Mapping[str, str], rates: Rates) -> list[Channel]:
-    """Return channels under their own names, or those that a map of names gives them; what it skips may be anything.
+    """Return channels under their own names, or those of a map of names; channels that it skips may be anything.
 
     A name that several groups have gets its group before it; notes say so, and which rates there are.
     """
@@ -133,41 +133,41 @@ def named_channels(waves: Sequence[Waveform], mapped: Mapping[str, str], rates: 
     if any(column.reference or column.quantity in ("time", "frequency") for column in used):
         raise RecordError("its columns are channels over time: needs names such as acc:1, no FRFs and no time")
     parts = []
-    said: dict[str, list[str]] = {}
+    names_of_note: dict[str, list[str]] = {}
     for column in used:
         wave = waves[column.index]
         if wave.useless and column.is_raw:
             notes.append(f'left out "{column.name}", {wave.useless}')
             continue
-        own = dataclasses.replace(rates, notes=[wave.words] if wave.words else [])
+        wave_rates = dataclasses.replace(rates, notes=[wave.words] if wave.words else [])
         try:
-            axis, value = _sampled(wave, own)
+            axis, value = _sample_axis(wave, wave_rates)
         except RecordError as error:
             raise RecordError(f'"{column.name}": {error}, or leave it out ("{column.name}={SKIP}")') from None
         parts.append(Samples(column.name, value, axis.fs, axis.start, column.channel))
-        for words in own.notes:
-            said.setdefault(words, []).append(f'"{column.name}"')
+        for words in wave_rates.notes:
+            names_of_note.setdefault(words, []).append(f'"{column.name}"')
     if not parts:
         raise RecordError("holds no time records")
-    notes += [f"{few(names, 3)}: {words}" for words, names in said.items()]
-    found = gapless_channels(parts, notes)
-    counts = Counter((c.fs, c.size) for c in found)
+    notes += [f"{few(names, 3)}: {words}" for words, names in names_of_note.items()]
+    channels = gapless_channels(parts, notes)
+    counts = Counter((c.fs, c.size) for c in channels)
     if len(counts) > 1:
         listed = [f"{counts[rate]} at {rate[0]:.9g} Hz" for rate in sorted(counts)]
         notes.append(f"channels of several rates or lengths: {', '.join(listed)}")
-    return found
+    return channels
 
 
-def _sampled(wave: Waveform, rates: Rates) -> tuple[TimeAxis, np.ndarray]:
-    """Return when a channel was sampled, and its numbers."""
+def _sample_axis(wave: Waveform, rates: Rates) -> tuple[TimeAxis, np.ndarray]:
+    """Return the time axis of a channel and its samples."""
     if wave.fault or wave.useless:
         raise RecordError(wave.fault or f"{wave.useless.removeprefix('which ')}; choose another")
-    value, time, has = wave.value, wave.time, np.isfinite(wave.value)
+    value, time, is_number = wave.value, wave.time, np.isfinite(wave.value)
     rate = wave.fs or rates.fs or 0.0
     if time is None and not rate:
         raise RecordError("does not say its sampling interval or rate; give the sampling rate (--fs)")
-    if has.mean() <= 1 - GAPS:  # sampled more slowly; fewer are gaps
-        value, time = value[has], (np.arange(value.size) / rate if time is None else time)[has]
+    if is_number.mean() <= 1 - GAPS:  # sampled more slowly; fewer are gaps
+        value, time = value[is_number], (np.arange(value.size) / rate if time is None else time)[is_number]
     if time is not None and not np.isfinite(time).all():
         if not (known := np.flatnonzero(np.isfinite(time))).size:
             raise RecordError("has no times; give the sampling rate (--fs)")

@@ -34,7 +34,7 @@ OTHER_UNITS = frozenset((
 
 
 def is_unit(label: str) -> bool:
-    """Whether a label is that of a unit: one of ours, or one that loggers write."""
+    """Return True if a label is a unit: one that this package knows, or one that loggers write."""
     return bool(quantity_of(label, _NOT_MASS)) or is_angular(label) or label.lower() in OTHER_UNITS
 
 
@@ -57,28 +57,28 @@ def split_header(cell: str) -> tuple[str, str]:
 
 
 def is_time(name: str) -> bool:
-    """Whether a name is one that loggers give to the column of time."""
+    """Return True if a name is one that loggers give to the column of time."""
     return bool(_TIME.fullmatch(name))
 
 
 def is_index(name: str) -> bool:
-    """Whether a name is one that loggers give to the number of a sample."""
+    """Return True if a name is one that loggers give to the number of a sample."""
     return bool(_INDEX.fullmatch(name))
 
 
 def unique_names(names: Sequence[str], notes: list[str]) -> list[str]:
-    """Make names that channels can have: printable, not too long, none empty, none twice; notes say which changed."""
-    found: list[str] = []
+    """Return valid channel names: printable, not too long, none empty, none twice; notes say which changed."""
+    unique: list[str] = []
     for number, name in enumerate(names, 1):
         plain = "".join(c if c.isprintable() else " " for c in name).strip()
         new = plain if len(plain) <= NAME_LIMIT else f"{plain[: NAME_LIMIT - 3].rstrip()}..."
         new = new or f"column {number}"
-        first, count = new, 1
-        while new in found:
+        original, count = new, 1
+        while new in unique:
             count += 1
             end = f" ({count})"
-            new = first[: NAME_LIMIT - len(end)].rstrip() + end
+            new = original[: NAME_LIMIT - len(end)].rstrip() + end
         if new != name.strip():
             notes.append(f'column {number} is named "{new}"')
-        found.append(new)
-    return found
+        unique.append(new)
+    return unique

@@ -41,7 +41,7 @@ _NUMBERS = ("channel", "channels", "ch", "no", "no.", "nr", "nr.", "number", "in
 
 @dataclass(frozen=True)
 class Style:
-    """How the numbers of a table are written."""
+    """Separators of columns, decimals and thousands of a table."""
 
     separator: str
     point: str = "."
@@ -70,7 +70,7 @@ class Style:
 
 @dataclass(frozen=True)
 class Layout:
-    """Where a table is in its file; lines count from 0."""
+    """Place of a table in its file; lines count from 0."""
 
     style: Style
     first: int  #: line of the first numbers
@@ -89,19 +89,19 @@ def find_layout(head: Sequence[bytes]) -> Layout:
     """Find the table among the first lines of a file, which are UTF-8; a RecordError says that there is none."""
     for count in (FIRST_LINES, LINES):
         lines = [line.decode(errors="replace").rstrip("\r\n") for line in head[:count]]
-        tried = [found for separator in SEPARATORS if (found := _try(lines, separator))]
-        if not tried and len(head) > count:
+        candidates = [candidate for separator in SEPARATORS if (candidate := _try_separator(lines, separator))]
+        if not candidates and len(head) > count:
             continue
-        if not tried:
+        if not candidates:
             break
-        _, ends, layout = max(tried, key=lambda found: found[0])
+        _, ends, layout = max(candidates, key=lambda candidate: candidate[0])
         if ends or len(head) <= count:
             return layout
     raise RecordError("holds no records; needs a line with the names of the columns, then two or more of numbers")
 
 
-def _try(lines: Sequence[str], separator: str) -> tuple[int, bool, Layout] | None:
-    """Return how much speaks for a separator, whether its table goes on to the last line, and the table."""
+def _try_separator(lines: Sequence[str], separator: str) -> tuple[int, bool, Layout] | None:
+    """Return the score of a separator, True if its table goes on to the last line, and the table's layout."""
     filled = [i for i, line in enumerate(lines) if line.strip() and not line.startswith(COMMENTS)]
     if separator != BLANKS and not any(separator in lines[i] for i in filled) and separator != ",":
         return None
@@ -109,7 +109,7 @@ def _try(lines: Sequence[str], separator: str) -> tuple[int, bool, Layout] | Non
     style = _style(rows, separator)
     # A row of dashes is a line below the names, although dashes may stand for a number.
     kinds = [tuple(style.kind(cell) if any(map(_DIGITS.search, row)) else "t" for cell in row) for row in rows]
-    begin, end = _longest(kinds)
+    begin, end = _longest_block(kinds)
     if begin == end:
         return None
     width = 1 + max(i for row in kinds[begin:end] for i, kind in enumerate(row) if kind != "e")
@@ -123,7 +123,7 @@ def _try(lines: Sequence[str], separator: str) -> tuple[int, bool, Layout] | Non
         return None
     while _is_numbering(rows[begin], rows[begin + 1]) and end - begin > 2:
         begin += 1
-    layout = _headed(lines, filled, rows, begin, width, style)
+    layout = _find_header(lines, filled, rows, begin, width, style)
     numbers = sum(kind in "nd" for kind in kinds[end - 1])
     named = len(layout.cells) == width
     return (2 * named + 1) * min(end - begin, 20) * numbers, end == len(rows), layout
@@ -146,14 +146,14 @@ def _style(rows: Sequence[Sequence[str]], separator: str) -> Style:
     return Style(separator, *next(fitting, DECIMALS[0]))
 
 
-def _longest(kinds: Sequence[tuple[str, ...]]) -> tuple[int, int]:
-    """Begin and end of the longest block of rows of one width with numbers in the same columns.
+def _longest_block(kinds: Sequence[tuple[str, ...]]) -> tuple[int, int]:
+    """Return begin and end of the longest block of rows of one width with numbers in the same columns.
 
     Lines ``key;value`` are one, too: one whose first column holds numbers or times goes before.
     """
     best, best_score, begin = (0, 0), (False, 0), 0
     for i in range(1, len(kinds) + 1):
-        if i < len(kinds) and _alike(kinds[i], kinds[i - 1]):
+        if i < len(kinds) and _same_kinds(kinds[i], kinds[i - 1]):
             continue
         numbers = sum(kind in "nd" for kind in kinds[i - 1])
         score = (kinds[i - 1][0] in "nd" and i - begin > 1, (i - begin) * numbers)
@@ -163,24 +163,24 @@ def _longest(kinds: Sequence[tuple[str, ...]]) -> tuple[int, int]:
     return best
 
 
-def _alike(one: tuple[str, ...], other: tuple[str, ...]) -> bool:
-    return len(one) == len(other) and all(a == b or "e" in (a, b) for a, b in zip(one, other))
+def _same_kinds(row: tuple[str, ...], other: tuple[str, ...]) -> bool:
+    return len(row) == len(other) and all(a == b or "e" in (a, b) for a, b in zip(row, other))
 
 
 def _is_data(row: tuple[str, ...], below: tuple[str, ...]) -> bool:
-    """Whether a row holds numbers where the table has them, with at most half of them missing."""
+    """Return True if a row holds numbers where the table has them, with at most half of them missing."""
     numbers = [i for i, kind in enumerate(below) if kind in "nd"]
-    held = sum(i < len(row) and row[i] in "nd" for i in numbers)
-    return 2 * held >= len(numbers) > 0 and row[0] in ("e" if below[0] == "e" else "nd")
+    count = sum(i < len(row) and row[i] in "nd" for i in numbers)
+    return 2 * count >= len(numbers) > 0 and row[0] in ("e" if below[0] == "e" else "nd")
 
 
 def _is_damaged(above: Sequence[tuple[str, ...]], model: tuple[str, ...]) -> bool:
-    """Whether the last of the rows begins with a number or a time and has a row of numbers above it."""
+    """Return True if the last of the rows begins with a number or a time and has a row of numbers above it."""
     return len(above) > 1 and above[-1][0] in "nd" and model[0] in "nd" and _is_data(above[-2], model)
 
 
 def _is_numbering(row: Sequence[str], below: Sequence[str]) -> bool:
-    """Whether a row counts the columns, as one of channel numbers does and one of numbers does not."""
+    """Return True if a row counts the columns, as one of channel numbers does and one of numbers does not."""
     counted = [cell for cell in row if cell]
     if not all(cell.isdecimal() and len(cell) < 6 for cell in counted) or len(counted) < max(2, len(row) - 1):
         return False
@@ -188,10 +188,10 @@ def _is_numbering(row: Sequence[str], below: Sequence[str]) -> bool:
     return numbers == list(range(numbers[0], numbers[0] + len(numbers))) and not all(c.isdecimal() for c in below if c)
 
 
-def _headed(
+def _find_header(
     lines: Sequence[str], filled: Sequence[int], rows: list[list[str]], begin: int, width: int, style: Style
 ) -> Layout:
-    """Find the lines of names and of units above the numbers."""
+    """Return the layout with the lines of names and of units above the numbers."""
     header, units = -1, -1
     for at in range(begin - 1, max(-1, begin - 7), -1):
         row = without_end(rows[at])
@@ -205,15 +205,15 @@ def _headed(
             header = at
         elif len(row) != width:
             break
-    cells = without_end(rows[header]) if header >= 0 else _commented(lines, filled[begin], width, style)
+    cells = without_end(rows[header]) if header >= 0 else _names_in_comment(lines, filled[begin], width, style)
     return Layout(
         style, filled[begin], width, filled[header] if header >= 0 else filled[begin] - 1 if cells else -1,
         filled[units] if units >= 0 else -1, _with_units(cells, rows[units] if units >= 0 else []),
     )  # fmt: skip
 
 
-def _commented(lines: Sequence[str], first: int, width: int, style: Style) -> list[str]:
-    """Names of the columns in a comment right above the numbers, as numpy.savetxt writes them."""
+def _names_in_comment(lines: Sequence[str], first: int, width: int, style: Style) -> list[str]:
+    """Return the columns' names in a comment right above the numbers, as numpy.savetxt writes them."""
     line = lines[first - 1] if first else ""
     if (mark := next((mark for mark in COMMENTS if line.startswith(mark)), None)) is None:
         return []
@@ -222,7 +222,7 @@ def _commented(lines: Sequence[str], first: int, width: int, style: Style) -> li
 
 
 def _is_row_of_units(row: Sequence[str], labelled_only: bool) -> bool:
-    """Whether a row holds units; above the names only if it says so."""
+    """Return True if a row holds units; above the names only if it is labelled so."""
     if row and row[0].lower().rstrip(":") in _UNITS:
         return True
     known = [cell for cell in row if cell]
@@ -238,7 +238,7 @@ def _is_row_of_numbers(row: Sequence[str]) -> bool:
 
 
 def _with_units(cells: Sequence[str], units: Sequence[str]) -> tuple[str, ...]:
-    """Put the row of units into the names, in square brackets."""
+    """Return the names with their units of the row of units in square brackets."""
     plain = [unit.strip("[]() ") for unit in units] + [""] * len(cells)
     if plain and plain[0].lower().rstrip(":") in _UNITS:
         plain[0] = ""

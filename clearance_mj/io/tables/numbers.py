@@ -38,9 +38,9 @@ class Body:
 
     @functools.cached_property
     def lines(self) -> list[tuple[int, bytes]]:
-        """Number in the file, from 1, and text of each line of numbers."""
+        """Number in the file, from 1, and text of each line of the table."""
         lines = self.data[self.begin : self.end].splitlines()
-        filled = _filled(self.layout)
+        filled = _row_test(self.layout)
         return [(i, line) for i, line in enumerate(lines, self.layout.first + 1) if filled(line)]
 
     def cells(self, row: int) -> list[str]:
@@ -51,23 +51,23 @@ class Body:
         """Return what a column holds: "number", "stamp", "text", or "empty"."""
         if column >= self.frame.shape[1]:
             return "empty"
-        held = self.frame[column].dropna()
-        if held.empty:
+        values = self.frame[column].dropna()
+        if values.empty:
             return "empty"
-        if held.dtype.kind in "iuf":
+        if values.dtype.kind in "iuf":
             return "number"
-        some = held.iloc[np.linspace(0, len(held) - 1, 50).astype(int)].astype(str)
-        kinds = [self.layout.style.kind(cell.strip()) for cell in some]
+        sample = values.iloc[np.linspace(0, len(values) - 1, 50).astype(int)].astype(str)
+        kinds = [self.layout.style.kind(cell.strip()) for cell in sample]
         return _KINDS[max("ndt", key=kinds.count)]
 
     def numbers(self, column: int) -> np.ndarray:
-        """(n,) numbers of a column, nan where there is none."""
-        held = self.frame[column]
-        if held.dtype.kind in "iuf":
-            return held.to_numpy(float)
+        """Return (n,) numbers of a column, nan where there is none."""
+        values = self.frame[column]
+        if values.dtype.kind in "iuf":
+            return values.to_numpy(float)
         write = self.layout.style.number
         return np.array(
-            [cell if isinstance(cell, float) else _number(write(str(cell).strip())) for cell in held], float
+            [cell if isinstance(cell, float) else _number(write(str(cell).strip())) for cell in values], float
         )
 
     def last_digit(self, column: int) -> float:
@@ -87,8 +87,8 @@ def _number(text: str) -> float:
         return np.nan
 
 
-def _filled(layout: Layout) -> Callable[[bytes], bool]:
-    """Return whether a line is a row to pandas: none of blanks alone, which tabs are not if they separate columns."""
+def _row_test(layout: Layout) -> Callable[[bytes], bool]:
+    """Return a function that is True of lines that are rows to pandas, which skips blanks and comments."""
     blanks = b" \r\n" if layout.style.separator == "\t" else b" \t\r\n"
     return lambda line: bool(line.strip(blanks)) and not line.startswith(b"#")
 
@@ -102,7 +102,7 @@ def read_body(data: bytes, begin: int, layout: Layout, notes: list[str]) -> Body
     plain.seek(begin)
     # Comments are rare, and pandas would take what follows a mark within a line for one.
     if b"#" in data and b"\n#" in data[begin:end]:
-        plain = io.BytesIO(b"\n".join(line for line in data[begin:end].splitlines() if _filled(layout)(line)))
+        plain = io.BytesIO(b"\n".join(line for line in data[begin:end].splitlines() if _row_test(layout)(line)))
     style = layout.style
     options: dict[str, Any] = {"sep": r"\s+" if style.separator == BLANKS else style.separator}
     if style.thousands:
@@ -114,14 +114,14 @@ def read_body(data: bytes, begin: int, layout: Layout, notes: list[str]) -> Body
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", pd.errors.DtypeWarning)  # numbers and text in one column
-            at = plain.tell()
+            position = plain.tell()
             frame: pd.DataFrame = pd.read_csv(plain, header=None, decimal=style.point, **options)
-            found = Body(frame, data, begin, end, layout)
-            if any(dtype.kind not in "iuf" and found.kind(i) == "number" for i, dtype in enumerate(found.frame.dtypes)):
-                plain.seek(at)  # to look for codes takes a quarter more time, which most tables need not
+            body = Body(frame, data, begin, end, layout)
+            if any(dtype.kind not in "iuf" and body.kind(i) == "number" for i, dtype in enumerate(body.frame.dtypes)):
+                plain.seek(position)  # to look for codes takes a quarter more time, which most tables need not
                 frame = pd.read_csv(plain, header=None, decimal=style.point, na_values=_CODES, **options)
-                found = Body(frame, data, begin, end, layout)
-            return found
+                body = Body(frame, data, begin, end, layout)
+            return body
     except pd.errors.ParserError as error:
         raise _refusal(str(error), data[begin:end], layout) from None
 
@@ -129,7 +129,7 @@ def read_body(data: bytes, begin: int, layout: Layout, notes: list[str]) -> Body
 def _refusal(words: str, body: bytes, layout: Layout) -> RecordError:
     first = layout.first + 1
     for number, line in enumerate(body.splitlines(), first):
-        if not _filled(layout)(line):
+        if not _row_test(layout)(line):
             continue
         if line.count(b'"') % 2:
             return RecordError(f"line {number}: has a quotation mark that is not closed")
@@ -142,21 +142,21 @@ def _refusal(words: str, body: bytes, layout: Layout) -> RecordError:
 
 
 def _end_of_numbers(data: bytes, first: int, layout: Layout, notes: list[str]) -> int:
-    """Return where lines begin, at the end of a file, that are no numbers, or fewer than those before."""
+    """Return the byte where the last lines begin that are no numbers, or fewer than those before."""
     begin = max(first, len(data) - TAIL)
     begin = data.find(b"\n", begin) + 1 if begin > first else first
     lines = data[begin:].splitlines(keepends=True)
-    kept = len(lines)
-    while kept > 1 and not _is_row(lines[kept - 1], layout):
-        kept -= 1
-    if kept <= 1 or not any(map(_filled(layout), lines[kept:])):
+    count = len(lines)
+    while count > 1 and not _is_row(lines[count - 1], layout):
+        count -= 1
+    if count <= 1 or not any(map(_row_test(layout), lines[count:])):
         return len(data)
-    end = begin + sum(map(len, lines[:kept]))
+    end = begin + sum(map(len, lines[:count]))
     number = layout.first + 1 + data.count(b"\n", first, end)
     notes.append(f"left out from line {number} on, which is cut off or no line of numbers")
     return end
 
 
 def _is_row(line: bytes, layout: Layout) -> bool:
-    cells = layout.style.split(line.decode(errors="replace")) if _filled(layout)(line) else []
+    cells = layout.style.split(line.decode(errors="replace")) if _row_test(layout)(line) else []
     return len(cells) >= layout.width and layout.style.kind(cells[0]) in "nde"

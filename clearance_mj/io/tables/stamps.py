@@ -26,7 +26,7 @@ DAY = 86400.0  # s
 
 
 def read_stamps(cells: pd.Series) -> tuple[np.ndarray, float, str] | None:
-    """Return seconds since the first instant (n,), the last digit in s, and how dates were taken; None of other text.
+    """Return seconds since the first instant (n,), the last digit in s, and how dates were read; None of other text.
 
     A clock that goes past midnight goes on. Of days and months that could be either, the order is the one in which
     time goes on in even steps, otherwise that of the country whose separator it is.
@@ -60,8 +60,8 @@ def _hours(part: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def _days(part: dict[str, np.ndarray], clock: np.ndarray) -> tuple[np.ndarray, str]:
-    """Days (n,) since some day, and the order in which dates were read."""
-    dates, place = np.unique(
+    """Return days (n,) since some day, and in words the order in which dates were read."""
+    dates, inverse = np.unique(
         np.char.add(np.char.add(np.char.add(part["a"], " "), np.char.add(part["b"], " ")), part["c"]),
         return_inverse=True,
     )
@@ -76,18 +76,18 @@ def _days(part: dict[str, np.ndarray], clock: np.ndarray) -> tuple[np.ndarray, s
         orders.pop("year-month-day")
         if mark == "/":
             orders = dict(reversed(orders.items()))
-    found: dict[str, np.ndarray] = {}
+    day_numbers: dict[str, np.ndarray] = {}
     for name, order in orders.items():
         try:
             number = np.array([_day(*(row[i] for i in order)) for row in fields], dtype=float)
         except ValueError:
             continue
-        found[name] = number[place]
-    if not found:
+        day_numbers[name] = number[inverse]
+    if not day_numbers:
         raise RecordError(f'"{mark.join(fields[0])}" is no date')
-    name = min(found, key=lambda name: _unevenness(clock + DAY * found[name]))
-    unsure = ", which it does not say" if len(found) > 1 and not mark == "." else ""
-    return found[name], "" if is_iso else f" (dates are {name.replace('-', mark)}{unsure})"
+    name = min(day_numbers, key=lambda name: _unevenness(clock + DAY * day_numbers[name]))
+    unsure = ", which it does not say" if len(day_numbers) > 1 and not mark == "." else ""
+    return day_numbers[name], "" if is_iso else f" (dates are {name.replace('-', mark)}{unsure})"
 
 
 def _day(year: str, month: str, day: str) -> int:
@@ -99,6 +99,6 @@ def _day(year: str, month: str, day: str) -> int:
 
 
 def _unevenness(time: np.ndarray) -> float:
-    """Largest departure of a step from the median one, s."""
+    """Return the largest departure of a step from the median one, s."""
     steps = np.diff(time)
     return float(np.abs(steps - np.median(steps)).max(initial=0.0))

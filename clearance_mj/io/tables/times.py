@@ -25,17 +25,17 @@ _WHOLE = 0.999  # of the last digit that a step must have: steps of less would n
 def time_of(
     body: Body, used: Sequence[Column], cells: Sequence[str], rates: Rates, known: tuple[float, int] | None
 ) -> tuple[TimeAxis, frozenset[int]]:
-    """Return when the samples were taken: by a column of time, the caller's rate, or that of a line above the table.
+    """Return the instants of the samples: by a column of time, the caller's rate, or that of a line above the table.
 
-    ``known`` is such a rate in Hz and the number of its line. The second is the columns that are time and no channels.
+    ``known`` is such a rate in Hz and the number of its line. The second value are the columns of time.
     Notes say which was taken, and whether two differ.
     """
     fs, notes = rates.fs, rates.notes
     times = [c for c in used if c.quantity == "time"]
     if times and times[0].is_raw_time:
-        times = _of_several(body, times)
+        times = _select_time(body, times)
     if not times and fs is None and known is None:
-        times = _rising(body, used, notes)
+        times = _rising_first_column(body, used, notes)
     if not times:
         if fs is None and known is None:
             raise RecordError(
@@ -53,13 +53,13 @@ def time_of(
         )
     (column,) = times
     all_of_time = frozenset(c.index for c in (*used, column) if c.quantity == "time")
-    axis = _timing(body, column, cells, rates, known)
+    axis = _axis_of_column(body, column, cells, rates, known)
     if known and axis.time is None and abs(axis.fs / known[0] - 1) > _AGREES:
         notes.append(f'{axis.fs:.9g} Hz by "{column.name}", not the {known[0]:.9g} Hz of line {known[1]}')
     return axis, all_of_time
 
 
-def _of_several(body: Body, times: Sequence[Column]) -> list[Column]:
+def _select_time(body: Body, times: Sequence[Column]) -> list[Column]:
     """Return the one raw column of time to take, of numbers rather than of stamps, or several that differ."""
     numbers = [c for c in times if body.kind(c.index) == "number"]
     if len(numbers) < 2:
@@ -70,7 +70,7 @@ def _of_several(body: Body, times: Sequence[Column]) -> list[Column]:
     return numbers[:1] if len(same) == len(numbers) else numbers
 
 
-def _rising(body: Body, used: Sequence[Column], notes: list[str]) -> list[Column]:
+def _rising_first_column(body: Body, used: Sequence[Column], notes: list[str]) -> list[Column]:
     """Return the first column if it rises in even steps and has a unit of time, or none and no name but "X"."""
     first = min(used, key=lambda c: c.index)
     if not first.is_raw or body.kind(first.index) != "number" or first.unit not in ("", *UNITS["time"]):
@@ -86,10 +86,10 @@ def _rising(body: Body, used: Sequence[Column], notes: list[str]) -> list[Column
     return [column]
 
 
-def _timing(
+def _axis_of_column(
     body: Body, column: Column, cells: Sequence[str], rates: Rates, known: tuple[float, int] | None
 ) -> TimeAxis:
-    """Return when samples were taken, by a column of instants."""
+    """Return the instants of samples by a column of time."""
     notes = rates.notes
     index, where = column.index, f'column {column.index + 1} "{cells[column.index]}"'
     if body.kind(index) == "stamp" and (stamps := read_stamps(body.frame[index])):
@@ -98,28 +98,28 @@ def _timing(
     elif np.isnan(column.scale):
         raise RecordError(f'{where}: unit "{column.unit}" of time is unknown; map it: "{column.name}=time [s]"')
     else:
-        held = body.frame[index]  # whole numbers as they are
-        value = held.to_numpy() if held.dtype.kind in "iu" else body.numbers(index)
+        stored = body.frame[index]  # whole numbers as they are
+        value = stored.to_numpy() if stored.dtype.kind in "iu" else body.numbers(index)
         time, scale = since_start(value, column.scale, column.name, notes, column.unit)
         digit = max(scale * body.last_digit(index), scale * float(np.spacing(float(value[0]))))
     faulty = np.flatnonzero(~np.isfinite(time))
     if faulty.size:
         row = body.cells(faulty[0])
-        found = f'"{row[index]}"' if index < len(row) and row[index] else "an empty cell"
+        cell = f'"{row[index]}"' if index < len(row) and row[index] else "an empty cell"
         raise RecordError(
-            f"line {body.lines[faulty[0]][0]}, {where}: {found} is not a number or a time; mend it, or end the file "
+            f"line {body.lines[faulty[0]][0]}, {where}: {cell} is not a number or a time; mend it, or end the file "
             "before it"
         )
     step = (time[-1] - time[0]) / (time.size - 1)
-    off = np.abs(time - (time[0] + step * np.arange(time.size))) > 1e-3 * abs(step) + digit
-    if known and not off.any() and step > 0 and abs(step * known[0] - 1) < max(_AGREES, digit / step / time.size):
+    is_off = np.abs(time - (time[0] + step * np.arange(time.size))) > 1e-3 * abs(step) + digit
+    if known and not is_off.any() and step > 0 and abs(step * known[0] - 1) < max(_AGREES, digit / step / time.size):
         if step < _WHOLE * digit:
             notes.append(f"{known[0]:.9g} Hz, from line {known[1]}: the times have too few digits")
             return TimeAxis(known[0], float(time[0]))
     is_coarse = digit > _COARSE * step > 0 and np.ptp(np.diff(time)) > 1e-3 * step  # rounded: no two instants tell it
-    if is_coarse and not off.any() and (even := jittering_rate(time, notes)):
+    if is_coarse and not is_off.any() and (even := jittering_rate(time, notes)):
         return TimeAxis(*even)
-    if step > _WHOLE * digit and not off.any():
+    if step > _WHOLE * digit and not is_off.any():
         return TimeAxis(simplest_rate(float(step), digit / (time.size - 1)), float(time[0]))
     try:
         return time_axis(time, 0.0, rates)

@@ -42,13 +42,13 @@ __all__ = [
 
 
 class FileWarning(UserWarning):
-    """Something that a file does not say and that was taken for granted."""
+    """Assumption about something that a file does not say."""
 
 
 def read_uff(
     path: str | PathLike[str], reference: str | None = None, units: str | None = None, what: str | None = None
 ) -> list[Channel] | FRF | Spectra | Modes | Geometry | FileContents:
-    """Read the time records or the FRFs of a universal file, or what else it holds.
+    """Read the time records or the FRFs of a universal file, or its other data.
 
     Parameters
     ----------
@@ -61,13 +61,13 @@ def read_uff(
     units : str, optional
         Units of the file, whatever its data set 164 says: "SI", or length and force, such as "mm,N".
     what : str, optional
-        What to return of a file that holds several things, see `clearance_mj.io.contents.FileContents.pick`.
+        Part to return of a file that holds several, see `clearance_mj.io.contents.FileContents.pick`.
 
     Returns
     -------
     list of Channel, FRF, Spectra, Modes, Geometry or FileContents
-        The time records or the FRFs if it holds one of them, whatever stands beside; otherwise the one thing that it
-        holds, or all of several; `clearance_mj.read` returns all in any case. A quantity that is neither displacement,
+        The time records or the FRFs if it holds one of them, whatever else it holds; otherwise its one kind of data,
+        or all of several; `clearance_mj.read` returns all in any case. A quantity that is neither displacement,
         velocity, acceleration nor force is "unknown", its values as in the file.
 
     Raises
@@ -75,66 +75,66 @@ def read_uff(
     RecordError
         If the file is missing, damaged, or holds none of these; the message names the file and the data set.
     """
-    found = _everything(path, reference, units)
+    content = _read_contents(path, reference, units)
     with naming(path):
         if what:
-            return found.pick(what)
-        if bool(found.channels) != (len(found.frfs) == 1) and not len(found.frfs) > 1:
-            return found.pick("channels" if found.channels else "frf")
-    return _one_or_all(found)
+            return content.pick(what)
+        if bool(content.channels) != (len(content.frfs) == 1) and not len(content.frfs) > 1:
+            return content.pick("channels" if content.channels else "frf")
+    return _single_part(content)
 
 
-def _everything(path: str | PathLike[str], reference: str | None, units: str | None) -> FileContents:
+def _read_contents(path: str | PathLike[str], reference: str | None, units: str | None) -> FileContents:
     data = contents(path)
     with naming(path):
-        found, notes = _read(data, reference, units)
+        content, notes = _parse(data, reference, units)
     _warn(path, notes)
-    return found
+    return content
 
 
-def _one_or_all(found: FileContents) -> list[Channel] | FRF | Spectra | Modes | Geometry | FileContents:
-    parts = [*found.parts.values()]
-    return parts[0] if len(parts) == 1 else found
+def _single_part(content: FileContents) -> list[Channel] | FRF | Spectra | Modes | Geometry | FileContents:
+    parts = [*content.parts.values()]
+    return parts[0] if len(parts) == 1 else content
 
 
 def _read_all(
     path: str | PathLike[str], reference: str | None = None, units: str | None = None
 ) -> list[Channel] | FRF | Spectra | Modes | Geometry | FileContents:
-    """Everything that a universal file holds."""
-    return _one_or_all(_everything(path, reference, units))
+    """Return all data of a universal file."""
+    return _single_part(_read_contents(path, reference, units))
 
 
-def _read(data: bytes, reference: str | None, units: str | None) -> tuple[FileContents, list[str]]:
-    """Everything in a file, and what was taken for granted."""
+def _parse(data: bytes, reference: str | None, units: str | None) -> tuple[FileContents, list[str]]:
+    """Return all data of a file, and notes on what was assumed."""
     functions, blocks, notes = scan(data, parse_units(units) if units else None)
     records: list[Function] = []
     others: list[Function] = []
     for f in functions:
-        why = why_no_record(data, f) if is_of_time(f) else None
-        if why == "":
+        reason = why_no_record(data, f) if is_of_time(f) else None
+        if reason == "":
             records.append(f)
             continue
         others.append(f)
-        if why:
-            notes.append(f"data set {f.number}: {why}; read as a function of time, not as a record")
+        if reason:
+            notes.append(f"data set {f.number}: {reason}; read as a function of time, not as a record")
     parts = [read_samples(data, f, notes, name) for f, name in zip(records, distinct_names(records))]
     channels = gapless_channels(parts, notes) if parts else []
-    frfs, left = read_frfs(data, others, reference, notes)
-    rest = [f for f in others if not f.is_frf and f.kind != COHERENCE]
-    spectra = read_spectra(data, [*rest, *left]) if reference is None or not frfs else []
+    frfs, lone_coherences = read_frfs(data, others, reference, notes)
+    other_functions = [f for f in others if not f.is_frf and f.kind != COHERENCE]
+    spectra = read_spectra(data, [*other_functions, *lone_coherences]) if reference is None or not frfs else []
     geometry = read_geometry_blocks(blocks, notes)
     modes = tuple(_modes(shapes) for shapes in read_modes(blocks))
-    found = FileContents(tuple(channels), tuple(frfs), tuple(spectra), modes, geometry)
-    if not found.parts:
-        there = named_sets(block.kind for block in blocks)
+    content = FileContents(tuple(channels), tuple(frfs), tuple(spectra), modes, geometry)
+    if not content.parts:
+        kinds = named_sets(block.kind for block in blocks)
         raise RecordError(
-            f"holds {f'data sets {there} only' if there else 'no data set'}; there is no function, mode or node in it"
+            f"holds {f'data sets {kinds} only' if kinds else 'no data set'}; there is no function, mode or node in it"
         )
-    return found, notes
+    return content, notes
 
 
 def _warn(path: str | PathLike[str], notes: Sequence[str]) -> None:
-    """Say what was taken for granted; of many alike the first ones."""
+    """Issue notes on what was assumed as warnings, of many only the first ones."""
     for note in notes[:MOST_NOTES]:
         warnings.warn(f"{path}: {note}", FileWarning, stacklevel=4)
     if len(notes) > MOST_NOTES:
@@ -157,10 +157,10 @@ def read_geometry(path: str | PathLike[str], units: str | None = None) -> Geomet
     data = contents(path)
     with naming(path):
         _, blocks, notes = scan(data, parse_units(units) if units else None)
-        if (found := read_geometry_blocks(blocks, notes)) is None:
+        if (geometry := read_geometry_blocks(blocks, notes)) is None:
             raise RecordError(f"holds no geometry (data sets {named_sets(GEOMETRY_SETS)})")
     _warn(path, notes)
-    return found
+    return geometry
 
 
 def scan_uff(path: str | PathLike[str]) -> list[ChannelHeader]:
@@ -168,10 +168,10 @@ def scan_uff(path: str | PathLike[str]) -> list[ChannelHeader]:
     data = contents(path)
     with naming(path):
         functions = scan(data).functions
-        if found := [f for f in functions if is_of_time(f)]:
-            return [read_channel_header(data, f, [], name) for f, name in zip(found, distinct_names(found))]
-        there = ", ".join(dict.fromkeys(f"{f.kind} ({f.type_name})" for f in functions))
-        raise RecordError(f"needs time records (data sets 58 of function type 1); its functions are {there or 'none'}")
+        if records := [f for f in functions if is_of_time(f)]:
+            return [read_channel_header(data, f, [], name) for f, name in zip(records, distinct_names(records))]
+        kinds = ", ".join(dict.fromkeys(f"{f.kind} ({f.type_name})" for f in functions))
+        raise RecordError(f"needs time records (data sets 58 of function type 1); its functions are {kinds or 'none'}")
 
 
 def write_uff(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> None:
@@ -204,7 +204,7 @@ def write_uff(path: str | PathLike[str], obj: object, rig: Rig | None = None) ->
 
 
 def _blocks(obj: Any) -> Iterable[bytes]:
-    """Data sets of one thing."""
+    """Return the data sets of one object."""
     if isinstance(obj, Geometry):
         return [text.encode() for text in geometry_sets(obj)]
     if isinstance(obj, Modes):
@@ -216,21 +216,21 @@ def _blocks(obj: Any) -> Iterable[bytes]:
     return [channel_block(c) for c in _channels(obj)]
 
 
-def _modes(found: ModeShapes) -> Modes:
-    """Shapes as they are scaled in the file, translations alone."""
-    rows = [i for i, dof in enumerate(found.dofs) if "R" not in dof]
-    return Modes(found.frequency, found.damping, found.shape[rows], tuple(found.dofs[i] for i in rows))
+def _modes(shapes: ModeShapes) -> Modes:
+    """Return shapes as they are scaled in the file, translations alone."""
+    rows = [i for i, dof in enumerate(shapes.dofs) if "R" not in dof]
+    return Modes(shapes.frequency, shapes.damping, shapes.shape[rows], tuple(shapes.dofs[i] for i in rows))
 
 
 def _header(title: str) -> str:
-    """Data set 151, what the file is about, with fixed dates: the same object gives the same bytes."""
+    """Return data set 151, the file's title, with fixed dates: the same object gives the same bytes."""
     moment, program = f"{'01-Jan-00':<10}{'00:00:00':<10}", f"{'clearance_mj':<80}"
     return text_set(151, (program, f"{title:<80}", program, moment + f"{0:10d}" * 3, moment, program, moment))
 
 
 def _channels(obj: object) -> list[Channel]:
-    found = getattr(obj, "channels", obj)
-    channels: list[Any] = [*found] if isinstance(found, Iterable) else [found]
+    items = getattr(obj, "channels", obj)
+    channels: list[Any] = [*items] if isinstance(items, Iterable) else [items]
     if wrong := [type(item).__name__ for item in channels if not isinstance(item, Channel)]:
         raise RecordError(f"needs a sequence of Channel, a Record or an FRF, got {wrong[0]}")
     if not channels:

@@ -36,17 +36,17 @@ class _Group:
     coherences: dict[Pair, Function] = field(default_factory=dict)
 
     def fits(self, kind: int, measure: Measure, frequency: np.ndarray, pair: Pair) -> bool:
-        """Whether a function is another one of these."""
+        """Return True if a function belongs to this group."""
         same = (kind, measure.quantity, measure.unit) == (self.kind, self.measure.quantity, self.measure.unit)
         return same and pair not in self.functions and np.array_equal(frequency, self.frequency)
 
     def place_of(self, coherence: Function, frequency: np.ndarray, only: bool) -> Pair | None:
         """Return the pair whose coherence this is; ``only``: there is one reference, which it need not name."""
         references = {reference for _, reference in self.functions}
-        own = next(iter(references)) if only and len(references) == 1 else coherence.reference
-        pair = coherence.response, own
-        free = pair in self.functions and pair not in self.coherences
-        return pair if free and np.array_equal(frequency, self.frequency) else None
+        reference_label = next(iter(references)) if only and len(references) == 1 else coherence.reference
+        pair = coherence.response, reference_label
+        is_open = pair in self.functions and pair not in self.coherences
+        return pair if is_open and np.array_equal(frequency, self.frequency) else None
 
 
 def read_frfs(
@@ -54,9 +54,9 @@ def read_frfs(
 ) -> tuple[list[FRF], list[Function]]:
     """Return the FRFs of a file, as few as hold them all, and the coherences that belong to none of them."""
     groups: list[_Group] = []
-    named = list(dict.fromkeys(f.reference for f in functions if f.is_frf))
-    if reference is not None and named and reference not in named:
-        raise RecordError(f"holds FRFs to {', '.join(named)}; not {reference}")
+    references = list(dict.fromkeys(f.reference for f in functions if f.is_frf))
+    if reference is not None and references and reference not in references:
+        raise RecordError(f"holds FRFs to {', '.join(references)}; not {reference}")
     for f in functions:
         if not f.is_frf or reference not in (None, f.reference):
             continue
@@ -67,12 +67,12 @@ def read_frfs(
         if group is None:
             groups.append(group := _Group(f.kind, measure, frequency))
         group.functions[pair] = f
-    left = [f for f in functions if f.kind == COHERENCE and not _joined(data, f, groups, len(named) == 1)]
-    return [_frf(data, group) for group in groups], left
+    lone = [f for f in functions if f.kind == COHERENCE and not _attach(data, f, groups, len(references) == 1)]
+    return [_frf(data, group) for group in groups], lone
 
 
-def _joined(data: bytes, coherence: Function, groups: list[_Group], only: bool) -> bool:
-    """Put a coherence beside its FRF, if it has one."""
+def _attach(data: bytes, coherence: Function, groups: list[_Group], only: bool) -> bool:
+    """Attach a coherence to its FRF and return True, or return False if no group has it."""
     frequency = abscissa(data, coherence)
     for group in groups:
         if pair := group.place_of(coherence, frequency, only):
@@ -100,8 +100,8 @@ def _to_reference(data: bytes, group: _Group, reference: str) -> FRF:
     rising = slice(None, None, -1 if group.frequency[-1] < group.frequency[0] else 1)  # sweeps go down, too
     known = None if np.isnan(coherence).all() else coherence[:, rising]
     labels = responses, (reference,), group.measure.quantity, group.measure.unit
-    said = _WINDOW.fullmatch(group.functions[pairs[0]].note)
-    return FRF(group.frequency[rising], value[:, rising], known, *labels, window_rate=float(said[1]) if said else 0.0)
+    match = _WINDOW.fullmatch(group.functions[pairs[0]].note)
+    return FRF(group.frequency[rising], value[:, rising], known, *labels, window_rate=float(match[1]) if match else 0.0)
 
 
 def frf_blocks(frf: FRF) -> list[bytes]:
@@ -110,12 +110,12 @@ def frf_blocks(frf: FRF) -> list[bytes]:
 
 
 def _frf_blocks(frf: FRF) -> Iterator[bytes]:
-    """FRFs to one reference, then their coherences."""
+    """Yield the data sets of FRFs to one reference, then of their coherences."""
     for label in (frf.reference, *frf.responses):
         check_dof(label)
     note = f"exponential window {frf.window_rate:.9g} 1/s" if frf.window_rate else "NONE"
     kind: dict[str, Any] = {"kind": FREQUENCY_RESPONSE, "note": note}
-    ratios = [kind | _of_ratio(quantity, frf.unit_label) for quantity in frf.row_quantities]
+    ratios = [kind | _ratio_fields(quantity, frf.unit_label) for quantity in frf.row_quantities]
     coherences: list[dict[str, Any]] = [{"kind": COHERENCE}] * len(ratios)
     for what, headers, rows in (("FRF", ratios, frf.value), ("coherence", coherences, frf.coherence)):
         for header, label, row in zip(headers, frf.responses, () if rows is None else rows[:, 0]):
@@ -127,13 +127,13 @@ def _frf_blocks(frf: FRF) -> Iterator[bytes]:
             yield spectrum_block(frf.frequency, row, abscissa_type=FREQUENCY, **place, **header)
 
 
-def _of_ratio(quantity: str, label: str) -> dict[str, Any]:
+def _ratio_fields(quantity: str, label: str) -> dict[str, Any]:
     """Return types and unit of a ratio of two quantities."""
     names = quantity.split("/")
     if len(names) != 2 or not set(names) <= {*QUANTITIES, UNKNOWN}:
         raise RecordError(f'quantity "{quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
     known = [QUANTITIES.get(name) for name in names]
-    units = [each.ascii_unit for each in known if each]
+    units = [entry.ascii_unit for entry in known if entry]
     unit = "/".join(f"({unit})" if "/" in unit else unit for unit in units) if all(known) else label or "NONE"
-    above, below = (each.codes[0] if each else 0 for each in known)
+    above, below = (entry.codes[0] if entry else 0 for entry in known)
     return {"numerator": above, "denominator": below, "unit": unit}

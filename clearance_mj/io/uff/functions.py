@@ -25,7 +25,7 @@ _SCALES = {"khz": 1e3, "ms": 1e-3}  # of an abscissa, by its unit in lower case
 
 
 def is_of_time(function: Function) -> bool:
-    """Whether a function is a time record."""
+    """Return True if a function is a time record."""
     return function.kind == TIME_FUNCTION or (function.kind == 0 and function.abscissa_type == TIME)
 
 
@@ -43,7 +43,7 @@ def why_no_record(data: bytes, function: Function) -> str:
 
 
 def read_channel_header(data: bytes, function: Function, notes: list[str], name: str) -> ChannelHeader:
-    """Return what the header of a time function says of its channel; refuses what is no record in even steps."""
+    """Return the header of a time function's channel; refuses a function that is no record in even steps."""
     with naming(f"data set {function.number}"):
         if why := why_no_record(data, function):
             raise RecordError(why)
@@ -72,20 +72,20 @@ def name_of(function: Function) -> str:
 
 
 def distinct_names(functions: Sequence[Function]) -> list[str]:
-    """Return names of records; those that share a title are named after their place, too, or numbered."""
+    """Return names of records; those of the same title are named after their place, too, or numbered."""
     titles = [name_of(f) for f in functions]
     count = Counter(titles)
-    found: dict[str, None] = {}
+    names: dict[str, None] = {}
     for f, title in zip(functions, titles):
         places = (f.entity, f.response if not f.response.startswith("0:") else "", f.unit_title)
         place = next((p for p in places if p.upper() not in ("", "NONE") and p != title), "")
         base = f"{title}, {place}"[:NAME_LIMIT].strip(", ") if count[title] > 1 else title
         name, number = base, 1
-        while name in found:
+        while name in names:
             number += 1
             name = f"{base[: NAME_LIMIT - 8].strip()} ({number})"
-        found[name] = None
-    return list(found)
+        names[name] = None
+    return list(names)
 
 
 def abscissa(data: bytes, function: Function) -> np.ndarray:
@@ -97,7 +97,7 @@ def abscissa(data: bytes, function: Function) -> np.ndarray:
 
 
 def _timing(data: bytes, function: Function, notes: list[str]) -> tuple[float, float]:
-    """Sampling rate in Hz and time of the first sample in s."""
+    """Return sampling rate in Hz and time of the first sample in s."""
     scale = _SCALES.get(function.axis_unit.lower(), 1.0)
     if function.even:
         if not float(function.step or 0) > 0:

@@ -1,4 +1,4 @@
-"""Where the nodes of a test are: nodes (data sets 15, 2411, 781), lines (82), elements (2412), systems (18, 2420).
+"""Geometry of a test: nodes (data sets 15, 2411, 781), lines (82), elements (2412), systems (18, 2420).
 
 15: FORMAT(4I10,1P3E13.5) node, systems of definition and displacement, colour, position. 2411, 781: 4I10
 of the same, then 1P3D25.16. 82: FORMAT(3I10) number, nodes, colour; 80A1 name; 8I10 nodes, 0 lifts the pen. 2412: 6I10
@@ -24,7 +24,7 @@ from ...universal.fields import Block, fields, read_integer, read_real, text_set
 __all__ = ["GEOMETRY_SETS", "geometry_sets", "read_geometry_blocks", "rig_geometry"]
 
 GEOMETRY_SETS = (15, 18, 82, 781, 2411, 2412, 2420)
-"""Data sets of which a geometry is made"""
+"""Data sets that make up a geometry"""
 _BEAMS = (11, 21, 22, 23, 24)  # kinds of elements with a record of their orientation
 _KINDS = ("cartesian", "cylindrical", "spherical")
 Node = tuple[int, int, int, list[float]]  # number, systems of definition and displacement, position in m
@@ -48,9 +48,9 @@ def rig_geometry(rig: Rig) -> Geometry:
 
 
 def read_geometry_blocks(blocks: Sequence[Block], notes: list[str]) -> Geometry | None:
-    """Put nodes, lines, elements and systems of a file together; None if it has none."""
+    """Return the geometry of a file's nodes, lines, elements and systems; None if it has none."""
     blocks = [block for block in blocks if block.kind in GEOMETRY_SETS]
-    found: dict[int, Node] = {}
+    nodes: dict[int, Node] = {}
     lines: list[tuple[int, ...]] = []
     elements: list[Element] = []
     systems: list[CoordinateSystem] = []
@@ -64,14 +64,14 @@ def read_geometry_blocks(blocks: Sequence[Block], notes: list[str]) -> Geometry 
                 elements += _elements(block)
             else:
                 for node in _nodes(block):
-                    if found.setdefault(node[0], node)[3] != node[3]:
+                    if nodes.setdefault(node[0], node)[3] != node[3]:
                         notes.append(f"data set {block.number}: node {node[0]} comes twice; its first place is taken")
     if not blocks:
         return None
     by_number = {system.number: system for system in systems}
-    position = [_global(node, by_number, notes) for node in found.values()]
-    local = tuple(node[2] for node in found.values())
-    return Geometry(tuple(found), np.array(position), tuple(lines), tuple(elements), tuple(systems), local)
+    position = [_global(node, by_number, notes) for node in nodes.values()]
+    local = tuple(node[2] for node in nodes.values())
+    return Geometry(tuple(nodes), np.array(position), tuple(lines), tuple(elements), tuple(systems), local)
 
 
 def _nodes(block: Block) -> Iterator[Node]:
@@ -92,7 +92,7 @@ def _nodes(block: Block) -> Iterator[Node]:
 
 
 def _global(node: Node, systems: dict[int, CoordinateSystem], notes: list[str]) -> list[float]:
-    """Position in global coordinates."""
+    """Return the position in global coordinates."""
     number, definition, _, place = node
     if (system := systems.get(definition)) is None:
         return place
@@ -170,14 +170,14 @@ def _system(number: int, kind: int, origin: np.ndarray, axes: Iterable[Iterable[
 
 
 def _words(line: str) -> list[str]:
-    """Whole numbers of a record, between blanks or, where they fill their columns, cut."""
+    """Return the whole numbers of a record as text, split at blanks or, where they fill their columns, cut."""
     words = line.split()
     return words if all(len(word) <= 10 for word in words) else fields(line, 10)
 
 
 def _integers(line: str, what: str, count: int) -> list[int]:
-    found = [read_integer(word, what) for word in _words(line)[:count]]
-    return found + [0] * (count - len(found))
+    values = [read_integer(word, what) for word in _words(line)[:count]]
+    return values + [0] * (count - len(values))
 
 
 def _reals(line: str, width: int, count: int, what: str) -> list[float]:
@@ -186,7 +186,7 @@ def _reals(line: str, width: int, count: int, what: str) -> list[float]:
 
 
 def geometry_sets(geometry: Geometry) -> list[str]:
-    """Data sets of a geometry as text: nodes with the six digits of data set 15, or in full where these do not do."""
+    """Return the data sets of a geometry as text: nodes in six digits (data set 15), or in full if these do not do."""
     positions = {node: "".join(f"{x:13.5E}" for x in place) for node, place in geometry.nodes.items()}
     exact = all(
         [float(text[i : i + 13]) for i in (0, 13, 26)] == list(geometry.nodes[node]) for node, text in positions.items()
@@ -203,7 +203,7 @@ def geometry_sets(geometry: Geometry) -> list[str]:
         rows = [row for node, place in geometry.nodes.items() for row in (heads[node], _full(place))]
         sets.append(text_set(2411, rows))
     for number, nodes in enumerate(geometry.lines, 1):
-        rows = _eights(nodes)
+        rows = _rows_of_eight(nodes)
         sets.append(text_set(82, (f"{number:10d}{len(nodes):10d}{1:10d}", f"{f'line {number}':<80}", *rows)))
     if geometry.elements:
         sets.append(text_set(2412, (row for element in geometry.elements for row in _element_rows(element))))
@@ -212,7 +212,7 @@ def geometry_sets(geometry: Geometry) -> list[str]:
 
 def _element_rows(element: Element) -> list[str]:
     head = f"{element.number:10d}{element.kind:10d}{1:10d}{1:10d}{7:10d}{len(element.nodes):10d}"
-    return [head, *([f"{0:10d}{1:10d}{1:10d}"] if element.kind in _BEAMS else []), *_eights(element.nodes)]
+    return [head, *([f"{0:10d}{1:10d}{1:10d}"] if element.kind in _BEAMS else []), *_rows_of_eight(element.nodes)]
 
 
 def _system_rows(system: CoordinateSystem) -> list[str]:
@@ -224,5 +224,5 @@ def _full(values: Iterable[float]) -> str:
     return "".join(f"{value:25.16e}" for value in values).replace("e", "D")
 
 
-def _eights(nodes: Sequence[int]) -> list[str]:
+def _rows_of_eight(nodes: Sequence[int]) -> list[str]:
     return ["".join(f"{node:10d}" for node in nodes[i : i + 8]) for i in range(0, len(nodes), 8)]

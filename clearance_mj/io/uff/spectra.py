@@ -28,7 +28,7 @@ _PLAIN_AXIS = ("sample", "")
 
 
 def read_spectra(data: bytes, functions: Sequence[Function]) -> list[Spectra]:
-    """Put functions together that are of one kind and over the same abscissa."""
+    """Return spectra, each of all functions of one kind over the same abscissa."""
     groups: list[tuple[tuple[str, str, str], np.ndarray, list[Function]]] = []
     for f in functions:
         axis, unit, values = _axis(data, f)
@@ -41,7 +41,7 @@ def read_spectra(data: bytes, functions: Sequence[Function]) -> list[Spectra]:
 
 
 def _axis(data: bytes, function: Function) -> tuple[str, str, np.ndarray]:
-    """Return what the abscissa is, its unit and its values; numbers of samples where it neither rises nor falls."""
+    """Return name, unit and values of the abscissa; numbers of samples where it neither rises nor falls."""
     values = abscissa(data, function)
     axis, unit = _AXES.get(function.abscissa_type, ("abscissa", label_of(function.axis_unit)))
     if function.abscissa_type in UNSAID:
@@ -79,23 +79,23 @@ def _measure(function: Function, kind: str) -> Measure:
         return Measure("ratio", "1", 1.0)
     label = label_of(function.unit)
     quantity = quantity_of(function.numerator, label)
-    as_it_is = Measure(UNKNOWN, label, 1.0)
+    unscaled = Measure(UNKNOWN, label, 1.0)
     if quantity == UNKNOWN or function.units != SI:
-        return as_it_is
-    word = QUANTITIES[quantity].unit
+        return unscaled
+    si_unit = QUANTITIES[quantity].unit
     if kind not in POWERS:
         scale = _factor(label, quantity) if label else 1.0
-        return as_it_is if scale is None else Measure(quantity, word, scale)
+        return unscaled if scale is None else Measure(quantity, si_unit, scale)
     if kind == "cross spectrum":
-        return as_it_is if label else Measure(quantity, "", 1.0)
+        return unscaled if label else Measure(quantity, "", 1.0)
     per_hertz = {"power spectral density": "/Hz", "energy spectral density": "·s/Hz"}.get(kind, "")
     label = label.removesuffix(per_hertz)
-    scale = _factor(label or word, quantity)
+    scale = _factor(label or si_unit, quantity)
     if scale is None and (square := _SQUARE.fullmatch(label)):
         scale = _factor(square[1], quantity)
     elif scale != 1:  # of the root in a unit that would have to be squared, or would not
-        return as_it_is
-    return as_it_is if scale is None else Measure(quantity, f"({word})²{per_hertz}", scale**2)
+        return unscaled
+    return unscaled if scale is None else Measure(quantity, f"({si_unit})²{per_hertz}", scale**2)
 
 
 def _factor(label: str, quantity: str) -> float | None:
