@@ -1,4 +1,4 @@
-"""What a test or a simulation records, and what is made of it: excitations, responses, FRFs, modes, correlation.
+"""Signals of tests and simulations, and their analysis: excitations, responses, FRFs, modes, correlation.
 
 One order of axes everywhere, that of python-control: outputs, then inputs, then frequency or time last. A response has
 ``acceleration`` (n_sensors, n_t), ``displacement`` and forces (n_bushings, n_t) over ``time`` (n_t,); an FRF has

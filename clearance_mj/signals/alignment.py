@@ -26,21 +26,21 @@ LINE_TOLERANCE = 1e-6  # relative difference of frequencies that count as one li
 
 @dataclass(frozen=True)
 class Alignment:
-    """Two FRFs on the same responses, references and lines, and what was done to get there."""
+    """Two FRFs on the same responses, references and lines, and the changes that this took."""
 
     test: FRF
     """of the test, on what is common"""
     model: FRF
     """of the model, on the same"""
     notes: tuple[str, ...]
-    """what was converted, turned, cut or interpolated, one sentence each"""
+    """conversions, changes of sign, cuts and interpolations, one sentence each"""
     only_test: tuple[str, ...]
     """the test's responses, or pairs with a reference, without a partner"""
     only_model: tuple[str, ...]
     """the model's"""
 
     def within(self, band: tuple[float, float]) -> Alignment:
-        """Cut both to a band.
+        """Return both on the lines of a band.
 
         Parameters
         ----------
@@ -52,7 +52,7 @@ class Alignment:
 
 @checks_kinds
 def convert_quantity(frf: FRF, quantity: str) -> FRF:
-    """Differentiate or integrate FRFs over time: receptance, mobility and accelerance are (jω)ⁿ apart.
+    """Return FRFs differentiated or integrated over time: receptance, mobility and accelerance are (jω)ⁿ apart.
 
     Parameters
     ----------
@@ -74,14 +74,14 @@ def convert_quantity(frf: FRF, quantity: str) -> FRF:
         raise RecordError(
             f"{frf.quantity} cannot be made {quantity}: one is over a force, the other over a motion of the base"
         )
-    frf = _moving(frf) if power < 0 else frf
+    frf = _without_zero(frf) if power < 0 else frf
     value = frf.value * (frf.window_rate + 2j * np.pi * frf.frequency) ** power
     return dataclasses.replace(frf, value=value, quantity=quantity)
 
 
 @checks_kinds
 def accelerance(frf: FRF) -> FRF:
-    """Convert FRFs to accelerations, over force or over the acceleration of the base, as `convert_quantity`.
+    """Return FRFs of accelerations, over force or over the acceleration of the base, as `convert_quantity`.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def _order(quantity: str) -> int:
 
 @checks_kinds
 def align(test: FRF, model: FRF) -> Alignment:
-    """Bring FRFs from two sources to one quantity, the same responses and references, and the same lines.
+    """Return FRFs from two sources in one quantity, on the same responses, references and lines.
 
     Responses and references are paired by node and axis; where their signs differ (+Z, -Z) the model's function
     changes sign. Of several references, only the pairs of response and reference that both have are kept. Frequencies
@@ -141,40 +141,40 @@ def align(test: FRF, model: FRF) -> Alignment:
         raise RecordError("no pair of response and reference is common")
     signs = np.outer(rows[2], columns[2])
     labels = (
-        tuple(test.responses[i] for i, kept in zip(rows[0], common.any(axis=1)) if kept),
-        tuple(test.references[i] for i, kept in zip(columns[0], common.any(axis=0)) if kept),
+        tuple(test.responses[i] for i, is_common in zip(rows[0], common.any(axis=1)) if is_common),
+        tuple(test.references[i] for i, is_common in zip(columns[0], common.any(axis=0)) if is_common),
     )
-    pair = _picked(test, of_test, common, np.ones(signs.shape), labels), _picked(model, of_model, common, signs, labels)
+    pair = _select(test, of_test, common, np.ones(signs.shape), labels), _select(model, of_model, common, signs, labels)
     return Alignment(
-        *_on_common_lines(*pair, notes), tuple(notes), _left(test, of_test, common), _left(model, of_model, common)
+        *_on_common_lines(*pair, notes), tuple(notes), _only(test, of_test, common), _only(model, of_model, common)
     )
 
 
 def _same_axis(a: str, b: str) -> int:
-    """1 for one degree of freedom, -1 if the signs of the direction differ, 0 for different ones."""
+    """Return 1 for one degree of freedom, -1 if the signs of the direction differ, 0 for different ones."""
     (node, direction), (other_node, other) = a.split(":"), b.split(":")
     if int(node) != int(other_node) or direction.lstrip("+-") != other.lstrip("+-"):
         return 0
     return 1 if direction == other else -1
 
 
-def _partners(what: str, test: Sequence[str], model: Sequence[str], notes: list[str]) -> np.ndarray:
-    """(3, n) indices of the labels of test and model that are one degree of freedom, and the model's sign."""
-    found = []
+def _partners(role: str, test: Sequence[str], model: Sequence[str], notes: list[str]) -> np.ndarray:
+    """Return (3, n) indices of the labels of test and model that are one degree of freedom, and the model's sign."""
+    pairs = []
     for i, label in enumerate(test):
         for j, other in enumerate(model):
             if sign := _same_axis(label, other):
-                found.append((i, j, sign))
+                pairs.append((i, j, sign))
                 break
-    if not found:
-        raise RecordError(f"no {what} is common; the test has {', '.join(test)}, the model {', '.join(model)}")
-    if turned := [f"{model[j]} to {test[i]}" for i, j, sign in found if sign < 0]:
-        notes.append(f"the model's {what}s are turned: {', '.join(turned)}")
-    return np.array(found).T
+    if not pairs:
+        raise RecordError(f"no {role} is common; the test has {', '.join(test)}, the model {', '.join(model)}")
+    if reversed_labels := [f"{model[j]} to {test[i]}" for i, j, sign in pairs if sign < 0]:
+        notes.append(f"the model's {role}s are turned: {', '.join(reversed_labels)}")
+    return np.array(pairs).T
 
 
-def _picked(frf: FRF, block: Block, common: np.ndarray, signs: np.ndarray, labels: tuple[Labels, Labels]) -> FRF:
-    """The pairs of a block that both have, with their signs."""
+def _select(frf: FRF, block: Block, common: np.ndarray, signs: np.ndarray, labels: tuple[Labels, Labels]) -> FRF:
+    """Return the FRF of the pairs of a block that both have, with their signs."""
 
     def pick(values: np.ndarray) -> np.ndarray:
         return np.where(common[:, :, None], values, np.nan)[np.ix_(common.any(axis=1), common.any(axis=0))]
@@ -184,16 +184,16 @@ def _picked(frf: FRF, block: Block, common: np.ndarray, signs: np.ndarray, label
     return FRF(frf.frequency, value, coherence, *labels, frf.quantity, frf.unit_label, frf.averages, frf.window_rate)
 
 
-def _left(frf: FRF, block: Block, common: np.ndarray) -> Labels:
-    """Labels of the pairs that the other does not have."""
-    kept = np.zeros(frf.measured.shape, dtype=bool)
-    kept[block] = common
-    return tuple(label for label, its in zip(frf.labels, kept.T[frf.measured.T]) if not its)
+def _only(frf: FRF, block: Block, common: np.ndarray) -> Labels:
+    """Return the labels of the pairs that the other does not have."""
+    matched = np.zeros(frf.measured.shape, dtype=bool)
+    matched[block] = common
+    return tuple(label for label, is_matched in zip(frf.labels, matched.T[frf.measured.T]) if not is_matched)
 
 
 def _on_common_lines(test: FRF, model: FRF, notes: list[str]) -> tuple[FRF, FRF]:
-    """Both on the coarser one's lines in the common band."""
-    test, model = _moving(test), _moving(model)
+    """Return both on the coarser one's lines in the common band."""
+    test, model = _without_zero(test), _without_zero(model)
     low = max(test.frequency[0], model.frequency[0])
     high = min(test.frequency[-1], model.frequency[-1])
     slack = LINE_TOLERANCE * high
@@ -213,29 +213,29 @@ def _on_common_lines(test: FRF, model: FRF, notes: list[str]) -> tuple[FRF, FRF]
     of_test, of_model = f"the test's lines ({_spacing(cut[0])})", f"the model's lines ({_spacing(cut[1])})"
     if lines[0].size <= lines[1].size:
         notes.append(f"{of_model} are interpolated onto {of_test}")
-        return cut[0], _interpolated(model, lines[0])
+        return cut[0], _interpolate(model, lines[0])
     notes.append(f"{of_test} are interpolated onto {of_model}")
-    return _interpolated(test, lines[1]), cut[1]
+    return _interpolate(test, lines[1]), cut[1]
 
 
-def _moving(frf: FRF) -> FRF:
-    """Without the line at 0 Hz, where accelerations are zero and receptances static: no decibels are given there."""
+def _without_zero(frf: FRF) -> FRF:
+    """Return an FRF without the line at 0 Hz, where accelerations are zero and receptances static: no dB exist."""
     if frf.frequency[0] > 0 or frf.frequency.size == 1:
         return frf
     return frf.within((frf.frequency[1], frf.frequency[-1]))
 
 
-def _interpolated(frf: FRF, frequency: np.ndarray) -> FRF:
+def _interpolate(frf: FRF, frequency: np.ndarray) -> FRF:
     if not np.isfinite(frf.functions).all():
         line = int(np.argmin(np.isfinite(frf.functions).all(axis=0)))
         raise RecordError(f"an FRF that is to be interpolated is not finite at {frf.frequency[line]:g} Hz")
     if frf.frequency.size < 4:
         raise RecordError(f"interpolation needs at least 4 lines, there are {frf.frequency.size}")
-    at = np.clip(frequency, *frf.frequency[[0, -1]])  # within six digits
-    value = np.full((*frf.value.shape[:2], at.size), complex(np.nan, np.nan))
-    value[frf.measured] = scipy.interpolate.CubicSpline(frf.frequency, frf.value[frf.measured], axis=1)(at)
+    f = np.clip(frequency, *frf.frequency[[0, -1]])  # within six digits
+    value = np.full((*frf.value.shape[:2], f.size), complex(np.nan, np.nan))
+    value[frf.measured] = scipy.interpolate.CubicSpline(frf.frequency, frf.value[frf.measured], axis=1)(f)
     if (coherence := frf.coherence) is not None:
-        coherence = np.apply_along_axis(lambda row: np.interp(at, frf.frequency, row), 2, coherence)
+        coherence = np.apply_along_axis(lambda row: np.interp(f, frf.frequency, row), 2, coherence)
     return dataclasses.replace(frf, frequency=frequency, value=value, coherence=coherence)
 
 
@@ -244,5 +244,5 @@ def _band(frf: FRF) -> str:
 
 
 def _spacing(frf: FRF) -> str:
-    apart = f", {np.median(np.diff(frf.frequency)):g} Hz apart" if frf.frequency.size > 1 else ""
-    return f"{frf.frequency.size}{apart}"
+    distance = f", {np.median(np.diff(frf.frequency)):g} Hz apart" if frf.frequency.size > 1 else ""
+    return f"{frf.frequency.size}{distance}"

@@ -23,13 +23,13 @@ def read_only(value: ArrayLike, dtype: type = float) -> np.ndarray:
     if isinstance(value, np.ndarray) and value.dtype == dtype and value.flags.c_contiguous:
         if not value.flags.writeable:
             return value
-    found: np.ndarray = np.array(value, dtype=dtype, order="C")
-    found.flags.writeable = False
-    return found
+    array: np.ndarray = np.array(value, dtype=dtype, order="C")
+    array.flags.writeable = False
+    return array
 
 
 def same(a: object, b: object) -> bool:
-    """Whether two pieces of data hold the same: numbers (nan equals nan), texts, arrays, tables, lists and mappings."""
+    """Return True for equal data: numbers (nan equals nan), texts, arrays, tables, lists and mappings."""
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         a, b = np.asarray(a), np.asarray(b)
         return np.array_equal(a, b, equal_nan=a.dtype.kind in "fc" and b.dtype.kind in "fc")
@@ -50,17 +50,17 @@ def runs(mask: np.ndarray) -> np.ndarray:
 
 
 def rows_of(values: Sized, rows: Sequence[int] | None, error: type[ClearanceError] = ClearanceError) -> Sequence[int]:
-    """Return the rows that are asked for, all if None; refuses one that is not there."""
-    found = list(range(len(values)) if rows is None else rows)
-    if not found or not all(0 <= row < len(values) for row in found):
-        raise error(f"rows must be between 0 and {len(values) - 1}, got {found}")
-    return found
+    """Return the selected rows, all if None; refuses one that is not there."""
+    selected = list(range(len(values)) if rows is None else rows)
+    if not selected or not all(0 <= row < len(values) for row in selected):
+        raise error(f"rows must be between 0 and {len(values) - 1}, got {selected}")
+    return selected
 
 
 class ArrayData:
     """Base of frozen dataclasses that hold arrays; decorate them with ``dataclass(frozen=True, eq=False, repr=False)``.
 
-    Two objects are equal if they are of one type and every field that is compared holds the same; equal objects have
+    Two objects are equal if they are of one type and every field that is compared is equal; equal objects have
     one hash, so that caches key on the content.
     """
 

@@ -1,4 +1,4 @@
-"""Whether a measured channel can be used at all."""
+"""Checks of a measured channel: finite, not constant, not clipped."""
 
 from __future__ import annotations
 
@@ -31,38 +31,38 @@ def check_channel(where: str, signal: ArrayLike, fs: float) -> None:
         raise RecordError(f"{where} is not a finite number at {np.argmin(finite) / fs:g} s")
     if np.ptp(signal) <= 1e-12 * np.abs(signal).max():
         raise RecordError(f"{where} is constant ({signal[0]:g}), as when no sensor is connected")
-    for near in clipped(signal):
-        if near.sum() >= CLIPPED:
-            extreme = signal[near][np.argmax(np.abs(signal[near] - np.median(signal)))]
+    for at_limit in clipped(signal):
+        if at_limit.sum() >= CLIPPED:
+            extreme = signal[at_limit][np.argmax(np.abs(signal[at_limit] - np.median(signal)))]
             raise RecordError(
-                f"{where} is clipped at {extreme:g} from {np.argmax(near) / fs:g} s on; use a larger range"
+                f"{where} is clipped at {extreme:g} from {np.argmax(at_limit) / fs:g} s on; use a larger range"
             )
 
 
 def clipped(signal: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield, for each limit of the converter that a signal (n_t,) comes to, whether each sample is there (n_t,).
+    """Yield, for each limit of the converter that a signal (n_t,) comes to, a mask (n_t,) of the samples there.
 
     Equal samples are, to which the signal comes steeply. Where three samples lie within a step of a smooth peak's top,
     the next ones lie within four. Two samples that are equal lie on either side of it, and so the next ones are alike.
     A channel that fills fewer steps than the coarsest converter has is rounded to equal samples, not limited. Noise
     larger than what samples at a limit differ by makes a few alike by chance: as few must be equal.
     """
-    rest = signal - np.median(signal)
-    steps = np.diff(np.unique(rest))
-    resolution = float(steps[steps > EQUAL * np.abs(rest).max()].min(initial=np.inf))
-    noise = np.median(np.abs(np.diff(rest, 4))) / OF_DIFFERENCES if rest.size > CLIPPED else 0.0
-    for side in (rest, -rest):
+    centred = signal - np.median(signal)
+    steps = np.diff(np.unique(centred))
+    resolution = float(steps[steps > EQUAL * np.abs(centred).max()].min(initial=np.inf))
+    noise = np.median(np.abs(np.diff(centred, 4))) / OF_DIFFERENCES if centred.size > CLIPPED else 0.0
+    for side in (centred, -centred):
         top = side.max()
-        if top <= REST * np.sqrt(np.mean(rest**2)) or resolution > COARSEST * top:
+        if top <= REST * np.sqrt(np.mean(centred**2)) or resolution > COARSEST * top:
             continue
         flat = max(FLAT * top, (1 + EQUAL) * resolution)
-        near = side >= top - flat
-        if near.sum() < FEW and noise > FLAT * top:
+        at_limit = side >= top - flat
+        if at_limit.sum() < FEW and noise > FLAT * top:
             flat = (1 + EQUAL) * resolution
-            near = side >= top - flat
-        edges = runs(near)
+            at_limit = side >= top - flat
+        edges = runs(at_limit)
         fall = top - np.pad(side, 1, mode="edge")[edges + np.array((0, 1))]
         run, steep = np.diff(edges)[:, 0], fall.max(axis=1) > STEEP * flat
         pair = (run == 2) & (np.abs(np.subtract(*side[edges - np.array((0, 1))].T)) <= EQUAL * top)
         if (steep & ((run > 2) | (pair & (np.ptp(fall, axis=1) > STEEP * flat)))).any():
-            yield near
+            yield at_limit

@@ -1,4 +1,4 @@
-"""Modes of the FRFs of a test and of a model, paired one to one, how sure each is, and why it is not compared."""
+"""Modes of the FRFs of a test and of a model, paired one to one, with random errors and reasons."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Pairs = list[tuple[int, int]]  # numbers of the modes of test and model that are
 
 
 def mac_of_modes(a: Modes, b: Modes) -> np.ndarray:
-    """MAC (n_a, n_b) of each mode of one set with each of another; nan for one response, whose MAC is always 1."""
+    """Return the MAC (n_a, n_b) of each mode of one set with each of another; nan for one response, whose MAC is 1."""
     if a.shape.shape[0] < 2:
         return np.full((a.frequency.size, b.frequency.size), np.nan)
     return mac(a.shape, b.shape)
@@ -41,7 +41,7 @@ def mac_of_modes(a: Modes, b: Modes) -> np.ndarray:
 
 @functools.lru_cache(maxsize=64)
 def modes_once(frf: FRF, n_modes: int) -> Modes:
-    """Modes of a test, which is compared with many models; equal FRFs have equal modes."""
+    """Return the modes of a test, which is compared with many models; equal FRFs have equal modes."""
     return distinct_modes(frf, n_modes)
 
 
@@ -57,33 +57,33 @@ def common_modes(frfs: Sequence[FRF], names: Sequence[str], n_modes: int) -> tup
     n_modes : int
         Largest number of modes of each.
     """
-    found = [modes_once(frf, n_modes) for frf in frfs]
-    first, columns, left_out = found[0], [], list[str]()
-    partners = [dict(_pairs(first, other, SAME_MODE)) for other in found[1:]]
-    hardly = [mode_errors(frf, modes).hardly for frf, modes in zip(frfs, found)]
+    mode_sets = [modes_once(frf, n_modes) for frf in frfs]
+    first, columns, left_out = mode_sets[0], [], list[str]()
+    partners = [dict(_pairs(first, other, SAME_MODE)) for other in mode_sets[1:]]
+    hardly = [mode_errors(frf, modes).hardly for frf, modes in zip(frfs, mode_sets)]
     for i, hz in enumerate(first.frequency.tolist()):
         numbers = [i, *(partner.get(i, -1) for partner in partners)]
-        lacking = [name for name, number in zip(names, numbers) if number < 0]
-        weak = [name for name, number, of in zip(names, numbers, hardly) if number >= 0 and of[number]]
-        if lacking:
-            left_out.append(f"the mode near {hz:.4g} Hz of record {names[0]} is not found in {', '.join(lacking)}")
+        missing = [name for name, number in zip(names, numbers) if number < 0]
+        weak = [name for name, number, is_weak in zip(names, numbers, hardly) if number >= 0 and is_weak[number]]
+        if missing:
+            left_out.append(f"the mode near {hz:.4g} Hz of record {names[0]} is not found in {', '.join(missing)}")
         elif weak:
             left_out.append(f"the mode near {hz:.4g} Hz is hardly extracted from {', '.join(weak)}")
         else:
             columns.append(numbers)
-    for name, modes, partner in zip(names[1:], found[1:], partners):
+    for name, modes, partner in zip(names[1:], mode_sets[1:], partners):
         others = np.delete(modes.frequency, [*partner.values()]).tolist()
         left_out += [f"the mode near {hz:.4g} Hz of record {name} is not found in {names[0]}" for hz in others]
-    return [_picked(modes, [row[k] for row in columns]) for k, modes in enumerate(found)], left_out
+    return [_select(modes, [row[k] for row in columns]) for k, modes in enumerate(mode_sets)], left_out
 
 
-def _picked(modes: Modes, columns: Sequence[int]) -> Modes:
-    kept = np.array(columns, dtype=int)
-    return Modes(modes.frequency[kept], modes.damping[kept], modes.shape[:, kept], modes.responses)
+def _select(modes: Modes, columns: Sequence[int]) -> Modes:
+    index = np.array(columns, dtype=int)
+    return Modes(modes.frequency[index], modes.damping[index], modes.shape[:, index], modes.responses)
 
 
 def paired_modes(test_frf: FRF, model_frf: FRF, n_modes: int, of_test: Modes | None) -> tuple[Modes, Modes, Pairs]:
-    """Modes of test and model, and the pairs of their numbers.
+    """Return the modes of test and model, and the pairs of their numbers.
 
     Where a strong mode of the test has no partner among as many of the model, twice as many are looked at: it may be
     a weaker one there.
@@ -99,7 +99,7 @@ def paired_modes(test_frf: FRF, model_frf: FRF, n_modes: int, of_test: Modes | N
 
 
 def _pairs(test: Modes, model: Modes, least: float = MIN_AFFINITY) -> Pairs:
-    """One-to-one pairs with the largest sum of √MAC times a Gaussian of the frequency ratio's logarithm.
+    """Return one-to-one pairs with the largest sum of √MAC times a Gaussian of the frequency ratio's logarithm.
 
     Frequency keeps modes apart whose shapes the few sensors cannot, MAC those that are close.
     """
@@ -112,7 +112,7 @@ def _pairs(test: Modes, model: Modes, least: float = MIN_AFFINITY) -> Pairs:
 def mode_table(
     test_frf: FRF, model_frf: FRF, modes: tuple[Modes, Modes, Pairs], n_modes: int, only_test: bool = False
 ) -> pd.DataFrame:
-    """n_modes rows: the test's modes, then the model's that have no partner, by frequency; then nan.
+    """Return n_modes rows: the test's modes, then the model's that have no partner, by frequency; then nan.
 
     A mode that one of the two lacks, or that is hardly extracted from one of them, has no relative error and no MAC,
     and the reason in column ``why``. With ``only_test`` the model's without partner are left out.
@@ -146,26 +146,26 @@ def mode_table(
 
 
 def _reasons(test_frf: FRF, model_frf: FRF, modes: tuple[Modes, Modes], rows: Pairs) -> list[str]:
-    """Why each row is not compared; "" of those that are, and of empty ones."""
+    """Return why each row is not compared; "" for rows that are, and for empty ones."""
     frfs, names = (test_frf, model_frf), ("test", "model")
-    errors = [mode_errors(frf, own) if own.frequency.size else None for frf, own in zip(frfs, modes)]
-    said = []
+    errors = [mode_errors(frf, m) if m.frequency.size else None for frf, m in zip(frfs, modes)]
+    reasons = []
     for row in rows:
         words = ""
-        for own, other in ((0, 1), (1, 0)):
-            if row[own] >= 0 and row[other] < 0:
-                hz, lines = modes[own].frequency[row[own]], frfs[other].frequency
+        for side, other in ((0, 1), (1, 0)):
+            if row[side] >= 0 and row[other] < 0:
+                hz, lines = modes[side].frequency[row[side]], frfs[other].frequency
                 low, high = max(hz / REACH, lines[0]), min(hz * REACH, lines[-1])
                 words = f"not found in the {names[other]}'s FRFs between {low:.3g} and {high:.3g} Hz"
-        weak = [i for i in (0, 1) if row[i] >= 0 and (found := errors[i]) is not None and found.hardly[row[i]]]
+        weak = [i for i in (0, 1) if row[i] >= 0 and (error := errors[i]) is not None and error.hardly[row[i]]]
         for i in weak if not words else ():
-            found = errors[i]
-            assert found is not None
-            off, bent = found.frequency[row[i]], found.shape[row[i]]
-            loose = f"frequency ± {100 * off:.2g} %" if not off < HARDLY[0] else f"shape ± {100 * bent:.2g} %"
+            error = errors[i]
+            assert error is not None
+            df, dshape = error.frequency[row[i]], error.shape[row[i]]
+            loose = f"frequency ± {100 * df:.2g} %" if not df < HARDLY[0] else f"shape ± {100 * dshape:.2g} %"
             words = f"hardly extracted from the {names[i]}'s FRFs ({loose})"
-        said.append(words)
-    return said
+        reasons.append(words)
+    return reasons
 
 
 SAME_SHAPE = 0.9  # MAC from which on two modes whose half-power bands overlap are one peak
@@ -176,7 +176,7 @@ extracted: two shapes with a third of random error each have a MAC of 0.8 with e
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModeErrors(ArrayData):
-    """Random errors of modes, from what their fit leaves of the FRFs."""
+    """Random errors of modes, from the residual of their fit."""
 
     frequency: np.ndarray
     """(n,) relative standard deviation of the natural frequency"""
@@ -185,13 +185,13 @@ class ModeErrors(ArrayData):
 
     @property
     def hardly(self) -> np.ndarray:
-        """(n,) whether a mode is hardly extracted, see `HARDLY`."""
+        """(n,) True for a mode that is hardly extracted, see `HARDLY`."""
         # nan, of a fit without an inverse, is hardly extracted too
         return ~((self.frequency < HARDLY[0]) & (self.shape < HARDLY[1]))
 
 
 def distinct_modes(frf: FRF, n_modes: int) -> Modes:
-    """Extract modes, and join those that are one peak.
+    """Return extracted modes, those that are one peak joined.
 
     The hump of a nonlinear resonance, or a noisy one, is fitted by two poles within each other's half-power band and of
     one shape, whose frequencies and dampings differ from record to record. The one that explains less is left out, and
@@ -205,17 +205,17 @@ def distinct_modes(frf: FRF, n_modes: int) -> Modes:
         Largest number of modes.
     """
     modes = extract_modes(frf, n_modes)
-    while (pairs := _of_one_peak(modes)).size:
-        own, _ = _fit(frf).explained(poles_of(_unknowns(frf, modes)))
-        weaker = pairs.ravel()[np.argmin(own[pairs.ravel()])]
-        kept = np.delete(np.arange(own.size), weaker)
-        start = Modes(modes.frequency[kept], modes.damping[kept], modes.shape[:, kept], modes.responses)
+    while (pairs := _pairs_of_one_peak(modes)).size:
+        explained, _ = _fit(frf).explained(poles_of(_unknowns(frf, modes)))
+        weaker = pairs.ravel()[np.argmin(explained[pairs.ravel()])]
+        remaining = np.delete(np.arange(explained.size), weaker)
+        start = Modes(modes.frequency[remaining], modes.damping[remaining], modes.shape[:, remaining], modes.responses)
         modes = refitted_modes(frf, start)
     return modes
 
 
-def _of_one_peak(modes: Modes) -> np.ndarray:
-    """(n, 2) pairs of modes that are two poles of one peak."""
+def _pairs_of_one_peak(modes: Modes) -> np.ndarray:
+    """Return (n, 2) pairs of modes that are two poles of one peak."""
     f, half_width = modes.frequency, modes.frequency * modes.damping
     close = np.abs(f[:, None] - f) < half_width[:, None] + half_width
     return np.argwhere(np.triu(close & (mac(modes.shape, modes.shape) > SAME_SHAPE), 1))
@@ -230,24 +230,24 @@ def _unknowns(frf: FRF, modes: Modes) -> np.ndarray:
 
 
 def mode_errors(frf: FRF, modes: Modes) -> ModeErrors:
-    """Return the random errors of extracted modes, from what their fit leaves at each line and function.
+    """Return the random errors of extracted modes, from the residual of their fit at each line and function.
 
-    Linear propagation with White's covariance, as what is left is largest where the FRFs are (H. White, A
+    Linear propagation with White's covariance, as the residual is largest where the FRFs are (H. White, A
     heteroskedasticity-consistent covariance matrix estimator, Econometrica 48, 1980).
 
     Parameters
     ----------
     frf : FRF
-        That the modes were extracted from.
+        Functions that the modes were extracted from.
     modes : Modes
         The modes, of all its functions.
     """
     if not modes.frequency.size:
         return ModeErrors(np.empty(0), np.empty(0))
     fit, unknowns = _fit(frf), _unknowns(frf, modes)
-    left, slope = fit.residual(unknowns)
+    residual, slope = fit.residual(unknowns)
     n = modes.frequency.size
-    rows, own = slope.reshape(2 * n, -1), left.ravel()
+    rows, flat = slope.reshape(2 * n, -1), residual.ravel()
     inverse = np.linalg.pinv(rows @ rows.T, hermitian=True)
-    of_poles = np.diag(inverse @ (rows * own**2) @ rows.T @ inverse)[:n]
-    return ModeErrors(np.sqrt(np.maximum(of_poles, 0)), fit.shape_errors(poles_of(unknowns), left))
+    of_poles = np.diag(inverse @ (rows * flat**2) @ rows.T @ inverse)[:n]
+    return ModeErrors(np.sqrt(np.maximum(of_poles, 0)), fit.shape_errors(poles_of(unknowns), residual))

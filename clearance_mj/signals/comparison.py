@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["Comparison", "compare", "compare_modes"]
 
 BESIDE = ("random_db", "random_both_db", "repeat_db")
-"""Columns by sensor that the RMSE stands beside: what random errors alone, or a repeat of the test, make of it."""
+"""Columns by sensor to judge the RMSE by: that of random errors alone, and of a repeat of the test."""
 SENSOR_MEASURES = ("csac_per_sensor", "csf_per_sensor")  # measures by sensor and line
 TABLES = (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode"))
 """Field, its dimension, and the column that labels it."""
@@ -63,7 +63,7 @@ class Comparison(Shown, ArrayData):
     """(n_sensors, n_f) RMS of 20 lg of the test's estimated over its true magnitude that its random error alone makes;
     None: not known"""
     random_words: str = ""
-    """what the random error is known from, or why it is not"""
+    """source of the random error, or why it is not known"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -79,30 +79,30 @@ class Comparison(Shown, ArrayData):
         csac_per_sensor, csf_per_sensor: over both; relative_error, mac: over the modes that have a partner;
         mode_1_test_hz and so on for each mode.
         """
-        found = {name: np.mean(self.per_sensor[name].to_numpy()) for name in ("mre", "rmse_db", "frac", *BESIDE)}
-        found |= {name: np.mean(getattr(self, name)) for name in ("csac", "csf", *SENSOR_MEASURES)}
+        means = {name: np.mean(self.per_sensor[name].to_numpy()) for name in ("mre", "rmse_db", "frac", *BESIDE)}
+        means |= {name: np.mean(getattr(self, name)) for name in ("csac", "csf", *SENSOR_MEASURES)}
         paired = self.per_mode[np.isfinite(self.per_mode["relative_error"])]
         for name in ("relative_error", "mac"):
-            found[name] = np.mean(paired[name].to_numpy()) if len(paired) else np.nan
+            means[name] = np.mean(paired[name].to_numpy()) if len(paired) else np.nan
         for name in self.per_mode.columns.drop(["mode", "why"]):
-            found |= {f"mode_{mode}_{name}": v for mode, v in zip(self.per_mode["mode"], self.per_mode[name])}
-        return {name: float(value) for name, value in found.items()}
+            means |= {f"mode_{mode}_{name}": v for mode, v in zip(self.per_mode["mode"], self.per_mode[name])}
+        return {name: float(value) for name, value in means.items()}
 
     def beside(self) -> str:
-        """Return in words what the RMSE stands beside: that of a repeat of the test, and of random errors alone."""
-        mean, said = self.summary(), list[str]()
+        """Return in words what to judge the RMSE by: that of a repeat of the test, and of random errors alone."""
+        mean, sentences = self.summary(), list[str]()
         if np.isfinite(mean["repeat_db"]):
-            said.append(f"a repeat of the test misses it by {mean['repeat_db']:.3g} dB")
+            sentences.append(f"a repeat of the test misses it by {mean['repeat_db']:.3g} dB")
         if np.isfinite(mean["random_db"]):
             both = f", those of test and model {mean['random_both_db']:.3g} dB if their excitations are independent"
             known = np.isfinite(mean["random_both_db"])
-            said.append(
+            sentences.append(
                 f"the random error of the test's FRFs alone would be {mean['random_db']:.3g} dB{both if known else ''} "
                 f"({self.random_words})"
             )
         else:
-            said.append(f"the random error of the test's FRFs is {self.random_words or 'not known'}")
-        return "; ".join(said)
+            sentences.append(f"the random error of the test's FRFs is {self.random_words or 'not known'}")
+        return "; ".join(sentences)
 
     def _overview(self) -> Overview:
         mean = self.summary()
@@ -160,15 +160,15 @@ class Comparison(Shown, ArrayData):
             The dataset.
         """
         labelled.require_kind(ds, "comparison")
-        found: dict[str, Any] = {name: labelled.values(ds, name, "frequency") for name in ("frequency", "csac", "csf")}
-        found |= {name: labelled.values(ds, name, "response", "frequency") for name in SENSOR_MEASURES}
+        fields: dict[str, Any] = {name: labelled.values(ds, name, "frequency") for name in ("frequency", "csac", "csf")}
+        fields |= {name: labelled.values(ds, name, "response", "frequency") for name in SENSOR_MEASURES}
         for table, axis, head in TABLES:
             first = labelled.labels(ds, axis) if axis == "response" else ds.get("mode", np.empty(0, dtype=int))
             columns = {str(name): ds[name].values for name in ds.data_vars if str(name).startswith(f"{table}_")}
-            found[table] = _frame({head: first} | {name[len(table) + 1 :]: v for name, v in columns.items()})
+            fields[table] = _frame({head: first} | {name[len(table) + 1 :]: v for name, v in columns.items()})
         if "random_db" in ds:
-            found["random_db"] = labelled.values(ds, "random_db", "response", "frequency")
-        return cls(**found, random_words=str(ds.attrs.get("random_words", "")))
+            fields["random_db"] = labelled.values(ds, "random_db", "response", "frequency")
+        return cls(**fields, random_words=str(ds.attrs.get("random_words", "")))
 
 
 @checks_kinds
@@ -178,15 +178,15 @@ def compare(
     """Compare the FRFs of a model with those of a test on the same lines and responses, over frequency and by sensor.
 
     Measures that are 1 by definition come out as nan: CSAC and MAC of one response, FRAC of one line. FRFs that were
-    estimated from noise miss each other by their random errors even where rig and model are the same: the RMSE stands
-    beside what these alone would make of it, if coherence and averages are known, and beside a repeat of the test.
+    estimated from noise miss each other by their random errors even where rig and model are the same: the RMSE is
+    given with that of these alone, if coherence and averages are known, and with that of a repeat of the test.
 
     Parameters
     ----------
     test_frf, model_frf : FRF
         Estimated in the same way; nothing is interpolated.
     per_mode : DataFrame, optional
-        Table of modes, as `compare_modes` returns, to go into the comparison; without, it has no modes.
+        Table of modes, as `compare_modes` returns, of the comparison; without, it has no modes.
     repeat : FRF, optional
         The test's FRFs once more, from another record of the same level.
 
@@ -198,7 +198,7 @@ def compare(
     _require_same(test_frf, model_frf)
     per_mode = mode_table(test_frf, model_frf, (NO_MODES, NO_MODES, []), 0) if per_mode is None else per_mode
     test, model = test_frf.functions, model_frf.functions
-    if test_frf.quantities:  # shapes and levels across sensors in the units of each one's own RMS
+    if test_frf.quantities:  # shapes and levels across sensors in units of each one's RMS
         test, model = (functions / _rms(np.abs(test))[:, None] for functions in (test, model))
     n_sensors, n_f = test.shape
     # What is 1 by definition says nothing.
@@ -213,12 +213,12 @@ def compare(
         "csac": variant_csac.mean(axis=1),
         "csf": variant_csf.mean(axis=1),
     }
-    by_line_db, words = _random(test_frf)
-    of_model, _ = _random(model_frf)
+    by_line_db, words = _random_error(test_frf)
+    model_db, _ = _random_error(model_frf)
     if by_line_db is not None:
         per_sensor["random_db"] = _rms(by_line_db)
-    if by_line_db is not None and of_model is not None:
-        per_sensor["random_both_db"] = _rms(np.hypot(by_line_db, of_model))
+    if by_line_db is not None and model_db is not None:
+        per_sensor["random_both_db"] = _rms(np.hypot(by_line_db, model_db))
     if repeat is not None:
         _require_same(test_frf, repeat)
         per_sensor["repeat_db"] = rmse_db(test, repeat.functions)
@@ -228,12 +228,12 @@ def compare(
     )  # fmt: skip
 
 
-def _random(frf: FRF) -> tuple[np.ndarray | None, str]:
-    """What the random error alone makes of each function (n_functions, n_f), dB, and what it is known from."""
+def _random_error(frf: FRF) -> tuple[np.ndarray | None, str]:
+    """Return the RMS level (n_functions, n_f), dB, that the random error alone makes, and its source in words."""
     if unknown := why_unknown(frf):
         return None, f"not known: there is {unknown}"
-    found = dataclasses.replace(frf, value=random_db(frf), coherence=None).functions.real
-    return found, f"from coherence and {frf.averages:.3g} averages"
+    error = dataclasses.replace(frf, value=random_db(frf), coherence=None).functions.real
+    return error, f"from coherence and {frf.averages:.3g} averages"
 
 
 def _rms(values: np.ndarray) -> np.ndarray:
@@ -272,7 +272,7 @@ def compare_modes(test_frf: FRF, model_frf: FRF, n_modes: int = 4, test_modes: M
 
 
 def _frame(data: dict[str, Any] | pd.DataFrame) -> pd.DataFrame:
-    """A table; pandas is loaded with the first."""
+    """Return a table; pandas is loaded with the first."""
     import pandas as pd
 
     return pd.DataFrame(data)

@@ -1,4 +1,4 @@
-"""How well two FRFs, or two sets of mode shapes, agree.
+"""Agreement of two FRFs, or of two sets of mode shapes.
 
 Arrays of FRFs are (n_outputs, n_inputs, n_f), or (n_outputs, n_f) of one input; test first, model second, on the same
 degrees of freedom and frequency lines: nothing is interpolated. Arrays of other shapes raise RecordError. Criteria are
@@ -113,7 +113,7 @@ def csf(test: ArrayLike, model: ArrayLike) -> np.ndarray:
 
 
 def csac_per_sensor(test: ArrayLike, model: ArrayLike, window: int = 9) -> np.ndarray:
-    """Variant of `csac` (n_outputs, [n_inputs,] n_f) for each FRF: a window of lines takes the place of the outputs.
+    """Return a variant of `csac` (n_outputs, [n_inputs,] n_f) for each FRF: a window of lines replaces the outputs.
 
     The article's Table 2 gives a CSAC for each sensor, where the criterion as published is 1 by definition. The window,
     an odd number of lines, is centred on its line and cut off at the ends of the band.
@@ -165,7 +165,7 @@ def _energy(value: np.ndarray, axis: int) -> np.ndarray:
 
 
 def _products(test: np.ndarray, model: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """|H_tᴴH_m|, H_tᴴH_t and H_mᴴH_m, summed over one axis."""
+    """Return |H_tᴴH_m|, H_tᴴH_t and H_mᴴH_m, summed over one axis."""
     return np.abs(np.sum(test.conj() * model, axis=axis)), _energy(test, axis), _energy(model, axis)
 
 
@@ -188,7 +188,7 @@ def _pair(test: ArrayLike, model: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _windows(test: ArrayLike, model: ArrayLike, window: int) -> list[np.ndarray]:
-    """Both as (..., n_f, window), with zeros beyond the ends: they add nothing to the sums."""
+    """Return both as (..., n_f, window), with zeros beyond the ends: they add nothing to the sums."""
     if window < 3 or window % 2 != 1:
         raise RecordError(f"window must be an odd number of lines >= 3, got {window!r}")
     pair = _pair(test, model)

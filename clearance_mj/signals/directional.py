@@ -1,4 +1,4 @@
-"""Directional FRFs of a shaft that turns: what goes round forward and backward, out of FRFs along y and z.
+"""Directional FRFs of a shaft that turns: forward and backward whirl, from FRFs along y and z.
 
 Motion and excitation across the shaft are complex, p = y + i z and g = g_y + i g_z. A line of p at ω > 0 is a circle
 from y to z, one at ω < 0 a circle from z to y. Of the matrix H of FRFs along y and z,
@@ -55,7 +55,7 @@ def directional_frfs(frf: FRF) -> DirectionalFRF:
     Raises
     ------
     RecordError
-        If it has not these two references, or no node has both responses.
+        If it does not have these two references, or no node has both responses.
     """
     columns = {axis: (j, sign) for j, (axis, sign) in enumerate(map(_axis, frf.references))}
     if len(frf.references) != 2 or set(columns) != set(AXES):
@@ -66,22 +66,22 @@ def directional_frfs(frf: FRF) -> DirectionalFRF:
     for i, label in enumerate(frf.responses):
         axis, sign = _axis(label)
         rows.setdefault(label.split(":")[0], {})[axis] = i, sign
-    if not (both := {node: of for node, of in rows.items() if set(AXES) <= set(of)}):
+    if not (nodes := {node: of for node, of in rows.items() if set(AXES) <= set(of)}):
         raise RecordError(f"no node has responses along y and z; there are {', '.join(frf.responses)}")
 
     def part(response: str, reference: str) -> np.ndarray:
         j, of_reference = columns[reference]
-        places = [of[response] for of in both.values()]
+        places = [of[response] for of in nodes.values()]
         one_sided = of_reference * np.array([sign * frf.value[i, j] for i, sign in places])
         return np.concatenate((one_sided[:, ::-1].conj(), one_sided), axis=1)
 
     yy, yz, zy, zz = (part(response, reference) for response in AXES for reference in AXES)
     normal, reverse = (yy + zz + 1j * (zy - yz)) / 2, (yy - zz + 1j * (zy + yz)) / 2
     frequency = np.concatenate((-frf.frequency[::-1], frf.frequency))
-    return DirectionalFRF(frequency, normal, reverse, tuple(both), frf.unit)
+    return DirectionalFRF(frequency, normal, reverse, tuple(nodes), frf.unit)
 
 
 def _axis(label: str) -> tuple[str, float]:
-    """Axis of a degree of freedom such as "3:-Y", and its sign."""
+    """Return the axis of a degree of freedom such as "3:-Y", and its sign."""
     direction = label.split(":")[1]
     return direction.lstrip("+-"), -1.0 if direction.startswith("-") else 1.0

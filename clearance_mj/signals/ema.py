@@ -1,8 +1,8 @@
-"""Natural frequencies, damping and shapes out of FRFs.
+"""Natural frequencies, damping and shapes from FRFs.
 
 Poles come from the least-squares complex frequency method (LSCF) over many model orders. Those that stay from order
 to order are weighed against each other in a fit of the FRFs; the best are refined, together with the shapes, by
-least squares on the FRFs themselves. Peaks so noisy that LSCF misses them are then looked for in what is left.
+least squares on the FRFs themselves. Peaks so noisy that LSCF misses them are then looked for in the residual.
 
 Guillaume, Verboven, Vanlanduit, Van der Auweraer and Peeters, A poly-reference implementation of the least-squares
 complex frequency-domain estimator, IMAC 21, 2003; Cauberghe, Guillaume, Verboven, Vanlanduit and Parloo, On the
@@ -36,15 +36,15 @@ __all__ = ["Modes", "extract_modes", "refitted_modes"]
 MIN_ORDER = 5
 LINES_PER_ORDER = 3
 MIN_LINES = LINES_PER_ORDER * (MIN_ORDER + 1)
-CIRCLE = 0.9  # share of the unit circle that the band covers; the rest takes up the jump from its end to its start
+CIRCLE = 0.9  # fraction of the unit circle that the band covers; the rest takes up the jump from its end to its start
 RIDGE = 1e-12
 LARGEST_DAMPING = 0.3  # what is broader is background
 STABLE = 0.01, 0.2  # largest change of the logarithms of frequency and damping from one order to the next
 SAME_MODE = 0.015, 0.5  # the same, between the poles of one mode
 REACH = 0.05, 1.6  # the same, from a candidate to the refined pole
-PERSISTENT = 0.1  # least share of the orders in which a mode shows
-SIGNIFICANT = 10.0  # least ratio of what a mode explains to what it would explain of noise
-VISIBLE = 1e-3  # least share of the FRFs' energy that a mode which LSCF missed explains
+PERSISTENT = 0.1  # least fraction of the orders in which a mode shows
+SIGNIFICANT = 10.0  # least ratio of the energy that a mode explains to what it would explain of noise
+VISIBLE = 1e-3  # least fraction of the FRFs' energy that a mode which LSCF missed explains
 
 
 AROUND = 21  # lines over which noise is averaged
@@ -109,7 +109,7 @@ def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None =
     ----------
     frf : FRF
         Accelerations over base acceleration, H = 1 + ω² Σ ..., or over force: both are s² times a sum over modes,
-        plus what the modes outside the band and the motion of the base leave. Of several references, each pair of
+        plus the part of modes outside the band and of the motion of the base. Of several references, each pair of
         response and reference is a row of the shapes. The damping of their exponential window is taken out.
     n_modes : int
         Largest number of modes to return; fewer come back if fewer stand out of the noise, none from noise alone.
@@ -142,7 +142,7 @@ def refitted_modes(frf: FRF, modes: Modes) -> Modes:
     frf : FRF
         Their FRFs.
     modes : Modes
-        Where to begin.
+        Start of the fit.
     """
     value = frf.functions
     fit = ModalFit(frf.frequency, value, line_weight(value), frf.window_rate)
@@ -151,7 +151,7 @@ def refitted_modes(frf: FRF, modes: Modes) -> Modes:
 
 
 def _modes(frf: FRF, fit: ModalFit, poles: np.ndarray) -> Modes:
-    """Modes of poles, with the shapes that fit best."""
+    """Return the modes of poles, with the shapes that fit best."""
     poles = poles[np.argsort(np.abs(poles))]
     shape = fit.residues(poles).T
     largest = np.argmax(np.abs(shape), axis=0)
@@ -175,14 +175,14 @@ def _usable_order(frf: FRF, n_modes: int, max_order: int) -> int:
 
 
 def _near(a: np.ndarray, b: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
-    """(len(a), len(b)) whether the logarithms of frequency and damping differ by no more than the limits."""
+    """Return (len(a), len(b)) True where the logarithms of frequency and damping differ by no more than the limits."""
     frequency = np.abs(np.log(np.abs(a)[:, None] / np.abs(b)))
     damping = np.abs(np.log(damping_of(a)[:, None] / damping_of(b)))
     return (frequency < limits[0]) & (damping < limits[1])
 
 
 def _stable_poles(frf: FRF, value: np.ndarray, max_order: int) -> np.ndarray:
-    """Poles that stay from one order of the common denominator to the next, over the highest frequency of the band.
+    """Return the poles that stay from one order of the denominator to the next, over the band's highest frequency.
 
     LSCF: Σ |N_o(z) - H_o D(z)|² is least over the numerators N_o and the denominator D, polynomials in z with
     complex coefficients; the band is spread over the unit circle, where the powers of z are nearly orthogonal.
@@ -214,41 +214,41 @@ def _stable_poles(frf: FRF, value: np.ndarray, max_order: int) -> np.ndarray:
 
 
 def _denominator_roots(normal: np.ndarray) -> np.ndarray:
-    """Roots of the denominator with the least residual.
+    """Return the roots of the denominator with the least residual.
 
     Its lowest coefficient is 1: the roots that only fit noise then lie outside the unit circle (Cauberghe 2005).
     """
-    rest = np.linalg.lstsq(normal[1:, 1:], -normal[1:, 0], rcond=1e-13)[0]
-    return np.roots(np.append(rest[::-1], 1))
+    coefficients = np.linalg.lstsq(normal[1:, 1:], -normal[1:, 0], rcond=1e-13)[0]
+    return np.roots(np.append(coefficients[::-1], 1))
 
 
 def _cluster(poles: np.ndarray, orders: int) -> tuple[np.ndarray, np.ndarray]:
-    """One pole for each group of like poles, and the share of the orders in which the group shows; fullest first."""
-    centres, shares = [], []
+    """Return one pole for each group of like poles, and the fraction of orders in which it shows; fullest first."""
+    centres, fractions = [], []
     while poles.size:
         near = _near(poles, poles, SAME_MODE)
         members = near[np.argmax(near.sum(axis=1))]
         if members.sum() < PERSISTENT * orders:
             break
         centres.append(np.median(poles[members].real) + 1j * np.median(poles[members].imag))
-        shares.append(members.sum() / orders)
+        fractions.append(members.sum() / orders)
         poles = poles[~members]
-    return np.array(centres, dtype=complex), np.array(shares)
+    return np.array(centres, dtype=complex), np.array(fractions)
 
 
 def _strongest(fit: ModalFit, poles: np.ndarray, persistence: np.ndarray, n_modes: int) -> np.ndarray:
-    """Leave out the pole that explains and persists least, until at most n_modes are left and all are significant."""
+    """Return at most n_modes significant poles; those that explain and persist least are left out one by one."""
     while poles.size:
-        own, residual = fit.explained(poles)
-        weakest = np.argmin(own * persistence)
-        if poles.size <= n_modes and own[weakest] > SIGNIFICANT * fit.chance * residual:
+        explained, residual = fit.explained(poles)
+        weakest = np.argmin(explained * persistence)
+        if poles.size <= n_modes and explained[weakest] > SIGNIFICANT * fit.chance * residual:
             break
         poles, persistence = np.delete(poles, weakest), np.delete(persistence, weakest)
     return poles
 
 
 def _refine(fit: ModalFit, poles: np.ndarray) -> np.ndarray:
-    """Poles near the given ones at which the residual is least; those that broaden to background are left out."""
+    """Return the poles near given ones of least residual; those that broaden to background are left out."""
     if not poles.size:
         return poles
     start = np.log(np.concatenate((np.abs(poles), damping_of(poles))))
@@ -256,12 +256,12 @@ def _refine(fit: ModalFit, poles: np.ndarray) -> np.ndarray:
     upper = start + reach
     upper[poles.size :] = np.minimum(upper[poles.size :], np.log(1.1 * LARGEST_DAMPING))
     refined = poles_of(least_squares(fit.residual, start, start - reach, upper))
-    modes = damping_of(refined) < LARGEST_DAMPING
-    return refined if modes.all() else _refine(fit, refined[modes])
+    is_mode = damping_of(refined) < LARGEST_DAMPING
+    return refined if is_mode.all() else _refine(fit, refined[is_mode])
 
 
 def _with_noisy(fit: ModalFit, poles: np.ndarray, n_modes: int) -> np.ndarray:
-    """Add the modes whose noise hid them from LSCF, one by one where they explain most of what is left.
+    """Return the poles and those that noise hid from LSCF, one by one where they explain most of the residual.
 
     Noise biases the denominator's coefficients, so that a noisy pole ends up unstable and is lost. What a smooth
     curve explains is no mode, nor is what noise as strong as that around the peak would explain.
@@ -272,12 +272,12 @@ def _with_noisy(fit: ModalFit, poles: np.ndarray, n_modes: int) -> np.ndarray:
     frequency, damping = (grid.ravel() for grid in np.meshgrid(lines[1:-1], SCAN_DAMPING))
     scan = poles_of(np.log(np.concatenate((frequency, damping))))
     basis, _ = qr(np.hstack((fit.project(poles)[0], fit.smooth())))
-    left = fit.target - basis @ (basis.T @ fit.target)
+    residual = fit.target - basis @ (basis.T @ fit.target)
     columns = fit.pairs(scan)
     columns -= np.einsum("kb,bpi->kpi", basis, np.einsum("kb,kpi->bpi", basis, columns))
     axes = np.linalg.qr(columns.transpose(1, 0, 2))[0]
-    explained = np.sum((axes.transpose(0, 2, 1) @ left) ** 2, axis=(1, 2))
-    power = np.sum(left**2, axis=1).reshape(2, -1)
+    explained = np.sum((axes.transpose(0, 2, 1) @ residual) ** 2, axis=(1, 2))
+    power = np.sum(residual**2, axis=1).reshape(2, -1)
     around = scipy.ndimage.uniform_filter1d(power.mean(axis=0), AROUND)
     by_chance = np.sum(axes**2, axis=2) @ np.tile(around, 2)
     best = np.argmax(explained)

@@ -1,4 +1,4 @@
-"""Excitations of the rig: what the shaker does, and generators of the usual test signals.
+"""Excitations of the rig's shaker: generators of the usual test signals.
 
 Every generator raises ExcitationError for an impossible parameter; the message names it.
 """
@@ -30,12 +30,12 @@ __all__ = [
 ]  # fmt: skip
 
 BAND: Band = (5.0, 220.0)
-TAPER = 0.1  # share of a burst in its two cosine flanks
+TAPER = 0.1  # fraction of a burst in its two cosine flanks
 HALF = 8.0  # s of noise of any duration that are made at once
 
 
 def still(duration: float, fs: float, kind: str = "base") -> Excitation:
-    """No excitation at all: gravity, spin and unbalance move what moves.
+    """Return an excitation of zeros: gravity, spin and unbalance alone move the rig.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def still(duration: float, fs: float, kind: str = "base") -> Excitation:
 
 
 def together(*excitations: Excitation) -> Excitation:
-    """Put excitations of single inputs into one of all of them at once.
+    """Return one excitation of all inputs at once, of excitations of single ones.
 
     Parameters
     ----------
@@ -65,9 +65,9 @@ def together(*excitations: Excitation) -> Excitation:
         If there is none, one has several inputs, or they differ in rate.
     """
     require(excitations, "excitations", excitations, "give one for each input of the rig")
-    for each in excitations:
-        require(each.value.ndim == 1, "inputs", len(each.kinds), "must be one of each excitation that is put together")
-        require(each.fs == excitations[0].fs, "fs", each.fs, f"must be that of the first one, {excitations[0].fs:g} Hz")
+    for item in excitations:
+        require(item.value.ndim == 1, "inputs", len(item.kinds), "must be one of each excitation that is put together")
+        require(item.fs == excitations[0].fs, "fs", item.fs, f"must be that of the first one, {excitations[0].fs:g} Hz")
     size, bands = max(each.value.size for each in excitations), [each.band for each in excitations if each.band]
     band = (min(low for low, _ in bands), max(high for _, high in bands)) if len(bands) == len(excitations) else None
     value = np.array([np.pad(each.value, (0, size - each.value.size)) for each in excitations])
@@ -78,7 +78,7 @@ def together(*excitations: Excitation) -> Excitation:
 def random(
     duration: float, fs: float, band: Band = BAND, rms: float = 1.0, seed: int = 0, kind: str = "base"
 ) -> Excitation:
-    """Band-limited Gaussian noise whose spectrum is exactly zero outside the band.
+    """Return band-limited Gaussian noise whose spectrum is exactly zero outside the band.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def random(
 def random_blocks(
     duration: float, fs: float, band: Band = BAND, rms: float = 1.0, seed: int = 0, kind: str = "base"
 ) -> Iterator[Excitation]:
-    """Band-limited Gaussian noise of any duration, in pieces of some seconds that follow without a break.
+    """Yield band-limited Gaussian noise of any duration, in pieces of some seconds that follow without a break.
 
     Segments of `random` overlap by half under a power-complementary window (Vorbis I specification, 1.3.2),
     so that the noise is stationary and has no seams. It is 60 dB down 1 Hz outside the band.
@@ -130,7 +130,7 @@ def random_blocks(
 
 
 def from_psd(psd: PSD, duration: float, fs: float, seed: int = 0) -> Excitation:
-    """Gaussian noise with the spectrum of a PSD: of its kind, zero outside its band, and periodic in the duration.
+    """Return Gaussian noise with the spectrum of a PSD: zero outside its band, and periodic in the duration.
 
     Amplitudes are random as phases are, so that the noise is Gaussian; its RMS is that of the PSD on average only.
 
@@ -153,7 +153,7 @@ def from_psd(psd: PSD, duration: float, fs: float, seed: int = 0) -> Excitation:
 
 
 def from_psd_blocks(psd: PSD, duration: float, fs: float, seed: int = 0) -> Iterator[Excitation]:
-    """Gaussian noise of a PSD and of any duration, in pieces that follow without a break, as `random_blocks` makes.
+    """Yield Gaussian noise of a PSD and of any duration, in pieces that follow without a break, as `random_blocks`.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def burst_random(
     duration: float, fs: float, band: Band = BAND, rms: float = 1.0, seed: int = 0, kind: str = "base",
     burst: float = 0.6, period: float = 2.0,
 ) -> Excitation:  # fmt: skip
-    """Noise that is on at the start of each period and leaves the rest of it for the decay.
+    """Return noise that is on at the start of each period and leaves the rest of it for the decay.
 
     With a boxcar of one period, estimated FRFs have no leakage if the decay ends within it. The flanks of a burst are
     half cosines, so little leaves the band.
@@ -188,7 +188,7 @@ def burst_random(
     seed : int
         Seed of the random numbers; each burst is another noise.
     burst : float
-        Share of the period in which the noise is on, 0 < burst <= 1.
+        Fraction of the period in which the noise is on, 0 < burst <= 1.
     period : float
         Time from the start of a burst to that of the next, s; at most the duration.
     """
@@ -210,7 +210,7 @@ def level_ramp(
     duration: float, fs: float, band: Band = BAND, start_rms: float = 0.5, end_rms: float = 8.0, seed: int = 0,
     kind: str = "base",
 ) -> Excitation:  # fmt: skip
-    """Noise whose level changes geometrically, by as many dB in every second.
+    """Return noise whose level changes geometrically, by as many dB in every second.
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def multisine(
     duration: float, fs: float, band: Band = BAND, rms: float = 1.0, seed: int = 0, kind: str = "base",
     period: float = 2.0,
 ) -> Excitation:  # fmt: skip
-    """Sines of equal amplitude and random phase at every multiple of 1 / period within the band.
+    """Return sines of equal amplitude and random phase at every multiple of 1 / period within the band.
 
     Parameters
     ----------
@@ -276,7 +276,7 @@ def sweep(
     amplitude : float
         Amplitude of the sine, m/s² or N.
     method : {"logarithmic", "linear"}
-        Whether every second passes through as many octaves or as many Hz.
+        "logarithmic": as many octaves in every second; "linear": as many Hz.
     """
     time = np.arange(sample_count(duration, fs)) / fs
     first, last = band
@@ -319,16 +319,16 @@ def stepped_sine(
     require(np.all((steps[0] > 0) & (steps[0] < fs / 2)), "frequency", frequency, f"must be in 0 to {fs / 2:g} Hz")
     require(np.all(steps[1] >= 0) and np.isfinite(steps[1]).all(), "amplitude", amplitude, "must be >= 0")
     require(size % count == 0, "duration", duration, f"must give each of {count} steps a whole number of samples")
-    each = [np.repeat(np.broadcast_to(values, count), size // count) for values in steps]
-    turns = np.concatenate(([0.0], np.cumsum(each[0])[:-1])) / fs
+    per_sample = [np.repeat(np.broadcast_to(values, count), size // count) for values in steps]
+    turns = np.concatenate(([0.0], np.cumsum(per_sample[0])[:-1])) / fs
     parameters = {"duration": duration, "frequency": steps[0].tolist(), "amplitude": steps[1].tolist()}
-    return described("stepped_sine", each[1] * np.sin(2 * np.pi * turns), fs, kind, None, **parameters)
+    return described("stepped_sine", per_sample[1] * np.sin(2 * np.pi * turns), fs, kind, None, **parameters)
 
 
 def hammer(
     duration: float, fs: float, peak: ArrayLike, width: float, times: ArrayLike, kind: str = "base"
 ) -> Excitation:
-    """Half-sine pulses, one for each time; their band is left open.
+    """Return half-sine pulses, one for each time; their band is left open.
 
     Parameters
     ----------
@@ -344,9 +344,9 @@ def hammer(
     time = np.arange(sample_count(duration, fs)) / fs
     require(2 / fs <= width < np.inf, "width", width, f"must be at least two samples, {2 / fs:g} s")
     times, peaks = np.atleast_1d(np.asarray(times, dtype=float)), np.asarray(peak, dtype=float)
-    apart = times.ndim == 1 and times.size and times[0] >= 0
-    apart = apart and np.all(np.diff(np.append(times, duration)) >= width * (1 - 1e-9))
-    require(apart, "times", times.tolist(), f"must rise within 0 to {duration:g} s, a width {width:g} s apart")
+    is_apart = times.ndim == 1 and times.size and times[0] >= 0
+    is_apart = is_apart and np.all(np.diff(np.append(times, duration)) >= width * (1 - 1e-9))
+    require(is_apart, "times", times.tolist(), f"must rise within 0 to {duration:g} s, a width {width:g} s apart")
     fits = peaks.shape in ((), times.shape) and np.all(np.isfinite(peaks))
     require(fits, "peak", peaks.tolist(), f"must be one finite number, or one for each of {times.size} times")
     last = np.searchsorted(times, time, side="right") - 1  # pulse that started last; -1 before the first

@@ -1,4 +1,4 @@
-"""A sampled excitation: its samples, how they were made, and what its parameters may be."""
+"""A sampled excitation with its description, and checks of the parameters of its generators."""
 
 from __future__ import annotations
 
@@ -76,17 +76,17 @@ class Excitation(Shown, ArrayData):
 
     def _overview(self) -> Overview:
         units = ["m/s²" if kind == "base" else "N" for kind in self.kinds]
-        of = {name: value for name, value in self.description.items() if isinstance(value, str | int | float)}
+        parameters = {name: value for name, value in self.description.items() if isinstance(value, str | int | float)}
         facts = {
             "level": "; ".join(
                 f"{np.sqrt(np.mean(row**2)):.4g} {unit} RMS, at most {np.abs(row).max():.4g}"
                 for row, unit in zip(np.atleast_2d(self.value), units)
             ),
             "band": f"{self.band[0]:g} to {self.band[1]:g} Hz" if self.band else "",
-            "from": ", ".join(f"{name} {value}" for name, value in of.items()),
+            "from": ", ".join(f"{name} {value}" for name, value in parameters.items()),
         }
-        what = " and ".join("base acceleration" if kind == "base" else "force" for kind in self.kinds)
-        return Overview(f"Excitation, {what}, {self.value.shape[-1] / self.fs:g} s at {self.fs:g} Hz", facts)
+        quantity = " and ".join("base acceleration" if kind == "base" else "force" for kind in self.kinds)
+        return Overview(f"Excitation, {quantity}, {self.value.shape[-1] / self.fs:g} s at {self.fs:g} Hz", facts)
 
     def to_xarray(self) -> xr.Dataset:
         """Return ``value`` (time,), or (input, time), with units; the description as JSON in an attribute."""
@@ -127,7 +127,7 @@ def common_kind(kinds: tuple[str, ...]) -> str:
 def described(
     generator: str, value: np.ndarray, fs: float, kind: str, band: Band | None, **parameters: object
 ) -> Excitation:
-    """Return the excitation of samples, which says how it was made, in plain data."""
+    """Return the excitation of samples, with its generator and parameters as plain data."""
     if band is not None:
         ends = [float(band[0]), float(band[1])]
         parameters["band"], band = ends, (min(ends), max(ends))
@@ -150,9 +150,9 @@ def sample_count(duration: float, fs: float) -> int:
 
 
 def generator_of(seed: int | list[int]) -> np.random.Generator:
-    """Return the random numbers of a seed, or refuse it."""
-    whole = all(isinstance(part, Integral) and part >= 0 for part in (seed if isinstance(seed, list) else [seed]))
-    require(whole, "seed", seed, "must be a whole number >= 0")
+    """Return the random number generator of a seed, or refuse it."""
+    is_whole = all(isinstance(part, Integral) and part >= 0 for part in (seed if isinstance(seed, list) else [seed]))
+    require(is_whole, "seed", seed, "must be a whole number >= 0")
     return np.random.default_rng(seed)
 
 

@@ -1,4 +1,4 @@
-"""Figures of FRFs, spectra, comparisons and responses: what their `plot` returns, and panels of reports."""
+"""Figures of FRFs, spectra, comparisons and responses, for their `plot` methods and for reports."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ HISTORIES = (("displacement", "Displacement", "mm", 1e3),
              ("contact_force", "Contact force", "N", 1.0), ("grease_force", "Grease force", "N", 1.0))  # fmt: skip
 Look = dict[str, Any]
 Correlation = tuple[np.ndarray, np.ndarray, np.ndarray, Iterable[float]]
-"""Lines (n,), Hz, CSAC and CSF (n,), and the natural frequencies of the test, Hz, nan for what is not known"""
+"""Lines (n,), Hz, CSAC and CSF (n,), and the natural frequencies of the test, Hz; nan where they are not known"""
 
 
-# FRF and Response draw themselves with what is here, so their modules import this one.
+# FRF and Response draw themselves with these functions, so their modules import this one.
 Functions: TypeAlias = Any
 """An `FRF`"""
 Histories: TypeAlias = Any
@@ -86,16 +86,16 @@ def _draw_function(cell: FigureBase, curves: Sequence[tuple[Functions, Look]], r
     if all(frf.coherence is None for frf, _ in curves):
         axes[2].text(0.5, 0.5, "no coherence is known", transform=axes[2].transAxes, ha="center", va="center",
                      fontsize=FONT - 1)  # fmt: skip
-    _from_first_to_last(axes[2], first.frequency)
+    _limit_to_lines(axes[2], first.frequency)
     cell.align_ylabels(axes)
 
 
 def _dots(frequency: np.ndarray) -> Look:
-    """Style of a curve: one line alone would not show."""
+    """Return the style of a curve: one line alone would not show."""
     return {"marker": "o"} if frequency.size == 1 else {}
 
 
-def _from_first_to_last(ax: Axes, frequency: np.ndarray) -> None:
+def _limit_to_lines(ax: Axes, frequency: np.ndarray) -> None:
     if frequency.size > 1:
         ax.set_xlim(*frequency[[0, -1]])
 
@@ -123,7 +123,7 @@ def draw_correlation(figure: FigureBase, correlation: Correlation) -> None:
         ax.axvline(hz, color=REPEAT, lw=0.8, ls=":", label="mode of the test" if i == 0 else None)
     tidy(ax, ylabel="CSAC, CSF (1)", xlabel="Frequency (Hz)")
     ax.set_ylim(0, 1.05)
-    _from_first_to_last(ax, frequency)
+    _limit_to_lines(ax, frequency)
     key(figure, ax.get_legend_handles_labels()[0], 3)
 
 
@@ -150,10 +150,10 @@ def draw_measures(figure: FigureBase, per_sensor: pd.DataFrame) -> None:
 
 
 def response_figure(response: Histories, sensors: Sequence[int], time: tuple[float, float]) -> Figure:
-    """Draw excitation, what sensors read by quantity, and what is known at the bushings, over a stretch of time, s."""
+    """Draw excitation, sensors by quantity, and motion and forces at the bushings, over a stretch of time, s."""
     part = slice(*np.searchsorted(response.time, (time[0], np.nextafter(time[1], np.inf))))
-    moments = response.time[part]
-    if not moments.size:
+    instants = response.time[part]
+    if not instants.size:
         raise RecordError(f"no sample from {time[0]:g} to {time[1]:g} s; the response ends at {response.time[-1]:g} s")
     panels: list[tuple[str, dict[str, np.ndarray]]] = []
     for kind in dict.fromkeys(response.kinds):
@@ -168,32 +168,32 @@ def response_figure(response: Histories, sensors: Sequence[int], time: tuple[flo
         values = getattr(response, field)
         if values is None or not len(values):
             continue
-        at = _at_bushings(response, values)
-        panels.append((f"{words} ({unit})", {name: factor * row for name, row in at.items()}))
+        rows_of_bushing = _rows_of_bushings(response, values)
+        panels.append((f"{words} ({unit})", {name: factor * row for name, row in rows_of_bushing.items()}))
     if response.spin is not None:
         panels.append(("Spin (rev/min)", {"shaft": 30 / np.pi * response.spin}))
     figure = canvas(0.4 + 1.5 * len(panels))
     axes = np.ravel(figure.subplots(len(panels), 1, sharex=True))
     for ax, (label, curves) in zip(axes, panels):
         for (name, values), colour in zip(curves.items(), COLOURS * len(curves)):
-            ax.plot(*envelope(moments, values[part]), color=colour, lw=0.6, label=name)
+            ax.plot(*envelope(instants, values[part]), color=colour, lw=0.6, label=name)
         tidy(ax, ylabel=label)
         legend = ax.legend(loc="upper left", bbox_to_anchor=(1, 1.05), fontsize=FONT - 1, frameon=False, handlelength=1)
         for line in legend.get_lines():
             line.set_linewidth(2)
     axes[-1].set_xlabel("Time (s)", fontsize=FONT)
-    axes[-1].set_xlim(moments[0], moments[-1] if moments.size > 1 else moments[0] + 1 / response.fs)
+    axes[-1].set_xlim(instants[0], instants[-1] if instants.size > 1 else instants[0] + 1 / response.fs)
     figure.align_ylabels(axes)
     return figure
 
 
-def _at_bushings(response: Histories, values: np.ndarray) -> dict[str, np.ndarray]:
-    """Rows of the bushings by their names."""
-    found: dict[str, np.ndarray] = {}
+def _rows_of_bushings(response: Histories, values: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the rows of the bushings by their names."""
+    rows_of_name: dict[str, np.ndarray] = {}
     for j, rows in enumerate(response.clearance_rows, 1):
         names = [f"bushing {j}"] if rows.stop - rows.start == 1 else [f"bushing {j}, {axis}" for axis in "yz"]
-        found |= dict(zip(names, values[rows]))
-    return found
+        rows_of_name |= dict(zip(names, values[rows]))
+    return rows_of_name
 
 
 SPECTRUM_HEIGHT = 1.9  # in, of one row of panels
@@ -228,7 +228,7 @@ def spectra_figure(
 
 
 def _magnitude(value: np.ndarray, kind: str, unit: str) -> tuple[np.ndarray, str]:
-    """Return what is drawn, and the words beside it: a level in dB, ten times the logarithm of powers."""
+    """Return the curve and its axis label: a level in dB, ten times the logarithm of powers."""
     if kind not in LEVELS:
         return np.abs(value) if np.iscomplexobj(value) else value, f"{kind.capitalize()}\n({unit or '1'})"
     level = decibel(value) if kind == "spectrum" else decibel(value) / 2

@@ -1,4 +1,4 @@
-"""Frequency response functions out of records: H = Y/X for signals that go as e^{+jωt}."""
+"""Frequency response functions estimated from records: H = Y/X for signals that go as e^{+jωt}."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FRF", "estimate_frf", "estimate_frf_blocks"]
 
-SEVERAL = "several"  # in the place of a quantity that is another one of each response
+SEVERAL = "several"  # in place of a quantity that differs between responses
 QUANTITY = {"base": "acceleration/acceleration", "force": "acceleration/force"}
 
 
@@ -63,7 +63,7 @@ class FRF(Shown, ArrayData):
     unit_label: str = ""
     """unit in its file of an FRF whose quantity is unknown"""
     averages: float | None = field(default=None, compare=False)
-    """independent averages that the estimate is made of; None: not known, as of most files"""
+    """independent averages of the estimate; None: not known, as of most files"""
     window_rate: float = 0.0
     """1/s, of the exponential window that is in the FRF: it is H(jω + rate), and its peaks look as much more damped;
     `extract_modes` and `structure.modes_from_frf` take it out"""
@@ -82,9 +82,9 @@ class FRF(Shown, ArrayData):
             raise RecordError(f"coherence has shape {coherence.shape}, the FRF {value.shape}")
         responses = tuple(self.responses) or tuple(f"{i + 1}:+Z" for i in range(value.shape[0]))
         references = (self.references,) if isinstance(self.references, str) else tuple(self.references)
-        for what, labels, size in (("response", responses, value.shape[0]), ("reference", references, value.shape[1])):
+        for role, labels, size in (("response", responses, value.shape[0]), ("reference", references, value.shape[1])):
             if len(labels) != size:
-                raise RecordError(f"{len(labels)} {what} labels for {size} {what}s: {', '.join(labels)}")
+                raise RecordError(f"{len(labels)} {role} labels for {size} {role}s: {', '.join(labels)}")
         if self.quantities:
             if len(self.quantities) != len(responses):
                 raise RecordError(f"{len(self.quantities)} quantities for {len(responses)} responses")
@@ -140,14 +140,14 @@ class FRF(Shown, ArrayData):
         return tuple(of_rows[i] for _, i in np.argwhere(self.measured.T))
 
     def of_quantity(self, quantity: str) -> FRF:
-        """Take the functions of one quantity out of several.
+        """Return the functions of one quantity out of several.
 
         Parameters
         ----------
         quantity : str
             Such as "velocity/force"; refused if no response has it.
         """
-        if not (rows := [i for i, own in enumerate(self.row_quantities) if own == quantity]):
+        if not (rows := [i for i, row_quantity in enumerate(self.row_quantities) if row_quantity == quantity]):
             raise RecordError(f"holds FRFs of {', '.join(dict.fromkeys(self.row_quantities))}; not {quantity}")
         coherence = None if self.coherence is None else self.coherence[rows]
         labels = tuple(self.responses[i] for i in rows)
@@ -156,7 +156,7 @@ class FRF(Shown, ArrayData):
         )
 
     def within(self, band: Band) -> FRF:
-        """Cut to the lines with lo <= f <= hi; refuses a band without a line.
+        """Return the FRF at the lines with lo <= f <= hi; refuses a band without a line.
 
         Parameters
         ----------
@@ -168,7 +168,7 @@ class FRF(Shown, ArrayData):
         return replace(self, frequency=self.frequency[lines], value=self.value[..., lines], coherence=coherence)
 
     def to_reference(self, reference: str) -> FRF:
-        """Take the functions to one reference out of several, of the responses that were measured to it.
+        """Return the functions to one reference out of several, of the responses that were measured to it.
 
         Parameters
         ----------
@@ -191,7 +191,7 @@ class FRF(Shown, ArrayData):
 
     def _overview(self) -> Overview:
         step = np.diff(self.frequency)
-        apart = f", {step.mean():.4g} Hz apart" if step.size and np.ptp(step) < 1e-6 * step.mean() else ""
+        spacing = f", {step.mean():.4g} Hz apart" if step.size and np.ptp(step) < 1e-6 * step.mean() else ""
         known = np.empty(0) if self.coherence is None else self.coherence[np.isfinite(self.coherence)]
         size = np.where(np.isfinite(self.value), np.abs(self.value), -1.0)
         i, j, line = np.unravel_index(size.argmax(), size.shape)
@@ -199,7 +199,7 @@ class FRF(Shown, ArrayData):
         to = self.references[0] if len(self.references) == 1 else f"{len(self.references)} references"
         facts = {
             "quantity": f"{self.quantity}, {self.unit}",
-            "lines": f"{self.frequency.size}: {span(self.frequency, 'Hz')}{apart}",
+            "lines": f"{self.frequency.size}: {span(self.frequency, 'Hz')}{spacing}",
             "responses": few(self.responses),
             "references": few(self.references) if len(self.references) > 1 else "",
             "largest": "" if size.max() < 0 else peak + ("" if len(self.references) == 1 else f"/{self.references[j]}"),
@@ -257,11 +257,11 @@ class FRF(Shown, ArrayData):
         variables = {"value": (dims, self.value, units), "coherence": (dims, self.coherence, "1")}
         coordinates = {"response": self.responses, "reference": self.references, "frequency": self.frequency}
         attributes |= {name: value for name in ("averages", "window_rate") if (value := getattr(self, name))}
-        found = labelled.dataset("frf", variables, coordinates, attributes)
+        ds = labelled.dataset("frf", variables, coordinates, attributes)
         if self.quantities:
-            found = found.assign_coords(response_quantity=("response", list(self.quantities)))
-        found["value"].attrs["long_name"] = self.quantity
-        return found
+            ds = ds.assign_coords(response_quantity=("response", list(self.quantities)))
+        ds["value"].attrs["long_name"] = self.quantity
+        return ds
 
     @classmethod
     def from_xarray(cls, ds: xr.Dataset) -> FRF:
@@ -282,12 +282,12 @@ class FRF(Shown, ArrayData):
         frequency, quantity = labelled.values(ds, "frequency", "frequency"), str(labelled.attribute(ds, "quantity"))
         unit, averages = str(ds.attrs.get("unit_label", "")), ds.attrs.get("averages")
         known, rate = float(averages) if averages else None, float(ds.attrs.get("window_rate", 0.0))
-        own = labelled.labels(ds, "response_quantity") if "response_quantity" in ds.coords else ()
-        return cls(frequency, value, coherence, responses, references, quantity, unit, known, rate, own)
+        quantities = labelled.labels(ds, "response_quantity") if "response_quantity" in ds.coords else ()
+        return cls(frequency, value, coherence, responses, references, quantity, unit, known, rate, quantities)
 
 
 def _with_inputs(value: ArrayLike) -> np.ndarray:
-    """(n_outputs, n_f) of one reference as (n_outputs, 1, n_f)."""
+    """Return (n_outputs, n_f) of one reference as (n_outputs, 1, n_f)."""
     value = np.asarray(value)
     return value[:, None] if value.ndim == 2 else value
 
@@ -311,14 +311,14 @@ def estimate_frf(
     Parameters
     ----------
     resp : Response
-        The record; its excitation is the reference, its channels are the responses, each in its own quantity.
+        The record; its excitation is the reference, its channels are the responses, each in its quantity.
     estimator : {"H1", "H2", "Hv"}
         H1 = S_yx/S_xx (noise on the response), H2 = S_yy/S_xy (noise on the excitation), Hv: total least
         squares for each response alone (as much noise on both, in the units of the record).
     resolution : float
         Distance of the lines, Hz; a segment has round(fs / resolution) samples.
     overlap : float
-        Share of a segment that the next one repeats, 0 <= overlap < 1.
+        Fraction of a segment that the next one repeats, 0 <= overlap < 1.
     band : (float, float), optional
         Lines to return, Hz; else the band of the record's excitation, or every line if that is not known.
     window : {"hann", "boxcar"}, optional

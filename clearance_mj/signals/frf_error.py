@@ -1,4 +1,4 @@
-"""The random error of FRFs that are estimated from noise, and what it alone makes of a comparison in dB.
+"""The random error of FRFs that are estimated from noise, and the level difference in dB that it alone causes.
 
 An H1 estimate from n independent averages is H (1 + σ z) with z a complex normal variable of unit variance and
 σ² = (1 - γ²) / (n γ²), γ² the coherence (Bendat and Piersol, Random Data, 4th ed., 2010, Table 9.6). Where σ is small,
@@ -23,7 +23,7 @@ __all__ = ["DB", "random_db", "random_error", "why_unknown"]
 DB = 20 / np.log(10)
 """dB of a natural logarithm of a magnitude"""
 SMALLEST, LARGEST = 1e-3, 1e3  # σ² between which the sum is taken; below it, the linear form is right to 0.1 %
-KNOTS = 121  # of σ² at which it is
+KNOTS = 121  # of σ² at which the sum is taken
 
 
 def why_unknown(frf: FRF) -> str:
@@ -81,12 +81,12 @@ def random_db(frf: FRF) -> np.ndarray:
     """
     variance = _variance(frf)
     knots, over_linear = _mean_squares()
-    share = np.interp(np.log(np.maximum(variance, 1e-300)), knots, over_linear)
-    return np.asarray(DB * np.sqrt(share * variance / 2))
+    ratio = np.interp(np.log(np.maximum(variance, 1e-300)), knots, over_linear)
+    return np.asarray(DB * np.sqrt(ratio * variance / 2))
 
 
 def _variance(frf: FRF) -> np.ndarray:
-    """σ² (n_outputs, n_inputs, n_f)."""
+    """Return σ² (n_outputs, n_inputs, n_f)."""
     if (unknown := why_unknown(frf)) or frf.coherence is None or frf.averages is None:
         raise RecordError(f"the FRF has {unknown}, so its random error is not known")
     # Coherences of 1 may be rounded above it.
@@ -95,15 +95,15 @@ def _variance(frf: FRF) -> np.ndarray:
 
 @functools.cache
 def _mean_squares() -> tuple[np.ndarray, np.ndarray]:
-    """Logarithms of σ² (KNOTS,), and there the mean square of ln|1 + σ z| over its linear form σ²/2.
+    """Return logarithms of σ² (KNOTS,), and there the mean square of ln|1 + σ z| over its linear form σ²/2.
 
     ln|1 + σ z|² is ln(σ² G), G of Gamma's distribution with the shape 1 + j, and j of Poisson's with the mean 1/σ².
     """
     variance = np.geomspace(SMALLEST, LARGEST, KNOTS)
-    found = []
+    ratios = []
     for value in variance:
         j = np.arange(int(1 / value + 12 / np.sqrt(value)) + 30)
         mean, spread = scipy.special.digamma(1 + j) + np.log(value), scipy.special.polygamma(1, 1 + j)
         square = np.sum(scipy.stats.poisson.pmf(j, 1 / value) * (mean**2 + spread)) / 4
-        found.append(square / (value / 2))
-    return np.log(variance), np.array(found)
+        ratios.append(square / (value / 2))
+    return np.log(variance), np.array(ratios)

@@ -35,7 +35,7 @@ class FullSpectrum(ArrayData):
     frequency: np.ndarray
     """(n_f,) Hz, rising and symmetric about 0: from y to z above 0, from z to y below"""
     amplitude: np.ndarray
-    """(n_f,) m: a circle of radius a has a line a, whichever way it is run through"""
+    """(n_f,) m: a circle of radius a has a line a, in either sense"""
     window: str
     """of each stretch of samples: "flattop", "hann" or "boxcar" """
     averages: int
@@ -52,7 +52,7 @@ class FullSpectrum(ArrayData):
         Parameters
         ----------
         spin : float, optional
-            rad/s, of the shaft: its lines are marked, and what is forward is told by its sign. None: not known.
+            rad/s, of the shaft: its lines are marked, and its sign says which sense is forward. None: not known.
         """
         from .orbit_figures import full_spectrum_figure
 
@@ -89,9 +89,9 @@ class SpeedCascade(ArrayData):
         """
         nearest = np.rint(n * self.speed / (2 * np.pi) / self.resolution).astype(int) + self.frequency.size // 2
         near = np.clip(nearest[:, None] + np.arange(-1, 2), 0, self.frequency.size - 1)
-        found = np.take_along_axis(self.amplitude, near, axis=1).max(axis=1)
+        largest = np.take_along_axis(self.amplitude, near, axis=1).max(axis=1)
         inside = np.abs(n * self.speed) / (2 * np.pi) <= self.frequency[-1]
-        return np.asarray(np.where(inside, found, np.nan))
+        return np.asarray(np.where(inside, largest, np.nan))
 
     def plot(self, highest: float | None = None) -> Figure:
         """Draw amplitudes over frequency and speed, with the lines of the spin and of its multiples.
@@ -131,7 +131,7 @@ def full_spectrum(
     w = _whirl(y, z)
     size = _window_size(w.size, fs, resolution, window)
     starts = np.arange(0, w.size - size + 1, max(round(size * (1 - OVERLAP)), 1))
-    frequency, amplitude = _windowed(w - w.mean(), starts, size, fs, window)
+    frequency, amplitude = _window_amplitudes(w - w.mean(), starts, size, fs, window)
     return FullSpectrum(frequency, np.sqrt(np.mean(amplitude**2, axis=0)), window, starts.size)
 
 
@@ -171,7 +171,7 @@ def speed_cascade(
         raise RecordError(f"n_windows {n_windows}: must be at least 1")
     size = _window_size(w.size, fs, resolution, window)
     starts = np.unique(np.linspace(0, w.size - size, n_windows).round().astype(int))
-    frequency, amplitude = _windowed(w, starts, size, fs, window, about_mean=True)
+    frequency, amplitude = _window_amplitudes(w, starts, size, fs, window, about_mean=True)
     mean = np.array([speed[start : start + size].mean() for start in starts])
     return SpeedCascade((starts + (size - 1) / 2) / fs, mean, frequency, amplitude, window)
 
@@ -199,17 +199,17 @@ def _window_size(n: int, fs: float, resolution: float, window: str) -> int:
     return size
 
 
-def _windowed(
+def _window_amplitudes(
     w: np.ndarray, starts: np.ndarray, size: int, fs: float, window: str, about_mean: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Signed frequencies (n_f,), symmetric about 0, and amplitudes (n_starts, n_f) of windows of a signal."""
+    """Return signed frequencies (n_f,), symmetric about 0, and amplitudes (n_starts, n_f) of windows of a signal."""
     shape = scipy.signal.get_window(window, size)
     shape /= shape.sum()
     half = (size - 1) // 2  # an even number of samples has a line at -fs/2 alone, which has no sense
-    kept = np.arange(-half, half + 1)
-    amplitude = np.empty((starts.size, kept.size))
+    lines = np.arange(-half, half + 1)
+    amplitude = np.empty((starts.size, lines.size))
     for i, start in enumerate(starts):  # one window after the other: all at once may not fit into memory
         part = w[start : start + size]
         part = part - part.mean() if about_mean else part
-        amplitude[i] = np.abs(np.fft.fft(part * shape)[kept])
-    return kept * fs / size, amplitude
+        amplitude[i] = np.abs(np.fft.fft(part * shape)[lines])
+    return lines * fs / size, amplitude

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["HammerTest", "hammer_frf"]
 
-DECAYED_TO = 0.01  # what that window takes it down to
+DECAYED_TO = 0.01  # level that the exponential window takes responses down to
 SHOWN = 6  # lengths of a touch that its figure shows
 WEAKEST = 0.1  # of the force's strongest line (-20 dB): where the band of the FRFs ends
 
@@ -36,11 +36,11 @@ class HammerTest:
     hits: tuple[Hit, ...]
     """all hits in the order of the records, also those that are left out"""
     records: tuple[Response, ...]
-    """what was measured"""
+    """records that were measured"""
     blocks: tuple[Response, ...]
-    """what was averaged, with its windows"""
+    """blocks that were averaged, with their windows"""
     notes: tuple[str, ...]
-    """what was done and found that the user should know, in words"""
+    """remarks on the estimate and on faults of the test, in words"""
 
     @property
     def spectrum(self) -> tuple[np.ndarray, np.ndarray]:
@@ -57,11 +57,11 @@ class HammerTest:
         for start, record in zip(starts, self.records):
             hits.plot(*envelope(start + record.time, record.excitation), color=TEST, lw=0.7)
         for faulty, marker, colour, label in ((False, "o", COLOURS[0], "averaged"), (True, "x", ALARM, "left out")):
-            at = [(starts[hit.record] + hit.time, hit.peak) for hit in self.hits if bool(hit.fault) == faulty]
-            if at:
-                hits.plot(*zip(*at), marker, color=colour, ms=5, label=f"{label}: {len(at)}")
-        used = [hit for hit in self.hits if not hit.fault]
-        for hit, block in zip(used, self.blocks):
+            points = [(starts[hit.record] + hit.time, hit.peak) for hit in self.hits if bool(hit.fault) == faulty]
+            if points:
+                hits.plot(*zip(*points), marker, color=colour, ms=5, label=f"{label}: {len(points)}")
+        averaged = [hit for hit in self.hits if not hit.fault]
+        for hit, block in zip(averaged, self.blocks):
             record, width = self.records[hit.record], hit.pulse[1] - hit.pulse[0]
             part = np.arange(
                 max(0, hit.start, hit.pulse[0] - width), min(hit.pulse[0] + SHOWN * width, record.excitation.size)
@@ -96,8 +96,8 @@ def hammer_frf(
 ) -> HammerTest:
     """Estimate FRFs of records of hits: one block a hit, windows for hits, averages over the hits.
 
-    Hits are found by the force, of either sign. Left out, with a word, are double hits, hits in whose block a channel
-    is clipped, and those of which the records do not hold a whole block.
+    Hits are detected by the force, of either sign. Left out, with a note, are double hits, hits in whose block a
+    channel is clipped, and those of which the records do not hold a whole block.
 
     Parameters
     ----------
@@ -113,10 +113,10 @@ def hammer_frf(
     force_window : float
         s for which the force is kept after the touch; as long as a block: no force window.
     exponential : float, optional
-        What the exponential window has fallen to at the end of a block; 1: none. Else none where the responses have
-        decayed to 5 % there, and what takes them down to 1 % where they have not.
+        Value of the exponential window at the end of a block; 1: none. Else none where the responses have decayed to
+        5 % there, and a window that takes them down to 1 % where they have not.
     trigger : float
-        Of a record's largest hit: a pulse that is as high is a hit.
+        Fraction of a record's largest hit from which on a pulse is a hit.
     pre_trigger : float
         s of a block before the peak; at least twice the length of a touch.
 
@@ -142,32 +142,32 @@ def hammer_frf(
     notes = left_out(hits)
 
     def blocks(rate: float) -> list[Response]:
-        own = [[hit for hit in hits if hit.record == i] for i in range(len(records))]
-        parts = (windowed_blocks(record, its, length, force_window, rate) for record, its in zip(records, own))
+        groups = [[hit for hit in hits if hit.record == i] for i in range(len(records))]
+        parts = (windowed_blocks(record, group, length, force_window, rate) for record, group in zip(records, groups))
         return [block for part in parts for block in part]
 
-    found = blocks(0.0)
+    averaged = blocks(0.0)
     places = list(dict.fromkeys(map(_place, records)))
-    if empty := [place[0] for place in places if place not in map(_place, found)]:
+    if empty := [place[0] for place in places if place not in map(_place, averaged)]:
         raise RecordError(f"no hit at {empty[0]} is left: {'; '.join(notes)}")
-    level = tail_level(found)
+    level = tail_level(averaged)
     if exponential is None:
         exponential = min(1.0, DECAYED_TO / level) if level > DECAYED else 1.0
     rate = -float(np.log(exponential)) * fs / length
-    found = blocks(rate) if rate else found
+    averaged = blocks(rate) if rate else averaged
     if band is None:
-        frequency, spectrum = _spectrum(found)
+        frequency, spectrum = _spectrum(averaged)
         weak = np.append(np.flatnonzero(spectrum < WEAKEST), frequency.size)
         band = float(frequency[1]), float(frequency[weak[weak > np.argmax(spectrum)][0] - 1])
         notes.append(f"the FRFs end at {band[1]:.4g} Hz, where the force has fallen by 20 dB; band goes further")
-    of_places = [[block for block in found if _place(block) == place] for place in places]
-    frfs = [estimate_frf_blocks(parts, estimator, fs / length, 0.0, band, "boxcar") for parts in of_places]
-    frf = join_references([replace(one, window_rate=rate) for one in frfs])
+    by_place = [[block for block in averaged if _place(block) == place] for place in places]
+    frfs = [estimate_frf_blocks(parts, estimator, fs / length, 0.0, band, "boxcar") for parts in by_place]
+    frf = join_references([replace(single, window_rate=rate) for single in frfs])
     if level > DECAYED or rate:
         end = f"{level:.0%} of the responses is left at the end of a block of {length / fs:.3g} s"
         windowed = f"an exponential window damps them by {rate:.4g} 1/s, which `modes` takes out again"
         notes.append(f"{end}: {windowed if rate else 'peaks are too low'}")
-    return HammerTest(frf, tuple(hits), records, tuple(found), (*notes, *_signs(frf, hits)))
+    return HammerTest(frf, tuple(hits), records, tuple(averaged), (*notes, *_sign_notes(frf, hits)))
 
 
 def _place(record: Response) -> tuple[str, tuple[str, ...]]:
@@ -179,13 +179,13 @@ def _spectrum(blocks: Sequence[Response]) -> tuple[np.ndarray, np.ndarray]:
     return scipy.fft.rfftfreq(blocks[0].excitation.size, 1 / blocks[0].fs), np.sqrt(power / power.max())
 
 
-def _signs(frf: FRF, hits: Sequence[Hit]) -> list[str]:
-    """What to say of a force of the other sign."""
-    found = []
+def _sign_notes(frf: FRF, hits: Sequence[Hit]) -> list[str]:
+    """Return notes on forces and accelerometers of the other sign."""
+    notes = []
     if negative := sum(hit.peak < 0 for hit in hits if not hit.fault):
-        found.append(f"the force of {negative} hits is negative: they push against the direction of the reference")
+        notes.append(f"the force of {negative} hits is negative: they push against the direction of the reference")
     for label in set(frf.responses) & set(frf.references):
         value = frf.value[frf.responses.index(label), frf.references.index(label)]
         if np.sum(value.imag * np.abs(value)) < 0:  # each mode's accelerance at its peak is j φ² / 2 ζ
-            found.append(f"the driving point {label} says a negative mass: force or accelerometer is of the other sign")
-    return found
+            notes.append(f"the driving point {label} says a negative mass: force or accelerometer is of the other sign")
+    return notes

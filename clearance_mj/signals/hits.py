@@ -1,8 +1,8 @@
-"""Hits in a record: one block of samples for each, what is wrong with it, and the windows that are put on it.
+"""Hits in a record: one block of samples for each, its fault if it has one, and the windows that are put on it.
 
 A block begins shortly before its hit, where the structure is at rest. It is left out if a second hit is in it, if a
 channel is clipped in it, or if the record does not hold all of it. The force window keeps the pulse and takes out what
-the force channel shows when the hammer does not touch: noise, and the hammer's own ringing. Both channels are then
+the force channel shows when the hammer does not touch: noise, and ringing of the hammer. Both channels are then
 multiplied by the same exponential, which moves the FRF exactly to H(jω + rate) (Ewins, Modal Testing, 2nd ed., 2000,
 section 3.10; Fladung, Windows used for impact testing, IMAC 15, 1997).
 """
@@ -26,18 +26,18 @@ __all__ = [
 ]  # fmt: skip
 
 TRIGGER = 0.1
-"""Of a record's largest hit: a pulse that is as high is a hit."""
+"""Fraction of a record's largest hit from which on a pulse is a hit."""
 TOUCH = 0.05  # of a hit: a further pulse that is as high makes it a double one
 NOISE = 6.0  # standard deviations of the resting force that a pulse exceeds
 BOUNCE = 0.25  # s: a further pulse within a block that comes sooner makes the hit before a double one
 RINGING, RINGING_TIME = 0.5, 0.01  # a peak is ringing if the force is so large the other way within these s of it
 OFFSET_TIME = 1.0  # s over which the offset of the force is the median
-BRIEF, QUIET = 0.05, 0.02  # share of the time above TRIGGER, and median over the peak, of a force that is hits
+BRIEF, QUIET = 0.05, 0.02  # fraction of the time above TRIGGER, and median over the peak, of a force that is hits
 STRONG = 0.01  # of the strongest line's power
 WHOLE = 0.8  # of a block: what must follow its hit
 OVERLOAD = "overload"
 DECAYED = 0.05
-"""What may be left of a response at the end of its block."""
+"""Level at the end of a block, over that at its beginning, below which a response has decayed."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class _Pulses:
 
     at: np.ndarray  # (n,) samples of the peaks
     height: np.ndarray  # (n,) above 0
-    hit: np.ndarray  # (n,) whether each is high enough for a hit
+    hit: np.ndarray  # (n,) True for a pulse that is high enough for a hit
     push: np.ndarray  # (n_t,) force without offset, positive in the sense of the largest
     sign: int
     noise: float
@@ -72,7 +72,7 @@ class _Pulses:
 
 
 def _without_offset(force: np.ndarray, fs: float) -> np.ndarray:
-    """A force that rests at zero between hits, whatever offset its channel has and however that drifts."""
+    """Return a force that rests at zero between hits, whatever offset its channel has and however that drifts."""
     parts = max(1, int(force.size / (OFFSET_TIME * fs)))
     size = force.size // parts
     middle = np.median(force[: parts * size].reshape(parts, size), axis=1)
@@ -80,7 +80,7 @@ def _without_offset(force: np.ndarray, fs: float) -> np.ndarray:
 
 
 def is_impulsive(force: np.ndarray, fs: float) -> bool:
-    """Return whether an excitation is a few pulses with silence between them.
+    """Return True if an excitation is a few pulses with silence between them.
 
     Parameters
     ----------
@@ -97,22 +97,22 @@ def is_impulsive(force: np.ndarray, fs: float) -> bool:
 
 
 def _pulses(force: np.ndarray, fs: float, trigger: float) -> _Pulses:
-    rest = _without_offset(force, fs)
-    sign = 1 if rest.max() >= -rest.min() else -1
-    push, noise = sign * rest, 1.4826 * float(np.median(np.abs(rest)))  # the deviation of Gaussian noise
+    centred = _without_offset(force, fs)
+    sign = 1 if centred.max() >= -centred.min() else -1
+    push, noise = sign * centred, 1.4826 * float(np.median(np.abs(centred)))  # the deviation of Gaussian noise
     low = max(trigger * TOUCH * push.max(), NOISE * noise)
     padded = np.pad(push, 1)  # so that a pulse cut by an end of the record has a peak
-    at, found = scipy.signal.find_peaks(padded, height=low, prominence=low / 2)
-    height = found["peak_heights"]
+    at, properties = scipy.signal.find_peaks(padded, height=low, prominence=low / 2)
+    height = properties["peak_heights"]
     if not at.size:
         raise RecordError("no hit stands out of the noise of the force")
     width = max(2, int(np.ceil(scipy.signal.peak_widths(padded, at[[height.argmax()]], rel_height=0.9)[0][0])))
     reach = max(3 * width, round(RINGING_TIME * fs))
-    back = np.array([-padded[max(0, k - reach) : k + reach + 1].min() for k in at])
-    alone = (found["prominences"] > height / 2) & (back < RINGING * height)
-    if not alone.any():
+    rebound = np.array([-padded[max(0, k - reach) : k + reach + 1].min() for k in at])
+    is_single = (properties["prominences"] > height / 2) & (rebound < RINGING * height)
+    if not is_single.any():
         raise RecordError("the force has no pulse that stands alone; needs hits with silence between them")
-    at, height = at[alone] - 1, height[alone]
+    at, height = at[is_single] - 1, height[is_single]
     return _Pulses(at, height, height >= trigger * height.max(), push, sign, noise, width)
 
 
@@ -126,21 +126,21 @@ def find_hits(
     records : sequence of Response
         Records of one rate, each with one hit or several.
     length : int, optional
-        Samples of a block; None: what holds many hits and is long.
+        Samples of a block; None: a length that holds many hits and is long.
     trigger : float
-        Of a record's largest hit: a pulse that is as high is a hit.
+        Fraction of a record's largest hit from which on a pulse is a hit.
     lead : int
         Samples of a block before the peak, at least; twice the width of the largest pulse if that is more.
     """
     if len({record.fs for record in records}) > 1:
         raise RecordError(f"records are sampled at {', '.join(f'{r.fs:g}' for r in records)} Hz; needs one rate")
-    found = [_pulses(record.only_input, record.fs, trigger) for record in records]
+    pulses = [_pulses(record.only_input, record.fs, trigger) for record in records]
     if length is None:
-        after = np.concatenate([np.diff(p.at[p.hit], append=p.push.size) for p in found])
-        before = np.concatenate([np.diff(p.at[p.hit], prepend=-np.inf) for p in found])[:, None]
+        after = np.concatenate([np.diff(p.at[p.hit], append=p.push.size) for p in pulses])
+        before = np.concatenate([np.diff(p.at[p.hit], prepend=-np.inf) for p in pulses])[:, None]
         whole = (after[:, None] >= after) & ((before >= after) | (before < BOUNCE * records[0].fs))
         length = int(after[np.argmax(whole.sum(axis=0) ** 2 * after)])
-    pairs = enumerate(zip(records, found))
+    pairs = enumerate(zip(records, pulses))
     return [hit for i, (record, p) in pairs for hit in _hits(i, record, p, length, max(lead, 2 * p.width))], length
 
 
@@ -162,9 +162,9 @@ def _hits(number: int, record: Response, pulses: _Pulses, length: int, lead: int
         if earlier.size:
             fault = f"{(at - pulses.at[earlier[-1]]) / fs:.3g} s after another hit, within the block of that"
         if later.size:
-            gap, share = (pulses.at[later[0]] - at) / fs, pulses.height[later[0]] / height
+            gap, ratio = (pulses.at[later[0]] - at) / fs, pulses.height[later[0]] / height
             fault = f"the next one comes {gap:.3g} s later, within its block of {length / fs:.3g} s"
-            fault = f"double hit, {share:.0%} again {1e3 * gap:.3g} ms later" if gap < BOUNCE else fault
+            fault = f"double hit, {ratio:.0%} again {1e3 * gap:.3g} ms later" if gap < BOUNCE else fault
         if len(touch) < 2 or size - at < WHOLE * length or size < length - lead:
             fault = f"the record does not hold its block of {length / fs:.3g} s"
             touch = [at, at]
@@ -181,7 +181,7 @@ def windowed_blocks(
     record : Response
         The record of the hits.
     hits : sequence of Hit
-        As `find_hits` finds them.
+        As `find_hits` returns them.
     length : int
         Samples of a block.
     force_window : float
@@ -203,7 +203,7 @@ def windowed_blocks(
 
 
 def tail_level(blocks: Sequence[Response]) -> float:
-    """Return how much of the slowest strong vibration is left at the end of blocks, of that at their beginning.
+    """Return the level of the slowest strong vibration at the end of blocks over that at their beginning.
 
     Of a decay of one frequency, the power in the second half of a block over that in the first is just that.
 
@@ -225,7 +225,7 @@ def left_out(hits: Sequence[Hit]) -> list[str]:
     Parameters
     ----------
     hits : sequence of Hit
-        As `find_hits` finds them.
+        As `find_hits` returns them.
     """
     several = len({hit.record for hit in hits}) > 1
     places = [f"{f'of record {h.record + 1} ' if several else ''}at {h.time:.3f} s" for h in hits]
@@ -233,7 +233,7 @@ def left_out(hits: Sequence[Hit]) -> list[str]:
 
 
 def hit_blocks(record: Response, resolution: float) -> tuple[list[Response], list[str]]:
-    """Return the windowed blocks of a record's hits, of 1 / resolution each, and what to say of them.
+    """Return the windowed blocks of a record's hits, of 1 / resolution each, and notes on them.
 
     Hits that are clipped are taken where there are no others. There is no block if none holds one hit alone.
 
@@ -248,15 +248,15 @@ def hit_blocks(record: Response, resolution: float) -> tuple[list[Response], lis
     length = round(min(record.fs / resolution, record.excitation.size + 1.0)) if resolution > 0 else 0
     with contextlib.suppress(RecordError):  # no pulse that stands alone
         hits, _ = find_hits([record], length)
-    taken, lasts = [hit for hit in hits if not hit.fault], f"{length / record.fs:.3g} s"
-    words = [f"is hits: a block of {lasts} from each of {len(taken)}, without a window", *left_out(hits)]
-    if not taken:
-        taken = [replace(hit, fault="") for hit in hits if hit.fault.startswith(OVERLOAD)]
-        words = [f"is hits: a block of {lasts} from each of {len(taken)}, all of which are clipped: the FRFs are wrong"]
-    if not taken:
+    used, span = [hit for hit in hits if not hit.fault], f"{length / record.fs:.3g} s"
+    words = [f"is hits: a block of {span} from each of {len(used)}, without a window", *left_out(hits)]
+    if not used:
+        used = [replace(hit, fault="") for hit in hits if hit.fault.startswith(OVERLOAD)]
+        words = [f"is hits: a block of {span} from each of {len(used)}, all of which are clipped: the FRFs are wrong"]
+    if not used:
         hann = "has pulses, and a Hann window damps what they excite: damping is too high, peaks are too low"
-        words = [f"{hann}; no block of {lasts} holds one hit alone", *left_out(hits)]
-    blocks = list(windowed_blocks(record, taken, length))
+        words = [f"{hann}; no block of {span} holds one hit alone", *left_out(hits)]
+    blocks = list(windowed_blocks(record, used, length))
     if blocks and (level := tail_level(blocks)) > DECAYED:
         words.append(f"{level:.0%} of the response is left at the end of a block: peaks are too low by as much")
     return blocks, words

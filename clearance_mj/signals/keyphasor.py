@@ -1,4 +1,4 @@
-"""The angle of a turning shaft out of the pulses of its keyphasor."""
+"""The angle of a turning shaft by the pulses of its keyphasor."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from .arrays import ArrayData
 __all__ = ["ShaftTurning", "turning_of_pulses"]
 
 MIN_TREND = 8  # turns, of which it is known whether their speed changes
-CREEP = 1e-3  # share of a steady speed, below which its change is none
+CREEP = 1e-3  # fraction of a steady speed, below which its change is none
 MIN_TURNS = 2  # whole ones, from which the speed is known at both ends of a record
 HIGH, LOW = 0.6, 0.4  # of the pulses' height: a pulse begins above one and ends below the other
 ANOTHER = 1.4  # times as many pulses as stated, from which on a turn has another number of them
 LONG, SHORT = 1.5, 0.6  # of the usual way between two pulses: one is missing, or one too many
-IRREGULAR = 0.05  # share of pulses, from which on they do not come as those of some other number
+IRREGULAR = 0.05  # fraction of pulses, from which on they do not come as those of some other number
 NEAR = 4  # turns either side, of which the median is the usual way
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShaftTurning(ArrayData):
-    """How a shaft turned in a record. Made by `turning_of_pulses`."""
+    """Rotation of a shaft in a record. Made by `turning_of_pulses`."""
 
     marks: np.ndarray
     """(n_turns + 1,) s, at which the once-per-turn mark passed: the shaft's angle is a multiple of 2π there"""
@@ -80,7 +80,7 @@ def turning_of_pulses(
     per_turn: int = 1,
     stated: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> ShaftTurning:
-    """Return the angle and the speed of a shaft out of the pulses of a keyphasor.
+    """Return the angle and the speed of a shaft by the pulses of a keyphasor.
 
     A pulse marks the angle 0 where it rises through the half of its height, between samples as a line through both.
     Of several pulses in a turn every so-manieth is a mark, from the first of the record on: slots need not be even.
@@ -93,11 +93,11 @@ def turning_of_pulses(
     fs : float
         Samples per second.
     sense : float
-        Sign of the spin: 1 from y to z, which one mark does not tell.
+        Sign of the spin: 1 from y to z; one mark does not show it.
     per_turn : int
         Number of pulses in a turn.
     stated : callable, optional
-        Angle, rad, that the shaft is said to have at times (n,) s: pulses that do not come as it says are refused, and
+        Stated angle of the shaft, rad, at times (n,) s: pulses that do not come as it says are refused, and
         their height is that of most turns, whatever spikes there are.
 
     Raises
@@ -107,11 +107,11 @@ def turning_of_pulses(
     """
     signal = np.asarray(pulses, dtype=float)
     time = np.arange(signal.size) / fs
-    whole = turned = np.zeros(1, dtype=int)
+    whole = turn_starts = np.zeros(1, dtype=int)
     if stated is not None:
         turns = np.abs(stated(time) - stated(time[:1])) / (2 * np.pi)
-        turned = np.searchsorted(turns, np.arange(max(turns[-1], 1.0)))
-    for starts in (turned, whole):  # of turns, if they are at all as stated
+        turn_starts = np.searchsorted(turns, np.arange(max(turns[-1], 1.0)))
+    for starts in (turn_starts, whole):  # of turns, if they are at all as stated
         low = np.quantile(np.minimum.reduceat(signal, starts), 0.25, method="higher")
         high = np.quantile(np.maximum.reduceat(signal, starts), 0.75, method="lower")
         usual = signal[np.abs(signal - (low + high) / 2) <= 0.75 * (high - low)]  # a quarter more is no spike
@@ -155,12 +155,12 @@ def _check_pulses(marks: np.ndarray, per_turn: int, stated: np.ndarray) -> None:
 
 
 def _rises(level: np.ndarray) -> np.ndarray:
-    """Samples, between samples, at which pulses from 0 to 1 rise through 0.5, once for each pulse."""
+    """Return fractional samples at which pulses from 0 to 1 rise through 0.5, once for each pulse."""
     state = np.where(level > HIGH, 1, np.where(level < LOW, -1, 0))
     known = np.flatnonzero(state)
-    begun = np.flatnonzero((state[known][1:] == 1) & (state[known][:-1] == -1))
-    found = []
-    for before, after in zip(known[begun], known[begun + 1]):
-        crossed = before + np.flatnonzero(level[before + 1 : after + 1] >= 0.5)[0]
-        found.append(crossed + (0.5 - level[crossed]) / (level[crossed + 1] - level[crossed]))
-    return np.array(found)
+    rising = np.flatnonzero((state[known][1:] == 1) & (state[known][:-1] == -1))
+    crossings = []
+    for before, after in zip(known[rising], known[rising + 1]):
+        sample = before + np.flatnonzero(level[before + 1 : after + 1] >= 0.5)[0]
+        crossings.append(sample + (0.5 - level[sample]) / (level[sample + 1] - level[sample]))
+    return np.array(crossings)

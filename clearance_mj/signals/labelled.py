@@ -1,4 +1,4 @@
-"""Labelled datasets (xarray) of the data types: dimensions, units, and what each ``from_xarray`` requires."""
+"""Labelled datasets (xarray) of the data types: dimensions, units, and the checks of each ``from_xarray``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["KIND", "UNITS", "attribute", "dataset", "from_json", "labels", "plain_json", "require_kind", "values"]
 
-KIND = "clearance_mj"  # Attribute that says what a dataset holds.
+KIND = "clearance_mj"  # attribute that names the data type of a dataset
 UNITS = {"frequency": "Hz", "time": "s"} | {
     name: known.cf_unit for name, known in QUANTITIES.items()
 }  # as UDUNITS writes them: attributes of netCDF-3 are ASCII
@@ -25,14 +25,14 @@ UNITS = {"frequency": "Hz", "time": "s"} | {
 def dataset(
     holds: str, variables: dict[str, Any], coordinates: dict[str, Any], attributes: dict[str, Any] | None = None
 ) -> xr.Dataset:
-    """Return a dataset that says what it holds, such as "frf".
+    """Return a dataset with its data type, such as "frf", as an attribute.
 
     Variables are (dimensions, numbers, units) by name, left out where the numbers are None; coordinates are labels or
     numbers by dimension, left out where empty.
     """
     import xarray as xr
 
-    kept = {
+    data_vars = {
         name: (dims, value, {"units": units}) for name, (dims, value, units) in variables.items() if value is not None
     }
     axes = {
@@ -40,7 +40,7 @@ def dataset(
         for name, value in coordinates.items()
         if len(value)
     }
-    return xr.Dataset(kept, axes, {KIND: holds, **(attributes or {})})
+    return xr.Dataset(data_vars, axes, {KIND: holds, **(attributes or {})})
 
 
 def require_kind(ds: xr.Dataset, kind: str) -> None:
@@ -50,7 +50,7 @@ def require_kind(ds: xr.Dataset, kind: str) -> None:
 
 
 def attribute(ds: xr.Dataset, name: str) -> Any:
-    """Return an attribute, or say that it is missing."""
+    """Return an attribute; a RecordError says that it is missing."""
     if name not in ds.attrs:
         raise RecordError(f'the attribute "{name}" is missing')
     return ds.attrs[name]
@@ -71,12 +71,12 @@ def labels(ds: xr.Dataset, name: str) -> tuple[str, ...]:
 
 
 def plain_json(data: dict[str, Any], name: str) -> str:
-    """Plain data as JSON, or say that it is none."""
+    """Return plain data as JSON; a RecordError says that it is none."""
     with naming(f"{name} is not plain data", (TypeError, ValueError), RecordError):
         return json.dumps(data)
 
 
 def from_json(ds: xr.Dataset, name: str) -> Any:
-    """Plain data of an attribute that holds them as JSON."""
+    """Return the plain data of an attribute that holds them as JSON."""
     with naming(f"its {name} is not JSON", ValueError, RecordError):
         return json.loads(attribute(ds, name))

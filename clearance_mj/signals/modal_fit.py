@@ -30,25 +30,25 @@ class ModalFit:
         self.background = self.weighted(np.hstack([self.s**power for power in (0, *UPPER)]))
         """(2 n_f, 3)"""
         self.chance = 2 * (value.shape[0] + 1) / self.target.size
-        """share of pure noise that a mode explains: two numbers for each response and two for the pole"""
+        """fraction of pure noise that a mode explains: two numbers for each response and two for the pole"""
 
     def weighted(self, value: np.ndarray) -> np.ndarray:
-        """(2 n_f, n) real and imaginary parts of columns (n_f, n), weighted."""
+        """Return (2 n_f, n) real and imaginary parts of columns (n_f, n), weighted."""
         value = self.weight * value
         return np.concatenate((value.real, value.imag))
 
     def _pairs(self, poles: np.ndarray, ahead: np.ndarray, mirror: np.ndarray) -> np.ndarray:
-        """(2 n_f, n, 2) columns that the real and the imaginary part of each residue multiply."""
+        """Return (2 n_f, n, 2) columns that the real and the imaginary part of each residue multiply."""
         size = -poles.real * self.s**2  # so that the columns of sharp and of broad modes have about one length
         pairs = np.stack((size * (ahead + mirror), 1j * size * (ahead - mirror)), axis=-1)
         return self.weighted(pairs.reshape(self.s.size, 2 * poles.size)).reshape(2 * self.s.size, poles.size, 2)
 
     def pairs(self, poles: np.ndarray) -> np.ndarray:
-        """(2 n_f, n, 2) columns of the poles in the model."""
+        """Return (2 n_f, n, 2) columns of the poles in the model."""
         return self._pairs(poles, 1 / (self.s - poles), 1 / (self.s - poles.conj()))
 
     def smooth(self) -> np.ndarray:
-        """(2 n_f, 2 SMOOTH) polynomials over the band with complex coefficients."""
+        """Return (2 n_f, 2 SMOOTH) polynomials over the band with complex coefficients."""
         place = np.linspace(-1, 1, self.s.size)
         curves = np.polynomial.chebyshev.chebvander(place, SMOOTH - 1)
         return self.weighted(np.hstack((curves, 1j * curves)))
@@ -60,7 +60,7 @@ class ModalFit:
         return basis, triangle, basis.T @ self.target
 
     def coefficients(self, poles: np.ndarray, triangle: np.ndarray, part: np.ndarray) -> np.ndarray:
-        """Return (n, 2, n_sensors) what the columns of each pole are multiplied by."""
+        """Return the factors (n, 2, n_sensors) of the columns of each pole."""
         solution = np.linalg.lstsq(triangle, part, rcond=1e-12)[0]
         return solution[: 2 * poles.size].reshape(poles.size, 2, part.shape[1])
 
@@ -71,7 +71,7 @@ class ModalFit:
         return -poles.real[:, None] * (pairs[:, 0] + 1j * pairs[:, 1])
 
     def shape_errors(self, poles: np.ndarray, left: np.ndarray) -> np.ndarray:
-        """(n,) root of the total variance of each pole's residues over their length, where the fit leaves so much."""
+        """Return (n,) root of the total variance of each pole's residues over their length, by the fit's residual."""
         basis, triangle, part = self.project(poles)
         pairs = self.coefficients(poles, triangle, part)
         inverse = (np.linalg.pinv(triangle, rcond=1e-12)[: 2 * poles.size] @ basis.T).reshape(poles.size, 2, -1)
@@ -79,16 +79,16 @@ class ModalFit:
         return np.asarray(np.sqrt(variance / np.sum(pairs**2, axis=(1, 2))))
 
     def explained(self, poles: np.ndarray) -> tuple[np.ndarray, float]:
-        """What each pole takes out of the residual that no other does (n,), and the residual, as sums of squares."""
+        """Return the sum of squares that each pole alone explains (n,), and that of the residual."""
         _, triangle, part = self.project(poles)
         pairs = self.coefficients(poles, triangle, part)
         inverse = np.linalg.pinv(triangle, rcond=1e-12)[: 2 * poles.size].reshape(poles.size, 2, -1)
         spread = inverse @ inverse.transpose(0, 2, 1)
-        own = np.einsum("pio,pij,pjo->p", pairs, np.linalg.pinv(spread, hermitian=True), pairs)
-        return own, np.sum(self.target**2) - np.sum(part**2)
+        contribution = np.einsum("pio,pij,pjo->p", pairs, np.linalg.pinv(spread, hermitian=True), pairs)
+        return contribution, np.sum(self.target**2) - np.sum(part**2)
 
     def residual(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What the best residues leave (2 n_f, n_sensors) at the poles of the unknowns, and its slopes (2 n, ...).
+        """Return the residual (2 n_f, n_sensors) of the best residues at the poles of the unknowns, and its slopes.
 
         The residues are eliminated; slopes with Kaufman's approximation (Golub and Pereyra 2003).
         """
@@ -105,7 +105,7 @@ class ModalFit:
 
 
 def line_weight(value: np.ndarray) -> np.ndarray:
-    """Weights (n_f,) of lines half way between equal and relative: noise is partly in proportion to the response."""
+    """Return line weights (n_f,) half way between equal and relative: noise is partly in proportion to the response."""
     level = np.sqrt(np.mean(np.abs(value) ** 2, axis=0))
     return np.maximum(level / level.max(), QUIETEST) ** -0.5
 
@@ -122,7 +122,7 @@ def poles_of(unknowns: np.ndarray) -> np.ndarray:
 
 
 def qr(tall: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """QR of a tall matrix by blocks of its rows, and of their triangles.
+    """Return QR of a tall matrix by blocks of its rows, and of their triangles.
 
     As one matrix it is just large enough for BLAS to start threads, which cost several times the work itself.
     """
@@ -142,22 +142,22 @@ def least_squares(
     lower: np.ndarray,
     upper: np.ndarray,
 ) -> np.ndarray:
-    """Levenberg and Marquardt within bounds.
+    """Return the unknowns of least squares within bounds, by Levenberg and Marquardt.
 
     The normal equations of the few unknowns cost less than the decomposition of the tall matrix of slopes that
     `scipy.optimize.least_squares` makes at each step.
     """
     value, slope = residual(unknowns)
-    caution = 1e-3
+    damping = 1e-3
     for _ in range(ITERATIONS):
         normal = np.einsum("pko,qko->pq", slope, slope)
-        normal[np.diag_indices_from(normal)] *= 1 + caution
+        normal[np.diag_indices_from(normal)] *= 1 + damping
         step = np.linalg.lstsq(normal, -np.einsum("pko,ko->p", slope, value), rcond=None)[0]
         candidate = np.clip(unknowns + step, lower, upper)
         new_value, new_slope = residual(candidate)
         square = np.sum(value**2)
         gain = square - np.sum(new_value**2)
-        caution = caution / 10 if gain > 0 else caution * 10
+        damping = damping / 10 if gain > 0 else damping * 10
         converged = abs(gain) <= CONVERGED * square or np.max(np.abs(candidate - unknowns)) <= CONVERGED
         if gain > 0:
             unknowns, value, slope = candidate, new_value, new_slope

@@ -1,4 +1,4 @@
-"""What a nonlinear rig does to periodic excitations: best linear approximation with its variances, and harmonics."""
+"""Nonlinear rigs under periodic excitations: best linear approximation with its variances, and harmonics."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .welch import lines_within
 
 __all__ = ["BestLinear", "best_linear", "periods", "stepped_harmonics"]
 
-SILENT_LINE = 1e-9  # share of the strongest line below which a line of the excitation counts as left out
+SILENT_LINE = 1e-9  # fraction of the strongest line below which a line of the excitation counts as left out
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,7 +66,7 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     realisations beyond that is stochastic nonlinear distortion. A motion that does not repeat itself from period to
     period, as chaos, counts as noise.
     """
-    signals = np.stack([periods(response, period, drop) for response in _alike(responses)])
+    signals = np.stack([periods(response, period, drop) for response in _require_one_kind(responses)])
     first, samples = responses[0], signals.shape[-1]
     frequency = np.arange(samples // 2 + 1) * (first.fs / samples)
     lines = np.r_[lines_within(frequency, first.band or (frequency[1], frequency[-1]))]
@@ -76,8 +76,8 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     n_realisations, _, n_periods, _ = spectra.shape
     mean = spectra.mean(axis=2)
     u, g = mean[:, :1], mean[:, 1:] / mean[:, :1]
-    left = spectra[:, 1:] - g[:, :, None] * spectra[:, :1]
-    noise = np.sum(np.abs(left) ** 2, axis=2) / (n_periods * (n_periods - 1) * np.abs(u) ** 2)
+    residual = spectra[:, 1:] - g[:, :, None] * spectra[:, :1]
+    noise = np.sum(np.abs(residual) ** 2, axis=2) / (n_periods * (n_periods - 1) * np.abs(u) ** 2)
     value = g.mean(axis=0)
     scatter = np.sum(np.abs(g - value) ** 2, axis=0) / (n_realisations * (n_realisations - 1))
     frf = FRF(frequency[lines], value, None, first.responses, (first.reference,), QUANTITY[first.kind])
@@ -85,7 +85,7 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     return BestLinear(frf, noise[:, None], scatter[:, None], n_realisations)
 
 
-def _alike(responses: Sequence[Response]) -> Sequence[Response]:
+def _require_one_kind(responses: Sequence[Response]) -> Sequence[Response]:
     """Return the records if there are several of one kind, or refuse them."""
     if len(responses) < 2:
         raise RecordError(f"a best linear approximation needs at least two realisations, got {len(responses)}")
@@ -145,7 +145,7 @@ def stepped_harmonics(
     n_harmonics : int
         Number of harmonics.
     settle : float
-        Share of each step that is left out at its start, 0 <= settle < 1.
+        Fraction of each step that is left out at its start, 0 <= settle < 1.
 
     Returns
     -------
@@ -175,11 +175,11 @@ def stepped_harmonics(
 
 
 def _harmonics(signal: np.ndarray, fs: float, frequency: float, n_harmonics: int, longest: float) -> np.ndarray:
-    """Harmonics in the last whole periods of a signal, no longer than so many samples."""
+    """Return the harmonics in the last whole periods of a signal, no longer than so many samples."""
     if not (periods := int(longest * frequency / fs + 1e-9)):
         raise RecordError(f"less than a period of {frequency:g} Hz is left of its step")
     last = np.arange(signal.size - round(periods * fs / frequency), signal.size)
     turns = np.exp(2j * np.pi * frequency / fs * np.outer(last, np.arange(1, n_harmonics + 1)))
     columns = np.hstack((np.ones((last.size, 1)), turns.real, -turns.imag))
-    found = np.linalg.lstsq(columns, signal[last], rcond=None)[0]
-    return found[1 : n_harmonics + 1] + 1j * found[n_harmonics + 1 :]
+    solution = np.linalg.lstsq(columns, signal[last], rcond=None)[0]
+    return solution[1 : n_harmonics + 1] + 1j * solution[n_harmonics + 1 :]

@@ -27,7 +27,7 @@ BEHIND: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.5,
 SPIN: dict[str, Any] = {"color": COLOURS[1], "lw": 0.8, "ls": "--"}
 
 
-# What is drawn draws itself with what is here, so its modules import this one.
+# Orbits and spectra draw themselves with these functions, so their modules import this one.
 Orbits: TypeAlias = Any
 """`orbits.Orbits`"""
 Spectrum: TypeAlias = Any
@@ -48,11 +48,11 @@ def orbit_figure(orbits: Mapping[str, Orbits | np.ndarray], gaps: Mapping[str, f
     for ax in axes[len(orbits) :]:
         ax.axis("off")
     turning = False
-    for ax, (name, found) in zip(axes, orbits.items()):
-        if isinstance(found, np.ndarray):
-            path, words = found, ""
+    for ax, (name, orbit) in zip(axes, orbits.items()):
+        if isinstance(orbit, np.ndarray):
+            path, words = orbit, ""
         else:
-            path, words, turning = _draw_turns(ax, found), _turns(found), True
+            path, words, turning = _draw_turns(ax, orbit), _turns(orbit), True
         _draw_orbit(ax, (": " if columns < 3 else "\n").join(filter(None, (name, words))), MICRO * path, gaps.get(name))
     looks = {"wall": WALL} if gaps else {}
     looks |= {"orbit": PATH} | ({"once-per-turn mark": MARK, "1X, mean of the turns": ONCE} if turning else {})
@@ -61,7 +61,7 @@ def orbit_figure(orbits: Mapping[str, Orbits | np.ndarray], gaps: Mapping[str, f
 
 
 def _draw_turns(ax: Axes, orbits: Orbits) -> np.ndarray:
-    """Draw what is known of turns alone, and return the path."""
+    """Draw the marks and the mean ellipse of a turning shaft, and return its path."""
     ax.plot(*MICRO * orbits.filtered().path(), **ONCE, zorder=3)
     ax.plot(*MICRO * orbits.marks, **MARK, zorder=4)
     return np.concatenate((*orbits.position,), axis=1)
@@ -94,18 +94,18 @@ def full_spectrum_figure(spectra: Mapping[str, Spectrum], spin: float | None = N
     """Draw full spectra, by the names of their points, one above the other; lines of the spin (rad/s) where known."""
     figure = canvas(0.5 + 1.9 * len(spectra))
     axes = np.ravel(figure.subplots(len(spectra), 1, sharex=True, squeeze=False))
-    one = next(iter(spectra.values()))
-    highest = shown_to(one.frequency, spin)
+    first = next(iter(spectra.values()))
+    highest = shown_to(first.frequency, spin)
     sense = -1.0 if spin is not None and spin < 0 else 1.0
-    for ax, (name, found) in zip(axes, spectra.items()):
-        ax.plot(sense * found.frequency, MICRO * found.amplitude, color=COLOURS[0], lw=0.9)
-        top = MICRO * found.amplitude.max() or 1.0
+    for ax, (name, spectrum) in zip(axes, spectra.items()):
+        ax.plot(sense * spectrum.frequency, MICRO * spectrum.amplitude, color=COLOURS[0], lw=0.9)
+        top = MICRO * spectrum.amplitude.max() or 1.0
         ax.set(yscale="log", ylim=(top * 10**-DECADES, 2 * top))
         _mark_orders(ax, spin, highest)
         tidy(ax, name, "Amplitude (µm)")
         ax.set_xlim(-highest, highest)
     axes[-1].set_xlabel(f"Frequency (Hz): {_sides(spin)}", fontsize=FONT)
-    words = f"lines every {one.resolution:.3g} Hz, {one.window} window, {_windows(one.averages)}"
+    words = f"lines every {first.resolution:.3g} Hz, {first.window} window, {_windows(first.averages)}"
     axes[0].set_title(words, fontsize=FONT - 1, loc="right", pad=3, color=REPEAT)
     figure.align_ylabels(axes)
     return figure
@@ -140,29 +140,29 @@ def cascade_figure(cascades: Mapping[str, Cascade], highest: float | None = None
     """Draw amplitudes over frequency and speed, by the names of points, one above the other, to a frequency (Hz)."""
     figure = canvas(0.4 + 2.9 * len(cascades))
     axes = np.ravel(figure.subplots(len(cascades), 1, sharex=True, squeeze=False))
-    one = next(iter(cascades.values()))
-    fastest = one.speed[np.argmax(np.abs(one.speed))]
-    most = shown_to(one.frequency, fastest) if highest is None else min(highest, float(one.frequency[-1]))
-    for ax, (name, found) in zip(axes, cascades.items()):
-        bar = figure.colorbar(_draw_cascade(ax, found, most, fastest < 0), ax=ax, pad=0.01)
+    first = next(iter(cascades.values()))
+    fastest = first.speed[np.argmax(np.abs(first.speed))]
+    limit = shown_to(first.frequency, fastest) if highest is None else min(highest, float(first.frequency[-1]))
+    for ax, (name, cascade) in zip(axes, cascades.items()):
+        bar = figure.colorbar(_draw_cascade(ax, cascade, limit, fastest < 0), ax=ax, pad=0.01)
         bar.set_label("Amplitude (µm)", fontsize=FONT)
         bar.ax.tick_params(labelsize=FONT - 1)
         tidy(ax, name, "Spin (rev/min)")
         ax.grid(False)
-        ax.set_xlim(-most, most)
+        ax.set_xlim(-limit, limit)
     axes[-1].set_xlabel(f"Frequency (Hz): {_sides(fastest)}", fontsize=FONT)
-    words = f"lines every {one.resolution:.3g} Hz, {one.window} window"
+    words = f"lines every {first.resolution:.3g} Hz, {first.window} window"
     axes[0].set_title(words, fontsize=FONT - 1, loc="right", pad=3, color=REPEAT)
     return figure
 
 
 def _draw_cascade(ax: Axes, cascade: Cascade, highest: float, reverse: bool) -> QuadMesh:
-    shown = np.abs(cascade.frequency) <= highest
+    is_drawn = np.abs(cascade.frequency) <= highest
     order = np.argsort(cascade.speed, kind="stable")
     rpm = RPM * cascade.speed[order]
-    amplitude = MICRO * cascade.amplitude[order][:, shown]
+    amplitude = MICRO * cascade.amplitude[order][:, is_drawn]
     top = amplitude.max() or 1.0
-    frequency = (-1.0 if reverse else 1.0) * cascade.frequency[shown]
+    frequency = (-1.0 if reverse else 1.0) * cascade.frequency[is_drawn]
     norm = LogNorm(top * 10**-SHADES, top)
     floor = np.maximum(amplitude, top * 10**-SHADES)
     mesh = ax.pcolormesh(frequency, rpm, floor, norm=norm, cmap="Blues", shading="nearest", rasterized=True)

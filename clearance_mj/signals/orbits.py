@@ -1,4 +1,4 @@
-"""Orbits of a point of a turning shaft, one for each of its turns, and what of them turns with the shaft.
+"""Orbits of a point of a turning shaft, one for each of its turns, and their part at a multiple of its spin.
 
 Turns begin where the shaft's angle passes a whole number of turns: the once-per-turn mark of a test rig. A motion that
 goes with the n-th multiple of the shaft's angle θ is an ellipse,
@@ -50,7 +50,7 @@ class FilteredOrbit(ArrayData):
 
     @property
     def z(self) -> complex:
-        """The same along z."""
+        """Motion along z, m, likewise."""
         return -1j * (self.forward - self.backward.conjugate())
 
     @property
@@ -129,7 +129,7 @@ class Orbits(ArrayData):
         return (w * turn).mean(axis=1), (w / turn).mean(axis=1)
 
     def filtered(self, order: int = 1) -> FilteredOrbit:
-        """Return the mean over the turns of what goes with a multiple of the shaft's angle.
+        """Return the mean ellipse over the turns at a multiple of the shaft's angle.
 
         Parameters
         ----------
@@ -148,7 +148,7 @@ class Orbits(ArrayData):
         return FilteredOrbit(order, forward, backward, complex(y, z))
 
     def plot(self, gap: float | None = None) -> Figure:
-        """Draw the orbits with their marks, and the ellipse of what goes with the shaft.
+        """Draw the orbits with their marks, and the mean ellipse at the shaft's spin.
 
         Parameters
         ----------
@@ -161,7 +161,7 @@ class Orbits(ArrayData):
 
 
 def shaft_angle(spin: np.ndarray, fs: float, start: float = 0.0) -> np.ndarray:
-    """Return the angle (n_t,) rad of a shaft out of its spin: exact for ramps.
+    """Return the angle (n_t,) rad of a shaft, integrated from its spin: exact for ramps.
 
     Parameters
     ----------
@@ -207,13 +207,13 @@ def orbits_by_turn(y: np.ndarray, z: np.ndarray, fs: float, angle: np.ndarray, n
             f"a turn has less than {MIN_SAMPLES:g} samples where the shaft turns fastest; give more samples per second"
         )
     sense = float(np.sign(steps[0]))
-    turns = sense * angle / (2 * np.pi)  # rising, whichever way the shaft turns
+    turns = sense * angle / (2 * np.pi)  # rising in either sense of the spin
     first, last = np.ceil(turns[0] - 1e-9), np.floor(turns[-1] + 1e-9)
     if last < first + 1:
         raise RecordError(f"the shaft makes no whole turn from mark to mark in {y.size / fs:g} s")
     time = np.arange(y.size) / fs
-    moments = np.interp(np.append(first + np.arange((last - first) * n_points) / n_points, last), turns, time)
-    position = CubicSpline(time, np.array((y, z)), axis=1)(moments[:-1])
-    marks = moments[::n_points]
+    instants = np.interp(np.append(first + np.arange((last - first) * n_points) / n_points, last), turns, time)
+    position = CubicSpline(time, np.array((y, z)), axis=1)(instants[:-1])
+    marks = instants[::n_points]
     speed = sense * 2 * np.pi / np.diff(marks)
     return Orbits(marks[:-1], speed, position.reshape(2, -1, n_points).transpose(1, 0, 2))

@@ -120,10 +120,10 @@ class PSD(Shown, ArrayData):
         lower = np.clip(np.searchsorted(self.frequency, f, side="right") - 1, 0, self.frequency.size - 2)
         (f1, f2), (s1, s2) = ((x[lower], x[lower + 1]) for x in (self.frequency, self.value))
         law = (s1 > 0) & (s2 > 0)
-        one = np.ones_like(s1)
+        ones = np.ones_like(s1)
         within = (f >= self.frequency[0]) & (f <= self.frequency[-1])
-        share = np.log(np.where(within, f, f1) / f1) / np.log(f2 / f1)
-        power = np.where(law, s1, one) * (np.where(law, s2, one) / np.where(law, s1, one)) ** share
+        fraction = np.log(np.where(within, f, f1) / f1) / np.log(f2 / f1)
+        power = np.where(law, s1, ones) * (np.where(law, s2, ones) / np.where(law, s1, ones)) ** fraction
         return np.where(within, np.where(law, power, s1 + (s2 - s1) * (f - f1) / (f2 - f1)), 0.0)
 
     def scaled(self, rms: float) -> PSD:
@@ -146,12 +146,12 @@ class PSD(Shown, ArrayData):
         return numbers | {"kind": self.kind, "description": self.description}
 
     def _overview(self) -> Overview:
-        of = {name: value for name, value in self.description.items() if isinstance(value, str | int | float)}
+        origin = {name: value for name, value in self.description.items() if isinstance(value, str | int | float)}
         facts = {
             "level": f"{self.rms:.4g} {'m/s²' if self.kind == 'base' else 'N'} RMS",
             "band": f"{self.band[0]:g} to {self.band[1]:g} Hz",
             "largest": f"{self.value.max():.4g} {UNITS[self.kind]} at {self.frequency[self.value.argmax()]:g} Hz",
-            "from": ", ".join(f"{name} {value}" for name, value in of.items()),
+            "from": ", ".join(f"{name} {value}" for name, value in origin.items()),
         }
         return Overview(f"PSD at {self.frequency.size} frequencies", facts)
 
@@ -193,7 +193,7 @@ def _require_rising(frequency: np.ndarray) -> None:
 
 
 def _columns(lines: list[tuple[int, str]]) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies and values of numbered lines, the first of which is the header."""
+    """Return frequencies and values of numbered lines, the first of which is the header."""
     rows = [(n, [cell.strip() for cell in row]) for (n, _), row in zip(lines, csv.reader(text for _, text in lines))]
     header = [cell.lower() for cell in rows[0][1]] if rows else []
     names = [cell.partition("[")[0].partition("(")[0].strip() for cell in header]
@@ -201,12 +201,12 @@ def _columns(lines: list[tuple[int, str]]) -> tuple[np.ndarray, np.ndarray]:
         if name not in names:
             raise RecordError(f'needs a header with columns "{FREQUENCY}" and "{VALUE}", found {", ".join(header)!r}')
     at = [names.index(name) for name in (FREQUENCY, VALUE)]
-    found = np.empty((2, len(rows) - 1))
+    numbers = np.empty((2, len(rows) - 1))
     for i, (number, row) in enumerate(rows[1:]):
         for column, index in enumerate(at):
             try:
-                found[column, i] = float(row[index])
+                numbers[column, i] = float(row[index])
             except (IndexError, ValueError):
                 cell = row[index] if index < len(row) else ""
                 raise RecordError(f'line {number}, column "{names[index]}": {cell!r} is not a number') from None
-    return found[0], found[1]
+    return numbers[0], numbers[1]

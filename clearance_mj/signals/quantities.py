@@ -14,7 +14,7 @@ __all__ = ["require_quantity", "with_quantity"]
 
 
 def with_quantity(frf: FRF, quantity: str, unit: str = "") -> FRF:
-    """Say what FRFs of unknown quantity are, and bring them to SI units.
+    """Return FRFs of unknown quantity with the quantity given, in SI units.
 
     Parameters
     ----------

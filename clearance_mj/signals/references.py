@@ -1,4 +1,4 @@
-"""FRFs to several references, put together of those to one each."""
+"""FRFs to several references, joined from those to one each."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["join_references"]
 
 
 def join_references(frfs: Sequence[FRF]) -> FRF:
-    """Put FRFs to different references, or of different responses, into one; pairs of which there is none become nan.
+    """Return one FRF of several, to different references or of different responses; missing pairs are nan.
 
     Parameters
     ----------
@@ -47,5 +47,5 @@ def join_references(frfs: Sequence[FRF]) -> FRF:
                 coherence[at] = frf.coherence[i, j]
     known = any(frf.coherence is not None for frf in frfs)
     averages = first.averages if len({frf.averages for frf in frfs}) == 1 else None
-    what = responses, references, first.quantity, first.unit_label, averages, first.window_rate
-    return FRF(first.frequency, value, coherence if known else None, *what)
+    labels = responses, references, first.quantity, first.unit_label, averages, first.window_rate
+    return FRF(first.frequency, value, coherence if known else None, *labels)

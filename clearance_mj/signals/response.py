@@ -1,4 +1,4 @@
-"""What a simulation or a test leaves: time histories that know their units and where they come from."""
+"""Responses: time histories of a simulation or a test, with units and provenance."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ HISTORIES = {
     "displacement": ("coordinate", "m"),
     "contact_force": ("coordinate", "N"),
     "grease_force": ("coordinate", "N"),
-}  # Dimension beside time, and unit
+}  # Dimension other than time, and unit
 ACCELERATION = "acceleration"  # also the variable of channels that are nothing else
 OLDER = {"coordinate": "bushing"}  # dimension of files of before, where each clearance had one row
 
@@ -51,7 +51,7 @@ class Response(Shown, ArrayData):
     excitation: np.ndarray
     """(n_t,) base acceleration in m/s² or shaker force in N, see ``kind``; of several inputs (n_inputs, n_t)"""
     channels: np.ndarray
-    """(n_sensors, n_t) what the sensors read, each in the SI unit of its own quantity, such as m/s²"""
+    """(n_sensors, n_t) readings of the sensors, each in the SI unit of its quantity, such as m/s²"""
     displacement: np.ndarray | None = None
     """(n_rows, n_t) relative to the bushing, m: a row of each slot or stop, y and z of each round clearance"""
     contact_force: np.ndarray | None = None
@@ -59,7 +59,7 @@ class Response(Shown, ArrayData):
     grease_force: np.ndarray | None = None
     """(n_rows, n_t) same sign, N"""
     kind: str = "base"
-    """"base" or "force": what the excitation is; "mixed" of inputs of both kinds"""
+    """"base" or "force": kind of the excitation; "mixed" of inputs of both kinds"""
     band: tuple[float, float] | None = None
     """Hz, band of the excitation where known"""
     responses: tuple[str, ...] = ()
@@ -69,7 +69,7 @@ class Response(Shown, ArrayData):
     provenance: dict[str, Any] = field(default_factory=dict)
     """inputs that made it: rig, law, engine, excitation, seed, versions; plain data"""
     contact_share: np.ndarray | None = None
-    """(n_bushings,) share of the time in contact: of the simulation's own steps at which an end of the bushing lies
+    """(n_bushings,) fraction of the time in contact: of the simulation's steps at which an end of the bushing lies
     beyond its gap, before the anti-alias filter, which rings into the gap; None where that was not counted"""
     spin: np.ndarray | None = None
     """(n_t,) rad/s, of a shaft that turns"""
@@ -134,7 +134,7 @@ class Response(Shown, ArrayData):
 
     @property
     def duration(self) -> float:
-        """S"""
+        """Duration, s."""
         return self.excitation.shape[-1] / self.fs
 
     def at(self, responses: Sequence[str]) -> Response:
@@ -145,7 +145,7 @@ class Response(Shown, ArrayData):
         responses : sequence of str
             Their degrees of freedom; where several sensors have one, all of them.
         """
-        rows = [i for label in dict.fromkeys(responses) for i, own in enumerate(self.responses) if own == label]
+        rows = [i for label in dict.fromkeys(responses) for i, dof in enumerate(self.responses) if dof == label]
         if missing := {*responses} - {*self.responses}:
             raise RecordError(f"has no response at {min(missing)}; it has {', '.join(self.responses)}")
         return dataclasses.replace(
@@ -155,7 +155,7 @@ class Response(Shown, ArrayData):
 
     @functools.cached_property
     def clearance_rows(self) -> list[slice]:
-        """Rows of each clearance in displacement and forces: one, or those along y and z that their labels tell."""
+        """Rows of each clearance in displacement and forces: one, or those along y and z by their labels."""
         n_rows = 0 if self.displacement is None else len(self.displacement)
         count = n_rows if self.contact_share is None else self.contact_share.size
         begins = [*range(0, n_rows, max(n_rows // max(count, 1), 1))]
@@ -183,12 +183,12 @@ class Response(Shown, ArrayData):
         return Overview(f"Response of {count}, {self.duration:g} s at {self.fs:g} Hz", facts)
 
     def _of(self, quantity: str) -> np.ndarray:
-        """Rows of the channels of one quantity; the channels themselves where they have no other."""
+        """Return the rows of the channels of one quantity; the channels themselves where they have no other."""
         rows = [name == quantity for name in self.quantities]
         return self.channels if all(rows) else self.channels[rows]
 
     def plot(self, sensors: Sequence[int] | None = None, time: tuple[float, float] | None = None) -> Figure:
-        """Draw excitation and what sensors read over time; displacement and forces at bushings, and spin, where known.
+        """Draw excitation and sensor readings over time; displacement and forces at bushings, and spin, where known.
 
         Parameters
         ----------
@@ -230,13 +230,13 @@ class Response(Shown, ArrayData):
         if self.band is not None:
             attributes["band"] = np.array(self.band, dtype=float)
         coordinates = {"time": self.time, "response": self.responses, "coordinate": self.coordinates}
-        found = labelled.dataset("response", variables, coordinates, attributes)
-        found["excitation"].attrs["dof"] = " ".join(self.references)
-        if "channels" in found:
+        ds = labelled.dataset("response", variables, coordinates, attributes)
+        ds["excitation"].attrs["dof"] = " ".join(self.references)
+        if "channels" in ds:
             of_rows = {"quantity": ("response", list(self.quantities))}
             of_rows["units"] = ("response", [QUANTITIES[name].cf_unit for name in self.quantities])
-            found = found.assign_coords(of_rows)
-        return found
+            ds = ds.assign_coords(of_rows)
+        return ds
 
     @classmethod
     def from_xarray(cls, ds: xr.Dataset) -> Response:
@@ -284,17 +284,17 @@ def _largest(values: np.ndarray | None, unit: str, factor: float = 1.0) -> str:
     return f"{len(values)} rows, up to {factor * np.abs(values).max():.4g} {unit}"
 
 
-def _in_contact(shares: np.ndarray | None) -> str:
-    if shares is None or not shares.size:
+def _in_contact(fractions: np.ndarray | None) -> str:
+    if fractions is None or not fractions.size:
         return ""
-    return f"{few([f'{100 * share:.3g} %' for share in shares])} of the time, that is beyond the gap"
+    return f"{few([f'{100 * fraction:.3g} %' for fraction in fractions])} of the time, that is beyond the gap"
 
 
 def _origin(provenance: dict[str, Any]) -> str:
-    """What made a response, in words, of what its provenance says."""
-    found = []
+    """Return the origin of a response in words, from its provenance."""
+    words = []
     for name in ("record", "rig", "law", "engine"):
         value = provenance.get(name)
         value = value.get("name", value.get("kind")) if isinstance(value, dict) else value
-        found += [f"{name} {value}"] if isinstance(value, str) else []
-    return ", ".join(found)
+        words += [f"{name} {value}"] if isinstance(value, str) else []
+    return ", ".join(words)

@@ -25,7 +25,7 @@ PASS, STOP, ATTENUATION = 0.4, 0.6, 80.0
 
 @functools.cache
 def lowpass(factor: int) -> np.ndarray:
-    """Taps (2 * m * factor + 1,) of the filter between ``fs`` and ``factor * fs``: symmetric, of unit gain at rest."""
+    """Return taps (2 * m * factor + 1,) of the filter between ``fs`` and ``factor * fs``: symmetric, of unit gain."""
     taps = np.ones(1)
     if factor > 1:
         count, beta = scipy.signal.kaiserord(ATTENUATION, (STOP - PASS) / (factor / 2))
@@ -55,22 +55,22 @@ class Interpolator:
         self.taps = factor * lowpass(factor)
         self.ahead = self.taps.size // 2 // factor
         """input samples that an output waits for"""
-        self._each = () if inputs is None else (inputs,)
-        self._held = np.zeros((self.ahead, *self._each))  # what the next outputs' filter reaches back to
+        self._input_shape = () if inputs is None else (inputs,)
+        self._buffer = np.zeros((self.ahead, *self._input_shape))  # what the next outputs' filter reaches back to
 
     def push(self, block: np.ndarray) -> np.ndarray:
         """Take the next samples (n,) and return the fast ones (m * factor,) that are complete."""
-        held = np.concatenate((self._held, block))
-        count = max(0, len(held) - 2 * self.ahead)
-        self._held = held[count:]
+        buffer = np.concatenate((self._buffer, block))
+        count = max(0, len(buffer) - 2 * self.ahead)
+        self._buffer = buffer[count:]
         if not count:
-            return np.empty((0, *self._each))
+            return np.empty((0, *self._input_shape))
         first = 2 * self.ahead * self.factor
-        return scipy.signal.upfirdn(self.taps, held, up=self.factor, axis=0)[first : first + count * self.factor]
+        return scipy.signal.upfirdn(self.taps, buffer, up=self.factor, axis=0)[first : first + count * self.factor]
 
     def flush(self) -> np.ndarray:
         """Return the samples that still wait for input, as if zeros came after them."""
-        return self.push(np.zeros((self.ahead, *self._each)))
+        return self.push(np.zeros((self.ahead, *self._input_shape)))
 
 
 class Decimator:
@@ -83,24 +83,24 @@ class Decimator:
         self.factor = factor
         self.taps = lowpass(factor)
         self.half = self.taps.size // 2
-        self._held = np.zeros((channels, self.half)) + np.reshape(before, (-1, 1))
-        self._first = 0  # position in the held block of the first sample under the next output's filter
+        self._buffer = np.zeros((channels, self.half)) + np.reshape(before, (-1, 1))
+        self._first = 0  # position in the buffer of the first sample under the next output's filter
 
     def push(self, block: np.ndarray) -> np.ndarray:
         """Take the next fast samples (n, channels) and return the slow ones (m, channels) that are complete."""
-        held = np.concatenate((self._held, block.T), axis=1)
-        count = max(0, (held.shape[1] - self._first - self.taps.size) // self.factor + 1)
-        out = np.empty((count, held.shape[0]))
-        _filter(held, self.taps, self._first, self.factor, out)
+        buffer = np.concatenate((self._buffer, block.T), axis=1)
+        count = max(0, (buffer.shape[1] - self._first - self.taps.size) // self.factor + 1)
+        out = np.empty((count, buffer.shape[0]))
+        _filter(buffer, self.taps, self._first, self.factor, out)
         start = self._first + count * self.factor
-        self._held, self._first = held[:, start:], 0
-        if start > held.shape[1]:
-            self._first = start - held.shape[1]
+        self._buffer, self._first = buffer[:, start:], 0
+        if start > buffer.shape[1]:
+            self._first = start - buffer.shape[1]
         return out
 
     def flush(self) -> np.ndarray:
         """Return the samples that still wait for input, as if zeros came after them."""
-        return self.push(np.zeros((self.half, self._held.shape[0])))
+        return self.push(np.zeros((self.half, self._buffer.shape[0])))
 
 
 def decimate(value: np.ndarray, factor: int) -> np.ndarray:
@@ -111,11 +111,11 @@ def decimate(value: np.ndarray, factor: int) -> np.ndarray:
 
 
 @jit(fastmath=True)
-def _filter(held: np.ndarray, taps: np.ndarray, first: int, factor: int, out: np.ndarray) -> None:
+def _filter(buffer: np.ndarray, taps: np.ndarray, first: int, factor: int, out: np.ndarray) -> None:
     for i in range(out.shape[0]):
         start = first + i * factor
-        for channel in range(held.shape[0]):
-            under = held[channel, start : start + taps.size]  # a slice, so that the compiler sees no negative index
+        for channel in range(buffer.shape[0]):
+            under = buffer[channel, start : start + taps.size]  # a slice, so that the compiler sees no negative index
             total = 0.0
             for j in range(taps.size):
                 total += taps[j] * under[j]
@@ -138,7 +138,7 @@ def resampled(value: np.ndarray, fs: float, rate: float, ends: str = "constant")
     fs, rate : float
         Samples per second, before and after.
     ends : str
-        What is taken beyond the ends, as ``padtype`` of `scipy.signal.resample_poly`: "constant" is zero, "line" the
+        Continuation beyond the ends, as ``padtype`` of `scipy.signal.resample_poly`: "constant" is zero, "line" the
         straight line through the first and the last sample.
 
     Returns
@@ -156,8 +156,8 @@ def resampled(value: np.ndarray, fs: float, rate: float, ends: str = "constant")
     if ratio == 1:
         return np.array(value, dtype=float)
     up, down = ratio.numerator, ratio.denominator
-    most = max(up, down)  # of the lower rate's samples, in the common fast rate
-    count, beta = scipy.signal.kaiserord(ATTENUATION, (STOP - PASS) / (most / 2))
-    taps = scipy.signal.firwin(2 * (count // 2) + 1, (PASS + STOP) / 2, window=("kaiser", beta), fs=most)
-    found: np.ndarray = scipy.signal.resample_poly(value, up, down, window=taps, padtype=ends)
-    return found
+    largest = max(up, down)  # of the lower rate's samples, in the common fast rate
+    count, beta = scipy.signal.kaiserord(ATTENUATION, (STOP - PASS) / (largest / 2))
+    taps = scipy.signal.firwin(2 * (count // 2) + 1, (PASS + STOP) / 2, window=("kaiser", beta), fs=largest)
+    samples: np.ndarray = scipy.signal.resample_poly(value, up, down, window=taps, padtype=ends)
+    return samples

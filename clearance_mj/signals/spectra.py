@@ -1,4 +1,4 @@
-"""Functions of frequency that are no FRFs: auto and cross spectra, densities, coherences, and what else files hold."""
+"""Functions of frequency that are no FRFs: auto and cross spectra, densities, coherences, and others."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ class Spectra(Shown, ArrayData):
     kind: str
     """such as "auto spectrum", "cross spectrum", "power spectral density", "spectrum", "coherence" """
     abscissa: np.ndarray
-    """(n_f,) frequency in Hz, rising, or what ``axis`` says"""
+    """(n_f,) frequency in Hz, rising, or the quantity ``axis``"""
     value: np.ndarray
     """(n_functions, n_f) real, or complex where there are phases; a cross spectrum is response × reference*"""
     responses: tuple[str, ...]
     """degree of freedom of each function, such as "3:+Z"; "0:S" where it is not known"""
     references: tuple[str, ...] = ()
-    """the same of what each is referred to; "0:S" where there is none, everywhere if left out"""
+    """degree of freedom of each function's reference; "0:S" where there is none, everywhere if left out"""
     names: tuple[str, ...] = ()
     """of the functions, in their file; the degrees of freedom if left out"""
     quantities: tuple[str, ...] = ()
@@ -56,7 +56,7 @@ class Spectra(Shown, ArrayData):
     units: tuple[str, ...] = ()
     """of the values, as they are written; "" if left out"""
     axis: str = "frequency"
-    """what the abscissa is"""
+    """quantity of the abscissa"""
     axis_unit: str = "Hz"
     """its unit"""
 
@@ -68,17 +68,17 @@ class Spectra(Shown, ArrayData):
             )
         if self.axis == "frequency" and not np.all(np.diff(abscissa) > 0):
             raise RecordError("the frequencies of spectra must rise from line to line")
-        turning = np.iscomplexobj(value) and value.imag.any()
-        value = read_only(value, complex) if turning else read_only(value.real)
+        is_complex = np.iscomplexobj(value) and value.imag.any()
+        value = read_only(value, complex) if is_complex else read_only(value.real)
         rows = len(value)
-        found: dict[str, tuple[str, ...]] = {"responses": tuple(self.responses)}
-        defaults = {"references": (NOWHERE,) * rows, "names": found["responses"], "quantities": ("unknown",) * rows}
+        texts: dict[str, tuple[str, ...]] = {"responses": tuple(self.responses)}
+        defaults = {"references": (NOWHERE,) * rows, "names": texts["responses"], "quantities": ("unknown",) * rows}
         for name, default in (defaults | {"units": ("",) * rows}).items():
-            found[name] = tuple(getattr(self, name)) or default
-        for name, labels in found.items():
+            texts[name] = tuple(getattr(self, name)) or default
+        for name, labels in texts.items():
             if len(labels) != rows:
                 raise RecordError(f"{len(labels)} {name} for {rows} spectra: {few(labels)}")
-        self._set(abscissa=abscissa, value=value, **found)
+        self._set(abscissa=abscissa, value=value, **texts)
 
     @property
     def frequency(self) -> np.ndarray:
@@ -97,7 +97,7 @@ class Spectra(Shown, ArrayData):
         )
 
     def within(self, band: Band) -> Spectra:
-        """Cut to the lines with lo <= f <= hi; refuses a band without a line.
+        """Return the spectra at the lines with lo <= f <= hi; refuses a band without a line.
 
         Parameters
         ----------
@@ -108,7 +108,7 @@ class Spectra(Shown, ArrayData):
         return replace(self, abscissa=self.abscissa[lines], value=self.value[:, lines])
 
     def pick(self, rows: Sequence[int]) -> Spectra:
-        """Take some of the functions.
+        """Return some of the functions.
 
         Parameters
         ----------
@@ -122,9 +122,9 @@ class Spectra(Shown, ArrayData):
 
     def _overview(self) -> Overview:
         step = np.diff(self.abscissa)
-        even = step.size and np.ptp(step) < 1e-6 * abs(step.mean())
-        apart = f", {step.mean():.4g} {self.axis_unit} apart" if even else ""
-        lines = f"{self.abscissa.size}: {span(self.abscissa, self.axis_unit)}{apart}"
+        is_even = step.size and np.ptp(step) < 1e-6 * abs(step.mean())
+        spacing = f", {step.mean():.4g} {self.axis_unit} apart" if is_even else ""
+        lines = f"{self.abscissa.size}: {span(self.abscissa, self.axis_unit)}{spacing}"
         head = ("function", "quantity", "unit", "largest", f"at ({self.axis_unit or '1'})")
         rows = []
         for label, quantity, unit, value in zip(self.labels, self.quantities, self.units, self.value):
@@ -154,11 +154,11 @@ class Spectra(Shown, ArrayData):
         """Return ``value`` (function, abscissa) with the labels of each function, and kind and axis as attributes."""
         attributes = {"kind": self.kind, "axis": self.axis, "axis_unit": self.axis_unit}
         texts = zip(_LABELS, (self.names, self.responses, self.references, self.quantities, self.units))
-        found = labelled.dataset("spectra", {"value": (("function", "abscissa"), self.value, "1")}, {}, attributes)
-        found["value"].attrs = {"long_name": self.kind}
+        ds = labelled.dataset("spectra", {"value": (("function", "abscissa"), self.value, "1")}, {}, attributes)
+        ds["value"].attrs = {"long_name": self.kind}
         coordinates: dict[str, Any] = {name: ("function", list(labels)) for name, labels in texts}
         coordinates["abscissa"] = ("abscissa", self.abscissa, {"long_name": self.axis})
-        return found.assign_coords(coordinates)
+        return ds.assign_coords(coordinates)
 
     @classmethod
     def from_xarray(cls, ds: xr.Dataset) -> Spectra:

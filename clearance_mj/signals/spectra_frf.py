@@ -33,7 +33,7 @@ def frf_from_spectra(auto: Spectra, cross: Spectra, estimator: str = "H1", refer
         As `estimate_frf` takes it; of several references H1 = S_yx S_xx⁻¹, Hv by the smallest eigenvalue of the
         matrix of a response and the references; H2 needs one reference.
     references : tuple of str
-        Degrees of freedom of the excitation; empty: what the cross spectra are referred to.
+        Degrees of freedom of the excitation; empty: the references of the cross spectra.
 
     Returns
     -------
@@ -59,12 +59,12 @@ def frf_from_spectra(auto: Spectra, cross: Spectra, estimator: str = "H1", refer
     outputs = tuple(dof for dof in dict.fromkeys((*cross.responses, *cross.references)) if dof not in inputs)
     if not outputs:
         raise RecordError(f"there is no response beside the references {few(inputs)}")
-    s_xx = np.array([[_of(spectra, a, b) for b in inputs] for a in inputs])
-    s_yx = np.array([[_of(spectra, a, b) for b in inputs] for a in outputs])
+    s_xx = np.array([[_entry(spectra, a, b) for b in inputs] for a in inputs])
+    s_yx = np.array([[_entry(spectra, a, b) for b in inputs] for a in outputs])
     known = all((dof, dof) in spectra for dof in outputs)
-    s_yy = np.array([_of(spectra, dof, dof).real for dof in outputs]) if known or estimator != "H1" else None
+    s_yy = np.array([_entry(spectra, dof, dof).real for dof in outputs]) if known or estimator != "H1" else None
     with np.errstate(divide="ignore", invalid="ignore"):
-        value = _estimated(estimator, s_xx, s_yx, s_yy)
+        value = _estimate(estimator, s_xx, s_yx, s_yy)
         coherence = None
         if s_yy is not None and len(inputs) == 1:
             coherence = np.abs(s_yx) ** 2 / (s_xx[0, 0].real * s_yy[:, None])
@@ -79,7 +79,7 @@ def frf_from_spectra(auto: Spectra, cross: Spectra, estimator: str = "H1", refer
 
 
 def _matrix(auto: Spectra, cross: Spectra) -> Matrix:
-    found: Matrix = {}
+    matrix: Matrix = {}
     for spectra in (auto, cross):
         for i, (a, b) in enumerate(zip(spectra.responses, spectra.references)):
             pair = (a, a) if spectra is auto else (a, b)
@@ -88,14 +88,14 @@ def _matrix(auto: Spectra, cross: Spectra) -> Matrix:
                     f'{spectra.kind} "{spectra.names[i]}" does not say where it was measured; give its degrees of '
                     "freedom: dataclasses.replace(spectra, responses=..., references=...)"
                 )
-            if pair in found:
+            if pair in matrix:
                 raise RecordError(f"{spectra.kind} of {a}{f' to {b}' if spectra is cross else ''} comes twice")
-            found[pair] = spectra.value[i]
-    return found
+            matrix[pair] = spectra.value[i]
+    return matrix
 
 
-def _of(spectra: Matrix, a: str, b: str) -> np.ndarray:
-    """S_ab, which is the conjugate of S_ba."""
+def _entry(spectra: Matrix, a: str, b: str) -> np.ndarray:
+    """Return S_ab, which is the conjugate of S_ba."""
     if (a, b) in spectra:
         return spectra[a, b].astype(complex)
     if (b, a) in spectra:
@@ -103,28 +103,28 @@ def _of(spectra: Matrix, a: str, b: str) -> np.ndarray:
     raise RecordError(f"there is no {f'auto spectrum of {a}' if a == b else f'cross spectrum of {a} to {b}'}")
 
 
-def _estimated(estimator: str, s_xx: np.ndarray, s_yx: np.ndarray, s_yy: np.ndarray | None) -> np.ndarray:
-    """(n_outputs, n_inputs, n_f) out of S_xx (n_inputs, n_inputs, n_f), S_yx, S_yy (n_outputs, n_f)."""
+def _estimate(estimator: str, s_xx: np.ndarray, s_yx: np.ndarray, s_yy: np.ndarray | None) -> np.ndarray:
+    """Return FRFs (n_outputs, n_inputs, n_f) by S_xx (n_inputs, n_inputs, n_f), S_yx, S_yy (n_outputs, n_f)."""
     if len(s_xx) == 1:
         rows = s_yy if s_yy is not None else np.empty(s_yx[:, 0].shape)
         return ESTIMATORS[estimator](s_xx[0, 0].real, rows, s_yx[:, 0])[:, None]
     of_lines, rows_of_lines = np.moveaxis(s_xx, -1, 0), np.moveaxis(s_yx, -1, 0)
     if estimator == "H1":
-        return _solved(of_lines, rows_of_lines)
+        return _solve(of_lines, rows_of_lines)
     if estimator == "H2" or s_yy is None:
         raise RecordError("H2 needs one reference; use H1 or Hv with several")
-    found = []
+    frfs = []
     for y, row in enumerate(s_yx):
         matrix = np.empty((s_xx.shape[-1], len(s_xx) + 1, len(s_xx) + 1), dtype=complex)
         matrix[:, :-1, :-1], matrix[:, -1, -1] = of_lines, s_yy[y]
         matrix[:, -1, :-1], matrix[:, :-1, -1] = row.T, row.T.conj()
         vector = np.linalg.eigh(matrix)[1][:, :, 0]  # smallest eigenvalue: v_x* x + v_y* y is noise alone
-        found.append((-vector[:, :-1].conj() / vector[:, -1:].conj()).T)
-    return np.array(found)
+        frfs.append((-vector[:, :-1].conj() / vector[:, -1:].conj()).T)
+    return np.array(frfs)
 
 
-def _solved(s_xx: np.ndarray, s_yx: np.ndarray) -> np.ndarray:
-    """S_yx S_xx⁻¹ line by line (n_f first); nan where the references are not independent."""
+def _solve(s_xx: np.ndarray, s_yx: np.ndarray) -> np.ndarray:
+    """Return S_yx S_xx⁻¹ line by line (n_f first); nan where the references are not independent."""
     value = np.full(s_yx.shape, complex(np.nan, np.nan))
     regular = np.linalg.cond(s_xx) < 1 / np.finfo(float).eps
     value[regular] = np.linalg.solve(s_xx[regular].swapaxes(1, 2), s_yx[regular].swapaxes(1, 2)).swapaxes(1, 2)
@@ -132,8 +132,8 @@ def _solved(s_xx: np.ndarray, s_yx: np.ndarray) -> np.ndarray:
 
 
 def _quantity(auto: Spectra, outputs: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[str, str]:
-    """Quantity of the FRFs, and the unit of one that is not known."""
+    """Return the quantity of the FRFs, and the unit of one that is not known."""
     by_dof = dict(zip(auto.responses, auto.quantities))
-    of = [{by_dof.get(dof, UNKNOWN) for dof in dofs} for dofs in (outputs, inputs)]
-    above, below = (found.pop() if len(found) == 1 else UNKNOWN for found in of)
+    quantities = [{by_dof.get(dof, UNKNOWN) for dof in dofs} for dofs in (outputs, inputs)]
+    above, below = (names.pop() if len(names) == 1 else UNKNOWN for names in quantities)
     return f"{above}/{below}", ""

@@ -1,4 +1,4 @@
-"""What a record under a stepped sine holds: frequency and amplitudes of every step, read from the record itself."""
+"""Steps of a record under a stepped sine: frequency and amplitudes of each, read from the record itself."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .response import Response
 __all__ = ["SineSteps", "harmonic_amplitudes", "is_stepped_sine", "sine_steps"]
 
 WINDOW = 0.5  # s of the excitation that are looked at at once
-MAX_RESIDUE = 0.05  # share of the amplitude that a sine may leave of the excitation; windows across a step leave more
+MAX_RESIDUE = 0.05  # residual of a sine's fit over its amplitude; windows across a step leave more
 FREQUENCY_TOLERANCE = 2e-3  # relative difference up to which windows belong to one step
 HARMONICS = 9  # harmonics that are fitted to a response
 MIN_PERIODS = 3.0  # periods that a window must hold
@@ -29,9 +29,9 @@ class SineSteps:
     level: np.ndarray
     """(n,) amplitude of the excitation, m/s² or N"""
     upwards: np.ndarray
-    """(n,) whether the frequency came from below"""
+    """(n,) True where the frequency came from below"""
     acceleration: np.ndarray
-    """(n, n_sensors) half of the way from the lowest to the highest value of a period, m/s²"""
+    """(n, n_sensors) half of the peak-to-peak value of a period, m/s²"""
     displacement: np.ndarray | None
     """(n, n_bushings) m; None without probes"""
 
@@ -45,32 +45,32 @@ def sine_steps(response: Response) -> SineSteps:
     Parameters
     ----------
     response : Response
-        The record, of which frequencies from 6 Hz on are found.
+        The record, of which frequencies from 6 Hz on are recognised.
     """
     size = round(WINDOW * response.fs)
-    found = [_sine(response.only_input[i : i + size], response.fs) for i in _starts(response, size)]
+    sines = [_sine(response.only_input[i : i + size], response.fs) for i in _starts(response, size)]
     ends = [
-        k for k in range(1, len(found))
-        if _one_step(found[k - 1], found[k]) and not (k + 1 < len(found) and _one_step(found[k], found[k + 1]))
+        k for k in range(1, len(sines))
+        if _is_one_step(sines[k - 1], sines[k]) and not (k + 1 < len(sines) and _is_one_step(sines[k], sines[k + 1]))
     ]  # fmt: skip
-    frequency = np.array([found[k][0] for k in ends])
+    frequency = np.array([sines[k][0] for k in ends])
     change = np.sign(np.diff(frequency, prepend=frequency[:1]))
     if change.size > 1:
         change[0] = change[1]
 
     def amplitudes(histories: np.ndarray) -> np.ndarray:
-        rows = [harmonic_amplitudes(histories[:, k * size : (k + 1) * size], response.fs, found[k][0]) for k in ends]
+        rows = [harmonic_amplitudes(histories[:, k * size : (k + 1) * size], response.fs, sines[k][0]) for k in ends]
         return np.array(rows).reshape(len(ends), len(histories))
 
     probes = response.displacement
     return SineSteps(
-        frequency, np.array([found[k][1] for k in ends]), change >= 0, amplitudes(response.channels),
+        frequency, np.array([sines[k][1] for k in ends]), change >= 0, amplitudes(response.channels),
         None if probes is None else amplitudes(probes),
     )  # fmt: skip
 
 
 def is_stepped_sine(signal: np.ndarray, fs: float) -> bool:
-    """Return whether a signal is one sine after the other, of other frequency or amplitude, from 6 Hz on.
+    """Return True if a signal is one sine after the other, of other frequency or amplitude, from 6 Hz on.
 
     One sine that stays, as the mains' hum in a channel without a sensor, is none.
 
@@ -84,39 +84,39 @@ def is_stepped_sine(signal: np.ndarray, fs: float) -> bool:
     size, signal = max(1, round(WINDOW * fs)), signal - np.mean(signal)
     count = signal.size // size
     starts = [size * i for i in range(0, count, -(-count // LOOKS) or 1)]
-    found = np.array([_sine(signal[i : i + size], fs) for i in starts]).reshape(-1, 2)
-    sines = found[found[:, 0] > 0]
-    return len(sines) > MOST * len(found) and bool(np.any(np.ptp(sines, axis=0) > STEP * sines.max(axis=0)))
+    windows = np.array([_sine(signal[i : i + size], fs) for i in starts]).reshape(-1, 2)
+    sines = windows[windows[:, 0] > 0]
+    return len(sines) > MOST * len(windows) and bool(np.any(np.ptp(sines, axis=0) > STEP * sines.max(axis=0)))
 
 
 def _starts(response: Response, size: int) -> range:
     return range(0, response.only_input.size - size + 1, size)
 
 
-def _one_step(a: tuple[float, float], b: tuple[float, float]) -> bool:
+def _is_one_step(a: tuple[float, float], b: tuple[float, float]) -> bool:
     return abs(a[0] - b[0]) <= FREQUENCY_TOLERANCE * a[0] and a[0] > 0
 
 
 def _sine(signal: np.ndarray, fs: float) -> tuple[float, float]:
-    """Frequency, Hz, and amplitude of a signal that is a sine; zeros if it is none."""
+    """Return frequency, Hz, and amplitude of a signal that is a sine; zeros if it is none."""
     size, scale = signal.size, float(np.sqrt(2 * np.mean(signal**2)))
     spectrum = np.abs(np.fft.rfft(signal * np.hanning(size), 8 * size))
     frequency = float(np.argmax(spectrum)) * fs / (8 * size)
     if frequency * size / fs < MIN_PERIODS:
         return 0.0, 0.0
     time = np.arange(size) / fs
-    for _ in range(3):  # the phase of the second half against the first tells what the frequency lacks
+    for _ in range(3):  # the phase of the second half against the first gives the frequency's error
         halves = slice(size // 2), slice(size // 2, size)
         first, second = (_fit(signal[half], time[half], frequency) for half in halves)
-        turned = np.angle(second * np.conj(first)) / (2 * np.pi)
-        frequency += turned / (size / 2 / fs)
+        turns = np.angle(second * np.conj(first)) / (2 * np.pi)
+        frequency += turns / (size / 2 / fs)
     amplitude = _fit(signal, time, frequency)
-    left = signal - (amplitude * np.exp(2j * np.pi * frequency * time)).real
-    return (frequency, abs(amplitude)) if np.std(left) < MAX_RESIDUE * scale else (0.0, 0.0)
+    residual = signal - (amplitude * np.exp(2j * np.pi * frequency * time)).real
+    return (frequency, abs(amplitude)) if np.std(residual) < MAX_RESIDUE * scale else (0.0, 0.0)
 
 
 def _fit(signal: np.ndarray, time: np.ndarray, frequency: float) -> complex:
-    """Amplitude a of Re a exp(2πi f t), beside a mean."""
+    """Return the amplitude a of Re a exp(2πi f t) in a signal with a mean."""
     turns = 2 * np.pi * frequency * time
     columns = np.column_stack((np.ones(time.size), np.cos(turns), -np.sin(turns)))
     _, real, imaginary = np.linalg.lstsq(columns, signal, rcond=None)[0]
@@ -124,7 +124,7 @@ def _fit(signal: np.ndarray, time: np.ndarray, frequency: float) -> complex:
 
 
 def harmonic_amplitudes(histories: np.ndarray, fs: float, frequency: float) -> np.ndarray:
-    """Return half of the way from the lowest to the highest value of a period, of the first nine harmonics.
+    """Return half of the peak-to-peak value of a period, of the first nine harmonics.
 
     Parameters
     ----------

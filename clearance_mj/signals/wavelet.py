@@ -62,7 +62,7 @@ def scalogram(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: f
     energy at all scales. The spectrum of a wavelet reaches 4 ω/ω0 to each side of its centre; what is beyond fs / 2
     folds back.
     """
-    signal = _checked(signal, fs, band, omega0)
+    signal = _check_signal(signal, fs, band, omega0)
     scale = _scales(fs, band, omega0)
     wavelet = pywt.ContinuousWavelet(f"cmor{BANDWIDTH}-{omega0 / (2 * np.pi)}")
     # PyWavelets takes the wavelet from -8 to 8 whatever B is
@@ -85,7 +85,7 @@ def ridge(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: float
     fs : float
         Samples per second.
     band : (float, float)
-        Hz; wide enough for the component's whole way, narrow enough to leave out stronger ones.
+        Hz; wide enough for all frequencies of the component, narrow enough to leave out stronger ones.
     omega0 : float
         Centre of the Morlet wavelet, rad, at least 4. Components closer than about 4 ω/ω0 need a larger one.
 
@@ -101,20 +101,20 @@ def ridge(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: float
     Process. 47, 1999, 480), the frequency on it is the derivative of the phase (Delprat et al., IEEE Trans. Inf.
     Theory 38, 1992, 644), the amplitude is divided by the wavelet's spectrum at that frequency.
     """
-    found, scatter = _followed(scalogram(signal, fs, band, omega0), fs)
-    density = found.amplitude**2
+    component, scatter = _follow(scalogram(signal, fs, band, omega0), fs)
+    density = component.amplitude**2
     if np.sum(density * scatter) > SCATTER * np.sum(density):
         raise RecordError(f"no ridge above the noise between {band[0]:g} and {band[1]:g} Hz")
-    return found
+    return component
 
 
 def skeleton(plane: Scalogram) -> Ridge:
     """Follow the strongest component of a scalogram even where no ridge stands above the noise."""
-    return _followed(plane, 1 / (plane.time[1] - plane.time[0]))[0]
+    return _follow(plane, 1 / (plane.time[1] - plane.time[0]))[0]
 
 
 def shortest_record(lowest: float, omega0: float = 5.0) -> float:
-    """Return the shortest record that leaves something to be seen between the ends' masks, s."""
+    """Return the shortest record, s, that has valid samples between the masks at its ends."""
     return (2 * MASK + 2) * omega0 / (2 * np.pi * lowest)
 
 
@@ -147,8 +147,8 @@ def ridges(
     return tuple(ridge(signal, fs, band, omega0) for band in bands)
 
 
-def _followed(plane: Scalogram, fs: float) -> tuple[Ridge, np.ndarray]:
-    """Ridge of a plane, and the scatter of its frequency, in widths of the wavelet."""
+def _follow(plane: Scalogram, fs: float) -> tuple[Ridge, np.ndarray]:
+    """Return the ridge of a plane, and the scatter of its frequency, in widths of the wavelet."""
     omega0, rows = plane.omega0, _path(plane, fs)
     columns = np.arange(rows.size)
     spread, value = plane.scale[rows], plane.value[rows, columns]
@@ -164,7 +164,7 @@ def _followed(plane: Scalogram, fs: float) -> tuple[Ridge, np.ndarray]:
     return Ridge(plane.time, omega, amplitude, valid, phase, spread), scatter
 
 
-def _checked(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: float) -> np.ndarray:
+def _check_signal(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: float) -> np.ndarray:
     """Return the signal as floats, or refuse it or the arguments."""
     signal = np.asarray(signal, dtype=float)
     if signal.ndim != 1 or signal.size < 3:
@@ -185,7 +185,7 @@ def _checked(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: fl
 
 
 def _scales(fs: float, band: tuple[float, float], omega0: float) -> np.ndarray:
-    """(n_a,) scales in samples, falling, from the lower to the upper end of the band.
+    """Return (n_a,) scales in samples, falling, from the lower to the upper end of the band.
 
     The support of each has an odd number of steps (less a rounding): any other wavelet PyWavelets shifts by up to
     half a sample, and the phase would jump from scale to scale.
@@ -196,12 +196,12 @@ def _scales(fs: float, band: tuple[float, float], omega0: float) -> np.ndarray:
 
 
 def _sampling_loss(omega: np.ndarray) -> np.ndarray:
-    """Factor at ω, rad per sample: PyWavelets takes the wavelet's mean from sample to sample, not its value."""
+    """Return the factor at ω, rad per sample: PyWavelets takes the wavelet's mean between samples, not its value."""
     return np.sinc(omega / (2 * np.pi))
 
 
 def _path(plane: Scalogram, fs: float) -> np.ndarray:
-    """(n_t,) row of the ridge: largest sum of ln(power), less the price of the changes (Viterbi)."""
+    """Return (n_t,) row of the ridge: largest sum of ln(power), less the price of the changes (Viterbi)."""
     hop = max(1, int(plane.scale[-1] * fs / 2))
     power = np.abs(plane.value[:, hop // 2 :: hop]) ** 2
     gain = np.log(power + 1e-30 * power.max()).T
@@ -229,9 +229,9 @@ def _path(plane: Scalogram, fs: float) -> np.ndarray:
 
 
 def _around(spread: np.ndarray, fs: float, start: float, stop: float) -> tuple[np.ndarray, np.ndarray]:
-    """First and last sample from ``start`` to ``stop`` σ_t after each sample, cut at the record's ends."""
-    here, width = np.arange(spread.size), spread * fs
-    ends = (np.rint(here + edge * width).astype(int) for edge in (start, stop))
+    """Return first and last sample from ``start`` to ``stop`` σ_t after each sample, cut at the record's ends."""
+    sample, width = np.arange(spread.size), spread * fs
+    ends = (np.rint(sample + edge * width).astype(int) for edge in (start, stop))
     first, last = (np.clip(end, 0, spread.size - 1) for end in ends)
     return first, last
 
@@ -242,14 +242,14 @@ def _mean(value: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
 
 
 def _scatter(omega: np.ndarray, phase: np.ndarray, spread: np.ndarray, fs: float) -> np.ndarray:
-    """(n_t,) mean distance of the frequency from its own mean over 8 σ_t, in widths of the wavelet."""
+    """Return (n_t,) mean distance of the frequency from its mean over 8 σ_t, in widths of the wavelet."""
     first, last = _around(spread, fs, -MASK, MASK)
     mean = (phase[last] - phase[first]) * fs / np.maximum(last - first, 1)
     return _mean(np.minimum(spread * np.abs(omega - mean), 1), first, last)
 
 
 def _clear_of_jumps(amplitude: np.ndarray, phase: np.ndarray, spread: np.ndarray, fs: float) -> np.ndarray:
-    """(n_t,) bool: 4 σ_t or more from the ends and from each jump of the frequency or rise of the amplitude."""
+    """Return (n_t,) bool: 4 σ_t or more from the ends and each jump of the frequency or rise of the amplitude."""
     past, future = _around(spread, fs, -MASK, -1), _around(spread, fs, 1, MASK)
     mean = [(phase[last] - phase[first]) * fs / np.maximum(last - first, 1) for first, last in (past, future)]
     level = [_mean(np.log(amplitude), first, last) for first, last in (past, future)]
@@ -268,7 +268,7 @@ def _peaks(score: np.ndarray, spread: np.ndarray, fs: float) -> np.ndarray:
 
 
 def _onset(rise: int, amplitude: np.ndarray, phase: np.ndarray, spread: np.ndarray, fs: float) -> int:
-    """Sample near a rise where the transform changes fastest, apart from its mean rotation: that of the impact."""
+    """Return the sample near a rise where the transform changes fastest, but for its mean rotation: the impact."""
     first, last = (edge[rise] for edge in _around(spread, fs, -MASK, MASK))
     part = np.arange(first, last + 1)
     rotation = (phase[last] - phase[first]) / (last - first)

@@ -20,7 +20,7 @@ Estimator = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 def _hv(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
-    """Minus the ratio of the parts of the eigenvector to the smaller eigenvalue of [[sxx, sxy], [syx, syy]].
+    """Return minus the ratio of the parts of the eigenvector to the smaller eigenvalue of [[sxx, sxy], [syx, syy]].
 
     Of its two equal forms the one without cancellation is taken at each line.
     """
@@ -35,7 +35,7 @@ ESTIMATORS: dict[str, Estimator] = {
 
 
 class Welch:
-    """Sums of the segments' spectra, and the samples of which further segments will be made."""
+    """Sums of the segments' spectra, and the samples pending for further segments."""
 
     def __init__(self, fs: float, resolution: float, overlap: float, band: Band | None, window: str) -> None:
         if not 0 < resolution <= fs / 2:
@@ -50,7 +50,7 @@ class Welch:
         self.limits = np.inf, -np.inf
 
     def _prepare(self) -> None:
-        """Make what is as long as a segment, once there is one."""
+        """Make the window and the lines of a segment, once there is one."""
         self.window = scipy.signal.get_window(self.shape, self.length)
         frequency = np.arange(self.length // 2 + 1) * (self.fs / self.length)
         self.lines = lines_within(frequency, self.band) if self.band else slice(None)
@@ -68,22 +68,22 @@ class Welch:
             )
         low, high = self.limits
         self.limits = min(low, excitation.min(initial=np.inf)), max(high, excitation.max(initial=-np.inf))
-        held = signals if self.held is None else np.hstack((self.held, signals))
-        if self.sums is None and held.shape[1] >= self.length:
+        pending = signals if self.held is None else np.hstack((self.held, signals))
+        if self.sums is None and pending.shape[1] >= self.length:
             self._prepare()
-        while held.shape[1] >= self.length:
-            x, y = np.split(scipy.fft.rfft(held[:, : self.length] * self.window)[:, self.lines], [n_inputs])
-            own, across = x.real**2 + x.imag**2, y[:, None] * x.conj()
+        while pending.shape[1] >= self.length:
+            x, y = np.split(scipy.fft.rfft(pending[:, : self.length] * self.window)[:, self.lines], [n_inputs])
+            auto, cross = x.real**2 + x.imag**2, y[:, None] * x.conj()
             if n_inputs > 1:
-                own = x[:, None] * x.conj()
-            found = own.squeeze(), y.real**2 + y.imag**2, across[:, 0] if n_inputs == 1 else across
-            self.sums = found if self.sums is None else tuple(map(np.add, self.sums, found))
+                auto = x[:, None] * x.conj()
+            spectra = auto.squeeze(), y.real**2 + y.imag**2, cross[:, 0] if n_inputs == 1 else cross
+            self.sums = spectra if self.sums is None else tuple(map(np.add, self.sums, spectra))
             self.averages += 1
-            held = held[:, self.hop :]
-        self.held = held
+            pending = pending[:, self.hop :]
+        self.held = pending
 
     def independent_averages(self) -> float:
-        """Return how many independent segments the overlapping ones are worth.
+        """Return the number of independent segments that the overlapping ones amount to.
 
         Neighbours are correlated by the autocorrelation of the window, 1/6 of half-overlapping Hann windows (P. D.
         Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Transactions on Audio and
@@ -91,8 +91,8 @@ class Welch:
         """
         n, window = self.averages, self.window
         lags = np.arange(1, min(n, -(-self.length // self.hop)))
-        shared = np.array([np.dot(window[lag * self.hop :], window[: self.length - lag * self.hop]) for lag in lags])
-        squares = (shared / np.dot(window, window)) ** 2
+        products = np.array([np.dot(window[lag * self.hop :], window[: self.length - lag * self.hop]) for lag in lags])
+        squares = (products / np.dot(window, window)) ** 2
         return float(n / (1 + 2 * np.sum((1 - lags / n) * squares)))
 
     def estimate(self, estimator: Estimator) -> tuple[np.ndarray, np.ndarray | None]:
@@ -117,7 +117,7 @@ class Welch:
 
 
 class SegmentAverages:
-    """The H1 estimates of `estimate_frf` of many responses to one excitation, whose spectra are found once.
+    """The H1 estimates of `estimate_frf` of many responses to one excitation, whose spectra are computed once.
 
     Parameters
     ----------
@@ -137,10 +137,10 @@ class SegmentAverages:
         self._window, self._lines, self._hop = welch.window, welch.lines, welch.hop
         self.frequency = welch.frequency
         x = self._spectra(excitation)
-        self._share = x.conj() / np.sum(x.real**2 + x.imag**2, axis=0)
+        self._weights = x.conj() / np.sum(x.real**2 + x.imag**2, axis=0)
 
     def _spectra(self, signals: np.ndarray) -> np.ndarray:
-        """(..., n_segments, n_f) of signals (..., n_t)."""
+        """Return spectra (..., n_segments, n_f) of signals (..., n_t)."""
         segments = np.lib.stride_tricks.sliding_window_view(signals, self._window.size, axis=-1)[..., :: self._hop, :]
         return scipy.fft.rfft(segments * self._window, overwrite_x=True)[..., self._lines]
 
@@ -152,7 +152,7 @@ class SegmentAverages:
         responses : ndarray, shape (n_outputs, n_t)
             Samples at the same times as the excitation's.
         """
-        return np.einsum("osf,sf->of", self._spectra(responses), self._share)
+        return np.einsum("osf,sf->of", self._spectra(responses), self._weights)
 
 
 def lines_within(frequency: np.ndarray, band: Band) -> slice:
