@@ -1,4 +1,4 @@
-"""Tables of bearings over the spin, out of files: CSV, sheets as ROSS reads them (XLTRC2's too), and ROSS' own TOML.
+"""Tables of bearings over the spin, read from files: CSV, sheets as ROSS reads them (XLTRC2's too), and ROSS' own TOML.
 
 A header names the columns: "speed", or "frequency", and coefficients such as "kyz" or "cxx". A shaft along z, as ROSS
 has it, whose bearings have x and y, has them along y and z here. Units stand in the header, in brackets, or in the row
@@ -33,7 +33,7 @@ def with_bearing_tables(data: dict[str, Any], named: Callable[[str], str]) -> di
     Parameters
     ----------
     data : dict
-        As a rig file holds them.
+        Plain data as of a rig file.
     named : callable
         Returns the path of a file that the rig file names.
 
@@ -45,13 +45,13 @@ def with_bearing_tables(data: dict[str, Any], named: Callable[[str], str]) -> di
     bearings = data.get("bearings")
     if not isinstance(bearings, list | tuple):
         return data
-    found = []
-    for each in bearings:
-        if isinstance(each, dict) and isinstance(each.get("table"), str):
-            own = {name: value for name, value in each.items() if name != "table"}
-            each = own | read_bearing_table(named(each["table"]))
-        found.append(each)
-    return data | {"bearings": found}
+    filled = []
+    for bearing in bearings:
+        if isinstance(bearing, dict) and isinstance(bearing.get("table"), str):
+            fields = {name: value for name, value in bearing.items() if name != "table"}
+            bearing = fields | read_bearing_table(named(bearing["table"]))
+        filled.append(bearing)
+    return data | {"bearings": filled}
 
 
 def read_bearing_table(path: str | Path) -> dict[str, Any]:
@@ -74,12 +74,12 @@ def read_bearing_table(path: str | Path) -> dict[str, Any]:
     """
     with naming(path, RigError):
         if Path(path).suffix.lower() == ".toml":
-            return _of_columns(_saved_by_ross(path))
-        return _of_columns(_columns(_cells(Path(path))))
+            return _bearing_fields(_saved_by_ross(path))
+        return _bearing_fields(_columns(_cells(Path(path))))
 
 
 def _cells(path: Path) -> list[list[Any]]:
-    """Rows of the first sheet, or of a text."""
+    """Return the rows of the first sheet, or of a text table."""
     try:
         if path.suffix.lower() in _SHEETS:
             import pandas as pd
@@ -97,8 +97,8 @@ def _cells(path: Path) -> list[list[Any]]:
 
 
 def _saved_by_ross(path: str | Path) -> dict[str, list[float]]:
-    """Columns of the only bearing in a file of ROSS' elements, in SI units."""
-    tables = [each for each in read_plain(path, RigError).values() if isinstance(each, dict) and "kxx" in each]
+    """Return the columns of the only bearing in a file of ROSS' elements, in SI units."""
+    tables = [table for table in read_plain(path, RigError).values() if isinstance(table, dict) and "kxx" in table]
     if len(tables) != 1:
         raise RigError(f"holds {len(tables)} tables with kxx; a bearing has one")
     columns = {n: v if isinstance(v, list) else [v] for n, v in tables[0].items()}
@@ -107,7 +107,7 @@ def _saved_by_ross(path: str | Path) -> dict[str, list[float]]:
 
 
 def _columns(rows: Sequence[Sequence[Any]]) -> dict[str, list[float]]:
-    """Numbers under each name in SI units, "" for the speed."""
+    """Return the numbers under each name in SI units, "" for the speed."""
     heads = [i for i, row in enumerate(rows) if any(_COEFFICIENT.fullmatch(str(cell).strip()) for cell in row)]
     if not heads:
         raise RigError("has no header with coefficients such as kyy, kyz, cyy; name the columns")
@@ -116,10 +116,10 @@ def _columns(rows: Sequence[Sequence[Any]]) -> dict[str, list[float]]:
     if first < len(rows) and all(_number(cell) is None for cell in rows[first]):
         units, first = [str(cell).strip(" []()") for cell in rows[first]], first + 1
     # Sheets of XLTRC2 may say their units anywhere: ROSS looks for these words, too.
-    said = " ".join(str(cell).lower() for row in rows[:first] for cell in row)
-    unsaid = {"": "rpm" * ("rpm" in said)} | ({"k": "lbf/in", "c": "lbf s/in"} if "lb" in said else {})
+    words = " ".join(str(cell).lower() for row in rows[:first] for cell in row)
+    default_units = {"": "rpm" * ("rpm" in words)} | ({"k": "lbf/in", "c": "lbf s/in"} if "lb" in words else {})
     body = rows[first:]
-    found: dict[str, list[float]] = {}
+    columns: dict[str, list[float]] = {}
     for i, cell in enumerate(rows[head]):
         text = str(cell).strip()
         if match := _COEFFICIENT.fullmatch(text):
@@ -128,7 +128,7 @@ def _columns(rows: Sequence[Sequence[Any]]) -> dict[str, list[float]]:
             name, unit = "", match[1]
         else:
             continue
-        unit = unit or units[i] or unsaid.get(name[:1], "")
+        unit = unit or units[i] or default_units.get(name[:1], "")
         try:
             scale = unit_factor(unit, _UNITS[name[:1]]) if unit else 1.0
         except RecordError as error:
@@ -137,8 +137,8 @@ def _columns(rows: Sequence[Sequence[Any]]) -> dict[str, list[float]]:
         if None in values:
             hole = values.index(None)
             raise RigError(f"row {first + hole + 1} has no number for {text}; a table has one in every row")
-        found[name] = [scale * v for v in values if v is not None]
-    return found
+        columns[name] = [scale * v for v in values if v is not None]
+    return columns
 
 
 def _number(cell: Any) -> float | None:
@@ -149,13 +149,13 @@ def _number(cell: Any) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _of_columns(columns: dict[str, list[float]]) -> dict[str, Any]:
-    """Rows of a bearing's fields; coefficients that are not told are 0, of the second direction those of the first."""
+def _bearing_fields(columns: dict[str, list[float]]) -> dict[str, Any]:
+    """Return a bearing's fields; missing coefficients are 0, the second direct one is that of the first direction."""
     across = "xy" if any("x" in name for name in columns) else "yz"
     size = max(map(len, columns.values()), default=0)
-    found: dict[str, Any] = {"spin": columns.get("", [])}
+    fields: dict[str, Any] = {"spin": columns.get("", [])}
     for kind, name in (("k", "stiffness"), ("c", "damping")):
-        told = {f"{kind}{2 * across[1]}": columns.get(kind + 2 * across[0])} | columns
-        four = (told.get(f"{kind}{a}{b}") or [0.0] * size for a in across for b in across)
-        found[name] = [list(row) for row in zip(*four)]
-    return found
+        known = {f"{kind}{2 * across[1]}": columns.get(kind + 2 * across[0])} | columns
+        coefficients = (known.get(f"{kind}{a}{b}") or [0.0] * size for a in across for b in across)
+        fields[name] = [list(row) for row in zip(*coefficients)]
+    return fields

@@ -22,7 +22,7 @@ __all__ = ["Bearing", "Coefficients"]
 
 
 def _as_rows(value: Any) -> Any:
-    """One number of both directions, or a 2 x 2 matrix, as the one row of a table."""
+    """Return one number of both directions, or a 2 x 2 matrix, as the one row of a table."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return [[value, 0.0, 0.0, value]]
     if isinstance(value, list | tuple) and [len(row) for row in value if isinstance(row, list | tuple)] == [2, 2]:
@@ -38,7 +38,7 @@ _Table: TypeAlias = Annotated[
 
 
 class Coefficients(NamedTuple):
-    """Of a bearing at one spin."""
+    """Coefficients of a bearing at one spin."""
 
     stiffness: np.ndarray  #: (2, 2) N/m: force along y and z, against displacement along y and z
     damping: np.ndarray  #: (2, 2) N s/m
@@ -62,9 +62,9 @@ class Bearing:
     def __post_init__(self) -> None:
         rows = max(len(self.spin), 1)
         for name in ("stiffness", "damping"):
-            if len(found := getattr(self, name)) not in {1, rows}:
+            if len(values := getattr(self, name)) not in {1, rows}:
                 raise ValueError(
-                    f"{name} has {len(found)} rows and spin {len(self.spin)} speeds; give one row for each"
+                    f"{name} has {len(values)} rows and spin {len(self.spin)} speeds; give one row for each"
                 )
         if np.any(np.diff(self.spin) <= 0):
             raise ValueError("spin must rise from row to row")
@@ -73,7 +73,7 @@ class Bearing:
 
     @property
     def stiffest(self) -> tuple[float, float]:
-        """Largest stiffness along y and along z, N/m, with which a shaft's modes are found; 0 where it is negative."""
+        """Largest stiffness along y and along z, N/m, for the computation of a shaft's modes; 0 if negative."""
         yy, _, _, zz = np.max(self.stiffness, axis=0, initial=0.0)
         return float(yy), float(zz)
 
@@ -89,7 +89,7 @@ class Bearing:
 
     @property
     def is_isotropic(self) -> bool:
-        """Whether it is the same in every direction across the shaft: a circle stays one in it."""
+        """True if it is the same in every direction across the shaft: a circular orbit stays one."""
         yy, yz, zy, zz = np.vstack((self.stiffness, self.damping)).T
         return bool(np.array_equal(yy, zz) and np.array_equal(yz, -zy))
 
@@ -115,7 +115,7 @@ class Bearing:
 
 
 def _between(speeds: tuple[float, ...], rows: tuple[_Row, ...], spin: float) -> np.ndarray:
-    """(2, 2) coefficients at a spin: those of the only row, or between rows by Fritsch & Butland's cubics (1984)."""
+    """Return (2, 2) coefficients at a spin, between rows by Fritsch & Butland's cubics (1984)."""
     return np.reshape(rows[0] if len(rows) == 1 else _curve(speeds, rows)(spin), (2, 2))
 
 

@@ -209,12 +209,12 @@ class Bushing:
 
     @property
     def is_round(self) -> bool:
-        """Whether its wall is all around: it has two coordinates, y and z."""
+        """True if its wall is all around: it has two coordinates, y and z."""
         return self.n_coordinates == 2
 
     @functools.cached_property
     def wall_model(self) -> Wall:
-        """Its wall."""
+        """Model of its wall."""
         side = {} if self.stops == "both" else {"side": self.stops}
         return wall_of(self.shape or self.of_stops, {**side, **(self.wall or {})})
 
@@ -237,8 +237,8 @@ class Bushing:
     def in_space_only(self) -> tuple[str, ...]:
         """Names of its fields that have a meaning only in a round clearance."""
         radius = None if self.wear or self.friction else self.radius  # they act there in a slot, too
-        told = {"offset_y": self.offset_y, "film": self.film, "radius": radius, "probe_angle": self.probe_angle}
-        return tuple(name for name, value in told.items() if value)
+        fields = {"offset_y": self.offset_y, "film": self.film, "radius": radius, "probe_angle": self.probe_angle}
+        return tuple(name for name, value in fields.items() if value)
 
     @property
     def walls(self) -> tuple[float, float]:
@@ -262,22 +262,22 @@ class Bushing:
         return moved(point, -self.length / 2), moved(point, self.length / 2)
 
     def holds(self, point: float | str) -> bool:
-        """Return whether a point of the structure lies in the bushing, on the side of ``position``.
+        """Return True if a point of the structure lies in the bushing, on the side of ``position``.
 
         Parameters
         ----------
         point : Point
             Such as a sensor's position.
         """
-        dof, own = parse_dof(point), parse_dof(self.position)
-        if dof or own:
-            return dof is not None and own is not None and dof[:2] == own[:2]
+        dof, centre_dof = parse_dof(point), parse_dof(self.position)
+        if dof or centre_dof:
+            return dof is not None and centre_dof is not None and dof[:2] == centre_dof[:2]
         (shaft, x), (bushing, middle) = parse_place(point) or ("", 0.0), parse_place(self.position) or ("", 0.0)
         return shaft == bushing and middle - self.length / 2 <= x <= middle + self.length / 2
 
     @property
     def where(self) -> str:
-        """Where it is, for messages and tables."""
+        """Position in words, for messages and tables."""
         at = [f"x = {p:.4g} m" if isinstance(p, float) else p for p in self.joined]
         return " to ".join(at)
 
@@ -288,5 +288,5 @@ class Bushing:
 
     @property
     def joined_ends(self) -> tuple[tuple[float | str, ...], ...]:
-        """The same of both ends of the bushing."""
+        """Those points of both ends of the bushing."""
         return tuple(zip(*map(self.ends_of, self.joined)))

@@ -1,4 +1,4 @@
-"""Depths to which a shaft is predicted to press into a bushing's wall, and those that no wall has."""
+"""Predicted depths of a shaft in a bushing's wall, and warnings of depths that no wall bears."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ def wall_depths(rig: Rig, displacement: np.ndarray) -> np.ndarray:
     displacement : ndarray, shape (n_rows, n_t)
         Relative to the bushings, m, from rest, see `Rig.clearance_rows`.
     """
-    found = []
+    depths = []
     for bushing, rows in zip(rig.bushings, rig.clearance_rows):
         x = displacement[rows]
         if bushing.is_round:
-            found.append(np.hypot(x[0] + bushing.offset_y, x[1] + bushing.offset).max() - bushing.gap)
+            depths.append(np.hypot(x[0] + bushing.offset_y, x[1] + bushing.offset).max() - bushing.gap)
         else:
             lower, upper = bushing.walls
-            found.append(max(lower - x.min(), x.max() - upper))
-    return np.maximum(found, 0.0)
+            depths.append(max(lower - x.min(), x.max() - upper))
+    return np.maximum(depths, 0.0)
 
 
 def depth_words(rig: Rig, depth: Sequence[float] | np.ndarray) -> list[str]:
-    """Say where a wall is pressed deeper than it bears, or than a fifth of the gap.
+    """Return warnings where a wall is pressed deeper than it bears, or than a fifth of the gap.
 
     Parameters
     ----------
@@ -45,12 +45,12 @@ def depth_words(rig: Rig, depth: Sequence[float] | np.ndarray) -> list[str]:
     depth : sequence of float
         (n_bushings,) m, as predicted; nan: not known.
     """
-    said = []
+    warnings = []
     for name, bushing, value in zip(rig.clearance_labels, rig.bushings, depth):
         words = f"clearance {name}: the shaft is {1e3 * value:.2g} mm deep in the wall"
-        if value > (most := bushing.contact.bearable_depth or math.inf):
-            said.append(f"{words}, and from {1e3 * most:.2g} mm on the bushing yields: forces are then smaller")
+        if value > (bearable := bushing.contact.bearable_depth or math.inf):
+            warnings.append(f"{words}, and from {1e3 * bearable:.2g} mm on the bushing yields: forces are then smaller")
         elif value > DEEP * bushing.gap:
             words += f", beyond a fifth of the gap ({1e3 * bushing.gap:.3g} mm): the contact's stiffness decides "
-            said.append(f"{words}what is predicted; clearance-mj new --bushing-material proposes one")
-    return said
+            warnings.append(f"{words}what is predicted; clearance-mj new --bushing-material proposes one")
+    return warnings

@@ -1,4 +1,4 @@
-"""What a rig may have where points move along z alone, and what where they move in space."""
+"""Rules of a rig by its motion: of points that move along z alone, and of points that move in space."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ Gravity: TypeAlias = Annotated[tuple[Number, Number, Number], BeforeValidator(_v
 
 
 class InSpace(Protocol):
-    """What is asked of a `Rig` here."""
+    """Attributes of a `Rig` that its rules need."""
 
     @property
     def name(self) -> str:
@@ -49,7 +49,7 @@ class InSpace(Protocol):
 
     @property
     def moves_across(self) -> bool:
-        """Whether points move along y and z."""
+        """True if points move along y and z."""
 
     @property
     def gravity(self) -> tuple[float, float, float] | None:
@@ -57,7 +57,7 @@ class InSpace(Protocol):
 
     @property
     def spin(self) -> Spin | None:
-        """Turning."""
+        """Rotation of the shaft."""
 
     @property
     def unbalances(self) -> tuple[Unbalance, ...]:
@@ -97,7 +97,7 @@ class InSpace(Protocol):
 
     @property
     def attached(self) -> Attached:
-        """What it has beside it."""
+        """Housings, springs and oscillators."""
 
 
 def with_shapes(data: dict[str, Any]) -> dict[str, Any]:
@@ -106,7 +106,7 @@ def with_shapes(data: dict[str, Any]) -> dict[str, Any]:
     Parameters
     ----------
     data : dict
-        As a rig file holds them.
+        Plain data as of a rig file.
 
     Raises
     ------
@@ -116,10 +116,10 @@ def with_shapes(data: dict[str, Any]) -> dict[str, Any]:
     motion = data.get("motion", "planar")
     if motion not in ("planar", "spatial"):
         raise RigError(f'motion "{motion}" is unknown; leave it out, and give round bushings shape = "round"')
-    found, bushings = {name: value for name, value in data.items() if name != "motion"}, data.get("bushings")
+    fields, bushings = {name: value for name, value in data.items() if name != "motion"}, data.get("bushings")
     if motion == "spatial" and isinstance(bushings, list | tuple):
-        found["bushings"] = [{"shape": "round", **each} if isinstance(each, dict) else each for each in bushings]
-    return found
+        fields["bushings"] = [{"shape": "round", **item} if isinstance(item, dict) else item for item in bushings]
+    return fields
 
 
 def with_motion(rig: InSpace, data: dict[str, Any]) -> dict[str, Any]:
@@ -134,12 +134,12 @@ def with_motion(rig: InSpace, data: dict[str, Any]) -> dict[str, Any]:
     """
     if not rig.moves_across or not all(b.is_round for b in rig.bushings):
         return data
-    bushings = [{name: value for name, value in each.items() if name != "shape"} for each in data["bushings"]]
+    bushings = [{name: value for name, value in item.items() if name != "shape"} for item in data["bushings"]]
     return data | {"bushings": bushings, "motion": "spatial"}
 
 
 def acts_across(rig: InSpace) -> list[str]:
-    """Return what of a rig needs motion along y: its fields' names; none of a rig that moves along z alone.
+    """Return the names of a rig's fields that need motion along y; none of a rig that moves along z alone.
 
     Parameters
     ----------
@@ -148,18 +148,18 @@ def acts_across(rig: InSpace) -> list[str]:
     """
     if rig.linear.is_torsional:
         return []
-    found = [name for name in ("spin", "unbalances", "bearings", "orders") if getattr(rig, name)]
-    found += ["gravity"] if rig.gravity and (rig.gravity[1] or (rig.linear.shafts and not rig.bushings)) else []
+    fields = [name for name in ("spin", "unbalances", "bearings", "orders") if getattr(rig, name)]
+    fields += ["gravity"] if rig.gravity and (rig.gravity[1] or (rig.linear.shafts and not rig.bushings)) else []
     if rig.linear.shafts:
-        forces = [each.force for each in rig.loads]
-        found += [f"loads[{i}].force" for i, force in enumerate(forces) if isinstance(force, tuple) and force[1]]
-        found += [f"{n}.direction" for n, s in _inputs(rig) if s.kind == "force" and s.direction and s.direction[1]]
-    found += [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
-    return found + [name for name, axis in directed_points(rig).items() if axis in ("Y", "RZ")]
+        forces = [load.force for load in rig.loads]
+        fields += [f"loads[{i}].force" for i, force in enumerate(forces) if isinstance(force, tuple) and force[1]]
+        fields += [f"{n}.direction" for n, s in _inputs(rig) if s.kind == "force" and s.direction and s.direction[1]]
+    fields += [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
+    return fields + [name for name, axis in directed_points(rig).items() if axis in ("Y", "RZ")]
 
 
 def _inputs(rig: InSpace) -> list[tuple[str, Shaker]]:
-    """What excites a rig, by its path in the rig file."""
+    """Return the shakers of a rig, with their paths in the rig file."""
     return [(f"shakers[{i - 1}]" if i else "shaker", shaker) for i, shaker in enumerate(rig.inputs)]
 
 
@@ -196,12 +196,12 @@ def directed_points(rig: InSpace) -> dict[str, str]:
     rig : Rig
         The rig.
     """
-    named = {name: parse_direction(point) for name, point in named_points(rig).items() if rig.linear.shafts}
-    return {name: direction[0] for name, direction in named.items() if direction}
+    directions = {name: parse_direction(point) for name, point in named_points(rig).items() if rig.linear.shafts}
+    return {name: direction[0] for name, direction in directions.items() if direction}
 
 
 def check_motion(rig: InSpace) -> None:
-    """Refuse what slots have of round clearances, and what a rig that moves along y and z cannot have.
+    """Refuse slots with fields of round clearances, and fields that a rig that moves along y and z cannot have.
 
     There a slot stands along z at a position on a shaft, or along what its point names, such as "@0.4:Y" or "@0.4:RX".
 
@@ -218,12 +218,12 @@ def check_motion(rig: InSpace) -> None:
             _check_friction(rig, b, f"bushings[{i}].friction.along")
     if rig.gravity is not None and not any(rig.gravity):
         raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
-    for acting in ("unbalances", "orders"):
-        if getattr(rig, acting) and rig.spin is None:
-            raise ValueError(f"{acting} act on a shaft that turns; give [spin] with its speed")
-    for across in ("gravity", "unbalances", "bearings"):
-        if rig.linear.is_torsional and getattr(rig, across):
-            raise ValueError(f"{across}: nothing of gears moves across their axes; leave it out")
+    for kind in ("unbalances", "orders"):
+        if getattr(rig, kind) and rig.spin is None:
+            raise ValueError(f"{kind} act on a shaft that turns; give [spin] with its speed")
+    for field in ("gravity", "unbalances", "bearings"):
+        if rig.linear.is_torsional and getattr(rig, field):
+            raise ValueError(f"{field}: nothing of gears moves across their axes; leave it out")
     if not rig.moves_across:
         if rig.attached.planes and "RX" in directed_points(rig).values():
             raise ValueError("planes: a shaft that twists has one twist, not one in each plane; leave planes or RX out")
@@ -235,13 +235,13 @@ def check_motion(rig: InSpace) -> None:
             "a rig that moves along y and z knows housings, springs and oscillators of shafts alone; put them into "
             "the matrices"
         )
-    for i, each in enumerate(rig.bearings):
-        dof = parse_dof(each.position)
+    for i, bearing in enumerate(rig.bearings):
+        dof = parse_dof(bearing.position)
         if dof and dof[1] not in "YZ":
-            raise ValueError(f'bearings[{i}].position "{each.position}": a bearing acts along Y and Z; give one')
+            raise ValueError(f'bearings[{i}].position "{bearing.position}": a bearing acts along Y and Z; give one')
         for speed in (rig.spin.speed, rig.spin.until) if rig.spin else ():
-            if speed is not None and each.spin and not each.spin[0] <= speed <= each.spin[-1]:
-                ends = f"{each.spin[0]:g} to {each.spin[-1]:g} rad/s"
+            if speed is not None and bearing.spin and not bearing.spin[0] <= speed <= bearing.spin[-1]:
+                ends = f"{bearing.spin[0]:g} to {bearing.spin[-1]:g} rad/s"
                 raise ValueError(f"bearings[{i}].spin reaches from {ends}, and the shaft turns at {speed:g} rad/s")
     for i, b in enumerate(rig.bushings):
         dof = parse_dof(b.position)
@@ -290,7 +290,7 @@ def _check_spin(rig: InSpace) -> None:
 
 
 def motion_in_words(rig: InSpace) -> str:
-    """Return how a rig in space is loaded and turns, for overviews."""
+    """Return gravity, spin and unbalance of a rig in space in words, for overviews."""
     words = ["along y and z"]
     if rig.gravity:
         words.append(f"gravity {tuple(rig.gravity)} m/s²")
@@ -299,7 +299,7 @@ def motion_in_words(rig: InSpace) -> str:
         words.append("turns at " + " to ".join(f"{speed * 30 / math.pi:.4g}" for speed in speeds) + " rev/min")
         words += ["coasts"] if spin.inertia else []
     if rig.unbalances:
-        words.append(f"unbalance {sum(each.moment for each in rig.unbalances):.4g} kg m")
+        words.append(f"unbalance {sum(unbalance.moment for unbalance in rig.unbalances):.4g} kg m")
     return ", ".join(words)
 
 
@@ -323,5 +323,5 @@ def shaft_radius(rig: InSpace, bushing: int) -> float:
         return b.radius
     if parse_place(b.position) is None:
         return 0.0
-    which, x = rig.linear.place(b.position)
-    return float(rig.linear.shafts[which].half_depth(x))
+    shaft, x = rig.linear.place(b.position)
+    return float(rig.linear.shafts[shaft].half_depth(x))

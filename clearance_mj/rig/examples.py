@@ -14,7 +14,7 @@ from .tolerance import CLAMP_COMPLIANCES, Tolerance
 __all__ = ["check_paths", "example_words", "unknown_examples"]
 
 LISTED = 20  # examples at most that are named in a sentence
-_OF_LAW = ("contact", "grease")  # a law that was found takes the place of these numbers of the rig file
+_OF_LAW = ("contact", "grease")  # an identified law takes the place of these numbers of the rig file
 
 
 def check_paths(data: dict[str, Any], tolerances: Sequence[Tolerance], examples: Sequence[str]) -> None:
@@ -38,14 +38,14 @@ def example_words(examples: Sequence[str]) -> str:
 
 
 def unknown_examples(examples: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
-    """Return the examples that records have not told.
+    """Return the examples that records have not determined.
 
     Parameters
     ----------
     examples : sequence of str
         Their paths.
     known : collection of str
-        Names of parameters that records tell: paths such as "bushings[0].gap", or such as "contact stiffness".
+        Names of parameters that records determine: paths such as "bushings[0].gap", or such as "contact stiffness".
     """
     paths = {re.sub(r"\[\d+\]", "", name) for name in known}
     paths |= {path.replace("damping_ratios", "rayleigh") for path in paths}  # in the place of which they were fitted

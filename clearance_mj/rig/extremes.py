@@ -1,4 +1,4 @@
-"""Which numbers of a rig are out of all proportion, for messages about rigs that cannot be computed."""
+"""Numbers of a rig that are out of all proportion, for messages about rigs that cannot be computed."""
 
 from __future__ import annotations
 
@@ -25,33 +25,33 @@ MAX_NAMED = 3  # fields that a warning names
 
 def extremes(data: dict[str, Any]) -> str:
     """Return the numbers of a rig's plain data that are farthest from what is built, in words; empty if none is."""
-    found = sorted(((far, words) for far, words in _strange(data, "")), reverse=True)
-    return ", ".join(words for _, words in found[:MAX_NAMED])
+    ranked = sorted(((far, words) for far, words in _out_of_range(data, "")), reverse=True)
+    return ", ".join(words for _, words in ranked[:MAX_NAMED])
 
 
 @contextmanager
 def computable(name: str, data: Callable[[], dict[str, Any]]) -> Iterator[None]:
-    """Turn what arithmetic ends with into a RigError that names the numbers of a rig that are out of all proportion."""
+    """Turn errors of arithmetic into a RigError that names the numbers of a rig that are out of all proportion."""
     try:
         yield
     except (ArithmeticError, ValueError) as error:  # LinAlgError is a ValueError
         numeric = isinstance(error, ArithmeticError | np.linalg.LinAlgError)
         words = "its masses and stiffnesses are too large or too small to compute with" if numeric else error
-        odd = extremes(data())
-        raise RigError(f"rig {name!r}: {words}{f'; look at {odd}' if odd else ''}") from None
+        numbers = extremes(data())
+        raise RigError(f"rig {name!r}: {words}{f'; look at {numbers}' if numbers else ''}") from None
 
 
-def _strange(data: Any, path: str, field: str = "") -> Iterator[tuple[float, str]]:
-    """How many decades each number is out of its range, and its name and value."""
+def _out_of_range(data: Any, path: str, field: str = "") -> Iterator[tuple[float, str]]:
+    """Yield by how many decades each number is out of its range, and its name and value."""
     if isinstance(data, dict):
         for key, value in data.items():
-            yield from _strange(value, f"{path}.{key}" if path else key, key)
+            yield from _out_of_range(value, f"{path}.{key}" if path else key, key)
     elif isinstance(data, list | tuple):
         for i, value in enumerate(data):
-            yield from _strange(value, f"{path}[{i}]", field)
+            yield from _out_of_range(value, f"{path}[{i}]", field)
     elif isinstance(data, int | float) and data and field in ORDINARY:
         low, high = ORDINARY[field]
         size = abs(data)
         if not low <= size <= high:
-            far = math.log10(low / size) if size < low else math.log10(size) - math.log10(high)
-            yield far, f"{path} = {data:g} (ordinary: {low:g} to {high:g})"
+            decades = math.log10(low / size) if size < low else math.log10(size) - math.log10(high)
+            yield decades, f"{path} = {data:g} (ordinary: {low:g} to {high:g})"

@@ -1,4 +1,4 @@
-"""Other gaps of a rig's bushings: in m, with a unit, or as a factor of the rig's own."""
+"""Other gaps of a rig's bushings: in m, with a unit, or as a factor of the rig's gaps."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ Gap: TypeAlias = float | str | Sequence[float | str] | Mapping[str, float | str]
 
 
 def bushings_with_gap(bushings: Sequence[Bushing], names: Sequence[Sequence[str]], gap: Gap) -> tuple[Bushing, ...]:
-    """Return bushings, each known by names of its own, with another gap; see `Rig.with_gap`."""
+    """Return bushings, each known by its names, with another gap; see `Rig.with_gap`."""
     if not bushings:
         raise RigError("the rig has no bushings whose gap could be another one")
     if not isinstance(gap, Mapping):
-        each = [gap] * len(bushings) if isinstance(gap, str | int | float) else list(gap)
-        if len(each) != len(bushings):
-            raise RigError(f"gap must be one value or {len(bushings)}, one for each bushing; got {len(each)}")
-        return tuple(_with_gap(i, *pair) for i, pair in enumerate(zip(bushings, each)))
-    found = list(bushings)
+        gaps = [gap] * len(bushings) if isinstance(gap, str | int | float) else list(gap)
+        if len(gaps) != len(bushings):
+            raise RigError(f"gap must be one value or {len(bushings)}, one for each bushing; got {len(gaps)}")
+        return tuple(_with_gap(i, *pair) for i, pair in enumerate(zip(bushings, gaps)))
+    changed = list(bushings)
     for name, value in gap.items():
-        named = [i for i, known in enumerate(names) if name in (*known, f"bushings[{i}]")]
-        if len(named) != 1:
+        matches = [i for i, known in enumerate(names) if name in (*known, f"bushings[{i}]")]
+        if len(matches) != 1:
             known = ", ".join(dict.fromkeys(known[0] for known in names))
             raise RigError(f'gap of "{name}": no one bushing has this name; the rig has {known}')
-        found[named[0]] = _with_gap(named[0], bushings[named[0]], value)
-    return tuple(found)
+        changed[matches[0]] = _with_gap(matches[0], bushings[matches[0]], value)
+    return tuple(changed)
 
 
 def _with_gap(i: int, bushing: Bushing, gap: float | str) -> Bushing:
@@ -45,14 +45,14 @@ def _with_gap(i: int, bushing: Bushing, gap: float | str) -> Bushing:
         raise RigError(f"gap {gap!r} of bushings[{i}] ({bushing.where}): {error}") from None
 
 
-def _metres(gap: float | str, own: float) -> float:
-    """Value of a gap in m, that of a factor such as "x0.5" times the bushing's own."""
+def _metres(gap: float | str, nominal: float) -> float:
+    """Return a gap in m, that of a factor such as "x0.5" times the bushing's nominal gap."""
     if not isinstance(gap, str):
         return float(gap)
     text = gap.strip()
     if text[:1] not in ("x", "×"):
         return si_value(text, "displacement")
     try:
-        return own * float(text[1:])
+        return nominal * float(text[1:])
     except ValueError:
         raise ClearanceError("is no factor, such as x0.5") from None

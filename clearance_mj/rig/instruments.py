@@ -41,7 +41,7 @@ def dof_label(node: int, point: float | str) -> str:
 Kinds: TypeAlias = str | tuple[str, ...]
 """Kind of the first input alone, "base" or "force", or of each of several"""
 Direction: TypeAlias = tuple[Number, Number, Number]
-"""Of a sensor, or of what excites: (x, y, z) of any length"""
+"""Direction (x, y, z) of a sensor or an excitation, of any length"""
 
 
 def _check_direction(direction: Direction | None) -> None:
@@ -53,8 +53,8 @@ def _unit(direction: Direction) -> np.ndarray:
     return np.array(direction) / np.linalg.norm(direction)
 
 
-def _nearest(node: int, direction: Direction | np.ndarray, about: str = "") -> str:
-    """Node and the axis nearest to a direction."""
+def _nearest_axis(node: int, direction: Direction | np.ndarray, about: str = "") -> str:
+    """Return the node and the axis nearest to a direction, such as "7:+Z"."""
     axis = int(np.argmax(np.abs(direction)))
     return f"{node}:{'-' if direction[axis] < 0 else '+'}{about}{AXES[axis]}"
 
@@ -66,8 +66,8 @@ def _free_node(node: int) -> int:
 
 
 def _place(value: Any) -> Any:
-    named = isinstance(value, str) and _CLEARANCE.fullmatch(value)
-    return value if named else check_point(value)
+    is_clearance = isinstance(value, str) and _CLEARANCE.fullmatch(value)
+    return value if is_clearance else check_point(value)
 
 
 _CLEARANCE = re.compile(r"(?:\S.* )?bushings\[[0-9]{1,4}\]")
@@ -124,17 +124,17 @@ class Sensor:
 
     @property
     def order(self) -> int:
-        """Of the time derivative that it reads."""
+        """Order of the time derivative that it reads."""
         return QUANTITIES[self.quantity].order
 
     @property
     def turns(self) -> bool:
-        """Whether it reads a rotation."""
+        """True if it reads a rotation."""
         return QUANTITIES[self.quantity].motion == "angle"
 
     @property
     def moves_with_base(self) -> bool:
-        """Whether it reads nothing where all of the rig moves with its base."""
+        """True if it reads nothing where all of the rig moves with its base."""
         against = self.relative_to or ("base" if self.order == 0 else "ground")
         return against == "base" or QUANTITIES[self.quantity].motion != "displacement"
 
@@ -150,7 +150,7 @@ class Sensor:
         """Node and direction, the nearest of X, Y and Z, such as "7:+Z", or "7:+RY" of an angle."""
         if self.direction is None and parse_direction(self.position):
             return dof_label(self.node, self.position)
-        return _nearest(self.node, self.unit_direction, "R" if self.turns else "")
+        return _nearest_axis(self.node, self.unit_direction, "R" if self.turns else "")
 
 
 @checked(RigError)
@@ -207,7 +207,7 @@ class Shaker:
         Raises
         ------
         RigError
-            If the rig file does not say where.
+            If the rig file does not give their positions.
         """
         if not self.forces:
             raise RigError("a force drives the rig, and its file does not say where: give [shaker] its position")
@@ -228,9 +228,9 @@ class Shaker:
             Kind of the excitation, "base" or "force".
         """
         if kind == "base":
-            return _nearest(self.node or BASE_NODE, self.unit_direction)
+            return _nearest_axis(self.node or BASE_NODE, self.unit_direction)
         if self.direction is not None and parse_direction(self.position or 0.0) is None:
-            return _nearest(self.node or SHAKER_NODE, self.unit_direction)
+            return _nearest_axis(self.node or SHAKER_NODE, self.unit_direction)
         return dof_label(self.node or SHAKER_NODE, 0.0 if self.position is None else self.position)
 
 
@@ -240,7 +240,7 @@ def each_kind(kinds: Kinds) -> tuple[str, ...]:
 
 
 def check_inputs(inputs: Sequence[Shaker], nodes: Sequence[int]) -> None:
-    """Refuse inputs that records could not tell apart from each other, or from sensors at nodes."""
+    """Refuse inputs that records could not distinguish from each other, or from sensors at nodes."""
     taken: set[str] = set()
     for i, shaker in enumerate(inputs):
         where = f"shakers[{i - 1}]" if i else "shaker"

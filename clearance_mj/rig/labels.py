@@ -16,7 +16,7 @@ __all__ = ["ClearanceRows"]
 
 
 class ClearanceRows:
-    """What follows from the clearances of a `Rig`: where they stand in results, and under which names."""
+    """Rows and names of the clearances of a `Rig` in records and results."""
 
     bushings: tuple[Bushing, ...]
     sensors: tuple[Sensor, ...]
@@ -31,7 +31,7 @@ class ClearanceRows:
     def row_offsets(self) -> np.ndarray:
         """(n_rows,) m, of the unloaded shaft from the middles of round clearances; 0 of slots and stops."""
         offsets = [(b.offset_y, b.offset) if b.is_round else (0.0,) for b in self.bushings]
-        return np.array([each for of_one in offsets for each in of_one])
+        return np.array([offset for pair in offsets for offset in pair])
 
     @functools.cached_property
     def row_axes(self) -> list[tuple[str, int]]:
@@ -43,7 +43,7 @@ class ClearanceRows:
         """(n_rows, 2) m, displacements from the unloaded shaft at which each row is at its walls; infinite for none."""
         walls = [[(-b.gap - at, b.gap - at) for at in (b.offset_y, b.offset)] if b.is_round else [b.walls]
                  for b in self.bushings]  # fmt: skip
-        return np.array([pair for of_one in walls for pair in of_one]).reshape(-1, 2)
+        return np.array([pair for rows in walls for pair in rows]).reshape(-1, 2)
 
     @property
     def n_rows(self) -> int:
@@ -57,7 +57,7 @@ class ClearanceRows:
 
     @functools.cached_property
     def end_rows(self) -> np.ndarray:
-        """(n_rows, 2) where both ends of each row stand among those of all ends, which are bushing by bushing."""
+        """(n_rows, 2) indices of both ends of each row among all ends, which are bushing by bushing."""
         pairs = [(rows.start + i, rows.stop + i) for rows in self.clearance_rows for i in range(rows.start, rows.stop)]
         return np.array(pairs, dtype=int).reshape(-1, 2)
 
@@ -70,12 +70,12 @@ class ClearanceRows:
         """
         taken = {s.node for s in self.sensors}
         free = (node for node in itertools.count(PROBE_NODE) if node not in taken)
-        found: list[str] = []
+        probes: list[str] = []
         for bushing in self.bushings:
             node = _node_in(bushing, self.sensors)
-            labels = _rows(bushing, next(free) if node is None else node)
-            found += labels if {*found}.isdisjoint(labels) else _rows(bushing, next(free))
-        return found
+            labels = _dofs_of_rows(bushing, next(free) if node is None else node)
+            probes += labels if {*probes}.isdisjoint(labels) else _dofs_of_rows(bushing, next(free))
+        return probes
 
     @property
     def clearance_labels(self) -> list[str]:
@@ -84,16 +84,16 @@ class ClearanceRows:
         A bushing that is placed by a number has the name of the sensor in it, such as "6:+Z", or else its place in the
         rig file, such as "bushings[0]", which is also added where several clearances are at one place.
         """
-        found = [_named(j, bushing, self.sensors) for j, bushing in enumerate(self.bushings)]
-        return [f"{name} bushings[{j}]" if found.count(name) > 1 else name for j, name in enumerate(found)]
+        names = [_clearance_label(j, bushing, self.sensors) for j, bushing in enumerate(self.bushings)]
+        return [f"{name} bushings[{j}]" if names.count(name) > 1 else name for j, name in enumerate(names)]
 
 
-def _rows(bushing: Bushing, node: int) -> list[str]:
-    """Degrees of freedom of a clearance at a node."""
+def _dofs_of_rows(bushing: Bushing, node: int) -> list[str]:
+    """Return the degrees of freedom of a clearance at a node."""
     return [f"{node}:+Y", f"{node}:+Z"] if bushing.is_round else [dof_label(node, bushing.position)]
 
 
-def _named(j: int, bushing: Bushing, sensors: Sequence[Sensor]) -> str:
+def _clearance_label(j: int, bushing: Bushing, sensors: Sequence[Sensor]) -> str:
     if isinstance(bushing.position, str):
         return bushing.where
     node = _node_in(bushing, sensors)
@@ -101,7 +101,7 @@ def _named(j: int, bushing: Bushing, sensors: Sequence[Sensor]) -> str:
 
 
 def _node_in(bushing: Bushing, sensors: Sequence[Sensor]) -> int | None:
-    """Node of the sensor nearest to the middle of a bushing around a shaft, None if it is not inside."""
+    """Return the node of the sensor nearest to the middle of a bushing around a shaft, None if it is not inside."""
     place = parse_place(bushing.position)
     if place is None or bushing.to is not None:
         return None

@@ -1,4 +1,4 @@
-"""What acts on a structure beside its shakers: constant loads, and orders of the spin."""
+"""Constant loads and orders of the spin, which act on a structure in addition to its shakers."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Load:
 
     @property
     def points(self) -> tuple[float | str, ...]:
-        """Where it acts: its position, the degrees of freedom along its vector, or the rotation that it turns."""
+        """Points of action: its position, the degrees of freedom along its vector, or the rotation that it turns."""
         if self.torque is not None:
             return (rotation(self.position),)
         dof = parse_dof(self.position)
@@ -90,7 +90,7 @@ class Order:
 
     @property
     def points(self) -> tuple[float | str, ...]:
-        """Where it acts."""
+        """Points of action."""
         if self.torque is not None:
             return (rotation(self.position),)
         dof = parse_dof(self.position)
@@ -114,13 +114,13 @@ def rotation(position: float | str) -> str:
 
 def check_points(kind: str, acting: Sequence[Load | Order], check: Callable[[str, float | str], None]) -> None:
     """Check every point at which loads or orders act; ``check`` takes its path in the rig file, and the point."""
-    for i, each in enumerate(acting):
-        for point in each.points:
-            check(f"{kind}[{i}].{'force' if each.torque is None else 'torque'}", point)
+    for i, item in enumerate(acting):
+        for point in item.points:
+            check(f"{kind}[{i}].{'force' if item.torque is None else 'torque'}", point)
 
 
 def forced_points(inputs: Sequence[Shaker], loads: Sequence[Load]) -> list[tuple[float | str, float]]:
-    """Return points and factors of forces beside those in clearances, at which a basis of modes has static shapes."""
+    """Return points and factors of forces outside of clearances, at which a basis of modes has static shapes."""
     shaken = [force for shaker in inputs if shaker.kind == "force" for force in shaker.forces]
     return shaken + [(point, 1.0) for load in loads for point in load.points]
 
@@ -148,9 +148,9 @@ def load_force(name: str, loads: Sequence[Load], directed: Directed, size: int) 
     for i, load in enumerate(loads):
         force = load.on(directed)
         if not force.any():
-            named = f" {load.name!r}" if load.name else ""
+            label = f" {load.name!r}" if load.name else ""
             raise RigError(
-                f"rig {name!r}: loads[{i}]{named} is carried by nothing: it moves no coordinate of the structure; "
+                f"rig {name!r}: loads[{i}]{label} is carried by nothing: it moves no coordinate of the structure; "
                 "give a direction in which its point can move"
             )
         total += force
@@ -167,9 +167,9 @@ def order_forces(orders: Sequence[Order], directed: Directed, size: int) -> np.n
     directed, size
         As of `load_force`.
     """
-    found = np.zeros((2 * len(orders), size))
-    for i, each in enumerate(orders):
-        cos, sin, rows = np.cos(each.phase), np.sin(each.phase), directed(each.points, np.eye(3)[-len(each.points) :])
-        y, z = (each.force or each.torque or 0.0) * np.vstack((rows, np.zeros(size)))[:2]
-        found[2 * i], found[2 * i + 1] = cos * y + sin * z, cos * z - sin * y
-    return found
+    forces = np.zeros((2 * len(orders), size))
+    for i, item in enumerate(orders):
+        cos, sin, rows = np.cos(item.phase), np.sin(item.phase), directed(item.points, np.eye(3)[-len(item.points) :])
+        y, z = (item.force or item.torque or 0.0) * np.vstack((rows, np.zeros(size)))[:2]
+        forces[2 * i], forces[2 * i + 1] = cos * y + sin * z, cos * z - sin * y
+    return forces

@@ -1,4 +1,4 @@
-"""What a rig says of itself in print."""
+"""Words of a rig's overview: structure, excitation, natural frequencies and clearances."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from .instruments import Shaker
 
 __all__ = ["bushing_rows", "frequencies_in_words", "inputs_in_words", "structure_in_words"]
 
-SHOWN_FREQUENCIES = 4  # that a rig shows of itself in print
+SHOWN_FREQUENCIES = 4  # in a rig's overview
 
 
 def structure_in_words(structure: Structure) -> str:
-    """Return the kind of a structure, and how long its shafts reach."""
+    """Return the kind of a structure and the length of its shafts."""
     shafts = structure.shafts
     kind = "cantilever" if isinstance(structure, Beam) else f"{len(shafts)} shafts" if len(shafts) > 1 else "shaft"
     if not shafts:
@@ -29,13 +29,13 @@ def structure_in_words(structure: Structure) -> str:
 
 
 def inputs_in_words(inputs: Sequence[Shaker]) -> str:
-    """Return what excites a rig, and where."""
+    """Return kind and place of a rig's excitation."""
     words = {"base": "base acceleration", "force": "force"}
-    return "; ".join(f"{words[each.kind]}, {each.label(each.kind)}" for each in inputs)
+    return "; ".join(f"{words[shaker.kind]}, {shaker.label(shaker.kind)}" for shaker in inputs)
 
 
 def frequencies_in_words(rig: Any) -> str:
-    """Return the lowest natural frequencies of a `Rig`, where they are found at once: matrices may be large."""
+    """Return the lowest natural frequencies of a `Rig`, where they are computed at once: matrices may be large."""
     if isinstance(rig.linear, StructureOfFiles):
         return ""
     try:
@@ -52,6 +52,6 @@ def bushing_rows(labels: Sequence[str], bushings: Sequence[Bushing]) -> list[tup
     rows = []
     for label, b in zip(labels, bushings):
         gap = f"{1e3 * b.gap:.4g}{' mrad' if is_rotation(b.position) else ''}"
-        contact, grease = (f"{each.stiffness:.4g}, {each.damping:.4g}" for each in (b.contact, b.grease))
+        contact, grease = (f"{part.stiffness:.4g}, {part.damping:.4g}" for part in (b.contact, b.grease))
         rows.append((label, b.where, gap, contact, grease))
     return [head, *rows] if rows else []

@@ -1,4 +1,4 @@
-"""What a rig is heard by: a plate that moves with a sensor and radiates sound."""
+"""Sound of a rig: a plate that moves with a sensor and radiates."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ class Plate:
     """Hz; slower motion is taken off, for it is not heard and acceleration does not tell it"""
 
     def __post_init__(self) -> None:
-        given, count = len(self.frequencies), len(self.radiation_efficiency)
-        if given != (0 if count == 1 else count):
+        n_freq, count = len(self.frequencies), len(self.radiation_efficiency)
+        if n_freq != (0 if count == 1 else count):
             raise ValueError(
-                f"frequencies holds {given} numbers beside {count} of radiation_efficiency; give one frequency for "
+                f"frequencies holds {n_freq} numbers beside {count} of radiation_efficiency; give one frequency for "
                 "each efficiency, or one efficiency and no frequencies"
             )
         if any(b <= a for a, b in zip(self.frequencies, self.frequencies[1:])):
@@ -61,7 +61,7 @@ class Plate:
         return SURROUNDINGS[self.surroundings] * np.pi
 
     def efficiency(self, frequency: np.ndarray) -> np.ndarray:
-        """Return the radiation efficiency, interpolated between logarithms and held beyond its ends.
+        """Return the radiation efficiency, interpolated between logarithms and constant beyond its ends.
 
         Parameters
         ----------
@@ -70,8 +70,8 @@ class Plate:
         """
         if len(self.radiation_efficiency) == 1:
             return np.full(np.shape(frequency), self.radiation_efficiency[0])
-        at = np.log(np.maximum(frequency, self.frequencies[0]))
-        return np.asarray(np.exp(np.interp(at, np.log(self.frequencies), np.log(self.radiation_efficiency))))
+        log_frequency = np.log(np.maximum(frequency, self.frequencies[0]))
+        return np.asarray(np.exp(np.interp(log_frequency, np.log(self.frequencies), np.log(self.radiation_efficiency))))
 
     def row(self, sensors: Sequence[Sensor]) -> int:
         """Return the row of its sensor among a rig's; a ValueError says which nodes there are if it is none.

@@ -41,7 +41,7 @@ def check_units(linear: Structure, bushings: Sequence[Bushing]) -> None:
 
 
 def warn_of_units(path: str | PathLike[str], linear: Structure, bushings: Sequence[Bushing]) -> None:
-    """Warn of what `check_units` refuses, in a rig file."""
+    """Warn of dimensions in a rig file that `check_units` refuses."""
     try:
         check_units(linear, bushings)
     except ImplausibleRig as error:
@@ -54,17 +54,17 @@ def _check_shaft(shaft: Shaft) -> None:
     name = f'shaft "{shaft.name}"' if shaft.name else "a shaft"
     absurd = mass > MAX_MASS or not 1 / MAX_THICKNESS < length / thickness < MAX_SLENDERNESS
     if absurd and max(length, thickness) > 1:  # what is smaller was not meant in mm
-        weighs = f"{mass / 1e3:,.0f} t" if mass >= 1e4 else f"{mass:.3g} kg"
-        large = max(length, thickness)
+        weight = f"{mass / 1e3:,.0f} t" if mass >= 1e4 else f"{mass:.3g} kg"
+        size = max(length, thickness)
         raise ImplausibleRig(
-            f"{name} {length:g} m long and {thickness:g} m thick weighs {weighs}: lengths are in metres, "
-            f"and {large:g} mm is {large / 1e3:g}"
+            f"{name} {length:g} m long and {thickness:g} m thick weighs {weight}: lengths are in metres, "
+            f"and {size:g} mm is {size / 1e3:g}"
         )
 
 
 def _check_gap(i: int, bushing: Bushing, shaft: Shaft, x: float) -> None:
-    here = next((s for s, end in zip(shaft.sections, shaft.edges[1:]) if x <= end), shaft.sections[-1])
-    radius = max(here.diameter) / 2 if here.diameter else None
+    section = next((s for s, end in zip(shaft.sections, shaft.edges[1:]) if x <= end), shaft.sections[-1])
+    radius = max(section.diameter) / 2 if section.diameter else None
     if radius is not None and bushing.gap > radius:
         raise ImplausibleRig(
             f"bushings[{i}].gap {bushing.gap:g} m is wider than the shaft's radius, {radius:g} m, at {bushing.where}: "

@@ -13,7 +13,7 @@ _Points = tuple[float | str, ...]
 
 
 def joined_points(number: int, bushing: Bushing, points: _Points, feet_move: bool) -> _Points:
-    """Return a point and what it moves against, left out where that is the base and does not move.
+    """Return a point and the one that it moves against, left out where that is a base that does not move.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def joined_points(number: int, bushing: Bushing, points: _Points, feet_move: boo
     points : tuple of Point
         In its middle or at an end of it; the second is that of the part that it is on.
     feet_move : bool
-        Whether the base moves below the rig, as a fixture with modes does.
+        True if the base moves below the rig, as a fixture with modes does.
     """
     if len(points) > 1:
         return points
@@ -50,7 +50,7 @@ def moved_points(bushing: Bushing, points: _Points) -> list[tuple[str, _Points]]
 
 
 def probe_point(number: int, bushing: Bushing, place: float | None, feet_move: bool) -> _Points:
-    """Return the point that a bushing's displacement probe looks at, and what the probe is fixed to.
+    """Return the point that a bushing's displacement probe looks at, and the one that the probe is fixed to.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def probe_point(number: int, bushing: Bushing, place: float | None, feet_move: b
     place : float, optional
         m, along the shaft; the clearance's middle if it is None.
     feet_move : bool
-        Whether the base moves below the rig.
+        True if the base moves below the rig.
     """
     middle = bushing.joined
     fixed_to = joined_points(number, bushing, middle, feet_move)[1:]

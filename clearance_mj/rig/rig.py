@@ -139,18 +139,18 @@ class Rig(ClearanceRows, Shown):
 
     @property
     def inputs(self) -> tuple[Shaker, ...]:
-        """All that excites it: ``shaker``, then ``shakers``."""
+        """All excitations: ``shaker``, then ``shakers``."""
         return (self.shaker, *self.shakers)
 
     @property
     def point_masses(self) -> tuple[PointMass, ...]:
-        """Point masses of the shaft, the sensors' own included."""
+        """Point masses of the shaft, those of sensors included."""
         loading = (PointMass(s.position, s.mass, f"sensor {s.node}") for s in self.sensors if s.mass)
         return (*self.masses, *loading)
 
     @property
     def total_mass(self) -> float | None:
-        """Mass of structure and point masses in kg; None where the structure does not tell it."""
+        """Mass of structure and point masses in kg; None where the structure's is not known."""
         mass = self.linear.total_mass
         return None if mass is None else mass + sum(m.mass for m in self.point_masses)
 
@@ -166,31 +166,31 @@ class Rig(ClearanceRows, Shown):
 
     @functools.cached_property
     def moves_across(self) -> bool:
-        """Whether points move along y and z: clearances are round, or something acts across z."""
+        """True if points move along y and z: clearances are round, or something acts across z."""
         return any(b.is_round for b in self.bushings) or bool(acts_across(self))
 
     @property
     def is_loaded(self) -> bool:
-        """Whether the shaft may rest elsewhere than without load: gravity or loads act, or it moves along y and z."""
+        """True if the shaft may rest elsewhere than without load: gravity or loads act, or it moves along y and z."""
         return self.moves_across or bool(self.gravity or self.loads)
 
     @property
     def clearance_points(self) -> tuple[tuple[float | str, ...], ...]:
         """The points whose relative motion each clearance limits; the second is left out where it is the base.
 
-        It is the bushing's housing where that gives, and the base's foot below it where the base has modes of its own.
+        It is the bushing's housing where that is elastic, and the base's foot below it where the base has modes.
         """
         return tuple(joined_points(j, b, b.joined, bool(self.fixture)) for j, b in enumerate(self.bushings))
 
     @property
     def clearance_ends(self) -> tuple[tuple[float | str, ...], ...]:
-        """The same (2 n_bushings,) of both ends of each clearance."""
+        """Such points (2 n_bushings,) of both ends of each clearance."""
         feet = bool(self.fixture)
         return tuple(joined_points(j, b, ends, feet) for j, b in enumerate(self.bushings) for ends in b.joined_ends)
 
     @property
     def attached(self) -> Attached:
-        """What the structure stands on and has beside it."""
+        """Housings, fixture, springs and oscillators that are attached to the structure."""
         return Attached(
             tuple(b.housing for b in self.bushings), tuple(b.position for b in self.bushings), self.fixture,
             self.springs, self.planes, self.oscillators, tuple(self.shaker.unit_direction.tolist()),
@@ -209,7 +209,7 @@ class Rig(ClearanceRows, Shown):
         grease : bool
             Count the in-gap stiffness of the grease to the structure's.
         structure, more
-            Instead of ``linear``, and points of forces, with factors, beside the shaker's.
+            Instead of ``linear``, and points of forces, with factors, in addition to the shaker's.
         axes : {"Y", "Z", "YZ"}, optional
             "Y": the structure is of shafts as they move along y, see `Structure.in_other_plane`; by default "Z" of
             shafts and "YZ" of others, whose points have directions.
@@ -224,15 +224,15 @@ class Rig(ClearanceRows, Shown):
             tuple((m.position, m.mass) for m in self.point_masses),
         )
         forces = (*forced_points(self.inputs, self.loads), *more)
-        moved = [(b, row) for b, points in zip(self.bushings, self.clearance_points) for row in moved_points(b, points)]
-        acting = [(b.grease.stiffness, points) for b, (axis, points) in moved if axis in axes]
+        rows = [(b, row) for b, points in zip(self.bushings, self.clearance_points) for row in moved_points(b, points)]
+        in_axes = [(b.grease.stiffness, points) for b, (axis, points) in rows if axis in axes]
         attached = self.attached.in_other_plane if axes == "Y" else self.attached
         if axes == "Y":
             masses, forces = (tuple((in_other_plane(p), x) for p, x in loads) for loads in (masses, forces))
-        pairs, springs = tuple(points for _, points in acting), tuple(k for k, _ in acting if grease)
-        held = tuple(spring for bearing in self.bearings for spring in bearing.held(axes))
+        pairs, springs = tuple(points for _, points in in_axes), tuple(k for k, _ in in_axes if grease)
+        bearing_springs = tuple(spring for bearing in self.bearings for spring in bearing.held(axes))
         with computable(self.name, self.to_dict):
-            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached, held)
+            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached, bearing_springs)
 
     __repr__ = Shown.__repr__
 
@@ -267,7 +267,7 @@ class Rig(ClearanceRows, Shown):
         Parameters
         ----------
         gap : float, str, sequence or mapping
-            Of all bushings: m, a text with a unit such as "0.09 mm", or a factor of each one's own gap such as "x0.5";
+            Of all bushings: m, a text with a unit such as "0.09 mm", or a factor of each one's gap such as "x0.5";
             or one such value for each; or by bushing, named as in `clearance_labels`, `probe_labels` or "bushings[0]".
 
         Raises
@@ -289,7 +289,7 @@ class Rig(ClearanceRows, Shown):
         Raises
         ------
         RigError
-            If the rig has what such clearances have not.
+            If the rig has fields that such clearances do not have.
         """
         return self.replace(bushings=tuple(dataclasses.replace(b, shape=shape) for b in self.bushings))
 
@@ -316,7 +316,7 @@ class Rig(ClearanceRows, Shown):
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], folder: str | Path = ".") -> Rig:
-        """Build a rig from the nested dictionary that a rig file holds.
+        """Return the rig of the nested dictionary that a rig file holds.
 
         Parameters
         ----------
@@ -334,10 +334,10 @@ class Rig(ClearanceRows, Shown):
             if isinstance(shakers := data.get("shakers"), list) and shakers and "shaker" not in data:
                 data = {**data, "shaker": shakers[0], "shakers": shakers[1:]}
 
-            def named(name: str) -> str:
+            def resolve(name: str) -> str:
                 return name if is_embedded(name) else str(Path(folder) / name)
 
-            data = {"beam": None, **with_shapes(with_bearing_tables(with_files(data, named), named))}
+            data = {"beam": None, **with_shapes(with_bearing_tables(with_files(data, resolve), resolve))}
         return from_plain(cls, data, "", RigError)
 
     def to_dict(self) -> dict[str, Any]:
@@ -345,7 +345,7 @@ class Rig(ClearanceRows, Shown):
         return to_plain(self)
 
     def content(self) -> dict[str, Any]:
-        """Return plain data that two rigs share if they are the same, for caches: `to_dict` with digests of files."""
+        """Return plain data that are equal for equal rigs, for caches: `to_dict` with digests of files."""
         return with_motion(self, with_files(self.to_dict(), digest))
 
     def copied(self, folder: str | Path) -> Rig:
@@ -362,7 +362,7 @@ class Rig(ClearanceRows, Shown):
         """Write the rig as TOML; an existing file is replaced only once the new one is whole.
 
         Files that its structure was read from stay where they are: the rig file names them relative to its folder.
-        Arrays that it was given get a file beside the rig file.
+        Arrays that it was given get a file next to the rig file.
 
         Parameters
         ----------

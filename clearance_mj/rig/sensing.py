@@ -1,4 +1,4 @@
-"""What a rig's sensors read of the coordinates of any linear model of the rig, and of its base."""
+"""Readings of a rig's sensors by the coordinates of any linear model of the rig, and by its base's motion."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Directed: TypeAlias = Callable[[Sequence[float | str], np.ndarray], np.ndarray]
 
 
 class SensorRows(NamedTuple):
-    """What sensors read of coordinates q: derivative number ``order`` of rows q + rates q̇ + on_base u."""
+    """Readings of sensors by coordinates q: derivative number ``order`` of rows q + rates q̇ + on_base u."""
 
     rows: np.ndarray  # (n_sensors, n) per coordinate; zeros of a force in a clearance, which is no motion
     rates: np.ndarray  # (n_sensors, n) per velocity: of dampers below force sensors
@@ -38,19 +38,19 @@ class SensorRows(NamedTuple):
 
     @property
     def readings(self) -> np.ndarray:
-        """(n_sensors, 2, n) what others read per coordinate and per velocity; (0, 2, n) if there are none."""
-        order, some = self.order[:, None], len(self.order) * bool((self.order < 2).any())
-        of_velocity = np.where(order == 1, self.rows, self.rates)
-        return np.stack((np.where(order == 0, self.rows, 0.0), of_velocity * (order < 2)), axis=1)[:some]
+        """(n_sensors, 2, n) readings of other sensors per coordinate and per velocity; (0, 2, n) if there are none."""
+        order, count = self.order[:, None], len(self.order) * bool((self.order < 2).any())
+        velocity_rows = np.where(order == 1, self.rows, self.rates)
+        return np.stack((np.where(order == 0, self.rows, 0.0), velocity_rows * (order < 2)), axis=1)[:count]
 
     def at_rest(self, q: np.ndarray) -> np.ndarray:
-        """Return what the sensors read (n_sensors,) where coordinates (n,) stay as they are."""
+        """Return the readings (n_sensors,) of the sensors at rest at coordinates (n,)."""
         return np.where(self.order == 0, self.rows @ q, 0.0)
 
     def gains(
         self, displacements: Callable[[np.ndarray], np.ndarray], probes: np.ndarray, omega: np.ndarray, shaken: bool
     ) -> np.ndarray:
-        """Return what the sensors, then probes, read (n_f, n_sensors + n_probes, n_inputs) per unit of each input.
+        """Return the readings (n_f, n_sensors + n_probes, n_inputs) of sensors, then probes, per unit of each input.
 
         Parameters
         ----------
@@ -61,62 +61,62 @@ class SensorRows(NamedTuple):
         omega : ndarray, shape (n_f,)
             Angular frequencies, rad/s, real or complex.
         shaken : bool
-            Whether the last input is the base's acceleration.
+            True if the last input is the base's acceleration.
         """
-        found, count, orders = displacements(np.vstack((self.rows, probes))), self.order.size, set(self.order.tolist())
+        gain, count, orders = displacements(np.vstack((self.rows, probes))), self.order.size, set(self.order.tolist())
         if orders == {2}:
-            found[:, :count] *= -(omega[:, None, None] ** 2)
-            found[:, :count, -1] += self.on_base * float(shaken)
-            return found
-        turning = 1j * omega[:, None]
+            gain[:, :count] *= -(omega[:, None, None] ** 2)
+            gain[:, :count, -1] += self.on_base * float(shaken)
+            return gain
+        j_omega = 1j * omega[:, None]
         if self.rates.any():
-            found[:, :count] += turning[:, :, None] * displacements(self.rates)
+            gain[:, :count] += j_omega[:, :, None] * displacements(self.rates)
         for order in orders:
             rows = np.flatnonzero(self.order == order)
             if order:
-                found[:, rows] *= (turning if order == 1 else -(omega[:, None] ** 2))[:, :, None]
+                gain[:, rows] *= (j_omega if order == 1 else -(omega[:, None] ** 2))[:, :, None]
             if shaken and order == 2:
-                found[:, rows, -1] += self.on_base[rows]
+                gain[:, rows, -1] += self.on_base[rows]
             elif shaken:
-                slow = np.divide(1.0, turning, out=np.zeros_like(turning), where=turning != 0)  # nothing known at 0 Hz
-                found[:, rows, -1] += self.on_base[rows] * slow ** (2 - order)
-        return found
+                integral = np.divide(1.0, j_omega, out=np.zeros_like(j_omega), where=j_omega != 0)  # unknown at 0 Hz
+                gain[:, rows, -1] += self.on_base[rows] * integral ** (2 - order)
+        return gain
 
 
 def sensor_rows(
     rig: InSpace, directed: Callable[[Sequence[float | str], np.ndarray], np.ndarray], size: int
 ) -> SensorRows:
-    """Return what the sensors of a rig read of the coordinates of a model of it.
+    """Return the rows of the sensors of a rig on the coordinates of a model of it.
 
     Parameters
     ----------
     rig : Rig
         The rig.
     directed : callable
-        Returns the motion (n_points, n) of points along directions (n_points, 3) per coordinate; points with an axis
-        of their own, such as "@0.4:RY", along that.
+        Returns the motion (n_points, n) of points along directions (n_points, 3) per coordinate; points that name an
+        axis, such as "@0.4:RY", along that.
     size : int
         n, number of coordinates.
     """
     taps = [(i, *tap) for i, sensor in enumerate(rig.sensors) for tap in sensing_points(rig, sensor)]
-    found = np.zeros((2, len(rig.sensors), size))
+    matrices = np.zeros((2, len(rig.sensors), size))
     if taps:
-        which, points, along, *factors = zip(*taps)
-        moved = directed(points, np.array(along))
-        for rows, of_taps in zip(found, factors):
-            np.add.at(rows, list(which), np.array(of_taps)[:, None] * moved)
-    rows, rates = found
+        sensors, points, along, *factors = zip(*taps)
+        motion = directed(points, np.array(along))
+        for rows, tap_factors in zip(matrices, factors):
+            np.add.at(rows, list(sensors), np.array(tap_factors)[:, None] * motion)
+    rows, rates = matrices
     return SensorRows(rows, rates, np.array([s.order for s in rig.sensors]), base_shares(rig))
 
 
 def base_shares(rig: InSpace, number: int = 0) -> np.ndarray:
-    """Return what the sensors read (n_sensors,) of the displacement of the base along the direction of an input."""
+    """Return the readings (n_sensors,) of the sensors per displacement of the base along the direction of an input."""
     along = rig.inputs[number].unit_direction
     return np.array([0.0 if s.moves_with_base else s.gain * (s.unit_direction @ along) for s in rig.sensors])
 
 
 def read_of_inputs(rig: InSpace, kinds: Kinds) -> np.ndarray:
-    """Return what accelerometers read (n_inputs, n_sensors) per unit of each input itself: of a moving base."""
+    """Return the readings (n_inputs, n_sensors) of accelerometers per unit of each input itself: of a moving base."""
     of_order = np.array([s.order == 2 for s in rig.sensors])
     return np.array([base_shares(rig, i) * (of_order & (kind == "base")) for i, kind in enumerate(each_kind(kinds))])
 
@@ -131,22 +131,22 @@ def sensing_points(rig: InSpace, sensor: Sensor) -> Iterator[tuple[float | str, 
     if sensor.quantity == "force":
         if clearance_of(rig, sensor) is None:
             support, (_, y, z) = _support_of(rig, sensor), direction
-            for along, share, held in (((0.0, 1.0, 0.0), y, support.in_other_plane), ((0.0, 0.0, 1.0), z, support)):
-                if share:
-                    yield position, along, gain * share * held.translation, gain * share * held.translation_damping
+            for along, part, springs in (((0.0, 1.0, 0.0), y, support.in_other_plane), ((0.0, 0.0, 1.0), z, support)):
+                if part:
+                    yield position, along, gain * part * springs.translation, gain * part * springs.translation_damping
     elif not (sensor.turns or sensor.quantity == "strain") or parse_direction(position):
         yield position, (direction[0], direction[1], direction[2]), gain, 0.0
     else:
         name, x = parse_place(position) or ("", 0.0)
         is_strain = sensor.quantity == "strain"
         kind, factor = ("K", -gain * (sensor.fibre or _half_depth(rig, sensor))) if is_strain else ("R", gain)
-        for axis, share in zip(AXES, direction):
-            if share and kind + axis != "KX":
-                yield f"{name}@{x!r}:{kind}{axis}", (0.0, 0.0, 0.0), factor * share, 0.0
+        for axis, part in zip(AXES, direction):
+            if part and kind + axis != "KX":
+                yield f"{name}@{x!r}:{kind}{axis}", (0.0, 0.0, 0.0), factor * part, 0.0
 
 
 def _half_depth(rig: InSpace, sensor: Sensor) -> float:
-    """Half the depth of the shaft where a gauge is, m, the larger one of both planes where it is between them."""
+    """Return half the shaft's depth at a gauge, m, the larger one of both planes where it is between them."""
     i, x = rig.linear.place(sensor.position)
     shaft, (_, y, z) = rig.linear.shafts[i], sensor.unit_direction
     return max(shaft.half_depth(x) * bool(z), shaft.in_other_plane.half_depth(x) * bool(y))
@@ -173,7 +173,7 @@ def sensor_points(rig: InSpace) -> list[float | str]:
 
 
 def _support_of(rig: InSpace, sensor: Sensor) -> Support:
-    """The elastic support whose force a sensor reads."""
+    """Return the elastic support whose force a sensor reads."""
     i, x = rig.linear.place(sensor.position)
     for support in rig.linear.shafts[i].supports if parse_place(sensor.position) and rig.linear.shafts else ():
         near = abs(support.position - x) <= NEAR * rig.linear.shafts[i].length

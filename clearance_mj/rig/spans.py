@@ -1,4 +1,4 @@
-"""Where bushings reach along their shafts."""
+"""Spans of bushings along their shafts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a shaft turns about its axis, and its unbalance."""
+"""Rotation of a shaft about its axis, and its unbalance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well a number of a rig is known: its standard deviation, with a unit, as a rig file says it."""
+"""Tolerances of a rig's numbers: standard deviations with units, as a rig file states them."""
 
 from __future__ import annotations
 
@@ -60,16 +60,16 @@ class Tolerance:
 
     @property
     def relative(self) -> bool:
-        """Whether it is a share of the value."""
+        """True if it is a fraction of the value."""
         return self.std.rstrip().endswith("%")
 
     @property
     def size(self) -> float:
-        """Standard deviation, SI units, or the share."""
+        """Standard deviation in SI units, or as a fraction of the value."""
         match = _STD.fullmatch(self.std)
         assert match
-        of_one = unit_factor(match[2], unit_of(self.of)) if match[2].strip("%") else 1.0
-        return float(match[1]) * (0.01 if self.relative else of_one)
+        factor = unit_factor(match[2], unit_of(self.of)) if match[2].strip("%") else 1.0
+        return float(match[1]) * (0.01 if self.relative else factor)
 
 
 def unit_of(path: str) -> str:

@@ -1,4 +1,4 @@
-"""What a wall of a clearance is: one class, which runs on every engine and along given motions."""
+"""Walls of clearances: one class for each, which runs on every engine and along given motions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ COORDINATES = {"slot": 1, "stop": 1, "round": 2}  # of the usual ones, which nee
 
 
 def wall_of(shape: str, numbers: Mapping[str, Any]) -> Wall:
-    """Return the wall of a shape, with its numbers beside the gap.
+    """Return the wall of a shape, with its numbers other than the gap.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def wall_of(shape: str, numbers: Mapping[str, Any]) -> Wall:
     RigError
         If the shape is unknown, or a number is.
     """
-    return _known(shape)(**numbers)
+    return _wall_class(shape)(**numbers)
 
 
 def coordinates_of(shape: str) -> int:
@@ -49,10 +49,10 @@ def coordinates_of(shape: str) -> int:
     RigError
         If the shape is unknown.
     """
-    return COORDINATES.get(shape) or _known(shape).coordinates
+    return COORDINATES.get(shape) or _wall_class(shape).coordinates
 
 
-def _known(shape: str) -> type[Wall]:
+def _wall_class(shape: str) -> type[Wall]:
     import_module("clearance_mj.clearance.walls")  # compiled laws, which a rig is read without
     if shape not in WALLS:
         raise RigError(f'shape "{shape}" is unknown; known: {", ".join(WALLS)}')
@@ -60,7 +60,7 @@ def _known(shape: str) -> type[Wall]:
 
 
 class Wall(Registered, ABC):
-    """The wall of a clearance. Subclasses are fields of numbers beside the gap and `law`, under `register`.
+    """The wall of a clearance. Subclasses have fields of numbers other than the gap, and `law`, under `register`.
 
     ``law`` is compiled, so it may call ``math``, numpy and other functions compiled by numba only.
     """
