@@ -79,7 +79,7 @@ class ChannelMap(Shown):
         Raises
         ------
         RecordError
-            If the file cannot be read, or a channel is mapped to what no channel can be.
+            If the file cannot be read, or a channel has an impossible entry.
         """
         text = "\n".join(read_lines(path))
         with naming(path):
@@ -135,9 +135,9 @@ class ChannelMap(Shown):
                 )
             if entry is None:
                 if not channel.placed or channel.quantity == UNKNOWN:
-                    known = few([f'"{name}"' for name in self.channels])
+                    listing = few([f'"{name}"' for name in self.channels])
                     raise RecordError(
-                        f'channel "{channel.name}" is not in the map, which has {known}; add a line such as '
+                        f'channel "{channel.name}" is not in the map, which has {listing}; add a line such as '
                         f'"{channel.name}" = "acc:3 [g]", or = "{SKIP}"'
                     )
                 mapped.append(channel)

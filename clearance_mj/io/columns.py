@@ -217,11 +217,11 @@ def _frf_to_one_reference(frequency: np.ndarray, group: list[tuple[Column, np.nd
             raise RecordError(f'"{column.name}": {column.part or "the function"} of {column.dof} comes twice')
         parts[column.part] = value
     value = np.array([_complex(dof, parts) for (dof, _), parts in functions.items()])
-    known = ["coherence" in parts for parts in functions.values()]
-    if any(known) and not all(known):
-        missing, _ = [*functions][known.index(False)]
+    has_coherence = ["coherence" in parts for parts in functions.values()]
+    if any(has_coherence) and not all(has_coherence):
+        missing, _ = [*functions][has_coherence.index(False)]
         raise RecordError(f"has no coherence of {missing}; needs that of all functions or none")
-    coherence = np.array([parts["coherence"] for parts in functions.values()]).real if all(known) else None
+    coherence = np.array([parts["coherence"] for parts in functions.values()]).real if all(has_coherence) else None
     responses, quantities = zip(*functions)
     return FRF(frequency, value, coherence, responses, (first.reference,), quantities=quantities)
 
@@ -326,9 +326,9 @@ def _similar_channels(name: str) -> list[str]:
     return ["time", "frequency", "base", "force", f"acc:{node}", f"vel:{node}", f"disp:{node}", f"acc:{node}/base"]
 
 
-def _suggest_name(name: str, known: Sequence[str], cutoff: float = 0.6) -> str:
+def _suggest_name(name: str, names: Sequence[str], cutoff: float = 0.6) -> str:
     """Return the words "(did you mean ...?)", or "" if no known name is similar."""
-    matches = difflib.get_close_matches(name[:NAME_LIMIT], known, 1, cutoff)
+    matches = difflib.get_close_matches(name[:NAME_LIMIT], names, 1, cutoff)
     return f' (did you mean "{matches[0]}"?)' if matches else ""
 
 

@@ -1,7 +1,7 @@
 """Time records and FRFs in text tables: a line of the columns' names, then one line of numbers per instant or line.
 
-How columns are named: `clearance_mj.io.columns`. Tables of data loggers are read as they are: what separates columns
-and decimals, where the numbers begin, units and the sampling rate above them are looked for (`clearance_mj.io.tables`),
+Names of columns: `clearance_mj.io.columns`. Tables of data loggers are read as they are: separators of columns and
+decimals, the first line of numbers, units and the sampling rate above them are detected (`clearance_mj.io.tables`),
 and one `RecordNote` says what was guessed that the file does not say itself. A file without a header has columns named
 "1", "2", ..., which are mapped.
 """
@@ -179,8 +179,8 @@ def _why_unusable(body: Body, column: Column) -> str:
     values = body.numbers(column.index)
     missing = np.isnan(values)
     if missing.mean() >= GAPS:
-        at = body.lines[int(np.argmax(missing))][0]
-        return f"which lacks {missing.sum()} of {values.size} numbers, the first in line {at}"
+        line = body.lines[int(np.argmax(missing))][0]
+        return f"which lacks {missing.sum()} of {values.size} numbers, the first in line {line}"
     if is_index(column.name) and not missing.any() and (np.diff(values) == 1).all():
         return "which counts the samples"
     return ""
@@ -244,8 +244,8 @@ def find_rate(lines: Sequence[str], style: Style) -> tuple[float, int] | None:
         for pattern, units, is_step in _LINES:
             if not (match := pattern.fullmatch(line[:200])):
                 continue
-            named, text, after = match.groups()
-            unit = (after or named or "").strip("[]()").lower()
+            bracketed, text, trailing = match.groups()
+            unit = (trailing or bracketed or "").strip("[]()").lower()
             factor = units.get(unit, 1.0 if not unit else None)
             text = text.replace(",", ".") if "." not in text and style.point == "," else text.replace(",", "")
             try:

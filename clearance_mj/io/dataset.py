@@ -116,8 +116,8 @@ class Dataset(Shown):
     @property
     def source(self) -> str:
         """Origin of the records in words: that of their provenance, or the files that they were read from."""
-        named = (r.provenance.get("source", r.provenance.get("file", "")) for r in self.records)
-        return few(list(dict.fromkeys(str(name) for name in named if name))) or "the dataset does not say"
+        sources = (r.provenance.get("source", r.provenance.get("file", "")) for r in self.records)
+        return few(list(dict.fromkeys(str(name) for name in sources if name))) or "the dataset does not say"
 
     @property
     def sines(self) -> tuple[Record, ...]:
@@ -189,14 +189,14 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
     for record in records:
         if record.rig != rig:
             raise RecordError(f'{path}: record "{record.name}" was measured on another rig, "{record.rig.name}"')
-    known = Dataset.load(path) if (path / "dataset.toml").exists() else None
-    added = _records_to_append(records, known) if known else None
+    stored = Dataset.load(path) if (path / "dataset.toml").exists() else None
+    added = _records_to_append(records, stored) if stored else None
     new = [record for record in records if not _is_stored_in(record, path)] if added is None else added
     head = "" if added is None else (path / "dataset.toml").read_text(encoding="utf-8").rstrip() + "\n\n"
     with naming(f"{path}: a provenance holds what TOML cannot", TypeError, RecordError):
         text = head + tomli_w.dumps({"records": [_table(record) for record in (records if added is None else added)]})
-    _refuse_others(path, rig, new, known)
-    if not (path / "rig.toml").exists() or (known and known.rig != rig):
+    _refuse_foreign_files(path, rig, new, stored)
+    if not (path / "rig.toml").exists() or (stored and stored.rig != rig):
         rig.copied(path / "structure").save(path / "rig.toml")
     for record in new:
         write_uff(path / f"{record.name}.uff", record)
@@ -204,16 +204,16 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
         temporary.write_text(text, encoding="utf-8")
 
 
-def _records_to_append(records: Sequence[Record], known: Dataset) -> list[Record] | None:
+def _records_to_append(records: Sequence[Record], stored: Dataset) -> list[Record] | None:
     """Return the records to append to a list whose others stay as they are; None if they do not, or it cannot go on."""
-    first, new = records[: len(known.records)], list(records[len(known.records) :])
-    if len(first) < len(known.records) or not new or known.path is None:
+    first, new = records[: len(stored.records)], list(records[len(stored.records) :])
+    if len(first) < len(stored.records) or not new or stored.path is None:
         return None
-    for record, old in zip(first, known.records):
-        same = isinstance(record.channels, FileChannels) and record.channels.path.samefile(_file_of(old))
-        if not (same and _table(record) == _table(old)):
+    for record, old in zip(first, stored.records):
+        is_same = isinstance(record.channels, FileChannels) and record.channels.path.samefile(_file_of(old))
+        if not (is_same and _table(record) == _table(old)):
             return None
-    last = (known.path / "dataset.toml").read_text(encoding="utf-8").rpartition("[[")[2]
+    last = (stored.path / "dataset.toml").read_text(encoding="utf-8").rpartition("[[")[2]
     return new if last.startswith("records]]") else None
 
 
@@ -228,15 +228,15 @@ def _is_stored_in(record: Record, path: Path) -> bool:
     return isinstance(record.channels, FileChannels) and file.exists() and record.channels.path.samefile(file)
 
 
-def _refuse_others(path: Path, rig: Rig, new: Sequence[Record], known: Dataset | None) -> None:
+def _refuse_foreign_files(path: Path, rig: Rig, new: Sequence[Record], stored: Dataset | None) -> None:
     """Refuse to replace files that are not of the dataset in the folder."""
-    listed = {_file_of(record).name for record in known.records} if known else set()
+    listed_files = {_file_of(record).name for record in stored.records} if stored else set()
     for record in new:
-        if os.path.lexists(path / f"{record.name}.uff") and f"{record.name}.uff" not in listed:
+        if os.path.lexists(path / f"{record.name}.uff") and f"{record.name}.uff" not in listed_files:
             raise RecordError(
                 f"{path / record.name}.uff is there, but not in dataset.toml; move it away, or give another folder"
             )
-    if known is None and (path / "rig.toml").exists() and Rig.load(path / "rig.toml") != rig:
+    if stored is None and (path / "rig.toml").exists() and Rig.load(path / "rig.toml") != rig:
         raise RecordError(f"{path / 'rig.toml'} is there and holds another rig; move it away, or give another folder")
 
 

@@ -122,8 +122,8 @@ def _line_spacing(values: np.ndarray, unit: str) -> str:
     steps = np.diff(values)
     if not steps.size:
         return "one line"
-    even = np.ptp(steps) <= 1e-4 * np.abs(steps).max()
-    return f"{'' if even else 'uneven, '}{steps.mean():.5g} {unit}".strip()
+    is_even = np.ptp(steps) <= 1e-4 * np.abs(steps).max()
+    return f"{'' if is_even else 'uneven, '}{steps.mean():.5g} {unit}".strip()
 
 
 def sparkline(course: np.ndarray | None) -> str:

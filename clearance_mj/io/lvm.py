@@ -253,8 +253,8 @@ class _Lines:
     def delays(self, clocks: Sequence[str], names: Sequence[str]) -> np.ndarray:
         """Return (n_channels,) s by which channels begin after the first of them, by their clock times."""
         seconds = [_seconds(clock) for clock in clocks]
-        known = [second for second in seconds if second is not None]
-        delay = np.array([0.0 if s is None else (s - known[0] + DAY / 2) % DAY - DAY / 2 for s in seconds])
+        valid = [second for second in seconds if second is not None]
+        delay = np.array([0.0 if s is None else (s - valid[0] + DAY / 2) % DAY - DAY / 2 for s in seconds])
         delay = np.round(delay - delay.min(), 9)
         for second, name in zip(delay, names):
             if second:

@@ -107,25 +107,25 @@ def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], rates: 
             "holds no numeric vectors or matrices; save plain variables, or structures with fields such as data, dt "
             "(s) or fs (Hz), unit and name"
         )
-    used = resolve([*table], mapped)
+    columns = resolve([*table], mapped)
     vectors = list(table.values())
-    values = [vectors[c.index] for c in used]
-    is_frf = any(c.reference for c in used)
-    for column, value in zip(used, values):
+    values = [vectors[c.index] for c in columns]
+    is_frf = any(c.reference for c in columns)
+    for column, value in zip(columns, values):
         if value.size != values[0].size:
             raise RecordError(
-                f'variable "{column.name}" has {value.size} numbers, "{used[0].name}" has {values[0].size}'
+                f'variable "{column.name}" has {value.size} numbers, "{columns[0].name}" has {values[0].size}'
             )
         if np.iscomplexobj(value) and (not column.reference or column.part):
             raise RecordError(f'variable "{column.name}" is complex; needs real numbers')
         if is_frf and not np.isfinite(value).all():
             raise RecordError(f'variable "{column.name}": number {np.argmin(np.isfinite(value)) + 1} is not finite')
     if is_frf:
-        return to_frf(used, values)
-    axis = _timing(used, values, rates, variables.get("fs"))
+        return to_frf(columns, values)
+    axis = _timing(columns, values, rates, variables.get("fs"))
     parts = [
         Samples(c.name, axis.samples(v), axis.fs, axis.start, c.channel)
-        for c, v in zip(used, values) if c.quantity != "time"
+        for c, v in zip(columns, values) if c.quantity != "time"
     ]  # fmt: skip
     return gapless_channels(parts, rates.notes)
 

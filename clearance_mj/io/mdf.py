@@ -55,8 +55,8 @@ def _waves(data: bytes) -> Iterator[Waveform]:
     with MDF(io.BytesIO(data)) as file:
         groups: list[Any] = [*file.groups]
         for number, group in enumerate(groups):
-            known = group.channel_group
-            if max(known.samples_byte_nr, known.samples_byte_nr * known.cycles_nr) > most_unpacked(len(data)):
+            layout = group.channel_group
+            if max(layout.samples_byte_nr, layout.samples_byte_nr * layout.cycles_nr) > most_unpacked(len(data)):
                 raise RecordError(f"not a whole MDF file: group {number + 1} declares more samples than it holds")
             for channel in group.channels:  # asammdf reads beyond the sample, which may end the process
                 if file.version < "4":
@@ -64,10 +64,10 @@ def _waves(data: bytes) -> Iterator[Waveform]:
                 else:
                     first = 8 * channel.byte_offset + channel.bit_offset
                 last = first + channel.bit_count
-                if channel.channel_type not in VIRTUAL and last > 8 * known.samples_byte_nr:
+                if channel.channel_type not in VIRTUAL and last > 8 * layout.samples_byte_nr:
                     raise RecordError(f'not a whole MDF file: "{channel.name}" lies behind the samples of its group')
             master = file.masters_db.get(number)
-            label = str(getattr(known, "acq_name", "") or f"group {number + 1}")
+            label = str(getattr(layout, "acq_name", "") or f"group {number + 1}")
             time = None if master is None else np.asarray(file.get_master(number), float)
             axis = "" if master is None else AXES.get(getattr(group.channels[master], "sync_type", 1), "")
             fault = f"is over {axis}, not over time; choose others" if axis else ""
@@ -145,26 +145,26 @@ def require_whole(data: bytes) -> None:
             if position in seen:
                 raise RecordError(f"not a whole MDF file: its list of blocks at byte {at} leads back to itself")
             seen.add(position)
-            known, links = links_of[position]
-            position = links[0] if known == kind and links else 0
+            next_kind, links = links_of[position]
+            position = links[0] if next_kind == kind and links else 0
 
 
-def _old_block(data: bytes, at: int) -> tuple[bytes, tuple[int, ...]]:
+def _old_block(data: bytes, begin: int) -> tuple[bytes, tuple[int, ...]]:
     """Return kind and links of a block of MDF 3."""
-    kind = data[at : at + 2]
+    kind = data[begin : begin + 2]
     count = _LINKS.get(kind, 0)
-    if at + 4 + 4 * count > len(data):
-        raise RecordError(f"not a whole MDF file: a block at byte {at} lies behind its end, {len(data)}")
-    return kind, struct.unpack_from(f"{'>' if data[24:26] != bytes(2) else '<'}{count}I", data, at + 4)
+    if begin + 4 + 4 * count > len(data):
+        raise RecordError(f"not a whole MDF file: a block at byte {begin} lies behind its end, {len(data)}")
+    return kind, struct.unpack_from(f"{'>' if data[24:26] != bytes(2) else '<'}{count}I", data, begin + 4)
 
 
-def _block(data: bytes, at: int) -> tuple[bytes, tuple[int, ...]]:
+def _block(data: bytes, begin: int) -> tuple[bytes, tuple[int, ...]]:
     """Return kind and links of a block."""
-    if at + _HEADER.size > len(data):
-        raise RecordError(f"not a whole MDF file: a block at byte {at} lies behind its end, {len(data)}")
-    kind, length, count = _HEADER.unpack_from(data, at)
+    if begin + _HEADER.size > len(data):
+        raise RecordError(f"not a whole MDF file: a block at byte {begin} lies behind its end, {len(data)}")
+    kind, length, count = _HEADER.unpack_from(data, begin)
     if kind[:2] != b"##":
-        raise RecordError(f"not a whole MDF file: no block begins at byte {at}")
-    if at + length > len(data) or _HEADER.size + 8 * count > length:
-        raise RecordError(f"not a whole MDF file: the block at byte {at} ends behind the file or its links")
-    return kind, struct.unpack_from(f"<{count}Q", data, at + _HEADER.size)
+        raise RecordError(f"not a whole MDF file: no block begins at byte {begin}")
+    if begin + length > len(data) or _HEADER.size + 8 * count > length:
+        raise RecordError(f"not a whole MDF file: the block at byte {begin} ends behind the file or its links")
+    return kind, struct.unpack_from(f"<{count}Q", data, begin + _HEADER.size)

@@ -71,7 +71,7 @@ class Record(Shown):
     role: Role
     """ "identify", "validate", "sine" or "orbit" """
     rig: Rig
-    """rig under test"""
+    """what was measured"""
     fs: Positive
     """samples per second"""
     channels: SkipValidation[Sequence[Channel]]
@@ -277,11 +277,11 @@ class Record(Shown):
         if spin.rate:
             time = (turning.marks[1:] + turning.marks[:-1]) / 2
             stated, measured = np.abs(spin.speed_at(time)), np.abs(turning.of_turns)
-            at = int(np.argmax(np.abs(measured - stated)))
-            if abs(measured[at] - stated[at]) > RAMP * stated.max():
+            worst = int(np.argmax(np.abs(measured - stated)))
+            if abs(measured[worst] - stated[worst]) > RAMP * stated.max():
                 raise RecordError(
-                    f"is said to turn at {stated[at]:.4g} rad/s at {time[at]:.4g} s, and its keyphasor shows "
-                    f"{measured[at]:.4g} rad/s: give spin another speed or rate"
+                    f"is said to turn at {stated[worst]:.4g} rad/s at {time[worst]:.4g} s, and its keyphasor shows "
+                    f"{measured[worst]:.4g} rad/s: give spin another speed or rate"
                 )
             return
         slowest, fastest = (float(end) for end in np.sort(np.abs(turning.of_turns))[[0, -1]])

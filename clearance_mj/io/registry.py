@@ -45,7 +45,7 @@ class Format:
     write: Callable[..., None] | None = None
     """path, object; with geometry: path, object, rig. None: the format is read only"""
     options: tuple[str, ...] = ()
-    """what ``read`` takes: "columns" and "fs" (see `clearance_mj.io.columns`), "resample", "reference" (of FRFs),
+    """options of ``read``: "columns" and "fs" (see `clearance_mj.io.columns`), "resample", "reference" (of FRFs),
     "units" (of universal files)"""
     geometry: bool = False  #: True if it has a place for the nodes of a rig
     note: str = ""  #: for the table of docs/files.md
@@ -55,7 +55,7 @@ FORMATS: dict[str, Format] = {}  # Formats by suffix.
 
 
 def register(new: Format) -> Format:
-    """Make a format known to `clearance_mj.read`, `clearance_mj.write`, the command line and the fuzzer.
+    """Register a format with `clearance_mj.read`, `clearance_mj.write`, the command line and the fuzzer.
 
     Parameters
     ----------
@@ -68,9 +68,9 @@ def register(new: Format) -> Format:
         If another format has one of its suffixes, or it holds an unknown type.
     """
     for suffix in new.suffixes:
-        known = FORMATS.get(suffix)
-        if known and known.name != new.name:
-            raise RecordError(f'format "{new.name}": suffix "{suffix}" is that of {known.name}')
+        other = FORMATS.get(suffix)
+        if other and other.name != new.name:
+            raise RecordError(f'format "{new.name}": suffix "{suffix}" is that of {other.name}')
     if unknown := [kind for kind in new.holds if kind not in WORDS]:
         raise RecordError(
             f'format "{new.name}" holds {unknown[0].__name__}; use {", ".join(t.__name__ for t in WORDS)}'

@@ -100,8 +100,8 @@ def _interpolating_axis(time: np.ndarray, rate: float, notes: list[str]) -> Time
     if steps[longest] > _GAP * usual:
         words += f", over gaps of up to {steps[longest]:.4g} s (at {rising[longest]:.6g} s)"
     notes.append(words)
-    fine = rate * max(1, math.ceil(1 / (usual * rate) - 0.01))
-    return TimeAxis(fine, math.ceil(rising[0] * fine - _ON_GRID) / fine, rising, order)
+    fine_rate = rate * max(1, math.ceil(1 / (usual * rate) - 0.01))
+    return TimeAxis(fine_rate, math.ceil(rising[0] * fine_rate - _ON_GRID) / fine_rate, rising, order)
 
 
 def _spline(time: np.ndarray, value: np.ndarray, instants: np.ndarray) -> np.ndarray:
@@ -150,7 +150,7 @@ def _resample_from(channel: Channel, start: float, rate: float) -> np.ndarray:
     if abs(offset - round(offset)) < _ON_GRID:
         return resampled(channel.value[round(offset) :], channel.fs, rate, "line")
     value = resampled(channel.value, channel.fs, rate, "line")
-    fine = resampled(value, rate, _FINER * rate, "line")
+    fine_samples = resampled(value, rate, _FINER * rate, "line")
     offset = (start - channel.start) * rate
     instants = np.arange(math.floor(value.size - 1 - offset + _ON_GRID) + 1) + offset
-    return _spline(np.arange(fine.size) / _FINER, fine, instants)
+    return _spline(np.arange(fine_samples.size) / _FINER, fine_samples, instants)

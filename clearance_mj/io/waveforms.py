@@ -84,7 +84,7 @@ class Program:
 
     @contextlib.contextmanager
     def opening(self) -> Iterator[None]:
-        """Make one line of whatever the package raises of a damaged file."""
+        """Turn any error of the package for a damaged file into a RecordError of one line."""
         try:
             yield
         except RecordError:
@@ -153,8 +153,8 @@ def named_channels(waves: Sequence[Waveform], mapped: Mapping[str, str], rates: 
     channels = gapless_channels(parts, notes)
     counts = Counter((c.fs, c.size) for c in channels)
     if len(counts) > 1:
-        listed = [f"{counts[rate]} at {rate[0]:.9g} Hz" for rate in sorted(counts)]
-        notes.append(f"channels of several rates or lengths: {', '.join(listed)}")
+        rates_in_words = [f"{counts[rate]} at {rate[0]:.9g} Hz" for rate in sorted(counts)]
+        notes.append(f"channels of several rates or lengths: {', '.join(rates_in_words)}")
     return channels
 
 
@@ -169,8 +169,8 @@ def _sample_axis(wave: Waveform, rates: Rates) -> tuple[TimeAxis, np.ndarray]:
     if is_number.mean() <= 1 - GAPS:  # sampled more slowly; fewer are gaps
         value, time = value[is_number], (np.arange(value.size) / rate if time is None else time)[is_number]
     if time is not None and not np.isfinite(time).all():
-        if not (known := np.flatnonzero(np.isfinite(time))).size:
+        if not (valid := np.flatnonzero(np.isfinite(time))).size:
             raise RecordError("has no times; give the sampling rate (--fs)")
-        time = np.interp(np.arange(time.size), known, time[known])
+        time = np.interp(np.arange(time.size), valid, time[valid])
     axis = TimeAxis(rate) if time is None else time_axis(time, wave.digits, rates)
     return dataclasses.replace(axis, start=axis.start + wave.start), axis.samples(value)

@@ -55,7 +55,7 @@ def with_bearing_tables(data: dict[str, Any], named: Callable[[str], str]) -> di
 
 
 def read_bearing_table(path: str | Path) -> dict[str, Any]:
-    """Read stiffness and damping of a bearing over the spin; see the module for what files may hold.
+    """Read stiffness and damping of a bearing over the spin; the module describes the files.
 
     Parameters
     ----------

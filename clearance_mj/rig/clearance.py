@@ -1,4 +1,4 @@
-"""Clearances: bushings around shafts, stops of degrees of freedom, what fills their gaps and what happens beyond."""
+"""Clearances: bushings around shafts, stops of degrees of freedom, the filling of gaps and contact beyond them."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class Friction:
 
 @checked(RigError)
 class OilFilm:
-    """Oil in a plain bearing: what fills a round clearance in the place of grease."""
+    """Oil in a plain bearing, which fills a round clearance in the place of grease."""
 
     viscosity: Positive
     """Pa s"""
@@ -278,8 +278,8 @@ class Bushing:
     @property
     def where(self) -> str:
         """Position in words, for messages and tables."""
-        at = [f"x = {p:.4g} m" if isinstance(p, float) else p for p in self.joined]
-        return " to ".join(at)
+        points = [f"x = {p:.4g} m" if isinstance(p, float) else p for p in self.joined]
+        return " to ".join(points)
 
     @property
     def joined(self) -> tuple[float | str, ...]:

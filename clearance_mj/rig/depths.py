@@ -11,7 +11,7 @@ from .rig import Rig
 
 __all__ = ["depth_words", "wall_depths"]
 
-DEEP = 0.2  # of the gap: a contact that gives so far is softer than a wall, and decides what the gap should
+DEEP = 0.2  # of the gap: a contact so deep is softer than a wall, and its stiffness decides in place of the gap
 
 
 def wall_depths(rig: Rig, displacement: np.ndarray) -> np.ndarray:

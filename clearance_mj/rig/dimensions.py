@@ -203,7 +203,7 @@ def directed_points(rig: InSpace) -> dict[str, str]:
 def check_motion(rig: InSpace) -> None:
     """Refuse slots with fields of round clearances, and fields that a rig that moves along y and z cannot have.
 
-    There a slot stands along z at a position on a shaft, or along what its point names, such as "@0.4:Y" or "@0.4:RX".
+    There a slot stands along z at a position on a shaft, or along the axis of its point, such as "@0.4:Y" or "@0.4:RX".
 
     Parameters
     ----------

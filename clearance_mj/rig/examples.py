@@ -1,4 +1,4 @@
-"""Numbers of a rig file that nobody gave: until they are replaced, what rests on them is an example, too."""
+"""Example numbers of a rig file, which nobody gave: until they are replaced, results are examples, too."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def check_paths(data: dict[str, Any], tolerances: Sequence[Tolerance], examples:
 
 
 def example_words(examples: Sequence[str]) -> str:
-    """Return in words which numbers are examples, by their paths, and what to do about it."""
+    """Return in words which numbers are examples, by their paths, and the remedy."""
     are, names = ("numbers are examples", "their names") if len(examples) > 1 else ("number is an example", "its name")
     return (
         f"{len(examples)} {are} that nobody gave, and so is what rests on them: {few(examples, LISTED)}; put in your "

@@ -27,10 +27,10 @@ def bushings_with_gap(bushings: Sequence[Bushing], names: Sequence[Sequence[str]
         return tuple(_with_gap(i, *pair) for i, pair in enumerate(zip(bushings, gaps)))
     changed = list(bushings)
     for name, value in gap.items():
-        matches = [i for i, known in enumerate(names) if name in (*known, f"bushings[{i}]")]
+        matches = [i for i, aliases in enumerate(names) if name in (*aliases, f"bushings[{i}]")]
         if len(matches) != 1:
-            known = ", ".join(dict.fromkeys(known[0] for known in names))
-            raise RigError(f'gap of "{name}": no one bushing has this name; the rig has {known}')
+            listing = ", ".join(dict.fromkeys(aliases[0] for aliases in names))
+            raise RigError(f'gap of "{name}": no one bushing has this name; the rig has {listing}')
         changed[matches[0]] = _with_gap(matches[0], bushings[matches[0]], value)
     return tuple(changed)
 

@@ -82,7 +82,7 @@ _NOT_TAKEN: dict[str, Any] = {"not": {"enum": [BASE_NODE, SHAKER_NODE]}}
 
 @checked(RigError)
 class Sensor:
-    """A sensor on the structure, identified by its node number in files: what it reads is its quantity."""
+    """A sensor on the structure, identified by its node number in files, and the quantity that it reads."""
 
     node: Annotated[Whole, Field(ge=1, le=999_999_999, json_schema_extra=_NOT_TAKEN), AfterValidator(_free_node)]
     """positive, unique in the rig; 100 (base) and 200 (shaker) are taken"""
@@ -116,10 +116,10 @@ class Sensor:
             raise ValueError("mass has no effect: a force is read where the structure already is")
         if self.quantity != "force" and isinstance(self.position, str) and _CLEARANCE.fullmatch(self.position):
             raise ValueError(f'position "{self.position}" is a clearance, of which a sensor of quantity "force" reads')
-        named = parse_direction(self.position)
-        if named and self.turns and not is_rotation(self.position):
+        dof_axis = parse_direction(self.position)
+        if dof_axis and self.turns and not is_rotation(self.position):
             raise ValueError(f'position "{self.position}" is no rotation, such as "12:+RX", whose angle it could read')
-        if named and self.direction is not None and self.quantity != "force":
+        if dof_axis and self.direction is not None and self.quantity != "force":
             raise ValueError(f'direction stands beside the degree of freedom "{self.position}", which has its own')
 
     @property
@@ -171,7 +171,7 @@ _FORCE_NEEDS_POSITION = {
 
 @checked(RigError, schema=_FORCE_NEEDS_POSITION)
 class Shaker:
-    """How the rig is excited: at the base that carries supports and bushings, or by a force."""
+    """Excitation of the rig: at the base that carries supports and bushings, or by a force."""
 
     kind: Literal["base", "force"] = "base"
     """ "base" or "force" """

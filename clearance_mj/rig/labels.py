@@ -41,7 +41,7 @@ class ClearanceRows:
     @property
     def row_walls(self) -> np.ndarray:
         """(n_rows, 2) m, displacements from the unloaded shaft at which each row is at its walls; infinite for none."""
-        walls = [[(-b.gap - at, b.gap - at) for at in (b.offset_y, b.offset)] if b.is_round else [b.walls]
+        walls = [[(-b.gap - offset, b.gap - offset) for offset in (b.offset_y, b.offset)] if b.is_round else [b.walls]
                  for b in self.bushings]  # fmt: skip
         return np.array([pair for rows in walls for pair in rows]).reshape(-1, 2)
 
@@ -79,7 +79,7 @@ class ClearanceRows:
 
     @property
     def clearance_labels(self) -> list[str]:
-        """Unique name of each clearance in results: what the rig file calls its place, such as "36:Y" or "rod@0.5".
+        """Unique name of each clearance in results: its place in the rig file, such as "36:Y" or "rod@0.5".
 
         A bushing that is placed by a number has the name of the sensor in it, such as "6:+Z", or else its place in the
         rig file, such as "bushings[0]", which is also added where several clearances are at one place.
@@ -106,6 +106,6 @@ def _node_in(bushing: Bushing, sensors: Sequence[Sensor]) -> int | None:
     if place is None or bushing.to is not None:
         return None
     probed = {s.node for s in sensors if s.quantity == "displacement"}  # these are other probes
-    known = [s for s in sensors if s.quantity != "force" and s.node not in probed]
-    inside = [(parse_place(s.position), s.node) for s in known if bushing.holds(s.position)]
+    candidates = [s for s in sensors if s.quantity != "force" and s.node not in probed]
+    inside = [(parse_place(s.position), s.node) for s in candidates if bushing.holds(s.position)]
     return min(((abs(at[1] - place[1]), node) for at, node in inside if at), default=(0.0, None))[1]

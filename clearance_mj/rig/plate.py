@@ -83,8 +83,8 @@ class Plate:
         """
         rows = [i for i, s in enumerate(sensors) if s.node == self.sensor and s.quantity == "acceleration"]
         if not rows:
-            known = ", ".join(str(s.node) for s in sensors if s.quantity == "acceleration")
-            raise ValueError(f"sensor {self.sensor} is no accelerometer's node; the rig has {known}")
+            nodes = ", ".join(str(s.node) for s in sensors if s.quantity == "acceleration")
+            raise ValueError(f"sensor {self.sensor} is no accelerometer's node; the rig has {nodes}")
         if len(rows) > 1:
             raise ValueError(
                 f"sensor {self.sensor} measures along several directions; give the one that radiates its own node"

@@ -36,8 +36,8 @@ def check_units(linear: Structure, bushings: Sequence[Bushing]) -> None:
         _check_shaft(shaft)
     for i, bushing in enumerate(bushings):
         if parse_place(bushing.position) and not is_rotation(bushing.position):
-            which, x = linear.place(bushing.position)
-            _check_gap(i, bushing, shafts[which], x)
+            number, x = linear.place(bushing.position)
+            _check_gap(i, bushing, shafts[number], x)
 
 
 def warn_of_units(path: str | PathLike[str], linear: Structure, bushings: Sequence[Bushing]) -> None:

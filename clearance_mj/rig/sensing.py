@@ -154,8 +154,8 @@ def _half_depth(rig: InSpace, sensor: Sensor) -> float:
 
 def clearance_of(rig: InSpace, sensor: Sensor) -> int | None:
     """Return the number of the clearance whose force a sensor reads; None of a sensor of anything else."""
-    known = zip(rig.bushings, rig.clearance_labels) if sensor.quantity == "force" else ()
-    for j, (bushing, label) in enumerate(known):
+    clearances = zip(rig.bushings, rig.clearance_labels) if sensor.quantity == "force" else ()
+    for j, (bushing, label) in enumerate(clearances):
         if sensor.position in (bushing.position, label, f"bushings[{j}]"):
             return j
     return None
@@ -176,13 +176,13 @@ def _support_of(rig: InSpace, sensor: Sensor) -> Support:
     """Return the elastic support whose force a sensor reads."""
     i, x = rig.linear.place(sensor.position)
     for support in rig.linear.shafts[i].supports if parse_place(sensor.position) and rig.linear.shafts else ():
-        near = abs(support.position - x) <= NEAR * rig.linear.shafts[i].length
-        if near and (support.translation or support.translation_damping):
+        is_near = abs(support.position - x) <= NEAR * rig.linear.shafts[i].length
+        if is_near and (support.translation or support.translation_damping):
             return support
-    known = ", ".join(f'"{label}"' for label in rig.clearance_labels) or "none"
+    names = ", ".join(f'"{label}"' for label in rig.clearance_labels) or "none"
     raise ValueError(
         f'"{sensor.position}" has neither a clearance nor an elastic support, whose force it could read; give the name '
-        f"of a clearance ({known}) or the place of a support that has springs"
+        f"of a clearance ({names}) or the place of a support that has springs"
     )
 
 

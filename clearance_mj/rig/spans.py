@@ -12,7 +12,7 @@ __all__ = ["check_bushings"]
 
 
 def check_bushings(bushings: Sequence[Bushing], check: Callable[[float | str], None]) -> None:
-    """Refuse bushings that reach past the structure or into each other; ``check`` refuses what is no point of it."""
+    """Refuse bushings that reach past the structure or into each other; ``check`` refuses points outside."""
     on_shafts: dict[str, list[tuple[float, float, int]]] = {}
     for i, b in enumerate(bushings):
         if b.to == b.position:

@@ -31,7 +31,7 @@ CLAMP_COMPLIANCES = ("beam.clamp.rotation", "beam.clamp.translation")
 
 @checked(RigError)
 class Tolerance:
-    """How well a number of the rig is known."""
+    """Uncertainty of a number of the rig."""
 
     of: Text
     """path to a number of the rig, such as "bushings[0].position", or "sensors.gain" for that of every sensor"""
@@ -42,10 +42,10 @@ class Tolerance:
     def __post_init__(self) -> None:
         unit = unit_of(self.of)
         match = _STD.fullmatch(self.std)
-        known = ["%", *next((units for units in UNITS.values() if unit in units), [unit] * bool(unit))]
+        allowed = ["%", *next((units for units in UNITS.values() if unit in units), [unit] * bool(unit))]
         if self.of in CLAMP_COMPLIANCES:
-            known.remove("%")
-        use = f"a number and one of the units {', '.join(known)}" if unit else "a number, alone or with %"
+            allowed.remove("%")
+        use = f"a number and one of the units {', '.join(allowed)}" if unit else "a number, alone or with %"
         if not match:
             raise ValueError(f'std "{self.std}" is no standard deviation: {use}')
         if not match[2] and unit:
@@ -53,7 +53,7 @@ class Tolerance:
         if float(match[1]) < 0:
             raise ValueError(f'std "{self.std}" is negative; 0 stands for an exact value')
         try:
-            if match[2] not in (*known, unit):
+            if match[2] not in (*allowed, unit):
                 unit_factor(match[2], unit)
         except RecordError:
             raise ValueError(f'std "{self.std}" has a unit that {self.of} has not: {use}') from None

@@ -29,7 +29,7 @@ class Alignment:
     """Two FRFs on the same responses, references and lines, and the changes that this took."""
 
     test: FRF
-    """of the test, on what is common"""
+    """of the test, on all that is common"""
     model: FRF
     """of the model, on the same"""
     notes: tuple[str, ...]
@@ -59,7 +59,7 @@ def convert_quantity(frf: FRF, quantity: str) -> FRF:
     frf : FRF
         The functions; without the line at 0 Hz afterwards, if integrals would divide by it.
     quantity : str
-        Such as "acceleration/force"; what it is over must be of the same kind, force or motion (Ewins 2000, 2.2).
+        Such as "acceleration/force"; its divisor must be of the same kind, force or motion (Ewins 2000, 2.2).
 
     Raises
     ------

@@ -93,12 +93,12 @@ def paired_modes(test_frf: FRF, model_frf: FRF, n_modes: int, of_test: Modes | N
     pairs = _pairs(test, model)
     if len(pairs) == test.frequency.size:
         return test, model, pairs
-    more = distinct_modes(model_frf, 2 * n_modes)
-    more_pairs = _pairs(test, more)
-    return (test, more, more_pairs) if len(more_pairs) > len(pairs) else (test, model, pairs)
+    larger_set = distinct_modes(model_frf, 2 * n_modes)
+    more_pairs = _pairs(test, larger_set)
+    return (test, larger_set, more_pairs) if len(more_pairs) > len(pairs) else (test, model, pairs)
 
 
-def _pairs(test: Modes, model: Modes, least: float = MIN_AFFINITY) -> Pairs:
+def _pairs(test: Modes, model: Modes, min_affinity: float = MIN_AFFINITY) -> Pairs:
     """Return one-to-one pairs with the largest sum of √MAC times a Gaussian of the frequency ratio's logarithm.
 
     Frequency keeps modes apart whose shapes the few sensors cannot, MAC those that are close.
@@ -106,7 +106,7 @@ def _pairs(test: Modes, model: Modes, least: float = MIN_AFFINITY) -> Pairs:
     ratio = np.log(model.frequency / test.frequency[:, None])
     affinity = np.sqrt(mac(test.shape, model.shape)) * np.exp(-0.5 * (ratio / FREQUENCY_SCALE) ** 2)
     rows, columns = scipy.optimize.linear_sum_assignment(affinity, maximize=True)
-    return [(int(i), int(j)) for i, j in zip(rows, columns) if affinity[i, j] >= least]
+    return [(int(i), int(j)) for i, j in zip(rows, columns) if affinity[i, j] >= min_affinity]
 
 
 def mode_table(

@@ -57,7 +57,7 @@ class Comparison(Shown, ArrayData):
     where that is not known"""
     per_mode: pd.DataFrame
     """n_modes rows of mode (from 1), test_hz, model_hz, relative_error, mac, test_damping, model_damping and why; a
-    mode without a partner, or hardly extracted, has nan in place of what is not there or not compared, and the reason
+    mode without a partner, or hardly extracted, has nan in place of values not there or not compared, and the reason
     in words; rows for which no mode was found are nan; the MAC of one response is nan"""
     random_db: np.ndarray | None = None
     """(n_sensors, n_f) RMS of 20 lg of the test's estimated over its true magnitude that its random error alone makes;

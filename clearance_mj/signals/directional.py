@@ -66,12 +66,12 @@ def directional_frfs(frf: FRF) -> DirectionalFRF:
     for i, label in enumerate(frf.responses):
         axis, sign = _axis(label)
         rows.setdefault(label.split(":")[0], {})[axis] = i, sign
-    if not (nodes := {node: of for node, of in rows.items() if set(AXES) <= set(of)}):
+    if not (nodes := {node: by_axis for node, by_axis in rows.items() if set(AXES) <= set(by_axis)}):
         raise RecordError(f"no node has responses along y and z; there are {', '.join(frf.responses)}")
 
     def part(response: str, reference: str) -> np.ndarray:
         j, of_reference = columns[reference]
-        places = [of[response] for of in nodes.values()]
+        places = [by_axis[response] for by_axis in nodes.values()]
         one_sided = of_reference * np.array([sign * frf.value[i, j] for i, sign in places])
         return np.concatenate((one_sided[:, ::-1].conj(), one_sided), axis=1)
 

@@ -226,8 +226,8 @@ def _cluster(poles: np.ndarray, orders: int) -> tuple[np.ndarray, np.ndarray]:
     """Return one pole for each group of like poles, and the fraction of orders in which it shows; fullest first."""
     centres, fractions = [], []
     while poles.size:
-        near = _near(poles, poles, SAME_MODE)
-        members = near[np.argmax(near.sum(axis=1))]
+        is_near = _near(poles, poles, SAME_MODE)
+        members = is_near[np.argmax(is_near.sum(axis=1))]
         if members.sum() < PERSISTENT * orders:
             break
         centres.append(np.median(poles[members].real) + 1j * np.median(poles[members].imag))
@@ -283,5 +283,5 @@ def _with_noisy(fit: ModalFit, poles: np.ndarray, n_modes: int) -> np.ndarray:
     best = np.argmax(explained)
     if explained[best] < max(SIGNIFICANT * by_chance[best], VISIBLE * np.sum(fit.target**2)):
         return poles
-    more = _refine(fit, np.append(poles, scan[best]))
-    return _with_noisy(fit, more, n_modes) if more.size > poles.size else poles
+    extended = _refine(fit, np.append(poles, scan[best]))
+    return _with_noisy(fit, extended, n_modes) if extended.size > poles.size else poles

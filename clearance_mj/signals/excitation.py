@@ -68,11 +68,11 @@ def together(*excitations: Excitation) -> Excitation:
     for item in excitations:
         require(item.value.ndim == 1, "inputs", len(item.kinds), "must be one of each excitation that is put together")
         require(item.fs == excitations[0].fs, "fs", item.fs, f"must be that of the first one, {excitations[0].fs:g} Hz")
-    size, bands = max(each.value.size for each in excitations), [each.band for each in excitations if each.band]
+    size, bands = max(item.value.size for item in excitations), [item.band for item in excitations if item.band]
     band = (min(low for low, _ in bands), max(high for _, high in bands)) if len(bands) == len(excitations) else None
-    value = np.array([np.pad(each.value, (0, size - each.value.size)) for each in excitations])
-    description = {"generator": "together", "excitations": [dict(each.description) for each in excitations]}
-    return Excitation(value, excitations[0].fs, "mixed", band, description, tuple(each.kind for each in excitations))
+    value = np.array([np.pad(item.value, (0, size - item.value.size)) for item in excitations])
+    description = {"generator": "together", "excitations": [dict(item.description) for item in excitations]}
+    return Excitation(value, excitations[0].fs, "mixed", band, description, tuple(item.kind for item in excitations))
 
 
 def random(
@@ -197,11 +197,11 @@ def burst_random(
     value = band_noise(duration, fs, band, seed)
     require_period(period, duration, fs)
     phase = np.arange(value.size) / fs % period / (burst * period)
-    on = phase < 1
-    flank = np.minimum(phase[on], 1 - phase[on]) / (TAPER / 2)
-    value[~on] = 0
-    value[on] *= 0.5 - 0.5 * np.cos(np.pi * np.minimum(flank, 1))
-    value *= rms / np.sqrt(np.mean(value[on] ** 2))
+    is_on = phase < 1
+    flank = np.minimum(phase[is_on], 1 - phase[is_on]) / (TAPER / 2)
+    value[~is_on] = 0
+    value[is_on] *= 0.5 - 0.5 * np.cos(np.pi * np.minimum(flank, 1))
+    value *= rms / np.sqrt(np.mean(value[is_on] ** 2))
     parameters = {"duration": duration, "rms": rms, "seed": seed, "burst": burst, "period": period}
     return described("burst_random", value, fs, kind, band, **parameters)
 

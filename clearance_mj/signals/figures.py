@@ -213,8 +213,8 @@ def spectra_figure(
     for cell, (label, unit, value) in zip(cells.flat, functions):
         heights = (2, 1) if with_phase else (1,)
         axes = np.ravel(np.asarray(cell.subplots(len(heights), 1, sharex=True, height_ratios=heights)))
-        drawn, words = _magnitude(value, kind, unit)
-        axes[0].plot(*(abscissa, drawn) if marks else envelope(abscissa, drawn), **look, **marks)
+        curve, words = _magnitude(value, kind, unit)
+        axes[0].plot(*(abscissa, curve) if marks else envelope(abscissa, curve), **look, **marks)
         tidy(axes[0], label, words)
         if kind.endswith("coherence"):
             axes[0].set_ylim(0, 1.05)

@@ -192,7 +192,7 @@ class FRF(Shown, ArrayData):
     def _overview(self) -> Overview:
         step = np.diff(self.frequency)
         spacing = f", {step.mean():.4g} Hz apart" if step.size and np.ptp(step) < 1e-6 * step.mean() else ""
-        known = np.empty(0) if self.coherence is None else self.coherence[np.isfinite(self.coherence)]
+        finite = np.empty(0) if self.coherence is None else self.coherence[np.isfinite(self.coherence)]
         size = np.where(np.isfinite(self.value), np.abs(self.value), -1.0)
         i, j, line = np.unravel_index(size.argmax(), size.shape)
         peak = f"{size.max():.4g} at {self.frequency[line]:.4g} Hz, {self.responses[i]}"
@@ -203,7 +203,7 @@ class FRF(Shown, ArrayData):
             "responses": few(self.responses),
             "references": few(self.references) if len(self.references) > 1 else "",
             "largest": "" if size.max() < 0 else peak + ("" if len(self.references) == 1 else f"/{self.references[j]}"),
-            "coherence": f"median {np.median(known):.3f}" if known.size else "unknown",
+            "coherence": f"median {np.median(finite):.3f}" if finite.size else "unknown",
             "averages": f"{self.averages:.3g}" if self.averages else "",
         }
         return Overview(f"FRF of {len(self.responses)} responses to {to}", facts)
@@ -281,9 +281,9 @@ class FRF(Shown, ArrayData):
             raise RecordError(f"needs different references, got {', '.join(references)}")
         frequency, quantity = labelled.values(ds, "frequency", "frequency"), str(labelled.attribute(ds, "quantity"))
         unit, averages = str(ds.attrs.get("unit_label", "")), ds.attrs.get("averages")
-        known, rate = float(averages) if averages else None, float(ds.attrs.get("window_rate", 0.0))
+        n_averages, rate = float(averages) if averages else None, float(ds.attrs.get("window_rate", 0.0))
         quantities = labelled.labels(ds, "response_quantity") if "response_quantity" in ds.coords else ()
-        return cls(frequency, value, coherence, responses, references, quantity, unit, known, rate, quantities)
+        return cls(frequency, value, coherence, responses, references, quantity, unit, n_averages, rate, quantities)
 
 
 def _with_inputs(value: ArrayLike) -> np.ndarray:

@@ -88,8 +88,8 @@ class SpeedCascade(ArrayData):
             Multiple, > 0 with the spin and < 0 against it.
         """
         nearest = np.rint(n * self.speed / (2 * np.pi) / self.resolution).astype(int) + self.frequency.size // 2
-        near = np.clip(nearest[:, None] + np.arange(-1, 2), 0, self.frequency.size - 1)
-        largest = np.take_along_axis(self.amplitude, near, axis=1).max(axis=1)
+        lines = np.clip(nearest[:, None] + np.arange(-1, 2), 0, self.frequency.size - 1)
+        largest = np.take_along_axis(self.amplitude, lines, axis=1).max(axis=1)
         inside = np.abs(n * self.speed) / (2 * np.pi) <= self.frequency[-1]
         return np.asarray(np.where(inside, largest, np.nan))
 

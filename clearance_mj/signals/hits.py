@@ -102,18 +102,18 @@ def _pulses(force: np.ndarray, fs: float, trigger: float) -> _Pulses:
     push, noise = sign * centred, 1.4826 * float(np.median(np.abs(centred)))  # the deviation of Gaussian noise
     low = max(trigger * TOUCH * push.max(), NOISE * noise)
     padded = np.pad(push, 1)  # so that a pulse cut by an end of the record has a peak
-    at, properties = scipy.signal.find_peaks(padded, height=low, prominence=low / 2)
+    samples, properties = scipy.signal.find_peaks(padded, height=low, prominence=low / 2)
     height = properties["peak_heights"]
-    if not at.size:
+    if not samples.size:
         raise RecordError("no hit stands out of the noise of the force")
-    width = max(2, int(np.ceil(scipy.signal.peak_widths(padded, at[[height.argmax()]], rel_height=0.9)[0][0])))
+    width = max(2, int(np.ceil(scipy.signal.peak_widths(padded, samples[[height.argmax()]], rel_height=0.9)[0][0])))
     reach = max(3 * width, round(RINGING_TIME * fs))
-    rebound = np.array([-padded[max(0, k - reach) : k + reach + 1].min() for k in at])
+    rebound = np.array([-padded[max(0, k - reach) : k + reach + 1].min() for k in samples])
     is_single = (properties["prominences"] > height / 2) & (rebound < RINGING * height)
     if not is_single.any():
         raise RecordError("the force has no pulse that stands alone; needs hits with silence between them")
-    at, height = at[is_single] - 1, height[is_single]
-    return _Pulses(at, height, height >= trigger * height.max(), push, sign, noise, width)
+    samples, height = samples[is_single] - 1, height[is_single]
+    return _Pulses(samples, height, height >= trigger * height.max(), push, sign, noise, width)
 
 
 def find_hits(
@@ -149,26 +149,26 @@ def _hits(number: int, record: Response, pulses: _Pulses, length: int, lead: int
     channels = zip(("the force", *names), (record.excitation, *record.channels))
     overloads = {name: sum(clipped(channel), np.zeros(channel.size, dtype=bool)) for name, channel in channels}
     size, fs, before = record.excitation.size, record.fs, -np.inf
-    for at, height in zip(pulses.at[pulses.hit].tolist(), pulses.height[pulses.hit]):
-        near = (pulses.height >= TOUCH * height) & (np.abs(pulses.at - at) < length)
-        earlier, later = np.flatnonzero(near & (pulses.at < at)), np.flatnonzero(near & (pulses.at > at))
-        if earlier.size and at - before < BOUNCE * fs:
+    for peak, height in zip(pulses.at[pulses.hit].tolist(), pulses.height[pulses.hit]):
+        near = (pulses.height >= TOUCH * height) & (np.abs(pulses.at - peak) < length)
+        earlier, later = np.flatnonzero(near & (pulses.at < peak)), np.flatnonzero(near & (pulses.at > peak))
+        if earlier.size and peak - before < BOUNCE * fs:
             continue  # the second of a double hit, which is named with the first
-        before, start = at, min(at - lead, size - length)
+        before, start = peak, min(peak - lead, size - length)
         low = np.flatnonzero(pulses.push <= max(TOUCH / 2 * height, 3 * pulses.noise))
-        touch = [*low[low < at][-1:], *low[low > at][:1]]
+        touch = [*low[low < peak][-1:], *low[low > peak][:1]]
         bad = [name for name, at_limit in overloads.items() if at_limit[max(start, 0) : start + length].any()]
         fault = f"{OVERLOAD}, {' and '.join(bad)} clipped" if bad else ""
         if earlier.size:
-            fault = f"{(at - pulses.at[earlier[-1]]) / fs:.3g} s after another hit, within the block of that"
+            fault = f"{(peak - pulses.at[earlier[-1]]) / fs:.3g} s after another hit, within the block of that"
         if later.size:
-            gap, ratio = (pulses.at[later[0]] - at) / fs, pulses.height[later[0]] / height
+            gap, ratio = (pulses.at[later[0]] - peak) / fs, pulses.height[later[0]] / height
             fault = f"the next one comes {gap:.3g} s later, within its block of {length / fs:.3g} s"
             fault = f"double hit, {ratio:.0%} again {1e3 * gap:.3g} ms later" if gap < BOUNCE else fault
-        if len(touch) < 2 or size - at < WHOLE * length or size < length - lead:
+        if len(touch) < 2 or size - peak < WHOLE * length or size < length - lead:
             fault = f"the record does not hold its block of {length / fs:.3g} s"
-            touch = [at, at]
-        yield Hit(number, at / fs, pulses.sign * float(height), start, (int(touch[0]), int(touch[1])), fault)
+            touch = [peak, peak]
+        yield Hit(number, peak / fs, pulses.sign * float(height), start, (int(touch[0]), int(touch[1])), fault)
 
 
 def windowed_blocks(

@@ -14,7 +14,7 @@ from .arrays import ArrayData
 
 __all__ = ["ShaftTurning", "turning_of_pulses"]
 
-MIN_TREND = 8  # turns, of which it is known whether their speed changes
+MIN_TREND = 8  # turns, from which on a change of their speed is known
 CREEP = 1e-3  # fraction of a steady speed, below which its change is none
 MIN_TURNS = 2  # whole ones, from which the speed is known at both ends of a record
 HIGH, LOW = 0.6, 0.4  # of the pulses' height: a pulse begins above one and ends below the other
@@ -135,11 +135,11 @@ def turning_of_pulses(
 
 
 def _check_pulses(marks: np.ndarray, per_turn: int, stated: np.ndarray) -> None:
-    """Refuse pulses at times (n,) s that do not come one by one as is stated (n,), and say what is wrong with them."""
+    """Refuse pulses at times (n,) s that do not come one by one as is stated (n,), and name the fault."""
     steps = np.abs(np.diff(stated))
-    near = np.zeros(2 * NEAR * per_turn + 1)
-    near[::per_turn] = 1  # one slot is compared with itself in other turns: slots may be uneven
-    usual = scipy.ndimage.median_filter(steps, footprint=near, mode="nearest")
+    footprint = np.zeros(2 * NEAR * per_turn + 1)
+    footprint[::per_turn] = 1  # one slot is compared with itself in other turns: slots may be uneven
+    usual = scipy.ndimage.median_filter(steps, footprint=footprint, mode="nearest")
     irregular = np.mean((steps > LONG * usual) | (steps < SHORT * usual))
     ratio = steps / np.maximum(usual, 1.0)  # an edge that rings makes short ways usual
     long, short = np.flatnonzero(ratio > LONG), np.flatnonzero(ratio < SHORT)

@@ -26,9 +26,9 @@ class BestLinear(ArrayData):
     frf: FRF
     """mean over the realisations"""
     noise_variance: np.ndarray
-    """(n_outputs, 1, n_f) of the mean, by what changes from period to period"""
+    """(n_outputs, 1, n_f) of the mean, by changes from period to period"""
     total_variance: np.ndarray
-    """(n_outputs, 1, n_f) of the mean, by what changes from realisation to realisation"""
+    """(n_outputs, 1, n_f) of the mean, by changes from realisation to realisation"""
     realisations: int
     """M, over which the mean is taken"""
 

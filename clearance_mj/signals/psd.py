@@ -61,8 +61,8 @@ class PSD(Shown, ArrayData):
                 raise ExcitationError(f"{name} {int(np.argmin(np.isfinite(numbers))) + 1} of the PSD is not finite")
         _require_rising(frequency)
         if (value < 0).any():
-            at = int(np.argmax(value < 0))
-            raise ExcitationError(f"the PSD is negative, {value[at]:g}, at {frequency[at]:g} Hz; it must be >= 0")
+            i = int(np.argmax(value < 0))
+            raise ExcitationError(f"the PSD is negative, {value[i]:g}, at {frequency[i]:g} Hz; it must be >= 0")
         if not value.any():
             raise ExcitationError("the PSD is zero at all frequencies; one value must be above 0")
         self._set(frequency=frequency, value=value)
@@ -177,17 +177,17 @@ def _require_rising(frequency: np.ndarray) -> None:
         raise ExcitationError(f"the PSD begins at {frequency[0]:g} Hz; frequencies must be above 0, leave the line out")
     steps = np.diff(frequency)
     if (steps <= 0).any():
-        at = int(np.argmax(steps <= 0))
+        i = int(np.argmax(steps <= 0))
         raise ExcitationError(
-            f"the PSD's frequencies must rise: {frequency[at + 1]:g} Hz follows {frequency[at]:g} Hz (move one side of "
+            f"the PSD's frequencies must rise: {frequency[i + 1]:g} Hz follows {frequency[i]:g} Hz (move one side of "
             "a step by a little)"
         )
     usual = np.median(steps)
     even = np.abs(steps - usual) < 0.01 * usual
     if steps.size >= EVEN and even.mean() >= 0.8 and steps.max() > HOLE * usual:
-        at = int(steps.argmax())
+        i = int(steps.argmax())
         raise ExcitationError(
-            f"the PSD has a hole from {frequency[at]:g} to {frequency[at + 1]:g} Hz, where its lines are {usual:g} Hz "
+            f"the PSD has a hole from {frequency[i]:g} to {frequency[i + 1]:g} Hz, where its lines are {usual:g} Hz "
             "apart elsewhere; fill in the missing lines"
         )
 
@@ -200,10 +200,10 @@ def _columns(lines: list[tuple[int, str]]) -> tuple[np.ndarray, np.ndarray]:
     for name in (FREQUENCY, VALUE):
         if name not in names:
             raise RecordError(f'needs a header with columns "{FREQUENCY}" and "{VALUE}", found {", ".join(header)!r}')
-    at = [names.index(name) for name in (FREQUENCY, VALUE)]
+    indices = [names.index(name) for name in (FREQUENCY, VALUE)]
     numbers = np.empty((2, len(rows) - 1))
     for i, (number, row) in enumerate(rows[1:]):
-        for column, index in enumerate(at):
+        for column, index in enumerate(indices):
             try:
                 numbers[column, i] = float(row[index])
             except (IndexError, ValueError):

@@ -39,13 +39,13 @@ def join_references(frfs: Sequence[FRF]) -> FRF:
     taken = np.zeros(value.shape[:2], dtype=bool)
     for frf in frfs:
         for i, j in np.argwhere(frf.measured):
-            at = responses.index(frf.responses[i]), references.index(frf.references[j])
-            if taken[at]:
+            entry = responses.index(frf.responses[i]), references.index(frf.references[j])
+            if taken[entry]:
                 raise RecordError(f"the FRF of {frf.responses[i]} to {frf.references[j]} comes twice")
-            value[at], taken[at] = frf.value[i, j], True
+            value[entry], taken[entry] = frf.value[i, j], True
             if frf.coherence is not None:
-                coherence[at] = frf.coherence[i, j]
-    known = any(frf.coherence is not None for frf in frfs)
+                coherence[entry] = frf.coherence[i, j]
+    has_coherence = any(frf.coherence is not None for frf in frfs)
     averages = first.averages if len({frf.averages for frf in frfs}) == 1 else None
     labels = responses, references, first.quantity, first.unit_label, averages, first.window_rate
-    return FRF(first.frequency, value, coherence if known else None, *labels)
+    return FRF(first.frequency, value, coherence if has_coherence else None, *labels)

@@ -167,7 +167,7 @@ class Response(Shown, ArrayData):
     def _overview(self) -> Overview:
         band, words = self.band, {"base": ("base acceleration", "m/s²"), "force": ("force", "N")}
         inputs = zip([words.get(kind, words["force"]) for kind in self.kinds], self.references, self.inputs)
-        driven = [f"{what} at {dof}, {np.std(value):.4g} {unit} RMS" for (what, unit), dof, value in inputs]
+        driven = [f"{noun} at {dof}, {np.std(value):.4g} {unit} RMS" for (noun, unit), dof, value in inputs]
         facts = {
             "excitation": "; ".join(driven) + (f", {band[0]:g} to {band[1]:g} Hz" if band else ""),
             "responses": few(self.responses),

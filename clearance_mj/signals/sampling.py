@@ -56,7 +56,7 @@ class Interpolator:
         self.ahead = self.taps.size // 2 // factor
         """input samples that an output waits for"""
         self._input_shape = () if inputs is None else (inputs,)
-        self._buffer = np.zeros((self.ahead, *self._input_shape))  # what the next outputs' filter reaches back to
+        self._buffer = np.zeros((self.ahead, *self._input_shape))  # samples that the next outputs' filter needs
 
     def push(self, block: np.ndarray) -> np.ndarray:
         """Take the next samples (n,) and return the fast ones (m * factor,) that are complete."""
@@ -76,7 +76,7 @@ class Interpolator:
 class Decimator:
     """Low-pass and decimate a stream of blocks; output sample i is centred on input sample i * factor.
 
-    ``before``, one number or (channels,), is what the channels were before the stream.
+    ``before``, one number or (channels,), is the channels' value before the stream.
     """
 
     def __init__(self, channels: int, factor: int, before: float | np.ndarray = 0.0) -> None:

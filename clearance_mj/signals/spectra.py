@@ -144,8 +144,8 @@ class Spectra(Shown, ArrayData):
         """
         from .figures import spectra_figure
 
-        shown = rows_of(self.labels, rows, RecordError)
-        functions = [(self.labels[row], self.units[row], self.value[row]) for row in shown]
+        selected = rows_of(self.labels, rows, RecordError)
+        functions = [(self.labels[row], self.units[row], self.value[row]) for row in selected]
         return spectra_figure(
             self.kind, functions, self.abscissa, f"{self.axis.capitalize()} ({self.axis_unit or '1'})"
         )

@@ -61,8 +61,8 @@ def frf_from_spectra(auto: Spectra, cross: Spectra, estimator: str = "H1", refer
         raise RecordError(f"there is no response beside the references {few(inputs)}")
     s_xx = np.array([[_entry(spectra, a, b) for b in inputs] for a in inputs])
     s_yx = np.array([[_entry(spectra, a, b) for b in inputs] for a in outputs])
-    known = all((dof, dof) in spectra for dof in outputs)
-    s_yy = np.array([_entry(spectra, dof, dof).real for dof in outputs]) if known or estimator != "H1" else None
+    has_autos = all((dof, dof) in spectra for dof in outputs)
+    s_yy = np.array([_entry(spectra, dof, dof).real for dof in outputs]) if has_autos or estimator != "H1" else None
     with np.errstate(divide="ignore", invalid="ignore"):
         value = _estimate(estimator, s_xx, s_yx, s_yy)
         coherence = None

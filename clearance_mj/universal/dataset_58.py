@@ -182,8 +182,8 @@ def _parse_header(lines: list[str]) -> Header:
     values: dict[str, Any] = {
         name: read_integer(lines[record][begin:end], what) for name, (record, begin, end, what) in FIELDS.items()
     }
-    for name, (known, words) in CHOICES.items():
-        if values[name] not in known:
+    for name, (allowed, words) in CHOICES.items():
+        if values[name] not in allowed:
             raise RecordError(f"{FIELDS[name][3]} {values[name]} is unknown; needs {words}")
     if values["size"] < 1:
         raise RecordError(f"header declares {values['size']} samples; needs at least 1")
@@ -321,11 +321,11 @@ def spectrum_block(abscissa: np.ndarray, values: np.ndarray, **fields: Any) -> b
     """
     first, step = f"{abscissa[0]:.5e}", f"{np.ptp(abscissa[:2]):.5e}"
     lines = float(first) + np.arange(abscissa.size) * float(step)
-    even = float(step) > 0 and np.array_equal(lines, abscissa)
-    fields |= {"first": float(first), "step": step} if even else {"first": 0.0, "step": "0.0"}
+    is_even = float(step) > 0 and np.array_equal(lines, abscissa)
+    fields |= {"first": float(first), "step": step} if is_even else {"first": 0.0, "step": "0.0"}
     is_complex = np.iscomplexobj(values)
-    header = Header(ordinate=COMPLEX64 if is_complex else REAL64, size=abscissa.size, even=even, **fields)
-    columns = [*([] if even else [abscissa]), *([values.real, values.imag] if is_complex else [values])]
+    header = Header(ordinate=COMPLEX64 if is_complex else REAL64, size=abscissa.size, even=is_even, **fields)
+    columns = [*([] if is_even else [abscissa]), *([values.real, values.imag] if is_complex else [values])]
     return function_block(header, np.stack(columns, axis=1).astype("<f8"))
 
 

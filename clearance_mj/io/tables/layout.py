@@ -1,7 +1,7 @@
-"""Where the numbers of a text table begin, what separates them, and which line above them names its columns.
+"""Layout of a text table: its first line of numbers, its separators, and the line above that names its columns.
 
 Loggers write titles and ``key: value`` lines, blank lines, names, channel numbers and units above their numbers. The
-numbers are the longest block of lines with the same cells; what stands above it is looked at from the bottom.
+numbers are the longest block of lines with the same cells; the lines above it are read from the bottom.
 """
 
 from __future__ import annotations
@@ -125,8 +125,8 @@ def _try_separator(lines: Sequence[str], separator: str) -> tuple[int, bool, Lay
         begin += 1
     layout = _find_header(lines, filled, rows, begin, width, style)
     numbers = sum(kind in "nd" for kind in kinds[end - 1])
-    named = len(layout.cells) == width
-    return (2 * named + 1) * min(end - begin, 20) * numbers, end == len(rows), layout
+    has_names = len(layout.cells) == width
+    return (2 * has_names + 1) * min(end - begin, 20) * numbers, end == len(rows), layout
 
 
 def _split(lines: Sequence[str], filled: Sequence[int], separator: str) -> list[list[str]]:
@@ -193,16 +193,16 @@ def _find_header(
 ) -> Layout:
     """Return the layout with the lines of names and of units above the numbers."""
     header, units = -1, -1
-    for at in range(begin - 1, max(-1, begin - 7), -1):
-        row = without_end(rows[at])
-        if len(row) != width and header < 0 and at < begin - 1 and units < 0 and not _is_row_of_numbers(rows[at + 1]):
+    for i in range(begin - 1, max(-1, begin - 7), -1):
+        row = without_end(rows[i])
+        if len(row) != width and header < 0 and i < begin - 1 and units < 0 and not _is_row_of_numbers(rows[i + 1]):
             break
-        if _is_row_of_units(row, header >= 0 or at == 0):
-            units = at if units < 0 else units
+        if _is_row_of_units(row, header >= 0 or i == 0):
+            units = i if units < 0 else units
         elif _is_row_of_numbers(row):
             continue
         elif header < 0:
-            header = at
+            header = i
         elif len(row) != width:
             break
     cells = without_end(rows[header]) if header >= 0 else _names_in_comment(lines, filled[begin], width, style)
@@ -225,8 +225,8 @@ def _is_row_of_units(row: Sequence[str], labelled_only: bool) -> bool:
     """Return True if a row holds units; above the names only if it is labelled so."""
     if row and row[0].lower().rstrip(":") in _UNITS:
         return True
-    known = [cell for cell in row if cell]
-    return not labelled_only and bool(known) and all(is_unit(cell.strip("[]() ")) for cell in known)
+    labels = [cell for cell in row if cell]
+    return not labelled_only and bool(labels) and all(is_unit(cell.strip("[]() ")) for cell in labels)
 
 
 def _is_row_of_numbers(row: Sequence[str]) -> bool:

@@ -1,4 +1,4 @@
-"""The numbers of a text table, by pandas' reader; what is not a number is named with its line."""
+"""The numbers of a text table, by pandas' reader; a cell that is no number is named with its line."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Body:
         return self.layout.style.split(self.lines[row][1].decode())
 
     def kind(self, column: int) -> str:
-        """Return what a column holds: "number", "stamp", "text", or "empty"."""
+        """Return the kind of a column: "number", "stamp", "text", or "empty"."""
         if column >= self.frame.shape[1]:
             return "empty"
         values = self.frame[column].dropna()

@@ -28,7 +28,7 @@ def time_of(
     """Return the instants of the samples: by a column of time, the caller's rate, or that of a line above the table.
 
     ``known`` is such a rate in Hz and the number of its line. The second value are the columns of time.
-    Notes say which was taken, and whether two differ.
+    Notes say which was taken, and if two differ.
     """
     fs, notes = rates.fs, rates.notes
     times = [c for c in used if c.quantity == "time"]
@@ -87,7 +87,7 @@ def _rising_first_column(body: Body, used: Sequence[Column], notes: list[str]) -
 
 
 def _axis_of_column(
-    body: Body, column: Column, cells: Sequence[str], rates: Rates, known: tuple[float, int] | None
+    body: Body, column: Column, cells: Sequence[str], rates: Rates, stated: tuple[float, int] | None
 ) -> TimeAxis:
     """Return the instants of samples by a column of time."""
     notes = rates.notes
@@ -112,22 +112,22 @@ def _axis_of_column(
         )
     step = (time[-1] - time[0]) / (time.size - 1)
     is_off = np.abs(time - (time[0] + step * np.arange(time.size))) > 1e-3 * abs(step) + digit
-    if known and not is_off.any() and step > 0 and abs(step * known[0] - 1) < max(_AGREES, digit / step / time.size):
+    if stated and not is_off.any() and step > 0 and abs(step * stated[0] - 1) < max(_AGREES, digit / step / time.size):
         if step < _WHOLE * digit:
-            notes.append(f"{known[0]:.9g} Hz, from line {known[1]}: the times have too few digits")
-            return TimeAxis(known[0], float(time[0]))
+            notes.append(f"{stated[0]:.9g} Hz, from line {stated[1]}: the times have too few digits")
+            return TimeAxis(stated[0], float(time[0]))
     is_coarse = digit > _COARSE * step > 0 and np.ptp(np.diff(time)) > 1e-3 * step  # rounded: no two instants tell it
-    if is_coarse and not is_off.any() and (even := jittering_rate(time, notes)):
-        return TimeAxis(*even)
+    if is_coarse and not is_off.any() and (even_axis := jittering_rate(time, notes)):
+        return TimeAxis(*even_axis)
     if step > _WHOLE * digit and not is_off.any():
         return TimeAxis(simplest_rate(float(step), digit / (time.size - 1)), float(time[0]))
     try:
         return time_axis(time, 0.0, rates)
     except RecordError:
         steps = np.diff(time)
-        at = int(np.argmax(np.abs(steps - np.median(steps)))) + 1
+        i = int(np.argmax(np.abs(steps - np.median(steps)))) + 1
         raise RecordError(
-            f"line {body.lines[at][0]}, {where}: goes from {time[at - 1]:.9g} s to {time[at]:.9g} s, its usual step is "
+            f"line {body.lines[i][0]}, {where}: goes from {time[i - 1]:.9g} s to {time[i]:.9g} s, its usual step is "
             f"{np.median(steps):.6g} s; needs one time step throughout, and digits enough to tell it, --resample RATE "
             f'to interpolate, or the sampling rate in place of it ("{column.name}={SKIP}" and --fs)'
         ) from None

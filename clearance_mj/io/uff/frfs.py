@@ -117,13 +117,13 @@ def _frf_blocks(frf: FRF) -> Iterator[bytes]:
     kind: dict[str, Any] = {"kind": FREQUENCY_RESPONSE, "note": note}
     ratios = [kind | _ratio_fields(quantity, frf.unit_label) for quantity in frf.row_quantities]
     coherences: list[dict[str, Any]] = [{"kind": COHERENCE}] * len(ratios)
-    for what, headers, rows in (("FRF", ratios, frf.value), ("coherence", coherences, frf.coherence)):
+    for name, headers, rows in (("FRF", ratios, frf.value), ("coherence", coherences, frf.coherence)):
         for header, label, row in zip(headers, frf.responses, () if rows is None else rows[:, 0]):
-            if what == "coherence" and np.isnan(row).all():
+            if name == "coherence" and np.isnan(row).all():
                 continue  # of a function whose coherence is not known
-            require_finite(row, f"{what} {label}")
-            to = "" if frf.reference == NOWHERE else f" / {frf.reference}"
-            place = {"name": f"{what} {label}{to}", "response": label, "reference": frf.reference}
+            require_finite(row, f"{name} {label}")
+            suffix = "" if frf.reference == NOWHERE else f" / {frf.reference}"
+            place = {"name": f"{name} {label}{suffix}", "response": label, "reference": frf.reference}
             yield spectrum_block(frf.frequency, row, abscissa_type=FREQUENCY, **place, **header)
 
 
@@ -132,8 +132,8 @@ def _ratio_fields(quantity: str, label: str) -> dict[str, Any]:
     names = quantity.split("/")
     if len(names) != 2 or not set(names) <= {*QUANTITIES, UNKNOWN}:
         raise RecordError(f'quantity "{quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
-    known = [QUANTITIES.get(name) for name in names]
-    units = [entry.ascii_unit for entry in known if entry]
-    unit = "/".join(f"({unit})" if "/" in unit else unit for unit in units) if all(known) else label or "NONE"
-    above, below = (entry.codes[0] if entry else 0 for entry in known)
+    quantities = [QUANTITIES.get(name) for name in names]
+    units = [entry.ascii_unit for entry in quantities if entry]
+    unit = "/".join(f"({unit})" if "/" in unit else unit for unit in units) if all(quantities) else label or "NONE"
+    above, below = (entry.codes[0] if entry else 0 for entry in quantities)
     return {"numerator": above, "denominator": below, "unit": unit}

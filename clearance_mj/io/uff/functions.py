@@ -66,7 +66,7 @@ def read_samples(data: bytes, function: Function, notes: list[str], name: str) -
 
 
 def name_of(function: Function) -> str:
-    """Return the name of a function: its title, or that of its place, or of what it measures."""
+    """Return the name of a function: its title, or that of its place, or of its quantity."""
     names = (function.name, function.entity, function.unit_title, function.response)
     return next(name for name in names if name.upper() not in ("", "NONE"))
 
@@ -112,7 +112,7 @@ def channel_block(channel: Channel) -> bytes:
     """Return a channel in single precision; its time step has at most 8 digits."""
     if np.abs(channel.value).max() > np.finfo(np.float32).max:
         raise RecordError(f'channel "{channel.name}" exceeds single precision (3.4e38)')
-    known = QUANTITIES.get(channel.quantity)
+    quantity = QUANTITIES.get(channel.quantity)
     header = Header(
         name=channel.name,
         kind=TIME_FUNCTION,
@@ -123,8 +123,8 @@ def channel_block(channel: Channel) -> bytes:
         first=channel.start,
         step=_step_text(channel.fs),
         abscissa_type=TIME,
-        numerator=known.codes[0] if known else 0,
-        unit=known.ascii_unit if known else channel.unit or "NONE",
+        numerator=quantity.codes[0] if quantity else 0,
+        unit=quantity.ascii_unit if quantity else channel.unit or "NONE",
     )
     return function_block(header, channel.value.astype("<f4"))
 

@@ -119,19 +119,19 @@ def _line(block: Block) -> tuple[int, ...]:
 
 def _elements(block: Block) -> Iterator[Element]:
     lines = [line for line in block.lines if line.strip()]
-    at = 0
-    while at < len(lines):
-        number, kind, _, _, _, count = _integers(lines[at], "element", 6)
+    i = 0
+    while i < len(lines):
+        number, kind, _, _, _, count = _integers(lines[i], "element", 6)
         if count < 1:
             raise RecordError(f"element {number} has {count} nodes; needs 1 or more")
-        at += 1
+        i += 1
         # A rod is a beam to some writers and has no orientation with others: two nodes are not three numbers.
-        if kind in _BEAMS and at < len(lines) and not (count == 2 and len(_words(lines[at])) == 2):
-            at += 1
+        if kind in _BEAMS and i < len(lines) and not (count == 2 and len(_words(lines[i])) == 2):
+            i += 1
         nodes: list[int] = []
-        while len(nodes) < count and at < len(lines):
-            nodes += [read_integer(word, f"node of element {number}") for word in _words(lines[at])]
-            at += 1
+        while len(nodes) < count and i < len(lines):
+            nodes += [read_integer(word, f"node of element {number}") for word in _words(lines[i])]
+            i += 1
         if len(nodes) != count:
             raise RecordError(f"element {number} declares {count} nodes, but {len(nodes)} follow")
         yield Element(number, tuple(nodes), kind)
@@ -139,10 +139,10 @@ def _elements(block: Block) -> Iterator[Element]:
 
 def _local_systems(block: Block, notes: list[str]) -> Iterator[CoordinateSystem]:
     lines = block.lines
-    for at in range(0, len([line for line in lines if line.strip()]), 4):
-        number, kind, reference = _integers(block.record(at), "coordinate system", 3)
-        values = _reals(block.record(at + 2), 13, 6, f"coordinate system {number}")
-        values += _reals(block.record(at + 3), 13, 3, f"coordinate system {number}")
+    for i in range(0, len([line for line in lines if line.strip()]), 4):
+        number, kind, reference = _integers(block.record(i), "coordinate system", 3)
+        values = _reals(block.record(i + 2), 13, 6, f"coordinate system {number}")
+        values += _reals(block.record(i + 3), 13, 3, f"coordinate system {number}")
         origin, on_x, in_xz = np.reshape(values, (3, 3)) / block.units.length
         if reference:
             notes.append(f"coordinate system {number} is defined in system {reference}, which is taken for the global")
@@ -151,14 +151,14 @@ def _local_systems(block: Block, notes: list[str]) -> Iterator[CoordinateSystem]
         if not np.any(x) or not np.any(y):
             raise RecordError(f"coordinate system {number}: its three points must not lie on one line")
         x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
-        yield _system(number, kind, origin, [x, y, np.cross(x, y)], block.record(at + 1))
+        yield _system(number, kind, origin, [x, y, np.cross(x, y)], block.record(i + 1))
 
 
 def _part_systems(block: Block) -> Iterator[CoordinateSystem]:
-    for at in range(2, len([line for line in block.lines if line.strip()]), 6):
-        number, kind = _integers(block.record(at), "coordinate system", 2)
-        rows = [_reals(block.record(at + i), 25, 3, f"coordinate system {number}") for i in range(2, 6)]
-        yield _system(number, kind, np.array(rows[3]) / block.units.length, rows[:3], block.record(at + 1))
+    for start in range(2, len([line for line in block.lines if line.strip()]), 6):
+        number, kind = _integers(block.record(start), "coordinate system", 2)
+        rows = [_reals(block.record(start + i), 25, 3, f"coordinate system {number}") for i in range(2, 6)]
+        yield _system(number, kind, np.array(rows[3]) / block.units.length, rows[:3], block.record(start + 1))
 
 
 def _system(number: int, kind: int, origin: np.ndarray, axes: Iterable[Iterable[float]], name: str) -> CoordinateSystem:
@@ -175,14 +175,14 @@ def _words(line: str) -> list[str]:
     return words if all(len(word) <= 10 for word in words) else fields(line, 10)
 
 
-def _integers(line: str, what: str, count: int) -> list[int]:
-    values = [read_integer(word, what) for word in _words(line)[:count]]
+def _integers(line: str, name: str, count: int) -> list[int]:
+    values = [read_integer(word, name) for word in _words(line)[:count]]
     return values + [0] * (count - len(values))
 
 
-def _reals(line: str, width: int, count: int, what: str) -> list[float]:
+def _reals(line: str, width: int, count: int, name: str) -> list[float]:
     words = line.split()
-    return [read_real(word, what) for word in (words if len(words) == count else fields(line, width, count))]
+    return [read_real(word, name) for word in (words if len(words) == count else fields(line, width, count))]
 
 
 def geometry_sets(geometry: Geometry) -> list[str]:
