@@ -1,4 +1,4 @@
-"""Between the sampling rate of a record and the time step of a simulation.
+"""Conversion between the sampling rate of a record and the time step of a simulation.
 
 An excitation is brought to the step by band-limited interpolation; outputs pass a linear-phase anti-alias filter
 before they are decimated, as in a data acquisition system. Every engine and the virtual rig use these two.
