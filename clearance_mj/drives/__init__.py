@@ -1,4 +1,4 @@
-"""Drives with play, elasticity and friction that grows with the torque: found from runs, and followed."""
+"""Drives with play, elasticity and friction that grows with the torque: identification and simulation."""
 
 from ..physical.transmission import Efficiency
 from .drive import Drive, PreslidingFriction, Strand

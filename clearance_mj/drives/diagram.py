@@ -1,4 +1,4 @@
-"""Loops of a drive: the load's torque, and what its angle lacks, over the motor's angle."""
+"""Loops of a drive: the load's torque and angle error over the motor's angle."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["draw_loops", "draw_runs"]
 
 
 def draw_loops(axes: Sequence[Axes], record: DriveRecord, drive: Drive) -> None:
-    """Draw a run beside what a drive makes of its motor's end.
+    """Draw the load of a run, measured and predicted by a drive from the motor's end.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def draw_loops(axes: Sequence[Axes], record: DriveRecord, drive: Drive) -> None:
     record : DriveRecord
         Where it has a load's end, that is drawn too.
     drive : Drive
-        What follows.
+        The model.
     """
     x, lines = np.degrees(record.motor_angle), ((record.load_angle, record.load_torque), drive.follow(record))
     styles = ((REPEAT, 2.0, "measured"), (COLOURS[1], 0.8, "from the motor's end"))
@@ -36,8 +36,8 @@ def draw_loops(axes: Sequence[Axes], record: DriveRecord, drive: Drive) -> None:
         if torque is not None:
             axes[0].plot(x, torque, color=colour, lw=width, label=label)
         if angle is not None:
-            lacking = np.degrees(angle - drive.zero - drive.ratio * record.motor_angle)
-            axes[1].plot(x, lacking, color=colour, lw=width, label=label)
+            deviation = np.degrees(angle - drive.zero - drive.ratio * record.motor_angle)
+            axes[1].plot(x, deviation, color=colour, lw=width, label=label)
     axes[0].set_ylabel("load's torque, N m")
     axes[1].set_ylabel("load's angle less ratio x\nmotor's, degrees")
 
@@ -50,7 +50,7 @@ def draw_runs(records: Sequence[DriveRecord], drive: Drive) -> Figure:
     records : sequence of DriveRecord
         The runs.
     drive : Drive
-        What follows their motor's end.
+        The model.
     """
     from matplotlib.figure import Figure
 

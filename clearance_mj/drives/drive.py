@@ -15,13 +15,13 @@ from .record import DriveRecord
 
 __all__ = ["Drive", "PreslidingFriction", "Strand"]
 
-SMOOTHED = 0.05  # of a stroke, and s at most, over which motor's signals are means: friction remembers every peak
-SPIKE = 2.0  # times as long a median of the torque leaves out jerks, which the motor's inertia keeps to itself
+SMOOTHED = 0.05  # of a stroke, and s at most, averaging window of the motor's signals: friction remembers peaks
+SPIKE = 2.0  # times that window, median filter of the torque: the motor's inertia absorbs spikes
 
 
 @dataclass(frozen=True)
 class PreslidingFriction:
-    """Friction that an angle must first build up, and the angle that the load loses meanwhile."""
+    """Friction that builds up over an angle, and the angle that the load loses meanwhile."""
 
     width: float
     """rad of the motor, after which it slides"""
@@ -33,7 +33,7 @@ class PreslidingFriction:
 
 @dataclass(frozen=True)
 class Strand:
-    """A part of the transmission that carries a share of the torque, with friction of its own."""
+    """A parallel part of the transmission: it carries a fraction of the torque, with friction."""
 
     share: float
     """of the torque"""
@@ -56,9 +56,9 @@ class Drive:
     capstan: float = 0.0
     """friction that grows with the torque carried: what passes is between T e^{-capstan} and T e^{capstan}"""
     efficiency: float = 1.0
-    """share of the torque that passes besides"""
+    """fraction of the torque that passes, apart from friction"""
     torque_zero: float = 0.0
-    """N m that the motor's sensor shows beside the torque into the transmission"""
+    """N m, offset of the motor's torque sensor"""
     stiffness: float = 0.0
     """N m/rad, of a spring or weight at the motor"""
     damping: float = 0.0
@@ -70,13 +70,13 @@ class Drive:
     entrance_compliance: float = 0.0
     """rad per N m that goes into the transmission"""
     compliance_growth: float = 0.0
-    """1/rad, of the motor: by which compliance grows with its angle"""
+    """1/rad of the motor, relative growth of the compliance with its angle"""
     backlash: float = 0.0
-    """rad, to either side: what the angle loses as the torque into the transmission turns its sign"""
+    """rad, to either side, lost as the torque into the transmission changes its sign"""
     backlash_torque: float = 1.0
-    """N m, at which three quarters of that are lost"""
+    """N m, at which three quarters of the backlash are taken up"""
     curvature: float = 0.0
-    """1/rad, of the motor: by which the ratio changes with its angle"""
+    """1/rad of the motor, relative change of the ratio with its angle"""
 
     def follow(self, record: DriveRecord) -> tuple[np.ndarray, np.ndarray]:
         """Return angle (n,), rad, and torque (n,), N m, of the load, from the motor's angle and torque alone.
@@ -84,24 +84,24 @@ class Drive:
         Parameters
         ----------
         record : DriveRecord
-            A run; what it has of the load is not looked at.
+            A run; its load's channels are not used.
         """
         window = SMOOTHED * min(1.0, record.motor_angle.size / record.fs / (1 + record.reversals))
-        x, torque = (_smooth(each, window * record.fs) for each in (record.motor_angle, record.motor_torque))
-        torque = scipy.ndimage.median_filter(torque, _odd(SPIKE * window * record.fs), mode="nearest")
+        x, torque = (_smooth(signal, window * record.fs) for signal in (record.motor_angle, record.motor_torque))
+        torque = scipy.ndimage.median_filter(torque, _odd_window(SPIKE * window * record.fs), mode="nearest")
         torque = torque - self.torque_zero - self.stiffness * x
         if self.damping or self.inertia:
             speed = _smooth(np.gradient(x) * record.fs, window * record.fs)
-            faster = _smooth(np.gradient(speed) * record.fs, window * record.fs)
-            torque = torque - self.damping * speed - self.inertia * faster
+            acceleration = _smooth(np.gradient(speed) * record.fs, window * record.fs)
+            torque = torque - self.damping * speed - self.inertia * acceleration
         angle = x + 0.5 * self.curvature * x**2
-        share = presliding(x, self.friction.width)
-        torque = torque - self.friction.torque * share
-        angle = angle - self.friction.lost_motion * share
+        engagement = presliding(x, self.friction.width)
+        torque = torque - self.friction.torque * engagement
+        angle = angle - self.friction.lost_motion * engagement
         eta = Efficiency.capstan(self.capstan)
-        out = sum(s.share * carried(torque, s.coulomb, *eta) for s in self.strands)
-        angle = angle - self._bent(np.asarray(out), torque) * (1 + self.compliance_growth * x)
-        return self.zero + self.ratio * angle, self.efficiency / self.ratio * np.asarray(out)
+        carried_torque = sum(s.share * carried(torque, s.coulomb, *eta) for s in self.strands)
+        angle = angle - self._deflection(np.asarray(carried_torque), torque) * (1 + self.compliance_growth * x)
+        return self.zero + self.ratio * angle, self.efficiency / self.ratio * np.asarray(carried_torque)
 
     def errors(self, record: DriveRecord) -> tuple[float, float]:
         """Return the RMS errors of the load's angle, rad, and torque, N m; nan of one that was not measured.
@@ -120,8 +120,8 @@ class Drive:
         if all(channel is None for channel in measured):
             raise RecordError(f'run "{record.name}" has no angle or torque of the load to compare with')
         angle, torque = (
-            math.nan if channel is None else float(np.sqrt(np.mean((told - channel) ** 2)))
-            for told, channel in zip(self.follow(record), measured)
+            math.nan if channel is None else float(np.sqrt(np.mean((model - channel) ** 2)))
+            for model, channel in zip(self.follow(record), measured)
         )
         return angle, torque
 
@@ -137,22 +137,22 @@ class Drive:
         points : int
             Number of points.
         """
-        out = torque * np.sin(np.linspace(0, 2 * math.pi, points))
+        load = torque * np.sin(np.linspace(0, 2 * math.pi, points))
         eta = Efficiency.capstan(self.capstan)
-        wanted = out * abs(self.ratio) / self.efficiency  # what the transmission carries
+        transmitted = load * abs(self.ratio) / self.efficiency  # what the transmission carries
         coulomb = sum(s.share * s.coulomb for s in self.strands)
-        return out, -abs(self.ratio) * self._bent(wanted, entering(wanted, coulomb, *eta))
+        return load, -abs(self.ratio) * self._deflection(transmitted, entering(transmitted, coulomb, *eta))
 
-    def _bent(self, carried: np.ndarray, entering: np.ndarray) -> np.ndarray:
-        """Angle at the motor's end that elasticity and play take, rad."""
+    def _deflection(self, carried: np.ndarray, entering: np.ndarray) -> np.ndarray:
+        """Return the angle at the motor's end that elasticity and play take up, rad."""
         play = self.backlash * np.tanh(entering / self.backlash_torque)
         return np.asarray(self.compliance * carried + self.entrance_compliance * entering + play)
 
 
 def _smooth(x: np.ndarray, samples: float) -> np.ndarray:
-    return np.asarray(scipy.ndimage.uniform_filter1d(x, _odd(samples), mode="nearest"))
+    return np.asarray(scipy.ndimage.uniform_filter1d(x, _odd_window(samples), mode="nearest"))
 
 
-def _odd(samples: float) -> int:
-    """Odd number of samples, so that nothing is delayed."""
+def _odd_window(samples: float) -> int:
+    """Return an odd number of samples, so that the filter has no delay."""
     return 2 * round(samples / 2) + 1

@@ -1,4 +1,4 @@
-"""A drive found from runs that measured both of its ends: a chain of parts, each accepted by its evidence."""
+"""Identification of a drive from runs measured at both ends: parts are accepted one by one, by their evidence."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from .record import DriveRecord
 
 __all__ = ["PARTS", "DriveFit", "fit_drive"]
 
-POINTS = 1000  # of a run, means over its samples
-BLOCKS = 4  # of a run, within which errors may be correlated
-PIECES = 4  # at least, of which one after another is left out for intervals: whole runs, for errors of a law repeat
-UNEXPLAINED = 0.25  # of the load's torque, from which on the chain is not what the runs show
-EVIDENCE = 5.0  # by which a part must raise the logarithm of the evidence
-MOST = 20  # parameters
-FAR = 5.0  # of the errors' RMS, from which on they count less than by their squares
-STARTS = (0.2, 0.5), (1.0, 3.0), (4.0, 0.5)  # of friction's sizes, where searches begin
+POINTS = 1000  # per run at most, after averaging neighbouring samples
+BLOCKS = 4  # per run, within which errors may be correlated
+PIECES = 4  # of all runs at least, for the jackknife of intervals: whole runs, since model errors repeat in each
+UNEXPLAINED = 0.25  # RMS error over standard deviation of the load's torque, above which the model does not fit
+EVIDENCE = 5.0  # least gain of log evidence for which a part is accepted
+MOST = 20  # parameters at most
+FAR = 5.0  # times the RMS error, beyond which the loss grows more slowly than the square
+STARTS = (0.2, 0.5), (1.0, 3.0), (4.0, 0.5)  # factors on Coulomb and capstan friction at the start of the search
 STOP = Stop(steps=40)
 
 PARTS: dict[str, tuple[str, ...]] = {
@@ -38,7 +38,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "backlash": ("backlash", "backlash torque"),
     "curvature": ("curvature",),
 }
-"""What a drive may have beside ratio, compliance, play, a spring and friction, and the parameters of each"""
+"""Optional parts of a drive, besides ratio, compliance, play, a spring and friction, and the parameters of each"""
 
 ADVICE = {
     "inertia": "a faster motion would tell it",
@@ -49,67 +49,67 @@ ADVICE = {
     "efficiency": "a torque sensor at the load that is calibrated would tell it",
     "stiffness": "a slow ramp over the whole range without load would tell it",
 }
-"""Which motion would tell a parameter that runs do not"""
+"""Motions that would identify a parameter which the runs do not"""
 
 
 @dataclass(frozen=True, eq=False)
 class DriveFit:
-    """A drive as runs have it."""
+    """A drive identified from runs, with its estimates and the parts that were accepted."""
 
     drive: Drive
-    """with the values that were found"""
+    """with the estimated values"""
     estimates: Estimates
-    """of every number that was fitted"""
+    """of every fitted parameter"""
     parts: tuple[str, ...]
-    """that were accepted, of `PARTS`, in that order"""
+    """of `PARTS`, in the order in which they were accepted"""
     gains: tuple[float, ...]
-    """by which each raised the logarithm of the evidence"""
+    """gain of log evidence of each part"""
     runs: tuple[str, ...]
-    """names of the runs that it was found from"""
+    """names of the runs"""
     largest_torque: float
-    """N m of the load, in these"""
+    """N m at the load, in these runs"""
     unexplained: float = 0.0
-    """RMS error of the load's torque, as a share of its standard deviation"""
+    """RMS error of the load's torque over its standard deviation"""
 
     @property
     def not_told(self) -> tuple[str, ...]:
-        """What the runs do not tell, in words, and which motion would."""
-        told = in_words(self.estimates.only_prior, ADVICE)
+        """Sentences that name each unidentified parameter and the motion that would identify it."""
+        unidentified = in_words(self.estimates.only_prior, ADVICE)
         if self.unexplained < UNEXPLAINED:
-            return told
+            return unidentified
         return (
             f"efficiency, stiffness, friction and play are not told by these runs: the drive leaves "
             f"{self.unexplained:.0%} of the load's torque unexplained, as of motion so fast that inertia and rattling "
             "count; slower runs would tell, or physical.identification.fit_model, which has both",
-            *told,
+            *unidentified,
         )
 
     def table(self) -> dict[str, float]:
-        """Return what a catalogue of gears says, seen at the load's end.
+        """Return the data of a gear catalogue, at the load's end.
 
         Lost motion, hysteresis and stiffness are those of the load's angle with the motor held, while its torque goes
-        to the largest and back: between the middles of both ways at ± 3 % of it, between both ways without torque, and
-        from half of the torque on. "lost in reversals" is what the load loses when the motor turns back without load.
+        to the largest and back: between the centres of both branches at ± 3 % of it, between both branches at zero
+        torque, and from half of the torque on. "lost in reversals" is the load's loss when the motor reverses unloaded.
         """
-        d, most = self.drive, self.largest_torque
-        torque, angle = d.hysteresis(most)
-        at = np.array([-0.03, 0.0, 0.03, 0.5, 1.0]) * most
-        ways = []
-        for growing in (np.gradient(torque) > 0, np.gradient(torque) < 0):
-            order = np.argsort(torque[growing])
-            ways.append(np.interp(at, torque[growing][order], angle[growing][order]))
-        middle, apart = np.mean(ways, axis=0), abs(ways[0] - ways[1])
+        d, largest = self.drive, self.largest_torque
+        torque, angle = d.hysteresis(largest)
+        levels = np.array([-0.03, 0.0, 0.03, 0.5, 1.0]) * largest
+        branches = []
+        for direction in (np.gradient(torque) > 0, np.gradient(torque) < 0):
+            order = np.argsort(torque[direction])
+            branches.append(np.interp(levels, torque[direction][order], angle[direction][order]))
+        centre, width = np.mean(branches, axis=0), abs(branches[0] - branches[1])
         coulomb = sum(s.share * s.coulomb for s in d.strands) * d.efficiency / abs(d.ratio)
-        shown = {
+        table = {
             "ratio": d.ratio,
-            "lost motion at 3 % of the torque, rad": abs(middle[2] - middle[0]),
-            "hysteresis without torque, rad": apart[1],
+            "lost motion at 3 % of the torque, rad": abs(centre[2] - centre[0]),
+            "hysteresis without torque, rad": width[1],
             "lost in reversals, rad": 2 * abs(d.ratio) * d.friction.lost_motion,
-            "stiffness from half to full torque, N m/rad": 0.5 * most / abs(ways[0][4] - ways[0][3]),
+            "stiffness from half to full torque, N m/rad": 0.5 * largest / abs(branches[0][4] - branches[0][3]),
             "friction without load, N m": coulomb,
             "efficiency of driving": d.efficiency * math.exp(-d.capstan),
         }
-        return {name: float(value) for name, value in shown.items()}
+        return {name: float(value) for name, value in table.items()}
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data, SI units."""
@@ -123,19 +123,19 @@ class DriveFit:
 def fit_drive(
     records: Sequence[DriveRecord], parts: Sequence[str] | None = None, most: int = MOST, progress: bool = False
 ) -> DriveFit:
-    """Find the drive that runs of both of its ends show.
+    """Identify a drive from runs measured at both of its ends.
 
-    It begins as a ratio with elasticity and friction in its transmission. Parts are added one after another, that
-    first whose evidence is largest, while one is worth more than it costs.
+    The first model is a ratio with elasticity and friction in its transmission. Parts are added one after another, that
+    with the largest evidence first, while the evidence grows by more than a threshold.
 
     Parameters
     ----------
     records : sequence of DriveRecord
         Runs of both ends, with reversals.
     parts : sequence of str, optional
-        Of `PARTS`, that it has; by default those that the evidence is for.
+        Of `PARTS`; by default those that the evidence supports.
     most : int
-        Number of parameters at most.
+        Largest number of parameters.
     progress : bool
         Show progress bars.
 
@@ -148,43 +148,43 @@ def fit_drive(
     if parts and (unknown := set(parts) - set(PARTS)):
         raise RecordError(f'part "{min(unknown)}" is unknown; known: {", ".join(PARTS)}')
     search = _Search([record.thinned(POINTS) for record in records])
-    kept, gains = list(parts or ()), [math.nan] * len(parts or ())
-    found = search.begun()
+    accepted, gains = list(parts or ()), [math.nan] * len(parts or ())
+    solution = search.fit_base()
     with tqdm(desc="parts of the drive", unit="fit", disable=not progress) as bar:
         while parts is None:
-            search.rescale(found)
-            begun = search.named(found)
-            found, tried = search.fitted(kept, begun), {}
+            search.rescale(solution)
+            start = search.values(solution)
+            solution, candidates = search.fit(accepted, start), {}
             for part in PARTS:
-                if part not in kept and found.problem.size + len(PARTS[part]) <= most:
-                    tried[part] = search.fitted((*kept, part), begun)
+                if part not in accepted and solution.problem.size + len(PARTS[part]) <= most:
+                    candidates[part] = search.fit((*accepted, part), start)
                     bar.update()
-            if not tried:
+            if not candidates:
                 break
-            # Errors of the nearest fit say how many of them are one observation, for all.
-            divisor = min(tried.values(), key=lambda fit: fit.cost * fit.loss.divisor).loss.divisor
-            best = max(tried, key=lambda part: _evidence(tried[part], divisor))
-            gain = _evidence(tried[best], divisor) - _evidence(found, divisor)
+            # The errors of the best fit give the number of samples per independent observation, for all fits.
+            divisor = min(candidates.values(), key=lambda fit: fit.cost * fit.loss.divisor).loss.divisor
+            best = max(candidates, key=lambda part: _evidence(candidates[part], divisor))
+            gain = _evidence(candidates[best], divisor) - _evidence(solution, divisor)
             if gain < EVIDENCE:
                 break
-            found = tried[best]
-            kept.append(best)
+            solution = candidates[best]
+            accepted.append(best)
             gains.append(gain)
-    search.rescale(found)
-    found = search.fitted(kept, search.named(found))
-    covariance = jackknife(found.rows, found.scores, search.pieces, found.prior)
+    search.rescale(solution)
+    solution = search.fit(accepted, search.values(solution))
+    covariance = jackknife(solution.rows, solution.scores, search.pieces, solution.prior)
     covariance *= student_widening(np.unique(search.pieces).size) ** 2
-    drive, load = made(search.named(found)), np.concatenate([record.load_torque for record in search.records])
+    drive, load = made(search.values(solution)), np.concatenate([record.load_torque for record in search.records])
     unexplained = np.sqrt(np.mean([drive.errors(record)[1] ** 2 for record in search.records])) / np.std(load)
     largest = max(float(np.abs(record.load_torque).max()) for record in records)  # type: ignore[arg-type]
     return DriveFit(
-        drive, found.estimates(covariance), tuple(kept), tuple(gains),
+        drive, solution.estimates(covariance), tuple(accepted), tuple(gains),
         tuple(record.name for record in records), largest, float(unexplained),
     )  # fmt: skip
 
 
 def made(values: Mapping[str, float]) -> Drive:
-    """Return the drive of values by name.
+    """Return the drive with these parameter values.
 
     Parameters
     ----------
@@ -196,9 +196,9 @@ def made(values: Mapping[str, float]) -> Drive:
     if second:
         strands.append(Strand(second, values["second coulomb"]))
     friction = PreslidingFriction(values["width"], values["friction"], values["lost motion"])
-    named: dict[str, Any] = {name.replace(" ", "_"): value for name, value in values.items()}
-    own = {f.name: named[f.name] for f in dataclasses.fields(Drive) if f.name in named}
-    return Drive(**own | {"strands": tuple(strands), "friction": friction})
+    arguments: dict[str, Any] = {name.replace(" ", "_"): value for name, value in values.items()}
+    fields = {f.name: arguments[f.name] for f in dataclasses.fields(Drive) if f.name in arguments}
+    return Drive(**fields | {"strands": tuple(strands), "friction": friction})
 
 
 class _Search:
@@ -211,104 +211,104 @@ class _Search:
             for name in ("motor_angle", "motor_torque", "load_angle", "load_torque")
         )
         ratio, zero = np.polyfit(x, angle, 1)
-        self.errors = np.array([np.std(angle - ratio * x - zero), np.std(load)])
-        """rad and N m, RMS that is expected of the load's angle and torque"""
-        self.known = {p.name: p for p in _parameters(float(ratio), float(zero), x, torque, load)}
-        parts = -(-PIECES // len(records))  # of a run
-        whole = [np.arange(r.motor_angle.size) * parts // r.motor_angle.size + parts * i for i, r in enumerate(records)]
-        self.pieces = np.concatenate([piece for each in whole for piece in (each, each)])
-        """(n_residuals,) piece of its run that each is in"""
+        self.rms = np.array([np.std(angle - ratio * x - zero), np.std(load)])
+        """rad and N m, expected RMS errors of the load's angle and torque"""
+        self.parameters = {p.name: p for p in _parameters(float(ratio), float(zero), x, torque, load)}
+        n = -(-PIECES // len(records))  # per run
+        pieces = [np.arange(r.motor_angle.size) * n // r.motor_angle.size + n * i for i, r in enumerate(records)]
+        self.pieces = np.concatenate([piece for numbers in pieces for piece in (numbers, numbers)])
+        """(n_residuals,) number of the piece that each residual belongs to"""
         sizes = [record.motor_angle.size for record in records for _ in range(2)]
         self.blocks = np.concatenate(
             [first + np.arange(BLOCKS) * size // BLOCKS for first, size in zip(np.cumsum([0, *sizes]), sizes)]
         )
 
-    def begun(self) -> Solution:
-        """Fit what all drives have, from several sizes of its friction."""
-        coulomb, capstan = self.known["coulomb"].start, self.known["capstan"].start
+    def fit_base(self) -> Solution:
+        """Fit the drive without optional parts, from several sizes of its friction."""
+        coulomb, capstan = self.parameters["coulomb"].start, self.parameters["capstan"].start
         starts = [{"coulomb": c * coulomb, "capstan": m * capstan} for c, m in STARTS]
-        return min((self.fitted((), start) for start in starts), key=lambda fit: fit.cost * fit.loss.divisor)
+        return min((self.fit((), start) for start in starts), key=lambda fit: fit.cost * fit.loss.divisor)
 
-    def fitted(self, parts: Sequence[str], begun: Mapping[str, float]) -> Solution:
-        """Fit a drive with parts, from values by name."""
+    def fit(self, parts: Sequence[str], start: Mapping[str, float]) -> Solution:
+        """Fit a drive with optional parts, from start values by name."""
         optional = {name for names in PARTS.values() for name in names}
-        wanted = {name for part in parts for name in PARTS[part]}
-        parameters = [p for name, p in self.known.items() if name in wanted or name not in optional]
+        selected = {name for part in parts for name in PARTS[part]}
+        parameters = [p for name, p in self.parameters.items() if name in selected or name not in optional]
         names = [p.name for p in parameters]
 
         def residuals(values: np.ndarray) -> np.ndarray:
             return np.array([self.residuals(made(dict(zip(names, row)))) for row in values.tolist()])
 
         problem = Problem(parameters, residuals, loss=UnknownScale(self.blocks, POINTS), lanes=False)
-        return solve(problem, [problem.at(begun)], stop=STOP)
+        return solve(problem, [problem.at(start)], stop=STOP)
 
     def residuals(self, drive: Drive) -> np.ndarray:
-        """Errors (n,) of angle and torque, run by run."""
+        """Return scaled errors (n,) of angle and torque, run by run."""
         rows = []
         for record in self.records:
-            for measured, told, size in zip((record.load_angle, record.load_torque), drive.follow(record), self.errors):
-                rows.append((told - measured) / (FAR * size))
+            for measured, model, size in zip((record.load_angle, record.load_torque), drive.follow(record), self.rms):
+                rows.append((model - measured) / (FAR * size))
         return np.concatenate(rows)
 
-    def rescale(self, found: Solution) -> None:
-        """Take the errors of a fit for those that are expected."""
-        drive = made(self.named(found))
-        self.errors = np.sqrt(np.mean(np.square([drive.errors(record) for record in self.records]), axis=0))
+    def rescale(self, solution: Solution) -> None:
+        """Set the expected RMS errors to those of a fit."""
+        drive = made(self.values(solution))
+        self.rms = np.sqrt(np.mean(np.square([drive.errors(record) for record in self.records]), axis=0))
 
     @staticmethod
-    def named(found: Solution) -> dict[str, float]:
-        return dict(zip((p.name for p in found.problem.parameters), found.values.tolist()))
+    def values(solution: Solution) -> dict[str, float]:
+        return dict(zip((p.name for p in solution.problem.parameters), solution.values.tolist()))
 
 
-def _evidence(found: Solution, divisor: float) -> float:
-    loss = dataclasses.replace(cast(UnknownScale, found.loss), correlated=divisor)
-    return log_evidence(float(loss.cost(found.residuals[None])[0]), found.at, found.information / divisor)
+def _evidence(solution: Solution, divisor: float) -> float:
+    loss = dataclasses.replace(cast(UnknownScale, solution.loss), correlated=divisor)
+    return log_evidence(float(loss.cost(solution.residuals[None])[0]), solution.at, solution.information / divisor)
 
 
 def positive(name: str, unit: str, start: float, factor: float) -> Parameter:
-    """Return a parameter > 0 that is known up to a factor, by its logarithm."""
+    """Return a parameter > 0 with a log-normal prior: known up to a factor."""
     return Parameter(name, unit, start, start / factor**4, start * factor**4, math.log(factor))
 
 
 def free(name: str, unit: str, start: float, std: float, low: float = -math.inf, high: float = math.inf) -> Parameter:
-    """Return a parameter that is known up to a standard deviation."""
+    """Return a parameter with a normal prior, and bounds."""
     return Parameter(name, unit, start, max(low, start - 6 * std), min(high, start + 6 * std), std, "linear")
 
 
 def in_words(names: Iterable[str], advice: Mapping[str, str]) -> tuple[str, ...]:
-    """Say that runs do not tell these parameters, and which motion would."""
-    tells = ((name, next((f"; {words}" for part, words in advice.items() if part in name), "")) for name in names)
-    return tuple(f"{name} is not told by these runs{words}" for name, words in tells)
+    """Return a sentence per unidentified parameter, with the motion that would identify it."""
+    lines = ((name, next((f"; {words}" for part, words in advice.items() if part in name), "")) for name in names)
+    return tuple(f"{name} is not told by these runs{words}" for name, words in lines)
 
 
 def _parameters(ratio: float, zero: float, x: np.ndarray, torque: np.ndarray, load: np.ndarray) -> list[Parameter]:
-    """All numbers that a drive may have; sizes are those of the runs."""
-    way, moment, most = float(np.ptp(x)), float(np.ptp(torque)), float(np.ptp(load))
-    efficiency = min(2.0, max(0.05, most * abs(ratio) / moment))
-    gives = 0.1 * way / moment
-    wide = 10 * moment
+    """Return all parameters that a drive may have; priors are scaled to the runs."""
+    stroke, torque_range, load_range = float(np.ptp(x)), float(np.ptp(torque)), float(np.ptp(load))
+    efficiency = min(2.0, max(0.05, load_range * abs(ratio) / torque_range))
+    compliance = 0.1 * stroke / torque_range
+    bound = 10 * torque_range
 
     return [
         free("ratio", "", ratio, 0.2 * abs(ratio)),
-        free("zero", "rad", zero, 0.2 * way * abs(ratio)),
-        free("compliance", "rad/(N m)", gives, 2 * gives, 0.0),
-        positive("coulomb", "N m", 0.1 * moment, 4.0),
+        free("zero", "rad", zero, 0.2 * stroke * abs(ratio)),
+        free("compliance", "rad/(N m)", compliance, 2 * compliance, 0.0),
+        positive("coulomb", "N m", 0.1 * torque_range, 4.0),
         free("capstan", "", 0.1, 0.2, 0.0, 3.0),
         positive("efficiency", "", efficiency, 1.5),
-        free("torque zero", "N m", float(np.mean(torque)), 0.3 * moment, -wide, wide),
-        free("stiffness", "N m/rad", 0.0, 0.2 * moment / way),
-        free("damping", "N m s/rad", 0.0, 0.1 * moment / way, 0.0),
-        free("inertia", "kg m²", 0.0, 0.01 * moment / way, 0.0),
-        positive("width", "rad", 0.03 * way, 3.0),
-        free("friction", "N m", 0.0, 0.1 * moment, 0.0),
-        free("lost motion", "rad", 0.0, 0.03 * way, 0.0),
-        positive("second coulomb", "N m", 0.2 * moment, 4.0),
+        free("torque zero", "N m", float(np.mean(torque)), 0.3 * torque_range, -bound, bound),
+        free("stiffness", "N m/rad", 0.0, 0.2 * torque_range / stroke),
+        free("damping", "N m s/rad", 0.0, 0.1 * torque_range / stroke, 0.0),
+        free("inertia", "kg m²", 0.0, 0.01 * torque_range / stroke, 0.0),
+        positive("width", "rad", 0.03 * stroke, 3.0),
+        free("friction", "N m", 0.0, 0.1 * torque_range, 0.0),
+        free("lost motion", "rad", 0.0, 0.03 * stroke, 0.0),
+        positive("second coulomb", "N m", 0.2 * torque_range, 4.0),
         free("second share", "", 0.5, 0.25, 0.0, 1.0),
-        free("entrance compliance", "rad/(N m)", 0.0, gives, 0.0),
-        free("compliance growth", "1/rad", 0.0, 0.5 / way),
-        free("backlash", "rad", 0.0, 0.03 * way, 0.0),
-        positive("backlash torque", "N m", 0.03 * moment, 3.0),
-        free("curvature", "1/rad", 0.0, 0.1 / way),
+        free("entrance compliance", "rad/(N m)", 0.0, compliance, 0.0),
+        free("compliance growth", "1/rad", 0.0, 0.5 / stroke),
+        free("backlash", "rad", 0.0, 0.03 * stroke, 0.0),
+        positive("backlash torque", "N m", 0.03 * torque_range, 3.0),
+        free("curvature", "1/rad", 0.0, 0.1 / stroke),
     ]  # fmt: skip
 
 
@@ -318,7 +318,7 @@ def require_motion(records: Sequence[DriveRecord]) -> None:
     Parameters
     ----------
     records : sequence of DriveRecord
-        Runs to find a drive from.
+        The runs.
     """
     if not records:
         raise RecordError("a drive is found from one run at least")
@@ -336,7 +336,7 @@ def _require(records: Sequence[DriveRecord]) -> None:
                 f'run "{record.name}" has the motor\'s end only; a drive is found from angle and torque of both ends'
             )
     require_motion(records)
-    # Of all together: a run that ends before its springs are back may give a little more than it gets.
+    # Summed over runs: a single run that ends with its springs loaded may return more work than it received.
     if (lost := sum(record.lost_work for record in records)) < 0:
         names = f'run "{records[0].name}"' if len(records) == 1 else f"{len(records)} runs together"
         raise RecordError(

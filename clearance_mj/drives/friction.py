@@ -1,4 +1,4 @@
-"""What a transmission does when it reverses: presliding, and friction that grows with the torque; compiled.
+"""Hysteresis of a transmission: presliding, and friction that grows with the torque; compiled.
 
 A sliding element and a play are those of Prandtl and Ishlinskii. `carried` is the play of a torque: what comes out of a
 cable, a gear or a screw follows what goes in only after friction has reversed. For an elastic cable around a pulley its
@@ -15,7 +15,7 @@ __all__ = ["carried", "entering", "presliding"]
 
 
 def presliding(x: np.ndarray, width: float) -> np.ndarray:
-    """Return the share (n,) of its friction that an element has in a motion x (n,): 1 where it slides forward.
+    """Return the friction (n,) of an element in a motion x (n,), over its sliding friction: 1 where it slides forward.
 
     It slides after ``width`` from rest, and after twice that from a reversal. Where it is at first is not known: it
     begins in the middle of the motion, which is gone through once before.
@@ -27,7 +27,7 @@ def presliding(x: np.ndarray, width: float) -> np.ndarray:
     width : float
         rad.
     """
-    return (x - _within(x - width, x + width, float(np.mean(x)))) / width
+    return (x - _play(x - width, x + width, float(np.mean(x)))) / width
 
 
 def carried(torque: np.ndarray, coulomb: float, forward: float, backward: float) -> np.ndarray:
@@ -47,9 +47,9 @@ def carried(torque: np.ndarray, coulomb: float, forward: float, backward: float)
         As in `clearance_mj.physical.Efficiency`.
     """
     low, high = torque - coulomb, torque + coulomb
-    least, most = (low / backward, high / backward) if backward > 0.0 else (-np.inf, np.inf)
-    low, high = np.where(low > 0.0, low * forward, least), np.where(high < 0.0, high * forward, most)
-    return _within(low, high, float(np.mean(torque)))
+    lowest, highest = (low / backward, high / backward) if backward > 0.0 else (-np.inf, np.inf)
+    low, high = np.where(low > 0.0, low * forward, lowest), np.where(high < 0.0, high * forward, highest)
+    return _play(low, high, float(np.mean(torque)))
 
 
 def entering(torque: np.ndarray, coulomb: float, forward: float, backward: float) -> np.ndarray:
@@ -69,15 +69,15 @@ def entering(torque: np.ndarray, coulomb: float, forward: float, backward: float
     """
     low = np.where(torque > 0.0, torque * backward, torque / forward) - coulomb
     high = np.where(torque > 0.0, torque / forward, torque * backward) + coulomb
-    return _within(low, high, float(np.mean(torque)))
+    return _play(low, high, float(np.mean(torque)))
 
 
 @jit
-def _within(low: np.ndarray, high: np.ndarray, held: float) -> np.ndarray:
-    """What stays as it is, but for bounds (n,) that move it: gone through twice, the first time to forget its start."""
-    found = np.empty(low.size)
+def _play(low: np.ndarray, high: np.ndarray, value: float) -> np.ndarray:
+    """Return the play operator (n,) between bounds (n,), applied twice so that the initial value is forgotten."""
+    values = np.empty(low.size)
     for _ in range(2):
         for i in range(low.size):
-            held = min(max(held, low[i]), high[i])
-            found[i] = held
-    return found
+            value = min(max(value, low[i]), high[i])
+            values[i] = value
+    return values

@@ -1,4 +1,4 @@
-"""A drive found from logs of its motor, and its load's angle or torque if there: play, teeth, efficiency, friction."""
+"""Identification of a drive from logs of its motor, with or without the load's angle or torque."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from .teeth import NUMBERS, predicted
 
 __all__ = ["MotorSideFit", "fit_motor_side"]
 
-POINTS = 10000  # of a run, means over its samples
+POINTS = 10000  # per run at most, after averaging neighbouring samples
 STEPS = 4  # of the integration between samples
-SETTLED = 0.5  # s, after which what was before the log is forgotten
-PIECE = 1.0  # s, within which errors may be correlated: one after another is left out for intervals
-TORQUE_ERROR = 0.01  # of its range, that means of the load's torque are expected to be off: efficiency turns over
-FAR = 5.0  # of the noise, from which on errors count less than by their squares
-SMOOTHED = 0.1  # s, over which a parabola is laid for the speeds where the search begins
-MEANS = 0.1  # s, over whose means the load's torque counts
-SLOW = 0.2  # of the usual speed, below which friction may not slide
-EFFICIENCIES = np.linspace(0.3, 1.0, 36)  # where the search begins
-PLAY = 0.01  # of the motion, to be expected
-PLAYS = 0.2 * 1.7 ** np.arange(6)  # of that, each held once while the rest is searched for
-FREED = 2  # of these that are nearest, from which everything is searched for
-RUBS = 0.1, 0.25, 0.5  # of the friction, that may be the load's
-SHARES = 0.3, 0.7  # of the inertia, that may be the load's
-INERTIAS = 0.3, 1.0, 3.0  # of what slow motion lets expect
+SETTLED = 0.5  # s, after which the initial state no longer matters
+PIECE = 1.0  # s, within which errors may be correlated: pieces of the jackknife
+TORQUE_ERROR = 0.01  # of its range, expected error of averaged load torque: efficiency turns over
+FAR = 5.0  # times the noise, beyond which the loss grows more slowly than the square
+SMOOTHED = 0.1  # s, window of the parabolas that give start values of speeds
+MEANS = 0.1  # s, averaging window of the load's torque
+SLOW = 0.2  # of the RMS speed, below which friction may stick
+EFFICIENCIES = np.linspace(0.3, 1.0, 36)  # start values
+PLAY = 0.01  # of the stroke, expected
+PLAYS = 0.2 * 1.7 ** np.arange(6)  # times that, each fixed once while all else is fitted
+FREED = 2  # best of these fits, from which all parameters are fitted
+RUBS = 0.1, 0.25, 0.5  # load's fraction of the friction, start values
+SHARES = 0.3, 0.7  # load's fraction of the inertia, start values
+INERTIAS = 0.3, 1.0, 3.0  # times the inertia of the rigid fit, start values
 FIRST = Stop(steps=6, decrease=0.0, gain=3.0, move=1e-6)
 STOP = Stop(steps=40, decrease=0.0, gain=0.2, move=1e-6)
 
@@ -48,7 +48,7 @@ WORDS = ADVICE | {
     "friction": "reversals under loads of different size, one of them none, would tell it",
     "turnover": "slow reversals under load would tell it",
 }
-"""Which motion would tell a parameter that the motor's side does not"""
+"""Motions that would identify a parameter which the motor's side does not"""
 
 NAMES = {
     "play": "play to either side",
@@ -62,23 +62,23 @@ NAMES = {
     "spring": "spring that the motor feels",
     "correction": "rate at which measured angles correct the expected one",
 }
-"""In a table, of parameters whose own do not say enough"""
+"""Names in tables, of parameters whose short names are not clear"""
 
 
 @dataclass(frozen=True, eq=False)
 class MotorSideFit:
-    """What logs of its motor tell of a drive: everything in the motor's units, for the ratio does not show there."""
+    """A drive identified from logs of its motor, in the motor's units: the ratio does not show there."""
 
     estimates: Estimates
-    """of every number that was fitted"""
+    """of every fitted parameter"""
     crossings: int
-    """how often the teeth changed sides in all runs"""
+    """number of tooth crossings in all runs"""
     runs: tuple[str, ...]
-    """names of the runs that it was found from"""
+    """names of the runs"""
 
     @property
     def values(self) -> dict[str, float]:
-        """Every number by name, SI units at the motor.
+        """All parameters by name, SI units at the motor.
 
         Play is to either side. Spring and loads are those that the motor feels through the elastic teeth.
         """
@@ -86,7 +86,7 @@ class MotorSideFit:
 
     @property
     def not_told(self) -> tuple[str, ...]:
-        """What the runs do not tell, in words, and which motion would."""
+        """Sentences that name each unidentified parameter and the motion that would identify it."""
         e = self.estimates
         names = set(e.only_prior)
         if not self.crossings:
@@ -111,11 +111,11 @@ class MotorSideFit:
 
 
 def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> MotorSideFit:
-    """Find what logs of the motor's side tell of a drive, and of the load's angle or torque where they have it.
+    """Identify a drive from logs of its motor, and of the load's angle or torque where they have it.
 
-    The load hangs behind play and elastic teeth (`teeth.predicted`). Play is held at several sizes while everything
-    else is searched for, for searches that let go of it too early end at wrong ones; then all is set free, from the two
-    nearest. Where runs have the load's angle or torque, they are compared with those of the load behind the teeth.
+    The load hangs behind play and elastic teeth (`teeth.predicted`). Play is fixed at several sizes while all else is
+    fitted, since fits that free it too early end in wrong minima; then all parameters are fitted, from the best two.
+    Where runs have the load's angle or torque, they are compared with those of the load behind the teeth.
 
     Parameters
     ----------
@@ -131,37 +131,37 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
     """
     require_motion(records)
     search = _Search([record.thinned(POINTS) for record in records])
-    found = min((search.freed(end) for end in search.begun(progress)[:FREED]), key=_scale)
-    if any(each.name == "load_torque" for each in search.channels):
-        search.weigh(found.values)
-        found = search.freed(found)
-    covariance = jackknife(found.rows, found.scores, search.pieces, found.prior)
+    solution = min((search.fit_all(start) for start in search.fit_fixed_play(progress)[:FREED]), key=_scale)
+    if any(channel.name == "load_torque" for channel in search.channels):
+        search.rescale_torque(solution.values)
+        solution = search.fit_all(solution)
+    covariance = jackknife(solution.rows, solution.scores, search.pieces, solution.prior)
     names = [p.name for p in search.parameters]
-    values = dict(zip(names, found.values.tolist()))
-    # The teeth carry the load's friction after a crossing. How far they give then is not seen well where the angle is
-    # not known so closely: their stiffness comes out too low by more than residuals show.
-    if not any(each.name == "load_angle" for each in search.channels):
-        hidden = search.unsure(values["correction"]) * values["stiffness"] / values["load friction"]
-        at = names.index("stiffness")
-        covariance[at, at] += (hidden / found.problem.unit[at]) ** 2
+    values = dict(zip(names, solution.values.tolist()))
+    # After a crossing the teeth carry the load's friction. Their deflection is then below the angle's uncertainty, so
+    # that the bias of their stiffness exceeds what residuals show.
+    if not any(channel.name == "load_angle" for channel in search.channels):
+        uncertainty = search.angle_std(values["correction"]) * values["stiffness"] / values["load friction"]
+        row = names.index("stiffness")
+        covariance[row, row] += (uncertainty / solution.problem.unit[row]) ** 2
     return MotorSideFit(
-        found.estimates(covariance), search.crossings(found.values), tuple(record.name for record in records)
+        solution.estimates(covariance), search.crossings(solution.values), tuple(record.name for record in records)
     )
 
 
 @dataclass
 class _Channel:
-    """What a run has measured, and how its errors count."""
+    """A measured channel of a run, and the weight of its errors."""
 
     run: int
     name: str  #: of the record's column
     measured: np.ndarray
-    error: float  #: that is expected, rad or N m
-    window: int = 1  #: samples, over whose means errors count
+    error: float  #: expected, rad or N m
+    window: int = 1  #: samples per averaged error
 
     @classmethod
     def of(cls, run: int, name: str, record: DriveRecord) -> _Channel:
-        """Return a channel of a run; torques count by means, for teeth ring in other phases than the model's."""
+        """Return a channel of a run; torques are averaged, since teeth ring in other phases than the model's."""
         measured = getattr(record, name)
         if name != "load_torque":
             return cls(run, name, measured, _noise(measured))
@@ -169,207 +169,207 @@ class _Channel:
 
 
 class _Search:
-    """Fits to the same runs."""
+    """Fits of the same model to the same runs, with some parameters fixed."""
 
     def __init__(self, records: Sequence[DriveRecord]) -> None:
         self.records = records
         self.parameters = _parameters(records)
         self.start = {p.name: p.start for p in self.parameters}
-        self.reach: np.ndarray | float = 1e-3
-        """coordinates, over which differences are taken"""
+        self.difference_step: np.ndarray | float = 1e-3
+        """of the difference quotients, in the problem's coordinates"""
         self.channels = [
             _Channel.of(i, name, record)
             for name in ("motor_angle", "load_angle", "load_torque")
             for i, record in enumerate(records) if getattr(record, name) is not None
         ]  # fmt: skip
         self.first = [round(SETTLED * record.fs) for record in records]
-        way = float(np.mean([np.ptp(record.motor_angle) for record in records]))
-        half = 0.5 * max(abs(self.start["spring"]) * way, 1e-12)
-        self.lean = [float(np.clip(self.start[f"load of {record.name}"] / half, -1, 1)) for record in records]
-        """of each run: 1 where its load always leans on one side of the teeth, -1 on the other"""
+        stroke = float(np.mean([np.ptp(record.motor_angle) for record in records]))
+        half_range = 0.5 * max(abs(self.start["spring"]) * stroke, 1e-12)
+        self.lean = [float(np.clip(self.start[f"load of {record.name}"] / half_range, -1, 1)) for record in records]
+        """of each run: 1 where its load always pushes on one flank of the teeth, -1 on the other"""
         pieces, count = [], 0
         for record, first in zip(records, self.first):
             piece = np.arange(record.motor_angle.size - first) // max(1, round(PIECE * record.fs)) + count
             pieces.append(piece)
             count = int(piece[-1]) + 1
-        self.pieces = np.concatenate([_means(pieces[each.run], each.window).astype(int) for each in self.channels])
-        """(n_residuals,) piece that each is in"""
+        self.pieces = np.concatenate([_means(pieces[c.run], c.window).astype(int) for c in self.channels])
+        """(n_residuals,) number of the piece that each residual belongs to"""
 
-    def problem(self, held: Mapping[str, float]) -> Problem:
-        """Return the problem with some parameters held at values."""
+    def problem(self, fixed: Mapping[str, float]) -> Problem:
+        """Return the problem with some parameters fixed at values."""
         parameters = [
-            p if p.name not in held else dataclasses.replace(p, start=(v := held[p.name]), low=v, high=v)
+            p if p.name not in fixed else dataclasses.replace(p, start=(v := fixed[p.name]), low=v, high=v)
             for p in self.parameters
         ]
         loss = UnknownScale(np.flatnonzero(np.diff(self.pieces, prepend=-1)))
-        return Problem(parameters, one_by_one(self.residuals), loss=loss, lanes=False, step=self.reach)
+        return Problem(parameters, one_by_one(self.residuals), loss=loss, lanes=False, step=self.difference_step)
 
-    def begun(self, progress: bool) -> list[Solution]:
-        """Hold play at several sizes, and the teeth's stiffness, and return what is found, the nearest first."""
-        start, ends = self.start, list[Solution]()
-        for share in tqdm(PLAYS, desc="play of the drive", unit="fit", disable=not progress):
-            held = {"play": float(share) * start["play"], "stiffness": start["stiffness"]}
+    def fit_fixed_play(self, progress: bool) -> list[Solution]:
+        """Fit all but the teeth's stiffness and play, which is fixed at several sizes; the best fit is first."""
+        start, solutions = self.start, list[Solution]()
+        for factor in tqdm(PLAYS, desc="play of the drive", unit="fit", disable=not progress):
+            fixed = {"play": float(factor) * start["play"], "stiffness": start["stiffness"]}
             starts = [
                 {
                     name: 2 * share * start[name]
                     for name, share in zip(
                         ("inertia", "load inertia", "friction", "load friction"),
-                        ((1 - part) * size, part * size, 1 - rub, rub),
+                        ((1 - load_part) * size, load_part * size, 1 - friction_part, friction_part),
                     )
                 }
-                for part in SHARES for rub in RUBS for size in INERTIAS
+                for load_part in SHARES for friction_part in RUBS for size in INERTIAS
             ]  # fmt: skip
-            if ends:
-                starts.append(dict(zip(start, ends[-1].values.tolist())) | held)
-            problem = self.problem(held)
-            ends.append(solve(problem, [problem.at(each) for each in starts], stop=FIRST))
-        return sorted(ends, key=_scale)
+            if solutions:
+                starts.append(dict(zip(start, solutions[-1].values.tolist())) | fixed)
+            problem = self.problem(fixed)
+            solutions.append(solve(problem, [problem.at(values) for values in starts], stop=FIRST))
+        return sorted(solutions, key=_scale)
 
-    def freed(self, found: Solution) -> Solution:
-        """Let go of all that was held."""
+    def fit_all(self, solution: Solution) -> Solution:
+        """Fit all parameters, from a solution with some of them fixed."""
         for _ in range(2):
-            # Differences over a share of what is not known reach over the kinks of play.
-            self.reach = np.clip(0.3 * np.sqrt(np.diag(found.covariance)), 1e-6, 0.1)
+            # Differences over a fraction of the standard deviation span the kinks of play.
+            self.difference_step = np.clip(0.3 * np.sqrt(np.diag(solution.covariance)), 1e-6, 0.1)
             problem = self.problem({})
-            found = solve(problem, [problem.at(found.values)], stop=STOP)
-        return found
+            solution = solve(problem, [problem.at(solution.values)], stop=STOP)
+        return solution
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
-        """Errors (n,) of what is expected, of one channel after the other."""
+        """Return scaled prediction errors (n,), of one channel after the other."""
         return np.concatenate([*self._errors(values)])
 
     def _errors(self, values: np.ndarray) -> Iterator[np.ndarray]:
-        predictions = [self._predicted(i, values) for i in range(len(self.records))]
-        named = dict(zip((p.name for p in self.parameters), values))
-        for each in self.channels:
-            told, teeth, load = predictions[each.run]
-            if each.name == "load_angle":
-                told = named["ratio"] * load + named["load zero"]
-            elif each.name == "load_torque":
-                told = teeth / named["ratio"] + named["load torque zero"]
-            off = (told - each.measured)[self.first[each.run] :]
-            yield _means(off, each.window) / (FAR * each.error)
+        predictions = [self._predict(i, values) for i in range(len(self.records))]
+        parameters = dict(zip((p.name for p in self.parameters), values))
+        for channel in self.channels:
+            model, teeth, load = predictions[channel.run]
+            if channel.name == "load_angle":
+                model = parameters["ratio"] * load + parameters["load zero"]
+            elif channel.name == "load_torque":
+                model = teeth / parameters["ratio"] + parameters["load torque zero"]
+            error = (model - channel.measured)[self.first[channel.run] :]
+            yield _means(error, channel.window) / (FAR * channel.error)
 
-    def weigh(self, values: np.ndarray) -> None:
-        """Take what is usually left of the load's torques for the errors that are expected of them."""
-        for each, left in zip(self.channels, [*self._errors(values)]):
-            if each.name == "load_torque":
-                usual = float(np.median(np.abs(left))) / 0.6745
-                each.error *= max(1e-9, FAR * usual)
+    def rescale_torque(self, values: np.ndarray) -> None:
+        """Set the expected errors of the load's torques to the median of their residuals."""
+        for channel, residual in zip(self.channels, [*self._errors(values)]):
+            if channel.name == "load_torque":
+                scale = float(np.median(np.abs(residual))) / 0.6745
+                channel.error *= max(1e-9, FAR * scale)
 
     def crossings(self, values: np.ndarray) -> int:
-        """How often the teeth change sides, once what was before the log is forgotten."""
+        """Return the number of tooth crossings after the initial transient."""
         count = 0
         for i, first in enumerate(self.first):
-            teeth = self._predicted(i, values)[1][first:]
+            teeth = self._predict(i, values)[1][first:]
             count += int(np.count_nonzero(np.diff(np.sign(teeth[teeth != 0]))))
         return count
 
-    def unsure(self, correction: float) -> float:
-        """Standard deviation of the angle, rad: what is left of noise, and where within a sample something happens."""
-        squares = [
-            math.sqrt(2) * correction / record.fs * each.error**2 + np.mean(np.diff(_smooth(record)[0]) ** 2) / 12
-            for each, record in zip(self.channels, self.records)
+    def angle_std(self, correction: float) -> float:
+        """Return the standard deviation of the angle, rad: of filtered noise, and of motion within a sample."""
+        variances = [
+            math.sqrt(2) * correction / record.fs * channel.error**2 + np.mean(np.diff(_smooth(record)[0]) ** 2) / 12
+            for channel, record in zip(self.channels, self.records)
         ]
-        return float(np.sqrt(np.mean(squares)))
+        return float(np.sqrt(np.mean(variances)))
 
-    def _predicted(self, run: int, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _predict(self, run: int, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         record, common = self.records[run], len(NUMBERS) - 2
-        own = np.array([*values[:common], self.lean[run], values[common + run]])
-        return predicted(record.motor_angle, record.motor_torque, 1 / record.fs, own, STEPS)
+        parameters = np.array([*values[:common], self.lean[run], values[common + run]])
+        return predicted(record.motor_angle, record.motor_torque, 1 / record.fs, parameters, STEPS)
 
 
 def _means(x: np.ndarray, window: int) -> np.ndarray:
-    """Return means over one window after the other, without what is left at the end."""
+    """Return means over consecutive windows, without an incomplete one at the end."""
     return np.asarray(x[: x.size // window * window].reshape(-1, window).mean(axis=1))
 
 
-def _scale(found: Solution) -> float:
-    """How large the errors of a fit are."""
-    return float(found.loss.scale(found.residuals))  # type: ignore[attr-defined]
+def _scale(solution: Solution) -> float:
+    """Return the scale of the errors of a fit."""
+    return float(solution.loss.scale(solution.residuals))  # type: ignore[attr-defined]
 
 
 def _noise(x: np.ndarray) -> float:
-    """Standard deviation of white noise (rad) on a smooth motion, from its third differences, and of counting."""
+    """Return the standard deviation (rad) of white noise, from third differences, or of quantization if larger."""
     white = float(np.median(np.abs(np.diff(x, 3))) / 0.6745 / math.sqrt(20.0))
     return max(white, quantum(x) / math.sqrt(12)) or 1e-9 * float(np.ptp(x))
 
 
 def _smooth(record: DriveRecord) -> np.ndarray:
-    """Return angle, speed, acceleration and torque (4, n) of parabolas through neighbouring samples."""
+    """Return angle, speed, acceleration and torque (4, n), smoothed by local parabolas."""
     size = 2 * max(2, round(0.5 * SMOOTHED * record.fs)) + 1
     angles = [scipy.signal.savgol_filter(record.motor_angle, size, 2, deriv=k, delta=1 / record.fs) for k in range(3)]
     return np.vstack((*angles, scipy.signal.savgol_filter(record.motor_torque, size, 2)))
 
 
-def _rigid(records: Sequence[DriveRecord]) -> tuple[dict[str, float], list[float], float]:
-    """What a drive without play that is as stiff as can be would have: numbers by name, loads of runs, speed."""
-    rows, torques, ones = [], [], []
+def _fit_rigid(records: Sequence[DriveRecord]) -> tuple[dict[str, float], list[float], float]:
+    """Fit a rigid drive without play; return its parameters by name, the loads of runs and the RMS speed."""
+    rows, torques, run_numbers = [], [], []
     for i, record in enumerate(records):
         smooth = _smooth(record)
         rows.append(smooth[:3])
         torques.append(smooth[3])
-        ones.append(np.full(record.motor_angle.size, i))
-    (x, v, a), torque, run = np.concatenate(rows, axis=1), np.concatenate(torques), np.concatenate(ones)
+        run_numbers.append(np.full(record.motor_angle.size, i))
+    (x, v, a), torque, run = np.concatenate(rows, axis=1), np.concatenate(torques), np.concatenate(run_numbers)
     speed = float(np.sqrt(np.mean(v**2)))
     sliding = np.abs(v) > SLOW * speed
-    x, v, a, torque, run = (each[sliding] for each in (x, v, a, torque, run))
-    way, own = np.sign(v), (run == np.arange(len(records))[:, None]).astype(float)
+    x, v, a, torque, run = (values[sliding] for values in (x, v, a, torque, run))
+    direction, in_run = np.sign(v), (run == np.arange(len(records))[:, None]).astype(float)
     bounds = np.array([0.0] * 5 + [-np.inf] * (1 + len(records))), np.inf
     side, efficiencies = np.zeros(x.size), np.ones(1)
-    efficiency, line = 1.0, np.zeros(len(bounds[0]))
+    efficiency, best = 1.0, np.zeros(len(bounds[0]))
     for _ in range(3):
-        least = math.inf
-        for share in efficiencies:
-            grows = share ** (-way * side)
-            table = np.vstack((a, v, way, grows * a, grows * way, grows * x, grows * own))
-            scale = np.abs(table).max(axis=1)
-            tried = scipy.optimize.lsq_linear((table / scale[:, None]).T, torque, bounds).x / scale
-            error = float(np.mean(np.abs(torque - tried @ table)))
-            if error < least:
-                least, efficiency, line = error, float(share), tried
-        # Efficiency shows once it is known which way the load leans.
-        side, efficiencies = np.sign(line[5] * x + line[6:] @ own), EFFICIENCIES
+        least_error = math.inf
+        for trial in efficiencies:
+            factor = trial ** (-direction * side)
+            terms = np.vstack((a, v, direction, factor * a, factor * direction, factor * x, factor * in_run))
+            scale = np.abs(terms).max(axis=1)
+            coefficients = scipy.optimize.lsq_linear((terms / scale[:, None]).T, torque, bounds).x / scale
+            error = float(np.mean(np.abs(torque - coefficients @ terms)))
+            if error < least_error:
+                least_error, efficiency, best = error, float(trial), coefficients
+        # Efficiency can be fitted once the sign of the load is known.
+        side, efficiencies = np.sign(best[5] * x + best[6:] @ in_run), EFFICIENCIES
     names = "inertia", "damping", "friction", "load inertia", "load friction", "spring"
-    return {"efficiency": efficiency} | dict(zip(names, line.tolist())), line[6:].tolist(), speed
+    return {"efficiency": efficiency} | dict(zip(names, best.tolist())), best[6:].tolist(), speed
 
 
 def _parameters(records: Sequence[DriveRecord]) -> list[Parameter]:
-    """All numbers that are fitted, in the order of `NUMBERS`; sizes are those of the runs."""
-    rigid, loads, speed = _rigid(records)
-    way = float(np.mean([np.ptp(record.motor_angle) for record in records]))
-    moment = float(np.mean([np.ptp(record.motor_torque) for record in records]))
-    inertia = max(rigid["inertia"] + rigid["load inertia"], 5e-4 * moment * way / speed**2)
-    coulomb = max(rigid["friction"] + rigid["load friction"], 0.01 * moment)
+    """Return all parameters, in the order of `NUMBERS`; priors are scaled to the runs."""
+    rigid, loads, speed = _fit_rigid(records)
+    stroke = float(np.mean([np.ptp(record.motor_angle) for record in records]))
+    torque_range = float(np.mean([np.ptp(record.motor_torque) for record in records]))
+    inertia = max(rigid["inertia"] + rigid["load inertia"], 5e-4 * torque_range * stroke / speed**2)
+    coulomb = max(rigid["friction"] + rigid["load friction"], 0.01 * torque_range)
 
     return [
         positive("inertia", "kg m²", 0.5 * inertia, 3.0),
         positive("load inertia", "kg m²", 0.5 * inertia, 3.0),
-        positive("play", "rad", PLAY * way, 4.0),
-        positive("stiffness", "N m/rad", 50 * moment / way, 3.0),
-        positive("teeth's damping", "N m s/rad", 0.2 * moment / way, 5.0),
+        positive("play", "rad", PLAY * stroke, 4.0),
+        positive("stiffness", "N m/rad", 50 * torque_range / stroke, 3.0),
+        positive("teeth's damping", "N m s/rad", 0.2 * torque_range / stroke, 5.0),
         free("efficiency", "", rigid["efficiency"], 0.2, 0.2, 1.0),
         positive("turnover", "rad/s", 0.03 * speed, 4.0),
         free("tail", "", 0.3, 0.5, 0.0, 1.0),
         positive("friction", "N m", 0.5 * coulomb, 4.0),
-        positive("width", "rad", 0.01 * way, 3.0),
+        positive("width", "rad", 0.01 * stroke, 3.0),
         positive("load friction", "N m", 0.5 * coulomb, 4.0),
-        positive("load width", "rad", 0.005 * way, 4.0),
-        free("damping", "N m s/rad", 0.0, 0.1 * moment / speed, 0.0),
-        free("load damping", "N m s/rad", 0.0, 0.1 * moment / speed, 0.0),
-        free("spring", "N m/rad", rigid["spring"], 0.1 * moment / way),
+        positive("load width", "rad", 0.005 * stroke, 4.0),
+        free("damping", "N m s/rad", 0.0, 0.1 * torque_range / speed, 0.0),
+        free("load damping", "N m s/rad", 0.0, 0.1 * torque_range / speed, 0.0),
+        free("spring", "N m/rad", rigid["spring"], 0.1 * torque_range / stroke),
         positive("correction", "1/s", 20.0, 3.0),
         *(
-            free(f"load of {record.name}", "N m", float(start), 0.1 * moment)
+            free(f"load of {record.name}", "N m", float(start), 0.1 * torque_range)
             for record, start in zip(records, loads)
         ),
-        *_of_load(records),
+        *_load_parameters(records),
     ]  # fmt: skip
 
 
-def _of_load(records: Sequence[DriveRecord]) -> list[Parameter]:
-    """Return the ratio, and zeros of what was measured at the load; where there is nothing, none."""
-    found = list[Parameter]()
+def _load_parameters(records: Sequence[DriveRecord]) -> list[Parameter]:
+    """Return the ratio, and the offset of each channel measured at the load; [] if there is none."""
+    parameters = list[Parameter]()
     for channel, unit, zero in (("angle", "rad", "load zero"), ("torque", "N m", "load torque zero")):
         pairs = [(getattr(r, f"motor_{channel}"), getattr(r, f"load_{channel}")) for r in records]
         if measured := [pair for pair in pairs if pair[1] is not None]:
@@ -377,6 +377,6 @@ def _of_load(records: Sequence[DriveRecord]) -> list[Parameter]:
             slope, offset = np.polyfit(motor, load, 1).tolist()
             # Without losses the torque grows by one over the ratio.
             ratio, start, std = (slope, offset, 0.1) if channel == "angle" else (1 / slope, 0.0, 0.15)
-            found += [] if found else [free("ratio", "", ratio, std * abs(ratio))]
-            found.append(free(zero, unit, start, 0.1 * float(np.ptp(load))))
-    return found
+            parameters += [] if parameters else [free("ratio", "", ratio, std * abs(ratio))]
+            parameters.append(free(zero, unit, start, 0.1 * float(np.ptp(load))))
+    return parameters

@@ -1,4 +1,4 @@
-"""A drive that was found from logs, inside an actuator of a MuJoCo model."""
+"""An identified drive inside an actuator of a MuJoCo model."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .drive import Drive
 
 __all__ = ["add_found_drive"]
 
-SLIPS_WITHIN = 0.1  # of the width of the motor's friction, for what grows with the torque turns over at once
+SLIPS_WITHIN = 0.1  # of the width of the motor's friction, since friction from the load reverses at once
 
 
 def add_found_drive(
@@ -45,7 +45,7 @@ def add_found_drive(
     Returns
     -------
     tuple of str
-        What the model does not have of the drive, one line each.
+        Features of the drive that the model lacks, one line each.
 
     Raises
     ------
@@ -60,12 +60,12 @@ def add_found_drive(
             "the drive has two strands, which are no sum of teeth and friction; find it without: "
             'fit_drive(runs, parts=("backlash", "damping", "inertia"))'
         )
-    own = drive.inertia or inertia
-    dry, passes = drive.friction.torque + drive.strands[0].coulomb, math.exp(-drive.capstan)
-    eta = Efficiency(min(1.0, drive.efficiency * passes), min(1.0, passes / drive.efficiency))
-    most = dry / n + largest_torque * max(1 / eta.forward - 1, 1 - eta.backward)
+    motor_inertia = drive.inertia or inertia
+    dry, capstan = drive.friction.torque + drive.strands[0].coulomb, math.exp(-drive.capstan)
+    eta = Efficiency(min(1.0, drive.efficiency * capstan), min(1.0, capstan / drive.efficiency))
+    peak = dry / n + largest_torque * max(1 / eta.forward - 1, 1 - eta.backward)
     friction = DriveFriction(
-        most / (SLIPS_WITHIN * drive.friction.width * n), coulomb=dry / n, viscous=drive.damping / n**2, efficiency=eta
+        peak / (SLIPS_WITHIN * drive.friction.width * n), coulomb=dry / n, viscous=drive.damping / n**2, efficiency=eta
     )
     if (motor := spec.actuator(actuator if isinstance(actuator, str) else actuator.name)) is None:
         raise ModelError(f'the specification has no actuator "{actuator}"')
@@ -73,23 +73,23 @@ def add_found_drive(
     try:
         add_drive(
             spec, motor, n * (drive.backlash + drive.friction.lost_motion), drive.efficiency / (n**2 * compliance), c,
-            None if own is None else own / n**2, friction=friction,
+            None if motor_inertia is None else motor_inertia / n**2, friction=friction,
         )  # fmt: skip
     except ClearanceError:
         motor.gear[0] = gear
         raise
     joint = spec.joint(motor.target)
     if joint and drive.stiffness > 0:
-        own_spring, added = joint.stiffness[0], drive.stiffness / n**2
+        joint_stiffness, added = joint.stiffness[0], drive.stiffness / n**2
         zero = math.degrees(drive.zero) if spec.compiler.degree else drive.zero
-        joint.springref = (own_spring * joint.springref + added * zero) / (own_spring + added)
-        joint.stiffness[0] = own_spring + added
-    return _left_out(drive)
+        joint.springref = (joint_stiffness * joint.springref + added * zero) / (joint_stiffness + added)
+        joint.stiffness[0] = joint_stiffness + added
+    return _omissions(drive)
 
 
-def _left_out(drive: Drive) -> tuple[str, ...]:
+def _omissions(drive: Drive) -> tuple[str, ...]:
     zero = f"the load's angle {drive.zero:.4g} rad at angle 0 of the motor: motor's angles count from the load's 0"
-    found = (
+    omissions = (
         (drive.stiffness < 0, "the spring at the motor, which is negative"),
         (drive.zero, zero),
         (drive.torque_zero, f"the {drive.torque_zero:.4g} N m that the motor's sensor shows besides"),
@@ -97,4 +97,4 @@ def _left_out(drive: Drive) -> tuple[str, ...]:
         (drive.compliance_growth, "the growth of its compliance with the angle"),
         (drive.curvature, "the change of its ratio with the angle"),
     )
-    return tuple(words for is_there, words in found if is_there)
+    return tuple(words for applies, words in omissions if applies)

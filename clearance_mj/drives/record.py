@@ -29,9 +29,9 @@ __all__ = ["DriveRecord", "read_table"]
 COLUMNS = ("motor_angle", "motor_torque", "load_angle", "load_torque")
 REQUIRED = ("time", "motor_angle", "motor_torque")
 QUANTITIES = {"time": "time"} | {column: column.partition("_")[2] for column in COLUMNS}
-SAMPLES = 100  # that a record has at least
-EVEN = 1e-3  # of the sampling interval, by which times may be off even ones
-REVERSAL = 0.05  # of the range of the motor's angle, by which it must turn back
+SAMPLES = 100  # least number in a record
+EVEN = 1e-3  # of the sampling interval, tolerated jitter of the times
+REVERSAL = 0.05  # of the range of the motor's angle, least motion back that counts as a reversal
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,48 +82,48 @@ class DriveRecord:
             object.__setattr__(self, column, values)
 
     def _require_unwrapped(self, column: str, values: np.ndarray) -> None:
-        jump = np.diff(values)
-        usual = np.median(np.abs(jump))
+        step = np.diff(values)
+        typical = np.median(np.abs(step))
         for turn, unit in ((2 * math.pi, "rad"), (360.0, "degrees")):
-            at = np.flatnonzero((np.abs(np.abs(jump) - turn) < 0.1 * turn) & (np.abs(jump) > 20 * usual))
+            at = np.flatnonzero((np.abs(np.abs(step) - turn) < 0.1 * turn) & (np.abs(step) > 20 * typical))
             if at.size:
                 raise RecordError(
-                    f'run "{self.name}": {column} jumps by {jump[at[0]]:.4g} at {at[0] / self.fs:g} s, a whole turn in '
+                    f'run "{self.name}": {column} jumps by {step[at[0]]:.4g} at {at[0] / self.fs:g} s, a whole turn in '
                     f"{unit}: the encoder wraps; unwrap it (numpy.unwrap) and give rad"
                 )
 
     @property
     def both_ends(self) -> bool:
-        """Whether angle and torque of the load were measured."""
+        """True if angle and torque of the load were measured."""
         return self.load_angle is not None and self.load_torque is not None
 
     @property
     def any_end(self) -> bool:
-        """Whether angle or torque of the load was measured."""
+        """True if angle or torque of the load was measured."""
         return self.load_angle is not None or self.load_torque is not None
 
     @property
     def lost_work(self) -> float:
-        """Work of the motor less work on the load, J, of a run of both ends."""
+        """Work of the motor less work on the load, J; nan without both ends."""
         if self.load_angle is None or self.load_torque is None:
             return math.nan
-        given = np.trapezoid(self.motor_torque, self.motor_angle)
-        return float(given - np.trapezoid(self.load_torque, self.load_angle))
+        input_work = np.trapezoid(self.motor_torque, self.motor_angle)
+        return float(input_work - np.trapezoid(self.load_torque, self.load_angle))
 
     @functools.cached_property
     def reversals(self) -> int:
-        """How often the motor turns back, by more than 5 % of its range."""
-        x, count, forward = self.motor_angle, 0, 0
-        extreme, least = x[0], REVERSAL * np.ptp(x)
+        """Number of the motor's reversals by more than 5 % of its range."""
+        x, count, direction = self.motor_angle, 0, 0
+        extreme, threshold = x[0], REVERSAL * np.ptp(x)
         for value in x:
-            if forward * (value - extreme) > 0 or (forward == 0 and abs(value - extreme) > least):
-                forward, extreme = forward or (1 if value > extreme else -1), value
-            elif forward * (extreme - value) > least:
-                count, forward, extreme = count + 1, -forward, value
+            if direction * (value - extreme) > 0 or (direction == 0 and abs(value - extreme) > threshold):
+                direction, extreme = direction or (1 if value > extreme else -1), value
+            elif direction * (extreme - value) > threshold:
+                count, direction, extreme = count + 1, -direction, value
         return count
 
     def thinned(self, points: int) -> DriveRecord:
-        """Return means over neighbouring samples, about so many of them.
+        """Return a record of means over neighbouring samples.
 
         Parameters
         ----------
@@ -135,8 +135,8 @@ class DriveRecord:
             return self
         n = self.motor_angle.size // size * size
         channels = (getattr(self, column) for column in COLUMNS)
-        thin = (None if c is None else c[:n].reshape(-1, size).mean(axis=1) for c in channels)
-        return DriveRecord(self.name, self.fs / size, *thin)  # type: ignore[arg-type]
+        means = (None if c is None else c[:n].reshape(-1, size).mean(axis=1) for c in channels)
+        return DriveRecord(self.name, self.fs / size, *means)  # type: ignore[arg-type]
 
     @classmethod
     def read(cls, path: str | Path, columns: Mapping[str, str] | None = None) -> DriveRecord:
@@ -165,56 +165,56 @@ class DriveRecord:
         if unknown := columns.keys() - QUANTITIES:
             raise RecordError(f'"{min(unknown)}" is no column of a drive; known: {", ".join(QUANTITIES)}')
         table = {str(header): column for header, column in read_table(path).items()}
-        notes, found = list[str](), dict[str, np.ndarray]()
+        notes, channels = list[str](), dict[str, np.ndarray]()
         times = sorted((h for h in table if is_time(split_header(h)[0])), key=lambda h: split_header(h)[0] != "time")
         names = {known: known for known in QUANTITIES} | dict.fromkeys(("time",), [*times, "time"][0]) | columns
         unused = dict.fromkeys(header for header in table if names.get(split_header(header)[0]) != SKIP)
         with naming(path):
-            for what, column in names.items():
-                if header := _header(table, what, column):
+            for quantity, column in names.items():
+                if header := _find_header(table, quantity, column):
                     unused.pop(header[0], None)
                     values = pd.to_numeric(table[header[0]], errors="coerce").to_numpy(dtype=float)
-                    found[what] = values * _factor(what, *header, notes)
-                elif column != SKIP and (what in REQUIRED or what in columns):
+                    channels[quantity] = values * _si_factor(quantity, *header, notes)
+                elif column != SKIP and (quantity in REQUIRED or quantity in columns):
                     listed = ", ".join(table)
-                    raise RecordError(f'no column "{column.removeprefix("-")}" ({what}); it has {listed}')
-        time = found.pop("time")
-        fs, even = even_times(time, str(path))
-        if (jitter := float(np.abs(time - even).max())) > max(EVEN / fs, _last_digit(time)):
+                    raise RecordError(f'no column "{column.removeprefix("-")}" ({quantity}); it has {listed}')
+        time = channels.pop("time")
+        fs, grid = even_times(time, str(path))
+        if (jitter := float(np.abs(time - grid).max())) > max(EVEN / fs, _resolution(time)):
             notes.append(f"times are up to {1e3 * jitter:.3g} ms off even ones, to which the run is interpolated")
-            found = {what: np.interp(even, time, values) for what, values in found.items()}
+            channels = {what: np.interp(grid, time, values) for what, values in channels.items()}
         if unused:
             notes.append(f"not used: {', '.join(unused)}")
         note(path, notes)
-        return cls(name, fs, *(found.get(what) for what in COLUMNS))  # type: ignore[arg-type]
+        return cls(name, fs, *(channels.get(what) for what in COLUMNS))  # type: ignore[arg-type]
 
 
-def _header(table: Iterable[str], what: str, column: str) -> tuple[str, float, str] | None:
-    """The header of a column, 1 or -1 as it counts, and its unit: given with it, or that in the file; None of none."""
-    known = {header: split_header(header) for header in table}
-    for sign, given in ((1.0, column), (-1.0, column.removeprefix("-"))):
-        name, unit = split_header(given)
-        for wanted, other in ((given, ""), (name, unit)):
-            alike = [h for h in known if h == wanted] or [h for h in known if known[h][0] == wanted]
-            if len(alike) > 1:
-                raise RecordError(f'several columns are "{wanted}" ({what}): {", ".join(alike)}; give its unit too')
-            if alike:
-                return alike[0], sign, other or known[alike[0]][1]
+def _find_header(table: Iterable[str], quantity: str, column: str) -> tuple[str, float, str] | None:
+    """Return the header of a column in the file, its sign and its unit; None if there is no such column."""
+    parts = {header: split_header(header) for header in table}
+    for sign, written in ((1.0, column), (-1.0, column.removeprefix("-"))):
+        name, unit = split_header(written)
+        for label, given_unit in ((written, ""), (name, unit)):
+            hits = [h for h in parts if h == label] or [h for h in parts if parts[h][0] == label]
+            if len(hits) > 1:
+                raise RecordError(f'several columns are "{label}" ({quantity}): {", ".join(hits)}; give its unit too')
+            if hits:
+                return hits[0], sign, given_unit or parts[hits[0]][1]
     return None
 
 
-def _factor(what: str, header: str, sign: float, unit: str, notes: list[str]) -> float:
-    """SI units in one unit of a column; notes say what is taken for it where none is given."""
-    quantity, ending = QUANTITIES[what], header.rpartition("_")[2]
-    if not unit and header != what and not header.endswith(FIELDS):
+def _si_factor(column: str, header: str, sign: float, unit: str, notes: list[str]) -> float:
+    """Return the factor from a column's unit to SI; an assumed unit is added to notes."""
+    quantity, ending = QUANTITIES[column], header.rpartition("_")[2]
+    if not unit and header != column and not header.endswith(FIELDS):
         unit = ending if ending in UNITS[quantity] else next(iter(UNITS[quantity]))
         notes.append(f'"{header}" is taken for {unit}, {"as its name ends" if unit == ending else "without a unit"}')
-    with naming(f'column "{header}" ({what})', form="{}: {}; or a number of these, such as [0.05 Nm]"):
+    with naming(f'column "{header}" ({column})', form="{}: {}; or a number of these, such as [0.05 Nm]"):
         return sign * (unit_factor(unit, quantity) if unit else 1.0)
 
 
-def _last_digit(time: np.ndarray) -> float:
-    """Place of the last digit that times are written with, s."""
+def _resolution(time: np.ndarray) -> float:
+    """Return the place value of the last digit that times are written with, s."""
     return next((10.0**-d for d in range(9) if np.allclose(time, np.round(time, d), rtol=0, atol=1e-10)), 0.0)
 
 
@@ -243,29 +243,29 @@ def read_table(path: str | Path) -> pd.DataFrame:
         For a file that cannot be read, or whose format needs a package that is not installed.
     """
     name = Path(path).name.lower()
-    kind, read = next((c for c in READERS.items() if name.endswith(c[0])), ("a log", _records))
+    kind, read = next((c for c in READERS.items() if name.endswith(c[0])), ("a log", _read_records))
     try:
         return read(plain_file(path))
     except ImportError:
         raise RecordError(f'{path}: {kind} needs further packages: pip install "clearance-mj[logs]"') from None
     except RecordError:
         raise
-    except Exception as error:  # each reader has errors of its own
+    except Exception as error:  # each reader raises different errors
         raise RecordError(f"{path}: cannot be read as {kind.removeprefix('.')}: {error}") from None
 
 
-def _records(path: Path) -> pd.DataFrame:
-    known = FORMATS.get(Path(path.name.lower().removesuffix(".gz")).suffix)
-    if known is None or known.read is FORMATS[".csv"].read:
+def _read_records(path: Path) -> pd.DataFrame:
+    format_ = FORMATS.get(Path(path.name.lower().removesuffix(".gz")).suffix)
+    if format_ is None or format_.read is FORMATS[".csv"].read:
         return pd.DataFrame(read_columns(path))
     channels = read_channels(path)
     require_one_time(channels)
     units = (c.unit if c.quantity == UNKNOWN else next(iter(UNITS[c.quantity])) for c in channels)
-    named = {f"{c.name} [{unit}]" if unit else c.name: c.value for c, unit in zip(channels, units)}
-    return pd.DataFrame({"time": channels[0].time} | named)
+    columns = {f"{c.name} [{unit}]" if unit else c.name: c.value for c, unit in zip(channels, units)}
+    return pd.DataFrame({"time": channels[0].time} | columns)
 
 
-def _joint_states(path: Path) -> pd.DataFrame:
+def _read_joint_states(path: Path) -> pd.DataFrame:
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
 
@@ -283,20 +283,20 @@ def _joint_states(path: Path) -> pd.DataFrame:
     time = np.array([stamp for stamp, _ in first])
     columns = {"time": time - time[0]}
     for topic, messages in topics.items():
-        own = np.array([stamp for stamp, _ in messages])
+        times = np.array([stamp for stamp, _ in messages])
         for joint in messages[0][1].name:
             prefix = joint if joints.count(joint) == 1 else f"{topic} {joint}"
             for field in FIELDS:
-                values = [_value(message, joint, field[1:]) for _, message in messages]
+                values = [_field_value(message, joint, field[1:]) for _, message in messages]
                 if not np.isnan(values).all():
-                    columns[f"{prefix}{field}"] = np.interp(time, own, values)
+                    columns[f"{prefix}{field}"] = np.interp(time, times, values)
     return pd.DataFrame(columns)
 
 
-def _value(message: Any, joint: str, field: str) -> float:
-    """A joint's number in one message, whose joints may come in any order, without fields that nobody measures."""
+def _field_value(message: Any, joint: str, field: str) -> float:
+    """Return a joint's field in a message, whose joints may come in any order; nan where it is missing."""
     values, names = getattr(message, field), list(message.name)
     return float(values[names.index(joint)]) if joint in names and len(values) == len(names) else float("nan")
 
 
-READERS: dict[str, Callable[[Path], pd.DataFrame]] = {".parquet": pd.read_parquet, ".mcap": _joint_states}
+READERS: dict[str, Callable[[Path], pd.DataFrame]] = {".parquet": pd.read_parquet, ".mcap": _read_joint_states}

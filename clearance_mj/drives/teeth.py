@@ -13,14 +13,14 @@ NUMBERS = (
     "friction", "width", "load friction", "load width", "damping", "load damping", "spring", "correction", "lean",
     "load",
 )  # fmt: skip
-"""What `predicted` takes, in this order"""
+"""Parameters of `predicted`, in this order"""
 
 
 @jit(error_model="numpy")
 def predicted(
     angle: np.ndarray, torque: np.ndarray, step: float, values: np.ndarray, steps: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return angles (n,), rad, of motor and load that are expected from the samples before, and the teeth's torque.
+    """Return one-step predictions (n,) of motor and load angle, rad, and the teeth's torque.
 
     The motor's torque drives motor and load. At each sample, the error of the angle shifts angle and speed of both, as
     a stationary Kalman filter of a double integrator does, so that noise of the torque does not add up: errors are
@@ -50,21 +50,21 @@ def predicted(
         inertia, load_inertia, play, stiffness, dashpot, efficiency, turnover, tail, friction, width,
         load_friction, load_width, damping, load_damping, spring, correction, lean, load,
     ) = values  # fmt: skip
-    expected, teeth, followed = np.empty(angle.size), np.empty(angle.size), np.empty(angle.size)
+    motor_angle, teeth, load_angle = np.empty(angle.size), np.empty(angle.size), np.empty(angle.size)
     relaxation = dashpot / stiffness
     h = step / steps
     loss = -np.log(efficiency)
-    shift, kick = np.sqrt(2.0) * correction * step, correction**2 * step
-    begun = min(20, angle.size - 1)
-    # Given as the motor feels them, through the teeth.
+    angle_gain, speed_gain = np.sqrt(2.0) * correction * step, correction**2 * step
+    first = min(20, angle.size - 1)
+    # Spring and load are given at the motor, through the elastic teeth.
     spring = spring / (1.0 - spring / stiffness)
     load = (load + lean * spring * play) * (1.0 + spring / stiffness)
-    held = load + spring * angle[0]
-    side = 1.0 if held > 0 else -1.0
-    x_m, v_m = angle[0], (angle[begun] - angle[0]) / (begun * step)
-    x_l, v_l = x_m - side * play - held / stiffness, v_m
-    z_m, z_l, passed = 0.0, 0.0, held
-    expected[0], teeth[0], followed[0] = x_m, held, x_l
+    tau_0 = load + spring * angle[0]
+    side = 1.0 if tau_0 > 0 else -1.0
+    x_m, v_m = angle[0], (angle[first] - angle[0]) / (first * step)
+    x_l, v_l = x_m - side * play - tau_0 / stiffness, v_m
+    z_m, z_l, tau = 0.0, 0.0, tau_0
+    motor_angle[0], teeth[0], load_angle[0] = x_m, tau_0, x_l
     for i in range(1, angle.size):
         for j in range(steps):
             u = torque[i - 1] + (torque[i] - torque[i - 1]) * (j + 0.5) / steps
@@ -73,28 +73,28 @@ def predicted(
             a_m = (u - friction * z_m - damping * v_m) / inertia
             a_l = -(load + spring * x_l + load_friction * z_l + load_damping * v_l) / load_inertia
             rate = v_m - v_l + h * (a_m - a_l)
-            before = x_m - x_l
-            lag = before + h * rate
+            lag_0 = x_m - x_l
+            lag = lag_0 + h * rate
             side = 1.0 if lag > 0.0 else -1.0
             gap = lag * side - play
-            passed, grows, touched = 0.0, 1.0, h
+            tau, factor, dt = 0.0, 1.0, h
             if gap > 0.0:
-                # Teeth that meet within a step push for what is left of it: what follows has no jumps.
-                if before * side < play:
-                    touched = h * gap / (lag * side - before * side)
-                way = v_m / turnover
-                grows = np.exp(loss * side * ((1.0 - tail) * np.tanh(way) + tail * way / np.sqrt(1.0 + way * way)))
-                both = grows / inertia + 1.0 / load_inertia
+                # Teeth that meet within a step push for its remainder, so that the response is continuous.
+                if lag_0 * side < play:
+                    dt = h * gap / (lag * side - lag_0 * side)
+                w = v_m / turnover
+                factor = np.exp(loss * side * ((1.0 - tail) * np.tanh(w) + tail * w / np.sqrt(1.0 + w * w)))
+                mobility = factor / inertia + 1.0 / load_inertia
                 push = gap + relaxation * rate * side
-                passed = side * max(0.0, stiffness * push / (1.0 + stiffness * both * touched * (touched + relaxation)))
-            v_m += h * a_m - touched * grows * passed / inertia
-            v_l += h * a_l + touched * passed / load_inertia
+                tau = side * max(0.0, stiffness * push / (1.0 + stiffness * mobility * dt * (dt + relaxation)))
+            v_m += h * a_m - dt * factor * tau / inertia
+            v_l += h * a_l + dt * tau / load_inertia
             x_m += h * v_m
             x_l += h * v_l
-        expected[i], teeth[i], followed[i] = x_m, passed, x_l
+        motor_angle[i], teeth[i], load_angle[i] = x_m, tau, x_l
         error = angle[i] - x_m
-        x_m += shift * error
-        x_l += shift * error
-        v_m += kick * error
-        v_l += kick * error
-    return expected, teeth, followed
+        x_m += angle_gain * error
+        x_l += angle_gain * error
+        v_m += speed_gain * error
+        v_l += speed_gain * error
+    return motor_angle, teeth, load_angle
