@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
 __all__ = ["contact", "cover", "joint_limit", "tendon_limit", "touching", "uncovered_contacts"]
 
-_STUCK = 0.1  # damping ratio of bristles beside a law without constant damping
-_FRICTION_OF = f"{MARK}friction of geom:"  # begins the names of numbers that all contacts of one geom get
+_BRISTLE_RATIO = 0.1  # damping ratio of bristles of a law without constant damping
+_GEOM_FRICTION = f"{MARK}friction of geom:"  # prefix of numerics with the friction of all contacts of one geom
 ONE_GEOM = "geom", "frictionless geom"
-"""Kinds of the texts that hold what was asked of all contacts of one geom: without friction, or with it left out"""
+"""Kinds of the texts with the softness of all contacts of one geom: without friction, or with it left out"""
 
 
 def joint_limit(
@@ -59,7 +59,7 @@ def joint_limit(
     damping_ratio, restitution : float, optional
         Instead of c, of the inertia behind the limit in the model's initial pose; see `contact`.
     implicit : bool
-        Whether it acts as by backward Euler; see `contact`.
+        Apply it as by backward Euler; see `contact`.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def joint_limit(
     LawError
         For a stiffness or damping out of range, or a law that cannot be a limit's.
     """
-    _limits(target, "joint", joint, (k, c, law), damping_ratio_of(c, damping_ratio, restitution), implicit)
+    _set_limits(target, "joint", joint, (k, c, law), damping_ratio_of(c, damping_ratio, restitution), implicit)
 
 
 def tendon_limit(
@@ -92,7 +92,7 @@ def tendon_limit(
     damping_ratio, restitution : float, optional
         Instead of c, of the inertia behind the limit in the model's initial pose; see `contact`.
     implicit : bool
-        Whether it acts as by backward Euler; see `contact`.
+        Apply it as by backward Euler; see `contact`.
 
     Raises
     ------
@@ -101,10 +101,10 @@ def tendon_limit(
     LawError
         For a stiffness or damping out of range, or a law that cannot be a limit's.
     """
-    _limits(target, "tendon", tendon, (k, c, law), damping_ratio_of(c, damping_ratio, restitution), implicit)
+    _set_limits(target, "tendon", tendon, (k, c, law), damping_ratio_of(c, damping_ratio, restitution), implicit)
 
 
-def _limits(
+def _set_limits(
     target: Target, kind: str, elements: Any, given: tuple[Any, Any, Law | None], ratio: float | None, implicit: bool
 ) -> None:  # fmt: skip
     model, fields = compiled(target), "jnt" if kind == "joint" else kind
@@ -114,9 +114,9 @@ def _limits(
         if not getattr(model, f"{fields}_limited")[i]:
             raise ModelError(f'{kind} "{name}" has no limits; give it a range (and limited="true")')
     widths = getattr(model, f"{fields}_range")[ids] @ (-0.5, 0.5)
-    wanted = [softness(*given, float(width), ratio, implicit) for width in (widths if given[2] else widths[:1])]
-    for some, softest in zip([[name] for name in names] if given[2] else [names], wanted):
-        give(target, model, kind, some, softest)
+    values = [softness(*given, float(width), ratio, implicit) for width in (widths if given[2] else widths[:1])]
+    for group, element_softness in zip([[name] for name in names] if given[2] else [names], values):
+        give(target, model, kind, group, element_softness)
 
 
 def contact(
@@ -164,7 +164,7 @@ def contact(
         "each": k and c, or the law, hold for each point; "share": for the mean depth of all points of the pair, however
         many there are, which takes a `Softener`.
     implicit : bool
-        Whether it acts as by backward Euler: stable at any time step, as exact at rest, its ringing damped by the step
+        Apply it as by backward Euler: stable at any time step, as exact at rest, its ringing damped by the step
         (an amplitude by 1/√(1 + h²ω²) in each). It has neither friction nor a law, and is right for the step that the
         model is compiled with; see `apply`.
 
@@ -176,105 +176,105 @@ def contact(
         For a stiffness or damping out of range, or a law that cannot be a contact's.
     """
     ModelError.require_known("points", points, ("each", "share"))
-    wanted = softness(k, c, law, depth, damping_ratio_of(c, damping_ratio, restitution), implicit)
+    requested = softness(k, c, law, depth, damping_ratio_of(c, damping_ratio, restitution), implicit)
     model = compiled(target)
-    rubs = None
+    bristles = None
     if implicit and (friction is not None or points == "share"):
         raise ModelError("an implicit contact has neither friction nor shared points: a Softener's forces are explicit")
     if friction is not None:
         if isinstance(target, mujoco.MjModel):
             raise ModelError("friction must be given to the MjSpec: a compiled model has no room for its record")
-        frictionless, rubs = True, pair_friction(friction, wanted.k, wanted.c, torsion, rolling)
+        frictionless, bristles = True, pair_friction(friction, requested.k, requested.c, torsion, rolling)
     if points == "share":
-        if wanted.ratio is not None:
+        if requested.ratio is not None:
             raise ModelError('points="share" needs c: several points have no mass of their own')
-        wanted = _shared(wanted, depth)
-    pairs, asked_of_one = pairs_of(model), []
-    found: list[frozenset[int]] = []
+        requested = _share_law(requested, depth)
+    pairs, single_geoms = pairs_of(model), []
+    selected: list[frozenset[int]] = []
     for names in _geom_names(geoms):
         ids = [find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names]
         if len(ids) == 2:
-            new = [frozenset(ids)] if len(set(ids)) == 2 else []
+            matches = [frozenset(ids)] if len(set(ids)) == 2 else []
         else:
-            asked_of_one += names
-            new = [p for p in pairs if ids[0] in p]
+            single_geoms += names
+            matches = [p for p in pairs if ids[0] in p]
             if isinstance(target, mujoco.MjSpec):
-                new += [p for p in touching(model, ids[0]) if p not in pairs]
-        if not new:
+                matches += [p for p in touching(model, ids[0]) if p not in pairs]
+        if not matches:
             raise ModelError(
                 f'geom "{names[0]}" touches '
                 + ("itself" if len(ids) == 2 else "nothing: see contype, conaffinity, exclude; or name two geoms")
             )
-        if isinstance(target, mujoco.MjModel) and not set(new) <= pairs.keys():
+        if isinstance(target, mujoco.MjModel) and not set(matches) <= pairs.keys():
             raise ModelError(f'the model has no pair of geoms "{names[0]}" and "{names[1]}"; give it to the MjSpec')
-        found += [pair for pair in new if pair not in found]
-    have = rubbing(model)
-    for pair in found:
-        _refuse_friction(model, pair, pairs.get(pair), frictionless, have)
+        selected += [pair for pair in matches if pair not in selected]
+    with_bristles = rubbing(model)
+    for pair in selected:
+        _require_frictionless(model, pair, pairs.get(pair), frictionless, with_bristles)
     if isinstance(target, mujoco.MjModel):
-        model.pair_dim[[pairs[pair] for pair in found if model.pair(pairs[pair]).name not in have]] = 1
-        give(model, model, "pair", [_pair_name(model, pairs[pair]) for pair in found], wanted)
+        model.pair_dim[[pairs[pair] for pair in selected if model.pair(pairs[pair]).name not in with_bristles]] = 1
+        give(model, model, "pair", [_pair_name(model, pairs[pair]) for pair in selected], requested)
         return
 
-    _give_pairs(target, model, found, wanted, rubs)
-    for name in asked_of_one:
-        write_text(target, ONE_GEOM[frictionless], name, wanted.data)
-        if rubs:
-            write_numbers(target, f"{_FRICTION_OF}{name}", rubs)
+    _set_pairs(target, model, selected, requested, bristles)
+    for name in single_geoms:
+        write_text(target, ONE_GEOM[frictionless], name, requested.data)
+        if bristles:
+            write_numbers(target, f"{_GEOM_FRICTION}{name}", bristles)
 
 
-def _shared(wanted: Softness, depth: float) -> Softness:
+def _share_law(single: Softness, depth: float) -> Softness:
     """Return a softness that the points of a pair share, as a law."""
     from ..clearance import ContactLaw, KelvinVoigt
 
-    return softness(None, None, wanted.law or ContactLaw(KelvinVoigt(wanted.k, wanted.c)), depth)._replace(shared=True)
+    return softness(None, None, single.law or ContactLaw(KelvinVoigt(single.k, single.c)), depth)._replace(shared=True)
 
 
 def _geom_names(geoms: Any) -> list[list[str]]:
-    """Names of one geom or two, of each contact that is asked for."""
-    several = geoms if isinstance(geoms, list) and any(isinstance(each, tuple) for each in geoms) else [geoms]
-    found = []
-    for each in several:
-        found.append(
-            [name_of(g) for g in ([each] if isinstance(each, str) or not isinstance(each, Iterable) else each)]
+    """Return the names of one geom or two, for each requested contact."""
+    groups = geoms if isinstance(geoms, list) and any(isinstance(each, tuple) for each in geoms) else [geoms]
+    names = []
+    for group in groups:
+        names.append(
+            [name_of(g) for g in ([group] if isinstance(group, str) or not isinstance(group, Iterable) else group)]
         )
-        if len(found[-1]) > 2:
-            raise ModelError(f"a contact has two geoms, got {len(found[-1])}")
-    return found
+        if len(names[-1]) > 2:
+            raise ModelError(f"a contact has two geoms, got {len(names[-1])}")
+    return names
 
 
 def cover(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
-    """Give contacts of geoms that came after `contact` was asked for one geom what was asked; say if there are any.
+    """Give geoms added after a `contact` call for one geom its softness; return True if there are any.
 
     Parameters
     ----------
     spec : mujoco.MjSpec
         Gets explicit pairs for them.
     model : mujoco.MjModel
-        What it compiles to.
+        The compiled specification.
 
     Raises
     ------
     ModelError
-        For a geom that is gone, and contacts with friction where none was to be left out.
+        For a geom that was removed, and contacts with friction unless ``frictionless`` was given.
     """
     added = False
-    rubs = {before + name: model.numeric(f"{before}{_FRICTION_OF}{name}").data
-            for _, before, name in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, _FRICTION_OF)}  # fmt: skip
-    for geom, wanted, frictionless, uncovered in uncovered_contacts(model):
+    friction_numbers = {prefix + name: model.numeric(f"{prefix}{_GEOM_FRICTION}{name}").data
+            for _, prefix, name in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, _GEOM_FRICTION)}  # fmt: skip
+    for geom, requested, frictionless, uncovered in uncovered_contacts(model):
         for pair in uncovered:
-            _refuse_friction(model, pair, None, frictionless, set())
+            _require_frictionless(model, pair, None, frictionless, set())
         if uncovered:
-            numbers = rubs.get(model.geom(geom).name)
-            _give_pairs(spec, model, uncovered, wanted, None if numbers is None else tuple(map(float, numbers)))
+            friction = friction_numbers.get(model.geom(geom).name)
+            _set_pairs(spec, model, uncovered, requested, None if friction is None else tuple(map(float, friction)))
             added = True
     return added
 
 
 def uncovered_contacts(model: mujoco.MjModel) -> Iterator[tuple[int, Softness, bool, list[frozenset[int]]]]:
-    """Yield each geom whose contacts were given a softness, with that, whether friction is left out, and pairs without.
+    """Yield each geom with a softness for all its contacts: geom, softness, frictionless, and pairs that lack it.
 
-    Pairs are those that it can touch and that have no softness of their own.
+    Pairs are those that it can touch and that have no explicit softness.
     """
     pairs = pairs_of(model)
     for kind, name, data in texts(model):
@@ -285,27 +285,27 @@ def uncovered_contacts(model: mujoco.MjModel) -> Iterator[tuple[int, Softness, b
 
 
 def touching(model: mujoco.MjModel, geom: int) -> list[frozenset[int]]:
-    """Pairs of a geom and others that MuJoCo lets collide (documentation, Computation: Collision detection)."""
+    """Return the pairs of a geom that MuJoCo lets collide (documentation, Computation: Collision detection)."""
     weld, types, affinity = model.body_weldid[model.geom_bodyid], model.geom_contype, model.geom_conaffinity
     above = model.body_weldid[model.body_parentid[weld]]
-    apart = weld != weld[geom]
+    independent = weld != weld[geom]
     if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_FILTERPARENT and weld[geom]:
-        apart &= (weld == 0) | ((weld != above[geom]) & (above != weld[geom]))
+        independent &= (weld == 0) | ((weld != above[geom]) & (above != weld[geom]))
     collide = ((types[geom] & affinity) | (types & affinity[geom])) != 0
-    flat = model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE)
-    found = np.flatnonzero(apart & collide & ~(flat & flat[geom])).tolist()
+    plane = model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE)
+    others = np.flatnonzero(independent & collide & ~(plane & plane[geom])).tolist()
     excluded = {frozenset((int(s) >> 16, int(s) & 0xFFFF)) for s in model.exclude_signature}
     bodies = model.geom_bodyid.tolist()
-    return [frozenset((geom, other)) for other in found if frozenset((bodies[geom], bodies[other])) not in excluded]
+    return [frozenset((geom, other)) for other in others if frozenset((bodies[geom], bodies[other])) not in excluded]
 
 
-def _refuse_friction(
-    model: mujoco.MjModel, geoms: frozenset[int], pair: int | None, frictionless: bool, rubs: set[str]
+def _require_frictionless(
+    model: mujoco.MjModel, geoms: frozenset[int], pair: int | None, frictionless: bool, with_bristles: set[str]
 ) -> None:  # fmt: skip
-    """Refuse MuJoCo's own friction, unless it is to be left out, or bristles (``rubs``) have taken its rows."""
+    """Raise ModelError for MuJoCo's friction, unless it is to be left out or bristles replace it."""
     a, b = sorted(geoms)
     if pair is not None:
-        condim = 1 if model.pair(pair).name in rubs else model.pair_dim[pair]
+        condim = 1 if model.pair(pair).name in with_bristles else model.pair_dim[pair]
     elif model.geom_priority[a] != model.geom_priority[b]:
         condim = model.geom_condim[a if model.geom_priority[a] > model.geom_priority[b] else b]
     else:
@@ -315,9 +315,9 @@ def _refuse_friction(
         why = "an elliptic cone changes the normal force while it slides" if elliptic else (
             "a pyramidal cone multiplies the normal stiffness"
         )  # fmt: skip
-        named = " - ".join(_geom_name(model, g) for g in (a, b))
+        names = " - ".join(_geom_name(model, g) for g in (a, b))
         raise ModelError(
-            f"contact {named} has friction (condim {condim}), and {why}: give frictionless=True to leave friction out"
+            f"contact {names} has friction (condim {condim}), and {why}: give frictionless=True to leave friction out"
         )
 
 
@@ -332,40 +332,40 @@ def _pair_name(model: mujoco.MjModel, pair: int) -> str:
     return name
 
 
-def _give_pairs(
-    spec: mujoco.MjSpec, model: mujoco.MjModel, wanted: list[frozenset[int]], softness: Softness,
-    rubs: tuple[float, ...] | None,
+def _set_pairs(
+    spec: mujoco.MjSpec, model: mujoco.MjModel, geom_pairs: list[frozenset[int]], softness: Softness,
+    bristles: tuple[float, ...] | None,
 ) -> None:  # fmt: skip
-    """Give pairs of geoms a softness, and friction, explicit pairs where there are none.
+    """Set softness and friction of pairs of geoms; explicit pairs are added where needed.
 
     The specification compiles to the model.
     """
-    names = [" - ".join(_geom_name(model, g) for g in sorted(pair)) for pair in wanted]
-    behind = [float(model.body_invweight0[model.geom_bodyid[[*pair]], 0].sum()) for pair in wanted]
-    parameters = solver_parameters("pair", names, softness, behind, model.opt.timestep)
-    pairs = _explicit(spec, model, wanted)
+    names = [" - ".join(_geom_name(model, g) for g in sorted(pair)) for pair in geom_pairs]
+    inverse_masses = [float(model.body_invweight0[model.geom_bodyid[[*pair]], 0].sum()) for pair in geom_pairs]
+    parameters = solver_parameters("pair", names, softness, inverse_masses, model.opt.timestep)
+    pairs = _explicit_pairs(spec, model, geom_pairs)
     ask(spec, "pair", [pair.name for pair in pairs], softness)
-    for pair, each in zip(pairs, parameters):
-        write_parameters(pair, "pair", each)
-    if rubs:
-        across = Softness(rubs[1], rubs[2], ratio=softness.ratio)
+    for pair, values in zip(pairs, parameters):
+        write_parameters(pair, "pair", values)
+    if bristles:
+        tangential = Softness(bristles[1], bristles[2], ratio=softness.ratio)
         if softness.law and not softness.c:
-            across = across._replace(ratio=_STUCK)
-        for pair, inverse in zip(pairs, behind):
-            give_friction(spec, [pair.name], (*rubs[:2], across.damping(inverse), *rubs[3:]))
+            tangential = tangential._replace(ratio=_BRISTLE_RATIO)
+        for pair, inverse in zip(pairs, inverse_masses):
+            give_friction(spec, [pair.name], (*bristles[:2], tangential.damping(inverse), *bristles[3:]))
 
 
-def _explicit(spec: mujoco.MjSpec, model: mujoco.MjModel, wanted: list[frozenset[int]]) -> list[Any]:
-    """The specification's pairs of these geoms, which are added and named where they are not."""
+def _explicit_pairs(spec: mujoco.MjSpec, model: mujoco.MjModel, geom_pairs: list[frozenset[int]]) -> list[Any]:
+    """Return the specification's pairs of these geoms; missing ones are added and named."""
     geoms = {geom.id: geom for geom in spec.geoms}
-    there = {frozenset((p.geomname1, p.geomname2)): p for p in spec.pairs}
-    found, rubs = [], rubbing(model)
-    for ids in wanted:
+    existing = {frozenset((p.geomname1, p.geomname2)): p for p in spec.pairs}
+    pairs, with_bristles = [], rubbing(model)
+    for ids in geom_pairs:
         for i in ids:
             geoms[i].name = geoms[i].name or _geom_name(model, i)
         a, b = (geoms[i].name for i in sorted(ids))
-        pair = there.get(frozenset((a, b))) or spec.add_pair(geomname1=a, geomname2=b)
+        pair = existing.get(frozenset((a, b))) or spec.add_pair(geomname1=a, geomname2=b)
         pair.name = pair.name or f"{a} - {b}"
-        pair.condim = pair.condim if pair.name in rubs else 1
-        found.append(pair)
-    return found
+        pair.condim = pair.condim if pair.name in with_bristles else 1
+        pairs.append(pair)
+    return pairs

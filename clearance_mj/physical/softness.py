@@ -32,30 +32,30 @@ __all__ = [
 IMPEDANCE = 1e-4
 """Smallest impedance that MuJoCo does not clamp."""
 
-LARGEST_IMPEDANCE = 5e-4  # Up to which `written` looks for numbers of few digits
+LARGEST_IMPEDANCE = 5e-4  # that `written` tries
 
 _RIGID = 9999.0  # d/(1 - d) of the largest impedance that MuJoCo does not clamp
 
 INVERSE_INERTIA = 1e4
-"""1/kg; `set_inverse_inertia` writes it over MuJoCo's frozen estimate: a known Â, and a parasitic mass of 1e-8 kg"""
+"""1/kg, Â that `set_inverse_inertia` writes over MuJoCo's estimate, so that the parasitic mass is 1e-8 kg"""
 
 SOLREF_PER_UNIT = -(1 - IMPEDANCE) * INVERSE_INERTIA
-"""of 1 N/m or 1 N s/m, to which solref is proportional, where Â is `INVERSE_INERTIA`"""
+"""solref of 1 N/m or 1 N s/m, where Â is `INVERSE_INERTIA`"""
 
 
 class Softness(NamedTuple):
-    """Stiffness and damping of an element, and the law that they are the hardest of, if there is one."""
+    """Stiffness and damping of an element; of its law, if there is one, the largest."""
 
     k: float  # N/m, or N m/rad
     c: float
     law: Law | None = None
-    depth: float = 0.0  # m or rad, of the penetration at which a law that hardens is linearised
-    shared: bool = False  # whether the points of a pair share it
+    depth: float = 0.0  # m or rad, penetration at which a hardening law is linearised
+    shared: bool = False  # True if the contact points of a pair share it
     ratio: float | None = None  # of the critical damping of the inertia behind the element, instead of c
-    implicit: bool = False  # whether it acts as by backward Euler
+    implicit: bool = False  # True for backward Euler
 
     def at_step(self, inverse: float, step: float) -> tuple[float, float]:
-        """Return k and c of the solver's row: an implicit one is damped by h k as well."""
+        """Return k and c of the solver's row; an implicit one has the damping c + h k."""
         return float(self.k), float(self.damping(inverse) + self.implicit * step * self.k)
 
     def damping(self, inverse: float) -> float:
@@ -64,7 +64,7 @@ class Softness(NamedTuple):
 
     @property
     def data(self) -> str:
-        """What a model holds of it."""
+        """The text that a model stores."""
         if self.law is None:
             damping = f"c={float(self.c)!r}" if self.ratio is None else f"ratio={float(self.ratio)!r}"
             return f"k={float(self.k)!r} {damping}" + (" implicit=1" if self.implicit else "")
@@ -75,7 +75,7 @@ def softness(
     k: float | None, c: float | None, law: Law | None, depth: float, ratio: float | None = None,
     implicit: bool = False,
 ) -> Softness:  # fmt: skip
-    """Return what a user asked: a stiffness and a damping or its ratio, or a law.
+    """Return the softness of a stiffness and a damping or damping ratio, or of a law.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def softness(
         for label, value in (("k", k), ("c", c)):
             if value is not None and not isinstance(value, numbers.Real):
                 raise LawError(f"{label} must be a number, got {value!r}")
-        found = Softness(k, float(c or 0.0), ratio=ratio, implicit=bool(implicit))
+        result = Softness(k, float(c or 0.0), ratio=ratio, implicit=bool(implicit))
     else:
         if k is not None or c is not None or ratio is not None:
             raise LawError("give a stiffness k and a damping c, or a law, not both")
@@ -101,20 +101,20 @@ def softness(
             raise LawError(f"law must be a law such as clearance_mj.clearance.ContactLaw, got {law!r}")
         if np.any(law.table(1).adhesion):
             raise LawError("MuJoCo's contacts and limits never pull, so a law with adhesion cannot be theirs")
-        hardest_k, hardest_c = (float(most[0]) for most in law.largest([depth]))
-        found = Softness(hardest_k, hardest_c, law, depth)
-    solref_solimp(found.k, found.c, 1.0)  # refuses what cannot be
-    return found
+        hardest_k, hardest_c = (float(largest[0]) for largest in law.largest([depth]))
+        result = Softness(hardest_k, hardest_c, law, depth)
+    solref_solimp(result.k, result.c, 1.0)  # checks the ranges
+    return result
 
 
 def read_softness(data: str) -> Softness:
-    """Return the softness that a text of a model holds."""
+    """Return the softness of a model's text."""
     if data.startswith("{"):
         from ..clearance.law_files import law_from_dict
 
         values = json.loads(data)
-        found = softness(None, None, law_from_dict(values["law"]), float(values["depth"]))
-        return found._replace(shared=bool(values.get("shared")))
+        result = softness(None, None, law_from_dict(values["law"]), float(values["depth"]))
+        return result._replace(shared=bool(values.get("shared")))
     values = {name: float(value) for name, value in (part.split("=") for part in data.split())}
     return Softness(values["k"], values.get("c", 0.0), ratio=values.get("ratio"), implicit="implicit" in values)
 
@@ -122,7 +122,7 @@ def read_softness(data: str) -> Softness:
 def solref_solimp(
     k: ArrayLike, c: ArrayLike, inverse_inertia: ArrayLike, impedance: float = IMPEDANCE
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Solver parameters with which a contact or limit is a spring k and damper c.
+    """Return solver parameters with which a contact or limit is a spring k and damper c.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def solref_solimp(
 
 
 def stiffness_damping(solref: ArrayLike, impedance: ArrayLike, inverse_inertia: ArrayLike) -> np.ndarray:
-    """Read stiffness and damping out of solver parameters: the inverse of `solref_solimp`.
+    """Return stiffness and damping of solver parameters: the inverse of `solref_solimp`.
 
     Parameters
     ----------
@@ -214,10 +214,10 @@ def implicit_impedance(k: float, c: float, inverse_inertia: float, step: float) 
 def written(
     k: float, c: float, inverse_inertia: float, impedance: float | None = None
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Solver parameters of six digits, which is what MJCF files keep, that give k and c within 1e-6.
+    """Return solver parameters of six digits, the precision of MJCF files, that give k and c within 1e-6.
 
-    The impedance may be anything small, so it is chosen, from `IMPEDANCE` up, such that rounding loses nothing of the
-    stiffness and less than 5e-7 of the damping.
+    The impedance is chosen, from `IMPEDANCE` up, such that rounding changes the stiffness not at all and the damping
+    by less than 5e-7.
 
     Parameters
     ----------
@@ -226,31 +226,31 @@ def written(
     inverse_inertia : float
         Â of the row, 1/kg.
     impedance : float, optional
-        Instead of a small one; beside one near 1 rounding loses up to 5e-7/(1 - d).
+        Instead of a small one; near 1 rounding changes k and c by up to 5e-7/(1 - d).
 
     Returns
     -------
     solref, solimp : ndarray, shapes (2,) and (5,)
-        As of `solref_solimp`, which says what is refused.
+        As of `solref_solimp`.
     """
     if impedance is not None:
         solref, solimp = solref_solimp(k, c, inverse_inertia, _six_digits(impedance))
         return np.array([_six_digits(value) for value in solref]), solimp
-    largest = -solref_solimp(k, c, inverse_inertia)[0][0]
-    digit = 10.0 ** (np.floor(np.log10(largest)) - 5)
-    count = int(largest / digit * (LARGEST_IMPEDANCE - IMPEDANCE))
-    least, found = np.inf, (0.0, 0.0, IMPEDANCE)
+    k_scaled = -solref_solimp(k, c, inverse_inertia)[0][0]
+    digit = 10.0 ** (np.floor(np.log10(k_scaled)) - 5)
+    count = int(k_scaled / digit * (LARGEST_IMPEDANCE - IMPEDANCE))
+    least_error, best = np.inf, (0.0, 0.0, IMPEDANCE)
     for n in range(count + 1):
-        stiffness = digit * (np.floor(largest / digit) - n)
+        stiffness = digit * (np.floor(k_scaled / digit) - n)
         impedance = _six_digits(max(1 - stiffness / (k * inverse_inertia), IMPEDANCE))
         exact = c * (1 - impedance) * inverse_inertia
         damping = _six_digits(exact)
-        lost = abs(damping - exact) / max(exact, np.finfo(float).tiny)
-        if lost < least:
-            least, found = lost, (_six_digits(stiffness), damping, impedance)
-        if lost < 5e-7:
+        error = abs(damping - exact) / max(exact, np.finfo(float).tiny)
+        if error < least_error:
+            least_error, best = error, (_six_digits(stiffness), damping, impedance)
+        if error < 5e-7:
             break
-    stiffness, damping, impedance = found
+    stiffness, damping, impedance = best
     return np.array([-stiffness, -damping]), np.array([impedance, impedance, 1.0, 0.5, 1.0])
 
 

@@ -1,4 +1,4 @@
-"""Output error of a MuJoCo model over records: clearances and joints with the values that let it move as recorded."""
+"""Output-error identification of a MuJoCo model's clearances and joints from records."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from .record import ModelRecord
 __all__ = ["ModelFit", "fit_model"]
 
 GUIDED_DURATION = 5.0  # s, of guided simulations
-ROUGH = Stop(25, decrease=1e-2, move=0.0)  # of a fit at one guidance, and of the first without
+ROUGH = Stop(25, decrease=1e-2, move=0.0)  # of guided fits, and of the first unguided one
 LAST = Stop(6, decrease=-0.03, move=0.01)
-"""of the last fit: jumps of trajectories make its costs noisy, by a hundredth from one point to the next"""
-STATE = Stop(25, decrease=1e-3, move=0.0)  # of a fit of the state with which a prediction begins
-DAMPINGS = (1e-6, 1e-2, 1e-1, 1.0)  # shares of the precision's diagonal, all tried at once
+"""of the last fit: jumps of trajectories make its cost noisy, by a hundredth between neighbouring points"""
+STATE = Stop(25, decrease=1e-3, move=0.0)  # of a fit of a prediction's initial state
+DAMPINGS = (1e-6, 1e-2, 1e-1, 1.0)  # times the precision's diagonal, all tried at once
 LONGEST_STEP = 1.0  # of a logarithm
-STATE_DURATION = 1.0  # s, of a record to be predicted, from which its state is found
+STATE_DURATION = 1.0  # s, beginning of a record, from which a prediction's initial state is fitted
 BLOCKS = 30  # of all records, within which residuals may depend on each other
-UNKNOWN_STD = 10.0  # of a logarithm, from which on the records say nothing
-MISFIT = 3.0  # of a residual over its noise, from which on other starts are tried, and the fit says so
-SAME = 0.05  # by which residuals of two starts differ at most that have ended at the same place
-AT_BOUND = 1e-3  # of a bound, within which a value has ended there
-SPREAD = 2.0  # factor, up to which to both sides of the given start the other ones are drawn
+UNKNOWN_STD = 10.0  # of a logarithm, above which a parameter is refused as not identifiable
+MISFIT = 3.0  # residual over noise, above which other starts are tried and a note is given
+SAME = 0.05  # difference of mean log residuals, below which two starts have found the same minimum
+AT_BOUND = 1e-3  # relative distance to a bound, below which a value lies on it
+SPREAD = 2.0  # largest factor between a drawn start and the given one
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -42,15 +42,15 @@ class ModelFit:
     spec: mujoco.MjSpec
     """with the fitted values; `physical.compile` makes the model of it"""
     estimates: Estimates
-    """of the parameters, which varied by their logarithms; intervals hold for residuals that depend on each other"""
+    """of the parameters, fitted as logarithms; intervals hold for correlated residuals"""
     predictions: tuple[Prediction, ...]
-    """of the records that were fitted"""
+    """of the fitted records"""
     noise: dict[str, float]
-    """RMS of each sensor's residual that the samples before do not explain, in its unit: noise and quantisation"""
+    """RMS of each sensor's whitened residual, in its unit: noise and quantisation"""
     simulations: int
-    """of a whole record"""
+    """number of simulations of a whole record"""
     starts: int = 1
-    """from which a search was made; what is best is here"""
+    """number of starts, of which this is the best fit"""
 
     @property
     def values(self) -> dict[str, float]:
@@ -66,19 +66,19 @@ class ModelFit:
 
     @property
     def misfit(self) -> dict[str, float]:
-        """Residual of each sensor over its noise: 1 for a model that moves as recorded."""
+        """Residual of each sensor over its noise: 1 for a model without error."""
         return {name: residual / self.noise[name] for name, residual in self.residual.items()}
 
     @property
     def not_told(self) -> tuple[str, ...]:
-        """Parameters that the records do not tell: known to half of their size at best, or to half of their prior."""
+        """Unidentified parameters: standard deviation above half of the value, or half of the prior."""
         e = self.estimates
         limits = (UNIDENTIFIED if p.transform == "log" else UNIDENTIFIED * p.known_std for p in e.parameters)
         return tuple(name for name, std, limit in zip(e.names, e.varied_std, limits) if not std < limit)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What to know before the numbers are used, in sentences: misfit, bounds, and what is not told."""
+        """Warnings in sentences: misfit, values on bounds, and unidentified parameters."""
         notes = [
             f"the residual of {name} is {ratio:.3g} times its noise, after {self.starts} starts: the model does not "
             "move as recorded (what it lacks, a number that is taken for known, or its step); intervals are wider by "
@@ -93,7 +93,7 @@ class ModelFit:
         return (*notes, *(f"{name} is not told by these records" for name in self.not_told))
 
     def predict(self, record: ModelRecord) -> Prediction:
-        """Simulate another record: its state is found in the first part, the rest is the model's own motion.
+        """Simulate another record freely, from an initial state fitted to its first second.
 
         Parameters
         ----------
@@ -105,21 +105,21 @@ class ModelFit:
         RecordError
             For a record that does not fit the model.
         """
-        known = [replace(p, low=v, high=v) for p, v in zip(self.estimates.parameters, self.estimates.value.tolist())]
-        compared = Comparison(self.spec, known, [record])
-        guided = Stage(GUIDANCE[-1] if compared.simulators[0].guides else 0.0, np.ones(len(compared.channels)))
-        compared.weigh(self.estimates.value, guided)
-        free = compared.freed(self.estimates.value, guided)
+        fixed = [replace(p, low=v, high=v) for p, v in zip(self.estimates.parameters, self.estimates.value.tolist())]
+        comparison = Comparison(self.spec, fixed, [record])
+        guided = Stage(GUIDANCE[-1] if comparison.simulators[0].guides else 0.0, np.ones(len(comparison.channels)))
+        comparison.weigh(self.estimates.value, guided)
+        free = comparison.freed(self.estimates.value, guided)
         free.duration = STATE_DURATION
-        found = _solved(compared, self.estimates.value, free, STATE)
+        solution = _solve_stage(comparison, self.estimates.value, free, STATE)
         free.duration = math.inf
-        return compared.prediction(0, found.values, free)
+        return comparison.prediction(0, solution.values, free)
 
     def __repr__(self) -> str:
         return self.summary()
 
     def summary(self) -> str:
-        """Return a table in words: estimates with 95 % intervals, residuals, what is not identified, and notes."""
+        """Return a table as text: estimates with 95 % intervals, residuals, unidentified parameters, and notes."""
         low, high = self.estimates.interval()
         width = max(map(len, self.estimates.names))
         lines = [
@@ -141,17 +141,17 @@ def fit_model(
     """Fit a MuJoCo model's clearances and joints to records by output error.
 
     Simulations under the recorded controls are compared with the recorded sensors. At first they are guided: a spring
-    and damper pull measured joints and tendons towards the record, so that wrong starts do not add up and a drive that
-    nobody measures follows by the model's own physics. Then the model moves by itself over the whole record, from a
-    state that is estimated too, and an autoregressive model of each sensor's residual weighs its frequencies.
-    Derivatives are differences over wide steps, for trajectories jump where teeth meet between two steps of the
-    model. The covariance is a jackknife over blocks of the records, within which residuals may depend on each other,
-    and that of these jumps.
+    and damper pull measured joints and tendons towards the record, so that errors do not accumulate and an unmeasured
+    drive follows by the model's physics. Then the model moves freely over the whole record, from an initial state
+    that is estimated too, and an autoregressive model of each sensor's residual whitens it. Derivatives are
+    differences over wide steps, since trajectories jump where teeth meet between two steps of the model. The
+    covariance is a jackknife over blocks of the records, within which residuals may be correlated, plus that of these
+    jumps.
 
     Controls are linear between samples (or held, see `ModelRecord`), the model's step is the nearest below its own of
     which the sampling interval is a multiple. Counting sensors are taken as rounded to the nearest count, evenly
-    distributed within it. ``mujoco.sysid`` has no guidance, no unmeasured states, no intervals for residuals that
-    depend on each other, and needs one more library; what is used of MuJoCo is ``mujoco.batch``, on all threads.
+    distributed within it. ``mujoco.sysid`` has no guidance, no unmeasured states, no intervals for correlated
+    residuals, and needs one more library; simulations run in ``mujoco.batch``, on all threads.
 
     Parameters
     ----------
@@ -164,10 +164,10 @@ def fit_model(
         damping, frictionloss, stiffness or armature of a hinge or slide. Bounds are a factor of 100 to both sides
         unless given.
     starts : int
-        Number of starts at most: the given one, and while the residual of what was found is beyond the noise and no
-        two agree, others that are drawn about it; the best is kept.
+        Largest number of starts: the given one and, while the residual exceeds the noise and no two fits agree, others
+        drawn about it; the best fit is returned.
     seed : int
-        Of the random numbers with which they are drawn.
+        Of the random starts.
 
     Returns
     -------
@@ -177,11 +177,11 @@ def fit_model(
     Raises
     ------
     ModelError
-        For elements or quantities that the model does not have, and parameters that the records say nothing about.
+        For elements or quantities that the model does not have, and parameters that are not identifiable.
     RecordError
         For records that do not fit the model.
     SimulationError
-        If the step is too long for parameters on the way.
+        If the step is too long for the parameters of an iteration.
     """
     if not isinstance(spec, mujoco.MjSpec):
         raise ModelError(f"got {type(spec).__name__}, needs a mujoco.MjSpec")
@@ -190,97 +190,97 @@ def fit_model(
         raise RecordError("records must be one or several of ModelRecord")
     if starts < 1:
         raise ModelError(f"starts is {starts}; a search needs one at least")
-    compared = Comparison(spec, open_parameters(spec, parameters), records)
-    tried: list[ModelFit] = []
-    for values in _starts(compared.parameters, starts, seed):
+    comparison = Comparison(spec, open_parameters(spec, parameters), records)
+    fits: list[ModelFit] = []
+    for values in _starts(comparison.parameters, starts, seed):
         try:
-            tried.append(_searched(spec, compared, values))
+            fits.append(_fit_from(spec, comparison, values))
         except SimulationError:  # a drawn start may be too stiff for the model's step, the given one must not be
-            if not tried:
+            if not fits:
                 raise
-        tried.sort(key=_size)
-        again = len(tried) > 1 and _size(tried[1]) - _size(tried[0]) < SAME
-        if again or max(tried[0].misfit.values()) < MISFIT:
+        fits.sort(key=_log_residual)
+        reproduced = len(fits) > 1 and _log_residual(fits[1]) - _log_residual(fits[0]) < SAME
+        if reproduced or max(fits[0].misfit.values()) < MISFIT:
             break
-    best = tried[0]
+    best = fits[0]
     widened = best.estimates.widened(max(1.0, *best.misfit.values()))
-    return replace(best, estimates=widened, simulations=compared.simulations, starts=len(tried))
+    return replace(best, estimates=widened, simulations=comparison.simulations, starts=len(fits))
 
 
-def _size(fit: ModelFit) -> float:
-    """Mean logarithm of the residuals, which compares fits whatever the sensors' units."""
+def _log_residual(fit: ModelFit) -> float:
+    """Return the mean logarithm of the residuals, which ranks fits independently of the sensors' units."""
     return sum(math.log(max(residual, 1e-300)) for residual in fit.residual.values()) / len(fit.residual)
 
 
 def _starts(parameters: Sequence[Parameter], count: int, seed: int) -> Iterator[np.ndarray]:
-    """Yield the given start (n_parameters,), then ones drawn about it, within the bounds."""
+    """Yield the given start (n_parameters,), then random ones about it, within the bounds."""
     rng = np.random.default_rng(seed)
     low, start, high = np.array([[p.low, p.start, p.high] for p in parameters]).T
     spreads = [math.log(SPREAD) if p.transform == "log" else p.known_std for p in parameters]
     for i in range(count):
         moves = [spread * rng.uniform(-1, 1) for spread in spreads] if i else np.zeros(len(spreads))
-        drawn = [float(p.from_varied(np.array(p.to_varied(p.start) + move))) for p, move in zip(parameters, moves)]
-        yield np.clip(drawn if i else start, low, high)
+        trial = [float(p.from_varied(np.array(p.to_varied(p.start) + move))) for p, move in zip(parameters, moves)]
+        yield np.clip(trial if i else start, low, high)
 
 
-def _searched(spec: mujoco.MjSpec, compared: Comparison, values: np.ndarray) -> ModelFit:
-    """Search from values (n_parameters,): guided at first, then by the model's own motion over the whole record."""
-    stage = Stage(0.0, np.ones(len(compared.channels)))
-    for bandwidth in GUIDANCE if compared.simulators[0].guides else ():
-        stage = Stage(bandwidth, np.ones(len(compared.channels)), duration=GUIDED_DURATION)
-        compared.weigh(values, stage)
-        values = _solved(compared, values, stage, ROUGH).values
-        compared.weigh(values, stage)
-    free = compared.freed(values, stage)
-    rough = _solved(compared, values, free, ROUGH)
-    compared.whiten(rough.values, free)
-    return _result(spec, compared, _solved(compared, rough.values, free, LAST, rough.at), free)
+def _fit_from(spec: mujoco.MjSpec, comparison: Comparison, values: np.ndarray) -> ModelFit:
+    """Fit from values (n_parameters,): guided at first, then by free motion over the whole record."""
+    stage = Stage(0.0, np.ones(len(comparison.channels)))
+    for bandwidth in GUIDANCE if comparison.simulators[0].guides else ():
+        stage = Stage(bandwidth, np.ones(len(comparison.channels)), duration=GUIDED_DURATION)
+        comparison.weigh(values, stage)
+        values = _solve_stage(comparison, values, stage, ROUGH).values
+        comparison.weigh(values, stage)
+    free = comparison.freed(values, stage)
+    coarse = _solve_stage(comparison, values, free, ROUGH)
+    comparison.whiten(coarse.values, free)
+    return _result(spec, comparison, _solve_stage(comparison, coarse.values, free, LAST, coarse.at), free)
 
 
-def _solved(
-    compared: Comparison, values: np.ndarray, stage: Stage, stop: Stop, start: np.ndarray | None = None
+def _solve_stage(
+    comparison: Comparison, values: np.ndarray, stage: Stage, stop: Stop, start: np.ndarray | None = None
 ) -> Solution:
-    """Where the sum of squares of a stage is least, from parameters (n_parameters, ...) and, if given, states."""
-    count = len(compared.parameters)
-    problem = compared.problem(values[:count], stage)
+    """Minimize the sum of squares of a stage, from parameters (n_parameters, ...) and, if given, states."""
+    count = len(comparison.parameters)
+    problem = comparison.problem(values[:count], stage)
     at = np.zeros(problem.size)
     if start is not None:
         at[count:] = start[count:]
     return solve(problem, at, stop=stop, dampings=DAMPINGS, longest=LONGEST_STEP)
 
 
-def _result(spec: mujoco.MjSpec, compared: Comparison, found: Solution, stage: Stage) -> ModelFit:
-    count = len(compared.parameters)
-    _refuse_unknown(compared.parameters, found.jacobian)
-    covariance = _covariance(found, compared.jumps[found.at.tobytes()])
-    estimates = Estimates.of(compared.parameters, found.values[:count], covariance[:count, :count])
-    noise = {c: float(1 / f[0]) for c, f in zip(compared.channels, stage.filters or [])}
+def _result(spec: mujoco.MjSpec, comparison: Comparison, solution: Solution, stage: Stage) -> ModelFit:
+    count = len(comparison.parameters)
+    _require_identifiable(comparison.parameters, solution.jacobian)
+    covariance = _covariance(solution, comparison.jumps[solution.at.tobytes()])
+    estimates = Estimates.of(comparison.parameters, solution.values[:count], covariance[:count, :count])
+    noise = {c: float(1 / f[0]) for c, f in zip(comparison.channels, stage.filters or [])}
     fitted = written_into(spec, dict(zip(estimates.names, estimates.value)))
-    predictions = tuple(compared.prediction(i, found.values, stage) for i in range(len(compared.simulators)))
-    return ModelFit(fitted, estimates, predictions, noise, compared.simulations)
+    predictions = tuple(comparison.prediction(i, solution.values, stage) for i in range(len(comparison.simulators)))
+    return ModelFit(fitted, estimates, predictions, noise, comparison.simulations)
 
 
-def _refuse_unknown(parameters: Sequence[Parameter], jacobian: np.ndarray) -> None:
-    """Name what the records say nothing about."""
-    own, states = np.split(jacobian, [len(parameters)], axis=1)
+def _require_identifiable(parameters: Sequence[Parameter], jacobian: np.ndarray) -> None:
+    """Raise ModelError for a combination of parameters that the records do not determine."""
+    slopes, states = np.split(jacobian, [len(parameters)], axis=1)
     if states.shape[1]:
-        own = own - states @ np.linalg.solve(states.T @ states + np.eye(states.shape[1]), states.T @ own)
-    direction, std = principal_deviations(own)
+        slopes = slopes - states @ np.linalg.solve(states.T @ states + np.eye(states.shape[1]), states.T @ slopes)
+    direction, std = principal_deviations(slopes)
     for row, deviation in zip(direction, std):
         if deviation > UNKNOWN_STD:
             exponent = {p.name: float(x) for p, x in zip(parameters, row) if abs(x) > COUNTS}
             raise ModelError(f"the records say nothing about {Combination(exponent, float(deviation))}")
 
 
-def _covariance(found: Solution, jumps: Sequence[np.ndarray]) -> np.ndarray:
-    """Covariance of what is open: a jackknife over blocks, wider by Student's t, and the covariance of the jumps.
+def _covariance(solution: Solution, jumps: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the covariance: a jackknife over blocks, widened by Student's t, plus the covariance of the jumps.
 
-    A record is one trajectory, and the optimum that of their mean, from which each jumps away: as far as those of the
-    points do, √2 times what the mean of two does.
+    A record is one trajectory, whereas the optimum is that of the mean of two points, from which each deviates by √2
+    times the deviation of that mean.
     """
-    sizes = [part.size for part in np.array_split(found.residuals, BLOCKS)]
-    covariance = jackknife(found.rows, found.scores, np.repeat(np.arange(BLOCKS), sizes), found.prior)
+    sizes = [part.size for part in np.array_split(solution.residuals, BLOCKS)]
+    covariance = jackknife(solution.rows, solution.scores, np.repeat(np.arange(BLOCKS), sizes), solution.prior)
     covariance *= student_widening(BLOCKS) ** 2
-    for each in jumps:
-        covariance += 2 * np.cov(np.linalg.solve(found.information + found.prior, each.T))
+    for jump in jumps:
+        covariance += 2 * np.cov(np.linalg.solve(solution.information + solution.prior, jump.T))
     return np.asarray(covariance)

@@ -1,8 +1,8 @@
 """Simulations of MuJoCo models under the controls of a record, many at once, on threads.
 
-A simulation may be guided: a spring and damper pull each measured joint or tendon towards its record. What a model
-has wrong then adds up over a short time only, and states that nobody measured, such as a drive's behind its play,
-follow by the model's own physics. With less and less guidance the trajectory becomes the model's own (Vyasarayani,
+A simulation may be guided: a spring and damper pull each measured joint or tendon towards its record. Errors of the
+model then accumulate over a short time only, and unmeasured states, such as a drive's behind its play, follow by the
+model's physics. With decreasing guidance the trajectory becomes that of the free model (Vyasarayani,
 Uchida and McPhee, Nonlinear parameter identification in multibody systems using homotopy continuation, Journal of
 Computational and Nonlinear Dynamics 7, 2012).
 """
@@ -36,12 +36,12 @@ from .record import ModelRecord, drive_columns
 
 __all__ = ["Run", "Simulator"]
 
-CHUNK = 2000  # samples that are simulated at once, so that states need little memory
+CHUNK = 2000  # samples per rollout, to limit the memory for states
 APPROACH = 1.5  # s, in which a guided simulation comes from the initial pose to the record's beginning
-START_BANDWIDTH = 8.0  # Hz, of the guidance there, against which the first torques do not move it far
+START_BANDWIDTH = 8.0  # Hz, of the guidance there, stiff enough against the first torques
 SMOOTH = 0.02  # s, over which measured positions are smoothed for their velocity
 STATE = ("time", "qpos", "qvel", "act", "userdata")
-"""where simulations begin; laws and friction remember in the user data"""
+"""of the initial state; laws and friction keep their history in the user data"""
 
 
 class _Guide(NamedTuple):
@@ -54,14 +54,14 @@ class _Guide(NamedTuple):
 
 
 class Run(NamedTuple):
-    """What simulations of several models show."""
+    """Sensors and final states of simulations of several models."""
 
     sensors: np.ndarray  #: (n_models, n, n_channels)
-    state: np.ndarray  #: (n_models, n_state) at the last sample's time plus one sample, where the next run begins
+    state: np.ndarray  #: (n_models, n_state) at the last sample's time plus one sample
 
 
 class Simulator:
-    """Models of one specification with other parameters, and a record that drives them.
+    """Simulations of one specification with different parameters, driven by a record.
 
     Parameters
     ----------
@@ -82,18 +82,18 @@ class Simulator:
 
     def __init__(self, spec: mujoco.MjSpec, parameters: Sequence[Parameter], record: ModelRecord):
         self.parameters, self.record = parameters, record
-        own = _compiled(spec)
-        if own.nu != actuator_count(own):
+        model = _compile(spec)
+        if model.nu != actuator_count(model):
             raise ModelError("the model has actuators with several controls; a record has one of each")
-        self.substeps = max(1, math.ceil(1 / (record.fs * own.opt.timestep) - 1e-6))
-        self.controls = [own.actuator(i).name for i in range(own.nu)]
-        _check_names(record, own, self.controls)
-        self.columns, self.channels, self.measured = _channels(record, own)
-        self.guides = list(_guides(record, own))
-        self.delays = {p.name: self.controls.index(_of(p, "delay")) for p in parameters if _of(p, "delay")}
+        self.substeps = max(1, math.ceil(1 / (record.fs * model.opt.timestep) - 1e-6))
+        self.controls = [model.actuator(i).name for i in range(model.nu)]
+        _check_names(record, model, self.controls)
+        self.columns, self.channels, self.measured = _channels(record, model)
+        self.guides = list(_guides(record, model))
+        self.delays = {p.name: self.controls.index(_target(p, "delay")) for p in parameters if _target(p, "delay")}
         self.biases = {
-            p.name: [i for i, channel in enumerate(self.channels) if channel == _of(p, "bias")]
-            for p in parameters if _of(p, "bias")
+            p.name: [i for i, channel in enumerate(self.channels) if channel == _target(p, "bias")]
+            for p in parameters if _target(p, "bias")
         }  # fmt: skip
         guided = written_into(spec, {name: 0.0 for name in (*self.delays, *self.biases)})
         guided.option.timestep = 1 / (record.fs * self.substeps)
@@ -103,14 +103,14 @@ class Simulator:
                 biastype=mujoco.mjtBias.mjBIAS_AFFINE, gainprm=[1.0, *[0.0] * 9], biasprm=[0.0] * 10,
                 ctrllimited=mujoco.mjtLimited.mjLIMITED_FALSE, forcelimited=mujoco.mjtLimited.mjLIMITED_FALSE,
             )  # fmt: skip
-        self._model = _compiled(guided)
+        self._model = _compile(guided)
         self._control = np.stack([np.asarray(record.control[name]) for name in self.controls], axis=1)
-        # Euler's method, velocities first, is the leapfrog of order two, if controls are those where a step begins.
-        self._ahead = 0.5 if own.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4 else 0.0
+        # Symplectic Euler is the leapfrog of order two if controls are taken at the beginning of a step.
+        self._sample_offset = 0.5 if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4 else 0.0
         self._threads = min(8, os.cpu_count() or 1)
-        follows = any(e.softness.law for e in asked(self._model)) or any(frictions(self._model))
-        follows = follows or any(drives(self._model))
-        self._softener = Softener(self._model) if follows else nullcontext()
+        needs_softener = any(e.softness.law for e in asked(self._model)) or any(frictions(self._model))
+        needs_softener = needs_softener or any(drives(self._model))
+        self._softener = Softener(self._model) if needs_softener else nullcontext()
 
     def model(self, values: np.ndarray) -> mujoco.MjModel | None:
         """Return the model with values (n_parameters,); None where the step is too long for them."""
@@ -118,7 +118,7 @@ class Simulator:
         return changed if changed.opt.timestep < largest_step(changed) else None
 
     def start(self, models: Sequence[mujoco.MjModel]) -> np.ndarray:
-        """States (n_models, n_state) at the record's first sample: guided there from the initial pose, if it can be."""
+        """Return states (n_models, n_state) at the record's first sample, guided from the initial pose if possible."""
         pose = models[0].qpos0 if self.record.pose is None else np.asarray(self.record.pose, dtype=float)
         if pose.shape != (models[0].nq,):
             raise RecordError(f"pose of shape {pose.shape}; the model's needs {models[0].nq} numbers")
@@ -128,13 +128,13 @@ class Simulator:
         n = int(APPROACH * self.record.fs)
         ramp = (0.5 - 0.5 * np.cos(np.pi * np.minimum(np.arange(n) / (n / 2), 1.0)))[:, None]
         first = np.array([np.median(np.asarray(self.record.sensors[g.sensor])[:5]) for g in self.guides])
-        begin = np.array([self._at(models[0], pose, g) for g in self.guides])
+        begin = np.array([self._guide_position(models[0], pose, g) for g in self.guides])
         targets, rates = begin + ramp * (first - begin), np.gradient(ramp * (first - begin), axis=0) * self.record.fs
         control = np.repeat(self._control[:1], n, axis=0) * ramp
         return self._run(models, states, control[None], targets, rates, START_BANDWIDTH).state
 
     def guided(self, models: Sequence[mujoco.MjModel], states: np.ndarray, window: slice, bandwidth: float) -> Run:
-        """Simulate samples of the record, pulled towards it with a bandwidth, Hz; without guidance if it is 0."""
+        """Simulate samples of the record, guided with a bandwidth, Hz; freely if it is 0."""
         targets = np.array([np.asarray(self.record.sensors[g.sensor]) for g in self.guides]).reshape(
             len(self.guides), self.record.size
         )
@@ -142,21 +142,21 @@ class Simulator:
         if len(targets):
             length = min(max(5, int(SMOOTH * self.record.fs) // 2 * 2 + 1), (self.record.size - 1) // 2 * 2 + 1)
             rates = scipy.signal.savgol_filter(targets, length, 2, 1, 1 / self.record.fs)
-        control, after = self._delayed(models), min(window.stop, self.record.size - 1)
+        control, after = self._delayed_controls(models), min(window.stop, self.record.size - 1)
         parts = (control[:, window], targets.T[window], rates.T[window])
         return self._run(models, states, *parts, bandwidth, after=control[:, after : after + 1])
 
-    def _delayed(self, models: Sequence[mujoco.MjModel]) -> np.ndarray:
-        """Return controls (n_models, n, n_controls) as they act, later by each model's delays; (1, ...) without any."""
+    def _delayed_controls(self, models: Sequence[mujoco.MjModel]) -> np.ndarray:
+        """Return controls (n_models, n, n_controls) delayed by each model's delays; (1, ...) without any."""
         if not self.delays:
             return self._control[None]
         control, time = np.tile(self._control, (len(models), 1, 1)), self.record.time
-        for own, model in zip(control, models):
+        for delayed, model in zip(control, models):
             for name, i in self.delays.items():
-                own[:, i] = np.interp(time - value_of(model, name), time, self._control[:, i])
+                delayed[:, i] = np.interp(time - value_of(model, name), time, self._control[:, i])
         return control
 
-    def _at(self, model: mujoco.MjModel, pose: np.ndarray, guide: _Guide) -> float:
+    def _guide_position(self, model: mujoco.MjModel, pose: np.ndarray, guide: _Guide) -> float:
         data = mujoco.MjData(model)
         data.qpos[:] = pose
         mujoco.mj_forward(model, data)
@@ -166,48 +166,48 @@ class Simulator:
         self, models: Sequence[mujoco.MjModel], states: np.ndarray, control: np.ndarray, targets: np.ndarray,
         rates: np.ndarray, bandwidth: float, after: np.ndarray | None = None,
     ) -> Run:  # fmt: skip
-        """Simulate under controls (n_models or 1, n, n_controls), and what they are at the sample after the last."""
+        """Simulate under controls (n_models or 1, n, n_controls); ``after`` is the control one sample later."""
         omega, count = 2 * np.pi * bandwidth, len(self.controls)
         inertia = np.array([g.inertia for g in self.guides])
         for model in models:
             model.actuator_biasprm[count:, 1] = -inertia * omega**2
             model.actuator_biasprm[count:, 2] = -inertia * 2 * omega
-        pull = inertia * (omega**2 * targets + 2 * omega * rates)
-        pull = np.broadcast_to(np.vstack((pull, pull[-1:])), (len(models), len(pull) + 1, len(self.guides)))
+        force = inertia * (omega**2 * targets + 2 * omega * rates)
+        force = np.broadcast_to(np.vstack((force, force[-1:])), (len(models), len(force) + 1, len(self.guides)))
         control = np.concatenate((control, control[:, -1:] if after is None else after), axis=1)
-        wide = np.concatenate((np.broadcast_to(control, (len(models), *control.shape[1:])), pull), axis=2)
+        inputs = np.concatenate((np.broadcast_to(control, (len(models), *control.shape[1:])), force), axis=2)
         batch = mujoco.batch.Batch(models[0], len(models), min(self._threads, len(models)))
         batch.set_models(models)
         parts = [batch.bind(name).reshape(len(models), -1) for name in STATE]
         for part, values in zip(parts, np.split(states, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)):
             part[:] = values
-        shown = np.empty((len(models), targets.shape[0], len(self.columns)))
+        sensors = np.empty((len(models), targets.shape[0], len(self.columns)))
         with self._softener:
             for begin in range(0, len(targets), CHUNK):
-                fine = self._between(wide[:, begin : begin + CHUNK + 1])
-                before = batch.bind("act").reshape(len(models), 1, -1).copy()
-                found = batch.rollout(fine.shape[1], fine, record=("sensordata", "act"))
-                # Sensors are those of a step's beginning, activations those of its end.
-                rotors = np.concatenate((before, found["act"][:, :-1]), axis=1)
-                seen = np.concatenate((found["sensordata"], rotors), axis=2)[:, :: self.substeps]
-                shown[:, begin : begin + CHUNK] = seen[:, :, self.columns]
+                substeps = self._interpolate(inputs[:, begin : begin + CHUNK + 1])
+                initial = batch.bind("act").reshape(len(models), 1, -1).copy()
+                rollout = batch.rollout(substeps.shape[1], substeps, record=("sensordata", "act"))
+                # The rollout returns sensors at the beginning of a step, activations at its end.
+                rotors = np.concatenate((initial, rollout["act"][:, :-1]), axis=1)
+                samples = np.concatenate((rollout["sensordata"], rotors), axis=2)[:, :: self.substeps]
+                sensors[:, begin : begin + CHUNK] = samples[:, :, self.columns]
         for name, channels in self.biases.items():
-            shown[:, :, channels] += np.array([value_of(model, name) for model in models])[:, None, None]
-        return Run(shown, np.hstack([part.copy() for part in parts]))
+            sensors[:, :, channels] += np.array([value_of(model, name) for model in models])[:, None, None]
+        return Run(sensors, np.hstack([part.copy() for part in parts]))
 
-    def _between(self, samples: np.ndarray) -> np.ndarray:
-        """Controls (n_models, (n - 1) substeps, n_controls) of the steps between samples (n_models, n, n_controls)."""
+    def _interpolate(self, samples: np.ndarray) -> np.ndarray:
+        """Return controls (n_models, (n - 1) substeps, n_controls) between samples (n_models, n, n_controls)."""
         if self.record.hold == "zero":
             return np.repeat(samples[:, :-1], self.substeps, axis=1)
-        share = ((np.arange(self.substeps) + self._ahead) / self.substeps)[:, None]
-        fine = samples[:, :-1, None] + share * np.diff(samples, axis=1)[:, :, None]
-        return fine.reshape(len(samples), -1, samples.shape[2])
+        fraction = ((np.arange(self.substeps) + self._sample_offset) / self.substeps)[:, None]
+        interpolated = samples[:, :-1, None] + fraction * np.diff(samples, axis=1)[:, :, None]
+        return interpolated.reshape(len(samples), -1, samples.shape[2])
 
 
-def _of(parameter: Parameter, quantity: str) -> str:
-    """Return the element whose quantity a parameter is; nothing if it is of another quantity."""
-    element, _, own = parameter.name.rpartition(".")
-    return element if own == quantity else ""
+def _target(parameter: Parameter, quantity: str) -> str:
+    """Return the element of a parameter; "" if the parameter is another quantity."""
+    element, _, name = parameter.name.rpartition(".")
+    return element if name == quantity else ""
 
 
 def state_of(model: mujoco.MjModel, pose: np.ndarray) -> np.ndarray:
@@ -216,21 +216,21 @@ def state_of(model: mujoco.MjModel, pose: np.ndarray) -> np.ndarray:
 
 
 def moved(model: mujoco.MjModel, state: np.ndarray, move: np.ndarray) -> np.ndarray:
-    """Return a state moved by (2 (nv + n_drives),): positions, of rotors too, then speeds."""
-    found, places = state.copy(), slice(1, 1 + model.nq)
+    """Return a state moved by (2 (nv + n_drives),): displacements, of rotors too, then speeds."""
+    result, qpos = state.copy(), slice(1, 1 + model.nq)
     positions, speeds = np.split(move, 2)
-    mujoco.mj_integratePos(model, found[places], positions[: model.nv], 1.0)
-    activations = places.stop + model.nv
-    found[places.stop : activations] += speeds[: model.nv]
+    mujoco.mj_integratePos(model, result[qpos], positions[: model.nv], 1.0)
+    activations = qpos.stop + model.nv
+    result[qpos.stop : activations] += speeds[: model.nv]
     for i, drive in enumerate(drives(model), start=model.nv):
         rotor = activations + model.actuator_actadr[drive.actuator]
-        found[rotor + ANGLE] += positions[i]
-        found[rotor + SPEED] += speeds[i]
-    return found
+        result[rotor + ANGLE] += positions[i]
+        result[rotor + SPEED] += speeds[i]
+    return result
 
 
-def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    """Return the model, which a `Softener` is going to step."""
+def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """Return the model, without the warning that a `Softener` must step it."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*until a Softener", ModelWarning)
         return physical_compile(spec)
@@ -248,7 +248,7 @@ def _check_names(record: ModelRecord, model: mujoco.MjModel, controls: list[str]
 
 
 def _channels(record: ModelRecord, model: mujoco.MjModel) -> tuple[np.ndarray, list[str], np.ndarray]:
-    """Columns of sensor data and activations, names of their sensors, and measured values (n, n_channels)."""
+    """Return columns of sensor data and activations, their sensors' names, and measured values (n, n_channels)."""
     columns: list[int] = []
     names: list[str] = []
     measured = []
@@ -264,13 +264,13 @@ def _channels(record: ModelRecord, model: mujoco.MjModel) -> tuple[np.ndarray, l
 
 
 def _guides(record: ModelRecord, model: mujoco.MjModel):  # type: ignore[no-untyped-def]
-    """Yield every joint and tendon whose position is measured."""
+    """Yield a guide for every joint and tendon whose position is measured."""
     for name in (each for each in record.sensors if each not in drive_columns(model)):
         sensor = model.sensor(name)
-        at = int(sensor.objid[0])
+        index = int(sensor.objid[0])
         kind = int(sensor.type[0])
         if kind == mujoco.mjtSensor.mjSENS_JOINTPOS:
-            inverse = model.dof_invweight0[model.jnt_dofadr[at]]
-            yield _Guide(name, model.joint(at).name, mujoco.mjtTrn.mjTRN_JOINT, 1 / inverse)
-        elif kind == mujoco.mjtSensor.mjSENS_TENDONPOS and model.tendon_invweight0[at] > 0:
-            yield _Guide(name, model.tendon(at).name, mujoco.mjtTrn.mjTRN_TENDON, 1 / model.tendon_invweight0[at])
+            inverse = model.dof_invweight0[model.jnt_dofadr[index]]
+            yield _Guide(name, model.joint(index).name, mujoco.mjtTrn.mjTRN_JOINT, 1 / inverse)
+        elif kind == mujoco.mjtSensor.mjSENS_TENDONPOS and model.tendon_invweight0[index] > 0:
+            yield _Guide(name, model.tendon(index).name, mujoco.mjtTrn.mjTRN_TENDON, 1 / model.tendon_invweight0[index])
