@@ -1,4 +1,4 @@
-"""Drives inside actuators: rotor, play, teeth and friction in the actuator's own state, without a joint of their own.
+"""Drives inside actuators: rotor, play, teeth and friction in the actuator's activation, without an additional joint.
 
 A drive stands in the model as ``<custom><numeric name="physical:drive:motor" data="..."/>``, the numbers of `DRIVE` and
 then stiffness and force of each element of its hysteresis, and is read there at every step. The actuator keeps its
@@ -30,61 +30,61 @@ _FRICTION = (
     "k", "c", "coulomb", "viscous", "motor", "external", "stribeck", "stribeck_motor", "stribeck_external",
     "stribeck_speed", "stribeck_exponent", "motor_square", "external_square",
 )  # fmt: skip
-_NOT_DRY = ("k", "c", "viscous", "stribeck_speed", "stribeck_exponent")
-_DRY = [*(f"friction_{name}" for name in _FRICTION if name not in _NOT_DRY), "loss_forward", "loss_backward"]
-_OWN = "inertia", "gap", "k", "c", "encoder", "dynamics", "early"
-_LOSSES = *(f"friction_{name}" for name in _FRICTION), "loss_forward", "loss_backward"
-DRIVE = np.dtype([(name, np.float64) for name in (*_OWN, *_LOSSES)])
-"""Numbers of a drive; ``encoder`` 0: at the motor, 1: at the load; ``dynamics``, ``early``: of the actuator before"""
+_NOT_COULOMB = ("k", "c", "viscous", "stribeck_speed", "stribeck_exponent")
+_DRY = [*(f"friction_{name}" for name in _FRICTION if name not in _NOT_COULOMB), "loss_forward", "loss_backward"]
+_ROTOR_FIELDS = "inertia", "gap", "k", "c", "encoder", "dynamics", "early"
+_LOSS_FIELDS = *(f"friction_{name}" for name in _FRICTION), "loss_forward", "loss_backward"
+DRIVE = np.dtype([(name, np.float64) for name in (*_ROTOR_FIELDS, *_LOSS_FIELDS)])
+"""Parameters of a drive; ``encoder`` 0: motor, 1: load; ``dynamics``, ``early``: of the actuator before add_drive"""
 
 ANGLE, SPEED, MOTOR_TORQUE, BEGUN, INPUT, BRISTLES = range(6)
-"""Places in the actuator's activation; deflections of the hysteresis and, last, the torque on the load follow"""
+"""Indices in the actuator's activation; deflections of the hysteresis and, last, the torque on the load follow"""
 _DYNAMICS = {
     mujoco.mjtDyn.mjDYN_NONE: 0, mujoco.mjtDyn.mjDYN_INTEGRATOR: 1, mujoco.mjtDyn.mjDYN_FILTER: 2,
     mujoco.mjtDyn.mjDYN_FILTEREXACT: 3,
 }  # fmt: skip
 _ENCODERS = ("motor", "load")
-_WAY_ROUND = ", or give its joint play with add_backlash(), which any actuator can drive"
+_ALTERNATIVE = ", or give its joint play with add_backlash(), which any actuator can drive"
 
 
 class PlacedDrive(NamedTuple):
-    """A drive of a model, and where it is."""
+    """A drive of a model, and its location there."""
 
     name: str
     actuator: int
-    numeric: int  # where in numeric_data its numbers begin
+    numeric: int  # address in numeric_data
     hysteresis: int  # number of elements
 
     def numbers(self, model: mujoco.MjModel) -> np.void:
-        """Return its numbers as they are now, a DRIVE."""
+        """Return its current parameters, a DRIVE."""
         return model.numeric_data[self.numeric : self.numeric + len(DRIVE.names or ())].view(DRIVE)[0]
 
     def rubs(self, model: mujoco.MjModel) -> bool:
-        """Say whether it has any dry friction now."""
+        """Return True if it has dry friction."""
         numbers = self.numbers(model)
         return any(numbers[name] for name in _DRY)
 
     def slips(self, model: mujoco.MjModel) -> np.ndarray:
-        """Return stiffness and force (n, 2) of the elements of its hysteresis."""
+        """Return stiffness and slip force (n, 2) of the elements of its hysteresis."""
         first = self.numeric + len(DRIVE.names or ())
         return model.numeric_data[first : first + 2 * self.hysteresis].reshape(-1, 2)
 
 
 class DriveState(NamedTuple):
-    """What a drive's log would show of its motor, in units of the actuator's joint or tendon."""
+    """Angle, speed and torques of a drive's motor, in units of the actuator's joint or tendon."""
 
     angle: Any
     """of the motor, rad (m)"""
     speed: Any
     """of the motor, rad/s (m/s)"""
     motor_torque: Any
-    """N m (N), of the step that has ended"""
+    """N m (N), of the last step"""
     load_torque: Any
-    """N m (N), of the drive on the load, of the step that has ended"""
+    """N m (N), of the drive on the load, of the last step"""
 
 
 def drive_state(model: mujoco.MjModel, act: ArrayLike, actuator: Any) -> DriveState:
-    """Return angle, speed and torques of a drive that is inside an actuator.
+    """Return angle, speed and torques of a drive inside an actuator.
 
     Parameters
     ----------
@@ -111,10 +111,10 @@ def drive_state(model: mujoco.MjModel, act: ArrayLike, actuator: Any) -> DriveSt
     for drive in drives(model):
         if drive.name == name:
             first, count = model.actuator_actadr[drive.actuator], model.actuator_actnum[drive.actuator]
-            own = states[..., first : first + count].copy()  # no view of data that move on
-            force = own[..., count - 1]
+            activation = states[..., first : first + count].copy()  # no view of data that change
+            force = activation[..., count - 1]
             gear = model.actuator_gear[output_of(model, drive.actuator), 0]
-            angle, speed, torque = (own[..., place][()] for place in (ANGLE, SPEED, MOTOR_TORQUE))
+            angle, speed, torque = (activation[..., place][()] for place in (ANGLE, SPEED, MOTOR_TORQUE))
             return DriveState(angle, speed, torque, force * gear)
     raise ModelError(f'actuator "{name}" has no drive; give it one with add_drive()')
 
@@ -125,13 +125,13 @@ def add_drive(
     restitution: float | None = None, encoder: str = "motor", friction: DriveFriction | None = None,
     hysteresis: Sequence[tuple[float, float]] = (),
 ) -> None:  # fmt: skip
-    """Put a rotor behind elastic teeth with play into an actuator: no joint is added, and no row of the solver's.
+    """Put a rotor behind elastic teeth with play into an actuator, without an additional joint or solver row.
 
-    The joint (or tendon) is the load and stays what it was. The actuator's own law, a motor's or a servo's, turns the
-    rotor, which presses on the load with k r + c ṙ beyond the gap to either side, never pulling. Rotor and friction
-    are the actuator's activation: MuJoCo saves, restores, copies and resets them with the data, and ``rollout`` and
-    ``batch`` return them; after a reset the rotor stands in the middle of the play, wherever the load is. It turns in
-    a `Softener` alone.
+    The joint (or tendon) is the load and is not changed. The actuator's law, a motor's or a servo's, drives the rotor,
+    which presses on the load with k r + c ṙ beyond the gap to either side, never pulling. The state of
+    rotor and friction is the actuator's activation: MuJoCo saves, restores, copies and resets it with the data, and
+    ``rollout`` and ``batch`` return it; after a reset the rotor is in the middle of the play, wherever the load is. It
+    moves only with a `Softener`.
 
     Parameters
     ----------
@@ -151,8 +151,8 @@ def add_drive(
     damping_ratio, restitution : float, optional
         Instead of c, of rotor and load against each other in the model's initial pose; see `contact`.
     inertia : float, optional
-        Of the rotor at the load (times gear ratio squared), kg m² (kg), > 0. Without it the joint's armature. The
-        joint keeps none, for that was the rotor's.
+        Of the rotor at the load (times gear ratio squared), kg m² (kg), > 0; by default the joint's armature, which is
+        set to 0.
     encoder : str
         Where a servo measures: at the "motor", before the play, or at the "load".
     friction : DriveFriction, optional
@@ -170,32 +170,32 @@ def add_drive(
         For a stiffness or damping out of range.
     """
     model = compiled(specification(spec))
-    names = [name_of(each) for each in (actuator if isinstance(actuator, list) else [actuator])]
+    names = [name_of(element) for element in (actuator if isinstance(actuator, list) else [actuator])]
     teeth = softness(k, c, None, 0.0, damping_ratio_of(c, damping_ratio, restitution))
     slips = [(float(stiffness), float(force)) for stiffness, force in hysteresis]
     if encoder not in _ENCODERS:
         raise ModelError(f'actuator "{names[0]}": encoder "{encoder}"; known: {", ".join(_ENCODERS)}')
-    own = float(_ENCODERS.index(encoder)), friction_numbers(friction), slips
-    made = [_inside(spec, model, name, (gap, backlash), teeth, inertia, *own) for name in names]
+    common = float(_ENCODERS.index(encoder)), friction_numbers(friction), slips
+    makers = [_drive_writer(spec, model, name, (gap, backlash), teeth, inertia, *common) for name in names]
     saved = [np.array(key.act) for key in spec.keys]
 
     def inside(changed: mujoco.MjSpec) -> None:
         settle_damping(changed, model)
-        for make in made:
-            make(changed)
+        for put_in in makers:
+            put_in(changed)
         note_softener(changed)
         for key in changed.keys:
             key.act = np.zeros(0)
 
-    _, now = change(spec, inside)
-    _extend_keys(spec, saved, model, now, names)
+    _, changed_model = change(spec, inside)
+    _extend_keys(spec, saved, model, changed_model, names)
 
 
-def _inside(
+def _drive_writer(
     spec: mujoco.MjSpec, model: mujoco.MjModel, name: str, play: tuple[float | None, float | None], teeth: Softness,
     inertia: float | None, encoder: float, losses: tuple[float, ...], slips: list[tuple[float, float]],
 ) -> Callable[[mujoco.MjSpec], None]:  # fmt: skip
-    """Return what puts a drive inside an actuator of a specification, which compiles to the model.
+    """Return a function that puts a drive inside an actuator of a specification, which compiles to the model.
 
     Raises
     ------
@@ -206,13 +206,13 @@ def _inside(
     where = f'actuator "{name}"'
     if any(drive.name == name for drive in drives(model)):
         raise ModelError(f"{where} has a drive already")
-    _refuse(model, index, where)
+    _require_supported(model, index, where)
     on_tendon, limits = model.actuator_trntype[index] == mujoco.mjtTrn.mjTRN_TENDON, _motor_limits(model, index, where)
     joint = 0 if on_tendon else int(model.actuator_trnid[index, 0])
     gap = half_of(*play, not on_tendon and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE)
-    given = {"gap": gap} | ({} if inertia is None else {"inertia": inertia})
-    given |= {f"hysteresis[{i}]": min(slip) for i, slip in enumerate(slips)}
-    for label, value in given.items():
+    positives = {"gap": gap} | ({} if inertia is None else {"inertia": inertia})
+    positives |= {f"hysteresis[{i}]": min(slip) for i, slip in enumerate(slips)}
+    for label, value in positives.items():
         if not isinstance(value, numbers.Real) or not (value > 0 or (label == "gap" and value == 0)) or np.isinf(value):
             raise ModelError(f"{where}: {label} {value} must be finite and {'>=' if label == 'gap' else '>'} 0")
     armature = 0.0 if on_tendon else float(spec.joint(motor.target).armature)
@@ -220,11 +220,11 @@ def _inside(
         inertia = armature
         if not inertia > 0:
             raise ModelError(f"{where}: its {'tendon' if on_tendon else 'joint'} has no armature; give inertia > 0")
-    behind = model.tendon_invweight0[model.actuator_trnid[index, 0]] if on_tendon else (
+    load_inverse = model.tendon_invweight0[model.actuator_trnid[index, 0]] if on_tendon else (
         model.dof_invweight0[model.jnt_dofadr[joint]])  # fmt: skip
-    together = 1 / inertia + 1 / max(1 / max(behind, np.finfo(float).tiny) - armature, np.finfo(float).tiny)
+    inverse = 1 / inertia + 1 / max(1 / max(load_inverse, np.finfo(float).tiny) - armature, np.finfo(float).tiny)
     values = (
-        inertia, gap, teeth.k, teeth.damping(together), encoder,
+        inertia, gap, teeth.k, teeth.damping(inverse), encoder,
         _DYNAMICS[mujoco.mjtDyn(int(model.actuator_dyntype[index]))], model.actuator_actearly[index], *losses,
     )  # fmt: skip
 
@@ -243,7 +243,7 @@ def _inside(
             mujoco.mjtDyn.mjDYN_USER, mujoco.mjtGain.mjGAIN_USER, mujoco.mjtBias.mjBIAS_USER
         )  # fmt: skip
         if hasattr(motor, "ctrlspec"):
-            motor.ctrlspec = 0  # which inputs a servo declares; the number of controls stays one
+            motor.ctrlspec = 0  # inputs that a servo declares; the number of controls stays one
         motor.actdim, motor.actearly = BRISTLES + 2 + len(slips), True
         motor.actlimited = motor.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
         motor.actrange = model.actuator_actrange[index] if model.actuator_actlimited[index] else (0, 0)
@@ -253,11 +253,11 @@ def _inside(
 
 
 def friction_numbers(friction: DriveFriction | None) -> tuple[float, ...]:
-    """Return what a DRIVE holds of a friction."""
-    found = friction or DriveFriction(1.0)
-    efficiency = Efficiency(*found.efficiency)
+    """Return the numbers of a friction in a DRIVE."""
+    parameters = friction or DriveFriction(1.0)
+    efficiency = Efficiency(*parameters.efficiency)
     losses = 1 / efficiency.forward - 1, 1 - efficiency.backward
-    return *(float(getattr(found, name)) for name in _FRICTION), *losses
+    return *(float(getattr(parameters, name)) for name in _FRICTION), *losses
 
 
 def drives(model: mujoco.MjModel) -> Iterator[PlacedDrive]:
@@ -266,37 +266,37 @@ def drives(model: mujoco.MjModel) -> Iterator[PlacedDrive]:
     Raises
     ------
     ModelError
-        For one whose actuator is gone or has been changed.
+        For one whose actuator was removed or changed.
     """
-    for i, before, after in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}drive:"):
-        name, more = before + after, int(model.numeric_size[i]) - len(DRIVE.names or ())
+    for i, prefix, suffix in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}drive:"):
+        name, extra = prefix + suffix, int(model.numeric_size[i]) - len(DRIVE.names or ())
         actuator = find(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
         if (
-            more < 0 or more % 2 or model.actuator_dyntype[actuator] != mujoco.mjtDyn.mjDYN_USER
-            or model.actuator_actnum[actuator] != BRISTLES + 2 + more // 2
+            extra < 0 or extra % 2 or model.actuator_dyntype[actuator] != mujoco.mjtDyn.mjDYN_USER
+            or model.actuator_actnum[actuator] != BRISTLES + 2 + extra // 2
         ):  # fmt: skip
             raise ModelError(f'actuator "{name}" is no longer what add_drive() made of it')
-        yield PlacedDrive(name, actuator, int(model.numeric_adr[i]), more // 2)
+        yield PlacedDrive(name, actuator, int(model.numeric_adr[i]), extra // 2)
 
 
-def _refuse(model: mujoco.MjModel, index: int, where: str) -> None:
-    """Refuse an actuator that cannot turn a rotor."""
+def _require_supported(model: mujoco.MjModel, index: int, where: str) -> None:
+    """Raise ModelError for an actuator that cannot drive a rotor."""
     kinds = mujoco.mjtTrn, mujoco.mjtDyn, mujoco.mjtGain, mujoco.mjtBias
     fields = ("trntype", "dyntype", "gaintype", "biastype")
-    found = [kind(int(getattr(model, f"actuator_{field}")[index])) for kind, field in zip(kinds, fields)]
+    types = [kind(int(getattr(model, f"actuator_{field}")[index])) for kind, field in zip(kinds, fields)]
     allowed = (
         (*ON_JOINT, mujoco.mjtTrn.mjTRN_TENDON),
         tuple(_DYNAMICS),
         (mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtGain.mjGAIN_AFFINE),
         (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE),
     )
-    way_round = _WAY_ROUND if found[0] in ON_JOINT else ""
-    for kind, can in zip(found, allowed):
-        if kind not in can:
-            needs = " or ".join(_name(c) for c in can)
-            raise ModelError(f"{where} is {_name(kind)}; a drive needs {needs}{way_round}")
+    way_round = _ALTERNATIVE if types[0] in ON_JOINT else ""
+    for kind, supported in zip(types, allowed):
+        if kind not in supported:
+            needs = " or ".join(_type_name(c) for c in supported)
+            raise ModelError(f"{where} is {_type_name(kind)}; a drive needs {needs}{way_round}")
     joint = model.actuator_trnid[index, 0]
-    if found[0] != mujoco.mjtTrn.mjTRN_TENDON and mujoco.mjtJoint(int(model.jnt_type[joint])) not in (
+    if types[0] != mujoco.mjtTrn.mjTRN_TENDON and mujoco.mjtJoint(int(model.jnt_type[joint])) not in (
         mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
     ):  # fmt: skip
         raise ModelError(f"{where}: a drive needs a hinge or slide")
@@ -309,12 +309,12 @@ def _refuse(model: mujoco.MjModel, index: int, where: str) -> None:
         raise ModelError(f"{where} has gear 0")
 
 
-def _name(kind: Any) -> str:
+def _type_name(kind: Any) -> str:
     return str(kind.name.partition("_")[2].lower())
 
 
 def _motor_limits(model: mujoco.MjModel, index: int, where: str) -> np.ndarray:
-    """Return the range (2,) of the motor's force, with what limits its joint's actuators; zeros for none."""
+    """Return the range (2,) of the motor's force, within that of its joint's actuators; zeros for none."""
     limits, joint = np.array((-np.inf, np.inf)), model.actuator_trnid[index, 0]
     on_joint = model.actuator_trntype < mujoco.mjtTrn.mjTRN_TENDON.value
     if on_joint[index] and model.jnt_actfrclimited[joint]:
@@ -322,23 +322,23 @@ def _motor_limits(model: mujoco.MjModel, index: int, where: str) -> np.ndarray:
             raise ModelError(f"{where}: its joint has other actuators and a common actuatorfrcrange; set that of each")
         limits = np.sort(model.jnt_actfrcrange[joint] / model.actuator_gear[output_of(model, index), 0])
     if model.actuator_forcelimited[index]:
-        own = model.actuator_forcerange[index]
-        limits = np.array((max(limits[0], own[0]), min(limits[1], own[1])))
+        force_range = model.actuator_forcerange[index]
+        limits = np.array((max(limits[0], force_range[0]), min(limits[1], force_range[1])))
     return limits if np.isfinite(limits).all() else np.zeros(2)
 
 
 def _extend_keys(
-    spec: mujoco.MjSpec, saved: Sequence[np.ndarray], model: mujoco.MjModel, now: mujoco.MjModel, names: list[str]
+    spec: mujoco.MjSpec, saved: Sequence[np.ndarray], model: mujoco.MjModel, changed: mujoco.MjModel, names: list[str]
 ) -> None:
-    """Give drives their places in keyframes that have activations: their input goes along, all else is to begin."""
+    """Extend keyframes' activations by the drives' states: the input is kept, all else is 0."""
     for key, act in zip(spec.keys, saved):
         if not act.size:
             continue
-        longer = np.zeros(now.na)
+        extended = np.zeros(changed.na)
         for i in range(actuator_count(model)):
-            old, new, count = model.actuator_actadr[i], now.actuator_actadr[i], model.actuator_actnum[i]
-            if now.actuator(i).name in names:
+            old, new, count = model.actuator_actadr[i], changed.actuator_actadr[i], model.actuator_actnum[i]
+            if changed.actuator(i).name in names:
                 new += INPUT
             if count:
-                longer[new : new + count] = act[old : old + count]
-        key.act = longer
+                extended[new : new + count] = act[old : old + count]
+        key.act = extended

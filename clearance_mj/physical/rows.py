@@ -25,13 +25,7 @@ _NEAREST_WITHIN = 1e3  # m, range of the search for nearest points of geoms
 _LIFT = 1e-6  # m
 BENT_POSES = 24
 _LARGEST_MASS_RATIO = 1e6  # parasitic mass over inertia, above which a row counts as rigid
-_ADDED = (
-    "friction of ",
-    "teeth of ",
-    "hysteresis of ",
-    "drive of ",
-    "bushing ",
-)  # names of rows that the `Softener` adds
+_ADDED = ("friction of ", "teeth of ", "hysteresis of ", "drive of ", "bushing ")  # rows that the `Softener` adds
 _Bits, _Constraint = mujoco.mjtDisableBit, mujoco.mjtConstraint
 
 
@@ -98,13 +92,11 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None, contacts: bool = Tr
     given = np.vstack((model.qpos0, model.key_qpos)) if poses is None else np.atleast_2d(np.asarray(poses, dtype=float))
     if given.shape[-1] != model.nq or given.ndim != 2 or not len(given):
         raise ModelError(f"poses of shape {given.shape}; the model's need {model.nq} numbers each")
-    with_bristles = rubbing(model)
-    variant = model if contacts and not with_bristles else copy.copy(model)
+    bristle_pairs = rubbing(model)
+    variant = model if contacts and not bristle_pairs else copy.copy(model)
     if not contacts:
         variant.opt.disableflags |= int(_Bits.mjDSBL_CONTACT)
-    variant.pair_dim[[find(model, KINDS["pair"].object, name) for name in with_bristles]] = (
-        1  # bristles replace friction
-    )
+    variant.pair_dim[[find(model, KINDS["pair"].object, name) for name in bristle_pairs]] = 1  # MuJoCo's friction off
     data, mass, placed_drives = mujoco.MjData(model), np.zeros((model.nv, model.nv)), list(drives(model))
     rotors = np.diag([0.0] * model.nv + [float(drive.numbers(model)["inertia"]) for drive in placed_drives])
     for number, qpos in enumerate(given if model.nv else ()):

@@ -13,13 +13,13 @@ from .rows import Pose, Row, poses_of
 
 __all__ = ["Stable", "hardest", "largest_step"]
 
-_LONGEST_STEP = 1.0  # s, that is looked at
+_LONGEST_STEP = 1.0  # s, upper end of the search
 _Bits, _Integrator = mujoco.mjtDisableBit, mujoco.mjtIntegrator
 _Mask: TypeAlias = dict[str, np.ndarray]
 
 
 class Stable(NamedTuple):
-    """A longest stable step, and what makes it so short."""
+    """A longest stable step, and the element that limits it."""
 
     step: float  # s; infinite where nothing is stiff
     element: str
@@ -28,9 +28,9 @@ class Stable(NamedTuple):
     c: float = 0.0  # N s/m (N m s/rad)
 
     def hardest_at(self, step: float) -> tuple[float, float]:
-        """Return the largest k and c, in the element's own proportion, that are stable at a longer step."""
-        share = self.step / step
-        return self.k * share**2, self.c * share
+        """Return the largest k and c, in the element's proportion, that are stable at a longer step."""
+        ratio = self.step / step
+        return self.k * ratio**2, self.c * ratio
 
 
 def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float:
@@ -46,8 +46,8 @@ def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float
     affine bias, the gains of others at the end of their ctrlrange) and all contacts that touch; each other pair of
     geoms as if it touched too, where it is nearest. Not counted are constraints whose solref is a time constant, since
     MuJoCo keeps those stable itself (unless flag refsafe is disabled: then they count), geoms without a pair that do
-    not touch in the pose, MuJoCo's own friction, muscles, DC motors, activations, delays, flexes, fluids and what
-    callbacks do; of polynomial springs and dampers the linear coefficient counts. Accuracy takes a tenth of this step.
+    not touch in the pose, MuJoCo's own friction, muscles, DC motors, activations, delays, flexes, fluids and
+    callbacks; of polynomial springs and dampers the linear coefficient counts. Accuracy takes a tenth of this step.
 
     Parameters
     ----------
@@ -70,93 +70,93 @@ def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float
 
 
 def hardest(model: mujoco.MjModel, poses: ArrayLike | None = None, contacts: bool = True) -> Stable:
-    """Return the longest stable step with what makes it so short; see `largest_step`.
+    """Return the longest stable step with the element that limits it; see `largest_step`.
 
-    Without ``contacts`` no geoms touch in the poses, as they would in poses that no motion reaches; each explicit pair
-    is counted as if it did all the same.
+    Without ``contacts`` overlaps of geoms, as in poses that no motion reaches, are ignored; each explicit pair is still
+    counted as if it touched.
     """
-    found = Stable(np.inf, "nothing", 0)
+    limiting = Stable(np.inf, "nothing", 0)
     discrete = model.opt.integrator == getattr(_Integrator, "mjINT_DISCRETE", None)
-    implicit, runge_kutta = _implicit(model), model.opt.integrator == _Integrator.mjINT_RK4
-    limit = _runge_kutta if runge_kutta else _semi_implicit
+    implicit, runge_kutta = _implicit_masks(model), model.opt.integrator == _Integrator.mjINT_RK4
+    limit = _runge_kutta_limit if runge_kutta else _semi_implicit_limit
     for pose in poses_of(model, poses, contacts):
-        if discrete:  # it takes all but what the Softener adds implicitly
+        if discrete:  # it is implicit in all but the Softener's forces
             pose = pose._replace(together=[row for row in pose.together if row.added], alone=[])
         pose = pose._replace(together=[row for row in pose.together if row.direction.any()])
-        parts = _parts_of(pose)
+        parts = _independent_parts(pose)
         of_rows = [int(parts[np.flatnonzero(row.direction)[0]]) for row in pose.together]
         steps = np.full(len(pose.mass), np.inf)  # of the part that each velocity is in
         for part in np.unique(parts):
-            rows = [row for row, of in zip(pose.together, of_rows) if of == part]
-            step = steps[parts == part] = limit(*_cut(pose, parts == part, rows, implicit)) if rows else np.inf
-            rates = {row.element: _rate(row, pose, implicit) for row in rows}
-            worst = max(rates, key=lambda element: rates[element], default="nothing")
-            k, c = next(((row.k, row.c) for row in rows if row.element == worst), (0.0, 0.0))
-            found = min(found, Stable(step, worst, pose.number, k, c), key=lambda stable: stable.step)
-        rates_of = [[_rate(row, pose, implicit) for row in rows] for rows in pose.alone]
-        for rates_of_pair, pair in sorted(zip(rates_of, pose.alone), key=lambda both: -sum(both[0])):
+            rows = [row for row, part_of_row in zip(pose.together, of_rows) if part_of_row == part]
+            step = steps[parts == part] = limit(*_restrict(pose, parts == part, rows, implicit)) if rows else np.inf
+            rates = {row.element: _inverse_step(row, pose, implicit) for row in rows}
+            stiffest = max(rates, key=lambda element: rates[element], default="nothing")
+            k, c = next(((row.k, row.c) for row in rows if row.element == stiffest), (0.0, 0.0))
+            limiting = min(limiting, Stable(step, stiffest, pose.number, k, c), key=lambda stable: stable.step)
+        rates_of = [[_inverse_step(row, pose, implicit) for row in rows] for rows in pose.alone]
+        for rates_of_pair, pair in sorted(zip(rates_of, pose.alone), key=lambda item: -sum(item[0])):
             moves = np.any([row.direction != 0 for row in pair], axis=0)
-            others = steps[moves].min(initial=np.inf)
-            if not runge_kutta and 1 / (1 / others + sum(rates_of_pair)) > (1 - 1e-9) * found.step:
+            step_without = steps[moves].min(initial=np.inf)
+            if not runge_kutta and 1 / (1 / step_without + sum(rates_of_pair)) > (1 - 1e-9) * limiting.step:
                 continue  # springs and dampers need a step that is at worst as short as theirs in a row
-            moved = np.unique(parts[moves])
-            rows = [other for other, of in zip(pose.together, of_rows) if of in moved]
-            beside = limit(*_cut(pose, np.isin(parts, moved), [*rows, *pair], implicit))
+            parts_moved = np.unique(parts[moves])
+            rows = [other for other, part_of_row in zip(pose.together, of_rows) if part_of_row in parts_moved]
+            step_with = limit(*_restrict(pose, np.isin(parts, parts_moved), [*rows, *pair], implicit))
             worst_row = pair[int(np.argmax(rates_of_pair))]
-            stable = Stable(beside, worst_row.element, pose.number, worst_row.k, worst_row.c)
-            found = min(found, stable, key=lambda each: each.step)
-    return found
+            candidate = Stable(step_with, worst_row.element, pose.number, worst_row.k, worst_row.c)
+            limiting = min(limiting, candidate, key=lambda each: each.step)
+    return limiting
 
 
-def _parts_of(pose: Pose) -> np.ndarray:
-    """(n,) number of the part that each velocity is in: parts share neither inertia nor a row of what acts at once."""
+def _independent_parts(pose: Pose) -> np.ndarray:
+    """Return the number (n,) of each velocity's part: parts share neither inertia nor a row that acts at once."""
     linked = (pose.mass != 0) | np.eye(len(pose.mass), dtype=bool)
     for row in pose.together:
-        moved = np.flatnonzero(row.direction)
-        linked[np.ix_(moved, moved)] = True
-    parts, before = np.arange(len(linked)), np.empty(0, dtype=int)
-    while not np.array_equal(parts, before):
-        before, parts = parts, np.where(linked, parts, len(linked)).min(axis=1, initial=len(linked))
-        parts = parts[parts]  # what a part is in already
+        dofs = np.flatnonzero(row.direction)
+        linked[np.ix_(dofs, dofs)] = True
+    parts, previous = np.arange(len(linked)), np.empty(0, dtype=int)
+    while not np.array_equal(parts, previous):
+        previous, parts = parts, np.where(linked, parts, len(linked)).min(axis=1, initial=len(linked))
+        parts = parts[parts]  # follow links between parts
     return parts
 
 
-def _cut(pose: Pose, kept: np.ndarray, rows: list[Row], implicit: _Mask) -> tuple[Pose, list[Row], _Mask]:
-    """Return some of the velocities of a pose, with rows that move no others."""
-    if kept.all():
+def _restrict(pose: Pose, dofs: np.ndarray, rows: list[Row], implicit: _Mask) -> tuple[Pose, list[Row], _Mask]:
+    """Return a pose restricted to some velocities, with rows that move no others."""
+    if dofs.all():
         return pose, rows, implicit
-    both = np.ix_(kept, kept)
-    less = pose._replace(mass=pose.mass[both], inverse=pose.inverse[both])
-    rows = [row._replace(direction=row.direction[kept]) for row in rows]
-    return less, rows, {kind: fits[both] for kind, fits in implicit.items()}
+    block = np.ix_(dofs, dofs)
+    reduced = pose._replace(mass=pose.mass[block], inverse=pose.inverse[block])
+    rows = [row._replace(direction=row.direction[dofs]) for row in rows]
+    return reduced, rows, {kind: mask[block] for kind, mask in implicit.items()}
 
 
-def _implicit(model: mujoco.MjModel) -> _Mask:
-    """(n, n) which derivatives of dampers an integrator takes implicitly, by the kind of damper."""
+def _implicit_masks(model: mujoco.MjModel) -> _Mask:
+    """Return masks (n, n) of damping derivatives that the integrator takes implicitly, by kind of damper."""
     size = model.nv + sum(1 for _ in drives(model))
     rotors = {"rotor": np.diag(np.arange(size) >= model.nv).astype(float)} if size > model.nv else {}
     if model.opt.integrator in (_Integrator.mjINT_IMPLICIT, _Integrator.mjINT_IMPLICITFAST):
-        fits = np.zeros((size, size))
-        for row, first, count in zip(fits, model.D_rowadr, model.D_rownnz):
+        mask = np.zeros((size, size))
+        for row, first, count in zip(mask, model.D_rowadr, model.D_rownnz):
             row[model.D_colind[first : first + count]] = 1
-        return {"joint": fits, "force": fits, **rotors}
+        return {"joint": mask, "force": mask, **rotors}
     if model.opt.integrator == _Integrator.mjINT_EULER and not model.opt.disableflags & _Bits.mjDSBL_EULERDAMP:
         return {"joint": np.eye(size), **rotors}
     return rotors
 
 
-def _rate(row: Row, pose: Pose, implicit: _Mask) -> float:
-    """1/s, the inverse of the longest stable step of one row alone, (δ + √(δ² + ω²))/2."""
-    moved = np.flatnonzero(row.direction)
-    direction = row.direction[moved]
-    inverse = float(direction @ pose.inverse[np.ix_(moved, moved)] @ direction)
+def _inverse_step(row: Row, pose: Pose, implicit: _Mask) -> float:
+    """Return the inverse of the longest stable step of one row alone, (δ + √(δ² + ω²))/2, 1/s."""
+    dofs = np.flatnonzero(row.direction)
+    direction = row.direction[dofs]
+    inverse = float(direction @ pose.inverse[np.ix_(dofs, dofs)] @ direction)
     inertia = row.mass + 1 / max(inverse, np.finfo(float).tiny)
     decay = (-row.c if row.kind in implicit else row.c) / (2 * inertia)
     return float(decay + np.sqrt(decay**2 + row.k / inertia)) / 2
 
 
 def _matrices(pose: Pose, rows: list[Row]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mass, with the parasitic one, stiffness and damping."""
+    """Return the matrices of mass, with the parasitic one, stiffness and damping."""
     direction = np.array([row.direction for row in rows]).reshape(len(rows), len(pose.mass))
     mass, stiffness, damping = (
         (direction.T * [getattr(row, name) for row in rows]) @ direction for name in ("mass", "k", "c")
@@ -164,29 +164,29 @@ def _matrices(pose: Pose, rows: list[Row]) -> tuple[np.ndarray, np.ndarray, np.n
     return pose.mass + mass, stiffness, damping
 
 
-def _semi_implicit(pose: Pose, rows: list[Row], implicit: _Mask) -> float:
-    """Longest step of v₊ = v + h (M + hD)⁻¹ M a, M' a = -K q - C v, q₊ = q + h v₊, M' with the parasitic mass.
+def _semi_implicit_limit(pose: Pose, rows: list[Row], implicit: _Mask) -> float:
+    """Return the longest stable step of v₊ = v + h (M + hD)⁻¹ M a, M' a = -K q - C v, q₊ = q + h v₊.
 
-    An eigenvalue becomes -1 at h = 1/λ, where 4M' λ² + (4M'M⁻¹D - 2C) λ - K is singular; before that none leaves the
-    unit circle as long as all matrices are symmetric, which M'M⁻¹D is but for constraints that are next to rigid.
+    M' includes the parasitic mass. An eigenvalue becomes -1 at h = 1/λ, where 4M' λ² + (4M'M⁻¹D - 2C) λ - K is
+    singular; before that none leaves the unit circle as long as all matrices are symmetric, which M'M⁻¹D is but for constraints that are next to rigid.
     """
     mass, stiffness, damping = _matrices(pose, rows)
-    size, implied = len(mass), np.zeros_like(mass)
-    for kind, fits in implicit.items():
-        implied += fits * _matrices(pose, [row for row in rows if row.kind == kind])[2]
+    size, implicit_damping = len(mass), np.zeros_like(mass)
+    for kind, mask in implicit.items():
+        implicit_damping += mask * _matrices(pose, [row for row in rows if row.kind == kind])[2]
     springs, dampers = np.linalg.solve(mass, np.stack((stiffness, damping)))
-    late = dampers / 2 - pose.inverse @ implied
-    rates = np.linalg.eigvals(np.block([[np.zeros((size, size)), np.eye(size)], [springs / 4, late]]))
+    explicit_rates = dampers / 2 - pose.inverse @ implicit_damping
+    rates = np.linalg.eigvals(np.block([[np.zeros((size, size)), np.eye(size)], [springs / 4, explicit_rates]]))
     fastest = max(rates.real[np.abs(rates.imag) <= 1e-6 * np.abs(rates)], default=0.0)
     longest = 1 / fastest if fastest > 0 else np.inf
 
     def grows(h: float) -> bool:
-        share = np.linalg.inv(pose.mass + h * implied) @ pose.mass
-        k, c = h * share @ springs, np.eye(size) - h * share @ dampers
+        factor = np.linalg.inv(pose.mass + h * implicit_damping) @ pose.mass
+        k, c = h * factor @ springs, np.eye(size) - h * factor @ dampers
         return bool(np.max(np.abs(np.linalg.eigvals(np.block([[np.eye(size) - h * k, h * c], [-k, c]])))) > 1 + 1e-6)
 
     stable, unstable = 0.0, min(longest, _LONGEST_STEP)
-    if not implied.any() or not any(row.mass for row in rows) or not grows((1 - 1e-6) * unstable):
+    if not implicit_damping.any() or not any(row.mass for row in rows) or not grows((1 - 1e-6) * unstable):
         return longest
     while unstable - stable > 1e-6 * unstable:
         middle = (stable + unstable) / 2
@@ -194,19 +194,19 @@ def _semi_implicit(pose: Pose, rows: list[Row], implicit: _Mask) -> float:
     return stable
 
 
-def _runge_kutta(pose: Pose, rows: list[Row], implicit: _Mask) -> float:
-    """Longest step: that at which Σ (hλ)ⁿ/n!, n = 0...4, leaves the unit circle for an eigenvalue λ of the motion."""
+def _runge_kutta_limit(pose: Pose, rows: list[Row], implicit: _Mask) -> float:
+    """Return the step at which Σ (hλ)ⁿ/n!, n = 0...4, leaves the unit circle for an eigenvalue λ of the motion."""
     mass, stiffness, damping = _matrices(pose, rows)
     size = len(mass)
     lower = [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]
     rates = np.linalg.eigvals(np.block([[np.zeros((size, size)), np.eye(size)], lower]))
     rates = rates[np.abs(rates) > 0]
-    turned = rates / np.abs(rates)
-    turned = np.where(turned.real < -1e-9, turned, 1j * turned.imag)  # undamped but for rounding
+    directions = rates / np.abs(rates)
+    directions = np.where(directions.real < -1e-9, directions, 1j * directions.imag)  # undamped but for rounding
     stable, unstable = np.zeros(len(rates)), np.full(len(rates), 4.0)
     for _ in range(50):
         middle = (stable + unstable) / 2
-        z = middle * turned
+        z = middle * directions
         inside = np.abs(1 + z * (1 + z / 2 * (1 + z / 3 * (1 + z / 4)))) <= 1 + 1e-12
         stable, unstable = np.where(inside, middle, stable), np.where(inside, unstable, middle)
     return float(min(stable / np.abs(rates), default=np.inf))

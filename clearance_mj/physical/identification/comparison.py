@@ -1,4 +1,4 @@
-"""Residuals of a MuJoCo model over records, guided or free, and how they change with what is open."""
+"""Residuals of a MuJoCo model over records, guided or free, and their derivatives."""
 
 from __future__ import annotations
 
@@ -20,53 +20,53 @@ from .simulation import Simulator, moved
 
 __all__ = ["Prediction"]
 
-GUIDANCE = (2.0, 0.7)  # Hz, bandwidths with which simulations are pulled towards the record at first
+GUIDANCE = (2.0, 0.7)  # Hz, bandwidths of the guided stages
 STEP = 0.05  # of a parameter's logarithm, for differences: above the jumps of trajectories when teeth meet
 GUIDED_STEP = 0.15  # the same while simulations are guided and parameters far off
 STATE_STEP = 0.1  # of a state's standard deviation, for differences
 APPROACH_BANDWIDTH = GUIDANCE[0]
-"""Hz, of the guidance in which states settle before samples count: with less, friction and weight keep them far from
-the record, and what follows would be that error and no longer the model's"""
-STATE_BANDWIDTH = 2.0  # Hz, which relates the deviations of velocities to those of positions
+"""Hz, of the guidance before the first counted sample: with less, friction and weight keep states far from the record,
+and residuals would be that error instead of the model's"""
+STATE_BANDWIDTH = 2.0  # Hz, ratio of velocity to position deviations, over 2π
 ORDER = 20  # of the autoregressive model of a sensor's residual
-SETTLING = 0.5  # s at the beginning of a record that do not count: a guided simulation approaches it there
+SETTLING = 0.5  # s at the beginning of a record without residuals: a guided simulation approaches it there
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What a model shows under the controls of a record."""
+    """Simulated sensors under the controls of a record, and their residuals."""
 
     sensors: dict[str, np.ndarray]
     """(n,) or (n, dim) by name, at the samples from `begin` on"""
     residual: dict[str, np.ndarray]
-    """what was measured less that"""
+    """measured less simulated"""
     begin: int
-    """first sample; what is before it served to find the state there"""
+    """index of the first sample; earlier ones served to estimate the state there"""
 
     @property
     def rms(self) -> dict[str, float]:
-        """Residual of each sensor, in its unit."""
+        """RMS residual of each sensor, in its unit."""
         return {name: float(np.sqrt(np.mean(r**2))) for name, r in self.residual.items()}
 
 
 @dataclass
 class Stage:
-    """How simulations run, and how their residuals count."""
+    """A stage of the fit: guidance of the simulations and weights of their residuals."""
 
     bandwidth: float  #: Hz, of the guidance; 0: none
-    weight: np.ndarray  #: (n_channels,) one over the size of a residual
+    weight: np.ndarray  #: (n_channels,) one over a residual's standard deviation
     begin: list[np.ndarray] | None = None
-    """of each record, the state at the first sample that counts; None: guided all the way"""
+    """of each record, the state at the first counted sample; None: guided throughout"""
     spread: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(0))
     """(2 (nv + n_drives),) standard deviations of these states"""
-    duration: float = math.inf  #: s, that counts at most
-    filters: list[np.ndarray] | None = None  #: of each channel, coefficients that make its residual white
+    duration: float = math.inf  #: s, of counted samples at most
+    filters: list[np.ndarray] | None = None  #: (n_channels,) whitening filters
 
 
 class Comparison:
-    """Simulations of records compared with what was recorded, for several models at once.
+    """Residuals of simulated records, for several models at once.
 
-    Points are rows of the parameters' values, then of each record's deviations from the state it begins with.
+    Points are rows of the parameters' values, then of each record's deviations from its initial state.
     """
 
     def __init__(self, spec: mujoco.MjSpec, parameters: Sequence[Parameter], records: Sequence[ModelRecord]) -> None:
@@ -78,146 +78,146 @@ class Comparison:
         self.first = [int(min(SETTLING * r.fs, r.size / 4)) for r in records]
         self.simulations = 0
         self.jumps: dict[bytes, list[np.ndarray]] = {}
-        """of points that were linearised about, for each record: (n_pairs, n_open) gradient of what the mean of two
-        opposite points has beyond that of all"""
+        """by linearised point, for each record: (n_pairs, n_open) gradient of the mean of two opposite points less the
+        mean of all"""
 
     def problem(self, values: np.ndarray, stage: Stage) -> Problem:
-        """Problem of a stage: parameters that start at values (n_parameters,), and states of free simulations."""
+        """Return the problem of a stage: parameters that start at values (n_parameters,), and states if it is free."""
         states = [
             Parameter(f"state {i} of record {number}", "", 0.0, -math.inf, math.inf, float(std), "linear")
             for number in range(len(self.simulators) if stage.begin else 0)
             for i, std in enumerate(stage.spread)
         ]
-        own = [dataclasses.replace(p, start=float(v)) for p, v in zip(self.parameters, values)]
+        parameters = [dataclasses.replace(p, start=float(v)) for p, v in zip(self.parameters, values)]
         problem = Problem(
-            [*own, *states], lambda points: self.residuals(points, stage),
+            [*parameters, *states], lambda points: self.residuals(points, stage),
             linearise=lambda at: self.linearised(problem, at, stage),
         )  # fmt: skip
         return problem
 
     def deviations(self, values: np.ndarray, number: int, stage: Stage) -> np.ndarray:
-        """Return (..., n_state) of a record's first state, out of values (..., n_open)."""
+        """Return the deviations (..., n_state) of a record's initial state, out of values (..., n_open)."""
         begin = len(self.parameters) + number * stage.spread.size
         return values[..., begin : begin + stage.spread.size]
 
     def left(self, number: int, points: np.ndarray, stage: Stage) -> np.ndarray:
-        """Residuals (n_points, n, n_channels) of a record, infinite where the step is too long for the parameters."""
+        """Return residuals (n_points, n, n_channels) of a record, infinite where the step is unstable."""
         simulator, first = self.simulators[number], self.first[number]
         compiled = [simulator.model(values) for values in points[:, : len(self.parameters)]]
-        good = [i for i, each in enumerate(compiled) if each is not None]
-        models = [each for each in compiled if each is not None]
+        valid = [i for i, model in enumerate(compiled) if model is not None]
+        models = [model for model in compiled if model is not None]
         n = int(min(simulator.record.size, first + stage.duration * simulator.record.fs))
-        left = np.full((len(points), n - first, len(self.channels)), np.inf)
+        residuals = np.full((len(points), n - first, len(self.channels)), np.inf)
         if models:
             if stage.begin is None:
                 states = self.approached(number, models)
             else:
-                moves = self.deviations(points[good], number, stage)
-                states = np.array([moved(m, stage.begin[number], move) for m, move in zip(models, moves)])
+                deviations = self.deviations(points[valid], number, stage)
+                states = np.array([moved(m, stage.begin[number], move) for m, move in zip(models, deviations)])
             run = simulator.guided(models, states, slice(first, n), stage.bandwidth)
-            left[good] = simulator.measured[first:n] - run.sensors
+            residuals[valid] = simulator.measured[first:n] - run.sensors
             self.simulations += len(models)
-        return left
+        return residuals
 
     def approached(self, number: int, models: list[mujoco.MjModel]) -> np.ndarray:
-        """Return the states at the first sample that counts, of guided simulations."""
+        """Return the states of guided simulations at the first counted sample."""
         simulator = self.simulators[number]
         states = simulator.start(models)
         return simulator.guided(models, states, slice(0, self.first[number]), APPROACH_BANDWIDTH).state
 
-    def counted(self, left: np.ndarray, stage: Stage) -> np.ndarray:
-        """Return the residuals (n_points, n_counted) in standard deviations, white if the stage has filters."""
-        scaled = left * stage.weight
+    def counted(self, residuals: np.ndarray, stage: Stage) -> np.ndarray:
+        """Return residuals (n_points, n_counted) in standard deviations, whitened if the stage has filters."""
+        scaled = residuals * stage.weight
         if stage.filters:
-            white = [scipy.signal.lfilter(f, [1.0], scaled[..., i], axis=1) for i, f in enumerate(stage.filters)]
-            scaled = np.stack(white, axis=-1)[:, ORDER:]
-        return scaled.reshape(len(left), -1)
+            filtered = [scipy.signal.lfilter(f, [1.0], scaled[..., i], axis=1) for i, f in enumerate(stage.filters)]
+            scaled = np.stack(filtered, axis=-1)[:, ORDER:]
+        return scaled.reshape(len(residuals), -1)
 
     def residuals(self, points: np.ndarray, stage: Stage) -> np.ndarray:
-        """Return (n_points, n_counted) of all records."""
+        """Return scaled residuals (n_points, n_counted) of all records."""
         with np.errstate(invalid="ignore"):
             parts = [self.counted(self.left(i, points, stage), stage) for i in range(len(self.simulators))]
         return np.hstack(parts)
 
     def linearised(self, problem: Problem, at: np.ndarray, stage: Stage) -> Linearised:
-        """Return the residuals of all records and their derivatives, by points to both sides of all.
+        """Return the residuals of all records and their derivatives, by central differences.
 
         The residuals are means over these points: where teeth meet between two steps, the trajectory jumps with the
         parameters, and one point alone would show the jumps and not the slope. A record's own points move its own
         state only.
         """
-        count, wide = len(self.parameters), stage.spread.size
+        count, n_states = len(self.parameters), stage.spread.size
         step = np.where(np.arange(at.size) < count, GUIDED_STEP if stage.bandwidth else STEP, STATE_STEP)
         ahead, behind = np.minimum(at + step, problem.high), np.maximum(at - step, problem.low)
         residuals, jacobians, jumps = [], [], []
         for number in range(len(self.simulators)):
-            moving = np.r_[0:count, count + number * wide : count + (number + 1) * wide]
-            here = np.arange(at.size) == moving[:, None]
-            points = np.vstack([np.where(here, end, at) for end in (ahead, behind)])
-            counted = self.counted(self.left(number, problem.values(points), stage), stage)
-            if not np.isfinite(counted).all():
+            moving = np.r_[0:count, count + number * n_states : count + (number + 1) * n_states]
+            moves = np.arange(at.size) == moving[:, None]
+            points = np.vstack([np.where(moves, end, at) for end in (ahead, behind)])
+            scaled = self.counted(self.left(number, problem.values(points), stage), stage)
+            if not np.isfinite(scaled).all():
                 raise SimulationError(
                     f"record {number}: the model's step is too long for parameters near "
                     + ", ".join(f"{p.name} = {v:.4g}" for p, v in zip(self.parameters, problem.values(at)))
                 )
-            counted = counted.reshape(2, moving.size, -1)
+            scaled = scaled.reshape(2, moving.size, -1)
             width = (ahead - behind)[moving]
-            jacobian = np.zeros((counted.shape[-1], at.size))
-            jacobian[:, moving] = ((counted[0] - counted[1]) / np.where(width > 0, width, np.inf)[:, None]).T
-            residuals.append(counted.mean(axis=(0, 1)))
+            jacobian = np.zeros((scaled.shape[-1], at.size))
+            jacobian[:, moving] = ((scaled[0] - scaled[1]) / np.where(width > 0, width, np.inf)[:, None]).T
+            residuals.append(scaled.mean(axis=(0, 1)))
             jacobians.append(jacobian)
-            jumps.append((counted.mean(axis=0) - residuals[-1]) @ jacobian)
+            jumps.append((scaled.mean(axis=0) - residuals[-1]) @ jacobian)
         self.jumps[at.tobytes()] = jumps
         return Linearised(np.concatenate(residuals), np.vstack(jacobians))
 
     def weigh(self, values: np.ndarray, stage: Stage) -> None:
-        """Weigh channels by one over the RMS of residuals, but never over less than what counting does."""
+        """Set weights to one over the RMS residual, which is at least the quantisation error."""
         squares = []
         for number in range(len(self.simulators)):
-            left = self.left(number, values[None], stage)[0]
-            if not np.isfinite(left).all():
+            residuals = self.left(number, values[None], stage)[0]
+            if not np.isfinite(residuals).all():
                 raise SimulationError(f"record {number}: the model diverges, or its step is too long")
-            squares.append(np.mean(left**2, axis=0))
+            squares.append(np.mean(residuals**2, axis=0))
         stage.weight = 1 / np.maximum(np.sqrt(np.mean(squares, axis=0)), self._resolution())
 
     def whiten(self, values: np.ndarray, stage: Stage) -> None:
-        """Find the filters that make the residuals at hand white and of unit variance."""
-        lefts = [self.left(i, values[None], stage)[0] for i in range(len(self.simulators))]
+        """Set the filters that make the residuals at values white and of unit variance."""
+        residuals = [self.left(i, values[None], stage)[0] for i in range(len(self.simulators))]
         stage.weight, stage.filters = np.ones(len(self.channels)), []
         for i, resolution in enumerate(self._resolution()):
-            covariance = np.mean([_autocovariance(left[:, i]) for left in lefts], axis=0)
+            covariance = np.mean([_autocovariance(r[:, i]) for r in residuals], axis=0)
             covariance[0] = covariance[0] * (1 + 1e-6) + (0.1 * resolution) ** 2
             taps = np.r_[1.0, -scipy.linalg.solve_toeplitz(covariance[:-1], covariance[1:])]
-            white = np.concatenate([scipy.signal.lfilter(taps, [1.0], left[:, i])[ORDER:] for left in lefts])
+            white = np.concatenate([scipy.signal.lfilter(taps, [1.0], r[:, i])[ORDER:] for r in residuals])
             stage.filters.append(taps / max(np.sqrt(np.mean(white**2)), resolution))
 
     def _resolution(self) -> np.ndarray:
-        """(n_channels,) standard deviation of rounding to counts, and of what is nothing beside the channel."""
+        """Return the standard deviation (n_channels,) of quantisation, at least 1e-6 of the channel's range."""
         steps = [max(s.record.quantisation[c] for s in self.simulators) for c in self.channels]
-        level = np.max([np.ptp(s.measured, axis=0) for s in self.simulators], axis=0)
-        return np.maximum(np.array(steps) / np.sqrt(12), 1e-6 * level + np.finfo(float).tiny)
+        span = np.max([np.ptp(s.measured, axis=0) for s in self.simulators], axis=0)
+        return np.maximum(np.array(steps) / np.sqrt(12), 1e-6 * span + np.finfo(float).tiny)
 
     def freed(self, values: np.ndarray, guided: Stage) -> Stage:
-        """Return the stage without guidance, from the states that the last guided simulations had."""
+        """Return the stage without guidance, from the states of the last guided simulations."""
         begin, size = [], 0
         for number, simulator in enumerate(self.simulators):
-            own = simulator.model(values)
-            assert own is not None  # since `weigh` has simulated it
-            size = own.nv + sum(1 for _ in drives(own))
-            begin.append(self.approached(number, [own])[0])
+            model = simulator.model(values)
+            assert model is not None  # since `weigh` has simulated it
+            size = model.nv + sum(1 for _ in drives(model))
+            begin.append(self.approached(number, [model])[0])
         spans = [i for i, c in enumerate(self.channels) if c in {g.sensor for g in self.simulators[0].guides}]
-        place = 10 * max((1 / guided.weight[spans]).tolist(), default=1e-3)
-        return Stage(0.0, guided.weight, begin, np.repeat([place, place * 2 * np.pi * STATE_BANDWIDTH], size))
+        std = 10 * max((1 / guided.weight[spans]).tolist(), default=1e-3)
+        return Stage(0.0, guided.weight, begin, np.repeat([std, std * 2 * np.pi * STATE_BANDWIDTH], size))
 
     def prediction(self, number: int, values: np.ndarray, stage: Stage) -> Prediction:
-        """Return what the model of values (n_open,) shows of a record."""
+        """Return the prediction of a record with values (n_open,)."""
         simulator, first = self.simulators[number], self.first[number]
-        left, shown, residual = self.left(number, values[None], stage)[0], {}, {}
+        residuals, sensors, residual = self.left(number, values[None], stage)[0], {}, {}
         for name in dict.fromkeys(self.channels):
             columns = [i for i, c in enumerate(self.channels) if c == name]
-            residual[name] = np.squeeze(left[:, columns])
-            shown[name] = np.squeeze(simulator.measured[first:, columns]) - residual[name]
-        return Prediction(shown, residual, first)
+            residual[name] = np.squeeze(residuals[:, columns])
+            sensors[name] = np.squeeze(simulator.measured[first:, columns]) - residual[name]
+        return Prediction(sensors, residual, first)
 
 
 def _autocovariance(x: np.ndarray) -> np.ndarray:

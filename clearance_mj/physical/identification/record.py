@@ -25,8 +25,8 @@ from ..elements import compiled, nearest
 
 __all__ = ["ModelRecord", "drive_columns", "quantum"]
 
-UNEVEN = 1e-2  # of the sampling interval, by which times may be off
-SAMPLES = 20  # that a record has at least
+UNEVEN = 1e-2  # of the sampling interval, tolerated jitter of the times
+SAMPLES = 20  # least number in a record
 TURNING, SLIDING = ("angle", "spin", "torque"), ("displacement", "velocity", "force")  # quantities of a joint
 MEASURED = {
     "LINVEL": ["velocity"], "ANGVEL": ["spin"], "LINACC": ["acceleration"], "FRAMEPOS": ["displacement"],
@@ -34,9 +34,9 @@ MEASURED = {
     "_FORCE": ["force"], "_TORQUE": ["torque"], "RANGEFINDER": ["displacement"], "CLOCK": ["time"],
     "POS": ["angle", "displacement"], "VEL": ["spin", "velocity"], "FRC": ["torque", "force"],
 }  # fmt: skip
-"""Quantities of a MuJoCo sensor, by how the name of its type ends"""
+"""Quantities of a MuJoCo sensor, by the end of its type's name"""
 _HEADER = re.compile(r"(.*?)\s*(?:\[(\d+)\])?\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
-REPEATED = 0.3  # of the samples, that are equal to another one, from which on a sensor counts
+REPEATED = 0.3  # fraction of repeated samples, above which a sensor counts as quantised
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,9 +114,9 @@ class ModelRecord:
         cls, time: ArrayLike, control: Mapping[str, ArrayLike], sensors: Mapping[str, ArrayLike],
         hold: Literal["linear", "zero"] = "linear",
     ) -> ModelRecord:  # fmt: skip
-        """Take samples with their times instead of a sampling rate.
+        """Return a record of samples given with their times instead of a sampling rate.
 
-        Times that jitter are brought to even ones by linear interpolation; held controls keep their impulse.
+        Samples with jitter are interpolated linearly to even times; held controls keep their impulse.
 
         Parameters
         ----------
@@ -138,13 +138,13 @@ class ModelRecord:
         for name, values in (*control.items(), *sensors.items()):
             if len(values) != time.size:  # type: ignore[arg-type]
                 raise RecordError(f'"{name}" has {len(values)} samples, time {time.size}')  # type: ignore[arg-type]
-        fs, even = even_times(time, "the record")
-        if np.abs(time - even).max() <= UNEVEN / fs:
+        fs, grid = even_times(time, "the record")
+        if np.abs(time - grid).max() <= UNEVEN / fs:
             return cls(fs, control, sensors, hold)
-        counted = {name: quantum(np.asarray(values, dtype=float)) for name, values in sensors.items()}
-        kept = {name: _at(even, time, values, hold) for name, values in control.items()}
-        seen = {name: _at(even, time, values) for name, values in sensors.items()}
-        return cls(fs, kept, seen, hold, counted)
+        quanta = {name: quantum(np.asarray(values, dtype=float)) for name, values in sensors.items()}
+        controls = {name: _resample(grid, time, values, hold) for name, values in control.items()}
+        resampled = {name: _resample(grid, time, values) for name, values in sensors.items()}
+        return cls(fs, controls, resampled, hold, quanta)
 
     @classmethod
     def read_csv(
@@ -176,64 +176,64 @@ class ModelRecord:
             For a file that cannot be read, a column of another name or unit, a cell that is not a number, and whatever
             `ModelRecord` refuses.
         """
-        names, values = _read(Path(path))
+        names, values = _read_table(Path(path))
         if columns is not None:
             with naming(path):
-                names, values = _chosen(names, values, columns)
+                names, values = _select_columns(names, values, columns)
         model, time = compiled(spec), None
         known = {
             "actuator": [model.actuator(i).name for i in range(actuator_count(model))],
             "sensor": [*(model.sensor(i).name for i in range(model.nsensor)), *drive_columns(model)],
         }
-        found: dict[str, dict[str, dict[int, np.ndarray]]] = {"actuator": {}, "sensor": {}}
+        columns_by_kind: dict[str, dict[str, dict[int, np.ndarray]]] = {"actuator": {}, "sensor": {}}
         with naming(path):
             for header, column in zip(names, values.T):
-                name, index, unit = _parts(header, known)
+                name, index, unit = _split_header(header, known)
                 if name == "time" and time is None:
                     time = column * (unit_factor(unit, "time") if unit else 1.0)
                     continue
-                kind, _, rest = name.rpartition(":")
-                base = rest if kind in known else name
+                kind, _, bare = name.rpartition(":")
+                base = bare if kind in known else name
                 kinds = [k for k in ([kind] if kind in known else known) if base in known[k]]
                 if len(kinds) != 1:
-                    raise RecordError(f"column {_why_not(header, base, kinds, known)}")
-                parts = found[kinds[0]].setdefault(base, {})
-                if index in parts:
+                    raise RecordError(f"column {_name_problem(header, base, kinds, known)}")
+                cells = columns_by_kind[kinds[0]].setdefault(base, {})
+                if index in cells:
                     raise RecordError(f'column "{header}" is there twice; write {base}[0], {base}[1]')
-                parts[index] = column * (_factor(header, unit, _quantities(model, kinds[0], base)) if unit else 1.0)
+                cells[index] = column * (_si_factor(header, unit, _quantities(model, kinds[0], base)) if unit else 1.0)
             if time is None:
                 raise RecordError(f'has no column "time": {", ".join(names)}')
-            control, sensors = ({n: _joined(n, c) for n, c in each.items()} for each in found.values())
+            control, sensors = ({n: _stack(n, c) for n, c in elements.items()} for elements in columns_by_kind.values())
             return cls.of_time(time, control, sensors, hold)
 
 
 def drive_columns(model: mujoco.MjModel) -> dict[str, tuple[int, int]]:
-    """Return columns, of sensor data and then activations, of what a record may show of drives, and their dimension."""
+    """Return column (in sensor data followed by activations) and dimension of drives' angles and speeds, by name."""
     return {
-        f"{drive.name}.{what}": (model.nsensordata + int(model.actuator_actadr[drive.actuator]) + place, 1)
-        for drive in drives(model) for what, place in (("angle", ANGLE), ("speed", SPEED))
+        f"{drive.name}.{quantity}": (model.nsensordata + int(model.actuator_actadr[drive.actuator]) + place, 1)
+        for drive in drives(model) for quantity, place in (("angle", ANGLE), ("speed", SPEED))
     }  # fmt: skip
 
 
-def _chosen(names: list[str], values: np.ndarray, columns: Mapping[str, str]) -> tuple[list[str], np.ndarray]:
-    """Return headers and values of the columns that a map names, as what they are."""
-    chosen, kept = list[str](), list[np.ndarray]()
-    known = [_HEADER.fullmatch(name).groups() for name in names]  # type: ignore[union-attr]
-    for what, column in columns.items():
+def _select_columns(names: list[str], values: np.ndarray, columns: Mapping[str, str]) -> tuple[list[str], np.ndarray]:
+    """Return headers and values of the mapped columns, renamed to their quantities."""
+    headers, selected = list[str](), list[np.ndarray]()
+    parsed = [_HEADER.fullmatch(name).groups() for name in names]  # type: ignore[union-attr]
+    for target, column in columns.items():
         sign = -1.0 if column.startswith("-") and column not in names else 1.0
         bare = column if column in names else column.removeprefix("-")
-        name, index, *given = _HEADER.fullmatch(bare).groups()  # type: ignore[union-attr]
-        at = next((i for i, own in enumerate(known) if names[i] == bare or own[:2] == (name, index)), None)
-        if at is None:
-            raise RecordError(f'no column "{bare}" ({what}); it has {", ".join(names)}')
-        unit = next((text for text in (*given, *known[at][2:]) if text), "")
-        chosen.append(f"{what} [{unit}]" if unit else what)
-        kept.append(sign * values[:, at])
-    return chosen, np.array(kept).T
+        name, index, *units = _HEADER.fullmatch(bare).groups()  # type: ignore[union-attr]
+        position = next((i for i, fields in enumerate(parsed) if names[i] == bare or fields[:2] == (name, index)), None)
+        if position is None:
+            raise RecordError(f'no column "{bare}" ({target}); it has {", ".join(names)}')
+        unit = next((text for text in (*units, *parsed[position][2:]) if text), "")
+        headers.append(f"{target} [{unit}]" if unit else target)
+        selected.append(sign * values[:, position])
+    return headers, np.array(selected).T
 
 
-def _parts(header: str, known: Mapping[str, list[str]]) -> tuple[str, int, str]:
-    """Name, index and unit of a column; a name of the model may have brackets of its own."""
+def _split_header(header: str, known: Mapping[str, list[str]]) -> tuple[str, int, str]:
+    """Return name, index and unit of a column; names in the model may contain brackets."""
     if any(header.removeprefix(f"{kind}:") in names for kind, names in known.items()):
         return header, 0, ""
     name, index, square, curved = _HEADER.fullmatch(header).groups()  # type: ignore[union-attr]
@@ -241,48 +241,48 @@ def _parts(header: str, known: Mapping[str, list[str]]) -> tuple[str, int, str]:
 
 
 def _quantities(model: mujoco.MjModel, kind: str, name: str) -> list[str]:
-    """Quantities that a sensor, or the control of an actuator, may have; those of its joint if it has one."""
+    """Return the possible quantities of a sensor or an actuator's control; those of its joint if it has one."""
     if name in drive_columns(model):
         kind, name = "actuator", name.rpartition(".")[0]
-    found, of, number = [*TURNING, *SLIDING], mujoco.mjtObj.mjOBJ_ACTUATOR, getattr(model, kind)(name).id
+    known, object_type, number = [*TURNING, *SLIDING], mujoco.mjtObj.mjOBJ_ACTUATOR, getattr(model, kind)(name).id
     if kind == "sensor":
-        of, type_ = model.sensor_objtype[number], mujoco.mjtSensor(model.sensor_type[number]).name
-        found = next((quantities for end, quantities in MEASURED.items() if type_.endswith(end)), [])
+        object_type, type_ = model.sensor_objtype[number], mujoco.mjtSensor(model.sensor_type[number]).name
+        known = next((quantities for end, quantities in MEASURED.items() if type_.endswith(end)), [])
         number = model.sensor_objid[number]
-    if of == mujoco.mjtObj.mjOBJ_ACTUATOR and model.actuator_trntype[number] == mujoco.mjtTrn.mjTRN_JOINT:
-        of, number = mujoco.mjtObj.mjOBJ_JOINT, model.actuator_trnid[number, 0]
-    if of != mujoco.mjtObj.mjOBJ_JOINT:
-        return found
-    return [q for q in found if q in (SLIDING if model.jnt_type[number] == mujoco.mjtJoint.mjJNT_SLIDE else TURNING)]
+    if object_type == mujoco.mjtObj.mjOBJ_ACTUATOR and model.actuator_trntype[number] == mujoco.mjtTrn.mjTRN_JOINT:
+        object_type, number = mujoco.mjtObj.mjOBJ_JOINT, model.actuator_trnid[number, 0]
+    if object_type != mujoco.mjtObj.mjOBJ_JOINT:
+        return known
+    return [q for q in known if q in (SLIDING if model.jnt_type[number] == mujoco.mjtJoint.mjJNT_SLIDE else TURNING)]
 
 
-def _factor(header: str, unit: str, quantities: list[str]) -> float:
+def _si_factor(header: str, unit: str, quantities: list[str]) -> float:
     if not quantities:
         raise RecordError(f'column "{header}": its sensor has no unit; give its numbers as MuJoCo has them')
     with naming(f'column "{header}"'):
         return unit_factor(unit, (quantity_of(unit, quantities) or quantities)[0])
 
 
-def _at(even: np.ndarray, time: np.ndarray, samples: ArrayLike, hold: str = "linear") -> np.ndarray:
-    """Bring samples (n,) or (n, dim) to even times; of what is held, means over the steps between these."""
+def _resample(grid: np.ndarray, time: np.ndarray, samples: ArrayLike, hold: str = "linear") -> np.ndarray:
+    """Resample (n,) or (n, dim) to even times; held controls as means over each interval."""
     values = np.asarray(samples, dtype=float)
     if hold == "linear":
-        columns = [np.interp(even, time, column) for column in values.reshape(time.size, -1).T]
+        columns = [np.interp(grid, time, column) for column in values.reshape(time.size, -1).T]
         return np.stack(columns, axis=1).reshape(values.shape)
-    dt = even[1] - even[0]
+    dt = grid[1] - grid[0]
     impulse = np.append(0.0, np.cumsum(values * np.diff(time, append=time[-1] + dt)))
-    ends = np.append(time, max(time[-1], even[-1]) + dt)
-    return np.diff(np.interp(np.append(even, even[-1] + dt), ends, impulse)) / dt
+    ends = np.append(time, max(time[-1], grid[-1]) + dt)
+    return np.diff(np.interp(np.append(grid, grid[-1] + dt), ends, impulse)) / dt
 
 
-def _joined(name: str, columns: Mapping[int, np.ndarray]) -> np.ndarray:
-    """Columns (n,) or (n, dim) in the order of their indices."""
+def _stack(name: str, columns: Mapping[int, np.ndarray]) -> np.ndarray:
+    """Return columns as an array (n,) or (n, dim), in the order of their indices."""
     if sorted(columns) != [*range(len(columns))]:
         raise RecordError(f'"{name}" has columns {", ".join(f"{name}[{i}]" for i in sorted(columns))}; write them all')
     return columns[0] if len(columns) == 1 else np.stack([columns[i] for i in range(len(columns))], axis=1)
 
 
-def _read(path: Path) -> tuple[list[str], np.ndarray]:
+def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
     with naming(f"{path} cannot be read", (OSError, UnicodeDecodeError), RecordError):
         with plain_file(path).open(newline="", encoding="utf-8-sig") as file:
             rows = [row for row in csv.reader(file) if row]
@@ -294,14 +294,14 @@ def _read(path: Path) -> tuple[list[str], np.ndarray]:
         return names, np.array(rows[1:], dtype=float).reshape(-1, len(names))
 
 
-def _why_not(name: str, base: str, kinds: list[str], known: Mapping[str, list[str]]) -> str:
+def _name_problem(name: str, base: str, kinds: list[str], known: Mapping[str, list[str]]) -> str:
     if kinds:
         return f'"{name}" is an actuator and a sensor; write actuator:{base} or sensor:{base}'
     return f'"{name}" is neither an actuator nor a sensor; {nearest(base, [*known["actuator"], *known["sensor"]])}'
 
 
 def quantum(samples: np.ndarray) -> float:
-    """Step of a sensor that counts, the smallest difference of its values; 0 where values hardly repeat."""
+    """Return the quantisation step of a sensor, from the differences of its values; 0 if values hardly repeat."""
     values = np.unique(samples)
     if values.size < 3 or values.size > (1 - REPEATED) * samples.size:
         return 0.0
