@@ -1,8 +1,8 @@
-"""Friction that does not creep: bristles that bend elastically and slip at the largest force.
+"""Dry friction without creep: bristles that deflect elastically and slip at the largest force.
 
-It stands in the model as ``<custom><numeric name="physical:friction:joint:elbow" data="1.5 1e5 10"/>``, force, k and c
-(of a pair its coefficient, k, c and, where there are any, the arms of torsion and rolling), and is read there at every
-step: a compiled model's ``numeric("...").data`` may be changed.
+It is stored in the model as ``<custom><numeric name="physical:friction:joint:elbow" data="1.5 1e5 10"/>``: force, k and
+c (of a pair coefficient, k, c and, if given, the arms of torsion and rolling). It is read there at every step: a
+compiled model's ``numeric("...").data`` may be changed.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ __all__ = [
     "tendon_friction",
 ]  # fmt: skip
 
-_CONE = 10.0  # times the coefficient: MuJoCo's cone, which no point's share of friction and spin together leaves
+_CONE = 10.0  # MuJoCo's cone over the coefficient: wide enough for friction and spin of every contact point
 
 
 class Friction(NamedTuple):
-    """Bristles that were asked of an element, as a custom number of the model has them."""
+    """Bristles of an element, stored as a custom numeric of the model."""
 
     kind: str  # "joint", "tendon" or "pair"
     name: str
-    numeric: int  # where in the model's numeric_data: largest force (of a pair its ratio to the normal force), k and c
-    size: int  # how many numbers they are; the fourth and fifth of a pair are its arms of torsion and rolling
+    numeric: int  # address in numeric_data: largest force (of a pair its ratio to the normal force), k and c
+    size: int  # number of parameters; the fourth and fifth of a pair are its arms of torsion and rolling
 
 
 def friction(
@@ -74,38 +74,38 @@ def friction(
     LawError
         For values out of range.
     """
-    wanted = pair_friction(coefficient, k, c, torsion, rolling)
-    model, several = compiled(specification(spec)), geoms if isinstance(geoms, list) else [geoms]
-    pairs, found, rubs = pairs_of(model), [], rubbing(model)
+    parameters = pair_friction(coefficient, k, c, torsion, rolling)
+    model, contacts = compiled(specification(spec)), geoms if isinstance(geoms, list) else [geoms]
+    pairs, pair_names, with_bristles = pairs_of(model), [], rubbing(model)
     implicit = {name for kind, name, softness in asked(model) if kind == "pair" and softness.implicit}
-    for each in several:
-        names = [name_of(geom) for geom in each]
+    for contact_geoms in contacts:
+        names = [name_of(geom) for geom in contact_geoms]
         if len(names) != 2:
             raise ModelError(f"a contact has two geoms, got {len(names)}")
         pair = pairs.get(frozenset(find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names))
         name = model.pair(pair).name if pair is not None else ""
-        if not name or (model.pair_dim[pair] != 1 and name not in rubs):
+        if not name or (model.pair_dim[pair] != 1 and name not in with_bristles):
             raise ModelError(
                 f'geoms "{names[0]}" and "{names[1]}" have no contact without MuJoCo\'s friction; '
                 "give it a softness first: contact(..., frictionless=True)"
             )
         if name in implicit:
             raise ModelError(f'contact "{name}" is implicit, but a Softener\'s friction is explicit; leave one away')
-        found.append(name)
-    give_friction(spec, found, wanted)
+        pair_names.append(name)
+    give_friction(spec, pair_names, parameters)
 
 
 def pair_friction(
     coefficient: float, k: float, c: float, torsion: float = 0.0, rolling: float = 0.0
 ) -> tuple[float, ...]:  # fmt: skip
-    """Return the numbers that a model holds of the friction of a pair.
+    """Return the numbers that a model stores for the friction of a pair.
 
     Raises
     ------
     LawError
         For values out of range.
     """
-    _check("coefficient", coefficient, k, c)
+    _check_parameters("coefficient", coefficient, k, c)
     for label, value in (("torsion", torsion), ("rolling", rolling)):
         if not 0 <= value < np.inf:
             raise LawError(f"{label} = {value:g} of friction must be finite and >= 0")
@@ -113,7 +113,7 @@ def pair_friction(
 
 
 def give_friction(spec: mujoco.MjSpec, pairs: list[str], wanted: tuple[float, ...]) -> None:
-    """Give pairs of a specification bristles of these numbers, and rows of MuJoCo's friction for them."""
+    """Give pairs of a specification bristles of these numbers, and MuJoCo's friction rows to carry their force."""
     coefficient, torsion, rolling = wanted[0], *(*wanted[3:], 0.0, 0.0)[:2]
     sliding = _CONE * coefficient
     for name in pairs:
@@ -140,8 +140,8 @@ def joint_friction(
     c : float
         Damping while it sticks, N m s/rad (N s/m), >= 0.
     native : bool
-        Whether the joint's own spring yields at the force (``springyield`` of MuJoCo 4) instead: it needs no
-        `Softener`, but its damping acts while it slides, too, and ``discrete`` brakes what slides more than asked.
+        Let the joint's spring yield at the force (``springyield`` of MuJoCo 4) instead: it needs no
+        `Softener`, but its damping acts while it slides, too, and ``discrete`` increases sliding friction.
 
     Raises
     ------
@@ -151,12 +151,12 @@ def joint_friction(
     LawError
         For values out of range.
     """
-    _check("force", force, k, c)
+    _check_parameters("force", force, k, c)
     name = name_of(joint)
     kind = joint_kind(compiled(specification(spec)), name, "friction")
     if native:
         in_degrees = spec.compiler.degree and kind == mujoco.mjtJoint.mjJNT_HINGE
-        _yielding(spec.joint(name), f'joint "{name}"', (force, k, c), np.rad2deg(1.0) if in_degrees else 1.0)
+        _set_yielding_spring(spec.joint(name), f'joint "{name}"', (force, k, c), np.rad2deg(1.0) if in_degrees else 1.0)
         return
     write_numbers(spec, f"{MARK}friction:joint:{name}", (force, k, c))
 
@@ -187,14 +187,14 @@ def tendon_friction(spec: mujoco.MjSpec, tendon: Any, force: float, k: float, c:
     LawError
         For values out of range.
     """
-    _check("force", force, k, c)
+    _check_parameters("force", force, k, c)
     name = name_of(tendon)
     find(compiled(specification(spec)), mujoco.mjtObj.mjOBJ_TENDON, name)
     write_numbers(spec, f"{MARK}friction:tendon:{name}", (force, k, c))
 
 
-def _yielding(element: Any, where: str, numbers: tuple[float, float, float], unit: float) -> None:
-    """Let an element's own spring yield, at a displacement that the specification has in a unit."""
+def _set_yielding_spring(element: Any, where: str, numbers: tuple[float, float, float], unit: float) -> None:
+    """Set the yield point of an element's spring; ``unit`` is that of its displacement in the specification."""
     force, k, c = numbers
     if not hasattr(element, "springyield"):
         raise ModelError(f"{where}: springs yield from MuJoCo 4 on; leave native=True away")
@@ -205,22 +205,22 @@ def _yielding(element: Any, where: str, numbers: tuple[float, float, float], uni
 
 
 def rubbing(model: mujoco.MjModel) -> set[str]:
-    """Return the names of the pairs that have bristles, and for them rows of MuJoCo's friction."""
+    """Return the names of the pairs with bristles, which MuJoCo's friction rows carry."""
     return {each.name for each in frictions(model) if each.kind == "pair"}
 
 
 def frictions(model: mujoco.MjModel) -> Iterator[Friction]:
-    """Yield the bristles that were asked of a model's elements."""
-    for i, before, after in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}friction:"):
-        kind, _, name = after.partition(":")
-        size, most = int(model.numeric_size[i]), 5 if kind == "pair" else 3
-        if not 3 <= size <= most:
+    """Yield the bristles of a model's elements."""
+    for i, prefix, suffix in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}friction:"):
+        kind, _, name = suffix.partition(":")
+        size, largest = int(model.numeric_size[i]), 5 if kind == "pair" else 3
+        if not 3 <= size <= largest:
             needs = "coefficient k c, and may have torsion and rolling" if kind == "pair" else "force k c"
             raise ModelError(f'numeric "{model.numeric(i).name}" has {size} numbers, needs 3: {needs}')
-        yield Friction(kind, before + name, int(model.numeric_adr[i]), size)
+        yield Friction(kind, prefix + name, int(model.numeric_adr[i]), size)
 
 
-def _check(what: str, largest: float, k: float, c: float) -> None:
-    for name, value, ok in ((what, largest, largest > 0), ("k", k, k > 0), ("c", c, c >= 0)):
+def _check_parameters(label: str, largest: float, k: float, c: float) -> None:
+    for name, value, ok in ((label, largest, largest > 0), ("k", k, k > 0), ("c", c, c >= 0)):
         if not (ok and np.isfinite(value)):
             raise LawError(f"{name} = {value:g} of friction must be finite and {'>=' if name == 'c' else '>'} 0")

@@ -1,4 +1,4 @@
-"""What in a model spoils the softness that was asked of its contacts, limits and clearances."""
+"""Checks of a model for what changes the requested softness of its contacts, limits and clearances."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ from .step import Stable, hardest
 
 __all__ = ["ModelWarning", "check", "compile", "points_of"]
 
-_SAME = 1e-5  # share up to which the softness of a model is what was asked, after MJCF's six digits
-_ITERATIONS = 10  # of the solver, below which it may be far from its end
-_MAX_SLOWER = 1e-3  # share up to which ringing may be too slow
+_TOLERANCE = 1e-5  # relative, of softness, after MJCF's six digits
+_ITERATIONS = 10  # of the solver, below which it may not converge
+_MAX_SLOWER = 1e-3  # relative, tolerated loss of ringing frequency
 _POINTS = {
     ("PLANE", "CAPSULE"): 2, ("PLANE", "CYLINDER"): 4, ("PLANE", "BOX"): 4, ("PLANE", "MESH"): 4,
     ("CAPSULE", "CAPSULE"): 2, ("CAPSULE", "CYLINDER"): 4, ("CAPSULE", "BOX"): 2, ("CAPSULE", "MESH"): 4,
     ("CYLINDER", "CYLINDER"): 4, ("CYLINDER", "BOX"): 4, ("CYLINDER", "MESH"): 4, ("BOX", "BOX"): 8,
     ("BOX", "MESH"): 4, ("MESH", "MESH"): 4,
 }  # fmt: skip
-"""In how many points geoms may touch at once, if in more than one"""
+"""Largest number of contact points between two geoms, where above one"""
 
 
 class ModelWarning(UserWarning):
-    """What a compiled model does otherwise than its specification asks; see `check`."""
+    """A compiled model that deviates from its specification; see `check`."""
 
 
 def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjModel:
-    """Compile a specification with the softness that was asked of it, whatever has changed since.
+    """Compile a specification with the requested softness, applied again after any change.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
     Raises
     ------
     ModelError
-        If the specification does not compile, an element is gone, or the time step is too long.
+        If the specification does not compile, an element was removed, or the time step is too long.
 
     Warns
     -----
@@ -70,22 +70,22 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
     acts = any(frictions(model)) or any(drives(model)) or any(joined(model))
     if acts or any(element.softness.law for element in asked(model)):
         with naming_package("laws, friction and drives"):
-            from .softener import reserve  # loads what compiles
+            from .softener import reserve  # numba
 
         if reserve(spec, model):
             model = compiled(spec)
     write_all(spec, model)
     apply(model)
-    for problem in _step_too_long(model, poses):
+    for problem in _unstable_step(model, poses):
         raise ModelError(problem)
     softener = "; ".join(_without_softener(model))
-    for problem in (*_what_spoils(model), *([softener] if softener else []), *_step_too_long_elsewhere(model, poses)):
+    for problem in (*_compile_problems(model), *([softener] if softener else []), *_unstable_elsewhere(model, poses)):
         warnings.warn(problem, ModelWarning, stacklevel=2)
     return model
 
 
 def check(model: mujoco.MjModel, poses: ArrayLike | None = None) -> tuple[str, ...]:
-    """Say what in a model spoils the stiffness and damping of its contacts and limits.
+    """Return what changes the stiffness and damping of a model's contacts and limits.
 
     Parameters
     ----------
@@ -97,36 +97,36 @@ def check(model: mujoco.MjModel, poses: ArrayLike | None = None) -> tuple[str, .
     Returns
     -------
     tuple of str
-        One line each; empty if all is well. Contacts and limits whose solref is not in physical units are left alone.
+        Problems, one line each. Contacts and limits whose solref is not in physical units are left alone.
     """
-    found = [*_what_spoils(model), *_without_softener(model), *_elements(model)]
-    found += [*_slow_ringing(model, poses), *_geoms(model), *_solver(model)]
-    return *found, *(_step_too_long(model, poses) or _step_too_long_elsewhere(model, poses))
+    problems = [*_compile_problems(model), *_without_softener(model), *_element_problems(model)]
+    problems += [*_slow_ringing(model, poses), *_geom_problems(model), *_solver_problems(model)]
+    return *problems, *(_unstable_step(model, poses) or _unstable_elsewhere(model, poses))
 
 
-def _what_spoils(model: mujoco.MjModel) -> Iterator[str]:
-    """Yield what is also said when a model is compiled: settings, and contacts that keep MuJoCo's softness."""
-    yield from _settings(model)
-    yield from _uncovered(model)
+def _compile_problems(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield the problems that `compile` warns of: settings, and contacts that keep MuJoCo's softness."""
+    yield from _setting_problems(model)
+    yield from _uncovered_contacts(model)
     yield from _height_fields(model)
 
 
 def _height_fields(model: mujoco.MjModel) -> Iterator[str]:
-    """Yield pairs with a height field, whose points are as many as the prisms that are touched, if they share none."""
-    shared = _shared(model)
+    """Yield pairs with a height field that do not share their softness: each touched prism is a contact point."""
+    shared = _shared_pairs(model)
     for pair, geoms in enumerate(zip(model.pair_geom1, model.pair_geom2)):
         if int(mujoco.mjtGeom.mjGEOM_HFIELD) in model.geom_type[[*geoms]] and model.pair_solref[pair, 0] < 0:
             if (name := model.pair(pair).name or str(pair)) not in shared:
                 yield f'contact "{name}": each prism of its height field has k and c; points="share" shares them'
 
 
-def _shared(model: mujoco.MjModel) -> set[str]:
-    """Names of pairs whose points share one softness."""
+def _shared_pairs(model: mujoco.MjModel) -> set[str]:
+    """Return the names of pairs whose points share one softness."""
     return {name for kind, name, softness in asked(model) if kind == "pair" and softness.shared}
 
 
-def _uncovered(model: mujoco.MjModel) -> Iterator[str]:
-    """Yield contacts that have MuJoCo's softness though those of their geom were given one."""
+def _uncovered_contacts(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield contacts with MuJoCo's softness although their geom was given one."""
     for geom, _, _, pairs in uncovered_contacts(model):
         name = model.geom(geom).name
         others = ", ".join(sorted(f'"{model.geom(g).name or g}"' for pair in pairs for g in pair if g != geom))
@@ -140,26 +140,26 @@ def _uncovered(model: mujoco.MjModel) -> Iterator[str]:
             yield f'geom "{name}" touches flex "{flex}" with MuJoCo\'s softness: flexes have no pairs'
 
 
-def _soft(model: mujoco.MjModel) -> Iterator[tuple[str, int, str]]:
-    """Yield kind, index and a name of each contact and limit in physical units, or that was asked to be."""
+def _physical_elements(model: mujoco.MjModel) -> Iterator[tuple[str, int, str]]:
+    """Yield kind, index and name of each contact and limit in physical units, actual or requested."""
     known = {(kind, name) for kind, name, _ in asked(model)}
-    for kind, there in KINDS.items():
-        solref = getattr(model, there.model[0])
+    for kind, fields in KINDS.items():
+        solref = getattr(model, fields.model[0])
         for i in range(len(solref)):
-            name = mujoco.mj_id2name(model, there.object, i) or str(i)
+            name = mujoco.mj_id2name(model, fields.object, i) or str(i)
             if solref[i, 0] < 0 or (kind, name) in known:
                 yield kind, i, name
 
 
-def _settings(model: mujoco.MjModel) -> Iterator[str]:
-    kinds = {kind for kind, _, _ in _soft(model)}
-    off, on, bits, more = model.opt.disableflags, model.opt.enableflags, mujoco.mjtDisableBit, mujoco.mjtEnableBit
+def _setting_problems(model: mujoco.MjModel) -> Iterator[str]:
+    kinds = {kind for kind, _, _ in _physical_elements(model)}
+    off, on, flags, more = model.opt.disableflags, model.opt.enableflags, mujoco.mjtDisableBit, mujoco.mjtEnableBit
     limits, contacts = bool(kinds & {"joint", "tendon"}), "pair" in kinds
     implicit = any(element.softness.implicit for element in asked(model))
-    for wrong, says in (
-        (kinds and off & bits.mjDSBL_CONSTRAINT, "flag constraint is disabled: no contact or limit acts"),
-        (limits and off & bits.mjDSBL_LIMIT, "flag limit is disabled: no joint or tendon limit acts"),
-        (contacts and off & bits.mjDSBL_CONTACT, "flag contact is disabled: no contact acts"),
+    for applies, message in (
+        (kinds and off & flags.mjDSBL_CONSTRAINT, "flag constraint is disabled: no contact or limit acts"),
+        (limits and off & flags.mjDSBL_LIMIT, "flag limit is disabled: no joint or tendon limit acts"),
+        (contacts and off & flags.mjDSBL_CONTACT, "flag contact is disabled: no contact acts"),
         (contacts and on & more.mjENBL_OVERRIDE, "flag override replaces the softness of every contact; disable it"),
         (kinds and on & more.mjENBL_DIAGEXACT, "flag diagexact scales stiffness with the pose; disable it"),
         (
@@ -172,42 +172,42 @@ def _settings(model: mujoco.MjModel) -> Iterator[str]:
             "integrator RK4 takes implicit contacts and limits for soft ones with a mass; use Euler or implicitfast",
         ),
     ):
-        if wrong:
-            yield says
+        if applies:
+            yield message
 
 
 def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
-    until = "until a Softener(model) is in use, or its update() is called in every step"
-    elsewhere = f"{until}; in MJX until physical.mjx steps it, in MuJoCo Warp until physical.warp puts it there"
+    condition = "until a Softener(model) is in use, or its update() is called in every step"
+    elsewhere = f"{condition}; in MJX until physical.mjx steps it, in MuJoCo Warp until physical.warp puts it there"
     if mujoco.get_mjcb_control() is not None:  # that of a Softener in use, or one that may call its update()
         return
-    for each in frictions(model):
-        yield f'friction of {each.kind} "{each.name}" does not act {elsewhere}'
+    for bristles in frictions(model):
+        yield f'friction of {bristles.kind} "{bristles.name}" does not act {elsewhere}'
     for bushing in joined(model):
-        yield f'bushing "{bushing.name}" has one stiffness in all directions {until}'
+        yield f'bushing "{bushing.name}" has one stiffness in all directions {condition}'
     for drive in drives(model):
         yield f'actuator "{drive.name}" exerts nothing, for its drive does not turn {elsewhere}'
     for element in asked(model):
         if element.softness.law:
-            yield f'{KINDS[element.kind].noun} "{element.name}" keeps one stiffness and follows no law {until}'
+            yield f'{KINDS[element.kind].noun} "{element.name}" keeps one stiffness and follows no law {condition}'
 
 
-def _elements(model: mujoco.MjModel) -> Iterator[str]:
-    wanted, shared = {(kind, name): softness for kind, name, softness in asked(model)}, _shared(model)
-    rubs = rubbing(model)
-    for kind, i, name in _soft(model):
+def _element_problems(model: mujoco.MjModel) -> Iterator[str]:
+    requested, shared = {(kind, name): softness for kind, name, softness in asked(model)}, _shared_pairs(model)
+    bristle_pairs = rubbing(model)
+    for kind, i, name in _physical_elements(model):
         where = f'{KINDS[kind].noun} "{name}"'
         solimp = getattr(model, KINDS[kind].model[1])[i]
         if inverse_inertia(model, kind, i) <= 0:
             yield f"{where} is rigid, since MuJoCo finds no inertia behind it in the initial pose; apply() gives it one"
         elif solimp[0] != solimp[1]:
             yield f"{where}: impedance changes from {solimp[0]:g} to {solimp[1]:g} with depth, and so does stiffness"
-        elif solimp[0] > 10 * LARGEST_IMPEDANCE and not ((kind, name) in wanted and wanted[kind, name].implicit):
+        elif solimp[0] > 10 * LARGEST_IMPEDANCE and not ((kind, name) in requested and requested[kind, name].implicit):
             yield f"{where}: impedance {solimp[0]:g} adds a mass that makes it ring too slow; 1e-4 does not"
-        elif (kind, name) in wanted:
-            has, asked_for = softness_of(model, kind, i) or (np.nan, np.nan), wanted[kind, name]
+        elif (kind, name) in requested:
+            has, asked_for = softness_of(model, kind, i) or (np.nan, np.nan), requested[kind, name]
             ask = asked_for.at_step(inverse_inertia(model, kind, i), model.opt.timestep)
-            if not np.allclose(has, ask, rtol=_SAME, atol=0):
+            if not np.allclose(has, ask, rtol=_TOLERANCE, atol=0):
                 yield (
                     f"{where} has k = {has[0]:.6g}, c = {has[1]:.6g}, but k = {ask[0]:.6g}, c = {ask[1]:.6g} "
                     "was asked; use compile() or apply()"
@@ -216,22 +216,24 @@ def _elements(model: mujoco.MjModel) -> Iterator[str]:
         if offset := starts[0] - sum(starts[1:]):
             yield f"{where}: its margin lets the force begin {offset:g} before zero; set margin to 0"
         if kind == "pair":
-            yield from _pair(model, i, where, name in shared, rubs)
+            yield from _pair_problems(model, i, where, name in shared, bristle_pairs)
 
 
-def _pair(model: mujoco.MjModel, pair: int, where: str, shared: bool, rubs: set[str]) -> Iterator[str]:
-    if model.pair_dim[pair] > 1 and model.pair(pair).name not in rubs:
-        cone, what = "a pyramidal", "multiplies its normal stiffness"
+def _pair_problems(
+    model: mujoco.MjModel, pair: int, where: str, shared: bool, bristle_pairs: set[str]
+) -> Iterator[str]:
+    if model.pair_dim[pair] > 1 and model.pair(pair).name not in bristle_pairs:
+        cone, effect = "a pyramidal", "multiplies its normal stiffness"
         if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
-            cone, what = "an elliptic", "changes its normal force while it slides"
-        yield f"{where}: friction (condim {model.pair_dim[pair]}) in {cone} cone {what}; use condim 1"
+            cone, effect = "an elliptic", "changes its normal force while it slides"
+        yield f"{where}: friction (condim {model.pair_dim[pair]}) in {cone} cone {effect}; use condim 1"
     first, second, points = points_of(model, int(model.pair_geom1[pair]), int(model.pair_geom2[pair]))
     if points > 1 and not shared:
         yield f"{where}: {first} and {second} touch in up to {points} points, each with this stiffness"
 
 
 def points_of(model: mujoco.MjModel, *geoms: int) -> tuple[str, str, int]:
-    """Return the kinds of two geoms, and in how many points they may touch at once; 1 with height fields' prisms."""
+    """Return the types of two geoms and their largest number of contact points; 1 per prism of a height field."""
     names = [mujoco.mjtGeom(int(g)).name.removeprefix("mjGEOM_") for g in sorted(model.geom_type[[*geoms]])]
     first, second = names
     return first.lower(), second.lower(), _POINTS.get((first, second), 1)
@@ -239,20 +241,20 @@ def points_of(model: mujoco.MjModel, *geoms: int) -> tuple[str, str, int]:
 
 def _slow_ringing(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[str]:
     cases = parasitic_mass(model, poses)
-    for kind, i, name in _soft(model):
+    for kind, i, name in _physical_elements(model):
         case = cases.get(f'{kind} "{name}"', ParasiticMass(0.0, 0.0, 0))
         slower = 1 - 1 / np.sqrt(1 + case.ratio)
-        there = KINDS[kind]
-        if slower > _MAX_SLOWER and getattr(model, there.model[1])[i, 0] <= 10 * LARGEST_IMPEDANCE:
-            lighter = case.inverse_inertia / inverse_inertia(model, kind, i)
+        fields = KINDS[kind]
+        if slower > _MAX_SLOWER and getattr(model, fields.model[1])[i, 0] <= 10 * LARGEST_IMPEDANCE:
+            factor = case.inverse_inertia / inverse_inertia(model, kind, i)
             yield (
-                f'{there.noun} "{name}" rings {100 * slower:.2g} % too slow in pose {case.pose}, where the inertia '
-                f"behind it is {lighter:.0f} times less than MuJoCo's estimate: write more "
-                f"into model.{there.inverse} and apply()"
+                f'{fields.noun} "{name}" rings {100 * slower:.2g} % too slow in pose {case.pose}, where the inertia '
+                f"behind it is {factor:.0f} times less than MuJoCo's estimate: write more "
+                f"into model.{fields.inverse} and apply()"
             )
 
 
-def _geoms(model: mujoco.MjModel) -> Iterator[str]:
+def _geom_problems(model: mujoco.MjModel) -> Iterator[str]:
     collide = model.geom_contype | model.geom_conaffinity
     for i in np.flatnonzero((model.geom_solref[:, 0] < 0) & (collide != 0)):
         name = model.geom(i).name or f"{i} of body {model.body(model.geom_bodyid[i]).name}"
@@ -262,28 +264,28 @@ def _geoms(model: mujoco.MjModel) -> Iterator[str]:
         )
 
 
-def _solver(model: mujoco.MjModel) -> Iterator[str]:
-    """Yield that the solver may end early: its rows are coupled where there is friction, or implicit softness."""
+def _solver_problems(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield a warning of few solver iterations, where friction or implicit softness couples the rows."""
     coupled = any(frictions(model)) or any(element.softness.implicit for element in asked(model))
     if coupled and model.opt.iterations < _ITERATIONS:
         yield f"iterations {model.opt.iterations}: the solver may end before contacts have their force; use 100"
 
 
-def _step_too_long(model: mujoco.MjModel, poses: ArrayLike | None) -> list[str]:
-    return _too_long(model, hardest(model, poses), "pose {}".format)
+def _unstable_step(model: mujoco.MjModel, poses: ArrayLike | None) -> list[str]:
+    return _step_problem(model, hardest(model, poses), "pose {}".format)
 
 
-def _step_too_long_elsewhere(model: mujoco.MjModel, poses: ArrayLike | None) -> list[str]:
-    """Say whether the step is too long in other poses within the joints' ranges, unless poses were given."""
+def _unstable_elsewhere(model: mujoco.MjModel, poses: ArrayLike | None) -> list[str]:
+    """Return whether the step is unstable within the joints' ranges, as a message; [] if poses were given."""
     if poses is not None or not len(bent := bent_poses(model)):
         return []
-    return _too_long(
+    return _step_problem(
         model, hardest(model, bent, contacts=False), lambda i: f"at qpos {np.round(bent[i], 2).tolist()}, which the "
         "joints' ranges allow"
     )  # fmt: skip
 
 
-def _too_long(model: mujoco.MjModel, stable: Stable, where: Callable[[int], str]) -> list[str]:
+def _step_problem(model: mujoco.MjModel, stable: Stable, where: Callable[[int], str]) -> list[str]:
     if model.opt.timestep < stable.step:
         return []
     k, c = stable.hardest_at(model.opt.timestep)

@@ -1,8 +1,8 @@
-"""Elements of a MuJoCo model that have a softness: their names, Â, solver parameters, and what was asked of them.
+"""Elements of a MuJoCo model that have a softness: their names, Â, solver parameters and stored softness.
 
-What is asked stands in the model itself, as ``<custom><text name="physical:joint:elbow" data="k=500.0 c=2.0"/>``: it is
-saved and attached with the model, and `apply` can give it anew after any change of the inertias, on which Â depends. A
-law stands there as in its file, with the depth at which it is linearised, until a `Softener` follows it.
+It is stored in the model itself, as ``<custom><text name="physical:joint:elbow" data="k=500.0 c=2.0"/>``: it is
+saved and attached with the model, and `apply` can apply it again after a change of the inertias, on which Â depends. A
+law is stored as in its file, with the depth at which it is linearised, until a `Softener` follows it.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ Parameters: TypeAlias = tuple[np.ndarray, np.ndarray] | None
 
 @dataclass(frozen=True)
 class Kind:
-    """Where a kind of element has its solver parameters, in a specification and in a model."""
+    """Fields of a kind of element with its solver parameters, in a specification and in a model."""
 
     noun: str
     object: mujoco.mjtObj
     spec: tuple[str, str]  # solref and solimp
     model: tuple[str, str]
-    starts: dict[str, str]  # in the specification: in the model; where else than at zero violation the force begins
-    inverse: str  # where the model has Â
+    starts: dict[str, str]  # offsets of the violation at which the force begins, in the specification: in the model
+    inverse: str  # field of the model with Â
 
 
 KINDS = {
@@ -58,11 +58,11 @@ KINDS = {
         {"margin": "pair_margin", "gap": "pair_gap"}, "body_invweight0",
     ),
 }  # fmt: skip
-"""By the names that records of them have"""
+"""By the kind in the names of stored texts"""
 
 
 def compiled(target: Target) -> mujoco.MjModel:
-    """Return the model itself, or what a specification compiles to.
+    """Return the model itself, or the compiled specification.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def specification(spec: mujoco.MjSpec) -> mujoco.MjSpec:
 
 
 def name_of(element: Any) -> str:
-    """Return the name of an element that is given by its name or itself."""
+    """Return the name of an element given by name or as an object."""
     name = element if isinstance(element, str) else getattr(element, "name", None)
     if not isinstance(name, str) or not name:
         raise ModelError(f"{element!r} has no name; give the element a name and use that")
@@ -98,32 +98,32 @@ def find(model: mujoco.MjModel, object_type: mujoco.mjtObj, name: str) -> int:
     Raises
     ------
     ModelError
-        If there is none; names those that are like it.
+        If there is none; the message suggests similar names.
     """
     index = mujoco.mj_name2id(model, object_type, name)
     if index >= 0:
         return index
-    places = range(model.nnames_map)  # of which no kind of element has more
-    known = [mujoco.mj_id2name(model, object_type, i) for i in places]
+    indices = range(model.nnames_map)  # an upper bound of the number of elements
+    known = [mujoco.mj_id2name(model, object_type, i) for i in indices]
     noun = object_type.name.removeprefix("mjOBJ_").lower()
     raise ModelError(f'the model has no {noun} "{name}"; {nearest(name, known)}')
 
 
 def nearest(name: str, known: Iterable[str | None]) -> str:
-    """Return words that point to a known name that is like one that is not; else to some that are known."""
-    names = [each for each in known if each]
-    near = difflib.get_close_matches(name, names, n=1)
-    there = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
-    return f'did you mean "{near[0]}"?' if near else f"it has {there or 'none with a name'}"
+    """Return a hint at the known name that is most similar to an unknown one, or a list of known names."""
+    names = [label for label in known if label]
+    matches = difflib.get_close_matches(name, names, n=1)
+    listed = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+    return f'did you mean "{matches[0]}"?' if matches else f"it has {listed or 'none with a name'}"
 
 
 def pairs_of(model: mujoco.MjModel) -> dict[frozenset[int], int]:
-    """Return the numbers of a model's explicit pairs by their geoms."""
+    """Return the indices of a model's explicit pairs by their geoms."""
     return {frozenset(p): i for i, p in enumerate(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist()))}
 
 
 def joint_kind(model: mujoco.MjModel, name: str, what: str) -> mujoco.mjtJoint:
-    """Return the type of a joint that is to have something: a hinge or slide; refuses other joints."""
+    """Return the type of a joint, hinge or slide; raise ModelError for other types."""
     kind = mujoco.mjtJoint(int(model.jnt_type[find(model, mujoco.mjtObj.mjOBJ_JOINT, name)]))
     if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
         raise ModelError(f'joint "{name}" is {kind.name.removeprefix("mjJNT_").lower()}; {what} needs a hinge or slide')
@@ -131,7 +131,7 @@ def joint_kind(model: mujoco.MjModel, name: str, what: str) -> mujoco.mjtJoint:
 
 
 def inverse_inertia(model: mujoco.MjModel, kind: str, index: int) -> float:
-    """Â of an element's row, 1/kg or 1/(kg m²): the constant of the model with which MuJoCo scales its softness.
+    """Return Â of an element's row, 1/kg or 1/(kg m²): the constant with which MuJoCo scales its softness.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def inverse_inertia(model: mujoco.MjModel, kind: str, index: int) -> float:
 
 
 class Asked(NamedTuple):
-    """An element of which a softness was asked."""
+    """An element and the softness that was requested for it."""
 
     kind: str
     name: str
@@ -165,7 +165,7 @@ class Asked(NamedTuple):
 
 
 def asked(model: mujoco.MjModel) -> Iterator[Asked]:
-    """Yield every element that was given a softness in its specification."""
+    """Yield every element with a softness in its specification."""
     for kind, name, data in texts(model):
         if kind in KINDS:
             try:
@@ -177,12 +177,12 @@ def asked(model: mujoco.MjModel) -> Iterator[Asked]:
 
 
 def give(target: Target, model: mujoco.MjModel, kind: str, names: list[str], wanted: Softness) -> None:
-    """Give elements a softness: at once in a model, with a record in a specification, which compiles to ``model``.
+    """Give elements a softness: at once in a model; stored in a specification, which compiles to ``model``.
 
     Raises
     ------
     ModelError
-        For a law that a model, which has no room for its record, is to follow, and elements without inertia.
+        For a law given to a model, which cannot store it, and elements without inertia.
     """
     if isinstance(target, mujoco.MjModel):
         if wanted.law:
@@ -190,15 +190,15 @@ def give(target: Target, model: mujoco.MjModel, kind: str, names: list[str], wan
         for name in names:
             _write_model(target, kind, name, wanted)
         return
-    behind = [inverse_inertia(model, kind, find(model, KINDS[kind].object, name)) for name in names]
-    found = solver_parameters(kind, names, wanted, behind, model.opt.timestep)
+    inverse_inertias = [inverse_inertia(model, kind, find(model, KINDS[kind].object, name)) for name in names]
+    parameter_list = solver_parameters(kind, names, wanted, inverse_inertias, model.opt.timestep)
     ask(target, kind, names, wanted)
-    for name, parameters in zip(names, found):
+    for name, parameters in zip(names, parameter_list):
         write_parameters(getattr(target, kind)(name), kind, parameters)
 
 
 def change(spec: mujoco.MjSpec, make: Callable[[mujoco.MjSpec], T]) -> tuple[T, mujoco.MjModel]:
-    """Change a specification and give anew what was asked of it; if that fails it stays as it was.
+    """Change a specification and apply its softness again; if that fails it stays as it was.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def change(spec: mujoco.MjSpec, make: Callable[[mujoco.MjSpec], T]) -> tuple[T, 
     Returns
     -------
     tuple
-        What ``make`` returns, and the model that the changed specification compiles to.
+        The result of ``make``, and the compiled model of the changed specification.
 
     Raises
     ------
@@ -222,19 +222,19 @@ def change(spec: mujoco.MjSpec, make: Callable[[mujoco.MjSpec], T]) -> tuple[T, 
         make(trial)
     model = compiled(trial)
     write_all(trial, model)
-    made = make(spec)
+    result = make(spec)
     write_all(spec, model)
-    return made, model
+    return result, model
 
 
 def ask(spec: mujoco.MjSpec, kind: str, names: list[str], wanted: Softness) -> None:
-    """Record a softness of elements, which `apply` or `compile` gives them."""
+    """Store a softness of elements, which `apply` or `compile` applies."""
     for name in names:
         write_text(spec, kind, name, wanted.data)
 
 
 def apply(target: Target) -> None:
-    """Give all contacts, limits and clearances anew the stiffness and damping that were asked of them.
+    """Apply the requested stiffness and damping of all contacts, limits and clearances again.
 
     MuJoCo scales softness by inverse inertias that it computes when it compiles: whoever changes bodies, joints or
     masses afterwards, or loads a saved model, calls this (or `compile`).
@@ -247,7 +247,7 @@ def apply(target: Target) -> None:
     Raises
     ------
     ModelError
-        If an element is gone, or has no inertia behind it.
+        If an element was removed, or has no inertia behind it.
     """
     if isinstance(target, mujoco.MjModel):
         for element in asked(target):
@@ -257,27 +257,27 @@ def apply(target: Target) -> None:
 
 
 def write_all(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
-    """Write into a specification, which compiles to a model, everything that was asked of its elements."""
-    for kind, name, wanted in asked(model):
-        behind = inverse_inertia(model, kind, find(model, KINDS[kind].object, name))
-        found = solver_parameters(kind, [name], wanted, [behind], model.opt.timestep)
-        write_parameters(getattr(spec, kind)(name), kind, found[0])
+    """Write the softness of all elements into a specification, which compiles to a model."""
+    for kind, name, softness in asked(model):
+        inverse = inverse_inertia(model, kind, find(model, KINDS[kind].object, name))
+        values = solver_parameters(kind, [name], softness, [inverse], model.opt.timestep)
+        write_parameters(getattr(spec, kind)(name), kind, values[0])
 
 
-def _write_model(model: mujoco.MjModel, kind: str, name: str, wanted: Softness) -> None:
-    there, index = KINDS[kind], find(model, KINDS[kind].object, name)
+def _write_model(model: mujoco.MjModel, kind: str, name: str, softness: Softness) -> None:
+    fields, index = KINDS[kind], find(model, KINDS[kind].object, name)
     inverse = inverse_inertia(model, kind, index)
-    if kind == "tendon" and not model.tendon_length0[index]:  # whose direction there is arbitrary
-        inverse = model.tendon_invweight0[index] = max(inverse, _of_its_ends(model, index))
-    solref, solimp = there.model
-    found = _checked(kind, name, solref_solimp, wanted, inverse, model.opt.timestep)
-    getattr(model, solref)[index], getattr(model, solimp)[index] = found
-    for field in there.starts.values():
+    if kind == "tendon" and not model.tendon_length0[index]:  # its direction there is arbitrary
+        inverse = model.tendon_invweight0[index] = max(inverse, _sum_over_ends(model, index))
+    solref, solimp = fields.model
+    values = _compute(kind, name, solref_solimp, softness, inverse, model.opt.timestep)
+    getattr(model, solref)[index], getattr(model, solimp)[index] = values
+    for field in fields.starts.values():
         getattr(model, field)[index] = 0
 
 
-def _of_its_ends(model: mujoco.MjModel, tendon: int) -> float:
-    """1/kg, sum over the bodies whose sites a tendon passes."""
+def _sum_over_ends(model: mujoco.MjModel, tendon: int) -> float:
+    """Return the sum of Â, 1/kg, over the bodies whose sites a tendon passes."""
     first = model.tendon_adr[tendon]
     wraps = slice(first, first + model.tendon_num[tendon])
     sites = model.wrap_objid[wraps][model.wrap_type[wraps] == int(mujoco.mjtWrap.mjWRAP_SITE)]
@@ -287,15 +287,15 @@ def _of_its_ends(model: mujoco.MjModel, tendon: int) -> float:
 def solver_parameters(
     kind: str, names: list[str], wanted: Softness, behind: Sequence[float], step: float
 ) -> list[Parameters]:  # fmt: skip
-    """Return solref and solimp, as a specification gets them, of elements with Â ``behind`` them.
+    """Return solref and solimp of a specification's elements, with Â ``behind`` them.
 
     Raises
     ------
     ModelError
-        For an element without inertia behind it, but for a tendon: `apply` to the compiled model finds one.
+        For an element without inertia behind it; not for a tendon: `apply` to the compiled model estimates one.
     """
     return [
-        None if inverse <= 0 and kind == "tendon" else _checked(kind, name, written, wanted, inverse, step)
+        None if inverse <= 0 and kind == "tendon" else _compute(kind, name, written, wanted, inverse, step)
         for name, inverse in zip(names, behind)
     ]
 
@@ -310,20 +310,20 @@ def write_parameters(element: Any, kind: str, parameters: Parameters) -> None:
         setattr(element, field, 0)
 
 
-def _checked(
-    kind: str, name: str, mapping: Any, wanted: Softness, inverse: float, step: float
+def _compute(
+    kind: str, name: str, mapping: Any, softness: Softness, inverse: float, step: float
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     noun = f'{KINDS[kind].noun} "{name}"'
     if inverse <= 0:
         raise ModelError(f"{noun} moves nothing that has an inertia, so it cannot be soft")
     with naming(noun, LawError, ModelError):
-        numbers: tuple[float, ...] = (*wanted.at_step(inverse, step), inverse)
-        if wanted.implicit:
-            numbers = *numbers, implicit_impedance(wanted.k, wanted.damping(inverse), inverse, step)
-        return _mapped(mapping, *numbers)
+        numbers: tuple[float, ...] = (*softness.at_step(inverse, step), inverse)
+        if softness.implicit:
+            numbers = *numbers, implicit_impedance(softness.k, softness.damping(inverse), inverse, step)
+        return _cached(mapping, *numbers)
 
 
 @functools.lru_cache(1024)
-def _mapped(mapping: Any, *numbers: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return solver parameters, which are the same for many elements of a model."""
+def _cached(mapping: Any, *numbers: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return solver parameters, cached since they are the same for many elements of a model."""
     return mapping(*numbers)

@@ -1,4 +1,4 @@
-"""Limits whose k and c follow an amplitude or time in MJX: tables as arrays, followed as `softener_loop` does."""
+"""Limits whose k and c follow an amplitude or time in MJX: tables as arrays, evaluated as in `softener_loop`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["TabulatedLaws", "can_be_tabulated", "tabulated_laws"]
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class TabulatedLaws:
-    """Stiffness and damping of limits over amplitude or time: linear between the rows, the ends hold beyond."""
+    """Stiffness and damping of limits over amplitude or time: linear between rows, constant beyond the ends."""
 
     abscissa: tuple[Any, ...]
     """of each an array (n_rows,), rising: amplitude, m or rad, or time, s"""
@@ -36,12 +36,12 @@ class TabulatedLaws:
     names: tuple[str, ...] = field(metadata={"static": True})
     """of the joints and tendons"""
     places: tuple[tuple[bool, int, int, bool, bool], ...] = field(metadata={"static": True})
-    """of each whether it is a tendon, its index, its limit's row after the first one of contacts, below 0, whether its
-    law is over amplitude, and whether its only wall is the upper one, as of a tendon between two sites"""
+    """of each: True for a tendon; its index; its limit's row relative to the first one of contacts, below 0; True for a
+    law over amplitude; True if its only wall is the upper one, as of a tendon between two sites"""
 
     def follow(self, mx: Any, dx: Any, reached: Any, step: Any) -> tuple[Any, Any]:
-        """Follow the motion by a step; return the amplitudes (n,) and data whose limits push as the laws say."""
-        addresses, aref, now = dx._impl.contact.efc_address, dx._impl.efc_aref, []
+        """Advance by a step; return the amplitudes (n,) and the data with the limits' forces."""
+        addresses, aref, amplitudes = dx._impl.contact.efc_address, dx._impl.efc_aref, []
         contacts = int(addresses[0]) if len(addresses) else aref.shape[0]  # the rows of limits are just before
         for i, (tendon, index, row, by_amplitude, from_zero) in enumerate(self.places):
             if tendon:
@@ -50,26 +50,26 @@ class TabulatedLaws:
                 x, speed, walls = dx.qpos[mx.jnt_qposadr[index]], dx.qvel[mx.jnt_dofadr[index]], mx.jnt_range[index]
             middle = 0.0 if from_zero else walls.mean()
             amplitude = jp.maximum(jp.abs(x - middle), reached[i] * jp.exp(-step / self.release[i]))
-            now.append(amplitude)
+            amplitudes.append(amplitude)
             period = jp.where(self.period[i] > 0, self.period[i], jp.inf)
-            at = amplitude if by_amplitude else jp.where(self.period[i] > 0, dx.time % period, dx.time)
-            k, c = (jp.interp(at, self.abscissa[i], values[i]) for values in (self.k, self.c))
+            abscissa = amplitude if by_amplitude else jp.where(self.period[i] > 0, dx.time % period, dx.time)
+            k, c = (jp.interp(abscissa, self.abscissa[i], values[i]) for values in (self.k, self.c))
             depth = jp.maximum(x - walls[1], 0.0 if from_zero else walls[0] - x)
-            inwards = jp.where(x > middle, speed, -speed)
-            force = jp.where(depth > 0, jp.maximum(k * depth + c * inwards, 0.0), 0.0)
+            approach_speed = jp.where(x > middle, speed, -speed)
+            force = jp.where(depth > 0, jp.maximum(k * depth + c * approach_speed, 0.0), 0.0)
             if not mx.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_LIMIT:
                 aref = aref.at[contacts + row].set(force / dx._impl.efc_D[contacts + row])
-        return jp.stack(now), dx.tree_replace({"_impl.efc_aref": aref})
+        return jp.stack(amplitudes), dx.tree_replace({"_impl.efc_aref": aref})
 
 
 def tabulated_laws(model: mujoco.MjModel) -> TabulatedLaws:
     """Return the laws of a model's limits."""
-    found = [each for each in asked(model) if each.softness.law]
-    tables = [each.softness.law.table(1) for each in found]  # type: ignore[union-attr]
-    balls = model.jnt_type == int(mujoco.mjtJoint.mjJNT_BALL)  # whose limits MJX has first
-    limited = np.concatenate((model.jnt_limited * balls, model.jnt_limited * ~balls, model.tendon_limited)).astype(int)
+    elements = [element for element in asked(model) if element.softness.law]
+    tables = [element.softness.law.table(1) for element in elements]  # type: ignore[union-attr]
+    ball = model.jnt_type == int(mujoco.mjtJoint.mjJNT_BALL)  # limits of ball joints come first in MJX
+    limited = np.concatenate((model.jnt_limited * ball, model.jnt_limited * ~ball, model.tendon_limited)).astype(int)
     rows, places = np.cumsum(limited) - 1 - limited.sum(), []
-    for (kind, name, _), table in zip(found, tables):
+    for (kind, name, _), table in zip(elements, tables):
         index = find(model, KINDS[kind].object, name)
         row = int(rows[index + (2 if kind == "tendon" else 1) * model.njnt])
         spatial = kind == "tendon" and model.wrap_type[model.tendon_adr[index]] != int(mujoco.mjtWrap.mjWRAP_JOINT)
@@ -78,12 +78,12 @@ def tabulated_laws(model: mujoco.MjModel) -> TabulatedLaws:
     return TabulatedLaws(
         tuple(jp.array(table.abscissa) for table in tables), tuple(jp.array(t.parameters[:, 0, 0]) for t in tables),
         tuple(jp.array(t.parameters[:, 0, 1]) for t in tables), jp.array([t.release or 1.0 for t in tables]),
-        jp.array([t.period for t in tables]), tuple(each.name for each in found), tuple(places),
+        jp.array([t.period for t in tables]), tuple(element.name for element in elements), tuple(places),
     )  # fmt: skip
 
 
 def can_be_tabulated(model: mujoco.MjModel, element: Asked) -> bool:
-    """Say whether a law is a table of k and c alone, of the limit of a tendon or of a joint but a ball joint."""
+    """Return True for a law that is a table of k and c alone, of the limit of a tendon, hinge or slide."""
     kind, name, softness = element
     law = softness.law
     if kind == "pair" or law is None or law.grease is not None or law.table(1).kinds != (KelvinVoigt,):

@@ -1,4 +1,4 @@
-"""Contacts and limits whose stiffness and damping follow a law at every step, and friction that does not creep."""
+"""Contacts and limits that follow a law at every step, friction without creep, and drives inside actuators."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ from .rotor_sensors import rotor_sensors
 
 __all__ = ["Softener", "drive_places", "friction_places", "reserve", "reserved"]
 
-_MEMORY = f"{MARK}memory"  # name of the custom number that says where in the user data laws remember
+_MEMORY = f"{MARK}memory"  # name of the custom numeric with the address of the laws' state in the user data
 
 
 class Softener:
-    """What lets a model's contacts, limits and friction follow their laws, and its drives turn, at every step.
+    """Computes the forces of a model's laws and friction, and advances its drives, at every step.
 
-    Between ``mj_step1`` and ``mj_step2`` of a loop of your own call `update`; or use it as a context, in which every
+    Between ``mj_step1`` and ``mj_step2`` of your loop call `update`; or use it as a context, in which every
     ``mj_step``, ``mujoco.rollout`` and ``mujoco.batch`` of such models follows the laws, on any number of threads::
 
         with physical.Softener(model):
             mujoco.mj_step(model, data, 1000)
 
-    Forces are those of the step's own positions and velocities, exact but for the parasitic mass of all softness
-    here. What laws remember (impact speeds, envelopes, hysteresis, bristles) is in ``data.userdata``, where `compile`
-    has reserved room: it is copied, saved, restored and reset with the data. Drives are in ``data.act``.
+    Forces are those at the step's positions and velocities, exact but for the parasitic mass of the constraints. The
+    state of laws (impact speeds, envelopes, hysteresis, bristles) is in ``data.userdata``, where `compile` has
+    reserved room: it is copied, saved, restored and reset with the data. Drives are in ``data.act``.
 
     Parameters
     ----------
@@ -59,43 +59,43 @@ class Softener:
     def __init__(self, model: mujoco.MjModel):
         if not isinstance(model, mujoco.MjModel):
             raise ModelError(f"got {type(model).__name__}, needs a mujoco.MjModel; compile() makes it of an MjSpec")
-        laws, bristles, turning = _laws(model), list(frictions(model)), list(drives(model))
-        between = list(joined(model))
-        self._softens = bool(laws or bristles or between)
-        if not self._softens and not turning:
+        laws, bristles, placed_drives = _laws(model), list(frictions(model)), list(drives(model))
+        bushings = list(joined(model))
+        self._has_forces = bool(laws or bristles or bushings)
+        if not self._has_forces and not placed_drives:
             raise ModelError(
                 "no contact or limit follows a law, none has friction, no actuator a drive, and there is no bushing; "
                 "constant ones need no Softener"
             )
-        _refuse_integrator(model, bool(laws))
+        _check_integrator(model, bool(laws))
         self.model = model
-        self._parts = _parts(model, laws, bristles, between)
-        self._drives = drive_places(model, turning)
-        self._of_actuators = np.full(len(model.actuator_trntype), -1, dtype=np.int64)
-        self._of_actuators[self._drives["actuator"]] = np.arange(len(self._drives))
-        size = self._parts.template.size if self._softens else 0
-        room = reserved(model, size, laws, bristles, turning, between)
+        self._build_tables = _build_tables(model, laws, bristles, bushings)
+        self._drives = drive_places(model, placed_drives)
+        self._drive_of_actuator = np.full(len(model.actuator_trntype), -1, dtype=np.int64)
+        self._drive_of_actuator[self._drives["actuator"]] = np.arange(len(self._drives))
+        size = self._build_tables.template.size if self._has_forces else 0
+        room = reserved(model, size, laws, bristles, placed_drives, bushings)
         self._head = np.zeros(1, loop.HEAD)
         index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
-        own = {"first": room.first, "size": size, "numeric": model.numeric_adr[index] + 2}
-        own |= {"drives": self._drives.ctypes.data, "n_drives": len(self._drives)}
-        own["of_actuators"] = self._of_actuators.ctypes.data
-        self._sensed = np.array(
-            [(sensor.address, turning.index(sensor.drive)) for sensor in rotor_sensors(model)], SENSED
+        fields = {"first": room.first, "size": size, "numeric": model.numeric_adr[index] + 2}
+        fields |= {"drives": self._drives.ctypes.data, "n_drives": len(self._drives)}
+        fields["of_actuators"] = self._drive_of_actuator.ctypes.data
+        self._rotor_sensors = np.array(
+            [(sensor.address, placed_drives.index(sensor.drive)) for sensor in rotor_sensors(model)], SENSED
         )  # fmt: skip
-        own |= {"sensed": self._sensed.ctypes.data, "n_sensed": len(self._sensed)}
-        own["soften"] = address(loop.soften, loop.SOFTEN)
-        for name, value in {**self._parts.places(), **loop.PLACES, **own}.items():
+        fields |= {"sensed": self._rotor_sensors.ctypes.data, "n_sensed": len(self._rotor_sensors)}
+        fields["soften"] = address(loop.soften, loop.SOFTEN)
+        for name, value in {**self._build_tables.places(), **loop.PLACES, **fields}.items():
             self._head[name] = value
         self._head["signature"], self._head["key"] = np.uint64(model.signature).view(np.int64), room[2:]
         self._address = self._head.ctypes.data
-        self._called: tuple[Any, ...] = (None, None)
+        self._last_call: tuple[Any, ...] = (None, None)
 
     def update(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Let forces follow the laws; to be called between ``mj_step1`` and ``mj_step2``, or as a control callback.
+        """Set the forces of the laws; to be called between ``mj_step1`` and ``mj_step2``, or as a control callback.
 
-        Drives turn by a step too, unless a Softener of such a model is in use and turns them, so controls are to be set
-        before, and a step has one call.
+        Drives advance by a step, unless a Softener of this model is in use and advances them, so that controls must be
+        set before, and a step has one call.
 
         Parameters
         ----------
@@ -109,24 +109,24 @@ class Softener:
         ModelError
             For another model.
         """
-        called = self._called
-        if called[0] is not model or called[1] is not data:
-            called = self._called = self._call(model, data)
-        if self._softens:
-            loop.soften_at(called[2])
+        call = self._last_call
+        if call[0] is not model or call[1] is not data:
+            call = self._last_call = self._call(model, data)
+        if self._has_forces:
+            loop.soften_at(call[2])
         if len(self._drives):
-            loop.turn_at(called[2])
+            loop.turn_at(call[2])
 
     def _call(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[mujoco.MjModel, mujoco.MjData, int, Any]:
-        """Return what `update` was given, and the address of their addresses in an array, and the array."""
-        alike = model.signature == self.model.signature or not (model.signature and self.model.signature)
-        if not alike or _reserved(model) != _reserved(self.model):
+        """Return model, data, and an array of their addresses, preceded by the array's address."""
+        same_model = model.signature == self.model.signature or not (model.signature and self.model.signature)
+        if not same_model or _read_reserved(model) != _read_reserved(self.model):
             raise ModelError("the Softener was made for another model")
-        places = np.array([self._address, model._address, data._address])
-        return model, data, places.ctypes.data, places
+        addresses = np.array([self._address, model._address, data._address])
+        return model, data, addresses.ctypes.data, addresses
 
     def __enter__(self) -> Softener:
-        """Let MuJoCo call it in every step of such a model.
+        """Let MuJoCo call it in every step of this model.
 
         Raises
         ------
@@ -135,54 +135,54 @@ class Softener:
         """
         if self.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION:
             raise ModelError("flag actuation is disabled, so MuJoCo would not call it; call update() instead")
-        with _CHANGING:
-            places = loop.IN_USE[1:]
-            if places.all():
-                raise ModelError(f"{places.size} Softeners are in use, no more can be")
-            if not places.any():
+        with _LOCK:
+            slots = loop.IN_USE[1:]
+            if slots.all():
+                raise ModelError(f"{slots.size} Softeners are in use, no more can be")
+            if not slots.any():
                 if mujoco.get_mjcb_control() is not None:
                     raise ModelError("MuJoCo has a control callback already; call update() in it instead")
                 if mujoco.get_mjcb_act_dyn() is not None:
                     raise ModelError("MuJoCo has a callback for the dynamics of actuators already; take it away")
-            senses = mujoco.get_mjcb_sensor() in (None, _sensors())
-            if len(self._sensed) and not senses:
+            sensors_free = mujoco.get_mjcb_sensor() in (None, _sensors())
+            if len(self._rotor_sensors) and not sensors_free:
                 raise ModelError("MuJoCo has a callback for users' sensors already, which rotors' sensors need")
-            if not places.any():
+            if not slots.any():
                 mujoco.set_mjcb_control(_control())
                 mujoco.set_mjcb_act_dyn(_dynamics())
-                if senses:
+                if sensors_free:
                     mujoco.set_mjcb_sensor(_sensors())
-            place = int(np.argmin(places != 0))
-            places[place] = self._address
-            loop.IN_USE[0] = max(loop.IN_USE[0], place + 1)
+            slot = int(np.argmin(slots != 0))
+            slots[slot] = self._address
+            loop.IN_USE[0] = max(loop.IN_USE[0], slot + 1)
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Take it away again."""
-        with _CHANGING:
-            places = loop.IN_USE[1:]
-            places[places == self._address] = 0
-            loop.IN_USE[0] = np.flatnonzero(places).max(initial=-1) + 1
-            if not places.any():
+        """Remove it from MuJoCo's callbacks."""
+        with _LOCK:
+            slots = loop.IN_USE[1:]
+            slots[slots == self._address] = 0
+            loop.IN_USE[0] = np.flatnonzero(slots).max(initial=-1) + 1
+            if not slots.any():
                 mujoco.set_mjcb_control(None)
                 mujoco.set_mjcb_act_dyn(None)
                 if mujoco.get_mjcb_sensor() is _sensors():
                     mujoco.set_mjcb_sensor(None)
 
 
-class _Parts(NamedTuple):
-    """Arrays that compiled code reads at their addresses."""
+class _Tables(NamedTuple):
+    """Arrays that compiled code reads by address."""
 
     elements: np.ndarray  # (n,) ELEMENT; pairs last
     frictions: np.ndarray  # (m,) FRICTION
     joined: np.ndarray  # (b,) JOINED
-    joints: np.ndarray  # (njnt,) which element each one is, or -1
+    joints: np.ndarray  # (njnt,) index of its element, or -1
     tendons: np.ndarray  # (ntendon,)
     bushings: np.ndarray  # (n,) BUSHING
-    template: np.ndarray  # (size,) the memory's beginning
+    template: np.ndarray  # (size,) initial state of the laws
 
     def places(self) -> dict[str, int]:
-        """Return what a HEAD holds of them."""
+        """Return the fields of a HEAD that describe them."""
         arrays = {
             "elements": self.elements, "frictions": self.frictions, "joints": self.joints, "tendons": self.tendons,
             "joined": self.joined,
@@ -196,31 +196,31 @@ class _Parts(NamedTuple):
 
 
 def drive_places(model: mujoco.MjModel, placed: Sequence[PlacedDrive]) -> np.ndarray:
-    """(n,) where compiled code finds the drives of a model."""
-    found = np.zeros(len(placed), PLACE)
-    for place, drive in zip(found, placed):
+    """Return the addresses (n,) of a model's drives for compiled code, a PLACE each."""
+    places = np.zeros(len(placed), PLACE)
+    for place, drive in zip(places, placed):
         index = drive.actuator
         place["actuator"], place["numeric"], place["slips"] = index, drive.numeric, drive.hysteresis
         place["act"], place["size"] = model.actuator_actadr[index], model.actuator_actnum[index]
         place["output"], place["control"] = output_of(model, index), control_of(model, index)
-    return found
+    return places
 
 
 def _laws(model: mujoco.MjModel) -> list[Asked]:
-    """Elements with a law, pairs last."""
+    """Return the elements with a law, pairs last."""
     return sorted((e for e in asked(model) if e.softness.law), key=lambda e: (e.kind == "pair", e.kind, e.name))
 
 
-def _parts(
-    model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Friction], between: Sequence[Joined]
-) -> _Parts:  # fmt: skip
+def _build_tables(
+    model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Friction], joined_bushings: Sequence[Joined]
+) -> _Tables:  # fmt: skip
     elements, bushings = np.zeros(len(laws), loop.ELEMENT), np.zeros(len(laws), BUSHING)
     memory = [np.zeros(2 + len(laws) + loop.OF_FRICTION * len(bristles))]
     joints, tendons = (np.full(max(n, 1), -1, dtype=np.int32) for n in (model.njnt, model.ntendon))
     for e, (element, (kind, name, softness)) in enumerate(zip(elements, laws)):
         law, index = softness.law, find(model, KINDS[kind].object, name)
         assert law is not None
-        _describe(model, kind, index, element)
+        _locate_element(model, kind, index, element)
         table, greased = law.table(1), law.grease is not None
         if element["kind"] in (loop.ROW, loop.PAIR) and (greased or table.by_amplitude):
             raise ModelError(
@@ -233,29 +233,29 @@ def _parts(
         element["always"] = greased or len(table.abscissa) > 1
         if kind != "pair":
             (joints if kind == "joint" else tendons)[index] = e
-        opening = _Opening([Bushing(0.0, softness.depth, 0.0, Grease(0.0), Contact(1.0))])
-        record, numbers = clearance_records(opening, law, model.opt.timestep)
-        numbers[record["wall"][0] :][:2] = -loop.FAR, 0.0  # where the model's range is not read
+        clearance = _ClearanceStub([Bushing(0.0, softness.depth, 0.0, Grease(0.0), Contact(1.0))])
+        record, numbers = clearance_records(clearance, law, model.opt.timestep)
+        numbers[record["wall"][0] :][:2] = -loop.FAR, 0.0  # used where the model's range is not read
         bushings[e], element["numbers"], element["size"] = record[0], sum(part.size for part in memory), numbers.size
         element["impact"] = element["numbers"] + record["ends"][0]
         memory.append(numbers)
-    places = np.zeros(len(between), loop.JOINED)
-    for row, bushing in zip(places, between):
+    places = np.zeros(len(joined_bushings), loop.JOINED)
+    for row, bushing in zip(places, joined_bushings):
         row["numeric"], row["equality"], row["axes"], row["site"] = (
             bushing.numeric, bushing.equality, bushing.axes, bushing.site
         )  # fmt: skip
-    rubbing = friction_places(model, bristles, {law.name for law in laws if law.kind == "pair"})
-    return _Parts(elements, rubbing, places, joints, tendons, bushings, np.concatenate(memory))
+    friction_table = friction_places(model, bristles, {law.name for law in laws if law.kind == "pair"})
+    return _Tables(elements, friction_table, places, joints, tendons, bushings, np.concatenate(memory))
 
 
-class _Opening(NamedTuple):
-    """What laws get of a clearance."""
+class _ClearanceStub(NamedTuple):
+    """The attributes of a clearance that laws read."""
 
     bushings: list[Bushing]
 
 
-def _describe(model: mujoco.MjModel, kind: str, index: int, element: Any) -> None:
-    """Say where compiled code finds an element."""
+def _locate_element(model: mujoco.MjModel, kind: str, index: int, element: Any) -> None:
+    """Write the addresses of an element for compiled code."""
     if kind == "joint":
         ball = mujoco.mjtJoint(int(model.jnt_type[index])) == mujoco.mjtJoint.mjJNT_BALL
         element["kind"] = loop.ROW if ball else loop.JOINT
@@ -273,9 +273,9 @@ def _describe(model: mujoco.MjModel, kind: str, index: int, element: Any) -> Non
 def friction_places(
     model: mujoco.MjModel, bristles: Sequence[Friction], pairs_with_law: Container[str] = ()
 ) -> np.ndarray:
-    """(n,) FRICTION: where compiled code finds the bristles of a model."""
-    found = np.zeros(len(bristles), loop.FRICTION)
-    for row, friction in zip(found, bristles):
+    """Return the addresses (n,) of a model's bristles for compiled code, a FRICTION each."""
+    table = np.zeros(len(bristles), loop.FRICTION)
+    for row, friction in zip(table, bristles):
         index = find(model, KINDS[friction.kind].object, friction.name)
         row["numeric"], row["numbers"] = friction.numeric, friction.size
         if friction.kind == "joint":
@@ -286,38 +286,38 @@ def friction_places(
         else:
             row["kind"], row["law"] = loop.PAIR, friction.name in pairs_with_law
             row["geom1"], row["geom2"] = model.pair_geom1[index], model.pair_geom2[index]
-    return found
+    return table
 
 
 def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
-    """Reserve room in a specification's user data for what laws and friction remember; say whether it has changed."""
-    laws, bristles, turning, between = _laws(model), list(frictions(model)), list(drives(model)), list(joined(model))
-    softens = bool(laws or bristles or between)
-    size = 2 * _parts(model, laws, bristles, between).template.size if softens else 0  # before a step and after
-    before = _reserved(model)
-    first = before.first if before.first + before.size == spec.nuserdata else max(spec.nuserdata, 0)  # others have come
-    now = Reserved(first, size, *_key(model, first, laws, bristles, turning, between))
-    if now == before or not (size or turning or any(before)):
+    """Reserve user data for the state of laws and friction; return True if the specification has changed."""
+    laws, bristles, placed, bushings = _laws(model), list(frictions(model)), list(drives(model)), list(joined(model))
+    softens = bool(laws or bristles or bushings)
+    size = 2 * _build_tables(model, laws, bristles, bushings).template.size if softens else 0  # before and after a step
+    previous = _read_reserved(model)
+    first = previous.first if previous.first + previous.size == spec.nuserdata else max(spec.nuserdata, 0)
+    room = Reserved(first, size, *_key(model, first, laws, bristles, placed, bushings))
+    if room == previous or not (size or placed or any(previous)):
         return False
     spec.nuserdata = first + size
     note_softener(spec)
-    write_numbers(spec, _MEMORY, now)
+    write_numbers(spec, _MEMORY, room)
     return True
 
 
 def reserved(
     model: mujoco.MjModel, size: int, laws: Sequence[Asked], bristles: Sequence[Friction],
-    turning: Sequence[PlacedDrive], between: Sequence[Joined],
+    placed_drives: Sequence[PlacedDrive], bushings: Sequence[Joined],
 ) -> Reserved:  # fmt: skip
-    """Return the room that `reserve` made in the user data of a model for so many numbers, twice.
+    """Return the room that `reserve` made in a model's user data for 2 ``size`` numbers.
 
     Raises
     ------
     ModelError
         For a model that was compiled without.
     """
-    room = _reserved(model)
-    key = _key(model, room.first, laws, bristles, turning, between)
+    room = _read_reserved(model)
+    key = _key(model, room.first, laws, bristles, placed_drives, bushings)
     if room[1:] != (2 * size, *key) or room.first + room.size > model.nuserdata:
         raise ModelError(
             "the model has no room in its userdata for what these laws, friction and drives remember; "
@@ -327,7 +327,7 @@ def reserved(
 
 
 class Reserved(NamedTuple):
-    """The room in the user data of a model, and for which laws it is, as a custom number of the model."""
+    """Reserved user data of a model, and the key of the laws that it is for, as a custom numeric of the model."""
 
     first: int
     size: int
@@ -335,7 +335,7 @@ class Reserved(NamedTuple):
     other_key: int
 
 
-def _reserved(model: mujoco.MjModel) -> Reserved:
+def _read_reserved(model: mujoco.MjModel) -> Reserved:
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
     if index < 0:
         return Reserved(0, 0, 0, 0)
@@ -345,21 +345,21 @@ def _reserved(model: mujoco.MjModel) -> Reserved:
 
 def _key(
     model: mujoco.MjModel, first: int, laws: Sequence[Asked], bristles: Sequence[Friction],
-    turning: Sequence[PlacedDrive], between: Sequence[Joined],
+    placed: Sequence[PlacedDrive], bushings: Sequence[Joined],
 ) -> tuple[int, int]:  # fmt: skip
-    """Two numbers of six digits, as many as MJCF keeps, that tell laws, friction, drives and their places apart."""
+    """Return a hash of laws, friction, drives and their addresses, as two numbers of six digits, as MJCF keeps."""
     names = [(e.kind, e.name) for e in laws] + [(f.kind, f.name) for f in bristles]
     places = [find(model, KINDS[kind].object, name) for kind, name in names]
     sizes = first, model.nq, model.nv, model.na, getattr(model, "nJten", 0), model.ngeom, model.nbody
     content = (
-        [(e.kind, e.name, e.softness.data) for e in laws], [(f.kind, f.name) for f in bristles], list(turning), places,
-        sizes, *between,
+        [(e.kind, e.name, e.softness.data) for e in laws], [(f.kind, f.name) for f in bristles], list(placed), places,
+        sizes, *bushings,
     )  # fmt: skip
     key = zlib.crc32(repr(content).encode())
     return key % 1_000_000, key // 1_000_000
 
 
-def _refuse_integrator(model: mujoco.MjModel, laws: bool) -> None:
+def _check_integrator(model: mujoco.MjModel, laws: bool) -> None:
     integrators = mujoco.mjtIntegrator
     integrator = integrators(int(model.opt.integrator))
     if integrator == integrators.mjINT_RK4:
@@ -370,20 +370,20 @@ def _refuse_integrator(model: mujoco.MjModel, laws: bool) -> None:
 
 @cache
 def _control() -> Any:
-    """Return MuJoCo's control callback, which looks for the Softener of the model that is stepped."""
+    """Return MuJoCo's control callback, which calls the Softener of the stepped model."""
     return loop.as_c(loop.control)
 
 
 @cache
 def _dynamics() -> Any:
-    """Return MuJoCo's callback for the dynamics of actuators, which looks for the Softener of their model."""
+    """Return MuJoCo's callback for actuator dynamics, which calls the Softener of the model."""
     return loop.as_c(loop.dynamics, types.int32, result=types.float64)
 
 
 @cache
 def _sensors() -> Any:
-    """Return MuJoCo's callback for users' sensors, which looks for the Softener of their model."""
+    """Return MuJoCo's callback for user sensors, which calls the Softener of the model."""
     return loop.as_c(loop.sensors, types.int32)
 
 
-_CHANGING = threading.Lock()
+_LOCK = threading.Lock()

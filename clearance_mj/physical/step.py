@@ -168,7 +168,7 @@ def _semi_implicit_limit(pose: Pose, rows: list[Row], implicit: _Mask) -> float:
     """Return the longest stable step of v₊ = v + h (M + hD)⁻¹ M a, M' a = -K q - C v, q₊ = q + h v₊.
 
     M' includes the parasitic mass. An eigenvalue becomes -1 at h = 1/λ, where 4M' λ² + (4M'M⁻¹D - 2C) λ - K is
-    singular; before that none leaves the unit circle as long as all matrices are symmetric, which M'M⁻¹D is but for constraints that are next to rigid.
+    singular; before that none leaves the unit circle if all matrices are symmetric: M'M⁻¹D but for rigid constraints.
     """
     mass, stiffness, damping = _matrices(pose, rows)
     size, implicit_damping = len(mass), np.zeros_like(mass)
