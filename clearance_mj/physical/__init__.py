@@ -1,8 +1,8 @@
 """Contacts, limits and backlash of any MuJoCo model with stiffness and damping in physical units.
 
 A specification (``mujoco.MjSpec``) gets softness and clearances by one call each, `compile` makes the model of it,
-`check` says what in a model spoils them. All this needs MuJoCo and NumPy alone; laws that change at every step and
-friction (`Softener`) load what compiles their loop.
+`check` lists what in a model changes them. This needs MuJoCo and NumPy alone; laws that change at every step and
+friction (`Softener`) need numba as well.
 """
 
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""What becomes of a compiled model that engines for accelerators take: MJX and MuJoCo Warp."""
+"""Preparation of a compiled model for engines on accelerators: MJX and MuJoCo Warp."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["pressing_alone"]
 def pressing_alone(
     model: mujoco.MjModel, engine: str, can_follow: Callable[[mujoco.MjModel, Asked], bool] = lambda *_: False
 ) -> mujoco.MjModel:  # fmt: skip
-    """Return a copy of a model whose contacts with bristles have rows that only press.
+    """Return a copy of a model in which contacts with bristles are frictionless.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def pressing_alone(
     engine : str
         Its name, for messages.
     can_follow : callable
-        Whether it can follow the law of an element.
+        Returns True if the engine can follow the law of an element.
 
     Returns
     -------
@@ -39,7 +39,7 @@ def pressing_alone(
     Raises
     ------
     ModelError
-        For what neither engine can have: laws, bushings, sensors of rotors, integrator RK4, and drives of a model whose
+        For what neither engine supports: laws, bushings, sensors of rotors, integrator RK4, and drives of a model whose
         actuation is disabled.
     """
     for element in asked(model):
@@ -57,7 +57,7 @@ def pressing_alone(
         raise ModelError("integrator RK4 asks for forces between the steps; use Euler or implicitfast")
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION and any(drives(model)):
         raise ModelError("flag actuation is disabled, so drives exert nothing; enable it")
-    pressing = copy.copy(model)
+    variant = copy.copy(model)
     for name in rubbing(model):
-        pressing.pair_dim[find(model, KINDS["pair"].object, name)] = 1
-    return pressing
+        variant.pair_dim[find(model, KINDS["pair"].object, name)] = 1
+    return variant

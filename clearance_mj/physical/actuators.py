@@ -1,4 +1,4 @@
-"""Actuators of a model: how many there are, and what the compiler makes of their ranges and damping ratios."""
+"""Actuators of a model: number, addresses, and the ranges and damping that the compiler derives."""
 
 from __future__ import annotations
 
@@ -17,51 +17,51 @@ def actuator_count(model: mujoco.MjModel) -> int:
 
 
 def control_of(model: mujoco.MjModel, index: int) -> int:
-    """Return where an actuator has its (first) control; MuJoCo 3 has one for each."""
+    """Return the index of an actuator's (first) control; MuJoCo 3 has one for each."""
     return int(model.actuator_ctrladr[index]) if hasattr(model, "actuator_ctrladr") else index
 
 
 def output_of(model: mujoco.MjModel, index: int) -> int:
-    """Return which of the forces, lengths and gears is an actuator's; MuJoCo 3 has one for each."""
+    """Return the index of an actuator's force, length and gear; MuJoCo 3 has one for each."""
     return int(model.actuator_outadr[index]) if hasattr(model, "actuator_outadr") else index
 
 
 def drives_joint(motor: Any, joint: str) -> bool:
-    """Tell whether an actuator of a specification acts on a joint itself."""
+    """Return True if an actuator of a specification acts on a joint directly."""
     return motor.target == joint and motor.trntype in ON_JOINT
 
 
 def settle(motor: Any, model: mujoco.MjModel) -> None:
     """Write into an actuator of a specification the ranges that its compiler derives from its joint.
 
-    ``inheritrange`` takes the joint's range, which is not to change when a rotor comes between actuator and joint.
+    ``inheritrange`` takes the joint's range, which must not change when a rotor is put between actuator and joint.
 
     Parameters
     ----------
     motor : mujoco.MjsActuator
         Changed in place.
     model : mujoco.MjModel
-        What its specification compiles to.
+        The compiled specification.
     """
     if not motor.inheritrange:
         return
-    index = _index(motor, model)
-    motor.inheritrange, place, limited = 0.0, control_of(model, index), mujoco.mjtLimited.mjLIMITED_TRUE
-    if model.actuator_ctrllimited[place]:
-        motor.ctrllimited, motor.ctrlrange = limited, model.actuator_ctrlrange[place]
+    index = _index_of(motor, model)
+    motor.inheritrange, control, limited = 0.0, control_of(model, index), mujoco.mjtLimited.mjLIMITED_TRUE
+    if model.actuator_ctrllimited[control]:
+        motor.ctrllimited, motor.ctrlrange = limited, model.actuator_ctrlrange[control]
     if model.actuator_actlimited[index]:
         motor.actlimited, motor.actrange = limited, model.actuator_actrange[index]
 
 
 def settle_damping(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
-    """Write into all servos of a specification, which compiles to a model, the damping that their ratio makes.
+    """Replace the damping ratios of a specification's servos by the damping of its compiled model.
 
-    ``dampratio`` takes the inertia behind the joint, to which the armature of others counts too.
+    ``dampratio`` depends on the inertia behind the joint, which includes the armature of other joints.
     """
     for motor in spec.actuators:
         if motor.biastype == mujoco.mjtBias.mjBIAS_AFFINE and motor.biasprm[2] > 0:  # a ratio until it is compiled
-            motor.biasprm[:] = model.actuator_biasprm[_index(motor, model)]
+            motor.biasprm[:] = model.actuator_biasprm[_index_of(motor, model)]
 
 
-def _index(motor: Any, model: mujoco.MjModel) -> int:
+def _index_of(motor: Any, model: mujoco.MjModel) -> int:
     return mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, motor.name) if motor.name else int(motor.id)

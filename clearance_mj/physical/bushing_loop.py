@@ -1,4 +1,4 @@
-"""How a bushing between two sites presses, compiled."""
+"""Forces of a bushing between two sites, compiled."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from .library import doubles, field, integers
 __all__ = ["JOINED", "press_back"]
 
 JOINED = np.dtype([(name, np.int64) for name in ("numeric", "equality", "axes", "site")])
-"""Bushings; where in the custom numbers their stiffnesses and dampings are"""
+"""Bushings; ``numeric`` is the address of their stiffnesses and dampings in numeric_data"""
 _EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
-_DATA, _SCALE = mujoco.mjNEQDATA, 10  # numbers of an equality, and which is its scale of torques
+_DATA, _SCALE = mujoco.mjNEQDATA, 10  # length of an equality's data, and index of its torque scale
 
 
 @jit(**OPTIONS)
 def press_back(head: Any, model: int, data: int, bushing: Any) -> None:
-    """Let the solver give the rows of an equality the forces of a bushing, in the axes of its second site.
+    """Make the solver's rows of an equality exert the forces of a bushing, in the axes of its second site.
 
     Rows of position are along the world's axes; those of orientation are the vector part of the quaternion in the
-    site's own axes, times a scale (MuJoCo, ``mj_instantiateEqual``).
+    site's axes, times a scale (MuJoCo, ``mj_instantiateEqual``).
     """
     n_rows = integers(data + head.d_nefc, 1)[0]
     kinds, ids = integers(field(data + head.d_efc_type), n_rows), integers(field(data + head.d_efc_id), n_rows)
@@ -34,13 +34,13 @@ def press_back(head: Any, model: int, data: int, bushing: Any) -> None:
     if row == n_rows:
         return
     numbers = doubles(field(model + head.m_numeric_data) + 8 * bushing.numeric, 2 * bushing.axes)
-    place = doubles(field(data + head.d_efc_pos) + 8 * row, bushing.axes)
+    residual = doubles(field(data + head.d_efc_pos) + 8 * row, bushing.axes)
     speed = doubles(field(data + head.d_efc_vel) + 8 * row, bushing.axes)
     axes = doubles(field(data + head.d_site_xmat) + 72 * bushing.site, 9)
     fx, fy, fz = 0.0, 0.0, 0.0
     for j in range(3):
         x, y, z = axes[j], axes[3 + j], axes[6 + j]
-        force = -numbers[j] * (x * place[0] + y * place[1] + z * place[2])
+        force = -numbers[j] * (x * residual[0] + y * residual[1] + z * residual[2])
         force -= numbers[bushing.axes + j] * (x * speed[0] + y * speed[1] + z * speed[2])
         fx, fy, fz = fx + force * x, fy + force * y, fz + force * z
     bear(head, model, data, row, fx)
@@ -49,5 +49,5 @@ def press_back(head: Any, model: int, data: int, bushing: Any) -> None:
     if bushing.axes == 6:
         scale = doubles(field(model + head.m_eq_data) + 8 * _DATA * bushing.equality, _DATA)[_SCALE]
         for j in range(3, 6):
-            torque = numbers[j] * place[j] + numbers[6 + j] * speed[j]
+            torque = numbers[j] * residual[j] + numbers[6 + j] * speed[j]
             bear(head, model, data, row + j, -4.0 * torque / scale**2)

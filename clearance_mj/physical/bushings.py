@@ -1,7 +1,7 @@
 """Rubber bushings between two sites: stiffness and damping along and about each axis.
 
-A bushing stands in the model as an equality, and as ``<custom><numeric name="physical:bushing:NAME" data="..."/>``, its
-stiffnesses and then its dampings, which is read at every step.
+A bushing is stored in the model as an equality and ``<custom><numeric name="physical:bushing:NAME" data="..."/>``, its
+stiffnesses and then its dampings, which are read at every step.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ _AXES = 3, 6
 
 
 class Joined(NamedTuple):
-    """A bushing that was asked for, as a custom number of the model has it."""
+    """A bushing of a model, stored as an equality and a custom numeric."""
 
     name: str
     equality: int
-    numeric: int  # where in the model's numeric_data: stiffnesses, then dampings
+    numeric: int  # address in numeric_data: stiffnesses, then dampings
     axes: int  # 3 or 6
-    site: int  # whose axes they are
+    site: int  # whose axes are used
 
 
 def add_bushing(spec: mujoco.MjSpec, site_a: Any, site_b: Any, k: ArrayLike, c: ArrayLike) -> mujoco.MjsEquality:
@@ -79,21 +79,21 @@ def add_bushing(spec: mujoco.MjSpec, site_a: Any, site_b: Any, k: ArrayLike, c: 
     solref, solimp = solref_solimp(stiffness[:3].max(), damping[:3].max(), inverse)
 
     def between(changed: mujoco.MjSpec) -> mujoco.MjsEquality:
-        made = changed.add_equality(
+        equality = changed.add_equality(
             name=" to ".join(names), objtype=mujoco.mjtObj.mjOBJ_SITE, name1=names[0], name2=names[1],
             type=mujoco.mjtEq.mjEQ_WELD if len(stiffness) == 6 else mujoco.mjtEq.mjEQ_CONNECT,
         )  # fmt: skip
-        made.solref[:], made.solimp[:] = solref, solimp
-        write_numbers(changed, f"{MARK}bushing:{made.name}", [*stiffness, *damping])
+        equality.solref[:], equality.solimp[:] = solref, solimp
+        write_numbers(changed, f"{MARK}bushing:{equality.name}", [*stiffness, *damping])
         note_softener(changed)
-        return made
+        return equality
 
     return change(spec, between)[0]
 
 
 def joined(model: mujoco.MjModel) -> Iterator[Joined]:
     """Yield the bushings of a model."""
-    for i, before, after in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}bushing:"):
-        equality = find(model, mujoco.mjtObj.mjOBJ_EQUALITY, before + after)
+    for i, prefix, suffix in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}bushing:"):
+        equality = find(model, mujoco.mjtObj.mjOBJ_EQUALITY, prefix + suffix)
         axes, site = int(model.numeric_size[i]) // 2, int(model.eq_obj2id[equality])
-        yield Joined(before + after, equality, int(model.numeric_adr[i]), axes, site)
+        yield Joined(prefix + suffix, equality, int(model.numeric_adr[i]), axes, site)

@@ -219,15 +219,13 @@ def _element_problems(model: mujoco.MjModel) -> Iterator[str]:
             yield from _pair_problems(model, i, where, name in shared, bristle_pairs)
 
 
-def _pair_problems(
-    model: mujoco.MjModel, pair: int, where: str, shared: bool, bristle_pairs: set[str]
-) -> Iterator[str]:
-    if model.pair_dim[pair] > 1 and model.pair(pair).name not in bristle_pairs:
+def _pair_problems(model: mujoco.MjModel, i: int, where: str, shared: bool, bristle_pairs: set[str]) -> Iterator[str]:
+    if model.pair_dim[i] > 1 and model.pair(i).name not in bristle_pairs:
         cone, effect = "a pyramidal", "multiplies its normal stiffness"
         if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
             cone, effect = "an elliptic", "changes its normal force while it slides"
-        yield f"{where}: friction (condim {model.pair_dim[pair]}) in {cone} cone {effect}; use condim 1"
-    first, second, points = points_of(model, int(model.pair_geom1[pair]), int(model.pair_geom2[pair]))
+        yield f"{where}: friction (condim {model.pair_dim[i]}) in {cone} cone {effect}; use condim 1"
+    first, second, points = points_of(model, int(model.pair_geom1[i]), int(model.pair_geom2[i]))
     if points > 1 and not shared:
         yield f"{where}: {first} and {second} touch in up to {points} points, each with this stiffness"
 

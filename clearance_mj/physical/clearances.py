@@ -1,4 +1,4 @@
-"""Clearances that a specification gets: play between a joint and its drive, and a shaft in a bushing."""
+"""Clearances added to a specification: play between a joint and its drive, and a shaft in a bushing."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ def add_backlash(
     restitution: float | None = None, law: Law | None = None, native: bool = False,
     implicit: bool = False,
 ) -> Any:  # fmt: skip
-    """Put play between a joint and its drive, which becomes a joint of its own.
+    """Put play between a joint and its drive, which becomes a separate joint.
 
-    The joint stays what it was, the load's position, with its limits, springs, dampers and sensors. The drive, a new
+    The joint remains the load's position, with its limits, springs, dampers and sensors. The drive, a new
     joint "NAME drive", takes over the actuators and the armature. Tendon "NAME backlash", the load's position less
-    the drive's, is limited to ±gap: the teeth press with k r + c ṙ, never pulling, r what it is beyond the gap.
+    the drive's, is limited to ±gap: the teeth press with k r + c ṙ, never pulling, r the excess over the gap.
 
     Parameters
     ----------
@@ -51,51 +51,51 @@ def add_backlash(
     damping_ratio, restitution : float, optional
         Instead of c, of drive and load against each other; see `contact`.
     inertia : float, optional
-        Of the drive at the joint (rotor times gear ratio squared), kg m² (kg), > 0. Without it the joint's armature.
-        The joint keeps none, for that was the rotor's.
+        Of the drive at the joint (rotor times gear ratio squared), kg m² (kg), > 0; by default the joint's armature,
+        which is set to 0.
     law : Law, optional
         Instead of k and c, with grease too; a `Softener` makes the teeth follow it.
     native : bool
-        Whether the tendon is a spring with a dead band instead of a limit: k and gap are exact in every integrator,
+        Make the tendon a spring with a dead band instead of a limit: k and gap are exact in every integrator,
         ``discrete`` too, in MJX and MuJoCo Warp, without a row of the solver's; its damping acts inside the gap too,
         and it may pull while teeth part. It needs c.
     implicit : bool
-        Whether teeth, rotor and load act on each other as by backward Euler: stable at any time step; see `contact`.
+        Let teeth, rotor and load interact as by backward Euler: stable at any time step; see `contact`.
 
     Returns
     -------
     mujoco.MjsJoint, or a list of them
-        The drive, to give it friction and damping of its own.
+        The drive, to give it friction and damping.
 
     Raises
     ------
     ModelError
-        For a joint that the model does not have, of another type, or that a tendon or an equality moves instead of an
-        actuator of its own, a gap that is not > 0, and a drive without inertia. The specification is then unchanged.
+        For a joint that the model does not have, of another type, or moved by a tendon or an equality instead of an
+        actuator, a gap that is not > 0, and a drive without inertia. The specification is then unchanged.
     LawError
         For a stiffness or damping out of range.
     """
     model = compiled(specification(spec))
-    names = [name_of(each) for each in (joint if isinstance(joint, list) else [joint])]
+    names = [name_of(element) for element in (joint if isinstance(joint, list) else [joint])]
     kinds = {name: joint_kind(model, name, "backlash") for name in names}
     half = half_of(gap, backlash, all(kind == mujoco.mjtJoint.mjJNT_HINGE for kind in kinds.values()))
-    wanted = _check(half, k, c, law, damping_ratio_of(c, damping_ratio, restitution), implicit)
-    if native and (law is not None or wanted.ratio is not None or implicit):
+    contact = _clearance_softness(half, k, c, law, damping_ratio_of(c, damping_ratio, restitution), implicit)
+    if native and (law is not None or contact.ratio is not None or implicit):
         raise ModelError("native backlash is a spring and a damper: give k and c")
     inertias = {}
     for name in names:
         if spec.joint(f"{name} drive"):
             raise ModelError(f'joint "{name}" has backlash already')
-        _refuse_coupled(spec, model, name)
+        _require_own_actuator(spec, model, name)
         if inertia is None:
-            inertias[name] = _positive(spec.joint(name).armature, f'joint "{name}" has no armature: give')
+            inertias[name] = _require_positive(spec.joint(name).armature, f'joint "{name}" has no armature: give')
         else:
-            inertias[name] = _positive(inertia, f'joint "{name}":')
+            inertias[name] = _require_positive(inertia, f'joint "{name}":')
     positions = {name: [_position(key.qpos, model, name) for key in spec.keys] for name in names}
     saved = [np.array(key.qpos) for key in spec.keys], [np.array(key.qvel) for key in spec.keys]
 
     def between(changed: mujoco.MjSpec) -> list[mujoco.MjsJoint]:
-        made = []
+        drive_joints = []
         settle_damping(changed, model)
         for name in names:
             load = changed.joint(name)
@@ -110,28 +110,28 @@ def add_backlash(
             tendon.wrap_joint(drive.name, -1.0)
             if native:
                 tendon.limited, tendon.springlength = mujoco.mjtLimited.mjLIMITED_FALSE, (-half, half)
-                tendon.stiffness[0], tendon.damping[0] = wanted.k, wanted.c
+                tendon.stiffness[0], tendon.damping[0] = contact.k, contact.c
             else:
-                ask(changed, "tendon", [tendon.name], wanted)
-            made.append(drive)
+                ask(changed, "tendon", [tendon.name], contact)
+            drive_joints.append(drive)
         for key in changed.keys:
             key.qpos, key.qvel = np.zeros(0), np.zeros(0)
-        return made
+        return drive_joints
 
-    drives, now = change(spec, between)
-    placed = sorted(((now.joint(drive.name), positions[name]) for drive, name in zip(drives, names)),
-                    key=lambda each: each[0].qposadr[0])  # fmt: skip
-    _extend_keys(spec, placed, *saved)
+    drives, changed_model = change(spec, between)
+    ordered = sorted(((changed_model.joint(drive.name), positions[name]) for drive, name in zip(drives, names)),
+                    key=lambda element: element[0].qposadr[0])  # fmt: skip
+    _extend_keys(spec, ordered, *saved)
     return drives if isinstance(joint, list) else drives[0]
 
 
 def half_of(gap: float | None, backlash: float | None, turns: bool) -> float:
-    """Return the play to either side, rad (m), of that or of a backlash from side to side, degrees.
+    """Return the play to either side, rad (m), given that or a backlash from side to side, degrees.
 
     Raises
     ------
     ModelError
-        For both or neither, and a backlash of what does not turn.
+        For both or neither, and a backlash in degrees of what is no hinge.
     """
     if (gap is None) == (backlash is None):
         raise ModelError("give gap, to either side, rad (m), or backlash, from side to side, degrees")
@@ -151,8 +151,8 @@ def add_annular_clearance(
     """Let two sites move apart freely up to a gap: a bushing or a ball joint with play.
 
     Tendon "A in B", the distance of the sites, is limited to [0, gap]: a radial contact without friction in any
-    direction, of force k r + c ṙ, never pulling, r what the distance is beyond the gap. For sites that coincide in the
-    model's initial pose use `compile`, or `apply` to the model: MuJoCo knows the inertia behind them in one direction
+    direction, of force k r + c ṙ, never pulling, r the excess over the gap. For sites that coincide in the model's
+    initial pose use `compile`, or `apply` to the model: MuJoCo knows the inertia behind them in one direction
     only, and may make the limit rigid.
 
     Parameters
@@ -170,7 +170,7 @@ def add_annular_clearance(
     law : Law, optional
         Instead of k and c; a `Softener` makes the contact follow it. Its grease acts along the tendon.
     implicit : bool
-        Whether it acts as by backward Euler; see `contact`.
+        Apply it as by backward Euler; see `contact`.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def add_annular_clearance(
     LawError
         For a stiffness or damping out of range.
     """
-    wanted = _check(gap, k, c, law, implicit=implicit)
+    contact = _clearance_softness(gap, k, c, law, implicit=implicit)
     model, names = compiled(specification(spec)), [name_of(site) for site in (site_a, site_b)]
     bodies = [model.body_weldid[model.site_bodyid[find(model, mujoco.mjtObj.mjOBJ_SITE, name)]] for name in names]
     if bodies[0] == bodies[1]:
@@ -194,13 +194,13 @@ def add_annular_clearance(
         tendon = _add_tendon(changed, " in ".join(names), (0.0, gap))
         for name in names:
             tendon.wrap_site(name)
-        ask(changed, "tendon", [tendon.name], wanted)
+        ask(changed, "tendon", [tendon.name], contact)
         return tendon
 
     return change(spec, between)[0]
 
 
-def _check(
+def _clearance_softness(
     gap: float, k: float | None, c: float | None, law: Law | None, ratio: float | None = None, implicit: bool = False
 ) -> Softness:  # fmt: skip
     if not isinstance(gap, numbers.Real) or not 0 < gap < np.inf:
@@ -208,14 +208,14 @@ def _check(
     return softness(k, c, law, gap, ratio, implicit)
 
 
-def _positive(inertia: float, what: str) -> float:
+def _require_positive(inertia: float, message: str) -> float:
     if not 0 < inertia < np.inf:
-        raise ModelError(f"{what} inertia of the drive > 0, got {inertia:g}")
+        raise ModelError(f"{message} inertia of the drive > 0, got {inertia:g}")
     return float(inertia)
 
 
 def _add_drive(spec: mujoco.MjSpec, load: Any, kind: mujoco.mjtJoint, inertia: float) -> mujoco.MjsJoint:
-    """Add a joint of this inertia alone; whatever the specification's defaults say of others does not hold for it."""
+    """Add a joint with this inertia alone, independent of the specification's defaults."""
     name, body = f"{load.name} drive", load.parent
     carrier = body.parent.add_body(
         name=name, pos=body.pos, mass=_TINY, ipos=[0, 0, 0], inertia=[_TINY] * 3, explicitinertial=True
@@ -235,7 +235,7 @@ def _add_tendon(spec: mujoco.MjSpec, name: str, limits: tuple[float, float]) -> 
 
 
 def _position(qpos: Any, model: mujoco.MjModel, joint: str) -> float:
-    """Position of a joint in a keyframe, which may hold none."""
+    """Return the position of a joint in a keyframe; that of qpos0 in an empty one."""
     qpos = np.asarray(qpos)
     return float((qpos if qpos.size else model.qpos0)[model.joint(joint).qposadr[0]])
 
@@ -243,35 +243,35 @@ def _position(qpos: Any, model: mujoco.MjModel, joint: str) -> float:
 def _extend_keys(
     spec: mujoco.MjSpec, drives: list[tuple[Any, list[float]]], qpos: list[np.ndarray], qvel: list[np.ndarray]
 ) -> None:
-    """Put drives, in their order, into the keyframes, which MuJoCo would refuse without them."""
-    for i, (key, place, speed) in enumerate(zip(spec.keys, qpos, qvel)):
+    """Insert drives, in the order of their addresses, into the keyframes."""
+    for i, (key, values, speed) in enumerate(zip(spec.keys, qpos, qvel)):
         for drive, positions in drives:
-            place = np.insert(place, drive.qposadr[0], positions[i]) if place.size else place
+            values = np.insert(values, drive.qposadr[0], positions[i]) if values.size else values
             speed = np.insert(speed, drive.dofadr[0], 0.0) if speed.size else speed
-        key.qpos, key.qvel = place, speed
+        key.qpos, key.qvel = values, speed
 
 
-def _refuse_coupled(spec: mujoco.MjSpec, model: mujoco.MjModel, joint: str) -> None:
-    """Refuse a joint that no actuator of its own moves but a tendon or an equality, which would bypass its drive."""
+def _require_own_actuator(spec: mujoco.MjSpec, model: mujoco.MjModel, joint: str) -> None:
+    """Raise ModelError for a joint moved by a tendon or equality alone, which would bypass its drive."""
     if any(drives_joint(actuator, joint) for actuator in spec.actuators):
         return
-    of_joint, by_joint = model.joint(joint).id, int(mujoco.mjtWrap.mjWRAP_JOINT)
-    ends = zip(model.tendon_adr.tolist(), model.tendon_num.tolist())
-    pulled = {
-        i for i, (first, count) in enumerate(ends) for w in range(first, first + count)
-        if model.wrap_type[w] == by_joint and model.wrap_objid[w] == of_joint
+    joint_id, joint_wrap = model.joint(joint).id, int(mujoco.mjtWrap.mjWRAP_JOINT)
+    wraps = zip(model.tendon_adr.tolist(), model.tendon_num.tolist())
+    tendons = {
+        i for i, (first, count) in enumerate(wraps) for w in range(first, first + count)
+        if model.wrap_type[w] == joint_wrap and model.wrap_objid[w] == joint_id
     }  # fmt: skip
     for actuator in range(actuator_count(model)):
         if (
             model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON
-            and model.actuator_trnid[actuator, 0] in pulled
+            and model.actuator_trnid[actuator, 0] in tendons
         ):
             raise ModelError(
                 f'joint "{joint}" is driven by actuator "{model.actuator(actuator).name}" through tendon '
                 f'"{model.tendon(int(model.actuator_trnid[actuator, 0])).name}", which would bypass a drive of the '
                 "joint: give the actuator the play with add_drive()"
             )
-    coupled = {mujoco.mjtEq.mjEQ_JOINT: {of_joint}, mujoco.mjtEq.mjEQ_TENDON: pulled}
+    coupled = {mujoco.mjtEq.mjEQ_JOINT: {joint_id}, mujoco.mjtEq.mjEQ_TENDON: tendons}
     for i, kind in enumerate(model.eq_type.tolist()):
         if coupled.get(mujoco.mjtEq(kind), set()) & {int(model.eq_obj1id[i]), int(model.eq_obj2id[i])}:
             raise ModelError(

@@ -1,4 +1,4 @@
-"""Damping of contacts, limits and teeth as users know it: a share of the critical one, or the speed of a rebound."""
+"""Damping of contacts, limits and teeth, given as a damping ratio or a coefficient of restitution."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from ..core.errors import LawError
 
 __all__ = ["damping_ratio_of", "restitution_of"]
 
-_LARGEST = 1e3  # damping ratio that is looked at: it rebounds at 2.5e-7
+_LARGEST = 1e3  # damping ratio of the search: its restitution is 2.5e-7
 
 
 def damping_ratio_of(c: float | None, damping_ratio: float | None, restitution: float | None) -> float | None:
-    """Return the damping ratio that is asked for, or None where it is a damping c.
+    """Return the damping ratio of a damping ratio or restitution, or None for a damping c.
 
     Parameters
     ----------
@@ -28,14 +28,14 @@ def damping_ratio_of(c: float | None, damping_ratio: float | None, restitution: 
     LawError
         For several of them, and values out of range.
     """
-    given = {"c": c, "damping_ratio": damping_ratio, "restitution": restitution}
-    names = [name for name, value in given.items() if value is not None]
+    options = {"c": c, "damping_ratio": damping_ratio, "restitution": restitution}
+    names = [name for name, value in options.items() if value is not None]
     if len(names) > 1:
         raise LawError(f"give one of c, damping_ratio and restitution, got {' and '.join(names)}")
     if restitution is not None:
         if not 0 < restitution <= 1:
             raise LawError(f"restitution {restitution} must be > 0 and <= 1")
-        return _ratio_that_rebounds(restitution)
+        return _ratio_of_restitution(restitution)
     if damping_ratio is not None and not 0 <= damping_ratio < math.inf:
         raise LawError(f"damping_ratio {damping_ratio} must be finite and >= 0")
     return damping_ratio
@@ -52,11 +52,11 @@ def restitution_of(damping_ratio: float) -> float:
     return math.exp(-2 * damping_ratio * angle / math.sqrt(abs(1 - damping_ratio**2)))
 
 
-def _ratio_that_rebounds(restitution: float) -> float:
-    below, above = 0.0, _LARGEST
-    while above - below > 1e-15 * above:
-        middle = (below + above) / 2
-        if middle in (below, above):
+def _ratio_of_restitution(restitution: float) -> float:
+    low, high = 0.0, _LARGEST
+    while high - low > 1e-15 * high:
+        middle = (low + high) / 2
+        if middle in (low, high):
             break
-        below, above = (middle, above) if restitution_of(middle) > restitution else (below, middle)
-    return below
+        low, high = (middle, high) if restitution_of(middle) > restitution else (low, middle)
+    return low

@@ -1,7 +1,7 @@
-"""How a drive inside an actuator turns by a step, compiled; MuJoCo calls it as the actuator's dynamics.
+"""Step of a drive inside an actuator, compiled; MuJoCo calls it as the actuator's dynamics.
 
-Semi-implicit as MuJoCo's own steps: torques are those of the step's positions, and the rotor's damping, with that of a
-servo that measures its speed, is implicit. What the step adds to the activation is its derivative times the time step.
+Semi-implicit as MuJoCo's steps: torques are those of the step's positions, and the rotor's damping, with that of a
+servo that measures its speed, is implicit. The step adds the derivative times the time step to the activation.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ _MODEL = (
     "actuator_forcerange", "actuator_gainprm", "actuator_gear", "actuator_group", "numeric_data",
 )  # fmt: skip
 PLACE = np.dtype([(name, np.int64) for name in ("actuator", "numeric", "slips", "act", "size", "output", "control")])
-"""Where a drive has its numbers, its activation, its length and its control"""
+"""Addresses of a drive's parameters, activation, length and control"""
 SENSED = np.dtype([("address", np.int64), ("drive", np.int64)])
-"""Where a rotor's angle goes in the sensors' data, and of which drive it is"""
+"""Address of a rotor's angle in the sensordata, and index of its drive"""
 
 _SIZE, _PRM = DRIVE.itemsize, 10
 _SHORTEST = 1e-15  # s, of a filter, as MuJoCo has it
-_WORST = 1e10  # from which on MuJoCo takes a control for an error
+_WORST = 1e10  # above which MuJoCo takes a control for an error
 _OPTION = {f"m_{name}": library.MODEL["opt"] + library.OPTION[name] for name in ("disableflags", "disableactuator")}
 PLACES = {
     **{f"d_{name}": library.DATA[name] for name in _DATA},
@@ -44,17 +44,17 @@ _CLAMP_OFF = int(mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL)
 
 @jit(**OPTIONS)
 def turn(head: Any, model: int, data: int, place: Any) -> None:
-    """Write the derivative of a drive's activation, last of it such that the actuator exerts the teeth's torque."""
+    """Write the derivative of a drive's activation; its last element makes the actuator exert the teeth's torque."""
     h = doubles(model + head.m_timestep, 1)[0]
     per_second = 1.0 / h
     act = doubles(field(data + head.d_act) + 8 * place.act, place.size)
     rates = doubles(field(data + head.d_act_dot) + 8 * place.act, place.size)
     group = integers(field(model + head.m_actuator_group) + 4 * place.actuator, 1)[0]
     if 0 <= group < 31 and (integers(model + head.m_disableactuator, 1)[0] >> group) & 1:
-        act[BEGUN] = 0.0  # it begins anew when it is enabled
+        act[BEGUN] = 0.0  # restarts when it is enabled
         return
-    own = field(model + head.m_numeric_data) + 8 * place.numeric
-    drive, slips = numba.carray(pointer(own), 1, DRIVE)[0], doubles(own + _SIZE, 2 * place.slips)
+    parameters = field(model + head.m_numeric_data) + 8 * place.numeric
+    drive, slips = numba.carray(pointer(parameters), 1, DRIVE)[0], doubles(parameters + _SIZE, 2 * place.slips)
     gear = doubles(field(model + head.m_actuator_gear) + 48 * place.output, 1)[0]
     length = doubles(field(data + head.d_actuator_length), place.output + 1)[place.output]
     velocity = doubles(field(data + head.d_actuator_velocity), place.output + 1)[place.output]
@@ -65,7 +65,7 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
     if drive.encoder == 0.0:
         length, velocity = gear * angle, gear * speed
     limited = numba.carray(pointer(field(model + head.m_actuator_ctrllimited) + place.control), 1, np.uint8)[0]
-    entered, rates[INPUT] = enter(
+    gain_input, rates[INPUT] = enter(
         drive, h, act[INPUT], doubles(field(data + head.d_ctrl) + 8 * place.control, 1)[0],
         limited and not integers(model + head.m_disableflags, 1)[0] & _CLAMP_OFF,
         doubles(field(model + head.m_actuator_ctrlrange) + 16 * place.control, 2),
@@ -75,7 +75,7 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
     motor, braking = exert(
         doubles(field(model + head.m_actuator_gainprm) + 8 * _PRM * place.actuator, 3),
         doubles(field(model + head.m_actuator_biasprm) + 8 * _PRM * place.actuator, 3),
-        doubles(field(model + head.m_actuator_forcerange) + 16 * place.actuator, 2), entered, length, velocity,
+        doubles(field(model + head.m_actuator_forcerange) + 16 * place.actuator, 2), gain_input, length, velocity,
     )  # fmt: skip
     motor, braking = gear * motor, gear * gear * braking if drive.encoder == 0.0 else 0.0
 
@@ -83,27 +83,27 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
     torque = press(drive, angle - load, closing)
     for i in range(place.slips):
         k, largest = slips[2 * i], slips[2 * i + 1]
-        bent = min(max(act[BRISTLES + 1 + i] + begun * h * closing, -largest / k), largest / k)
-        rates[BRISTLES + 1 + i] = (bent - act[BRISTLES + 1 + i]) * per_second
-        torque += k * bent
+        bristle = min(max(act[BRISTLES + 1 + i] + begun * h * closing, -largest / k), largest / k)
+        rates[BRISTLES + 1 + i] = (bristle - act[BRISTLES + 1 + i]) * per_second
+        torque += k * bristle
 
     largest, smallest = slip(drive, speed, motor, torque)
-    bent, faster = accelerate(drive, h, act[BRISTLES], begun * h, speed, motor, braking, torque, largest, smallest)
-    rates[BRISTLES] = (bent - act[BRISTLES]) * per_second
-    after = speed + h * faster
-    rates[SPEED] = faster if begun else (after - act[SPEED]) * per_second
-    rates[ANGLE] = after if begun else (angle + h * after - act[ANGLE]) * per_second
+    bristle, rate = accelerate(drive, h, act[BRISTLES], begun * h, speed, motor, braking, torque, largest, smallest)
+    rates[BRISTLES] = (bristle - act[BRISTLES]) * per_second
+    new_speed = speed + h * rate
+    rates[SPEED] = rate if begun else (new_speed - act[SPEED]) * per_second
+    rates[ANGLE] = new_speed if begun else (angle + h * new_speed - act[ANGLE]) * per_second
     rates[BEGUN] = (1.0 - act[BEGUN]) * per_second
-    rates[MOTOR_TORQUE] = (motor - braking * (after - speed) - act[MOTOR_TORQUE]) * per_second
+    rates[MOTOR_TORQUE] = (motor - braking * (new_speed - speed) - act[MOTOR_TORQUE]) * per_second
     rates[place.size - 1] = (torque * per_gear - act[place.size - 1]) * per_second
 
 
 @jit(**OPTIONS)
 def enter(
-    drive: Any, h: float, before: float, control: float, clamped: bool, control_range: Any, range_of_input: Any,
+    drive: Any, h: float, activation: float, control: float, clamped: bool, control_range: Any, range_of_input: Any,
     tau: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """Return what the motor's gain is multiplied with, and the derivative of the actuator's former activation."""
+    """Return the input of the motor's gain, and the derivative of the original actuator's activation."""
     if not abs(control) <= _WORST:
         control = 0.0
     if clamped:
@@ -112,53 +112,53 @@ def enter(
         return control, 0.0
     rate = control
     if drive.dynamics > 1.0:
-        slow = max(tau, _SHORTEST)
+        time_constant = max(tau, _SHORTEST)
         if drive.dynamics > 2.0:
-            half = np.tanh(0.5 * h / slow)  # with it 1 - exp(-h/tau) is exact in single precision too
-            slow = h * (1.0 + half) / (2.0 * half)
-        rate = (control - before) / slow
+            tanh_half = np.tanh(0.5 * h / time_constant)  # with it 1 - exp(-h/tau) is exact in single precision too
+            time_constant = h * (1.0 + tanh_half) / (2.0 * tanh_half)
+        rate = (control - activation) / time_constant
     if range_of_input[0] < range_of_input[1]:
-        rate = (min(max(before + h * rate, range_of_input[0]), range_of_input[1]) - before) / h
-    return before + h * rate if drive.early != 0.0 else before, rate
+        rate = (min(max(activation + h * rate, range_of_input[0]), range_of_input[1]) - activation) / h
+    return activation + h * rate if drive.early != 0.0 else activation, rate
 
 
 @jit(**OPTIONS)
-def exert(gain: Any, bias: Any, limits: Any, entered: float, length: float, velocity: float) -> tuple[float, float]:
-    """Return the actuator's own force, and the damping that is in it."""
+def exert(gain: Any, bias: Any, limits: Any, gain_input: float, length: float, velocity: float) -> tuple[float, float]:
+    """Return the motor's force, and the damping in it."""
     force = (
-        (gain[0] + gain[1] * length + gain[2] * velocity) * entered + bias[0] + bias[1] * length + bias[2] * velocity
+        (gain[0] + gain[1] * length + gain[2] * velocity) * gain_input + bias[0] + bias[1] * length + bias[2] * velocity
     )
     if limits[0] < limits[1] and (force < limits[0] or force > limits[1]):
         return min(max(force, limits[0]), limits[1]), 0.0
-    return force, max(-(gain[2] * entered + bias[2]), 0.0)
+    return force, max(-(gain[2] * gain_input + bias[2]), 0.0)
 
 
 @jit(**OPTIONS)
-def press(drive: Any, ahead: float, closing: float) -> float:
+def press(drive: Any, deflection: float, closing: float) -> float:
     """Return the torque of teeth with play on the load."""
     if drive.gap == 0.0:
-        return drive.k * ahead + drive.c * closing
-    if ahead > drive.gap:
-        return max(drive.k * (ahead - drive.gap) + drive.c * closing, 0.0)
-    if ahead < -drive.gap:
-        return min(drive.k * (ahead + drive.gap) + drive.c * closing, 0.0)
+        return drive.k * deflection + drive.c * closing
+    if deflection > drive.gap:
+        return max(drive.k * (deflection - drive.gap) + drive.c * closing, 0.0)
+    if deflection < -drive.gap:
+        return min(drive.k * (deflection + drive.gap) + drive.c * closing, 0.0)
     return 0.0
 
 
 @jit(**OPTIONS)
 def slip(drive: Any, speed: float, motor: float, torque: float) -> tuple[float, float]:
-    """Return the friction at which the rotor slips forward, and backward; see `DriveFriction`."""
+    """Return the largest friction, forward and backward, at which the rotor slips; see `DriveFriction`."""
     load = -torque
     limit = drive.friction_coulomb + abs(drive.friction_external * load - drive.friction_motor * motor)
-    more = drive.friction_stribeck
-    more += abs(drive.friction_stribeck_external * load - drive.friction_stribeck_motor * motor)
+    stribeck = drive.friction_stribeck
+    stribeck += abs(drive.friction_stribeck_external * load - drive.friction_stribeck_motor * motor)
     if load * motor < 0.0:
         if abs(load) < abs(motor):
-            more += drive.friction_motor_square * load * load
+            stribeck += drive.friction_motor_square * load * load
         elif abs(load) > abs(motor):
-            more += drive.friction_external_square * motor * motor
-    if more > 0.0:
-        limit += more * np.exp(-(abs(speed / drive.friction_stribeck_speed) ** drive.friction_stribeck_exponent))
+            stribeck += drive.friction_external_square * motor * motor
+    if stribeck > 0.0:
+        limit += stribeck * np.exp(-(abs(speed / drive.friction_stribeck_speed) ** drive.friction_stribeck_exponent))
     driven, driving = drive.loss_forward * abs(torque), drive.loss_backward * abs(torque)
     if torque >= 0.0:
         return limit + driven, -limit - driving
@@ -171,15 +171,15 @@ def accelerate(
     largest: float, smallest: float,
 ) -> tuple[float, float]:  # fmt: skip
     """Return the deflection of the friction's bristle after a step, and the rotor's acceleration in it."""
-    bent = min(max(bristle + step * speed, smallest / drive.friction_k), largest / drive.friction_k)
-    rubbing = min(max(drive.friction_k * bent + drive.friction_c * speed, smallest), largest)
+    deflection = min(max(bristle + step * speed, smallest / drive.friction_k), largest / drive.friction_k)
+    friction = min(max(drive.friction_k * deflection + drive.friction_c * speed, smallest), largest)
     damping = drive.friction_viscous + braking
-    return bent, (motor - torque - rubbing - drive.friction_viscous * speed) / (drive.inertia + h * damping)
+    return deflection, (motor - torque - friction - drive.friction_viscous * speed) / (drive.inertia + h * damping)
 
 
 @jit(**STRICT)
 def advance(head: Any, model: int, data: int, place: Any) -> None:
-    """Let a drive turn in the own loop of a user, whom MuJoCo's call to `turn` does not serve."""
+    """Advance a drive in a user's loop, without MuJoCo's call to `turn`."""
     turn(head, model, data, place)
     h = doubles(model + head.m_timestep, 1)[0]
     act = doubles(field(data + head.d_act) + 8 * place.act, place.size)
@@ -190,10 +190,10 @@ def advance(head: Any, model: int, data: int, place: Any) -> None:
 
 @jit(**OPTIONS)
 def sense(head: Any, model: int, data: int, place: Any, address: int) -> None:
-    """Write the angle of a drive's rotor into the sensors' data."""
+    """Write the angle of a drive's rotor into the sensordata."""
     act = doubles(field(data + head.d_act) + 8 * place.act, place.size)
     angle = act[ANGLE]
-    if act[BEGUN] == 0.0:  # where it is going to begin
+    if act[BEGUN] == 0.0:  # not started yet: at the load
         length = doubles(field(data + head.d_actuator_length), place.output + 1)[place.output]
         angle = length / doubles(field(model + head.m_actuator_gear) + 48 * place.output, 1)[0]
     doubles(field(data + head.d_sensordata), address + 1)[address] = angle

@@ -1,4 +1,4 @@
-"""How bristles bend and slip between bodies, compiled."""
+"""Dry friction between bodies by bristles that deflect and slip, compiled."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from .library import doubles, field, integers
 
 __all__ = ["FRICTION", "OF_FRICTION", "bear", "bend", "bend_in_plane", "between", "normal_rows", "rub"]
 
-OF_FRICTION = 7  # numbers of memory: the bristles' deflection, the angle about their normal, those rolled
+OF_FRICTION = 7  # state: deflection (3), angle about the normal, angles rolled (3)
 FRICTION = np.dtype(
     [(name, np.int64) for name in ("kind", "numeric", "numbers", "dof", "size", "geom1", "geom2", "law")]
-)  # Bristles; where in the custom numbers the largest force is (for pairs its ratio to the normal force), k and c; how
-# many they are; whether the pair follows a law
-_SPARSE_FROM = 60  # velocities: MuJoCo takes a sparse Jacobian then, if it may choose
-_ROUNDING = 1e-14  # of a place, relative: points that are no further apart are one
+)  # Bristles: address in numeric_data of largest force (of a pair its ratio to the normal force), k, c; their number;
+# 1 if the pair follows a law
+_SPARSE_FROM = 60  # number of velocities from which MuJoCo's automatic Jacobian is sparse
+_ROUNDING = 1e-14  # of a position, relative: closer points count as one
 _SPARSE, _AUTO = int(mujoco.mjtJacobian.mjJAC_SPARSE), int(mujoco.mjtJacobian.mjJAC_AUTO)
 _TINY = 1e-30  # N, above zero in single precision too
 _PYRAMIDAL = int(mujoco.mjtConstraint.mjCNSTR_CONTACT_PYRAMIDAL)
@@ -26,23 +26,23 @@ _PYRAMIDAL = int(mujoco.mjtConstraint.mjCNSTR_CONTACT_PYRAMIDAL)
 
 @jit(**OPTIONS)
 def between(geoms: Any, geom1: int, geom2: int) -> bool:
-    """Whether two geoms of a contact are two others, in any order."""
+    """Return True if a contact is between these two geoms, in any order."""
     return (geoms[0] == geom1 and geoms[1] == geom2) or (geoms[0] == geom2 and geoms[1] == geom1)
 
 
 @jit(**OPTIONS)
-def bend(largest: float, k: float, c: float, bent: float, step: float, speed: float) -> tuple[float, float]:
-    """Return the bristles of a coordinate and their force after a step: elastic up to the largest, where they slip."""
+def bend(largest: float, k: float, c: float, deflection: float, step: float, speed: float) -> tuple[float, float]:
+    """Return deflection and force of a coordinate's bristle after a step: elastic up to the largest force."""
     slips = largest / k
-    bent = min(max(bent + step * speed, -slips), slips)
-    return bent, min(max(k * bent + c * speed, -largest), largest)
+    deflection = min(max(deflection + step * speed, -slips), slips)
+    return deflection, min(max(k * deflection + c * speed, -largest), largest)
 
 
 @jit(**OPTIONS)
 def normal_rows(head: Any, data: int, contact: int, row: int) -> tuple[int, float]:
-    """Return how many rows of the constraints press along a contact's normal, and the R of one that does so alone.
+    """Return the number of constraint rows that press along a contact's normal, and R of an equivalent single row.
 
-    In a pyramidal cone they are the edges, in pairs, of which the mean wants what the normal alone would.
+    In a pyramidal cone they are the edges, in pairs, whose mean reference is that of the normal alone.
     """
     softness = doubles(field(data + head.d_efc_R), row + 1)[row]
     if integers(field(data + head.d_efc_type), row + 1)[row] != _PYRAMIDAL:
@@ -52,26 +52,26 @@ def normal_rows(head: Any, data: int, contact: int, row: int) -> tuple[int, floa
 
 
 @jit(**OPTIONS)
-def _pressing(head: Any, data: int, friction: Any, contact: int) -> tuple[int, int, float]:
-    """Return the first row of a contact that a pair may have, how many press, and their force; 0 if it is not its."""
+def _normal_force(head: Any, data: int, friction: Any, contact: int) -> tuple[int, int, float]:
+    """Return first row, number of pressing rows and normal force of a contact; zeros if it is of another pair."""
     row = integers(contact + head.c_efc_address, 1)[0]
     if row < 0 or not between(integers(contact + head.c_geom, 2), friction.geom1, friction.geom2):
         return 0, 0, 0.0
     rows, softness = normal_rows(head, data, contact, row)
     if friction.law:
-        wanted = doubles(field(data + head.d_efc_aref) + 8 * row, rows).mean()
-    else:  # not of the constraints, whose edges may have been given friction already
+        reference = doubles(field(data + head.d_efc_aref) + 8 * row, rows).mean()
+    else:  # not from the rows, which may contain friction already
         solref, d = doubles(contact + head.c_solref, 2), doubles(contact + head.c_solimp, 1)[0]
         depth = doubles(field(data + head.d_efc_pos) + 8 * row, 1)[0]
-        wanted = (solref[1] * doubles(field(data + head.d_efc_vel) + 8 * row, rows).mean() + solref[0] * depth) / d
-    return row, rows, max(wanted / softness, 0.0)
+        reference = (solref[1] * doubles(field(data + head.d_efc_vel) + 8 * row, rows).mean() + solref[0] * depth) / d
+    return row, rows, max(reference / softness, 0.0)
 
 
 @jit(**OPTIONS)
-def _moving(head: Any, data: int, contact: int, row: int, rows: int, j: int) -> float:
+def _surface_speed(head: Any, data: int, contact: int, row: int, rows: int, j: int) -> float:
     """Return the speed at which surfaces slip, spin or roll along a contact's coordinate j, 0 to 4.
 
-    From MuJoCo 4 on it counts how surfaces move themselves, such as a conveyor's.
+    From MuJoCo 4 on it includes the surfaces' velocity, such as a conveyor's.
     """
     speeds = doubles(field(data + head.d_efc_vel) + 8 * row, 2 * 5)
     if rows == 1:
@@ -80,21 +80,21 @@ def _moving(head: Any, data: int, contact: int, row: int, rows: int, j: int) -> 
 
 
 @jit(**OPTIONS)
-def _want(
-    head: Any, model: int, data: int, contact: int, row: int, rows: int, j: int, pressing: float, force: float
+def _exert(
+    head: Any, model: int, data: int, contact: int, row: int, rows: int, j: int, normal_force: float, force: float
 ) -> None:
-    """Let the solver give a contact a force, or torque, along its coordinate j, beside what presses."""
+    """Make the solver exert a force or torque along a contact's coordinate j, in addition to the normal force."""
     if rows == 1:
         bear(head, model, data, row + 1 + j, force)
     else:
         edge = force / (2.0 * doubles(contact + head.c_friction, 5)[j])
-        bear(head, model, data, row + 2 * j, pressing / rows + edge)
-        bear(head, model, data, row + 2 * j + 1, pressing / rows - edge)
+        bear(head, model, data, row + 2 * j, normal_force / rows + edge)
+        bear(head, model, data, row + 2 * j + 1, normal_force / rows - edge)
 
 
 @jit(**OPTIONS)
 def bear(head: Any, model: int, data: int, row: int, force: float) -> None:
-    """Let the solver give a row a force; the last step's acceleration makes up for the parasitic mass."""
+    """Make the solver's row exert a force; the last step's acceleration compensates the parasitic mass."""
     nv, kind = integers(model + head.m_nv, 1)[0], integers(model + head.m_jacobian, 1)[0]
     jacobian, accelerations = field(data + head.d_efc_J), doubles(field(data + head.d_qacc_warmstart), nv)
     acceleration = 0.0
@@ -111,36 +111,36 @@ def bear(head: Any, model: int, data: int, row: int, force: float) -> None:
         entries = doubles(jacobian + 8 * row * nv, nv)
         for i in range(nv):
             acceleration += entries[i] * accelerations[i]
-    wanted, softness = doubles(field(data + head.d_efc_aref), row + 1), doubles(field(data + head.d_efc_R), row + 1)
-    wanted[row] = softness[row] * force + acceleration
+    reference, softness = doubles(field(data + head.d_efc_aref), row + 1), doubles(field(data + head.d_efc_R), row + 1)
+    reference[row] = softness[row] * force + acceleration
 
 
 @jit(**OPTIONS)
 def rub(
     head: Any, model: int, data: int, friction: Any, numbers: np.ndarray, bristles: np.ndarray, step: float
 ) -> None:
-    """Bend the bristles between two geoms in the plane of their contact, and let the solver give them their force.
+    """Advance the bristles between two geoms in the plane of their contact, and make the solver exert their force.
 
     Several points of contact have one bristle at the centre of their pressure, and one that resists spin about the
-    normal there, with the arm of the points' forces. Each point bears friction in proportion to what presses there.
+    normal there, with the arm of the points' forces. Each point bears friction in proportion to its normal force.
     """
     contacts, n_contacts = field(data + head.d_contact), integers(data + head.d_ncon, 1)[0]
     torsion = numbers[3] if friction.numbers > 3 else 0.0
     rolling = numbers[4] / numbers[0] if friction.numbers > 4 else 0.0
     spins, rolls = friction.numbers > 3, friction.numbers > 4
-    pressed, turning, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0
+    total, spin, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0
     x, y, z, nx, ny, nz, vx, vy, vz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(n_contacts):
         contact = contacts + i * head.contact_size
-        row, rows, force = _pressing(head, data, friction, contact)
+        row, rows, force = _normal_force(head, data, friction, contact)
         if force > 0.0:
             place, frame = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9)
-            pressed += force
+            total += force
             x, y, z = x + force * place[0], y + force * place[1], z + force * place[2]
             nx, ny, nz = nx + force * frame[0], ny + force * frame[1], nz + force * frame[2]
             a, b = (
-                force * _moving(head, data, contact, row, rows, 0),
-                force * _moving(head, data, contact, row, rows, 1),
+                force * _surface_speed(head, data, contact, row, rows, 0),
+                force * _surface_speed(head, data, contact, row, rows, 1),
             )
             vx, vy, vz = (
                 vx + a * frame[3] + b * frame[6],
@@ -148,89 +148,89 @@ def rub(
                 vz + a * frame[5] + b * frame[8],
             )
             if spins:
-                turning += force * _moving(head, data, contact, row, rows, 2)
+                spin += force * _surface_speed(head, data, contact, row, rows, 2)
             if rolls:
-                a = force * _moving(head, data, contact, row, rows, 3)
-                b = force * _moving(head, data, contact, row, rows, 4)
+                a = force * _surface_speed(head, data, contact, row, rows, 3)
+                b = force * _surface_speed(head, data, contact, row, rows, 4)
                 tx, ty, tz = (
                     tx + a * frame[3] + b * frame[6],
                     ty + a * frame[4] + b * frame[7],
                     tz + a * frame[5] + b * frame[8],
                 )
     length = np.sqrt(nx * nx + ny * ny + nz * nz)
-    if length == 0.0:  # nothing presses, but what parts faster than its damping allows may still be in touch
+    if length == 0.0:  # no normal force, but contacts that separate fast may still have rows
         bristles[:] = 0.0
         for i in range(n_contacts):
             contact = contacts + i * head.contact_size
-            row, rows, _ = _pressing(head, data, friction, contact)
+            row, rows, _ = _normal_force(head, data, friction, contact)
             if rows == 1:
                 rows = integers(contact + head.c_dim, 1)[0]
             for j in range(rows):
                 bear(head, model, data, row + j, 0.0)
         return
     nx, ny, nz = nx / length, ny / length, nz / length
-    x, y, z, vx, vy, vz = x / pressed, y / pressed, z / pressed, vx / pressed, vy / pressed, vz / pressed
-    arm, square, circling = 0.0, 0.0, 0.0  # mean arm, m, of the points, mean of its square, and of its way, m²/s
+    x, y, z, vx, vy, vz = x / total, y / total, z / total, vx / total, vy / total, vz / total
+    arm, square, orbit = 0.0, 0.0, 0.0  # means over points: arm, m, its square, m², orbit speed, m²/s
     for i in range(n_contacts):
         contact = contacts + i * head.contact_size
-        row, rows, force = _pressing(head, data, friction, contact)
+        row, rows, force = _normal_force(head, data, friction, contact)
         if force > 0.0:
             place, frame = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9)
             rx, ry, rz = place[0] - x, place[1] - y, place[2] - z
-            away, share = rx * rx + ry * ry + rz * rz, force / pressed
-            arm, square = arm + share * np.sqrt(away), square + share * away
-            a, b = _moving(head, data, contact, row, rows, 0), _moving(head, data, contact, row, rows, 1)
+            distance_squared, weight = rx * rx + ry * ry + rz * rz, force / total
+            arm, square = arm + weight * np.sqrt(distance_squared), square + weight * distance_squared
+            a, b = _surface_speed(head, data, contact, row, rows, 0), _surface_speed(head, data, contact, row, rows, 1)
             ux, uy, uz = a * frame[3] + b * frame[6], a * frame[4] + b * frame[7], a * frame[5] + b * frame[8]
-            circling += share * (nx * (ry * uz - rz * uy) + ny * (rz * ux - rx * uz) + nz * (rx * uy - ry * ux))
+            orbit += weight * (nx * (ry * uz - rz * uy) + ny * (rz * ux - rx * uz) + nz * (rx * uy - ry * ux))
     by_points = arm > torsion + _ROUNDING * max(abs(x), abs(y), abs(z))
     if by_points:
-        turning = circling / square
+        spin = orbit / square
     else:
-        arm, square, turning = torsion, torsion * torsion, turning / pressed
-    largest, k, c = numbers[0] * pressed, numbers[1], numbers[2]
+        arm, square, spin = torsion, torsion * torsion, spin / total
+    largest, k, c = numbers[0] * total, numbers[1], numbers[2]
     bristles[0], bristles[1], bristles[2], fx, fy, fz = bend_in_plane(
         bristles[:3], largest, k, c, step, (vx, vy, vz), (nx, ny, nz)
     )
     torque = 0.0
     if square > 0.0:
-        bristles[3], torque = bend(largest * arm, k * square, c * square, bristles[3], step, turning)
+        bristles[3], torque = bend(largest * arm, k * square, c * square, bristles[3], step, spin)
     if rolls:
-        by_square = rolling * rolling
+        rolling_squared = rolling * rolling
         bristles[4], bristles[5], bristles[6], tx, ty, tz = bend_in_plane(
-            bristles[4:7], largest * rolling, k * by_square, c * by_square, step,
-            (tx / pressed, ty / pressed, tz / pressed), (nx, ny, nz),
+            bristles[4:7], largest * rolling, k * rolling_squared, c * rolling_squared, step,
+            (tx / total, ty / total, tz / total), (nx, ny, nz),
         )  # fmt: skip
     for i in range(n_contacts):
         contact = contacts + i * head.contact_size
-        row, rows, force = _pressing(head, data, friction, contact)
+        row, rows, force = _normal_force(head, data, friction, contact)
         if rows > 0:
-            place, frame, share = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9), force / pressed
+            place, frame, weight = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9), force / total
             rx, ry, rz = place[0] - x, place[1] - y, place[2] - z
-            around = torque / square if by_points else 0.0
-            gx, gy, gz = (fx + around * (ny * rz - nz * ry), fy + around * (nz * rx - nx * rz),
-                          fz + around * (nx * ry - ny * rx))  # fmt: skip
+            rate = torque / square if by_points else 0.0
+            gx, gy, gz = (fx + rate * (ny * rz - nz * ry), fy + rate * (nz * rx - nx * rz),
+                          fz + rate * (nx * ry - ny * rx))  # fmt: skip
             for j in range(2):
                 a, b, d = frame[3 + 3 * j], frame[4 + 3 * j], frame[5 + 3 * j]
-                _want(head, model, data, contact, row, rows, j, force, -share * (a * gx + b * gy + d * gz))
+                _exert(head, model, data, contact, row, rows, j, force, -weight * (a * gx + b * gy + d * gz))
                 if rolls:
-                    _want(head, model, data, contact, row, rows, 3 + j, force, -share * (a * tx + b * ty + d * tz))
+                    _exert(head, model, data, contact, row, rows, 3 + j, force, -weight * (a * tx + b * ty + d * tz))
             if spins:
-                _want(head, model, data, contact, row, rows, 2, force, 0.0 if by_points else -share * torque)
+                _exert(head, model, data, contact, row, rows, 2, force, 0.0 if by_points else -weight * torque)
 
 
 @jit(**OPTIONS)
 def bend_in_plane(
     bristles: Any, largest: float, k: float, c: float, step: float, speed: Any, normal: Any
 ) -> tuple[float, float, float, float, float, float]:
-    """Return the bristles in a plane and their force after a step: elastic up to the largest, where they slip."""
+    """Return deflection and force of bristles in a plane after a step: elastic up to the largest force."""
     nx, ny, nz = normal[0], normal[1], normal[2]
-    along = speed[0] * nx + speed[1] * ny + speed[2] * nz
-    vx, vy, vz = speed[0] - along * nx, speed[1] - along * ny, speed[2] - along * nz
+    normal_part = speed[0] * nx + speed[1] * ny + speed[2] * nz
+    vx, vy, vz = speed[0] - normal_part * nx, speed[1] - normal_part * ny, speed[2] - normal_part * nz
     bx, by, bz = bristles[0] + step * vx, bristles[1] + step * vy, bristles[2] + step * vz
-    along = bx * nx + by * ny + bz * nz
-    bx, by, bz = bx - along * nx, by - along * ny, bz - along * nz
-    share = min(1.0, largest / max(k * np.sqrt(bx * bx + by * by + bz * bz), _TINY))
-    bx, by, bz = share * bx, share * by, share * bz
+    normal_part = bx * nx + by * ny + bz * nz
+    bx, by, bz = bx - normal_part * nx, by - normal_part * ny, bz - normal_part * nz
+    scale = min(1.0, largest / max(k * np.sqrt(bx * bx + by * by + bz * bz), _TINY))
+    bx, by, bz = scale * bx, scale * by, scale * bz
     fx, fy, fz = k * bx + c * vx, k * by + c * vy, k * bz + c * vz
-    share = min(1.0, largest / max(np.sqrt(fx * fx + fy * fy + fz * fz), _TINY))
-    return bx, by, bz, share * fx, share * fy, share * fz
+    scale = min(1.0, largest / max(np.sqrt(fx * fx + fy * fy + fz * fz), _TINY))
+    return bx, by, bz, scale * fx, scale * fy, scale * fz

@@ -11,9 +11,9 @@ __all__ = ["set_inverse_inertia"]
 
 
 def set_inverse_inertia(model: mujoco.MjModel, inverse_inertia: float = INVERSE_INERTIA) -> None:
-    """Write one Â over all that MuJoCo has computed, and give anew what was asked of contacts, limits and clearances.
+    """Replace all of MuJoCo's Â by one value, and apply the softness of contacts, limits and clearances again.
 
-    Whoever changes softness while a model runs then needs no Â of each row (see `SOLREF_PER_UNIT`; a contact between
+    Changes of softness while a model runs then need no Â of each row (see `SOLREF_PER_UNIT`; a contact between
     two bodies that both move has twice the Â), and the parasitic mass μ = d/((1-d) Â) is 1e-8 kg in every pose.
     Contacts, limits and equalities whose softness is not in physical units become softer by this. ``mj_setConst``
     undoes it.
@@ -28,7 +28,7 @@ def set_inverse_inertia(model: mujoco.MjModel, inverse_inertia: float = INVERSE_
     Raises
     ------
     ModelError
-        If an element that was given a softness is gone.
+        If an element with a softness was removed.
     """
     model.body_invweight0[1:] = inverse_inertia
     model.dof_invweight0[:] = inverse_inertia

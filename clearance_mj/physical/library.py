@@ -1,6 +1,4 @@
-"""MuJoCo's library for compiled code: its functions by name, and where its structures keep their fields;
-addresses as arrays.
-"""
+"""MuJoCo's library for compiled code: functions by name, offsets of structure fields, and arrays at addresses."""
 
 from __future__ import annotations
 
@@ -27,14 +25,14 @@ __all__ = [
 
 _FILES = sorted(p for p in Path(mujoco.__file__).parent.iterdir() if p.name.startswith(("libmujoco", "mujoco.dll")))
 LIBRARY = ctypes.CDLL(
-    str(next((p for p in _FILES if mujoco.mj_versionString() in p.name), _FILES[0]))  # another may have stayed behind
+    str(next((p for p in _FILES if mujoco.mj_versionString() in p.name), _FILES[0]))  # others may be left there
 )  # The MuJoCo library that the Python module has loaded
 
 
 def external(name: str, *arguments: Any) -> Any:
     """Return a function of the library, without a result, for compiled code.
 
-    Code that is cached between sessions knows it by name and not by address.
+    Code that is cached between sessions refers to it by name, not by address.
     """
     llvmlite.binding.add_symbol(name, ctypes.cast(getattr(LIBRARY, name), ctypes.c_void_p).value)
     return numba.types.ExternalFunction(name, numba.types.void(*arguments))
@@ -49,29 +47,29 @@ _NUMBERS: dict[str, Any] = {
 
 @cache
 def _structure(name: str) -> Any:
-    fields = [(field.name, _kind(field.type)) for field in structs.STRUCTS[name].fields]
+    fields = [(field.name, _ctype(field.type)) for field in structs.STRUCTS[name].fields]
     return type(name, (ctypes.Structure,), {"_fields_": fields})
 
 
-def _kind(declared: Any) -> Any:
-    if isinstance(declared, ast_nodes.PointerType):
+def _ctype(declaration: Any) -> Any:
+    if isinstance(declaration, ast_nodes.PointerType):
         return ctypes.c_void_p
-    if isinstance(declared, ast_nodes.ArrayType):
-        kind = _kind(declared.inner_type)
-        for extent in reversed(declared.extents):
-            kind *= extent
-        return kind
-    if isinstance(declared, ast_nodes.AnonymousStructDecl):
-        return type("inner", (ctypes.Structure,), {"_fields_": [(f.name, _kind(f.type)) for f in declared.fields]})
-    name = declared.name
+    if isinstance(declaration, ast_nodes.ArrayType):
+        ctype = _ctype(declaration.inner_type)
+        for extent in reversed(declaration.extents):
+            ctype *= extent
+        return ctype
+    if isinstance(declaration, ast_nodes.AnonymousStructDecl):
+        return type("inner", (ctypes.Structure,), {"_fields_": [(f.name, _ctype(f.type)) for f in declaration.fields]})
+    name = declaration.name
     if name in structs.STRUCTS:
         return _structure(name)
-    return _NUMBERS.get(name, ctypes.c_int)  # what is left are enumerations
+    return _NUMBERS.get(name, ctypes.c_int)  # all others are enumerations
 
 
 def _offsets(name: str) -> dict[str, int]:
-    whole = _structure(name)
-    return {field: getattr(whole, field).offset for field, _ in whole._fields_}
+    structure = _structure(name)
+    return {field: getattr(structure, field).offset for field, _ in structure._fields_}
 
 
 MODEL, OPTION, DATA, CONTACT = (_offsets(name) for name in ("mjModel", "mjOption", "mjData", "mjContact"))
@@ -93,18 +91,18 @@ pointer: Any = _to_pointer  # Address as a pointer, for compiled code
 
 
 @jit(**OPTIONS)
-def doubles(place: int, n: int) -> np.ndarray:
-    """Numbers of 8 bytes at an address."""
-    return numba.carray(pointer(place), n, np.float64)
+def doubles(address: int, n: int) -> np.ndarray:
+    """Return n doubles at an address."""
+    return numba.carray(pointer(address), n, np.float64)
 
 
 @jit(**OPTIONS)
-def integers(place: int, n: int) -> np.ndarray:
-    """Integers of 4 bytes at an address."""
-    return numba.carray(pointer(place), n, np.int32)
+def integers(address: int, n: int) -> np.ndarray:
+    """Return n 32-bit integers at an address."""
+    return numba.carray(pointer(address), n, np.int32)
 
 
 @jit(**OPTIONS)
-def field(place: int) -> int:
-    """A pointer that a structure holds."""
-    return numba.carray(pointer(place), 1, np.int64)[0]
+def field(address: int) -> int:
+    """Return the pointer stored at an address."""
+    return numba.carray(pointer(address), 1, np.int64)[0]

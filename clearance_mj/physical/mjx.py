@@ -1,8 +1,8 @@
 """Friction, drives and laws by table in MJX, MuJoCo's engine for thousands of environments on a GPU.
 
-Contacts, limits and backlash of constant stiffness and damping need nothing of this: MJX follows the solver parameters
-that the compiled model has. `step` adds what on a CPU a `Softener` does, as a function of arrays, which ``jax.jit``,
-``jax.vmap`` and ``jax.grad`` take.
+Contacts, limits and backlash of constant stiffness and damping do not need this module: MJX follows the solver
+parameters of the compiled model. `step` adds what a `Softener` does on a CPU, as a function of arrays, for ``jax.jit``,
+``jax.vmap`` and ``jax.grad``.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _Dyn, _Gain, _Bias = mujoco.mjtDyn, mujoco.mjtGain, mujoco.mjtBias
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Parameters:
-    """Numbers of friction, drives and laws, all arrays: traced, different between environments, differentiated.
+    """Parameters of friction, drives and laws, all arrays: they may be traced, differentiated, differ by environment.
 
     ``dataclasses.replace`` changes them.
     """
@@ -48,25 +48,25 @@ class Parameters:
 
 
 class State(NamedTuple):
-    """What friction, drives and laws remember."""
+    """State of friction, drives and laws."""
 
     friction: Any
     """(n,) deflections of the bristles of joints and tendons, rad or m"""
     pairs: Any
-    """(n, 7) those of contacts: deflection, m, angle about the normal, rad, and angles rolled, rad"""
+    """(n, 7) bristles of contacts: deflection, m, angle about the normal, rad, and angles rolled, rad"""
     drives: Any
-    """(n, size) a row for each drive, as the actuator's activation on a CPU"""
+    """(n, size) of each drive, as the actuator's activation on a CPU"""
     begun: Any
-    """1 from the first step on, before which bristles do not bend"""
+    """1 from the first step on; before, bristles do not deflect"""
     laws: Any
-    """(n,) amplitudes that laws follow, rad or m"""
+    """(n,) amplitudes of the laws, rad or m"""
 
 
 def put_model(model: mujoco.MjModel) -> tuple[Any, Parameters]:
     """Return a compiled model for MJX, and the parameters of its friction, drives and laws.
 
-    The model's pairs with bristles get rows that only press. Its actuators with drives have no activation there, and
-    ``mjx.step`` refuses them.
+    Pairs with bristles become frictionless there. Actuators with drives have no activation there, and ``mjx.step``
+    refuses them.
 
     Parameters
     ----------
@@ -81,31 +81,31 @@ def put_model(model: mujoco.MjModel) -> tuple[Any, Parameters]:
     Raises
     ------
     ModelError
-        For laws that are no table of a limit's k and c, integrator RK4, contacts without MuJoCo's friction in an
+        For laws other than tables of a limit's k and c, integrator RK4, contacts without MuJoCo's friction in an
         elliptic cone, and drives of a model whose actuation is disabled.
     """
-    plain, kept = _without_softener(model)
+    engine_model, activations = _engine_model(model)
     parameters = Parameters(dry_friction(model), pair_friction(model), drives_of(model), tabulated_laws(model))
-    here = np.array(parameters.drives.actuators, dtype=int)
-    mx, own = mjx.put_model(plain, impl="jax"), np.isin(np.arange(model.nu), here)
-    count = np.where(own, 0, model.actuator_actnum)
+    drive_actuators = np.array(parameters.drives.actuators, dtype=int)
+    mx, has_drive = mjx.put_model(engine_model, impl="jax"), np.isin(np.arange(model.nu), drive_actuators)
+    count = np.where(has_drive, 0, model.actuator_actnum)
     first = np.where(count > 0, np.cumsum(count) - count, -1)
     mx = mx.replace(
-        na=len(kept), actuator_actnum=count, actuator_actadr=first, key_act=model.key_act[:, kept],
+        na=len(activations), actuator_actnum=count, actuator_actadr=first, key_act=model.key_act[:, activations],
         actuator_dyntype=model.actuator_dyntype.copy(),
     )  # fmt: skip
     return mx, parameters
 
 
 def init(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Any, State]:
-    """Return data for MJX, and the state of friction and drives that `step` goes on from.
+    """Return data for MJX, and the initial state of friction and drives for `step`.
 
     Drives are as in ``data.act``; bristles of friction begin undeflected.
 
     Parameters
     ----------
     model : mujoco.MjModel
-        That was given to `put_model`.
+        As given to `put_model`.
     data : mujoco.MjData
         Positions, velocities, controls, ...; not changed.
 
@@ -114,20 +114,20 @@ def init(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Any, State]:
     tuple
         A ``mujoco.mjx.Data`` and a `State`.
     """
-    plain, kept = _without_softener(model)
-    fresh, parts = mujoco.MjData(plain), int(mujoco.mjtState.mjSTATE_INTEGRATION)
-    state = np.zeros(mujoco.mj_stateSize(model, parts))
-    mujoco.mj_getState(model, data, state, parts)
-    mujoco.mj_setState(plain, fresh, state, parts)
-    mujoco.mj_fwdPosition(plain, fresh)
-    mujoco.mj_fwdVelocity(plain, fresh)
-    dx, turning = mjx.put_data(plain, fresh, impl="jax"), drives_of(model)
-    acts = np.zeros((len(turning.actuators), turning.size))
-    for row, actuator in zip(acts, turning.actuators):
-        own = data.act[model.actuator_actadr[actuator] :][: model.actuator_actnum[actuator]]
-        row[: len(own) - 1], row[-1] = own[:-1], own[-1]
-    dry, pairs, laws = (len(of(model).names) for of in (dry_friction, pair_friction, tabulated_laws))
-    dx = dx.replace(act=dx.act[kept], act_dot=dx.act_dot[kept])
+    engine_model, activations = _engine_model(model)
+    engine_data, spec = mujoco.MjData(engine_model), int(mujoco.mjtState.mjSTATE_INTEGRATION)
+    state = np.zeros(mujoco.mj_stateSize(model, spec))
+    mujoco.mj_getState(model, data, state, spec)
+    mujoco.mj_setState(engine_model, engine_data, state, spec)
+    mujoco.mj_fwdPosition(engine_model, engine_data)
+    mujoco.mj_fwdVelocity(engine_model, engine_data)
+    dx, drives = mjx.put_data(engine_model, engine_data, impl="jax"), drives_of(model)
+    acts = np.zeros((len(drives.actuators), drives.size))
+    for row, actuator in zip(acts, drives.actuators):
+        activation = data.act[model.actuator_actadr[actuator] :][: model.actuator_actnum[actuator]]
+        row[: len(activation) - 1], row[-1] = activation[:-1], activation[-1]
+    dry, pairs, laws = (len(builder(model).names) for builder in (dry_friction, pair_friction, tabulated_laws))
+    dx = dx.replace(act=dx.act[activations], act_dot=dx.act_dot[activations])
     return dx, State(jp.zeros(dry), jp.zeros((pairs, OF_PAIR)), jp.array(acts), jp.zeros(()), jp.zeros(laws))
 
 
@@ -152,10 +152,10 @@ def step(mx: Any, parameters: Parameters, dx: Any, state: State) -> tuple[Any, S
     tuple
         Data and state after the step.
     """
-    here = np.array(parameters.drives.actuators, dtype=int)
-    plain = _motors(mx, here)
-    dx = mjx.sensor_pos(plain, mjx.fwd_position(plain, dx))
-    dx = mjx.sensor_vel(plain, mjx.fwd_velocity(plain, dx))
+    drive_actuators = np.array(parameters.drives.actuators, dtype=int)
+    engine_model = _motor_model(mx, drive_actuators)
+    dx = mjx.sensor_pos(engine_model, mjx.fwd_position(engine_model, dx))
+    dx = mjx.sensor_vel(engine_model, mjx.fwd_velocity(engine_model, dx))
     h = mx.opt.timestep * state.begun
     bristles, pairs, acts, amplitudes, control = state.friction, state.pairs, state.drives, state.laws, dx.ctrl
     if parameters.laws.names:
@@ -164,17 +164,17 @@ def step(mx: Any, parameters: Parameters, dx: Any, state: State) -> tuple[Any, S
         bristles, dx = parameters.friction.rub(dx, bristles, h)
     if parameters.pairs.names:
         pairs, dx = parameters.pairs.rub(mx, dx, pairs, h)
-    if len(here):
-        acts, exerted = parameters.drives.turn(mx, dx, acts)
-        dx = dx.replace(ctrl=parameters.drives.controls(control, exerted))
-    dx = mjx.fwd_acceleration(plain, mjx.fwd_actuation(plain, dx))
+    if len(drive_actuators):
+        acts, forces = parameters.drives.turn(mx, dx, acts)
+        dx = dx.replace(ctrl=parameters.drives.controls(control, forces))
+    dx = mjx.fwd_acceleration(engine_model, mjx.fwd_actuation(engine_model, dx))
     if dx._impl.efc_J.size:
-        dx = mjx.solve(plain, dx)
-        dx = mjx.sensor_acc(plain, dx)
+        dx = mjx.solve(engine_model, dx)
+        dx = mjx.sensor_acc(engine_model, dx)
     else:
         dx = dx.replace(qacc=dx.qacc_smooth)
     euler = mx.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
-    dx = (mjx.euler if euler else mjx.implicit)(plain, dx).replace(ctrl=control)
+    dx = (mjx.euler if euler else mjx.implicit)(engine_model, dx).replace(ctrl=control)
     return dx, State(bristles, pairs, acts, jp.ones_like(state.begun), amplitudes)
 
 
@@ -191,7 +191,7 @@ def pair_solref(k: Any, c: Any, inverse_inertia: Any) -> Any:
     Returns
     -------
     array (..., 2)
-        For ``mx.pair_solref`` beside a ``pair_solimp`` of the impedance `IMPEDANCE`, which `contact` writes within
+        For ``mx.pair_solref`` with a ``pair_solimp`` of the impedance `IMPEDANCE`, which `contact` writes within
         5e-4: ``mx.replace(pair_solimp=mx.pair_solimp.at[:, :2].set(IMPEDANCE))`` makes it so.
     """
     return jp.stack(jp.broadcast_arrays(k, c), axis=-1) * (-(1 - IMPEDANCE) * jp.asarray(inverse_inertia)[..., None])
@@ -223,27 +223,27 @@ def drive_state(mx: Any, parameters: Parameters, state: State, actuator: str) ->
     """
     ModelError.require_known("actuator", actuator, parameters.drives.names)
     i = parameters.drives.names.index(actuator)
-    own, gear = state.drives[..., i, :], mx.actuator_gear[..., parameters.drives.actuators[i], 0]
-    return DriveState(own[..., ANGLE], own[..., SPEED], own[..., MOTOR_TORQUE], own[..., -1] * gear)
+    rows, gear = state.drives[..., i, :], mx.actuator_gear[..., parameters.drives.actuators[i], 0]
+    return DriveState(rows[..., ANGLE], rows[..., SPEED], rows[..., MOTOR_TORQUE], rows[..., -1] * gear)
 
 
-def _without_softener(model: mujoco.MjModel) -> tuple[mujoco.MjModel, np.ndarray]:
-    """Return a copy of a model whose bristles and drives are others' business, and which activations remain."""
+def _engine_model(model: mujoco.MjModel) -> tuple[mujoco.MjModel, np.ndarray]:
+    """Return a copy of a model without bristles and drives, and the indices of the remaining activations."""
     if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC and rubbing(model):
         raise ModelError("MJX has no contacts without MuJoCo's friction in an elliptic cone; use cone pyramidal")
-    plain, kept = pressing_alone(model, "MJX", can_be_tabulated), np.ones(model.na, dtype=bool)
+    variant, remaining = pressing_alone(model, "MJX", can_be_tabulated), np.ones(model.na, dtype=bool)
     for i in drives_of(model).actuators:
-        plain.actuator_dyntype[i], plain.actuator_gaintype[i] = int(_Dyn.mjDYN_NONE), int(_Gain.mjGAIN_FIXED)
-        plain.actuator_biastype[i] = int(_Bias.mjBIAS_NONE)
-        kept[model.actuator_actadr[i] :][: model.actuator_actnum[i]] = False
-    return plain, np.flatnonzero(kept)
+        variant.actuator_dyntype[i], variant.actuator_gaintype[i] = int(_Dyn.mjDYN_NONE), int(_Gain.mjGAIN_FIXED)
+        variant.actuator_biastype[i] = int(_Bias.mjBIAS_NONE)
+        remaining[model.actuator_actadr[i] :][: model.actuator_actnum[i]] = False
+    return variant, np.flatnonzero(remaining)
 
 
-def _motors(mx: Any, here: np.ndarray) -> Any:
-    """Return a model whose drives' actuators exert what their controls are."""
-    if not len(here):
+def _motor_model(mx: Any, actuators: np.ndarray) -> Any:
+    """Return a model in which the force of a drive's actuator is its control."""
+    if not len(actuators):
         return mx
-    kinds, limited = mx.actuator_dyntype.copy(), mx.actuator_ctrllimited.copy()
-    kinds[here], limited[here] = int(_Dyn.mjDYN_NONE), False
-    gains = jp.asarray(mx.actuator_gainprm).at[here].set(0.0).at[here, 0].set(1.0)
-    return mx.replace(actuator_dyntype=kinds, actuator_ctrllimited=limited, actuator_gainprm=gains)
+    dynamics, limited = mx.actuator_dyntype.copy(), mx.actuator_ctrllimited.copy()
+    dynamics[actuators], limited[actuators] = int(_Dyn.mjDYN_NONE), False
+    gains = jp.asarray(mx.actuator_gainprm).at[actuators].set(0.0).at[actuators, 0].set(1.0)
+    return mx.replace(actuator_dyntype=dynamics, actuator_ctrllimited=limited, actuator_gainprm=gains)

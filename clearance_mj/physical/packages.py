@@ -1,4 +1,4 @@
-"""What is said when a package is missing that a part of this one needs."""
+"""Error message for a missing optional package."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["naming_package"]
 
 @contextlib.contextmanager
 def naming_package(what: str, brings: str = "clearance-mj", of: str = "clearance_mj.physical") -> Iterator[None]:
-    """Say what needs a package that is missing, and which distribution brings it.
+    """Replace an import error by one that names what needs the package, and the distribution that brings it.
 
     Raises
     ------

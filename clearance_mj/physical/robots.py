@@ -1,4 +1,4 @@
-"""A robot that stands on its feet and has play in its gears, in one call."""
+"""A robot with soft feet and play in its gears, in one call."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def robot(
 ) -> mujoco.MjModel:  # fmt: skip
     """Give a robot's feet a stiffness and friction and its gears play, and compile it.
 
-    What this changes: nothing in ``nq``, ``nv``, ``nu`` and the observations of joints, so policies and controllers
-    stay what they are; drives have activations (``na``), explicit pairs take the place of the feet's contacts. Friction
-    and drives act within a `Softener`.
+    ``nq``, ``nv``, ``nu`` and the observations of joints do not change, so that policies and controllers can be reused;
+    drives have activations (``na``), and explicit pairs replace the feet's contacts. Friction and drives act within a
+    `Softener`.
 
     Parameters
     ----------
     spec : mujoco.MjSpec
-        Not changed; `contact` and `add_drive` change one in the same way.
+        Not changed; `contact` and `add_drive` change one in place.
     feet : sequence of str or mujoco.MjsGeom
         Geoms whose contacts with all that is fixed to the world get k, damping and friction.
     k : float
@@ -56,7 +56,7 @@ def robot(
     inertia : float, optional
         Of each rotor at its joint, kg m²; without it the joints' armatures.
     implicit : bool
-        Whether gears are joints of their own with implicit teeth, `add_backlash`, instead of drives: stable at any time
+        Model gears as separate joints with implicit teeth, `add_backlash`, instead of drives: stable at any time
         step, without a `Softener`; ``nq`` and ``nv`` grow by one each.
 
     Returns
@@ -74,38 +74,38 @@ def robot(
     if backlash is not None and teeth is None:
         raise ModelError("backlash needs the stiffness of the gears: give teeth, N m/rad at the joint")
     spec = specification(spec).copy()
-    if backlash is not None:  # first, for damping ratios of feet are of what is left of the inertia behind them
-        plays = backlash if isinstance(backlash, Mapping) else dict.fromkeys(_turning(spec), backlash)
+    if backlash is not None:  # first, since it changes the inertia behind the feet
+        plays = backlash if isinstance(backlash, Mapping) else dict.fromkeys(_hinge_actuators(spec), backlash)
         for play in sorted(set(plays.values())):
             names = [name for name, own in plays.items() if own == play]
-            given: dict[str, Any] = {
+            options: dict[str, Any] = {
                 "backlash": play,
                 "k": teeth,
                 "damping_ratio": teeth_damping_ratio,
                 "inertia": inertia,
             }
             if implicit:
-                add_backlash(spec, [spec.actuator(name).target for name in names], **given, implicit=True)
+                add_backlash(spec, [spec.actuator(name).target for name in names], **options, implicit=True)
             else:
-                add_drive(spec, names, **given)
+                add_drive(spec, names, **options)
     if feet:
         model = compiled(spec)
-        wanted = softness(k, c, None, 0.0, damping_ratio_of(c, damping_ratio, None))
-        alone, shared = _on_the_ground(model, [name_of(foot) for foot in feet])
-        if alone:
-            contact(spec, alone, k, c, True, damping_ratio=damping_ratio, friction=friction, torsion=torsion)
+        foot_softness = softness(k, c, None, 0.0, damping_ratio_of(c, damping_ratio, None))
+        single_points, shared = _ground_contacts(model, [name_of(foot) for foot in feet])
+        if single_points:
+            contact(spec, single_points, k, c, True, damping_ratio=damping_ratio, friction=friction, torsion=torsion)
         for foot, ground in shared:
             inverse = float(model.body_invweight0[model.geom(foot).bodyid[0], 0])
-            own = wanted.damping(inverse)
-            contact(spec, (foot, ground), k, own, True, friction=friction, torsion=torsion, points="share")
+            value = foot_softness.damping(inverse)
+            contact(spec, (foot, ground), k, value, True, friction=friction, torsion=torsion, points="share")
     return compile(spec)
 
 
-def _on_the_ground(
+def _ground_contacts(
     model: mujoco.MjModel, feet: list[str]
 ) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:  # fmt: skip
-    """Pairs of each foot and what is fixed to the world, as far as they can touch: in one point, and in several."""
-    alone, shared = list[tuple[str, str]](), list[tuple[str, str]]()
+    """Return the possible contacts of feet and the ground: those with one point, and those with several."""
+    single, shared = list[tuple[str, str]](), list[tuple[str, str]]()
     for foot in feet:
         geom = find(model, mujoco.mjtObj.mjOBJ_GEOM, foot)
         pairs = {*touching(model, geom), *(pair for pair in pairs_of(model) if geom in pair)}
@@ -118,13 +118,13 @@ def _on_the_ground(
                 body = model.body(model.geom_bodyid[other]).name
                 raise ModelError(f'the geom of body "{body}" that foot "{foot}" stands on has no name; give it one')
             kinds = points_of(model, geom, other)
-            several = kinds[2] > 1 or "hfield" in kinds
-            (shared if several else alone).append((foot, model.geom(other).name))
-    return alone, shared
+            is_shared = kinds[2] > 1 or "hfield" in kinds
+            (shared if is_shared else single).append((foot, model.geom(other).name))
+    return single, shared
 
 
-def _turning(spec: mujoco.MjSpec) -> list[str]:
-    """Names of the actuators of hinges."""
+def _hinge_actuators(spec: mujoco.MjSpec) -> list[str]:
+    """Return the names of the actuators of hinges."""
     hinges = {joint.name for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_HINGE}
     names = [motor.name for motor in spec.actuators if motor.target in hinges]
     if not names or not all(names):

@@ -14,11 +14,11 @@ from .records import texts, write_text
 
 __all__ = ["RotorSensor", "add_rotor_sensor", "rotor_sensors"]
 
-_KIND = "rotor sensor"  # of the text that tells such sensors from other user sensors
+_KIND = "rotor sensor"  # of the text that marks these user sensors
 
 
 class RotorSensor(NamedTuple):
-    """A sensor of a rotor's angle, and where it is."""
+    """A sensor of a rotor's angle."""
 
     name: str
     address: int  # in the model's sensordata
@@ -49,14 +49,14 @@ def add_rotor_sensor(spec: mujoco.MjSpec, actuator: Any, name: str | None = None
     ModelError
         For an actuator without a drive.
     """
-    of, known = name_of(actuator), [drive.name for drive in drives(compiled(specification(spec)))]
-    ModelError.require_known("actuator with a drive", of, known)
-    name = name or f"{of} rotor"
+    target, known = name_of(actuator), [drive.name for drive in drives(compiled(specification(spec)))]
+    ModelError.require_known("actuator with a drive", target, known)
+    name = name or f"{target} rotor"
 
     def add(changed: mujoco.MjSpec) -> mujoco.MjsSensor:
-        write_text(changed, _KIND, name, of)
+        write_text(changed, _KIND, name, target)
         return changed.add_sensor(
-            name=name, type=mujoco.mjtSensor.mjSENS_USER, objtype=mujoco.mjtObj.mjOBJ_ACTUATOR, objname=of, dim=1,
+            name=name, type=mujoco.mjtSensor.mjSENS_USER, objtype=mujoco.mjtObj.mjOBJ_ACTUATOR, objname=target, dim=1,
             needstage=mujoco.mjtStage.mjSTAGE_POS, datatype=mujoco.mjtDataType.mjDATATYPE_REAL,
         )  # fmt: skip
 

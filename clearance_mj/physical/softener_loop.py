@@ -1,4 +1,4 @@
-"""What `Softener` does between a step's velocities and its forces, compiled."""
+"""Forces of a `Softener` within a step, compiled."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .library import doubles, field, integers, pointer
 __all__ = ["ELEMENT", "FRICTION", "HEAD", "JOINED", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
 
 JOINT, TENDON, ROW, PAIR = range(4)
-"""Kinds: a coordinate, a tendon's length, a row of the constraints alone (of a ball joint's limit), a pair of geoms"""
+"""Kinds of elements: joint coordinate, tendon length, constraint row (of a ball joint's limit), pair of geoms"""
 
 DATA = (
     "time", "userdata", "qpos", "qvel", "qfrc_passive", "ten_length", "ten_velocity", "ten_J", "ncon", "nefc",
@@ -46,33 +46,33 @@ PLACES = {
     **drive_loop.PLACES,
 }  # Offsets in MuJoCo's structures, bytes
 
-_OWN = (
+_HEAD_FIELDS = (
     "soften",  # address of the compiled function
-    "signature", "numeric",  # of the models that this is for, and where in their custom numbers the key is
+    "signature", "numeric",  # of its models, and address of the key in numeric_data
     "elements", "n_elements", "first_pair",  # address and number of ELEMENT, and the first of them that is a pair
     "bushings",  # address of their records of the kernel
-    "frictions", "n_frictions", "first_friction",  # of FRICTION, and where in the memory their bristles begin
+    "frictions", "n_frictions", "first_friction",  # of FRICTION, and address of their bristles in the memory
     "joined", "n_joined",  # of JOINED
-    "joints", "tendons",  # addresses: which element a joint or tendon is, -1 for none
-    "template", "first", "size",  # the memory's beginning, and where it is in the user's data: numbers of 8 bytes
+    "joints", "tendons",  # addresses of the element of each joint and tendon, -1 for none
+    "template", "first", "size",  # initial memory, its address in the userdata and its length, in doubles
     "sensed", "n_sensed",  # address and number of SENSED
-    "drives", "n_drives", "of_actuators",  # address and number of their PLACE, and which each actuator has, -1 for none
+    "drives", "n_drives", "of_actuators",  # address and number of PLACE; drive of each actuator, -1 for none
 )  # fmt: skip
-HEAD = np.dtype([("key", np.float64, 2), *((name, np.int64) for name in (*_OWN, *PLACES))])
-"""All that a compiled loop needs to know, by one address"""
+HEAD = np.dtype([("key", np.float64, 2), *((name, np.int64) for name in (*_HEAD_FIELDS, *PLACES))])
+"""Data of the compiled loop, passed by one address"""
 
 _INTEGERS = (
     "kind", "index", "place", "dof", "geom1", "geom2", "numbers", "size", "impact", "grease", "always", "from_zero",
     "shared",
 )  # fmt: skip
 ELEMENT = np.dtype([*((name, np.int64) for name in _INTEGERS), ("release", np.float64), ("behind", np.float64)])
-"""A contact or limit with a law: ``place`` and ``dof`` are where a coordinate is in qpos and qvel, or where a tendon's
-row of the Jacobian begins and its length; ``numbers``: where in the memory its numbers of the kernel begin, of
-``size``, and ``impact`` where its speed of impact is; ``always``: something happens in the gap too, or over time;
-``behind``: Â, 1/kg, of one whose damping depends on that speed, else 0"""
-_SLOWED = 0.25  # share of a speed that the damping of all points of such an element may take away in a step
+"""A contact or limit with a law: ``place`` and ``dof`` are addresses in qpos and qvel, or begin and length of a row of
+the tendons' Jacobian; ``numbers`` and ``size``: address and length of the kernel's numbers in the memory, ``impact``
+that of the impact speed; ``always``: evaluated in the gap too, for grease or a law over time; ``behind``: Â, 1/kg, if
+its damping depends on the impact speed, else 0"""
+_LARGEST_SLOWDOWN = 0.25  # largest fraction of a speed that damping of such an element may remove in a step
 ONE = (0,)  # lane of the kernel
-FAR = 1e9  # m or rad, where a wall is that is not there: the user's data stay finite
+FAR = 1e9  # m or rad, position of an absent wall, finite for the userdata
 _POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
 _LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 _LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
@@ -80,14 +80,14 @@ _LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
 SOFTEN = types.void(types.intp, types.intp, types.intp)
 call_soften = caller(SOFTEN)
 IN_USE = np.zeros(1 + 4096, dtype=np.int64)
-"""Number of places in use and, in these, the addresses of the HEADs that `control` knows; 0 for none"""
+"""Number of slots in use, and the addresses of the HEADs in them; 0 for none"""
 _IN_USE = "clearance_mj_softeners_in_use"
 llvmlite.binding.add_symbol(_IN_USE, IN_USE.ctypes.data)
 
 
 @intrinsic
-def _place_in_use(_: Any) -> Any:
-    """Address of `IN_USE`, which code that is cached between sessions knows by name."""
+def _in_use_address(_: Any) -> Any:
+    """Return the address of `IN_USE`, by symbol name, since compiled code is cached between sessions."""
 
     def generate(context: Any, builder: Any, __: Any, ___: Any) -> Any:
         symbol = cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), ()), _IN_USE)
@@ -96,27 +96,26 @@ def _place_in_use(_: Any) -> Any:
     return types.intp(), generate
 
 
-_in_use: Any = _place_in_use
+_in_use: Any = _in_use_address
 
 
-def soften(where: int, model: int, data: int) -> None:
-    """Give every contact and limit the force of its law, and add grease and friction to the passive forces.
+def soften(head_address: int, model: int, data: int) -> None:
+    """Apply the force of its law to every contact and limit, and add grease and friction to the passive forces.
 
-    To be called with the address of a HEAD when a step's positions, velocities and constraints are known and its
-    forces are not, as a control callback is. What is remembered before the step is kept, so that the step may be asked
-    for again.
+    To be called with the address of a HEAD after a step's positions, velocities and constraints and before its forces,
+    like a control callback. The memory before the step is saved, so that the step may be repeated.
     """
-    head = numba.carray(pointer(where), 1, HEAD)[0]
-    here = field(data + head.d_userdata) + 8 * head.first
-    memory, before, n = doubles(here, head.size), doubles(here + 8 * head.size, head.size), head.n_elements
+    head = numba.carray(pointer(head_address), 1, HEAD)[0]
+    base = field(data + head.d_userdata) + 8 * head.first
+    memory, saved, n = doubles(base, head.size), doubles(base + 8 * head.size, head.size), head.n_elements
     time = doubles(data + head.d_time, 1)[0]
-    if memory[0] != 0.0 and time == memory[1]:  # the same step again, as mj_transitionFD and mj_forward ask for it
-        memory[:] = before
+    if memory[0] != 0.0 and time == memory[1]:  # the same step again, as in mj_transitionFD and mj_forward
+        memory[:] = saved
     else:
-        before[:] = memory
+        saved[:] = memory
     step = time - memory[1]
-    begins = memory[0] == 0.0 or step < 0.0 or step > 1.5 * memory[0]
-    if begins:
+    restarts = memory[0] == 0.0 or step < 0.0 or step > 1.5 * memory[0]
+    if restarts:
         memory[:] = doubles(head.template, head.size)
         step = 0.0
     memory[0], memory[1] = doubles(model + head.m_timestep, 1)[0], time
@@ -147,8 +146,8 @@ def soften(where: int, model: int, data: int) -> None:
         bushings = numba.carray(pointer(head.bushings), n, BUSHING)
         for e in range(n):
             if rows[e] >= 0 or elements[e].always:
-                numbers = doubles(here + 8 * elements[e].numbers, elements[e].size)
-                _follow(head, model, data, elements[e], bushings[e : e + 1], numbers, int(rows[e]), begins, time,
+                numbers = doubles(base + 8 * elements[e].numbers, elements[e].size)
+                _apply_law(head, model, data, elements[e], bushings[e : e + 1], numbers, int(rows[e]), restarts, time,
                         step, n_rows, n_contacts)  # fmt: skip
             elif memory[elements[e].impact] != 0.0:
                 memory[elements[e].impact] = 0.0
@@ -164,7 +163,7 @@ def soften(where: int, model: int, data: int) -> None:
         elif friction.kind == TENDON:
             speed = doubles(field(data + head.d_ten_velocity) + 8 * friction.geom1, 1)[0]
             bristles[0], force = bend(numbers[0], numbers[1], numbers[2], bristles[0], step, speed)
-            _pull(head, model, data, friction.dof, friction.size, force, passive)
+            _add_tension(head, model, data, friction.dof, friction.size, force, passive)
         else:
             rub(head, model, data, friction, numbers, bristles, step)
     bushings_between_sites = numba.carray(pointer(head.joined), head.n_joined, JOINED)
@@ -173,16 +172,16 @@ def soften(where: int, model: int, data: int) -> None:
 
 
 @jit(**OPTIONS)
-def _follow(
-    head: Any, model: int, data: int, element: Any, bushings: np.ndarray, numbers: np.ndarray, row: int, begins: bool,
+def _apply_law(
+    head: Any, model: int, data: int, element: Any, bushings: np.ndarray, numbers: np.ndarray, row: int, restarts: bool,
     time: float, step: float, n_rows: int, n_contacts: int,
 ) -> None:  # fmt: skip
-    """Let an element follow its law."""
+    """Apply the law of an element."""
     bushing = bushings[0]
     depths = doubles(field(data + head.d_efc_pos), n_rows)
     speeds = doubles(field(data + head.d_efc_vel), n_rows)
     softness = doubles(field(data + head.d_efc_R), n_rows)
-    wanted = doubles(field(data + head.d_efc_aref), n_rows)
+    reference = doubles(field(data + head.d_efc_aref), n_rows)
     passive = doubles(field(data + head.d_qfrc_passive), 1)
     x, speed = -1.0, 0.0
     if element.kind <= TENDON:
@@ -200,89 +199,89 @@ def _follow(
         numbers[bushing.wall] = -FAR if element.from_zero else walls[0] - middle
     elif element.kind == ROW and row >= 0:
         x, speed = -depths[row], -speeds[row]
-    if begins or not element.grease:
+    if restarts or not element.grease:
         numbers[bushing.place] = x
     if element.grease:
-        filled = bushings.copy()  # for this step
+        record = bushings.copy()  # for this step
         if step > 0.0:
-            filled[0].step = step
-        fill(filled[0], numbers, (x,), 0.0, ONE)
+            record[0].step = step
+        fill(record[0], numbers, (x,), 0.0, ONE)
         force = answered(bushing, numbers, 0, ONE) + answered(bushing, numbers, 1, ONE) * speed
         if element.kind == JOINT:
             passive[element.dof] -= force
         else:
-            _pull(head, model, data, element.place, element.dof, force, passive)
-    if step > 0.0 or begins:
+            _add_tension(head, model, data, element.place, element.dof, force, passive)
+    if step > 0.0 or restarts:
         if bushing.by_amplitude:
             numbers[bushing.decay] = np.exp(-step / element.release)
         follow_law(bushing, numbers, time, ONE)
-    most = np.inf
-    if element.behind > 0.0:  # what rests has landed too slowly for the step to resolve
-        most = _SLOWED / (element.behind * doubles(model + head.m_timestep, 1)[0])
+    c_max = np.inf
+    if element.behind > 0.0:  # limited, since the step does not resolve slow impacts
+        c_max = _LARGEST_SLOWDOWN / (element.behind * doubles(model + head.m_timestep, 1)[0])
     if element.kind == PAIR and row >= 0:
         points = 0
         for i in range(n_contacts if element.shared or element.behind > 0.0 else 0):
             contact = field(data + head.d_contact) + i * head.contact_size
             touches = integers(contact + head.c_efc_address, 1)[0] >= 0
             points += touches and between(integers(contact + head.c_geom, 2), element.geom1, element.geom2)
-        part = 1.0 / points if element.shared else 1.0
-        most /= max(points, 1)
+        fraction = 1.0 / points if element.shared else 1.0
+        c_max /= max(points, 1)
         for i in range(n_contacts):
             contact = field(data + head.d_contact) + i * head.contact_size
             geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]
             if r >= 0 and between(geoms, element.geom1, element.geom2):
-                rows, alone = normal_rows(head, data, contact, r)
-                pressing = part * _press(bushing, numbers, -depths[r], -speeds[r : r + rows].mean(), most)
-                wanted[r : r + rows] = alone * pressing
+                rows, single_R = normal_rows(head, data, contact, r)
+                push = fraction * _law_force(bushing, numbers, -depths[r], -speeds[r : r + rows].mean(), c_max)
+                reference[r : r + rows] = single_R * push
     else:
-        force = _press(bushing, numbers, x, speed, most)
+        force = _law_force(bushing, numbers, x, speed, c_max)
         if row >= 0:
-            wanted[row] = softness[row] * force
+            reference[row] = softness[row] * force
 
 
 @jit(**OPTIONS)
-def _press(bushing: Any, numbers: np.ndarray, x: float, speed: float, most: float) -> float:
-    """Follow a contact with a damping of at most ``most``, N s/m, and return its force."""
+def _law_force(bushing: Any, numbers: np.ndarray, x: float, speed: float, c_max: float) -> float:
+    """Advance a contact with a damping of at most ``c_max``, N s/m, and return its force."""
     g = depth_in(bushing, numbers, x, ONE)
     if g == 0.0:
         forget(bushing, numbers, 0, ONE)
         return 0.0
     k, c = press(bushing, numbers, 0, g, speed, ONE)
-    return contact_force(2.0 * k, min(2.0 * c, most), abs(g), signed(speed, g), False)
+    return contact_force(2.0 * k, min(2.0 * c, c_max), abs(g), signed(speed, g), False)
 
 
 @jit(**OPTIONS)
-def _used(model: int) -> Any:
-    """Address of the HEAD in use that is a model's, 0 for none."""
+def _find_head(model: int) -> Any:
+    """Return the address of the HEAD in use of a model, 0 for none."""
     count = numba.carray(pointer(_in_use()), 1, np.int64)[0]
-    for where in numba.carray(pointer(_in_use() + 8), count, np.int64):
-        if where != 0:
-            head = numba.carray(pointer(where), 1, HEAD)[0]
+    for head_address in numba.carray(pointer(_in_use() + 8), count, np.int64):
+        if head_address != 0:
+            head = numba.carray(pointer(head_address), 1, HEAD)[0]
             signature = field(model + head.m_signature)
-            alike = head.signature == signature or head.signature == 0 or signature == 0  # 0: of a saved model
-            if alike and field(model + head.m_nnumericdata) >= head.numeric + 2:
+            same_model = head.signature == signature or head.signature == 0 or signature == 0  # 0: saved model
+            if same_model and field(model + head.m_nnumericdata) >= head.numeric + 2:
                 key = doubles(field(model + head.m_numeric_data) + 8 * head.numeric, 2)
                 if key[0] == head.key[0] and key[1] == head.key[1]:
-                    return where
+                    return head_address
     return 0
 
 
 @jit(**OPTIONS)
 def control(model: int, data: int) -> None:
     """Call `soften` with the HEAD in use that is the model's; MuJoCo's control callback."""
-    where = _used(model)
-    if where != 0:
-        head = numba.carray(pointer(where), 1, HEAD)[0]
+    head_address = _find_head(model)
+    if head_address != 0:
+        head = numba.carray(pointer(head_address), 1, HEAD)[0]
         if head.size > 0:  # else there is nothing but drives
-            call_soften(head.soften, where, model, data)
+            call_soften(head.soften, head_address, model, data)
 
 
 @jit(**OPTIONS)
 def dynamics(model: int, data: int, actuator: int) -> float:
-    """Let the drive inside an actuator turn; MuJoCo's callback for the dynamics of actuators."""
-    where = _used(model)
-    if where != 0:
-        head = numba.carray(pointer(where), 1, HEAD)[0]
+    """Advance the drive inside an actuator; MuJoCo's callback for actuator dynamics."""
+    head_address = _find_head(model)
+    if head_address != 0:
+        head = numba.carray(pointer(head_address), 1, HEAD)[0]
         i = numba.carray(pointer(head.of_actuators), actuator + 1, np.int64)[actuator]
         if i >= 0:
             places = numba.carray(pointer(head.drives), head.n_drives, drive_loop.PLACE)
@@ -291,56 +290,56 @@ def dynamics(model: int, data: int, actuator: int) -> float:
 
 
 @jit(**OPTIONS)
-def _sense(head: Any, model: int, data: int) -> None:
-    """Show the rotors' angles in the sensors of the model."""
-    sensed = numba.carray(pointer(head.sensed), head.n_sensed, drive_loop.SENSED)
+def _write_sensors(head: Any, model: int, data: int) -> None:
+    """Write the rotors' angles into the sensors of the model."""
+    rotor_sensors = numba.carray(pointer(head.sensed), head.n_sensed, drive_loop.SENSED)
     drives = numba.carray(pointer(head.drives), head.n_drives, drive_loop.PLACE)
     for i in range(head.n_sensed):
-        drive_loop.sense(head, model, data, drives[sensed[i].drive], sensed[i].address)
+        drive_loop.sense(head, model, data, drives[rotor_sensors[i].drive], rotor_sensors[i].address)
 
 
 @jit(**OPTIONS)
 def sensors(model: int, data: int, stage: int) -> None:
-    """Fill in the sensors of rotors' angles; MuJoCo's callback for users' sensors."""
-    where = _used(model)
-    if stage == _POSITIONS and where != 0:
-        _sense(numba.carray(pointer(where), 1, HEAD)[0], model, data)
+    """Write the sensors of rotors' angles; MuJoCo's callback for user sensors."""
+    head_address = _find_head(model)
+    if stage == _POSITIONS and head_address != 0:
+        _write_sensors(numba.carray(pointer(head_address), 1, HEAD)[0], model, data)
 
 
 @jit(**STRICT)
-def turn_at(places: int) -> None:
-    """Let all drives of a model turn in a user's own loop, unless `dynamics` does; places are those of `soften_at`."""
-    given = numba.carray(pointer(places), 3, np.int64)
-    head = numba.carray(pointer(given[0]), 1, HEAD)[0]
-    if _used(given[1]) != 0:
+def turn_at(address: int) -> None:
+    """Advance all drives of a model in a user's loop, unless `dynamics` does; ``address`` as in `soften_at`."""
+    addresses = numba.carray(pointer(address), 3, np.int64)
+    head = numba.carray(pointer(addresses[0]), 1, HEAD)[0]
+    if _find_head(addresses[1]) != 0:
         return
-    _sense(head, given[1], given[2])
+    _write_sensors(head, addresses[1], addresses[2])
     drives = numba.carray(pointer(head.drives), head.n_drives, drive_loop.PLACE)
     for i in range(head.n_drives):
-        drive_loop.advance(head, given[1], given[2], drives[i])
+        drive_loop.advance(head, addresses[1], addresses[2], drives[i])
 
 
-@jit(nogil=False, **OPTIONS)  # to let go of the interpreter's lock would take longer than the call
-def soften_at(places: int) -> None:
-    """Call `soften` with the three places at an address; one argument is passed faster than three."""
-    given = numba.carray(pointer(places), 3, np.int64)
-    head = numba.carray(pointer(given[0]), 1, HEAD)[0]
-    call_soften(head.soften, given[0], given[1], given[2])
+@jit(nogil=False, **OPTIONS)  # releasing the interpreter's lock would take longer than the call
+def soften_at(address: int) -> None:
+    """Call `soften` with the three addresses at an address; one argument is passed faster than three."""
+    addresses = numba.carray(pointer(address), 3, np.int64)
+    head = numba.carray(pointer(addresses[0]), 1, HEAD)[0]
+    call_soften(head.soften, addresses[0], addresses[1], addresses[2])
 
 
-def as_c(function: Any, *more: Any, result: Any = types.void) -> Any:
-    """Return a function of two places, and more, compiled by numba, as one of C."""
-    signature = types.intp, types.intp, *more
+def as_c(function: Any, *extra: Any, result: Any = types.void) -> Any:
+    """Return a numba function of two addresses and extra arguments as a C function."""
+    signature = types.intp, types.intp, *extra
     function.compile(signature)
-    made = function.overloads[signature]
-    address = made.library.get_pointer_to_function(made.fndesc.llvm_cfunc_wrapper_name)
+    overload = function.overloads[signature]
+    address = overload.library.get_pointer_to_function(overload.fndesc.llvm_cfunc_wrapper_name)
     kinds: Any = {types.intp: ctypes.c_ssize_t, types.int32: ctypes.c_int32, types.float64: ctypes.c_double}
     return ctypes.CFUNCTYPE(kinds.get(result), *(kinds[kind] for kind in signature))(address)
 
 
 @jit(**OPTIONS)
-def _pull(head: Any, model: int, data: int, first: int, size: int, force: float, passive: np.ndarray) -> None:
-    """Let a force resist a tendon's lengthening."""
+def _add_tension(head: Any, model: int, data: int, first: int, size: int, force: float, passive: np.ndarray) -> None:
+    """Subtract a tendon's force from the passive forces."""
     row = doubles(field(data + head.d_ten_J) + 8 * first, size)
     columns = integers(field(model + head.m_ten_J_colind) + 4 * first, size)
     for i in range(size):

@@ -1,4 +1,4 @@
-"""Friction of a transmission: how much of a torque it passes each way, and the largest friction at its motor."""
+"""Friction of a transmission: its efficiency in either direction, and the friction at its motor."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ __all__ = ["DriveFriction", "Efficiency"]
 
 
 class Efficiency(NamedTuple):
-    """Share of the torque that passes, driven and driven back; friction that grows with the torque carried."""
+    """Fraction of the torque that passes, driven and driven back: friction that grows with the torque."""
 
     forward: float
-    """torque out over torque in, without friction's constant part, of a drive that moves its load"""
+    """torque out over torque in, without constant friction, of a drive that moves its load"""
     backward: float
-    """torque that the motor must still hold over the load's, of a load that moves its drive; 0 or less: self-locking"""
+    """torque at the motor over the load's, of a load that moves its drive; 0 or less: self-locking"""
 
     @classmethod
     def capstan(cls, friction: float) -> Efficiency:
-        """Return that of a cable around an angle, with friction μ φ: e^{-μφ} both ways (Euler, 1769).
+        """Return the efficiency of a cable around an angle, with friction μ φ: e^{-μφ} both ways (Euler, 1769).
 
         Parameters
         ----------
@@ -33,9 +33,9 @@ class Efficiency(NamedTuple):
 
     @classmethod
     def screw(cls, lead: float, friction: float) -> Efficiency:
-        """Return that of a worm or a screw of square thread: tan λ / tan(λ + ρ) and tan(λ - ρ) / tan λ, tan ρ = μ.
+        """Return the efficiency of a worm or square thread: tan λ / tan(λ + ρ) and tan(λ - ρ) / tan λ, tan ρ = μ.
 
-        Shigley's Mechanical Engineering Design, section 8-2. It locks itself where μ ≥ tan λ: backward is then
+        Shigley's Mechanical Engineering Design, section 8-2. It is self-locking where μ ≥ tan λ: backward is then
         negative, since the motor must push the load back.
 
         Parameters
@@ -63,8 +63,8 @@ class DriveFriction:
 
     τ_m the motor's torque, τ_e that of the load on the drive; where they oppose each other q = motor_square τ_e² if the
     motor's is the larger one, and external_square τ_m² if the load's is: the models M1 to M6 of Duclusaud et al.,
-    *Extended Friction Models for the Physics Simulation of Servo Actuators* (arXiv 2410.08650). The losses of an
-    efficiency come on top: τ (1/forward - 1) of a drive that moves its load, τ (1 - backward) of one that is moved.
+    *Extended Friction Models for the Physics Simulation of Servo Actuators* (arXiv 2410.08650). The losses of the
+    efficiency are added: τ (1/forward - 1) of a drive that moves its load, τ (1 - backward) of one that is moved.
     """
 
     k: float
@@ -74,7 +74,7 @@ class DriveFriction:
     coulomb: float = 0.0
     """N m, without load"""
     viscous: float = 0.0
-    """N m s/rad of the motor's speed; acts besides"""
+    """N m s/rad of the motor's speed, in addition"""
     efficiency: Efficiency = _WITHOUT_LOSS
     """of the transmission"""
     motor: float = 0.0
@@ -82,7 +82,7 @@ class DriveFriction:
     external: float = 0.0
     """friction per torque of the load"""
     stribeck: float = 0.0
-    """N m, by which friction is larger at rest"""
+    """N m, additional friction at rest"""
     stribeck_motor: float = 0.0
     """as ``motor``, at rest"""
     stribeck_external: float = 0.0
@@ -97,7 +97,7 @@ class DriveFriction:
     """1/(N m), while the load's torque is the larger one"""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be.
+        """Check the ranges.
 
         Raises
         ------
@@ -107,17 +107,17 @@ class DriveFriction:
         forward, backward = self.efficiency
         for field in fields(self):
             value = getattr(self, field.name)
-            above = field.name in ("k", "stribeck_speed", "stribeck_exponent")
-            if field.name != "efficiency" and not (math.isfinite(value) and (value > 0 if above else value >= 0)):
+            positive = field.name in ("k", "stribeck_speed", "stribeck_exponent")
+            if field.name != "efficiency" and not (math.isfinite(value) and (value > 0 if positive else value >= 0)):
                 raise LawError(
-                    f"{field.name} = {value:g} of a drive's friction must be finite and {'>' if above else '>='} 0"
+                    f"{field.name} = {value:g} of a drive's friction must be finite and {'>' if positive else '>='} 0"
                 )
         if not (0 < forward <= 1 and math.isfinite(backward) and backward <= 1):
             raise LawError(f"efficiency {forward:g}, {backward:g} must be in (0, 1] forward and <= 1 backward")
 
     @classmethod
     def from_bam(cls, parameters: Mapping[str, object], k: float, c: float = 0.0) -> DriveFriction:
-        """Return what a parameter file of BAM (Better Actuator Models) says, of any of its models M1 to M6.
+        """Return the friction of a BAM (Better Actuator Models) parameter file, of any model M1 to M6.
 
         Parameters
         ----------
@@ -129,18 +129,18 @@ class DriveFriction:
         Raises
         ------
         LawError
-            For a model that is none of these, or a number that is missing.
+            For an unknown model or a missing number.
         """
         model = str(parameters.get("model"))
         if model not in _BAM:
             raise LawError(f'model "{model}" of a BAM file; known: {", ".join(_BAM)}')
         numbers: dict[str, Any] = {}
-        for theirs in _BAM[model]:
-            value = parameters.get(theirs)
+        for bam_name in _BAM[model]:
+            value = parameters.get(bam_name)
             if not isinstance(value, int | float):
-                raise LawError(f'a BAM file of model "{model}" needs a number "{theirs}", got {value!r}')
-            for ours in _BAM_NAMES[theirs]:
-                numbers[ours] = float(value)
+                raise LawError(f'a BAM file of model "{model}" needs a number "{bam_name}", got {value!r}')
+            for name in _BAM_NAMES[bam_name]:
+                numbers[name] = float(value)
         return replace(cls(k, c), **numbers)
 
 

@@ -1,9 +1,9 @@
 """Friction and drives in MuJoCo Warp, MuJoCo's engine for thousands of worlds on a GPU, which runs on a CPU too.
 
-Contacts, limits and backlash of constant stiffness and damping need nothing of this: MuJoCo Warp follows the solver
-parameters that the compiled model has. `put_model` gives its model callbacks that do what on a CPU a `Softener` does:
-``passive`` bends bristles, ``act_dyn`` turns drives. What they remember is where it is on a CPU, in ``userdata`` and
-``act`` of each world, so ``mujoco_warp`` makes, steps, captures, copies and resets data as always.
+Contacts, limits and backlash of constant stiffness and damping do not need this module: MuJoCo Warp follows the solver
+parameters of the compiled model. `put_model` gives its model callbacks that do what a `Softener` does on a CPU:
+``passive`` advances bristles, ``act_dyn`` drives. Their state is, as on a CPU, in ``userdata`` and ``act`` of each
+world, so ``mujoco_warp`` makes, steps, captures, copies and resets data as always.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ __all__ = ["Parameters", "put_model"]
 
 @dataclass(frozen=True)
 class Parameters:
-    """Numbers of friction and drives, arrays of structures on the device: (1, n), or (nworld, n) where worlds differ.
+    """Parameters of friction and drives, arrays of structures on the device: (1, n), or (nworld, n) if worlds differ.
 
     ``numbers = parameters.drives.numpy()`` is a structured array, ``numbers["gap"][:, 0] = gaps`` changes the first
     drive in it, and ``parameters.drives.assign(numbers)`` brings it back.
@@ -44,7 +44,7 @@ class Parameters:
     frictions: Any
     """largest, N m or N (of a pair its ratio to the normal force), k and c, and of pairs torsion and rolling, m"""
     drives: Any
-    """of the names of `drives.DRIVE`"""
+    """with the fields of `drives.DRIVE`"""
     hysteresis: Any
     """(1 or nworld, n, m) stiffness and force of the drives' elements, zero where a drive has fewer than others"""
     friction_names: tuple[str, ...]
@@ -56,9 +56,9 @@ def put_model(model: mujoco.MjModel, nworld: int = 1, **options: Any) -> tuple[A
     """Return a compiled model for MuJoCo Warp, in which friction and drives act, and their parameters.
 
     Data are of ``mujoco_warp.make_data(model, ...)`` or ``put_data(model, data, ...)`` with the compiled model itself;
-    bristles and drives go on from ``data.userdata`` and ``data.act``. Steps are ``mujoco_warp.step(m, d)``. Forces of
+    bristles and drives start from ``data.userdata`` and ``data.act``. Steps are ``mujoco_warp.step(m, d)``. Forces of
     friction are among ``qfrc_passive``, those of drives are ``actuator_force``; `drive_state` reads ``d.act.numpy()``.
-    The callbacks ``passive`` and ``act_dyn`` are taken.
+    The callbacks ``passive`` and ``act_dyn`` are in use.
 
     Parameters
     ----------
@@ -80,56 +80,56 @@ def put_model(model: mujoco.MjModel, nworld: int = 1, **options: Any) -> tuple[A
         For laws, bushings, integrator RK4, friction of contacts with ``discrete``, drives of a model whose actuation
         is disabled or that has disabled groups of actuators, and models that were compiled without `compile`.
     """
-    pressing = pressing_alone(model, "MuJoCo Warp")
-    bristles, turning = list(frictions(model)), list(drives(model))
+    pressing_model = pressing_alone(model, "MuJoCo Warp")
+    bristles, placed = list(frictions(model)), list(drives(model))
     discrete = getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", None)
-    if model.opt.integrator == discrete and any(each.kind == "pair" for each in bristles):
+    if model.opt.integrator == discrete and any(b.kind == "pair" for b in bristles):
         raise ModelError("integrator discrete changes the rows of contacts with friction; use Euler or implicitfast")
-    if model.opt.disableactuator and turning:
+    if model.opt.disableactuator and placed:
         raise ModelError("MuJoCo Warp knows no disabled groups of actuators; set actuatorgroupdisable to none")
     size = 2 + OF_FRICTION * len(bristles) if bristles else 0
-    room = reserved(model, size, (), bristles, turning, ())
-    parameters = _parameters(model, bristles, turning, nworld)
-    for drive in turning:  # what the dynamics "user" give is not integrated by MuJoCo Warp 4.0.0
-        pressing.actuator_dyntype[drive.actuator] = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
-    m = mjw.put_model(pressing, **options)
+    room = reserved(model, size, (), bristles, placed, ())
+    parameters = _parameters(model, bristles, placed, nworld)
+    for drive in placed:  # MuJoCo Warp 4.0.0 does not integrate "user" dynamics
+        pressing_model.actuator_dyntype[drive.actuator] = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
+    m = mjw.put_model(pressing_model, **options)
     if bristles:
-        places = _placed(friction_places(model, bristles), FrictionPlace)
-        m.callback.passive = partial(_rub, parameters, places, (room.first, size))
-    if turning:
-        m.callback.act_dyn = partial(_turn, parameters, _placed(drive_places(model, turning), DrivePlace))
+        places = _to_device(friction_places(model, bristles), FrictionPlace)
+        m.callback.passive = partial(_apply_friction, parameters, places, (room.first, size))
+    if placed:
+        m.callback.act_dyn = partial(_advance_drives, parameters, _to_device(drive_places(model, placed), DrivePlace))
     return m, parameters
 
 
 def _parameters(
-    model: mujoco.MjModel, bristles: Sequence[Friction], turning: Sequence[PlacedDrive], nworld: int
+    model: mujoco.MjModel, bristles: Sequence[Friction], placed: Sequence[PlacedDrive], nworld: int
 ) -> Parameters:
-    """Return the parameters that a model has, the same for all worlds."""
-    of_frictions = np.zeros((nworld, len(bristles)), Bristles.numpy_dtype())
+    """Return the parameters of a model, the same for all worlds."""
+    friction_data = np.zeros((nworld, len(bristles)), Bristles.numpy_dtype())
     for i, friction in enumerate(bristles):
         numbers = model.numeric_data[friction.numeric :][: friction.size]
-        for name, value in zip(of_frictions.dtype.names or (), numbers):
-            of_frictions[name][:, i] = value
-    of_drives = np.zeros((nworld, len(turning)), DRIVE)
-    hysteresis = np.zeros((nworld, len(turning), max((drive.hysteresis for drive in turning), default=0), 2))
-    for i, drive in enumerate(turning):
-        of_drives[:, i], hysteresis[:, i, : drive.hysteresis] = drive.numbers(model), drive.slips(model)
+        for name, value in zip(friction_data.dtype.names or (), numbers):
+            friction_data[name][:, i] = value
+    drive_data = np.zeros((nworld, len(placed)), DRIVE)
+    hysteresis = np.zeros((nworld, len(placed), max((drive.hysteresis for drive in placed), default=0), 2))
+    for i, drive in enumerate(placed):
+        drive_data[:, i], hysteresis[:, i, : drive.hysteresis] = drive.numbers(model), drive.slips(model)
     return Parameters(
-        _placed(of_frictions, Bristles), _placed(of_drives, Drive), wp.array(hysteresis, dtype=wp.vec2),
-        tuple(f"{each.kind} {each.name}" for each in bristles), tuple(drive.name for drive in turning),
+        _to_device(friction_data, Bristles), _to_device(drive_data, Drive), wp.array(hysteresis, dtype=wp.vec2),
+        tuple(f"{b.kind} {b.name}" for b in bristles), tuple(drive.name for drive in placed),
     )  # fmt: skip
 
 
-def _placed(records: np.ndarray, structure: Any) -> Any:
-    """Return records on the device."""
+def _to_device(records: np.ndarray, structure: Any) -> Any:
+    """Return a structured array on the device."""
     return wp.array(records.astype(structure.numpy_dtype()), dtype=structure)
 
 
-def _rub(parameters: Parameters, places: Any, room: tuple[int, int], m: Any, d: Any) -> None:
-    """Bend the bristles of every world."""
+def _apply_friction(parameters: Parameters, places: Any, room: tuple[int, int], m: Any, d: Any) -> None:
+    """Advance the bristles of every world and apply their forces."""
     if d.userdata.shape[1] < room[0] + 2 * room[1]:
         raise ModelError("data have no room for bristles; make them with the compiled model itself")
-    heads, following = wp.empty((d.nworld, len(places)), dtype=int), wp.empty(d.naconmax, dtype=int)
+    heads, next_contact = wp.empty((d.nworld, len(places)), dtype=int), wp.empty(d.naconmax, dtype=int)
     steps = wp.empty(d.nworld, dtype=float)
     wp.launch(
         bend_all, d.nworld, [m.opt.timestep, d.time, places, parameters.frictions, *room, d.qvel, d.ten_velocity,
@@ -137,11 +137,11 @@ def _rub(parameters: Parameters, places: Any, room: tuple[int, int], m: Any, d: 
     )  # fmt: skip
     contact = d.contact
     wp.launch(
-        link, d.naconmax, [d.nacon, contact.worldid, contact.geom, contact.efc_address, places, heads], [following]
+        link, d.naconmax, [d.nacon, contact.worldid, contact.geom, contact.efc_address, places, heads], [next_contact]
     )
     wp.launch(
         rub_all, (d.nworld, len(places)), [
-            places, parameters.frictions, room[0], steps, heads, following, contact.pos, contact.frame, contact.geom,
+            places, parameters.frictions, room[0], steps, heads, next_contact, contact.pos, contact.frame, contact.geom,
             contact.efc_address, contact.surfacevel, m.flg_surfacevel, m.geom_bodyid, m.body_weldid, m.body_rootid,
             m.body_dofadr, m.body_dofnum, m.dof_parentid, m.body_isdofancestor, d.subtree_com, d.cvel, d.cdof,
             d.qacc_warmstart, m.is_sparse, d.efc.J, d.efc.J_rownnz, d.efc.J_rowadr, d.efc.J_colind, d.efc.D,
@@ -149,8 +149,8 @@ def _rub(parameters: Parameters, places: Any, room: tuple[int, int], m: Any, d: 
     )  # fmt: skip
 
 
-def _turn(parameters: Parameters, places: Any, m: Any, d: Any) -> None:
-    """Let the drives of every world turn."""
+def _advance_drives(parameters: Parameters, places: Any, m: Any, d: Any) -> None:
+    """Advance the drives of every world."""
     clamped = not m.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL
     wp.launch(
         turn_all, (d.nworld, len(places)), [
