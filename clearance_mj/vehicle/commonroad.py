@@ -1,7 +1,7 @@
 """The right-hand sides of commonroad-vehicle-models, compiled.
 
-The library's own source is compiled, not copied: each of its functions is taken with the compiled ones in place of
-those that it calls, and the tyres' formulas in fewer operations (`magic_formula`). Parameters become records, which
+The library's source is compiled, not copied: in each of its functions the callees are replaced by compiled ones, and
+the tyres' formulas by ones with fewer operations (`magic_formula`). Parameters become records, which
 compiled code reads as the library reads its objects.
 
 The tyres' lateral shifts are zeroed. As shipped they jump with the sign of the camber, so that the multi-body model
@@ -42,7 +42,7 @@ def parameters() -> VehicleParameters:
 
 
 def _numbers(values: object) -> dict[str, float]:
-    """Fields of a parameter object that hold numbers."""
+    """Return the numeric fields of a parameter object."""
     return {name: float(value) for name, value in vars(values).items() if isinstance(value, int | float)}
 
 
@@ -59,11 +59,11 @@ def compiled_parameters(values: VehicleParameters) -> np.ndarray:
 
 
 def _compiled(function: types.FunctionType, **callees: object) -> Callable[..., Any]:
-    """A function of the library, calling what is given in place of what its module names."""
+    """Return a compiled copy of a library function, with some of its callees replaced."""
     names = {**function.__globals__, **callees}
     copy = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     copy.__module__ = function.__module__
-    # NumPy's error model: a wheel without load divides by zero, which shows as a motion that is not finite.
+    # NumPy's error model: a wheel without load divides by zero and gives a motion that is not finite.
     return jit(copy, **STRICT)
 
 

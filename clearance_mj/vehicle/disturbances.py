@@ -1,6 +1,6 @@
-"""What pushes a vehicle sideways besides its tyres: crosswind with gusts, a crowned and uneven road.
+"""Lateral disturbances of a vehicle: crosswind with gusts, a crowned and uneven road.
 
-A disturbance is that of a vehicle which holds its speed along its path, in steps of `STEP`; its seed makes it.
+Loads are those at constant speed along the path, in steps of `STEP`, and depend on a seed.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from .plant import STEP
 __all__ = ["Crosswind", "CrownedRoad", "Disturbance", "coloured_noise"]
 
 AIR_DENSITY = 1.2  # kg/m³, of air at 20 °C
-NOISE_STEPS = 1 << 16  # steps after which noise repeats, without a seam: 65.5 s
+NOISE_STEPS = 1 << 16  # period of the noise: 65.5 s
 REFERENCE_WAVENUMBER = 0.1  # 1/m, at which ISO 8608 states a road's roughness
 
 
 class Disturbance(ABC):
-    """Lateral load of a vehicle on its way."""
+    """Lateral load of a vehicle along its path."""
 
     @abstractmethod
     def load(self, speed: float, steps: int, seed: int) -> np.ndarray:
@@ -46,8 +46,8 @@ def coloured_noise(density: Callable[[np.ndarray], np.ndarray], steps: int, seed
     return np.fft.irfft(np.concatenate(([0.0], lines)), norm="forward").take(np.arange(steps), mode="wrap")
 
 
-def _rise(distance: np.ndarray, begin: float, length: float) -> np.ndarray:
-    """Half a cosine wave from 0 at a distance, m, to 1 a length further, m."""
+def _cosine_ramp(distance: np.ndarray, begin: float, length: float) -> np.ndarray:
+    """Return half a cosine wave from 0 at a distance, m, to 1 a length further, m."""
     return (1 - np.cos(np.pi * np.clip((distance - begin) / length, 0, 1))) / 2
 
 
@@ -64,8 +64,8 @@ class Crosswind(Disturbance):
     mean: float = 10.0  # m/s
     turbulence: float = 1.96  # σ, m/s
     length_scale: float = 23.0  # L, m
-    begin: float = 60.0  # m of path before the wind begins
-    rise: float = 10.0  # m over which it does
+    begin: float = 60.0  # m along the path
+    rise: float = 10.0  # m, length of the onset
     area: float = 1.9  # A, m², of the vehicle's front
     side_slope: float = 2.3  # c, side force coefficient per rad
     centre_of_pressure: float = 0.5  # m ahead of the centre of gravity
@@ -87,8 +87,8 @@ class Crosswind(Disturbance):
 
     def load(self, speed: float, steps: int, seed: int) -> np.ndarray:
         """Return the side force and its moment."""
-        share = _rise(speed * STEP * np.arange(steps), self.begin, self.rise)
-        force = self.side_force(share * (self.mean + self.gusts(speed, steps, seed)), speed)
+        onset = _cosine_ramp(speed * STEP * np.arange(steps), self.begin, self.rise)
+        force = self.side_force(onset * (self.mean + self.gusts(speed, steps, seed)), speed)
         return np.column_stack((force, self.centre_of_pressure * force, np.zeros(steps)))
 
 
@@ -102,13 +102,13 @@ class CrownedRoad(Disturbance):
     """
 
     crown: float = 0.025  # cross slope
-    begin: float = 30.0  # m of path before it
-    rise: float = 20.0  # m over which it comes
+    begin: float = 30.0  # m along the path
+    rise: float = 20.0  # m, length of the onset
     roughness: float = 64e-6  # G₀, m³
     track: float = 1.4  # B, m
 
     def unevenness(self, speed: float, steps: int, seed: int) -> np.ndarray:
-        """Return the cross slope besides the crown, (steps,), at a speed in m/s."""
+        """Return the cross slope in addition to the crown, (steps,), at a speed in m/s."""
 
         def density(frequency: np.ndarray) -> np.ndarray:
             n = frequency / speed
@@ -120,5 +120,5 @@ class CrownedRoad(Disturbance):
 
     def load(self, speed: float, steps: int, seed: int) -> np.ndarray:
         """Return the lateral component of gravity."""
-        slope = self.crown * _rise(speed * STEP * np.arange(steps), self.begin, self.rise)
+        slope = self.crown * _cosine_ramp(speed * STEP * np.arange(steps), self.begin, self.rise)
         return np.column_stack((np.zeros((steps, 2)), -GRAVITY * (slope + self.unevenness(speed, steps, seed))))

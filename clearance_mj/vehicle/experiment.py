@@ -1,4 +1,4 @@
-"""The experiments on motion control: which cases they consist of, and how cases are run.
+"""Cases of the experiments on motion control, and their simulation.
 
 A case is one run of a vehicle with everything that defines it. The reported manoeuvres are the double lane changes of
 `LENGTH_FACTORS` and `manoeuvres.MANOEUVRES`; controllers are tuned on others (`tune.MANOEUVRES`).
@@ -39,7 +39,7 @@ __all__ = [
 ]
 
 GAP = float(np.radians(0.2))
-"""Half-gap at the road wheel that is reported on, rad: within good (0.1°) and the legal limit (0.45°)."""
+"""Reported half-gap at the road wheel, rad: within good (0.1°) and the legal limit (0.45°)."""
 LENGTH_FACTORS = {72.0: 1.75, 120.0: 2.5}
 """Length factors of the reported double lane changes by speed, km/h: they need 3.7 and 5.0 m/s²."""
 ROAD_MOMENT = 5.0  # N m RMS, moment of the road's noise on the wheel
@@ -47,7 +47,7 @@ PLANTS: dict[str, type[Plant]] = {plant.name: plant for plant in (MultiBody, Sin
 
 
 class Regime(NamedTuple):
-    """What decides on which side the clearance lies."""
+    """Friction and trail, which decide on the side of the clearance."""
 
     friction: float  # N m, Coulomb friction of the road wheel
     trail: float  # m, of the aligning moment that reaches the shaft
@@ -59,7 +59,7 @@ REGIMES = {"torque": Regime(0.0, 0.045), "friction": Regime(30.0, 0.005)}
 
 @dataclass(frozen=True)
 class Case:
-    """One run."""
+    """One run of a vehicle with everything that defines it."""
 
     controller: str  # name
     speed: float  # km/h
@@ -78,12 +78,12 @@ class Case:
 
     @property
     def task(self) -> Task:
-        """What the controller knows of vehicle and road."""
+        """The controller's knowledge of vehicle and road."""
         return _task(self.manoeuvre, self.length_factor, self.speed, _regime(self.regime).trail, self.preview)
 
     @property
     def disturbance(self) -> Disturbance | None:
-        """What pushes the vehicle sideways, besides the road's moment on its wheels."""
+        """Lateral disturbance of the vehicle, in addition to the road's moment on its wheels."""
         return None if self.manoeuvre is None else get_manoeuvre(self.manoeuvre).disturbance
 
     @property
@@ -97,7 +97,7 @@ class Case:
 
     @property
     def prior(self) -> ClearancePrior:
-        """What controllers that take the clearance into account know of it."""
+        """Prior information of controllers that take the clearance into account."""
         gap = self.half_gap if self.assumed_gap is None else self.assumed_gap
         datasheet = Steering().lost_motion.stiffness
         compliance = (1 / self.assumed_stiffness - 1) / datasheet
@@ -114,8 +114,8 @@ class Case:
 class Outcome:
     """A case and its run."""
 
-    case: Case  # what was asked
-    run: Run  # what came out
+    case: Case
+    run: Run
 
     def row(self) -> dict[str, Any]:
         """Return the case and its metrics as one row of a table."""
@@ -125,8 +125,8 @@ class Outcome:
 @functools.lru_cache(maxsize=32)
 def _task(manoeuvre: str | None, length_factor: float | None, speed: float, trail: float, preview: float) -> Task:
     if manoeuvre is None:
-        nearest = min(LENGTH_FACTORS, key=lambda known: abs(known - speed))
-        path = double_lane_change(LENGTH_FACTORS[nearest] if length_factor is None else length_factor)
+        nearest_speed = min(LENGTH_FACTORS, key=lambda known: abs(known - speed))
+        path = double_lane_change(LENGTH_FACTORS[nearest_speed] if length_factor is None else length_factor)
     elif length_factor is None:
         path = get_manoeuvre(manoeuvre).path()
     else:
@@ -140,17 +140,17 @@ def _regime(regime: str) -> Regime:
 
 
 def check(case: Case) -> None:
-    """Refuse a case that cannot be run: `ManoeuvreError` says why."""
+    """Raise `ManoeuvreError` for a case that cannot be run."""
     get_controller(case.controller)
     if case.seed < 0:
         raise ManoeuvreError(f"seed must be >= 0, got {case.seed}")
     ManoeuvreError.require_known("plant", case.plant, PLANTS)
     check_feasible(case.task.path, case.task.speed, case.task.vehicle.tyre.friction)
-    _ = case.steering, case.tuned_controller  # which refuse impossible values
+    _ = case.steering, case.tuned_controller  # these check their values
 
 
 def drive(case: Case, controller: Controller, disturbance: Disturbance | None = None) -> Run:
-    """Run a case with a controller of any settings, and a disturbance if one is given, in place of its own."""
+    """Run a case with a controller of any settings, and a disturbance, if given, instead of the case's."""
     plant = PLANTS[case.plant](Spread.random(case.seed) if case.spread else Spread(), _regime(case.regime).trail)
     sensors = get_sensors(case.sensors)
     return follow_path(plant, case.steering, controller, case.task, sensors, case.seed, disturbance or case.disturbance)
@@ -164,8 +164,8 @@ def run_case(case: Case) -> Outcome:
 
 def _run_registered(registrations: Sequence[Registration], numbered: tuple[int, Case]) -> Outcome:
     """Run a case in a process that may not have imported the files that registered its controllers."""
-    for known in registrations:
-        CONTROLLERS.setdefault(known.name, known)
+    for registration in registrations:
+        CONTROLLERS.setdefault(registration.name, registration)
     return run_case(numbered[1])
 
 
@@ -174,5 +174,5 @@ def run_all(cases: Iterable[Case], workers: int | None = None, progress: bool = 
     numbered = list(enumerate(cases))
     names = dict.fromkeys(case.controller for _, case in numbered)
     run = functools.partial(_run_registered, [get_controller(name) for name in names])
-    found = run_tasks(run, numbered, workers, processes=len(numbered) > 1, progress="runs" if progress else "")
-    return [outcome for _, outcome in sorted(found, key=lambda pair: pair[0][0])]
+    outcomes = run_tasks(run, numbered, workers, processes=len(numbered) > 1, progress="runs" if progress else "")
+    return [outcome for _, outcome in sorted(outcomes, key=lambda pair: pair[0][0])]

@@ -25,28 +25,28 @@ class LostMotion(NamedTuple):
 
     half_gap: float  # h, rad
     stiffness: float  # k of the contact, N m/rad
-    shaft_stiffness: float = 0.0  # k_s, N m/rad: what bends the shaft within the play
+    shaft_stiffness: float = 0.0  # k_s, N m/rad, of the shaft within the play
     damping: float = 0.0  # c, N m s/rad: grease in the bushings and rack
     friction: float = 0.0  # T_f, N m
 
 
 @jit(inline="always")
-def _resistance(d: float, before: float, h: float, p: LostMotion) -> float:
-    """Torque with which the shaft resists a lost motion d after one step."""
-    beyond = max(d - p.half_gap, 0.0) + min(d + p.half_gap, 0.0)
-    return p.damping / h * (d - before) + p.shaft_stiffness * d + p.stiffness * beyond
+def _resistance(d: float, previous: float, h: float, p: LostMotion) -> float:
+    """Return the torque with which the shaft resists a lost motion d after one step."""
+    penetration = max(d - p.half_gap, 0.0) + min(d + p.half_gap, 0.0)
+    return p.damping / h * (d - previous) + p.shaft_stiffness * d + p.stiffness * penetration
 
 
 @jit(inline="always")
-def _balanced(moment: float, before: float, h: float, p: LostMotion) -> float:
-    """Lost motion at which the shaft resists just ``-moment`` after one step."""
+def _balance(moment: float, previous: float, h: float, p: LostMotion) -> float:
+    """Return the lost motion at which the shaft's resistance balances a moment after one step."""
     slope = p.damping / h + p.shaft_stiffness
-    push = p.damping / h * before - moment
-    if push > slope * p.half_gap:
-        return (push + p.stiffness * p.half_gap) / (slope + p.stiffness)
-    if push < -slope * p.half_gap:
-        return (push - p.stiffness * p.half_gap) / (slope + p.stiffness)
-    return push / slope if slope > 0.0 else before
+    torque = p.damping / h * previous - moment
+    if torque > slope * p.half_gap:
+        return (torque + p.stiffness * p.half_gap) / (slope + p.stiffness)
+    if torque < -slope * p.half_gap:
+        return (torque - p.stiffness * p.half_gap) / (slope + p.stiffness)
+    return torque / slope if slope > 0.0 else previous
 
 
 @jit
@@ -58,9 +58,9 @@ def lost_motion_step(d: float, turn: float, moment: float, h: float, p: LostMoti
     stuck = d - turn
     load = _resistance(stuck, d, h, p) + moment
     if abs(load) <= p.friction:
-        after = stuck
-    elif load > 0.0:  # the wheel turns back, friction holds against it
-        after = _balanced(moment - p.friction, d, h, p)
+        d_after = stuck
+    elif load > 0.0:  # the wheel turns back against friction
+        d_after = _balance(moment - p.friction, d, h, p)
     else:
-        after = _balanced(moment + p.friction, d, h, p)
-    return after, (1 if after < -p.half_gap else -1 if after > p.half_gap else 0)
+        d_after = _balance(moment + p.friction, d, h, p)
+    return d_after, (1 if d_after < -p.half_gap else -1 if d_after > p.half_gap else 0)

@@ -1,4 +1,4 @@
-"""Manoeuvres: their paths, and in `MANOEUVRES` those that controllers are compared on and never tuned on."""
+"""Manoeuvres and their paths; `MANOEUVRES` are those that controllers are compared on, not tuned on."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ __all__ = [
 
 # Gates of ISO 3888, parts 1 and 2, and paths through them.
 #
-# They are made for a vehicle of 4.51 by 1.61 m, none of whose corners touches a cone on any of the paths.
+# For a vehicle of 4.51 by 1.61 m; none of its corners touches a cone on any of the paths.
 
 LANE_OFFSET = 3.5  # m between the centre lines of the two lanes of ISO 3888-1
-SHARE_IN_GATE = 1 / 6  # share of a lane change that lies within each of the two gates it connects
+SHARE_IN_GATE = 1 / 6  # fraction of a lane change within each of the two gates it connects
 SWIFT_CHANGES = ((7.13, 33.22, 3.42), (33.22, 59.65, -0.05))
-"""M: where the lane changes of `swift_obstacle_avoidance` begin, end and lead to."""
+"""Begin, end and target of the lane changes of `swift_obstacle_avoidance`, m."""
 
 
 class Gate(NamedTuple):
@@ -73,8 +73,8 @@ def iso_lane_change(length_factor: float = 1.0) -> Path:
     path is off the centre by at most 0.124 m, less than the free width on either side.
     """
     gates = iso3888_gates(length_factor=length_factor)
-    name, before = f"iso-3888-1 x {length_factor:g}", 30.0 * length_factor
-    return lane_changes(name, _between_centres(gates), -before, gates[-1].end + before)
+    name, lead = f"iso-3888-1 x {length_factor:g}", 30.0 * length_factor
+    return lane_changes(name, _between_centres(gates), -lead, gates[-1].end + lead)
 
 
 def obstacle_avoidance() -> Path:
@@ -83,20 +83,20 @@ def obstacle_avoidance() -> Path:
 
 
 def swift_obstacle_avoidance() -> Path:
-    """Return the path through the ISO 3888-2 gates that makes use of their widths, for higher speeds.
+    """Return a path through the ISO 3888-2 gates that uses their widths, for higher speeds.
 
     Its two quintic lane changes have the least curvature that leaves a vehicle of 4.51 by 1.61 m at least 0.1 m from
-    every cone (found by differential evolution over where they begin, end and lead to).
+    every cone (by differential evolution over their begin, end and target).
     """
     return lane_changes("iso-3888-2", SWIFT_CHANGES, -20.0, 90.0)
 
 
 def _between_centres(gates: Sequence[Gate]) -> list[tuple[float, float, float]]:
-    """Lane changes between the centres of gates, of which `SHARE_IN_GATE` is within each of the two."""
+    """Return the lane changes between the centres of gates, with `SHARE_IN_GATE` of them in each of the two."""
     changes = []
-    for gate, following in itertools.pairwise(gates):
-        reach = SHARE_IN_GATE / (1 - 2 * SHARE_IN_GATE) * (following.start - gate.end)
-        changes.append((gate.end - reach, following.start + reach, following.centre))
+    for gate, next_gate in itertools.pairwise(gates):
+        reach = SHARE_IN_GATE / (1 - 2 * SHARE_IN_GATE) * (next_gate.start - gate.end)
+        changes.append((gate.end - reach, next_gate.start + reach, next_gate.centre))
     return changes
 
 
@@ -104,7 +104,7 @@ SPEEDS = (5.0, 50.0)  # m/s, range within which the vehicle models hold
 
 
 def check_feasible(path: Path, speed: float, friction: float) -> None:
-    """Refuse a manoeuvre that no controller could follow at a speed, m/s, on a road of a friction coefficient.
+    """Raise ManoeuvreError for a path that cannot be followed at a speed, m/s, and friction coefficient.
 
     The speed is outside `SPEEDS`, or the path needs more than the friction's lateral acceleration.
     """
@@ -175,27 +175,27 @@ def slalom(spacing: float = 36.0, amplitude: float = 1.2, cones: int = 5) -> Pat
     rise = np.polynomial.Polynomial([0, 0, 0, 10 * amplitude - bend, 2 * bend - 15 * amplitude, 6 * amplitude - bend])
     side = math.cos(wave * last)
 
-    def way_in(x: np.ndarray) -> list[np.ndarray]:
+    def entry(x: np.ndarray) -> list[np.ndarray]:
         return [rise.deriv(k)(x / spacing + 1) / spacing**k for k in range(4)]
 
-    def around(x: np.ndarray) -> list[np.ndarray]:
+    def cosine(x: np.ndarray) -> list[np.ndarray]:
         return [amplitude * wave**k * np.cos(wave * x + k * math.pi / 2) for k in range(4)]
 
-    def way_out(x: np.ndarray) -> list[np.ndarray]:
-        return [side * (-1) ** k * v for k, v in enumerate(way_in(last - x))]
+    def departure(x: np.ndarray) -> list[np.ndarray]:
+        return [side * (-1) ** k * v for k, v in enumerate(entry(last - x))]
 
     ends = itertools.pairwise((-spacing - 20, -spacing, 0.0, last, last + spacing, last + spacing + 20))
-    curves = lane(0.0), way_in, around, way_out, lane(0.0)
+    curves = lane(0.0), entry, cosine, departure, lane(0.0)
     return Path.of("slalom", [graph(curve, *between) for curve, between in zip(curves, ends)])
 
 
 class Manoeuvre(NamedTuple):
-    """A path to follow at a speed, and what disturbs the vehicle on it."""
+    """A path to follow at a speed, with a disturbance of the vehicle."""
 
     label: str  # in tables and figures
-    path: Callable[[], Path]  # makes its path
+    path: Callable[[], Path]
     speed: float  # km/h
-    disturbance: Disturbance | None = None  # besides the road's moment on the wheels
+    disturbance: Disturbance | None = None  # in addition to the road's moment on the wheels
 
 
 MANOEUVRES = {
@@ -207,7 +207,7 @@ MANOEUVRES = {
         "Constant radius, crosswind", lambda: clothoid_arc(200.0, 50.0, 90.0, 20.0, 20.0), 80.0, Crosswind()
     ),
     "on-centre": Manoeuvre("Straight, crowned road", lambda: straight(240.0), 100.0, CrownedRoad()),
-}  # Manoeuvres by name; no controller is tuned on any of them.
+}  # Manoeuvres by name; no controller is tuned on them.
 
 
 def get_manoeuvre(name: str) -> Manoeuvre:

@@ -1,4 +1,4 @@
-"""What controllers may know of the vehicle: the nominal single track, its tyre and the steering servo.
+"""The nominal vehicle that controllers know: single track, tyre and steering servo.
 
 The lateral force of an axle over its slip angle is F/F_z = μ sin(C atan(B α)) with B = c/(C μ), c the slope at α = 0:
 the Magic Formula without its curvature factor, which is -0.007 for the nominal vehicle's tyres (Pacejka, Tire and
@@ -56,8 +56,8 @@ class Vehicle:
         The aligning moment turns the wheels back in proportion to the axle's force, which has the effect of a softer
         axle (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.3.4).
         """
-        stiff = self.cornering_front
-        return dataclasses.replace(self, cornering_front=stiff / (1 + stiff * self.trail / stiffness))
+        rigid = self.cornering_front
+        return dataclasses.replace(self, cornering_front=rigid / (1 + rigid * self.trail / stiffness))
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Servo:
 
 
 LARGEST_SHARE = 0.95
-"""Share of the largest force up to which a slip angle is given: beyond, steering gains next to nothing."""
+"""Fraction of the largest force up to which a slip angle is given: beyond, steering gains next to nothing."""
 
 
 class Tyre(NamedTuple):
@@ -90,10 +90,10 @@ class Tyre(NamedTuple):
 
     def slip(self, force: float) -> float:
         """Return the slip angle, rad, of a lateral force over the load, taken as at most 95 % of the largest."""
-        share = min(max(force / self.friction, -LARGEST_SHARE), LARGEST_SHARE)
-        return math.tan(math.asin(share) / self.shape) * self.shape * self.friction / self.stiffness
+        ratio = min(max(force / self.friction, -LARGEST_SHARE), LARGEST_SHARE)
+        return math.tan(math.asin(ratio) / self.shape) * self.shape * self.friction / self.stiffness
 
     def excess(self, force: float) -> float:
         """Return the slip angle, rad, beyond that of a tyre that keeps its slope, at a lateral force over the load."""
-        share = LARGEST_SHARE * self.friction
-        return self.slip(force) - min(max(force, -share), share) / self.stiffness
+        limit = LARGEST_SHARE * self.friction
+        return self.slip(force) - min(max(force, -limit), limit) / self.stiffness

@@ -1,7 +1,7 @@
 """A path to follow: cubic Hermite polynomials over arc length, and the foot point of a position.
 
 The polynomials run between points about 0.1 m apart at which position, heading, curvature and its slope are exact;
-their error is below 1e-8 (m, rad, 1/m). Beyond its ends a path goes on straight.
+their error is below 1e-8 (m, rad, 1/m). Beyond its ends a path continues straight.
 
 Pieces of paths: graphs Y(X), straights, arcs and clothoids, lane changes.
 
@@ -41,7 +41,7 @@ class PathPoint(NamedTuple):
 class Piece(NamedTuple):
     """Points of a smooth part of a path; where two parts meet the slope of the curvature may jump."""
 
-    s: np.ndarray  # (n,) m, arc length from anywhere
+    s: np.ndarray  # (n,) m, arc length from any origin
     x: np.ndarray  # (n,) m
     y: np.ndarray  # (n,) m
     heading: np.ndarray  # (n,) rad
@@ -56,7 +56,7 @@ and end, (4, n, 4). Not a named tuple: compiled functions take these more slowly
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """A plane curve over its arc length; `manoeuvres` has functions that make some."""
+    """A plane curve over its arc length; see `manoeuvres` for examples."""
 
     name: str  # in words
     table: Table  # its points
@@ -96,7 +96,7 @@ class Path:
 
     def _evaluate(self, row: int, s: ArrayLike) -> np.ndarray:
         s = np.asarray(s, dtype=float)
-        return _hermites(self.table, row, s.ravel()).reshape(s.shape)
+        return _hermite_all(self.table, row, s.ravel()).reshape(s.shape)
 
     def locate(self, x: float, y: float, s_guess: float | None = None) -> PathPoint:
         """Find the foot point of a position, m, near an arc length such as the last one, or on the whole path."""
@@ -111,15 +111,15 @@ class Path:
 
 @jit
 def _hermite(table: Table, row: int, s: float) -> float:
-    """Hermite polynomial of one row of the table; straight beyond the ends."""
+    """Return the Hermite polynomial of one row of the table; straight beyond the ends."""
     node, value = table
     last = node.size - 1
     if s < 0.0 or s > node[last]:
-        i, end, at = (0, 0, 0.0) if s < 0.0 else (last - 1, 2, node[last])
+        i, end, s_end = (0, 0, 0.0) if s < 0.0 else (last - 1, 2, node[last])
         if row == CURVATURE:
             return 0.0
         rate = 0.0 if row == HEADING else value[row, i, end + 1]
-        return value[row, i, end] + rate * (s - at)
+        return value[row, i, end] + rate * (s - s_end)
     i = min(int(np.searchsorted(node, s, side="right")) - 1, last - 1)
     h = node[i + 1] - node[i]
     u = (s - node[i]) / h
@@ -128,7 +128,7 @@ def _hermite(table: Table, row: int, s: float) -> float:
 
 
 @jit
-def _hermites(table: Table, row: int, s: np.ndarray) -> np.ndarray:
+def _hermite_all(table: Table, row: int, s: np.ndarray) -> np.ndarray:
     out = np.empty(s.size)
     for i in range(s.size):
         out[i] = _hermite(table, row, s[i])
@@ -137,7 +137,7 @@ def _hermites(table: Table, row: int, s: np.ndarray) -> np.ndarray:
 
 @jit
 def curvature_ahead(table: Table, s: float, speed: float, times: np.ndarray, longest: float) -> np.ndarray:
-    """Curvature, 1/m, where a vehicle at s, m, is at times from now, s, at a speed, m/s; after ``longest`` it stays."""
+    """Return the curvature, 1/m, at a vehicle at s, m, after times, s, at a speed, m/s; constant after ``longest``."""
     out = np.empty(times.size)
     for i in range(times.size):
         out[i] = _hermite(table, CURVATURE, s + speed * min(times[i], longest))
@@ -146,7 +146,7 @@ def curvature_ahead(table: Table, s: float, speed: float, times: np.ndarray, lon
 
 @jit
 def _foot_point(table: Table, x: float, y: float, guess: float) -> tuple[float, float, float, float]:
-    """Foot point by Newton's method from the guess, or from the nearest point of the whole table."""
+    """Return the foot point by Newton's method, from the guess or the nearest point of the whole table."""
     for attempt in range(2):
         s = guess
         if attempt == 1 or not np.isfinite(s):
@@ -156,12 +156,12 @@ def _foot_point(table: Table, x: float, y: float, guess: float) -> tuple[float, 
             heading, curvature = _hermite(table, HEADING, s), _hermite(table, CURVATURE, s)
             dx, dy = x - _hermite(table, X, s), y - _hermite(table, Y, s)
             cos, sin = math.cos(heading), math.sin(heading)
-            ahead, left = dx * cos + dy * sin, dy * cos - dx * sin
-            if abs(ahead) < 1e-9:
-                return s, left, heading, curvature
+            tangential, lateral = dx * cos + dy * sin, dy * cos - dx * sin
+            if abs(tangential) < 1e-9:
+                return s, lateral, heading, curvature
             # Within half a radius of the centre of curvature the full step would overshoot.
-            s += ahead / max(1.0 - curvature * left, 0.5)
-    return s, left, heading, curvature
+            s += tangential / max(1.0 - curvature * lateral, 0.5)
+    return s, lateral, heading, curvature
 
 
 SPACING = 0.1  # m between two points of a path
@@ -184,33 +184,33 @@ def graph(derivatives: Derivatives, start: float, end: float) -> Piece:
 
 
 def clothoids(parts: Sequence[tuple[float, float, float]]) -> list[Piece]:
-    """Straights, arcs and clothoids in a row from the origin, each (length, curvature at its start, at its end)."""
+    """Return straights, arcs and clothoids in sequence from the origin: length, curvature at the start, at the end."""
     pieces, begin, x, y, heading = [], 0.0, 0.0, 0.0, 0.0
     for length, first, last in parts:
         s = np.linspace(0.0, length, max(2, math.ceil(length / SPACING) + 1))
         rate = (last - first) / length
         half = s[1] / 2
-        at = (s[:-1] + half)[:, None] + half * ROOT
-        inner, direction = (heading + v * (first + rate * v / 2) for v in (at, s))
-        dx, dy = (np.concatenate(([0.0], np.cumsum(half * f(inner) @ WEIGHT))) for f in (np.cos, np.sin))
+        nodes = (s[:-1] + half)[:, None] + half * ROOT
+        headings, direction = (heading + v * (first + rate * v / 2) for v in (nodes, s))
+        dx, dy = (np.concatenate(([0.0], np.cumsum(half * f(headings) @ WEIGHT))) for f in (np.cos, np.sin))
         pieces.append(Piece(begin + s, x + dx, y + dy, direction, first + rate * s, np.full(s.size, rate)))
         x, y, heading, begin = x + dx[-1], y + dy[-1], direction[-1], begin + length
     return pieces
 
 
 def lane(y: float) -> Derivatives:
-    """Straight along X at a Y, m."""
+    """Return a straight along X at a Y, m."""
     return lambda x: [0 * x + y, *[0 * x] * 3]
 
 
 def quintic(begin: float, end: float, start: float, target: float) -> Derivatives:
-    """Y from start to target, between X = begin and end, with neither slope nor curvature at its ends; in m."""
+    """Return Y from start to target over X from begin to end, without slope and curvature at its ends; in m."""
     curve, length = start + (target - start) * np.polynomial.Polynomial([0, 0, 0, 10, -15, 6]), end - begin
     return lambda x: [curve.deriv(k)((x - begin) / length) / length**k for k in range(4)]
 
 
 def lane_changes(name: str, changes: Sequence[tuple[float, float, float]], start: float, end: float) -> Path:
-    """Straights joined by quintic lane changes, all in m: each begins at an X, ends at another, and leads to a Y.
+    """Return straights joined by quintic lane changes, each given by begin and end along X and target Y, m.
 
     From Y = 0 at X = ``start`` to X = ``end``; a change by h over a length L needs up to 10/√3 h/L² of curvature (where
     the path's slope is small).

@@ -1,7 +1,7 @@
 """The simulated vehicle: the multi-body and the single-track drift model of commonroad-vehicle-models.
 
-Both have the road-wheel angle as an input that the steering model sets, held over each step of 1 ms: the library's own
-steering integrator, and with it its rate limit, is left to the servo. The set speed is held by a proportional cruise
+Both have the road-wheel angle as an input that the steering model sets, held over each step of 1 ms, instead of the
+library's steering integrator and its rate limit. The set speed is held by a proportional cruise
 control through the library's drive and brake torques. Axes are those of ISO 8855: x ahead, y left, yaw to the left.
 
 The library has no aligning moment. Here it is the front axle's lateral force times a constant trail, and the lateral
@@ -36,7 +36,7 @@ MULTI_BODY_STATES = 29
 
 @dataclass(frozen=True)
 class Spread:
-    """Factors on what differs from one vehicle and road to the next."""
+    """Factors on parameters that differ between vehicles and roads."""
 
     mass: float = 1.0  # of the sprung mass and its moments of inertia
     stiffness: float = 1.0  # of the tyres' cornering stiffness
@@ -55,7 +55,7 @@ class Spread:
 
 
 class Measurement(NamedTuple):
-    """What is measured on the vehicle, at the centre of gravity."""
+    """Measurements on the vehicle, at the centre of gravity."""
 
     x: float  # m
     y: float  # m
@@ -82,7 +82,7 @@ class Plant(ABC):
         p, s = parameters(), self.spread
         sprung = p.m_s * s.mass
         factors = {"p_ky1": s.stiffness, "p_dy1": s.friction, "p_dx1": s.friction}
-        tire = dataclasses.replace(p.tire, **{name: getattr(p.tire, name) * by for name, by in factors.items()})
+        tire = dataclasses.replace(p.tire, **{name: getattr(p.tire, name) * factor for name, factor in factors.items()})
         inertia = {name: getattr(p, name) * s.mass for name in ("I_z", "I_Phi_s", "I_y_s")}
         return dataclasses.replace(p, m=p.m - p.m_s + sprung, m_s=sprung, tire=tire, **inertia)
 
@@ -92,33 +92,33 @@ class Plant(ABC):
 
     @abstractmethod
     def _states(self, core: list[float]) -> list[float]:
-        """The library's states for [x, y, wheel angle, speed, heading, yaw rate, sideslip]."""
+        """Return the library's states for [x, y, wheel angle, speed, heading, yaw rate, sideslip]."""
 
     def start(self, speed: float, pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
-        """State of the vehicle driving straight at a speed, m/s, that it holds, from x, y, m, and heading, rad."""
+        """Return the state of the vehicle driving straight at a constant speed, m/s, from x, y, m, and heading, rad."""
         x, y, heading = pose
         return np.array([*self._states([x, y, 0.0, speed, heading, 0.0, 0.0]), speed], dtype=float)
 
     def advance(self, state: np.ndarray, wheel_angle: ArrayLike, load: ArrayLike | None = None) -> np.ndarray:
         """Return the state after n ms with road-wheel angles (n,), rad; `SimulationError` if it is no longer finite.
 
-        The load (n, 3), none by default, is that of a `Disturbance`: side force, N, and yaw moment, N m, about the
+        The load (n, 3), zero by default, is that of a `Disturbance`: side force, N, and yaw moment, N m, about the
         centre of gravity, lateral component of gravity, m/s². The force is spread over the masses as gravity is.
         """
         angles = np.ascontiguousarray(wheel_angle, dtype=float)
         loads = np.zeros((angles.size, 3)) if load is None else np.ascontiguousarray(load, dtype=float)
         if loads.shape != (angles.size, 3):
             raise ManoeuvreError(f"load must have shape ({angles.size}, 3), a row for each angle, got {loads.shape}")
-        after = _runge_kutta(state.copy(), angles, loads, STEP, self._compiled)
-        if not math.isfinite(after.sum()):
+        new_state = _runge_kutta(state.copy(), angles, loads, STEP, self._compiled)
+        if not math.isfinite(new_state.sum()):
             raise SimulationError(
                 f"plant {self.name}: the motion is no longer finite after x = {state[0]:.1f} m, {state[3]:.1f} m/s: "
                 "a wheel left the ground or locked; drive more slowly or a longer path"
             )
-        return after
+        return new_state
 
     def measure(self, state: np.ndarray, side_force: float = 0.0) -> Measurement:
-        """Read the sensors, while a side force, N, acts; gravity shows on no accelerometer."""
+        """Return the measurements under a side force, N; accelerometers do not show gravity."""
         return Measurement._make(_read_sensors(state, side_force, self.trail, self._compiled))
 
 
@@ -144,7 +144,7 @@ class SingleTrackDrift(Plant):
 
 @jit(error_model="numpy")
 def _rates(x: np.ndarray, p: Any, u: np.ndarray, load: np.ndarray, out: np.ndarray) -> None:
-    """Rates of the library's states under the cruise control; the wheel angle and the set speed stand still."""
+    """Write the rates of the library's states under cruise control; wheel angle and set speed are constant."""
     n = x.size - 1
     u[0], u[1] = 0.0, CRUISE_GAIN * (x[n] - x[3])
     rate = multi_body(x, u, p) if n == MULTI_BODY_STATES else single_track_drift(x, u, p)
@@ -165,21 +165,21 @@ def _rates(x: np.ndarray, p: Any, u: np.ndarray, load: np.ndarray, out: np.ndarr
 def _runge_kutta(
     x: np.ndarray, wheel_angle: np.ndarray, loads: np.ndarray, h: float, records: np.ndarray
 ) -> np.ndarray:
-    """Classical fourth-order Runge-Kutta steps, one for each wheel angle and load."""
+    """Return the state after classical fourth-order Runge-Kutta steps, one for each wheel angle and load."""
     n, p = x.size, records[0]
     k1, k2, k3, k4, u = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.zeros(2)
     for step in range(wheel_angle.size):
         x[2], load = wheel_angle[step], loads[step]
         _rates(x, p, u, load, k1)
-        for share, before, after in ((h / 2, k1, k2), (h / 2, k2, k3), (h, k3, k4)):
-            _rates(x + share * before, p, u, load, after)
+        for dt, previous, rates in ((h / 2, k1, k2), (h / 2, k2, k3), (h, k3, k4)):
+            _rates(x + dt * previous, p, u, load, rates)
         x += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
     return x
 
 
 @jit(error_model="numpy")
 def _read_sensors(x: np.ndarray, side_force: float, trail: float, records: np.ndarray) -> tuple[float, ...]:
-    """Fields of `Measurement`."""
+    """Return the fields of `Measurement`."""
     rate, p = np.empty(x.size), records[0]
     _rates(x.copy(), p, np.zeros(2), np.zeros(3), rate)
     if x.size - 1 == MULTI_BODY_STATES:

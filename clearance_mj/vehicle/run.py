@@ -1,6 +1,6 @@
-"""One run of a vehicle along a path under a controller, and what is measured of it.
+"""Simulation of a vehicle along a path under a controller, and the metrics of the run.
 
-Steering effort is how much, how often and how fast an angle turns.
+Steering effort: rate and reversals of an angle.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .steering import Steering
 
 __all__ = ["FAST_STEERING", "REVERSAL", "RateSpectrum", "Run", "effort", "follow_path", "nominal_task", "rate_spectrum"]
 
-LARGEST_ERROR = 5.0  # m, lateral error at which a run is given up as having left the path
+LARGEST_ERROR = 5.0  # m, lateral error at which a run stops, having left the path
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class Run:
     yaw_rate_error: np.ndarray  # (n,) rad/s, from v κ at the foot point
     lateral_acceleration: np.ndarray  # (n,) m/s²
     sideslip: np.ndarray  # (n,) rad
-    command: np.ndarray  # (n,) rad, road-wheel angle that the controller asks for
+    command: np.ndarray  # (n,) rad, road-wheel angle that the controller commands
     servo_angle: np.ndarray  # (n,) rad, before the clearance, at the end of each period
     wheel_angle: np.ndarray  # (n,) rad, at the end of each period
     contact: np.ndarray  # (n,) -1, 0, 1: the side of the clearance in contact at the end of each period
@@ -49,31 +49,31 @@ class Run:
     controller_time: np.ndarray = field(repr=False)  # (n,) s of computing for each command; differs in a repeated run
 
     def metrics(self) -> dict[str, float]:
-        """Return the numbers that controllers are compared by.
+        """Return the metrics by which controllers are compared.
 
         Peak, RMS and 95th percentile of |e_y| (m) and |e_ψ| (rad); peak yaw rate and its error (rad/s), lateral
         acceleration (m/s²) and sideslip (rad); peak rate (rad/s) and total variation (rad) of the wheel angle and RMS
         of its rate above 3 Hz (rad/s); the servo's effort: RMS of its rate, all and above 3 Hz (rad/s), and number of
-        its reversals by more than 1° of the hand wheel; number of times the contact changed sides; share of the time
+        its reversals by more than 1° of the hand wheel; number of times the contact changed sides; fraction of the time
         that a sliding mode was outside its boundary layer, NaN for other controllers.
         """
-        found = {}
+        metrics = {}
         for name in ("e_y", "e_psi"):
             values = np.abs(getattr(self, name))
-            found[f"peak_{name}"] = values.max()
-            found[f"rms_{name}"] = np.sqrt(np.mean(values**2))
-            found[f"p95_{name}"] = np.percentile(values, 95)
+            metrics[f"peak_{name}"] = values.max()
+            metrics[f"rms_{name}"] = np.sqrt(np.mean(values**2))
+            metrics[f"p95_{name}"] = np.percentile(values, 95)
         peaks = ("yaw_rate", "yaw_rate_error", "lateral_acceleration", "sideslip")
-        found |= {f"peak_{name}": np.abs(getattr(self, name)).max() for name in peaks}
-        turns, sides = np.diff(self.wheel_angle), self.contact[self.contact != 0]
-        found["peak_steer_rate"] = np.abs(turns / np.diff(self.time)).max()
-        found["steer_variation"] = np.abs(turns).sum()
+        metrics |= {f"peak_{name}": np.abs(getattr(self, name)).max() for name in peaks}
+        steps, sides = np.diff(self.wheel_angle), self.contact[self.contact != 0]
+        metrics["peak_steer_rate"] = np.abs(steps / np.diff(self.time)).max()
+        metrics["steer_variation"] = np.abs(steps).sum()
         period = self.time[1] - self.time[0]
-        found["fast_wheel_rate"] = rate_spectrum(self.wheel_angle, period).rms_above(FAST_STEERING)
-        found |= {f"servo_{name}": value for name, value in effort(self.servo_angle, period).items()}
-        found["contact_reversals"] = np.count_nonzero(np.diff(sides))
-        found["outside_layer"] = np.mean(np.where(np.isnan(self.depth), np.nan, self.depth > 1))
-        return {name: float(value) for name, value in found.items()}
+        metrics["fast_wheel_rate"] = rate_spectrum(self.wheel_angle, period).rms_above(FAST_STEERING)
+        metrics |= {f"servo_{name}": value for name, value in effort(self.servo_angle, period).items()}
+        metrics["contact_reversals"] = np.count_nonzero(np.diff(sides))
+        metrics["outside_layer"] = np.mean(np.where(np.isnan(self.depth), np.nan, self.depth > 1))
+        return {name: float(value) for name, value in metrics.items()}
 
     def wheel_rate_spectrum(self) -> RateSpectrum:
         """Estimate the power spectral density of the road wheel's rate, by Welch's method."""
@@ -90,7 +90,7 @@ class Run:
 
 
 def nominal_task(path: Path, speed: float, trail: float = 0.045, **settings: Any) -> Task:
-    """Return what controllers know by default: BMW 320i, the steering's datasheet without clearance.
+    """Return the default task of controllers: BMW 320i, the steering's datasheet without clearance.
 
     Speed in m/s, trail of the aligning moment that reaches the shaft in m; settings are other fields of `Task`.
     """
@@ -119,29 +119,29 @@ def follow_path(
     wheel, run = steering.start(seed), controller.start(task)
     sensing = (sensors or IdealSensors()).start(task, seed)
     s, command, rows = 0.0, 0.0, []
-    samples, each = int(1.5 * path.length / task.speed / period), round(period / STEP)
-    load = disturbance.load(task.speed, samples * each, seed) if disturbance else np.zeros((samples * each, 3))
+    samples, steps = int(1.5 * path.length / task.speed / period), round(period / STEP)
+    history = disturbance.load(task.speed, samples * steps, seed) if disturbance else np.zeros((samples * steps, 3))
     for k in range(samples):
-        loads = load[k * each : (k + 1) * each]
-        now = plant.measure(state, loads[0, 0])
-        s, e_y, heading, curvature = path.locate(now.x, now.y, s)
+        loads = history[k * steps : (k + 1) * steps]
+        m = plant.measure(state, loads[0, 0])
+        s, e_y, heading, curvature = path.locate(m.x, m.y, s)
         if s >= path.length - task.speed * period:
             break
         if abs(e_y) > LARGEST_ERROR:
             raise SimulationError(
                 f"the vehicle left the path at s = {s:.1f} m, t = {k * period:.2f} s: {e_y:+.1f} m off"
             )
-        e_psi = (now.heading - heading + np.pi) % (2 * np.pi) - np.pi
-        true = Observation(s, e_y, e_psi, now.lateral_speed, now.yaw_rate, now.speed)
-        seen = sensing.observe(true, now, wheel.angle, command)
-        began = clock.perf_counter()
+        e_psi = (m.heading - heading + np.pi) % (2 * np.pi) - np.pi
+        true = Observation(s, e_y, e_psi, m.lateral_speed, m.yaw_rate, m.speed)
+        seen = sensing.observe(true, m, wheel.angle, command)
+        start = clock.perf_counter()
         command = run.command(seen)
-        seconds = clock.perf_counter() - began
-        angles = wheel.advance(command, now.aligning_moment, period)
+        seconds = clock.perf_counter() - start
+        angles = wheel.advance(command, m.aligning_moment, period)
         state = plant.advance(state, angles, loads)
-        motion = now.yaw_rate, now.yaw_rate - now.speed * curvature, now.lateral_acceleration, now.sideslip
-        steered = command, wheel.angle, angles[-1], wheel.contact[-1], run.depth
-        rows.append((k * period, now.x, now.y, s, e_y, e_psi, *motion, *steered, seconds))
+        motion = m.yaw_rate, m.yaw_rate - m.speed * curvature, m.lateral_acceleration, m.sideslip
+        steering_values = command, wheel.angle, angles[-1], wheel.contact[-1], run.depth
+        rows.append((k * period, m.x, m.y, s, e_y, e_psi, *motion, *steering_values, seconds))
     columns = np.array(rows).T
     return Run(columns[0], columns[1:3].T, *columns[3:])
 

@@ -1,4 +1,4 @@
-"""What a car's bus delivers to its controllers."""
+"""Signals of a car's bus to its controllers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["Signals"]
 
 
 class Signals(NamedTuple):
-    """What the bus has delivered by a sample: the values are old by the bus's delay, and noisy."""
+    """Values delivered by the bus at a sample, delayed and noisy."""
 
     time: float  # s, of the sample at which they are read
     steering_angle: float  # rad at the road wheel: the servo's, before the clearance

@@ -1,9 +1,9 @@
 """The steering: a servo, a shaft that runs through two bushings with clearance, and the lever that turns the wheels.
 
-The servo turns the shaft's bushings; what the shaft moves in them, over the lever arm r, is the wheel's error
+The servo turns the shaft's bushings; the shaft's displacement in them over the lever arm r is the wheel's error,
 δ_err = x(l_j)/r at the bushing l_j where the lever's force acts. The shaft is a rig of this project, loaded there by
 the aligning moment, the road's and the friction, each over r. It is reduced to one quasi-static degree of freedom
-(`lost_motion`) or simulated, step by step beside the vehicle, by one of this project's engines. All angles and moments
+(`lost_motion`) or simulated, step by step with the vehicle, by one of this project's engines. All angles and moments
 are those at the road wheel.
 """
 
@@ -39,12 +39,12 @@ COLUMN_STIFFNESS = 172.0  # N m/rad, at the pinion
 COLUMN_INERTIA = 0.04  # kg m², about the hand wheel's axis
 RACK_MASS, RACK_DAMPING = 32.0, 3920.0  # kg and N s/m
 LEVER_ARM = RATIO * PINION_RADIUS  # Travel of the rack, m, per radian of the road wheel.
-NOISE_PERIOD = 60.0  # s after which the road's noise repeats, without a seam
+NOISE_PERIOD = 60.0  # s, period of the road's noise
 SMALLEST_GAP = 1e-9  # m, stands for no gap, where a rig needs one
 
 
 def _steering_shaft() -> Rig:
-    """Slender steel shaft clamped at the servo; the rack's mass and damping and the column's stiffness at the lever."""
+    """Return a steel shaft clamped at the servo, with rack mass and damping and column stiffness at the lever."""
     lever, contact = 0.475, Contact(COLUMN_STIFFNESS / PINION_RADIUS**2, 200.0)
     return Rig(
         name="steering shaft",
@@ -64,14 +64,14 @@ STEERING_SHAFT = _steering_shaft()  # The steering's shaft as `Steering` takes i
 
 
 def parse_gap(text: str, lever_arm: float = LEVER_ARM) -> float:
-    """Half-gap at the road wheel, rad, from a number with a unit; the lever arm, m, makes an angle of a length.
+    """Return the half-gap at the road wheel, rad, of a number with a unit; the lever arm, m, converts a length.
 
     Such as "0.2deg", "3.5mrad" (road-wheel angle) or "0.15mm" (radial clearance of the shaft).
     """
     match = re.fullmatch(r"\s*(\d+\.?\d*(?:e[-+]?\d+)?|\.\d+)\s*(.*?)\s*", text)
     number, unit = match.groups() if match else ("", "")
-    if found := quantity_of(unit, ["angle", "displacement"]):
-        return float(number) * found[1] / (1.0 if found[0] == "angle" else lever_arm)
+    if known_unit := quantity_of(unit, ["angle", "displacement"]):
+        return float(number) * known_unit[1] / (1.0 if known_unit[0] == "angle" else lever_arm)
     known = "give an angle at the road wheel (0.2deg, 3.5mrad) or a radial clearance of the shaft (0.15mm)"
     raise ManoeuvreError(f'gap "{text}" {"has no unit" if number and not unit else "is not a gap"}; {known}')
 
@@ -80,7 +80,7 @@ def parse_gap(text: str, lever_arm: float = LEVER_ARM) -> float:
 class Steering:
     """Servo, shaft with clearance, and lever."""
 
-    half_gap: float = 0.0  # rad at the road wheel: the bushings' clearance over the lever arm, not the shaft's own
+    half_gap: float = 0.0  # rad at the road wheel: the bushings' clearance over the lever arm
     fidelity: str | Engine = "play"  # quasi-static lost motion; or an engine, such as "modal", that simulates the shaft
     friction: float = 0.0  # N m, Coulomb's, of the road wheel; below the aligning moment the clearance is torque-driven
     road_moment: float = 0.0  # N m RMS, of the road on the wheel
@@ -91,8 +91,8 @@ class Steering:
     torque_limit: float = math.inf  # N m at the road wheel, largest of the servo's motor
     lever_arm: float = LEVER_ARM  # r, m
     shaft: Rig = STEERING_SHAFT  # its shaker's position is the lever's, and one of its bushings is there
-    wear: float = 0.0  # rad/s, by which the half-gap grows on the way; with the fidelity "play" only
-    law: Law | None = None  # of the contact, such as an identified one; None: the shaft's own datasheet values
+    wear: float = 0.0  # rad/s, growth of the half-gap; with the fidelity "play" only
+    law: Law | None = None  # of the contact, such as an identified one; None: the shaft's datasheet values
 
     def __post_init__(self) -> None:
         self._engine()
@@ -130,9 +130,9 @@ class Steering:
         rig, arm2 = self.rig, self.lever_arm**2
         model = linear_model(rig)
         deflection = model.at_bushings / model.omega**2 @ model.input("force")
-        share2 = (deflection / deflection[self.lever]) ** 2
+        squared = (deflection / deflection[self.lever]) ** 2
         grease_k, grease_c = np.transpose([g.small_motion() for g in fillings_of(self.shaft, self.contact_law)])
-        stiffness, damping = 1 / deflection[self.lever] + sum(share2 * grease_k), sum(share2 * grease_c)
+        stiffness, damping = 1 / deflection[self.lever] + sum(squared * grease_k), sum(squared * grease_c)
         contact = self.contact_law.largest([b.gap for b in self.shaft.bushings])[0][self.lever]
         values = (self.half_gap, contact * arm2, stiffness * arm2, damping * arm2, self.friction)
         return LostMotion(*map(float, values))
@@ -150,7 +150,7 @@ class Steering:
         return SteeringRun(servo, shaft, road)
 
     def _engine(self) -> Engine | None:
-        """The engine that simulates the shaft, if one does."""
+        """Return the engine that simulates the shaft, or None."""
         with naming('steering.fidelity is "play" or an engine', ClearanceError, ManoeuvreError):
             return None if self.fidelity == "play" else get_engine(self.fidelity)
 
@@ -172,7 +172,7 @@ Lost = tuple[np.ndarray, np.ndarray]  # lost motion, rad, and contact side after
 
 
 class Motor(NamedTuple):
-    """The servo's motor, and what loads it besides the aligning moment; at the road wheel."""
+    """The servo's motor and its load apart from the aligning moment; at the road wheel."""
 
     torque_limit: float  # N m
     inertia: float  # kg m²
@@ -189,84 +189,84 @@ class ServoStep(NamedTuple):
 
     @classmethod
     def of(cls, frequency: float, damping: float, rate_limit: float, motor: Motor) -> ServoStep:
-        """Discretise a servo of a natural frequency, Hz, and a share of the critical damping."""
+        """Discretise a servo of a natural frequency, Hz, and a damping ratio."""
         natural = 2 * np.pi * frequency
-        decay, turn = natural * damping, natural * np.emath.sqrt(1 - damping**2)
-        cos, sin = np.cos(turn * STEP).real, (np.sin(turn * STEP) / turn).real if turn else STEP
+        decay, damped = natural * damping, natural * np.emath.sqrt(1 - damping**2)
+        cos, sin = np.cos(damped * STEP).real, (np.sin(damped * STEP) / damped).real if damped else STEP
         flow = np.exp(-decay * STEP) * np.array([[cos + decay * sin, sin], [-(natural**2) * sin, cos - decay * sin]])
         return cls(flow, float(rate_limit), Motor(*map(float, motor)))
 
 
 @jit
-def _serve(
+def _advance_servo(
     state: np.ndarray, command: float, servo: ServoStep, load: np.ndarray, in_contact: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Servo angle after each step under a load, N m, felt in contact, and turns; state (angle, speed) moves on."""
-    out, turns = np.empty(load.size), np.empty(load.size)
-    reach = servo.rate_limit * STEP
+    """Return servo angle and turn in each step; the load, N m, acts in contact; state (angle, speed) is updated."""
+    angles, turns = np.empty(load.size), np.empty(load.size)
+    largest_turn = servo.rate_limit * STEP
     for i in range(load.size):
         error = state[0] - command
         angle = command + servo.flow[0, 0] * error + servo.flow[0, 1] * state[1]
         speed = servo.flow[1, 0] * error + servo.flow[1, 1] * state[1]
-        turn = min(max(angle - state[0], -reach), reach)
+        turn = min(max(angle - state[0], -largest_turn), largest_turn)
         speed = min(max(speed, -servo.rate_limit), servo.rate_limit)
         if servo.motor.torque_limit < np.inf:
-            speed, wanted = _held_back(speed, state[1], load[i], in_contact, servo.motor), speed
-            if speed != wanted:
+            speed, unlimited = _limit_by_torque(speed, state[1], load[i], in_contact, servo.motor), speed
+            if speed != unlimited:
                 speed = min(max(speed, -servo.rate_limit), servo.rate_limit)
                 turn = speed * STEP
-        before = state[0]
+        previous = state[0]
         state[0] += turn
         state[1] = speed
-        out[i], turns[i] = state[0], state[0] - before
-    return out, turns
+        angles[i], turns[i] = state[0], state[0] - previous
+    return angles, turns
 
 
 @jit
-def _held_back(wanted: float, before: float, load: float, in_contact: bool, motor: Motor) -> float:
-    """Speed after a step, rad/s: the wanted one, or what the motor's torque allows against damping and load."""
+def _limit_by_torque(speed: float, previous: float, load: float, in_contact: bool, motor: Motor) -> float:
+    """Return the speed after a step, rad/s, as far as the motor's torque allows against damping and load."""
     friction = motor.friction if in_contact else 0.0
-    against = motor.damping * before + (load if in_contact else 0.0)
-    torque = motor.inertia * (wanted - before) / STEP + against + friction * np.sign(wanted)
+    resistance = motor.damping * previous + (load if in_contact else 0.0)
+    torque = motor.inertia * (speed - previous) / STEP + resistance + friction * np.sign(speed)
     if abs(torque) <= motor.torque_limit:
-        return wanted
-    free = before + (math.copysign(motor.torque_limit, torque) - against) / motor.inertia * STEP
-    return math.copysign(max(abs(free) - friction / motor.inertia * STEP, 0.0), free)
+        return speed
+    reachable = previous + (math.copysign(motor.torque_limit, torque) - resistance) / motor.inertia * STEP
+    return math.copysign(max(abs(reachable) - friction / motor.inertia * STEP, 0.0), reachable)
 
 
 class Shaft(Protocol):
     """The shaft with clearance over a run."""
 
     def advance(self, turn: np.ndarray, moment: np.ndarray) -> Lost:
-        """Steps in which the servo turns (rad) and a moment turns the wheel back (N m)."""
+        """Return lost motion and contact side in steps of servo turns (rad) and aligning moments (N m)."""
 
 
 class QuasiStaticShaft:
-    """The reduced clearance, from the middle of the gap, which wear widens by rad/s."""
+    """The reduced clearance, from the middle of the gap, which wear, rad/s, widens."""
 
     def __init__(self, model: LostMotion, wear: float = 0.0):
         self._model, self._wear, self._lost = model, wear, np.zeros(1)
 
     def advance(self, turn: np.ndarray, moment: np.ndarray) -> Lost:
-        """Steps of the reduced clearance."""
+        """Return lost motion and contact side of the reduced clearance."""
         if self._wear:
             self._model = self._model._replace(half_gap=self._model.half_gap + self._wear * turn.size * STEP)
         return _lost_motion(self._lost, turn, moment, self._model)
 
 
 @jit
-def _lost_motion(lost: np.ndarray, turn: np.ndarray, moment: np.ndarray, p: LostMotion) -> Lost:
+def _lost_motion(state: np.ndarray, turn: np.ndarray, moment: np.ndarray, p: LostMotion) -> Lost:
     out, contact = np.empty(turn.size), np.empty(turn.size, dtype=np.int8)
     for i in range(turn.size):
-        lost[0], contact[i] = lost_motion_step(lost[0], turn[i], moment[i], STEP, p)
-        out[i] = lost[0]
+        state[0], contact[i] = lost_motion_step(state[0], turn[i], moment[i], STEP, p)
+        out[i] = state[0]
     return out, contact
 
 
 class SimulatedShaft:
     """An engine's shaft, loaded at the lever; in the frame of the bushings, which the servo turns.
 
-    The step holds for the rig with its own gap too (``datasheet``), where a Hertz contact is stiffest.
+    The step is also stable for the rig with its datasheet's gap, where a Hertz contact is stiffest.
     """
 
     def __init__(self, engine: Engine, rig: Rig, law: Law, datasheet: Rig, lever_arm: float, friction: float):
@@ -281,12 +281,12 @@ class SimulatedShaft:
         self._turning, self._speed, self._last = 0.0, 0.0, np.zeros(3)
 
     def advance(self, turn: np.ndarray, moment: np.ndarray) -> Lost:
-        """Steps of the engine."""
+        """Return lost motion and contact side of the engine."""
         arm, limit = self._arm, self._limit
         displacement = np.empty(turn.size)
         for i in range(turn.size):
             inertia = self._mass * arm * (turn[i] - self._turning) / STEP**2
-            # Friction takes what would stop the rack in this step, up to its limit.
+            # Friction stops the rack within this step, up to its limit.
             push = moment[i] / arm + self._last[1] + self._last[2]
             stop = push - self._mass * (self._speed + arm * turn[i] / STEP) / STEP
             friction = min(max(stop, -limit), limit)
@@ -311,13 +311,13 @@ class SteeringRun:
         return float(self._state[0])
 
     def advance(self, command: float, aligning_moment: float, duration: float) -> np.ndarray:
-        """Road-wheel angle after each millisecond, rad (n,), under a held command (rad) and aligning moment (N m)."""
+        """Return the road-wheel angle, rad (n,), after each millisecond of a command, rad, and aligning moment, N m."""
         n = round(duration / STEP)
         if n < 1 or abs(n * STEP - duration) > 1e-9:
             raise ManoeuvreError(f"steering advances by whole milliseconds, got {duration:g} s")
         moment = aligning_moment + self._road.take(np.arange(self._steps, self._steps + n), mode="wrap")
-        self.servo, turn = _serve(self._state, command, self._servo, moment, self._in_contact)
+        self.servo, turn = _advance_servo(self._state, command, self._servo, moment, self._in_contact)
         self._steps += n
-        lost, self.contact = self._shaft.advance(turn, moment)
+        lost_motion, self.contact = self._shaft.advance(turn, moment)
         self._in_contact = bool(self.contact[-1])
-        return self.servo + lost
+        return self.servo + lost_motion

@@ -1,12 +1,11 @@
-"""Tuning of the controllers: one optimiser, budget, cost and kind of bounds for all, stored with its inputs.
+"""Tuning of the controllers: the same optimiser, budget, cost and kind of bounds for all, stored with its inputs.
 
 Each controller follows the double lane changes of `MANOEUVRES`, on a crowned road, in crosswind, and close to the
 tyres' limit, each with a vehicle off the nominal one, in a steering with the clearance that is reported on, and noise
 of sensors and road: once with ideal sensors, once with those of a car. None of these lane changes, vehicles and winds
-is reported on. Clearance and wind are there because a disturbance observer, dither or an adaptive inverse has nothing
-to be tuned by without; so they are for all, and each method is at its best where it is to work. The optimiser is
-differential evolution over the logarithms of the settings, with the same population and generations whatever the number
-of settings.
+is reported on. Clearance and wind are included since a disturbance observer, dither or an adaptive inverse cannot be
+tuned without them; they are the same for all controllers. The optimiser is differential evolution over the logarithms
+of the settings, with the same population and generations for any number of settings.
 
 ``python -m clearance_mj.vehicle.tune`` repeats it and writes each controller's `Registration.settings_file`.
 """
@@ -37,12 +36,12 @@ __all__ = ["MANOEUVRES", "Course", "cost", "store", "tunable", "tune"]
 
 
 class Course(NamedTuple):
-    """A double lane change that is tuned on."""
+    """A double lane change for tuning."""
 
     speed: float  # km/h
     length_factor: float
     regime: str  # of the steering
-    disturbance: Disturbance | None = None  # besides the road's moment on the wheels
+    disturbance: Disturbance | None = None  # in addition to the road's moment on the wheels
 
 
 MANOEUVRES = (
@@ -50,16 +49,16 @@ MANOEUVRES = (
     Course(120.0, 2.2, "torque", Crosswind(mean=6.0, turbulence=1.2)),
     Course(56.0, 1.0, "friction"),
 )
-FIRST_VEHICLE = 1000  # seed of the first course's vehicle and noise; those that are reported on begin at 0
+FIRST_VEHICLE = 1000  # seed of the first course's vehicle and noise; those of reported runs begin at 0
 POPULATION, GENERATIONS, SEED = 16, 7, 0  # of the differential evolution: 128 evaluations for each controller
-FAILED = 100.0  # cost of a run that leaves the path, above that of any that does not
+FAILED = 100.0  # cost of a run that leaves the path, above that of any other
 
 
 def cost(registration: Registration, controller: Controller, sensors: str = "ideal") -> float:
-    """Mean over `MANOEUVRES` of peak |e_y| / 50 mm + RMS e_y / 15 mm + servo's RMS rate / 0.03 rad/s + its reversals/s.
+    """Return the cost of a controller, the mean over `MANOEUVRES`.
 
-    The lane changes themselves take 0.025 to 0.07 rad/s and one reversal in 3 s. The controller has its settings only;
-    the registration adds what it may know of the clearance.
+    Peak |e_y| / 50 mm + RMS e_y / 15 mm + servo's RMS rate / 0.03 rad/s + its reversals/s. Lane changes take 0.025 to
+    0.07 rad/s and one reversal in 3 s. The controller has its settings; the registration adds its prior information.
     """
     costs = []
     for seed, (speed, factor, regime, disturbance) in enumerate(MANOEUVRES, FIRST_VEHICLE):
@@ -70,15 +69,15 @@ def cost(registration: Registration, controller: Controller, sensors: str = "ide
             run = drive(case, registration.informed(controller, case.task, case.prior), disturbance)
         except ClearanceError:
             return FAILED
-        found, duration = run.metrics(), run.time[-1]
-        error, reversals = found["peak_e_y"] / 0.05 + found["rms_e_y"] / 0.015, found["servo_reversals"] / duration
-        costs.append(error + found["servo_rms_rate"] / 0.03 + reversals)
+        values, duration = run.metrics(), run.time[-1]
+        error, reversals = values["peak_e_y"] / 0.05 + values["rms_e_y"] / 0.015, values["servo_reversals"] / duration
+        costs.append(error + values["servo_rms_rate"] / 0.03 + reversals)
     return float(np.mean(costs))
 
 
 def tunable() -> list[str]:
-    """Return the names of the controllers that have bounds to be tuned within."""
-    return [name for name, known in CONTROLLERS.items() if known.bounds]
+    """Return the names of the controllers that have bounds for tuning."""
+    return [name for name, registration in CONTROLLERS.items() if registration.bounds]
 
 
 def tune(
@@ -89,24 +88,24 @@ def tune(
     seed: int = SEED,
     workers: int | None = None,
 ) -> dict[str, Any]:
-    """Search for the settings of a controller with bounds; the result does not depend on the number of workers.
+    """Optimise the settings of a controller within its bounds; the result does not depend on the number of workers.
 
     The differential evolution evaluates the cost population × (generations + 1) times. Returns settings, cost,
-    evaluations, seed: what a file of settings holds, and ``settings`` what `Registration.tuned` takes.
+    evaluations and seed, as in a file of settings; its ``settings`` are those of `Registration.tuned`.
     """
     registration = get_controller(name)
     if not registration.bounds:
         raise ManoeuvreError(f'controller "{name}" has no bounds to tune within')
     low, high = np.log(list(registration.bounds.values())).T
-    first = scipy.stats.qmc.Sobol(low.size, rng=seed).random(population)
+    points = scipy.stats.qmc.Sobol(low.size, rng=seed).random(population)
     with ProcessPoolExecutor(workers) as pool:
         search: dict[str, Any] = {"maxiter": generations, "tol": 0.0, "polish": False, "updating": "deferred"}
-        search |= {"init": low + first * (high - low), "rng": seed, "workers": pool.map}
+        search |= {"init": low + points * (high - low), "rng": seed, "workers": pool.map}
         cost_at = functools.partial(_cost_at, registration, sensors)
-        found = scipy.optimize.differential_evolution(cost_at, list(zip(low, high)), **search)
-    settings = {key: float(f"{value:.4g}") for key, value in zip(registration.bounds, np.exp(found.x))}
+        optimum = scipy.optimize.differential_evolution(cost_at, list(zip(low, high)), **search)
+    settings = {key: float(f"{value:.4g}") for key, value in zip(registration.bounds, np.exp(optimum.x))}
     lowest = round(_cost_with(registration, sensors, settings), 6)
-    return {"settings": settings, "cost": lowest, "evaluations": found.nfev, "seed": seed}
+    return {"settings": settings, "cost": lowest, "evaluations": optimum.nfev, "seed": seed}
 
 
 def _cost_at(registration: Registration, sensors: str, logarithms: np.ndarray) -> float:
@@ -117,10 +116,10 @@ def _cost_with(registration: Registration, sensors: str, settings: dict[str, flo
     return cost(registration, registration.with_settings(settings, get_sensors(sensors).tuned), sensors)
 
 
-def store(path: FilePath, sensors: str, name: str, found: dict[str, Any]) -> None:
-    """Put what was found for a controller into a TOML file."""
+def store(path: FilePath, sensors: str, name: str, result: dict[str, Any]) -> None:
+    """Write the tuning result of a controller into a TOML file."""
     stored = tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    stored.setdefault(sensors, {})[name] = found
+    stored.setdefault(sensors, {})[name] = result
     with replacing(path) as temporary:
         temporary.write_text(tomli_w.dumps(stored), encoding="utf-8")
 
@@ -134,12 +133,12 @@ def main() -> None:
     parser.add_argument("--generations", type=int, default=GENERATIONS, help="default: %(default)s")
     parser.add_argument("--out", type=FilePath, help="TOML file (default: each controller's own)")
     parser.add_argument("--workers", type=int, help="processes (default: one for each processor)")
-    given = parser.parse_args()
-    names = given.controller.split(",") if given.controller else tunable()
-    todo = [(sensors, name) for sensors in given.sensors or SENSORS for name in names]
-    for sensors, name in tqdm(todo, desc="tune", unit="controller"):
-        found = tune(name, sensors, given.generations, seed=given.seed, workers=given.workers)
-        store(given.out or get_controller(name).settings_file, sensors, name, found)
+    arguments = parser.parse_args()
+    names = arguments.controller.split(",") if arguments.controller else tunable()
+    jobs = [(sensors, name) for sensors in arguments.sensors or SENSORS for name in names]
+    for sensors, name in tqdm(jobs, desc="tune", unit="controller"):
+        result = tune(name, sensors, arguments.generations, seed=arguments.seed, workers=arguments.workers)
+        store(arguments.out or get_controller(name).settings_file, sensors, name, result)
 
 
 if __name__ == "__main__":

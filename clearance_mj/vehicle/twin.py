@@ -1,13 +1,13 @@
-"""The steering's twin: half-gap, contact stiffness and friction, estimated from the car's own signals while it drives.
+"""The steering's twin: half-gap, contact stiffness and friction, estimated from the car's signals while it drives.
 
 Every half second a window of steering angle, yaw rate, lateral acceleration and speed refines a belief about the
-clearance and about what else the vehicle's answer depends on: cornering stiffnesses, friction of the tyres, mass,
-inertia, offsets of the sensors, the steering angle's zero and lag, and slow accelerations that nothing explains
-(crown, wind). Their uncertainty is part of that of the half-gap.
+clearance and everything else the vehicle's response depends on: cornering stiffnesses, friction of the tyres, mass,
+inertia, offsets of the sensors, the steering angle's zero and lag, and slow unmodelled accelerations (crown, wind).
+Their uncertainty is part of that of the half-gap.
 
-What tells the half-gap is the step of twice its size in the wheel's angle when the side changes. How far a steady
-moment turns the wheels tells only stiffness of contact and tyres together, so that priors hold them apart; and where
-friction decides on the side, only the half-gap together with T_f/k shows.
+The half-gap is identified by the step of twice its size in the wheel's angle when the side changes. The deflection
+under a steady moment identifies only the stiffness of contact and tyres together, which priors separate; where friction
+decides on the side, only the half-gap together with T_f/k is identified.
 
 The model within the steering's twin: a single track with tyres that saturate, steered through the lost motion.
 
@@ -37,44 +37,44 @@ from .signals import Signals
 __all__ = ["N_PARAMETERS", "N_STATES", "Known", "SteeringTwin", "SteeringTwinRun", "simulate", "twin_of"]
 
 LARGEST_GAP, SMALLEST_GAP = math.radians(5), math.radians(0.005)
-SETTLING = 0.15  # s in which the yaw rate forgets a wrong wheel angle
+SETTLING = 0.15  # s, decay time of the yaw rate's response to a wheel angle
 FRONT_GAIN = 110.0  # m/s² of lateral acceleration per radian of the front wheels
-CREEP_ANGLE = 2e-4  # rad RMS by which a wheel creeps that friction holds
+CREEP_ANGLE = 2e-4  # rad RMS, creep of a wheel held by friction
 CREEP = 1.5
-"""of the road's RMS moment: the largest of the nine independent values it takes while the yaw rate settles is expected
-there, and a wheel that friction holds gives way to it"""
+"""times the road's RMS moment: the expected largest of its nine independent values while the yaw rate settles, to which
+a wheel held by friction yields"""
 STATE_NOISE = (0.02, math.radians(0.1), math.radians(0.03))
-"""In m/s, rad/s and rad: standard deviation of what the model misses of its states in a window."""
+"""In m/s, rad/s and rad: standard deviation of the model error of its states in a window."""
 DRIFT = {
     "lag": 2e-5, "yaw_rate_offset": 2e-5, "acceleration_offset": 2e-4, "steering_offset": 5e-6,
     "side_acceleration": 0.03, "yaw_acceleration": 0.01,
 }  # fmt: skip
-"""Random walk in a window: crown and wind change on the way, offsets hardly."""
+"""Random walk per window: crown and wind change during a drive, offsets hardly."""
 SLOW_DRIFT = 2e-4
-"""Random walk in a window of the logarithm of whatever is constant or changes with the tyres' temperature only.
+"""Random walk per window of the logarithm of parameters that are constant or change with the tyres' temperature.
 
-It is 1 % in 20 min. What wanders faster pulls the half-gap with it.
+It is 1 % in 20 min. Faster drift would bias the half-gap.
 """
 
 
 @dataclass(frozen=True)
 class SteeringTwin:
-    """What the twin begins with: nominal vehicle, clearance as assumed, and how far all of it may be wrong."""
+    """Initial knowledge of the twin: nominal vehicle, assumed clearance, and their standard deviations."""
 
     vehicle: Vehicle  #: nominal, with a rigid steering
-    lost_motion: LostMotion  #: The clearance that is assumed at first; shaft stiffness and damping are taken as known
+    lost_motion: LostMotion  #: assumed initially; shaft stiffness and damping are taken as known
     gap_std: float = 0.5  #: standard deviation of the logarithm of the half-gap
     stiffness_std: float = 0.1  #: of the logarithm of the contact stiffness
-    friction_std: float = 0.1  #: of the friction, as a share of it
+    friction_std: float = 0.1  #: relative, of the friction
     gap_drift: float = 5e-5  #: of the logarithm of the half-gap, of its random walk in a window
     wear_std: float = 1e-4  #: 1/s, of the rate at which that logarithm grows: no wear is expected
     wear_drift: float = 5e-8  #: 1/s, of that rate's random walk in a window
     model_error: float = 0.025
-    """that of the half-gap which no length of driving takes away: what the model misses of a vehicle"""
+    """standard deviation of the half-gap's logarithm from model error, which does not decrease with driving"""
     yaw_rate_noise: float = math.radians(0.1)  #: rad/s
     acceleration_noise: float = 0.05  #: m/s²
     age_std: float = 0.006  #: s, of the age of a signal about its mean
-    road_moment: float = 5.0  #: N m RMS that the road does on the wheels, in `road_bandwidth`
+    road_moment: float = 5.0  #: N m RMS of the road on the wheels, in `road_bandwidth`
     road_bandwidth: float = 29.5  #: Hz
     unrest: float = 15.0  #: 1/s: standard deviation of the yaw rate that a wheel rattling by one radian causes
     window: float = 0.5  #: s
@@ -92,7 +92,7 @@ class SteeringTwin:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What is estimated, the clearance first, with priors."""
+        """The estimated parameters with their priors, the clearance first."""
         p = self.lost_motion
 
         def offset(name: str, unit: str, std: float, start: float = 0.0) -> Parameter:
@@ -139,35 +139,35 @@ class SteeringTwinRun:
         states = Belief.independent(np.zeros(N_STATES), (0.03, math.radians(0.3), play.half_gap / 2))
         self.belief = Belief.of(self._parameters).joined(states)
         """about parameters and, at the end of the last window, states"""
-        own = {"half_gap": settings.gap_drift, "wear": settings.wear_drift, "friction": SLOW_DRIFT * play.friction}
-        drift = own | DRIFT
+        walk = {"half_gap": settings.gap_drift, "wear": settings.wear_drift, "friction": SLOW_DRIFT * play.friction}
+        drift = walk | DRIFT
         self._drift = np.array([drift.get(q.name, SLOW_DRIFT) for q in self._parameters] + list(STATE_NOISE))
-        self._missed = np.zeros(self._drift.size)
-        self._missed[0] = settings.model_error
+        self._model_error = np.zeros(self._drift.size)
+        self._model_error[0] = settings.model_error
         self._samples: list[tuple[float, float, float, float]] = []
         self._size, self._unrest = round(settings.window / settings.period), 0.0
         self.last: Refinement | None = None
-        """of the last window"""
+        """refinement of the last window"""
 
     @property
     def estimates(self) -> Estimates:
         """Values and covariance of the parameters, the clearance's first."""
-        return self.belief.drifted(self._missed).estimates(self._parameters)
+        return self.belief.drifted(self._model_error).estimates(self._parameters)
 
     @property
     def lost_motion(self) -> LostMotion:
-        """The clearance as it is estimated now."""
+        """The current estimate of the clearance."""
         gap, stiffness, friction = self.estimates.value[:3].tolist()
         return self._settings.lost_motion._replace(half_gap=gap, stiffness=stiffness, friction=friction)
 
     @property
     def wear(self) -> np.ndarray:
         """(3,) rate at which the half-gap grows, rad/s, and the ends of its 95 % interval."""
-        found = self.estimates
-        return np.asarray(found.value[0] * np.array([found.value[-1], *found.interval()[:, -1]]))
+        estimates = self.estimates
+        return np.asarray(estimates.value[0] * np.array([estimates.value[-1], *estimates.interval()[:, -1]]))
 
     def advance(self, seen: Signals) -> bool:
-        """Take the signals of a sample, one period after the last; return whether the estimates are new."""
+        """Take the signals of a sample, one period after the last; return True if the estimates are updated."""
         self._samples.append((seen.steering_angle, seen.speed, seen.yaw_rate, seen.lateral_acceleration))
         if len(self._samples) < self._size + 2:
             return False
@@ -176,45 +176,45 @@ class SteeringTwinRun:
         return True
 
     def _refine(self, samples: np.ndarray) -> None:
-        """One window: a sample of the steering before it, one at its beginning whose motion counted already."""
+        """Refine by a window, preceded by a sample of the steering and one whose motion has been used already."""
         servo, speed = np.ascontiguousarray(samples[:2])
-        before, known = self.belief, self._known
-        noise = self._noise(simulate(before.mean[None], servo, speed, known)[0])
+        prior, known = self.belief, self._known
+        noise = self._noise(simulate(prior.mean[None], servo, speed, known)[0])
         measured = samples[2:, 2:]
 
         def residuals(points: np.ndarray) -> np.ndarray:
-            left = simulate(points, servo, speed, known)[:, :2, 1:] - measured
-            return np.asarray((left / noise).reshape(len(points), -1))
+            residual = simulate(points, servo, speed, known)[:, :2, 1:] - measured
+            return np.asarray((residual / noise).reshape(len(points), -1))
 
         def states(points: np.ndarray) -> np.ndarray:
             end = simulate(points, servo, speed, known)[:, 2:5, -1]
-            worn = points[:, 0] + points[:, N_PARAMETERS - 1] * self._settings.window
-            return np.column_stack((worn, points[:, 1:N_PARAMETERS], end))
+            half_gap = points[:, 0] + points[:, N_PARAMETERS - 1] * self._settings.window
+            return np.column_stack((half_gap, points[:, 1:N_PARAMETERS], end))
 
-        self.last = refine(before, residuals)
+        self.last = refine(prior, residuals)
         self.belief = self.last.belief.through(states).drifted(self._drift)
 
     def _noise(self, expected: np.ndarray) -> np.ndarray:
-        """Standard deviations (2, n - 1) of what is measured: noise, age, and the wheel's rattling in its play."""
+        """Return standard deviations (2, n - 1) of the measurements: noise, age, and rattling of the wheel in play."""
         p, mean = self._settings, self.belief.mean
         gap, friction = math.exp(mean[0]), mean[2]
-        loose = 1 / (1 + (friction / SIDE_MOMENT) ** 2)
-        rattle = loose / (3 / gap**2 + (expected[5] / max(self._known.heat, 1e-9)) ** 2) + (1 - loose) * CREEP_ANGLE**2
-        keep = math.exp(-p.period / SETTLING)
-        felt = np.empty_like(rattle)
+        side = 1 / (1 + (friction / SIDE_MOMENT) ** 2)
+        rattle = side / (3 / gap**2 + (expected[5] / max(self._known.heat, 1e-9)) ** 2) + (1 - side) * CREEP_ANGLE**2
+        decay = math.exp(-p.period / SETTLING)
+        unrest = np.empty_like(rattle)
         for i, value in enumerate(rattle.tolist()):
-            self._unrest = keep * self._unrest + (1 - keep) * value
-            felt[i] = self._unrest
-        late = p.age_std * np.gradient(expected[:2], p.period, axis=1)
-        variance = np.array([[p.yaw_rate_noise], [p.acceleration_noise]]) ** 2 + late**2
-        variance += np.array([p.unrest**2 * felt, FRONT_GAIN**2 * rattle])
+            self._unrest = decay * self._unrest + (1 - decay) * value
+            unrest[i] = self._unrest
+        age_error = p.age_std * np.gradient(expected[:2], p.period, axis=1)
+        variance = np.array([[p.yaw_rate_noise], [p.acceleration_noise]]) ** 2 + age_error**2
+        variance += np.array([p.unrest**2 * unrest, FRONT_GAIN**2 * rattle])
         return np.asarray(np.sqrt(variance)[:, 1:])
 
 
 def twin_of(vehicle: Vehicle, lost_motion: LostMotion, stiffness: float, period: float = 0.01) -> SteeringTwin:
-    """Make a twin of a vehicle whose front axle holds a steering of a stiffness, N m/rad, as `with_steering` has it."""
-    soft = vehicle.cornering_front
-    rigid = dataclasses.replace(vehicle, cornering_front=soft / (1 - soft * vehicle.trail / stiffness))
+    """Return a twin of a vehicle whose front axle includes a steering stiffness, N m/rad, as by `with_steering`."""
+    compliant = vehicle.cornering_front
+    rigid = dataclasses.replace(vehicle, cornering_front=compliant / (1 - compliant * vehicle.trail / stiffness))
     return SteeringTwin(rigid, lost_motion, period=period)
 
 
@@ -224,7 +224,7 @@ STEPS_PER_SAMPLE = 2  # integration steps of the twin's model in a sample
 
 
 class Known(NamedTuple):
-    """What the twin takes as known; the rest it varies by factors and offsets."""
+    """Quantities that the twin takes as known; the others vary by factors and offsets."""
 
     mass: float  # kg
     yaw_inertia: float  # kg m²
@@ -237,23 +237,23 @@ class Known(NamedTuple):
     shaft_stiffness: float  # N m/rad
     damping: float  # N m s/rad
     heat: float  # N m rad: mean square of the road's moment, over four times its bandwidth and the damping
-    creep: float  # N m of the friction that the road's moment takes away
+    creep: float  # N m, reduction of the friction by the road's moment
     period: float  # s, of the samples
 
 
 @jit
-def _axle(slip: float, stiffness: float, largest: float, shape: float) -> float:
+def _axle_force(slip: float, stiffness: float, largest: float, shape: float) -> float:
     return largest * math.sin(shape * math.atan(stiffness / (shape * largest) * slip))
 
 
 @jit
 def simulate(points: np.ndarray, servo: np.ndarray, speed: np.ndarray, known: Known) -> np.ndarray:
-    """Yaw rate, lateral acceleration as read, lateral speed, yaw rate, lost motion, aligning moment (n_points, 6, n).
+    """Return measured yaw rate and acceleration, lateral speed, yaw rate, lost motion, moment (n_points, 6, n).
 
     For points (n_points, `N_PARAMETERS` + `N_STATES`): logarithms of half-gap and contact stiffness, friction,
     logarithms of factors on both cornering stiffnesses, of friction of the tyres, of factors on mass and yaw inertia
-    per mass; offsets of yaw rate, acceleration and steering angle, lag of the steering angle, lateral and angular
-    acceleration that nothing else explains; rate of wear, of no effect here; lateral speed, yaw rate and lost motion at
+    per mass; offsets of yaw rate, acceleration and steering angle, lag of the steering angle, unmodelled lateral
+    and angular acceleration; rate of wear, of no effect here; lateral speed, yaw rate and lost motion at
     the first sample. Servo angles and speeds (n + 1,) begin one sample earlier.
     """
     n = servo.size - 1
@@ -266,39 +266,39 @@ def simulate(points: np.ndarray, servo: np.ndarray, speed: np.ndarray, known: Kn
         inertia = known.yaw_inertia * math.exp(x[6] + x[7])
         front, rear = known.cornering_front * math.exp(x[3]), known.cornering_rear * math.exp(x[4])
         load = math.exp(x[5]) * mass * GRAVITY / (lf + lr)
-        most_front, most_rear = load * lr, load * lf
+        largest_front, largest_rear = load * lr, load * lf
         friction = max(x[2] - known.creep, 0.0)
         play = LostMotion(math.exp(x[0]), math.exp(x[1]), known.shaft_stiffness, known.damping, friction)
         lag = min(max(x[11] / dt, 0.0), 1.0)
         vy, r, d = x[15], x[16], x[17]
-        before = servo[1] + lag * (servo[0] - servo[1])
+        previous = servo[1] + lag * (servo[0] - servo[1])
         for i in range(n):
             v = speed[i + 1]
-            now = servo[i + 1] + lag * (servo[i] - servo[i + 1])
-            after = now
+            current = servo[i + 1] + lag * (servo[i] - servo[i + 1])
+            following = current
             if i < n - 1:
-                after = servo[i + 2] + lag * (servo[i + 1] - servo[i + 2])
-            delta = now + d + x[10]
-            force = _axle(delta - math.atan2(vy + lf * r, v), front, most_front, shape)
-            back = _axle(-math.atan2(vy - lr * r, v), rear, most_rear, shape)
+                following = servo[i + 2] + lag * (servo[i + 1] - servo[i + 2])
+            delta = current + d + x[10]
+            force = _axle_force(delta - math.atan2(vy + lf * r, v), front, largest_front, shape)
+            rear_force = _axle_force(-math.atan2(vy - lr * r, v), rear, largest_rear, shape)
             out[q, 0, i] = r + x[8]
-            out[q, 1, i] = (force * math.cos(delta) + back) / mass + x[9]
+            out[q, 1, i] = (force * math.cos(delta) + rear_force) / mass + x[9]
             out[q, 2, i], out[q, 3, i], out[q, 4, i], out[q, 5, i] = vy, r, d, trail * force
             if i == n - 1:
                 break
             for j in range(1, STEPS_PER_SAMPLE + 1):
                 moment = trail * force
-                angle = now + (after - now) * j / STEPS_PER_SAMPLE
-                d, _ = lost_motion_step(d, angle - before, moment, h, play)
-                before = angle
+                angle = current + (following - current) * j / STEPS_PER_SAMPLE
+                d, _ = lost_motion_step(d, angle - previous, moment, h, play)
+                previous = angle
                 delta = angle + d + x[10]
-                force = _axle(delta - math.atan2(vy + lf * r, v), front, most_front, shape)
-                back = _axle(-math.atan2(vy - lr * r, v), rear, most_rear, shape)
+                force = _axle_force(delta - math.atan2(vy + lf * r, v), front, largest_front, shape)
+                rear_force = _axle_force(-math.atan2(vy - lr * r, v), rear, largest_rear, shape)
                 c = math.cos(delta)
-                vm = vy + h / 2 * ((force * c + back) / mass - v * r + x[12])
-                rm = r + h / 2 * ((lf * force * c - lr * back) / inertia + x[13])
-                force = _axle(delta - math.atan2(vm + lf * rm, v), front, most_front, shape)
-                back = _axle(-math.atan2(vm - lr * rm, v), rear, most_rear, shape)
-                vy += h * ((force * c + back) / mass - v * rm + x[12])
-                r += h * ((lf * force * c - lr * back) / inertia + x[13])
+                vm = vy + h / 2 * ((force * c + rear_force) / mass - v * r + x[12])
+                rm = r + h / 2 * ((lf * force * c - lr * rear_force) / inertia + x[13])
+                force = _axle_force(delta - math.atan2(vm + lf * rm, v), front, largest_front, shape)
+                rear_force = _axle_force(-math.atan2(vm - lr * rm, v), rear, largest_rear, shape)
+                vy += h * ((force * c + rear_force) / mass - v * rm + x[12])
+                r += h * ((lf * force * c - lr * rear_force) / inertia + x[13])
     return out

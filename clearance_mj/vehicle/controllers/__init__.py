@@ -1,4 +1,4 @@
-"""Steering controllers, one file each; each file registers what it has, in the order of tables."""
+"""Steering controllers, one file each; each file registers its controllers, in the order of tables."""
 
 # isort: off
 from . import smc, mpc, disturbance_observer, backlash_inverse, mpc_backlash, super_twisting  # noqa: F401

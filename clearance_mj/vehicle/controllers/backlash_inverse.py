@@ -16,7 +16,7 @@ __all__ = ["BacklashInverse"]
 
 @dataclass(frozen=True)
 class BacklashInverse(LostMotionModel):
-    """Lost motion of a play in which friction decides on the side."""
+    """Lost motion of a play whose side is decided by friction."""
 
     slack: float = np.radians(0.1)  # rad, as in `ClearanceModel`
 

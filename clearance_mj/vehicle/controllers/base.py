@@ -1,4 +1,4 @@
-"""What a steering controller is, and what it may know before and during a run.
+"""Base classes of steering controllers, and their knowledge before and during a run.
 
 Tracking errors are those of the centre of gravity from its foot point on the path.
 """
@@ -21,7 +21,7 @@ __all__ = ["Controller", "ControllerRun", "Observation", "Task", "limited"]
 
 
 class Observation(NamedTuple):
-    """What a controller sees at a sample."""
+    """A controller's input at a sample."""
 
     s: float  # m, foot point's arc length
     e_y: float  # m, lateral position error, left positive
@@ -29,12 +29,12 @@ class Observation(NamedTuple):
     lateral_speed: float  # m/s, at the centre of gravity
     yaw_rate: float  # rad/s
     speed: float  # m/s, longitudinal
-    signals: Signals | None = None  # what it is made of: what the car's bus has delivered
+    signals: Signals | None = None  # of the car's bus, from which it is derived
 
 
 @dataclass(frozen=True)
 class Task:
-    """Everything that a controller knows before a run; never the plant's own parameters."""
+    """Knowledge of a controller before a run; never the plant's parameters."""
 
     vehicle: Vehicle
     """nominal"""
@@ -47,7 +47,7 @@ class Task:
     period: float = 0.01
     """Time between commands, s"""
     preview: float = 0.2
-    """Time of driving over which the road ahead is known, s; the same for every controller"""
+    """Preview time of the road ahead, s; the same for every controller"""
     largest_angle: float = 0.5
     """Largest angle of the road wheel, rad"""
     largest_rate: float = 0.4
@@ -55,14 +55,14 @@ class Task:
 
     @property
     def lead(self) -> int:
-        """Periods from a command to the wheel's answer: servo lag and half a period of holding, rounded."""
+        """Periods from a command to the wheel's response: servo lag and half a period of hold, rounded."""
         return round(self.servo.lag / self.period + 0.5)
 
     def curvature(self, seen: Observation, times: ArrayLike) -> np.ndarray:
-        """Curvature, 1/m, where the vehicle will be at times from now, s; beyond the preview it stays as it is."""
+        """Return the curvature, 1/m, at the vehicle at times from now, s; constant beyond the preview."""
         times = np.asarray(times, dtype=float)
-        found = curvature_ahead(self.path.table, seen.s, seen.speed, times.ravel(), self.preview)
-        return np.asarray(found).reshape(times.shape)
+        curvature = curvature_ahead(self.path.table, seen.s, seen.speed, times.ravel(), self.preview)
+        return np.asarray(curvature).reshape(times.shape)
 
 
 def limited(angle: float, last: float, task: Task) -> float:
@@ -76,9 +76,9 @@ class ControllerRun(ABC):
     """A controller during one run of the vehicle."""
 
     excess: float = 0.0
-    """Part of the last command, rad, that the tyres need beyond the linear model, which goes on with the rest"""
+    """Part of the last command, rad, that the tyres need beyond the linear model, which continues without it"""
     depth: float = math.nan
-    """|s|/Φ at the last sample: beyond 1 the switching term has all its size; NaN where nothing slides"""
+    """|s|/Φ at the last sample: beyond 1 the switching term is saturated; NaN without sliding mode"""
 
     @abstractmethod
     def command(self, seen: Observation) -> float:
@@ -87,7 +87,7 @@ class ControllerRun(ABC):
 
 @dataclass(frozen=True)
 class Controller(ABC):
-    """A controller with its settings; subclasses are frozen dataclasses whose fields are what is tuned."""
+    """A controller with its settings; subclasses are frozen dataclasses whose fields are the settings."""
 
     @abstractmethod
     def start(self, task: Task) -> ControllerRun:

@@ -2,12 +2,12 @@
 
 The shaft holds the wheel against a moment T and the wheel stays behind the servo by h σ + T/k: half-gap h, contact side
 σ = sign T, contact stiffness k. T is the aligning moment plus friction that opposes the wheel's motion,
-T = T_a + T_f sign(dδ/dt): without friction the side follows the aligning moment (torque-driven), with much of it the
-motion (friction-driven). While the side is not known, σ = 0, the estimate keeps its last value.
+T = T_a + T_f sign(dδ/dt): without friction the side follows the aligning moment (torque-driven), with much friction
+the motion (friction-driven). While the side is not known, σ = 0, the estimate keeps its last value.
 
 The stiffness of a steering without clearance belongs to the nominal vehicle that all controllers know
-(`Vehicle.with_steering`) as far as the aligning moment goes; what is compensated is the rest, and the twist T_f/k under
-friction. Without clearance and friction nothing is.
+(`Vehicle.with_steering`) for the aligning moment; compensated are the rest and the twist T_f/k under
+friction. Without clearance and friction there is no compensation.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ class ClearanceModel(LostMotionModel):
 
     compliance: float = 0.0  # 1/k less that of the nominal vehicle's steering, rad/(N m) at the road wheel
     friction: float = 0.0  # T_f, N m at the road wheel
-    threshold: float = 10.0  # N m below which the side is taken as not known
-    slack: float = np.radians(0.1)  # rad that the servo turns back before its direction has changed: twice its noise
+    threshold: float = 10.0  # N m, moment below which the side is unknown
+    slack: float = np.radians(0.1)  # rad, reversal of the servo that changes its direction: twice its noise
     stiffness: float = math.inf  # k, N m/rad at the road wheel, against friction
 
     def __post_init__(self) -> None:
@@ -52,7 +52,7 @@ class ClearanceModel(LostMotionModel):
 
 
 class ClearanceEstimate:
-    """The estimate during a run; its ``model`` may be replaced on the way."""
+    """The estimate during a run; its ``model`` may be replaced."""
 
     def __init__(self, model: ClearanceModel, task: Task):
         p, self.model, self._speed = task.vehicle, model, task.speed

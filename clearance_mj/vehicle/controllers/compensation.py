@@ -17,8 +17,8 @@ __all__ = ["Compensated", "Estimate", "LostMotionModel"]
 
 
 Estimate = Callable[[float, np.ndarray], float]
-"""Lost motion, rad, once the wheel will have answered the next command; called at every sample with the road-wheel
-angle that is wanted by then, rad, as the linear model takes it, and the state of that model predicted for then, (6,)"""
+"""Lost motion, rad, when the wheel has responded to the next command; called at every sample with the linear model's
+road-wheel angle, rad, and its state (6,), both predicted for that time"""
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,10 @@ class LostMotionModel(ABC):
 
 @dataclass(frozen=True)
 class Compensated(Controller):
-    """A controller whose commands are corrected for the lost motion; it is tuned without."""
+    """A controller whose commands are corrected for the lost motion; it is tuned without the correction."""
 
-    controller: Controller  # what asks for the angle
-    lost_motion: LostMotionModel  # what is added to it
+    controller: Controller
+    lost_motion: LostMotionModel
 
     def start(self, task: Task) -> ControllerRun:
         """Begin a run."""
@@ -68,16 +68,16 @@ class CompensatedRun(ControllerRun):
 
 
 class Direction:
-    """Direction of a signal, deaf to noise: it changes once the signal has turned back by a slack."""
+    """Direction of a noisy signal: it changes when the signal has turned back by more than a slack."""
 
     def __init__(self, slack: float):
         self._slack, self._extreme, self._sign = slack, 0.0, 0
 
     def advance(self, value: float) -> int:
         """Return the direction with the next value: -1, 1, or 0 before the first motion."""
-        back = value - self._extreme
-        if abs(back) > self._slack:
-            self._sign = 1 if back > 0 else -1
-        if back * self._sign > 0:
+        change = value - self._extreme
+        if abs(change) > self._slack:
+            self._sign = 1 if change > 0 else -1
+        if change * self._sign > 0:
             self._extreme = value
         return self._sign

@@ -1,16 +1,16 @@
-"""The linear model that controllers are designed on, and what it predicts.
+"""The linear design model of controllers, and its predictions.
 
 It is the linear single-track model in path coordinates with the steering servo in it (Rajamani, Vehicle Dynamics and
 Control, 2012, chapters 2 and 3), with lateral speed and yaw rate as states in place of the rates of the errors: the
 same space, but no derivative of the curvature enters.
 
 The front axle's tyres are not linear: with the slip angle α of the wheels, the force F(α) is less than C_f α. A
-controller that is designed on the linear model asks for an angle δ', and with it for the force C_f (δ' - α_k), α_k the
-direction in which the axle moves. The command is the angle that has this force (input linearisation),
+controller designed on the linear model requests an angle δ', that is a force C_f (δ' - α_k), α_k the direction in which
+the axle moves. The command is the angle that has this force (input linearisation),
 
     δ = δ' + F⁻¹(C_f (δ' - α_k)) - (δ' - α_k),
 
-and the linear model goes on under δ'. Doing the same for the rear axle, as a force of known size, gained nothing.
+and the linear model continues with δ'. The same for the rear axle, as a known force, brought no improvement.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class DesignModel:
         return np.concatenate(([0.0], np.linalg.solve(np.column_stack((A[:, 1:], B)), -E)))  # with e_y = 0
 
     def prediction(self, steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """P (6, 6), Q (6,), R (6, steps) of x after ``steps`` periods: P x + Q u + R κ, the command held."""
+        """Return P (6, 6), Q (6,), R (6, steps) of x after ``steps`` periods: P x + Q u + R κ, the command held."""
         A, B, E = self.discrete
         powers = [np.linalg.matrix_power(A, i) for i in range(steps + 1)]
         Q = sum((power @ B for power in powers[:-1]), np.zeros(6))
@@ -90,7 +90,7 @@ def _discrete(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 class ServoModel:
-    """The servo during a run, from its commands."""
+    """The modelled servo during a run."""
 
     def __init__(self, model: DesignModel):
         A, B, _ = model.discrete
@@ -99,7 +99,7 @@ class ServoModel:
         """angle, rad at the road wheel, and its rate, rad/s"""
 
     def follow(self, command: float) -> None:
-        """Go on by one period under a command, rad."""
+        """Advance by one period with a command, rad."""
         angle, rate = self.state
         (a, b), (c, d) = self._A
         by_angle, by_rate = self._B
@@ -113,7 +113,7 @@ class Predictor:
         self.task = task
         self.model = DesignModel(task.vehicle, task.servo, task.speed, task.period)
         self.last = 0.0
-        """last command, rad, as the linear model takes it"""
+        """last command, rad, of the linear model"""
         self._servo = ServoModel(self.model)
         self._seen: Observation | None = None
         self._predicted = np.zeros(6)
@@ -125,29 +125,29 @@ class Predictor:
         return np.array((seen.e_y, seen.e_psi, seen.lateral_speed, seen.yaw_rate, *self._servo.state))
 
     def predicted(self, seen: Observation) -> np.ndarray:
-        """Return the state when the wheel will have answered the next command, (6,)."""
+        """Return the state when the wheel has responded to the next command, (6,)."""
         if seen is not self._seen:
             task, state = self.task, self.state(seen)
-            self._predicted = _after(
+            self._predicted = _predict(
                 state, self.last, task.path.table, seen.s, seen.speed, self._times, task.preview, *self._model_ahead
             )
             self._seen = seen
         return self._predicted
 
     def excess(self, angle: float, seen: Observation) -> float:
-        """Return what the front tyres need beyond an angle for the force that the linear model has with it, rad."""
+        """Return the additional angle, rad, at which the front tyres have the force of the linear model."""
         p, (_, _, lateral_speed, yaw_rate, _, _) = self.task.vehicle, self.predicted(seen).tolist()
         slip = angle - (lateral_speed + p.lf * yaw_rate) / seen.speed
         return p.tyre.excess(p.cornering_front * slip / p.front_load)
 
     def follow(self, command: float) -> None:
-        """Let the model of the servo follow the next command, rad, as the linear model takes it."""
+        """Advance the servo model by the next command, rad, of the linear model."""
         self.last, self._seen = command, None
         self._servo.follow(command)
 
 
 @jit
-def _after(
+def _predict(
     state: np.ndarray, command: float, table: Table, s: float, speed: float, times: np.ndarray, preview: float,
     P: np.ndarray, Q: np.ndarray, R: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
@@ -155,7 +155,7 @@ def _after(
 
 
 class ModelRun(ControllerRun):
-    """A run of a controller that is designed on the linear model."""
+    """A run of a controller designed on the linear model."""
 
     def __init__(self, task: Task):
         self.task, self.predictor = task, Predictor(task)
@@ -163,10 +163,10 @@ class ModelRun(ControllerRun):
 
     @abstractmethod
     def wheel_angle(self, seen: Observation) -> float:
-        """Return the road-wheel angle that is wanted of the linear model, before limits, rad."""
+        """Return the road-wheel angle of the linear model, before limits, rad."""
 
     def command(self, seen: Observation) -> float:
-        """Limit the angle that is wanted, with what the tyres need beyond it."""
+        """Return the limited angle, including the additional angle of the tyres."""
         angle = self.wheel_angle(seen)
         self.excess = self.predictor.excess(angle, seen)
         self._last = limited(angle + self.excess, self._last, self.task)

@@ -1,15 +1,15 @@
-"""Disturbance observer: whatever turns the vehicle otherwise than the design model, as an angle of the road wheels.
+"""Disturbance observer: deviations of the yaw motion from the design model, as an angle of the road wheels.
 
-The yaw equation of the design model with an unknown steering angle d beside the servo's,
+The yaw equation of the design model with an unknown steering angle d added to the servo's,
 
     dr/dt = A_rv v_y + A_rr r + b (δ + d),    dd/dt = 0,
 
-is observed from the yaw rate with both poles of the observer at -ω, its bandwidth: d̂ follows d as ω²/(s + ω)² does and
-is exact for one that stays. d̂ is subtracted from a controller's command. Nothing is known of the clearance: lost
-motion, other tyres and other axle loads are all the same to it.
+is observed from the yaw rate with both poles of the observer at -ω, its bandwidth: the transfer function from d to d̂
+is ω²/(s + ω)², exact for constant d. d̂ is subtracted from a controller's command. It needs no model of the clearance
+and does not distinguish lost motion, tyres and axle loads.
 
 Chen, Yang, Guo and Li, Disturbance-observer-based control and related methods, IEEE Trans. Ind. Electron. 63, 2016;
-the bandwidth as only setting: Gao, Scaling and bandwidth-parameterization based controller tuning, ACC 2003.
+the bandwidth as the only setting: Gao, Scaling and bandwidth-parameterization based controller tuning, ACC 2003.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ class YawObserver:
 
     def __init__(self, model: DesignModel, bandwidth: float):
         A, _, _ = model.continuous
-        keep, pole = math.exp(A[3, 3] * model.period), math.exp(-bandwidth * model.period)
-        held = (keep - 1) / A[3, 3]  # yaw rate after a period over an acceleration held in it
-        self._keep, self._drift, self._gain = keep, held * A[3, 2], held * A[3, 4]
+        decay, pole = math.exp(A[3, 3] * model.period), math.exp(-bandwidth * model.period)
+        response = (decay - 1) / A[3, 3]  # yaw rate after a period over a constant acceleration
+        self._decay, self._drift, self._gain = decay, response * A[3, 2], response * A[3, 4]
         # Gains that place both poles of the corrected estimate's error at exp(-ωT).
         self._angle_gain = (1 - pole) ** 2 / self._gain
-        self._rate_gain = 1 - pole**2 / keep
+        self._rate_gain = 1 - pole**2 / decay
         self._rate, self._disturbance = 0.0, 0.0
 
     def advance(self, yaw_rate: float, lateral_speed: float, angle: float) -> float:
@@ -48,10 +48,10 @@ class YawObserver:
 
         Lateral speed (m/s) and servo angle (rad) are those of the coming period's start.
         """
-        surprise = yaw_rate - self._rate
-        self._disturbance += self._angle_gain * surprise
-        rate = self._rate + self._rate_gain * surprise
-        self._rate = self._keep * rate + self._drift * lateral_speed + self._gain * (angle + self._disturbance)
+        innovation = yaw_rate - self._rate
+        self._disturbance += self._angle_gain * innovation
+        rate = self._rate + self._rate_gain * innovation
+        self._rate = self._decay * rate + self._drift * lateral_speed + self._gain * (angle + self._disturbance)
         return self._disturbance
 
 

@@ -69,7 +69,7 @@ class Program(NamedTuple):
 
 @functools.lru_cache(maxsize=64)
 def program(model: DesignModel, weights: Weights, horizon: int) -> Program:
-    """Eliminate the states: the cost is the square of what is linear in z, x_0, κ and d; least squares solve it."""
+    """Return the program with the states eliminated: linear least squares in z, given x_0, κ and d."""
     A, B, E, D = augmented(model)
     outputs, N = np.zeros((3, N_STATES)), horizon
     outputs[0, 0] = 1.0
@@ -92,7 +92,7 @@ def program(model: DesignModel, weights: Weights, horizon: int) -> Program:
         for effect, column in ((B, k), (E, at_curvature + k), (D, at_lost + k)):
             M[:, column] += effect
     M[:, at_curvature + N] -= model.steady_turn
-    M[[4, 6], -1] += 1.0  # the servo stands by the last lost motion ahead of the wheel
+    M[[4, 6], -1] += 1.0  # the servo leads the wheel by the last lost motion
     y = np.vstack((*rows, root_V @ M, np.sqrt(weights.effort) * np.eye(N, M.shape[1])))
     best = -np.linalg.lstsq(y[:, :N], y[:, N:])[0]
     state, curvature, lost = np.split(best, [N_STATES, N_STATES + N + 1], axis=1)
@@ -100,12 +100,12 @@ def program(model: DesignModel, weights: Weights, horizon: int) -> Program:
 
 
 def augmented(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Design model with the command as a state and its change as the input; D the effect of lost motion in a period."""
+    """Return the design model with the command as a state, its change as input, and D, the effect of lost motion."""
     A6, B6, E6 = model.discrete
     A, D = np.zeros((N_STATES, N_STATES)), np.zeros(N_STATES)
     A[:6, :6], A[:6, 6], A[6, 6] = A6, B6, 1.0
     continuous, _, _ = model.continuous
-    motion = np.zeros((5, 5))  # of e_y, e_ψ, v_y and r under an angle of the wheel that is held
+    motion = np.zeros((5, 5))  # of e_y, e_ψ, v_y and r under a constant wheel angle
     motion[:4, :4], motion[2:4, 4] = continuous[:4, :4], continuous[2:4, 4]
     D[:4] = scipy.linalg.expm(model.period * motion)[:4, 4]
     return A, np.append(B6, 1.0), np.append(E6, 0.0), D
@@ -113,7 +113,7 @@ def augmented(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
 
 @jit
 def _is_within(changes: np.ndarray, command: float, step: float, largest: float) -> bool:
-    """Whether changes of a command, and the commands, are within their limits."""
+    """Return True if the changes of a command and the commands are within their limits."""
     for change in changes:
         command += change
         if abs(change) > step or abs(command) > largest:
@@ -122,7 +122,7 @@ def _is_within(changes: np.ndarray, command: float, step: float, largest: float)
 
 
 class LimitedPlan:
-    """Changes of the command within the limits; OSQP is called only where they matter."""
+    """Changes of the command within the limits; OSQP is called only where they are active."""
 
     def __init__(self, task: Task, hessian: np.ndarray):
         self._largest, self._step, self._hessian = task.largest_angle, task.largest_rate * task.period, hessian
@@ -139,7 +139,7 @@ class LimitedPlan:
         if self._solver is None:
             self._solver = self._set_up(q, low, high)
         self._solver.update(q=q, l=low, u=high)
-        # Only commands are limited, so that a solution exists; the last iterate is good should it be cut short.
+        # Only commands are limited, so that a solution exists; an early last iterate is acceptable.
         return np.asarray(self._solver.solve(raise_error=False).x)
 
     def clipped(self, plans: np.ndarray, last: float) -> np.ndarray:
@@ -184,7 +184,7 @@ class PredictiveRun(ModelRun):
     def __init__(self, task: Task, weights: Weights, horizon: int):
         super().__init__(task)
         self.weights, self.horizon = weights, horizon
-        self._ahead = np.arange(horizon + 1) * task.period
+        self._preview_times = np.arange(horizon + 1) * task.period
         self.linearise(task.speed)
 
     def wheel_angle(self, seen: Observation) -> float:
@@ -199,7 +199,7 @@ class PredictiveRun(ModelRun):
 
     def curvature(self, seen: Observation) -> np.ndarray:
         """Return the curvature ahead, 1/m (N + 1,)."""
-        return self.task.curvature(seen, self._ahead)
+        return self.task.curvature(seen, self._preview_times)
 
     def free(self, seen: Observation, curvature: np.ndarray) -> np.ndarray:
         """Return the changes that are best without limits, rad (N,)."""

@@ -5,12 +5,11 @@ The wheel follows the servo with a lost motion d, that of a quasi-static clearan
     |T_a| ≤ T_f:         d moves as a play does, by -Δδ within ±h: friction holds the wheel,
     |T_a| > T_f + T_0:   d = -h sign(T_a): the aligning moment T_a presses it to a side,
 
-and in between d stays. A mode fixes the side for the whole horizon: left, right, or one of them first and the other
-from a period j on. For each mode d is known and what is left is MPC's quadratic program, so that its best plan is at
-hand; each plan is then rolled out on the model in which the side is not fixed but follows from the plan. The plan of
-the least cost there is taken, with its limits. Enumeration with one crossing stands in for a mixed-integer program
-(Bemporad and Morari, Control of systems integrating logic, dynamics, and constraints, Automatica 35, 1999): within
-0.2 s there is hardly more than one.
+and in between d is constant. A mode fixes the side for the whole horizon: left, right, or one of them first and the
+other from a period j on. For each mode d is known, and MPC's quadratic program gives its best plan. Each plan is then
+simulated with the side that follows from it, and the plan of least cost is taken, with its limits. Enumeration with one
+crossing stands in for a mixed-integer program (Bemporad and Morari, Control of systems integrating logic, dynamics, and
+constraints, Automatica 35, 1999): within 0.2 s there is hardly more than one.
 
 A contact softer than the nominal vehicle's steering makes the front axle softer, as `Vehicle.with_steering` says.
 """
@@ -34,7 +33,7 @@ from .registry import ClearancePrior, Registration, register
 
 __all__ = ["Backlash", "BacklashPredictive", "modes", "plan_costs"]
 
-SIDE_MOMENT = ClearanceModel.threshold  # T_0, N m: below it the side is not known, as in the clearance model
+SIDE_MOMENT = ClearanceModel.threshold  # T_0, N m, below which the side is unknown, as in the clearance model
 
 
 class Backlash(NamedTuple):
@@ -46,21 +45,21 @@ class Backlash(NamedTuple):
 
     @classmethod
     def of(cls, half_gap: float, friction: float, vehicle: Vehicle, speed: float) -> Backlash:
-        """Of a linear front axle at a speed, m/s."""
+        """Return the clearance with the moment of a linear front axle at a speed, m/s."""
         stiffness = vehicle.trail * vehicle.cornering_front
         return cls(half_gap, friction, (stiffness, -stiffness / speed, -stiffness * vehicle.lf / speed))
 
 
 @jit
-def lost_motion(before: float, turn: float, state: np.ndarray, p: Backlash) -> float:
+def lost_motion(previous: float, turn: float, state: np.ndarray, p: Backlash) -> float:
     """Return d a period later, rad, the servo having turned by ``turn``, rad, into a state of the design model."""
     by_angle, by_speed, by_yaw = p.moment
-    moment = by_angle * (state[4] + before) + by_speed * state[2] + by_yaw * state[3]
+    moment = by_angle * (state[4] + previous) + by_speed * state[2] + by_yaw * state[3]
     if abs(moment) <= p.friction:
-        return min(max(before - turn, -p.half_gap), p.half_gap)
+        return min(max(previous - turn, -p.half_gap), p.half_gap)
     if abs(moment) > p.friction + SIDE_MOMENT:
         return -p.half_gap if moment > 0 else p.half_gap
-    return before
+    return previous
 
 
 class Prediction(NamedTuple):
@@ -87,7 +86,7 @@ def plan_costs(
     """
     n, N = plans.shape
     costs = np.zeros(n)
-    x, after = np.empty(7), np.empty(7)
+    x, next_x = np.empty(7), np.empty(7)
     for i in range(n):
         x[:] = state
         d = lost
@@ -100,9 +99,9 @@ def plan_costs(
                 value = p.B[a] * z + p.E[a] * curvature[k] + p.D[a] * d
                 for b in range(7):
                     value += p.A[a, b] * x[b]
-                after[a] = value
-            d = lost_motion(d, after[4] - x[4], after, backlash)
-            x[:] = after
+                next_x[a] = value
+            d = lost_motion(d, next_x[4] - x[4], next_x, backlash)
+            x[:] = next_x
         x -= p.turn * curvature[N]
         x[4] += d
         x[6] += d
@@ -169,8 +168,8 @@ class _BacklashRun(PredictiveRun):
 
 
 def _with_backlash(controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
-    known = {"half_gap": prior.half_gap, "friction": prior.friction, "compliance": prior.compliance}
-    return dataclasses.replace(controller, **known)
+    clearance = {"half_gap": prior.half_gap, "friction": prior.friction, "compliance": prior.compliance}
+    return dataclasses.replace(controller, **clearance)
 
 
 _LOOK: dict[str, Any] = {"prior": PRIOR, "colour": "#661100", "line": DASHED}

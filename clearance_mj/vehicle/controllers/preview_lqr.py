@@ -1,9 +1,9 @@
 """Linear quadratic regulator with preview of the curvature.
 
-Of the design model with the curvature ahead as further states, that move up by one place in each period, the regulator
-that minimises Σ e_y² + q_c (de_y/dt)² + q_u Δu² over all time, the last known curvature taken to stay. The problem is
-solved in two parts, feedback from a Riccati equation and feedforward from its closed loop; `mpc.program` has both. What
-the limits cut off is not planned for.
+The states are those of the design model and the curvature ahead, which shifts by one place per period. The regulator
+minimises Σ e_y² + q_c (de_y/dt)² + q_u Δu² over all time, with the last known curvature constant beyond the preview.
+The problem is solved in two parts, feedback from a Riccati equation and feedforward from its closed loop; `mpc.program`
+has both. The limits are not part of the plan.
 
 Sharp and Valtetsis, Optimal preview car steering control, Vehicle System Dynamics 35 (supplement), 2001.
 """
@@ -38,13 +38,13 @@ class _PreviewRun(ModelRun):
     def __init__(self, task: Task, settings: PreviewRegulator):
         super().__init__(task)
         periods = max(round(task.preview / task.period), 1)
-        found = program(self.model, Weights(settings.course, 0.0, settings.effort), periods)
-        self._feedback, self._feedforward = found.state[0], found.curvature[0]
-        self._ahead = np.arange(periods + 1) * task.period
+        gains = program(self.model, Weights(settings.course, 0.0, settings.effort), periods)
+        self._feedback, self._feedforward = gains.state[0], gains.curvature[0]
+        self._preview_times = np.arange(periods + 1) * task.period
 
     def wheel_angle(self, seen: Observation) -> float:
         """Feed back the state and forward the curvature."""
-        last, curvature = self.predictor.last, self.task.curvature(seen, self._ahead)
+        last, curvature = self.predictor.last, self.task.curvature(seen, self._preview_times)
         state = self.predictor.state(seen)
         return last + float(self._feedback[:6] @ state + self._feedback[6] * last + self._feedforward @ curvature)
 

@@ -1,4 +1,4 @@
-"""Which controllers there are: `register` makes one known to cases, tuning, reports and the command line."""
+"""Registry of controllers: `register` adds one for cases, tuning, reports and the command line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .base import Controller, Task
 
 __all__ = ["CONTROLLERS", "TUNED", "ClearancePrior", "Registration", "get_controller", "register"]
 
-TUNED = FilePath(__file__).parents[1] / "tuned.toml"  # what `tune` found for the controllers of the package
+TUNED = FilePath(__file__).parents[1] / "tuned.toml"  # tuned settings of the package's controllers
 LineStyle = str | tuple[float, tuple[float, ...]]
 
 
@@ -30,7 +30,7 @@ class ClearancePrior(NamedTuple):
 
 @dataclass(frozen=True)
 class Registration:
-    """A controller as cases, tuning and reports know it."""
+    """Registered controller with its names, bounds of tuning, and style in figures."""
 
     name: str
     """Name in commands and files"""
@@ -45,11 +45,11 @@ class Registration:
     settings_file: FilePath = TUNED
     """TOML file that `tune` writes, by set ("ideal", "car": `Sensors.tuned`) and name of the controller"""
     tuned_as: str = ""
-    """Name of the controller whose settings hold where the file has none of this one"""
+    """Name of the controller whose settings are used where the file has none of this one"""
     adapt: Callable[[Controller, Task, ClearancePrior], Controller] | None = None
-    """Function that takes prior information on the clearance into account"""
+    """Function that adapts the controller to prior information on the clearance"""
     prior: str = "nothing"
-    """What `adapt` takes, in words; all know the nominal vehicle, the servo and the steering's stiffness"""
+    """Prior information of `adapt`, in words; all know the nominal vehicle, the servo and the steering's stiffness"""
     colour: str | None = None
     """Colour in figures; None: the next of a cycle"""
     line: LineStyle = "-"
@@ -60,20 +60,20 @@ class Registration:
         return self.controller(**(self._stored(tuned) if self.tuned is None else self.tuned))
 
     def with_settings(self, settings: Mapping[str, Any], tuned: str = "ideal") -> Controller:
-        """Return the controller with settings of its own, and the others of a set of what it is tuned as."""
+        """Return the controller with given settings, and the others from a set of the controller it is tuned as."""
         return self.controller(**(self._inherited(tuned) | dict(settings)))
 
     def _inherited(self, tuned: str) -> dict[str, Any]:
         return CONTROLLERS[self.tuned_as]._stored(tuned) if self.tuned_as in CONTROLLERS else {}
 
     def _stored(self, tuned: str) -> dict[str, Any]:
-        """Return the settings of a set: its own and, for the others, those of the controller it is tuned as."""
-        found = _read(self.settings_file).get(tuned, {})
-        own: dict[str, Any] = found[self.name]["settings"] if self.name in found else {}
-        return self._inherited(tuned) | own
+        """Return the stored settings of a set, completed by those of the controller it is tuned as."""
+        stored = _read(self.settings_file).get(tuned, {})
+        settings: dict[str, Any] = stored[self.name]["settings"] if self.name in stored else {}
+        return self._inherited(tuned) | settings
 
     def informed(self, controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
-        """Return a controller of this class for a task, with what it may know of the clearance."""
+        """Return a controller of this class for a task, adapted to prior information on the clearance."""
         return self.adapt(controller, task, prior) if self.adapt else controller
 
 
@@ -82,7 +82,7 @@ CONTROLLERS: dict[str, Registration] = {}
 
 
 def register(registration: Registration) -> None:
-    """Make a controller known; its name must be new, and what is bounded must be settings of it."""
+    """Register a controller; its name must be new, and bounds must be of its settings."""
     name, settings = registration.name, registration.controller.__dataclass_fields__
     if name in CONTROLLERS:
         raise ManoeuvreError(f'controller "{name}" is registered already')

@@ -6,9 +6,9 @@ d²e/dt² = f + b δ, b = C_f/m + L_s C_f l_f/I_z, the boundary-layer controller
     δ = (-f - λ de/dt - k₁ s - k₂ sat(s/Φ)) / b.
 
 (Slotine and Li, Applied Nonlinear Control, 1991, chapter 7.) e at the centre of gravity (L_s = 0) has poorly damped
-zeros; a point a few metres ahead has not. Everything is evaluated for the moment when the wheel will have answered
-the command, so that the servo is in the design. Where the path asks for a faster turn of the wheels than the servo has,
-errors are those from an averaged path (`feasible_path`).
+zeros; a point a few metres ahead has not. All is evaluated for the time when the wheel has responded to the command,
+which includes the servo in the design. Where the path requires faster steering than the servo's rate limit, errors are
+those from an averaged path (`feasible_path`).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def saturation(value: float) -> float:
 
 
 class SlidingRun(ModelRun):
-    """What sliding mode controllers share: the surface; their settings have look_ahead, convergence and layer."""
+    """The sliding surface of all sliding mode controllers; their settings have look_ahead, convergence and layer."""
 
     def __init__(self, task: Task, settings: Any):
         super().__init__(task)
@@ -51,7 +51,7 @@ class SlidingRun(ModelRun):
         """s at the last sample, m/s"""
 
     def surface(self, seen: Observation) -> tuple[float, float]:
-        """Return s, m/s, and ds/dt without steering, f + λ de/dt, m/s², for when the wheel will have answered."""
+        """Return s, m/s, and ds/dt without steering, f + λ de/dt, m/s², when the wheel has responded."""
         e_y, e_psi, lateral_speed, yaw_rate, _, _ = self.predictor.predicted(seen).tolist()
         speed, look_ahead, sideslip = seen.speed, self.settings.look_ahead, self.model.steady_sideslip
         offset, heading, curvature, turning, bending = self._path.ahead(seen)
@@ -72,7 +72,7 @@ class SlidingRun(ModelRun):
 
     @abstractmethod
     def reaching(self, value: float) -> float:
-        """Return what takes s to zero, m/s²."""
+        """Return the reaching term, m/s², which takes s to zero."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
-"""The clearance model with what the steering's twin estimates on the way, in place of prior information.
+"""The clearance model with estimates of the steering's twin instead of prior information.
 
-Half-gap, contact stiffness and friction of the compensation follow the twin's estimates (`vehicle.twin`) from one of
-its windows to the next; it begins with the prior information. Everything else is that of `clearance_model`.
+Half-gap, contact stiffness and friction of the compensation follow the twin's estimates (`vehicle.twin`), updated
+after each window; it starts from the prior information. All else is as in `clearance_model`.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from .smc import SlidingMode
 
 __all__ = ["CompensatedWithTwin", "with_twin"]
 
-SMALLEST_HALF_GAP = math.radians(0.02)  # rad, half-gap that the twin begins with where the prior information is none
+SMALLEST_HALF_GAP = math.radians(0.02)  # rad, initial half-gap of the twin where the prior information is smaller
 
 
 @dataclass(frozen=True)
 class CompensatedWithTwin(Controller):
-    """A controller compensated by the clearance model, which a twin keeps up to date."""
+    """A controller compensated by the clearance model, which a twin updates."""
 
     compensated: Compensated  # with a `ClearanceModel`
-    twin: SteeringTwin  # begins with the same
+    twin: SteeringTwin  # starts from the same
 
     def start(self, task: Task) -> ControllerRun:
         """Begin a run."""
@@ -40,7 +40,7 @@ class CompensatedWithTwin(Controller):
 
 
 class TwinRun(CompensatedRun):
-    """A run whose ``twin`` follows the clearance."""
+    """A run whose ``twin`` estimates the clearance."""
 
     def __init__(self, task: Task, settings: CompensatedWithTwin):
         super().__init__(task, settings.compensated)
@@ -49,17 +49,17 @@ class TwinRun(CompensatedRun):
             raise ManoeuvreError(f"the twin keeps a ClearanceModel up to date, not a {type(model).__name__}")
         self.twin = settings.twin.start()
         self._clearance = self._estimate = ClearanceEstimate(model, task)
-        self._rest = model.compliance - 1 / settings.twin.lost_motion.stiffness
+        self._other_compliance = model.compliance - 1 / settings.twin.lost_motion.stiffness
 
     def command(self, seen: Observation) -> float:
         """Return the other controller's command, less the lost motion that the twin expects."""
         if seen.signals is None:
             raise ManoeuvreError("a controller with a twin needs the car's signals: Observation.signals is None")
         if self.twin.advance(seen.signals):
-            now = self.twin.lost_motion
-            known = {name: getattr(now, name) for name in ("half_gap", "friction", "stiffness")}
-            compliance = self._rest + 1 / now.stiffness
-            self._clearance.model = dataclasses.replace(self._clearance.model, compliance=compliance, **known)
+            estimate = self.twin.lost_motion
+            updates = {name: getattr(estimate, name) for name in ("half_gap", "friction", "stiffness")}
+            compliance = self._other_compliance + 1 / estimate.stiffness
+            self._clearance.model = dataclasses.replace(self._clearance.model, compliance=compliance, **updates)
         return super().command(seen)
 
 
@@ -69,9 +69,9 @@ def with_twin(controller: Controller, task: Task, prior: ClearancePrior) -> Cont
     assert isinstance(compensated, Compensated)
     nominal = Steering().lost_motion
     gap, stiffness = max(prior.half_gap, SMALLEST_HALF_GAP), 1 / (1 / nominal.stiffness + prior.compliance)
-    first = nominal._replace(half_gap=gap, stiffness=stiffness, friction=prior.friction)
-    whole = nominal.stiffness + nominal.shaft_stiffness
-    return CompensatedWithTwin(compensated, twin_of(task.vehicle, first, whole, task.period))
+    initial = nominal._replace(half_gap=gap, stiffness=stiffness, friction=prior.friction)
+    total_stiffness = nominal.stiffness + nominal.shaft_stiffness
+    return CompensatedWithTwin(compensated, twin_of(task.vehicle, initial, total_stiffness, task.period))
 
 
 PRIOR = "half-gap, stiffness and friction, to begin with; then estimates them from the car's signals"

@@ -1,4 +1,4 @@
-"""Sensors: what controllers see of the vehicle; ideal ones, and those of a car."""
+"""Sensors that provide the controllers' observations: ideal ones, and those of a car."""
 
 from ...core.errors import ManoeuvreError
 from .base import Sensors, SensorsRun
@@ -8,11 +8,11 @@ from .ideal import IdealSensors
 __all__ = ["SENSORS", "CarSensors", "IdealSensors", "Sensors", "SensorsRun", "get_sensors"]
 
 SENSORS: dict[str, Sensors] = {"ideal": IdealSensors.inertial(), "car": CarSensors()}
-"""Sensors as cases and the command line name them."""
+"""Sensors by their names in cases and on the command line."""
 
 
 def get_sensors(sensors: str | Sensors) -> Sensors:
-    """Return the sensors of a name, or those that are given; the message on an unknown name lists the known ones."""
+    """Return the sensors of a name, or the given sensors; the message on an unknown name lists the known ones."""
     if isinstance(sensors, Sensors):
         return sensors
     if sensors not in SENSORS:

@@ -1,4 +1,4 @@
-"""What sensors are: they make what a controller sees out of the true motion."""
+"""Base classes of sensors: they derive a controller's observation from the true motion."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class SensorsRun(ABC):
 
     @abstractmethod
     def observe(self, true: Observation, now: Measurement, servo: float, command: float) -> Observation:
-        """Return what the controller sees at the next sample, one period after the last.
+        """Return the controller's observation at the next sample, one period after the last.
 
-        Of the true errors from the path and motion, the servo's angle, rad, and the command since the last sample, rad.
+        Given the true path errors and motion, the servo's angle, rad, and the command since the last sample, rad.
         """
 
 
@@ -30,7 +30,7 @@ class Sensors(ABC):
     """N m at the road wheel, largest of the servo's motor: `Steering.torque_limit`"""
 
     tuned: ClassVar[str] = "ideal"
-    """set of tuned settings that controllers take with them"""
+    """set of tuned settings that controllers use with them"""
 
     @abstractmethod
     def start(self, task: Task, seed: int = 0) -> SensorsRun:

@@ -1,4 +1,4 @@
-"""A car's bus: each message arrives after a delay of its own, in the order in which it was sent."""
+"""A car's bus: each message arrives after a random delay, in the order in which it was sent."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 
 __all__ = ["Message", "age", "draws"]
 
-ROUNDING = 1e-9  # s by which rounding may make a message late that has arrived
+ROUNDING = 1e-9  # s, tolerance of arrival times
 
 
 class Message:
-    """A kind of message on the bus: its delays are uniform between two bounds, s, and it never overtakes itself."""
+    """A kind of message on the bus: its delays are uniform between two bounds, s, and its order is kept."""
 
     def __init__(self, delay: tuple[float, float], noise: np.random.Generator):
         self._delays = draws(lambda count: noise.uniform(*delay, count))
@@ -36,13 +36,13 @@ class Message:
 
 
 def draws(many: Callable[[int], np.ndarray]) -> Iterator[Any]:
-    """Draw one number, or list of them, after another, from a function that draws many: one by one takes longer."""
+    """Yield random numbers, or lists of them, drawn in blocks by a function, which is faster than single draws."""
     while True:
         yield from many(256).tolist()
 
 
 def age(delay: tuple[float, float], period: float) -> tuple[float, float]:
-    """Mean and standard deviation, s, of the age of the newest value, read once a period, s, and sent at each reading.
+    """Return mean and standard deviation, s, of the newest value's age, sent and read once a period, s.
 
     It is at most n periods if all values sent n periods ago and before have arrived. That has the probability
     F_n = Π_i≥n P(delay ≤ i · period), and E N = Σ_n (1 - F_n), E N² = Σ_n (2 n + 1) (1 - F_n).
@@ -52,6 +52,6 @@ def age(delay: tuple[float, float], period: float) -> tuple[float, float]:
     arrived = np.where(periods * period >= high - ROUNDING, 1.0, 0.0)
     if high > low:
         arrived = np.clip((periods * period - low) / (high - low), 0.0, 1.0)
-    later = 1 - np.cumprod(arrived[::-1])[::-1]
-    mean, square = later.sum(), ((2 * periods + 1) * later).sum()
-    return period * float(mean), period * math.sqrt(max(square - mean**2, 0.0))
+    not_arrived = 1 - np.cumprod(arrived[::-1])[::-1]
+    mean, mean_square = not_arrived.sum(), ((2 * periods + 1) * not_arrived).sum()
+    return period * float(mean), period * math.sqrt(max(mean_square - mean**2, 0.0))

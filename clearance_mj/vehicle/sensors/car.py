@@ -1,4 +1,4 @@
-"""The sensors of a car: on a bus, noisy, with offsets; what controllers see is an observer's estimate."""
+"""The sensors of a car: on a bus, noisy, with offsets; controllers receive an observer's estimate."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ __all__ = ["CarSensors"]
 
 HAND_WHEEL_RATIO = 16.0  # hand-wheel angle over road-wheel angle
 CROSS_SLOPE = 0.02
-"""Standard deviation of a road's cross slope, whose share of gravity offsets the lateral acceleration."""
+"""Standard deviation of a road's cross slope, which offsets the lateral acceleration by its part of gravity."""
 
-STRAIGHT_BEFORE = 10.0  # s that the vehicle has driven straight before a run, so that the observer has settled
+STRAIGHT_BEFORE = 10.0  # s of straight driving before a run, for the observer to settle
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class CarSensors(Sensors):
     """Standard deviations of errors, and the bus; offsets and scale are drawn once, white noise at every sample."""
 
     servo_torque: ClassVar[float] = 85.0 * HAND_WHEEL_RATIO
-    """N m: 85 N m at the column, what the largest electric drives at the column give (TRW, 2010)"""
+    """N m: 85 N m at the column, the largest electric drives at the column (TRW, 2010)"""
 
     tuned: ClassVar[str] = "car"
 
@@ -40,7 +40,7 @@ class CarSensors(Sensors):
     yaw_rate_offset: float = math.radians(0.2)  # rad/s
     lateral_acceleration: float = 0.05  # m/s², white
     acceleration_offset: float = 0.1  # m/s²
-    acceleration_scale: float = 0.02  # of the lateral acceleration, with what is left of the body's roll
+    acceleration_scale: float = 0.02  # of the lateral acceleration, including the remaining body roll
     speed: float = 0.02  # m/s, white
     position: float = 0.02  # m, white, along x and y
     position_rate: float = 20.0  # Hz, of the fixes
@@ -73,7 +73,7 @@ class _CarRun(SensorsRun):
         self._yaw_rate_offset = sensors.yaw_rate_offset * yaw_rate
         self._acceleration_offset = sensors.acceleration_offset * acceleration
         self._acceleration_scale = 1 + sensors.acceleration_scale * scale
-        self._fixes_before = -1
+        self._fix_count = -1
         self._angle, self._motion, self._speed, self._position = (
             Message(sensors.delay, np.random.default_rng([seed, 2, i])) for i in range(4)
         )
@@ -83,11 +83,11 @@ class _CarRun(SensorsRun):
         steady = sensors.yaw_rate_offset, math.hypot(sensors.acceleration_offset, slope)
         known = Deviations(*white, *steady, deviation)
         self._observer = Observer(task, self._delay, known, STRAIGHT_BEFORE, sensors.position_rate)
-        # The estimate begins wrong by as much as its covariance says.
-        spread = np.linalg.cholesky(self._observer.covariance + 1e-18 * np.eye(N_STATES))
+        # The initial error of the estimate is drawn from its covariance.
+        factor = np.linalg.cholesky(self._observer.covariance + 1e-18 * np.eye(N_STATES))
         offsets = self._yaw_rate_offset, self._acceleration_offset
-        self._observer.state += [*[0.0] * 6, *offsets, 0.0, 0.0] + spread @ self._noise.standard_normal(N_STATES)
-        self._held = Signals(0.0, 0.0, 0.0, 0.0, task.speed, delay=self._delay)
+        self._observer.state += [*[0.0] * 6, *offsets, 0.0, 0.0] + factor @ self._noise.standard_normal(N_STATES)
+        self._signals = Signals(0.0, 0.0, 0.0, 0.0, task.speed, delay=self._delay)
         self._draws = draws(lambda count: self._noise.standard_normal((count, 5)))
 
     def observe(self, true: Observation, now: Measurement, servo: float, command: float) -> Observation:
@@ -96,10 +96,10 @@ class _CarRun(SensorsRun):
         angle, motion, speed, position = (
             message.read(time) for message in (self._angle, self._motion, self._speed, self._position)
         )
-        last = self._held
+        last = self._signals
         yaw_rate, acceleration = motion or (last.yaw_rate, last.lateral_acceleration)
-        steering, wheels = last.steering_angle if angle is None else angle, last.speed if speed is None else speed
-        self._held = seen = Signals(time, steering, yaw_rate, acceleration, wheels, position, None, self._delay)
+        steering, wheel_speed = last.steering_angle if angle is None else angle, last.speed if speed is None else speed
+        self._signals = seen = Signals(time, steering, yaw_rate, acceleration, wheel_speed, position, None, self._delay)
         observer = self._observer
         if self._samples:
             observer.advance(command, seen.speed)
@@ -110,7 +110,7 @@ class _CarRun(SensorsRun):
         return Observation(s, e_y, e_psi, lateral_speed, yaw_rate, seen.speed, seen)
 
     def _send(self, time: float, now: Measurement, servo: float) -> None:
-        """Put what the sensors measure on the bus."""
+        """Send the measurements on the bus."""
         sensors, noise = self._sensors, next(self._draws)
         step = sensors.steering_resolution
         self._angle.send(time, step * round(servo / step) if step else servo)
@@ -120,6 +120,6 @@ class _CarRun(SensorsRun):
         self._motion.send(time, (yaw_rate, acceleration))
         self._speed.send(time, now.speed + sensors.speed * noise[2])
         fixes = math.floor(time * sensors.position_rate + 1e-9)
-        if fixes > self._fixes_before:
-            self._fixes_before = fixes
+        if fixes > self._fix_count:
+            self._fix_count = fixes
             self._position.send(time, (now.x + sensors.position * noise[3], now.y + sensors.position * noise[4]))

@@ -17,7 +17,7 @@ __all__ = ["IdealSensors"]
 
 @dataclass(frozen=True)
 class IdealSensors(Sensors):
-    """Standard deviations of the white noise on what controllers see, which is otherwise the truth."""
+    """Standard deviations of the white noise that is added to the true values."""
 
     position: float = 0.0  # m, lateral
     heading: float = 0.0  # rad
@@ -42,9 +42,9 @@ class _IdealRun(SensorsRun):
     def observe(self, true: Observation, now: Measurement, servo: float, command: float) -> Observation:
         draws = zip(true[1:5], self._deviations, self._noise.standard_normal(4))
         e_y, e_psi, lateral_speed, yaw_rate = (value + deviation * draw for value, deviation, draw in draws)
-        aside, heading = e_y - true.e_y, now.heading + e_psi - true.e_psi
+        offset, heading = e_y - true.e_y, now.heading + e_psi - true.e_psi
         path_heading = now.heading - true.e_psi
-        position = now.x - aside * math.sin(path_heading), now.y + aside * math.cos(path_heading)
+        position = now.x - offset * math.sin(path_heading), now.y + offset * math.cos(path_heading)
         time, self._samples = self._samples * self._period, self._samples + 1
         signals = Signals(time, servo, yaw_rate, now.lateral_acceleration, now.speed, position, heading)
         return Observation(true.s, e_y, e_psi, lateral_speed, yaw_rate, true.speed, signals)

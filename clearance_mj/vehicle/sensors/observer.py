@@ -1,15 +1,15 @@
 """The observer of a car's states: a Kalman filter on the nominal design model, at the time of the measurements.
 
 All measurements are old by the bus's mean delay D. The filter lives at that time, t - D, and the model brings its
-estimate to the present by the commands given since and the curvature driven over since: so the delay is compensated
+estimate to the present with the commands and curvature since then, which compensates the delay
 (Anderson and Moore, Optimal Filtering, 1979, chapter 7).
 
 The model in the observer: the nominal design model, the sensors' offsets and unknown forces of the axles.
 
 The state is [e_y, e_ψ, v_y, r, δ, dδ/dt, b_r, b_a, F_f, F_r]: that of the design model, the offsets of yaw rate and
-lateral acceleration, and the lateral forces of the axles that the nominal vehicle does not have: tyres and mass as they
-are, the steering's lost motion, wind. These are Gauss-Markov processes (Gelb, Applied Optimal Estimation, 1974, section
-3.8). They make the estimate of the motion right, as the accelerometer feels them, and stay in the observer.
+lateral acceleration, and the lateral forces of the axles that the nominal vehicle lacks: true tyres and mass,
+the steering's lost motion, wind. These are Gauss-Markov processes (Gelb, Applied Optimal Estimation, 1974, section
+3.8). They correct the estimate of the motion by the accelerometer and are used in the observer only.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ..path import Table, curvature_ahead
 
 __all__ = ["N_STATES", "Deviations", "Observer", "ObserverModel", "observer_model", "take"]
 
-WAY_NOISE = 0.1  # m/√s, noise of the travelled way over the integrated speed of the wheels
+WAY_NOISE = 0.1  # m/√s, noise of the travelled distance over the integrated wheel speed
 
 
 class Observer:
@@ -49,7 +49,7 @@ class Observer:
         self._commands, self._rate, self._s_variance = np.zeros(model.middles.size + 1), np.zeros(N_STATES), 0.0
 
     def advance(self, command: float, speed: float) -> None:
-        """Go on by the period in which a command was given, rad, at a measured speed, m/s."""
+        """Advance by a period with a command, rad, at a measured speed, m/s."""
         model, period = self._model, self._task.period
         _predict(
             self.state, self.covariance, self._rate, self._commands, command, self._task.path.table, self.s, speed,
@@ -61,9 +61,9 @@ class Observer:
     def measure(
         self, angle: float | None, motion: tuple[float, float] | None, position: tuple[float, float] | None
     ) -> None:
-        """Take new measurements, or None: steering angle, rad; yaw rate and lateral acceleration, rad/s, m/s²; x, y, m.
+        """Update by measurements or None: steering angle, rad; yaw rate and lateral acceleration, rad/s, m/s²; x, y, m.
 
-        All of them were taken the mean delay ago.
+        All of them are old by the mean delay.
         """
         known = self._deviations
         yaw_rate, acceleration = (math.nan, math.nan) if motion is None else motion
@@ -90,13 +90,13 @@ def _predict(
     state: np.ndarray, covariance: np.ndarray, rate: np.ndarray, commands: np.ndarray, command: float, table: Table,
     s: float, speed: float, flow: np.ndarray, effect: np.ndarray, noise: np.ndarray, period: float,
 ) -> None:  # fmt: skip
-    """Go on by one period, in place; the rate is that of the state over it."""
+    """Advance by one period, in place; ``rate`` becomes that of the state."""
     commands[:-1] = commands[1:].copy()
     commands[-1] = command
     curvature = curvature_ahead(table, s, speed, np.array([period / 2]), np.inf)
-    after = flow @ state + effect @ np.concatenate((commands[:2], curvature))
-    rate[:] = (after - state) / period
-    state[:] = after
+    new_state = flow @ state + effect @ np.concatenate((commands[:2], curvature))
+    rate[:] = (new_state - state) / period
+    state[:] = new_state
     covariance[:] = flow @ covariance @ flow.T + noise
 
 
@@ -105,7 +105,7 @@ def _present(
     state: np.ndarray, commands: np.ndarray, table: Table, s: float, speed: float, middles: np.ndarray,
     ahead: np.ndarray, since: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """State at the last sample."""
+    """Return the state at the last sample."""
     curvature = curvature_ahead(table, s, speed, middles, np.inf)
     return ahead @ state + since @ np.concatenate((commands[1:], curvature))
 
@@ -114,14 +114,14 @@ N_STATES = 10
 
 
 class Deviations(NamedTuple):
-    """Standard deviations that the observer counts on."""
+    """Standard deviations that the observer assumes."""
 
     angle: float  # rad, of the steering angle
     yaw_rate: float  # rad/s
     acceleration: float  # m/s²
     position: float  # m
     yaw_rate_offset: float  # rad/s
-    acceleration_offset: float  # m/s², with the share of gravity on a road with a cross slope
+    acceleration_offset: float  # m/s², including gravity on a cross slope
     age: float = 0.0  # s, of a measurement's age about its mean
     offset_drift: float = 0.05  # m/s² over the root of a second, of the offset of the acceleration
     force: float = 500.0  # N, of the unknown force of each axle
@@ -137,12 +137,12 @@ class ObserverModel:
     flow: np.ndarray  # (10, 10) over a period
     inputs: np.ndarray  # (10, 3) of the two commands in a period, and the curvature
     noise: np.ndarray  # (10, 10) over a period
-    start: np.ndarray  # (10,) variances of a start of which nothing is known but errors from the path and motion
+    start: np.ndarray  # (10,) initial variances: path errors and motion known, all else not
     rows: np.ndarray  # (4, 10) of the measurements: steering angle, yaw rate, lateral acceleration, e_y
     variances: np.ndarray  # (4,)
-    ahead: np.ndarray  # (10, 10) to the present
+    ahead: np.ndarray  # (10, 10) from then to the present
     since: np.ndarray  # (10, 2 n) of n commands and n curvatures since
-    middles: np.ndarray  # (n,) s, of the times in which they are held
+    middles: np.ndarray  # (n,) s, midpoints of the intervals in which they are held
 
     def settled(self, driven: float, fixes: float) -> np.ndarray:
         """Return the covariance (10, 10) after having driven straight for a time, s, with fixes at a rate, Hz."""
@@ -151,11 +151,11 @@ class ObserverModel:
 
 @functools.lru_cache(maxsize=16)
 def _settled(model: ObserverModel, driven: float, fixes: float) -> np.ndarray:
-    covariance, values, before = np.diag(model.start), np.zeros(4), -1
+    covariance, values, fix_count = np.diag(model.start), np.zeros(4), -1
     for i in range(round(driven / model.period)):
         covariance = model.flow @ covariance @ model.flow.T + model.noise
-        values[3] = 0.0 if (count := math.floor(i * model.period * fixes + 1e-9)) > before else math.nan
-        before = count
+        values[3] = 0.0 if (count := math.floor(i * model.period * fixes + 1e-9)) > fix_count else math.nan
+        fix_count = count
         take(np.zeros(N_STATES), covariance, values, model.variances, model.rows, np.zeros(N_STATES))
     return covariance
 
@@ -171,18 +171,18 @@ def observer_model(
     rows[2] += A[2]
     rows[2, 3] += speed  # lateral acceleration dv_y/dt + v r + b_a
     whole = math.floor(delay / period + 1e-9)
-    part = max(delay - whole * period, 0.0)
-    flow, over = _held(A, B, period)
-    first, over_first = _held(A, B, part)
-    rest, over_rest = _held(A, B, period - part)
+    first_part = max(delay - whole * period, 0.0)
+    flow, over = _discretize(A, B, period)
+    first, over_first = _discretize(A, B, first_part)
+    flow_rest, over_rest = _discretize(A, B, period - first_part)
     steps = [np.linalg.matrix_power(flow, whole - i - 1) @ over for i in range(whole)]
     columns = np.array([np.linalg.matrix_power(flow, whole) @ over_first, *steps])
     start = np.zeros(N_STATES)
     start[6:] = np.square((deviations.yaw_rate_offset, deviations.acceleration_offset, *[deviations.force] * 2))
-    inputs = np.column_stack((rest @ over_first[:, 0], over_rest[:, 0], over[:, 1]))
+    inputs = np.column_stack((flow_rest @ over_first[:, 0], over_rest[:, 0], over[:, 1]))
     ahead = np.linalg.matrix_power(flow, whole) @ first
     since = np.ascontiguousarray(np.concatenate((columns[:, :, 0], columns[:, :, 1])).T)
-    middles = np.concatenate(([part / 2], part + (np.arange(whole) + 0.5) * period))
+    middles = np.concatenate(([first_part / 2], first_part + (np.arange(whole) + 0.5) * period))
     noise, variances = _noise(A, G, period), np.square(deviations[:4])
     return ObserverModel(period, flow, inputs, noise, start, rows, variances, ahead, since, middles)
 
@@ -190,7 +190,7 @@ def observer_model(
 def _continuous(
     vehicle: Vehicle, servo: Servo, speed: float, deviations: Deviations
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A (10, 10), B (10, 2), G (10, 4) of dx/dt = A x + B [u, κ] + G w, w white noise of density 1."""
+    """Return A (10, 10), B (10, 2), G (10, 4) of dx/dt = A x + B [u, κ] + G w, w white noise of density 1."""
     A, B, G = np.zeros((N_STATES, N_STATES)), np.zeros((N_STATES, 2)), np.zeros((N_STATES, 4))
     A[:6, :6], B[:6, 0], B[:6, 1] = DesignModel(vehicle, servo, speed, 1.0).continuous
     A[2, 8:], A[3, 8:] = 1 / vehicle.mass, np.array([vehicle.lf, -vehicle.lr]) / vehicle.yaw_inertia
@@ -200,15 +200,15 @@ def _continuous(
     return A, B, G
 
 
-def _held(A: np.ndarray, B: np.ndarray, duration: float) -> tuple[np.ndarray, np.ndarray]:
-    """Flow of dx/dt = A x + B u over a duration, s, and the effect of inputs that are held."""
+def _discretize(A: np.ndarray, B: np.ndarray, duration: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the flow of dx/dt = A x + B u over a duration, s, and the effect of constant inputs."""
     n, m = B.shape
     block = scipy.linalg.expm(np.block([[A, B], [np.zeros((m, n + m))]]) * duration)
     return block[:n, :n].copy(), block[:n, n:].copy()
 
 
 def _noise(A: np.ndarray, G: np.ndarray, duration: float) -> np.ndarray:
-    """Covariance of x after a duration, s, of white noise G w (Van Loan, IEEE Trans. Autom. Control 23, 1978)."""
+    """Return the covariance of x after a time, s, of white noise Gw (Van Loan, IEEE Trans. Autom. Control 23, 1978)."""
     n = len(A)
     block = scipy.linalg.expm(np.block([[-A, G @ G.T], [np.zeros((n, n)), A.T]]) * duration)
     return block[n:, n:].T @ block[:n, n:]
@@ -219,10 +219,10 @@ def take(
     state: np.ndarray, covariance: np.ndarray, values: np.ndarray, variances: np.ndarray, rows: np.ndarray,
     moved: np.ndarray,
 ) -> None:  # fmt: skip
-    """Take measurements that are not NaN into account, one after another, in place.
+    """Update by the measurements that are not NaN, one after another, in place.
 
-    The variance (n,) of each is larger by the square of what it moved, rows (n, 10) times ``moved`` (10,), in the
-    standard deviation of its age.
+    The variance (n,) of each is increased by the square of its change, rows (n, 10) times ``moved`` (10,), within
+    the standard deviation of its age.
     """
     for i in range(values.size):
         if np.isnan(values[i]):
