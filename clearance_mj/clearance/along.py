@@ -1,4 +1,4 @@
-"""Forces of laws in a given motion of a clearance: of filling, contact and friction; compiled, and once."""
+"""Forces of filling, contact and friction in a given motion of a clearance; compiled."""
 
 from __future__ import annotations
 
@@ -28,38 +28,38 @@ __all__ = ["cycle_force", "force_at", "forces_along"]
 
 PLAIN = (0,)
 PHASES = 2000  # instants of a cycle
-CYCLES = 3  # after which the first one is forgotten
+CYCLES = 3  # of which the last is periodic
 
 
-def _at_end_one(bushing: Any, numbers: Any, end: Any, r: Any, v: Any, spin: Any, lanes: Any) -> Any:
+def _end_force_one(bushing: Any, numbers: Any, end: Any, r: Any, v: Any, spin: Any, lanes: Any) -> Any:
     if bushing.touching == 2:
-        return (_at_wall(bushing, numbers, end, 0.0 * r[0], r[0], 0.0 * v[0], v[0], spin, lanes)[1],)
-    return (_at_slot(bushing, numbers, end, r[0], v[0], lanes),)
+        return (_wall_force(bushing, numbers, end, 0.0 * r[0], r[0], 0.0 * v[0], v[0], spin, lanes)[1],)
+    return (_slot_force(bushing, numbers, end, r[0], v[0], lanes),)
 
 
-def _at_end_two(bushing: Any, numbers: Any, end: Any, r: Any, v: Any, spin: Any, lanes: Any) -> Any:
-    return _at_wall(bushing, numbers, end, r[0], r[1], v[0], v[1], spin, lanes)
+def _end_force_two(bushing: Any, numbers: Any, end: Any, r: Any, v: Any, spin: Any, lanes: Any) -> Any:
+    return _wall_force(bushing, numbers, end, r[0], r[1], v[0], v[1], spin, lanes)
 
 
-_at_end = of_one_or_two(_at_end_one, _at_end_two)
+_end_force = of_one_or_two(_end_force_one, _end_force_two)
 
 
 @inlined
-def _at_slot(bushing: Bushing, numbers: np.ndarray, end: int, x: Any, speed: Any, lanes: tuple[int, ...]) -> Any:
+def _slot_force(bushing: Bushing, numbers: np.ndarray, end: int, x: Any, speed: Any, lanes: tuple[int, ...]) -> Any:
     """Return the force of an end against its displacement, N."""
     g = depth_in(bushing, numbers, x, lanes)
     if not any_below(0.0 - abs(g), 0.0):
         forget(bushing, numbers, end, lanes)
         return spread(0.0, lanes)
     k, c = press(bushing, numbers, end, g, speed, lanes)
-    push = k * abs(g) + c * signed(speed, g)
+    force = k * abs(g) + c * signed(speed, g)
     if not bushing.adhesion:
-        push = larger(push, 0.0)
-    return signed(where_above(push, abs(g)), g)
+        force = larger(force, 0.0)
+    return signed(where_above(force, abs(g)), g)
 
 
 @inlined
-def _at_wall(
+def _wall_force(
     bushing: Bushing, numbers: np.ndarray, end: int, y: Any, z: Any, speed_y: Any, speed_z: Any, spin: Any,
     lanes: tuple[int, ...],
 ) -> Any:  # fmt: skip
@@ -78,15 +78,15 @@ def _at_wall(
     stiffness, damping = load(numbers, bushing.friction + 1, lanes), load(numbers, bushing.friction + 2, lanes)
     limit = friction_limit(bushing, numbers, larger(normal, 0.0), sliding, lanes)
     let_go(bushing, numbers, end, limit, lanes)
-    across = smaller(larger(stiffness * bristles + damping * sliding, 0.0 - limit), limit)
-    return n_y * normal - n_z * across, n_z * normal + n_y * across
+    friction = smaller(larger(stiffness * bristles + damping * sliding, 0.0 - limit), limit)
+    return n_y * normal - n_z * friction, n_z * normal + n_y * friction
 
 
-def _filled_one(bushing: Any, numbers: Any, v: Any, lanes: Any) -> Any:
+def _filling_force_one(bushing: Any, numbers: Any, v: Any, lanes: Any) -> Any:
     return (answered(bushing, numbers, 0, lanes) + answered(bushing, numbers, 1, lanes) * v[0],)
 
 
-def _filled_two(bushing: Any, numbers: Any, v: Any, lanes: Any) -> Any:
+def _filling_force_two(bushing: Any, numbers: Any, v: Any, lanes: Any) -> Any:
     f_y, f_z, yy, yz = (
         answered(bushing, numbers, 0, lanes), answered(bushing, numbers, 1, lanes),
         answered(bushing, numbers, 2, lanes), answered(bushing, numbers, 3, lanes),
@@ -95,7 +95,7 @@ def _filled_two(bushing: Any, numbers: Any, v: Any, lanes: Any) -> Any:
     return f_y + yy * v[0] + yz * v[1], f_z + zy * v[0] + zz * v[1]
 
 
-_filled = of_one_or_two(_filled_one, _filled_two)
+_filling_force = of_one_or_two(_filling_force_one, _filling_force_two)
 
 
 @inlined
@@ -103,15 +103,15 @@ def force_at(
     bushing: Bushing, numbers: np.ndarray, time: float, r: Any, v: Any, r_a: Any, v_a: Any, r_b: Any, v_b: Any,
     spin: Any, lanes: tuple[int, ...],
 ) -> Any:  # fmt: skip
-    """Return the force of a clearance, N, a vector, of what it does next: its middle is at r, its ends at r_a and r_b.
+    """Return the force of a clearance, N, a vector, in the next step: its middle is at r, its ends at r_a and r_b.
 
     Displacements are vectors from the unloaded shaft, m, with velocities v, v_a and v_b, m/s; the spin is in rad/s.
     """
     fill(bushing, numbers, r, spin, lanes)
-    force = _filled(bushing, numbers, v, lanes)
+    force = _filling_force(bushing, numbers, v, lanes)
     follow_law(bushing, numbers, time, lanes)
-    force = plus(force, _at_end(bushing, numbers, 0, r_a, v_a, spin, lanes))
-    return plus(force, _at_end(bushing, numbers, 1, r_b, v_b, spin, lanes))
+    force = plus(force, _end_force(bushing, numbers, 0, r_a, v_a, spin, lanes))
+    return plus(force, _end_force(bushing, numbers, 1, r_b, v_b, spin, lanes))
 
 
 _vector = of_one_or_two(
@@ -119,20 +119,20 @@ _vector = of_one_or_two(
 )
 
 
-def _keep_one(force: Any, out: Any, i: Any) -> None:
+def _store_one(force: Any, out: Any, i: Any) -> None:
     out[i, 0] = force[0]
 
 
-def _keep_two(force: Any, out: Any, i: Any) -> None:
+def _store_two(force: Any, out: Any, i: Any) -> None:
     out[i, 0] = force[0]
     out[i, 1] = force[1]
 
 
-_keep = of_one_or_two(_keep_one, _keep_two)
+_store = of_one_or_two(_store_one, _store_two)
 
 
 @jit(**OPTIONS)
-def _fill(
+def _fill_forces(
     like: tuple[float, ...], bushings: np.ndarray, numbers: np.ndarray, j: int, x: np.ndarray, v: np.ndarray,
     spin: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
@@ -142,7 +142,7 @@ def _fill(
             bushing, numbers, i * bushing.step, _vector(like, x, i, 0), _vector(like, v, i, 0), _vector(like, x, i, 1),
             _vector(like, v, i, 1), _vector(like, x, i, 2), _vector(like, v, i, 2), spin[i], PLAIN,
         )  # fmt: skip
-        _keep(force, out, i)
+        _store(force, out, i)
 
 
 def forces_along(
@@ -153,7 +153,7 @@ def forces_along(
     Parameters
     ----------
     clearance : Clearance
-        Records with the motion's step, from rest; what they remember goes on.
+        Records with the motion's step, from rest; their state is advanced.
     j : int
         Index of the clearance.
     x, v : ndarray, shape (n_t, 3, d)
@@ -162,8 +162,8 @@ def forces_along(
         rad/s.
     """
     out = np.empty((len(x), x.shape[2]))
-    turning = np.ascontiguousarray(np.broadcast_to(np.asarray(spin, dtype=float), len(x)))
-    _fill((0.0,) * x.shape[2], *clearance, j, x, v, turning, out)
+    spins = np.ascontiguousarray(np.broadcast_to(np.asarray(spin, dtype=float), len(x)))
+    _fill_forces((0.0,) * x.shape[2], *clearance, j, x, v, spins, out)
     return out
 
 
@@ -176,11 +176,11 @@ def cycle_force(
     clearances are moved along z.
     """
     phase = 2 * np.pi * np.arange(CYCLES * PHASES + 1) / PHASES
-    records, found = clearance_records(rig, law, 1 / (frequency * PHASES)), []
+    records, cycles = clearance_records(rig, law, 1 / (frequency * PHASES)), []
     for j, (bushing, largest) in enumerate(zip(rig.bushings, amplitude)):
         x, v = np.zeros((2, phase.size, 3, bushing.n_coordinates))
         x[:, :, -1] = largest * np.sin(phase)[:, None]
         v[:, :, -1] = 2 * np.pi * frequency * largest * np.cos(phase)[:, None]
-        found.append((x[:, 0, -1], forces_along(records, j, x, v)[:, -1]))
-    displacement, force = (np.array(part)[:, -PHASES - 1 :] for part in zip(*found))
+        cycles.append((x[:, 0, -1], forces_along(records, j, x, v)[:, -1]))
+    displacement, force = (np.array(part)[:, -PHASES - 1 :] for part in zip(*cycles))
     return displacement, force

@@ -1,10 +1,10 @@
-"""Stiffness of a shaft's contact with a bushing, and what that bears, out of material and geometry.
+"""Stiffness and bearable load of a shaft's contact with a bushing, from material and geometry.
 
 A layer on a rigid housing; lengths and moduli in SI units. Narrow contacts are Hertz's line contact, whose depth is
 that of a layer of finite thickness and of a round shaft (Johnson, Contact Mechanics, 1985, equations 4.45, 5.56 and
-5.57); wide ones a thin layer that gives by itself wherever it is pressed, an elastic foundation (section 5.8), of which
-the arc that the shaft touches is not taken for flat. Beside the exact solution for a layer that is bonded to its
-housing, on a much harder shaft, either is within a fourth up to Poisson's ratios of 0.4, a third up to 0.45.
+5.57); wide ones a thin layer as an elastic foundation (section 5.8), with a curved contact arc. Compared with the exact
+solution for a layer bonded to its housing, on a much harder shaft, either is within a fourth up to Poisson's ratios of
+0.4, a third up to 0.45.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from ..core.messages import either
 
 __all__ = ["LAYER_MATERIALS", "LayerContact", "LayerMaterial", "layer_contact", "pressed_layer"]
 
-NARROW = 0.5  # of the layer's thickness: half width up to which a contact is Hertz's
-LARGEST_RATIO = 0.45  # Poisson's; beyond it a thin layer gives by flowing sideways (Johnson, section 5.8)
-YIELDS_AT = 1.67  # of the yield strength: largest pressure of a line contact that yields nowhere (Johnson, 6.1, Tresca)
-LIGHT = 0.1  # of that pressure, the lightest load that the spread covers: a hundredth of Hertz's force
-TILT = 0.3  # standard deviation of a logarithm: a shaft that is not parallel touches over a part of the length
+NARROW = 0.5  # half width over the layer's thickness, below which a contact is Hertz's
+LARGEST_RATIO = 0.45  # Poisson's; beyond it a thin layer deforms by lateral flow (Johnson, section 5.8)
+YIELDS_AT = 1.67  # of the yield strength: elastic limit of a line contact's pressure (Johnson, 6.1, Tresca)
+LIGHT = 0.1  # of that pressure, lightest load within the spread: a hundredth of Hertz's force
+TILT = 0.3  # standard deviation of a logarithm: a tilted shaft touches over a part of the length
 STEEL = 2.1e11, 0.3  # Young's modulus, Pa, and Poisson's ratio
 
 
 class LayerMaterial(NamedTuple):
-    """What a bushing is lined with."""
+    """Material of a bushing's lining."""
 
     young_modulus: float  #: Pa
     poisson_ratio: float  #: up to 0.45
@@ -35,11 +35,11 @@ class LayerMaterial(NamedTuple):
 
 
 class LayerContact(NamedTuple):
-    """A bushing's contact as it is proposed."""
+    """Proposed contact of a bushing."""
 
     stiffness: float  #: N/m, force over depth at a third of the bearable pressure
     spread: float  #: standard deviation of its logarithm: of the load, the material and the shaft's tilt
-    bearable_depth: float  #: m, at which the layer begins to yield
+    bearable_depth: float  #: m, at the onset of yield
     bearable_force: float  #: N, there
 
 
@@ -56,17 +56,17 @@ in Mechanical Design, appendix A, polyamide from dry to moist."""
 def layer_contact(
     material: str | LayerMaterial, thickness: float, length: float, radius: float, gap: float
 ) -> LayerContact:
-    """Propose the contact stiffness of a steel shaft in a bushing, from material and geometry.
+    """Return the contact stiffness of a steel shaft in a bushing, from material and geometry.
 
     The stiffness hardly depends on the load as long as the contact is narrow, and the spread covers pressures from a
-    tenth of the bearable one to all of it. Asperities, and a housing that gives, make a contact softer.
+    tenth of the bearable one to all of it. Asperities and an elastic housing make a contact softer.
 
     Parameters
     ----------
     material : str or LayerMaterial
         One of `LAYER_MATERIALS` or another.
     thickness : float
-        m, of the layer, on a housing that is rigid.
+        m, of the layer, on a rigid housing.
     length : float
         m, of the bushing.
     radius : float
@@ -81,21 +81,21 @@ def layer_contact(
     Raises
     ------
     ClearanceError
-        For an unknown material or one that keeps its volume, or a size that is not positive.
+        For an unknown or incompressible material, or a size that is not positive.
     """
-    known = LAYER_MATERIALS.get(material) if isinstance(material, str) else material
-    if known is None:
+    properties = LAYER_MATERIALS.get(material) if isinstance(material, str) else material
+    if properties is None:
         raise ClearanceError(f'bushing material "{material}" is unknown; use {either(LAYER_MATERIALS)}')
-    if known.poisson_ratio > LARGEST_RATIO:
-        words = f"Poisson's ratio {known.poisson_ratio:g} of a bushing's layer is more than {LARGEST_RATIO:g}"
+    if properties.poisson_ratio > LARGEST_RATIO:
+        words = f"Poisson's ratio {properties.poisson_ratio:g} of a bushing's layer is more than {LARGEST_RATIO:g}"
         raise ClearanceError(f"{words}: it gives sideways, as its ends let it; measure its stiffness")
     for name, size in {"thickness": thickness, "length": length, "radius": radius, "gap": gap}.items():
         if not size > 0:
             raise ClearanceError(f"{name} of a bushing's contact must be > 0 m, got {size:g}")
-    most = YIELDS_AT * known.yield_strength
-    light, middle, full = (pressed_layer(p, known, thickness, radius, gap) for p in (LIGHT * most, most / 3, most))
-    of_load = math.log((full[0] / full[1]) / (light[0] / light[1])) / 2
-    spread = math.hypot(of_load, known.spread, TILT)
+    peak = YIELDS_AT * properties.yield_strength
+    light, middle, full = (pressed_layer(p, properties, thickness, radius, gap) for p in (LIGHT * peak, peak / 3, peak))
+    load_spread = math.log((full[0] / full[1]) / (light[0] / light[1])) / 2
+    spread = math.hypot(load_spread, properties.spread, TILT)
     return LayerContact(length * middle[0] / middle[1], spread, full[1], length * full[0])
 
 
@@ -103,7 +103,7 @@ def pressed_layer(
     pressure: float, material: LayerMaterial, thickness: float, radius: float, gap: float,
     shaft: tuple[float, float] = STEEL,
 ) -> tuple[float, float]:  # fmt: skip
-    """Return the force per length, N/m, and the depth, m, at which the largest pressure of a contact is a given one.
+    """Return force per length, N/m, and depth, m, of a contact with a given largest pressure.
 
     Parameters
     ----------
@@ -122,14 +122,14 @@ def pressed_layer(
     """
     nu = material.poisson_ratio
     layer, steel = (1 - nu**2) / material.young_modulus, (1 - shaft[1] ** 2) / shaft[0]
-    half = 2 * pressure * radius * (radius + gap) / gap * (layer + steel)
-    if half < NARROW * thickness:
-        force = math.pi / 2 * half * pressure
-        depth = force * layer / math.pi * (2 * math.log(2 * thickness / half) - nu / (1 - nu))
+    half_width = 2 * pressure * radius * (radius + gap) / gap * (layer + steel)
+    if half_width < NARROW * thickness:
+        force = math.pi / 2 * half_width * pressure
+        depth = force * layer / math.pi * (2 * math.log(2 * thickness / half_width) - nu / (1 - nu))
     else:
         foundation = (1 - nu) ** 2 / (1 - 2 * nu) / layer / thickness  # Pa/m, Johnson's equation 5.69
         depth = pressure / foundation
         arc = math.acos(gap / (gap + depth))
-        half = radius * math.sin(arc)
+        half_width = radius * math.sin(arc)
         force = foundation * radius * ((gap + depth) * arc - gap * math.sin(arc))
-    return force, depth + force * steel / math.pi * (2 * math.log(4 * radius / half) - 1)
+    return force, depth + force * steel / math.pi * (2 * math.log(4 * radius / half_width) - 1)

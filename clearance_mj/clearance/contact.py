@@ -1,7 +1,7 @@
-"""What a contact model is: one class, which runs on every engine, in energy balances, identification and law files.
+"""Base class of contact models, for engines, energy balances, identification and law files.
 
-Every model is seen as the stiffness and damping that hold at this moment, f = k δ + c δ̇ with δ the penetration: that is
-what makes it exact in an engine whose contacts are springs and dampers.
+Every model gives the current stiffness and damping of f = k δ + c δ̇, δ the penetration, so that it is exact in an
+engine whose contacts are springs and dampers.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from .registers import contact_law_of
 
 __all__ = ["CONTACTS", "ContactModel", "Numbers", "register"]
 
-Numbers = MutableSequence[float]  # what compiled functions get: numbers by index
+Numbers = MutableSequence[float]  # argument of compiled functions: numbers by index
 
 
-CONTACTS: dict[str, type[ContactModel]] = {}  # The contact models by the name that law files give them
+CONTACTS: dict[str, type[ContactModel]] = {}  # The contact models by their names in law files
 
 
 class ContactModel(Registered, ABC):
@@ -31,12 +31,12 @@ class ContactModel(Registered, ABC):
 
     known, refusal, called = CONTACTS, LawError, "contact"
     adhesion: bool = False
-    """whether the force may pull"""
+    """True if the force may pull"""
 
     @staticmethod
     @abstractmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
-        """Find the stiffness and damping that hold at this moment.
+        """Write the current stiffness and damping.
 
         Parameters
         ----------
@@ -53,7 +53,7 @@ class ContactModel(Registered, ABC):
     @staticmethod
     @abstractmethod
     def energy(p: Sequence[float], depth: float) -> float:
-        """Return what the contact's spring holds, J.
+        """Return the energy of the contact's spring, J.
 
         Parameters
         ----------
@@ -70,11 +70,11 @@ class ContactModel(Registered, ABC):
         Parameters
         ----------
         gap : float
-            m; contacts that harden are looked at at one gap of penetration.
+            m; hardening contacts are evaluated at one gap of penetration.
         """
 
     def parameters(self) -> tuple[float, ...]:
-        """Return the numbers that `law` and `energy` get: the fields, unless a subclass has others."""
+        """Return the parameters p of `law` and `energy`: by default the fields."""
         return tuple(float(getattr(self, f.name)) for f in dataclasses.fields(self))  # type: ignore[arg-type]
 
     @classmethod
@@ -83,7 +83,7 @@ class ContactModel(Registered, ABC):
         return address(cls.law, contact_law_of(1)), address(cls.energy, CONTACT_ENERGY)
 
     def force(self, depth: float, speed: float, impact_speed: float = 0.0) -> float:
-        """Return the force against the penetration, N; it pulls only where the model adheres.
+        """Return the force against the penetration, N; it pulls only with adhesion.
 
         Parameters
         ----------

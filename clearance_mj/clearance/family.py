@@ -1,9 +1,9 @@
-"""What a family is: contacts, or fillings, of one form, of which identification finds the free numbers.
+"""Families of contacts and fillings of one form, whose free parameters identification estimates.
 
-A contact or filling that brings a family in its own file is tried by method "bench" of `identify` and by its twin, and
-is drawn from for bands of FRFs: at each clearance contacts are fitted with the likeliest filling and fillings with the
-likeliest contact, and their evidence says how likely each is. A model without a family is simulated only. One model may
-bring several families.
+A contact or filling with a family in its file is fitted by method "bench" of `identify` and by its twin, and is sampled
+for bands of FRFs: at each clearance contacts are fitted with the likeliest filling and fillings with the likeliest
+contact, and their evidence gives their probabilities. A model without a family is simulated only. One model may have
+several families.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ __all__ = [
     "FamilyParameter", "FillingFamily", "GapForces", "positive_parameter", "register_family",
 ]  # fmt: skip
 
-DECADE = math.log(10.0)  # prior standard deviation of what a datasheet gives within a factor of ten
+DECADE = math.log(10.0)  # prior standard deviation of a datasheet value known within a factor of ten
 BOUND = 5.0  # prior standard deviations from the start to a parameter's bounds
 
 
 @dataclass(frozen=True)
 class FamilyParameter(Parameter):
-    """A parameter of a contact or filling, and how a twin tracks it."""
+    """A parameter of a contact or filling, with the quantity as which a twin tracks it."""
 
     tracked_as: str | None = None
-    """what of the clearance it is a part of, such as "stiffness", a name of `TRACKED` in ``identify.follow.alarms``;
-    None: a twin keeps it as it was at first"""
+    """quantity of the clearance to which it belongs, such as "stiffness", a name of `TRACKED` in
+    ``identify.follow.alarms``; None: a twin keeps it constant"""
 
 
 def positive_parameter(
@@ -48,37 +48,37 @@ def positive_parameter(
     Parameters
     ----------
     name : str
-        In words, beginning with "contact" or "grease"; a name that two families share is one quantity, whose value is
-        handed on from the fit of one to the start of the other.
+        In words, beginning with "contact" or "grease"; a name that two families share is one quantity, whose fitted
+        value in one is the start in the other.
     unit : str
         Of its values, SI.
     start : float
-        Median of the prior; where a fit begins that knows no better.
+        Median of the prior, and default start of a fit.
     prior_std : float
         Standard deviation of the logarithm.
     low, high : float
-        Limits of what is possible.
+        Physical limits.
     tracked_as : str, optional
         How a twin tracks it, see `FamilyParameter`.
     """
-    reach = math.exp(BOUND * prior_std)
-    bounds = max(low, start / reach), min(high, start * reach)
+    factor = math.exp(BOUND * prior_std)
+    bounds = max(low, start / factor), min(high, start * factor)
     return FamilyParameter(name, unit, start, *bounds, prior_std, tracked_as=tracked_as)
 
 
 class GapForces(Protocol):
-    """What a record shows of the filling alone."""
+    """Measured forces of the filling alone."""
 
     def in_gap(self, bushing: Bushing, fillings: Sequence[GreaseModel]) -> tuple[np.ndarray, np.ndarray]:
         """Return forces (n, n_fillings) of fillings, and the measured force (n,), both over its standard error.
 
-        At the n instants at which neither end of a bushing touches its walls. Where fillings are elements of another
-        one that add up, the latter's factors follow by linear least squares.
+        At the n instants at which neither end of a bushing touches its walls. The factors of a filling that is a sum of
+        such elements follow by linear least squares.
         """
 
 
 class EarlierFit(Protocol):
-    """The fit from which another family's fit begins."""
+    """A fit that gives the start of another family's fit."""
 
     @property
     def nominal(self) -> Bushing:
@@ -86,15 +86,15 @@ class EarlierFit(Protocol):
 
     @property
     def bushing(self) -> Bushing:
-        """The bushing with the gap and offset found."""
+        """The bushing with the fitted gap and offset."""
 
     @property
     def contact_model(self) -> ContactModel:
-        """The contact found."""
+        """The fitted contact."""
 
     @property
     def filling_model(self) -> GreaseModel | Grease:
-        """The filling found."""
+        """The fitted filling."""
 
     @property
     def values(self) -> dict[str, float]:
@@ -102,12 +102,12 @@ class EarlierFit(Protocol):
 
 
 class Family(ABC):
-    """Free numbers of models of one form: what contacts and fillings share."""
+    """Free parameters of models of one form: base class of contacts' and fillings' families."""
 
     name: ClassVar[str]  #: in tables and results
     model: ClassVar[type]  #: class of its models
     begins_from: ClassVar[str | None]
-    """name of the family of the same kind from whose fit its own begins; None: it begins from the rig file's values"""
+    """name of the family of the same kind whose fit gives the start; None: the rig file's values"""
 
     @abstractmethod
     def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
@@ -116,7 +116,7 @@ class Family(ABC):
         Parameters
         ----------
         bushing : Bushing
-            As the rig file has it: its gap, its datasheet contact and its grease say of which size numbers are.
+            As in the rig file: its gap, datasheet contact and grease scale the priors.
         """
 
     @abstractmethod
@@ -133,7 +133,7 @@ class Family(ABC):
 
     @abstractmethod
     def values(self, bushing: Bushing, model: Any) -> dict[str, float]:
-        """Return the values by name of a model of this family; parameters that it does not tell are left out.
+        """Return the values by name of a model of this family; parameters that it does not determine are left out.
 
         Parameters
         ----------
@@ -144,7 +144,7 @@ class Family(ABC):
         """
 
     def holds(self, model: Any) -> bool:
-        """Return whether a model is of this family.
+        """Return True if a model is of this family.
 
         Parameters
         ----------
@@ -154,14 +154,14 @@ class Family(ABC):
         return isinstance(model, self.model)
 
     def start(self, fit: EarlierFit, forces: GapForces) -> dict[str, float]:
-        """Return values by name from which a fit begins, beside those of parameters that both families share.
+        """Return start values by name, in addition to those of parameters that both families share.
 
         Parameters
         ----------
         fit : EarlierFit
             Of the family that `begins_from` names.
         forces : GapForces
-            What the records show.
+            Forces in the records.
         """
         return {}
 
@@ -177,7 +177,7 @@ class FillingFamily(Family):
 
     begins_from: ClassVar[str | None] = "linear"
     round_only: ClassVar[bool] = False
-    """whether it fills round clearances alone, in which the shaft moves along y and z"""
+    """True if it fills round clearances alone, in which the shaft moves along y and z"""
 
 
 CONTACT_FAMILIES: dict[str, ContactFamily] = {}  # Families of contact that identification tries, by name
@@ -188,16 +188,16 @@ Registered = TypeVar("Registered", bound=type[ContactFamily] | type[FillingFamil
 
 
 def register_family(family: Registered) -> Registered:
-    """Let identification try a family; a class decorator.
+    """Register a family for identification; a class decorator.
 
     Parameters
     ----------
     family : type
         Subclass of `ContactFamily` or `FillingFamily` that is made without arguments.
     """
-    found = family()
-    if isinstance(found, ContactFamily):
-        CONTACT_FAMILIES[found.name] = found
+    instance = family()
+    if isinstance(instance, ContactFamily):
+        CONTACT_FAMILIES[instance.name] = instance
     else:
-        (ROUND_FILLING_FAMILIES if found.round_only else FILLING_FAMILIES)[found.name] = found
+        (ROUND_FILLING_FAMILIES if instance.round_only else FILLING_FAMILIES)[instance.name] = instance
     return family

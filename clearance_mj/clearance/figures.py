@@ -1,4 +1,4 @@
-"""Figures of laws: what `Law.plot` returns, and panels that the reports draw too."""
+"""Figures of laws, for `Law.plot` and the reports."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class LawToDraw(WithTable, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class AmplitudeCurve:
-    """Contact stiffness and damping over amplitude, out of a law."""
+    """Contact stiffness and damping of a law over amplitude."""
 
     label: str  #: name in the legend
     amplitude: np.ndarray  #: (n,) m
@@ -53,7 +53,7 @@ def draw_curves(axes: Sequence[Axes], bushing: int, curves: Sequence[AmplitudeCu
 
 
 def draw_walls(ax: Axes, walls: tuple[float, float]) -> None:
-    """Draw the displacements, m, at which the shaft meets the walls that there are."""
+    """Draw the positions, m, of the existing walls."""
     for wall in filter(np.isfinite, walls):
         ax.axvline(MM * wall, color=REPEAT, linewidth=0.9, linestyle=":", label="walls")
 
@@ -66,24 +66,24 @@ def law_figure(law: LawToDraw, rig: Rig, cycles: dict[str, np.ndarray], frequenc
     n = len(rig.bushings)
     figure = canvas(0.35 + 1.9 * n)
     grid = figure.subplots(n, 3, squeeze=False, width_ratios=(1.4, 1, 1))
-    looks = {f"cycle of {name}": {"color": colour} for name, colour in zip(cycles, COLOURS[1:] * len(cycles))}
-    along = [cycle_force(rig, law, amplitude, frequency) for amplitude in cycles.values()]
-    reach = np.linspace(0, max(amplitude.max() for amplitude in cycles.values()), POINTS + 1)[1:]
+    styles = {f"cycle of {name}": {"color": colour} for name, colour in zip(cycles, COLOURS[1:] * len(cycles))}
+    force_cycles = [cycle_force(rig, law, amplitude, frequency) for amplitude in cycles.values()]
+    amplitudes = np.linspace(0, max(amplitude.max() for amplitude in cycles.values()), POINTS + 1)[1:]
     omega = np.full(n, 2 * np.pi * frequency)
-    curve = AmplitudeCurve("", reach, *law.over_amplitude([b.gap for b in rig.bushings], reach, omega))
-    for j, (line, bushing) in enumerate(zip(grid, rig.bushings)):
-        for (x, force), look in zip(along[::-1], list(looks.values())[::-1]):
-            line[0].plot(MM * x[j], force[j], linewidth=1.2, **look)
-        draw_walls(line[0], bushing.walls)
-        tidy(line[0], f"bushing {j + 1}: contact and grease, {frequency:.3g} Hz", "Force (N)")
-        draw_curves(line[1:], j, [curve], bushing.gap)
-        for ax, values in zip(line[1:], (curve.k, curve.c)):
+    curve = AmplitudeCurve("", amplitudes, *law.over_amplitude([b.gap for b in rig.bushings], amplitudes, omega))
+    for j, (panels, bushing) in enumerate(zip(grid, rig.bushings)):
+        for (x, force), style in zip(force_cycles[::-1], list(styles.values())[::-1]):
+            panels[0].plot(MM * x[j], force[j], linewidth=1.2, **style)
+        draw_walls(panels[0], bushing.walls)
+        tidy(panels[0], f"bushing {j + 1}: contact and grease, {frequency:.3g} Hz", "Force (N)")
+        draw_curves(panels[1:], j, [curve], bushing.gap)
+        for ax, values in zip(panels[1:], (curve.k, curve.c)):
             ax.set_ylim(0, 1.15 * np.nanmax(values[:, j], initial=1e-3))
     for ax, label in zip(grid[-1], ("Displacement (mm)", "Amplitude (mm)", "Amplitude (mm)")):
         ax.set_xlabel(label, fontsize=FONT)
     lines = {"contact": {"color": COLOURS[0]}, "walls": {"color": REPEAT, "linestyle": ":"},
              "gap": {"color": TEST, "linestyle": "--"}}  # fmt: skip
-    key(figure, of_curves(looks | lines), 6)
+    key(figure, of_curves(styles | lines), 6)
     return figure
 
 
@@ -91,8 +91,8 @@ def over_time_figure(table: LawTable) -> Figure:
     """Draw contact stiffness and damping of every bushing over time."""
     n = table.parameters.shape[1]
     figure = canvas(0.1 + 1.9 * n)
-    for j, line in enumerate(figure.subplots(n, 2, squeeze=False, sharex=True)):
-        for i, (ax, label) in enumerate(zip(line, QUANTITIES)):
+    for j, panels in enumerate(figure.subplots(n, 2, squeeze=False, sharex=True)):
+        for i, (ax, label) in enumerate(zip(panels, QUANTITIES)):
             ax.plot(table.abscissa, table.parameters[:, j, i], color=COLOURS[0], linewidth=1.1)
             tidy(ax, f"bushing {j + 1}", label, "Time (s)" if j == n - 1 else "")
             ax.set_ylim(bottom=0)

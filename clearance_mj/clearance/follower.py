@@ -1,8 +1,8 @@
-"""The follower of a contact at one end of a bushing: when it begins, how fast, and when it is over; compiled.
+"""Impact speed, begin and end of a contact at one end of a bushing; compiled.
 
-One source for plain numbers, for the lanes of a register and for periodic motions. What is remembered of a contact is
-one number, the speed at which it began, m/s, with the sign of the wall that it is at; 0 in the gap. So a shaft that
-goes from one wall to the other within a step begins a new contact.
+One source for plain numbers, for the lanes of a register and for periodic motions. The state of a contact is one
+number, the impact speed, m/s, with the sign of the wall; 0 in the gap. A shaft that moves from one wall to the other
+within a step thus begins a new contact.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ __all__ = [
     "SLOWEST_IMPACT", "contact_force", "end_values", "impact_speed", "lasting", "pushing", "signed_penetration",
 ]  # fmt: skip
 
-SLOWEST_IMPACT = 1e-6  # m/s; a contact that begins more slowly is damped as if it began at this speed
+SLOWEST_IMPACT = 1e-6  # m/s, lower limit of the impact speed in the damping
 
 
 @jit(inline="always")
@@ -28,7 +28,7 @@ def signed_penetration(x: Any, lower: Any, upper: Any) -> Any:
 
 @jit(inline="always")
 def lasting(impact: Any, g: Any) -> Any:
-    """Return the speed at which a contact began, m/s, that lasts at signed penetration g, m; 0 if none does."""
+    """Return the impact speed, m/s, of a contact that lasts at signed penetration g, m; 0 if none does."""
     return where_above(abs(impact), impact * g)
 
 
@@ -36,18 +36,17 @@ def lasting(impact: Any, g: Any) -> Any:
 def impact_speed(impact: Any, g: Any, inwards: Any) -> Any:
     """Return the speed, m/s, > 0, at which the contact at signed penetration g began; 0 in the gap.
 
-    ``impact`` is what was remembered of the step before; ``inwards`` the speed at which a contact begins that did not
-    last from then.
+    ``impact`` is the state of the step before; ``inwards`` the impact speed of a new contact.
     """
-    kept = lasting(impact, g)
-    # A kept speed is at least the slowest one, so half of it separates kept ones from 0 without a branch.
-    begun = where_above(larger(inwards, SLOWEST_IMPACT), 0.5 * SLOWEST_IMPACT - kept)
-    return where_above(kept + begun, abs(g))
+    previous = lasting(impact, g)
+    # A previous speed is at least the slowest one, so half of that separates it from 0 without a branch.
+    new = where_above(larger(inwards, SLOWEST_IMPACT), 0.5 * SLOWEST_IMPACT - previous)
+    return where_above(previous + new, abs(g))
 
 
 @jit(inline="always")
 def end_values(law: int, parameters: Any, out: Any, depth: Any, inwards: Any, impact: Any) -> tuple[Any, Any]:
-    """Return stiffness, N/m, and damping, N s/m, of one end: half of what the bushing's contact law answers."""
+    """Return stiffness, N/m, and damping, N s/m, of one end: half of those of the bushing's contact law."""
     call_law(law, parameters, depth, inwards, impact, out)
     return 0.5 * out[0], 0.5 * out[1]
 

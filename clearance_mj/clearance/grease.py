@@ -1,4 +1,4 @@
-"""What a grease model is: one class, which runs on every engine, in energy balances, identification and law files."""
+"""Base class of grease models, for engines, energy balances, identification and law files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["GREASES", "GreaseModel", "Vector", "register"]
 Vector: TypeAlias = tuple[float, ...]
 
 GREASES: dict[str, type[GreaseModel]] = {}
-"""The grease models by the name that law files give them; a rig's own, which needs none, is Bouc-Wen's"""
+"""The grease models by their names in law files; a rig's, which needs no name, is Bouc-Wen's"""
 
 
 class GreaseModel(Registered, ABC):
@@ -28,14 +28,14 @@ class GreaseModel(Registered, ABC):
 
     known, refusal, called = GREASES, LawError, "grease"
     turned: ClassVar[bool] = False
-    """whether its elastic force is what the turning of the shaft does to it, which holds no energy"""
+    """True if its elastic force is due to the turning of the shaft, and stores no energy"""
 
     @abstractmethod
     def parameters(self) -> Sequence[float]:
-        """Return the numbers that `law` and `energy` get."""
+        """Return the parameters p of `law` and `energy`."""
 
     def states(self, coordinates: int) -> int:
-        """Return how many numbers remember the motion; all are 0 at first.
+        """Return the number of state variables, initially 0.
 
         Parameters
         ----------
@@ -49,7 +49,7 @@ class GreaseModel(Registered, ABC):
         """Return stiffness, N/m, and damping, N s/m, of small motions about the centre."""
 
     def is_linear(self) -> bool:
-        """Return whether nothing but stiffness and damping of small motions ever acts."""
+        """Return True if stiffness and damping are constant."""
         return False
 
     def largest(self) -> tuple[float, float]:
@@ -59,9 +59,9 @@ class GreaseModel(Registered, ABC):
     @staticmethod
     @abstractmethod
     def law(p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers) -> None:
-        """Advance the state by one step and find the force, elastic + damping times velocity.
+        """Advance the state by one step and write the force, elastic + damping times velocity.
 
-        Vectors are tuples of one coordinate or two; `vectors` has what a law needs to be written once for both.
+        Vectors are tuples of one coordinate or two; `vectors` has functions for both.
 
         Parameters
         ----------
@@ -74,7 +74,7 @@ class GreaseModel(Registered, ABC):
         spin : float
             Ω of the shaft, rad/s, > 0 from y to z.
         step : float
-            Time that it took, s.
+            Time of the step, s.
         out : sequence of float
             Filled with the elastic force, N, and the damping, N s/m: two numbers, or y, z, then yy, yz, zy, zz.
         """
@@ -84,7 +84,7 @@ class GreaseModel(Registered, ABC):
     def energy(
         p: Sequence[float], before: Sequence[float], state: Sequence[float], r: Vector, dr: Vector, out: Numbers
     ) -> None:
-        """Find the energy that the elastic force holds, and what it lost in a step; the damping's is found elsewhere.
+        """Write the energy stored by the elastic force and its loss in a step, without that of the damping.
 
         Parameters
         ----------
@@ -99,7 +99,7 @@ class GreaseModel(Registered, ABC):
         """
 
     def at_rest(self, offset: Vector) -> tuple[tuple[float, ...], float]:
-        """Return force, N, and energy, J, of the springs of a shaft that has come to rest off the clearance's middle.
+        """Return force, N, and energy, J, of the springs of a shaft at rest off the clearance's middle.
 
         Parameters
         ----------
@@ -107,11 +107,11 @@ class GreaseModel(Registered, ABC):
             m from the middle, one coordinate or two.
         """
         size = len(offset)
-        p, states, still = self.parameters(), [0.0] * self.states(size), (0.0,) * size
+        p, states, zero = self.parameters(), [0.0] * self.states(size), (0.0,) * size
         force, energy = [0.0] * (size + size * size), [0.0, 0.0]
         if any(offset):
-            self.law(p, list(states), offset, still, 0.0, 1.0, force)
-            self.energy(p, states, states, offset, still, energy)
+            self.law(p, list(states), offset, zero, 0.0, 1.0, force)
+            self.energy(p, states, states, offset, zero, energy)
         return tuple(force[:size]), energy[0]
 
     def addresses(self, coordinates: int) -> tuple[int, int]:
@@ -122,6 +122,6 @@ class GreaseModel(Registered, ABC):
         coordinates : int
             Of the clearance, 1 or 2.
         """
-        kind = type(self)
-        energy = address(kind.energy, FILLING_ENERGIES[coordinates])
-        return address(kind.law, filling_law_of(coordinates, 1)), energy
+        model = type(self)
+        energy = address(model.energy, FILLING_ENERGIES[coordinates])
+        return address(model.law, filling_law_of(coordinates, 1)), energy

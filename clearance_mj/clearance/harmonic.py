@@ -1,7 +1,7 @@
-"""Harmonic balance of one degree of freedom: what an element with memory is under a harmonic motion, and the response.
+"""Harmonic balance of one degree of freedom: complex stiffness of elements with memory, and the response.
 
 M. Krack and J. Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer 2019, chapter 2. One harmonic is
-kept: that of a lightly damped mode near its resonance, whose own filter leaves nothing of the others.
+kept, as for a lightly damped mode near its resonance, which filters out the others.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ __all__ = ["equivalent_contact", "harmonic_stiffness", "periodic_amplitudes", "s
 
 SAMPLES = 1024  # of a period
 PHASES = 2000  # of a contact
-PERIODS = 2  # the second one has forgotten how the first one began (Masing's elements: after a quarter of it)
+PERIODS = 2  # the second one is periodic (Masing's elements: after a quarter of the first)
 
 
 def slip_stiffness(amplitude: ArrayLike, springs: ArrayLike, forces: ArrayLike) -> np.ndarray:
@@ -62,9 +62,9 @@ def slip_stiffness(amplitude: ArrayLike, springs: ArrayLike, forces: ArrayLike) 
 
 
 def harmonic_stiffness(model: GreaseModel, amplitude: ArrayLike, omega: float, n_samples: int = SAMPLES) -> np.ndarray:
-    """Return the complex stiffness, N/m, of any element with memory under a harmonic motion, by its own law.
+    """Return the complex stiffness, N/m, of any element with memory under a harmonic motion, by its law.
 
-    Alternating frequency-time: the law is marched over two periods of X cos ωt, of the second the fundamental is taken.
+    Alternating frequency-time: the law is marched over two periods of X cos ωt; the result is the second's fundamental.
 
     Parameters
     ----------
@@ -90,15 +90,15 @@ def harmonic_stiffness(model: GreaseModel, amplitude: ArrayLike, omega: float, n
     amplitude = np.asarray(amplitude, dtype=float)
     if not ((amplitude > 0).all() and 0 < omega < np.inf):
         raise LawError(f"amplitude and frequency must be > 0, got {amplitude.min():.6g} m and {omega:.6g} rad/s")
-    found = [_marched(model, each, omega, n_samples) for each in amplitude.ravel()]
-    return np.array(found).reshape(amplitude.shape)
+    stiffness = [_march(model, a, omega, n_samples) for a in amplitude.ravel()]
+    return np.array(stiffness).reshape(amplitude.shape)
 
 
-def _marched(model: GreaseModel, amplitude: float, omega: float, n_samples: int) -> complex:
+def _march(model: GreaseModel, amplitude: float, omega: float, n_samples: int) -> complex:
     phase = 2 * np.pi * np.arange(PERIODS * n_samples + 1) / n_samples
     x, step = amplitude * np.cos(phase), 2 * np.pi / omega / n_samples
     p, state, out, force = model.parameters(), [0.0] * model.states(1), [0.0, 0.0], np.empty(x.size)
-    model.law(p, state, (x[0],), (x[0],), 0.0, step, out)  # out of the middle at once
+    model.law(p, state, (x[0],), (x[0],), 0.0, step, out)  # initial displacement from the middle
     for i in range(1, x.size):
         model.law(p, state, (x[i],), (x[i] - x[i - 1],), 0.0, step, out)
         force[i] = out[0] - out[1] * amplitude * omega * np.sin(phase[i])
@@ -113,7 +113,7 @@ def periodic_amplitudes(
     Parameters
     ----------
     amplitude : numpy.ndarray
-        (n,) m, rising: solutions are looked for between its neighbours.
+        (n,) m, rising: solutions are searched between neighbours.
     stiffness : numpy.ndarray
         (n,) complex stiffness K of these amplitudes, N/m, as from `slip_stiffness`.
     mass : float
@@ -138,32 +138,32 @@ def periodic_amplitudes(
     if not (amplitude[0] > 0 and (np.diff(amplitude) > 0).all()):
         raise LawError("amplitudes among which a response is looked for must rise, and be > 0 m")
     excess = np.abs(stiffness - mass * omega**2) * amplitude - force
-    at = np.flatnonzero((excess[:-1] < 0) != (excess[1:] < 0))
-    share = excess[at] / (excess[at] - excess[at + 1])  # exact for a linear oscillator
-    return amplitude[at] + share * (amplitude[at + 1] - amplitude[at])
+    crossings = np.flatnonzero((excess[:-1] < 0) != (excess[1:] < 0))
+    fraction = excess[crossings] / (excess[crossings] - excess[crossings + 1])  # exact for a linear oscillator
+    return amplitude[crossings] + fraction * (amplitude[crossings + 1] - amplitude[crossings])
 
 
 def equivalent_contact(
     models: Sequence[ContactModel], gaps: ArrayLike, amplitude: ArrayLike, omega: ArrayLike
 ) -> tuple[np.ndarray, np.ndarray]:
-    """K and c (n, n_bushings) with which a spring and damper beyond the gap come closest to a contact model.
+    """Return k and c (n, n_bushings) of the spring and damper beyond the gap that approximate a contact model best.
 
-    Least squares over a cycle x = A cos ωt, as identification finds them from records; A (n,) in m, ω
+    Least squares over a cycle x = A cos ωt, as in identification from records; A (n,) in m, ω
     (n_bushings,) in rad/s; nan where A stays within the gap.
     """
     gaps, amplitude, omega = (np.asarray(v, dtype=float) for v in (gaps, amplitude, omega))
     k, c = np.full((2, amplitude.size, gaps.size), np.nan)
-    for row, column in np.argwhere(amplitude[:, None] > gaps):
-        k[row, column], c[row, column] = _equivalent(models[column], gaps[column], amplitude[row], omega[column])
+    for i, j in np.argwhere(amplitude[:, None] > gaps):
+        k[i, j], c[i, j] = _fit_cycle(models[j], gaps[j], amplitude[i], omega[j])
     return k, c
 
 
-@functools.lru_cache(maxsize=1000)  # bushings are often alike
-def _equivalent(model: ContactModel, gap: float, amplitude: float, omega: float) -> np.ndarray:
-    # Half a cycle, from one reversal to the next, holds one contact from its beginning to its end.
-    within = np.arccos(gap / amplitude)
-    phase = -within + 2 * within * (np.arange(PHASES) + 0.5) / PHASES
+@functools.lru_cache(maxsize=1000)  # bushings are often equal
+def _fit_cycle(model: ContactModel, gap: float, amplitude: float, omega: float) -> np.ndarray:
+    # Half a cycle, from one reversal to the next, contains one whole contact.
+    half_phase = np.arccos(gap / amplitude)
+    phase = -half_phase + 2 * half_phase * (np.arange(PHASES) + 0.5) / PHASES
     depth, speed = amplitude * np.cos(phase) - gap, -omega * amplitude * np.sin(phase)
     impact = omega * np.sqrt(amplitude**2 - gap**2)
-    force = [model.force(*at, impact) for at in zip(depth, speed)]
+    force = [model.force(*motion, impact) for motion in zip(depth, speed)]
     return np.linalg.lstsq(np.column_stack((depth, speed)), np.array(force), rcond=None)[0]

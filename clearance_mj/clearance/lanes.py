@@ -1,7 +1,7 @@
-"""Functions of laws of plain numbers, and of the lanes of a register: of several cases side by side.
+"""Functions of laws for plain numbers and for the lanes of a register: several cases side by side.
 
-A law that is made of + - * /, abs and these functions, without branches, works on all lanes at once; see `registers`.
-Called by Python it then works on arrays of JAX, too, which the engine mjx traces.
+A law made of + - * /, abs and these functions, without branches, works on all lanes at once; see `registers`.
+Called from Python it also works on JAX arrays, for the engine mjx.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = [
 
 
 def _or_arrays(of_arrays: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
-    """Let Python call a function of plain numbers with arrays: a function of their library and them; a decorator."""
+    """Add an implementation for arrays, called from Python, to a function of plain numbers; a decorator."""
 
     def decorate(function: Callable[..., Any]) -> Any:
         @functools.wraps(function)
@@ -39,7 +39,7 @@ def _or_arrays(of_arrays: Callable[..., Any]) -> Callable[[Callable[..., Any]], 
 
 
 def _of_plain_numbers(of_arrays: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
-    """Let compiled code call a function of two plain numbers, and Python that of arrays; a decorator."""
+    """Register a function of two plain numbers for compiled code, and one of arrays for Python; a decorator."""
 
     def decorate(function: Callable[..., Any]) -> Any:
         of_any = _or_arrays(of_arrays)(function)
@@ -89,26 +89,26 @@ def root(a):  # type: ignore[no-untyped-def]
     return math.sqrt(a)
 
 
-@_of_plain_numbers(lambda library, a, b: True)  # as if another lane were
+@_of_plain_numbers(lambda library, a, b: True)  # as if one were below
 def any_below(a, b):  # type: ignore[no-untyped-def]
-    """Return whether a number a is below a plain number b, in any lane; of arrays perhaps."""
+    """Return True if a number a is below a plain number b in any lane; always True for arrays."""
     return a < b
 
 
 @_of_plain_numbers(lambda library, a, b: library.all(a < b))
 def all_below(a, b):  # type: ignore[no-untyped-def]
-    """Return whether a number a is below a number b, in all lanes; no NaN is."""
+    """Return True if a number a is below a number b in all lanes; NaN is not."""
     return a < b
 
 
 @_or_arrays(lambda library, a: library.exp(a))
 def exponential(a):  # type: ignore[no-untyped-def]
-    """Return the power of e to a number below 700; of registers to a relative error of 1e-14 down to -30."""
+    """Return e to the power of a number below 700; of registers to a relative error of 1e-14 down to -30."""
     return math.exp(a)
 
 
 def whole(a):  # type: ignore[no-untyped-def]
-    """Return a whole number that is the same in all lanes, to count with."""
+    """Return a number that is whole and equal in all lanes as an integer."""
     return int(a)
 
 
@@ -123,7 +123,7 @@ define(smaller, lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a
 
 
 def _define_one(generate_one: Callable[..., Any]) -> Any:
-    """An intrinsic function of one register, whose values are a register."""
+    """Return an intrinsic function from one register to another."""
 
     @intrinsic
     def operate(_: Any, a: Any) -> Any:
@@ -135,8 +135,8 @@ def _define_one(generate_one: Callable[..., Any]) -> Any:
     return operate
 
 
-def _bits(builder: Any, number: Any, count: int) -> tuple[Any, Any]:
-    """The bits of a register's numbers, and their exponents of 2, the rest of the number between √½ and √2."""
+def _split_bits(builder: Any, number: Any, count: int) -> tuple[Any, Any]:
+    """Return the bits of a register's numbers, and their exponents of 2 for mantissas between √½ and √2."""
     whole = ir.VectorType(ir.IntType(64), count)
     bits = builder.bitcast(number, whole)
     half = ir.Constant(whole, [0x3FE6A09E667F3BCD] * count)
@@ -144,17 +144,17 @@ def _bits(builder: Any, number: Any, count: int) -> tuple[Any, Any]:
 
 
 def _exponent_bits(builder: Any, number: Any, count: int) -> Any:
-    return builder.sitofp(_bits(builder, number, count)[1], ir.VectorType(ir.DoubleType(), count))
+    return builder.sitofp(_split_bits(builder, number, count)[1], ir.VectorType(ir.DoubleType(), count))
 
 
 def _rest_bits(builder: Any, number: Any, count: int) -> Any:
-    bits, exponent = _bits(builder, number, count)
+    bits, exponent = _split_bits(builder, number, count)
     shifted = builder.shl(exponent, ir.Constant(exponent.type, [52] * count))
     return builder.bitcast(builder.sub(bits, shifted), ir.VectorType(ir.DoubleType(), count))
 
 
-def _rounded(builder: Any, number: Any, count: int) -> Any:
-    """The nearest whole number, above -2000."""
+def _round(builder: Any, number: Any, count: int) -> Any:
+    """Return the nearest whole numbers, for numbers above -2000."""
     real, whole = ir.VectorType(ir.DoubleType(), count), ir.VectorType(ir.IntType(64), count)
     above = builder.fadd(number, ir.Constant(real, [2000.5] * count))
     shifted = builder.sub(builder.fptosi(above, whole), ir.Constant(whole, [2000] * count))
@@ -167,14 +167,14 @@ def _power_of_two(builder: Any, number: Any, count: int) -> Any:
     return builder.bitcast(builder.shl(exponent, ir.Constant(whole, [52] * count)), number.type)
 
 
-def _size(builder: Any, number: Any, count: int) -> Any:
+def _clear_sign(builder: Any, number: Any, count: int) -> Any:
     whole = ir.VectorType(ir.IntType(64), count)
     bits = builder.and_(builder.bitcast(number, whole), ir.Constant(whole, [2**63 - 1] * count))
     return builder.bitcast(bits, number.type)
 
 
-_exponent_of, _rest_of, _nearest = (_define_one(g) for g in (_exponent_bits, _rest_bits, _rounded))
-_two_to, _absolute = (_define_one(g) for g in (_power_of_two, _size))
+_exponent_of, _rest_of, _nearest = (_define_one(g) for g in (_exponent_bits, _rest_bits, _round))
+_two_to, _absolute = (_define_one(g) for g in (_power_of_two, _clear_sign))
 
 
 def _zeros(like: Any) -> Any:
@@ -208,12 +208,12 @@ def _choose_of_any(a, b, c):  # type: ignore[no-untyped-def]
     return choose.__wrapped__
 
 
-def _root_of(builder: Any, number: Any, count: int) -> Any:
+def _square_root(builder: Any, number: Any, count: int) -> Any:
     function = ir.FunctionType(number.type, [number.type])
     return builder.call(get_or_insert_function(builder.module, function, f"llvm.sqrt.v{count}f64"), [number])
 
 
-_root = _define_one(_root_of)
+_root = _define_one(_square_root)
 
 
 @overload(root)
@@ -222,13 +222,13 @@ def _root_of_any(a):  # type: ignore[no-untyped-def]
 
 
 def _define_comparison(function: Callable[..., Any], of_all: bool) -> None:
-    """Let "a below b" work on a register a and a register or plain number b: in all of the lanes, or in any."""
+    """Define "a below b" for a register a and a register or plain number b: in all lanes, or in any."""
 
     @intrinsic
     def below(_: Any, a: Any, b: Any) -> Any:
         def generate(_: Any, builder: Any, signature: Any, values: Any) -> Any:
-            other = values[1] if signature.args[1] == a else in_all_lanes(builder, values[1], a.count)
-            bits = builder.bitcast(builder.fcmp_ordered("<", values[0], other), ir.IntType(a.count))
+            right = values[1] if signature.args[1] == a else in_all_lanes(builder, values[1], a.count)
+            bits = builder.bitcast(builder.fcmp_ordered("<", values[0], right), ir.IntType(a.count))
             if of_all:
                 return builder.icmp_unsigned("==", bits, bits.type(2**a.count - 1))
             return builder.icmp_unsigned("!=", bits, bits.type(0))
@@ -265,7 +265,7 @@ def _abs_of_registers(a):  # type: ignore[no-untyped-def]
 
 @overload(power)
 def _power_of_registers(a, b):  # type: ignore[no-untyped-def]
-    """2^(n log2 x): log2 by the series of artanh, 2^f by that of exp, both to the last digit."""
+    """Implement 2^(b log2 a): log2 by the series of artanh, 2^f by that of exp, both to the last digit."""
     if not isinstance(a, Register):
         return None
 
@@ -286,7 +286,7 @@ def _power_of_registers(a, b):  # type: ignore[no-untyped-def]
 
 @register_jitable
 def _exponential_2(y):  # type: ignore[no-untyped-def]
-    """2^y of a register, by the series of e^f."""
+    """Return 2^y of a register, by the series of e^f."""
     whole = _nearest(y)
     f = 0.6931471805599453 * (y - whole)
     f2 = f * f

@@ -1,4 +1,4 @@
-"""Laws: what the clearance's stiffness and damping are at each moment.
+"""Laws: the clearance's stiffness and damping at each instant.
 
 A law gives every bushing a contact stiffness k and damping c and, optionally, the grease identified with them. Each is
 a small table that compiled loops interpolate before every step (`LawTable`): over time (`TimeLaw`), over the
@@ -40,13 +40,13 @@ if TYPE_CHECKING:
 
 __all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "TimeLaw"]
 
-CYCLES = (0.9, 1.5, 2.5)  # amplitudes over the gap that a plot shows
-Values: TypeAlias = np.ndarray | Any  # given as whatever numpy makes an array of, kept as a read-only array
-Greases: TypeAlias = tuple[AnyGrease, ...] | Any  # given as one or several, kept as a tuple or None
+CYCLES = (0.9, 1.5, 2.5)  # amplitudes over the gap in plots
+Values: TypeAlias = np.ndarray | Any  # anything that numpy converts to an array; stored read-only
+Greases: TypeAlias = tuple[AnyGrease, ...] | Any  # one or several; stored as a tuple or None
 
 
 class Law(Shown, ABC):
-    """What all laws share; use one of the subclasses. Laws of the same content are equal."""
+    """Base class of all laws; use one of the subclasses. Laws of the same content are equal."""
 
     kind: ClassVar[str]
     grease: Greases
@@ -73,7 +73,7 @@ class Law(Shown, ABC):
         Parameters
         ----------
         gaps : sequence of float
-            Of the bushings, m: contacts that harden are looked at at one gap of penetration.
+            Of the bushings, m: hardening contacts are evaluated at one gap of penetration.
         """
 
     def over_amplitude(
@@ -81,7 +81,7 @@ class Law(Shown, ABC):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the contact's stiffness, N/m, and damping, N s/m, over amplitude: (n, n_bushings) each.
 
-        Of a contact model they are those with which a spring and damper beyond the gap come closest to it in a
+        Of a contact model they are those of the spring and damper beyond the gap that approximate it best in a
         harmonic cycle, nan where that stays in the gap; of a law over time those at its start.
 
         Parameters
@@ -94,9 +94,9 @@ class Law(Shown, ABC):
             rad/s, of the cycle.
         """
         table = self.table(len(gaps))
-        at = amplitude if table.by_amplitude else np.zeros(amplitude.size)
+        abscissa = amplitude if table.by_amplitude else np.zeros(amplitude.size)
         rows = np.moveaxis(table.parameters[..., :2], 0, -1)  # (n_bushings, 2, n_rows)
-        k, c = (np.column_stack([np.interp(at, table.abscissa, row) for row in rows[:, i]]) for i in (0, 1))
+        k, c = (np.column_stack([np.interp(abscissa, table.abscissa, row) for row in rows[:, i]]) for i in (0, 1))
         return k, c
 
     def to_dict(self) -> dict[str, Any]:
@@ -110,7 +110,7 @@ class Law(Shown, ABC):
         return data
 
     def save(self, path: str | Path) -> None:
-        """Write the law as JSON; an existing file is replaced only once the new one is whole.
+        """Write the law as JSON; an existing file is replaced only when the new one is complete.
 
         Parameters
         ----------
@@ -123,8 +123,8 @@ class Law(Shown, ABC):
     def plot(self, rig: Rig, amplitudes: Sequence[float] | None = None, frequency: float | None = None) -> Figure:
         """Draw harmonic cycles of the force over displacement, and contact stiffness and damping over amplitude.
 
-        Of a law over time, stiffness and damping over time. Contact models have the stiffness and damping with which a
-        spring and damper beyond the gap come closest to them in a cycle.
+        Of a law over time, stiffness and damping over time. Contact models have the stiffness and damping of the
+        spring and damper beyond the gap that approximate them best in a cycle.
 
         Parameters
         ----------
@@ -155,11 +155,11 @@ class Law(Shown, ABC):
                     f"rig {rig.name!r} has no natural frequency in its gaps; give frequency, Hz, of the cycles"
                 )
             frequency = float(hz[hz > 0][0])
-        given = CYCLES if amplitudes is None else amplitudes
-        if not (len(given) and all(0 < a < np.inf for a in given) and 0 < frequency < np.inf):
+        shown_amplitudes = CYCLES if amplitudes is None else amplitudes
+        if not (len(shown_amplitudes) and all(0 < a < np.inf for a in shown_amplitudes) and 0 < frequency < np.inf):
             raise LawError(f"amplitudes and frequency must be > 0, got {amplitudes} m and {frequency} Hz")
         if amplitudes is None:
-            cycles = {f"{share:g} gaps": share * gaps for share in CYCLES}
+            cycles = {f"{ratio:g} gaps": ratio * gaps for ratio in CYCLES}
         else:
             cycles = {f"{1e3 * a:.4g} mm": np.full(gaps.size, float(a)) for a in amplitudes}
         return law_figure(self, rig, cycles, frequency)
@@ -173,11 +173,11 @@ class Law(Shown, ABC):
         return Overview(f"Law, {self.kind}", self._over(), [("bushing", *columns), *rows])
 
     def _over(self) -> dict[str, str]:
-        """What the parameters follow, in words."""
+        """Return the abscissa of the parameters, in words."""
         return {}
 
     def _by_bushing(self) -> dict[str, list[str]]:
-        """Parameters in words, one for all bushings or one for each."""
+        """Return the parameters in words, one for all bushings or one for each."""
         return {}
 
     def _content(self) -> tuple[Any, ...]:
@@ -204,18 +204,18 @@ class _KelvinVoigtLaw(Law):
 
     def table(self, n_bushings: int) -> LawTable:
         abscissa, k, c = self._schedule()
-        over = {name: float(getattr(self, name, None) or 0.0) for name in ("release", "period")}
+        options = {name: float(getattr(self, name, None) or 0.0) for name in ("release", "period")}
         by_amplitude = self._abscissa == "amplitude"
-        return law_table(by_amplitude, abscissa, np.stack((k, c), axis=-1), [KelvinVoigt(1.0)], n_bushings, **over)
+        return law_table(by_amplitude, abscissa, np.stack((k, c), axis=-1), [KelvinVoigt(1.0)], n_bushings, **options)
 
     def _schedule(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Abscissa (n,), and k and c (n, 1 or n_bushings) at it."""
+        """Return the abscissa (n,), and k and c (n, 1 or n_bushings)."""
         abscissa = getattr(self, self._abscissa) if self._abscissa else np.zeros(1)
         return abscissa, np.atleast_2d(self.k), np.atleast_2d(self.c)
 
     def largest(self, gaps: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
-        most = self.table(len(gaps)).parameters.max(axis=0)
-        return most[:, 0], most[:, 1]
+        maxima = self.table(len(gaps)).parameters.max(axis=0)
+        return maxima[:, 0], maxima[:, 1]
 
     def _by_bushing(self) -> dict[str, list[str]]:
         return {
@@ -235,7 +235,7 @@ class ConstantLaw(_KelvinVoigtLaw):
     c : float or array_like, shape (n_bushings,)
         Contact damping, N s/m.
     grease : Grease, GreaseModel or sequence of them, optional
-        Grease identified with it, one for all or one for each bushing; None: the rig's own.
+        Grease identified with it, one for all or one for each bushing; None: the rig's.
 
     Raises
     ------
@@ -257,7 +257,7 @@ class ConstantLaw(_KelvinVoigtLaw):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TimeLaw(_KelvinVoigtLaw):
-    """Contact stiffness and damping scheduled over time, linear between the given instants.
+    """Contact stiffness and damping over time, linear between the given instants.
 
     Parameters
     ----------
@@ -268,7 +268,7 @@ class TimeLaw(_KelvinVoigtLaw):
     grease : Grease, GreaseModel or sequence of them, optional
         As in `ConstantLaw`.
     period : float, optional
-        s, after which the schedule begins again; linear from its last instant to its first one then.
+        s, after which the schedule repeats; linear from its last instant to its first.
 
     Raises
     ------
@@ -302,8 +302,8 @@ class TimeLaw(_KelvinVoigtLaw):
         return t, k, c
 
     def _over(self) -> dict[str, str]:
-        again = "" if self.period is None else f", again after {self.period:.4g} s"
-        return {"over time": f"{span(self.t, 's')}, {len(self.t)} rows{again}"}
+        repetition = "" if self.period is None else f", again after {self.period:.4g} s"
+        return {"over time": f"{span(self.t, 's')}, {len(self.t)} rows{repetition}"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -373,8 +373,8 @@ class ContactLaw(Law):
         """Return the models' parameters in one row."""
         numbers = [model.parameters() for model in self.contact]
         rows = np.zeros((1, len(numbers), max(map(len, numbers))))
-        for j, own in enumerate(numbers):
-            rows[0, j, : len(own)] = own
+        for j, values in enumerate(numbers):
+            rows[0, j, : len(values)] = values
         return law_table(False, np.zeros(1), rows, self.contact, n_bushings)
 
     def largest(self, gaps: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
@@ -386,7 +386,7 @@ class ContactLaw(Law):
     def over_amplitude(
         self, gaps: Sequence[float], amplitude: np.ndarray, omega: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return what the models are equivalent to in a cycle; see `Law.over_amplitude`."""
+        """Return the equivalent stiffness and damping in a cycle; see `Law.over_amplitude`."""
         from .harmonic import equivalent_contact
 
         return equivalent_contact(self.contact * (len(gaps) if len(self.contact) == 1 else 1), gaps, amplitude, omega)
@@ -396,5 +396,5 @@ class ContactLaw(Law):
 
 
 def _plain_model(model: ContactModel | AnyGrease) -> dict[str, Any]:
-    """A model as plain data; a rig's own kind of grease needs no name."""
+    """Return a model as plain data; a rig's kind of grease needs no name."""
     return to_plain(model) if isinstance(model, Grease) else {"model": model.name, **to_plain(model)}

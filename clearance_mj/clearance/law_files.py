@@ -64,7 +64,7 @@ def law_from_dict(data: dict[str, Any]) -> Law:
 
 
 def _model(data: object, where: str, models: Mapping[str, type], default: str | None) -> Any:
-    """A contact or grease model out of plain data."""
+    """Return a contact or grease model from plain data."""
     if not isinstance(data, Mapping):
         raise LawError(f"{where} must be a table of keys, got {data!r}")
     values = dict(data)
@@ -99,7 +99,7 @@ def law_schema() -> dict[str, Any]:
 
 
 def _model_schema(name: str | None, model: type) -> dict[str, Any]:
-    """Schema of a model with its name; a rig's own grease needs none."""
+    """Return the schema of a model with its name; a rig's grease needs none."""
     schema = json_schema(model, name or "bouc-wen")
     schema["properties"]["model"] = {"const": name or "bouc-wen"}
     return schema | {"required": [*schema.get("required", []), *(["model"] if name else [])]}

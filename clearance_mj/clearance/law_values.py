@@ -75,15 +75,15 @@ def several(values: Any, kinds: tuple[type, ...], name: str) -> tuple[Any, ...]:
 
 
 def model_in_words(model: ContactModel | AnyGrease) -> str:
-    """Return a model's name and those of its numbers that are not at their defaults."""
-    usual = {field.name: field.default for field in dataclasses.fields(model)}  # type: ignore[arg-type]
-    plain = {name: value for name, value in to_plain(model).items() if value != usual.get(name)}
-    numbers = [f"{name} {_short(value)}" for name, value in plain.items()]
+    """Return a model's name and its parameters that differ from their defaults."""
+    defaults = {field.name: field.default for field in dataclasses.fields(model)}  # type: ignore[arg-type]
+    changed = {name: value for name, value in to_plain(model).items() if value != defaults.get(name)}
+    numbers = [f"{name} {_short(value)}" for name, value in changed.items()]
     return f"{getattr(model, 'name', 'Bouc-Wen')}: {few(numbers, 9)}"
 
 
 def _short(value: object) -> str:
-    """Write a number with 4 significant digits, alone or in a list."""
+    """Return a number with 4 significant digits, or a list of them, as text."""
     if isinstance(value, list):
         return f"[{', '.join(map(_short, value))}]"
     return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,4 +1,4 @@
-"""Stiffness of meshing spur gears over time: one pair of teeth carries, or two."""
+"""Stiffness of meshing spur gears over time, with one or two pairs of teeth in contact."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ def mesh_law(
     rig: Rig, teeth: int, contact_ratio: float | Sequence[float], phase: float | Sequence[float] = 0.0,
     rise: float = 0.02,
 ) -> TimeLaw:  # fmt: skip
-    """Return the law of a rig whose meshes are as stiff as the pairs of teeth that are in contact.
+    """Return the law of a rig with mesh stiffness proportional to the number of pairs of teeth in contact.
 
-    Of a contact ratio ε between 1 and 2 two pairs carry for the share ε - 1 of a mesh period, one pair for the rest,
-    all alike (the rectangular wave of Lin & Parker, J. Vib. Acoust. 124, 2002). The mean is the
+    With a contact ratio ε between 1 and 2 two pairs carry for the fraction ε - 1 of a mesh period, one pair otherwise,
+    all equal (the rectangular wave of Lin & Parker, J. Vib. Acoust. 124, 2002). The mean is the
     mesh's contact stiffness k in the rig file, so that one pair has k/ε. Damping is constant, as are other clearances.
 
     Parameters
     ----------
     rig : Rig
         Gears at a steady spin, that of the gear with ``teeth``. Its meshes are the clearances between two base circles,
-        such as "1:X" to "2:X"; all have one period, as those of idlers have.
+        such as "1:X" to "2:X"; all have the same period, like those of idlers.
     teeth : int
         Number of teeth of the gear that turns with the rig's spin.
     contact_ratio : float or sequence of float, length n_meshes
         ε, of the transverse section: of all meshes or of each.
     phase : float or sequence of float, length n_meshes
-        Share of a period after which the second pair comes into contact.
+        Fraction of a period after which the second pair comes into contact.
     rise : float
-        Share of a period in which the stiffness changes, linearly, about that instant and where the first pair leaves.
+        Fraction of a period in which the stiffness changes linearly, about that instant and the first pair's release.
 
     Raises
     ------
@@ -55,11 +55,11 @@ def mesh_law(
         raise LawError(f"contact_ratio must be between 1 + rise and 2 - rise, got {contact_ratio} and rise {rise:g}")
     half = rise / 2 * np.array([-1.0, 1.0, -1.0, 1.0])
     edges = phases[:, None] + (ratios[:, None] - 1) * np.array([0.0, 0.0, 1.0, 1.0]) + half
-    share = np.unique(edges % 1.0)
+    times = np.unique(edges % 1.0)
     k, c = (
-        np.tile([getattr(b.contact, name) for b in rig.bushings], (share.size, 1)) for name in ("stiffness", "damping")
+        np.tile([getattr(b.contact, name) for b in rig.bushings], (times.size, 1)) for name in ("stiffness", "damping")
     )
     for j, edge, ratio in zip(meshes, edges, ratios):
-        k[:, j] *= np.interp(share, edge, [1.0, 2.0, 2.0, 1.0], period=1.0) / ratio
+        k[:, j] *= np.interp(times, edge, [1.0, 2.0, 2.0, 1.0], period=1.0) / ratio
     period = 2 * np.pi / (teeth * abs(rig.spin.speed))
-    return TimeLaw(period * share, k, c, period=period)
+    return TimeLaw(period * times, k, c, period=period)

@@ -1,4 +1,4 @@
-"""What every calculation takes: an object with a rig and a law, or the two of them."""
+"""Arguments of all calculations: an object with a rig and a law, or the two of them."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ class Modelled(Protocol):
 
 
 def nominal_law(rig: Rig) -> ConstantLaw:
-    """Return the law that the rig file's datasheet values make.
+    """Return the law of the rig file's datasheet values.
 
     Parameters
     ----------
     rig : Rig
-        Its bushings hold contact stiffness and damping; the filling stays the rig's own.
+        Its bushings hold contact stiffness and damping; the filling is the rig's.
     """
     if not rig.bushings:
         return ConstantLaw(0.0, 0.0)
@@ -43,19 +43,19 @@ def nominal_law(rig: Rig) -> ConstantLaw:
 
 @checks_kinds
 def rig_and_law(model: Rig | Modelled, law: Law | None = None) -> tuple[Rig, Law]:
-    """Return rig and law of what a calculation was given.
+    """Return rig and law of a calculation's arguments.
 
     Parameters
     ----------
     model : Rig or Modelled
         A model, or a rig.
     law : Law, optional
-        Of a rig; without one it is the nominal law. A model brings its own.
+        Of a rig; by default the nominal law. A model has its law.
 
     Raises
     ------
     LawError
-        If a law is given beside a model, or something that is no law.
+        If a law is given in addition to a model, or something that is no law.
     """
     if isinstance(model, Rig):
         return model, nominal_law(model) if law is None else law
@@ -72,9 +72,9 @@ def rig_in_gap(rig: Rig, law: Law) -> Rig:
     rig : Rig
         The rig.
     law : Law
-        Its law; without a filling of its own the rig is returned as it is.
+        Its law; without a filling in the law the rig is returned unchanged.
     """
     if law.grease is None:
         return rig
-    small = (Grease(*model.small_motion()) for model in fillings_of(rig, law))
-    return rig.replace(bushings=tuple(dataclasses.replace(b, grease=g) for b, g in zip(rig.bushings, small)))
+    linear_greases = (Grease(*model.small_motion()) for model in fillings_of(rig, law))
+    return rig.replace(bushings=tuple(dataclasses.replace(b, grease=g) for b, g in zip(rig.bushings, linear_greases)))

@@ -1,4 +1,4 @@
-"""What oil films of plain bearings share, however their forces are found: measures, statics and what engines ask."""
+"""Base class of oil films of plain bearings: dimensions, equilibrium and interface of engines."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class OilBearing(GreaseModel):
     asperities: NotNegative = seldom(default=0.0)
     """m: height of both surfaces' asperities, at which the film ends and contact begins"""
     cavitated: Flag = seldom(default=True)
-    """whether oil cannot pull; False: pressure below the surroundings' too, all around"""
+    """True if oil cannot pull; False: pressure below ambient is possible"""
 
     def __post_init__(self) -> None:
         if self.asperities >= self.clearance:
@@ -45,23 +45,23 @@ class OilBearing(GreaseModel):
 
     @property
     def widest(self) -> float:
-        """Largest eccentricity ratio that leaves a film."""
+        """Largest eccentricity ratio with a film."""
         return 1 - self.asperities / self.clearance
 
     @property
     def most(self) -> float:
-        """Eccentricity ratio beyond which the film stays as thin as there."""
+        """Eccentricity ratio beyond which the film thickness is constant."""
         return min(self.widest, self.fullest)
 
     def states(self, coordinates: int) -> int:
-        """Nothing remembers the motion."""
+        """Return 0: the film has no state."""
         return 0
 
     @staticmethod
     def energy(
         p: Sequence[float], before: Sequence[float], state: Sequence[float], r: Vector, dr: Vector, out: Numbers
     ) -> None:
-        """A film holds no energy; what it loses is its forces'."""
+        """Write zeros: a film stores no energy; its loss is the work of its forces."""
         out[0] = out[1] = 0.0
 
     @abstractmethod
@@ -71,7 +71,7 @@ class OilBearing(GreaseModel):
         Parameters
         ----------
         displacement : array_like, shape (..., 2)
-            y and z from the bearing's middle, m; beyond the asperities the film stays as thin as there.
+            y and z from the bearing's middle, m; beyond the asperities the film thickness is constant.
         velocity : array_like, shape (..., 2)
             m/s.
         spin : float
@@ -103,7 +103,7 @@ class OilBearing(GreaseModel):
         """
 
     def equilibrium(self, load: Any, spin: float) -> np.ndarray:
-        """Return where a turning journal rests under a steady load: y and z from the bearing's middle (2,), m.
+        """Return the equilibrium of a turning journal under a steady load: y and z from the bearing's middle (2,), m.
 
         Parameters
         ----------
@@ -117,21 +117,21 @@ class OilBearing(GreaseModel):
         LawError
             If the film does not carry the load: it does not turn, or the journal would rest on asperities.
         """
-        push = np.asarray(load, dtype=float)
-        weight, most = float(np.hypot(*push)), self.most
+        load_vector = np.asarray(load, dtype=float)
+        weight, most = float(np.hypot(*load_vector)), self.most
         if weight == 0:
             return np.zeros(2)
 
-        def carried(ratio: float) -> float:
+        def capacity(ratio: float) -> float:
             return float(np.hypot(*self.force([self.clearance * ratio, 0.0], [0.0, 0.0], spin)))
 
-        if carried(most) <= weight:
+        if capacity(most) <= weight:
             raise LawError(
-                f"the film carries {carried(most):.4g} N at {spin:g} rad/s down to its asperities, the load is "
+                f"the film carries {capacity(most):.4g} N at {spin:g} rad/s down to its asperities, the load is "
                 f"{weight:.4g} N; give more speed or viscosity, or less clearance"
             )
-        ratio = scipy.optimize.brentq(lambda x: carried(x) - weight, 0.0, most, xtol=1e-15)
+        ratio = scipy.optimize.brentq(lambda x: capacity(x) - weight, 0.0, most, xtol=1e-15)
         force = self.force([self.clearance * ratio, 0.0], [0.0, 0.0], spin)
-        turn = -complex(*push) / complex(*force)  # the film at this angle pushes against the load
-        turn *= self.clearance * ratio / abs(turn)
-        return np.array([turn.real, turn.imag])
+        rotation = -complex(*load_vector) / complex(*force)  # rotates the film's force against the load
+        rotation *= self.clearance * ratio / abs(rotation)
+        return np.array([rotation.real, rotation.imag])

@@ -1,6 +1,6 @@
-"""Compiled functions of contact and grease models, which compiled loops call by their addresses.
+"""Compiled functions of contact and grease models, called by address from compiled loops.
 
-An address is a number in a record, so that one compiled loop, cached on disk, runs every model, each bushing its own.
+An address is a number in a record, so that one compiled loop, cached on disk, runs any model at each bushing.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ CONTACT_ENERGY = types.float64(_NUMBERS, _NUMBER)
 FILLING_ENERGIES = {
     d: types.void(_NUMBERS, _NUMBERS, _NUMBERS, *[types.UniTuple(_NUMBER, d)] * 2, _NUMBERS) for d in (1, 2)
 }
-"""of as many coordinates"""
+"""by number of coordinates"""
 
 _COMPILED: dict[tuple[Callable[..., Any], Any], tuple[int, Any]] = {}
 
 
 def address(function: Callable[..., Any], signature: Any) -> int:
-    """Address of a function, compiled at its first use; from then on kept on disk, if it stands in a file."""
+    """Return the address of a function, compiled at its first use and cached on disk if it is in a file."""
     if (function, signature) not in _COMPILED:
         compiled = jit(function, **OPTIONS)
         compiled.compile(signature)
-        found = compiled.overloads[signature.args]
-        where = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
-        _COMPILED.setdefault((function, signature), (where, compiled))  # one for all threads, never to be freed
+        entry = compiled.overloads[signature.args]
+        pointer = entry.library.get_pointer_to_function(entry.fndesc.llvm_func_name)
+        _COMPILED.setdefault((function, signature), (pointer, compiled))  # one for all threads, never freed
     return _COMPILED[function, signature][0]
 
 
@@ -47,8 +47,8 @@ def caller(signature: Any) -> Any:
             kind = convention.get_function_type(signature.return_type, signature.args)
             function = builder.inttoptr(values[0], kind.as_pointer())
             passed = cgutils.unpack_tuple(builder, values[1])
-            _, found = convention.call_function(builder, function, signature.return_type, signature.args, passed)
-            return found
+            _, result = convention.call_function(builder, function, signature.return_type, signature.args, passed)
+            return result
 
         return signature.return_type(where, types.StarArgTuple(signature.args)), generate
 

@@ -1,9 +1,9 @@
-"""Numbers of compiled loops that stand for one case, or for several side by side in a SIMD register.
+"""Numbers of compiled loops: of one case, or of several side by side in a SIMD register.
 
 A loop is given ``lanes``, the tuple (0, 1, ... n-1). Its arrays are contiguous, with the lanes as their last axis. For
-n = 1 the numbers that it loads are plain ones, otherwise registers of n numbers, for which + - * / and the functions of
-`lanes` are defined: one source serves single simulations and batches of them. What is `packed` stands four by four
-where there is one case.
+n = 1 it loads plain numbers, otherwise registers of n numbers, for which + - * / and the functions of `lanes` are
+defined: one source serves single simulations and batches of them. `packed` numbers of one case are in registers of
+four.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def _number(lanes: Any) -> types.Type:
 
 
 def _pointer(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-    """Where the numbers of an array's row begin, row i at i times the number of lanes."""
+    """Return the pointer to an array's row, row i at i times the number of lanes."""
     view, count = context.make_array(signature.args[0])(context, builder, values[0]), signature.args[-1].count
     place = builder.gep(view.data, [builder.mul(values[1], ir.Constant(values[1].type, count))])
     return place if count == 1 else builder.bitcast(place, context.get_value_type(Register(count)).as_pointer())
@@ -93,7 +93,7 @@ spread: Any = _spread
 
 
 def define(function: Callable[..., Any], generate_one: Callable[..., Any]) -> None:
-    """Let a function of two numbers work on registers; a plain number stands in all lanes."""
+    """Define a function of two numbers for registers; a plain number is repeated in all lanes."""
 
     @intrinsic
     def operate(_: Any, a: Any, b: Any) -> Any:
@@ -101,8 +101,8 @@ def define(function: Callable[..., Any], generate_one: Callable[..., Any]) -> No
 
         def generate(_: Any, builder: Any, signature: Any, values: Any) -> Any:
             pairs = zip(values, signature.args)
-            both = [v if k == kind else in_all_lanes(builder, v, kind.count) for v, k in pairs]
-            return generate_one(builder, *both)
+            operands = [v if k == kind else in_all_lanes(builder, v, kind.count) for v, k in pairs]
+            return generate_one(builder, *operands)
 
         return kind(*(k if k == kind else types.float64 for k in (a, b))), generate
 
@@ -121,7 +121,7 @@ define(operator.truediv, lambda builder, a, b: builder.fdiv(a, b))
 
 
 class _Rows(types.Type):
-    """Where numbers of all lanes stand, row after row: what laws index."""
+    """Type of a pointer to the numbers of all lanes, row after row, indexed by laws."""
 
     def __init__(self, count: int):
         self.count = count
@@ -137,8 +137,8 @@ class _RowsModel(models.PrimitiveModel):
 @intrinsic
 def _get(_: Any, numbers: Any, row: Any) -> Any:
     def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
-        found = builder.load(builder.gep(values[0], [values[1]]), align=8)
-        return builder.extract_element(found, ir.IntType(32)(0)) if numbers.count == 1 else found
+        register = builder.load(builder.gep(values[0], [values[1]]), align=8)
+        return builder.extract_element(register, ir.IntType(32)(0)) if numbers.count == 1 else register
 
     return _number(numbers)(numbers, types.intp), generate
 
@@ -164,7 +164,7 @@ def _set_row(numbers, row, value):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def _block(_: Any, array: Any, row: Any, lanes: Any) -> Any:
-    """Return what a law reads and writes from a row on: block(array, row, lanes)."""
+    """Return the pointer to a law's numbers from a row on: block(array, row, lanes)."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         view, count = context.make_array(signature.args[0])(context, builder, values[0]), lanes.count
@@ -179,26 +179,26 @@ def _numbers(count: int) -> types.Type:
 
 
 def filling_law_of(coordinates: int, count: int) -> Any:
-    """Return the signature of a filling's law of one coordinate or two that works on so many lanes at once."""
+    """Return the signature of a filling's law of one coordinate or two on ``count`` lanes."""
     numbers, number = _numbers(count), _number(types.UniTuple(types.intp, count))
     vector = types.UniTuple(number, coordinates)
     return types.void(numbers, numbers, vector, vector, number, types.float64, numbers)
 
 
 def contact_law_of(count: int) -> Any:
-    """Return the signature of a contact's law that works on so many lanes at once."""
+    """Return the signature of a contact's law on ``count`` lanes."""
     numbers, number = _numbers(count), _number(types.UniTuple(types.intp, count))
     return types.void(numbers, number, number, number, numbers)
 
 
 def wall_law_of(count: int) -> Any:
-    """Return the signature of a wall's law that works on so many lanes at once."""
+    """Return the signature of a wall's law on ``count`` lanes."""
     numbers, number = _numbers(count), _number(types.UniTuple(types.intp, count))
     return types.void(numbers, types.UniTuple(number, 2), numbers)
 
 
 def packed(lanes):  # type: ignore[no-untyped-def]
-    """Return the lanes in which modes and rows stand: those of the cases, or, of one case, four side by side."""
+    """Return the lanes of modes and rows: those of the cases, or, for one case, four side by side."""
     return (0, 1, 2, 3) if len(lanes) == 1 else lanes
 
 
@@ -208,8 +208,8 @@ def _packed(lanes):  # type: ignore[no-untyped-def]
 
 
 @intrinsic
-def _joined(_: Any, a: Any, lanes: Any) -> Any:
-    """Return the sum of the four parts of a number of one case, or of several cases the numbers themselves."""
+def _sum_parts(_: Any, a: Any, lanes: Any) -> Any:
+    """Return the sum of the four parts of one case's number, or the numbers of several cases unchanged."""
 
     def generate(_: Any, builder: Any, signature: Any, values: Any) -> Any:
         if lanes.count > 1:
@@ -221,4 +221,4 @@ def _joined(_: Any, a: Any, lanes: Any) -> Any:
 
 
 block: Any = _block
-joined: Any = _joined
+joined: Any = _sum_parts

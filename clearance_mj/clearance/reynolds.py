@@ -1,20 +1,20 @@
-"""Reynolds' equation of an oil film of finite width, once for every motion: a table over eccentricity and direction.
+"""Reynolds' equation of an oil film of finite width for every motion: a table over eccentricity and direction.
 
 With w the velocity of the journal less that of a film that turns at half the spin, over the clearance, A = |w| and ψ
 such that w = A (sin ψ n - cos ψ t), the film H = 1 - ε cos θ thick and p = 12 μ A (R/C)² P,
 
     ∂(H³ ∂P/∂θ)/∂θ + (D/L)² ∂(H³ ∂P/∂ξ)/∂ξ = sin(θ - ψ),  P = 0 at both edges ξ = ±1.
 
-Along the bearing P is a sum of cos(q_k ξ), q_k = (k - 1/2) π, of which each has an equation of its own around it
+Along the bearing P is a sum of cos(q_k ξ), q_k = (k - 1/2) π, each with its equation around the bearing
 
     (H³ Q_k')' - (q_k D/L)² H³ Q_k = sin(θ - ψ),  mean of P along ξ = Σ 2/q_k² Q_k
 
 (separation of variables; Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication, 2004, chapter 11). Where
-oil cannot pull, the film is taken to break and to form straight across the bearing: mean of P >= 0, with the flow
+oil cannot pull, the film is assumed to break and to form straight across the bearing: mean of P >= 0, with the flow
 balanced where it is positive, is a complementarity problem of one dimension, solved by policy iteration.
 
-The pressure takes the least power, so that forces are the slopes of half of it by w. A thin film resists squeeze far
-more than turning, one that opens no more than it: with u = (w_n, κ w_t) = |u| (sin χ n - cos χ t) the power is
+The pressure minimises the power, so that forces are the derivatives of half of it by w. A thin film resists squeeze
+far more than turning, an opening one no more: with u = (w_n, κ w_t) = |u| (sin χ n - cos χ t) the power is
 12 μ R L (R/C)² C u² g, with a g that is smooth over χ in both. The table holds ln g.
 """
 
@@ -36,28 +36,28 @@ RATIOS, STEP = 43, 1 / 7  # rows of the table, equidistant in -ln(1 - ε)
 THINNEST = math.exp(-(RATIOS - 1) * STEP)  # 1 - ε of the last row
 DIRECTIONS = 41  # columns of the table, χ from -π/2 to π/2; the other half is their mirror image
 MAX_ITERATIONS = 60
-LEAST_WAVES, MOST_WAVES = 4, 48  # cosines along the bearing; finer ones are those of a short bearing
+LEAST_WAVES, MOST_WAVES = 4, 48  # cosines along the bearing; finer ones are as in a short bearing
 FINE = 6.0  # q_k D/L times the length of the thin film in the finest of them
 
 
 @jit(error_model="numpy")
-def _solve_ring(diagonal, beside, right, held, solution, work):  # type: ignore[no-untyped-def]
-    """Solve a symmetric cyclic tridiagonal system where nodes are not held; ``beside[i]`` joins i and i + 1.
+def _solve_ring(diagonal, coupling, right, fixed, solution, work):  # type: ignore[no-untyped-def]
+    """Solve a symmetric cyclic tridiagonal system where nodes are not fixed; ``coupling[i]`` joins i and i + 1.
 
     Sherman and Morrison's formula (Press et al., Numerical Recipes, section 2.7) closes the ring.
     """
     n = diagonal.size
-    corner = 0.0 if held[0] or held[n - 1] else beside[n - 1]
-    gamma = -diagonal[0] if not held[0] else -1.0
+    corner = 0.0 if fixed[0] or fixed[n - 1] else coupling[n - 1]
+    gamma = -diagonal[0] if not fixed[0] else -1.0
     pivot = 1.0
     for i in range(n):
-        a = 0.0 if i == 0 or held[i] or held[i - 1] else beside[i - 1]
-        d = 1.0 if held[i] else diagonal[i]
+        a = 0.0 if i == 0 or fixed[i] or fixed[i - 1] else coupling[i - 1]
+        d = 1.0 if fixed[i] else diagonal[i]
         if i == 0:
             d -= gamma
         if i == n - 1:
             d -= corner * corner / gamma
-        r = 0.0 if held[i] else right[i]
+        r = 0.0 if fixed[i] else right[i]
         u = gamma if i == 0 else (corner if i == n - 1 else 0.0)
         if i == 0:
             pivot = 1.0 / d
@@ -70,20 +70,20 @@ def _solve_ring(diagonal, beside, right, held, solution, work):  # type: ignore[
     for i in range(n - 2, -1, -1):
         solution[i] -= work[0, i + 1] * solution[i + 1]
         work[1, i] -= work[0, i + 1] * work[1, i + 1]
-    share = corner / gamma
-    factor = (solution[0] + share * solution[n - 1]) / (1.0 + work[1, 0] + share * work[1, n - 1])
+    ratio = corner / gamma
+    factor = (solution[0] + ratio * solution[n - 1]) / (1.0 + work[1, 0] + ratio * work[1, n - 1])
     for i in range(n):
         solution[i] -= factor * work[1, i]
 
 
 @jit(error_model="numpy")
-def _fill_forces(angle, cell, cube, between, rates, weights, rest, psi, cavitated, found):  # type: ignore[no-untyped-def]
-    """Fill found (n_psi, 2) with forces outwards and along rising θ at one eccentricity.
+def _set_forces(angle, cell, cube, link, rates, weights, tail, psi, cavitated, forces):  # type: ignore[no-untyped-def]
+    """Write forces (n_psi, 2) outwards and along rising θ at one eccentricity.
 
-    ``rates`` are (q_k D/L)², ``weights`` 2/q_k², ``rest`` what all finer cosines add to the mean, times H³.
+    ``rates`` are (q_k D/L)², ``weights`` 2/q_k², ``tail`` the contribution of all finer cosines to the mean, times H³.
     """
     n, waves = angle.size, rates.size
-    held, following = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    fixed, next_fixed = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     wedge, right, mean, flow = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     diagonal, solution, work = np.zeros(n), np.zeros(n), np.zeros((2, n))
     for m in range(psi.size):
@@ -91,32 +91,32 @@ def _fill_forces(angle, cell, cube, between, rates, weights, rest, psi, cavitate
             wedge[i] = math.sin(angle[i] - psi[m])
             right[i] = cell[i] * wedge[i]
             if m == 0:
-                held[i] = cavitated and wedge[i] >= 0.0
+                fixed[i] = cavitated and wedge[i] >= 0.0
         for _ in range(MAX_ITERATIONS):
             for i in range(n):
-                mean[i] = 0.0 if held[i] else -rest * wedge[i] / cube[i]
+                mean[i] = 0.0 if fixed[i] else -tail * wedge[i] / cube[i]
                 flow[i] = 0.0
             for k in range(waves):
                 for i in range(n):
-                    diagonal[i] = -between[i] - between[i - 1] - rates[k] * cube[i] * cell[i]
-                _solve_ring(diagonal, between, right, held, solution, work)
+                    diagonal[i] = -link[i] - link[i - 1] - rates[k] * cube[i] * cell[i]
+                _solve_ring(diagonal, link, right, fixed, solution, work)
                 for i in range(n):
                     mean[i] += weights[k] * solution[i]
-                    if held[i]:
-                        after = solution[i + 1] if i + 1 < n else solution[0]
-                        flow[i] += weights[k] * (between[i] * after + between[i - 1] * solution[i - 1])
+                    if fixed[i]:
+                        next_value = solution[i + 1] if i + 1 < n else solution[0]
+                        flow[i] += weights[k] * (link[i] * next_value + link[i - 1] * solution[i - 1])
             changed = False
             for i in range(n):
-                following[i] = cavitated and (flow[i] <= right[i] if held[i] else mean[i] < 0.0)
-                changed = changed or following[i] != held[i]
+                next_fixed[i] = cavitated and (flow[i] <= right[i] if fixed[i] else mean[i] < 0.0)
+                changed = changed or next_fixed[i] != fixed[i]
             if not changed:
                 break
-            held[:] = following
+            fixed[:] = next_fixed
         outwards = across = 0.0
         for i in range(n):
             outwards -= cell[i] * mean[i] * math.cos(angle[i])
             across -= cell[i] * mean[i] * math.sin(angle[i])
-        found[m, 0], found[m, 1] = outwards, across
+        forces[m, 0], forces[m, 1] = outwards, across
 
 
 def film_force(ratio: float, width: float, psi: Any, cavitated: bool) -> np.ndarray:
@@ -131,35 +131,35 @@ def film_force(ratio: float, width: float, psi: Any, cavitated: bool) -> np.ndar
     psi : array_like, shape (n,)
         Directions of the motion, rad.
     cavitated : bool
-        Whether oil cannot pull.
+        True if oil cannot pull.
     """
-    # Sommerfeld's substitution, of a smaller ε, makes cells small where the film is thin, yet not large opposite.
+    # Sommerfeld's substitution with a smaller ε refines cells where the film is thin, without large ones opposite.
     stretch = ((1 - ratio) / (1 + ratio)) ** 0.25
     gamma = np.arange(AROUND) * (2 * np.pi / AROUND)
     angle = 2 * np.arctan(stretch * np.tan(gamma / 2))
     edge = 2 * np.arctan(stretch * np.tan((gamma + np.pi / AROUND) / 2))
     angle, edge = np.unwrap(angle), np.unwrap(edge)
     cell = edge - np.concatenate(([edge[-1] - 2 * np.pi], edge[:-1]))
-    apart = np.concatenate((angle[1:], [angle[0] + 2 * np.pi])) - angle
+    spacing = np.concatenate((angle[1:], [angle[0] + 2 * np.pi])) - angle
     thickness = 1 - ratio * np.cos(angle)
-    between = (1 - ratio * np.cos(angle + apart / 2)) ** 3 / apart
+    coupling = (1 - ratio * np.cos(angle + spacing / 2)) ** 3 / spacing
     thin = min(math.sqrt(2 * (1 - ratio) / max(ratio, 1e-9)), 1.0)
     count = min(max(LEAST_WAVES, math.ceil(FINE * width / (np.pi * thin)) + 1), MOST_WAVES)
     q = (np.arange(count) + 0.5) * np.pi
     weights = 2 / q**2
-    rest = float(1 / 3 - np.sum(2 / q**4)) * width**2
-    if count == MOST_WAVES:  # the ends of a long bearing are short: finer cosines are as the finest
+    tail = float(1 / 3 - np.sum(2 / q**4)) * width**2
+    if count == MOST_WAVES:  # the ends of a long bearing are short: finer cosines equal the finest
         weights[-1] += 1 - weights.sum()
-        rest = 0.0
+        tail = 0.0
     psi = np.ascontiguousarray(psi, dtype=float)
-    found = np.empty((psi.size, 2))
-    _fill_forces(angle, cell, thickness**3, between, (q / width) ** 2, weights, rest, psi, cavitated, found)
-    return found
+    forces = np.empty((psi.size, 2))
+    _set_forces(angle, cell, thickness**3, coupling, (q / width) ** 2, weights, tail, psi, cavitated, forces)
+    return forces
 
 
 @register_jitable
 def turning_share(ratio: float) -> float:
-    """Return κ, by which turning counts less than squeeze at an eccentricity ratio.
+    """Return κ, the weight of turning relative to squeeze at an eccentricity ratio.
 
     κ⁴ is the power of turning over that of squeeze in a short bearing whose oil can pull (Ocvirk).
     """
@@ -175,24 +175,24 @@ def film_table(width: float, cavitated: bool) -> tuple[float, ...]:
     width : float
         L/D.
     cavitated : bool
-        Whether oil cannot pull.
+        True if oil cannot pull.
     """
     chi = np.linspace(-np.pi / 2, np.pi / 2, DIRECTIONS)
     values = np.empty((RATIOS, DIRECTIONS))
     for i in range(RATIOS):
         ratio = -math.expm1(-STEP * i)
-        inwards, around = np.sin(chi), np.cos(chi) / turning_share(ratio)  # w_n and -w_t where |u| = 1
-        outwards, across = film_force(ratio, width, np.arctan2(inwards, around), cavitated).T
-        values[i] = np.log(np.hypot(inwards, around) * (across * around - outwards * inwards))
-    values[0] = values[0].mean()  # a centred film knows no direction
+        squeeze, turning = np.sin(chi), np.cos(chi) / turning_share(ratio)  # w_n and -w_t where |u| = 1
+        outwards, across = film_force(ratio, width, np.arctan2(squeeze, turning), cavitated).T
+        values[i] = np.log(np.hypot(squeeze, turning) * (across * turning - outwards * squeeze))
+    values[0] = values[0].mean()  # a centred film has no direction
     over_ratio, over_psi = _spline(RATIOS, mirrored=False), _spline(DIRECTIONS, mirrored=True)
     return tuple((over_ratio @ values @ over_psi.T).ravel().tolist())
 
 
 def _spline(nodes: int, mirrored: bool) -> np.ndarray:
-    """Matrix (nodes + 2, nodes) from values to coefficients of their cubic B-spline, with a mirror at both ends or not.
+    """Return the matrix (nodes + 2, nodes) from values to coefficients of their cubic B-spline, mirrored or not.
 
-    Without one the outermost two pieces are one cubic ("not a knot").
+    Without a mirror at the ends the outermost two pieces are one cubic ("not a knot").
     """
     system = np.zeros((nodes + 2, nodes + 2))
     for i in range(nodes):

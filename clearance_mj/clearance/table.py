@@ -1,4 +1,4 @@
-"""Laws as compiled loops see them."""
+"""Laws as tables for compiled loops."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ __all__ = ["LawTable", "law_table"]
 
 
 class LawTable(NamedTuple):
-    """A law as arrays: parameters of contact models, of which compiled loops interpolate the rows before every step."""
+    """A law as arrays: parameters of contact models, whose rows compiled loops interpolate before every step."""
 
     by_amplitude: bool  # the abscissa is the envelope of the motion (m) instead of time (s)
     abscissa: np.ndarray  # (n_rows,) increasing
     parameters: np.ndarray  # (n_rows, n_bushings, n_numbers) of the models (Kelvin-Voigt: k, c), padded with zeros
-    release: float  # s, time constant with which the envelope falls after a peak
-    period: float  # s, after which time begins again at 0; 0 where it does not
-    adhesion: np.ndarray  # (n_bushings,) whether the contact may pull
+    release: float  # s, time constant of the envelope's decay after a peak
+    period: float  # s, repetition period of the time; 0 without repetition
+    adhesion: np.ndarray  # (n_bushings,) True if the contact may pull
     contact_law: np.ndarray  # (n_bushings,) addresses of the models' laws
     contact_energy: np.ndarray  # (n_bushings,) addresses of the models' energies
     kinds: tuple[type[ContactModel], ...]  # (n_bushings,) of the models
 
     @property
     def by_time(self) -> bool:
-        """Whether the parameters change over time."""
+        """True if the parameters change over time."""
         return not self.by_amplitude and self.abscissa.size > 1
 
 

@@ -1,6 +1,6 @@
-"""Vectors of one or two coordinates, tuples of as many numbers: with them a law is written once for both.
+"""Vectors of one or two coordinates as tuples, so that a law is written once for both.
 
-What a slot's or a stop's shaft does is one number, the displacement along it; what a round clearance's does is two,
+The motion in a slot or at a stop has one coordinate, the displacement along it; that in a round clearance has two,
 along y and z. Each number may be plain, or one of all lanes (see lanes.py).
 """
 
@@ -19,17 +19,17 @@ __all__ = [
     "within", "write",
 ]  # fmt: skip
 
-TINY = 1e-300  # beside which a length is 0, so that nothing is divided by 0
+TINY = 1e-300  # added to lengths against division by 0
 
 
 def of_one_or_two(one: Callable[..., Any], two: Callable[..., Any], says: str = "") -> Any:
-    """Return the function that is ``one`` of vectors of one coordinate and ``two`` of others, compiled or not.
+    """Return a function that calls ``one`` for vectors of one coordinate and ``two`` for others, compiled or not.
 
     ``says`` is its docstring.
     """
 
     def function(*arguments: Any) -> Any:
-        size = next(len(each) for each in arguments if isinstance(each, tuple))
+        size = next(len(argument) for argument in arguments if isinstance(argument, tuple))
         return (one if size == 1 else two)(*arguments)
 
     def compiled(*kinds: Any) -> Any:
@@ -77,8 +77,8 @@ def _within_one(r: Any, limit: Any) -> Any:
 
 def _within_two(r: Any, limit: Any) -> Any:
     size = root(r[0] * r[0] + r[1] * r[1])
-    beyond, size = size - limit, larger(size, TINY)
-    return choose(r[0] * limit / size, r[0], beyond), choose(r[1] * limit / size, r[1], beyond)
+    excess, size = size - limit, larger(size, TINY)
+    return choose(r[0] * limit / size, r[0], excess), choose(r[1] * limit / size, r[1], excess)
 
 
 within = of_one_or_two(
@@ -91,12 +91,12 @@ in_plane = of_one_or_two(
 )
 
 
-def _answer_one(out: Any, force: Any, damping: Any) -> None:
+def _write_result_one(out: Any, force: Any, damping: Any) -> None:
     out[0] = force[0]
     out[1] = damping
 
 
-def _answer_two(out: Any, force: Any, damping: Any) -> None:
+def _write_result_two(out: Any, force: Any, damping: Any) -> None:
     out[0] = force[0]
     out[1] = force[1]
     out[2] = damping
@@ -106,8 +106,8 @@ def _answer_two(out: Any, force: Any, damping: Any) -> None:
 
 
 answer = of_one_or_two(
-    _answer_one,
-    _answer_two,
+    _write_result_one,
+    _write_result_two,
     "Fill in what a filling answers: its elastic force, and its damping, the same in all directions.",
 )
 

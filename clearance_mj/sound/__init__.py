@@ -1,4 +1,4 @@
-"""Hear a response: the sound that a plate radiates, WAV files in physical units, and loudness (ISO 532-1)."""
+"""Sound radiated by a plate, WAV files in physical units, and loudness (ISO 532-1)."""
 
 from ..signals.sampling import resampled
 from .over_level import LoudnessOverLevel, heard, loudness_of_each, loudness_over_level, sound_over_level

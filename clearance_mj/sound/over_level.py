@@ -1,4 +1,4 @@
-"""How loud a design is over the level of its excitation."""
+"""Loudness of a design over the level of its excitation."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from .zwicker import Field, Loudness, Method, loudness
 
 __all__ = ["LoudnessOverLevel", "heard", "loudness_of_each", "loudness_over_level", "sound_over_level"]
 
-SETTLING = 0.5  # s, of a simulation from rest that are not listened to
-WORTH_PROCESSES = 6.0  # s of sounds: what starting processes costs is regained from there on
+SETTLING = 0.5  # s, removed from the beginning of a simulation from rest
+WORTH_PROCESSES = 6.0  # s of sounds, above which processes are faster
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -42,17 +42,17 @@ class LoudnessOverLevel(Shown):
     @property
     def n5(self) -> np.ndarray:
         """(n_levels,) sone, exceeded in 5 % of the time"""
-        return np.array([each.n5 for each in self.loudness])
+        return np.array([value.n5 for value in self.loudness])
 
     @property
     def phon(self) -> np.ndarray:
         """(n_levels,) loudness level of N5, phon"""
-        return np.array([each.phon for each in self.loudness])
+        return np.array([value.phon for value in self.loudness])
 
     @property
     def pressure_level(self) -> np.ndarray:
         """(n_levels,) sound pressure level, dB re 20 µPa"""
-        return np.array([each.level for each in self.sound])
+        return np.array([sound.level for sound in self.sound])
 
     def _overview(self) -> Overview:
         head = (f"level ({self.unit} RMS)", "sound pressure (dB)", "loudness N5 (sone)", "loudness level (phon)")
@@ -69,18 +69,18 @@ def loudness_over_level(
     engine: str | Engine = "modal", method: Method = "time-varying", field: Field = "free",
     workers: int | None = None, progress: bool = False,
 ) -> LoudnessOverLevel:  # fmt: skip
-    """Simulate a model at several levels of an excitation, and return how loud its plate is at each.
+    """Simulate a model at several levels of an excitation, and return the loudness of its plate at each.
 
     Parameters
     ----------
     model : Model
         Rig and law.
     excitation : Excitation
-        What drives it, scaled to each level; its sampling rate bounds what is heard.
+        Excitation, scaled to each level; its sampling rate limits the audible band.
     levels : sequence of float
         RMS of the excitation, m/s² or N, each above 0.
     plate : Plate, optional
-        What radiates; None: that of the rig.
+        Radiating plate; None: that of the rig.
     engine : str or Engine
         As in `clearance_mj.simulate`.
     method, field
@@ -101,8 +101,8 @@ def loudness_over_level(
         As `sound_over_level`, `clearance_mj.simulate` and `loudness`.
     """
     sounds = sound_over_level(model, excitation, levels, plate, engine, workers, progress)
-    found = loudness_of_each(sounds, method, field, workers, progress)
-    return LoudnessOverLevel(tuple(map(float, levels)), sounds, found, "m/s²" if excitation.kind == "base" else "N")
+    values = loudness_of_each(sounds, method, field, workers, progress)
+    return LoudnessOverLevel(tuple(map(float, levels)), sounds, values, "m/s²" if excitation.kind == "base" else "N")
 
 
 def sound_over_level(
@@ -124,7 +124,7 @@ def sound_over_level(
     Raises
     ------
     ExcitationError
-        If a level is not above 0, or the excitation is still or shorter than a second.
+        If a level is not above 0, or the excitation is zero or shorter than a second.
     ClearanceError
         As `clearance_mj.simulate` and `radiate`.
     """
@@ -158,9 +158,9 @@ def loudness_of_each(
     sounds: Sequence[Sound], method: Method = "time-varying", field: Field = "free", workers: int | None = None,
     progress: bool = False,
 ) -> tuple[Loudness, ...]:  # fmt: skip
-    """Return the loudness of several sounds, computed side by side on processes where that takes long.
+    """Return the loudness of several sounds, computed in parallel processes if that is faster.
 
-    A script that calls it for long sounds needs ``if __name__ == "__main__":``, as all that starts processes.
+    A script that calls it for long sounds needs ``if __name__ == "__main__":``, like any script that starts processes.
 
     Parameters
     ----------
@@ -178,8 +178,8 @@ def loudness_of_each(
     ClearanceError
         As `loudness`.
     """
-    long = method == "time-varying" and sum(sound.duration for sound in sounds) > WORTH_PROCESSES
-    apart = long and len(sounds) > 1 and workers != 1
-    one, words = partial(loudness, method=method, field=field), "loudness" if progress else ""
-    found = dict(run_tasks(one, sounds, workers, processes=apart, progress=words))
-    return tuple(found[sound] for sound in sounds)
+    worthwhile = method == "time-varying" and sum(sound.duration for sound in sounds) > WORTH_PROCESSES
+    use_processes = worthwhile and len(sounds) > 1 and workers != 1
+    compute, description = partial(loudness, method=method, field=field), "loudness" if progress else ""
+    results = dict(run_tasks(compute, sounds, workers, processes=use_processes, progress=description))
+    return tuple(results[sound] for sound in sounds)

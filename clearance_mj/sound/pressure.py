@@ -15,7 +15,7 @@ __all__ = ["REFERENCE_PRESSURE", "Sound"]
 
 REFERENCE_PRESSURE = 20e-6
 """Pa, of sound pressure levels in dB (ISO 1683)."""
-FLANK = 0.02  # s, in which a part of a sound sets in and ends, so that the cut is no click
+FLANK = 0.02  # s, fade at the ends of a cut sound, against clicks
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -25,7 +25,7 @@ class Sound(Shown, ArrayData):
     Raises
     ------
     RecordError
-        If it is no row of finite samples, or the sampling rate is not above 0.
+        If it is not one row of finite samples, or the sampling rate is not above 0.
     """
 
     pressure: np.ndarray
@@ -33,9 +33,9 @@ class Sound(Shown, ArrayData):
     fs: float
     """samples per second"""
     name: str = ""
-    """where it comes from, in words"""
+    """description of the source"""
     provenance: dict[str, Any] = field(default_factory=dict)
-    """inputs that made it; plain data"""
+    """inputs of the computation; plain data"""
 
     def __post_init__(self) -> None:
         self._set(pressure=read_only(self.pressure))
@@ -55,7 +55,7 @@ class Sound(Shown, ArrayData):
 
     @property
     def level(self) -> float:
-        """Sound pressure level of the whole, dB re 20 µPa, without weighting; -inf of silence."""
+        """Sound pressure level of the whole sound, dB re 20 µPa, without weighting; -inf of silence."""
         with np.errstate(divide="ignore"):
             return float(10 * np.log10(np.mean(self.pressure**2) / REFERENCE_PRESSURE**2))
 
@@ -65,9 +65,9 @@ class Sound(Shown, ArrayData):
         Parameters
         ----------
         start : float
-            s, from which on samples are kept.
+            s, time of the first sample.
         stop : float, optional
-            s, before which they end; None: to the last.
+            s, end of the part; None: that of the sound.
 
         Raises
         ------
@@ -81,12 +81,12 @@ class Sound(Shown, ArrayData):
         return replace(self, pressure=part)
 
     def faded(self, seconds: float = FLANK) -> Sound:
-        """Return the sound with flanks of raised cosine at both ends, so that no cut is heard.
+        """Return the sound faded in and out by raised cosines.
 
         Parameters
         ----------
         seconds : float
-            Length of each flank, s; at most half the sound's.
+            Length of each fade, s; at most half the sound's.
         """
         count = min(round(seconds * self.fs), self.pressure.size // 2)
         flank = np.sin(np.pi / 2 * (np.arange(count) + 0.5) / max(count, 1)) ** 2

@@ -8,8 +8,8 @@ sphere of a free field, with 4π (the measurement surfaces of ISO 3744:2010 and 
 
     p(f) = ρc sqrt(S σ(f) / (2π r²)) v(f),
 
-which is applied as a filter, so that the pressure keeps the time course of the velocity: a rattle is heard as one. The
-plate's phase and directivity, and the time that sound takes, are left out.
+which is applied as a filter, so that the pressure keeps the time course of the velocity, such as that of a rattle.
+The plate's phase and directivity, and the travel time of sound, are neglected.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ __all__ = ["AIR_IMPEDANCE", "radiate", "velocity"]
 
 AIR_IMPEDANCE = 1.204 * 343.2
 """ρc of air at 20 °C and 1013.25 hPa, N s/m³."""
-HIGH_PASS_ORDER = 4  # of the Butterworth filter below whose corner velocity is taken off
-SETTLING = 8.0  # periods of the corner frequency in which what the filter remembers falls below 1e-6
+HIGH_PASS_ORDER = 4  # of the Butterworth high-pass of the velocity
+SETTLING = 8.0  # periods of the corner frequency in which the filter's transient decays below 1e-6
 
 
 def velocity(
     acceleration: np.ndarray, fs: float, lowest: float, gain: Callable[[np.ndarray], np.ndarray] | None = None
 ) -> np.ndarray:
-    """Integrate an acceleration to a velocity without its slow part.
+    """Integrate an acceleration to a high-pass filtered velocity.
 
-    A causal Butterworth high-pass of fourth order takes off what lies below its corner; both it and the integration are
+    A causal Butterworth high-pass of fourth order removes frequencies below its corner; both it and the integration are
     those of continuous time, exact at every line of the spectrum, and the motion is taken to begin and end at rest.
 
     Parameters
@@ -50,7 +50,7 @@ def velocity(
     lowest : float
         Corner of the high-pass, Hz: 3 dB down there, 24 dB per octave below.
     gain : callable, optional
-        A further gain over frequency, Hz, real: its filter has no phase.
+        Additional real gain over frequency, Hz, without phase.
 
     Returns
     -------
@@ -62,12 +62,12 @@ def velocity(
     frequency = scipy.fft.rfftfreq(padded, 1 / fs)
     s = 1j * frequency / lowest
     poles = np.exp(1j * np.pi * (2 * np.arange(1, HIGH_PASS_ORDER + 1) + HIGH_PASS_ORDER - 1) / (2 * HIGH_PASS_ORDER))
-    # s^4 of the high-pass over s of the integration leaves s^3: nothing is divided by zero at rest.
+    # s^4 of the high-pass over s of the integration is s^3, without division by zero at f = 0.
     response = s ** (HIGH_PASS_ORDER - 1) / np.prod(s[:, None] - poles, axis=1) / (2 * np.pi * lowest)
     if gain is not None:
         response = response * gain(frequency)
-    found: np.ndarray = scipy.fft.irfft(scipy.fft.rfft(acceleration, padded) * response, padded)[:n]
-    return found
+    result: np.ndarray = scipy.fft.irfft(scipy.fft.rfft(acceleration, padded) * response, padded)[:n]
+    return result
 
 
 def radiate(response: Response, rig: Rig, plate: Plate | None = None) -> Sound:
@@ -78,9 +78,9 @@ def radiate(response: Response, rig: Rig, plate: Plate | None = None) -> Sound:
     response : Response
         Simulated or measured accelerations of the rig's sensors.
     rig : Rig
-        Whose sensors they are.
+        The rig of these sensors.
     plate : Plate, optional
-        What radiates; None: the rig's own.
+        Radiating plate; None: that of the rig.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def radiate(response: Response, rig: Rig, plate: Plate | None = None) -> Sound:
     except ValueError as error:
         raise RecordError(f"plate.{error}") from None
     labels = response.responses or tuple(rig.sensor_labels)
-    labels = tuple(own for own, quantity in zip(labels, response.quantities) if quantity == "acceleration")
+    labels = tuple(name for name, quantity in zip(labels, response.quantities) if quantity == "acceleration")
     if label not in labels or len(response.acceleration) != len(labels):
         raise RecordError(f"the response has no acceleration {label}, with which the plate moves")
     if not plate.lowest_frequency < response.fs / 2:
@@ -107,6 +107,6 @@ def radiate(response: Response, rig: Rig, plate: Plate | None = None) -> Sound:
             f"plate.lowest_frequency {plate.lowest_frequency:g} Hz must be below half of {response.fs:g} Hz"
         )
     scale = AIR_IMPEDANCE * math.sqrt(plate.area / plate.solid_angle) / plate.distance
-    moved = response.acceleration[labels.index(label)]
-    pressure = velocity(moved, response.fs, plate.lowest_frequency, lambda f: scale * np.sqrt(plate.efficiency(f)))
+    motion = response.acceleration[labels.index(label)]
+    pressure = velocity(motion, response.fs, plate.lowest_frequency, lambda f: scale * np.sqrt(plate.efficiency(f)))
     return Sound(pressure, response.fs, f"plate at {label} of {rig.name}", dict(response.provenance))

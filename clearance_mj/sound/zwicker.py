@@ -21,7 +21,7 @@ Method: TypeAlias = Literal["time-varying", "stationary"]
 Field: TypeAlias = Literal["free", "diffuse"]
 BAND = 0.1  # Bark, between two values of the specific loudness
 STEP = 0.002  # s, between two values of the loudness over time
-SHORTEST = 0.1  # s that a sound must last: the filters of the lowest bands settle in so long
+SHORTEST = 0.1  # s, least duration of a sound: settling time of the filters of the lowest bands
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,7 +48,7 @@ class Loudness(Shown, ArrayData):
         return BAND * np.arange(1, len(self.specific) + 1)
 
     def exceeded(self, share: float) -> float:
-        """Return the loudness, sone, that is exceeded for a share of the time, 0 to 1.
+        """Return the loudness, sone, exceeded for a fraction of the time, 0 to 1.
 
         Parameters
         ----------
@@ -59,7 +59,7 @@ class Loudness(Shown, ArrayData):
 
     @property
     def n5(self) -> float:
-        """Loudness that is exceeded in 5 % of the time, sone: what ISO 532-1 states of sounds that vary."""
+        """Loudness exceeded in 5 % of the time, sone, the value of ISO 532-1 for time-varying sounds."""
         return self.exceeded(0.05)
 
     @property
@@ -86,11 +86,11 @@ def loudness(sound: Sound, method: Method = "time-varying", field: Field = "free
     Parameters
     ----------
     sound : Sound
-        Pressure where the listener's head would be; it is resampled to 48000 samples per second.
+        Pressure at the position of the listener's head; it is resampled to 48000 samples per second.
     method : {"time-varying", "stationary"}
-        For any sound, 2 s for each of its seconds; or for one that is the same at all times, in no time.
+        For any sound, 2 s of computation per second; or for a stationary sound, at once.
     field : {"free", "diffuse"}
-        Sound that comes from the front, or from everywhere.
+        Sound from the front, or from all directions.
 
     Returns
     -------
@@ -116,14 +116,14 @@ def loudness(sound: Sound, method: Method = "time-varying", field: Field = "free
 
     pressure = resampled(sound.pressure, sound.fs, RATE)
     if method == "stationary":
-        whole, specific, _ = loudness_zwst(pressure, int(RATE), field_type=field)
-        return Loudness(method, field, np.atleast_1d(whole), np.reshape(specific, (-1, 1)))
+        sone, specific, _ = loudness_zwst(pressure, int(RATE), field_type=field)
+        return Loudness(method, field, np.atleast_1d(sone), np.reshape(specific, (-1, 1)))
     over_time, specific, _, _ = loudness_zwtv(pressure, int(RATE), field_type=field)
     return Loudness(method, field, over_time, specific)
 
 
 def has_mosqito() -> bool:
-    """Return whether MoSQITo, which computes loudness, is installed."""
+    """Return True if MoSQITo, which computes loudness, is installed."""
     return importlib.util.find_spec("mosqito") is not None
 
 

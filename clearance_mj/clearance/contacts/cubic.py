@@ -50,7 +50,7 @@ class Cubic(ContactModel):
 class LinearAndCubic(ContactFamily):
     """Hardening springs, with linear damping and damping in proportion to the force.
 
-    Of all contacts it is fitted first: it can come near to any other, which then begins from there.
+    It is fitted first of all contacts: it approximates any other, whose fit then starts from it.
     """
 
     name: ClassVar[str] = "linear + cubic"
@@ -58,7 +58,7 @@ class LinearAndCubic(ContactFamily):
     begins_from: ClassVar[str | None] = None
 
     def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
-        """Return k, c, k₃ and α; at one gap of penetration the cubic spring begins as stiff as the linear one."""
+        """Return k, c, k₃ and α; at one gap of penetration the cubic spring starts as stiff as the linear one."""
         cubic = bushing.contact.stiffness / bushing.gap**2
         return [
             *spring_and_damper(bushing),

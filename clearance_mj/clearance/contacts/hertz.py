@@ -1,4 +1,4 @@
-"""Hertz contacts with damping in proportion to the force, F = K δⁿ (1 + κ δ̇/v), v the speed at which they began."""
+"""Hertz contacts with damping in proportion to the force, F = K δⁿ (1 + κ δ̇/v), v the impact speed."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from ..lanes import larger, power, where_above
 
 __all__ = ["Flores", "HertzDamped", "HuntCrossley", "LankaraniNikravesh"]
 
-_ELASTIC = 1e-3  # 1 - e up to which κ is a series in it, right to 1e-6
-_PLASTIC = 0.03  # e up to which κ is 1/e, right to 1e-13
+_ELASTIC = 1e-3  # 1 - e below which κ is a series in it, with error 1e-6
+_PLASTIC = 0.03  # e below which κ is 1/e, with error 1e-13
 
 
 @checked(LawError, name="contact")
@@ -46,7 +46,7 @@ class HertzDamped(ContactModel):
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
         """Return the stiffness K δⁿ⁻¹, damping κ K δⁿ/v."""
-        out[0] = where_above(p[0] * power(depth, p[1] - 1.0), depth)  # in the gap the power of n = 1 would be 1
+        out[0] = where_above(p[0] * power(depth, p[1] - 1.0), depth)  # in the gap the power with n = 1 would be 1
         out[1] = p[2] * out[0] * depth / larger(impact_speed, SLOWEST_IMPACT)
 
     @staticmethod
@@ -61,11 +61,11 @@ class HertzDamped(ContactModel):
 
 @register
 class HuntCrossley(HertzDamped):
-    """κ of which the restitution is e: κ (1+e) = ln[(1+κ)/(1-κe)] (Hunt & Crossley, J. Appl. Mech. 42, 1975)."""
+    """κ of the restitution e: κ (1+e) = ln[(1+κ)/(1-κe)] (Hunt & Crossley, J. Appl. Mech. 42, 1975)."""
 
     name: ClassVar[str] = "hunt-crossley"
     first_order: bool = False
-    """whether κ = 3 (1-e)/2, as they publish it: right to first order in 1-e, a body of e = 0.3 rebounds at 0.58"""
+    """use κ = 3 (1-e)/2 as published: correct to first order in 1-e, e = 0.3 gives a rebound of 0.58"""
 
     @property
     def kappa(self) -> float:
@@ -75,16 +75,16 @@ class HuntCrossley(HertzDamped):
 
 @lru_cache(1024)
 def _damping_factor(e: float) -> float:
-    """κ of the energy that an impact with the restitution e loses."""
-    if 1 - e < _ELASTIC:  # where the logarithms cancel, the first terms of their series are left
+    """Return κ of the energy loss of an impact with restitution e."""
+    if 1 - e < _ELASTIC:  # the logarithms cancel; first terms of their series
         return 1.5 * (1 - e**2) / (1 + e**3)
     if e < _PLASTIC:
         return 1 / e
-    found = scipy.optimize.brentq(
+    root = scipy.optimize.brentq(
         lambda kappa: kappa * (1 + e) - math.log1p(kappa) + math.log1p(-kappa * e), 1.5 * (1 - e), (1 - 1e-15) / e,
         xtol=1e-15,
     )  # fmt: skip
-    return float(found)
+    return float(root)
 
 
 @register

@@ -1,4 +1,4 @@
-"""Hunt and Crossley's contact with a damping coefficient of its own."""
+"""Hunt and Crossley's contact with a constant damping coefficient."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["HuntCrossley1975", "PowerLaw", "loss_factor"]
 class HuntCrossley1975(ContactModel):
     """F = K δⁿ + λ δⁿ δ̇ with a constant λ (Hunt & Crossley, J. Appl. Mech. 42, 1975).
 
-    It needs no speed of impact, and is defined for a shaft that rests on the bushing. A slow impact at v has the
+    It needs no impact speed, and is defined for a shaft at rest on the bushing. A slow impact at v has the
     restitution 1 - 2 λ v/(3 K).
     """
 
@@ -36,9 +36,9 @@ class HuntCrossley1975(ContactModel):
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
         """Return the stiffness K δⁿ⁻¹, damping λ δⁿ."""
-        risen = power(depth, p[2] - 1.0)
-        out[0] = p[0] * risen
-        out[1] = p[1] * risen * depth
+        factor = power(depth, p[2] - 1.0)
+        out[0] = p[0] * factor
+        out[1] = p[1] * factor * depth
 
     @staticmethod
     def energy(p: Sequence[float], depth: float) -> float:
@@ -54,7 +54,7 @@ class HuntCrossley1975(ContactModel):
 class PowerLaw(ContactFamily):
     """F = F₁ (δ/d)ⁿ (1 + α δ̇) with the force F₁ at one gap d of penetration.
 
-    F₁ is what records show: K = F₁/dⁿ alone would depend on the exponent by orders of magnitude.
+    Records determine F₁; K = F₁/dⁿ alone depends on the exponent by orders of magnitude.
     """
 
     name: ClassVar[str] = "power law"
@@ -85,8 +85,8 @@ class PowerLaw(ContactFamily):
 
     def start(self, fit: EarlierFit, forces: GapForces) -> dict[str, float]:
         """Return F₁ and n of the power law that has the other contact's force at a half and at one gap."""
-        half, whole = (fit.contact_model.force(share * fit.nominal.gap, 0.0) for share in (0.5, 1.0))
-        return {"contact force at one gap": whole, "contact exponent": math.log2(whole / half)}
+        force_half, force_full = (fit.contact_model.force(depth * fit.nominal.gap, 0.0) for depth in (0.5, 1.0))
+        return {"contact force at one gap": force_full, "contact exponent": math.log2(force_full / force_half)}
 
 
 def loss_factor() -> FamilyParameter:

@@ -1,4 +1,4 @@
-"""The contact that multibody models bring along: the function IMPACT of MSC ADAMS."""
+"""The contact of multibody models: the function IMPACT of MSC ADAMS."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ __all__ = ["AdamsImpact"]
 class AdamsImpact(ContactModel):
     """F = k δᵉ + STEP(δ, 0, 0, d, c_max) δ̇, never pulling (MSC ADAMS, functions IMPACT and STEP).
 
-    STEP rises from 0 to c_max within the depth d as s² (3 - 2s), s = δ/d, and stays there, so that the force begins at
-    zero at any speed. An ADAMS model in mm has k in N/mmᵉ: here it is that times 1000ᵉ, and c_max that times 1000.
+    STEP rises from 0 to c_max within the depth d as s² (3 - 2s), s = δ/d, and is constant beyond, so that the force
+    begins at zero at any speed. k of an ADAMS model in mm, in N/mmᵉ, is here times 1000ᵉ, c_max times 1000.
     """
 
     name: ClassVar[str] = "adams-impact"
@@ -30,14 +30,14 @@ class AdamsImpact(ContactModel):
     damping: NotNegative
     """c_max, N s/m"""
     depth: Positive
-    """d, m, from which on the damping is c_max"""
+    """d, m, beyond which the damping is c_max"""
 
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
         """Return the stiffness k δᵉ⁻¹, damping c_max s² (3 - 2s)."""
-        share = smaller(depth / p[3], 1.0)
+        s = smaller(depth / p[3], 1.0)
         out[0] = p[0] * power(depth, p[1] - 1.0)
-        out[1] = p[2] * share * share * (3.0 - 2.0 * share)
+        out[1] = p[2] * s * s * (3.0 - 2.0 * s)
 
     @staticmethod
     def energy(p: Sequence[float], depth: float) -> float:

@@ -12,7 +12,7 @@ from ..family import DECADE, ContactFamily, FamilyParameter, positive_parameter,
 
 __all__ = ["KelvinVoigt", "Linear", "spring_and_damper"]
 
-LOSS_TIME = 1e-4  # s, damping over stiffness with which a fit begins where the rig file has no damping
+LOSS_TIME = 1e-4  # s, damping over stiffness at the start of a fit if the rig file has no damping
 
 
 @register
@@ -25,7 +25,7 @@ class KelvinVoigt(ContactModel):
     damping: NotNegative = 0.0
     """c, N s/m"""
     adhesion: Flag = False
-    """let the damper pull at release"""
+    """True if the damper may pull at release"""
 
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:

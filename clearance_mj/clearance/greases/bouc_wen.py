@@ -55,7 +55,7 @@ class BoucWen(GreaseModel):
         return self.grease.stiffness, self.grease.damping
 
     def is_linear(self) -> bool:
-        """Return whether there is neither a hysteretic share nor a film."""
+        """Return True if there is neither hysteresis nor a film."""
         g = self.grease
         return (g.elastic_ratio == 1 or g.stiffness == 0) and not (g.film_height and g.damping)
 
@@ -66,8 +66,8 @@ class BoucWen(GreaseModel):
 
     @staticmethod
     def law(p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers) -> None:
-        """Bouc-Wen does not depend on rate: its state is advanced over the displacement, by the midpoint rule."""
-        if any_below(p[1], 1.0):  # else nothing slides
+        """Advance the rate-independent state over the displacement, by the midpoint rule, and write the force."""
+        if any_below(p[1], 1.0):  # else there is no slip
             write(state, 0, bouc_wen_step(read(state, 0, r), dr, p[2], p[3], p[4], p[5]))
         force = times(p[0], plus(times(p[1], r), times(1.0 - p[1], read(state, 0, r))))
         answer(out, force, film_damping(length(r), p[6], p[7], p[8]))
@@ -76,12 +76,12 @@ class BoucWen(GreaseModel):
     def energy(
         p: Sequence[float], before: Sequence[float], state: Sequence[float], r: Vector, dr: Vector, out: Numbers
     ) -> None:
-        """See the module; the loss is that at the mean deflection of the step."""
-        spring, now = (1.0 - p[1]) * p[0] / p[2], read(state, 0, r)
-        mean = times(0.5, plus(read(before, 0, r), now))
-        way = along(mean, dr)
-        out[0] = 0.5 * (p[1] * p[0] * along(r, r) + spring * along(now, now))
-        out[1] = spring * length(mean) ** p[5] * (p[4] * way + p[3] * abs(way))
+        """Write the energies of the module docstring, the loss at the mean deflection of the step."""
+        spring, current = (1.0 - p[1]) * p[0] / p[2], read(state, 0, r)
+        mean = times(0.5, plus(read(before, 0, r), current))
+        displacement = along(mean, dr)
+        out[0] = 0.5 * (p[1] * p[0] * along(r, r) + spring * along(current, current))
+        out[1] = spring * length(mean) ** p[5] * (p[4] * displacement + p[3] * abs(displacement))
 
 
 def _slope_one(z: Any, dr: Any, a: Any, beta: Any, gamma: Any, exponent: Any) -> Any:
@@ -90,8 +90,8 @@ def _slope_one(z: Any, dr: Any, a: Any, beta: Any, gamma: Any, exponent: Any) ->
 
 def _slope_two(z: Any, dr: Any, a: Any, beta: Any, gamma: Any, exponent: Any) -> Any:
     size = larger(length(z), TINY)
-    way = along(dr, z) / size
-    drag = power(size, exponent) * (gamma * way + beta * abs(way)) / size
+    displacement = along(dr, z) / size
+    drag = power(size, exponent) * (gamma * displacement + beta * abs(displacement)) / size
     return minus(times(a, dr), times(drag, z))
 
 
@@ -115,7 +115,7 @@ def bouc_wen_step(z: Vector, dr: Vector, a: float, beta: float, gamma: float, ex
 
 @register_family
 class LinearWithFilm(FillingFamily):
-    """Linear springs with a squeeze film: nothing slides. Of all fillings it is fitted first."""
+    """Linear springs with a squeeze film, without slip. It is fitted first of all fillings."""
 
     name: ClassVar[str] = "linear"
     model: ClassVar[type] = BoucWen
@@ -131,7 +131,7 @@ class LinearWithFilm(FillingFamily):
         return Grease(stiffness, damping, film_height=height)
 
     def holds(self, model: GreaseModel) -> bool:
-        """Return whether it is a rig file's grease whose spring slides nowhere."""
+        """Return True if it is a rig file's grease without slip."""
         return isinstance(model, BoucWen) and model.grease.elastic_ratio == 1
 
     def values(self, bushing: Bushing, model: BoucWen) -> dict[str, float]:
@@ -150,7 +150,7 @@ class Hysteretic(FillingFamily):
     model: ClassVar[type] = BoucWen
 
     def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
-        """Return stiffness, damping, film height, λ, z, n and β/(β+γ); γ ≤ β keeps the loop from making energy."""
+        """Return stiffness, damping, film height, λ, z, n and β/(β+γ); γ ≤ β keeps the loop dissipative."""
         return [
             *spring_and_film(bushing),
             positive_parameter("grease elastic ratio", "1", 0.8, 0.5, high=1.0),
@@ -161,14 +161,14 @@ class Hysteretic(FillingFamily):
 
     def make(self, bushing: Bushing, *values: float) -> Grease:
         """Return the grease of stiffness, damping, film height, λ, z, n and β/(β+γ)."""
-        stiffness, damping, height, ratio, slip, exponent, share = values
+        stiffness, damping, height, ratio, slip, exponent, beta_ratio = values
         total = slip**-exponent
-        beta = max(share, 0.5) * total
+        beta = max(beta_ratio, 0.5) * total
         shape = {"beta": beta, "gamma": total - beta, "exponent": exponent, "film_height": height}
         return Grease(stiffness=stiffness, damping=damping, elastic_ratio=ratio, **shape)
 
     def holds(self, model: GreaseModel) -> bool:
-        """Return whether it is a rig file's grease that slides."""
+        """Return True if it is a rig file's grease with slip."""
         return isinstance(model, BoucWen) and model.grease.elastic_ratio < 1
 
     def values(self, bushing: Bushing, model: BoucWen) -> dict[str, float]:
@@ -183,10 +183,10 @@ class Hysteretic(FillingFamily):
 
 
 def spring_and_film(bushing: Bushing) -> list[FamilyParameter]:
-    """Return the parameters k, c and h of a spring that does not slide and of a squeeze film.
+    """Return the parameters k, c and h of a spring without slip and of a squeeze film.
 
-    Where the rig file has no stiffness or damping, a fit begins with a spring ten times as soft as the contact, and
-    with a damping of 1 ms of the spring.
+    If the rig file has no stiffness or damping, a fit starts with a spring ten times softer than the contact, and with
+    a damping of 1 ms times the spring's stiffness.
     """
     stiffness = bushing.grease.stiffness or 0.1 * bushing.contact.stiffness
     damping = bushing.grease.damping or 1e-3 * stiffness
@@ -198,6 +198,6 @@ def spring_and_film(bushing: Bushing) -> list[FamilyParameter]:
 
 
 def values_of_film(stiffness: float, damping: float, height: float | None) -> dict[str, float]:
-    """Return the values of `spring_and_film`, without the height of a film that is not there."""
+    """Return the values of `spring_and_film`, without the height if there is no film."""
     values = {"grease stiffness": stiffness, "grease damping": damping}
     return values | ({"grease film height": height} if height else {})

@@ -1,13 +1,13 @@
 """The oil film of a bearing of finite width, in any motion of the journal: Reynolds' equation in a table.
 
-With the velocity v of the journal, w = v - Ω/2 x × r is what the film sees of it: turning and squeeze are one motion.
-Its power is 12 μ R L (R/C)²/C g(ε, χ) u², with ε = e/C and u = (w_n, κ w_t) = |u| (sin χ n - cos χ t); see `reynolds`.
-Forces are the slopes of half of it, F = -D w, with the symmetric matrix D of its second derivatives, which depends on
-the direction of w alone: along u and across it, that is along its derivative by χ,
+With the velocity v of the journal, w = v - Ω/2 x × r is its velocity relative to the film, of turning and squeeze. Its
+power is 12 μ R L (R/C)²/C g(ε, χ) u², with ε = e/C and u = (w_n, κ w_t) = |u| (sin χ n - cos χ t); see `reynolds`.
+Forces are the derivatives of half of it, F = -D w, with the symmetric matrix D of its second derivatives, which depends
+on the direction of w alone: along u and across it, that is along its derivative by χ,
 
     D = 12 μ R L (R/C)²/C S [[g, g'/2], [g'/2, g + g''/2]] S,  S = diag(1, κ) in n and t,  ' = ∂/∂χ
 
-The part of v in D w is damping, that of Ω what turning does.
+The part of v in D w is damping, that of Ω the elastic force of turning.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from ..vectors import answer_film, in_plane
 
 __all__ = ["FiniteBearing"]
 
-SCALE, PER_CLEARANCE, MOST, CENTRED, TABLE = range(5)  # where parameters stand
+SCALE, PER_CLEARANCE, MOST, CENTRED, TABLE = range(5)  # indices of parameters
 COLUMNS = DIRECTIONS + 2
 PER_DIRECTION = (DIRECTIONS - 1) / math.pi  # columns per rad
 DIFFERENCE = 1e-5  # of the clearance: central differences of stiffness
@@ -36,7 +36,7 @@ DIFFERENCE = 1e-5  # of the clearance: central differences of stiffness
 
 @register_jitable
 def _weights(s: float) -> tuple[float, float, float, float]:
-    """Cubic B-splines over a piece of length 1."""
+    """Return cubic B-splines over a piece of length 1."""
     r = 1.0 - s
     return (
         r * r * r / 6.0,
@@ -55,17 +55,17 @@ def _power(p: Sequence[float], ratio: float, chi: float) -> tuple[float, float, 
     rows, columns = _weights(u - i), _weights(s)
     r = 1.0 - s
     slopes = (-0.5 * r * r, 0.5 * s * (3.0 * s - 4.0), 0.5 * r * (4.0 - 3.0 * r), 0.5 * s * s)
-    bends = (r, 3.0 * s - 2.0, 1.0 - 3.0 * s, s)
-    height = slope = bend = 0.0
+    curvatures = (r, 3.0 * s - 2.0, 1.0 - 3.0 * s, s)
+    height = slope = curvature = 0.0
     for a in range(4):
-        at = TABLE + (i + a) * COLUMNS + j
+        address = TABLE + (i + a) * COLUMNS + j
         for b in range(4):
-            number = rows[a] * p[at + b]
+            number = rows[a] * p[address + b]
             height += number * columns[b]
             slope += number * slopes[b]
-            bend += number * bends[b]
-    g, slope, bend = math.exp(height), slope * PER_DIRECTION, bend * PER_DIRECTION * PER_DIRECTION
-    return g, g * slope, g * (bend + slope * slope)
+            curvature += number * curvatures[b]
+    g, slope, curvature = math.exp(height), slope * PER_DIRECTION, curvature * PER_DIRECTION * PER_DIRECTION
+    return g, g * slope, g * (curvature + slope * slope)
 
 
 @register_jitable
@@ -97,8 +97,8 @@ def _resistance(
 
 
 @jit
-def _fill_forces(p: Any, r: np.ndarray, v: np.ndarray, spin: float, out: np.ndarray) -> None:
-    """Fill out (n, 2) with forces on the journal at r moving with v, (n, 2) each."""
+def _write_forces(p: Any, r: np.ndarray, v: np.ndarray, spin: float, out: np.ndarray) -> None:
+    """Write forces (n, 2) on the journal at positions r with velocities v, (n, 2) each."""
     for i in range(len(r)):
         yy, yz, zz, turn_y, turn_z = _resistance(p, r[i, 0], r[i, 1], v[i, 0], v[i, 1], spin)
         w_y, w_z = v[i, 0] - turn_y, v[i, 1] - turn_z
@@ -137,7 +137,7 @@ class FiniteBearing(OilBearing):
 
     @staticmethod
     def law(p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers) -> None:
-        """See the module: what turning does is the elastic force; the direction of w is that of the last step."""
+        """Write the force of turning as elastic force, and damping, with w of the last step; see the module."""
         (y, z), (dy, dz) = in_plane(r), in_plane(dr)
         yy, yz, zz, turn_y, turn_z = _resistance(p, y, z, dy / step, dz / step, spin)
         answer_film(out, r, -yy * turn_y - yz * turn_z, -yz * turn_y - zz * turn_z, yy, yz, yz, zz)
@@ -146,14 +146,14 @@ class FiniteBearing(OilBearing):
         """Return the film's force on the journal, N; see `OilBearing.force`."""
         r, v = np.broadcast_arrays(np.asarray(displacement, dtype=float), np.asarray(velocity, dtype=float))
         out = np.empty(r.shape)
-        flat = (np.ascontiguousarray(each).reshape(-1, 2) for each in (r, v))
-        _fill_forces(np.array(self.parameters()), *flat, float(spin), out.reshape(-1, 2))
+        flat = (np.ascontiguousarray(a).reshape(-1, 2) for a in (r, v))
+        _write_forces(np.array(self.parameters()), *flat, float(spin), out.reshape(-1, 2))
         return out
 
     def coefficients(self, displacement: Any, spin: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the eight coefficients; see `OilBearing.coefficients`. Stiffness is a central difference."""
-        at, small = np.asarray(displacement, dtype=float), DIFFERENCE * self.clearance
-        steps = small * np.concatenate((np.eye(2), -np.eye(2)))
-        force = self.force(at + steps, np.zeros(2), spin)
-        yy, yz, zz, *_ = _resistance(self.parameters(), float(at[0]), float(at[1]), 0.0, 0.0, spin)
-        return -(force[:2] - force[2:]).T / (2 * small), np.array([[yy, yz], [yz, zz]])
+        position, step = np.asarray(displacement, dtype=float), DIFFERENCE * self.clearance
+        steps = step * np.concatenate((np.eye(2), -np.eye(2)))
+        force = self.force(position + steps, np.zeros(2), spin)
+        yy, yz, zz, *_ = _resistance(self.parameters(), float(position[0]), float(position[1]), 0.0, 0.0, spin)
+        return -(force[:2] - force[2:]).T / (2 * step), np.array([[yy, yz], [yz, zz]])

@@ -1,6 +1,6 @@
 """A spring with the squeeze film of a long bearing: damping c/(1 - ε²)^1.5 at an eccentricity ratio ε = e/h.
 
-Sommerfeld's solution for a journal that is squeezed towards its bearing without turning (Hamrock, Schmid & Jacobson,
+Sommerfeld's solution for a journal squeezed towards its bearing without turning (Hamrock, Schmid & Jacobson,
 Fundamentals of Fluid Film Lubrication, 2004, chapter 11), here in every direction: grease does not turn with the shaft.
 """
 
@@ -22,7 +22,7 @@ from .bouc_wen import spring_and_film
 
 __all__ = ["LongFilm", "LongFilmed"]
 
-CLOSEST = 0.97  # largest eccentricity ratio: the film stays as thin as there
+CLOSEST = 0.97  # largest eccentricity ratio: beyond it the film thickness is constant
 
 
 @register_jitable
@@ -45,11 +45,11 @@ class LongFilm(GreaseModel):
     """h, m, of the film in the middle"""
 
     def parameters(self) -> tuple[float, ...]:
-        """Stiffness, damping and 1/h."""
+        """Return stiffness, damping and 1/h."""
         return self.stiffness, self.damping, 1 / self.height
 
     def states(self, coordinates: int) -> int:
-        """Nothing remembers the motion."""
+        """Return 0: the film has no state."""
         return 0
 
     def small_motion(self) -> tuple[float, float]:
@@ -62,14 +62,14 @@ class LongFilm(GreaseModel):
 
     @staticmethod
     def law(p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers) -> None:
-        """See the module."""
+        """Write the spring's force and the film's damping; see the module."""
         answer(out, times(p[0], r), _damping(length(r), p[1], p[2]))
 
     @staticmethod
     def energy(
         p: Sequence[float], before: Sequence[float], state: Sequence[float], r: Vector, dr: Vector, out: Numbers
     ) -> None:
-        """The spring's."""
+        """Write the spring's energy."""
         out[0] = 0.5 * p[0] * along(r, r)
         out[1] = 0.0
 

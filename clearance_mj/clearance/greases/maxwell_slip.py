@@ -1,7 +1,7 @@
 """Maxwell-slip hysteresis: parallel springs, each in series with a Coulomb slider.
 
 W. D. Iwan, "A distributed-element model for hysteresis and its steady-state dynamic response", J. Appl. Mech. 33, 1966;
-that friction falls with speed: R. Stribeck, Z. VDI 46, 1902, in the form of Bo & Pavelescu, Wear 82, 1982.
+friction that falls with speed: R. Stribeck, Z. VDI 46, 1902, in the form of Bo & Pavelescu, Wear 82, 1982.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from .bouc_wen import film_damping, spring_and_film, values_of_film
 __all__ = ["Friction", "MaxwellSlip", "StribeckFriction", "slip_start"]
 
 ELEMENTS = 4  # of the families
-SLIP_RATIO = 3.0  # of the slip displacements of neighbouring elements, to begin with
-# Where a fit begins, from samples of Iwan's distribution:
+SLIP_RATIO = 3.0  # of the slip displacements of neighbouring elements, at the start
+# Samples of Iwan's distribution for the start of a fit:
 NARROWEST_SLIP, WIDEST_SLIP = 0.02, 2.0  # slip displacements over the gap
 SLIP_SAMPLES = 24
 FILM_HEIGHTS = (1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 20.0)  # over the gap
-NO_SPRING = 1e-9  # N/m and N: of an element that is not there
-SOFTEST_SPRING = 1e-3  # of the stiffness in all: the softest spring to begin with; 0 has no logarithm
+NO_SPRING = 1e-9  # N/m and N, of an absent element
+SOFTEST_SPRING = 1e-3  # of the total stiffness: softest spring at the start; 0 has no logarithm
 
 
 @register
 class MaxwellSlip(GreaseModel):
     """Σ kᵢ zᵢ + k x + c ẋ / max(1 - |x|/h, ε)²: each zᵢ follows the motion while kᵢ zᵢ stays within ±Wᵢ s(ẋ).
 
-    s = 1, or with a Stribeck speed 1 + (r - 1) exp(-(ẋ/v)²): what slides slowly slides harder.
+    s = 1, or with a Stribeck speed 1 + (r - 1) exp(-(ẋ/v)²): friction is larger at low speed.
     """
 
     name: ClassVar[str] = "maxwell-slip"
@@ -57,7 +57,7 @@ class MaxwellSlip(GreaseModel):
     static_ratio: Annotated[Number, Field(ge=1)] = 1.0
     """r, force at which a spring begins to slide, over Wᵢ"""
     stribeck_speed: Positive | None = None
-    """v, m/s, at which the force has fallen by 63 % of the way to Wᵢ; None: it does not depend on speed"""
+    """v, m/s, at which the excess over Wᵢ has fallen by 63 %; None: independent of speed"""
 
     def __post_init__(self) -> None:
         if len(self.forces) != len(self.springs):
@@ -66,7 +66,7 @@ class MaxwellSlip(GreaseModel):
             raise ValueError("stribeck_speed is missing; static_ratio > 1 needs a speed over which the force falls")
 
     def small_motion(self) -> tuple[float, float]:
-        """Before anything slides."""
+        """Return stiffness and damping before any slip."""
         return self.elastic + sum(self.springs), self.damping
 
     def states(self, coordinates: int) -> int:
@@ -76,22 +76,22 @@ class MaxwellSlip(GreaseModel):
     def parameters(self) -> tuple[float, ...]:
         """N, k, c, 1/h (0 without film), ε, r - 1, 1/v, the springs, the forces."""
         film = 1 / self.film_height if self.film_height else 0.0, self.film_limit
-        falls = self.static_ratio - 1, 1 / self.stribeck_speed if self.stribeck_speed else 0.0
-        return len(self.springs), self.elastic, self.damping, *film, *falls, *self.springs, *self.forces
+        stribeck = self.static_ratio - 1, 1 / self.stribeck_speed if self.stribeck_speed else 0.0
+        return len(self.springs), self.elastic, self.damping, *film, *stribeck, *self.springs, *self.forces
 
     def largest(self) -> tuple[float, float]:
-        """Return the stiffness before anything slides, and the damping of the thinnest film."""
+        """Return the stiffness before any slip, and the damping of the thinnest film."""
         return self.small_motion()[0], self.damping / (self.film_limit if self.film_height else 1.0) ** 2
 
     @staticmethod
     def law(p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers) -> None:
-        """Each spring follows the motion up to its limit, exactly for any step: it returns along its own direction."""
-        n, force, more = whole(p[0]), times(p[1], r), p[5]
-        if any_below(0.0 - more, 0.0):
+        """Each spring follows the motion up to its limit, exactly for any step, by a radial return."""
+        n, force, excess = whole(p[0]), times(p[1], r), p[5]
+        if any_below(0.0 - excess, 0.0):
             ratio = length(dr) / step * p[6]
-            more = more * exponential(0.0 - ratio * ratio)
+            excess = excess * exponential(0.0 - ratio * ratio)
         for i in range(n):
-            limit = (1.0 + more) * p[7 + n + i] / p[7 + i]
+            limit = (1.0 + excess) * p[7 + n + i] / p[7 + i]
             z = within(plus(read(state, i, r), dr), limit)
             write(state, i, z)
             force = plus(force, times(p[7 + i], z))
@@ -101,26 +101,26 @@ class MaxwellSlip(GreaseModel):
     def energy(
         p: Sequence[float], before: Sequence[float], state: Sequence[float], r: Vector, dr: Vector, out: Numbers
     ) -> None:
-        """½ k r² + Σ ½ kᵢ zᵢ², and the force of each spring times the way that its slider went.
+        """½ k r² + Σ ½ kᵢ zᵢ², and the force of each spring times the displacement of its slider.
 
-        Where the force along that way has fallen since the step before, it is the mean of the two.
+        Where the force along that displacement has fallen since the step before, it is the mean of the two.
         """
         n = int(p[0])
         stored = p[1] * along(r, r)
         lost = 0.0
         for i in range(n):
-            then, z = read(before, i, r), read(state, i, r)
+            previous, z = read(before, i, r), read(state, i, r)
             stored += p[7 + i] * along(z, z)
-            slid = minus(plus(then, dr), z)
-            now = along(z, slid)
-            lost += p[7 + i] * max(now, 0.5 * (now + along(then, slid)))
+            sliding = minus(plus(previous, dr), z)
+            work = along(z, sliding)
+            lost += p[7 + i] * max(work, 0.5 * (work + along(previous, sliding)))
         out[0] = 0.5 * stored
         out[1] = lost
 
 
 @register_family
 class Friction(FillingFamily):
-    """Four elements whose friction does not depend on speed, beside a spring and a squeeze film."""
+    """Four elements with friction independent of speed, in parallel to a spring and a squeeze film."""
 
     name: ClassVar[str] = "Maxwell-slip"
     model: ClassVar[type] = MaxwellSlip
@@ -139,10 +139,10 @@ class Friction(FillingFamily):
 
     def make(self, bushing: Bushing, *values: float) -> MaxwellSlip:
         """Return the grease of stiffness, damping, film height, slip displacements and springs."""
-        return _slipping(values)
+        return _grease(values)
 
     def holds(self, model: GreaseModel) -> bool:
-        """Return whether it has four elements and friction that does not depend on speed."""
+        """Return True if it has four elements and friction independent of speed."""
         return isinstance(model, MaxwellSlip) and len(model.springs) == ELEMENTS and model.stribeck_speed is None
 
     def values(self, bushing: Bushing, model: MaxwellSlip) -> dict[str, float]:
@@ -153,31 +153,31 @@ class Friction(FillingFamily):
         return values
 
     def start(self, fit: EarlierFit, forces: GapForces) -> dict[str, float]:
-        """Return what `slip_start` finds."""
+        """Return the values of `slip_start`."""
         return slip_start(fit.bushing, forces)
 
 
 @register_family
 class StribeckFriction(FillingFamily):
-    """As `Friction`, and what slides slowly slides harder."""
+    """As `Friction`, with larger friction at low speed."""
 
     name: ClassVar[str] = "Maxwell-slip, Stribeck"
     model: ClassVar[type] = MaxwellSlip
     begins_from: ClassVar[str | None] = Friction.name
 
     def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
-        """Return what static friction is above sliding friction, r - 1, and the Stribeck speed, then `Friction`'s."""
+        """Return the excess of static friction, r - 1, and the Stribeck speed, then the parameters of `Friction`."""
         excess = positive_parameter("grease static friction over sliding, less 1", "1", 0.3, 1.0)
         speed = positive_parameter("grease Stribeck speed", "m/s", 0.01, 1.5)
         return [excess, speed, *Friction().parameters(bushing)]
 
     def make(self, bushing: Bushing, *values: float) -> MaxwellSlip:
         """Return the grease of r - 1, the Stribeck speed, and the values of `Friction`."""
-        excess, speed, *rest = values
-        return _slipping(rest, 1 + excess, speed)
+        excess, speed, *others = values
+        return _grease(others, 1 + excess, speed)
 
     def holds(self, model: GreaseModel) -> bool:
-        """Return whether it has four elements and a Stribeck speed."""
+        """Return True if it has four elements and a Stribeck speed."""
         return isinstance(model, MaxwellSlip) and len(model.springs) == ELEMENTS and model.stribeck_speed is not None
 
     def values(self, bushing: Bushing, model: MaxwellSlip) -> dict[str, float]:
@@ -187,7 +187,7 @@ class StribeckFriction(FillingFamily):
         return Friction().values(bushing, model) | excess | speed
 
 
-def _slipping(values: Sequence[float], static_ratio: float = 1.0, stribeck_speed: float | None = None) -> MaxwellSlip:
+def _grease(values: Sequence[float], static_ratio: float = 1.0, stribeck_speed: float | None = None) -> MaxwellSlip:
     k, c, height, *elements = values
     slips, springs = elements[:ELEMENTS], elements[ELEMENTS:]
     forces = tuple(slip * spring for slip, spring in zip(slips, springs))
@@ -198,53 +198,53 @@ def slip_start(bushing: Bushing, forces: GapForces) -> dict[str, float]:
     """Return values of `Friction` by name, SI, by non-negative least squares on the forces inside the gap.
 
     Forces of elements add up, in proportion to their springs, so that only the slip displacements need a search. The
-    springs of many elements are found at once, as samples of Iwan's distribution, and then merged to a few.
+    springs of many elements are fitted at once, as samples of Iwan's distribution, and then merged to a few.
 
     Parameters
     ----------
     bushing : Bushing
-        With the gap and offset found with a linear grease.
+        With the gap and offset fitted with a linear grease.
     forces : GapForces
-        What the records show.
+        Forces in the records.
     """
     slips = bushing.gap * np.geomspace(NARROWEST_SLIP, WIDEST_SLIP, SLIP_SAMPLES)
-    parts = [MaxwellSlip((1.0,), (slip,)) for slip in slips]
-    parts.append(MaxwellSlip((NO_SPRING,), (NO_SPRING,), elastic=1.0))
-    parts += [
+    elements = [MaxwellSlip((1.0,), (slip,)) for slip in slips]
+    elements.append(MaxwellSlip((NO_SPRING,), (NO_SPRING,), elastic=1.0))
+    elements += [
         MaxwellSlip((NO_SPRING,), (NO_SPRING,), damping=1.0, film_height=height * bushing.gap)
         for height in FILM_HEIGHTS
     ]
-    columns, measured = forces.in_gap(bushing, parts)
-    found = _not_negative(columns, measured)
-    springs, stiffness, films = np.split(found, [SLIP_SAMPLES, SLIP_SAMPLES + 1])
-    # Where none shows, that of a fit without a record.
+    columns, measured = forces.in_gap(bushing, elements)
+    factors = _nonnegative_lstsq(columns, measured)
+    springs, stiffness, films = np.split(factors, [SLIP_SAMPLES, SLIP_SAMPLES + 1])
+    # Without elastic force, that of the prior.
     stiffest = float(stiffness[0] + springs.sum()) or Friction().parameters(bushing)[0].start
     softest = SOFTEST_SPRING * stiffest
     values = {"grease stiffness": max(float(stiffness[0]), softest)}
     if films.any():
         height = bushing.gap / float(films @ (1 / np.array(FILM_HEIGHTS)) / films.sum())
         values |= {"grease damping": float(films.sum()), "grease film height": height}
-    return values | _merged(slips, springs, softest)
+    return values | _merge_elements(slips, springs, softest)
 
 
-def _not_negative(columns: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Non-negative least squares, by the Cholesky factor of the normal equations: as many rows as columns remain."""
+def _nonnegative_lstsq(columns: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return the non-negative least-squares factors, by the Cholesky factor of the normal equations."""
     import scipy.optimize
 
     scale = np.linalg.norm(columns, axis=0)
     normal = columns / scale
     root = np.linalg.cholesky(normal.T @ normal + 1e-9 * np.eye(scale.size))
-    found, _ = scipy.optimize.nnls(root.T, np.linalg.solve(root, normal.T @ right))
-    return np.asarray(found / scale)
+    factors, _ = scipy.optimize.nnls(root.T, np.linalg.solve(root, normal.T @ right))
+    return np.asarray(factors / scale)
 
 
-def _merged(slips: np.ndarray, springs: np.ndarray, softest: float) -> dict[str, float]:
+def _merge_elements(slips: np.ndarray, springs: np.ndarray, softest: float) -> dict[str, float]:
     """Merge neighbouring elements where that changes the distribution least (Ward 1963), until few are left."""
     groups = [(max(float(k), softest / springs.size), float(np.log(slip))) for k, slip in zip(springs, slips)]
     while len(groups) > ELEMENTS:
         cost = [a[0] * b[0] / (a[0] + b[0]) * (a[1] - b[1]) ** 2 for a, b in itertools.pairwise(groups)]
         i = int(np.argmin(cost))
-        (k, at), (other, beside) = groups[i : i + 2]
-        groups[i : i + 2] = [(k + other, (k * at + other * beside) / (k + other))]
-    found = {f"grease slip displacement {i + 1}": float(np.exp(at)) for i, (_, at) in enumerate(groups)}
-    return found | {f"grease slipping stiffness {i + 1}": max(k, softest) for i, (k, _) in enumerate(groups)}
+        (k, position), (other_k, other_position) = groups[i : i + 2]
+        groups[i : i + 2] = [(k + other_k, (k * position + other_k * other_position) / (k + other_k))]
+    values = {f"grease slip displacement {i + 1}": float(np.exp(at)) for i, (_, at) in enumerate(groups)}
+    return values | {f"grease slipping stiffness {i + 1}": max(k, softest) for i, (k, _) in enumerate(groups)}

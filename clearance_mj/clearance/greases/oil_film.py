@@ -1,4 +1,4 @@
-"""The oil film of a rig's bushing as a model, and as a family of which identification finds the viscosity."""
+"""The oil film of a rig's bushing as a model, and as a family with the viscosity as parameter."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .short_bearing import ShortBearing
 
 __all__ = ["OilFilled", "film_bearing"]
 
-WITHIN = math.log(2.0)  # prior standard deviation: oil warms, and its temperature in the film is seldom known
+WITHIN = math.log(2.0)  # prior standard deviation, for the unknown temperature of the film
 
 
 def film_bearing(bushing: Bushing, radius: float, viscosity: float | None = None) -> OilBearing:
-    """Return the bearing that a bushing with an oil film is.
+    """Return the bearing model of a bushing with an oil film.
 
     Parameters
     ----------
@@ -28,19 +28,19 @@ def film_bearing(bushing: Bushing, radius: float, viscosity: float | None = None
     radius : float
         Of the shaft in it, m.
     viscosity : float, optional
-        Pa s; default: the film's own.
+        Pa s; default: the film's.
     """
     film = bushing.film
     if film is None:
         raise LawError("the bushing has no oil; give it a film")
-    kind = FiniteBearing if film.width == "finite" else ShortBearing
+    bearing = FiniteBearing if film.width == "finite" else ShortBearing
     viscosity = film.viscosity if viscosity is None else viscosity
-    return kind(viscosity, radius, bushing.length, bushing.gap, film.asperities, film.cavitated)
+    return bearing(viscosity, radius, bushing.length, bushing.gap, film.asperities, film.cavitated)
 
 
 @register_family
 class OilFilled(FillingFamily):
-    """Oil in a round clearance, as short or as wide as the rig file says."""
+    """Oil in a round clearance, short or of finite width as in the rig file."""
 
     name: ClassVar[str] = "oil film"
     model: ClassVar[type] = OilBearing

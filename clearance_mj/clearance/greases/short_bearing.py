@@ -6,9 +6,9 @@ With ε = e/C and the journal at the angle φ, both from the bearing's middle, a
     F_t =  B [π ε (Ω - 2φ') / (2 (1-ε²)^1.5) + 4 ε ε' / (1-ε²)²]
 
 is Ocvirk's solution of Reynolds' equation where the pressure is positive on the half that the turning draws oil into
-(Ocvirk, NACA TN 2808, 1952; Childs, Turbomachinery Rotordynamics, 1993, chapter 3). Near steady rotation it is exact; a
-squeeze that is faster than the rotation moves the half with pressure, which it leaves out. An uncavitated film has
-pressure all around.
+(Ocvirk, NACA TN 2808, 1952; Childs, Turbomachinery Rotordynamics, 1993, chapter 3). Near steady rotation it is exact;
+the shift of the half with pressure by a squeeze faster than the rotation is neglected. An uncavitated film has pressure
+all around.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ from ..vectors import TINY, answer_film, in_plane, length
 
 __all__ = ["ShortBearing"]
 
-DIFFERENCE = 1e-30  # m and m/s, of derivatives along the imaginary axis, which lose no digits
+DIFFERENCE = 1e-30  # m and m/s, of complex-step derivatives
 
 
 @register_jitable
 def _film(ratio: Any, cavitated: Any) -> tuple[Any, Any, Any, Any, Any]:
-    """Factors of the film at an eccentricity ratio: of Ω radial and across, of speeds radial, coupled and across."""
+    """Return the film's factors at an eccentricity: of Ω radial, tangential; of speeds radial, coupled, tangential."""
     thin = 1.0 - ratio * ratio
     root = power(thin, 0.5)
-    whole = 2.0 - cavitated  # an uncavitated film has pressure on both halves
+    halves = 2.0 - cavitated  # an uncavitated film has pressure on both halves
     return (
         cavitated * 2.0 * ratio * ratio / (thin * thin),
-        whole * np.pi * ratio / (2.0 * thin * root),
-        whole * np.pi * (1.0 + 2.0 * ratio * ratio) / (thin * thin * root),
+        halves * np.pi * ratio / (2.0 * thin * root),
+        halves * np.pi * (1.0 + 2.0 * ratio * ratio) / (thin * thin * root),
         cavitated * 4.0 * ratio / (thin * thin),
-        whole * np.pi / (thin * root),
+        halves * np.pi / (thin * root),
     )
 
 
@@ -58,7 +58,7 @@ class ShortBearing(OilBearing):
         return self.viscosity * self.radius * self.length**3 / (2 * self.clearance**2)
 
     def parameters(self) -> tuple[float, ...]:
-        """B, 1/C, the largest ratio, and 1 of a cavitated film, 0 of another."""
+        """Return B, 1/C, the largest ratio, and 1 for a cavitated film, else 0."""
         return self.scale, 1 / self.clearance, self.most, float(self.cavitated)
 
     def small_motion(self) -> tuple[float, float]:
@@ -67,16 +67,16 @@ class ShortBearing(OilBearing):
 
     @staticmethod
     def law(p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers) -> None:
-        """See the module: what turning does is the elastic force; the half with pressure is that of the last step."""
+        """Write the force of turning as elastic force, and damping; the half with pressure is that of the last step."""
         (y, z), (dy, dz), e = in_plane(r), in_plane(dr), length(r)
         n_y, n_z = choose(y / larger(e, TINY), 1.0, e), choose(z / larger(e, TINY), 0.0, e)
         ratio = smaller(e * p[1], p[2])
-        spun, wedge, squeeze, mixed, across = _film(ratio, p[3])
-        along = (n_y * dz - n_z * dy) / step * p[1]
-        side = choose(-1.0, 1.0, 2.0 * along - ratio * spin)
-        radial, tangential = p[0] * side * spun * spin, p[0] * wedge * spin
+        spin_radial, wedge, squeeze, mixed, tangential_damping = _film(ratio, p[3])
+        turn_rate = (n_y * dz - n_z * dy) / step * p[1]
+        side = choose(-1.0, 1.0, 2.0 * turn_rate - ratio * spin)
+        radial, tangential = p[0] * side * spin_radial * spin, p[0] * wedge * spin
         scale = p[0] * p[1]
-        rr, tt, rt, tr = scale * squeeze, scale * across, 0.0 - scale * side * mixed, 0.0 - scale * mixed
+        rr, tt, rt, tr = scale * squeeze, scale * tangential_damping, 0.0 - scale * side * mixed, 0.0 - scale * mixed
         yy = rr * n_y * n_y - (rt + tr) * n_y * n_z + tt * n_z * n_z
         yz = (rr - tt) * n_y * n_z + rt * n_y * n_y - tr * n_z * n_z
         zy = (rr - tt) * n_y * n_z - rt * n_z * n_z + tr * n_y * n_y
@@ -91,7 +91,7 @@ class ShortBearing(OilBearing):
         Parameters
         ----------
         displacement : array_like, shape (..., 2)
-            y and z from the bearing's middle, m; beyond the asperities the film stays as thin as there.
+            y and z from the bearing's middle, m; beyond the asperities the film thickness is constant.
         velocity : array_like, shape (..., 2)
             m/s.
         spin : float
@@ -104,17 +104,17 @@ class ShortBearing(OilBearing):
         """
         r, v = np.asarray(displacement), np.asarray(velocity)
         e = np.sqrt(np.sum(r * r, axis=-1))
-        apart = e != 0
-        size = np.where(apart, e, 1.0)
-        n = np.stack((np.where(apart, r[..., 0] / size, 1.0), np.where(apart, r[..., 1] / size, 0.0)), axis=-1)
+        nonzero = e != 0
+        size = np.where(nonzero, e, 1.0)
+        n = np.stack((np.where(nonzero, r[..., 0] / size, 1.0), np.where(nonzero, r[..., 1] / size, 0.0)), axis=-1)
         t = np.stack((-n[..., 1], n[..., 0]), axis=-1)
         ratio = e / self.clearance
         ratio = np.where(ratio.real > self.most, self.most, ratio)
-        inwards, along = (np.sum(v * to, axis=-1) / self.clearance for to in (n, t))
-        spun, wedge, squeeze, mixed, across = _film(ratio, float(self.cavitated))
-        side = np.where((ratio * spin - 2 * along).real < 0, -1.0, 1.0)
-        radial = side * (spun * spin - mixed * along) + squeeze * inwards
-        tangential = wedge * spin - across * along + mixed * inwards
+        radial_speed, tangential_speed = (np.sum(v * axis, axis=-1) / self.clearance for axis in (n, t))
+        spin_radial, wedge, squeeze, mixed, tangential_damping = _film(ratio, float(self.cavitated))
+        side = np.where((ratio * spin - 2 * tangential_speed).real < 0, -1.0, 1.0)
+        radial = side * (spin_radial * spin - mixed * tangential_speed) + squeeze * radial_speed
+        tangential = wedge * spin - tangential_damping * tangential_speed + mixed * radial_speed
         return np.asarray(self.scale * (tangential[..., None] * t - radial[..., None] * n))
 
     def coefficients(self, displacement: Any, spin: float) -> tuple[np.ndarray, np.ndarray]:
@@ -135,6 +135,6 @@ class ShortBearing(OilBearing):
             N s/m.
         """
         steps = 1j * DIFFERENCE * np.eye(2)
-        at, still = np.asarray(displacement, dtype=float), np.zeros((2, 2))
-        stiffness = -self.force(at + steps, still, spin).imag.T / DIFFERENCE
-        return stiffness, -self.force(at + np.zeros((2, 2)), steps, spin).imag.T / DIFFERENCE
+        position, zero = np.asarray(displacement, dtype=float), np.zeros((2, 2))
+        stiffness = -self.force(position + steps, zero, spin).imag.T / DIFFERENCE
+        return stiffness, -self.force(position + np.zeros((2, 2)), steps, spin).imag.T / DIFFERENCE

@@ -1,4 +1,4 @@
-"""A round wall with two lobes: a bore that is out of round."""
+"""A round wall with two lobes: an out-of-round bore."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...rig.walls import Wall, register
 
 __all__ = ["Oval"]
 
-ITERATIONS = 5  # of Newton's method, which doubles the digits each time, at most
+ITERATIONS = 5  # of Newton's method at most; each doubles the digits
 CLOSE = 1e-9  # rad, the last change
 
 
@@ -21,29 +21,29 @@ class Oval(Wall):
 
     name: ClassVar[str] = "oval"
     wide: Number = 0.0
-    """m, by which it is wider along y than on the mean"""
+    """m, excess over the mean radius along y"""
     across: Number = 0.0
-    """m, by which it is wider at 45° between y and z"""
+    """m, excess over the mean radius at 45° between y and z"""
 
     @staticmethod
     def law(p: Sequence[float], r: tuple[float, float], out: MutableSequence[float]) -> None:
-        """Return the distance to the foot point on the wall, at which the wall's tangent is across the way there."""
+        """Return the distance to the foot point, where the wall's tangent is normal to the connecting line."""
         e, angle = math.sqrt(r[0] * r[0] + r[1] * r[1]), math.atan2(r[1], r[0])
-        at, g, slope = angle, p[0], 0.0
+        theta, g, slope = angle, p[0], 0.0
         for _ in range(ITERATIONS):
-            cos, sin = math.cos(2.0 * at), math.sin(2.0 * at)
-            bend = p[1] * cos + p[2] * sin
-            g, slope, bend = p[0] + bend, 2.0 * (p[2] * cos - p[1] * sin), -4.0 * bend
-            beyond, beside = e * math.cos(angle - at) - g, e * math.sin(angle - at)
-            # The way to the wall along its tangent, and the derivative of that by the angle.
-            off = beyond * slope + beside * g
-            change = beyond * (bend - g) + 2.0 * beside * slope - slope * slope - g * g
-            at -= off / change
-            if abs(off) <= CLOSE * abs(change):
+            cos, sin = math.cos(2.0 * theta), math.sin(2.0 * theta)
+            curvature = p[1] * cos + p[2] * sin
+            g, slope, curvature = p[0] + curvature, 2.0 * (p[2] * cos - p[1] * sin), -4.0 * curvature
+            normal, tangential = e * math.cos(angle - theta) - g, e * math.sin(angle - theta)
+            # Distance along the wall's tangent, and its derivative by the angle.
+            residual = normal * slope + tangential * g
+            derivative = normal * (curvature - g) + 2.0 * tangential * slope - slope * slope - g * g
+            theta -= residual / derivative
+            if abs(residual) <= CLOSE * abs(derivative):
                 break
-        cos, sin = math.cos(at), math.sin(at)
-        g = p[0] + p[1] * math.cos(2.0 * at) + p[2] * math.sin(2.0 * at)
-        slope = 2.0 * (p[2] * math.cos(2.0 * at) - p[1] * math.sin(2.0 * at))
+        cos, sin = math.cos(theta), math.sin(theta)
+        g = p[0] + p[1] * math.cos(2.0 * theta) + p[2] * math.sin(2.0 * theta)
+        slope = 2.0 * (p[2] * math.cos(2.0 * theta) - p[1] * math.sin(2.0 * theta))
         size = math.sqrt(g * g + slope * slope)
         n_y, n_z = (g * cos + slope * sin) / size, (g * sin - slope * cos) / size
         out[0] = (r[0] - g * cos) * n_y + (r[1] - g * sin) * n_z

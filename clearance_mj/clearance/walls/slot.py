@@ -33,27 +33,27 @@ class Slot(Wall):
         return gap
 
     def parameters(self, gap: float) -> tuple[float, ...]:
-        """Return how far the lower and the upper wall are from the middle."""
+        """Return the distances of the lower and the upper wall from the middle."""
         return gap, gap
 
 
 @numba.vectorize(["float64(float64, float64, float64)"], cache=True)
 def penetration(x: Any, lower: Any, upper: Any) -> Any:
-    """Signed penetration into one of two walls, m: x - upper above, x - lower below, 0 between.
+    """Return the signed penetration into one of two walls, m: x - upper above, x - lower below, 0 between.
 
     Parameters
     ----------
     x : array_like
         Displacement, m.
     lower, upper : array_like
-        Where the walls are, m; infinite where there is none.
+        Positions of the walls, m; infinite where there is none.
     """
     return max(x - upper, 0.0) + min(x - lower, 0.0)
 
 
 @numba.vectorize(["float64(float64, float64)"], cache=True)
 def gap(x: Any, d: Any) -> Any:
-    """Signed penetration beyond a clearance, m (Eq. 11): x - d above d, x + d below -d, 0 between.
+    """Return the signed penetration beyond a clearance, m (Eq. 11): x - d above d, x + d below -d, 0 between.
 
     Parameters
     ----------

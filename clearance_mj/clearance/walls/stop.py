@@ -17,8 +17,8 @@ class Stop(Slot):
 
     name: ClassVar[str] = "stop"
     side: Literal["upper", "lower"] = "upper"
-    """that of positive or of negative displacements"""
+    """side of positive or of negative displacements"""
 
     def parameters(self, gap: float) -> tuple[float, ...]:
-        """Return how far the lower and the upper wall are from the middle, infinite for the one that is not there."""
+        """Return the distances of the lower and the upper wall from the middle, infinite for the absent one."""
         return (math.inf, gap) if self.side == "upper" else (gap, math.inf)
