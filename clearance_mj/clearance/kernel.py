@@ -151,15 +151,15 @@ def fill(bushing: Bushing, numbers: np.ndarray, r: Any, spin: Any, lanes: tuple[
     """
     dr = minus(r, _load_vector(numbers, bushing.place, r, lanes))
     _store_vector(numbers, bushing.place, r, lanes)
-    place, step = plus(r, _load_vector(numbers, bushing.offset, r, lanes)), bushing.step
+    position, step = plus(r, _load_vector(numbers, bushing.offset, r, lanes)), bushing.step
     if bushing.filling_by_lane:
-        _store_vector(numbers, bushing.room, place, lanes)
+        _store_vector(numbers, bushing.room, position, lanes)
         _store_vector(numbers, bushing.room + 2, dr, lanes)
         store(numbers, bushing.room + 4, spin, lanes)
         _fill_by_lane(_zero_vector(r), bushing, numbers, len(lanes))
     else:
         parameters, memory = block(numbers, bushing.filling, lanes), block(numbers, bushing.memory, lanes)
-        call_law(bushing.filling_law, parameters, memory, place, dr, spin, step, block(numbers, bushing.out, lanes))
+        call_law(bushing.filling_law, parameters, memory, position, dr, spin, step, block(numbers, bushing.out, lanes))
     elastic = minus(_load_vector(numbers, bushing.out, r, lanes), _load_vector(numbers, bushing.preload, r, lanes))
     _store_vector(numbers, bushing.out, elastic, lanes)
 

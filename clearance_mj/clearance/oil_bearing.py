@@ -118,19 +118,19 @@ class OilBearing(GreaseModel):
             If the film does not carry the load: it does not turn, or the journal would rest on asperities.
         """
         load_vector = np.asarray(load, dtype=float)
-        weight, most = float(np.hypot(*load_vector)), self.most
+        weight, limit = float(np.hypot(*load_vector)), self.most
         if weight == 0:
             return np.zeros(2)
 
         def capacity(ratio: float) -> float:
             return float(np.hypot(*self.force([self.clearance * ratio, 0.0], [0.0, 0.0], spin)))
 
-        if capacity(most) <= weight:
+        if capacity(limit) <= weight:
             raise LawError(
-                f"the film carries {capacity(most):.4g} N at {spin:g} rad/s down to its asperities, the load is "
+                f"the film carries {capacity(limit):.4g} N at {spin:g} rad/s down to its asperities, the load is "
                 f"{weight:.4g} N; give more speed or viscosity, or less clearance"
             )
-        ratio = scipy.optimize.brentq(lambda x: capacity(x) - weight, 0.0, most, xtol=1e-15)
+        ratio = scipy.optimize.brentq(lambda x: capacity(x) - weight, 0.0, limit, xtol=1e-15)
         force = self.force([self.clearance * ratio, 0.0], [0.0, 0.0], spin)
         rotation = -complex(*load_vector) / complex(*force)  # rotates the film's force against the load
         rotation *= self.clearance * ratio / abs(rotation)

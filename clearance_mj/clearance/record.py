@@ -156,8 +156,8 @@ def clearance_records(rig: WithBushings, law: WithTable, step: float) -> Clearan
         offset = (bushing.offset_y, bushing.offset)[-size:]
         preload, energy = model.at_rest(offset)
         decay = np.exp(-step / table.release) if table.by_amplitude else 0.0
-        wall, rubs = bushing.wall_model, bushing.friction is not None
-        touching = 2 if rubs else size
+        wall, rubbing = bushing.wall_model, bushing.friction is not None
+        touching = 2 if rubbing else size
         wall_numbers = bushing.walls if touching == 1 else wall.parameters(bushing.gap)
         blocks = {
             "limit": [1e3 * bushing.gap + 1.0], "place": [0.0] * size, "was": [0.0] * size, "offset": offset,
@@ -165,12 +165,12 @@ def clearance_records(rig: WithBushings, law: WithTable, step: float) -> Clearan
             "table": table.parameters[:, j].ravel(), "contact": table.parameters[0, j],
             "contact_was": table.parameters[0, j], "filling": model.parameters(),
             "memory": [0.0] * model.states(size), "memory_was": [0.0] * model.states(size), "wall": wall_numbers,
-            "reach": [wall.reach(bushing.gap)], "friction": _friction_numbers(rig, j) if rubs else (),
+            "reach": [wall.reach(bushing.gap)], "friction": _friction_numbers(rig, j) if rubbing else (),
             "ends": [0.0] * (2 * END_MEMORY), "depths": [0.0] * 2, "out": [0.0] * 6, "room": [0.0] * 12,
         }  # fmt: skip
         for name, values in blocks.items():
             record[name] = place(values)
-        record["coordinates"], record["touching"], record["rubs"] = size, touching, rubs
+        record["coordinates"], record["touching"], record["rubs"] = size, touching, rubbing
         record["filling_size"], record["states"] = len(blocks["filling"]), len(blocks["memory"])
         record["filling_law"], record["filling_energy"] = model.addresses(size)
         record["wall_size"], record["turned"] = len(wall_numbers), model.turned

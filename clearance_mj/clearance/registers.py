@@ -43,8 +43,8 @@ def _number(lanes: Any) -> types.Type:
 def _pointer(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     """Return the pointer to an array's row, row i at i times the number of lanes."""
     view, count = context.make_array(signature.args[0])(context, builder, values[0]), signature.args[-1].count
-    place = builder.gep(view.data, [builder.mul(values[1], ir.Constant(values[1].type, count))])
-    return place if count == 1 else builder.bitcast(place, context.get_value_type(Register(count)).as_pointer())
+    pointer = builder.gep(view.data, [builder.mul(values[1], ir.Constant(values[1].type, count))])
+    return pointer if count == 1 else builder.bitcast(pointer, context.get_value_type(Register(count)).as_pointer())
 
 
 @intrinsic
@@ -168,8 +168,8 @@ def _block(_: Any, array: Any, row: Any, lanes: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         view, count = context.make_array(signature.args[0])(context, builder, values[0]), lanes.count
-        place = builder.gep(view.data, [builder.mul(values[1], ir.Constant(values[1].type, count))])
-        return place if count == 1 else builder.bitcast(place, context.get_value_type(_Rows(count)))
+        pointer = builder.gep(view.data, [builder.mul(values[1], ir.Constant(values[1].type, count))])
+        return pointer if count == 1 else builder.bitcast(pointer, context.get_value_type(_Rows(count)))
 
     return _numbers(lanes.count)(array, types.intp, lanes), generate
 

@@ -139,7 +139,7 @@ class Drive:
         """
         load = torque * np.sin(np.linspace(0, 2 * math.pi, points))
         eta = Efficiency.capstan(self.capstan)
-        transmitted = load * abs(self.ratio) / self.efficiency  # what the transmission carries
+        transmitted = load * abs(self.ratio) / self.efficiency
         coulomb = sum(s.share * s.coulomb for s in self.strands)
         return load, -abs(self.ratio) * self._deflection(transmitted, entering(transmitted, coulomb, *eta))
 

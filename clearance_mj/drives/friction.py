@@ -1,8 +1,8 @@
 """Hysteresis of a transmission: presliding, and friction that grows with the torque; compiled.
 
-A sliding element and a play are those of Prandtl and Ishlinskii. `carried` is the play of a torque: what comes out of a
-cable, a gear or a screw follows what goes in only after friction has reversed. For an elastic cable around a pulley its
-bounds are Euler's and Eytelwein's capstan, T e^{-μφ} and T e^{μφ}.
+A sliding element and a play are those of Prandtl and Ishlinskii. `carried` is the play of a torque: the output torque
+of a cable, a gear or a screw follows the input only after friction has reversed. For an elastic cable around a pulley
+its bounds are Euler's and Eytelwein's capstan, T e^{-μφ} and T e^{μφ}.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ def carried(torque: np.ndarray, coulomb: float, forward: float, backward: float)
 def entering(torque: np.ndarray, coulomb: float, forward: float, backward: float) -> np.ndarray:
     """Return the torque (n,), N m, that the motor's side feels of a load whose torque (n,) goes to and fro.
 
-    The bounds of `carried` from its other end: the load's torque rises to (T + C)/η' of what is felt, and falls to
-    (T - C) η of it.
+    The bounds of `carried` from its other end: the load's torque rises to (T + C)/η' of the input T, and falls to
+    (T - C) η.
 
     Parameters
     ----------

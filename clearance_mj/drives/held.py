@@ -119,10 +119,10 @@ class HeldServo:
     @property
     def not_told(self) -> tuple[str, ...]:
         """Sentences that name what the log does not identify, and the log that would."""
-        whole = [("stretched", self.stretched), ("let go", self.let_go)]
+        motions = [("stretched", self.stretched), ("let go", self.let_go)]
         doubts = [
             f"servo {self.servo}, {state}: not told from none, for up to a tick hides in each position"
-            for state, motion in whole if motion.low <= 0
+            for state, motion in motions if motion.low <= 0
         ]  # fmt: skip
         loop = (
             f"the loop pushes by {self.gain / 10:.3g} % of its voltage per tick of all that is lost"

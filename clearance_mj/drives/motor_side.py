@@ -211,8 +211,8 @@ class _Search:
             fixed = {"play": float(factor) * start["play"], "stiffness": start["stiffness"]}
             starts = [
                 {
-                    name: 2 * share * start[name]
-                    for name, share in zip(
+                    name: 2 * fraction * start[name]
+                    for name, fraction in zip(
                         ("inertia", "load inertia", "friction", "load friction"),
                         ((1 - load_part) * size, load_part * size, 1 - friction_part, friction_part),
                     )

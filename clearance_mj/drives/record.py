@@ -45,9 +45,9 @@ class DriveRecord:
     fs : float
         Sampling rate, Hz.
     motor_angle, motor_torque : ndarray, shape (n,)
-        rad and N m, at the motor's end. The torque is what the motor exerts on the drive.
+        rad and N m, at the motor's end. The torque is that of the motor on the drive.
     load_angle, load_torque : ndarray, shape (n,), optional
-        At the load's end. The torque is what the drive exerts on the load.
+        At the load's end. The torque is that of the drive on the load.
 
     Raises
     ------
@@ -75,8 +75,8 @@ class DriveRecord:
             if values.shape != (size,):
                 raise RecordError(f'run "{self.name}": {column} has {values.size} samples, motor_angle {size}')
             if not np.isfinite(values).all():
-                at = int(np.argmin(np.isfinite(values)))
-                raise RecordError(f'run "{self.name}": {column} is not finite at {at / self.fs:g} s')
+                sample = int(np.argmin(np.isfinite(values)))
+                raise RecordError(f'run "{self.name}": {column} is not finite at {sample / self.fs:g} s')
             if column.endswith("angle"):
                 self._require_unwrapped(column, values)
             object.__setattr__(self, column, values)
@@ -151,7 +151,7 @@ class DriveRecord:
         path : path
             The file.
         columns : mapping of str to str, optional
-            Columns of the file by what they are: "time", "motor_angle", "motor_torque", "load_angle", "load_torque".
+            Columns of the file by quantity: "time", "motor_angle", "motor_torque", "load_angle", "load_torque".
             Those that are not named have these names; the load's may be missing, or "skip". A minus sign before a name
             is for a column that counts the other way round, a unit behind it goes before that of the file.
 
@@ -182,11 +182,11 @@ class DriveRecord:
         fs, grid = even_times(time, str(path))
         if (jitter := float(np.abs(time - grid).max())) > max(EVEN / fs, _resolution(time)):
             notes.append(f"times are up to {1e3 * jitter:.3g} ms off even ones, to which the run is interpolated")
-            channels = {what: np.interp(grid, time, values) for what, values in channels.items()}
+            channels = {target: np.interp(grid, time, values) for target, values in channels.items()}
         if unused:
             notes.append(f"not used: {', '.join(unused)}")
         note(path, notes)
-        return cls(name, fs, *(channels.get(what) for what in COLUMNS))  # type: ignore[arg-type]
+        return cls(name, fs, *(channels.get(target) for target in COLUMNS))  # type: ignore[arg-type]
 
 
 def _find_header(table: Iterable[str], quantity: str, column: str) -> tuple[str, float, str] | None:

@@ -206,7 +206,7 @@ def _set_yielding_spring(element: Any, where: str, numbers: tuple[float, float, 
 
 def rubbing(model: mujoco.MjModel) -> set[str]:
     """Return the names of the pairs with bristles, which MuJoCo's friction rows carry."""
-    return {each.name for each in frictions(model) if each.kind == "pair"}
+    return {bristle.name for bristle in frictions(model) if bristle.kind == "pair"}
 
 
 def frictions(model: mujoco.MjModel) -> Iterator[Friction]:

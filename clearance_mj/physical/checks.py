@@ -274,7 +274,7 @@ def _unstable_step(model: mujoco.MjModel, poses: ArrayLike | None) -> list[str]:
 
 
 def _unstable_elsewhere(model: mujoco.MjModel, poses: ArrayLike | None) -> list[str]:
-    """Return whether the step is unstable within the joints' ranges, as a message; [] if poses were given."""
+    """Return a message if the step is unstable within the joints' ranges; [] if poses were given."""
     if poses is not None or not len(bent := bent_poses(model)):
         return []
     return _step_problem(

@@ -114,7 +114,7 @@ def drive_state(model: mujoco.MjModel, act: ArrayLike, actuator: Any) -> DriveSt
             activation = states[..., first : first + count].copy()  # no view of data that change
             force = activation[..., count - 1]
             gear = model.actuator_gear[output_of(model, drive.actuator), 0]
-            angle, speed, torque = (activation[..., place][()] for place in (ANGLE, SPEED, MOTOR_TORQUE))
+            angle, speed, torque = (activation[..., index][()] for index in (ANGLE, SPEED, MOTOR_TORQUE))
             return DriveState(angle, speed, torque, force * gear)
     raise ModelError(f'actuator "{name}" has no drive; give it one with add_drive()')
 

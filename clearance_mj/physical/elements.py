@@ -58,7 +58,7 @@ KINDS = {
         {"margin": "pair_margin", "gap": "pair_gap"}, "body_invweight0",
     ),
 }  # fmt: skip
-"""By the kind in the names of stored texts"""
+"""Kinds by their names in stored texts"""
 
 
 def compiled(target: Target) -> mujoco.MjModel:

@@ -134,9 +134,9 @@ def rub(
         contact = contacts + i * head.contact_size
         row, rows, force = _normal_force(head, data, friction, contact)
         if force > 0.0:
-            place, frame = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9)
+            point, frame = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9)
             total += force
-            x, y, z = x + force * place[0], y + force * place[1], z + force * place[2]
+            x, y, z = x + force * point[0], y + force * point[1], z + force * point[2]
             nx, ny, nz = nx + force * frame[0], ny + force * frame[1], nz + force * frame[2]
             a, b = (
                 force * _surface_speed(head, data, contact, row, rows, 0),
@@ -175,8 +175,8 @@ def rub(
         contact = contacts + i * head.contact_size
         row, rows, force = _normal_force(head, data, friction, contact)
         if force > 0.0:
-            place, frame = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9)
-            rx, ry, rz = place[0] - x, place[1] - y, place[2] - z
+            point, frame = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9)
+            rx, ry, rz = point[0] - x, point[1] - y, point[2] - z
             distance_squared, weight = rx * rx + ry * ry + rz * rz, force / total
             arm, square = arm + weight * np.sqrt(distance_squared), square + weight * distance_squared
             a, b = _surface_speed(head, data, contact, row, rows, 0), _surface_speed(head, data, contact, row, rows, 1)
@@ -204,8 +204,8 @@ def rub(
         contact = contacts + i * head.contact_size
         row, rows, force = _normal_force(head, data, friction, contact)
         if rows > 0:
-            place, frame, weight = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9), force / total
-            rx, ry, rz = place[0] - x, place[1] - y, place[2] - z
+            point, frame, weight = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9), force / total
+            rx, ry, rz = point[0] - x, point[1] - y, point[2] - z
             rate = torque / square if by_points else 0.0
             gx, gy, gz = (fx + rate * (ny * rz - nz * ry), fy + rate * (nz * rx - nx * rz),
                           fz + rate * (nx * ry - ny * rx))  # fmt: skip

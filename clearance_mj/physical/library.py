@@ -78,7 +78,7 @@ CONTACT_SIZE = ctypes.sizeof(_structure("mjContact"))
 
 
 @intrinsic
-def _to_pointer(_: Any, place: Any) -> Any:
+def _to_pointer(_: Any, address: Any) -> Any:
     """An address as a pointer."""
 
     def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:

@@ -46,7 +46,7 @@ def joint_limit(
     Parameters
     ----------
     target : mujoco.MjSpec or mujoco.MjModel
-        Changed in place. A specification keeps what was asked; see `compile`.
+        Changed in place. A specification stores the request; see `compile`.
     joint : str, mujoco.MjsJoint, or several of them in a list
         With a range; hinge, slide or ball. The limit's margin is set to zero.
     k : float
@@ -80,7 +80,7 @@ def tendon_limit(
     Parameters
     ----------
     target : mujoco.MjSpec or mujoco.MjModel
-        Changed in place. A specification keeps what was asked; see `compile`.
+        Changed in place. A specification stores the request; see `compile`.
     tendon : str, mujoco.MjsTendon, or several of them in a list
         With a range. The limit's margin is set to zero.
     k : float
@@ -133,9 +133,9 @@ def contact(
     Parameters
     ----------
     target : mujoco.MjSpec or mujoco.MjModel
-        Changed in place. A specification keeps what was asked; see `compile`. A model must have the pair already.
+        Changed in place. A specification stores the request; see `compile`. A model must have the pair already.
     geoms : str, mujoco.MjsGeom, two of them in a tuple, or a list of such tuples
-        One geom: its contacts with all that it can touch, also with what is added to the specification before
+        One geom: its contacts with all that it can touch, also with geoms added to the specification before
         `compile`; two: the contact between them.
     k : float
         Stiffness, N/m, > 0.

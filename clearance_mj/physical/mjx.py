@@ -1,7 +1,7 @@
 """Friction, drives and laws by table in MJX, MuJoCo's engine for thousands of environments on a GPU.
 
 Contacts, limits and backlash of constant stiffness and damping do not need this module: MJX follows the solver
-parameters of the compiled model. `step` adds what a `Softener` does on a CPU, as a function of arrays, for ``jax.jit``,
+parameters of the compiled model. `step` adds the forces of a `Softener`, as a function of arrays, for ``jax.jit``,
 ``jax.vmap`` and ``jax.grad``.
 """
 

@@ -149,11 +149,11 @@ def dry_friction(model: mujoco.MjModel) -> DryFriction:
 
 def pair_friction(model: mujoco.MjModel) -> PairFriction:
     """Return the friction of a model's pairs of geoms."""
-    elements = [each for each in frictions(model) if each.kind == "pair"]
-    pairs = [find(model, KINDS["pair"].object, each.name) for each in elements]
+    elements = [e for e in frictions(model) if e.kind == "pair"]
+    pairs = [find(model, KINDS["pair"].object, e.name) for e in elements]
     geoms = tuple((int(model.pair_geom1[i]), int(model.pair_geom2[i])) for i in pairs)
-    dofs = tuple(tuple(_moving_dofs(model, int(model.geom_bodyid[geom])) for geom in each) for each in geoms)
-    names, (coefficient, k, c, torsion, rolling) = tuple(each.name for each in elements), _columns(model, elements, 5)
+    dofs = tuple(tuple(_moving_dofs(model, int(model.geom_bodyid[geom])) for geom in e) for e in geoms)
+    names, (coefficient, k, c, torsion, rolling) = tuple(e.name for e in elements), _columns(model, elements, 5)
     return PairFriction(coefficient, k, c, torsion, rolling, names, geoms, dofs)
 
 

@@ -68,17 +68,17 @@ def tabulated_laws(model: mujoco.MjModel) -> TabulatedLaws:
     tables = [element.softness.law.table(1) for element in elements]  # type: ignore[union-attr]
     ball = model.jnt_type == int(mujoco.mjtJoint.mjJNT_BALL)  # limits of ball joints come first in MJX
     limited = np.concatenate((model.jnt_limited * ball, model.jnt_limited * ~ball, model.tendon_limited)).astype(int)
-    rows, places = np.cumsum(limited) - 1 - limited.sum(), []
+    rows, locations = np.cumsum(limited) - 1 - limited.sum(), []
     for (kind, name, _), table in zip(elements, tables):
         index = find(model, KINDS[kind].object, name)
         row = int(rows[index + (2 if kind == "tendon" else 1) * model.njnt])
         spatial = kind == "tendon" and model.wrap_type[model.tendon_adr[index]] != int(mujoco.mjtWrap.mjWRAP_JOINT)
         from_zero = bool(spatial and model.tendon_range[index, 0] == 0)
-        places.append((kind == "tendon", index, row, bool(table.by_amplitude), from_zero))
+        locations.append((kind == "tendon", index, row, bool(table.by_amplitude), from_zero))
     return TabulatedLaws(
         tuple(jp.array(table.abscissa) for table in tables), tuple(jp.array(t.parameters[:, 0, 0]) for t in tables),
         tuple(jp.array(t.parameters[:, 0, 1]) for t in tables), jp.array([t.release or 1.0 for t in tables]),
-        jp.array([t.period for t in tables]), tuple(element.name for element in elements), tuple(places),
+        jp.array([t.period for t in tables]), tuple(element.name for element in elements), tuple(locations),
     )  # fmt: skip
 
 

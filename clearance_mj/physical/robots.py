@@ -77,7 +77,7 @@ def robot(
     if backlash is not None:  # first, since it changes the inertia behind the feet
         plays = backlash if isinstance(backlash, Mapping) else dict.fromkeys(_hinge_actuators(spec), backlash)
         for play in sorted(set(plays.values())):
-            names = [name for name, own in plays.items() if own == play]
+            names = [name for name, angle in plays.items() if angle == play]
             options: dict[str, Any] = {
                 "backlash": play,
                 "k": teeth,

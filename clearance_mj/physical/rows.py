@@ -89,9 +89,9 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None, contacts: bool = Tr
 
     Without ``contacts`` no geoms touch.
     """
-    given = np.vstack((model.qpos0, model.key_qpos)) if poses is None else np.atleast_2d(np.asarray(poses, dtype=float))
-    if given.shape[-1] != model.nq or given.ndim != 2 or not len(given):
-        raise ModelError(f"poses of shape {given.shape}; the model's need {model.nq} numbers each")
+    table = np.vstack((model.qpos0, model.key_qpos)) if poses is None else np.atleast_2d(np.asarray(poses, dtype=float))
+    if table.shape[-1] != model.nq or table.ndim != 2 or not len(table):
+        raise ModelError(f"poses of shape {table.shape}; the model's need {model.nq} numbers each")
     bristle_pairs = rubbing(model)
     variant = model if contacts and not bristle_pairs else copy.copy(model)
     if not contacts:
@@ -99,7 +99,7 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None, contacts: bool = Tr
     variant.pair_dim[[find(model, KINDS["pair"].object, name) for name in bristle_pairs]] = 1  # MuJoCo's friction off
     data, mass, placed_drives = mujoco.MjData(model), np.zeros((model.nv, model.nv)), list(drives(model))
     rotors = np.diag([0.0] * model.nv + [float(drive.numbers(model)["inertia"]) for drive in placed_drives])
-    for number, qpos in enumerate(given if model.nv else ()):
+    for number, qpos in enumerate(table if model.nv else ()):
         data.qpos[:] = qpos
         mujoco.mj_fwdPosition(variant, data)
         mujoco.mj_fullM(model, data, mass)
@@ -340,7 +340,7 @@ def _normal(model: mujoco.MjModel, data: mujoco.MjData, pair: int) -> tuple[np.n
     normal = ends[3:] - ends[:3]
     if not normal.any() and abs(distance) < _NEAREST_WITHIN:  # they just touch: try displacements
         displacements = [_LIFT * lift for lift in (*np.eye(3), *-np.eye(3))]
-        farthest = max((_distance(model, data, geoms, lift) for lift in displacements), key=lambda each: each[0])
+        farthest = max((_distance(model, data, geoms, lift) for lift in displacements), key=lambda result: result[0])
         normal = farthest[1][3:] - farthest[1][:3]
     length = np.linalg.norm(normal)
     is_near = abs(distance) < _NEAREST_WITHIN and length > 0

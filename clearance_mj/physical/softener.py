@@ -198,11 +198,11 @@ class _Tables(NamedTuple):
 def drive_places(model: mujoco.MjModel, placed: Sequence[PlacedDrive]) -> np.ndarray:
     """Return the addresses (n,) of a model's drives for compiled code, a PLACE each."""
     places = np.zeros(len(placed), PLACE)
-    for place, drive in zip(places, placed):
+    for row, drive in zip(places, placed):
         index = drive.actuator
-        place["actuator"], place["numeric"], place["slips"] = index, drive.numeric, drive.hysteresis
-        place["act"], place["size"] = model.actuator_actadr[index], model.actuator_actnum[index]
-        place["output"], place["control"] = output_of(model, index), control_of(model, index)
+        row["actuator"], row["numeric"], row["slips"] = index, drive.numeric, drive.hysteresis
+        row["act"], row["size"] = model.actuator_actadr[index], model.actuator_actnum[index]
+        row["output"], row["control"] = output_of(model, index), control_of(model, index)
     return places
 
 
@@ -239,13 +239,13 @@ def _build_tables(
         bushings[e], element["numbers"], element["size"] = record[0], sum(part.size for part in memory), numbers.size
         element["impact"] = element["numbers"] + record["ends"][0]
         memory.append(numbers)
-    places = np.zeros(len(joined_bushings), loop.JOINED)
-    for row, bushing in zip(places, joined_bushings):
+    bushing_table = np.zeros(len(joined_bushings), loop.JOINED)
+    for row, bushing in zip(bushing_table, joined_bushings):
         row["numeric"], row["equality"], row["axes"], row["site"] = (
             bushing.numeric, bushing.equality, bushing.axes, bushing.site
         )  # fmt: skip
     friction_table = friction_places(model, bristles, {law.name for law in laws if law.kind == "pair"})
-    return _Tables(elements, friction_table, places, joints, tendons, bushings, np.concatenate(memory))
+    return _Tables(elements, friction_table, bushing_table, joints, tendons, bushings, np.concatenate(memory))
 
 
 class _ClearanceStub(NamedTuple):
@@ -349,10 +349,10 @@ def _key(
 ) -> tuple[int, int]:  # fmt: skip
     """Return a hash of laws, friction, drives and their addresses, as two numbers of six digits, as MJCF keeps."""
     names = [(e.kind, e.name) for e in laws] + [(f.kind, f.name) for f in bristles]
-    places = [find(model, KINDS[kind].object, name) for kind, name in names]
+    ids = [find(model, KINDS[kind].object, name) for kind, name in names]
     sizes = first, model.nq, model.nv, model.na, getattr(model, "nJten", 0), model.ngeom, model.nbody
     content = (
-        [(e.kind, e.name, e.softness.data) for e in laws], [(f.kind, f.name) for f in bristles], list(placed), places,
+        [(e.kind, e.name, e.softness.data) for e in laws], [(f.kind, f.name) for f in bristles], list(placed), ids,
         sizes, *bushings,
     )  # fmt: skip
     key = zlib.crc32(repr(content).encode())

@@ -94,8 +94,8 @@ def put_model(model: mujoco.MjModel, nworld: int = 1, **options: Any) -> tuple[A
         pressing_model.actuator_dyntype[drive.actuator] = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
     m = mjw.put_model(pressing_model, **options)
     if bristles:
-        places = _to_device(friction_places(model, bristles), FrictionPlace)
-        m.callback.passive = partial(_apply_friction, parameters, places, (room.first, size))
+        table = _to_device(friction_places(model, bristles), FrictionPlace)
+        m.callback.passive = partial(_apply_friction, parameters, table, (room.first, size))
     if placed:
         m.callback.act_dyn = partial(_advance_drives, parameters, _to_device(drive_places(model, placed), DrivePlace))
     return m, parameters
@@ -125,23 +125,23 @@ def _to_device(records: np.ndarray, structure: Any) -> Any:
     return wp.array(records.astype(structure.numpy_dtype()), dtype=structure)
 
 
-def _apply_friction(parameters: Parameters, places: Any, room: tuple[int, int], m: Any, d: Any) -> None:
+def _apply_friction(parameters: Parameters, table: Any, room: tuple[int, int], m: Any, d: Any) -> None:
     """Advance the bristles of every world and apply their forces."""
     if d.userdata.shape[1] < room[0] + 2 * room[1]:
         raise ModelError("data have no room for bristles; make them with the compiled model itself")
-    heads, next_contact = wp.empty((d.nworld, len(places)), dtype=int), wp.empty(d.naconmax, dtype=int)
+    heads, next_contact = wp.empty((d.nworld, len(table)), dtype=int), wp.empty(d.naconmax, dtype=int)
     steps = wp.empty(d.nworld, dtype=float)
     wp.launch(
-        bend_all, d.nworld, [m.opt.timestep, d.time, places, parameters.frictions, *room, d.qvel, d.ten_velocity,
+        bend_all, d.nworld, [m.opt.timestep, d.time, table, parameters.frictions, *room, d.qvel, d.ten_velocity,
         d.ten_J, m.ten_J_colind], [d.userdata, d.qfrc_passive, heads, steps],
     )  # fmt: skip
     contact = d.contact
     wp.launch(
-        link, d.naconmax, [d.nacon, contact.worldid, contact.geom, contact.efc_address, places, heads], [next_contact]
+        link, d.naconmax, [d.nacon, contact.worldid, contact.geom, contact.efc_address, table, heads], [next_contact]
     )
     wp.launch(
-        rub_all, (d.nworld, len(places)), [
-            places, parameters.frictions, room[0], steps, heads, next_contact, contact.pos, contact.frame, contact.geom,
+        rub_all, (d.nworld, len(table)), [
+            table, parameters.frictions, room[0], steps, heads, next_contact, contact.pos, contact.frame, contact.geom,
             contact.efc_address, contact.surfacevel, m.flg_surfacevel, m.geom_bodyid, m.body_weldid, m.body_rootid,
             m.body_dofadr, m.body_dofnum, m.dof_parentid, m.body_isdofancestor, d.subtree_com, d.cvel, d.cdof,
             d.qacc_warmstart, m.is_sparse, d.efc.J, d.efc.J_rownnz, d.efc.J_rowadr, d.efc.J_colind, d.efc.D,
@@ -149,12 +149,12 @@ def _apply_friction(parameters: Parameters, places: Any, room: tuple[int, int], 
     )  # fmt: skip
 
 
-def _advance_drives(parameters: Parameters, places: Any, m: Any, d: Any) -> None:
+def _advance_drives(parameters: Parameters, table: Any, m: Any, d: Any) -> None:
     """Advance the drives of every world."""
     clamped = not m.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL
     wp.launch(
-        turn_all, (d.nworld, len(places)), [
-            m.opt.timestep, places, parameters.drives, parameters.hysteresis, clamped, m.actuator_gear,
+        turn_all, (d.nworld, len(table)), [
+            m.opt.timestep, table, parameters.drives, parameters.hysteresis, clamped, m.actuator_gear,
             m.actuator_ctrllimited, m.actuator_ctrlrange, m.actuator_actrange, m.actuator_dynprm, m.actuator_gainprm,
             m.actuator_biasprm, m.actuator_forcerange, d.act, d.ctrl, d.actuator_length, d.actuator_velocity,
         ], [d.act_dot, d.actuator_force],

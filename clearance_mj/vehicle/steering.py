@@ -72,8 +72,8 @@ def parse_gap(text: str, lever_arm: float = LEVER_ARM) -> float:
     number, unit = match.groups() if match else ("", "")
     if known_unit := quantity_of(unit, ["angle", "displacement"]):
         return float(number) * known_unit[1] / (1.0 if known_unit[0] == "angle" else lever_arm)
-    known = "give an angle at the road wheel (0.2deg, 3.5mrad) or a radial clearance of the shaft (0.15mm)"
-    raise ManoeuvreError(f'gap "{text}" {"has no unit" if number and not unit else "is not a gap"}; {known}')
+    hint = "give an angle at the road wheel (0.2deg, 3.5mrad) or a radial clearance of the shaft (0.15mm)"
+    raise ManoeuvreError(f'gap "{text}" {"has no unit" if number and not unit else "is not a gap"}; {hint}')
 
 
 @dataclass(frozen=True)

@@ -77,8 +77,8 @@ def _resistance(
     n_y, n_z = (y / e, z / e) if e > 0.0 else (1.0, 0.0)
     ratio = min(e * p[PER_CLEARANCE], p[MOST])
     turn = 0.5 * spin * ratio / p[PER_CLEARANCE]
-    share = turning_share(ratio)
-    inwards, around = n_y * v_y + n_z * v_z, share * (turn - n_y * v_z + n_z * v_y)  # u_n and -u_t
+    kappa = turning_share(ratio)
+    inwards, around = n_y * v_y + n_z * v_z, kappa * (turn - n_y * v_z + n_z * v_y)  # u_n and -u_t
     size = math.sqrt(inwards * inwards + around * around)
     if size == 0.0:
         return p[SCALE] * p[CENTRED], 0.0, p[SCALE] * p[CENTRED], -turn * n_z, turn * n_y
@@ -88,8 +88,8 @@ def _resistance(
     bend = 0.5 * bend
     # g + bend of c n + s t, the derivative of u's direction, and g of that itself, s n - c t.
     nn = p[SCALE] * (g + 2.0 * mixed * s * c + bend * c * c)
-    nt = p[SCALE] * share * (mixed * (s * s - c * c) + bend * s * c)
-    tt = p[SCALE] * share * share * (g - 2.0 * mixed * s * c + bend * s * s)
+    nt = p[SCALE] * kappa * (mixed * (s * s - c * c) + bend * s * c)
+    tt = p[SCALE] * kappa * kappa * (g - 2.0 * mixed * s * c + bend * s * s)
     yy = nn * n_y * n_y - 2.0 * nt * n_y * n_z + tt * n_z * n_z
     yz = (nn - tt) * n_y * n_z + nt * (n_y * n_y - n_z * n_z)
     zz = nn * n_z * n_z + 2.0 * nt * n_y * n_z + tt * n_y * n_y

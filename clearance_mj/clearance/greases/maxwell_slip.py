@@ -246,5 +246,5 @@ def _merge_elements(slips: np.ndarray, springs: np.ndarray, softest: float) -> d
         i = int(np.argmin(cost))
         (k, position), (other_k, other_position) = groups[i : i + 2]
         groups[i : i + 2] = [(k + other_k, (k * position + other_k * other_position) / (k + other_k))]
-    values = {f"grease slip displacement {i + 1}": float(np.exp(at)) for i, (_, at) in enumerate(groups)}
+    values = {f"grease slip displacement {i + 1}": float(np.exp(log_slip)) for i, (_, log_slip) in enumerate(groups)}
     return values | {f"grease slipping stiffness {i + 1}": max(k, softest) for i, (k, _) in enumerate(groups)}

@@ -91,7 +91,7 @@ class Comparison:
         parameters = [dataclasses.replace(p, start=float(v)) for p, v in zip(self.parameters, values)]
         problem = Problem(
             [*parameters, *states], lambda points: self.residuals(points, stage),
-            linearise=lambda at: self.linearised(problem, at, stage),
+            linearise=lambda point: self.linearised(problem, point, stage),
         )  # fmt: skip
         return problem
 

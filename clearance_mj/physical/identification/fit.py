@@ -160,7 +160,7 @@ def fit_model(
     records : ModelRecord or sequence of ModelRecord
         All with the same sensors.
     parameters : sequence of str or Parameter, or Mapping of str to (low, high)
-        "ELEMENT.QUANTITY": k or c of a contact, limit or clearance, gap of a clearance, friction of what has bristles;
+        "ELEMENT.QUANTITY": k or c of a contact, limit or clearance, gap of a clearance, friction of bristles;
         damping, frictionloss, stiffness or armature of a hinge or slide. Bounds are a factor of 100 to both sides
         unless given.
     starts : int
@@ -243,10 +243,10 @@ def _solve_stage(
     """Minimize the sum of squares of a stage, from parameters (n_parameters, ...) and, if given, states."""
     count = len(comparison.parameters)
     problem = comparison.problem(values[:count], stage)
-    at = np.zeros(problem.size)
+    point = np.zeros(problem.size)
     if start is not None:
-        at[count:] = start[count:]
-    return solve(problem, at, stop=stop, dampings=DAMPINGS, longest=LONGEST_STEP)
+        point[count:] = start[count:]
+    return solve(problem, point, stop=stop, dampings=DAMPINGS, longest=LONGEST_STEP)
 
 
 def _result(spec: mujoco.MjSpec, comparison: Comparison, solution: Solution, stage: Stage) -> ModelFit:

@@ -73,20 +73,20 @@ def open_parameters(
             _locate(spec, item.name)
             parameters.append(item)
             continue
-        place = _locate(spec, item)
+        number = _locate(spec, item)
         if (quantity := item.rpartition(".")[2]) in MAY_VANISH:
             least, std = MAY_VANISH[quantity]
             low, high = bounds.get(item) or (least, math.inf)
-            start = min(max(place.value, low), high)
-            parameters.append(Parameter(item, place.unit, start, float(low), float(high), std, "linear"))
+            start = min(max(number.value, low), high)
+            parameters.append(Parameter(item, number.unit, start, float(low), float(high), std, "linear"))
             continue
         factor = RANGES.get(quantity, RANGE)
-        low, high = bounds.get(item) or (place.value / factor, place.value * factor)
-        if place.value <= 0 and item not in bounds:
-            raise ModelError(f'"{item}" is {place.value:g} in the specification; start with a value > 0')
-        if not (0 < low < high < math.inf and low <= place.value <= high):
-            raise ModelError(f'bounds {low:g} to {high:g} of "{item}" must be > 0 and about its start {place.value:g}')
-        parameters.append(Parameter(item, place.unit, place.value, float(low), float(high)))
+        low, high = bounds.get(item) or (number.value / factor, number.value * factor)
+        if number.value <= 0 and item not in bounds:
+            raise ModelError(f'"{item}" is {number.value:g} in the specification; start with a value > 0')
+        if not (0 < low < high < math.inf and low <= number.value <= high):
+            raise ModelError(f'bounds {low:g} to {high:g} of "{item}" must be > 0 and about its start {number.value:g}')
+        parameters.append(Parameter(item, number.unit, number.value, float(low), float(high)))
     names = [p.name for p in parameters]
     if not names or len(set(names)) < len(names):
         raise ModelError(f"parameters are {', '.join(names) or 'none'}; name each of one or more once")
@@ -161,10 +161,10 @@ def value_of(model: mujoco.MjModel, name: str) -> float:
 
 def _drive_number(model: mujoco.MjModel, quantity: str, drive: PlacedDrive) -> _Number:
     names = DRIVE.names or ()
-    place = names.index(quantity if quantity in names else f"friction_{quantity}")
+    index = names.index(quantity if quantity in names else f"friction_{quantity}")
     unit = _unit(DRIVE_UNITS[quantity], _is_rotary(model, drive.actuator))
     (numeric,) = np.flatnonzero(model.numeric_adr == drive.numeric)
-    return _numeric_element(model, model.numeric(int(numeric)).name, drive.numeric, place, unit)
+    return _numeric_element(model, model.numeric(int(numeric)).name, drive.numeric, index, unit)
 
 
 def _servo_gain(model: mujoco.MjModel, element: str, quantity: str) -> _Number:

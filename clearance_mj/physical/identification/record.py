@@ -48,7 +48,7 @@ class ModelRecord:
     fs : float
         Sampling rate, Hz.
     control : Mapping of str to array_like, shape (n,)
-        By the name of the model's actuator; what it was measured or commanded to do, in the unit of its control.
+        By the name of the model's actuator; measured or commanded values, in the unit of its control.
     sensors : Mapping of str to array_like, shape (n,) or (n, dim)
         By the name of the model's sensor, in its unit; joint positions, velocities, forces, or any other.
     hold : "linear" or "zero"
@@ -87,8 +87,8 @@ class ModelRecord:
             if len(samples) != size:
                 raise RecordError(f'"{name}" has {len(samples)} samples, the record\'s first sensor {size}')
             if not np.isfinite(samples).all():
-                at = int(np.argmax(~np.isfinite(samples).reshape(size, -1).all(axis=1)))
-                raise RecordError(f'"{name}" is not finite at sample {at} ({at / self.fs:g} s)')
+                sample = int(np.argmax(~np.isfinite(samples).reshape(size, -1).all(axis=1)))
+                raise RecordError(f'"{name}" is not finite at sample {sample} ({sample / self.fs:g} s)')
         if size < SAMPLES:
             raise RecordError(f"a record of {size} samples is too short; {SAMPLES} are needed")
         steps = {name: quantum(np.asarray(values)) for name, values in self.sensors.items()}
@@ -164,7 +164,7 @@ class ModelRecord:
         spec : mujoco.MjSpec or mujoco.MjModel
             Whose actuators and sensors are meant.
         columns : Mapping of str to str, optional
-            The file's columns by what they are: "time", an actuator or a sensor; others are left out. A minus sign
+            The file's columns by name in the model: "time", an actuator or a sensor; others are left out. A minus sign
             before a column is for one that counts the other way round, a unit behind it goes before that of the file:
             {"encoder": "-pos [ticks/4096]"}.
         hold : "linear" or "zero"
@@ -210,8 +210,8 @@ class ModelRecord:
 def drive_columns(model: mujoco.MjModel) -> dict[str, tuple[int, int]]:
     """Return column (in sensor data followed by activations) and dimension of drives' angles and speeds, by name."""
     return {
-        f"{drive.name}.{quantity}": (model.nsensordata + int(model.actuator_actadr[drive.actuator]) + place, 1)
-        for drive in drives(model) for quantity, place in (("angle", ANGLE), ("speed", SPEED))
+        f"{drive.name}.{quantity}": (model.nsensordata + int(model.actuator_actadr[drive.actuator]) + offset, 1)
+        for drive in drives(model) for quantity, offset in (("angle", ANGLE), ("speed", SPEED))
     }  # fmt: skip
 
 
@@ -294,10 +294,10 @@ def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
         return names, np.array(rows[1:], dtype=float).reshape(-1, len(names))
 
 
-def _name_problem(name: str, base: str, kinds: list[str], known: Mapping[str, list[str]]) -> str:
+def _name_problem(name: str, base: str, kinds: list[str], names: Mapping[str, list[str]]) -> str:
     if kinds:
         return f'"{name}" is an actuator and a sensor; write actuator:{base} or sensor:{base}'
-    return f'"{name}" is neither an actuator nor a sensor; {nearest(base, [*known["actuator"], *known["sensor"]])}'
+    return f'"{name}" is neither an actuator nor a sensor; {nearest(base, [*names["actuator"], *names["sensor"]])}'
 
 
 def quantum(samples: np.ndarray) -> float:

@@ -238,8 +238,8 @@ def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 def _check_names(record: ModelRecord, model: mujoco.MjModel, controls: list[str]) -> None:
     sensors = [*(model.sensor(i).name for i in range(model.nsensor)), *drive_columns(model)]
-    for noun, given, known in (("actuator", record.control, controls), ("sensor", record.sensors, sensors)):
-        for name in given:
+    for noun, recorded, known in (("actuator", record.control, controls), ("sensor", record.sensors, sensors)):
+        for name in recorded:
             if name not in known:
                 raise RecordError(f'the model has no {noun} "{name}"; {nearest(name, known)}')
     for name in controls:
@@ -265,7 +265,7 @@ def _channels(record: ModelRecord, model: mujoco.MjModel) -> tuple[np.ndarray, l
 
 def _guides(record: ModelRecord, model: mujoco.MjModel):  # type: ignore[no-untyped-def]
     """Yield a guide for every joint and tendon whose position is measured."""
-    for name in (each for each in record.sensors if each not in drive_columns(model)):
+    for name in (label for label in record.sensors if label not in drive_columns(model)):
         sensor = model.sensor(name)
         index = int(sensor.objid[0])
         kind = int(sensor.type[0])

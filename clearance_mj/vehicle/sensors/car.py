@@ -81,8 +81,8 @@ class _CarRun(SensorsRun):
         angle, slope = sensors.steering_resolution / math.sqrt(12), CROSS_SLOPE * GRAVITY
         white = angle, sensors.yaw_rate, sensors.lateral_acceleration, sensors.position
         steady = sensors.yaw_rate_offset, math.hypot(sensors.acceleration_offset, slope)
-        known = Deviations(*white, *steady, deviation)
-        self._observer = Observer(task, self._delay, known, STRAIGHT_BEFORE, sensors.position_rate)
+        deviations = Deviations(*white, *steady, deviation)
+        self._observer = Observer(task, self._delay, deviations, STRAIGHT_BEFORE, sensors.position_rate)
         # The initial error of the estimate is drawn from its covariance.
         factor = np.linalg.cholesky(self._observer.covariance + 1e-18 * np.eye(N_STATES))
         offsets = self._yaw_rate_offset, self._acceleration_offset

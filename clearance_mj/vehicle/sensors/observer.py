@@ -65,24 +65,24 @@ class Observer:
 
         All of them are old by the mean delay.
         """
-        known = self._deviations
+        deviations = self._deviations
         yaw_rate, acceleration = (math.nan, math.nan) if motion is None else motion
         lateral = math.nan
         if position is not None:
             s, lateral, _, _ = self._task.path.locate(*position, self.s)
-            noise = known.position**2 + (self._task.speed * known.age) ** 2
+            noise = deviations.position**2 + (self._task.speed * deviations.age) ** 2
             self.s += self._s_variance / (self._s_variance + noise) * (s - self.s)
             self._s_variance *= noise / (self._s_variance + noise)
         values = np.array((math.nan if angle is None else angle, yaw_rate, acceleration, lateral))
-        take(self.state, self.covariance, values, self._model.variances, self._model.rows, known.age * self._rate)
+        take(self.state, self.covariance, values, self._model.variances, self._model.rows, deviations.age * self._rate)
 
     def present(self, speed: float) -> tuple[float, np.ndarray]:
         """Return the arc length, m, and state (10,) at the last sample, at a measured speed, m/s."""
         model = self._model
-        now = _present(
+        state = _present(
             self.state, self._commands, self._task.path.table, self.s, speed, model.middles, model.ahead, model.since
         )
-        return self.s + speed * self.delay, now
+        return self.s + speed * self.delay, state
 
 
 @jit
@@ -170,19 +170,19 @@ def observer_model(
     rows[0, 4] = rows[1, 3] = rows[1, 6] = rows[2, 7] = rows[3, 0] = 1.0
     rows[2] += A[2]
     rows[2, 3] += speed  # lateral acceleration dv_y/dt + v r + b_a
-    whole = math.floor(delay / period + 1e-9)
-    first_part = max(delay - whole * period, 0.0)
+    periods = math.floor(delay / period + 1e-9)
+    first_part = max(delay - periods * period, 0.0)
     flow, over = _discretize(A, B, period)
     first, over_first = _discretize(A, B, first_part)
     flow_rest, over_rest = _discretize(A, B, period - first_part)
-    steps = [np.linalg.matrix_power(flow, whole - i - 1) @ over for i in range(whole)]
-    columns = np.array([np.linalg.matrix_power(flow, whole) @ over_first, *steps])
+    steps = [np.linalg.matrix_power(flow, periods - i - 1) @ over for i in range(periods)]
+    columns = np.array([np.linalg.matrix_power(flow, periods) @ over_first, *steps])
     start = np.zeros(N_STATES)
     start[6:] = np.square((deviations.yaw_rate_offset, deviations.acceleration_offset, *[deviations.force] * 2))
     inputs = np.column_stack((flow_rest @ over_first[:, 0], over_rest[:, 0], over[:, 1]))
-    ahead = np.linalg.matrix_power(flow, whole) @ first
+    ahead = np.linalg.matrix_power(flow, periods) @ first
     since = np.ascontiguousarray(np.concatenate((columns[:, :, 0], columns[:, :, 1])).T)
-    middles = np.concatenate(([first_part / 2], first_part + (np.arange(whole) + 0.5) * period))
+    middles = np.concatenate(([first_part / 2], first_part + (np.arange(periods) + 0.5) * period))
     noise, variances = _noise(A, G, period), np.square(deviations[:4])
     return ObserverModel(period, flow, inputs, noise, start, rows, variances, ahead, since, middles)
 
