@@ -10,7 +10,7 @@ from ...rig import Bushing
 from ..contact import ContactModel, Numbers, register
 from ..family import DECADE, ContactFamily, FamilyParameter, positive_parameter, register_family
 
-__all__ = ["KelvinVoigt", "Linear", "spring_and_damper"]
+__all__ = ["KelvinVoigt", "LinearContact", "spring_and_damper"]
 
 LOSS_TIME = 1e-4  # s, damping over stiffness at the start of a fit if the rig file has no damping
 
@@ -44,7 +44,7 @@ class KelvinVoigt(ContactModel):
 
 
 @register_family
-class Linear(ContactFamily):
+class LinearContact(ContactFamily):
     """Linear springs and dampers."""
 
     name: ClassVar[str] = "linear"

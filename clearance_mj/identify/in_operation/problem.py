@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...clearance.contacts.kelvin_voigt import Linear
+from ...clearance.contacts.kelvin_voigt import LinearContact
 from ...clearance.family import CONTACT_FAMILIES, ContactFamily, FillingFamily
 from ...clearance.greases.bouc_wen import LinearWithFilm
 from ...clearance.greases.oil_film import OilFilled
@@ -48,7 +48,7 @@ def places_of(rig: Rig, contacts: Sequence[str | None] = ()) -> list[ClearanceFa
     contacts : sequence of str or None
         Names of the families of their contacts; by default, and where None, they are linear.
     """
-    names = [name or Linear.name for name in contacts or [None] * len(rig.bushings)]
+    names = [name or LinearContact.name for name in contacts or [None] * len(rig.bushings)]
     return [
         ClearanceFamilies(
             j, nominal_of(rig, j), CONTACT_FAMILIES[name], OilFilled() if bushing.film else LinearWithFilm()
