@@ -22,7 +22,7 @@ from ..lanes import any_below, exponential, whole
 from ..vectors import along, answer, length, minus, plus, read, times, within, write
 from .bouc_wen import film_damping, spring_and_film, values_of_film
 
-__all__ = ["Friction", "MaxwellSlip", "StribeckFriction", "slip_start"]
+__all__ = ["SlipFriction", "MaxwellSlip", "StribeckFriction", "slip_start"]
 
 ELEMENTS = 4  # of the families
 SLIP_RATIO = 3.0  # of the slip displacements of neighbouring elements, at the start
@@ -119,7 +119,7 @@ class MaxwellSlip(GreaseModel):
 
 
 @register_family
-class Friction(FillingFamily):
+class SlipFriction(FillingFamily):
     """Four elements with friction independent of speed, in parallel to a spring and a squeeze film."""
 
     name: ClassVar[str] = "Maxwell-slip"
@@ -159,20 +159,20 @@ class Friction(FillingFamily):
 
 @register_family
 class StribeckFriction(FillingFamily):
-    """As `Friction`, with larger friction at low speed."""
+    """As `SlipFriction`, with larger friction at low speed."""
 
     name: ClassVar[str] = "Maxwell-slip, Stribeck"
     model: ClassVar[type] = MaxwellSlip
-    begins_from: ClassVar[str | None] = Friction.name
+    begins_from: ClassVar[str | None] = SlipFriction.name
 
     def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
-        """Return the excess of static friction, r - 1, and the Stribeck speed, then the parameters of `Friction`."""
+        """Return the excess of static friction, r - 1, and the Stribeck speed, then the parameters of `SlipFriction`."""
         excess = positive_parameter("grease static friction over sliding, less 1", "1", 0.3, 1.0)
         speed = positive_parameter("grease Stribeck speed", "m/s", 0.01, 1.5)
-        return [excess, speed, *Friction().parameters(bushing)]
+        return [excess, speed, *SlipFriction().parameters(bushing)]
 
     def make(self, bushing: Bushing, *values: float) -> MaxwellSlip:
-        """Return the grease of r - 1, the Stribeck speed, and the values of `Friction`."""
+        """Return the grease of r - 1, the Stribeck speed, and the values of `SlipFriction`."""
         excess, speed, *others = values
         return _grease(others, 1 + excess, speed)
 
@@ -184,7 +184,7 @@ class StribeckFriction(FillingFamily):
         """Return all parameters; without a film, all but its height."""
         speed = {"grease Stribeck speed": model.stribeck_speed or 0.0}
         excess = {"grease static friction over sliding, less 1": model.static_ratio - 1}
-        return Friction().values(bushing, model) | excess | speed
+        return SlipFriction().values(bushing, model) | excess | speed
 
 
 def _grease(values: Sequence[float], static_ratio: float = 1.0, stribeck_speed: float | None = None) -> MaxwellSlip:
@@ -195,7 +195,7 @@ def _grease(values: Sequence[float], static_ratio: float = 1.0, stribeck_speed: 
 
 
 def slip_start(bushing: Bushing, forces: GapForces) -> dict[str, float]:
-    """Return values of `Friction` by name, SI, by non-negative least squares on the forces inside the gap.
+    """Return values of `SlipFriction` by name, SI, by non-negative least squares on the forces inside the gap.
 
     Forces of elements add up, in proportion to their springs, so that only the slip displacements need a search. The
     springs of many elements are fitted at once, as samples of Iwan's distribution, and then merged to a few.
@@ -218,7 +218,7 @@ def slip_start(bushing: Bushing, forces: GapForces) -> dict[str, float]:
     factors = _nonnegative_lstsq(columns, measured)
     springs, stiffness, films = np.split(factors, [SLIP_SAMPLES, SLIP_SAMPLES + 1])
     # Without elastic force, that of the prior.
-    stiffest = float(stiffness[0] + springs.sum()) or Friction().parameters(bushing)[0].start
+    stiffest = float(stiffness[0] + springs.sum()) or SlipFriction().parameters(bushing)[0].start
     softest = SOFTEST_SPRING * stiffest
     values = {"grease stiffness": max(float(stiffness[0]), softest)}
     if films.any():
