@@ -27,7 +27,7 @@ from .registers import block, load, spread, store
 from .vectors import TINY, minus, of_one_or_two, plus
 
 __all__ = [
-    "BRISTLES", "answered", "depth_in", "distance", "fill", "follow_law", "forget", "friction_limit", "keep_step",
+    "BRISTLES", "answered", "depth_in", "distance", "fill", "follow_law", "forget", "friction_limit", "save_previous_state",
     "let_go", "press", "rub", "touch",
 ]  # fmt: skip
 
@@ -58,7 +58,7 @@ _zero_vector = of_one_or_two(lambda r: (0.0,), lambda r: (0.0, 0.0))
 
 
 @inlined
-def keep_step(bushing: Bushing, numbers: np.ndarray) -> None:
+def save_previous_state(bushing: Bushing, numbers: np.ndarray) -> None:
     """Save the state of a clearance of one case before the next step, for energies."""
     for i in range(bushing.coordinates):
         numbers[bushing.was + i] = numbers[bushing.place + i]

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..clearance.kernel import keep_step, press, rub
+from ..clearance.kernel import press, rub, save_previous_state
 from ..clearance.pointers import at
 from ..clearance.record import Clearance
 from ..core.jit import OPTIONS, inlined, jit
@@ -148,7 +148,7 @@ def advance_links(
             drawn[row, 0] = kicked[row, 0] = 0.0
         if kept.energies.shape[0]:
             for j in range(n_bushings):
-                keep_step(bushings[j], numbers)
+                save_previous_state(bushings[j], numbers)
         j = find_contacts(bushings, numbers, places, x, ONE, ends, acts, pushed)
         if j >= 0:
             return i, j

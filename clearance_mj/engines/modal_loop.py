@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..clearance.kernel import keep_step
+from ..clearance.kernel import save_previous_state
 from ..clearance.lanes import larger, where_above
 from ..clearance.record import Clearance
 from ..clearance.registers import joined, load, packed, spread, store
@@ -115,7 +115,7 @@ def advance(
             _three_products(at_rows, groups, g, modes, q, lanes, x, 0, 1)
         if kept.energies.shape[0]:
             for j in range(n_bushings):
-                keep_step(bushings[j], numbers)
+                save_previous_state(bushings[j], numbers)
         j = find_contacts(bushings, numbers, places, x, lanes, ends, acts, pushed)
         if j >= 0:
             for lane in range(count):
