@@ -20,7 +20,7 @@ from .kernel import (
     touch,
 )  # fmt: skip
 from .lanes import any_below, larger, signed, smaller, where_above
-from .record import Bushing, Clearance, WithBushings, WithTable, clearance_records
+from .record import Clearance, ClearanceRecord, WithBushings, WithTable, clearance_records
 from .registers import load, spread
 from .vectors import of_one_or_two, plus
 
@@ -45,7 +45,9 @@ _end_force = of_one_or_two(_end_force_one, _end_force_two)
 
 
 @inlined
-def _slot_force(bushing: Bushing, numbers: np.ndarray, end: int, x: Any, speed: Any, lanes: tuple[int, ...]) -> Any:
+def _slot_force(
+    bushing: ClearanceRecord, numbers: np.ndarray, end: int, x: Any, speed: Any, lanes: tuple[int, ...]
+) -> Any:
     """Return the force of an end against its displacement, N."""
     g = depth_in(bushing, numbers, x, lanes)
     if not any_below(0.0 - abs(g), 0.0):
@@ -60,7 +62,7 @@ def _slot_force(bushing: Bushing, numbers: np.ndarray, end: int, x: Any, speed: 
 
 @inlined
 def _wall_force(
-    bushing: Bushing, numbers: np.ndarray, end: int, y: Any, z: Any, speed_y: Any, speed_z: Any, spin: Any,
+    bushing: ClearanceRecord, numbers: np.ndarray, end: int, y: Any, z: Any, speed_y: Any, speed_z: Any, spin: Any,
     lanes: tuple[int, ...],
 ) -> Any:  # fmt: skip
     """Return the force of an end along y and z against its displacement, N."""
@@ -100,7 +102,7 @@ _filling_force = of_one_or_two(_filling_force_one, _filling_force_two)
 
 @inlined
 def force_at(
-    bushing: Bushing, numbers: np.ndarray, time: float, r: Any, v: Any, r_a: Any, v_a: Any, r_b: Any, v_b: Any,
+    bushing: ClearanceRecord, numbers: np.ndarray, time: float, r: Any, v: Any, r_a: Any, v_a: Any, r_b: Any, v_b: Any,
     spin: Any, lanes: tuple[int, ...],
 ) -> Any:  # fmt: skip
     """Return the force of a clearance, N, a vector, in the next step: its middle is at r, its ends at r_a and r_b.

@@ -22,7 +22,7 @@ from ..core.jit import OPTIONS, inlined, jit
 from .follower import SLOWEST_IMPACT, impact_speed, signed_penetration
 from .lanes import any_below, choose, exponential, larger, root, signed, smaller, where_above
 from .pointers import at, call_law
-from .record import END_MEMORY, Bushing
+from .record import END_MEMORY, ClearanceRecord
 from .registers import block, load, spread, store
 from .vectors import TINY, minus, of_one_or_two, plus
 
@@ -58,7 +58,7 @@ _zero_vector = of_one_or_two(lambda r: (0.0,), lambda r: (0.0, 0.0))
 
 
 @inlined
-def save_previous_state(bushing: Bushing, numbers: np.ndarray) -> None:
+def save_previous_state(bushing: ClearanceRecord, numbers: np.ndarray) -> None:
     """Save the state of a clearance of one case before the next step, for energies."""
     for i in range(bushing.coordinates):
         numbers[bushing.was + i] = numbers[bushing.place + i]
@@ -72,7 +72,7 @@ def save_previous_state(bushing: Bushing, numbers: np.ndarray) -> None:
 
 
 @jit(**OPTIONS)
-def _fill_by_lane(like: Any, bushing: Bushing, numbers: np.ndarray, count: int) -> None:
+def _fill_by_lane(like: Any, bushing: ClearanceRecord, numbers: np.ndarray, count: int) -> None:
     """Write results of a filling, lane by lane, from gathered displacement, its change and spin."""
     result, size = (bushing.room + 6) * count, _dimension(like)
     for lane in range(count):
@@ -87,7 +87,7 @@ def _fill_by_lane(like: Any, bushing: Bushing, numbers: np.ndarray, count: int) 
 
 
 @jit(**OPTIONS)
-def _press_by_lane(bushing: Bushing, numbers: np.ndarray, count: int) -> None:
+def _press_by_lane(bushing: ClearanceRecord, numbers: np.ndarray, count: int) -> None:
     """Write results of a contact, lane by lane, from gathered depth, speed and impact speed."""
     result = (bushing.room + 6) * count
     for lane in range(count):
@@ -101,7 +101,7 @@ def _press_by_lane(bushing: Bushing, numbers: np.ndarray, count: int) -> None:
 
 
 @jit(**OPTIONS)
-def _touch_by_lane(bushing: Bushing, numbers: np.ndarray, count: int) -> None:
+def _touch_by_lane(bushing: ClearanceRecord, numbers: np.ndarray, count: int) -> None:
     """Write results of a wall, lane by lane, from gathered displacements."""
     result = (bushing.room + 6) * count
     for lane in range(count):
@@ -113,7 +113,7 @@ def _touch_by_lane(bushing: Bushing, numbers: np.ndarray, count: int) -> None:
 
 
 @jit(**OPTIONS)
-def _follow_by_lane(bushing: Bushing, numbers: np.ndarray, time: float, count: int) -> None:
+def _follow_by_lane(bushing: ClearanceRecord, numbers: np.ndarray, time: float, count: int) -> None:
     """Interpolate between the rows of laws, lane by lane, from gathered distances from the middle."""
     last = bushing.rows - 1
     for lane in range(count):
@@ -144,7 +144,7 @@ def _follow_by_lane(bushing: Bushing, numbers: np.ndarray, time: float, count: i
 
 
 @inlined
-def fill(bushing: Bushing, numbers: np.ndarray, r: Any, spin: Any, lanes: tuple[int, ...]) -> None:
+def fill(bushing: ClearanceRecord, numbers: np.ndarray, r: Any, spin: Any, lanes: tuple[int, ...]) -> None:
     """Advance the filling to r, m; `answered` is then its force above that of the unloaded shaft, and damping.
 
     The spin is in rad/s.
@@ -165,13 +165,13 @@ def fill(bushing: Bushing, numbers: np.ndarray, r: Any, spin: Any, lanes: tuple[
 
 
 @inlined
-def answered(bushing: Bushing, numbers: np.ndarray, i: int, lanes: tuple[int, ...]) -> Any:
+def answered(bushing: ClearanceRecord, numbers: np.ndarray, i: int, lanes: tuple[int, ...]) -> Any:
     """Return number i of the result of `fill`: elastic forces, then damping; of two coordinates yy, yz, zy, zz."""
     return load(numbers, bushing.out + i, lanes)
 
 
 @inlined
-def distance(bushing: Bushing, numbers: np.ndarray, lanes: tuple[int, ...]) -> Any:
+def distance(bushing: ClearanceRecord, numbers: np.ndarray, lanes: tuple[int, ...]) -> Any:
     """Return the shaft's distance from the clearance's middle at the last `fill`, m."""
     z = load(numbers, bushing.place, lanes) + load(numbers, bushing.offset, lanes)
     if bushing.coordinates == 1:
@@ -182,7 +182,7 @@ def distance(bushing: Bushing, numbers: np.ndarray, lanes: tuple[int, ...]) -> A
 
 
 @inlined
-def follow_law(bushing: Bushing, numbers: np.ndarray, time: float, lanes: tuple[int, ...]) -> None:
+def follow_law(bushing: ClearanceRecord, numbers: np.ndarray, time: float, lanes: tuple[int, ...]) -> None:
     """Set the contact's parameters at a time, s: linear between the law's rows, constant beyond the ends."""
     if bushing.rows > 1:
         store(numbers, bushing.room, distance(bushing, numbers, lanes), lanes)
@@ -191,7 +191,7 @@ def follow_law(bushing: Bushing, numbers: np.ndarray, time: float, lanes: tuple[
 
 @inlined
 def _contact_k_c(
-    bushing: Bushing, numbers: np.ndarray, depth: Any, inwards: Any, impact: Any, lanes: tuple[int, ...]
+    bushing: ClearanceRecord, numbers: np.ndarray, depth: Any, inwards: Any, impact: Any, lanes: tuple[int, ...]
 ) -> Any:
     """Return stiffness, N/m, and damping, N s/m, of one end: half of those of the clearance's contact law."""
     if bushing.contact_by_lane:
@@ -206,13 +206,13 @@ def _contact_k_c(
 
 
 @inlined
-def depth_in(bushing: Bushing, numbers: np.ndarray, x: Any, lanes: tuple[int, ...]) -> Any:
+def depth_in(bushing: ClearanceRecord, numbers: np.ndarray, x: Any, lanes: tuple[int, ...]) -> Any:
     """Return the penetration into one of two walls, m, > 0 into the upper one, < 0 into the lower, 0 between."""
     return signed_penetration(x, load(numbers, bushing.wall, lanes), load(numbers, bushing.wall + 1, lanes))
 
 
 @inlined
-def forget(bushing: Bushing, numbers: np.ndarray, end: int, lanes: tuple[int, ...]) -> None:
+def forget(bushing: ClearanceRecord, numbers: np.ndarray, end: int, lanes: tuple[int, ...]) -> None:
     """Reset the state of the contact of end 0 or 1."""
     memory, zero = bushing.ends + END_MEMORY * end, spread(0.0, lanes)
     store(numbers, memory, zero, lanes)
@@ -220,7 +220,7 @@ def forget(bushing: Bushing, numbers: np.ndarray, end: int, lanes: tuple[int, ..
 
 
 @inlined
-def press(bushing: Bushing, numbers: np.ndarray, end: int, g: Any, speed: Any, lanes: tuple[int, ...]) -> Any:
+def press(bushing: ClearanceRecord, numbers: np.ndarray, end: int, g: Any, speed: Any, lanes: tuple[int, ...]) -> Any:
     """Advance the contact of end 0 or 1 at a signed penetration, m; return stiffness, N/m, and damping, N s/m.
 
     A contact begins at the end of the gap, or at the other wall, which fixes its impact speed, and ends in the gap.
@@ -233,7 +233,7 @@ def press(bushing: Bushing, numbers: np.ndarray, end: int, g: Any, speed: Any, l
 
 
 @inlined
-def touch(bushing: Bushing, numbers: np.ndarray, y: Any, z: Any, lanes: tuple[int, ...]) -> Any:
+def touch(bushing: ClearanceRecord, numbers: np.ndarray, y: Any, z: Any, lanes: tuple[int, ...]) -> Any:
     """Return the depth of a point in a wall of two coordinates, m, 0 in the gap, and the direction n along y and z."""
     zero = spread(0.0, lanes)
     if bushing.coordinates == 1:  # sliding along the wall, and pressing
@@ -257,7 +257,7 @@ def touch(bushing: Bushing, numbers: np.ndarray, y: Any, z: Any, lanes: tuple[in
 
 @inlined
 def rub(
-    bushing: Bushing, numbers: np.ndarray, end: int, depth: Any, n_y: Any, n_z: Any, y: Any, z: Any, speed_y: Any,
+    bushing: ClearanceRecord, numbers: np.ndarray, end: int, depth: Any, n_y: Any, n_z: Any, y: Any, z: Any, speed_y: Any,
     speed_z: Any, spin: Any, lanes: tuple[int, ...],
 ) -> Any:  # fmt: skip
     """Advance the contact of end 0 or 1, of a depth along n, at y, z, m, and its bristles, without sliding.
@@ -289,7 +289,9 @@ def rub(
 
 
 @inlined
-def friction_limit(bushing: Bushing, numbers: np.ndarray, normal: Any, sliding: Any, lanes: tuple[int, ...]) -> Any:
+def friction_limit(
+    bushing: ClearanceRecord, numbers: np.ndarray, normal: Any, sliding: Any, lanes: tuple[int, ...]
+) -> Any:
     """Return the largest friction, N, under a normal force, N, at a speed of sliding, m/s."""
     limit, excess = load(numbers, bushing.friction, lanes) * normal, load(numbers, bushing.friction + 3, lanes)
     if any_below(0.0 - excess, 0.0):  # a return here avoids the exponential in the other case
@@ -299,7 +301,7 @@ def friction_limit(bushing: Bushing, numbers: np.ndarray, normal: Any, sliding: 
 
 
 @inlined
-def let_go(bushing: Bushing, numbers: np.ndarray, end: int, force: Any, lanes: tuple[int, ...]) -> None:
+def let_go(bushing: ClearanceRecord, numbers: np.ndarray, end: int, force: Any, lanes: tuple[int, ...]) -> None:
     """Limit the deflection of an end's bristles to that of a force, N."""
     memory = bushing.ends + END_MEMORY * end + BRISTLES
     limit = force / larger(load(numbers, bushing.friction + 1, lanes), TINY)

@@ -34,7 +34,7 @@ END_MEMORY = 6
 direction along y and z, the bristles' deflection, and the displacement along y and z"""
 
 
-class Bushing:
+class ClearanceRecord:
     """Record of what compiled loops know of a clearance. Whole numbers without a unit are first rows of numbers."""
 
     coordinates: int  # 1 or 2
@@ -82,7 +82,7 @@ class Bushing:
     room: int  # 6 rows for arguments gathered from the lanes, and 6 numbers for a result
 
 
-BUSHING = np.dtype(list(get_type_hints(Bushing).items()), align=True)
+BUSHING = np.dtype(list(get_type_hints(ClearanceRecord).items()), align=True)
 _BLOCK_SIZES = {"filling": "filling_size", "memory": "states", "memory_was": "states", "contact": "width",
            "contact_was": "width", "wall": "wall_size"}  # fmt: skip
 """Fields of laws' parameters and states, and those of their lengths"""
@@ -94,7 +94,7 @@ class Clearance(NamedTuple):
     Loops unpack it before they begin: compiled code counts references to arrays that it takes out of tuples.
     """
 
-    bushings: np.ndarray  # (n_bushings,) `Bushing`
+    bushings: np.ndarray  # (n_bushings,) `ClearanceRecord`
     numbers: np.ndarray  # (rows times lanes,) changed in place
 
 

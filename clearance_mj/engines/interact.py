@@ -25,7 +25,7 @@ from ..clearance.kernel import (
     touch,
 )  # fmt: skip
 from ..clearance.lanes import all_below, any_below, larger, signed, smaller, where_above
-from ..clearance.record import Bushing
+from ..clearance.record import ClearanceRecord
 from ..clearance.registers import load, packed, spread, store
 from ..core.jit import inlined
 
@@ -271,7 +271,7 @@ def _solve_filling(
 
 @inlined
 def _solve_normal(
-    bushing: Bushing, ends: np.ndarray, c: int, compliance: np.ndarray, half: float, row_y: int, row_z: int,
+    bushing: ClearanceRecord, ends: np.ndarray, c: int, compliance: np.ndarray, half: float, row_y: int, row_z: int,
     pushed: np.ndarray, w: np.ndarray, force: np.ndarray, lanes: tuple[int, ...],
 ) -> None:  # fmt: skip
     """Solve for the normal force of a contact of two coordinates at the velocity that includes its effect."""
@@ -289,7 +289,7 @@ def _solve_normal(
 
 @inlined
 def _solve_friction(
-    bushing: Bushing, numbers: np.ndarray, ends: np.ndarray, c: int, compliance: np.ndarray, half: float, row_y: int,
+    bushing: ClearanceRecord, numbers: np.ndarray, ends: np.ndarray, c: int, compliance: np.ndarray, half: float, row_y: int,
     row_z: int, spin: Any, pushed: np.ndarray, w: np.ndarray, force: np.ndarray, lanes: tuple[int, ...],
 ) -> None:  # fmt: skip
     """Solve for the friction of a contact under its normal force at the velocity that includes its effect."""

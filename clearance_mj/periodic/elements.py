@@ -20,7 +20,7 @@ from ..clearance.follower import SLOWEST_IMPACT, end_values, pushing
 from ..clearance.kernel import BRISTLES, depth_in, forget, friction_limit, let_go, press, rub, touch
 from ..clearance.lanes import signed
 from ..clearance.pointers import at, call_law
-from ..clearance.record import Bushing
+from ..clearance.record import ClearanceRecord
 from ..core.jit import STRICT, jit
 
 __all__ = ["ONE", "contact_now", "depth_at", "slot_now", "step_between"]
@@ -31,7 +31,13 @@ ONE = (0,)
 
 @jit(**STRICT)
 def _filling_step(
-    bushing: Bushing, numbers: np.ndarray, size: int, memory: np.ndarray, u: np.ndarray, spin: float, out: np.ndarray
+    bushing: ClearanceRecord,
+    numbers: np.ndarray,
+    size: int,
+    memory: np.ndarray,
+    u: np.ndarray,
+    spin: float,
+    out: np.ndarray,
 ) -> None:
     """Fill out with the filling's memory after a step, ``size`` numbers, and its force, N."""
     parameters, state, answer = at(numbers, bushing.filling), at(numbers, bushing.memory), at(numbers, bushing.out)
@@ -63,7 +69,7 @@ def slot_now(law: int, parameters: Any, answer: Any, pulls: bool, depth: float, 
 
 
 @jit(**STRICT, forceinline=True)
-def _penetration(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> tuple[float, float, float]:
+def _penetration(bushing: ClearanceRecord, numbers: np.ndarray, y: float, z: float) -> tuple[float, float, float]:
     """Return a point's penetration, m, below 0 in the gap, and the wall's normal along y and z."""
     out = at(numbers, bushing.out)
     if bushing.coordinates == 1:  # what slides along the wall, and what presses
@@ -75,7 +81,7 @@ def _penetration(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> t
 
 
 @jit(**STRICT)
-def depth_at(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> float:
+def depth_at(bushing: ClearanceRecord, numbers: np.ndarray, y: float, z: float) -> float:
     """Return the penetration of an end at y, z, m; below 0 in the gap. A single coordinate is z."""
     if bushing.touching == 1:
         return max(z - numbers[bushing.wall + 1], numbers[bushing.wall] - z)
@@ -84,7 +90,7 @@ def depth_at(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> float
 
 @jit(**STRICT, forceinline=True)
 def _end_force(
-    bushing: Bushing, numbers: np.ndarray, y: float, z: float, speed_y: float, speed_z: float, spin: float,
+    bushing: ClearanceRecord, numbers: np.ndarray, y: float, z: float, speed_y: float, speed_z: float, spin: float,
     tau: float,
 ) -> tuple[float, float]:  # fmt: skip
     """Return the force of end 0 along y and z against the displacement, N.
@@ -113,7 +119,7 @@ def _end_force(
 
 
 @jit(**STRICT, forceinline=True)
-def _slot_force(bushing: Bushing, numbers: np.ndarray, x: float, speed: float) -> float:
+def _slot_force(bushing: ClearanceRecord, numbers: np.ndarray, x: float, speed: float) -> float:
     """Return the force of end 0 of one coordinate against its displacement, N."""
     g = depth_in(bushing, numbers, x, ONE)
     if g == 0.0:
@@ -124,7 +130,7 @@ def _slot_force(bushing: Bushing, numbers: np.ndarray, x: float, speed: float) -
 
 
 @jit(**STRICT, forceinline=True)
-def _grazing_force(bushing: Bushing, numbers: np.ndarray, inwards: float, impact: float) -> float:
+def _grazing_force(bushing: ClearanceRecord, numbers: np.ndarray, inwards: float, impact: float) -> float:
     """Return the force of an end that just touches, N: that of its damping."""
     _, c = end_values(bushing.contact_law, at(numbers, bushing.contact), at(numbers, bushing.out), 0.0, inwards, impact)
     return pushing(c * inwards, bushing.adhesion)
@@ -132,7 +138,7 @@ def _grazing_force(bushing: Bushing, numbers: np.ndarray, inwards: float, impact
 
 @jit(**STRICT)
 def contact_now(
-    bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, spin: float, out: np.ndarray
+    bushing: ClearanceRecord, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, spin: float, out: np.ndarray
 ) -> None:
     """Fill out with the force now of an end along y and z in lasting contact: its memory does not change."""
     _restore_contact(bushing, numbers, memory, u[0], u[1])
@@ -140,7 +146,7 @@ def contact_now(
 
 
 @jit(**STRICT, forceinline=True)
-def _restore_contact(bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, y: float, z: float) -> float:
+def _restore_contact(bushing: ClearanceRecord, numbers: np.ndarray, memory: np.ndarray, y: float, z: float) -> float:
     """Restore the contact of end 0 at y, z from its memory; return its penetration."""
     depth, n_y, n_z = _penetration(bushing, numbers, y, z)
     end = at(numbers, bushing.ends)
@@ -153,7 +159,9 @@ def _restore_contact(bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, 
 
 
 @jit(**STRICT)
-def _slot_step(bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, out: np.ndarray) -> None:
+def _slot_step(
+    bushing: ClearanceRecord, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, out: np.ndarray
+) -> None:
     """Fill out as `_round_step` does, for one coordinate."""
     lower, upper = numbers[bushing.wall], numbers[bushing.wall + 1]
     was, now = depth_in(bushing, numbers, u[0], ONE), depth_in(bushing, numbers, u[1], ONE)
@@ -186,7 +194,7 @@ def _slot_step(bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, u: np.
 
 @jit(**STRICT, forceinline=True)
 def _wall_force(
-    bushing: Bushing, numbers: np.ndarray, u: np.ndarray, tau: float, spin: float, begins: float
+    bushing: ClearanceRecord, numbers: np.ndarray, u: np.ndarray, tau: float, spin: float, begins: float
 ) -> tuple[float, float]:
     """Return the force along y and z where an end passes the wall at a fraction of a step, N.
 
@@ -202,7 +210,7 @@ def _wall_force(
 
 @jit(**STRICT)
 def _round_step(
-    bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, spin: float, out: np.ndarray
+    bushing: ClearanceRecord, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, spin: float, out: np.ndarray
 ) -> None:
     """Fill out with an end's memory, its force now, N, and the correction of its force before."""
     before, now = _restore_contact(bushing, numbers, memory, u[0], u[1]), _penetration(bushing, numbers, u[2], u[3])[0]
@@ -231,7 +239,7 @@ def _round_step(
 
 @jit(**STRICT, forceinline=True)
 def step_between(
-    bushing: Bushing, numbers: np.ndarray, contact: bool, size: int, memory: np.ndarray, u: np.ndarray, spin: float,
+    bushing: ClearanceRecord, numbers: np.ndarray, contact: bool, size: int, memory: np.ndarray, u: np.ndarray, spin: float,
     out: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill out with memory, force now and correction of the force before, for one step of a filling or an end."""

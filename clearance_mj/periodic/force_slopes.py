@@ -10,7 +10,7 @@ import numpy as np
 
 from ..clearance.kernel import depth_in, touch
 from ..clearance.pointers import at
-from ..clearance.record import Bushing
+from ..clearance.record import ClearanceRecord
 from ..core.jit import STRICT, jit
 from .elements import ONE, contact_now, slot_now, step_between
 
@@ -18,7 +18,7 @@ __all__ = ["add_event", "add_rows", "carry", "differences", "fill_lasting", "kee
 
 
 @jit(**STRICT)
-def side_of(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> int:
+def side_of(bushing: ClearanceRecord, numbers: np.ndarray, y: float, z: float) -> int:
     """Return the wall that an end at y, z touches: 1, of one coordinate -1 for the lower one, or 0 in the gap."""
     if bushing.touching == 2:
         return 1 if touch(bushing, numbers, y, z, ONE)[0] > 0.0 else 0
@@ -27,7 +27,7 @@ def side_of(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> int:
 
 
 @jit(**STRICT)
-def _passes(bushing: Bushing, numbers: np.ndarray, u: np.ndarray, width: int, d: int, change: float) -> bool:
+def _passes(bushing: ClearanceRecord, numbers: np.ndarray, u: np.ndarray, width: int, d: int, change: float) -> bool:
     """Return True if a change of displacement d of a step moves a sample across the wall."""
     first = width * (d // width)
     y, z = u[first], u[first + width - 1]
@@ -41,7 +41,7 @@ def _passes(bushing: Bushing, numbers: np.ndarray, u: np.ndarray, width: int, d:
 
 @jit(**STRICT)
 def differences(
-    bushing: Bushing, numbers: np.ndarray, contact: bool, width: int, offset: int, size: int, memory: np.ndarray,
+    bushing: ClearanceRecord, numbers: np.ndarray, contact: bool, width: int, offset: int, size: int, memory: np.ndarray,
     u: np.ndarray, omega: float, spin: float, eps: float, now: np.ndarray, moved: np.ndarray, slope: np.ndarray,
     whole: bool,
 ) -> None:  # fmt: skip
@@ -109,7 +109,7 @@ def add_rows(
 
 @jit(**STRICT)
 def fill_lasting(
-    bushing: Bushing, numbers: np.ndarray, width: int, size: int, memory: np.ndarray, u: np.ndarray, omega: float,
+    bushing: ClearanceRecord, numbers: np.ndarray, width: int, size: int, memory: np.ndarray, u: np.ndarray, omega: float,
     spin: float, eps: float, differs: bool, now: np.ndarray, moved: np.ndarray, by_place: np.ndarray,
     by_speed: np.ndarray, by_impact: np.ndarray, i: int,
 ) -> None:  # fmt: skip

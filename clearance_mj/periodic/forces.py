@@ -15,7 +15,7 @@ import numpy as np
 
 from ..clearance.kernel import follow_law
 from ..clearance.pointers import at
-from ..clearance.record import Bushing
+from ..clearance.record import ClearanceRecord
 from ..core.jit import STRICT, jit
 from .elements import ONE, depth_at, step_between
 from .force_slopes import add_event, add_rows, carry, differences, fill_lasting, keep, keep_lasting, side_of
@@ -88,7 +88,7 @@ def depths(laws: Laws, place: np.ndarray) -> np.ndarray:
 
 @jit(**STRICT)
 def _find_walls(
-    bushing: Bushing, numbers: np.ndarray, place: np.ndarray, rows: np.ndarray, closed: np.ndarray
+    bushing: ClearanceRecord, numbers: np.ndarray, place: np.ndarray, rows: np.ndarray, closed: np.ndarray
 ) -> tuple[bool, int]:
     """Fill in the wall that an end touches at each sample; return if at any, and the last sample at none, or -1."""
     touches, open_sample, slot = False, -1, bushing.touching == 1
@@ -108,7 +108,7 @@ def _find_walls(
 
 @jit(**STRICT)
 def _initial_memory(
-    bushing: Bushing, numbers: np.ndarray, contact: bool, width: int, size: int, motion: Sampled, rows: np.ndarray,
+    bushing: ClearanceRecord, numbers: np.ndarray, contact: bool, width: int, size: int, motion: Sampled, rows: np.ndarray,
     eps: float, memory: np.ndarray, u: np.ndarray, out: np.ndarray, diff: bool, basis: np.ndarray, carried: np.ndarray,
 ) -> None:  # fmt: skip
     """Compute the memory at the last sample of an element moved there from rest, and its derivatives.
