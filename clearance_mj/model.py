@@ -18,7 +18,7 @@ from .core.cache import code_outside
 from .core.checks import naming
 from .core.errors import LawError
 from .core.files import plain_file, to_json, write_text
-from .core.overview import Overview, Shown, few
+from .core.overview import HasOverview, Overview, few
 from .engines import Engine, simulate
 from .rig import Rig
 from .rig.examples import example_words
@@ -33,7 +33,7 @@ KEPT_DRAWS = 64  # models that a folder keeps of a posterior: a standard deviati
 
 
 @dataclass(frozen=True, repr=False)
-class Model(Shown):
+class Model(HasOverview):
     """A rig with the law of its clearances; models are equal if both are.
 
     The law owns contact and filling; without one it is the nominal law, the rig file's own values.

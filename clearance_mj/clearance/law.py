@@ -19,7 +19,7 @@ import numpy as np
 
 from ..core.errors import LawError
 from ..core.files import replacing
-from ..core.overview import Overview, Shown, span
+from ..core.overview import HasOverview, Overview, span
 from ..core.validation import to_plain
 from ..rig import Grease, Rig
 from .contact import ContactModel
@@ -45,7 +45,7 @@ Values: TypeAlias = np.ndarray | Any  # anything that numpy converts to an array
 Greases: TypeAlias = tuple[AnyGrease, ...] | Any  # one or several; stored as a tuple or None
 
 
-class Law(Shown, ABC):
+class Law(HasOverview, ABC):
     """Base class of all laws; use one of the subclasses. Laws of the same content are equal."""
 
     kind: ClassVar[str]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import NamedTuple
 
-__all__ = ["Overview", "Shown", "few", "span"]
+__all__ = ["Overview", "HasOverview", "few", "span"]
 
 MAX_CHARACTERS = 100  # characters of a value
 CELL = 'style="text-align:left;vertical-align:top"'
@@ -47,7 +47,7 @@ def _row(cell: str, values: Sequence[str]) -> str:
     return f"<tr>{''.join(f'<{cell} {CELL}>{escape(_truncated(value))}</{cell}>' for value in values)}</tr>"
 
 
-class Shown(ABC):
+class HasOverview(ABC):
     """Base of classes that print as their `Overview`; dataclasses need ``repr=False``."""
 
     @abstractmethod

@@ -25,7 +25,7 @@ import tomli_w
 from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.files import read_lines, write_text
-from ..core.overview import Overview, Shown, few
+from ..core.overview import HasOverview, Overview, few
 from ..core.units import unit_factor
 from .channels import UNKNOWN, Channel
 from .columns import SKIP, Column, resolve
@@ -37,7 +37,7 @@ UNDECIDED = "?"
 
 
 @dataclass(frozen=True, repr=False)
-class ChannelMap(Shown):
+class ChannelMap(HasOverview):
     """Meaning of each channel of a bench's files.
 
     Parameters
@@ -60,7 +60,7 @@ class ChannelMap(Shown):
                 with naming(f'channel "{name}"'):
                     _column(name, entry)
 
-    __repr__ = Shown.__repr__
+    __repr__ = HasOverview.__repr__
 
     @property
     def undecided(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..core.errors import RecordError
-from ..core.overview import Overview, Shown, few
+from ..core.overview import HasOverview, Overview, few
 from ..rig import Rig
 from ..signals.ema import Modes
 from ..signals.frf import FRF
@@ -24,7 +24,7 @@ _KINDS: dict[str, type] = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FileContents(Shown):
+class FileContents(HasOverview):
     """All data of one file; FRFs, spectra or modes of different lines, quantity or nodes are several objects."""
 
     channels: tuple[Channel, ...] = ()

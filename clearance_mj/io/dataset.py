@@ -18,7 +18,7 @@ from pydantic import AfterValidator, Field
 from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.files import replacing
-from ..core.overview import Overview, Shown, few
+from ..core.overview import HasOverview, Overview, few
 from ..core.validation import NotNegative, Positive, Text, Whole, checked, from_plain, json_schema, read_plain, to_plain
 from ..rig import BASE_NODE, SHAKER_NODE, Rig, Spin
 from ..rig.instruments import Direction
@@ -41,7 +41,7 @@ def _file_name(file: str) -> str:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Dataset(Shown):
+class Dataset(HasOverview):
     """A rig and its records.
 
     Raises

@@ -15,7 +15,7 @@ from pydantic import AfterValidator, Field, SkipValidation
 
 from ..core.checks import naming
 from ..core.errors import RecordError
-from ..core.overview import Overview, Shown
+from ..core.overview import HasOverview, Overview
 from ..core.validation import NotNegative, Positive, Text, Whole, checked
 from ..rig import Rig, Spin
 from ..rig.instruments import KEYPHASOR, Direction, Sensor
@@ -57,7 +57,7 @@ Band = Annotated[tuple[NotNegative, NotNegative], AfterValidator(_rising)]
 
 
 @checked(RecordError, eq=False)
-class Record(Shown):
+class Record(HasOverview):
     """One test: the channels measured on a rig, and how it was excited.
 
     Raises
@@ -165,7 +165,7 @@ class Record(Shown):
                 f"{KEYPHASOR}, without which the shaft's angle is not known"
             )
 
-    __repr__ = Shown.__repr__
+    __repr__ = HasOverview.__repr__
 
     def row(self) -> tuple[str, ...]:
         """Return name, role, level, duration, rate, band and excitation in words."""

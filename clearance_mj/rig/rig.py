@@ -15,7 +15,7 @@ from pydantic import Field
 from ..core.checks import naming
 from ..core.errors import RigError
 from ..core.files import replacing
-from ..core.overview import Overview, Shown, few
+from ..core.overview import HasOverview, Overview, few
 from ..core.validation import Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from ..structure import AnyStructure, Beam, Spring, Structure
 from ..structure.attached import Attached, FixtureMode, Oscillator, Planes, PointMass
@@ -47,7 +47,7 @@ __all__ = ["PointMass", "Rig", "rig_schema"]
 
 
 @checked(RigError, name="", schema=BEAM_OR_STRUCTURE)
-class Rig(ClearanceRows, Shown):
+class Rig(ClearanceRows, HasOverview):
     """A complete rig.
 
     Raises
@@ -234,7 +234,7 @@ class Rig(ClearanceRows, Shown):
         with computable(self.name, self.to_dict):
             return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached, bearing_springs)
 
-    __repr__ = Shown.__repr__
+    __repr__ = HasOverview.__repr__
 
     def _overview(self) -> Overview:
         mass = self.total_mass

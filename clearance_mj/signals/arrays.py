@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ClearanceError
-from ..core.overview import Shown
+from ..core.overview import HasOverview
 
 __all__ = ["ArrayData", "read_only", "rows_of", "runs", "same"]
 
@@ -99,7 +99,7 @@ class ArrayData:
 
 
 def _short(value: Any) -> str:
-    if isinstance(value, Shown):
+    if isinstance(value, HasOverview):
         return f"<{value._overview().title}>"
     if isinstance(value, np.ndarray):
         ends = f"[{value[0]:g} ... {value[-1]:g}]" if value.ndim == 1 and value.size > 1 else "array"

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
-from ..core.overview import Overview, Shown, few, span
+from ..core.overview import HasOverview, Overview, few, span
 from . import labelled
 from .arrays import ArrayData
 from .compared_modes import mode_table, paired_modes
@@ -34,7 +34,7 @@ TABLES = (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode"))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(Shown, ArrayData):
+class Comparison(HasOverview, ArrayData):
     """Agreement of the FRFs of a test and a model, over frequency, by sensor and by mode.
 
     With several references each measured pair of response and reference counts as a sensor, as in `FRF.functions`.

@@ -21,7 +21,7 @@ import scipy.ndimage
 
 from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
-from ..core.overview import Overview, Shown, few
+from ..core.overview import HasOverview, Overview, few
 from . import labelled
 from .arrays import ArrayData, read_only
 from .frf import FRF
@@ -52,7 +52,7 @@ SCAN_LINES, SCAN_DAMPING = 100, (0.01, 0.03, 0.1, 0.2)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(Shown, ArrayData):
+class Modes(HasOverview, ArrayData):
     """Natural frequencies in rising order, with damping and shapes as columns."""
 
     frequency: np.ndarray

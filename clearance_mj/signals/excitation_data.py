@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.errors import ExcitationError
 from ..core.memory import require_memory
-from ..core.overview import Overview, Shown
+from ..core.overview import HasOverview, Overview
 from . import labelled
 from .arrays import ArrayData, read_only
 
@@ -26,7 +26,7 @@ EXCITATION_UNITS = {"base": "m s-2", "force": "N", "mixed": ""}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Excitation(Shown, ArrayData):
+class Excitation(HasOverview, ArrayData):
     """A sampled excitation, of one input or of several at once.
 
     Raises

@@ -13,7 +13,7 @@ from ..core.checks import UNKNOWN
 from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
 from ..core.notes import note
-from ..core.overview import Overview, Shown, few, span
+from ..core.overview import HasOverview, Overview, few, span
 from ..core.quantities import QUANTITIES
 from . import labelled
 from .arrays import ArrayData, read_only, rows_of
@@ -33,7 +33,7 @@ QUANTITY = {"base": "acceleration/acceleration", "force": "acceleration/force"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FRF(Shown, ArrayData):
+class FRF(HasOverview, ArrayData):
     """Frequency response functions of several responses to one or several references.
 
     ``value`` and ``coherence`` may be given as (n_outputs, n_f) where there is one reference. A pair of response and

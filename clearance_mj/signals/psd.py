@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..core.checks import naming
 from ..core.errors import ClearanceError, ExcitationError, RecordError
 from ..core.files import read_lines
-from ..core.overview import Overview, Shown
+from ..core.overview import HasOverview, Overview
 from .arrays import ArrayData, read_only
 from .excitation_data import Band, generator_of, lines_within_band, require, require_level, sample_count
 
@@ -26,7 +26,7 @@ HOLE = 1.5  # of the step of evenly spaced lines, from which on a line is missin
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PSD(Shown, ArrayData):
+class PSD(HasOverview, ArrayData):
     """A one-sided power spectral density, stated at frequencies; zero outside of them.
 
     Between two frequencies it is a power law, a straight line over logarithms of both, as standards such as ISO 16750-3

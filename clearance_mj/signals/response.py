@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import RecordError
-from ..core.overview import Overview, Shown, few, span
+from ..core.overview import HasOverview, Overview, few, span
 from ..core.quantities import QUANTITIES
 from . import labelled
 from .arrays import ArrayData, read_only, rows_of
@@ -35,7 +35,7 @@ OLDER = {"coordinate": "bushing"}  # dimension of files of before, where each cl
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Response(Shown, ArrayData):
+class Response(HasOverview, ArrayData):
     """Time histories of one run, sampled at ``fs``; time is the last axis.
 
     Simulations fill every field; a test record has no forces, and no displacement where no probe was fitted.

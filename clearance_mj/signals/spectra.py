@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.checks import NOWHERE
 from ..core.errors import RecordError
-from ..core.overview import Overview, Shown, few, span
+from ..core.overview import HasOverview, Overview, few, span
 from . import labelled
 from .arrays import ArrayData, read_only, rows_of
 from .welch import Band, lines_within
@@ -30,7 +30,7 @@ _LABELS = ("name", "response", "reference", "quantity", "unit")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Spectra(Shown, ArrayData):
+class Spectra(HasOverview, ArrayData):
     """Functions of one kind over one abscissa, a row each.
 
     Raises

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from ..core.errors import ExcitationError
-from ..core.overview import Overview, Shown
+from ..core.overview import HasOverview, Overview
 from ..core.tasks import run_tasks
 from ..engines import Engine, simulate_batch
 from ..model import Model
@@ -27,7 +27,7 @@ WORTH_PROCESSES = 6.0  # s of sounds, above which processes are faster
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LoudnessOverLevel(Shown):
+class LoudnessOverLevel(HasOverview):
     """Sounds and their loudness over the level of an excitation."""
 
     level: tuple[float, ...]

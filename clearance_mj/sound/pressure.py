@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import RecordError
-from ..core.overview import Overview, Shown
+from ..core.overview import HasOverview, Overview
 from ..signals.arrays import ArrayData, read_only
 
 __all__ = ["REFERENCE_PRESSURE", "Sound"]
@@ -19,7 +19,7 @@ FLANK = 0.02  # s, fade at the ends of a cut sound, against clicks
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sound(Shown, ArrayData):
+class Sound(HasOverview, ArrayData):
     """Sound pressure over time, at one place.
 
     Raises

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from ..core.errors import ClearanceError, RecordError
-from ..core.overview import Overview, Shown
+from ..core.overview import HasOverview, Overview
 from ..signals.arrays import ArrayData
 from ..signals.sampling import resampled
 from .pressure import Sound
@@ -25,7 +25,7 @@ SHORTEST = 0.1  # s, least duration of a sound: settling time of the filters of 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Loudness(Shown, ArrayData):
+class Loudness(HasOverview, ArrayData):
     """Loudness of a sound by ISO 532-1: over time, or of a stationary sound."""
 
     method: Method

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.checks import DIRECTIONS, NOWHERE, naming
 from ..core.errors import RecordError
-from ..core.overview import Overview, Shown, few, span
+from ..core.overview import HasOverview, Overview, few, span
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from ..signals.ema import Modes
@@ -63,7 +63,7 @@ class Element:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Geometry(Shown, ArrayData):
+class Geometry(HasOverview, ArrayData):
     """Nodes, the lines and elements between them, and local coordinate systems.
 
     Raises

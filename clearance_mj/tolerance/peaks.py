@@ -12,7 +12,7 @@ from ..beam import natural_frequencies
 from ..clearance.law import Law
 from ..clearance.modelled import Modelled, rig_and_law, rig_in_gap
 from ..core.errors import ClearanceError, ExcitationError
-from ..core.overview import Overview, Shown
+from ..core.overview import HasOverview, Overview
 from ..engines import Engine, get_engine
 from ..rig import Rig
 from ..signals.arrays import ArrayData
@@ -35,7 +35,7 @@ LOWEST = 1.0  # Hz, of the frequency whose period ends a cluster
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class HourPeaks(Shown, ArrayData):
+class HourPeaks(HasOverview, ArrayData):
     """Prediction for a longer time, an hour by default, from a record of a model under random excitation.
 
     Rows of largest values are clearances, or the sensors of an acceleration. Intervals go from the 5 % to the 95 %
