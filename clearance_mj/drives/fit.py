@@ -147,7 +147,7 @@ def fit_drive(
     _require(records)
     if parts and (unknown := set(parts) - set(PARTS)):
         raise RecordError(f'part "{min(unknown)}" is unknown; known: {", ".join(PARTS)}')
-    search = _Search([record.thinned(POINTS) for record in records])
+    search = _DriveSearch([record.thinned(POINTS) for record in records])
     accepted, gains = list(parts or ()), [math.nan] * len(parts or ())
     solution = search.fit_base()
     with tqdm(desc="parts of the drive", unit="fit", disable=not progress) as bar:
@@ -201,7 +201,7 @@ def made(values: Mapping[str, float]) -> Drive:
     return Drive(**fields | {"strands": tuple(strands), "friction": friction})
 
 
-class _Search:
+class _DriveSearch:
     """Fits of drives with different parts to the same runs."""
 
     def __init__(self, records: Sequence[DriveRecord]) -> None:
