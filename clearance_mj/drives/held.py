@@ -19,7 +19,7 @@ from ..core.files import plain_file
 from ..core.notes import note
 from .record import read_table
 
-__all__ = ["HeldServo", "LostMotion", "ServoLog", "fit_held"]
+__all__ = ["HeldServo", "HeldLostMotion", "ServoLog", "fit_held"]
 
 TURN = 4096  # ticks
 SIGN_BIT = 10  # of a load, 1: negative
@@ -92,7 +92,7 @@ class ServoLog:
         return cls(Path(path).name.split(".")[0], arrays["target pos"], arrays["pos"], loads)
 
 
-class LostMotion(NamedTuple):
+class HeldLostMotion(NamedTuple):
     """Difference of a held servo's positions after either puller, ticks."""
 
     ticks: float
@@ -107,9 +107,9 @@ class HeldServo:
 
     servo: int
     """number of the servo"""
-    stretched: LostMotion
+    stretched: HeldLostMotion
     """while the pullers stretch, at the end of each pull"""
-    let_go: LostMotion
+    let_go: HeldLostMotion
     """after they have let go, in the second half of the pause"""
     gain: float
     """0.1 % of the largest voltage per tick of error, of the control loop"""
@@ -215,7 +215,7 @@ def _fit_servo(log: ServoLog, servo: int, servos: Sequence[int], pullers: tuple[
     return HeldServo(servo, _mean_difference(*stretched.values()), _mean_difference(*let_go.values()), gain, follows)
 
 
-def _mean_difference(first: Sequence[float], second: Sequence[float]) -> LostMotion:
+def _mean_difference(first: Sequence[float], second: Sequence[float]) -> HeldLostMotion:
     """Return the difference of two means, with Welch's interval widened by that of two rounded positions."""
     difference = abs(float(np.mean(first) - np.mean(second)))
     variances = [np.var(values, ddof=1) / len(values) for values in (first, second)]
@@ -224,7 +224,9 @@ def _mean_difference(first: Sequence[float], second: Sequence[float]) -> LostMot
         degrees = variance**2 / sum(s**2 / (len(values) - 1) for s, values in zip(variances, (first, second)))
         half_width = float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2, degrees)) * math.sqrt(variance)
     half_width = math.hypot(half_width, 1 - math.sqrt(1 - CONFIDENCE))
-    return LostMotion(difference, max(0.0, difference - half_width), difference + half_width, (len(first), len(second)))
+    return HeldLostMotion(
+        difference, max(0.0, difference - half_width), difference + half_width, (len(first), len(second))
+    )
 
 
 def _decode_load(load: np.ndarray) -> np.ndarray:
