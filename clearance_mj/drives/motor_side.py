@@ -130,7 +130,7 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
         For runs without reversals, with a torque that never changes, or none.
     """
     require_motion(records)
-    search = _Search([record.thinned(POINTS) for record in records])
+    search = _MotorSideSearch([record.thinned(POINTS) for record in records])
     solution = min((search.fit_all(start) for start in search.fit_fixed_play(progress)[:FREED]), key=_scale)
     if any(channel.name == "load_torque" for channel in search.channels):
         search.rescale_torque(solution.values)
@@ -168,7 +168,7 @@ class _Channel:
         return cls(run, name, measured, TORQUE_ERROR * float(np.ptp(measured)), max(1, round(MEANS * record.fs)))
 
 
-class _Search:
+class _MotorSideSearch:
     """Fits of the same model to the same runs, with some parameters fixed."""
 
     def __init__(self, records: Sequence[DriveRecord]) -> None:
