@@ -6,11 +6,11 @@ from .estimates import Combination, Estimates, principal_deviations, unidentifie
 from .evidence import log_evidence, rival_weights
 from .loss import GroupedHuber, Loss, SoftL1, Squares, UnknownScale
 from .parameter import Parameter
-from .problem import Linearised, Problem, one_by_one
+from .problem import LinearisedResiduals, Problem, one_by_one
 from .solver import Solution, Stop, solve
 
 __all__ = [
-    "Belief", "Combination", "Estimates", "GroupedHuber", "Linearised", "Loss", "Parameter", "Problem", "Refinement",
+    "Belief", "Combination", "Estimates", "GroupedHuber", "LinearisedResiduals", "Loss", "Parameter", "Problem", "Refinement",
     "SoftL1", "Solution", "Squares", "Stop", "UnknownScale", "coloured", "correlated_observations",
     "correlation_time", "jackknife", "log_evidence", "one_by_one", "principal_deviations", "refine", "rival_weights",
     "sandwich", "solve", "unidentified_combinations",

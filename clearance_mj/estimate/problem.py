@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike
 from .loss import Loss, Squares
 from .parameter import Parameter
 
-__all__ = ["Linearised", "Problem", "one_by_one"]
+__all__ = ["LinearisedResiduals", "Problem", "one_by_one"]
 
 Residuals = Callable[[np.ndarray], np.ndarray]
 """From values (n_points, n), SI units, to residuals (n_points, n_residuals)"""
 
 
-class Linearised(NamedTuple):
+class LinearisedResiduals(NamedTuple):
     """Residuals near a point and their derivatives."""
 
     residuals: np.ndarray
@@ -61,7 +61,7 @@ class Problem:
     def __init__(
         self, parameters: Sequence[Parameter], residuals: Residuals, *, loss: Loss | None = None,
         units: ArrayLike = 1.0, step: ArrayLike = 1e-3, central: bool = False, lanes: bool = True,
-        linearise: Callable[[np.ndarray], Linearised] | None = None,
+        linearise: Callable[[np.ndarray], LinearisedResiduals] | None = None,
         invalid: type[Exception] | tuple[type[Exception], ...] = (),
     ) -> None:  # fmt: skip
         self.parameters, self.function, self.loss = tuple(parameters), residuals, loss or Squares()
@@ -171,7 +171,7 @@ class Problem:
             cost = (loss or self.loss).cost(residuals) + self.prior_cost(at)
         return np.where(np.isfinite(cost), cost, np.inf)
 
-    def linearised(self, at: np.ndarray, residuals: np.ndarray | None = None) -> Linearised:
+    def linearised(self, at: np.ndarray, residuals: np.ndarray | None = None) -> LinearisedResiduals:
         """Return residuals and Jacobian at coordinates (n,), by differences to within the bounds.
 
         Parameters
@@ -198,7 +198,7 @@ class Problem:
         rows = self.residuals(points)
         centre = rows[-1] if residuals is None else residuals
         sides = [(rows[: self.size], ahead - at), (rows[self.size : 2 * self.size], behind - at)][: 1 + self.central]
-        return Linearised(centre, _quotients(centre, sides).T)
+        return LinearisedResiduals(centre, _quotients(centre, sides).T)
 
 
 def _quotients(centre: np.ndarray, sides: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:

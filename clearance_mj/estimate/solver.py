@@ -10,7 +10,7 @@ import numpy as np
 from ..core.errors import RecordError
 from .estimates import Estimates
 from .loss import Loss
-from .problem import Linearised, Problem
+from .problem import LinearisedResiduals, Problem
 
 __all__ = ["NoModelError", "Solution", "Stop", "solve"]
 
@@ -194,7 +194,7 @@ class _Search:
         evaluations = problem.evaluations - evaluations_before + compared
         return Solution(problem, self.at, self.residuals, self.jacobian, self.loss, self.cost, evaluations)
 
-    def _move_to(self, at: np.ndarray, linearised: Linearised) -> None:
+    def _move_to(self, at: np.ndarray, linearised: LinearisedResiduals) -> None:
         """Move to a point and linearise there."""
         self.at, (self.residuals, self.jacobian) = at, linearised
         self.loss = self.problem.loss.adapted(self.residuals, self.jacobian)

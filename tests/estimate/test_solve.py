@@ -6,7 +6,7 @@ import pytest
 from clearance_mj.core.errors import RecordError, RigError
 from clearance_mj.estimate import (
     GroupedHuber,
-    Linearised,
+    LinearisedResiduals,
     Parameter,
     Problem,
     SoftL1,
@@ -131,7 +131,9 @@ def test_logarithms_and_names():
 def test_own_derivatives():
     rows, data = line()
     problem = Problem(
-        [free("a"), free("b")], lambda x: x @ rows.T - data, linearise=lambda at: Linearised(rows @ at - data, rows)
+        [free("a"), free("b")],
+        lambda x: x @ rows.T - data,
+        linearise=lambda at: LinearisedResiduals(rows @ at - data, rows),
     )
     assert solve(problem, stop=EXACT).values == pytest.approx(np.linalg.lstsq(rows, data, rcond=None)[0], rel=1e-9)
 

@@ -13,7 +13,7 @@ from ...clearance.family import CONTACT_FAMILIES, ContactFamily, FillingFamily
 from ...clearance.greases.bouc_wen import LinearWithFilm
 from ...clearance.greases.oil_film import OilFilled
 from ...estimate import Parameter, Problem, UnknownScale
-from ...estimate.problem import Linearised
+from ...estimate.problem import LinearisedResiduals
 from ...rig import Bushing, Rig
 from ..laws.case import HOLE, ClearanceWithLaw, case_of, forces_along, nominal_of, open_parameters
 from ..laws.measured_motion import WIDE
@@ -198,7 +198,7 @@ class LawProblem(Problem):
         forces = self.forces
         return forces.of_laws(self.law_forces(values)) - forces.one[:, :, None] * values[self._rest]
 
-    def linearised(self, at: np.ndarray, residuals: np.ndarray | None = None) -> Linearised:
+    def linearised(self, at: np.ndarray, residuals: np.ndarray | None = None) -> LinearisedResiduals:
         """Return residuals and Jacobian: by differences for parameters of laws' forces, else exact, as it is linear.
 
         Parameters
@@ -224,7 +224,7 @@ class LawProblem(Problem):
             shifted = self._dynamic_forces(self.values(at + step * (np.arange(self.size) == i)))
             jacobian[:, i] -= real(times(per_force, (shifted - forces) / step))
         self.evaluations += 1 + self._moving.size
-        return Linearised(np.where(np.abs(base) < MAX_RESIDUAL, base, np.inf), jacobian)
+        return LinearisedResiduals(np.where(np.abs(base) < MAX_RESIDUAL, base, np.inf), jacobian)
 
     def shown_by(self, i: int, values: np.ndarray, per_force: np.ndarray) -> np.ndarray:
         """Return the derivative (n_windows, n_f, m) of the probes' signals by a coordinate i in which they are linear.

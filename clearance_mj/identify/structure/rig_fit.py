@@ -12,7 +12,7 @@ import scipy.ndimage
 from ...core.errors import RecordError
 from ...estimate.loss import GroupedHuber
 from ...estimate.parameter import Parameter
-from ...estimate.problem import Linearised, Problem
+from ...estimate.problem import LinearisedResiduals, Problem
 from ...estimate.solver import Stop, solve
 from ...rig import Rig
 from ..records.prepared import EXCITATION, PreparedRecord
@@ -195,7 +195,7 @@ class RigFit:
         scaled = [part / np.sqrt(s.correlated_lines) for part, s in zip(parts, self.spectra)]
         return np.concatenate([part.reshape(*part.shape[:-2], -1) for part in scaled], axis=-1)
 
-    def _linearised(self, at: np.ndarray) -> Linearised:
+    def _linearised(self, at: np.ndarray) -> LinearisedResiduals:
         """Residuals and their derivatives (Kaufman); those of all instruments by one difference."""
         fits, changes = self.projected(at), dict[int, list[np.ndarray]]()
         for field in CHANNELWISE:
@@ -215,7 +215,7 @@ class RigFit:
         with ThreadPoolExecutor(WORKERS) as pool:
             changes |= dict(zip(others, pool.map(changed, others)))
         slopes = [-f.without_forces(np.array(c)) for f, c in zip(fits, zip(*(changes[i] for i in sorted(changes))))]
-        return Linearised(self._stack([f.residual for f in fits]), self._stack(slopes).T)
+        return LinearisedResiduals(self._stack([f.residual for f in fits]), self._stack(slopes).T)
 
     def _steps(self, at: np.ndarray, which: list[int]) -> np.ndarray:
         """Steps (n,) of difference quotients, inwards from a bound."""

@@ -13,7 +13,7 @@ import scipy.linalg
 import scipy.signal
 
 from ...core.errors import RecordError, SimulationError
-from ...estimate import Linearised, Parameter, Problem
+from ...estimate import LinearisedResiduals, Parameter, Problem
 from ..drives import drives
 from .record import ModelRecord
 from .simulation import Simulator, moved
@@ -139,7 +139,7 @@ class Comparison:
             parts = [self.counted(self.left(i, points, stage), stage) for i in range(len(self.simulators))]
         return np.hstack(parts)
 
-    def linearised(self, problem: Problem, at: np.ndarray, stage: Stage) -> Linearised:
+    def linearised(self, problem: Problem, at: np.ndarray, stage: Stage) -> LinearisedResiduals:
         """Return the residuals of all records and their derivatives, by central differences.
 
         The residuals are means over these points: where teeth meet between two steps, the trajectory jumps with the
@@ -168,7 +168,7 @@ class Comparison:
             jacobians.append(jacobian)
             jumps.append((scaled.mean(axis=0) - residuals[-1]) @ jacobian)
         self.jumps[at.tobytes()] = jumps
-        return Linearised(np.concatenate(residuals), np.vstack(jacobians))
+        return LinearisedResiduals(np.concatenate(residuals), np.vstack(jacobians))
 
     def weigh(self, values: np.ndarray, stage: Stage) -> None:
         """Set weights to one over the RMS residual, which is at least the quantisation error."""
