@@ -17,7 +17,7 @@ from ..estimate import (
     Combination,
     Estimates,
     Problem,
-    Stop,
+    StoppingCriteria,
     one_by_one,
     principal_deviations,
     solve,
@@ -38,7 +38,7 @@ STEP = 1e-4  # of a logarithm, for differences
 SAME = 1e-3  # difference of logarithms below which two starts ended with the same rig
 AS_GOOD = 1.0  # Δχ² below which two rigs fit equally well
 EQUAL = 2e-6  # Δχ² below which rigs fit equally for every purpose
-EXACT = Stop(steps=100, decrease=1e-12, move=1e-12)
+EXACT = StoppingCriteria(steps=100, decrease=1e-12, move=1e-12)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 from ..core.errors import RecordError
-from ..estimate import Estimates, Parameter, Problem, Solution, Stop, UnknownScale, log_evidence, solve
+from ..estimate import Estimates, Parameter, Problem, Solution, StoppingCriteria, UnknownScale, log_evidence, solve
 from ..estimate.covariance import jackknife, student_widening
 from .drive import Drive, PreslidingFriction, Strand
 from .record import DriveRecord
@@ -27,7 +27,7 @@ EVIDENCE = 5.0  # least gain of log evidence for which a part is accepted
 MOST = 20  # parameters at most
 FAR = 5.0  # times the RMS error, beyond which the loss grows more slowly than the square
 STARTS = (0.2, 0.5), (1.0, 3.0), (4.0, 0.5)  # factors on Coulomb and capstan friction at the start of the search
-STOP = Stop(steps=40)
+STOP = StoppingCriteria(steps=40)
 
 PARTS: dict[str, tuple[str, ...]] = {
     "second strand": ("second coulomb", "second share"),

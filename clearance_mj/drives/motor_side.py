@@ -13,7 +13,17 @@ import scipy.optimize
 import scipy.signal
 from tqdm import tqdm
 
-from ..estimate import Estimates, Parameter, Problem, Solution, Stop, UnknownScale, jackknife, one_by_one, solve
+from ..estimate import (
+    Estimates,
+    Parameter,
+    Problem,
+    Solution,
+    StoppingCriteria,
+    UnknownScale,
+    jackknife,
+    one_by_one,
+    solve,
+)
 from ..estimate.estimates import UNIDENTIFIED
 from ..physical.identification.record import quantum
 from .fit import ADVICE, free, in_words, positive, require_motion
@@ -38,8 +48,8 @@ FREED = 2  # best of these fits, from which all parameters are fitted
 RUBS = 0.1, 0.25, 0.5  # load's fraction of the friction, start values
 SHARES = 0.3, 0.7  # load's fraction of the inertia, start values
 INERTIAS = 0.3, 1.0, 3.0  # times the inertia of the rigid fit, start values
-FIRST = Stop(steps=6, decrease=0.0, gain=3.0, move=1e-6)
-STOP = Stop(steps=40, decrease=0.0, gain=0.2, move=1e-6)
+FIRST = StoppingCriteria(steps=6, decrease=0.0, gain=3.0, move=1e-6)
+STOP = StoppingCriteria(steps=40, decrease=0.0, gain=0.2, move=1e-6)
 
 WORDS = ADVICE | {
     "play": "a reversal without load would tell it",

@@ -12,7 +12,7 @@ from .estimates import Estimates
 from .loss import Loss
 from .problem import LinearisedResiduals, Problem
 
-__all__ = ["NoModelError", "Solution", "Stop", "solve"]
+__all__ = ["NoModelError", "Solution", "StoppingCriteria", "solve"]
 
 
 class NoModelError(RecordError):
@@ -25,7 +25,7 @@ RANK = 1e-14  # of the largest eigenvalue of the scaled precision: directions wi
 
 
 @dataclass(frozen=True)
-class Stop:
+class StoppingCriteria:
     """Rules that end a search; each holds for the step just taken."""
 
     steps: int = 30
@@ -118,7 +118,7 @@ class Solution:
 
 def solve(
     problem: Problem, starts: Sequence[np.ndarray] | np.ndarray | None = None, *, n_best: int = 1,
-    stop: Stop | None = None, dampings: Sequence[float] = DAMPINGS, longest: float = np.inf,
+    stop: StoppingCriteria | None = None, dampings: Sequence[float] = DAMPINGS, longest: float = np.inf,
 ) -> Solution:  # fmt: skip
     """Find the parameters of least cost, within their bounds.
 
@@ -165,7 +165,7 @@ def solve(
         order = order[np.isfinite(costs[order])]
     compared, ends = problem.evaluations - evaluations_before, []
     for i in order:
-        search = _Search(problem, stop or Stop(), tuple(dampings), longest)
+        search = _Search(problem, stop or StoppingCriteria(), tuple(dampings), longest)
         ends.append(search.run(points[i], None if residuals is None else residuals[i], compared))
     ends.sort(key=lambda s: s.cost)
     return replace(ends[0], others=tuple(ends[1:]))
@@ -174,7 +174,7 @@ def solve(
 class _Search:
     """One search from one start."""
 
-    def __init__(self, problem: Problem, stop: Stop, dampings: tuple[float, ...], longest: float) -> None:
+    def __init__(self, problem: Problem, stop: StoppingCriteria, dampings: tuple[float, ...], longest: float) -> None:
         self.problem, self.stop, self.longest, self.lanes = problem, stop, longest, problem.lanes
         stronger = () if self.lanes else tuple(dampings[-1] * 10.0**i for i in range(1, RETRIES + 1))
         self.dampings = (*dampings, *stronger)

@@ -25,7 +25,7 @@ from clearance_mj.clearance.greases.bouc_wen import bouc_wen_step
 from clearance_mj.clearance.walls.slot import gap as penetration
 from clearance_mj.core.errors import RecordError
 from clearance_mj.core.jit import jit
-from clearance_mj.estimate import Estimates, Parameter, Problem, Solution, Stop, coloured, one_by_one, solve
+from clearance_mj.estimate import Estimates, Parameter, Problem, Solution, StoppingCriteria, coloured, one_by_one, solve
 from clearance_mj.estimate.estimates import UNIDENTIFIED
 from clearance_mj.rig import Grease
 
@@ -151,9 +151,9 @@ def bouc_wen(
     comparison = _Comparison(checked_records(time, displacement, force), gap, dead_travel == "reopening")
     problem = Problem(comparison.parameters, one_by_one(comparison.residual), step=STEP, lanes=False)
     starts = [problem.at(values) for values in comparison.starts()]
-    rough = solve(problem, starts, n_best=len(starts), stop=Stop(MAX_STEPS, decrease=1e-3, move=1e-3))
+    rough = solve(problem, starts, n_best=len(starts), stop=StoppingCriteria(MAX_STEPS, decrease=1e-3, move=1e-3))
     solutions = [rough, *rough.others]
-    exact = Stop(MAX_STEPS, decrease=1e-10, move=1e-10)
+    exact = StoppingCriteria(MAX_STEPS, decrease=1e-10, move=1e-10)
     best = solve(problem, [s.at for s in solutions[:POLISHED]], n_best=POLISHED, stop=exact)
     costs = [s.cost for s in (best, *best.others, *solutions[POLISHED:])]
     nrmse = tuple(float(np.sqrt(cost / comparison.size)) for cost in sorted(costs))

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from clearance_mj.clearance.greases.maxwell_slip import MaxwellSlip
 from clearance_mj.clearance.harmonic import periodic_amplitudes, slip_stiffness
 from clearance_mj.core.errors import RecordError
-from clearance_mj.estimate import Estimates, Parameter, Problem, Stop, correlation_time, one_by_one, solve
+from clearance_mj.estimate import Estimates, Parameter, Problem, StoppingCriteria, correlation_time, one_by_one, solve
 from clearance_mj.signals.free_decay import Decay
 
 __all__ = ["ForcedCurve", "ForcedTest", "JointedMode", "JointedModeFit", "fit_jointed_mode"]
@@ -226,7 +226,7 @@ def fit_jointed_mode(decays: Sequence[Decay], curve: ForcedCurve, reach: float) 
         parameters, one_by_one(lambda values: np.concatenate(parts(values))), step=STEP, lanes=False,
         units=[1.0 if p.transform == "log" else p.high - p.low for p in parameters],
     )  # fmt: skip
-    solution = solve(problem, stop=Stop(steps=1000, decrease=1e-8, move=1e-8))
+    solution = solve(problem, stop=StoppingCriteria(steps=1000, decrease=1e-8, move=1e-8))
     miss = np.concatenate([np.full(r.size, _effective_rms(r)) for r in parts(solution.values)])
     rows = solution.jacobian / miss[:, None]
     estimates = solution.estimates(np.linalg.inv(rows.T @ rows + solution.prior))

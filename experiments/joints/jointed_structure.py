@@ -24,7 +24,7 @@ from tqdm import tqdm
 from clearance_mj.clearance import ConstantLaw, MaxwellSlip
 from clearance_mj.core.errors import RecordError
 from clearance_mj.engines import simulate_and_keep
-from clearance_mj.estimate import Parameter, Problem, Solution, Stop, solve
+from clearance_mj.estimate import Parameter, Problem, Solution, StoppingCriteria, solve
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.signals.frf import FRF, QUANTITY
@@ -263,7 +263,7 @@ class _Levels:
         problem = Problem(
             parameters, lambda points: self.residuals(points, levels), units=self.small, step=DIFFERENCE, lanes=False
         )
-        return solve(problem, stop=Stop(steps, decrease=decrease, move=1e-6))
+        return solve(problem, stop=StoppingCriteria(steps, decrease=decrease, move=1e-6))
 
     def result(self, solution: Solution, linear: ModalStructure) -> JointedStructure:
         """Return the fitted structure with its errors, records in the order given."""

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.estimate import Estimates, Parameter, Problem, SoftL1, Stop, coloured, one_by_one, solve
+from clearance_mj.estimate import Estimates, Parameter, Problem, SoftL1, StoppingCriteria, coloured, one_by_one, solve
 from experiments.joints.hysteresis import UNRELATED, checked, checked_records
 from experiments.real.band_brake_loop import band_brake_force, reversal_travel
 
@@ -192,9 +192,9 @@ def band_brake(
         units=[1.0 if p.transform == "log" else p.high - p.low for p in parameters],
     )  # fmt: skip
     starts = [problem.at([p.start for p, is_free in zip(each, free) if is_free]) for each in every]
-    rough = solve(problem, starts, n_best=len(starts), stop=Stop(ROUGH_STEPS, decrease=1e-7, move=1e-7))
+    rough = solve(problem, starts, n_best=len(starts), stop=StoppingCriteria(ROUGH_STEPS, decrease=1e-7, move=1e-7))
     best_two = [s.at for s in (rough, *rough.others)[:POLISHED]]
-    best = solve(problem, best_two, n_best=POLISHED, stop=Stop(MAX_STEPS, decrease=1e-7, move=1e-7))
+    best = solve(problem, best_two, n_best=POLISHED, stop=StoppingCriteria(MAX_STEPS, decrease=1e-7, move=1e-7))
     nrmse = float(np.sqrt(np.mean(best.residuals**2)))
     if nrmse > UNRELATED:
         raise RecordError(

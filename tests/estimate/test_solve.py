@@ -10,7 +10,7 @@ from clearance_mj.estimate import (
     Parameter,
     Problem,
     SoftL1,
-    Stop,
+    StoppingCriteria,
     UnknownScale,
     log_evidence,
     one_by_one,
@@ -18,7 +18,7 @@ from clearance_mj.estimate import (
     solve,
 )  # fmt: skip
 
-EXACT = Stop(steps=200, decrease=1e-14, move=1e-12)
+EXACT = StoppingCriteria(steps=200, decrease=1e-14, move=1e-12)
 
 
 def free(name, start=0.0, low=-np.inf, high=np.inf, prior_std=np.inf):

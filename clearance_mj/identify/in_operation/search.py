@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...estimate import Parameter, Solution, Stop, solve
+from ...estimate import Parameter, Solution, StoppingCriteria, solve
 from ...rig import Rig
 from .forces import Forces, forces_in
 from .problem import ClearanceFamilies, LawProblem, real
@@ -26,7 +26,7 @@ STRONG = (0.2, 0.35, 0.5, 0.7)  # of the largest force: from there on a force co
 ROUNDS = 3  # in which force and motion are linearised anew about the last solution
 NEAR, FARTHEST = 0.5, 1.0  # of the gap, motion that hardly touches; prior standard deviations of the rig's numbers
 ROBUST = 8  # rounds in which windows that miss much count less
-FIRST, STOP = Stop(steps=12, decrease=1e-3), Stop(steps=24, decrease=0.0, gain=0.2, move=0.0)
+FIRST, STOP = StoppingCriteria(steps=12, decrease=1e-3), StoppingCriteria(steps=24, decrease=0.0, gain=0.2, move=0.0)
 
 
 def fit_without_contact(

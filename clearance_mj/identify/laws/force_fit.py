@@ -22,14 +22,14 @@ from ...clearance import ContactLaw
 from ...clearance.contact import ContactModel
 from ...clearance.family import ContactFamily, FillingFamily
 from ...clearance.grease import GreaseModel
-from ...estimate import Estimates, Problem, Stop, UnknownScale, log_evidence, solve
+from ...estimate import Estimates, Problem, StoppingCriteria, UnknownScale, log_evidence, solve
 from ...rig import Bushing, Grease
 from .case import OFFSETS, RESTS, ClearanceWithLaw, case_of, fields_of, hole_of, placed
 from .measured_motion import MeasuredMotion
 
 __all__ = ["ForceFit", "ForceProblem", "fit_force", "steps_on"]
 
-STOP = Stop(steps=24, decrease=0.0, gain=0.2, move=0.0)
+STOP = StoppingCriteria(steps=24, decrease=0.0, gain=0.2, move=0.0)
 MAX_RESIDUAL = 1e6  # of the expected error: a law that misses more diverges
 MAX_CORRELATION_LENGTH = 10.0  # samples, on the way: far from the optimum all errors are correlated
 

@@ -12,7 +12,7 @@ from ...clearance.greases.bouc_wen import bouc_wen_step, film_damping
 from ...clearance.walls.slot import penetration
 from ...core.errors import RecordError
 from ...core.jit import jit
-from ...estimate import Estimates, Parameter, Problem, Stop, one_by_one, sandwich, solve
+from ...estimate import Estimates, Parameter, Problem, StoppingCriteria, one_by_one, sandwich, solve
 from ...rig import Grease
 from ..forces.restoring import RestoringForce
 from .regression import LOCAL, non_negative, weights
@@ -153,7 +153,7 @@ class _GreaseProblem:
         problem = Problem(parameters, one_by_one(residual), step=STEP, lanes=False)
         yields = [(z, 0.5) for z in (0.3, 1.0)] if sliding else [()]
         starts = [problem.at([*y, *u]) for y in yields for u in ([(0.0,), (0.4,)] if film else [()])]
-        return solve(problem, starts, stop=Stop(decrease=1e-6, move=1e-5)).values
+        return solve(problem, starts, stop=StoppingCriteria(decrease=1e-6, move=1e-5)).values
 
     def _jacobian(self, value: np.ndarray, varied: list[int], sliding: bool) -> np.ndarray:
         def force(p: np.ndarray) -> np.ndarray:

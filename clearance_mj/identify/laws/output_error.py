@@ -23,7 +23,7 @@ from ...clearance.law import Law
 from ...clearance.walls.slot import penetration
 from ...core.errors import LawError, RecordError, SimulationError
 from ...engines import simulate_and_keep
-from ...estimate import Estimates, Parameter, Problem, SoftL1, Stop, jackknife, solve
+from ...estimate import Estimates, Parameter, Problem, SoftL1, StoppingCriteria, jackknife, solve
 from ...io.dataset import Record
 from ...rig import Rig
 from ...signals.excitation import Excitation
@@ -114,7 +114,7 @@ def fit_law(
     )  # fmt: skip
     candidates = [problem.at(values) for values in ([p.start for p in parameters], *starts)]
     with compared.bar:
-        solution = solve(problem, candidates, n_best=n_best, stop=Stop(decrease=tolerance))
+        solution = solve(problem, candidates, n_best=n_best, stop=StoppingCriteria(decrease=tolerance))
     estimates = solution.estimates(jackknife(solution.rows, solution.scores, compared.block, solution.prior))
     return Fit(
         model=fitted_model(rig, make, estimates),

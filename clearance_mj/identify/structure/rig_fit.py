@@ -13,7 +13,7 @@ from ...core.errors import RecordError
 from ...estimate.loss import GroupedHuber
 from ...estimate.parameter import Parameter
 from ...estimate.problem import LinearisedResiduals, Problem
-from ...estimate.solver import Stop, solve
+from ...estimate.solver import StoppingCriteria, solve
 from ...rig import Rig
 from ..records.prepared import EXCITATION, PreparedRecord
 from .couples import WhiteLines, likeliest_end_moment_ratio
@@ -31,7 +31,9 @@ NOISE_START = 0.01  # of a channel's level: its noise, to start with
 ABSENT = 1e6  # times the loudest channel's level: the noise of one that was left out, so that it says nothing
 QUIETEST = 1e-4  # of a channel's level: no channel is taken to be quieter
 ROUNDS = 3  # fits, each with the weights that the last one showed
-STOP = Stop(steps=8, decrease=0.0, move=0.05)  # of a fit: a step below 0.05 prior standard deviations ends it
+STOP = StoppingCriteria(
+    steps=8, decrease=0.0, move=0.05
+)  # of a fit: a step below 0.05 prior standard deviations ends it
 OUTLYING = 2.0  # standard deviations from which on a line counts less
 NOISE_BANDS = (20.0, 60.0, 130.0)  # Hz, between bands in which the noise is estimated
 DIFFERENCE = 1e-3  # prior standard deviations, for difference quotients

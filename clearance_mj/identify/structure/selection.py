@@ -18,7 +18,7 @@ import numpy as np
 from tqdm import tqdm
 
 from ...core.errors import ClearanceError
-from ...estimate import Stop, log_evidence, rival_weights, solve
+from ...estimate import StoppingCriteria, log_evidence, rival_weights, solve
 from ...estimate.solver import Solution
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
@@ -41,8 +41,8 @@ LINES = 400  # of each record
 BEST = 3  # candidates of a leading hypothesis that are fitted; of others the best alone
 LEADING = 2  # hypotheses, unless they lose more than others must gain
 SMALLEST, LARGEST = 0.05, 30.0  # factors of a candidate's usual size
-STOP = Stop(steps=6, decrease=1e-3, move=0.02)
-OWN_STOP = Stop(steps=8, decrease=1e-2, move=0.05)
+STOP = StoppingCriteria(steps=6, decrease=1e-3, move=0.02)
+OWN_STOP = StoppingCriteria(steps=8, decrease=1e-2, move=0.05)
 BANDS, CONTRADICTIONS = 40, 3  # of equal width in the logarithm; of them, peaks about which a mode is looked for
 CONTRADICTION = 2.0  # of the median over the bands, that such a peak is at least
 WORKERS = 2  # threads

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from ...core.errors import ModelError, RecordError, SimulationError
-from ...estimate import Combination, Estimates, Parameter, Solution, Stop, principal_deviations, solve
+from ...estimate import Combination, Estimates, Parameter, Solution, StoppingCriteria, principal_deviations, solve
 from ...estimate.covariance import jackknife, student_widening
 from ...estimate.estimates import COUNTS, UNIDENTIFIED
 from .comparison import GUIDANCE, Comparison, Prediction, Stage
@@ -20,10 +20,10 @@ from .record import ModelRecord
 __all__ = ["ModelFit", "fit_model"]
 
 GUIDED_DURATION = 5.0  # s, of guided simulations
-ROUGH = Stop(25, decrease=1e-2, move=0.0)  # of guided fits, and of the first unguided one
-LAST = Stop(6, decrease=-0.03, move=0.01)
+ROUGH = StoppingCriteria(25, decrease=1e-2, move=0.0)  # of guided fits, and of the first unguided one
+LAST = StoppingCriteria(6, decrease=-0.03, move=0.01)
 """of the last fit: jumps of trajectories make its cost noisy, by a hundredth between neighbouring points"""
-STATE = Stop(25, decrease=1e-3, move=0.0)  # of a fit of a prediction's initial state
+STATE = StoppingCriteria(25, decrease=1e-3, move=0.0)  # of a fit of a prediction's initial state
 DAMPINGS = (1e-6, 1e-2, 1e-1, 1.0)  # times the precision's diagonal, all tried at once
 LONGEST_STEP = 1.0  # of a logarithm
 STATE_DURATION = 1.0  # s, beginning of a record, from which a prediction's initial state is fitted
@@ -238,7 +238,7 @@ def _fit_from(spec: mujoco.MjSpec, comparison: Comparison, values: np.ndarray) -
 
 
 def _solve_stage(
-    comparison: Comparison, values: np.ndarray, stage: Stage, stop: Stop, start: np.ndarray | None = None
+    comparison: Comparison, values: np.ndarray, stage: Stage, stop: StoppingCriteria, start: np.ndarray | None = None
 ) -> Solution:
     """Minimize the sum of squares of a stage, from parameters (n_parameters, ...) and, if given, states."""
     count = len(comparison.parameters)
