@@ -28,7 +28,7 @@ from ..core.files import read_lines, write_text
 from ..core.overview import HasOverview, Overview, few
 from ..core.units import unit_factor
 from .channels import UNKNOWN, Channel
-from .columns import SKIP, Column, resolve
+from .columns import SKIP, ColumnHeader, resolve
 
 __all__ = ["UNDECIDED", "ChannelMap"]
 
@@ -154,7 +154,7 @@ class ChannelMap(HasOverview):
         return Overview(f"Map of {len(self.channels)} channels", facts, [("channel", "is", "because"), *rows])
 
 
-def _column(name: str, entry: str) -> Column:
+def _column(name: str, entry: str) -> ColumnHeader:
     (column,) = resolve([name], {name: entry})
     if column.reference:
         raise RecordError(f'"{entry}" is an FRF; a map is of channels over time')

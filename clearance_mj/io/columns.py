@@ -31,7 +31,7 @@ from ..signals.references import join_references
 from .channels import NOWHERE, UNKNOWN, Channel, require_one_time
 from .tables.headers import LONGEST, is_time, split_header, unique_names
 
-__all__ = ["SKIP", "Column", "Columns"]
+__all__ = ["SKIP", "ColumnHeader", "Columns"]
 
 SKIP = "skip"  # entry of a column that is left out
 EXAMPLES = ("time", "base", "force", "acc:1", "disp:6")
@@ -52,7 +52,7 @@ _FUNCTION = re.compile(rf"({_PLACE})/({_PLACE})(?:\s+({'|'.join(PARTS)}))?")
 
 
 @dataclass(frozen=True)
-class Column:
+class ColumnHeader:
     """Meaning of a column, as its header gives it."""
 
     index: int  #: place in the table, from 0
@@ -79,7 +79,7 @@ class Column:
 
 def resolve(
     cells: Sequence[str], mapped: Mapping[str, str], line: int | None = None, notes: list[str] | None = None
-) -> list[Column]:
+) -> list[ColumnHeader]:
     """Return the columns of a table, or of a file's variables; ``notes`` takes changes of their names.
 
     A header is mapped by the whole of it, by its name without unit, or by the name that its channel gets.
@@ -122,7 +122,7 @@ def resolve(
     return used
 
 
-def as_channel(time: Column) -> Column:
+def as_channel(time: ColumnHeader) -> ColumnHeader:
     """Return a raw column of time as one of a channel, because another one is the time."""
     node, direction = NOWHERE
     return dataclasses.replace(time, quantity=UNKNOWN, dof=f"{node}:{direction}", scale=1.0)
@@ -133,7 +133,7 @@ def _is_column_name(name: str) -> bool:
     return name in ("time", "frequency", PULSES) or bool(_CHANNEL.fullmatch(name) or _FUNCTION.fullmatch(name))
 
 
-def _raw_column(index: int, cell: str, name: str, has_channel_names: bool) -> Column:
+def _raw_column(index: int, cell: str, name: str, has_channel_names: bool) -> ColumnHeader:
     """Return a column under the file's own name; a misspelt channel name is refused.
 
     A name counts as misspelt if it resembles a channel name and stands among such, or has a node after a colon.
@@ -152,29 +152,31 @@ def _raw_column(index: int, cell: str, name: str, has_channel_names: bool) -> Co
             scale = _scale(unit, "time")
         except RecordError:  # such as "hh:mm:ss" and "UTC" of stamps
             scale = np.nan
-        return Column(index, name, "time", scale=scale, unit=unit, is_raw=True)
+        return ColumnHeader(index, name, "time", scale=scale, unit=unit, is_raw=True)
     quantity, scale = quantity_of(unit) or (UNKNOWN, 1.0)
     unit = "".join(c if c.isprintable() else " " for c in unit)[:NAME_LIMIT].strip()
-    return Column(index, name, quantity, f"{node}:{direction}", scale=scale, unit=unit, is_raw=True)
+    return ColumnHeader(index, name, quantity, f"{node}:{direction}", scale=scale, unit=unit, is_raw=True)
 
 
-def _column(index: int, cell: str, entry: str) -> Column:
+def _column(index: int, cell: str, entry: str) -> ColumnHeader:
     name, unit = _split(entry)
     unit = _split(cell)[1] if unit is None else unit
     if name in ("time", "frequency"):
-        return Column(index, _name(cell), name, scale=_scale(unit, name), unit=unit or "")
+        return ColumnHeader(index, _name(cell), name, scale=_scale(unit, name), unit=unit or "")
     if name == PULSES:
-        return Column(index, _name(cell), UNKNOWN, KEYPHASOR, unit=unit or "")
+        return ColumnHeader(index, _name(cell), UNKNOWN, KEYPHASOR, unit=unit or "")
     if function := _FUNCTION.fullmatch(name):
         return _frf_column(index, _name(cell), unit, *function.groups())
     if not _CHANNEL.fullmatch(name):
         suggestion = _suggest_name(name, _similar_channels(name))
         raise RecordError(f"not the name of a channel{suggestion}; use {listed(EXAMPLES)} with the node's number")
     quantity, dof = _place(name)
-    return Column(index, _name(cell), quantity, dof, scale=_scale(unit, quantity))
+    return ColumnHeader(index, _name(cell), quantity, dof, scale=_scale(unit, quantity))
 
 
-def _frf_column(index: int, name: str, unit: str | None, response: str, reference: str, part: str | None) -> Column:
+def _frf_column(
+    index: int, name: str, unit: str | None, response: str, reference: str, part: str | None
+) -> ColumnHeader:
     (above, dof), (below, reference) = _place(response), _place(reference)
     part = part or ""
     if part == "phase":
@@ -185,7 +187,7 @@ def _frf_column(index: int, name: str, unit: str | None, response: str, referenc
         scale = 1.0
     else:
         scale = ratio_factor(unit, above, below)
-    return Column(index, name, f"{above}/{below}", dof, reference, part, scale)
+    return ColumnHeader(index, name, f"{above}/{below}", dof, reference, part, scale)
 
 
 def _place(name: str) -> tuple[str, str]:
@@ -195,19 +197,19 @@ def _place(name: str) -> tuple[str, str]:
     return _QUANTITY[kind], f"{node}:{rest[0] if rest else '+Z'}"
 
 
-def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF:
+def to_frf(columns: Sequence[ColumnHeader], values: Sequence[np.ndarray]) -> FRF:
     """Return the FRFs that the columns of a table hold."""
     axes = [value * c.scale for c, value in zip(columns, values) if c.quantity == "frequency"]
     if len(axes) != 1:
         raise RecordError(f'needs one column "frequency", has {len(axes)}')
-    groups: dict[str, list[tuple[Column, np.ndarray]]] = {}
+    groups: dict[str, list[tuple[ColumnHeader, np.ndarray]]] = {}
     for column, value in zip(columns, values):
         if column.reference:
             groups.setdefault(column.reference, []).append((column, value * column.scale))
     return join_references([_frf_to_one_reference(axes[0].real, group) for group in groups.values()])
 
 
-def _frf_to_one_reference(frequency: np.ndarray, group: list[tuple[Column, np.ndarray]]) -> FRF:
+def _frf_to_one_reference(frequency: np.ndarray, group: list[tuple[ColumnHeader, np.ndarray]]) -> FRF:
     """Return the FRFs to one reference."""
     functions: dict[tuple[str, str], dict[str, np.ndarray]] = {}
     first = group[0][0]

@@ -22,7 +22,7 @@ from ..core.files import read_text, replacing
 from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
-from .columns import SKIP, Column, Columns, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
+from .columns import SKIP, ColumnHeader, Columns, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
 from .gaps import GAPS, Samples, gapless_channels, is_code
 from .registry import Format, register
 from .tables.headers import is_index, unique_names
@@ -156,7 +156,9 @@ def _names(body: Body, is_mapped: bool) -> tuple[list[str], int]:
     return cells, layout.header + 1
 
 
-def _channels(body: Body, used: Sequence[Column], of_time: frozenset[int], notes: list[str]) -> list[Column]:
+def _channels(
+    body: Body, used: Sequence[ColumnHeader], of_time: frozenset[int], notes: list[str]
+) -> list[ColumnHeader]:
     """Return the columns that are channels; raw ones of no use are left out."""
     channels = []
     for column in used:
@@ -169,7 +171,7 @@ def _channels(body: Body, used: Sequence[Column], of_time: frozenset[int], notes
     return channels
 
 
-def _why_unusable(body: Body, column: Column) -> str:
+def _why_unusable(body: Body, column: ColumnHeader) -> str:
     """Return why a raw column cannot be a channel, or "" if it can."""
     kind = body.kind(column.index)
     if kind == "empty":
@@ -186,7 +188,7 @@ def _why_unusable(body: Body, column: Column) -> str:
     return ""
 
 
-def _numbers(body: Body, column: Column, cells: Sequence[str], needed: bool = False) -> tuple[np.ndarray, str]:
+def _numbers(body: Body, column: ColumnHeader, cells: Sequence[str], needed: bool = False) -> tuple[np.ndarray, str]:
     """Return (n,) numbers of a column, nan where there is a code, and the first code; ``needed``: there is none."""
     index, name = column.index, cells[column.index]
     if index >= body.frame.shape[1]:

@@ -23,7 +23,7 @@ from ..core.matlab import Value, arrays
 from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
-from .columns import Column, Columns, Contents, frf_names, listed, resolve, table_of_channels, to_frf
+from .columns import ColumnHeader, Columns, Contents, frf_names, listed, resolve, table_of_channels, to_frf
 from .containers import waveforms
 from .gaps import Samples, gapless_channels
 from .registry import Format, register
@@ -160,7 +160,7 @@ def _names(cells: Value) -> list[str]:
     return ["".join(c if c.isprintable() else " " for c in str(name)) for name in cells]
 
 
-def _timing(used: list[Column], values: list[np.ndarray], rates: Rates, stored: Value) -> TimeAxis:
+def _timing(used: list[ColumnHeader], values: list[np.ndarray], rates: Rates, stored: Value) -> TimeAxis:
     """Return the instants of the samples."""
     if not (times := [(c, value) for c, value in zip(used, values) if c.quantity == "time"]):
         if rates.fs is not None:

@@ -9,7 +9,7 @@ import numpy as np
 from ...core.checks import JITTER, jittering_rate, simplest_rate
 from ...core.errors import RecordError
 from ...core.units import UNITS
-from ..columns import SKIP, Column, listed
+from ..columns import SKIP, ColumnHeader, listed
 from ..time_axis import Rates, TimeAxis, since_start, time_axis
 from .numbers import Body
 from .stamps import read_stamps
@@ -23,7 +23,7 @@ _WHOLE = 0.999  # of the last digit that a step must have: steps of less would n
 
 
 def time_of(
-    body: Body, used: Sequence[Column], cells: Sequence[str], rates: Rates, known: tuple[float, int] | None
+    body: Body, used: Sequence[ColumnHeader], cells: Sequence[str], rates: Rates, known: tuple[float, int] | None
 ) -> tuple[TimeAxis, frozenset[int]]:
     """Return the instants of the samples: by a column of time, the caller's rate, or that of a line above the table.
 
@@ -59,7 +59,7 @@ def time_of(
     return axis, all_of_time
 
 
-def _select_time(body: Body, times: Sequence[Column]) -> list[Column]:
+def _select_time(body: Body, times: Sequence[ColumnHeader]) -> list[ColumnHeader]:
     """Return the one raw column of time to take, of numbers rather than of stamps, or several that differ."""
     numbers = [c for c in times if body.kind(c.index) == "number"]
     if len(numbers) < 2:
@@ -70,7 +70,7 @@ def _select_time(body: Body, times: Sequence[Column]) -> list[Column]:
     return numbers[:1] if len(same) == len(numbers) else numbers
 
 
-def _rising_first_column(body: Body, used: Sequence[Column], notes: list[str]) -> list[Column]:
+def _rising_first_column(body: Body, used: Sequence[ColumnHeader], notes: list[str]) -> list[ColumnHeader]:
     """Return the first column if it rises in even steps and has a unit of time, or none and no name but "X"."""
     first = min(used, key=lambda c: c.index)
     if not first.is_raw or body.kind(first.index) != "number" or first.unit not in ("", *UNITS["time"]):
@@ -81,13 +81,13 @@ def _rising_first_column(body: Body, used: Sequence[Column], notes: list[str]) -
         return []
     if first.unit == "" and (first.name.lower() not in _NAMELESS or (steps == 1).all()):
         return []
-    column = Column(first.index, first.name, "time", scale=UNITS["time"][first.unit or "s"], is_raw=True)
+    column = ColumnHeader(first.index, first.name, "time", scale=UNITS["time"][first.unit or "s"], is_raw=True)
     notes.append(f'"{first.name}" is taken for time in {first.unit or "s"}')
     return [column]
 
 
 def _axis_of_column(
-    body: Body, column: Column, cells: Sequence[str], rates: Rates, stated: tuple[float, int] | None
+    body: Body, column: ColumnHeader, cells: Sequence[str], rates: Rates, stated: tuple[float, int] | None
 ) -> TimeAxis:
     """Return the instants of samples by a column of time."""
     notes = rates.notes
