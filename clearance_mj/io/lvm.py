@@ -60,12 +60,12 @@ def read_lvm(path: str | PathLike[str]) -> list[LvmSegment]:
 
 def _read(path: str | PathLike[str]) -> tuple[list[LvmSegment], list[str]]:
     data = read_text(path)[0].decode()
-    lines = _Lines(data.splitlines(), not data.endswith(("\n", "\r")))
+    lines = _LineReader(data.splitlines(), not data.endswith(("\n", "\r")))
     with naming(path, form="{}, {}"):
         return _segments(lines), lines.notes
 
 
-def _segments(lines: _Lines) -> list[LvmSegment]:
+def _segments(lines: _LineReader) -> list[LvmSegment]:
     if not lines.lines or not lines.lines[0].startswith("LabVIEW Measurement"):
         raise lines.error('a LabVIEW measurement file begins with "LabVIEW Measurement"')
     lines.separator = next((match[1] for line in lines.lines[:FIRST] if (match := _SEPARATOR.match(line))), "\t")
@@ -188,7 +188,7 @@ def write_lvm(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
         np.savetxt(file, np.column_stack((first.time, *(c.value for c in channels))), "%.17g", "\t")
 
 
-class _Lines:
+class _LineReader:
     """Lines of a file and the current position; errors name the line."""
 
     def __init__(self, lines: list[str], is_cut: bool) -> None:
