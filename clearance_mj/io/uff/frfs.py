@@ -26,7 +26,7 @@ _WINDOW = re.compile(r"exponential window (\S+) 1/s")
 
 
 @dataclass
-class _Group:
+class _FrfGroup:
     """Functions that fit into one FRF: of one quantity, on the same lines, each pair once."""
 
     kind: int
@@ -53,7 +53,7 @@ def read_frfs(
     data: bytes, functions: Sequence[Function], reference: str | None, notes: list[str]
 ) -> tuple[list[FRF], list[Function]]:
     """Return the FRFs of a file, as few as hold them all, and the coherences that belong to none of them."""
-    groups: list[_Group] = []
+    groups: list[_FrfGroup] = []
     references = list(dict.fromkeys(f.reference for f in functions if f.is_frf))
     if reference is not None and references and reference not in references:
         raise RecordError(f"holds FRFs to {', '.join(references)}; not {reference}")
@@ -65,13 +65,13 @@ def read_frfs(
         frequency = abscissa(data, f)
         group = next((g for g in groups if g.fits(f.kind, measure, frequency, pair)), None)
         if group is None:
-            groups.append(group := _Group(f.kind, measure, frequency))
+            groups.append(group := _FrfGroup(f.kind, measure, frequency))
         group.functions[pair] = f
     lone = [f for f in functions if f.kind == COHERENCE and not _attach(data, f, groups, len(references) == 1)]
     return [_frf(data, group) for group in groups], lone
 
 
-def _attach(data: bytes, coherence: Function, groups: list[_Group], only: bool) -> bool:
+def _attach(data: bytes, coherence: Function, groups: list[_FrfGroup], only: bool) -> bool:
     """Attach a coherence to its FRF and return True, or return False if no group has it."""
     frequency = abscissa(data, coherence)
     for group in groups:
@@ -81,13 +81,13 @@ def _attach(data: bytes, coherence: Function, groups: list[_Group], only: bool) 
     return False
 
 
-def _frf(data: bytes, group: _Group) -> FRF:
+def _frf(data: bytes, group: _FrfGroup) -> FRF:
     references = dict.fromkeys(reference for _, reference in group.functions)
     with naming(f"data set {next(iter(group.functions.values())).number}"):
         return join_references([_to_reference(data, group, reference) for reference in references])
 
 
-def _to_reference(data: bytes, group: _Group, reference: str) -> FRF:
+def _to_reference(data: bytes, group: _FrfGroup, reference: str) -> FRF:
     pairs = [pair for pair in group.functions if pair[1] == reference]
     value = np.empty((len(pairs), group.frequency.size), dtype=complex)
     coherence = np.full(value.shape, np.nan)
