@@ -26,11 +26,11 @@ from .columns import Columns
 from .gaps import GAPS
 from .registry import Format, register
 from .time_axis import Rate, Rates
-from .waveforms import Program, Waveform
+from .waveforms import MeasurementProgram, Waveform
 
 __all__ = ["read_mdf", "write_mdf"]
 
-ASAMMDF = Program("asammdf", "asammdf", "MDF", "mdf")
+ASAMMDF = MeasurementProgram("asammdf", "asammdf", "MDF", "mdf")
 VIRTUAL = (3, 6)  # types of channels that have no bytes: they count the samples
 AXES = {2: "angle", 3: "distance", 4: "index"}  # of masters that are no time
 DIGIT = 1e-9  # s, of the times of loggers, which count nanoseconds

@@ -16,11 +16,11 @@ from .columns import Columns, Contents
 from .csv_tables import read_table
 from .registry import Format, register
 from .time_axis import Rate, Rates
-from .waveforms import Program
+from .waveforms import MeasurementProgram
 
 __all__ = ["read_sheet"]
 
-CALAMINE = Program("python-calamine", "python_calamine", "spreadsheet", "sheets")
+CALAMINE = MeasurementProgram("python-calamine", "python_calamine", "spreadsheet", "sheets")
 
 
 def read_sheet(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None) -> Contents:

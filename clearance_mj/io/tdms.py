@@ -25,14 +25,14 @@ from .columns import Columns
 from .registry import Format, register
 from .tables.headers import is_time, split_header
 from .time_axis import Rate, Rates, since_start
-from .waveforms import Program, Waveform, not_over_time
+from .waveforms import MeasurementProgram, Waveform, not_over_time
 
 if TYPE_CHECKING:
     from nptdms import TdmsChannel, TdmsGroup
 
 __all__ = ["read_tdms", "write_tdms"]
 
-NPTDMS = Program("npTDMS", "nptdms", "TDMS", "tdms")
+NPTDMS = MeasurementProgram("npTDMS", "nptdms", "TDMS", "tdms")
 UNSET = np.datetime64("1970-01-01")  # before it a beginning is LabVIEW's zero, 1904, which says nothing
 _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 

@@ -24,7 +24,7 @@ from .columns import SKIP, as_channel, raw_header, resolve
 from .gaps import GAPS, Samples, gapless_channels
 from .time_axis import Rates, TimeAxis, time_axis
 
-__all__ = ["Program", "Waveform", "named_channels", "not_over_time"]
+__all__ = ["MeasurementProgram", "Waveform", "named_channels", "not_over_time"]
 
 _SPECTRUM = re.compile(r"\b(?:FFT|PSD|ASD|spectr(?:um|a)|spektrum|(?:power )?spectral density)\b", re.IGNORECASE)
 _LEVEL = re.compile(r"(?:\b|_)dB\w?\b", re.IGNORECASE)
@@ -48,7 +48,7 @@ class Waveform:
 
 
 @dataclass(frozen=True)
-class Program:
+class MeasurementProgram:
     """A package that reads and writes a format of measurement programs."""
 
     name: str  #: "npTDMS"
