@@ -18,14 +18,14 @@ from .elements import asked, compiled, find, joint_kind, name_of, pairs_of, spec
 from .records import MARK, marked, write_numbers
 
 __all__ = [
-    "Friction", "friction", "frictions", "give_friction", "joint_friction", "pair_friction", "rubbing",
+    "BristleSettings", "friction", "frictions", "give_friction", "joint_friction", "pair_friction", "rubbing",
     "tendon_friction",
 ]  # fmt: skip
 
 _CONE = 10.0  # MuJoCo's cone over the coefficient: wide enough for friction and spin of every contact point
 
 
-class Friction(NamedTuple):
+class BristleSettings(NamedTuple):
     """Bristles of an element, stored as a custom numeric of the model."""
 
     kind: str  # "joint", "tendon" or "pair"
@@ -209,7 +209,7 @@ def rubbing(model: mujoco.MjModel) -> set[str]:
     return {bristle.name for bristle in frictions(model) if bristle.kind == "pair"}
 
 
-def frictions(model: mujoco.MjModel) -> Iterator[Friction]:
+def frictions(model: mujoco.MjModel) -> Iterator[BristleSettings]:
     """Yield the bristles of a model's elements."""
     for i, prefix, suffix in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}friction:"):
         kind, _, name = suffix.partition(":")
@@ -217,7 +217,7 @@ def frictions(model: mujoco.MjModel) -> Iterator[Friction]:
         if not 3 <= size <= largest:
             needs = "coefficient k c, and may have torsion and rolling" if kind == "pair" else "force k c"
             raise ModelError(f'numeric "{model.numeric(i).name}" has {size} numbers, needs 3: {needs}')
-        yield Friction(kind, prefix + name, int(model.numeric_adr[i]), size)
+        yield BristleSettings(kind, prefix + name, int(model.numeric_adr[i]), size)
 
 
 def _check_parameters(label: str, largest: float, k: float, c: float) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from .bristles import Friction, frictions
+from .bristles import BristleSettings, frictions
 from .elements import KINDS, find
 from .packages import naming_package
 
@@ -157,7 +157,7 @@ def pair_friction(model: mujoco.MjModel) -> PairFriction:
     return PairFriction(coefficient, k, c, torsion, rolling, names, geoms, dofs)
 
 
-def _columns(model: mujoco.MjModel, elements: Sequence[Friction], count: int) -> list[Any]:
+def _columns(model: mujoco.MjModel, elements: Sequence[BristleSettings], count: int) -> list[Any]:
     """Return the numbers of frictions as arrays (n,), zero where there are fewer."""
     numbers = np.zeros((len(elements), count))
     for row, element in zip(numbers, elements):

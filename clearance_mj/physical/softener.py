@@ -18,7 +18,7 @@ from ..core.errors import ModelError
 from ..rig import Bushing, Contact, Grease
 from . import softener_loop as loop
 from .actuators import control_of, output_of
-from .bristles import Friction, frictions
+from .bristles import BristleSettings, frictions
 from .bushings import Joined, joined
 from .drive_loop import PLACE, SENSED
 from .drives import PlacedDrive, drives
@@ -212,7 +212,7 @@ def _laws(model: mujoco.MjModel) -> list[Asked]:
 
 
 def _build_tables(
-    model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Friction], joined_bushings: Sequence[Joined]
+    model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[BristleSettings], joined_bushings: Sequence[Joined]
 ) -> _Tables:  # fmt: skip
     elements, bushings = np.zeros(len(laws), loop.ELEMENT), np.zeros(len(laws), BUSHING)
     memory = [np.zeros(2 + len(laws) + loop.OF_FRICTION * len(bristles))]
@@ -271,7 +271,7 @@ def _locate_element(model: mujoco.MjModel, kind: str, index: int, element: Any) 
 
 
 def friction_places(
-    model: mujoco.MjModel, bristles: Sequence[Friction], pairs_with_law: Container[str] = ()
+    model: mujoco.MjModel, bristles: Sequence[BristleSettings], pairs_with_law: Container[str] = ()
 ) -> np.ndarray:
     """Return the addresses (n,) of a model's bristles for compiled code, a FRICTION each."""
     table = np.zeros(len(bristles), loop.FRICTION)
@@ -306,7 +306,7 @@ def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
 
 
 def reserved(
-    model: mujoco.MjModel, size: int, laws: Sequence[Asked], bristles: Sequence[Friction],
+    model: mujoco.MjModel, size: int, laws: Sequence[Asked], bristles: Sequence[BristleSettings],
     placed_drives: Sequence[PlacedDrive], bushings: Sequence[Joined],
 ) -> Reserved:  # fmt: skip
     """Return the room that `reserve` made in a model's user data for 2 ``size`` numbers.
@@ -344,7 +344,7 @@ def _read_reserved(model: mujoco.MjModel) -> Reserved:
 
 
 def _key(
-    model: mujoco.MjModel, first: int, laws: Sequence[Asked], bristles: Sequence[Friction],
+    model: mujoco.MjModel, first: int, laws: Sequence[Asked], bristles: Sequence[BristleSettings],
     placed: Sequence[PlacedDrive], bushings: Sequence[Joined],
 ) -> tuple[int, int]:  # fmt: skip
     """Return a hash of laws, friction, drives and their addresses, as two numbers of six digits, as MJCF keeps."""

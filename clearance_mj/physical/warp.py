@@ -18,7 +18,7 @@ import numpy as np
 
 from ..core.errors import ModelError
 from .accelerators import pressing_alone
-from .bristles import Friction, frictions
+from .bristles import BristleSettings, frictions
 from .drives import DRIVE, PlacedDrive, drives
 from .friction_loop import OF_FRICTION
 from .packages import naming_package
@@ -102,7 +102,7 @@ def put_model(model: mujoco.MjModel, nworld: int = 1, **options: Any) -> tuple[A
 
 
 def _parameters(
-    model: mujoco.MjModel, bristles: Sequence[Friction], placed: Sequence[PlacedDrive], nworld: int
+    model: mujoco.MjModel, bristles: Sequence[BristleSettings], placed: Sequence[PlacedDrive], nworld: int
 ) -> Parameters:
     """Return the parameters of a model, the same for all worlds."""
     friction_data = np.zeros((nworld, len(bristles)), Bristles.numpy_dtype())
