@@ -63,7 +63,7 @@ class Stage:
     filters: list[np.ndarray] | None = None  #: (n_channels,) whitening filters
 
 
-class Comparison:
+class SimulationResiduals:
     """Residuals of simulated records, for several models at once.
 
     Points are rows of the parameters' values, then of each record's deviations from its initial state.

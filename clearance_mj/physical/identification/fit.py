@@ -13,7 +13,7 @@ from ...core.errors import ModelError, RecordError, SimulationError
 from ...estimate import Combination, Estimates, Parameter, Solution, StoppingCriteria, principal_deviations, solve
 from ...estimate.covariance import jackknife, student_widening
 from ...estimate.estimates import COUNTS, UNIDENTIFIED
-from .comparison import GUIDANCE, Comparison, Prediction, Stage
+from .comparison import GUIDANCE, Prediction, SimulationResiduals, Stage
 from .quantities import open_parameters, written_into
 from .record import ModelRecord
 
@@ -106,7 +106,7 @@ class ModelFit:
             For a record that does not fit the model.
         """
         fixed = [replace(p, low=v, high=v) for p, v in zip(self.estimates.parameters, self.estimates.value.tolist())]
-        comparison = Comparison(self.spec, fixed, [record])
+        comparison = SimulationResiduals(self.spec, fixed, [record])
         guided = Stage(GUIDANCE[-1] if comparison.simulators[0].guides else 0.0, np.ones(len(comparison.channels)))
         comparison.weigh(self.estimates.value, guided)
         free = comparison.freed(self.estimates.value, guided)
@@ -190,7 +190,7 @@ def fit_model(
         raise RecordError("records must be one or several of ModelRecord")
     if starts < 1:
         raise ModelError(f"starts is {starts}; a search needs one at least")
-    comparison = Comparison(spec, open_parameters(spec, parameters), records)
+    comparison = SimulationResiduals(spec, open_parameters(spec, parameters), records)
     fits: list[ModelFit] = []
     for values in _starts(comparison.parameters, starts, seed):
         try:
@@ -223,7 +223,7 @@ def _starts(parameters: Sequence[Parameter], count: int, seed: int) -> Iterator[
         yield np.clip(trial if i else start, low, high)
 
 
-def _fit_from(spec: mujoco.MjSpec, comparison: Comparison, values: np.ndarray) -> ModelFit:
+def _fit_from(spec: mujoco.MjSpec, comparison: SimulationResiduals, values: np.ndarray) -> ModelFit:
     """Fit from values (n_parameters,): guided at first, then by free motion over the whole record."""
     stage = Stage(0.0, np.ones(len(comparison.channels)))
     for bandwidth in GUIDANCE if comparison.simulators[0].guides else ():
@@ -238,7 +238,11 @@ def _fit_from(spec: mujoco.MjSpec, comparison: Comparison, values: np.ndarray) -
 
 
 def _solve_stage(
-    comparison: Comparison, values: np.ndarray, stage: Stage, stop: StoppingCriteria, start: np.ndarray | None = None
+    comparison: SimulationResiduals,
+    values: np.ndarray,
+    stage: Stage,
+    stop: StoppingCriteria,
+    start: np.ndarray | None = None,
 ) -> Solution:
     """Minimize the sum of squares of a stage, from parameters (n_parameters, ...) and, if given, states."""
     count = len(comparison.parameters)
@@ -249,7 +253,7 @@ def _solve_stage(
     return solve(problem, point, stop=stop, dampings=DAMPINGS, longest=LONGEST_STEP)
 
 
-def _result(spec: mujoco.MjSpec, comparison: Comparison, solution: Solution, stage: Stage) -> ModelFit:
+def _result(spec: mujoco.MjSpec, comparison: SimulationResiduals, solution: Solution, stage: Stage) -> ModelFit:
     count = len(comparison.parameters)
     _require_identifiable(comparison.parameters, solution.jacobian)
     covariance = _covariance(solution, comparison.jumps[solution.at.tobytes()])
