@@ -50,7 +50,7 @@ class Prediction:
 
 
 @dataclass
-class Stage:
+class FitStage:
     """A stage of the fit: guidance of the simulations and weights of their residuals."""
 
     bandwidth: float  #: Hz, of the guidance; 0: none
@@ -81,7 +81,7 @@ class SimulationResiduals:
         """by linearised point, for each record: (n_pairs, n_open) gradient of the mean of two opposite points less the
         mean of all"""
 
-    def problem(self, values: np.ndarray, stage: Stage) -> Problem:
+    def problem(self, values: np.ndarray, stage: FitStage) -> Problem:
         """Return the problem of a stage: parameters that start at values (n_parameters,), and states if it is free."""
         states = [
             Parameter(f"state {i} of record {number}", "", 0.0, -math.inf, math.inf, float(std), "linear")
@@ -95,12 +95,12 @@ class SimulationResiduals:
         )  # fmt: skip
         return problem
 
-    def deviations(self, values: np.ndarray, number: int, stage: Stage) -> np.ndarray:
+    def deviations(self, values: np.ndarray, number: int, stage: FitStage) -> np.ndarray:
         """Return the deviations (..., n_state) of a record's initial state, out of values (..., n_open)."""
         begin = len(self.parameters) + number * stage.spread.size
         return values[..., begin : begin + stage.spread.size]
 
-    def left(self, number: int, points: np.ndarray, stage: Stage) -> np.ndarray:
+    def left(self, number: int, points: np.ndarray, stage: FitStage) -> np.ndarray:
         """Return residuals (n_points, n, n_channels) of a record, infinite where the step is unstable."""
         simulator, first = self.simulators[number], self.first[number]
         compiled = [simulator.model(values) for values in points[:, : len(self.parameters)]]
@@ -125,7 +125,7 @@ class SimulationResiduals:
         states = simulator.start(models)
         return simulator.guided(models, states, slice(0, self.first[number]), APPROACH_BANDWIDTH).state
 
-    def counted(self, residuals: np.ndarray, stage: Stage) -> np.ndarray:
+    def counted(self, residuals: np.ndarray, stage: FitStage) -> np.ndarray:
         """Return residuals (n_points, n_counted) in standard deviations, whitened if the stage has filters."""
         scaled = residuals * stage.weight
         if stage.filters:
@@ -133,13 +133,13 @@ class SimulationResiduals:
             scaled = np.stack(filtered, axis=-1)[:, ORDER:]
         return scaled.reshape(len(residuals), -1)
 
-    def residuals(self, points: np.ndarray, stage: Stage) -> np.ndarray:
+    def residuals(self, points: np.ndarray, stage: FitStage) -> np.ndarray:
         """Return scaled residuals (n_points, n_counted) of all records."""
         with np.errstate(invalid="ignore"):
             parts = [self.counted(self.left(i, points, stage), stage) for i in range(len(self.simulators))]
         return np.hstack(parts)
 
-    def linearised(self, problem: Problem, at: np.ndarray, stage: Stage) -> LinearisedResiduals:
+    def linearised(self, problem: Problem, at: np.ndarray, stage: FitStage) -> LinearisedResiduals:
         """Return the residuals of all records and their derivatives, by central differences.
 
         The residuals are means over these points: where teeth meet between two steps, the trajectory jumps with the
@@ -170,7 +170,7 @@ class SimulationResiduals:
         self.jumps[at.tobytes()] = jumps
         return LinearisedResiduals(np.concatenate(residuals), np.vstack(jacobians))
 
-    def weigh(self, values: np.ndarray, stage: Stage) -> None:
+    def weigh(self, values: np.ndarray, stage: FitStage) -> None:
         """Set weights to one over the RMS residual, which is at least the quantisation error."""
         squares = []
         for number in range(len(self.simulators)):
@@ -180,7 +180,7 @@ class SimulationResiduals:
             squares.append(np.mean(residuals**2, axis=0))
         stage.weight = 1 / np.maximum(np.sqrt(np.mean(squares, axis=0)), self._resolution())
 
-    def whiten(self, values: np.ndarray, stage: Stage) -> None:
+    def whiten(self, values: np.ndarray, stage: FitStage) -> None:
         """Set the filters that make the residuals at values white and of unit variance."""
         residuals = [self.left(i, values[None], stage)[0] for i in range(len(self.simulators))]
         stage.weight, stage.filters = np.ones(len(self.channels)), []
@@ -197,7 +197,7 @@ class SimulationResiduals:
         span = np.max([np.ptp(s.measured, axis=0) for s in self.simulators], axis=0)
         return np.maximum(np.array(steps) / np.sqrt(12), 1e-6 * span + np.finfo(float).tiny)
 
-    def freed(self, values: np.ndarray, guided: Stage) -> Stage:
+    def freed(self, values: np.ndarray, guided: FitStage) -> FitStage:
         """Return the stage without guidance, from the states of the last guided simulations."""
         begin, size = [], 0
         for number, simulator in enumerate(self.simulators):
@@ -207,9 +207,9 @@ class SimulationResiduals:
             begin.append(self.approached(number, [model])[0])
         spans = [i for i, c in enumerate(self.channels) if c in {g.sensor for g in self.simulators[0].guides}]
         std = 10 * max((1 / guided.weight[spans]).tolist(), default=1e-3)
-        return Stage(0.0, guided.weight, begin, np.repeat([std, std * 2 * np.pi * STATE_BANDWIDTH], size))
+        return FitStage(0.0, guided.weight, begin, np.repeat([std, std * 2 * np.pi * STATE_BANDWIDTH], size))
 
-    def prediction(self, number: int, values: np.ndarray, stage: Stage) -> Prediction:
+    def prediction(self, number: int, values: np.ndarray, stage: FitStage) -> Prediction:
         """Return the prediction of a record with values (n_open,)."""
         simulator, first = self.simulators[number], self.first[number]
         residuals, sensors, residual = self.left(number, values[None], stage)[0], {}, {}

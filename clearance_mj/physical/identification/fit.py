@@ -13,7 +13,7 @@ from ...core.errors import ModelError, RecordError, SimulationError
 from ...estimate import Combination, Estimates, Parameter, Solution, StoppingCriteria, principal_deviations, solve
 from ...estimate.covariance import jackknife, student_widening
 from ...estimate.estimates import COUNTS, UNIDENTIFIED
-from .comparison import GUIDANCE, Prediction, SimulationResiduals, Stage
+from .comparison import GUIDANCE, FitStage, Prediction, SimulationResiduals
 from .quantities import open_parameters, written_into
 from .record import ModelRecord
 
@@ -107,7 +107,7 @@ class ModelFit:
         """
         fixed = [replace(p, low=v, high=v) for p, v in zip(self.estimates.parameters, self.estimates.value.tolist())]
         comparison = SimulationResiduals(self.spec, fixed, [record])
-        guided = Stage(GUIDANCE[-1] if comparison.simulators[0].guides else 0.0, np.ones(len(comparison.channels)))
+        guided = FitStage(GUIDANCE[-1] if comparison.simulators[0].guides else 0.0, np.ones(len(comparison.channels)))
         comparison.weigh(self.estimates.value, guided)
         free = comparison.freed(self.estimates.value, guided)
         free.duration = STATE_DURATION
@@ -225,9 +225,9 @@ def _starts(parameters: Sequence[Parameter], count: int, seed: int) -> Iterator[
 
 def _fit_from(spec: mujoco.MjSpec, comparison: SimulationResiduals, values: np.ndarray) -> ModelFit:
     """Fit from values (n_parameters,): guided at first, then by free motion over the whole record."""
-    stage = Stage(0.0, np.ones(len(comparison.channels)))
+    stage = FitStage(0.0, np.ones(len(comparison.channels)))
     for bandwidth in GUIDANCE if comparison.simulators[0].guides else ():
-        stage = Stage(bandwidth, np.ones(len(comparison.channels)), duration=GUIDED_DURATION)
+        stage = FitStage(bandwidth, np.ones(len(comparison.channels)), duration=GUIDED_DURATION)
         comparison.weigh(values, stage)
         values = _solve_stage(comparison, values, stage, ROUGH).values
         comparison.weigh(values, stage)
@@ -240,7 +240,7 @@ def _fit_from(spec: mujoco.MjSpec, comparison: SimulationResiduals, values: np.n
 def _solve_stage(
     comparison: SimulationResiduals,
     values: np.ndarray,
-    stage: Stage,
+    stage: FitStage,
     stop: StoppingCriteria,
     start: np.ndarray | None = None,
 ) -> Solution:
@@ -253,7 +253,7 @@ def _solve_stage(
     return solve(problem, point, stop=stop, dampings=DAMPINGS, longest=LONGEST_STEP)
 
 
-def _result(spec: mujoco.MjSpec, comparison: SimulationResiduals, solution: Solution, stage: Stage) -> ModelFit:
+def _result(spec: mujoco.MjSpec, comparison: SimulationResiduals, solution: Solution, stage: FitStage) -> ModelFit:
     count = len(comparison.parameters)
     _require_identifiable(comparison.parameters, solution.jacobian)
     covariance = _covariance(solution, comparison.jumps[solution.at.tobytes()])
