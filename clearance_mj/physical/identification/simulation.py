@@ -34,7 +34,7 @@ from ..step import largest_step
 from .quantities import put, value_of, written_into
 from .record import ModelRecord, drive_columns
 
-__all__ = ["Run", "Simulator"]
+__all__ = ["ModelRuns", "Simulator"]
 
 CHUNK = 2000  # samples per rollout, to limit the memory for states
 APPROACH = 1.5  # s, in which a guided simulation comes from the initial pose to the record's beginning
@@ -53,7 +53,7 @@ class _Guide(NamedTuple):
     inertia: float
 
 
-class Run(NamedTuple):
+class ModelRuns(NamedTuple):
     """Sensors and final states of simulations of several models."""
 
     sensors: np.ndarray  #: (n_models, n, n_channels)
@@ -133,7 +133,9 @@ class Simulator:
         control = np.repeat(self._control[:1], n, axis=0) * ramp
         return self._run(models, states, control[None], targets, rates, START_BANDWIDTH).state
 
-    def guided(self, models: Sequence[mujoco.MjModel], states: np.ndarray, window: slice, bandwidth: float) -> Run:
+    def guided(
+        self, models: Sequence[mujoco.MjModel], states: np.ndarray, window: slice, bandwidth: float
+    ) -> ModelRuns:
         """Simulate samples of the record, guided with a bandwidth, Hz; freely if it is 0."""
         targets = np.array([np.asarray(self.record.sensors[g.sensor]) for g in self.guides]).reshape(
             len(self.guides), self.record.size
@@ -165,7 +167,7 @@ class Simulator:
     def _run(
         self, models: Sequence[mujoco.MjModel], states: np.ndarray, control: np.ndarray, targets: np.ndarray,
         rates: np.ndarray, bandwidth: float, after: np.ndarray | None = None,
-    ) -> Run:  # fmt: skip
+    ) -> ModelRuns:  # fmt: skip
         """Simulate under controls (n_models or 1, n, n_controls); ``after`` is the control one sample later."""
         omega, count = 2 * np.pi * bandwidth, len(self.controls)
         inertia = np.array([g.inertia for g in self.guides])
@@ -193,7 +195,7 @@ class Simulator:
                 sensors[:, begin : begin + CHUNK] = samples[:, :, self.columns]
         for name, channels in self.biases.items():
             sensors[:, :, channels] += np.array([value_of(model, name) for model in models])[:, None, None]
-        return Run(sensors, np.hstack([part.copy() for part in parts]))
+        return ModelRuns(sensors, np.hstack([part.copy() for part in parts]))
 
     def _interpolate(self, samples: np.ndarray) -> np.ndarray:
         """Return controls (n_models, (n - 1) substeps, n_controls) between samples (n_models, n, n_controls)."""
