@@ -28,14 +28,14 @@ with naming_package("functions for MJX", "clearance-mj[mjx]"):
     import mujoco.mjx as mjx
     from jax import numpy as jp
 
-__all__ = ["Parameters", "State", "drive_state", "init", "pair_solref", "put_model", "step"]
+__all__ = ["MjxParameters", "State", "drive_state", "init", "pair_solref", "put_model", "step"]
 
 _Dyn, _Gain, _Bias = mujoco.mjtDyn, mujoco.mjtGain, mujoco.mjtBias
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Parameters:
+class MjxParameters:
     """Parameters of friction, drives and laws, all arrays: they may be traced, differentiated, differ by environment.
 
     ``dataclasses.replace`` changes them.
@@ -62,7 +62,7 @@ class State(NamedTuple):
     """(n,) amplitudes of the laws, rad or m"""
 
 
-def put_model(model: mujoco.MjModel) -> tuple[Any, Parameters]:
+def put_model(model: mujoco.MjModel) -> tuple[Any, MjxParameters]:
     """Return a compiled model for MJX, and the parameters of its friction, drives and laws.
 
     Pairs with bristles become frictionless there. Actuators with drives have no activation there, and ``mjx.step``
@@ -76,7 +76,7 @@ def put_model(model: mujoco.MjModel) -> tuple[Any, Parameters]:
     Returns
     -------
     tuple
-        A ``mujoco.mjx.Model`` and its `Parameters`.
+        A ``mujoco.mjx.Model`` and its `MjxParameters`.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def put_model(model: mujoco.MjModel) -> tuple[Any, Parameters]:
         elliptic cone, and drives of a model whose actuation is disabled.
     """
     engine_model, activations = _engine_model(model)
-    parameters = Parameters(dry_friction(model), pair_friction(model), drives_of(model), tabulated_laws(model))
+    parameters = MjxParameters(dry_friction(model), pair_friction(model), drives_of(model), tabulated_laws(model))
     drive_actuators = np.array(parameters.drives.actuators, dtype=int)
     mx, has_drive = mjx.put_model(engine_model, impl="jax"), np.isin(np.arange(model.nu), drive_actuators)
     count = np.where(has_drive, 0, model.actuator_actnum)
@@ -131,7 +131,7 @@ def init(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Any, State]:
     return dx, State(jp.zeros(dry), jp.zeros((pairs, OF_PAIR)), jp.array(acts), jp.zeros(()), jp.zeros(laws))
 
 
-def step(mx: Any, parameters: Parameters, dx: Any, state: State) -> tuple[Any, State]:
+def step(mx: Any, parameters: MjxParameters, dx: Any, state: State) -> tuple[Any, State]:
     """Step as ``mujoco.mjx.step``, with friction, drives and laws.
 
     Forces of friction are among ``qfrc_passive``, those of drives are ``actuator_force`` and in ``qfrc_actuator``.
@@ -197,7 +197,7 @@ def pair_solref(k: Any, c: Any, inverse_inertia: Any) -> Any:
     return jp.stack(jp.broadcast_arrays(k, c), axis=-1) * (-(1 - IMPEDANCE) * jp.asarray(inverse_inertia)[..., None])
 
 
-def drive_state(mx: Any, parameters: Parameters, state: State, actuator: str) -> DriveState:
+def drive_state(mx: Any, parameters: MjxParameters, state: State, actuator: str) -> DriveState:
     """Return angle, speed and torques of a drive, as `clearance_mj.physical.drive_state` does of activations.
 
     Parameters
