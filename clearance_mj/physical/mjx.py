@@ -28,7 +28,7 @@ with naming_package("functions for MJX", "clearance-mj[mjx]"):
     import mujoco.mjx as mjx
     from jax import numpy as jp
 
-__all__ = ["MjxParameters", "State", "drive_state", "init", "pair_solref", "put_model", "step"]
+__all__ = ["MjxParameters", "MjxState", "drive_state", "init", "pair_solref", "put_model", "step"]
 
 _Dyn, _Gain, _Bias = mujoco.mjtDyn, mujoco.mjtGain, mujoco.mjtBias
 
@@ -47,7 +47,7 @@ class MjxParameters:
     laws: TabulatedLaws
 
 
-class State(NamedTuple):
+class MjxState(NamedTuple):
     """State of friction, drives and laws."""
 
     friction: Any
@@ -97,7 +97,7 @@ def put_model(model: mujoco.MjModel) -> tuple[Any, MjxParameters]:
     return mx, parameters
 
 
-def init(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Any, State]:
+def init(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Any, MjxState]:
     """Return data for MJX, and the initial state of friction and drives for `step`.
 
     Drives are as in ``data.act``; bristles of friction begin undeflected.
@@ -112,7 +112,7 @@ def init(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Any, State]:
     Returns
     -------
     tuple
-        A ``mujoco.mjx.Data`` and a `State`.
+        A ``mujoco.mjx.Data`` and a `MjxState`.
     """
     engine_model, activations = _engine_model(model)
     engine_data, spec = mujoco.MjData(engine_model), int(mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -128,10 +128,10 @@ def init(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Any, State]:
         row[: len(activation) - 1], row[-1] = activation[:-1], activation[-1]
     dry, pairs, laws = (len(builder(model).names) for builder in (dry_friction, pair_friction, tabulated_laws))
     dx = dx.replace(act=dx.act[activations], act_dot=dx.act_dot[activations])
-    return dx, State(jp.zeros(dry), jp.zeros((pairs, OF_PAIR)), jp.array(acts), jp.zeros(()), jp.zeros(laws))
+    return dx, MjxState(jp.zeros(dry), jp.zeros((pairs, OF_PAIR)), jp.array(acts), jp.zeros(()), jp.zeros(laws))
 
 
-def step(mx: Any, parameters: MjxParameters, dx: Any, state: State) -> tuple[Any, State]:
+def step(mx: Any, parameters: MjxParameters, dx: Any, state: MjxState) -> tuple[Any, MjxState]:
     """Step as ``mujoco.mjx.step``, with friction, drives and laws.
 
     Forces of friction are among ``qfrc_passive``, those of drives are ``actuator_force`` and in ``qfrc_actuator``.
@@ -175,7 +175,7 @@ def step(mx: Any, parameters: MjxParameters, dx: Any, state: State) -> tuple[Any
         dx = dx.replace(qacc=dx.qacc_smooth)
     euler = mx.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
     dx = (mjx.euler if euler else mjx.implicit)(engine_model, dx).replace(ctrl=control)
-    return dx, State(bristles, pairs, acts, jp.ones_like(state.begun), amplitudes)
+    return dx, MjxState(bristles, pairs, acts, jp.ones_like(state.begun), amplitudes)
 
 
 def pair_solref(k: Any, c: Any, inverse_inertia: Any) -> Any:
@@ -197,7 +197,7 @@ def pair_solref(k: Any, c: Any, inverse_inertia: Any) -> Any:
     return jp.stack(jp.broadcast_arrays(k, c), axis=-1) * (-(1 - IMPEDANCE) * jp.asarray(inverse_inertia)[..., None])
 
 
-def drive_state(mx: Any, parameters: MjxParameters, state: State, actuator: str) -> DriveState:
+def drive_state(mx: Any, parameters: MjxParameters, state: MjxState, actuator: str) -> DriveState:
     """Return angle, speed and torques of a drive, as `clearance_mj.physical.drive_state` does of activations.
 
     Parameters
