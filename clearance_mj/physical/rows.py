@@ -19,7 +19,7 @@ from .drives import PlacedDrive, drives
 from .elements import KINDS, find, inverse_inertia, pairs_of
 from .softness import stiffness_damping
 
-__all__ = ["ParasiticMass", "Pose", "Row", "bent_poses", "parasitic_mass", "poses_of", "softness_of"]
+__all__ = ["ParasiticMass", "Pose", "ContactRow", "bent_poses", "parasitic_mass", "poses_of", "softness_of"]
 
 _NEAREST_WITHIN = 1e3  # m, range of the search for nearest points of geoms
 _LIFT = 1e-6  # m
@@ -29,7 +29,7 @@ _ADDED = ("friction of ", "teeth of ", "hysteresis of ", "drive of ", "bushing "
 _Bits, _Constraint = mujoco.mjtDisableBit, mujoco.mjtConstraint
 
 
-class Row(NamedTuple):
+class ContactRow(NamedTuple):
     """A direction with a spring and damper: force k r + c ṙ - μ a."""
 
     element: str
@@ -51,8 +51,8 @@ class Pose(NamedTuple):
     number: int
     mass: np.ndarray  # (n, n)
     inverse: np.ndarray  # (n, n)
-    together: list[Row]  # acting at once
-    alone: list[list[Row]]  # per pair of geoms that do not touch, in addition to those
+    together: list[ContactRow]  # acting at once
+    alone: list[list[ContactRow]]  # per pair of geoms that do not touch, in addition to those
 
 
 class ParasiticMass(NamedTuple):
@@ -129,25 +129,27 @@ def bent_poses(model: mujoco.MjModel) -> np.ndarray:
     return poses
 
 
-def _pad_rows(rows: Iterable[Row], size: int) -> Iterator[Row]:
+def _pad_rows(rows: Iterable[ContactRow], size: int) -> Iterator[ContactRow]:
     """Yield rows extended by zeros for the rotors."""
     return (row._replace(direction=np.pad(row.direction, (0, size - len(row.direction)))) for row in rows)
 
 
-def _drive_rows(model: mujoco.MjModel, data: mujoco.MjData, placed_drives: list[PlacedDrive]) -> Iterator[Row]:
+def _drive_rows(model: mujoco.MjModel, data: mujoco.MjData, placed_drives: list[PlacedDrive]) -> Iterator[ContactRow]:
     """Yield teeth, hysteresis, friction and servos of drives inside actuators; servos as if they measured the rotor."""
     for i, drive in enumerate(placed_drives):
         parameters, name = drive.numbers(model), f'drive of actuator "{drive.name}"'
         rotor = np.eye(model.nv + len(placed_drives))[model.nv + i]
         moment, gear = _moment(model, data, drive.actuator)
         difference = rotor - np.pad(moment / gear, (0, len(placed_drives)))
-        yield Row(f"teeth of {name}", difference, float(parameters["k"]), float(parameters["c"]))
+        yield ContactRow(f"teeth of {name}", difference, float(parameters["k"]), float(parameters["c"]))
         for k, _ in drive.slips(model):
-            yield Row(f"hysteresis of {name}", difference, float(k), 0.0)
+            yield ContactRow(f"hysteresis of {name}", difference, float(k), 0.0)
         if drive.rubs(model):
-            yield Row(f"friction of {name}", rotor, float(parameters["friction_k"]), float(parameters["friction_c"]))
+            yield ContactRow(
+                f"friction of {name}", rotor, float(parameters["friction_k"]), float(parameters["friction_c"])
+            )
         k, c = np.maximum(-model.actuator_biasprm[drive.actuator, 1:3], 0.0) * gear**2
-        yield Row(name, rotor, float(k), float(c + parameters["friction_viscous"]), kind="rotor")
+        yield ContactRow(name, rotor, float(k), float(c + parameters["friction_viscous"]), kind="rotor")
 
 
 def _moment(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> tuple[np.ndarray, float]:
@@ -159,13 +161,13 @@ def _moment(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> tuple[
     return direction, float(model.actuator_gear[output, 0])
 
 
-def _limit_stiffness(row: Row, inverse: np.ndarray) -> Row:
+def _limit_stiffness(row: ContactRow, inverse: np.ndarray) -> ContactRow:
     """Reduce stiffness of a nearly rigid constraint, whose effect is below rounding."""
     scale = min(1.0, _LARGEST_MASS_RATIO / max(row.mass * float(row.direction @ inverse @ row.direction), 1.0))
     return row._replace(k=scale * row.k, c=scale * row.c, mass=scale * row.mass)
 
 
-def _passive_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
+def _passive_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[ContactRow]:
     """Yield springs and dampers of joints and tendons."""
     springs = not model.opt.disableflags & _Bits.mjDSBL_SPRING
     dampers = not model.opt.disableflags & _Bits.mjDSBL_DAMPER
@@ -173,14 +175,14 @@ def _passive_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
         joint = model.dof_jntid[i]
         k, c = springs * model.jnt_stiffness[joint], dampers * model.dof_damping[i]
         if k or c:
-            yield Row(f'joint "{model.joint(joint).name}"', direction, k, c, kind="joint")
+            yield ContactRow(f'joint "{model.joint(joint).name}"', direction, k, c, kind="joint")
     for i in range(model.ntendon):
         k, c = springs * model.tendon_stiffness[i], dampers * model.tendon_damping[i]
         for direction in _tendon_jacobian(model, data, i) if k or c else ():
-            yield Row(f'tendon "{model.tendon(i).name}"', direction, k, c, kind="force")
+            yield ContactRow(f'tendon "{model.tendon(i).name}"', direction, k, c, kind="force")
 
 
-def _servo_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
+def _servo_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[ContactRow]:
     """Yield feedback of actuators, force g u + b with b = b₀ + b₁ l + b₂ v, and g alike where it is affine."""
     off = model.opt.disableflags
     for i in range(actuator_count(model)):
@@ -188,7 +190,7 @@ def _servo_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
         direction, _ = _moment(model, data, i)
         if model.actuator_damping[i] and not off & _Bits.mjDSBL_DAMPER:
             joint = model.actuator_trntype[i] != mujoco.mjtTrn.mjTRN_TENDON
-            yield Row(name, direction, 0.0, model.actuator_damping[i], kind="joint" if joint else "force")
+            yield ContactRow(name, direction, 0.0, model.actuator_damping[i], kind="joint" if joint else "force")
         if off & _Bits.mjDSBL_ACTUATION or (0 <= group < 31 and model.opt.disableactuator >> group & 1):
             continue
         k, c = -model.actuator_biasprm[i, 1:3] * (model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_AFFINE)
@@ -197,10 +199,10 @@ def _servo_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
             gain = np.outer(model.actuator_ctrlrange[control], model.actuator_gainprm[i, 1:3])
             k, c = np.array((k, c)) + np.maximum(-gain, 0).max(axis=0)
         if k > 0 or c > 0:
-            yield Row(name, direction, max(k, 0.0), max(c, 0.0), kind="force")
+            yield ContactRow(name, direction, max(k, 0.0), max(c, 0.0), kind="force")
 
 
-def _limit_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
+def _limit_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[ContactRow]:
     """Yield the limits of joints and tendons, whether they are reached or not."""
     if model.opt.disableflags & (_Bits.mjDSBL_CONSTRAINT | _Bits.mjDSBL_LIMIT):
         return
@@ -212,9 +214,9 @@ def _limit_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
         yield from _element_rows(model, "tendon", i, _tendon_jacobian(model, data, i))
 
 
-def _friction_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, list[Row]]:
+def _friction_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, list[ContactRow]]:
     """Return friction rows by pair of geoms, at their nearest points; those of joints and tendons at -1."""
-    rows_of: dict[int, list[Row]] = {-1: []}
+    rows_of: dict[int, list[ContactRow]] = {-1: []}
     for kind, name, address, size in frictions(model):
         k, c = model.numeric_data[address + 1 : address + 3]
         index = find(model, KINDS[kind].object, name)
@@ -226,12 +228,14 @@ def _friction_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, list
             normal, relative = _normal(model, data, index)
             direction = np.linalg.svd(normal[None])[2][1:] @ relative
             rows_of[index] = list(_spin_rows(model, data, index, name, model.numeric_data[address : address + size]))
-        rows = [Row(f'friction of {kind} "{name}"', row, k, c) for row in direction]
+        rows = [ContactRow(f'friction of {kind} "{name}"', row, k, c) for row in direction]
         rows_of[index if kind == "pair" else -1] += rows
     return rows_of
 
 
-def _spin_rows(model: mujoco.MjModel, data: mujoco.MjData, pair: int, name: str, numbers: np.ndarray) -> Iterator[Row]:
+def _spin_rows(
+    model: mujoco.MjModel, data: mujoco.MjData, pair: int, name: str, numbers: np.ndarray
+) -> Iterator[ContactRow]:
     """Yield spin and rolling friction of touching geoms, with equal normal forces at all points."""
     geoms = {int(model.pair_geom1[pair]), int(model.pair_geom2[pair])}
     coefficient, k, c, torsion, rolling = np.pad(numbers, (0, 5 - len(numbers)))
@@ -245,10 +249,10 @@ def _spin_rows(model: mujoco.MjModel, data: mujoco.MjData, pair: int, name: str,
         mujoco.mj_jacBody(model, data, None, rotation, model.geom_bodyid[geom])
     for row, arm_squared in zip(touching[0].frame.reshape(3, 3), (square, *2 * [(rolling / coefficient) ** 2])):
         if arm_squared > 0 and (direction := row @ (rotations[1] - rotations[0])).any():
-            yield Row(f'friction of pair "{name}"', direction, k * arm_squared, c * arm_squared)
+            yield ContactRow(f'friction of pair "{name}"', direction, k * arm_squared, c * arm_squared)
 
 
-def _element_rows(model: mujoco.MjModel, kind: str, index: int, direction: np.ndarray) -> Iterator[Row]:
+def _element_rows(model: mujoco.MjModel, kind: str, index: int, direction: np.ndarray) -> Iterator[ContactRow]:
     """Yield rows of a contact or limit, with k, c and μ = 1/R of its largest impedance and Â."""
     solref, solimp = (getattr(model, field)[index] for field in KINDS[kind].model)
     inverse = inverse_inertia(model, kind, index)
@@ -262,7 +266,7 @@ def _element_rows(model: mujoco.MjModel, kind: str, index: int, direction: np.nd
     mass = largest / ((1 - largest) * inverse)
     name = f'{kind} "{mujoco.mj_id2name(model, KINDS[kind].object, index) or index}"'
     for row in direction:
-        yield Row(name, row, stiffness * largest * mass, damping * mass, mass)
+        yield ContactRow(name, row, stiffness * largest * mass, damping * mass, mass)
 
 
 def _is_stiff(model: mujoco.MjModel, solref: np.ndarray) -> bool:
@@ -270,7 +274,7 @@ def _is_stiff(model: mujoco.MjModel, solref: np.ndarray) -> bool:
     return bool(solref[0] <= 0 or model.opt.disableflags & _Bits.mjDSBL_REFSAFE)
 
 
-def _active_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
+def _active_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[ContactRow]:
     """Yield the solver's rows of contacts that touch and of equalities."""
     pairs, bushings = pairs_of(model), {bushing.equality: bushing for bushing in joined(model)}
     for r in range(data.nefc):
@@ -290,10 +294,10 @@ def _active_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
             solref = contact.solref
         if _is_stiff(model, solref):
             (stiffness, damping, impedance, _), mass = data.efc_KBIP[r], 1 / data.efc_R[r]
-            yield Row(element, _jacobian(model, data, r), stiffness * impedance * mass, damping * mass, mass)
+            yield ContactRow(element, _jacobian(model, data, r), stiffness * impedance * mass, damping * mass, mass)
 
 
-def _bushing_rows(model: mujoco.MjModel, data: mujoco.MjData, first: int, bushing: Joined) -> Iterator[Row]:
+def _bushing_rows(model: mujoco.MjModel, data: mujoco.MjData, first: int, bushing: Joined) -> Iterator[ContactRow]:
     """Yield rows along and about the axes of a bushing between two sites; ``first`` is the first of the solver's."""
     k, c = model.numeric_data[bushing.numeric :][: 2 * bushing.axes].reshape(2, -1)
     rows = np.array([_jacobian(model, data, r) for r in range(first, first + bushing.axes)])
@@ -301,7 +305,7 @@ def _bushing_rows(model: mujoco.MjModel, data: mujoco.MjData, first: int, bushin
     rows[:3] = data.site_xmat[bushing.site].reshape(3, 3).T @ rows[:3]
     for j in range(bushing.axes):
         lever = 1.0 if j < 3 else 2 / scale  # residual to angle, see `bushing_loop`
-        yield Row(f'bushing "{bushing.name}"', lever * rows[j], k[j], c[j], mass[j] / lever**2)
+        yield ContactRow(f'bushing "{bushing.name}"', lever * rows[j], k[j], c[j], mass[j] / lever**2)
 
 
 def _jacobian(model: mujoco.MjModel, data: mujoco.MjData, r: int) -> np.ndarray:
@@ -313,7 +317,9 @@ def _jacobian(model: mujoco.MjModel, data: mujoco.MjData, r: int) -> np.ndarray:
     return direction
 
 
-def _separated_rows(model: mujoco.MjModel, data: mujoco.MjData, bristles: dict[int, list[Row]]) -> Iterator[list[Row]]:
+def _separated_rows(
+    model: mujoco.MjModel, data: mujoco.MjData, bristles: dict[int, list[ContactRow]]
+) -> Iterator[list[ContactRow]]:
     """Yield contact and friction rows of pairs of geoms that do not touch, at their nearest points.
 
     Their rows are removed from ``bristles``.

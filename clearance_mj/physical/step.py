@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .drives import drives
-from .rows import Pose, Row, poses_of
+from .rows import ContactRow, Pose, poses_of
 
 __all__ = ["Stable", "hardest", "largest_step"]
 
@@ -121,7 +121,9 @@ def _independent_parts(pose: Pose) -> np.ndarray:
     return parts
 
 
-def _restrict(pose: Pose, dofs: np.ndarray, rows: list[Row], implicit: _Mask) -> tuple[Pose, list[Row], _Mask]:
+def _restrict(
+    pose: Pose, dofs: np.ndarray, rows: list[ContactRow], implicit: _Mask
+) -> tuple[Pose, list[ContactRow], _Mask]:
     """Return a pose restricted to some velocities, with rows that move no others."""
     if dofs.all():
         return pose, rows, implicit
@@ -145,7 +147,7 @@ def _implicit_masks(model: mujoco.MjModel) -> _Mask:
     return rotors
 
 
-def _inverse_step(row: Row, pose: Pose, implicit: _Mask) -> float:
+def _inverse_step(row: ContactRow, pose: Pose, implicit: _Mask) -> float:
     """Return the inverse of the longest stable step of one row alone, (δ + √(δ² + ω²))/2, 1/s."""
     dofs = np.flatnonzero(row.direction)
     direction = row.direction[dofs]
@@ -155,7 +157,7 @@ def _inverse_step(row: Row, pose: Pose, implicit: _Mask) -> float:
     return float(decay + np.sqrt(decay**2 + row.k / inertia)) / 2
 
 
-def _matrices(pose: Pose, rows: list[Row]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _matrices(pose: Pose, rows: list[ContactRow]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the matrices of mass, with the parasitic one, stiffness and damping."""
     direction = np.array([row.direction for row in rows]).reshape(len(rows), len(pose.mass))
     mass, stiffness, damping = (
@@ -164,7 +166,7 @@ def _matrices(pose: Pose, rows: list[Row]) -> tuple[np.ndarray, np.ndarray, np.n
     return pose.mass + mass, stiffness, damping
 
 
-def _semi_implicit_limit(pose: Pose, rows: list[Row], implicit: _Mask) -> float:
+def _semi_implicit_limit(pose: Pose, rows: list[ContactRow], implicit: _Mask) -> float:
     """Return the longest stable step of v₊ = v + h (M + hD)⁻¹ M a, M' a = -K q - C v, q₊ = q + h v₊.
 
     M' includes the parasitic mass. An eigenvalue becomes -1 at h = 1/λ, where 4M' λ² + (4M'M⁻¹D - 2C) λ - K is
@@ -194,7 +196,7 @@ def _semi_implicit_limit(pose: Pose, rows: list[Row], implicit: _Mask) -> float:
     return stable
 
 
-def _runge_kutta_limit(pose: Pose, rows: list[Row], implicit: _Mask) -> float:
+def _runge_kutta_limit(pose: Pose, rows: list[ContactRow], implicit: _Mask) -> float:
     """Return the step at which Σ (hλ)ⁿ/n!, n = 0...4, leaves the unit circle for an eigenvalue λ of the motion."""
     mass, stiffness, damping = _matrices(pose, rows)
     size = len(mass)
