@@ -30,11 +30,11 @@ with naming_package("callbacks for MuJoCo Warp", "clearance-mj[warp]"):
 
     from .warp_kernels import Bristles, Drive, DrivePlace, FrictionPlace, bend_all, link, rub_all, turn_all
 
-__all__ = ["Parameters", "put_model"]
+__all__ = ["WarpParameters", "put_model"]
 
 
 @dataclass(frozen=True)
-class Parameters:
+class WarpParameters:
     """Parameters of friction and drives, arrays of structures on the device: (1, n), or (nworld, n) if worlds differ.
 
     ``numbers = parameters.drives.numpy()`` is a structured array, ``numbers["gap"][:, 0] = gaps`` changes the first
@@ -52,7 +52,7 @@ class Parameters:
     drive_names: tuple[str, ...]
 
 
-def put_model(model: mujoco.MjModel, nworld: int = 1, **options: Any) -> tuple[Any, Parameters]:
+def put_model(model: mujoco.MjModel, nworld: int = 1, **options: Any) -> tuple[Any, WarpParameters]:
     """Return a compiled model for MuJoCo Warp, in which friction and drives act, and their parameters.
 
     Data are of ``mujoco_warp.make_data(model, ...)`` or ``put_data(model, data, ...)`` with the compiled model itself;
@@ -72,7 +72,7 @@ def put_model(model: mujoco.MjModel, nworld: int = 1, **options: Any) -> tuple[A
     Returns
     -------
     tuple
-        A ``mujoco_warp.Model`` and its `Parameters`.
+        A ``mujoco_warp.Model`` and its `WarpParameters`.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def put_model(model: mujoco.MjModel, nworld: int = 1, **options: Any) -> tuple[A
 
 def _parameters(
     model: mujoco.MjModel, bristles: Sequence[BristleSettings], placed: Sequence[PlacedDrive], nworld: int
-) -> Parameters:
+) -> WarpParameters:
     """Return the parameters of a model, the same for all worlds."""
     friction_data = np.zeros((nworld, len(bristles)), Bristles.numpy_dtype())
     for i, friction in enumerate(bristles):
@@ -114,7 +114,7 @@ def _parameters(
     hysteresis = np.zeros((nworld, len(placed), max((drive.hysteresis for drive in placed), default=0), 2))
     for i, drive in enumerate(placed):
         drive_data[:, i], hysteresis[:, i, : drive.hysteresis] = drive.numbers(model), drive.slips(model)
-    return Parameters(
+    return WarpParameters(
         _to_device(friction_data, Bristles), _to_device(drive_data, Drive), wp.array(hysteresis, dtype=wp.vec2),
         tuple(f"{b.kind} {b.name}" for b in bristles), tuple(drive.name for drive in placed),
     )  # fmt: skip
@@ -125,7 +125,7 @@ def _to_device(records: np.ndarray, structure: Any) -> Any:
     return wp.array(records.astype(structure.numpy_dtype()), dtype=structure)
 
 
-def _apply_friction(parameters: Parameters, table: Any, room: tuple[int, int], m: Any, d: Any) -> None:
+def _apply_friction(parameters: WarpParameters, table: Any, room: tuple[int, int], m: Any, d: Any) -> None:
     """Advance the bristles of every world and apply their forces."""
     if d.userdata.shape[1] < room[0] + 2 * room[1]:
         raise ModelError("data have no room for bristles; make them with the compiled model itself")
@@ -149,7 +149,7 @@ def _apply_friction(parameters: Parameters, table: Any, room: tuple[int, int], m
     )  # fmt: skip
 
 
-def _advance_drives(parameters: Parameters, table: Any, m: Any, d: Any) -> None:
+def _advance_drives(parameters: WarpParameters, table: Any, m: Any, d: Any) -> None:
     """Advance the drives of every world."""
     clamped = not m.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL
     wp.launch(
