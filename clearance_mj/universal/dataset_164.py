@@ -22,7 +22,7 @@ UNIT_SET = text_set(
 )  # The data set for SI units
 
 
-class Measure(NamedTuple):
+class FunctionQuantity(NamedTuple):
     """Quantity, unit and scale of a function's numbers."""
 
     quantity: str
@@ -69,20 +69,20 @@ def read_units(block: Block, notes: list[str]) -> Units:
     return Units(length, force)
 
 
-def time_measure(function: Function, notes: list[str]) -> Measure:
+def time_measure(function: Function, notes: list[str]) -> FunctionQuantity:
     """Return quantity, unit and scale of a time function."""
     quantity, label = quantity_of(function.numerator, function.unit), function.unit
     if quantity == UNKNOWN:
         return _unknown(UNKNOWN, label)
     if not _is_label(label):
-        return Measure(quantity, "", function.units.factor(quantity))
+        return FunctionQuantity(quantity, "", function.units.factor(quantity))
     if not _is_unit(label, quantity):
         return _unknown_unit(function, quantity, label, notes)
     file_scale = function.units.factor(quantity)
-    return Measure(quantity, "", _agreed(function, label, unit_factor(label, quantity), file_scale))
+    return FunctionQuantity(quantity, "", _agreed(function, label, unit_factor(label, quantity), file_scale))
 
 
-def frf_measure(function: Function, notes: list[str]) -> Measure:
+def frf_measure(function: Function, notes: list[str]) -> FunctionQuantity:
     """Return quantity, unit and scale of an FRF, a ratio of two quantities.
 
     The label of the ordinate is the numerator's by the format; many writers put the whole ratio there.
@@ -98,7 +98,7 @@ def frf_measure(function: Function, notes: list[str]) -> Measure:
             scale = ratio_factor(label, above, below)
         except RecordError:
             return _unknown_unit(function, f"{above}/{below}", full_label, notes)
-        return Measure(f"{above}/{below}", "", _agreed(function, label, scale, file_scale))
+        return FunctionQuantity(f"{above}/{below}", "", _agreed(function, label, scale, file_scale))
     scales = []
     for text, quantity in ((label, above), (label_below, below)):
         if _is_label(text) and not _is_unit(text, quantity):
@@ -107,7 +107,7 @@ def frf_measure(function: Function, notes: list[str]) -> Measure:
         scales.append(_agreed(function, text, unit_factor(text, quantity), of_file) if _is_label(text) else of_file)
     if above == below and _is_label(label) != _is_label(label_below) and scales[0] != scales[1]:
         return _unknown_unit(function, f"{above}/{below}", full_label, notes)  # of g over what?
-    return Measure(f"{above}/{below}", "", scales[0] / scales[1])
+    return FunctionQuantity(f"{above}/{below}", "", scales[0] / scales[1])
 
 
 def label_of(text: str) -> str:
@@ -115,11 +115,11 @@ def label_of(text: str) -> str:
     return text if _is_label(text) else ""
 
 
-def _unknown(quantity: str, label: str) -> Measure:
-    return Measure(quantity, label_of(label), 1.0)
+def _unknown(quantity: str, label: str) -> FunctionQuantity:
+    return FunctionQuantity(quantity, label_of(label), 1.0)
 
 
-def _unknown_unit(function: Function, quantity: str, label: str, notes: list[str]) -> Measure:
+def _unknown_unit(function: Function, quantity: str, label: str, notes: list[str]) -> FunctionQuantity:
     """Return an unknown quantity, and note that its label is not among its units: numbers are taken as they are."""
     notes.append(
         f'data set {function.number}: unit "{label}" of {quantity} is not known, so its quantity is not; values are as '

@@ -15,7 +15,7 @@ from ...core.quantities import QUANTITIES
 from ...signals.frf import FRF
 from ...signals.references import join_references
 from ...universal.dataset_58 import COHERENCE, FREQUENCY, FREQUENCY_RESPONSE, Function, samples, spectrum_block
-from ...universal.dataset_164 import Measure, frf_measure
+from ...universal.dataset_164 import FunctionQuantity, frf_measure
 from .functions import abscissa
 
 __all__ = ["frf_blocks", "read_frfs"]
@@ -30,12 +30,12 @@ class _FrfGroup:
     """Functions that fit into one FRF: of one quantity, on the same lines, each pair once."""
 
     kind: int
-    measure: Measure
+    measure: FunctionQuantity
     frequency: np.ndarray
     functions: dict[Pair, Function] = field(default_factory=dict)
     coherences: dict[Pair, Function] = field(default_factory=dict)
 
-    def fits(self, kind: int, measure: Measure, frequency: np.ndarray, pair: Pair) -> bool:
+    def fits(self, kind: int, measure: FunctionQuantity, frequency: np.ndarray, pair: Pair) -> bool:
         """Return True if a function belongs to this group."""
         same = (kind, measure.quantity, measure.unit) == (self.kind, self.measure.quantity, self.measure.unit)
         return same and pair not in self.functions and np.array_equal(frequency, self.frequency)

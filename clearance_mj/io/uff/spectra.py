@@ -14,7 +14,7 @@ from ...core.quantities import QUANTITIES
 from ...core.units import unit_factor
 from ...signals.spectra import POWERS, RATIOS, Spectra
 from ...universal.dataset_58 import FREQUENCY, TIME, UNSAID, Function, samples, spectrum_block
-from ...universal.dataset_164 import Measure, label_of
+from ...universal.dataset_164 import FunctionQuantity, label_of
 from ...universal.fields import FUNCTION_TYPES, SI, quantity_of
 from .functions import abscissa, name_of
 
@@ -69,25 +69,25 @@ def _spectra(data: bytes, key: tuple[str, str, str], values: np.ndarray, functio
         )  # fmt: skip
 
 
-def _measure(function: Function, kind: str) -> Measure:
+def _measure(function: Function, kind: str) -> FunctionQuantity:
     """Return quantity, unit in words and scale: in SI where the unit is beyond doubt, otherwise as in the file.
 
     Some programs give an auto spectrum the unit of its square, others that of its root: of the two only the square,
     and SI, are taken for certain.
     """
     if kind in RATIOS:
-        return Measure("ratio", "1", 1.0)
+        return FunctionQuantity("ratio", "1", 1.0)
     label = label_of(function.unit)
     quantity = quantity_of(function.numerator, label)
-    unscaled = Measure(UNKNOWN, label, 1.0)
+    unscaled = FunctionQuantity(UNKNOWN, label, 1.0)
     if quantity == UNKNOWN or function.units != SI:
         return unscaled
     si_unit = QUANTITIES[quantity].unit
     if kind not in POWERS:
         scale = _factor(label, quantity) if label else 1.0
-        return unscaled if scale is None else Measure(quantity, si_unit, scale)
+        return unscaled if scale is None else FunctionQuantity(quantity, si_unit, scale)
     if kind == "cross spectrum":
-        return unscaled if label else Measure(quantity, "", 1.0)
+        return unscaled if label else FunctionQuantity(quantity, "", 1.0)
     per_hertz = {"power spectral density": "/Hz", "energy spectral density": "·s/Hz"}.get(kind, "")
     label = label.removesuffix(per_hertz)
     scale = _factor(label or si_unit, quantity)
@@ -95,7 +95,7 @@ def _measure(function: Function, kind: str) -> Measure:
         scale = _factor(square[1], quantity)
     elif scale != 1:  # of the root in a unit that would have to be squared, or would not
         return unscaled
-    return unscaled if scale is None else Measure(quantity, f"({si_unit})²{per_hertz}", scale**2)
+    return unscaled if scale is None else FunctionQuantity(quantity, f"({si_unit})²{per_hertz}", scale**2)
 
 
 def _factor(label: str, quantity: str) -> float | None:
