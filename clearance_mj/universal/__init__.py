@@ -14,7 +14,7 @@ from ..core.errors import RecordError
 from ..core.files import plain_file
 from .dataset_58 import Function, read_function
 from .dataset_164 import read_units
-from .fields import SI, Block, Units, closing_line, decoded
+from .fields import SI, Block, FileUnits, closing_line, decoded
 
 __all__ = ["Scan", "contents", "scan"]
 
@@ -48,7 +48,7 @@ class Scan(NamedTuple):
     """assumptions, a sentence each"""
 
 
-def scan(data: bytes, units: Units | None = None) -> Scan:
+def scan(data: bytes, units: FileUnits | None = None) -> Scan:
     """Return the data sets of a file.
 
     Parameters

@@ -8,7 +8,7 @@ from ..core.checks import UNKNOWN
 from ..core.errors import RecordError
 from ..core.units import UNITS, ratio_factor, unit_factor
 from .dataset_58 import Function
-from .fields import SI, Block, Units, quantity_of, read_real, text_set
+from .fields import SI, Block, FileUnits, quantity_of, read_real, text_set
 
 _NO_LABEL = ("", "NONE", "UNKNOWN", "-")
 _TOLERANCE = 1e-6  # relative, between a label's factor and the file's, which is written with few digits
@@ -33,7 +33,7 @@ class FunctionQuantity(NamedTuple):
     """SI units in one of the file's; 1 where the quantity is unknown"""
 
 
-def parse_units(text: str) -> Units:
+def parse_units(text: str) -> FileUnits:
     """Return the units of a file that a user names: "SI", or length and force, such as "mm,N".
 
     Parameters
@@ -43,7 +43,7 @@ def parse_units(text: str) -> Units:
     """
     length, _, force = ("m,N" if text.strip().upper() == "SI" else text).partition(",")
     try:
-        return Units(1 / unit_factor(length, "displacement"), 1 / unit_factor(force, "force"))
+        return FileUnits(1 / unit_factor(length, "displacement"), 1 / unit_factor(force, "force"))
     except RecordError:
         raise RecordError(
             f'units "{text}" are unknown; use SI, or a length of {", ".join(UNITS["displacement"])} and a force of '
@@ -51,7 +51,7 @@ def parse_units(text: str) -> Units:
         ) from None
 
 
-def read_units(block: Block, notes: list[str]) -> Units:
+def read_units(block: Block, notes: list[str]) -> FileUnits:
     """Read the factors of length and force; factors of zero say nothing, so that SI is taken and noted."""
     values = " ".join(block.lines[1:]).split()
     if len(values) < 2:
@@ -66,7 +66,7 @@ def read_units(block: Block, notes: list[str]) -> Units:
             'no units; taken for SI (another: units="mm,N", convert --units mm,N)'
         )
         return SI
-    return Units(length, force)
+    return FileUnits(length, force)
 
 
 def time_measure(function: Function, notes: list[str]) -> FunctionQuantity:

@@ -15,7 +15,7 @@ from .fields import (
     CLOSE,
     DELIMITER,
     FUNCTION_TYPES,
-    Units,
+    FileUnits,
     closing_line,
     decoded,
     read_dof,
@@ -104,10 +104,10 @@ class Function(Header):
     end: int = 0  #: bytes begin:end of the file are the samples
     dtype: str | None = None  #: of the ordinate in a binary body; None: text
     axis_dtype: str | None = None  #: of the abscissa in it
-    units: Units = field(default_factory=Units)
+    units: FileUnits = field(default_factory=FileUnits)
 
 
-def read_function(data: bytes, begin: int, binary: bool, number: int, units: Units) -> tuple[Function, int]:
+def read_function(data: bytes, begin: int, binary: bool, number: int, units: FileUnits) -> tuple[Function, int]:
     """Return one data set 58, whose header begins at byte ``begin``, and where the next data set begins."""
     lines, body = _header_lines(data, begin)
     header = _parse_header(lines)

@@ -21,7 +21,7 @@ _REAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(E[+-]?[0-9]{1,3})?")
 
 
 @dataclass(frozen=True)
-class Units:
+class FileUnits:
     """Units of a file (data set 164): those of length and of force in one SI unit."""
 
     length: float = 1.0
@@ -33,7 +33,7 @@ class Units:
         return 1 / (self.length**of_length * self.force**of_force)
 
 
-SI = Units()
+SI = FileUnits()
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Block:
     kind: int
     number: int  #: of the data set in the file, from 1
     lines: tuple[str, ...]  #: the records after the data set's type
-    units: Units
+    units: FileUnits
 
     def record(self, index: int) -> str:
         """Return a record; refuses a data set that has fewer."""
