@@ -32,7 +32,7 @@ from .clearance_model import PRIOR, with_clearance_model
 from .design import DesignModel, ModelRun
 from .registry import Registration, register
 
-__all__ = ["LimitedPlan", "ModelPredictive", "Program", "Weights", "program"]
+__all__ = ["LimitedPlan", "ModelPredictive", "QuadraticProgram", "Weights", "program"]
 
 SPEED_CHANGE = 0.01  # relative change of speed after which the model is linearised again
 N_STATES = 7
@@ -46,7 +46,7 @@ class Weights(NamedTuple):
     effort: float  # q_u, m²/rad²: of the change of the command in a period
 
 
-class Program(NamedTuple):
+class QuadraticProgram(NamedTuple):
     """The quadratic program of the N changes z of the command at one speed.
 
     The cost is (z - z*)ᵀ H (z - z*) + const, z* = S x_0 + K κ + G d, with κ_0 … κ_N the curvature ahead and d_0 … d_N-1
@@ -68,7 +68,7 @@ class Program(NamedTuple):
 
 
 @functools.lru_cache(maxsize=64)
-def program(model: DesignModel, weights: Weights, horizon: int) -> Program:
+def program(model: DesignModel, weights: Weights, horizon: int) -> QuadraticProgram:
     """Return the program with the states eliminated: linear least squares in z, given x_0, κ and d."""
     A, B, E, D = augmented(model)
     outputs, N = np.zeros((3, N_STATES)), horizon
@@ -96,7 +96,7 @@ def program(model: DesignModel, weights: Weights, horizon: int) -> Program:
     y = np.vstack((*rows, root_V @ M, np.sqrt(weights.effort) * np.eye(N, M.shape[1])))
     best = -np.linalg.lstsq(y[:, :N], y[:, N:])[0]
     state, curvature, lost = np.split(best, [N_STATES, N_STATES + N + 1], axis=1)
-    return Program(y[:, :N].T @ y[:, :N], state, curvature, lost, V)
+    return QuadraticProgram(y[:, :N].T @ y[:, :N], state, curvature, lost, V)
 
 
 def augmented(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
