@@ -62,7 +62,7 @@ def lost_motion(previous: float, turn: float, state: np.ndarray, p: Backlash) ->
     return previous
 
 
-class Prediction(NamedTuple):
+class BacklashPrediction(NamedTuple):
     """The model and the cost of `mpc` at one speed."""
 
     A: np.ndarray  # (7, 7)
@@ -77,7 +77,7 @@ class Prediction(NamedTuple):
 
 @jit
 def plan_costs(
-    plans: np.ndarray, state: np.ndarray, lost: float, curvature: np.ndarray, p: Prediction, backlash: Backlash
+    plans: np.ndarray, state: np.ndarray, lost: float, curvature: np.ndarray, p: BacklashPrediction, backlash: Backlash
 ) -> np.ndarray:
     """Return the cost of each plan, m² (n,), the lost motion following from it.
 
@@ -149,7 +149,7 @@ class _BacklashRun(PredictiveRun):
         task, p = self.task, self._settings
         model = dataclasses.replace(self.model, speed=speed)
         self._backlash = Backlash.of(p.half_gap, p.friction, task.vehicle, speed)
-        self._prediction = Prediction(
+        self._prediction = BacklashPrediction(
             *augmented(model), speed, self.weights, self.program.terminal, model.steady_turn
         )  # fmt: skip
 
