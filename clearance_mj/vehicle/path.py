@@ -22,7 +22,7 @@ from ..core.errors import ManoeuvreError
 from ..core.jit import jit
 
 __all__ = [
-    "Derivatives", "Path", "PathPoint", "Piece", "clothoids", "curvature_ahead", "graph", "lane",
+    "Derivatives", "Path", "PathPoint", "PathSegment", "clothoids", "curvature_ahead", "graph", "lane",
     "lane_changes", "quintic",
 ]  # fmt: skip
 
@@ -38,7 +38,7 @@ class PathPoint(NamedTuple):
     curvature: float  # 1/m, of the path, left positive
 
 
-class Piece(NamedTuple):
+class PathSegment(NamedTuple):
     """Points of a smooth part of a path; where two parts meet the slope of the curvature may jump."""
 
     s: np.ndarray  # (n,) m, arc length from any origin
@@ -62,7 +62,7 @@ class Path:
     table: Table  # its points
 
     @classmethod
-    def of(cls, name: str, pieces: Sequence[Piece]) -> Path:
+    def of(cls, name: str, pieces: Sequence[PathSegment]) -> Path:
         """Join pieces, each of which begins where the one before ends."""
         nodes, columns, begin = [np.zeros(1)], [], 0.0
         for s, x, y, heading, curvature, slope in pieces:
@@ -170,7 +170,7 @@ ROOT, WEIGHT = np.polynomial.legendre.leggauss(5)
 Derivatives = Callable[[np.ndarray], Sequence[np.ndarray]]  # Y and its first three derivatives at X.
 
 
-def graph(derivatives: Derivatives, start: float, end: float) -> Piece:
+def graph(derivatives: Derivatives, start: float, end: float) -> PathSegment:
     """Return the points of a curve Y(X)."""
     x = np.linspace(start, end, max(2, math.ceil((end - start) / SPACING) + 1))
     y, d1, d2, d3 = derivatives(x)
@@ -180,10 +180,10 @@ def graph(derivatives: Derivatives, start: float, end: float) -> Piece:
     s = np.concatenate(([0.0], np.cumsum(half * (speed @ WEIGHT))))
     q = 1 + d1**2
     slope = (d3 * q - 3 * d1 * d2**2) / q**3  # dκ/ds = (dκ/dX) / √q
-    return Piece(s, x, y, np.arctan(d1), d2 / q**1.5, slope)
+    return PathSegment(s, x, y, np.arctan(d1), d2 / q**1.5, slope)
 
 
-def clothoids(parts: Sequence[tuple[float, float, float]]) -> list[Piece]:
+def clothoids(parts: Sequence[tuple[float, float, float]]) -> list[PathSegment]:
     """Return straights, arcs and clothoids in sequence from the origin: length, curvature at the start, at the end."""
     pieces, begin, x, y, heading = [], 0.0, 0.0, 0.0, 0.0
     for length, first, last in parts:
@@ -193,7 +193,7 @@ def clothoids(parts: Sequence[tuple[float, float, float]]) -> list[Piece]:
         nodes = (s[:-1] + half)[:, None] + half * ROOT
         headings, direction = (heading + v * (first + rate * v / 2) for v in (nodes, s))
         dx, dy = (np.concatenate(([0.0], np.cumsum(half * f(headings) @ WEIGHT))) for f in (np.cos, np.sin))
-        pieces.append(Piece(begin + s, x + dx, y + dy, direction, first + rate * s, np.full(s.size, rate)))
+        pieces.append(PathSegment(begin + s, x + dx, y + dy, direction, first + rate * s, np.full(s.size, rate)))
         x, y, heading, begin = x + dx[-1], y + dy[-1], direction[-1], begin + length
     return pieces
 
