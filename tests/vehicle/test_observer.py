@@ -9,7 +9,7 @@ import scipy.stats
 from clearance_mj.vehicle.controllers import Task
 from clearance_mj.vehicle.manoeuvres import straight
 from clearance_mj.vehicle.nominal import Servo, Vehicle
-from clearance_mj.vehicle.sensors.observer import Deviations, Observer, observer_model
+from clearance_mj.vehicle.sensors.observer import Deviations, RunObserver, observer_model
 
 SPEED, PERIOD = 25.0, 0.01
 VEHICLE = Vehicle.bmw320i()
@@ -81,7 +81,7 @@ def test_delay_is_compensated(delay):
 
     Commands change each 10 ms; the truth is stepped by 1 ms.
     """
-    observer = Observer(TASK, delay, KNOWN)
+    observer = RunObserver(TASK, delay, KNOWN)
     small, push = scipy.linalg.expm(A * 1e-3), held(1e-3)
     x, truth, rng, command = np.zeros(10), [np.zeros(10)], np.random.default_rng(2), 0.0
     old = round(delay / 1e-3)
@@ -111,7 +111,7 @@ def test_covariance_is_that_of_the_errors(driven):
     force, runs, total = held(PERIOD), 150, 0.0
     for seed in range(runs):
         rng = np.random.default_rng(seed)
-        observer = Observer(TASK, 0.0, KNOWN, driven)
+        observer = RunObserver(TASK, 0.0, KNOWN, driven)
         x = np.zeros(10)
         x[6:] = rng.standard_normal(4) * (KNOWN.yaw_rate_offset, KNOWN.acceleration_offset, KNOWN.force, KNOWN.force)
         if driven:
@@ -134,7 +134,7 @@ def test_uncertain_age_makes_changing_measurements_uncertain():
     """With ages that scatter by 5 ms a position that moves by 1 m/s counts 5 mm more, one that stands does not."""
     errors = []
     for rate in (0.0, 1.0):
-        observer = Observer(TASK, 0.0, KNOWN._replace(age=0.005))
+        observer = RunObserver(TASK, 0.0, KNOWN._replace(age=0.005))
         observer._rate[0] = rate
         observer.covariance[0, 0] = 1.0
         observer.measure(None, None, (0.0, 0.0))

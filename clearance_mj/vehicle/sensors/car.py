@@ -15,7 +15,7 @@ from ..plant import Measurement
 from ..signals import Signals
 from .base import Sensors, SensorsRun
 from .bus import Message, age, draws
-from .observer import N_STATES, Deviations, Observer
+from .observer import N_STATES, Deviations, RunObserver
 
 __all__ = ["CarSensors"]
 
@@ -82,7 +82,7 @@ class _CarRun(SensorsRun):
         white = angle, sensors.yaw_rate, sensors.lateral_acceleration, sensors.position
         steady = sensors.yaw_rate_offset, math.hypot(sensors.acceleration_offset, slope)
         deviations = Deviations(*white, *steady, deviation)
-        self._observer = Observer(task, self._delay, deviations, STRAIGHT_BEFORE, sensors.position_rate)
+        self._observer = RunObserver(task, self._delay, deviations, STRAIGHT_BEFORE, sensors.position_rate)
         # The initial error of the estimate is drawn from its covariance.
         factor = np.linalg.cholesky(self._observer.covariance + 1e-18 * np.eye(N_STATES))
         offsets = self._yaw_rate_offset, self._acceleration_offset

@@ -28,12 +28,12 @@ from ..controllers.design import DesignModel
 from ..nominal import Servo, Vehicle
 from ..path import Table, curvature_ahead
 
-__all__ = ["N_STATES", "Deviations", "Observer", "ObserverModel", "observer_model", "take"]
+__all__ = ["N_STATES", "Deviations", "RunObserver", "ObserverModel", "observer_model", "take"]
 
 WAY_NOISE = 0.1  # m/√s, noise of the travelled distance over the integrated wheel speed
 
 
-class Observer:
+class RunObserver:
     """A Kalman filter during a run that begins on the path, wheels straight."""
 
     def __init__(self, task: Task, delay: float, deviations: Deviations, driven: float = 0.0, fixes: float = 20.0):
