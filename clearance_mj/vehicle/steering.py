@@ -142,7 +142,7 @@ class Steering:
         motor = Motor(self.torque_limit, COLUMN_INERTIA * RATIO**2, RACK_DAMPING * self.lever_arm**2, self.friction)
         servo = ServoStep.of(self.frequency, self.damping, self.rate_limit, motor)
         engine, road = self._engine(), np.zeros(1)
-        shaft: Shaft = QuasiStaticShaft(self.lost_motion, self.wear)
+        shaft: SteeringShaft = QuasiStaticShaft(self.lost_motion, self.wear)
         if engine:
             shaft = SimulatedShaft(engine, self.rig, self.contact_law, self.shaft, self.lever_arm, self.friction)
         if self.road_moment > 0:
@@ -234,7 +234,7 @@ def _limit_by_torque(speed: float, previous: float, load: float, in_contact: boo
     return math.copysign(max(abs(reachable) - friction / motor.inertia * STEP, 0.0), reachable)
 
 
-class Shaft(Protocol):
+class SteeringShaft(Protocol):
     """The shaft with clearance over a run."""
 
     def advance(self, turn: np.ndarray, moment: np.ndarray) -> Lost:
@@ -300,7 +300,7 @@ class SimulatedShaft:
 class SteeringRun:
     """A running steering simulation; after `advance`, `servo` and `contact` are the servo's angle and σ over it."""
 
-    def __init__(self, servo: ServoStep, shaft: Shaft, road: np.ndarray):
+    def __init__(self, servo: ServoStep, shaft: SteeringShaft, road: np.ndarray):
         self.contact, self.servo = np.zeros(0, dtype=np.int8), np.zeros(0)
         self._servo, self._shaft, self._road = servo, shaft, road
         self._state, self._steps, self._in_contact = np.zeros(2), 0, False
