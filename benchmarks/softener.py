@@ -15,7 +15,7 @@ import numpy as np
 
 from clearance_mj import physical
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.physical.elements import asked
+from clearance_mj.physical.elements import requested_softness
 from experiments.physical.model_rows import load, path_of
 
 from .case import row
@@ -61,7 +61,7 @@ def _of(name, spec, floor):
     with softener:
         times = [[_batch(following, threads) for threads in (1, 2)] for _ in range(5)]
     costs["threads"] = [one / two for one, two in times]
-    n = len(list(asked(following)))
+    n = len(list(requested_softness(following)))
     microseconds = f"{n} elements, {1e6 * plain / STEPS:.1f} µs a step"
     return [
         row(f"{name} ({microseconds}): cost over mj_step", costs["mj_step"], "%", "<= 5"),

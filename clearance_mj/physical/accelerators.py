@@ -11,7 +11,7 @@ from ..core.errors import ModelError
 from .bristles import rubbing
 from .bushings import joined
 from .drives import drives
-from .elements import KINDS, Asked, asked, find
+from .elements import KINDS, Asked, find, requested_softness
 from .rotor_sensors import rotor_sensors
 
 __all__ = ["pressing_alone"]
@@ -42,7 +42,7 @@ def pressing_alone(
         For what neither engine supports: laws, bushings, sensors of rotors, integrator RK4, and drives of a model whose
         actuation is disabled.
     """
-    for element in asked(model):
+    for element in requested_softness(model):
         if element.softness.law and not can_follow(model, element):
             raise ModelError(
                 f'{KINDS[element.kind].noun} "{element.name}" follows a law, which cannot be in {engine}; constant k '

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import LawError, ModelError
-from .elements import asked, compiled, find, joint_kind, name_of, pairs_of, specification
+from .elements import compiled, find, joint_kind, name_of, pairs_of, requested_softness, specification
 from .records import MARK, marked, write_numbers
 
 __all__ = [
@@ -77,7 +77,7 @@ def friction(
     parameters = pair_friction(coefficient, k, c, torsion, rolling)
     model, contacts = compiled(specification(spec)), geoms if isinstance(geoms, list) else [geoms]
     pairs, pair_names, with_bristles = pairs_of(model), [], rubbing(model)
-    implicit = {name for kind, name, softness in asked(model) if kind == "pair" and softness.implicit}
+    implicit = {name for kind, name, softness in requested_softness(model) if kind == "pair" and softness.implicit}
     for contact_geoms in contacts:
         names = [name_of(geom) for geom in contact_geoms]
         if len(names) != 2:

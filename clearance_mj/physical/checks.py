@@ -13,7 +13,7 @@ from ..core.errors import ModelError
 from .bristles import frictions, rubbing
 from .bushings import joined
 from .drives import drives
-from .elements import KINDS, apply, asked, compiled, inverse_inertia, specification, write_all
+from .elements import KINDS, apply, compiled, inverse_inertia, requested_softness, specification, write_all
 from .limits import cover, uncovered_contacts
 from .packages import naming_package
 from .rows import ParasiticMass, bent_poses, parasitic_mass, softness_of
@@ -68,7 +68,7 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
     if cover(spec, model):
         model = compiled(spec)
     acts = any(frictions(model)) or any(drives(model)) or any(joined(model))
-    if acts or any(element.softness.law for element in asked(model)):
+    if acts or any(element.softness.law for element in requested_softness(model)):
         with naming_package("laws, friction and drives"):
             from .softener import reserve  # numba
 
@@ -122,7 +122,7 @@ def _height_fields(model: mujoco.MjModel) -> Iterator[str]:
 
 def _shared_pairs(model: mujoco.MjModel) -> set[str]:
     """Return the names of pairs whose points share one softness."""
-    return {name for kind, name, softness in asked(model) if kind == "pair" and softness.shared}
+    return {name for kind, name, softness in requested_softness(model) if kind == "pair" and softness.shared}
 
 
 def _uncovered_contacts(model: mujoco.MjModel) -> Iterator[str]:
@@ -142,7 +142,7 @@ def _uncovered_contacts(model: mujoco.MjModel) -> Iterator[str]:
 
 def _physical_elements(model: mujoco.MjModel) -> Iterator[tuple[str, int, str]]:
     """Yield kind, index and name of each contact and limit in physical units, actual or requested."""
-    known = {(kind, name) for kind, name, _ in asked(model)}
+    known = {(kind, name) for kind, name, _ in requested_softness(model)}
     for kind, fields in KINDS.items():
         solref = getattr(model, fields.model[0])
         for i in range(len(solref)):
@@ -155,7 +155,7 @@ def _setting_problems(model: mujoco.MjModel) -> Iterator[str]:
     kinds = {kind for kind, _, _ in _physical_elements(model)}
     off, on, flags, more = model.opt.disableflags, model.opt.enableflags, mujoco.mjtDisableBit, mujoco.mjtEnableBit
     limits, contacts = bool(kinds & {"joint", "tendon"}), "pair" in kinds
-    implicit = any(element.softness.implicit for element in asked(model))
+    implicit = any(element.softness.implicit for element in requested_softness(model))
     for applies, message in (
         (kinds and off & flags.mjDSBL_CONSTRAINT, "flag constraint is disabled: no contact or limit acts"),
         (limits and off & flags.mjDSBL_LIMIT, "flag limit is disabled: no joint or tendon limit acts"),
@@ -187,13 +187,16 @@ def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
         yield f'bushing "{bushing.name}" has one stiffness in all directions {condition}'
     for drive in drives(model):
         yield f'actuator "{drive.name}" exerts nothing, for its drive does not turn {elsewhere}'
-    for element in asked(model):
+    for element in requested_softness(model):
         if element.softness.law:
             yield f'{KINDS[element.kind].noun} "{element.name}" keeps one stiffness and follows no law {condition}'
 
 
 def _element_problems(model: mujoco.MjModel) -> Iterator[str]:
-    requested, shared = {(kind, name): softness for kind, name, softness in asked(model)}, _shared_pairs(model)
+    requested, shared = (
+        {(kind, name): softness for kind, name, softness in requested_softness(model)},
+        _shared_pairs(model),
+    )
     bristle_pairs = rubbing(model)
     for kind, i, name in _physical_elements(model):
         where = f'{KINDS[kind].noun} "{name}"'
@@ -264,7 +267,7 @@ def _geom_problems(model: mujoco.MjModel) -> Iterator[str]:
 
 def _solver_problems(model: mujoco.MjModel) -> Iterator[str]:
     """Yield a warning of few solver iterations, where friction or implicit softness couples the rows."""
-    coupled = any(frictions(model)) or any(element.softness.implicit for element in asked(model))
+    coupled = any(frictions(model)) or any(element.softness.implicit for element in requested_softness(model))
     if coupled and model.opt.iterations < _ITERATIONS:
         yield f"iterations {model.opt.iterations}: the solver may end before contacts have their force; use 100"
 
@@ -290,7 +293,9 @@ def _step_problem(model: mujoco.MjModel, stable: Stable, where: Callable[[int], 
     hint = ""
     if stable.element.startswith("teeth"):
         hint = "; add_backlash(..., implicit=True) is stable at any step"
-    elif any(stable.element == f'{kind} "{name}"' and not soft.implicit for kind, name, soft in asked(model)):
+    elif any(
+        stable.element == f'{kind} "{name}"' and not soft.implicit for kind, name, soft in requested_softness(model)
+    ):
         hint = "; implicit=True makes it stable at any step"
     euler = model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
     if euler and model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP and model.dof_damping.any():

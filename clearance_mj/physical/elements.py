@@ -22,7 +22,7 @@ from .records import MARK, texts, write_text
 from .softness import Softness, implicit_impedance, read_softness, solref_solimp, written
 
 __all__ = [
-    "KINDS", "Asked", "Kind", "Target", "apply", "ask", "asked", "change", "compiled", "find", "give",
+    "KINDS", "Asked", "Kind", "Target", "apply", "ask", "requested_softness", "change", "compiled", "find", "give",
     "inverse_inertia", "joint_kind", "name_of", "nearest", "pairs_of", "solver_parameters",
     "specification", "write_all", "write_parameters",
 ]  # fmt: skip
@@ -164,7 +164,7 @@ class Asked(NamedTuple):
     softness: Softness
 
 
-def asked(model: mujoco.MjModel) -> Iterator[Asked]:
+def requested_softness(model: mujoco.MjModel) -> Iterator[Asked]:
     """Yield every element with a softness in its specification."""
     for kind, name, data in texts(model):
         if kind in KINDS:
@@ -250,7 +250,7 @@ def apply(target: Target) -> None:
         If an element was removed, or has no inertia behind it.
     """
     if isinstance(target, mujoco.MjModel):
-        for element in asked(target):
+        for element in requested_softness(target):
             _write_model(target, *element)
     else:
         write_all(target, compiled(target))
@@ -258,7 +258,7 @@ def apply(target: Target) -> None:
 
 def write_all(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     """Write the softness of all elements into a specification, which compiles to a model."""
-    for kind, name, softness in asked(model):
+    for kind, name, softness in requested_softness(model):
         inverse = inverse_inertia(model, kind, find(model, KINDS[kind].object, name))
         values = solver_parameters(kind, [name], softness, [inverse], model.opt.timestep)
         write_parameters(getattr(spec, kind)(name), kind, values[0])

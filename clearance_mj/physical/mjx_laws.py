@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from ..clearance.contacts.kelvin_voigt import KelvinVoigt
-from .elements import KINDS, Asked, asked, find
+from .elements import KINDS, Asked, find, requested_softness
 from .packages import naming_package
 
 with naming_package("functions for MJX", "clearance-mj[mjx]"):
@@ -64,7 +64,7 @@ class TabulatedLaws:
 
 def tabulated_laws(model: mujoco.MjModel) -> TabulatedLaws:
     """Return the laws of a model's limits."""
-    elements = [element for element in asked(model) if element.softness.law]
+    elements = [element for element in requested_softness(model) if element.softness.law]
     tables = [element.softness.law.table(1) for element in elements]  # type: ignore[union-attr]
     ball = model.jnt_type == int(mujoco.mjtJoint.mjJNT_BALL)  # limits of ball joints come first in MJX
     limited = np.concatenate((model.jnt_limited * ball, model.jnt_limited * ~ball, model.tendon_limited)).astype(int)

@@ -22,7 +22,7 @@ from .bristles import BristleSettings, frictions
 from .bushings import Joined, joined
 from .drive_loop import PLACE, SENSED
 from .drives import PlacedDrive, drives
-from .elements import KINDS, Asked, asked, find, inverse_inertia
+from .elements import KINDS, Asked, find, inverse_inertia, requested_softness
 from .records import MARK, note_softener, write_numbers
 from .rotor_sensors import rotor_sensors
 
@@ -208,7 +208,9 @@ def drive_places(model: mujoco.MjModel, placed: Sequence[PlacedDrive]) -> np.nda
 
 def _laws(model: mujoco.MjModel) -> list[Asked]:
     """Return the elements with a law, pairs last."""
-    return sorted((e for e in asked(model) if e.softness.law), key=lambda e: (e.kind == "pair", e.kind, e.name))
+    return sorted(
+        (e for e in requested_softness(model) if e.softness.law), key=lambda e: (e.kind == "pair", e.kind, e.name)
+    )
 
 
 def _build_tables(

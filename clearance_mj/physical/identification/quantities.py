@@ -16,7 +16,7 @@ from ...estimate.parameter import Parameter
 from ..actuators import settle
 from ..bristles import frictions
 from ..drives import DRIVE, PlacedDrive, drives
-from ..elements import KINDS, Asked, Target, apply, asked, compiled, find, give, nearest
+from ..elements import KINDS, Asked, Target, apply, compiled, find, give, nearest, requested_softness
 from ..records import MARK, write_numbers
 from ..rows import softness_of
 from .record import drive_columns
@@ -114,7 +114,7 @@ def _locate(spec: Target, name: str) -> _Number:
     if not dot:
         raise ModelError(f'parameter "{name}" needs an element and a quantity, such as "elbow backlash.gap"')
     model = compiled(spec)
-    soft, driven = {e.name: e for e in asked(model)}, {d.name: d for d in drives(model)}
+    soft, driven = {e.name: e for e in requested_softness(model)}, {d.name: d for d in drives(model)}
     if quantity in DRIVE_UNITS and element in driven:
         return _drive_number(model, quantity, driven[element])
     if quantity in SOFTNESS:
@@ -225,7 +225,7 @@ def _softness_number(model: mujoco.MjModel, quantity: str, element: Asked) -> _N
 
     def write(target: Target, value: float) -> None:
         trial = compiled(target)
-        current = next(e.softness for e in asked(trial) if (e.kind, e.name) == (kind, name))
+        current = next(e.softness for e in requested_softness(trial) if (e.kind, e.name) == (kind, name))
         if target is trial or current.ratio is not None:  # keep the damping fixed
             k, c = softness_of(trial, kind, _index(trial, kind, name)) or (current.k, current.c)
             current = current._replace(k=k, c=c - current.implicit * trial.opt.timestep * k, ratio=None)
