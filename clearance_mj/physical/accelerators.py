@@ -11,14 +11,14 @@ from ..core.errors import ModelError
 from .bristles import rubbing
 from .bushings import joined
 from .drives import drives
-from .elements import KINDS, Asked, find, requested_softness
+from .elements import KINDS, SoftElement, find, requested_softness
 from .rotor_sensors import rotor_sensors
 
 __all__ = ["pressing_alone"]
 
 
 def pressing_alone(
-    model: mujoco.MjModel, engine: str, can_follow: Callable[[mujoco.MjModel, Asked], bool] = lambda *_: False
+    model: mujoco.MjModel, engine: str, can_follow: Callable[[mujoco.MjModel, SoftElement], bool] = lambda *_: False
 ) -> mujoco.MjModel:  # fmt: skip
     """Return a copy of a model in which contacts with bristles are frictionless.
 

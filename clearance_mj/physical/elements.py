@@ -22,7 +22,7 @@ from .records import MARK, texts, write_text
 from .softness import Softness, implicit_impedance, read_softness, solref_solimp, written
 
 __all__ = [
-    "KINDS", "Asked", "Kind", "Target", "apply", "ask", "requested_softness", "change", "compiled", "find", "give",
+    "KINDS", "SoftElement", "Kind", "Target", "apply", "ask", "requested_softness", "change", "compiled", "find", "give",
     "inverse_inertia", "joint_kind", "name_of", "nearest", "pairs_of", "solver_parameters",
     "specification", "write_all", "write_parameters",
 ]  # fmt: skip
@@ -156,7 +156,7 @@ def inverse_inertia(model: mujoco.MjModel, kind: str, index: int) -> float:
     return float(model.body_invweight0[bodies, 0].sum())
 
 
-class Asked(NamedTuple):
+class SoftElement(NamedTuple):
     """An element and the softness that was requested for it."""
 
     kind: str
@@ -164,12 +164,12 @@ class Asked(NamedTuple):
     softness: Softness
 
 
-def requested_softness(model: mujoco.MjModel) -> Iterator[Asked]:
+def requested_softness(model: mujoco.MjModel) -> Iterator[SoftElement]:
     """Yield every element with a softness in its specification."""
     for kind, name, data in texts(model):
         if kind in KINDS:
             try:
-                yield Asked(kind, name, read_softness(data))
+                yield SoftElement(kind, name, read_softness(data))
             except (IndexError, TypeError, ValueError, KeyError):
                 raise ModelError(
                     f'text "{MARK}{kind}:{name}" holds "{data}", needs "k=STIFFNESS c=DAMPING" or a law'

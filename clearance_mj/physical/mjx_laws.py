@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from ..clearance.contacts.kelvin_voigt import KelvinVoigt
-from .elements import KINDS, Asked, find, requested_softness
+from .elements import KINDS, SoftElement, find, requested_softness
 from .packages import naming_package
 
 with naming_package("functions for MJX", "clearance-mj[mjx]"):
@@ -82,7 +82,7 @@ def tabulated_laws(model: mujoco.MjModel) -> TabulatedLaws:
     )  # fmt: skip
 
 
-def can_be_tabulated(model: mujoco.MjModel, element: Asked) -> bool:
+def can_be_tabulated(model: mujoco.MjModel, element: SoftElement) -> bool:
     """Return True for a law that is a table of k and c alone, of the limit of a tendon, hinge or slide."""
     kind, name, softness = element
     law = softness.law

@@ -22,7 +22,7 @@ from .bristles import BristleSettings, frictions
 from .bushings import Joined, joined
 from .drive_loop import PLACE, SENSED
 from .drives import PlacedDrive, drives
-from .elements import KINDS, Asked, find, inverse_inertia, requested_softness
+from .elements import KINDS, SoftElement, find, inverse_inertia, requested_softness
 from .records import MARK, note_softener, write_numbers
 from .rotor_sensors import rotor_sensors
 
@@ -206,7 +206,7 @@ def drive_places(model: mujoco.MjModel, placed: Sequence[PlacedDrive]) -> np.nda
     return places
 
 
-def _laws(model: mujoco.MjModel) -> list[Asked]:
+def _laws(model: mujoco.MjModel) -> list[SoftElement]:
     """Return the elements with a law, pairs last."""
     return sorted(
         (e for e in requested_softness(model) if e.softness.law), key=lambda e: (e.kind == "pair", e.kind, e.name)
@@ -214,7 +214,7 @@ def _laws(model: mujoco.MjModel) -> list[Asked]:
 
 
 def _build_tables(
-    model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[BristleSettings], joined_bushings: Sequence[Joined]
+    model: mujoco.MjModel, laws: Sequence[SoftElement], bristles: Sequence[BristleSettings], joined_bushings: Sequence[Joined]
 ) -> _Tables:  # fmt: skip
     elements, bushings = np.zeros(len(laws), loop.ELEMENT), np.zeros(len(laws), BUSHING)
     memory = [np.zeros(2 + len(laws) + loop.OF_FRICTION * len(bristles))]
@@ -308,7 +308,7 @@ def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
 
 
 def reserved(
-    model: mujoco.MjModel, size: int, laws: Sequence[Asked], bristles: Sequence[BristleSettings],
+    model: mujoco.MjModel, size: int, laws: Sequence[SoftElement], bristles: Sequence[BristleSettings],
     placed_drives: Sequence[PlacedDrive], bushings: Sequence[Joined],
 ) -> Reserved:  # fmt: skip
     """Return the room that `reserve` made in a model's user data for 2 ``size`` numbers.
@@ -346,7 +346,7 @@ def _read_reserved(model: mujoco.MjModel) -> Reserved:
 
 
 def _key(
-    model: mujoco.MjModel, first: int, laws: Sequence[Asked], bristles: Sequence[BristleSettings],
+    model: mujoco.MjModel, first: int, laws: Sequence[SoftElement], bristles: Sequence[BristleSettings],
     placed: Sequence[PlacedDrive], bushings: Sequence[Joined],
 ) -> tuple[int, int]:  # fmt: skip
     """Return a hash of laws, friction, drives and their addresses, as two numbers of six digits, as MJCF keeps."""

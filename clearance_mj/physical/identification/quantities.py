@@ -16,7 +16,7 @@ from ...estimate.parameter import Parameter
 from ..actuators import settle
 from ..bristles import frictions
 from ..drives import DRIVE, PlacedDrive, drives
-from ..elements import KINDS, Asked, Target, apply, compiled, find, give, nearest, requested_softness
+from ..elements import KINDS, SoftElement, Target, apply, compiled, find, give, nearest, requested_softness
 from ..records import MARK, write_numbers
 from ..rows import softness_of
 from .record import drive_columns
@@ -217,7 +217,7 @@ def _update_inertia(model: mujoco.MjModel) -> None:
     apply(model)
 
 
-def _softness_number(model: mujoco.MjModel, quantity: str, element: Asked) -> _Number:
+def _softness_number(model: mujoco.MjModel, quantity: str, element: SoftElement) -> _Number:
     kind, name, softness = element
     if softness.law:
         raise ModelError(f'parameter "{name}.{quantity}": "{name}" follows a law; give it k and c to identify them')
