@@ -12,7 +12,7 @@ import scipy.linalg
 from ..clearance.law import Law
 from ..clearance.record import fillings_of
 from ..linear import RigRows
-from ..physical.elements import ask
+from ..physical.elements import store_softness
 from ..physical.softness import Softness
 from ..rig import Bushing, Rig
 from ..rig.instruments import Kinds, each_kind
@@ -78,7 +78,7 @@ def set_solver(spec: mujoco.MjSpec) -> None:
 
 def soften(spec: mujoco.MjSpec, kind: str, name: str, bushing: Bushing) -> None:
     """Set the datasheet's stiffness and damping at one of a bushing's two ends, which have half of each."""
-    ask(spec, kind, [name], Softness(bushing.contact.stiffness / 2, bushing.contact.damping / 2))
+    store_softness(spec, kind, [name], Softness(bushing.contact.stiffness / 2, bushing.contact.damping / 2))
 
 
 def settling(step: float) -> tuple[float, float]:

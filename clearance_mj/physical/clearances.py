@@ -11,7 +11,7 @@ import numpy as np
 from ..core.errors import ModelError
 from .actuators import actuator_count, drives_joint, settle, settle_damping
 from .damping import damping_ratio_of
-from .elements import ask, change, compiled, find, joint_kind, name_of, specification
+from .elements import change, compiled, find, joint_kind, name_of, specification, store_softness
 from .softness import Softness, softness
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def add_backlash(
                 tendon.limited, tendon.springlength = mujoco.mjtLimited.mjLIMITED_FALSE, (-half, half)
                 tendon.stiffness[0], tendon.damping[0] = contact.k, contact.c
             else:
-                ask(changed, "tendon", [tendon.name], contact)
+                store_softness(changed, "tendon", [tendon.name], contact)
             drive_joints.append(drive)
         for key in changed.keys:
             key.qpos, key.qvel = np.zeros(0), np.zeros(0)
@@ -194,7 +194,7 @@ def add_annular_clearance(
         tendon = _add_tendon(changed, " in ".join(names), (0.0, gap))
         for name in names:
             tendon.wrap_site(name)
-        ask(changed, "tendon", [tendon.name], contact)
+        store_softness(changed, "tendon", [tendon.name], contact)
         return tendon
 
     return change(spec, between)[0]

@@ -22,7 +22,7 @@ from .records import MARK, texts, write_text
 from .softness import Softness, implicit_impedance, read_softness, solref_solimp, written
 
 __all__ = [
-    "KINDS", "SoftElement", "Kind", "Target", "apply", "ask", "requested_softness", "change", "compiled", "find", "give",
+    "KINDS", "SoftElement", "Kind", "Target", "apply", "store_softness", "requested_softness", "change", "compiled", "find", "give",
     "inverse_inertia", "joint_kind", "name_of", "nearest", "pairs_of", "solver_parameters",
     "specification", "write_all", "write_parameters",
 ]  # fmt: skip
@@ -192,7 +192,7 @@ def give(target: Target, model: mujoco.MjModel, kind: str, names: list[str], wan
         return
     inverse_inertias = [inverse_inertia(model, kind, find(model, KINDS[kind].object, name)) for name in names]
     parameter_list = solver_parameters(kind, names, wanted, inverse_inertias, model.opt.timestep)
-    ask(target, kind, names, wanted)
+    store_softness(target, kind, names, wanted)
     for name, parameters in zip(names, parameter_list):
         write_parameters(getattr(target, kind)(name), kind, parameters)
 
@@ -227,7 +227,7 @@ def change(spec: mujoco.MjSpec, make: Callable[[mujoco.MjSpec], T]) -> tuple[T, 
     return result, model
 
 
-def ask(spec: mujoco.MjSpec, kind: str, names: list[str], wanted: Softness) -> None:
+def store_softness(spec: mujoco.MjSpec, kind: str, names: list[str], wanted: Softness) -> None:
     """Store a softness of elements, which `apply` or `compile` applies."""
     for name in names:
         write_text(spec, kind, name, wanted.data)

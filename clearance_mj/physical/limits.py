@@ -14,13 +14,13 @@ from .damping import damping_ratio_of
 from .elements import (
     KINDS,
     Target,
-    ask,
     compiled,
     find,
     give,
     name_of,
     pairs_of,
     solver_parameters,
+    store_softness,
     write_parameters,
 )
 from .records import MARK, marked, texts, write_numbers, write_text
@@ -344,7 +344,7 @@ def _set_pairs(
     inverse_masses = [float(model.body_invweight0[model.geom_bodyid[[*pair]], 0].sum()) for pair in geom_pairs]
     parameters = solver_parameters("pair", names, softness, inverse_masses, model.opt.timestep)
     pairs = _explicit_pairs(spec, model, geom_pairs)
-    ask(spec, "pair", [pair.name for pair in pairs], softness)
+    store_softness(spec, "pair", [pair.name for pair in pairs], softness)
     for pair, values in zip(pairs, parameters):
         write_parameters(pair, "pair", values)
     if bristles:
