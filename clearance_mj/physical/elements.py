@@ -22,7 +22,7 @@ from .records import MARK, texts, write_text
 from .softness import Softness, implicit_impedance, read_softness, solref_solimp, written
 
 __all__ = [
-    "KINDS", "SoftElement", "Kind", "Target", "apply", "store_softness", "requested_softness", "change", "compiled", "find", "give",
+    "KINDS", "SoftElement", "Kind", "Target", "apply", "store_softness", "requested_softness", "change", "compiled", "find", "set_softness",
     "inverse_inertia", "joint_kind", "name_of", "nearest", "pairs_of", "solver_parameters",
     "specification", "write_all", "write_parameters",
 ]  # fmt: skip
@@ -176,7 +176,7 @@ def requested_softness(model: mujoco.MjModel) -> Iterator[SoftElement]:
                 ) from None
 
 
-def give(target: Target, model: mujoco.MjModel, kind: str, names: list[str], wanted: Softness) -> None:
+def set_softness(target: Target, model: mujoco.MjModel, kind: str, names: list[str], wanted: Softness) -> None:
     """Give elements a softness: at once in a model; stored in a specification, which compiles to ``model``.
 
     Raises

@@ -16,9 +16,9 @@ from .elements import (
     Target,
     compiled,
     find,
-    give,
     name_of,
     pairs_of,
+    set_softness,
     solver_parameters,
     store_softness,
     write_parameters,
@@ -116,7 +116,7 @@ def _set_limits(
     widths = getattr(model, f"{fields}_range")[ids] @ (-0.5, 0.5)
     values = [softness(*given, float(width), ratio, implicit) for width in (widths if given[2] else widths[:1])]
     for group, element_softness in zip([[name] for name in names] if given[2] else [names], values):
-        give(target, model, kind, group, element_softness)
+        set_softness(target, model, kind, group, element_softness)
 
 
 def contact(
@@ -213,7 +213,7 @@ def contact(
         _require_frictionless(model, pair, pairs.get(pair), frictionless, with_bristles)
     if isinstance(target, mujoco.MjModel):
         model.pair_dim[[pairs[pair] for pair in selected if model.pair(pairs[pair]).name not in with_bristles]] = 1
-        give(model, model, "pair", [_pair_name(model, pairs[pair]) for pair in selected], requested)
+        set_softness(model, model, "pair", [_pair_name(model, pairs[pair]) for pair in selected], requested)
         return
 
     _set_pairs(target, model, selected, requested, bristles)

@@ -16,7 +16,7 @@ from ...estimate.parameter import Parameter
 from ..actuators import settle
 from ..bristles import frictions
 from ..drives import DRIVE, PlacedDrive, drives
-from ..elements import KINDS, SoftElement, Target, apply, compiled, find, give, nearest, requested_softness
+from ..elements import KINDS, SoftElement, Target, apply, compiled, find, nearest, requested_softness, set_softness
 from ..records import MARK, write_numbers
 from ..rows import softness_of
 from .record import drive_columns
@@ -229,7 +229,9 @@ def _softness_number(model: mujoco.MjModel, quantity: str, element: SoftElement)
         if target is trial or current.ratio is not None:  # keep the damping fixed
             k, c = softness_of(trial, kind, _index(trial, kind, name)) or (current.k, current.c)
             current = current._replace(k=k, c=c - current.implicit * trial.opt.timestep * k, ratio=None)
-        give(target, trial, kind, [name], current._replace(k=value) if quantity == "k" else current._replace(c=value))
+        set_softness(
+            target, trial, kind, [name], current._replace(k=value) if quantity == "k" else current._replace(c=value)
+        )
 
     return _Number(_unit({"k": "N m/rad", "c": "N m s/rad"}[quantity], hinge), getattr(softness, quantity), write)
 
