@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import LawError, ModelError
-from .elements import change, compiled, find, name_of, specification
+from .elements import change_spec, compiled, find, name_of, specification
 from .records import MARK, marked, note_softener, write_numbers
 from .softness import solref_solimp
 
@@ -88,7 +88,7 @@ def add_bushing(spec: mujoco.MjSpec, site_a: Any, site_b: Any, k: ArrayLike, c: 
         note_softener(changed)
         return equality
 
-    return change(spec, between)[0]
+    return change_spec(spec, between)[0]
 
 
 def joined(model: mujoco.MjModel) -> Iterator[Joined]:

@@ -11,7 +11,7 @@ import numpy as np
 from ..core.errors import ModelError
 from .actuators import actuator_count, drives_joint, settle, settle_damping
 from .damping import damping_ratio_of
-from .elements import change, compiled, find, joint_kind, name_of, specification, store_softness
+from .elements import change_spec, compiled, find, joint_kind, name_of, specification, store_softness
 from .softness import Softness, softness
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def add_backlash(
             key.qpos, key.qvel = np.zeros(0), np.zeros(0)
         return drive_joints
 
-    drives, changed_model = change(spec, between)
+    drives, changed_model = change_spec(spec, between)
     ordered = sorted(((changed_model.joint(drive.name), positions[name]) for drive, name in zip(drives, names)),
                     key=lambda element: element[0].qposadr[0])  # fmt: skip
     _extend_keys(spec, ordered, *saved)
@@ -197,7 +197,7 @@ def add_annular_clearance(
         store_softness(changed, "tendon", [tendon.name], contact)
         return tendon
 
-    return change(spec, between)[0]
+    return change_spec(spec, between)[0]
 
 
 def _clearance_softness(

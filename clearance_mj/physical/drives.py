@@ -19,7 +19,7 @@ from ..core.errors import ModelError
 from .actuators import ON_JOINT, actuator_count, output_of, settle, settle_damping
 from .clearances import half_of
 from .damping import damping_ratio_of
-from .elements import change, compiled, find, name_of, specification
+from .elements import change_spec, compiled, find, name_of, specification
 from .records import MARK, marked, note_softener, write_numbers
 from .softness import Softness, softness
 from .transmission import DriveFriction, Efficiency
@@ -187,7 +187,7 @@ def add_drive(
         for key in changed.keys:
             key.act = np.zeros(0)
 
-    _, changed_model = change(spec, inside)
+    _, changed_model = change_spec(spec, inside)
     _extend_keys(spec, saved, model, changed_model, names)
 
 

@@ -22,7 +22,7 @@ from .records import MARK, texts, write_text
 from .softness import Softness, implicit_impedance, read_softness, solref_solimp, written
 
 __all__ = [
-    "KINDS", "SoftElement", "Kind", "Target", "apply", "store_softness", "requested_softness", "change", "compiled", "find", "set_softness",
+    "KINDS", "SoftElement", "Kind", "Target", "apply", "store_softness", "requested_softness", "change_spec", "compiled", "find", "set_softness",
     "inverse_inertia", "joint_kind", "name_of", "nearest", "pairs_of", "solver_parameters",
     "specification", "write_all", "write_parameters",
 ]  # fmt: skip
@@ -197,7 +197,7 @@ def set_softness(target: Target, model: mujoco.MjModel, kind: str, names: list[s
         write_parameters(getattr(target, kind)(name), kind, parameters)
 
 
-def change(spec: mujoco.MjSpec, make: Callable[[mujoco.MjSpec], T]) -> tuple[T, mujoco.MjModel]:
+def change_spec(spec: mujoco.MjSpec, make: Callable[[mujoco.MjSpec], T]) -> tuple[T, mujoco.MjModel]:
     """Change a specification and apply its softness again; if that fails it stays as it was.
 
     Parameters

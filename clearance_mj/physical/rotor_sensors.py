@@ -9,7 +9,7 @@ import mujoco
 
 from ..core.errors import ModelError
 from .drives import PlacedDrive, drives
-from .elements import change, compiled, name_of, specification
+from .elements import change_spec, compiled, name_of, specification
 from .records import texts, write_text
 
 __all__ = ["RotorSensor", "add_rotor_sensor", "rotor_sensors"]
@@ -60,7 +60,7 @@ def add_rotor_sensor(spec: mujoco.MjSpec, actuator: Any, name: str | None = None
             needstage=mujoco.mjtStage.mjSTAGE_POS, datatype=mujoco.mjtDataType.mjDATATYPE_REAL,
         )  # fmt: skip
 
-    return change(spec, add)[0]
+    return change_spec(spec, add)[0]
 
 
 def rotor_sensors(model: mujoco.MjModel) -> Iterator[RotorSensor]:
