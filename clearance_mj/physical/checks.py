@@ -13,7 +13,7 @@ from ..core.errors import ModelError
 from .bristles import frictions, rubbing
 from .bushings import joined
 from .drives import drives
-from .elements import KINDS, apply, compiled, inverse_inertia, requested_softness, specification, write_all
+from .elements import KINDS, apply, compile_target, inverse_inertia, requested_softness, specification, write_all
 from .limits import cover, uncovered_contacts
 from .packages import naming_package
 from .rows import ParasiticMass, bent_poses, parasitic_mass, softness_of
@@ -64,16 +64,16 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
         For settings that change a softness, contacts that keep MuJoCo's, a step that is too long in poses within the
         joints' ranges, and what acts only while a `Softener` is in use.
     """
-    model = compiled(specification(spec))
+    model = compile_target(specification(spec))
     if cover(spec, model):
-        model = compiled(spec)
+        model = compile_target(spec)
     acts = any(frictions(model)) or any(drives(model)) or any(joined(model))
     if acts or any(element.softness.law for element in requested_softness(model)):
         with naming_package("laws, friction and drives"):
             from .softener import reserve  # numba
 
         if reserve(spec, model):
-            model = compiled(spec)
+            model = compile_target(spec)
     write_all(spec, model)
     apply(model)
     for problem in _unstable_step(model, poses):

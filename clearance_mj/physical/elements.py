@@ -22,7 +22,7 @@ from .records import MARK, texts, write_text
 from .softness import Softness, implicit_impedance, read_softness, solref_solimp, written
 
 __all__ = [
-    "KINDS", "SoftElement", "Kind", "Target", "apply", "store_softness", "requested_softness", "change_spec", "compiled", "find", "set_softness",
+    "KINDS", "SoftElement", "Kind", "Target", "apply", "store_softness", "requested_softness", "change_spec", "compile_target", "find", "set_softness",
     "inverse_inertia", "joint_kind", "name_of", "nearest", "pairs_of", "solver_parameters",
     "specification", "write_all", "write_parameters",
 ]  # fmt: skip
@@ -61,7 +61,7 @@ KINDS = {
 """Kinds by their names in stored texts"""
 
 
-def compiled(target: Target) -> mujoco.MjModel:
+def compile_target(target: Target) -> mujoco.MjModel:
     """Return the model itself, or the compiled specification.
 
     Raises
@@ -220,7 +220,7 @@ def change_spec(spec: mujoco.MjSpec, make: Callable[[mujoco.MjSpec], T]) -> tupl
     trial = spec.copy()
     with naming("the specification cannot be changed", ValueError, ModelError):
         make(trial)
-    model = compiled(trial)
+    model = compile_target(trial)
     write_all(trial, model)
     result = make(spec)
     write_all(spec, model)
@@ -253,7 +253,7 @@ def apply(target: Target) -> None:
         for element in requested_softness(target):
             _write_model(target, *element)
     else:
-        write_all(target, compiled(target))
+        write_all(target, compile_target(target))
 
 
 def write_all(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:

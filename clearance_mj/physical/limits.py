@@ -14,7 +14,7 @@ from .damping import damping_ratio_of
 from .elements import (
     KINDS,
     Target,
-    compiled,
+    compile_target,
     find,
     name_of,
     pairs_of,
@@ -107,7 +107,7 @@ def tendon_limit(
 def _set_limits(
     target: Target, kind: str, elements: Any, given: tuple[Any, Any, Law | None], ratio: float | None, implicit: bool
 ) -> None:  # fmt: skip
-    model, fields = compiled(target), "jnt" if kind == "joint" else kind
+    model, fields = compile_target(target), "jnt" if kind == "joint" else kind
     names = [name_of(e) for e in (elements if isinstance(elements, list | tuple) else [elements])]
     ids = [find(model, KINDS[kind].object, name) for name in names]
     for name, i in zip(names, ids):
@@ -177,7 +177,7 @@ def contact(
     """
     ModelError.require_known("points", points, ("each", "share"))
     requested = softness(k, c, law, depth, damping_ratio_of(c, damping_ratio, restitution), implicit)
-    model = compiled(target)
+    model = compile_target(target)
     bristles = None
     if implicit and (friction is not None or points == "share"):
         raise ModelError("an implicit contact has neither friction nor shared points: a Softener's forces are explicit")

@@ -12,7 +12,7 @@ from .checks import compile, points_of
 from .clearances import add_backlash
 from .damping import damping_ratio_of
 from .drives import add_drive
-from .elements import compiled, find, name_of, pairs_of, specification
+from .elements import compile_target, find, name_of, pairs_of, specification
 from .limits import contact, touching
 from .softness import softness
 
@@ -89,7 +89,7 @@ def robot(
             else:
                 add_drive(spec, names, **options)
     if feet:
-        model = compiled(spec)
+        model = compile_target(spec)
         foot_softness = softness(k, c, None, 0.0, damping_ratio_of(c, damping_ratio, None))
         single_points, shared = _ground_contacts(model, [name_of(foot) for foot in feet])
         if single_points:

@@ -16,7 +16,17 @@ from ...estimate.parameter import Parameter
 from ..actuators import settle
 from ..bristles import frictions
 from ..drives import DRIVE, PlacedDrive, drives
-from ..elements import KINDS, SoftElement, Target, apply, compiled, find, nearest, requested_softness, set_softness
+from ..elements import (
+    KINDS,
+    SoftElement,
+    Target,
+    apply,
+    compile_target,
+    find,
+    nearest,
+    requested_softness,
+    set_softness,
+)
 from ..records import MARK, write_numbers
 from ..rows import softness_of
 from .record import drive_columns
@@ -113,7 +123,7 @@ def _locate(spec: Target, name: str) -> _Number:
     element, dot, quantity = name.rpartition(".")
     if not dot:
         raise ModelError(f'parameter "{name}" needs an element and a quantity, such as "elbow backlash.gap"')
-    model = compiled(spec)
+    model = compile_target(spec)
     soft, driven = {e.name: e for e in requested_softness(model)}, {d.name: d for d in drives(model)}
     if quantity in DRIVE_UNITS and element in driven:
         return _drive_number(model, quantity, driven[element])
@@ -224,7 +234,7 @@ def _softness_number(model: mujoco.MjModel, quantity: str, element: SoftElement)
     hinge = _is_angular(model, kind, name)
 
     def write(target: Target, value: float) -> None:
-        trial = compiled(target)
+        trial = compile_target(target)
         current = next(e.softness for e in requested_softness(trial) if (e.kind, e.name) == (kind, name))
         if target is trial or current.ratio is not None:  # keep the damping fixed
             k, c = softness_of(trial, kind, _index(trial, kind, name)) or (current.k, current.c)

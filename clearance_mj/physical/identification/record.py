@@ -21,7 +21,7 @@ from ...core.sampling import even_times
 from ...core.units import quantity_of, unit_factor
 from ..actuators import actuator_count
 from ..drives import ANGLE, SPEED, drives
-from ..elements import compiled, nearest
+from ..elements import compile_target, nearest
 
 __all__ = ["ModelRecord", "drive_columns", "quantum"]
 
@@ -180,7 +180,7 @@ class ModelRecord:
         if columns is not None:
             with naming(path):
                 names, values = _select_columns(names, values, columns)
-        model, time = compiled(spec), None
+        model, time = compile_target(spec), None
         known = {
             "actuator": [model.actuator(i).name for i in range(actuator_count(model))],
             "sensor": [*(model.sensor(i).name for i in range(model.nsensor)), *drive_columns(model)],
