@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import LawError, ModelError
-from .elements import compile_target, find, joint_kind, name_of, pairs_of, requested_softness, specification
+from .elements import compile_target, find, joint_kind, name_of, pairs_of, requested_softness, require_spec
 from .records import MARK, marked, write_numbers
 
 __all__ = [
@@ -75,7 +75,7 @@ def friction(
         For values out of range.
     """
     parameters = pair_friction(coefficient, k, c, torsion, rolling)
-    model, contacts = compile_target(specification(spec)), geoms if isinstance(geoms, list) else [geoms]
+    model, contacts = compile_target(require_spec(spec)), geoms if isinstance(geoms, list) else [geoms]
     pairs, pair_names, with_bristles = pairs_of(model), [], rubbing(model)
     implicit = {name for kind, name, softness in requested_softness(model) if kind == "pair" and softness.implicit}
     for contact_geoms in contacts:
@@ -153,7 +153,7 @@ def joint_friction(
     """
     _check_parameters("force", force, k, c)
     name = name_of(joint)
-    kind = joint_kind(compile_target(specification(spec)), name, "friction")
+    kind = joint_kind(compile_target(require_spec(spec)), name, "friction")
     if native:
         in_degrees = spec.compiler.degree and kind == mujoco.mjtJoint.mjJNT_HINGE
         _set_yielding_spring(spec.joint(name), f'joint "{name}"', (force, k, c), np.rad2deg(1.0) if in_degrees else 1.0)
@@ -189,7 +189,7 @@ def tendon_friction(spec: mujoco.MjSpec, tendon: Any, force: float, k: float, c:
     """
     _check_parameters("force", force, k, c)
     name = name_of(tendon)
-    find(compile_target(specification(spec)), mujoco.mjtObj.mjOBJ_TENDON, name)
+    find(compile_target(require_spec(spec)), mujoco.mjtObj.mjOBJ_TENDON, name)
     write_numbers(spec, f"{MARK}friction:tendon:{name}", (force, k, c))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import LawError, ModelError
-from .elements import change_spec, compile_target, find, name_of, specification
+from .elements import change_spec, compile_target, find, name_of, require_spec
 from .records import MARK, marked, note_softener, write_numbers
 from .softness import solref_solimp
 
@@ -71,7 +71,7 @@ def add_bushing(spec: mujoco.MjSpec, site_a: Any, site_b: Any, k: ArrayLike, c: 
             raise LawError(
                 f"{name} = {values.tolist()} of a bushing must be finite and {'>' if name == 'k' else '>='} 0"
             )
-    model, names = compile_target(specification(spec)), [name_of(site) for site in (site_a, site_b)]
+    model, names = compile_target(require_spec(spec)), [name_of(site) for site in (site_a, site_b)]
     bodies = [model.site_bodyid[find(model, mujoco.mjtObj.mjOBJ_SITE, name)] for name in names]
     if model.body_weldid[bodies[0]] == model.body_weldid[bodies[1]]:
         raise ModelError(f'sites "{names[0]}" and "{names[1]}" are on one rigid body, so there is no bushing')

@@ -13,7 +13,7 @@ from ..core.errors import ModelError
 from .bristles import frictions, rubbing
 from .bushings import joined
 from .drives import drives
-from .elements import KINDS, apply, compile_target, inverse_inertia, requested_softness, specification, write_all
+from .elements import KINDS, apply, compile_target, inverse_inertia, requested_softness, require_spec, write_all
 from .limits import cover, uncovered_contacts
 from .packages import naming_package
 from .rows import ParasiticMass, bent_poses, parasitic_mass, softness_of
@@ -64,7 +64,7 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
         For settings that change a softness, contacts that keep MuJoCo's, a step that is too long in poses within the
         joints' ranges, and what acts only while a `Softener` is in use.
     """
-    model = compile_target(specification(spec))
+    model = compile_target(require_spec(spec))
     if cover(spec, model):
         model = compile_target(spec)
     acts = any(frictions(model)) or any(drives(model)) or any(joined(model))

@@ -11,7 +11,7 @@ import numpy as np
 from ..core.errors import ModelError
 from .actuators import actuator_count, drives_joint, settle, settle_damping
 from .damping import damping_ratio_of
-from .elements import change_spec, compile_target, find, joint_kind, name_of, specification, store_softness
+from .elements import change_spec, compile_target, find, joint_kind, name_of, require_spec, store_softness
 from .softness import Softness, softness
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def add_backlash(
     LawError
         For a stiffness or damping out of range.
     """
-    model = compile_target(specification(spec))
+    model = compile_target(require_spec(spec))
     names = [name_of(element) for element in (joint if isinstance(joint, list) else [joint])]
     kinds = {name: joint_kind(model, name, "backlash") for name in names}
     half = half_of(gap, backlash, all(kind == mujoco.mjtJoint.mjJNT_HINGE for kind in kinds.values()))
@@ -185,7 +185,7 @@ def add_annular_clearance(
         For a stiffness or damping out of range.
     """
     contact = _clearance_softness(gap, k, c, law, implicit=implicit)
-    model, names = compile_target(specification(spec)), [name_of(site) for site in (site_a, site_b)]
+    model, names = compile_target(require_spec(spec)), [name_of(site) for site in (site_a, site_b)]
     bodies = [model.body_weldid[model.site_bodyid[find(model, mujoco.mjtObj.mjOBJ_SITE, name)]] for name in names]
     if bodies[0] == bodies[1]:
         raise ModelError(f'sites "{names[0]}" and "{names[1]}" are on one rigid body, so there is no clearance')

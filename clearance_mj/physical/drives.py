@@ -19,7 +19,7 @@ from ..core.errors import ModelError
 from .actuators import ON_JOINT, actuator_count, output_of, settle, settle_damping
 from .clearances import half_of
 from .damping import damping_ratio_of
-from .elements import change_spec, compile_target, find, name_of, specification
+from .elements import change_spec, compile_target, find, name_of, require_spec
 from .records import MARK, marked, note_softener, write_numbers
 from .softness import Softness, softness
 from .transmission import DriveFriction, Efficiency
@@ -169,7 +169,7 @@ def add_drive(
     LawError
         For a stiffness or damping out of range.
     """
-    model = compile_target(specification(spec))
+    model = compile_target(require_spec(spec))
     names = [name_of(element) for element in (actuator if isinstance(actuator, list) else [actuator])]
     teeth = softness(k, c, None, 0.0, damping_ratio_of(c, damping_ratio, restitution))
     slips = [(float(stiffness), float(force)) for stiffness, force in hysteresis]

@@ -24,7 +24,7 @@ from .softness import Softness, implicit_impedance, read_softness, solref_solimp
 __all__ = [
     "KINDS", "SoftElement", "Kind", "Target", "apply", "store_softness", "requested_softness", "change_spec", "compile_target", "find", "set_softness",
     "inverse_inertia", "joint_kind", "name_of", "nearest", "pairs_of", "solver_parameters",
-    "specification", "write_all", "write_parameters",
+    "require_spec", "write_all", "write_parameters",
 ]  # fmt: skip
 
 Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel
@@ -77,7 +77,7 @@ def compile_target(target: Target) -> mujoco.MjModel:
         return target.compile()
 
 
-def specification(spec: mujoco.MjSpec) -> mujoco.MjSpec:
+def require_spec(spec: mujoco.MjSpec) -> mujoco.MjSpec:
     """Return a specification, or raise a ModelError if it is none."""
     if not isinstance(spec, mujoco.MjSpec):
         raise ModelError(f"got {type(spec).__name__}, needs a mujoco.MjSpec: a compiled model cannot get new elements")

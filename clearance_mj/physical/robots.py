@@ -12,7 +12,7 @@ from .checks import compile, points_of
 from .clearances import add_backlash
 from .damping import damping_ratio_of
 from .drives import add_drive
-from .elements import compile_target, find, name_of, pairs_of, specification
+from .elements import compile_target, find, name_of, pairs_of, require_spec
 from .limits import contact, touching
 from .softness import softness
 
@@ -73,7 +73,7 @@ def robot(
     """
     if backlash is not None and teeth is None:
         raise ModelError("backlash needs the stiffness of the gears: give teeth, N m/rad at the joint")
-    spec = specification(spec).copy()
+    spec = require_spec(spec).copy()
     if backlash is not None:  # first, since it changes the inertia behind the feet
         plays = backlash if isinstance(backlash, Mapping) else dict.fromkeys(_hinge_actuators(spec), backlash)
         for play in sorted(set(plays.values())):

@@ -9,7 +9,7 @@ import mujoco
 
 from ..core.errors import ModelError
 from .drives import PlacedDrive, drives
-from .elements import change_spec, compile_target, name_of, specification
+from .elements import change_spec, compile_target, name_of, require_spec
 from .records import texts, write_text
 
 __all__ = ["RotorSensor", "add_rotor_sensor", "rotor_sensors"]
@@ -49,7 +49,7 @@ def add_rotor_sensor(spec: mujoco.MjSpec, actuator: Any, name: str | None = None
     ModelError
         For an actuator without a drive.
     """
-    target, known = name_of(actuator), [drive.name for drive in drives(compile_target(specification(spec)))]
+    target, known = name_of(actuator), [drive.name for drive in drives(compile_target(require_spec(spec)))]
     ModelError.require_known("actuator with a drive", target, known)
     name = name or f"{target} rotor"
 
