@@ -23,7 +23,7 @@ from .softness import Softness, implicit_impedance, read_softness, solref_solimp
 
 __all__ = [
     "KINDS", "SoftElement", "Kind", "Target", "apply", "store_softness", "requested_softness", "change_spec", "compile_target", "find", "set_softness",
-    "inverse_inertia", "joint_kind", "name_of", "nearest", "pairs_of", "solver_parameters",
+    "inverse_inertia", "joint_kind", "name_of", "suggestion", "pairs_of", "solver_parameters",
     "require_spec", "write_all", "write_parameters",
 ]  # fmt: skip
 
@@ -106,10 +106,10 @@ def find(model: mujoco.MjModel, object_type: mujoco.mjtObj, name: str) -> int:
     indices = range(model.nnames_map)  # an upper bound of the number of elements
     known = [mujoco.mj_id2name(model, object_type, i) for i in indices]
     noun = object_type.name.removeprefix("mjOBJ_").lower()
-    raise ModelError(f'the model has no {noun} "{name}"; {nearest(name, known)}')
+    raise ModelError(f'the model has no {noun} "{name}"; {suggestion(name, known)}')
 
 
-def nearest(name: str, known: Iterable[str | None]) -> str:
+def suggestion(name: str, known: Iterable[str | None]) -> str:
     """Return a hint at the known name that is most similar to an unknown one, or a list of known names."""
     names = [label for label in known if label]
     matches = difflib.get_close_matches(name, names, n=1)

@@ -23,9 +23,9 @@ from ..elements import (
     apply,
     compile_target,
     find,
-    nearest,
     requested_softness,
     set_softness,
+    suggestion,
 )
 from ..records import MARK, write_numbers
 from ..rows import softness_of
@@ -130,13 +130,15 @@ def _locate(spec: Target, name: str) -> _Number:
     if quantity in SOFTNESS:
         if element not in soft:
             raise ModelError(
-                f'parameter "{name}": no contact, limit or clearance "{element}"; {nearest(element, [*soft, *driven])}'
+                f'parameter "{name}": no contact, limit or clearance "{element}"; {suggestion(element, [*soft, *driven])}'
             )
         return _softness_number(model, quantity, soft[element])
     if quantity == "gap":
         tendons = [n for n, e in soft.items() if e.kind == "tendon"]
         if element not in tendons:
-            raise ModelError(f'parameter "{name}": no clearance "{element}"; {nearest(element, [*tendons, *driven])}')
+            raise ModelError(
+                f'parameter "{name}": no clearance "{element}"; {suggestion(element, [*tendons, *driven])}'
+            )
         return _tendon_gap(model, element)
     if quantity in OF_RECORD:
         kind = mujoco.mjtObj.mjOBJ_ACTUATOR if quantity == "delay" else mujoco.mjtObj.mjOBJ_SENSOR
@@ -147,7 +149,7 @@ def _locate(spec: Target, name: str) -> _Number:
     locators |= dict.fromkeys(BODY, _body_inertia)
     if quantity not in locators:
         known = dict.fromkeys([*SOFTNESS, "gap", *locators, *OF_RECORD, *DRIVE_UNITS])
-        raise ModelError(f'parameter "{name}": {nearest(quantity, known)}')
+        raise ModelError(f'parameter "{name}": {suggestion(quantity, known)}')
     return locators[quantity](model, element, quantity)
 
 
@@ -265,7 +267,9 @@ def _bristles(model: mujoco.MjModel, element: str, quantity: str) -> _Number:
     """Return the slip force of bristles (of a pair its ratio to the normal force), their stiffness or damping."""
     by_name = {f.name: f for f in frictions(model)}
     if element not in by_name:
-        raise ModelError(f'parameter "{element}.{quantity}": no friction of "{element}"; {nearest(element, by_name)}')
+        raise ModelError(
+            f'parameter "{element}.{quantity}": no friction of "{element}"; {suggestion(element, by_name)}'
+        )
     kind, address, index = by_name[element].kind, by_name[element].numeric, [*BRISTLES].index(quantity)
     unit = "" if kind == "pair" and not index else _unit(BRISTLES[quantity], _is_angular(model, kind, element))
     return _numeric_element(model, f"{MARK}friction:{kind}:{element}", address, index, unit)

@@ -21,7 +21,7 @@ from ...core.sampling import even_times
 from ...core.units import quantity_of, unit_factor
 from ..actuators import actuator_count
 from ..drives import ANGLE, SPEED, drives
-from ..elements import compile_target, nearest
+from ..elements import compile_target, suggestion
 
 __all__ = ["ModelRecord", "drive_columns", "quantum"]
 
@@ -297,7 +297,7 @@ def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
 def _name_problem(name: str, base: str, kinds: list[str], names: Mapping[str, list[str]]) -> str:
     if kinds:
         return f'"{name}" is an actuator and a sensor; write actuator:{base} or sensor:{base}'
-    return f'"{name}" is neither an actuator nor a sensor; {nearest(base, [*names["actuator"], *names["sensor"]])}'
+    return f'"{name}" is neither an actuator nor a sensor; {suggestion(base, [*names["actuator"], *names["sensor"]])}'
 
 
 def quantum(samples: np.ndarray) -> float:

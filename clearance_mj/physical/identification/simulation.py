@@ -28,7 +28,7 @@ from ..bristles import frictions
 from ..checks import ModelWarning
 from ..checks import compile as physical_compile
 from ..drives import ANGLE, SPEED, drives
-from ..elements import nearest, requested_softness
+from ..elements import requested_softness, suggestion
 from ..softener import Softener
 from ..step import largest_step
 from .quantities import put, value_of, written_into
@@ -243,7 +243,7 @@ def _check_names(record: ModelRecord, model: mujoco.MjModel, controls: list[str]
     for noun, recorded, known in (("actuator", record.control, controls), ("sensor", record.sensors, sensors)):
         for name in recorded:
             if name not in known:
-                raise RecordError(f'the model has no {noun} "{name}"; {nearest(name, known)}')
+                raise RecordError(f'the model has no {noun} "{name}"; {suggestion(name, known)}')
     for name in controls:
         if name not in record.control:
             raise RecordError(f'the record has no control of actuator "{name}"; it has {", ".join(record.control)}')
