@@ -13,7 +13,7 @@ from ..core.errors import ModelError
 from .bristles import frictions, rubbing
 from .bushings import joined
 from .drives import drives
-from .elements import KINDS, apply, compile_target, inverse_inertia, requested_softness, require_spec, write_all
+from .elements import KINDS, apply, compile_target, inverse_inertia, requested_softness, require_spec, write_softness
 from .limits import cover, uncovered_contacts
 from .packages import naming_package
 from .rows import ParasiticMass, bent_poses, parasitic_mass, softness_of
@@ -74,7 +74,7 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
 
         if reserve(spec, model):
             model = compile_target(spec)
-    write_all(spec, model)
+    write_softness(spec, model)
     apply(model)
     for problem in _unstable_step(model, poses):
         raise ModelError(problem)

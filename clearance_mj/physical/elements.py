@@ -24,7 +24,7 @@ from .softness import Softness, implicit_impedance, read_softness, solref_solimp
 __all__ = [
     "KINDS", "SoftElement", "Kind", "Target", "apply", "store_softness", "requested_softness", "change_spec", "compile_target", "find", "set_softness",
     "inverse_inertia", "joint_kind", "name_of", "suggestion", "pairs_of", "solver_parameters",
-    "require_spec", "write_all", "write_parameters",
+    "require_spec", "write_softness", "write_parameters",
 ]  # fmt: skip
 
 Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel
@@ -221,9 +221,9 @@ def change_spec(spec: mujoco.MjSpec, make: Callable[[mujoco.MjSpec], T]) -> tupl
     with naming("the specification cannot be changed", ValueError, ModelError):
         make(trial)
     model = compile_target(trial)
-    write_all(trial, model)
+    write_softness(trial, model)
     result = make(spec)
-    write_all(spec, model)
+    write_softness(spec, model)
     return result, model
 
 
@@ -253,10 +253,10 @@ def apply(target: Target) -> None:
         for element in requested_softness(target):
             _write_model(target, *element)
     else:
-        write_all(target, compile_target(target))
+        write_softness(target, compile_target(target))
 
 
-def write_all(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+def write_softness(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     """Write the softness of all elements into a specification, which compiles to a model."""
     for kind, name, softness in requested_softness(model):
         inverse = inverse_inertia(model, kind, find(model, KINDS[kind].object, name))
