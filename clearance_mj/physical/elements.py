@@ -19,7 +19,7 @@ import numpy as np
 from ..core.checks import naming
 from ..core.errors import LawError, ModelError
 from .records import MARK, texts, write_text
-from .softness import Softness, implicit_impedance, read_softness, solref_solimp, written
+from .softness import Softness, implicit_impedance, read_softness, rounded_solref_solimp, solref_solimp
 
 __all__ = [
     "KINDS", "SoftElement", "Kind", "Target", "apply", "store_softness", "requested_softness", "change_spec", "compile_target", "find", "set_softness",
@@ -295,7 +295,9 @@ def solver_parameters(
         For an element without inertia behind it; not for a tendon: `apply` to the compiled model estimates one.
     """
     return [
-        None if inverse <= 0 and kind == "tendon" else _compute(kind, name, written, wanted, inverse, step)
+        None
+        if inverse <= 0 and kind == "tendon"
+        else _compute(kind, name, rounded_solref_solimp, wanted, inverse, step)
         for name, inverse in zip(names, behind)
     ]
 

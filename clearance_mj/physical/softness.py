@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "IMPEDANCE", "INVERSE_INERTIA", "SOLREF_PER_UNIT", "Softness", "implicit_impedance", "read_softness", "softness",
-    "solref_solimp", "stiffness_damping", "written",
+    "solref_solimp", "stiffness_damping", "rounded_solref_solimp",
 ]  # fmt: skip
 
 IMPEDANCE = 1e-4
 """Smallest impedance that MuJoCo does not clamp."""
 
-LARGEST_IMPEDANCE = 5e-4  # that `written` tries
+LARGEST_IMPEDANCE = 5e-4  # that `rounded_solref_solimp` tries
 
 _RIGID = 9999.0  # d/(1 - d) of the largest impedance that MuJoCo does not clamp
 
@@ -211,7 +211,7 @@ def implicit_impedance(k: float, c: float, inverse_inertia: float, step: float) 
     return max(mass / (1 + mass), IMPEDANCE)
 
 
-def written(
+def rounded_solref_solimp(
     k: float, c: float, inverse_inertia: float, impedance: float | None = None
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Return solver parameters of six digits, the precision of MJCF files, that give k and c within 1e-6.
