@@ -15,7 +15,7 @@ import numpy as np
 
 from ..core.errors import LawError, ModelError
 from .elements import compile_target, find, joint_kind, name_of, pairs_of, requested_softness, require_spec
-from .records import MARK, marked, write_numbers
+from .records import MARK, marked_names, write_numbers
 
 __all__ = [
     "BristleSettings", "friction", "frictions", "give_friction", "joint_friction", "pair_friction", "rubbing",
@@ -211,7 +211,7 @@ def rubbing(model: mujoco.MjModel) -> set[str]:
 
 def frictions(model: mujoco.MjModel) -> Iterator[BristleSettings]:
     """Yield the bristles of a model's elements."""
-    for i, prefix, suffix in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}friction:"):
+    for i, prefix, suffix in marked_names(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}friction:"):
         kind, _, name = suffix.partition(":")
         size, largest = int(model.numeric_size[i]), 5 if kind == "pair" else 3
         if not 3 <= size <= largest:

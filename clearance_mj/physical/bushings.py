@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import LawError, ModelError
 from .elements import change_spec, compile_target, find, name_of, require_spec
-from .records import MARK, marked, note_softener, write_numbers
+from .records import MARK, marked_names, note_softener, write_numbers
 from .softness import solref_solimp
 
 __all__ = ["Joined", "add_bushing", "joined"]
@@ -93,7 +93,7 @@ def add_bushing(spec: mujoco.MjSpec, site_a: Any, site_b: Any, k: ArrayLike, c: 
 
 def joined(model: mujoco.MjModel) -> Iterator[Joined]:
     """Yield the bushings of a model."""
-    for i, prefix, suffix in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}bushing:"):
+    for i, prefix, suffix in marked_names(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}bushing:"):
         equality = find(model, mujoco.mjtObj.mjOBJ_EQUALITY, prefix + suffix)
         axes, site = int(model.numeric_size[i]) // 2, int(model.eq_obj2id[equality])
         yield Joined(prefix + suffix, equality, int(model.numeric_adr[i]), axes, site)

@@ -20,7 +20,7 @@ from .actuators import ON_JOINT, actuator_count, output_of, settle, settle_dampi
 from .clearances import half_of
 from .damping import damping_ratio_of
 from .elements import change_spec, compile_target, find, name_of, require_spec
-from .records import MARK, marked, note_softener, write_numbers
+from .records import MARK, marked_names, note_softener, write_numbers
 from .softness import Softness, softness
 from .transmission import DriveFriction, Efficiency
 
@@ -268,7 +268,7 @@ def drives(model: mujoco.MjModel) -> Iterator[PlacedDrive]:
     ModelError
         For one whose actuator was removed or changed.
     """
-    for i, prefix, suffix in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}drive:"):
+    for i, prefix, suffix in marked_names(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}drive:"):
         name, extra = prefix + suffix, int(model.numeric_size[i]) - len(DRIVE.names or ())
         actuator = find(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
         if (

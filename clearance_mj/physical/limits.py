@@ -23,7 +23,7 @@ from .elements import (
     store_softness,
     write_parameters,
 )
-from .records import MARK, marked, texts, write_numbers, write_text
+from .records import MARK, marked_names, texts, write_numbers, write_text
 from .softness import Softness, read_softness, softness
 
 if TYPE_CHECKING:
@@ -260,7 +260,7 @@ def cover(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     """
     added = False
     friction_numbers = {prefix + name: model.numeric(f"{prefix}{_GEOM_FRICTION}{name}").data
-            for _, prefix, name in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, _GEOM_FRICTION)}  # fmt: skip
+            for _, prefix, name in marked_names(model, mujoco.mjtObj.mjOBJ_NUMERIC, _GEOM_FRICTION)}  # fmt: skip
     for geom, requested, frictionless, uncovered in uncovered_contacts(model):
         for pair in uncovered:
             _require_frictionless(model, pair, None, frictionless, set())

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import mujoco
 
-__all__ = ["MARK", "marked", "note_softener", "texts", "write_numbers", "write_text"]
+__all__ = ["MARK", "marked_names", "note_softener", "texts", "write_numbers", "write_text"]
 
 _NOTE = (
     "friction, laws and drives of this model act only while clearance_mj.physical.Softener(model) is in use, or its "
@@ -19,14 +19,14 @@ MARK = "physical:"  # prefix of their names
 
 def texts(model: mujoco.MjModel) -> Iterator[tuple[str, str, str]]:
     """Yield kind, name and data of every text of a model that this package wrote."""
-    for i, prefix, suffix in marked(model, mujoco.mjtObj.mjOBJ_TEXT, MARK):
+    for i, prefix, suffix in marked_names(model, mujoco.mjtObj.mjOBJ_TEXT, MARK):
         kind, _, name = suffix.partition(":")
         begin = model.text_adr[i]
         data = bytes(model.text_data[begin : begin + model.text_size[i]]).rstrip(b"\0").decode()
         yield kind, prefix + name, data
 
 
-def marked(model: mujoco.MjModel, object_type: mujoco.mjtObj, mark: str) -> Iterator[tuple[int, str, str]]:
+def marked_names(model: mujoco.MjModel, object_type: mujoco.mjtObj, mark: str) -> Iterator[tuple[int, str, str]]:
     """Yield index and name, before and after the mark, of a model's texts or numerics with a mark in the name.
 
     Attached specifications have their prefix before the mark.
