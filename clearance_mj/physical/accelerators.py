@@ -8,7 +8,7 @@ from collections.abc import Callable
 import mujoco
 
 from ..core.errors import ModelError
-from .bristles import rubbing
+from .bristles import pairs_with_bristles
 from .bushings import joined
 from .drives import drives
 from .elements import KINDS, SoftElement, find, requested_softness
@@ -58,6 +58,6 @@ def pressing_alone(
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION and any(drives(model)):
         raise ModelError("flag actuation is disabled, so drives exert nothing; enable it")
     variant = copy.copy(model)
-    for name in rubbing(model):
+    for name in pairs_with_bristles(model):
         variant.pair_dim[find(model, KINDS["pair"].object, name)] = 1
     return variant

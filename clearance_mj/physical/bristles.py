@@ -18,7 +18,7 @@ from .elements import compile_target, find, joint_kind, name_of, pairs_of, reque
 from .records import MARK, marked_names, write_numbers
 
 __all__ = [
-    "BristleSettings", "friction", "frictions", "give_friction", "joint_friction", "pair_friction", "rubbing",
+    "BristleSettings", "friction", "frictions", "give_friction", "joint_friction", "pair_friction", "pairs_with_bristles",
     "tendon_friction",
 ]  # fmt: skip
 
@@ -76,7 +76,7 @@ def friction(
     """
     parameters = pair_friction(coefficient, k, c, torsion, rolling)
     model, contacts = compile_target(require_spec(spec)), geoms if isinstance(geoms, list) else [geoms]
-    pairs, pair_names, with_bristles = pairs_of(model), [], rubbing(model)
+    pairs, pair_names, with_bristles = pairs_of(model), [], pairs_with_bristles(model)
     implicit = {name for kind, name, softness in requested_softness(model) if kind == "pair" and softness.implicit}
     for contact_geoms in contacts:
         names = [name_of(geom) for geom in contact_geoms]
@@ -204,7 +204,7 @@ def _set_yielding_spring(element: Any, where: str, numbers: tuple[float, float, 
     element.damping[0] += c
 
 
-def rubbing(model: mujoco.MjModel) -> set[str]:
+def pairs_with_bristles(model: mujoco.MjModel) -> set[str]:
     """Return the names of the pairs with bristles, which MuJoCo's friction rows carry."""
     return {bristle.name for bristle in frictions(model) if bristle.kind == "pair"}
 

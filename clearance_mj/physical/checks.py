@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
-from .bristles import frictions, rubbing
+from .bristles import frictions, pairs_with_bristles
 from .bushings import joined
 from .drives import drives
 from .elements import KINDS, apply, compile_target, inverse_inertia, requested_softness, require_spec, write_softness
@@ -197,7 +197,7 @@ def _element_problems(model: mujoco.MjModel) -> Iterator[str]:
         {(kind, name): softness for kind, name, softness in requested_softness(model)},
         _shared_pairs(model),
     )
-    bristle_pairs = rubbing(model)
+    bristle_pairs = pairs_with_bristles(model)
     for kind, i, name in _physical_elements(model):
         where = f'{KINDS[kind].noun} "{name}"'
         solimp = getattr(model, KINDS[kind].model[1])[i]

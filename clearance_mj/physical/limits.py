@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
-from .bristles import give_friction, pair_friction, rubbing
+from .bristles import give_friction, pair_friction, pairs_with_bristles
 from .damping import damping_ratio_of
 from .elements import (
     KINDS,
@@ -208,7 +208,7 @@ def contact(
         if isinstance(target, mujoco.MjModel) and not set(matches) <= pairs.keys():
             raise ModelError(f'the model has no pair of geoms "{names[0]}" and "{names[1]}"; give it to the MjSpec')
         selected += [pair for pair in matches if pair not in selected]
-    with_bristles = rubbing(model)
+    with_bristles = pairs_with_bristles(model)
     for pair in selected:
         _require_frictionless(model, pair, pairs.get(pair), frictionless, with_bristles)
     if isinstance(target, mujoco.MjModel):
@@ -359,7 +359,7 @@ def _explicit_pairs(spec: mujoco.MjSpec, model: mujoco.MjModel, geom_pairs: list
     """Return the specification's pairs of these geoms; missing ones are added and named."""
     geoms = {geom.id: geom for geom in spec.geoms}
     existing = {frozenset((p.geomname1, p.geomname2)): p for p in spec.pairs}
-    pairs, with_bristles = [], rubbing(model)
+    pairs, with_bristles = [], pairs_with_bristles(model)
     for ids in geom_pairs:
         for i in ids:
             geoms[i].name = geoms[i].name or _geom_name(model, i)

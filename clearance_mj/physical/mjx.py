@@ -15,7 +15,7 @@ import numpy as np
 
 from ..core.errors import ModelError
 from .accelerators import pressing_alone
-from .bristles import rubbing
+from .bristles import pairs_with_bristles
 from .drives import ANGLE, MOTOR_TORQUE, SPEED, DriveState
 from .mjx_drives import Drives, drives_of
 from .mjx_friction import OF_PAIR, DryFriction, PairFriction, dry_friction, pair_friction
@@ -229,7 +229,7 @@ def drive_state(mx: Any, parameters: MjxParameters, state: MjxState, actuator: s
 
 def _engine_model(model: mujoco.MjModel) -> tuple[mujoco.MjModel, np.ndarray]:
     """Return a copy of a model without bristles and drives, and the indices of the remaining activations."""
-    if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC and rubbing(model):
+    if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC and pairs_with_bristles(model):
         raise ModelError("MJX has no contacts without MuJoCo's friction in an elliptic cone; use cone pyramidal")
     variant, remaining = pressing_alone(model, "MJX", can_be_tabulated), np.ones(model.na, dtype=bool)
     for i in drives_of(model).actuators:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
 from .actuators import actuator_count, control_of, output_of
-from .bristles import frictions, rubbing
+from .bristles import frictions, pairs_with_bristles
 from .bushings import Joined, joined
 from .drives import PlacedDrive, drives
 from .elements import KINDS, find, inverse_inertia, pairs_of
@@ -92,7 +92,7 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None, contacts: bool = Tr
     table = np.vstack((model.qpos0, model.key_qpos)) if poses is None else np.atleast_2d(np.asarray(poses, dtype=float))
     if table.shape[-1] != model.nq or table.ndim != 2 or not len(table):
         raise ModelError(f"poses of shape {table.shape}; the model's need {model.nq} numbers each")
-    bristle_pairs = rubbing(model)
+    bristle_pairs = pairs_with_bristles(model)
     variant = model if contacts and not bristle_pairs else copy.copy(model)
     if not contacts:
         variant.opt.disableflags |= int(_Bits.mjDSBL_CONTACT)
