@@ -18,7 +18,7 @@ from .elements import compile_target, find, joint_kind, name_of, pairs_of, reque
 from .records import MARK, marked_names, write_numbers
 
 __all__ = [
-    "BristleSettings", "friction", "frictions", "give_friction", "joint_friction", "pair_friction", "pairs_with_bristles",
+    "BristleSettings", "friction", "bristles_of", "give_friction", "joint_friction", "pair_friction", "pairs_with_bristles",
     "tendon_friction",
 ]  # fmt: skip
 
@@ -206,10 +206,10 @@ def _set_yielding_spring(element: Any, where: str, numbers: tuple[float, float, 
 
 def pairs_with_bristles(model: mujoco.MjModel) -> set[str]:
     """Return the names of the pairs with bristles, which MuJoCo's friction rows carry."""
-    return {bristle.name for bristle in frictions(model) if bristle.kind == "pair"}
+    return {bristle.name for bristle in bristles_of(model) if bristle.kind == "pair"}
 
 
-def frictions(model: mujoco.MjModel) -> Iterator[BristleSettings]:
+def bristles_of(model: mujoco.MjModel) -> Iterator[BristleSettings]:
     """Yield the bristles of a model's elements."""
     for i, prefix, suffix in marked_names(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}friction:"):
         kind, _, name = suffix.partition(":")

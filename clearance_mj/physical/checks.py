@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
-from .bristles import frictions, pairs_with_bristles
+from .bristles import bristles_of, pairs_with_bristles
 from .bushings import joined
 from .drives import drives
 from .elements import KINDS, apply, compile_target, inverse_inertia, requested_softness, require_spec, write_softness
@@ -67,7 +67,7 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
     model = compile_target(require_spec(spec))
     if cover(spec, model):
         model = compile_target(spec)
-    acts = any(frictions(model)) or any(drives(model)) or any(joined(model))
+    acts = any(bristles_of(model)) or any(drives(model)) or any(joined(model))
     if acts or any(element.softness.law for element in requested_softness(model)):
         with naming_package("laws, friction and drives"):
             from .softener import reserve  # numba
@@ -181,7 +181,7 @@ def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
     elsewhere = f"{condition}; in MJX until physical.mjx steps it, in MuJoCo Warp until physical.warp puts it there"
     if mujoco.get_mjcb_control() is not None:  # that of a Softener in use, or one that may call its update()
         return
-    for bristles in frictions(model):
+    for bristles in bristles_of(model):
         yield f'friction of {bristles.kind} "{bristles.name}" does not act {elsewhere}'
     for bushing in joined(model):
         yield f'bushing "{bushing.name}" has one stiffness in all directions {condition}'
@@ -267,7 +267,7 @@ def _geom_problems(model: mujoco.MjModel) -> Iterator[str]:
 
 def _solver_problems(model: mujoco.MjModel) -> Iterator[str]:
     """Yield a warning of few solver iterations, where friction or implicit softness couples the rows."""
-    coupled = any(frictions(model)) or any(element.softness.implicit for element in requested_softness(model))
+    coupled = any(bristles_of(model)) or any(element.softness.implicit for element in requested_softness(model))
     if coupled and model.opt.iterations < _ITERATIONS:
         yield f"iterations {model.opt.iterations}: the solver may end before contacts have their force; use 100"
 

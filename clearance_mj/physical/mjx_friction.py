@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from .bristles import BristleSettings, frictions
+from .bristles import BristleSettings, bristles_of
 from .elements import KINDS, find
 from .packages import naming_package
 
@@ -139,7 +139,7 @@ _ROUNDING = 32.0  # times the relative rounding error of a position: closer poin
 
 def dry_friction(model: mujoco.MjModel) -> DryFriction:
     """Return the friction of a model's joints and tendons."""
-    elements = sorted((e for e in frictions(model) if e.kind != "pair"), key=lambda e: e.kind)
+    elements = sorted((e for e in bristles_of(model) if e.kind != "pair"), key=lambda e: e.kind)
     ids = [find(model, KINDS[e.kind].object, e.name) for e in elements]
     dofs = tuple(int(model.jnt_dofadr[i]) for i, e in zip(ids, elements) if e.kind == "joint")
     tendons = tuple(i for i, e in zip(ids, elements) if e.kind == "tendon")
@@ -149,7 +149,7 @@ def dry_friction(model: mujoco.MjModel) -> DryFriction:
 
 def pair_friction(model: mujoco.MjModel) -> PairFriction:
     """Return the friction of a model's pairs of geoms."""
-    elements = [e for e in frictions(model) if e.kind == "pair"]
+    elements = [e for e in bristles_of(model) if e.kind == "pair"]
     pairs = [find(model, KINDS["pair"].object, e.name) for e in elements]
     geoms = tuple((int(model.pair_geom1[i]), int(model.pair_geom2[i])) for i in pairs)
     dofs = tuple(tuple(_moving_dofs(model, int(model.geom_bodyid[geom])) for geom in e) for e in geoms)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
 from .actuators import actuator_count, control_of, output_of
-from .bristles import frictions, pairs_with_bristles
+from .bristles import bristles_of, pairs_with_bristles
 from .bushings import Joined, joined
 from .drives import PlacedDrive, drives
 from .elements import KINDS, find, inverse_inertia, pairs_of
@@ -217,7 +217,7 @@ def _limit_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[ContactR
 def _friction_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, list[ContactRow]]:
     """Return friction rows by pair of geoms, at their nearest points; those of joints and tendons at -1."""
     rows_of: dict[int, list[ContactRow]] = {-1: []}
-    for kind, name, address, size in frictions(model):
+    for kind, name, address, size in bristles_of(model):
         k, c = model.numeric_data[address + 1 : address + 3]
         index = find(model, KINDS[kind].object, name)
         if kind == "joint":

@@ -18,7 +18,7 @@ from ..core.errors import ModelError
 from ..rig import Bushing, Contact, Grease
 from . import softener_loop as loop
 from .actuators import control_of, output_of
-from .bristles import BristleSettings, frictions
+from .bristles import BristleSettings, bristles_of
 from .bushings import Joined, joined
 from .drive_loop import PLACE, SENSED
 from .drives import PlacedDrive, drives
@@ -59,7 +59,7 @@ class Softener:
     def __init__(self, model: mujoco.MjModel):
         if not isinstance(model, mujoco.MjModel):
             raise ModelError(f"got {type(model).__name__}, needs a mujoco.MjModel; compile() makes it of an MjSpec")
-        laws, bristles, placed_drives = _laws(model), list(frictions(model)), list(drives(model))
+        laws, bristles, placed_drives = _laws(model), list(bristles_of(model)), list(drives(model))
         bushings = list(joined(model))
         self._has_forces = bool(laws or bristles or bushings)
         if not self._has_forces and not placed_drives:
@@ -174,7 +174,7 @@ class _Tables(NamedTuple):
     """Arrays that compiled code reads by address."""
 
     elements: np.ndarray  # (n,) ELEMENT; pairs last
-    frictions: np.ndarray  # (m,) FRICTION
+    bristles_of: np.ndarray  # (m,) FRICTION
     joined: np.ndarray  # (b,) JOINED
     joints: np.ndarray  # (njnt,) index of its element, or -1
     tendons: np.ndarray  # (ntendon,)
@@ -184,7 +184,7 @@ class _Tables(NamedTuple):
     def places(self) -> dict[str, int]:
         """Return the fields of a HEAD that describe them."""
         arrays = {
-            "elements": self.elements, "frictions": self.frictions, "joints": self.joints, "tendons": self.tendons,
+            "elements": self.elements, "bristles_of": self.frictions, "joints": self.joints, "tendons": self.tendons,
             "joined": self.joined,
             "bushings": self.bushings, "template": self.template,
         }  # fmt: skip
@@ -293,7 +293,7 @@ def friction_places(
 
 def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     """Reserve user data for the state of laws and friction; return True if the specification has changed."""
-    laws, bristles, placed, bushings = _laws(model), list(frictions(model)), list(drives(model)), list(joined(model))
+    laws, bristles, placed, bushings = _laws(model), list(bristles_of(model)), list(drives(model)), list(joined(model))
     softens = bool(laws or bristles or bushings)
     size = 2 * _build_tables(model, laws, bristles, bushings).template.size if softens else 0  # before and after a step
     previous = _read_reserved(model)

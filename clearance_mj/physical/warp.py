@@ -18,7 +18,7 @@ import numpy as np
 
 from ..core.errors import ModelError
 from .accelerators import pressing_alone
-from .bristles import BristleSettings, frictions
+from .bristles import BristleSettings, bristles_of
 from .drives import DRIVE, PlacedDrive, drives
 from .friction_loop import OF_FRICTION
 from .packages import naming_package
@@ -41,14 +41,14 @@ class WarpParameters:
     drive in it, and ``parameters.drives.assign(numbers)`` brings it back.
     """
 
-    frictions: Any
+    bristles_of: Any
     """largest, N m or N (of a pair its ratio to the normal force), k and c, and of pairs torsion and rolling, m"""
     drives: Any
     """with the fields of `drives.DRIVE`"""
     hysteresis: Any
     """(1 or nworld, n, m) stiffness and force of the drives' elements, zero where a drive has fewer than others"""
     friction_names: tuple[str, ...]
-    """such as "joint elbow" or "pair foot - floor"; in the order of ``frictions``"""
+    """such as "joint elbow" or "pair foot - floor"; in the order of ``bristles_of``"""
     drive_names: tuple[str, ...]
 
 
@@ -81,7 +81,7 @@ def put_model(model: mujoco.MjModel, nworld: int = 1, **options: Any) -> tuple[A
         is disabled or that has disabled groups of actuators, and models that were compiled without `compile`.
     """
     pressing_model = pressing_alone(model, "MuJoCo Warp")
-    bristles, placed = list(frictions(model)), list(drives(model))
+    bristles, placed = list(bristles_of(model)), list(drives(model))
     discrete = getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", None)
     if model.opt.integrator == discrete and any(b.kind == "pair" for b in bristles):
         raise ModelError("integrator discrete changes the rows of contacts with friction; use Euler or implicitfast")

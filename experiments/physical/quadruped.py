@@ -20,7 +20,7 @@ def standing(model: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray, mujoco.MjDa
     """Time, s, depth of the feet (n_t, 4), m, and the data at the end, from the robot's home on."""
     data, depth = mujoco.MjData(model), []
     mujoco.mj_resetDataKeyframe(model, data, 0)
-    needed = any(physical.bristles.frictions(model)) or any(physical.drives.drives(model))
+    needed = any(physical.bristles.bristles_of(model)) or any(physical.drives.drives(model))
     with physical.Softener(model) if needed else nullcontext():
         for _ in range(round(SECONDS / model.opt.timestep)):
             mujoco.mj_step(model, data)

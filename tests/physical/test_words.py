@@ -62,8 +62,8 @@ def test_friction_in_the_same_call():
     physical.friction(specs[1], [("floor", "light"), ("floor", "heavy")], 0.5, 1e5, 30.0, 0.01)
     one, other = (physical.compile(spec) for spec in specs)
     np.testing.assert_array_equal(one.pair_friction, other.pair_friction)
-    assert [(f.name, *one.numeric_data[f.numeric :][: f.size]) for f in physical.bristles.frictions(one)] == [
-        (f.name, *other.numeric_data[f.numeric :][: f.size]) for f in physical.bristles.frictions(other)
+    assert [(f.name, *one.numeric_data[f.numeric :][: f.size]) for f in physical.bristles.bristles_of(one)] == [
+        (f.name, *other.numeric_data[f.numeric :][: f.size]) for f in physical.bristles.bristles_of(other)
     ]
     body = specs[0].worldbody.add_body(name="late", pos=[2, 0, 0.1])
     body.add_freejoint()

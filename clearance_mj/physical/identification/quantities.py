@@ -14,7 +14,7 @@ import numpy as np
 from ...core.errors import ModelError
 from ...estimate.parameter import Parameter
 from ..actuators import settle
-from ..bristles import frictions
+from ..bristles import bristles_of
 from ..drives import DRIVE, PlacedDrive, drives
 from ..elements import (
     KINDS,
@@ -265,7 +265,7 @@ def _tendon_gap(model: mujoco.MjModel, element: str) -> _Number:
 
 def _bristles(model: mujoco.MjModel, element: str, quantity: str) -> _Number:
     """Return the slip force of bristles (of a pair its ratio to the normal force), their stiffness or damping."""
-    by_name = {f.name: f for f in frictions(model)}
+    by_name = {f.name: f for f in bristles_of(model)}
     if element not in by_name:
         raise ModelError(
             f'parameter "{element}.{quantity}": no friction of "{element}"; {suggestion(element, by_name)}'
