@@ -9,7 +9,7 @@ import mujoco
 
 from ..core.errors import ModelError
 from .bristles import pairs_with_bristles
-from .bushings import joined
+from .bushings import bushings_of
 from .drives import drives
 from .elements import KINDS, SoftElement, find, requested_softness
 from .rotor_sensors import rotor_sensors
@@ -49,7 +49,7 @@ def pressing_alone(
                 "and c, friction and drives can, and in MJX tables of k and c over amplitude or time at joints and "
                 "tendons"
             )
-    for bushing in joined(model):
+    for bushing in bushings_of(model):
         raise ModelError(f'bushing "{bushing.name}" acts within a Softener alone, not in {engine}')
     for sensor in rotor_sensors(model):
         raise ModelError(f'sensor "{sensor.name}" is filled in by a Softener alone, not in {engine}; use drive_state()')

@@ -18,7 +18,7 @@ from .elements import change_spec, compile_target, find, name_of, require_spec
 from .records import MARK, marked_names, note_softener, write_numbers
 from .softness import solref_solimp
 
-__all__ = ["Joined", "add_bushing", "joined"]
+__all__ = ["Joined", "add_bushing", "bushings_of"]
 
 _AXES = 3, 6
 
@@ -91,7 +91,7 @@ def add_bushing(spec: mujoco.MjSpec, site_a: Any, site_b: Any, k: ArrayLike, c: 
     return change_spec(spec, between)[0]
 
 
-def joined(model: mujoco.MjModel) -> Iterator[Joined]:
+def bushings_of(model: mujoco.MjModel) -> Iterator[Joined]:
     """Yield the bushings of a model."""
     for i, prefix, suffix in marked_names(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}bushing:"):
         equality = find(model, mujoco.mjtObj.mjOBJ_EQUALITY, prefix + suffix)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
 from .bristles import bristles_of, pairs_with_bristles
-from .bushings import joined
+from .bushings import bushings_of
 from .drives import drives
 from .elements import KINDS, apply, compile_target, inverse_inertia, requested_softness, require_spec, write_softness
 from .limits import cover, uncovered_contacts
@@ -67,7 +67,7 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
     model = compile_target(require_spec(spec))
     if cover(spec, model):
         model = compile_target(spec)
-    acts = any(bristles_of(model)) or any(drives(model)) or any(joined(model))
+    acts = any(bristles_of(model)) or any(drives(model)) or any(bushings_of(model))
     if acts or any(element.softness.law for element in requested_softness(model)):
         with naming_package("laws, friction and drives"):
             from .softener import reserve  # numba
@@ -183,7 +183,7 @@ def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
         return
     for bristles in bristles_of(model):
         yield f'friction of {bristles.kind} "{bristles.name}" does not act {elsewhere}'
-    for bushing in joined(model):
+    for bushing in bushings_of(model):
         yield f'bushing "{bushing.name}" has one stiffness in all directions {condition}'
     for drive in drives(model):
         yield f'actuator "{drive.name}" exerts nothing, for its drive does not turn {elsewhere}'

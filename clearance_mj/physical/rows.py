@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import ModelError
 from .actuators import actuator_count, control_of, output_of
 from .bristles import bristles_of, pairs_with_bristles
-from .bushings import Joined, joined
+from .bushings import Joined, bushings_of
 from .drives import PlacedDrive, drives
 from .elements import KINDS, find, inverse_inertia, pairs_of
 from .softness import stiffness_damping
@@ -276,7 +276,7 @@ def _is_stiff(model: mujoco.MjModel, solref: np.ndarray) -> bool:
 
 def _active_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[ContactRow]:
     """Yield the solver's rows of contacts that touch and of equalities."""
-    pairs, bushings = pairs_of(model), {bushing.equality: bushing for bushing in joined(model)}
+    pairs, bushings = pairs_of(model), {bushing.equality: bushing for bushing in bushings_of(model)}
     for r in range(data.nefc):
         if data.efc_type[r] == _Constraint.mjCNSTR_EQUALITY and data.efc_id[r] in bushings:
             if r == 0 or data.efc_id[r - 1] != data.efc_id[r] or data.efc_type[r - 1] != data.efc_type[r]:

@@ -19,7 +19,7 @@ from ..rig import Bushing, Contact, Grease
 from . import softener_loop as loop
 from .actuators import control_of, output_of
 from .bristles import BristleSettings, bristles_of
-from .bushings import Joined, joined
+from .bushings import Joined, bushings_of
 from .drive_loop import PLACE, SENSED
 from .drives import PlacedDrive, drives
 from .elements import KINDS, SoftElement, find, inverse_inertia, requested_softness
@@ -60,7 +60,7 @@ class Softener:
         if not isinstance(model, mujoco.MjModel):
             raise ModelError(f"got {type(model).__name__}, needs a mujoco.MjModel; compile() makes it of an MjSpec")
         laws, bristles, placed_drives = _laws(model), list(bristles_of(model)), list(drives(model))
-        bushings = list(joined(model))
+        bushings = list(bushings_of(model))
         self._has_forces = bool(laws or bristles or bushings)
         if not self._has_forces and not placed_drives:
             raise ModelError(
@@ -175,7 +175,7 @@ class _Tables(NamedTuple):
 
     elements: np.ndarray  # (n,) ELEMENT; pairs last
     bristles_of: np.ndarray  # (m,) FRICTION
-    joined: np.ndarray  # (b,) JOINED
+    bushings_of: np.ndarray  # (b,) JOINED
     joints: np.ndarray  # (njnt,) index of its element, or -1
     tendons: np.ndarray  # (ntendon,)
     bushings: np.ndarray  # (n,) BUSHING
@@ -185,7 +185,7 @@ class _Tables(NamedTuple):
         """Return the fields of a HEAD that describe them."""
         arrays = {
             "elements": self.elements, "bristles_of": self.frictions, "joints": self.joints, "tendons": self.tendons,
-            "joined": self.joined,
+            "bushings_of": self.joined,
             "bushings": self.bushings, "template": self.template,
         }  # fmt: skip
         return {name: array.ctypes.data for name, array in arrays.items()} | {
@@ -293,7 +293,12 @@ def friction_places(
 
 def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     """Reserve user data for the state of laws and friction; return True if the specification has changed."""
-    laws, bristles, placed, bushings = _laws(model), list(bristles_of(model)), list(drives(model)), list(joined(model))
+    laws, bristles, placed, bushings = (
+        _laws(model),
+        list(bristles_of(model)),
+        list(drives(model)),
+        list(bushings_of(model)),
+    )
     softens = bool(laws or bristles or bushings)
     size = 2 * _build_tables(model, laws, bristles, bushings).template.size if softens else 0  # before and after a step
     previous = _read_reserved(model)
