@@ -18,12 +18,12 @@ from .elements import change_spec, compile_target, find, name_of, require_spec
 from .records import MARK, marked_names, note_softener, write_numbers
 from .softness import solref_solimp
 
-__all__ = ["Joined", "add_bushing", "bushings_of"]
+__all__ = ["SiteBushing", "add_bushing", "bushings_of"]
 
 _AXES = 3, 6
 
 
-class Joined(NamedTuple):
+class SiteBushing(NamedTuple):
     """A bushing of a model, stored as an equality and a custom numeric."""
 
     name: str
@@ -91,9 +91,9 @@ def add_bushing(spec: mujoco.MjSpec, site_a: Any, site_b: Any, k: ArrayLike, c: 
     return change_spec(spec, between)[0]
 
 
-def bushings_of(model: mujoco.MjModel) -> Iterator[Joined]:
+def bushings_of(model: mujoco.MjModel) -> Iterator[SiteBushing]:
     """Yield the bushings of a model."""
     for i, prefix, suffix in marked_names(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}bushing:"):
         equality = find(model, mujoco.mjtObj.mjOBJ_EQUALITY, prefix + suffix)
         axes, site = int(model.numeric_size[i]) // 2, int(model.eq_obj2id[equality])
-        yield Joined(prefix + suffix, equality, int(model.numeric_adr[i]), axes, site)
+        yield SiteBushing(prefix + suffix, equality, int(model.numeric_adr[i]), axes, site)

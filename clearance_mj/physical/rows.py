@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import ModelError
 from .actuators import actuator_count, control_of, output_of
 from .bristles import bristles_of, pairs_with_bristles
-from .bushings import Joined, bushings_of
+from .bushings import SiteBushing, bushings_of
 from .drives import PlacedDrive, drives
 from .elements import KINDS, find, inverse_inertia, pairs_of
 from .softness import stiffness_damping
@@ -297,7 +297,7 @@ def _active_rows(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Contact
             yield ContactRow(element, _jacobian(model, data, r), stiffness * impedance * mass, damping * mass, mass)
 
 
-def _bushing_rows(model: mujoco.MjModel, data: mujoco.MjData, first: int, bushing: Joined) -> Iterator[ContactRow]:
+def _bushing_rows(model: mujoco.MjModel, data: mujoco.MjData, first: int, bushing: SiteBushing) -> Iterator[ContactRow]:
     """Yield rows along and about the axes of a bushing between two sites; ``first`` is the first of the solver's."""
     k, c = model.numeric_data[bushing.numeric :][: 2 * bushing.axes].reshape(2, -1)
     rows = np.array([_jacobian(model, data, r) for r in range(first, first + bushing.axes)])

@@ -19,7 +19,7 @@ from ..rig import Bushing, Contact, Grease
 from . import softener_loop as loop
 from .actuators import control_of, output_of
 from .bristles import BristleSettings, bristles_of
-from .bushings import Joined, bushings_of
+from .bushings import SiteBushing, bushings_of
 from .drive_loop import PLACE, SENSED
 from .drives import PlacedDrive, drives
 from .elements import KINDS, SoftElement, find, inverse_inertia, requested_softness
@@ -214,7 +214,7 @@ def _laws(model: mujoco.MjModel) -> list[SoftElement]:
 
 
 def _build_tables(
-    model: mujoco.MjModel, laws: Sequence[SoftElement], bristles: Sequence[BristleSettings], joined_bushings: Sequence[Joined]
+    model: mujoco.MjModel, laws: Sequence[SoftElement], bristles: Sequence[BristleSettings], joined_bushings: Sequence[SiteBushing]
 ) -> _Tables:  # fmt: skip
     elements, bushings = np.zeros(len(laws), loop.ELEMENT), np.zeros(len(laws), BUSHING)
     memory = [np.zeros(2 + len(laws) + loop.OF_FRICTION * len(bristles))]
@@ -314,7 +314,7 @@ def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
 
 def reserved(
     model: mujoco.MjModel, size: int, laws: Sequence[SoftElement], bristles: Sequence[BristleSettings],
-    placed_drives: Sequence[PlacedDrive], bushings: Sequence[Joined],
+    placed_drives: Sequence[PlacedDrive], bushings: Sequence[SiteBushing],
 ) -> Reserved:  # fmt: skip
     """Return the room that `reserve` made in a model's user data for 2 ``size`` numbers.
 
@@ -352,7 +352,7 @@ def _read_reserved(model: mujoco.MjModel) -> Reserved:
 
 def _key(
     model: mujoco.MjModel, first: int, laws: Sequence[SoftElement], bristles: Sequence[BristleSettings],
-    placed: Sequence[PlacedDrive], bushings: Sequence[Joined],
+    placed: Sequence[PlacedDrive], bushings: Sequence[SiteBushing],
 ) -> tuple[int, int]:  # fmt: skip
     """Return a hash of laws, friction, drives and their addresses, as two numbers of six digits, as MJCF keeps."""
     names = [(e.kind, e.name) for e in laws] + [(f.kind, f.name) for f in bristles]
