@@ -11,7 +11,7 @@ from ..core.jit import OPTIONS, jit
 from .friction_loop import bear
 from .library import doubles, field, integers
 
-__all__ = ["JOINED", "press_back"]
+__all__ = ["JOINED", "apply_bushing"]
 
 JOINED = np.dtype([(name, np.int64) for name in ("numeric", "equality", "axes", "site")])
 """Bushings; ``numeric`` is the address of their stiffnesses and dampings in numeric_data"""
@@ -20,7 +20,7 @@ _DATA, _SCALE = mujoco.mjNEQDATA, 10  # length of an equality's data, and index 
 
 
 @jit(**OPTIONS)
-def press_back(head: Any, model: int, data: int, bushing: Any) -> None:
+def apply_bushing(head: Any, model: int, data: int, bushing: Any) -> None:
     """Make the solver's rows of an equality exert the forces of a bushing, in the axes of its second site.
 
     Rows of position are along the world's axes; those of orientation are the vector part of the quaternion in the

@@ -21,7 +21,7 @@ from ..clearance.pointers import caller
 from ..clearance.record import BUSHING
 from ..core.jit import OPTIONS, STRICT, jit
 from . import drive_loop, library
-from .bushing_loop import JOINED, press_back
+from .bushing_loop import JOINED, apply_bushing
 from .friction_loop import FRICTION, OF_FRICTION, bend, between, normal_rows, rub
 from .library import doubles, field, integers, pointer
 
@@ -168,7 +168,7 @@ def soften(head_address: int, model: int, data: int) -> None:
             rub(head, model, data, friction, numbers, bristles, step)
     bushings_between_sites = numba.carray(pointer(head.joined), head.n_joined, JOINED)
     for i in range(head.n_joined):
-        press_back(head, model, data, bushings_between_sites[i])
+        apply_bushing(head, model, data, bushings_between_sites[i])
 
 
 @jit(**OPTIONS)
