@@ -11,9 +11,9 @@ from ..core.jit import OPTIONS, jit
 from .friction_loop import bear
 from .library import doubles, field, integers
 
-__all__ = ["JOINED", "apply_bushing"]
+__all__ = ["SITE_BUSHING", "apply_bushing"]
 
-JOINED = np.dtype([(name, np.int64) for name in ("numeric", "equality", "axes", "site")])
+SITE_BUSHING = np.dtype([(name, np.int64) for name in ("numeric", "equality", "axes", "site")])
 """Bushings; ``numeric`` is the address of their stiffnesses and dampings in numeric_data"""
 _EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
 _DATA, _SCALE = mujoco.mjNEQDATA, 10  # length of an equality's data, and index of its torque scale

@@ -241,7 +241,7 @@ def _build_tables(
         bushings[e], element["numbers"], element["size"] = record[0], sum(part.size for part in memory), numbers.size
         element["impact"] = element["numbers"] + record["ends"][0]
         memory.append(numbers)
-    bushing_table = np.zeros(len(joined_bushings), loop.JOINED)
+    bushing_table = np.zeros(len(joined_bushings), loop.SITE_BUSHING)
     for row, bushing in zip(bushing_table, joined_bushings):
         row["numeric"], row["equality"], row["axes"], row["site"] = (
             bushing.numeric, bushing.equality, bushing.axes, bushing.site

@@ -21,11 +21,11 @@ from ..clearance.pointers import caller
 from ..clearance.record import BUSHING
 from ..core.jit import OPTIONS, STRICT, jit
 from . import drive_loop, library
-from .bushing_loop import JOINED, apply_bushing
+from .bushing_loop import SITE_BUSHING, apply_bushing
 from .friction_loop import FRICTION, OF_FRICTION, bend, between, normal_rows, rub
 from .library import doubles, field, integers, pointer
 
-__all__ = ["ELEMENT", "FRICTION", "HEAD", "JOINED", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
+__all__ = ["ELEMENT", "FRICTION", "HEAD", "SITE_BUSHING", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
 
 JOINT, TENDON, ROW, PAIR = range(4)
 """Kinds of elements: joint coordinate, tendon length, constraint row (of a ball joint's limit), pair of geoms"""
@@ -166,7 +166,7 @@ def soften(head_address: int, model: int, data: int) -> None:
             _add_tension(head, model, data, friction.dof, friction.size, force, passive)
         else:
             rub(head, model, data, friction, numbers, bristles, step)
-    bushings_between_sites = numba.carray(pointer(head.joined), head.n_joined, JOINED)
+    bushings_between_sites = numba.carray(pointer(head.joined), head.n_joined, SITE_BUSHING)
     for i in range(head.n_joined):
         apply_bushing(head, model, data, bushings_between_sites[i])
 
