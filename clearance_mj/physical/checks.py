@@ -14,7 +14,7 @@ from .bristles import bristles_of, pairs_with_bristles
 from .bushings import bushings_of
 from .drives import drives
 from .elements import KINDS, apply, compile_target, inverse_inertia, requested_softness, require_spec, write_softness
-from .limits import cover, uncovered_contacts
+from .limits import add_missing_pairs, uncovered_contacts
 from .packages import naming_package
 from .rows import ParasiticMass, bent_poses, parasitic_mass, softness_of
 from .softness import LARGEST_IMPEDANCE
@@ -65,7 +65,7 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
         joints' ranges, and what acts only while a `Softener` is in use.
     """
     model = compile_target(require_spec(spec))
-    if cover(spec, model):
+    if add_missing_pairs(spec, model):
         model = compile_target(spec)
     acts = any(bristles_of(model)) or any(drives(model)) or any(bushings_of(model))
     if acts or any(element.softness.law for element in requested_softness(model)):

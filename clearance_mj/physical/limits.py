@@ -29,7 +29,7 @@ from .softness import Softness, read_softness, softness
 if TYPE_CHECKING:
     from ..clearance.law import Law
 
-__all__ = ["contact", "cover", "joint_limit", "tendon_limit", "touching", "uncovered_contacts"]
+__all__ = ["contact", "add_missing_pairs", "joint_limit", "tendon_limit", "touching", "uncovered_contacts"]
 
 _BRISTLE_RATIO = 0.1  # damping ratio of bristles of a law without constant damping
 _GEOM_FRICTION = f"{MARK}friction of geom:"  # prefix of numerics with the friction of all contacts of one geom
@@ -243,7 +243,7 @@ def _geom_names(geoms: Any) -> list[list[str]]:
     return names
 
 
-def cover(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
+def add_missing_pairs(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     """Give geoms added after a `contact` call for one geom its softness; return True if there are any.
 
     Parameters
