@@ -29,7 +29,7 @@ from .softness import Softness, read_softness, softness
 if TYPE_CHECKING:
     from ..clearance.law import Law
 
-__all__ = ["contact", "add_missing_pairs", "joint_limit", "tendon_limit", "touching", "uncovered_contacts"]
+__all__ = ["contact", "add_missing_pairs", "joint_limit", "tendon_limit", "colliding_pairs", "uncovered_contacts"]
 
 _BRISTLE_RATIO = 0.1  # damping ratio of bristles of a law without constant damping
 _GEOM_FRICTION = f"{MARK}friction of geom:"  # prefix of numerics with the friction of all contacts of one geom
@@ -199,7 +199,7 @@ def contact(
             single_geoms += names
             matches = [p for p in pairs if ids[0] in p]
             if isinstance(target, mujoco.MjSpec):
-                matches += [p for p in touching(model, ids[0]) if p not in pairs]
+                matches += [p for p in colliding_pairs(model, ids[0]) if p not in pairs]
         if not matches:
             raise ModelError(
                 f'geom "{names[0]}" touches '
@@ -280,11 +280,11 @@ def uncovered_contacts(model: mujoco.MjModel) -> Iterator[tuple[int, Softness, b
     for kind, name, data in texts(model):
         if kind in ONE_GEOM:
             geom = find(model, mujoco.mjtObj.mjOBJ_GEOM, name)
-            uncovered = [pair for pair in touching(model, geom) if pair not in pairs]
+            uncovered = [pair for pair in colliding_pairs(model, geom) if pair not in pairs]
             yield geom, read_softness(data), kind == ONE_GEOM[True], uncovered
 
 
-def touching(model: mujoco.MjModel, geom: int) -> list[frozenset[int]]:
+def colliding_pairs(model: mujoco.MjModel, geom: int) -> list[frozenset[int]]:
     """Return the pairs of a geom that MuJoCo lets collide (documentation, Computation: Collision detection)."""
     weld, types, affinity = model.body_weldid[model.geom_bodyid], model.geom_contype, model.geom_conaffinity
     above = model.body_weldid[model.body_parentid[weld]]

@@ -13,7 +13,7 @@ from .clearances import add_backlash
 from .damping import damping_ratio_of
 from .drives import add_drive
 from .elements import compile_target, find, name_of, pairs_of, require_spec
-from .limits import contact, touching
+from .limits import colliding_pairs, contact
 from .softness import softness
 
 __all__ = ["robot"]
@@ -108,7 +108,7 @@ def _ground_contacts(
     single, shared = list[tuple[str, str]](), list[tuple[str, str]]()
     for foot in feet:
         geom = find(model, mujoco.mjtObj.mjOBJ_GEOM, foot)
-        pairs = {*touching(model, geom), *(pair for pair in pairs_of(model) if geom in pair)}
+        pairs = {*colliding_pairs(model, geom), *(pair for pair in pairs_of(model) if geom in pair)}
         others = sorted(other for pair in pairs for other in pair - {geom})
         ground = [other for other in others if model.body_weldid[model.geom_bodyid[other]] == 0]
         if not ground:

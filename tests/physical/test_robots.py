@@ -15,7 +15,7 @@ import pytest
 from clearance_mj import physical
 from clearance_mj.physical.drives import drives
 from clearance_mj.physical.elements import pairs_of
-from clearance_mj.physical.limits import touching
+from clearance_mj.physical.limits import colliding_pairs
 
 pytestmark = pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
 
@@ -248,7 +248,7 @@ def foreign(name):
     model = spec.compile()
     floors = np.flatnonzero(model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE)).tolist()
     pairs = [pair for pair in pairs_of(model) if pair & set(floors)]
-    pairs = pairs or [pair for floor in floors for pair in touching(model, floor)]
+    pairs = pairs or [pair for floor in floors for pair in colliding_pairs(model, floor)]
     feet = [model.geom(geom).name for pair in pairs for geom in pair - set(floors)]
     return spec, [foot for foot in feet if foot and "locomotion" in SCENES[name]]
 
