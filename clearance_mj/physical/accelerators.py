@@ -14,10 +14,10 @@ from .drives import drives
 from .elements import KINDS, SoftElement, find, requested_softness
 from .rotor_sensors import rotor_sensors
 
-__all__ = ["pressing_alone"]
+__all__ = ["frictionless_copy"]
 
 
-def pressing_alone(
+def frictionless_copy(
     model: mujoco.MjModel, engine: str, can_follow: Callable[[mujoco.MjModel, SoftElement], bool] = lambda *_: False
 ) -> mujoco.MjModel:  # fmt: skip
     """Return a copy of a model in which contacts with bristles are frictionless.

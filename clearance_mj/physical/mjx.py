@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
-from .accelerators import pressing_alone
+from .accelerators import frictionless_copy
 from .bristles import pairs_with_bristles
 from .drives import ANGLE, MOTOR_TORQUE, SPEED, DriveState
 from .mjx_drives import Drives, drives_of
@@ -231,7 +231,7 @@ def _engine_model(model: mujoco.MjModel) -> tuple[mujoco.MjModel, np.ndarray]:
     """Return a copy of a model without bristles and drives, and the indices of the remaining activations."""
     if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC and pairs_with_bristles(model):
         raise ModelError("MJX has no contacts without MuJoCo's friction in an elliptic cone; use cone pyramidal")
-    variant, remaining = pressing_alone(model, "MJX", can_be_tabulated), np.ones(model.na, dtype=bool)
+    variant, remaining = frictionless_copy(model, "MJX", can_be_tabulated), np.ones(model.na, dtype=bool)
     for i in drives_of(model).actuators:
         variant.actuator_dyntype[i], variant.actuator_gaintype[i] = int(_Dyn.mjDYN_NONE), int(_Gain.mjGAIN_FIXED)
         variant.actuator_biastype[i] = int(_Bias.mjBIAS_NONE)

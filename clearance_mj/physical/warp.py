@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
-from .accelerators import pressing_alone
+from .accelerators import frictionless_copy
 from .bristles import BristleSettings, bristles_of
 from .drives import DRIVE, PlacedDrive, drives
 from .friction_loop import OF_FRICTION
@@ -80,7 +80,7 @@ def put_model(model: mujoco.MjModel, nworld: int = 1, **options: Any) -> tuple[A
         For laws, bushings, integrator RK4, friction of contacts with ``discrete``, drives of a model whose actuation
         is disabled or that has disabled groups of actuators, and models that were compiled without `compile`.
     """
-    pressing_model = pressing_alone(model, "MuJoCo Warp")
+    pressing_model = frictionless_copy(model, "MuJoCo Warp")
     bristles, placed = list(bristles_of(model)), list(drives(model))
     discrete = getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", None)
     if model.opt.integrator == discrete and any(b.kind == "pair" for b in bristles):
