@@ -6,7 +6,7 @@ from typing import Any
 
 import mujoco
 
-__all__ = ["actuator_count", "control_of", "drives_joint", "output_of", "settle", "settle_damping"]
+__all__ = ["actuator_count", "control_of", "drives_joint", "output_of", "fix_ranges", "settle_damping"]
 
 ON_JOINT = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT
 
@@ -31,7 +31,7 @@ def drives_joint(motor: Any, joint: str) -> bool:
     return motor.target == joint and motor.trntype in ON_JOINT
 
 
-def settle(motor: Any, model: mujoco.MjModel) -> None:
+def fix_ranges(motor: Any, model: mujoco.MjModel) -> None:
     """Write into an actuator of a specification the ranges that its compiler derives from its joint.
 
     ``inheritrange`` takes the joint's range, which must not change when a rotor is put between actuator and joint.

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
-from .actuators import actuator_count, drives_joint, settle, settle_damping
+from .actuators import actuator_count, drives_joint, fix_ranges, settle_damping
 from .damping import damping_ratio_of
 from .elements import change_spec, compile_target, find, joint_kind, name_of, require_spec, store_softness
 from .softness import Softness, softness
@@ -103,7 +103,7 @@ def add_backlash(
             load.armature = 0.0
             for actuator in changed.actuators:
                 if drives_joint(actuator, name):
-                    settle(actuator, model)
+                    fix_ranges(actuator, model)
                     actuator.target = drive.name
             tendon = _add_tendon(changed, f"{name} backlash", (-half, half))
             tendon.wrap_joint(name, 1.0)

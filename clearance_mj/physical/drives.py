@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
-from .actuators import ON_JOINT, actuator_count, output_of, settle, settle_damping
+from .actuators import ON_JOINT, actuator_count, fix_ranges, output_of, settle_damping
 from .clearances import half_of
 from .damping import damping_ratio_of
 from .elements import change_spec, compile_target, find, name_of, require_spec
@@ -231,7 +231,7 @@ def _drive_writer(
     def inside(changed: mujoco.MjSpec) -> None:
         write_numbers(changed, f"{MARK}drive:{name}", [*values, *(value for slip in slips for value in slip)])
         motor = changed.actuator(name)
-        settle(motor, model)
+        fix_ranges(motor, model)
         if not on_tendon:
             load = changed.joint(motor.target)
             load.armature, load.actfrclimited = 0.0, mujoco.mjtLimited.mjLIMITED_FALSE

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...core.errors import ModelError
 from ...estimate.parameter import Parameter
-from ..actuators import settle
+from ..actuators import fix_ranges
 from ..bristles import bristles_of
 from ..drives import DRIVE, PlacedDrive, drives
 from ..elements import (
@@ -193,7 +193,7 @@ def _servo_gain(model: mujoco.MjModel, element: str, quantity: str) -> _Number:
             gains, biases = target.actuator_gainprm[index], target.actuator_biasprm[index]
         else:
             motor = target.actuator(element)
-            settle(motor, model)
+            fix_ranges(motor, model)
             gains, biases = motor.gainprm, motor.biasprm
         if quantity != "kv" or speed:
             gains[0] = value
