@@ -6,7 +6,7 @@ from typing import Any
 
 import mujoco
 
-__all__ = ["actuator_count", "control_of", "drives_joint", "output_of", "fix_ranges", "settle_damping"]
+__all__ = ["actuator_count", "control_of", "drives_joint", "output_of", "fix_ranges", "fix_damping"]
 
 ON_JOINT = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT
 
@@ -53,7 +53,7 @@ def fix_ranges(motor: Any, model: mujoco.MjModel) -> None:
         motor.actlimited, motor.actrange = limited, model.actuator_actrange[index]
 
 
-def settle_damping(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+def fix_damping(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     """Replace the damping ratios of a specification's servos by the damping of its compiled model.
 
     ``dampratio`` depends on the inertia behind the joint, which includes the armature of other joints.

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
-from .actuators import actuator_count, drives_joint, fix_ranges, settle_damping
+from .actuators import actuator_count, drives_joint, fix_damping, fix_ranges
 from .damping import damping_ratio_of
 from .elements import change_spec, compile_target, find, joint_kind, name_of, require_spec, store_softness
 from .softness import Softness, softness
@@ -96,7 +96,7 @@ def add_backlash(
 
     def between(changed: mujoco.MjSpec) -> list[mujoco.MjsJoint]:
         drive_joints = []
-        settle_damping(changed, model)
+        fix_damping(changed, model)
         for name in names:
             load = changed.joint(name)
             drive = _add_drive(changed, load, kinds[name], inertias[name])

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
-from .actuators import ON_JOINT, actuator_count, fix_ranges, output_of, settle_damping
+from .actuators import ON_JOINT, actuator_count, fix_damping, fix_ranges, output_of
 from .clearances import half_of
 from .damping import damping_ratio_of
 from .elements import change_spec, compile_target, find, name_of, require_spec
@@ -180,7 +180,7 @@ def add_drive(
     saved = [np.array(key.act) for key in spec.keys]
 
     def inside(changed: mujoco.MjSpec) -> None:
-        settle_damping(changed, model)
+        fix_damping(changed, model)
         for put_in in makers:
             put_in(changed)
         note_softener(changed)
