@@ -17,7 +17,7 @@ from .softness import Softness, softness
 if TYPE_CHECKING:
     from ..clearance.law import Law
 
-__all__ = ["add_annular_clearance", "add_backlash", "half_of"]
+__all__ = ["add_annular_clearance", "add_backlash", "half_gap"]
 
 _TINY = 1e-9  # kg and kg m², of a body that only carries a drive's inertia
 
@@ -78,7 +78,7 @@ def add_backlash(
     model = compile_target(require_spec(spec))
     names = [name_of(element) for element in (joint if isinstance(joint, list) else [joint])]
     kinds = {name: joint_kind(model, name, "backlash") for name in names}
-    half = half_of(gap, backlash, all(kind == mujoco.mjtJoint.mjJNT_HINGE for kind in kinds.values()))
+    half = half_gap(gap, backlash, all(kind == mujoco.mjtJoint.mjJNT_HINGE for kind in kinds.values()))
     contact = _clearance_softness(half, k, c, law, damping_ratio_of(c, damping_ratio, restitution), implicit)
     if native and (law is not None or contact.ratio is not None or implicit):
         raise ModelError("native backlash is a spring and a damper: give k and c")
@@ -125,7 +125,7 @@ def add_backlash(
     return drives if isinstance(joint, list) else drives[0]
 
 
-def half_of(gap: float | None, backlash: float | None, turns: bool) -> float:
+def half_gap(gap: float | None, backlash: float | None, turns: bool) -> float:
     """Return the play to either side, rad (m), given that or a backlash from side to side, degrees.
 
     Raises

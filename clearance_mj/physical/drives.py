@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
 from .actuators import ON_JOINT, actuator_count, fix_damping, fix_ranges, output_of
-from .clearances import half_of
+from .clearances import half_gap
 from .damping import damping_ratio_of
 from .elements import change_spec, compile_target, find, name_of, require_spec
 from .records import MARK, marked_names, note_softener, write_numbers
@@ -209,7 +209,7 @@ def _drive_writer(
     _require_supported(model, index, where)
     on_tendon, limits = model.actuator_trntype[index] == mujoco.mjtTrn.mjTRN_TENDON, _motor_limits(model, index, where)
     joint = 0 if on_tendon else int(model.actuator_trnid[index, 0])
-    gap = half_of(*play, not on_tendon and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE)
+    gap = half_gap(*play, not on_tendon and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE)
     positives = {"gap": gap} | ({} if inertia is None else {"inertia": inertia})
     positives |= {f"hysteresis[{i}]": min(slip) for i, slip in enumerate(slips)}
     for label, value in positives.items():
