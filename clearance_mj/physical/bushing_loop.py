@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from ..core.jit import OPTIONS, jit
-from .friction_loop import bear
+from .friction_loop import exert_row_force
 from .library import doubles, field, integers
 
 __all__ = ["SITE_BUSHING", "apply_bushing"]
@@ -43,11 +43,11 @@ def apply_bushing(head: Any, model: int, data: int, bushing: Any) -> None:
         force = -numbers[j] * (x * residual[0] + y * residual[1] + z * residual[2])
         force -= numbers[bushing.axes + j] * (x * speed[0] + y * speed[1] + z * speed[2])
         fx, fy, fz = fx + force * x, fy + force * y, fz + force * z
-    bear(head, model, data, row, fx)
-    bear(head, model, data, row + 1, fy)
-    bear(head, model, data, row + 2, fz)
+    exert_row_force(head, model, data, row, fx)
+    exert_row_force(head, model, data, row + 1, fy)
+    exert_row_force(head, model, data, row + 2, fz)
     if bushing.axes == 6:
         scale = doubles(field(model + head.m_eq_data) + 8 * _DATA * bushing.equality, _DATA)[_SCALE]
         for j in range(3, 6):
             torque = numbers[j] * residual[j] + numbers[6 + j] * speed[j]
-            bear(head, model, data, row + j, -4.0 * torque / scale**2)
+            exert_row_force(head, model, data, row + j, -4.0 * torque / scale**2)

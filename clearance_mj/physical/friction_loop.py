@@ -10,7 +10,7 @@ import numpy as np
 from ..core.jit import OPTIONS, jit
 from .library import doubles, field, integers
 
-__all__ = ["FRICTION", "OF_FRICTION", "bear", "bend", "bend_in_plane", "between", "normal_rows", "rub"]
+__all__ = ["FRICTION", "OF_FRICTION", "exert_row_force", "bend", "bend_in_plane", "between", "normal_rows", "rub"]
 
 OF_FRICTION = 7  # state: deflection (3), angle about the normal, angles rolled (3)
 FRICTION = np.dtype(
@@ -85,15 +85,15 @@ def _exert(
 ) -> None:
     """Make the solver exert a force or torque along a contact's coordinate j, in addition to the normal force."""
     if rows == 1:
-        bear(head, model, data, row + 1 + j, force)
+        exert_row_force(head, model, data, row + 1 + j, force)
     else:
         edge = force / (2.0 * doubles(contact + head.c_friction, 5)[j])
-        bear(head, model, data, row + 2 * j, normal_force / rows + edge)
-        bear(head, model, data, row + 2 * j + 1, normal_force / rows - edge)
+        exert_row_force(head, model, data, row + 2 * j, normal_force / rows + edge)
+        exert_row_force(head, model, data, row + 2 * j + 1, normal_force / rows - edge)
 
 
 @jit(**OPTIONS)
-def bear(head: Any, model: int, data: int, row: int, force: float) -> None:
+def exert_row_force(head: Any, model: int, data: int, row: int, force: float) -> None:
     """Make the solver's row exert a force; the last step's acceleration compensates the parasitic mass."""
     nv, kind = integers(model + head.m_nv, 1)[0], integers(model + head.m_jacobian, 1)[0]
     jacobian, accelerations = field(data + head.d_efc_J), doubles(field(data + head.d_qacc_warmstart), nv)
@@ -166,7 +166,7 @@ def rub(
             if rows == 1:
                 rows = integers(contact + head.c_dim, 1)[0]
             for j in range(rows):
-                bear(head, model, data, row + j, 0.0)
+                exert_row_force(head, model, data, row + j, 0.0)
         return
     nx, ny, nz = nx / length, ny / length, nz / length
     x, y, z, vx, vy, vz = x / total, y / total, z / total, vx / total, vy / total, vz / total
