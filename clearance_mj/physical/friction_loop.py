@@ -10,7 +10,16 @@ import numpy as np
 from ..core.jit import OPTIONS, jit
 from .library import doubles, field, integers
 
-__all__ = ["FRICTION", "OF_FRICTION", "exert_row_force", "bend", "bend_in_plane", "between", "normal_rows", "rub"]
+__all__ = [
+    "FRICTION",
+    "OF_FRICTION",
+    "exert_row_force",
+    "advance_bristle",
+    "bend_in_plane",
+    "between",
+    "normal_rows",
+    "rub",
+]
 
 OF_FRICTION = 7  # state: deflection (3), angle about the normal, angles rolled (3)
 FRICTION = np.dtype(
@@ -31,7 +40,9 @@ def between(geoms: Any, geom1: int, geom2: int) -> bool:
 
 
 @jit(**OPTIONS)
-def bend(largest: float, k: float, c: float, deflection: float, step: float, speed: float) -> tuple[float, float]:
+def advance_bristle(
+    largest: float, k: float, c: float, deflection: float, step: float, speed: float
+) -> tuple[float, float]:
     """Return deflection and force of a coordinate's bristle after a step: elastic up to the largest force."""
     slips = largest / k
     deflection = min(max(deflection + step * speed, -slips), slips)
@@ -193,7 +204,7 @@ def rub(
     )
     torque = 0.0
     if square > 0.0:
-        bristles[3], torque = bend(largest * arm, k * square, c * square, bristles[3], step, spin)
+        bristles[3], torque = advance_bristle(largest * arm, k * square, c * square, bristles[3], step, spin)
     if rolls:
         rolling_squared = rolling * rolling
         bristles[4], bristles[5], bristles[6], tx, ty, tz = bend_in_plane(

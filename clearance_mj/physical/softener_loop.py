@@ -22,7 +22,7 @@ from ..clearance.record import BUSHING
 from ..core.jit import OPTIONS, STRICT, jit
 from . import drive_loop, library
 from .bushing_loop import SITE_BUSHING, apply_bushing
-from .friction_loop import FRICTION, OF_FRICTION, bend, between, normal_rows, rub
+from .friction_loop import FRICTION, OF_FRICTION, advance_bristle, between, normal_rows, rub
 from .library import doubles, field, integers, pointer
 
 __all__ = ["ELEMENT", "FRICTION", "HEAD", "SITE_BUSHING", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
@@ -158,11 +158,13 @@ def soften(head_address: int, model: int, data: int) -> None:
         bristles = memory[start : start + OF_FRICTION]
         numbers = doubles(field(model + head.m_numeric_data) + 8 * friction.numeric, friction.numbers)
         if friction.kind == JOINT:
-            bristles[0], force = bend(numbers[0], numbers[1], numbers[2], bristles[0], step, qvel[friction.dof])
+            bristles[0], force = advance_bristle(
+                numbers[0], numbers[1], numbers[2], bristles[0], step, qvel[friction.dof]
+            )
             passive[friction.dof] -= force
         elif friction.kind == TENDON:
             speed = doubles(field(data + head.d_ten_velocity) + 8 * friction.geom1, 1)[0]
-            bristles[0], force = bend(numbers[0], numbers[1], numbers[2], bristles[0], step, speed)
+            bristles[0], force = advance_bristle(numbers[0], numbers[1], numbers[2], bristles[0], step, speed)
             _add_tension(head, model, data, friction.dof, friction.size, force, passive)
         else:
             rub(head, model, data, friction, numbers, bristles, step)
