@@ -16,7 +16,7 @@ __all__ = [
     "exert_row_force",
     "advance_bristle",
     "bend_in_plane",
-    "between",
+    "is_between",
     "normal_rows",
     "rub",
 ]
@@ -34,7 +34,7 @@ _PYRAMIDAL = int(mujoco.mjtConstraint.mjCNSTR_CONTACT_PYRAMIDAL)
 
 
 @jit(**OPTIONS)
-def between(geoms: Any, geom1: int, geom2: int) -> bool:
+def is_between(geoms: Any, geom1: int, geom2: int) -> bool:
     """Return True if a contact is between these two geoms, in any order."""
     return (geoms[0] == geom1 and geoms[1] == geom2) or (geoms[0] == geom2 and geoms[1] == geom1)
 
@@ -66,7 +66,7 @@ def normal_rows(head: Any, data: int, contact: int, row: int) -> tuple[int, floa
 def _normal_force(head: Any, data: int, friction: Any, contact: int) -> tuple[int, int, float]:
     """Return first row, number of pressing rows and normal force of a contact; zeros if it is of another pair."""
     row = integers(contact + head.c_efc_address, 1)[0]
-    if row < 0 or not between(integers(contact + head.c_geom, 2), friction.geom1, friction.geom2):
+    if row < 0 or not is_between(integers(contact + head.c_geom, 2), friction.geom1, friction.geom2):
         return 0, 0, 0.0
     rows, softness = normal_rows(head, data, contact, row)
     if friction.law:

@@ -22,7 +22,7 @@ from ..clearance.record import BUSHING
 from ..core.jit import OPTIONS, STRICT, jit
 from . import drive_loop, library
 from .bushing_loop import SITE_BUSHING, apply_bushing
-from .friction_loop import FRICTION, OF_FRICTION, advance_bristle, between, normal_rows, rub
+from .friction_loop import FRICTION, OF_FRICTION, advance_bristle, is_between, normal_rows, rub
 from .library import doubles, field, integers, pointer
 
 __all__ = ["ELEMENT", "FRICTION", "HEAD", "SITE_BUSHING", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
@@ -141,7 +141,7 @@ def soften(head_address: int, model: int, data: int) -> None:
             geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]
             if r >= 0:
                 for e in range(head.first_pair, n):
-                    if between(geoms, elements[e].geom1, elements[e].geom2):
+                    if is_between(geoms, elements[e].geom1, elements[e].geom2):
                         rows[e] = r
         bushings = numba.carray(pointer(head.bushings), n, BUSHING)
         for e in range(n):
@@ -225,13 +225,13 @@ def _apply_law(
         for i in range(n_contacts if element.shared or element.behind > 0.0 else 0):
             contact = field(data + head.d_contact) + i * head.contact_size
             touches = integers(contact + head.c_efc_address, 1)[0] >= 0
-            points += touches and between(integers(contact + head.c_geom, 2), element.geom1, element.geom2)
+            points += touches and is_between(integers(contact + head.c_geom, 2), element.geom1, element.geom2)
         fraction = 1.0 / points if element.shared else 1.0
         c_max /= max(points, 1)
         for i in range(n_contacts):
             contact = field(data + head.d_contact) + i * head.contact_size
             geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]
-            if r >= 0 and between(geoms, element.geom1, element.geom2):
+            if r >= 0 and is_between(geoms, element.geom1, element.geom2):
                 rows, single_R = normal_rows(head, data, contact, r)
                 push = fraction * _law_force(bushing, numbers, -depths[r], -speeds[r : r + rows].mean(), c_max)
                 reference[r : r + rows] = single_R * push

@@ -31,7 +31,7 @@ FrictionPlace = _structure("FrictionPlace", FRICTION.names, int)
 DrivePlace = _structure("DrivePlace", drive_loop.PLACE.names, int)
 
 _between, _bend, _bend_in_plane = map(
-    _formula, (friction_loop.between, friction_loop.advance_bristle, friction_loop.bend_in_plane)
+    _formula, (friction_loop.is_between, friction_loop.advance_bristle, friction_loop.bend_in_plane)
 )
 _accelerate, _enter, _exert, _press, _slip = map(
     _formula, (drive_loop.accelerate, drive_loop.enter, drive_loop.exert, drive_loop.press, drive_loop.slip)
