@@ -17,7 +17,19 @@ from . import library
 from .drives import ANGLE, BEGUN, BRISTLES, DRIVE, INPUT, MOTOR_TORQUE, SPEED
 from .library import doubles, field, integers, pointer
 
-__all__ = ["PLACE", "PLACES", "SENSED", "accelerate", "advance", "enter", "exert", "press", "sense", "slip", "turn"]
+__all__ = [
+    "PLACE",
+    "PLACES",
+    "SENSED",
+    "accelerate",
+    "advance",
+    "filter_control",
+    "exert",
+    "press",
+    "sense",
+    "slip",
+    "turn",
+]
 
 _DATA = ("act", "act_dot", "ctrl", "actuator_length", "actuator_velocity", "sensordata")
 _MODEL = (
@@ -65,7 +77,7 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
     if drive.encoder == 0.0:
         length, velocity = gear * angle, gear * speed
     limited = numba.carray(pointer(field(model + head.m_actuator_ctrllimited) + place.control), 1, np.uint8)[0]
-    gain_input, rates[INPUT] = enter(
+    gain_input, rates[INPUT] = filter_control(
         drive, h, act[INPUT], doubles(field(data + head.d_ctrl) + 8 * place.control, 1)[0],
         limited and not integers(model + head.m_disableflags, 1)[0] & _CLAMP_OFF,
         doubles(field(model + head.m_actuator_ctrlrange) + 16 * place.control, 2),
@@ -99,7 +111,7 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
 
 
 @jit(**OPTIONS)
-def enter(
+def filter_control(
     drive: Any, h: float, activation: float, control: float, clamped: bool, control_range: Any, range_of_input: Any,
     tau: float,
 ) -> tuple[float, float]:  # fmt: skip
