@@ -24,7 +24,7 @@ __all__ = [
     "accelerate",
     "advance",
     "filter_control",
-    "exert",
+    "motor_force",
     "press",
     "sense",
     "slip",
@@ -84,7 +84,7 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
         doubles(field(model + head.m_actuator_actrange) + 16 * place.actuator, 2),
         doubles(field(model + head.m_actuator_dynprm) + 8 * _PRM * place.actuator, 1)[0],
     )  # fmt: skip
-    motor, braking = exert(
+    motor, braking = motor_force(
         doubles(field(model + head.m_actuator_gainprm) + 8 * _PRM * place.actuator, 3),
         doubles(field(model + head.m_actuator_biasprm) + 8 * _PRM * place.actuator, 3),
         doubles(field(model + head.m_actuator_forcerange) + 16 * place.actuator, 2), gain_input, length, velocity,
@@ -135,7 +135,9 @@ def filter_control(
 
 
 @jit(**OPTIONS)
-def exert(gain: Any, bias: Any, limits: Any, gain_input: float, length: float, velocity: float) -> tuple[float, float]:
+def motor_force(
+    gain: Any, bias: Any, limits: Any, gain_input: float, length: float, velocity: float
+) -> tuple[float, float]:
     """Return the motor's force, and the damping in it."""
     force = (
         (gain[0] + gain[1] * length + gain[2] * velocity) * gain_input + bias[0] + bias[1] * length + bias[2] * velocity
