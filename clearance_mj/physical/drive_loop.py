@@ -25,7 +25,7 @@ __all__ = [
     "advance",
     "filter_control",
     "motor_force",
-    "press",
+    "teeth_torque",
     "sense",
     "slip",
     "turn",
@@ -92,7 +92,7 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
     motor, braking = gear * motor, gear * gear * braking if drive.encoder == 0.0 else 0.0
 
     closing = speed - load_speed
-    torque = press(drive, angle - load, closing)
+    torque = teeth_torque(drive, angle - load, closing)
     for i in range(place.slips):
         k, largest = slips[2 * i], slips[2 * i + 1]
         bristle = min(max(act[BRISTLES + 1 + i] + begun * h * closing, -largest / k), largest / k)
@@ -148,7 +148,7 @@ def motor_force(
 
 
 @jit(**OPTIONS)
-def press(drive: Any, deflection: float, closing: float) -> float:
+def teeth_torque(drive: Any, deflection: float, closing: float) -> float:
     """Return the torque of teeth with play on the load."""
     if drive.gap == 0.0:
         return drive.k * deflection + drive.c * closing

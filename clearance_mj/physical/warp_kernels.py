@@ -35,7 +35,13 @@ _between, _bend, _bend_in_plane = map(
 )
 _accelerate, _enter, _exert, _press, _slip = map(
     _formula,
-    (drive_loop.accelerate, drive_loop.filter_control, drive_loop.motor_force, drive_loop.press, drive_loop.slip),
+    (
+        drive_loop.accelerate,
+        drive_loop.filter_control,
+        drive_loop.motor_force,
+        drive_loop.teeth_torque,
+        drive_loop.slip,
+    ),
 )
 _TINY = wp.constant(1e-30)
 _Numbers = wp.types.vector(length=10, dtype=float)
