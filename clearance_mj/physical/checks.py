@@ -18,7 +18,7 @@ from .limits import add_missing_pairs, uncovered_contacts
 from .packages import naming_package
 from .rows import ParasiticMass, bent_poses, parasitic_mass, softness_of
 from .softness import LARGEST_IMPEDANCE
-from .step import Stable, hardest
+from .step import Stable, limiting_element
 
 __all__ = ["ModelWarning", "check", "compile", "points_of"]
 
@@ -273,7 +273,7 @@ def _solver_problems(model: mujoco.MjModel) -> Iterator[str]:
 
 
 def _unstable_step(model: mujoco.MjModel, poses: ArrayLike | None) -> list[str]:
-    return _step_problem(model, hardest(model, poses), "pose {}".format)
+    return _step_problem(model, limiting_element(model, poses), "pose {}".format)
 
 
 def _unstable_elsewhere(model: mujoco.MjModel, poses: ArrayLike | None) -> list[str]:
@@ -281,7 +281,7 @@ def _unstable_elsewhere(model: mujoco.MjModel, poses: ArrayLike | None) -> list[
     if poses is not None or not len(bent := bent_poses(model)):
         return []
     return _step_problem(
-        model, hardest(model, bent, contacts=False), lambda i: f"at qpos {np.round(bent[i], 2).tolist()}, which the "
+        model, limiting_element(model, bent, contacts=False), lambda i: f"at qpos {np.round(bent[i], 2).tolist()}, which the "
         "joints' ranges allow"
     )  # fmt: skip
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .drives import drives
 from .rows import ContactRow, Pose, poses_of
 
-__all__ = ["Stable", "hardest", "largest_step"]
+__all__ = ["Stable", "limiting_element", "largest_step"]
 
 _LONGEST_STEP = 1.0  # s, upper end of the search
 _Bits, _Integrator = mujoco.mjtDisableBit, mujoco.mjtIntegrator
@@ -66,10 +66,10 @@ def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float
     ModelError
         For poses of another size than the model's.
     """
-    return hardest(model, poses).step
+    return limiting_element(model, poses).step
 
 
-def hardest(model: mujoco.MjModel, poses: ArrayLike | None = None, contacts: bool = True) -> Stable:
+def limiting_element(model: mujoco.MjModel, poses: ArrayLike | None = None, contacts: bool = True) -> Stable:
     """Return the longest stable step with the element that limits it; see `largest_step`.
 
     Without ``contacts`` overlaps of geoms, as in poses that no motion reaches, are ignored; each explicit pair is still
