@@ -16,7 +16,7 @@ from ...core.errors import RecordError, SimulationError
 from ...estimate import LinearisedResiduals, Parameter, Problem
 from ..drives import drives
 from .record import ModelRecord
-from .simulation import Simulator, moved
+from .simulation import Simulator, moved_state
 
 __all__ = ["Prediction"]
 
@@ -113,7 +113,7 @@ class SimulationResiduals:
                 states = self.approached(number, models)
             else:
                 deviations = self.deviations(points[valid], number, stage)
-                states = np.array([moved(m, stage.begin[number], move) for m, move in zip(models, deviations)])
+                states = np.array([moved_state(m, stage.begin[number], move) for m, move in zip(models, deviations)])
             run = simulator.guided(models, states, slice(first, n), stage.bandwidth)
             residuals[valid] = simulator.measured[first:n] - run.sensors
             self.simulations += len(models)

@@ -217,7 +217,7 @@ def state_of(model: mujoco.MjModel, pose: np.ndarray) -> np.ndarray:
     return np.r_[0.0, pose, np.zeros(model.nv + model.na + model.nuserdata)]
 
 
-def moved(model: mujoco.MjModel, state: np.ndarray, move: np.ndarray) -> np.ndarray:
+def moved_state(model: mujoco.MjModel, state: np.ndarray, move: np.ndarray) -> np.ndarray:
     """Return a state moved by (2 (nv + n_drives),): displacements, of rotors too, then speeds."""
     result, qpos = state.copy(), slice(1, 1 + model.nq)
     positions, speeds = np.split(move, 2)
