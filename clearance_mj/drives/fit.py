@@ -174,7 +174,10 @@ def fit_drive(
     solution = search.fit(accepted, search.values(solution))
     covariance = jackknife(solution.rows, solution.scores, search.pieces, solution.prior)
     covariance *= student_widening(np.unique(search.pieces).size) ** 2
-    drive, load = made(search.values(solution)), np.concatenate([record.load_torque for record in search.records])
+    drive, load = (
+        drive_of_values(search.values(solution)),
+        np.concatenate([record.load_torque for record in search.records]),
+    )
     unexplained = np.sqrt(np.mean([drive.errors(record)[1] ** 2 for record in search.records])) / np.std(load)
     largest = max(float(np.abs(record.load_torque).max()) for record in records)  # type: ignore[arg-type]
     return DriveFit(
@@ -183,7 +186,7 @@ def fit_drive(
     )  # fmt: skip
 
 
-def made(values: Mapping[str, float]) -> Drive:
+def drive_of_values(values: Mapping[str, float]) -> Drive:
     """Return the drive with these parameter values.
 
     Parameters
@@ -237,7 +240,7 @@ class _DriveSearch:
         names = [p.name for p in parameters]
 
         def residuals(values: np.ndarray) -> np.ndarray:
-            return np.array([self.residuals(made(dict(zip(names, row)))) for row in values.tolist()])
+            return np.array([self.residuals(drive_of_values(dict(zip(names, row)))) for row in values.tolist()])
 
         problem = Problem(parameters, residuals, loss=UnknownScale(self.blocks, POINTS), lanes=False)
         return solve(problem, [problem.at(start)], stop=STOP)
@@ -252,7 +255,7 @@ class _DriveSearch:
 
     def rescale(self, solution: Solution) -> None:
         """Set the expected RMS errors to those of a fit."""
-        drive = made(self.values(solution))
+        drive = drive_of_values(self.values(solution))
         self.rms = np.sqrt(np.mean(np.square([drive.errors(record) for record in self.records]), axis=0))
 
     @staticmethod
