@@ -28,7 +28,7 @@ from ..estimate.estimates import UNIDENTIFIED
 from ..physical.identification.record import quantum
 from .fit import ADVICE, free, in_words, positive, require_motion
 from .record import DriveRecord
-from .teeth import NUMBERS, predicted
+from .teeth import NUMBERS, predict_teeth
 
 __all__ = ["MotorSideFit", "fit_motor_side"]
 
@@ -123,7 +123,7 @@ class MotorSideFit:
 def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> MotorSideFit:
     """Identify a drive from logs of its motor, and of the load's angle or torque where they have it.
 
-    The load hangs behind play and elastic teeth (`teeth.predicted`). Play is fixed at several sizes while all else is
+    The load hangs behind play and elastic teeth (`teeth.predict_teeth`). Play is fixed at several sizes while all else is
     fitted, since fits that free it too early end in wrong minima; then all parameters are fitted, from the best two.
     Where runs have the load's angle or torque, they are compared with those of the load behind the teeth.
 
@@ -286,7 +286,7 @@ class _MotorSideSearch:
     def _predict(self, run: int, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         record, common = self.records[run], len(NUMBERS) - 2
         parameters = np.array([*values[:common], self.lean[run], values[common + run]])
-        return predicted(record.motor_angle, record.motor_torque, 1 / record.fs, parameters, STEPS)
+        return predict_teeth(record.motor_angle, record.motor_torque, 1 / record.fs, parameters, STEPS)
 
 
 def _means(x: np.ndarray, window: int) -> np.ndarray:

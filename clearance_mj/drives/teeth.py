@@ -6,18 +6,18 @@ import numpy as np
 
 from ..core.jit import jit
 
-__all__ = ["NUMBERS", "predicted"]
+__all__ = ["NUMBERS", "predict_teeth"]
 
 NUMBERS = (
     "inertia", "load inertia", "play", "stiffness", "teeth's damping", "efficiency", "turnover", "tail",
     "friction", "width", "load friction", "load width", "damping", "load damping", "spring", "correction", "lean",
     "load",
 )  # fmt: skip
-"""Parameters of `predicted`, in this order"""
+"""Parameters of `predict_teeth`, in this order"""
 
 
 @jit(error_model="numpy")
-def predicted(
+def predict_teeth(
     angle: np.ndarray, torque: np.ndarray, step: float, values: np.ndarray, steps: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return one-step predictions (n,) of motor and load angle, rad, and the teeth's torque.
