@@ -14,7 +14,7 @@ from .kernel import (
     follow_law,
     forget,
     friction_limit,
-    let_go,
+    limit_bristles,
     press,
     rub,
     touch,
@@ -79,7 +79,7 @@ def _wall_force(
     sliding = n_y * speed_z - n_z * speed_y + load(numbers, bushing.friction + 5, lanes) * spin
     stiffness, damping = load(numbers, bushing.friction + 1, lanes), load(numbers, bushing.friction + 2, lanes)
     limit = friction_limit(bushing, numbers, larger(normal, 0.0), sliding, lanes)
-    let_go(bushing, numbers, end, limit, lanes)
+    limit_bristles(bushing, numbers, end, limit, lanes)
     friction = smaller(larger(stiffness * bristles + damping * sliding, 0.0 - limit), limit)
     return n_y * normal - n_z * friction, n_z * normal + n_y * friction
 

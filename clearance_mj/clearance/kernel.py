@@ -28,7 +28,7 @@ from .vectors import TINY, minus, of_one_or_two, plus
 
 __all__ = [
     "BRISTLES", "answered", "depth_in", "distance", "fill", "follow_law", "forget", "friction_limit", "save_previous_state",
-    "let_go", "press", "rub", "touch",
+    "limit_bristles", "press", "rub", "touch",
 ]  # fmt: skip
 
 BRISTLES = 3  # row of their deflection in an end's state
@@ -301,7 +301,7 @@ def friction_limit(
 
 
 @inlined
-def let_go(bushing: ClearanceRecord, numbers: np.ndarray, end: int, force: Any, lanes: tuple[int, ...]) -> None:
+def limit_bristles(bushing: ClearanceRecord, numbers: np.ndarray, end: int, force: Any, lanes: tuple[int, ...]) -> None:
     """Limit the deflection of an end's bristles to that of a force, N."""
     memory = bushing.ends + END_MEMORY * end + BRISTLES
     limit = force / larger(load(numbers, bushing.friction + 1, lanes), TINY)

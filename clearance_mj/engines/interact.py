@@ -19,7 +19,7 @@ from ..clearance.kernel import (
     follow_law,
     forget,
     friction_limit,
-    let_go,
+    limit_bristles,
     press,
     rub,
     touch,
@@ -318,5 +318,5 @@ def torque_of_friction(
         bushing = bushings[c // 2]
         if acts[c] and bushing.rubs:
             torque = torque + load(numbers, bushing.friction + 5, lanes) * load(ends, ENDS * c + RUBBED, lanes)
-            let_go(bushing, numbers, c % 2, load(ends, ENDS * c + LIMIT, lanes), lanes)
+            limit_bristles(bushing, numbers, c % 2, load(ends, ENDS * c + LIMIT, lanes), lanes)
     return torque

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..clearance.follower import SLOWEST_IMPACT, end_values, pushing
-from ..clearance.kernel import BRISTLES, depth_in, forget, friction_limit, let_go, press, rub, touch
+from ..clearance.kernel import BRISTLES, depth_in, forget, friction_limit, limit_bristles, press, rub, touch
 from ..clearance.lanes import signed
 from ..clearance.pointers import at, call_law
 from ..clearance.record import ClearanceRecord
@@ -112,7 +112,7 @@ def _end_force(
         rubbed = numbers[bushing.friction + 1] * bristles + numbers[bushing.friction + 2] * sliding
         limit = friction_limit(bushing, numbers, max(normal, 0.0), sliding, ONE)
         rubbed = min(max(rubbed, -limit), limit)
-        let_go(bushing, numbers, 0, limit, ONE)
+        limit_bristles(bushing, numbers, 0, limit, ONE)
         force_y -= rubbed * n_z
         force_z += rubbed * n_y
     return force_y, force_z
