@@ -16,7 +16,16 @@ from ..periodic.axes import level_axis
 from ..report.loudness import draw, rows, summary_lines
 from ..rig import Plate
 from ..signals.response import Response
-from ..sound import LoudnessOverLevel, Sound, full_scale, has_mosqito, heard, loudness_of_each, radiate, write_wav
+from ..sound import (
+    LoudnessOverLevel,
+    Sound,
+    audible_sound,
+    full_scale,
+    has_mosqito,
+    loudness_of_each,
+    radiate,
+    write_wav,
+)
 from ..sound.over_level import SETTLING
 from ..tolerance import Scatter
 from .command import RESULTS, Options, Result, command, option, settings
@@ -68,7 +77,7 @@ def run(options: Options) -> Result:
     models = _load_models(options)
     plates = {name: _plate(options, model, models["A"]) for name, model in models.items()}
     responses = {name: _compute_responses(options, name, model) for name, model in models.items()}
-    sound_of = radiate if options.record else heard  # of a simulation without its start
+    sound_of = radiate if options.record else audible_sound  # of a simulation without its start
     sounds = {
         name: [sound_of(response, models[name].rig, plates[name]) for _, response in each]
         for name, each in responses.items()

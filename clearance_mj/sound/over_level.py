@@ -20,7 +20,7 @@ from .pressure import Sound
 from .radiation import radiate
 from .zwicker import Field, Loudness, Method, loudness
 
-__all__ = ["LoudnessOverLevel", "heard", "loudness_of_each", "loudness_over_level", "sound_over_level"]
+__all__ = ["LoudnessOverLevel", "audible_sound", "loudness_of_each", "loudness_over_level", "sound_over_level"]
 
 SETTLING = 0.5  # s, removed from the beginning of a simulation from rest
 WORTH_PROCESSES = 6.0  # s of sounds, above which processes are faster
@@ -140,10 +140,10 @@ def sound_over_level(
         for level in map(float, levels)
     ]
     responses = simulate_batch(model, scaled, engine=engine, workers=workers, progress=progress)
-    return tuple(heard(response, model.rig, plate) for response in responses)
+    return tuple(audible_sound(response, model.rig, plate) for response in responses)
 
 
-def heard(response: Response, rig: Rig, plate: Plate | None = None) -> Sound:
+def audible_sound(response: Response, rig: Rig, plate: Plate | None = None) -> Sound:
     """Return the sound of a simulation from rest without its first half second, faded in and out.
 
     Parameters

@@ -13,7 +13,7 @@ from clearance_mj.model import Model
 from clearance_mj.rig import Plate, Rig
 from clearance_mj.signals.excitation import from_psd, random
 from clearance_mj.signals.road import road_psd
-from clearance_mj.sound import heard, loudness, loudness_over_level, radiate, read_wav
+from clearance_mj.sound import audible_sound, loudness, loudness_over_level, radiate, read_wav
 from clearance_mj.tolerance import Scatter
 
 from ..conftest import ROOT
@@ -66,7 +66,7 @@ def test_the_loudness_of_a_road_has_an_interval_over_noises_and_designs(tmp_path
         n5 = []
         for seed, model in enumerate(models):
             noise = from_psd(road_psd("C", 80 / 3.6, at="body").scaled(2.0), 1.5, 4096.0, seed)
-            sound = heard(model.simulate(noise, "modal"), model.rig, PLATE)
+            sound = audible_sound(model.simulate(noise, "modal"), model.rig, PLATE)
             n5.append(loudness(sound, "stationary").n5)
         assert [row["loudness_n5_sone"] for row in rows] == pytest.approx(n5, rel=1e-9)
         low, high = scipy.stats.t.interval(0.95, 2, np.mean(n5), scipy.stats.sem(n5))

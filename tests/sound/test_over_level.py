@@ -7,7 +7,7 @@ from clearance_mj.core.errors import ExcitationError
 from clearance_mj.model import Model
 from clearance_mj.rig import Plate, Rig
 from clearance_mj.signals.excitation import random, still
-from clearance_mj.sound import heard, loudness_over_level, sound_over_level
+from clearance_mj.sound import audible_sound, loudness_over_level, sound_over_level
 
 from ..rig.rig_changes import TABLES
 
@@ -32,7 +32,7 @@ def test_rattle_is_louder_than_its_level_says(model):
     pytest.importorskip("mosqito")
     found = loudness_over_level(model, NOISE, (0.05, 5.0), PLATE, method="stationary")
     assert found.level == (0.05, 5.0)
-    rattles = heard(model.simulate(random(1.5, 4096.0, rms=5.0, seed=3), "modal"), model.rig, PLATE)
+    rattles = audible_sound(model.simulate(random(1.5, 4096.0, rms=5.0, seed=3), "modal"), model.rig, PLATE)
     assert np.allclose(found.sound[1].pressure, rattles.pressure, atol=1e-9)
     assert found.n5[1] > found.n5[0]
     assert found.pressure_level[1] == pytest.approx(rattles.level)
