@@ -197,7 +197,7 @@ def _place(name: str) -> tuple[str, str]:
     return _QUANTITY[kind], f"{node}:{rest[0] if rest else '+Z'}"
 
 
-def to_frf(columns: Sequence[ColumnHeader], values: Sequence[np.ndarray]) -> FRF:
+def frf_of_columns(columns: Sequence[ColumnHeader], values: Sequence[np.ndarray]) -> FRF:
     """Return the FRFs that the columns of a table hold."""
     axes = [value * c.scale for c, value in zip(columns, values) if c.quantity == "frequency"]
     if len(axes) != 1:

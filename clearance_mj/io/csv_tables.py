@@ -22,7 +22,17 @@ from ..core.files import read_text, replacing
 from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
-from .columns import SKIP, ColumnHeader, Columns, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
+from .columns import (
+    SKIP,
+    ColumnHeader,
+    Columns,
+    Contents,
+    frf_of_columns,
+    listed,
+    resolve,
+    table_of_channels,
+    table_of_frf,
+)
 from .gaps import GAPS, Samples, gapless_channels, is_code
 from .registry import Format, register
 from .tables.headers import is_index, unique_names
@@ -108,7 +118,7 @@ def read_table(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents
     if any(c.reference for c in used):
         if rates.fs is not None:
             raise RecordError("holds FRFs, which have no sampling rate")
-        return to_frf(used, [_numbers(body, c, cells, needed=True)[0] for c in used])
+        return frf_of_columns(used, [_numbers(body, c, cells, needed=True)[0] for c in used])
     layout = body.layout
     above = [line.decode().rstrip() for line in body.data[: body.begin].splitlines()]
     axis, of_time = time_of(body, used, cells, rates, find_rate(above, layout.style))

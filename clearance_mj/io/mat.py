@@ -23,7 +23,7 @@ from ..core.matlab import Value, arrays
 from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
-from .columns import ColumnHeader, Columns, Contents, frf_names, listed, resolve, table_of_channels, to_frf
+from .columns import ColumnHeader, Columns, Contents, frf_names, frf_of_columns, listed, resolve, table_of_channels
 from .containers import waveforms
 from .gaps import Samples, gapless_channels
 from .registry import Format, register
@@ -121,7 +121,7 @@ def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], rates: 
         if is_frf and not np.isfinite(value).all():
             raise RecordError(f'variable "{column.name}": number {np.argmin(np.isfinite(value)) + 1} is not finite')
     if is_frf:
-        return to_frf(columns, values)
+        return frf_of_columns(columns, values)
     axis = _timing(columns, values, rates, variables.get("fs"))
     parts = [
         Samples(c.name, axis.samples(v), axis.fs, axis.start, c.channel)
