@@ -89,7 +89,7 @@ def resolve(
     keys = [{cell, _name(cell), name} if cells.count(cell) == 1 else {name} for cell, name in zip(cells, names)]
     if missing := [header for header in mapped if not any(header in known for known in keys)]:
         suggestion = _suggest_name(missing[0], [*cells, *names])
-        raise RecordError(f'{where}has no {kind} "{missing[0]}"{suggestion}; its {kind}s are {listed(cells)}')
+        raise RecordError(f'{where}has no {kind} "{missing[0]}"{suggestion}; its {kind}s are {quoted_names(cells)}')
     has_channel_names = any(":" in cell or _name(cell) == "base" for cell in cells if _is_column_name(_name(cell)))
     used = []
     for index, (cell, name, aliases) in enumerate(zip(cells, names, keys)):
@@ -118,7 +118,7 @@ def resolve(
             )
         raise RecordError(f'{where}"{other.name}" is of a time record, "{functions[0].name}" of FRFs; needs one kind')
     if all(column.quantity in ("time", "frequency") for column in used):
-        raise RecordError(f"{where}has no channel beside time; its {kind}s are {listed(cells)}")
+        raise RecordError(f"{where}has no channel beside time; its {kind}s are {quoted_names(cells)}")
     return used
 
 
@@ -142,7 +142,7 @@ def _raw_column(index: int, cell: str, name: str, has_channel_names: bool) -> Co
     suggestion = _suggest_name(plain, _similar_channels(plain), 0.75)
     if suggestion and (_PREFIX_AND_NODE.match(plain) or (has_channel_names and not is_time(plain))):
         raise RecordError(
-            f"not the name of a channel{suggestion}; use {listed(EXAMPLES)} with the node's number, "
+            f"not the name of a channel{suggestion}; use {quoted_names(EXAMPLES)} with the node's number, "
             f'or map it: "{cell}=acc:1" (or "{cell}={SKIP}" to leave it out)'
         )
     plain, unit = split_header(cell)
@@ -169,7 +169,7 @@ def _column(index: int, cell: str, entry: str) -> ColumnHeader:
         return _frf_column(index, _name(cell), unit, *function.groups())
     if not _CHANNEL.fullmatch(name):
         suggestion = _suggest_name(name, _similar_channels(name))
-        raise RecordError(f"not the name of a channel{suggestion}; use {listed(EXAMPLES)} with the node's number")
+        raise RecordError(f"not the name of a channel{suggestion}; use {quoted_names(EXAMPLES)} with the node's number")
     quantity, dof = _place(name)
     return ColumnHeader(index, _name(cell), quantity, dof, scale=_scale(unit, quantity))
 
@@ -334,6 +334,6 @@ def _suggest_name(name: str, names: Sequence[str], cutoff: float = 0.6) -> str:
     return f' (did you mean "{matches[0]}"?)' if matches else ""
 
 
-def listed(names: Iterable[str]) -> str:
+def quoted_names(names: Iterable[str]) -> str:
     """Return the names in quotation marks."""
     return ", ".join(f'"{name}"' for name in names)

@@ -28,7 +28,7 @@ from .columns import (
     Columns,
     Contents,
     frf_of_columns,
-    listed,
+    quoted_names,
     resolve,
     table_of_channels,
     table_of_frf,
@@ -123,7 +123,7 @@ def read_table(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents
     above = [line.decode().rstrip() for line in body.data[: body.begin].splitlines()]
     axis, of_time = time_of(body, used, cells, rates, find_rate(above, layout.style))
     if not (columns := _channels(body, used, of_time, notes)):
-        raise RecordError(f"line {line}: has no column of numbers beside time; its columns are {listed(cells)}")
+        raise RecordError(f"line {line}: has no column of numbers beside time; its columns are {quoted_names(cells)}")
     parts = [(c, *_numbers(body, c, cells)) for c in columns]
     return gapless_channels(
         [Samples(c.name, axis.samples(value), axis.fs, axis.start, c.channel, code) for c, value, code in parts], notes

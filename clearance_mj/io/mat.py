@@ -23,7 +23,16 @@ from ..core.matlab import Value, arrays
 from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
-from .columns import ColumnHeader, Columns, Contents, frf_names, frf_of_columns, listed, resolve, table_of_channels
+from .columns import (
+    ColumnHeader,
+    Columns,
+    Contents,
+    frf_names,
+    frf_of_columns,
+    quoted_names,
+    resolve,
+    table_of_channels,
+)
 from .containers import waveforms
 from .gaps import Samples, gapless_channels
 from .registry import Format, register
@@ -167,7 +176,7 @@ def _timing(used: list[ColumnHeader], values: list[np.ndarray], rates: Rates, st
             return TimeAxis(rates.fs)
         if stored is None:
             raise RecordError(
-                f'has no variable "time" or "fs", only {listed(c.name for c in used)}; map one to time, or give the '
+                f'has no variable "time" or "fs", only {quoted_names(c.name for c in used)}; map one to time, or give the '
                 "sampling rate"
             )
         if not isinstance(stored, np.ndarray) or stored.size != 1 or np.iscomplexobj(stored):

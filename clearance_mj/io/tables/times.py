@@ -9,7 +9,7 @@ import numpy as np
 from ...core.checks import JITTER, jittering_rate, simplest_rate
 from ...core.errors import RecordError
 from ...core.units import UNITS
-from ..columns import SKIP, ColumnHeader, listed
+from ..columns import SKIP, ColumnHeader, quoted_names
 from ..time_axis import Rates, TimeAxis, since_start, time_axis
 from .numbers import Body
 from .stamps import read_stamps
@@ -39,7 +39,7 @@ def time_of(
     if not times:
         if fs is None and known is None:
             raise RecordError(
-                f'has no column "time", only {listed(cells)}; map one to it, or give the sampling rate (--fs)'
+                f'has no column "time", only {quoted_names(cells)}; map one to it, or give the sampling rate (--fs)'
             )
         if fs is None and known:
             fs = known[0]
