@@ -256,7 +256,7 @@ def channel_name(dof: str, quantity: str) -> str:
 def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
     """Return the headers and numbers (n_t, n) of time records, without time; raw channels keep their names."""
     require_one_time(channels)
-    pairs = map(raw_header, channels)
+    pairs = map(written_header, channels)
     headers = [f"{name} [{unit}]" if unit or split_header(name)[1] else name for name, unit in pairs]
     duplicate = next((h for h in headers if headers.count(h) > 1), None)
     if duplicate:
@@ -264,7 +264,7 @@ def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarra
     return headers, np.stack([c.value for c in channels], axis=1)
 
 
-def raw_header(channel: Channel) -> tuple[str, str]:
+def written_header(channel: Channel) -> tuple[str, str]:
     """Return name and unit under which a channel is written: by its place if it has one, otherwise its own name."""
     unit = channel.unit if channel.quantity == UNKNOWN else next(iter(UNITS[channel.quantity]))
     if channel.placed and channel.quantity != UNKNOWN:

@@ -18,7 +18,7 @@ from ..core.checks import DIRECTIONS, simplest_rate
 from ..core.notes import note
 from ..core.units import quantity_of
 from .channels import Channel
-from .columns import channel_name, raw_header
+from .columns import channel_name, written_header
 from .tables.headers import is_time
 from .time_axis import Rates
 from .waveforms import Waveform, named_channels
@@ -188,7 +188,7 @@ def to_sep005(channels: Sequence[Channel]) -> list[dict[str, Any]]:
     """
     series = []
     for channel in channels:
-        name, unit = raw_header(channel)
+        name, unit = written_header(channel)
         series.append({"name": name, "data": channel.value, "fs": channel.fs, "unit_str": unit})
         if channel.start:
             series[-1]["time"] = channel.time

@@ -20,7 +20,7 @@ from ..core.errors import RecordError
 from ..core.files import read_text, replacing
 from ..core.notes import note
 from .channels import Channel, require_one_time
-from .columns import Columns, raw_header
+from .columns import Columns, written_header
 from .gaps import is_code
 from .registry import Format, register
 from .time_axis import Rate, Rates
@@ -166,7 +166,7 @@ def write_lvm(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
     """Write time records of one rate, length and start as LabVIEW does, in one segment with one column of time."""
     with naming(f"{path}: cannot be written"):
         require_one_time(channels)
-        headers = [raw_header(channel) for channel in channels]
+        headers = [written_header(channel) for channel in channels]
         if wrong := next((name for name, _ in headers if "\t" in name), None):
             raise RecordError(f'channel "{wrong}" holds a tab')
     first, n = channels[0], len(channels)

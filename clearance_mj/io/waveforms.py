@@ -20,7 +20,7 @@ from ..core.notes import note
 from ..core.overview import few
 from ..core.units import quantity_of
 from .channels import Channel
-from .columns import SKIP, as_channel, raw_header, resolve
+from .columns import SKIP, as_channel, resolve, written_header
 from .gaps import GAPS, Samples, gapless_channels
 from .time_axis import Rates, TimeAxis, time_axis
 
@@ -99,7 +99,7 @@ class MeasurementProgram:
             self.require()
             if not channels:
                 raise RecordError("there is no channel")
-            headers = [raw_header(channel) for channel in channels]
+            headers = [written_header(channel) for channel in channels]
             names = [name for name, _ in headers]
             if duplicate := next((name for name in names if names.count(name) > 1), None):
                 raise RecordError(f'two channels would be "{duplicate}"; give each its own node, or write .uff')
