@@ -16,7 +16,7 @@ from ..core.provenance import BESIDE, MARK, made_from
 from ..core.units import si_value
 from ..io import formats
 from ..io.channels import Channel, channel_faults, require_one_time
-from ..io.contents import FileContents, in_words, picked
+from ..io.contents import FileContents, in_words, pick_part
 from ..io.dataset import Dataset, Record, write_dataset
 from ..io.formats import Contents
 from ..rig import BASE_NODE, Rig, Spin
@@ -99,7 +99,7 @@ def _to_file(inputs: list[Path], out: Path, options: Options) -> dict[str, Any]:
         obj = read_file(path, options, rig)
         if options.frf is not None and isinstance(obj, FileContents):
             with naming(path):
-                obj = picked(obj, "channels")
+                obj = pick_part(obj, "channels")
     if options.quantity:
         obj = _with_quantity(path, obj, options.quantity)
     if isinstance(obj, list):
@@ -115,7 +115,7 @@ def _with_quantity(path: Path, obj: Contents, text: str) -> FRF:
     """Return FRFs with the quantity that the user gives."""
     quantity, _, unit = text.partition("[")
     with naming(path):
-        return with_quantity(picked(obj, "frf"), quantity.strip(), unit.strip(" ]"))
+        return with_quantity(pick_part(obj, "frf"), quantity.strip(), unit.strip(" ]"))
 
 
 def _is_readable(path: Path) -> bool:

@@ -15,7 +15,7 @@ from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
 from .channels import Channel
 
-__all__ = ["FileContents", "in_words", "picked"]
+__all__ = ["FileContents", "in_words", "pick_part"]
 
 _KINDS: dict[str, type] = {
     "channels": list, "response": Response, "frf": FRF, "spectra": Spectra, "modes": Modes, "geometry": Geometry,
@@ -104,7 +104,7 @@ def in_words(part: Any) -> str:
     return f"geometry of {len(part.numbers)} nodes"
 
 
-def picked(obj: Any, what: str) -> Any:
+def pick_part(obj: Any, what: str) -> Any:
     """Return one kind of a file's data; refuses a kind that it does not hold and names those that it does."""
     if isinstance(obj, FileContents):
         return obj.pick(what)

@@ -26,7 +26,7 @@ from ..structure.geometry import Geometry
 from . import csv_tables, lvm, mat, mdf, results, sheets, tdms, uff
 from .channel_map import ChannelMap
 from .channels import NOWHERE, Channel
-from .contents import FileContents, picked
+from .contents import FileContents, pick_part
 from .dataset import BASE_NODE, SHAKER_NODE, Dataset, Record
 from .record import Kind, Role
 from .registry import FORMATS, WORDS, Format, format_of, register
@@ -94,7 +94,7 @@ def read(
     obj = fmt.read(path, **{name: value for name, value in options.items() if name in fmt.options})
     with naming(path):
         if what is not None:
-            obj = picked(obj, what)
+            obj = pick_part(obj, what)
         if resample is not None:
             obj = _resample(path, obj, resample)
         return obj if reference is None or not isinstance(obj, FRF) else obj.to_reference(reference)
@@ -140,7 +140,7 @@ def read_channels(
     obj = read(path, columns, fs, units=units, resample=resample)
     if isinstance(obj, FileContents):
         with naming(path):
-            obj = picked(obj, "channels")
+            obj = pick_part(obj, "channels")
     if isinstance(obj, Response):
         return to_channels(obj, rig)
     if not isinstance(obj, list):
@@ -227,7 +227,7 @@ def read_frf(
     obj = read(path, columns, reference=reference, units=units)
     if isinstance(obj, FileContents):
         with naming(path):
-            obj = picked(obj, what)
+            obj = pick_part(obj, what)
     if isinstance(obj, FRF):
         return obj
     hint = "; clearance-mj convert --frf makes them of records" if isinstance(obj, list | Response) else ""
