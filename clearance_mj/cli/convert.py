@@ -16,7 +16,7 @@ from ..core.provenance import BESIDE, MARK, made_from
 from ..core.units import si_value
 from ..io import formats
 from ..io.channels import Channel, channel_faults, require_one_time
-from ..io.contents import FileContents, in_words, pick_part
+from ..io.contents import FileContents, describe_part, pick_part
 from ..io.dataset import Dataset, Record, write_dataset
 from ..io.formats import Contents
 from ..rig import BASE_NODE, Rig, Spin
@@ -170,7 +170,7 @@ def _report(obj: Contents, out: Path, rig: Rig | None) -> str:
     if isinstance(obj, FileContents):
         return ", ".join(obj.parts)
     if isinstance(obj, Spectra | Geometry | Modes):
-        return in_words(obj)
+        return describe_part(obj)
     if isinstance(obj, Response):
         if Response not in formats.format_of(out).holds and obj.displacement is not None and not rig:
             inform(f"{out}: left out: displacements (--rig says at which nodes)", "warning")

@@ -15,7 +15,7 @@ from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
 from .channels import Channel
 
-__all__ = ["FileContents", "in_words", "pick_part"]
+__all__ = ["FileContents", "describe_part", "pick_part"]
 
 _KINDS: dict[str, type] = {
     "channels": list, "response": Response, "frf": FRF, "spectra": Spectra, "modes": Modes, "geometry": Geometry,
@@ -78,19 +78,19 @@ class FileContents(HasOverview):
         parts = self.parts
         if what in parts:
             return parts[what]
-        listing = ", ".join(f'"{name}" ({in_words(part)})' for name, part in parts.items())
+        listing = ", ".join(f'"{name}" ({describe_part(part)})' for name, part in parts.items())
         several = [name for name in parts if name.startswith(f"{what} ")]
         raise RecordError(f'holds {"several" if several else "no"} "{what}"; choose one of {listing}')
 
     def _overview(self) -> Overview:
         parts = self.parts
-        rows = [("what", "holds"), *((f'"{name}"', in_words(part)) for name, part in parts.items())]
+        rows = [("what", "holds"), *((f'"{name}"', describe_part(part)) for name, part in parts.items())]
         choose = f'cm.read(path, what="{next(iter(parts), "frf")}"), or .pick("{next(iter(parts), "frf")}") of this'
         facts = {"choose": choose, "without a place": few(self.unplaced)}
         return Overview(f"File with {len(parts)} kinds of things", facts, rows)
 
 
-def in_words(part: Any) -> str:
+def describe_part(part: Any) -> str:
     """Return a description of a part of a file, in words."""
     if isinstance(part, list):
         return f"{len(part)} time records: {few([c.name for c in part], 4)}"
