@@ -33,7 +33,7 @@ from .columns import (
     table_of_channels,
     table_of_frf,
 )
-from .gaps import GAPS, Samples, gapless_channels, is_code
+from .gaps import MAX_MISSING_FRACTION, Samples, gapless_channels, is_code
 from .registry import Format, register
 from .tables.headers import is_index, unique_names
 from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, Style, find_layout
@@ -190,7 +190,7 @@ def _why_unusable(body: Body, column: ColumnHeader) -> str:
         return "which is text" if kind == "text" else "which is dates or clock times"
     values = body.numbers(column.index)
     missing = np.isnan(values)
-    if missing.mean() >= GAPS:
+    if missing.mean() >= MAX_MISSING_FRACTION:
         line = body.lines[int(np.argmax(missing))][0]
         return f"which lacks {missing.sum()} of {values.size} numbers, the first in line {line}"
     if is_index(column.name) and not missing.any() and (np.diff(values) == 1).all():

@@ -15,9 +15,9 @@ from ..core.errors import RecordError
 from ..signals.arrays import runs
 from .channels import Channel
 
-__all__ = ["GAPS", "WORDS", "Samples", "gapless_channels", "is_code", "without_codes"]
+__all__ = ["MAX_MISSING_FRACTION", "WORDS", "Samples", "gapless_channels", "is_code", "without_codes"]
 
-GAPS = 0.1
+MAX_MISSING_FRACTION = 0.1
 """Fraction of missing numbers from which on a channel is left out, or taken for one that is sampled more slowly"""
 WORDS = frozenset((
     "ovl", "ovld", "ovf", "ovr", "ovrld", "overload", "overloaded", "overrange", "over range", "over-range",
@@ -62,7 +62,7 @@ def gapless_channels(parts: Sequence[Samples], notes: list[str]) -> list[Channel
         value, code = without_codes(part.value)
         missing = np.isnan(value)
         words = f'"{part.name}" lacks {missing.sum()} of {value.size} numbers ({part.code or code or "no number"})'
-        if missing.mean() >= GAPS:
+        if missing.mean() >= MAX_MISSING_FRACTION:
             notes.append(f"{words} and is left out")
             continue
         if missing.any():

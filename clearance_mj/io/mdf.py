@@ -23,7 +23,7 @@ from ..core.errors import RecordError
 from ..core.files import most_unpacked, replacing
 from .channels import Channel
 from .columns import Columns
-from .gaps import GAPS
+from .gaps import MAX_MISSING_FRACTION
 from .registry import Format, register
 from .time_axis import Rate, Rates
 from .waveforms import MeasurementProgram, Waveform
@@ -91,7 +91,7 @@ def _waves(data: bytes) -> Iterator[Waveform]:
 def _without_invalid(value: np.ndarray, invalid: np.ndarray) -> tuple[np.ndarray, str]:
     """Return samples without those that are invalid: interpolated, or nan where they are many; and words for a note."""
     words = f"{invalid.sum()} of {value.size} samples are marked as invalid, from sample {np.argmax(invalid)} on; "
-    if invalid.mean() >= GAPS:
+    if invalid.mean() >= MAX_MISSING_FRACTION:
         return np.where(invalid, np.nan, value), words + "it is taken at the others"
     number = np.arange(value.size)
     return np.interp(number, number[~invalid], value[~invalid]), words + "they are interpolated"

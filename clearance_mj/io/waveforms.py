@@ -21,7 +21,7 @@ from ..core.overview import few
 from ..core.units import quantity_of
 from .channels import Channel
 from .columns import SKIP, as_channel, resolve, written_header
-from .gaps import GAPS, Samples, gapless_channels
+from .gaps import MAX_MISSING_FRACTION, Samples, gapless_channels
 from .time_axis import Rates, TimeAxis, time_axis
 
 __all__ = ["MeasurementProgram", "Waveform", "named_channels", "not_over_time"]
@@ -166,7 +166,7 @@ def _sample_axis(wave: Waveform, rates: Rates) -> tuple[TimeAxis, np.ndarray]:
     rate = wave.fs or rates.fs or 0.0
     if time is None and not rate:
         raise RecordError("does not say its sampling interval or rate; give the sampling rate (--fs)")
-    if is_number.mean() <= 1 - GAPS:  # sampled more slowly; fewer are gaps
+    if is_number.mean() <= 1 - MAX_MISSING_FRACTION:  # sampled more slowly; fewer are gaps
         value, time = value[is_number], (np.arange(value.size) / rate if time is None else time)[is_number]
     if time is not None and not np.isfinite(time).all():
         if not (valid := np.flatnonzero(np.isfinite(time))).size:
