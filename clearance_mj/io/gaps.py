@@ -15,11 +15,11 @@ from ..core.errors import RecordError
 from ..signals.arrays import runs
 from .channels import Channel
 
-__all__ = ["MAX_MISSING_FRACTION", "WORDS", "Samples", "gapless_channels", "is_code", "without_codes"]
+__all__ = ["MAX_MISSING_FRACTION", "MISSING_WORDS", "Samples", "gapless_channels", "is_code", "without_codes"]
 
 MAX_MISSING_FRACTION = 0.1
 """Fraction of missing numbers from which on a channel is left out, or taken for one that is sampled more slowly"""
-WORDS = frozenset((
+MISSING_WORDS = frozenset((
     "ovl", "ovld", "ovf", "ovr", "ovrld", "overload", "overloaded", "overrange", "over range", "over-range",
     "overflow", "over", "out of range", "under", "underrange", "under range", "under-range", "underflow", "ol",
     "o.l.", "0l", "open", "clip", "clipped", "err", "error", "invalid", "inv", "bad", "fault", "missing", "no data",
@@ -50,7 +50,7 @@ class Samples:
 def is_code(cell: str) -> bool:
     """Return True if a cell is empty, or holds a word that programs write in place of a number."""
     plain = cell.strip().lower()
-    return not plain or plain in WORDS or plain.lstrip("+-") in WORDS
+    return not plain or plain in MISSING_WORDS or plain.lstrip("+-") in MISSING_WORDS
 
 
 def gapless_channels(parts: Sequence[Samples], notes: list[str]) -> list[Channel]:

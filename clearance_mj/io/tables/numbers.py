@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...core.errors import RecordError
-from ..gaps import WORDS
+from ..gaps import MISSING_WORDS
 from .layout import BLANKS, Layout
 
 if TYPE_CHECKING:
@@ -22,7 +22,12 @@ if TYPE_CHECKING:
 __all__ = ["Body", "read_body"]
 
 TAIL = 2**16  # bytes at the end of a file in which lines are looked for that are no numbers
-_CODES = [sign + spelled for word in WORDS for sign in ("", "+", "-") for spelled in {word, word.upper(), word.title()}]
+_CODES = [
+    sign + spelled
+    for word in MISSING_WORDS
+    for sign in ("", "+", "-")
+    for spelled in {word, word.upper(), word.title()}
+]
 _KINDS = {"n": "number", "d": "stamp", "t": "text"}
 
 
