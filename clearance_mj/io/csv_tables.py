@@ -33,7 +33,7 @@ from .columns import (
     table_of_channels,
     table_of_frf,
 )
-from .gaps import MAX_MISSING_FRACTION, Samples, gapless_channels, is_code
+from .gaps import MAX_MISSING_FRACTION, ChannelSamples, gapless_channels, is_code
 from .registry import Format, register
 from .tables.headers import is_index, unique_names
 from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, Style, find_layout
@@ -126,7 +126,8 @@ def read_table(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents
         raise RecordError(f"line {line}: has no column of numbers beside time; its columns are {quoted_names(cells)}")
     parts = [(c, *_numbers(body, c, cells)) for c in columns]
     return gapless_channels(
-        [Samples(c.name, axis.samples(value), axis.fs, axis.start, c.channel, code) for c, value, code in parts], notes
+        [ChannelSamples(c.name, axis.samples(value), axis.fs, axis.start, c.channel, code) for c, value, code in parts],
+        notes,
     )
 
 

@@ -15,7 +15,7 @@ from ..core.errors import RecordError
 from ..signals.arrays import runs
 from .channels import Channel
 
-__all__ = ["MAX_MISSING_FRACTION", "MISSING_WORDS", "Samples", "gapless_channels", "is_code", "without_codes"]
+__all__ = ["MAX_MISSING_FRACTION", "MISSING_WORDS", "ChannelSamples", "gapless_channels", "is_code", "without_codes"]
 
 MAX_MISSING_FRACTION = 0.1
 """Fraction of missing numbers from which on a channel is left out, or taken for one that is sampled more slowly"""
@@ -36,7 +36,7 @@ _APART = 0.1  # of the range of all other numbers, by which such a code must lie
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class ChannelSamples:
     """Numbers of a channel as read, with missing ones, before they are scaled."""
 
     name: str
@@ -53,9 +53,9 @@ def is_code(cell: str) -> bool:
     return not plain or plain in MISSING_WORDS or plain.lstrip("+-") in MISSING_WORDS
 
 
-def gapless_channels(parts: Sequence[Samples], notes: list[str]) -> list[Channel]:
+def gapless_channels(parts: Sequence[ChannelSamples], notes: list[str]) -> list[Channel]:
     """Return channels over the longest stretch in which all of the same times have numbers; notes name the gaps."""
-    groups: dict[tuple[int, float, float], list[tuple[Samples, np.ndarray]]] = {}
+    groups: dict[tuple[int, float, float], list[tuple[ChannelSamples, np.ndarray]]] = {}
     for part in parts:
         if not 0 < part.fs < np.inf:
             raise RecordError(f'"{part.name}": the sampling rate must be > 0 Hz, got {part.fs:g}')

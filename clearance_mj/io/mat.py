@@ -34,7 +34,7 @@ from .columns import (
     table_of_channels,
 )
 from .containers import waveforms
-from .gaps import Samples, gapless_channels
+from .gaps import ChannelSamples, gapless_channels
 from .registry import Format, register
 from .tables.headers import is_time
 from .time_axis import Rate, Rates, TimeAxis, since_start, time_axis
@@ -133,7 +133,7 @@ def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], rates: 
         return frf_of_columns(columns, values)
     axis = _timing(columns, values, rates, variables.get("fs"))
     parts = [
-        Samples(c.name, axis.samples(v), axis.fs, axis.start, c.channel)
+        ChannelSamples(c.name, axis.samples(v), axis.fs, axis.start, c.channel)
         for c, v in zip(columns, values) if c.quantity != "time"
     ]  # fmt: skip
     return gapless_channels(parts, rates.notes)

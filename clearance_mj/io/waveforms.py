@@ -21,7 +21,7 @@ from ..core.overview import few
 from ..core.units import quantity_of
 from .channels import Channel
 from .columns import SKIP, as_channel, resolve, written_header
-from .gaps import MAX_MISSING_FRACTION, Samples, gapless_channels
+from .gaps import MAX_MISSING_FRACTION, ChannelSamples, gapless_channels
 from .time_axis import Rates, TimeAxis, time_axis
 
 __all__ = ["MeasurementProgram", "Waveform", "named_channels", "not_over_time"]
@@ -144,7 +144,7 @@ def named_channels(waves: Sequence[Waveform], mapped: Mapping[str, str], rates: 
             axis, value = _sample_axis(wave, wave_rates)
         except RecordError as error:
             raise RecordError(f'"{column.name}": {error}, or leave it out ("{column.name}={SKIP}")') from None
-        parts.append(Samples(column.name, value, axis.fs, axis.start, column.channel))
+        parts.append(ChannelSamples(column.name, value, axis.fs, axis.start, column.channel))
         for words in wave_rates.notes:
             names_of_note.setdefault(words, []).append(f'"{column.name}"')
     if not parts:

@@ -14,7 +14,7 @@ from ...core.quantities import QUANTITIES
 from ...universal.dataset_58 import REAL32, TIME, TIME_FUNCTION, Function, Header, function_block, numbers, samples
 from ...universal.dataset_164 import time_measure
 from ..channels import Channel, ChannelHeader
-from ..gaps import Samples
+from ..gaps import ChannelSamples
 
 __all__ = [
     "abscissa", "channel_block", "distinct_names", "is_of_time", "name_of", "read_channel_header", "read_samples",
@@ -54,7 +54,7 @@ def read_channel_header(data: bytes, function: Function, notes: list[str], name:
     return ChannelHeader(name, int(node), direction, measure.quantity, size, fs, start, unit)
 
 
-def read_samples(data: bytes, function: Function, notes: list[str], name: str) -> Samples:
+def read_samples(data: bytes, function: Function, notes: list[str], name: str) -> ChannelSamples:
     """Return the numbers that a time function holds, and how they become a channel in SI units."""
     header, scale = read_channel_header(data, function, notes, name), time_measure(function, []).scale
     place = header.node, header.direction, header.quantity
@@ -62,7 +62,7 @@ def read_samples(data: bytes, function: Function, notes: list[str], name: str) -
     def channel(value: np.ndarray, fs: float, start: float) -> Channel:
         return Channel(header.name, *place, scale * value, fs, start, header.unit)
 
-    return Samples(name, samples(data, function).real, header.fs, header.start, channel)
+    return ChannelSamples(name, samples(data, function).real, header.fs, header.start, channel)
 
 
 def name_of(function: Function) -> str:
