@@ -29,7 +29,7 @@ from .channels import NOWHERE, Channel
 from .contents import FileContents, pick_part
 from .dataset import BASE_NODE, SHAKER_NODE, Dataset, Record
 from .record import Kind, Role
-from .registry import FORMATS, WORDS, Format, format_of, register
+from .registry import FORMATS, OBJECT_NAMES, Format, format_of, register
 from .time_axis import on_one_axis
 
 __all__ = [
@@ -114,14 +114,14 @@ def _resample(path: str | PathLike[str], obj: Contents, rate: float) -> Contents
 
 
 def _kind(obj: object) -> type:
-    """Return the key of `WORDS`, or the type of an object that no file holds."""
+    """Return the key of `OBJECT_NAMES`, or the type of an object that no file holds."""
     if isinstance(obj, list | tuple) and all(isinstance(item, Channel) for item in obj):
         return Channel
-    return next((kind for kind in WORDS if isinstance(obj, kind)), type(obj))
+    return next((kind for kind in OBJECT_NAMES if isinstance(obj, kind)), type(obj))
 
 
 def _words(obj: object) -> str:
-    return WORDS.get(_kind(obj), "a dataset")
+    return OBJECT_NAMES.get(_kind(obj), "a dataset")
 
 
 def read_channels(
@@ -268,7 +268,9 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
     if fmt.write is None or not (holds_all or _kind(obj) in fmt.holds):
         suffixes = [suffix for suffix, f in FORMATS.items() if f.write and _kind(obj) in f.holds]
         remedy = f"; use {', '.join(suffixes)}" if suffixes else ""
-        raise RecordError(f"{path}: {fmt.name} files cannot take {WORDS.get(_kind(obj), type(obj).__name__)}{remedy}")
+        raise RecordError(
+            f"{path}: {fmt.name} files cannot take {OBJECT_NAMES.get(_kind(obj), type(obj).__name__)}{remedy}"
+        )
     if isinstance(obj, FRF) and obj.window_rate and fmt.name in ("CSV", "MATLAB"):
         note(path, [f"has no place for the exponential window of the FRFs, {obj.window_rate:.4g} 1/s; .uff has"])
     fmt.write(path, obj, *([rig] if fmt.geometry else []))

@@ -18,9 +18,9 @@ from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
 from .channels import Channel
 
-__all__ = ["FORMATS", "WORDS", "Format", "format_of", "register"]
+__all__ = ["FORMATS", "OBJECT_NAMES", "Format", "format_of", "register"]
 
-WORDS: dict[type, str] = {
+OBJECT_NAMES: dict[type, str] = {
     Channel: "time records",
     Response: "responses",
     FRF: "FRFs",
@@ -40,8 +40,10 @@ class Format:
 
     name: str  #: in messages and in the table of docs/files.md
     suffixes: tuple[str, ...]  #: such as (".uff", ".unv"), in lower case
-    holds: tuple[type, ...]  #: keys of `WORDS`; a format that does not hold `Response` writes one as its channels
-    read: Callable[..., Any]  #: path, and the options as keywords -> an object, see `WORDS`
+    holds: tuple[
+        type, ...
+    ]  #: keys of `OBJECT_NAMES`; a format that does not hold `Response` writes one as its channels
+    read: Callable[..., Any]  #: path, and the options as keywords -> an object, see `OBJECT_NAMES`
     write: Callable[..., None] | None = None
     """path, object; with geometry: path, object, rig. None: the format is read only"""
     options: tuple[str, ...] = ()
@@ -71,9 +73,9 @@ def register(new: Format) -> Format:
         other = FORMATS.get(suffix)
         if other and other.name != new.name:
             raise RecordError(f'format "{new.name}": suffix "{suffix}" is that of {other.name}')
-    if unknown := [kind for kind in new.holds if kind not in WORDS]:
+    if unknown := [kind for kind in new.holds if kind not in OBJECT_NAMES]:
         raise RecordError(
-            f'format "{new.name}" holds {unknown[0].__name__}; use {", ".join(t.__name__ for t in WORDS)}'
+            f'format "{new.name}" holds {unknown[0].__name__}; use {", ".join(t.__name__ for t in OBJECT_NAMES)}'
         )
     FORMATS.update(dict.fromkeys(new.suffixes, new))
     return new

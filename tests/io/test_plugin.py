@@ -12,7 +12,7 @@ from clearance_mj.cli import main
 from clearance_mj.cli.options import load_plugin
 from clearance_mj.core.errors import RecordError
 from clearance_mj.io.channels import Channel
-from clearance_mj.io.registry import FORMATS, WORDS, Format, register
+from clearance_mj.io.registry import FORMATS, OBJECT_NAMES, Format, register
 
 DOCS = Path(__file__).parents[2] / "docs"
 FILE = '''
@@ -94,7 +94,7 @@ def test_table_of_the_page():
     for known in dict.fromkeys(FORMATS.values()):
         way = "in, out" if known.write else "in"
         holds = [", ".join(f"`{s}`" for s in known.suffixes)]
-        holds += [way if kind in known.holds else "" for kind in WORDS] + [known.note]
+        holds += [way if kind in known.holds else "" for kind in OBJECT_NAMES] + [known.note]
         assert [*map(str.strip, holds)] in rows, f"| {' | '.join(holds)} |"
 
 
