@@ -36,7 +36,7 @@ from .waveforms import named_channels
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["load", "save", "saving"]
+__all__ = ["load", "save", "save_blocks"]
 
 Result = list[Channel] | FRF | Response | Spectra | Modes | Geometry
 _HDF5 = (".h5", ".hdf5", ".nc4")
@@ -158,7 +158,7 @@ def load(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, re
         raise RecordError(f"{path}: not a whole NetCDF file of results: {reason}") from None
 
 
-def saving(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Response]:
+def save_blocks(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Response]:
     """Write blocks to an HDF5 file as they pass: ``estimate_frf_blocks(saving("run.h5", simulate_blocks(...)))``.
 
     The file, ".h5" or ".hdf5", is there once the last block was taken; `io.results.load` reads it.

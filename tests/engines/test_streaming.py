@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw
 from clearance_mj.core.errors import ExcitationError, RecordError
 from clearance_mj.engines import simulate, simulate_blocks
-from clearance_mj.io.results import load, saving
+from clearance_mj.io.results import load, save_blocks
 from clearance_mj.signals.excitation import random, random_blocks
 from clearance_mj.signals.frf import estimate_frf, estimate_frf_blocks
 from clearance_mj.signals.response import Response
@@ -164,7 +164,7 @@ def test_blocks_are_written_as_they_pass(rig, tmp_path):
     pytest.importorskip("h5netcdf")
     drive, path = random(2.0, FS, rms=2.0), tmp_path / "run.h5"
     whole = simulate(rig, drive, LAW, "modal")
-    blocks = saving(path, simulate_blocks(rig, drive, LAW, "modal"))
+    blocks = save_blocks(path, simulate_blocks(rig, drive, LAW, "modal"))
     next(blocks)
     assert not path.exists()
     assert 0 < sum(1 for _ in blocks) < 20
@@ -173,6 +173,6 @@ def test_blocks_are_written_as_they_pass(rig, tmp_path):
         np.testing.assert_array_equal(getattr(found, name), getattr(whole, name))
     assert found.provenance == whole.provenance
     with pytest.raises(RecordError, match="blocks are appended to HDF5 only"):
-        next(saving(tmp_path / "run.nc", []))
+        next(save_blocks(tmp_path / "run.nc", []))
     with pytest.raises(RecordError, match="no block to write"):
-        next(saving(path, []))
+        next(save_blocks(path, []))
