@@ -16,7 +16,7 @@ from ..gaps import is_code
 from .headers import is_unit
 from .stamps import STAMP
 
-__all__ = ["BLANKS", "COMMENTS", "HEAD", "Layout", "Style", "find_layout", "without_end"]
+__all__ = ["BLANKS", "COMMENTS", "HEAD", "Layout", "Style", "find_layout", "strip_empty_end"]
 
 HEAD = 2**22  # bytes at the beginning of a file in which its table begins
 LINES = 20_000  # lines of it, of which the first are looked at first
@@ -80,7 +80,7 @@ class Layout:
     cells: tuple[str, ...] = ()  #: names of the columns, with units in brackets
 
 
-def without_end(cells: Sequence[str]) -> list[str]:
+def strip_empty_end(cells: Sequence[str]) -> list[str]:
     """Return cells without those at their end that are empty."""
     return list(cells[: max((i for i, cell in enumerate(cells, 1) if cell), default=0)])
 
@@ -194,7 +194,7 @@ def _find_header(
     """Return the layout with the lines of names and of units above the numbers."""
     header, units = -1, -1
     for i in range(begin - 1, max(-1, begin - 7), -1):
-        row = without_end(rows[i])
+        row = strip_empty_end(rows[i])
         if len(row) != width and header < 0 and i < begin - 1 and units < 0 and not _is_row_of_numbers(rows[i + 1]):
             break
         if _is_row_of_units(row, header >= 0 or i == 0):
@@ -205,7 +205,7 @@ def _find_header(
             header = i
         elif len(row) != width:
             break
-    cells = without_end(rows[header]) if header >= 0 else _names_in_comment(lines, filled[begin], width, style)
+    cells = strip_empty_end(rows[header]) if header >= 0 else _names_in_comment(lines, filled[begin], width, style)
     return Layout(
         style, filled[begin], width, filled[header] if header >= 0 else filled[begin] - 1 if cells else -1,
         filled[units] if units >= 0 else -1, _with_units(cells, rows[units] if units >= 0 else []),
