@@ -37,7 +37,7 @@ from .gaps import MAX_MISSING_FRACTION, ChannelSamples, gapless_channels, is_cod
 from .registry import Format, register
 from .tables.headers import is_index, unique_names
 from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, Style, find_layout
-from .tables.numbers import Body, read_body
+from .tables.numbers import TableBody, read_body
 from .tables.stamps import read_stamps
 from .tables.times import time_of
 from .time_axis import Rate, Rates
@@ -98,7 +98,7 @@ def _with_time(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
     return ["time [s]", *headers], np.column_stack((channels[0].time, numbers))
 
 
-def _body(data: bytes, notes: list[str]) -> Body:
+def _body(data: bytes, notes: list[str]) -> TableBody:
     """Find and read the numbers of a text table."""
     if b"\r" in data and data.count(b"\r") > data.count(b"\r\n"):
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -149,7 +149,7 @@ def _describe_style(layout: Layout, above: Sequence[str]) -> list[str]:
     return words
 
 
-def _names(body: Body, is_mapped: bool) -> tuple[list[str], int]:
+def _names(body: TableBody, is_mapped: bool) -> tuple[list[str], int]:
     """Return the names of the columns and the number of their line."""
     layout = body.layout
     first = layout.first + 1
@@ -168,7 +168,7 @@ def _names(body: Body, is_mapped: bool) -> tuple[list[str], int]:
 
 
 def _channels(
-    body: Body, used: Sequence[ColumnHeader], of_time: frozenset[int], notes: list[str]
+    body: TableBody, used: Sequence[ColumnHeader], of_time: frozenset[int], notes: list[str]
 ) -> list[ColumnHeader]:
     """Return the columns that are channels; raw ones of no use are left out."""
     channels = []
@@ -182,7 +182,7 @@ def _channels(
     return channels
 
 
-def _why_unusable(body: Body, column: ColumnHeader) -> str:
+def _why_unusable(body: TableBody, column: ColumnHeader) -> str:
     """Return why a raw column cannot be a channel, or "" if it can."""
     kind = body.kind(column.index)
     if kind == "empty":
@@ -199,7 +199,9 @@ def _why_unusable(body: Body, column: ColumnHeader) -> str:
     return ""
 
 
-def _numbers(body: Body, column: ColumnHeader, cells: Sequence[str], needed: bool = False) -> tuple[np.ndarray, str]:
+def _numbers(
+    body: TableBody, column: ColumnHeader, cells: Sequence[str], needed: bool = False
+) -> tuple[np.ndarray, str]:
     """Return (n,) numbers of a column, nan where there is a code, and the first code; ``needed``: there is none."""
     index, name = column.index, cells[column.index]
     if index >= body.frame.shape[1]:

@@ -19,7 +19,7 @@ from .layout import BLANKS, Layout
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Body", "read_body"]
+__all__ = ["TableBody", "read_body"]
 
 TAIL = 2**16  # bytes at the end of a file in which lines are looked for that are no numbers
 _CODES = [
@@ -32,7 +32,7 @@ _KINDS = {"n": "number", "d": "stamp", "t": "text"}
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class TableBody:
     """The lines of numbers of a table."""
 
     frame: pd.DataFrame  #: a column for each of the table, of numbers or of text
@@ -98,7 +98,7 @@ def _row_test(layout: Layout) -> Callable[[bytes], bool]:
     return lambda line: bool(line.strip(blanks)) and not line.startswith(b"#")
 
 
-def read_body(data: bytes, begin: int, layout: Layout, notes: list[str]) -> Body:
+def read_body(data: bytes, begin: int, layout: Layout, notes: list[str]) -> TableBody:
     """Read the lines of numbers, which begin at a byte of a file; notes say what was left out at its end."""
     import pandas as pd
 
@@ -121,11 +121,11 @@ def read_body(data: bytes, begin: int, layout: Layout, notes: list[str]) -> Body
             warnings.simplefilter("ignore", pd.errors.DtypeWarning)  # numbers and text in one column
             position = plain.tell()
             frame: pd.DataFrame = pd.read_csv(plain, header=None, decimal=style.point, **options)
-            body = Body(frame, data, begin, end, layout)
+            body = TableBody(frame, data, begin, end, layout)
             if any(dtype.kind not in "iuf" and body.kind(i) == "number" for i, dtype in enumerate(body.frame.dtypes)):
                 plain.seek(position)  # to look for codes takes a quarter more time, which most tables need not
                 frame = pd.read_csv(plain, header=None, decimal=style.point, na_values=_CODES, **options)
-                body = Body(frame, data, begin, end, layout)
+                body = TableBody(frame, data, begin, end, layout)
             return body
     except pd.errors.ParserError as error:
         raise _refusal(str(error), data[begin:end], layout) from None

@@ -11,7 +11,7 @@ from ...core.errors import RecordError
 from ...core.units import UNITS
 from ..columns import SKIP, ColumnHeader, quoted_names
 from ..time_axis import Rates, TimeAxis, since_start, time_axis
-from .numbers import Body
+from .numbers import TableBody
 from .stamps import read_stamps
 
 __all__ = ["time_of"]
@@ -23,7 +23,7 @@ _WHOLE = 0.999  # of the last digit that a step must have: steps of less would n
 
 
 def time_of(
-    body: Body, used: Sequence[ColumnHeader], cells: Sequence[str], rates: Rates, known: tuple[float, int] | None
+    body: TableBody, used: Sequence[ColumnHeader], cells: Sequence[str], rates: Rates, known: tuple[float, int] | None
 ) -> tuple[TimeAxis, frozenset[int]]:
     """Return the instants of the samples: by a column of time, the caller's rate, or that of a line above the table.
 
@@ -59,7 +59,7 @@ def time_of(
     return axis, all_of_time
 
 
-def _select_time(body: Body, times: Sequence[ColumnHeader]) -> list[ColumnHeader]:
+def _select_time(body: TableBody, times: Sequence[ColumnHeader]) -> list[ColumnHeader]:
     """Return the one raw column of time to take, of numbers rather than of stamps, or several that differ."""
     numbers = [c for c in times if body.kind(c.index) == "number"]
     if len(numbers) < 2:
@@ -70,7 +70,7 @@ def _select_time(body: Body, times: Sequence[ColumnHeader]) -> list[ColumnHeader
     return numbers[:1] if len(same) == len(numbers) else numbers
 
 
-def _rising_first_column(body: Body, used: Sequence[ColumnHeader], notes: list[str]) -> list[ColumnHeader]:
+def _rising_first_column(body: TableBody, used: Sequence[ColumnHeader], notes: list[str]) -> list[ColumnHeader]:
     """Return the first column if it rises in even steps and has a unit of time, or none and no name but "X"."""
     first = min(used, key=lambda c: c.index)
     if not first.is_raw or body.kind(first.index) != "number" or first.unit not in ("", *UNITS["time"]):
@@ -87,7 +87,7 @@ def _rising_first_column(body: Body, used: Sequence[ColumnHeader], notes: list[s
 
 
 def _axis_of_column(
-    body: Body, column: ColumnHeader, cells: Sequence[str], rates: Rates, stated: tuple[float, int] | None
+    body: TableBody, column: ColumnHeader, cells: Sequence[str], rates: Rates, stated: tuple[float, int] | None
 ) -> TimeAxis:
     """Return the instants of samples by a column of time."""
     notes = rates.notes
