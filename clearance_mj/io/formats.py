@@ -30,7 +30,7 @@ from .contents import FileContents, pick_part
 from .dataset import BASE_NODE, SHAKER_NODE, Dataset, Record
 from .record import Kind, Role
 from .registry import FORMATS, OBJECT_NAMES, Format, format_of, register
-from .time_axis import on_one_axis
+from .time_axis import resample_channels
 
 __all__ = [
     "FORMATS", "Contents", "Format", "driving_kind", "force_channels", "format_of", "read", "read_channels",
@@ -104,9 +104,9 @@ def _resample(path: str | PathLike[str], obj: Contents, rate: float) -> Contents
     """Return a file's data with its time records resampled to one rate."""
     notes: list[str] = []
     if isinstance(obj, FileContents) and obj.channels:
-        obj = dataclasses.replace(obj, channels=tuple(on_one_axis(obj.channels, rate, notes)))
+        obj = dataclasses.replace(obj, channels=tuple(resample_channels(obj.channels, rate, notes)))
     elif isinstance(obj, list):
-        obj = on_one_axis(obj, rate, notes)
+        obj = resample_channels(obj, rate, notes)
     else:
         raise RecordError(f"holds {_words(obj)}; only time records are resampled")
     note(path, notes)

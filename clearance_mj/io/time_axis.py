@@ -16,7 +16,7 @@ from ..signals.sampling import resampled
 from .channels import Channel
 from .gaps import without_codes
 
-__all__ = ["Rate", "Rates", "TimeAxis", "on_one_axis", "since_start", "time_axis"]
+__all__ = ["Rate", "Rates", "TimeAxis", "resample_channels", "since_start", "time_axis"]
 
 Rate = float | None  # Hz
 
@@ -126,7 +126,7 @@ def since_start(value: np.ndarray, scale: float, name: str, notes: list[str], un
     return scale * value, scale
 
 
-def on_one_axis(channels: Sequence[Channel], rate: float, notes: list[str]) -> list[Channel]:
+def resample_channels(channels: Sequence[Channel], rate: float, notes: list[str]) -> list[Channel]:
     """Return channels at one rate in Hz over the time common to all, from the latest start on.
 
     Filters are flat within 0.01 dB up to 0.4 of the lower rate, see `signals.resample.resampled`.

@@ -12,7 +12,7 @@ from clearance_mj.core.checks import even_rate
 from clearance_mj.core.errors import RecordError
 from clearance_mj.core.notes import RecordNote
 from clearance_mj.io.channels import Channel
-from clearance_mj.io.time_axis import on_one_axis
+from clearance_mj.io.time_axis import resample_channels
 
 from .uff_by_hand import by_hand
 
@@ -110,7 +110,7 @@ def test_resampling_keeps_what_both_rates_hold(fs, start, rate):
 
     times = [begin + np.arange(4000) / fs for begin in (0.0, start)]
     channels = [Channel("A", 0, "S", "unknown", value(t), fs, t[0]) for t in times]
-    for channel in on_one_axis(channels, rate, []):
+    for channel in resample_channels(channels, rate, []):
         inner = slice(100, -100)
         np.testing.assert_allclose(channel.value[inner], value(channel.time[inner]), atol=4e-3)
         assert channel.start == start
@@ -119,9 +119,9 @@ def test_resampling_keeps_what_both_rates_hold(fs, start, rate):
 def test_records_that_share_no_time():
     a, b = (Channel(name, 0, "S", "unknown", np.ones(10), 10.0, start) for name, start in (("A", 0.0), ("B", 5.0)))
     with pytest.raises(RecordError, match=r'"A" ends at 0\.9 s, "B" begins at 5 s; leave one out'):
-        on_one_axis([a, b], 10.0, [])
+        resample_channels([a, b], 10.0, [])
     with pytest.raises(RecordError, match="must be > 0 Hz, got -1"):
-        on_one_axis([a], -1.0, [])
+        resample_channels([a], -1.0, [])
 
 
 def test_what_is_not_resampled(tmp_path):
