@@ -37,7 +37,7 @@ from .containers import waveforms
 from .gaps import ChannelSamples, gapless_channels
 from .registry import Format, register
 from .tables.headers import is_time
-from .time_axis import Rate, Rates, TimeAxis, since_start, time_axis
+from .time_axis import Rate, Rates, TimeAxis, instants_in_seconds, time_axis
 from .waveforms import named_channels
 
 __all__ = ["read_mat", "read_variables", "write_mat"]
@@ -185,7 +185,7 @@ def _timing(used: list[ColumnHeader], values: list[np.ndarray], rates: Rates, st
     if len(times) > 1 or rates.fs is not None:
         raise RecordError("has a variable of time; needs just one, and then no sampling rate beside it")
     ((column, value),) = times
-    time, _ = since_start(value, column.scale, column.name, rates.notes, column.unit)
+    time, _ = instants_in_seconds(value, column.scale, column.name, rates.notes, column.unit)
     return time_axis(time, 1e-15, rates)
 
 

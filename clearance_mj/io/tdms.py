@@ -24,7 +24,7 @@ from .channels import Channel
 from .columns import Columns
 from .registry import Format, register
 from .tables.headers import is_time, split_header
-from .time_axis import Rate, Rates, since_start
+from .time_axis import Rate, Rates, instants_in_seconds
 from .waveforms import MeasurementProgram, Waveform, not_over_time
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def _times(group: TdmsGroup) -> dict[str, _Times]:
         if value.dtype.kind == "M":
             times[channel.name] = _Times((value - value[0]) / np.timedelta64(1, "s"), value[0])
         elif (unit := unit or _unit(channel)) in ("", *UNITS["time"]):
-            time, _ = since_start(value, UNITS["time"][unit or "s"], channel.name, notes, unit)
+            time, _ = instants_in_seconds(value, UNITS["time"][unit or "s"], channel.name, notes, unit)
             times[channel.name] = _Times(np.asarray(time, float), None, "; ".join(notes))
     return times
 

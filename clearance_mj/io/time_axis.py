@@ -16,7 +16,7 @@ from ..signals.sampling import resampled
 from .channels import Channel
 from .gaps import without_codes
 
-__all__ = ["Rate", "Rates", "TimeAxis", "resample_channels", "since_start", "time_axis"]
+__all__ = ["Rate", "Rates", "TimeAxis", "resample_channels", "instants_in_seconds", "time_axis"]
 
 Rate = float | None  # Hz
 
@@ -108,7 +108,9 @@ def _spline(time: np.ndarray, value: np.ndarray, instants: np.ndarray) -> np.nda
     return make_interp_spline(time, value, min(3, time.size - 1))(instants)
 
 
-def since_start(value: np.ndarray, scale: float, name: str, notes: list[str], unit: str) -> tuple[np.ndarray, float]:
+def instants_in_seconds(
+    value: np.ndarray, scale: float, name: str, notes: list[str], unit: str
+) -> tuple[np.ndarray, float]:
     """Return instants in s and their scale, of numbers in a unit of ``scale`` s; dates in numbers begin at 0.
 
     Numbers without a unit that are a date if they count ms, µs or ns do so. Notes say what was taken.

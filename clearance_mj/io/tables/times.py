@@ -10,7 +10,7 @@ from ...core.checks import JITTER, jittering_rate, simplest_rate
 from ...core.errors import RecordError
 from ...core.units import UNITS
 from ..columns import SKIP, ColumnHeader, quoted_names
-from ..time_axis import Rates, TimeAxis, since_start, time_axis
+from ..time_axis import Rates, TimeAxis, instants_in_seconds, time_axis
 from .numbers import TableBody
 from .stamps import read_stamps
 
@@ -100,7 +100,7 @@ def _axis_of_column(
     else:
         stored = body.frame[index]  # whole numbers as they are
         value = stored.to_numpy() if stored.dtype.kind in "iu" else body.numbers(index)
-        time, scale = since_start(value, column.scale, column.name, notes, column.unit)
+        time, scale = instants_in_seconds(value, column.scale, column.name, notes, column.unit)
         digit = max(scale * body.last_digit(index), scale * float(np.spacing(float(value[0]))))
     faulty = np.flatnonzero(~np.isfinite(time))
     if faulty.size:
