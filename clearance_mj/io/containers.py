@@ -21,7 +21,7 @@ from .channels import Channel
 from .columns import channel_name, written_header
 from .tables.headers import is_time
 from .time_axis import Rates
-from .waveforms import Waveform, named_channels
+from .waveforms import Waveform, channels_of_waveforms
 
 if TYPE_CHECKING:
     import h5py
@@ -173,7 +173,7 @@ def from_sep005(series: Sequence[Fields]) -> list[Channel]:
         for s in series
     ]
     waves = [wave for item in items for wave in waveforms(item, notes, str(item.get("name", "data")))]
-    channels = named_channels(waves, {}, Rates(None, None, notes))
+    channels = channels_of_waveforms(waves, {}, Rates(None, None, notes))
     note("SEP 005", notes)
     return channels
 

@@ -24,7 +24,7 @@ from .columns import Columns, written_header
 from .gaps import is_code
 from .registry import Format, register
 from .time_axis import Rate, Rates
-from .waveforms import Waveform, named_channels, not_over_time
+from .waveforms import Waveform, channels_of_waveforms, not_over_time
 
 __all__ = ["LvmSegment", "read_lvm", "read_lvm_channels", "write_lvm"]
 
@@ -106,7 +106,7 @@ def read_lvm_channels(
         for number, segment in enumerate(joined, 1):
             suffix = f", segment {number}" if number > 1 else ""
             waves += [_wave(segment, i, suffix) for i in range(len(segment.names))]
-        channels = named_channels(waves, columns or {}, Rates(fs, resample, notes))
+        channels = channels_of_waveforms(waves, columns or {}, Rates(fs, resample, notes))
     note(path, notes)
     return channels
 

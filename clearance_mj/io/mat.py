@@ -38,7 +38,7 @@ from .gaps import ChannelSamples, gapless_channels
 from .registry import Format, register
 from .tables.headers import is_time
 from .time_axis import Rate, Rates, TimeAxis, instants_in_seconds, time_axis
-from .waveforms import named_channels
+from .waveforms import channels_of_waveforms
 
 __all__ = ["read_mat", "read_variables", "write_mat"]
 
@@ -110,7 +110,7 @@ def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], rates: 
     is_plain = not {"time", "fs", "columns"}.isdisjoint((*variables, *mapped.values())) or any(map(is_time, table))
     if not is_plain and any(isinstance(value, dict | list) for value in variables.values()):
         if waves := [*waveforms(variables, rates.notes)]:
-            return named_channels(waves, mapped, rates)
+            return channels_of_waveforms(waves, mapped, rates)
     if not table:
         raise RecordError(
             "holds no numeric vectors or matrices; save plain variables, or structures with fields such as data, dt "

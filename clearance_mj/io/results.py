@@ -31,7 +31,7 @@ from .columns import Columns
 from .containers import fields_of_hdf5, waveforms
 from .registry import Format, register
 from .time_axis import Rate, Rates
-from .waveforms import named_channels
+from .waveforms import channels_of_waveforms
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -137,7 +137,7 @@ def load(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, re
     try:
         dataset, notes = _dataset(path), list[str]()
         if isinstance(dataset, dict) and (waves := [*waveforms(dataset, notes)]):
-            channels = named_channels(waves, columns or {}, Rates(fs, resample, notes))
+            channels = channels_of_waveforms(waves, columns or {}, Rates(fs, resample, notes))
             note(path, notes)
             return channels
         kind = None if isinstance(dataset, dict) else dataset.attrs[KIND]

@@ -24,7 +24,7 @@ from .columns import SKIP, as_channel, resolve, written_header
 from .gaps import MAX_MISSING_FRACTION, ChannelSamples, gapless_channels
 from .time_axis import Rates, TimeAxis, time_axis
 
-__all__ = ["MeasurementProgram", "Waveform", "named_channels", "not_over_time"]
+__all__ = ["MeasurementProgram", "Waveform", "channels_of_waveforms", "not_over_time"]
 
 _SPECTRUM = re.compile(r"\b(?:FFT|PSD|ASD|spectr(?:um|a)|spektrum|(?:power )?spectral density)\b", re.IGNORECASE)
 _LEVEL = re.compile(r"(?:\b|_)dB\w?\b", re.IGNORECASE)
@@ -78,7 +78,7 @@ class MeasurementProgram:
         with naming(path):
             with self.opening():
                 waveforms = list(waves(data))
-            channels = named_channels(waveforms, mapped or {}, rates)
+            channels = channels_of_waveforms(waveforms, mapped or {}, rates)
         note(path, rates.notes)
         return channels
 
@@ -115,7 +115,7 @@ def not_over_time(name: str, unit: str, *axis: str) -> str:
     return f"is in dB by its name, not in {unit}" if _LEVEL.search(name) and quantity_of(unit) else ""
 
 
-def named_channels(waves: Sequence[Waveform], mapped: Mapping[str, str], rates: Rates) -> list[Channel]:
+def channels_of_waveforms(waves: Sequence[Waveform], mapped: Mapping[str, str], rates: Rates) -> list[Channel]:
     """Return channels under their own names, or those of a map of names; channels that it skips may be anything.
 
     A name that several groups have gets its group before it; notes say so, and which rates there are.
