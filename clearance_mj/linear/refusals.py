@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..core.errors import ClearanceError
 from ..rig import Rig
-from ..rig.dimensions import acts_across
+from ..rig.dimensions import fields_across
 
 __all__ = ["refuse_across", "refuse_loaded"]
 
@@ -25,7 +25,7 @@ def refuse_across(rig: Rig, what: str) -> None:
         If it is such a rig.
     """
     if rig.moves_across:
-        moves = "round bushings" if any(b.is_round for b in rig.bushings) else acts_across(rig)[0]
+        moves = "round bushings" if any(b.is_round for b in rig.bushings) else fields_across(rig)[0]
         raise ClearanceError(f"{what} knows planar rigs, and rig {rig.name!r} moves in space: it has {moves}")
 
 

@@ -19,7 +19,7 @@ from .loads import Load, Order
 from .spinning import Spin, Unbalance
 
 __all__ = [
-    "Gravity", "acts_across", "check_motion", "directed_points", "motion_in_words", "named_points",
+    "Gravity", "fields_across", "check_motion", "directed_points", "motion_in_words", "named_points",
     "shaft_radius", "with_motion", "with_shapes",
 ]  # fmt: skip
 
@@ -138,7 +138,7 @@ def with_motion(rig: InSpace, data: dict[str, Any]) -> dict[str, Any]:
     return data | {"bushings": bushings, "motion": "spatial"}
 
 
-def acts_across(rig: InSpace) -> list[str]:
+def fields_across(rig: InSpace) -> list[str]:
     """Return the names of a rig's fields that need motion along y; none of a rig that moves along z alone.
 
     Parameters

@@ -25,7 +25,7 @@ from ..structure.modal import Reduction, reduction
 from .bearing_tables import with_bearing_tables
 from .bearings import Bearing
 from .clearance import Bushing
-from .dimensions import Gravity, acts_across, check_motion, motion_in_words, named_points, with_motion, with_shapes
+from .dimensions import Gravity, check_motion, fields_across, motion_in_words, named_points, with_motion, with_shapes
 from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
@@ -167,7 +167,7 @@ class Rig(ClearanceRows, HasOverview):
     @functools.cached_property
     def moves_across(self) -> bool:
         """True if points move along y and z: clearances are round, or something acts across z."""
-        return any(b.is_round for b in self.bushings) or bool(acts_across(self))
+        return any(b.is_round for b in self.bushings) or bool(fields_across(self))
 
     @property
     def is_loaded(self) -> bool:
