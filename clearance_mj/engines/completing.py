@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..rig import Rig
-from ..rig.instruments import Kinds, each_kind
+from ..rig.instruments import Kinds, input_kinds
 from ..rig.sensing import base_shares, clearance_of
 from .base import in_columns
 
@@ -20,7 +20,7 @@ class Completion:
     """
 
     def __init__(self, rig: Rig, kinds: Kinds, step: float) -> None:
-        of_inputs = each_kind(kinds)
+        of_inputs = input_kinds(kinds)
         self.step, self.state = step, np.zeros((2, len(of_inputs)))  # velocity in the last step's middle, displacement
         orders = np.array([s.order for s in rig.sensors])
         gains = np.array([base_shares(rig, i) * ((orders < 2) & (kind == "base")) for i, kind in enumerate(of_inputs)])

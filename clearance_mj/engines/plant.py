@@ -15,7 +15,7 @@ from ..linear import RigRows
 from ..physical.elements import store_softness
 from ..physical.softness import Softness
 from ..rig import Bushing, Rig
-from ..rig.instruments import Kinds, each_kind
+from ..rig.instruments import Kinds, input_kinds
 from ..rig.loads import load_force
 from ..rig.sensing import read_of_inputs
 from .equilibrium import ChainModes, Equilibrium, equilibrium_of
@@ -131,7 +131,7 @@ class Driving(NamedTuple):
 
 def driving(rows: RigRows, kinds: Kinds) -> Driving:
     """Return the excitation of a model whose coordinates move the rig's points by rows."""
-    rig, kinds = rows.rig, each_kind(kinds)
+    rig, kinds = rows.rig, input_kinds(kinds)
     push = [rows.push(i) if kind == "force" else np.zeros(rows.size) for i, kind in enumerate(kinds)]
     lift = [-shaker.unit_direction[1:] * float(kind == "base") for shaker, kind in zip(rig.inputs, kinds)]
     steady, gravity = load_force(rig.name, rig.loads, rows.directed, rows.size), (rig.gravity or (0.0, 0.0, 0.0))[1:]

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..linear import LinearModel, linear_model
 from ..rig import Rig
-from ..rig.instruments import Kinds, each_kind
+from ..rig.instruments import Kinds, input_kinds
 from ..rig.loads import order_forces
 from ..rig.sensing import read_of_inputs
 from .modal_loop import ModalEquations
@@ -56,7 +56,7 @@ def kicked_damping(viscous: np.ndarray, inverse_mass: np.ndarray, step: float) -
 
 def driven(model: LinearModel, kinds: Kinds) -> tuple[np.ndarray, np.ndarray]:
     """Return forces (n_inputs, n) on the coordinates per unit of each input, and `read_of_inputs`."""
-    push = [model.input(kind, number) for number, kind in enumerate(each_kind(kinds))]
+    push = [model.input(kind, number) for number, kind in enumerate(input_kinds(kinds))]
     return np.array(push), read_of_inputs(model.rig, kinds)
 
 
@@ -100,7 +100,7 @@ def linear_part(rig: Rig, modes: int, kind: Kinds, step: float) -> tuple[ModalEq
         turning = np.vstack((model.unbalance, order_forces(rig.orders, model.directed, model.size)))
     spin = rig.spin.speed if rig.spin else 0.0
     linear = ModalEquations(
-        inverse_mass, flow, push, len(each_kind(kind)), turning, np.array([each.order for each in rig.orders]), rows,
+        inverse_mass, flow, push, len(input_kinds(kind)), turning, np.array([each.order for each in rig.orders]), rows,
         moving(rows), np.zeros((0, 5), dtype=int), (rows * inverse_mass) @ rows.T, sensors.accelerations,
         moving(sensors.accelerations), on_base,
         *at_spin(model, coupled, inverse_mass, step, spin), sensors.readings,

@@ -17,7 +17,7 @@ from ..structure.base import AXES, POINT_SCHEMA, check_point, dof_vector, is_rot
 
 __all__ = [
     "BASE_NODE", "KEYPHASOR", "KEYPHASOR_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Direction",
-    "Kinds", "Sensor", "Shaker", "check_inputs", "dof_label", "each_kind",
+    "Kinds", "Sensor", "Shaker", "check_inputs", "dof_label", "input_kinds",
 ]  # fmt: skip
 
 BASE_NODE = 100
@@ -234,7 +234,7 @@ class Shaker:
         return dof_label(self.node or SHAKER_NODE, 0.0 if self.position is None else self.position)
 
 
-def each_kind(kinds: Kinds) -> tuple[str, ...]:
+def input_kinds(kinds: Kinds) -> tuple[str, ...]:
     """Return the kind of each input."""
     return (kinds,) if isinstance(kinds, str) else kinds
 

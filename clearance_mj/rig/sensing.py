@@ -11,7 +11,7 @@ from ..core.quantities import QUANTITIES
 from ..structure import Support
 from ..structure.base import AXES, parse_direction, parse_place
 from .dimensions import InSpace
-from .instruments import Kinds, Sensor, each_kind
+from .instruments import Kinds, Sensor, input_kinds
 
 __all__ = [
     "SensorRows", "accelerated", "base_shares", "check_sensors", "clearance_of", "read_of_inputs", "sensing_points",
@@ -118,7 +118,7 @@ def base_shares(rig: InSpace, number: int = 0) -> np.ndarray:
 def read_of_inputs(rig: InSpace, kinds: Kinds) -> np.ndarray:
     """Return the readings (n_inputs, n_sensors) of accelerometers per unit of each input itself: of a moving base."""
     of_order = np.array([s.order == 2 for s in rig.sensors])
-    return np.array([base_shares(rig, i) * (of_order & (kind == "base")) for i, kind in enumerate(each_kind(kinds))])
+    return np.array([base_shares(rig, i) * (of_order & (kind == "base")) for i, kind in enumerate(input_kinds(kinds))])
 
 
 def sensing_points(rig: InSpace, sensor: Sensor) -> Iterator[tuple[float | str, Vector, float, float]]:

@@ -21,7 +21,7 @@ from clearance_mj.engines.links_run import LinksRun
 from clearance_mj.engines.plant import ARMATURE, NO_WALL, set_solver, stable_step
 from clearance_mj.engines.scheme import moving, places_of
 from clearance_mj.linear import PlaneRows, RigRows, linear_model
-from clearance_mj.rig.instruments import each_kind
+from clearance_mj.rig.instruments import input_kinds
 
 
 @register
@@ -41,7 +41,7 @@ class ModalMujoco(Engine):
     def start(self, rig, law, kind, step):
         """Begin at rest."""
         run = LinksRun(self, rig, law, kind, step, _plant(rig, self.modes))
-        run.driving.lift[0, 1] = -float(each_kind(kind) == ("base",))  # the joints lean as the base moves
+        run.driving.lift[0, 1] = -float(input_kinds(kind) == ("base",))  # the joints lean as the base moves
         return run
 
 
