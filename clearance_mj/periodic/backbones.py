@@ -12,7 +12,7 @@ from tqdm import tqdm
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..model import Model
-from ..rig.sensing import accelerated, sensor_points
+from ..rig.sensing import acceleration_mask, sensor_points
 from ..signals import labelled
 from .branch import Branch
 from .condensed import condensed
@@ -236,7 +236,7 @@ def _backbone(follower: NonlinearMode, mode: int, motions: list[FreeMotion], end
         level = power / np.abs(modes[:, :, 1] @ model.input(system.kind))
     return Backbone(
         system.model, mode, follower.row, omega / (2 * np.pi), damping, level,
-        accelerated(rig)[:, None] * (model.at_sensors @ modes * i_omega**2),
+        acceleration_mask(rig)[:, None] * (model.at_sensors @ modes * i_omega**2),
         model.directed(sensor_points(rig), directions) @ modes, x[:, :n], force[:, first] + force[:, second],
         system.fillings(omega, x, force), ended, tuple(rig.sensor_labels),
         tuple(rig.probe_labels if rig.moves_across else rig.clearance_labels),

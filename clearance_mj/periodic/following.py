@@ -10,7 +10,7 @@ import numpy as np
 from tqdm import tqdm
 
 from ..core.errors import ClearanceError
-from ..rig.sensing import accelerated, sensor_points
+from ..rig.sensing import acceleration_mask, sensor_points
 from .axes import SHARES, level_axis
 from .branch import Branch, SpecialPoint
 from .condensed import UNBALANCE, condensed
@@ -193,7 +193,7 @@ def expanded(solver: Any, points: list[TestedPoint], ended: str) -> Branch:
     level, excitation = np.outer(factors, levels), np.zeros((len(points), x.shape[-1]), dtype=complex)
     excitation[:, system.periods : system.periods * levels.size + 1 : system.periods] = level
     i_omega, model = 1j * np.arange(x.shape[2]) * omega[:, None, None], driven.model
-    acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * i_omega**2 * accelerated(rig)[:, None]
+    acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * i_omega**2 * acceleration_mask(rig)[:, None]
     if system.kind == "base":
         acceleration += model.sensors_on_base[:, None] * excitation[:, None]
     directions = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)

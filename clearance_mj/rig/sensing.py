@@ -14,7 +14,7 @@ from .dimensions import InSpace
 from .instruments import Kinds, Sensor, input_kinds
 
 __all__ = [
-    "SensorRows", "accelerated", "base_shares", "check_sensors", "clearance_of", "read_of_inputs", "sensing_points",
+    "SensorRows", "acceleration_mask", "base_shares", "check_sensors", "clearance_of", "read_of_inputs", "sensing_points",
     "sensor_points", "sensor_rows",
 ]  # fmt: skip
 
@@ -161,7 +161,7 @@ def clearance_of(rig: InSpace, sensor: Sensor) -> int | None:
     return None
 
 
-def accelerated(rig: InSpace) -> np.ndarray:
+def acceleration_mask(rig: InSpace) -> np.ndarray:
     """Return 1 for each sensor (n_sensors,) of a motion that has an acceleration in m/s², nan for all others."""
     return np.array([1.0 if QUANTITIES[s.quantity].motion == "displacement" else np.nan for s in rig.sensors])
 
