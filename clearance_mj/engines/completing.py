@@ -6,7 +6,7 @@ import numpy as np
 
 from ..rig import Rig
 from ..rig.instruments import Kinds, input_kinds
-from ..rig.sensing import base_shares, clearance_of
+from ..rig.sensing import base_readings, clearance_of
 from .base import in_columns
 
 __all__ = ["Completion"]
@@ -23,7 +23,9 @@ class Completion:
         of_inputs = input_kinds(kinds)
         self.step, self.state = step, np.zeros((2, len(of_inputs)))  # velocity in the last step's middle, displacement
         orders = np.array([s.order for s in rig.sensors])
-        gains = np.array([base_shares(rig, i) * ((orders < 2) & (kind == "base")) for i, kind in enumerate(of_inputs)])
+        gains = np.array(
+            [base_readings(rig, i) * ((orders < 2) & (kind == "base")) for i, kind in enumerate(of_inputs)]
+        )
         self.shares = np.concatenate([gains * (orders == order) for order in (1, 0)])
         self.base_moves = bool(gains.any())
         """True if a sensor reads the base's motion"""

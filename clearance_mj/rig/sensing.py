@@ -14,7 +14,7 @@ from .dimensions import InSpace
 from .instruments import Kinds, Sensor, input_kinds
 
 __all__ = [
-    "SensorRows", "acceleration_mask", "base_shares", "check_sensors", "clearance_of", "read_of_inputs", "sensing_points",
+    "SensorRows", "acceleration_mask", "base_readings", "check_sensors", "clearance_of", "read_of_inputs", "sensing_points",
     "sensor_points", "sensor_rows",
 ]  # fmt: skip
 
@@ -106,10 +106,10 @@ def sensor_rows(
         for rows, tap_factors in zip(matrices, factors):
             np.add.at(rows, list(sensors), np.array(tap_factors)[:, None] * motion)
     rows, rates = matrices
-    return SensorRows(rows, rates, np.array([s.order for s in rig.sensors]), base_shares(rig))
+    return SensorRows(rows, rates, np.array([s.order for s in rig.sensors]), base_readings(rig))
 
 
-def base_shares(rig: InSpace, number: int = 0) -> np.ndarray:
+def base_readings(rig: InSpace, number: int = 0) -> np.ndarray:
     """Return the readings (n_sensors,) of the sensors per displacement of the base along the direction of an input."""
     along = rig.inputs[number].unit_direction
     return np.array([0.0 if s.moves_with_base else s.gain * (s.unit_direction @ along) for s in rig.sensors])
@@ -118,7 +118,9 @@ def base_shares(rig: InSpace, number: int = 0) -> np.ndarray:
 def read_of_inputs(rig: InSpace, kinds: Kinds) -> np.ndarray:
     """Return the readings (n_inputs, n_sensors) of accelerometers per unit of each input itself: of a moving base."""
     of_order = np.array([s.order == 2 for s in rig.sensors])
-    return np.array([base_shares(rig, i) * (of_order & (kind == "base")) for i, kind in enumerate(input_kinds(kinds))])
+    return np.array(
+        [base_readings(rig, i) * (of_order & (kind == "base")) for i, kind in enumerate(input_kinds(kinds))]
+    )
 
 
 def sensing_points(rig: InSpace, sensor: Sensor) -> Iterator[tuple[float | str, Vector, float, float]]:
