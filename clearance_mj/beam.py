@@ -13,7 +13,7 @@ from .core.errors import RigError
 from .core.kinds import checks_kinds
 from .linear import linear_model
 from .rig import Rig
-from .rig.sensing import read_of_inputs
+from .rig.sensing import input_readings
 from .structure.modal import Reduction
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def state_space(rig: Rig, n_modes: int = 16) -> control.StateSpace:
     seen = sensors.accelerations @ state[model.size :]
     seen += sensors.readings.reshape(-1, 2 * model.size) if sensors.readings.size else 0.0
     c_matrix = np.vstack((seen, np.hstack((probes, np.zeros_like(probes)))))
-    direct = sensors.accelerations @ force + read_of_inputs(rig, kind)[0]
+    direct = sensors.accelerations @ force + input_readings(rig, kind)[0]
     d_matrix = np.concatenate((direct, np.zeros(len(probes))))[:, None]
     return control.ss(state, b_matrix, c_matrix, d_matrix)
 

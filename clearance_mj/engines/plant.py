@@ -17,7 +17,7 @@ from ..physical.softness import Softness
 from ..rig import Bushing, Rig
 from ..rig.instruments import Kinds, input_kinds
 from ..rig.loads import load_force
-from ..rig.sensing import read_of_inputs
+from ..rig.sensing import input_readings
 from .equilibrium import ChainModes, Equilibrium, equilibrium_of
 
 __all__ = [
@@ -124,7 +124,7 @@ class Driving(NamedTuple):
 
     lift: np.ndarray  # (n_inputs, 2) gravity along y and z equivalent to each unit of a moving base; 0 for a force
     push: np.ndarray  # (n_inputs, nv) force on the coordinates per N of each; 0 for a base
-    on_base: np.ndarray  # (n_inputs, n_sensors) as of `read_of_inputs`
+    on_base: np.ndarray  # (n_inputs, n_sensors) as of `input_readings`
     gravity: np.ndarray  # (2,) m/s² along y and z
     steady: np.ndarray  # (nv,) force of the rig's loads on the coordinates
 
@@ -135,7 +135,7 @@ def driving(rows: RigRows, kinds: Kinds) -> Driving:
     push = [rows.push(i) if kind == "force" else np.zeros(rows.size) for i, kind in enumerate(kinds)]
     lift = [-shaker.unit_direction[1:] * float(kind == "base") for shaker, kind in zip(rig.inputs, kinds)]
     steady, gravity = load_force(rig.name, rig.loads, rows.directed, rows.size), (rig.gravity or (0.0, 0.0, 0.0))[1:]
-    return Driving(np.array(lift), np.array(push), read_of_inputs(rig, kinds), np.array(gravity), steady)
+    return Driving(np.array(lift), np.array(push), input_readings(rig, kinds), np.array(gravity), steady)
 
 
 class Statics(NamedTuple):

@@ -12,7 +12,7 @@ from ..linear import LinearModel, linear_model
 from ..rig import Rig
 from ..rig.instruments import Kinds, input_kinds
 from ..rig.loads import order_forces
-from ..rig.sensing import read_of_inputs
+from ..rig.sensing import input_readings
 from .modal_loop import ModalEquations
 
 __all__ = [
@@ -55,9 +55,9 @@ def kicked_damping(viscous: np.ndarray, inverse_mass: np.ndarray, step: float) -
 
 
 def driven(model: LinearModel, kinds: Kinds) -> tuple[np.ndarray, np.ndarray]:
-    """Return forces (n_inputs, n) on the coordinates per unit of each input, and `read_of_inputs`."""
+    """Return forces (n_inputs, n) on the coordinates per unit of each input, and `input_readings`."""
     push = [model.input(kind, number) for number, kind in enumerate(input_kinds(kinds))]
-    return np.array(push), read_of_inputs(model.rig, kinds)
+    return np.array(push), input_readings(model.rig, kinds)
 
 
 def slide_rows(rig: Rig) -> dict[int, int]:

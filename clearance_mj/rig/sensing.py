@@ -14,7 +14,7 @@ from .dimensions import InSpace
 from .instruments import Kinds, Sensor, input_kinds
 
 __all__ = [
-    "SensorRows", "acceleration_mask", "base_readings", "check_sensors", "clearance_of", "read_of_inputs", "sensing_points",
+    "SensorRows", "acceleration_mask", "base_readings", "check_sensors", "clearance_of", "input_readings", "sensing_points",
     "sensor_points", "sensor_rows",
 ]  # fmt: skip
 
@@ -115,7 +115,7 @@ def base_readings(rig: InSpace, number: int = 0) -> np.ndarray:
     return np.array([0.0 if s.moves_with_base else s.gain * (s.unit_direction @ along) for s in rig.sensors])
 
 
-def read_of_inputs(rig: InSpace, kinds: Kinds) -> np.ndarray:
+def input_readings(rig: InSpace, kinds: Kinds) -> np.ndarray:
     """Return the readings (n_inputs, n_sensors) of accelerometers per unit of each input itself: of a moving base."""
     of_order = np.array([s.order == 2 for s in rig.sensors])
     return np.array(
