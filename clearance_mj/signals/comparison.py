@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Comparison", "compare", "compare_modes"]
 
-BESIDE = ("random_db", "random_both_db", "repeat_db")
+RMSE_REFERENCES = ("random_db", "random_both_db", "repeat_db")
 """Columns by sensor to judge the RMSE by: that of random errors alone, and of a repeat of the test."""
 SENSOR_MEASURES = ("csac_per_sensor", "csf_per_sensor")  # measures by sensor and line
 TABLES = (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode"))
@@ -68,7 +68,7 @@ class Comparison(HasOverview, ArrayData):
     def __post_init__(self) -> None:
         super().__post_init__()
         by_sensor, by_mode = _frame(self.per_sensor), _frame(self.per_mode)
-        unknown = {name: np.nan for name in BESIDE if name not in by_sensor}
+        unknown = {name: np.nan for name in RMSE_REFERENCES if name not in by_sensor}
         words = {} if "why" in by_mode else {"why": ""}
         self._set(per_sensor=by_sensor.assign(**unknown), per_mode=by_mode.assign(**words))
 
@@ -79,7 +79,9 @@ class Comparison(HasOverview, ArrayData):
         csac_per_sensor, csf_per_sensor: over both; relative_error, mac: over the modes that have a partner;
         mode_1_test_hz and so on for each mode.
         """
-        means = {name: np.mean(self.per_sensor[name].to_numpy()) for name in ("mre", "rmse_db", "frac", *BESIDE)}
+        means = {
+            name: np.mean(self.per_sensor[name].to_numpy()) for name in ("mre", "rmse_db", "frac", *RMSE_REFERENCES)
+        }
         means |= {name: np.mean(getattr(self, name)) for name in ("csac", "csf", *SENSOR_MEASURES)}
         paired = self.per_mode[np.isfinite(self.per_mode["relative_error"])]
         for name in ("relative_error", "mac"):
