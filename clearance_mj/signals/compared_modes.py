@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "HARDLY", "ModeErrors", "common_modes", "distinct_modes", "mac_of_modes", "mode_errors", "mode_table",
-    "modes_once", "paired_modes",
+    "cached_modes", "paired_modes",
 ]  # fmt: skip
 
 FREQUENCY_SCALE = 0.15  # relative difference in frequency at which two modes are e^-½ times as likely to be one
@@ -40,7 +40,7 @@ def mac_of_modes(a: Modes, b: Modes) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=64)
-def modes_once(frf: FRF, n_modes: int) -> Modes:
+def cached_modes(frf: FRF, n_modes: int) -> Modes:
     """Return the modes of a test, which is compared with many models; equal FRFs have equal modes."""
     return distinct_modes(frf, n_modes)
 
@@ -57,7 +57,7 @@ def common_modes(frfs: Sequence[FRF], names: Sequence[str], n_modes: int) -> tup
     n_modes : int
         Largest number of modes of each.
     """
-    mode_sets = [modes_once(frf, n_modes) for frf in frfs]
+    mode_sets = [cached_modes(frf, n_modes) for frf in frfs]
     first, columns, left_out = mode_sets[0], [], list[str]()
     partners = [dict(_pairs(first, other, SAME_MODE)) for other in mode_sets[1:]]
     hardly = [mode_errors(frf, modes).hardly for frf, modes in zip(frfs, mode_sets)]
@@ -88,7 +88,7 @@ def paired_modes(test_frf: FRF, model_frf: FRF, n_modes: int, of_test: Modes | N
     Where a strong mode of the test has no partner among as many of the model, twice as many are looked at: it may be
     a weaker one there.
     """
-    test = modes_once(test_frf, n_modes) if of_test is None else of_test
+    test = cached_modes(test_frf, n_modes) if of_test is None else of_test
     model = distinct_modes(model_frf, n_modes)
     pairs = _pairs(test, model)
     if len(pairs) == test.frequency.size:
