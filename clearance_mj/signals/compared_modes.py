@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = [
-    "HARDLY", "ModeErrors", "common_modes", "distinct_modes", "mac_of_modes", "mode_errors", "mode_table",
+    "WEAK_MODE_ERRORS", "ModeErrors", "common_modes", "distinct_modes", "mac_of_modes", "mode_errors", "mode_table",
     "cached_modes", "paired_modes",
 ]  # fmt: skip
 
@@ -162,14 +162,14 @@ def _reasons(test_frf: FRF, model_frf: FRF, modes: tuple[Modes, Modes], rows: Pa
             error = errors[i]
             assert error is not None
             df, dshape = error.frequency[row[i]], error.shape[row[i]]
-            loose = f"frequency ± {100 * df:.2g} %" if not df < HARDLY[0] else f"shape ± {100 * dshape:.2g} %"
+            loose = f"frequency ± {100 * df:.2g} %" if not df < WEAK_MODE_ERRORS[0] else f"shape ± {100 * dshape:.2g} %"
             words = f"hardly extracted from the {names[i]}'s FRFs ({loose})"
         reasons.append(words)
     return reasons
 
 
 SAME_SHAPE = 0.9  # MAC from which on two modes whose half-power bands overlap are one peak
-HARDLY = 0.02, 1 / 3
+WEAK_MODE_ERRORS = 0.02, 1 / 3
 """Relative standard deviation of the frequency, and error of the shape over its length, from which on a mode is hardly
 extracted: two shapes with a third of random error each have a MAC of 0.8 with each other where they are equal."""
 
@@ -185,9 +185,9 @@ class ModeErrors(ArrayData):
 
     @property
     def hardly(self) -> np.ndarray:
-        """(n,) True for a mode that is hardly extracted, see `HARDLY`."""
+        """(n,) True for a mode that is hardly extracted, see `WEAK_MODE_ERRORS`."""
         # nan, of a fit without an inverse, is hardly extracted too
-        return ~((self.frequency < HARDLY[0]) & (self.shape < HARDLY[1]))
+        return ~((self.frequency < WEAK_MODE_ERRORS[0]) & (self.shape < WEAK_MODE_ERRORS[1]))
 
 
 def distinct_modes(frf: FRF, n_modes: int) -> Modes:
