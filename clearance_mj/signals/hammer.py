@@ -12,7 +12,7 @@ import scipy.fft
 from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
 from .frf import FRF, estimate_frf_blocks
-from .hits import DECAYED, TRIGGER, Hit, find_hits, left_out, tail_level, windowed_blocks
+from .hits import DECAYED, TRIGGER, Hit, find_hits, left_out_notes, tail_level, windowed_blocks
 from .references import join_references
 from .response import Response
 from .welch import Band
@@ -139,7 +139,7 @@ def hammer_frf(
     fs = records[0].fs
     length = None if block is None else round(min(block * fs, 1e18))
     hits, length = find_hits(records, length, trigger, round(min(pre_trigger * fs, 1e18)))
-    notes = left_out(hits)
+    notes = left_out_notes(hits)
 
     def blocks(rate: float) -> list[Response]:
         groups = [[hit for hit in hits if hit.record == i] for i in range(len(records))]

@@ -22,7 +22,7 @@ from .channel_check import clipped
 from .response import Response
 
 __all__ = [
-    "DECAYED", "TRIGGER", "Hit", "find_hits", "hit_blocks", "is_impulsive", "left_out", "tail_level", "windowed_blocks",
+    "DECAYED", "TRIGGER", "Hit", "find_hits", "hit_blocks", "is_impulsive", "left_out_notes", "tail_level", "windowed_blocks",
 ]  # fmt: skip
 
 TRIGGER = 0.1
@@ -219,7 +219,7 @@ def tail_level(blocks: Sequence[Response]) -> float:
     return float(np.max(second[strong] / first[strong], initial=0.0))
 
 
-def left_out(hits: Sequence[Hit]) -> list[str]:
+def left_out_notes(hits: Sequence[Hit]) -> list[str]:
     """Return which hits are left out and why, in words.
 
     Parameters
@@ -249,13 +249,13 @@ def hit_blocks(record: Response, resolution: float) -> tuple[list[Response], lis
     with contextlib.suppress(RecordError):  # no pulse that stands alone
         hits, _ = find_hits([record], length)
     used, span = [hit for hit in hits if not hit.fault], f"{length / record.fs:.3g} s"
-    words = [f"is hits: a block of {span} from each of {len(used)}, without a window", *left_out(hits)]
+    words = [f"is hits: a block of {span} from each of {len(used)}, without a window", *left_out_notes(hits)]
     if not used:
         used = [replace(hit, fault="") for hit in hits if hit.fault.startswith(OVERLOAD)]
         words = [f"is hits: a block of {span} from each of {len(used)}, all of which are clipped: the FRFs are wrong"]
     if not used:
         hann = "has pulses, and a Hann window damps what they excite: damping is too high, peaks are too low"
-        words = [f"{hann}; no block of {span} holds one hit alone", *left_out(hits)]
+        words = [f"{hann}; no block of {span} holds one hit alone", *left_out_notes(hits)]
     blocks = list(windowed_blocks(record, used, length))
     if blocks and (level := tail_level(blocks)) > DECAYED:
         words.append(f"{level:.0%} of the response is left at the end of a block: peaks are too low by as much")
