@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from ..core.drawing import COLOURS, FONT, REPEAT, TEST, WIDTH, canvas, key, of_curves, tidy
 
-__all__ = ["cascade_figure", "full_spectrum_figure", "orbit_figure", "shown_to"]
+__all__ = ["cascade_figure", "full_spectrum_figure", "orbit_figure", "frequency_limit"]
 
 MICRO = 1e6  # µm, in which orbits are drawn
 DECADES, SHADES = 4.0, 3.0  # of amplitudes that are drawn below the largest: as a curve, and in colours
@@ -95,7 +95,7 @@ def full_spectrum_figure(spectra: Mapping[str, Spectrum], spin: float | None = N
     figure = canvas(0.5 + 1.9 * len(spectra))
     axes = np.ravel(figure.subplots(len(spectra), 1, sharex=True, squeeze=False))
     first = next(iter(spectra.values()))
-    highest = shown_to(first.frequency, spin)
+    highest = frequency_limit(first.frequency, spin)
     sense = -1.0 if spin is not None and spin < 0 else 1.0
     for ax, (name, spectrum) in zip(axes, spectra.items()):
         ax.plot(sense * spectrum.frequency, MICRO * spectrum.amplitude, color=COLOURS[0], lw=0.9)
@@ -130,7 +130,7 @@ def _mark_orders(ax: Axes, spin: float | None, highest: float) -> None:
                         xytext=(2, -2), textcoords="offset points", va="top", color=COLOURS[1])  # fmt: skip
 
 
-def shown_to(frequency: np.ndarray, spin: float | None) -> float:
+def frequency_limit(frequency: np.ndarray, spin: float | None) -> float:
     """Return the highest frequency that is drawn, Hz: five times the spin (rad/s), if there are lines so far."""
     last = float(frequency[-1])
     return min(last, ORDERS * abs(spin) / (2 * np.pi)) if spin else last
@@ -142,7 +142,7 @@ def cascade_figure(cascades: Mapping[str, Cascade], highest: float | None = None
     axes = np.ravel(figure.subplots(len(cascades), 1, sharex=True, squeeze=False))
     first = next(iter(cascades.values()))
     fastest = first.speed[np.argmax(np.abs(first.speed))]
-    limit = shown_to(first.frequency, fastest) if highest is None else min(highest, float(first.frequency[-1]))
+    limit = frequency_limit(first.frequency, fastest) if highest is None else min(highest, float(first.frequency[-1]))
     for ax, (name, cascade) in zip(axes, cascades.items()):
         bar = figure.colorbar(_draw_cascade(ax, cascade, limit, fastest < 0), ax=ax, pad=0.01)
         bar.set_label("Amplitude (µm)", fontsize=FONT)
