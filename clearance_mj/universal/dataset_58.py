@@ -25,7 +25,7 @@ from .fields import (
 )
 
 TIME_FUNCTION, CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY, COHERENCE = 1, 3, 4, 5, 6
-TIME, FREQUENCY, UNSAID = 17, 18, (0, 1)
+TIME, FREQUENCY, UNSTATED_TYPES = 17, 18, (0, 1)
 REAL32, REAL64, COMPLEX32, COMPLEX64 = 2, 4, 5, 6
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:E[+-]?[0-9]{2,3}(?=[0-9]\.|[-+\s]|$))?")
 REFERRED = (CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY)  # function types that have a reference
@@ -72,7 +72,7 @@ class Header:
 
     def is_over(self, abscissa_type: int) -> bool:
         """Return True if its abscissa is of a type, or of an unstated one."""
-        return self.abscissa_type in (abscissa_type, *UNSAID)
+        return self.abscissa_type in (abscissa_type, *UNSTATED_TYPES)
 
     @property
     def is_frf(self) -> bool:

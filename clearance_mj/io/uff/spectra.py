@@ -13,7 +13,7 @@ from ...core.errors import RecordError
 from ...core.quantities import QUANTITIES
 from ...core.units import unit_factor
 from ...signals.spectra import POWERS, RATIOS, Spectra
-from ...universal.dataset_58 import FREQUENCY, TIME, UNSAID, Function, samples, spectrum_block
+from ...universal.dataset_58 import FREQUENCY, TIME, UNSTATED_TYPES, Function, samples, spectrum_block
 from ...universal.dataset_164 import FunctionQuantity, label_of
 from ...universal.fields import FUNCTION_TYPES, SI, quantity_of
 from .functions import abscissa, name_of
@@ -44,7 +44,7 @@ def _axis(data: bytes, function: Function) -> tuple[str, str, np.ndarray]:
     """Return name, unit and values of the abscissa; numbers of samples where it neither rises nor falls."""
     values = abscissa(data, function)
     axis, unit = _AXES.get(function.abscissa_type, ("abscissa", label_of(function.axis_unit)))
-    if function.abscissa_type in UNSAID:
+    if function.abscissa_type in UNSTATED_TYPES:
         if function.kind in _OF_FREQUENCY or function.axis_unit.lower() in ("hz", "khz"):
             axis, unit = _AXES[FREQUENCY]
         elif function.kind in _OF_TIME:
