@@ -148,7 +148,7 @@ def bouc_wen(
     2009. Covariance of output error with coloured residuals: Ljung, System Identification, 2nd ed., 1999, section 9.4.
     """
     RecordError.require_known("dead_travel", dead_travel, DEAD_TRAVEL)
-    comparison = _Comparison(checked_records(time, displacement, force), gap, dead_travel == "reopening")
+    comparison = _LoopComparison(checked_records(time, displacement, force), gap, dead_travel == "reopening")
     problem = Problem(comparison.parameters, one_by_one(comparison.residual), step=STEP, lanes=False)
     starts = [problem.at(values) for values in comparison.starts()]
     rough = solve(problem, starts, n_best=len(starts), stop=StoppingCriteria(MAX_STEPS, decrease=1e-3, move=1e-3))
@@ -167,7 +167,7 @@ def bouc_wen(
     return BoucWenFit(k, ratio, beta, gamma, exponent, d, offset, dead_travel, estimates, unidentified, nrmse[0], nrmse)
 
 
-class _Comparison:
+class _LoopComparison:
     """Records compared with the loop of an element of scaled parameters."""
 
     def __init__(self, records: Sequence[tuple[np.ndarray, ...]], gap: float | None, reopening: bool) -> None:
