@@ -10,7 +10,7 @@ from ..core.jit import OPTIONS, inlined, jit
 from .kernel import (
     answered,
     depth_in,
-    fill,
+    film_force,
     follow_law,
     forget,
     friction_limit,
@@ -109,7 +109,7 @@ def force_at(
 
     Displacements are vectors from the unloaded shaft, m, with velocities v, v_a and v_b, m/s; the spin is in rad/s.
     """
-    fill(bushing, numbers, r, spin, lanes)
+    film_force(bushing, numbers, r, spin, lanes)
     force = _filling_force(bushing, numbers, v, lanes)
     follow_law(bushing, numbers, time, lanes)
     force = plus(force, _end_force(bushing, numbers, 0, r_a, v_a, spin, lanes))

@@ -1,6 +1,6 @@
 """The compiled kernel of clearances, used by engines, energy balances and identification.
 
-In every step a loop calls for each clearance `fill` and `follow_law`, and for each of its two ends the wall, `depth_in`
+In every step a loop calls for each clearance `film_force` and `follow_law`, and for each of its two ends the wall, `depth_in`
 of one coordinate or `touch` of two, and `press` of one coordinate or `rub` of two where it touches. Vectors are tuples
 of one coordinate or two, numbers plain or of all lanes (see lanes.py).
 
@@ -27,7 +27,7 @@ from .registers import block, load, spread, store
 from .vectors import TINY, minus, of_one_or_two, plus
 
 __all__ = [
-    "BRISTLES", "answered", "depth_in", "distance", "fill", "follow_law", "forget", "friction_limit", "save_previous_state",
+    "BRISTLES", "answered", "depth_in", "distance", "film_force", "follow_law", "forget", "friction_limit", "save_previous_state",
     "limit_bristles", "press", "rub", "touch",
 ]  # fmt: skip
 
@@ -144,7 +144,7 @@ def _follow_by_lane(bushing: ClearanceRecord, numbers: np.ndarray, time: float, 
 
 
 @inlined
-def fill(bushing: ClearanceRecord, numbers: np.ndarray, r: Any, spin: Any, lanes: tuple[int, ...]) -> None:
+def film_force(bushing: ClearanceRecord, numbers: np.ndarray, r: Any, spin: Any, lanes: tuple[int, ...]) -> None:
     """Advance the filling to r, m; `answered` is then its force above that of the unloaded shaft, and damping.
 
     The spin is in rad/s.
@@ -166,13 +166,13 @@ def fill(bushing: ClearanceRecord, numbers: np.ndarray, r: Any, spin: Any, lanes
 
 @inlined
 def answered(bushing: ClearanceRecord, numbers: np.ndarray, i: int, lanes: tuple[int, ...]) -> Any:
-    """Return number i of the result of `fill`: elastic forces, then damping; of two coordinates yy, yz, zy, zz."""
+    """Return number i of the result of `film_force`: elastic forces, then damping; of two coordinates yy, yz, zy, zz."""
     return load(numbers, bushing.out + i, lanes)
 
 
 @inlined
 def distance(bushing: ClearanceRecord, numbers: np.ndarray, lanes: tuple[int, ...]) -> Any:
-    """Return the shaft's distance from the clearance's middle at the last `fill`, m."""
+    """Return the shaft's distance from the clearance's middle at the last `film_force`, m."""
     z = load(numbers, bushing.place, lanes) + load(numbers, bushing.offset, lanes)
     if bushing.coordinates == 1:
         return abs(z)

@@ -15,7 +15,7 @@ import numpy as np
 from ..clearance.kernel import (
     answered,
     depth_in,
-    fill,
+    film_force,
     follow_law,
     forget,
     friction_limit,
@@ -103,14 +103,14 @@ def fill_all(
     for j in range(bushings.size):
         bushing, row = bushings[j], places[j, MIDDLE]
         if bushing.coordinates == 1:
-            fill(bushing, numbers, (load(x, row, lanes),), spin, lanes)
+            film_force(bushing, numbers, (load(x, row, lanes),), spin, lanes)
             mobility = half * load(compliance, row * stride + row, lanes)
             damping = answered(bushing, numbers, 1, lanes)
             store(filled, FILLED * j, answered(bushing, numbers, 0, lanes), lanes)
             store(filled, FILLED * j + 1, damping, lanes)
             store(filled, FILLED * j + 6, 1.0 / (1.0 + damping * mobility), lanes)
         else:
-            fill(bushing, numbers, (load(x, row, lanes), load(x, row + 1, lanes)), spin, lanes)
+            film_force(bushing, numbers, (load(x, row, lanes), load(x, row + 1, lanes)), spin, lanes)
             for k in range(6):
                 store(filled, FILLED * j + k, answered(bushing, numbers, k, lanes), lanes)
         follow_law(bushing, numbers, time, lanes)

@@ -15,7 +15,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from ..clearance.follower import contact_force
-from ..clearance.kernel import answered, depth_in, fill, follow_law, forget, press
+from ..clearance.kernel import answered, depth_in, film_force, follow_law, forget, press
 from ..clearance.lanes import signed
 from ..clearance.pointers import caller
 from ..clearance.record import BUSHING
@@ -207,7 +207,7 @@ def _apply_law(
         record = bushings.copy()  # for this step
         if step > 0.0:
             record[0].step = step
-        fill(record[0], numbers, (x,), 0.0, ONE)
+        film_force(record[0], numbers, (x,), 0.0, ONE)
         force = answered(bushing, numbers, 0, ONE) + answered(bushing, numbers, 1, ONE) * speed
         if element.kind == JOINT:
             passive[element.dof] -= force
