@@ -13,10 +13,10 @@ from .kernel import (
     film_force,
     follow_law,
     forget,
+    friction_force,
     friction_limit,
     limit_bristles,
     press,
-    rub,
     touch,
 )  # fmt: skip
 from .lanes import any_below, larger, signed, smaller, where_above
@@ -70,7 +70,7 @@ def _wall_force(
     if not any_below(0.0 - depth, 0.0):
         forget(bushing, numbers, end, lanes)
         return spread(0.0, lanes), spread(0.0, lanes)
-    k, c, bristles = rub(bushing, numbers, end, depth, n_y, n_z, y, z, speed_y, speed_z, spin, lanes)
+    k, c, bristles = friction_force(bushing, numbers, end, depth, n_y, n_z, y, z, speed_y, speed_z, spin, lanes)
     normal = k * depth + c * (n_y * speed_y + n_z * speed_z)
     if not bushing.adhesion:
         normal = larger(normal, 0.0)

@@ -1,7 +1,7 @@
 """The compiled kernel of clearances, used by engines, energy balances and identification.
 
 In every step a loop calls for each clearance `film_force` and `follow_law`, and for each of its two ends the wall, `depth_in`
-of one coordinate or `touch` of two, and `press` of one coordinate or `rub` of two where it touches. Vectors are tuples
+of one coordinate or `touch` of two, and `press` of one coordinate or `friction_force` of two where it touches. Vectors are tuples
 of one coordinate or two, numbers plain or of all lanes (see lanes.py).
 
 Displacements are from the unloaded shaft. If that is off the middle, fillings and amplitude laws use the distance
@@ -28,7 +28,7 @@ from .vectors import TINY, minus, of_one_or_two, plus
 
 __all__ = [
     "BRISTLES", "answered", "depth_in", "distance", "film_force", "follow_law", "forget", "friction_limit", "save_previous_state",
-    "limit_bristles", "press", "rub", "touch",
+    "limit_bristles", "press", "friction_force", "touch",
 ]  # fmt: skip
 
 BRISTLES = 3  # row of their deflection in an end's state
@@ -256,7 +256,7 @@ def touch(bushing: ClearanceRecord, numbers: np.ndarray, y: Any, z: Any, lanes: 
 
 
 @inlined
-def rub(
+def friction_force(
     bushing: ClearanceRecord, numbers: np.ndarray, end: int, depth: Any, n_y: Any, n_z: Any, y: Any, z: Any, speed_y: Any,
     speed_z: Any, spin: Any, lanes: tuple[int, ...],
 ) -> Any:  # fmt: skip

@@ -18,10 +18,10 @@ from ..clearance.kernel import (
     film_force,
     follow_law,
     forget,
+    friction_force,
     friction_limit,
     limit_bristles,
     press,
-    rub,
     touch,
 )  # fmt: skip
 from ..clearance.lanes import all_below, any_below, larger, signed, smaller, where_above
@@ -136,7 +136,7 @@ def follow_contacts(
             store(ends, ENDS * c + N_Z, signed(none + 1.0, depth), lanes)
             store(ends, ENDS * c + REDUCTION, 1.0 / (1.0 + damping * mobility), lanes)
         else:
-            k, damping, bristles = rub(
+            k, damping, bristles = friction_force(
                 bushing, numbers, end, depth, load(ends, ENDS * c + N_Y, lanes), load(ends, ENDS * c + N_Z, lanes),
                 load(x, y, lanes), load(x, z, lanes), load(w, y, lanes), load(w, z, lanes), spin, lanes,
             )  # fmt: skip

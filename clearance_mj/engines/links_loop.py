@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..clearance.kernel import press, rub, save_previous_state
+from ..clearance.kernel import friction_force, press, save_previous_state
 from ..clearance.pointers import at
 from ..clearance.record import Clearance
 from ..core.jit import OPTIONS, inlined, jit
@@ -168,7 +168,7 @@ def advance_links(
                 stiff, damping = press(bushings[j], numbers, c % 2, end[DEPTH], u[z, 0], ONE)
                 end[N_Y], end[N_Z], end[BRISTLES] = 0.0, 1.0 if end[DEPTH] > 0.0 else -1.0, 0.0
             elif acts[c]:
-                stiff, damping, end[BRISTLES] = rub(
+                stiff, damping, end[BRISTLES] = friction_force(
                     bushings[j], numbers, c % 2, end[DEPTH], end[N_Y], end[N_Z], x[y, 0], x[z, 0], u[y, 0], u[z, 0],
                     spin, ONE,
                 )  # fmt: skip

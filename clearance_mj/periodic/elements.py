@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..clearance.follower import SLOWEST_IMPACT, end_values, pushing
-from ..clearance.kernel import BRISTLES, depth_in, forget, friction_limit, limit_bristles, press, rub, touch
+from ..clearance.kernel import BRISTLES, depth_in, forget, friction_force, friction_limit, limit_bristles, press, touch
 from ..clearance.lanes import signed
 from ..clearance.pointers import at, call_law
 from ..clearance.record import ClearanceRecord
@@ -101,7 +101,7 @@ def _end_force(
     if depth == 0.0:
         forget(bushing, numbers, 0, ONE)
         return 0.0, 0.0
-    k, c, bristles = rub(bushing, numbers, 0, depth, n_y, n_z, y, z, speed_y, speed_z, spin, ONE)
+    k, c, bristles = friction_force(bushing, numbers, 0, depth, n_y, n_z, y, z, speed_y, speed_z, spin, ONE)
     normal = pushing(k * depth + c * (n_y * speed_y + n_z * speed_z), bushing.adhesion)
     force_y, force_z = normal * n_y, normal * n_z
     if bushing.rubs:
