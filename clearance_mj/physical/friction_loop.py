@@ -18,7 +18,7 @@ __all__ = [
     "bend_in_plane",
     "is_between",
     "normal_rows",
-    "rub",
+    "apply_friction",
 ]
 
 OF_FRICTION = 7  # state: deflection (3), angle about the normal, angles rolled (3)
@@ -127,7 +127,7 @@ def exert_row_force(head: Any, model: int, data: int, row: int, force: float) ->
 
 
 @jit(**OPTIONS)
-def rub(
+def apply_friction(
     head: Any, model: int, data: int, friction: Any, numbers: np.ndarray, bristles: np.ndarray, step: float
 ) -> None:
     """Advance the bristles between two geoms in the plane of their contact, and make the solver exert their force.

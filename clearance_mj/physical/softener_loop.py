@@ -22,7 +22,7 @@ from ..clearance.record import BUSHING
 from ..core.jit import OPTIONS, STRICT, jit
 from . import drive_loop, library
 from .bushing_loop import SITE_BUSHING, apply_bushing
-from .friction_loop import FRICTION, OF_FRICTION, advance_bristle, is_between, normal_rows, rub
+from .friction_loop import FRICTION, OF_FRICTION, advance_bristle, apply_friction, is_between, normal_rows
 from .library import doubles, field, integers, pointer
 
 __all__ = ["ELEMENT", "FRICTION", "HEAD", "SITE_BUSHING", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
@@ -167,7 +167,7 @@ def soften(head_address: int, model: int, data: int) -> None:
             bristles[0], force = advance_bristle(numbers[0], numbers[1], numbers[2], bristles[0], step, speed)
             _add_tension(head, model, data, friction.dof, friction.size, force, passive)
         else:
-            rub(head, model, data, friction, numbers, bristles, step)
+            apply_friction(head, model, data, friction, numbers, bristles, step)
     bushings_between_sites = numba.carray(pointer(head.joined), head.n_joined, SITE_BUSHING)
     for i in range(head.n_joined):
         apply_bushing(head, model, data, bushings_between_sites[i])
