@@ -13,6 +13,6 @@ from .free import value_of
 from .targets import FRFTarget, ModalTarget, modal_target, read_frequencies, read_frf
 
 __all__ = [
-    "Calibration", "FRFTarget", "ModalTarget", "StartSolution", "calibrate", "modal_target", "profile", "read_frequencies",
-    "read_frf", "value_of",
+    "Calibration", "FRFTarget", "ModalTarget", "StartSolution", "calibrate", "modal_target", "profile",
+    "read_frequencies", "read_frf", "value_of",
 ]  # fmt: skip

@@ -1,8 +1,8 @@
 """The compiled kernel of clearances, used by engines, energy balances and identification.
 
-In every step a loop calls for each clearance `film_force` and `follow_law`, and for each of its two ends the wall, `depth_in`
-of one coordinate or `touch` of two, and `press` of one coordinate or `friction_force` of two where it touches. Vectors are tuples
-of one coordinate or two, numbers plain or of all lanes (see lanes.py).
+In every step a loop calls for each clearance `film_force` and `follow_law`, and for each of its two ends the wall,
+`depth_in` of one coordinate or `touch` of two, and `press` of one coordinate or `friction_force` of two where it
+touches. Vectors are tuples of one coordinate or two, numbers plain or of all lanes (see lanes.py).
 
 Displacements are from the unloaded shaft. If that is off the middle, fillings and amplitude laws use the distance
 from the middle, which thins the film. The filling's springs are in equilibrium at the unloaded shaft, so that only
@@ -27,8 +27,8 @@ from .registers import block, load, spread, store
 from .vectors import TINY, minus, of_one_or_two, plus
 
 __all__ = [
-    "BRISTLES", "answered", "depth_in", "distance", "film_force", "follow_law", "forget", "friction_limit", "save_previous_state",
-    "limit_bristles", "press", "friction_force", "touch",
+    "BRISTLES", "answered", "depth_in", "distance", "film_force", "follow_law", "forget", "friction_force",
+    "friction_limit", "limit_bristles", "press", "save_previous_state", "touch",
 ]  # fmt: skip
 
 BRISTLES = 3  # row of their deflection in an end's state
@@ -166,7 +166,7 @@ def film_force(bushing: ClearanceRecord, numbers: np.ndarray, r: Any, spin: Any,
 
 @inlined
 def answered(bushing: ClearanceRecord, numbers: np.ndarray, i: int, lanes: tuple[int, ...]) -> Any:
-    """Return number i of the result of `film_force`: elastic forces, then damping; of two coordinates yy, yz, zy, zz."""
+    """Return number i of what `film_force` stored: elastic forces, then damping; of two coordinates yy, yz, zy, zz."""
     return load(numbers, bushing.out + i, lanes)
 
 
@@ -257,7 +257,8 @@ def touch(bushing: ClearanceRecord, numbers: np.ndarray, y: Any, z: Any, lanes: 
 
 @inlined
 def friction_force(
-    bushing: ClearanceRecord, numbers: np.ndarray, end: int, depth: Any, n_y: Any, n_z: Any, y: Any, z: Any, speed_y: Any,
+    bushing: ClearanceRecord, numbers: np.ndarray, end: int, depth: Any, n_y: Any, n_z: Any, y: Any, z: Any,
+    speed_y: Any,
     speed_z: Any, spin: Any, lanes: tuple[int, ...],
 ) -> Any:  # fmt: skip
     """Advance the contact of end 0 or 1, of a depth along n, at y, z, m, and its bristles, without sliding.

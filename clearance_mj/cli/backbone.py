@@ -13,7 +13,8 @@ from .options import PERIODIC, WORKERS, length, load_model, number_list_parser, 
 
 @command(
     "backbone", *periodic(),
-    option("--mode", "modes in the gap, 1 the lowest (default: 1)", number_list_parser(int, "of modes such as 1,2"), [1],
+    option("--mode", "modes in the gap, 1 the lowest (default: 1)", number_list_parser(int, "of modes such as 1,2"),
+    [1],
            metavar="MODE,..."),
     option("--from", "amplitude, m or such as 1mil (default: 0.1 gap)", length, dest="start", metavar="M"),
     option("--to", "amplitude, m (default: 5 times the gap)", length, dest="stop", metavar="M"),

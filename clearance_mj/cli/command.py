@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # what is only listed needs no library
 
 __all__ = [
     "COMMANDS", "RESULTS", "Command", "Group", "Option", "Options", "Parser", "Result", "command", "flag", "given",
-    "inputs", "option", "out_file", "provenance", "inform", "settings", "spelled", "warn_of_depths",
+    "inform", "inputs", "option", "out_file", "provenance", "settings", "spelled", "warn_of_depths",
 ]  # fmt: skip
 
 OUTPUTS = {"out", "new", "energy", "figures", "schema"}  # options that name what is written; every other path is read

@@ -44,7 +44,8 @@ PERIOD_DOUBLING_TOLERANCE = 1e-3
            choices=("load", "gap", "spin")),
     option("--from", "first frequency, Hz (default: 5), level, share or spin", float, dest="start", metavar="X"),
     option("--to", "last frequency, Hz (default: 220), level, share or spin", float, dest="stop", metavar="X"),
-    option("--sensors", "to draw (default: those in the bushings)", number_list_parser(int, "of sensors' nodes such as 6,7"),
+    option("--sensors", "to draw (default: those in the bushings)", number_list_parser(int,
+    "of sensors' nodes such as 6,7"),
            metavar="NODE,..."),
     flag("--period-doublings", "leave branches where the period doubles, and follow on"),
     option("--isolas", "random starts at each of nine frequencies, from which vibrations on no known branch are "

@@ -34,8 +34,8 @@ class ArgumentError(ClearanceError, TypeError):
 def checks_kinds(function: Callable[P, R]) -> Callable[P, R]:
     """Wrap a call so that arguments which are not of its annotations' types raise a one-line error.
 
-    Only parameters are looked at whose annotation consists of what `TYPE_HINTS_IN_WORDS` lists. Classes are known by their names,
-    so that what checks needs none of them.
+    Only parameters are checked whose annotation consists of what `TYPE_HINTS_IN_WORDS` lists. Classes are known by
+    their names, so that the check imports none of them.
     """
     signature = inspect.signature(function)
     wanted = {name: kinds for name, p in signature.parameters.items() if (kinds := _type_names(str(p.annotation)))}

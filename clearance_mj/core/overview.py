@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import NamedTuple
 
-__all__ = ["Overview", "HasOverview", "few", "span"]
+__all__ = ["HasOverview", "Overview", "few", "span"]
 
 MAX_CHARACTERS = 100  # characters of a value
 CELL = 'style="text-align:left;vertical-align:top"'

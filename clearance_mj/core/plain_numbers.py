@@ -12,7 +12,7 @@ from typing import Any
 
 from .errors import ClearanceError
 
-__all__ = ["Key", "find_numbers", "get_number", "number_in", "numbers", "path_of", "with_number", "replace_numbers"]
+__all__ = ["Key", "find_numbers", "get_number", "number_in", "numbers", "path_of", "replace_numbers", "with_number"]
 
 Key = tuple[str | int, ...]  # names and indices that lead to one number in nested plain data.
 _PLACE = re.compile(r"(.*@)([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)(:[+-]?[RK]?[XYZ])?")

@@ -10,7 +10,7 @@ from .mujoco_model import add_found_drive
 from .record import DriveRecord
 
 __all__ = [
-    "PARTS", "Drive", "DriveFit", "DriveRecord", "Efficiency", "HeldServo", "HeldLostMotion", "MotorSideFit",
+    "PARTS", "Drive", "DriveFit", "DriveRecord", "Efficiency", "HeldLostMotion", "HeldServo", "MotorSideFit",
     "PreslidingFriction", "ServoLog", "Strand", "add_found_drive", "carried", "entering", "fit_drive", "fit_held",
     "fit_motor_side", "presliding",
 ]  # fmt: skip

@@ -19,7 +19,7 @@ from ..core.files import plain_file
 from ..core.notes import note
 from .record import read_table
 
-__all__ = ["HeldServo", "HeldLostMotion", "ServoLog", "fit_held"]
+__all__ = ["HeldLostMotion", "HeldServo", "ServoLog", "fit_held"]
 
 TURN = 4096  # ticks
 SIGN_BIT = 10  # of a load, 1: negative

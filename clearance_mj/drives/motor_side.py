@@ -123,8 +123,8 @@ class MotorSideFit:
 def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> MotorSideFit:
     """Identify a drive from logs of its motor, and of the load's angle or torque where they have it.
 
-    The load hangs behind play and elastic teeth (`teeth.predict_teeth`). Play is fixed at several sizes while all else is
-    fitted, since fits that free it too early end in wrong minima; then all parameters are fitted, from the best two.
+    The load hangs behind play and elastic teeth (`teeth.predict_teeth`). Play is fixed at several sizes while all else
+    is fitted, since fits that free it too early end in wrong minima; then all parameters are fitted, from the best two.
     Where runs have the load's angle or torque, they are compared with those of the load behind the teeth.
 
     Parameters

@@ -18,16 +18,9 @@ from ..rig.dimensions import directed_points
 from ..rig.instruments import Kinds
 
 __all__ = [
-    "Engine",
-    "SimulationRun",
-    "SeveralRuns",
-    "diverged",
-    "get_engine",
-    "in_columns",
-    "location",
-    "register",
+    "Engine", "SeveralRuns", "SimulationRun", "diverged", "get_engine", "in_columns", "location", "register",
     "step_factor",
-]
+]  # fmt: skip
 
 
 class SeveralRuns(ABC):
@@ -38,7 +31,7 @@ class SeveralRuns(ABC):
         """Simulate one block; return the columns of `SimulationRun.advance` for each run: (n_runs, n, columns)."""
 
     def whole(self, excitation: np.ndarray, factor: int, samples: int, forces: bool = True) -> np.ndarray:
-        """Simulate a whole excitation; return the columns of `SimulationRun.advance`, decimated: (n_runs, columns, samples).
+        """Simulate an excitation; return the columns of `SimulationRun.advance`, decimated: (n_runs, columns, samples).
 
         Every sample spans ``factor`` steps; the excitation includes the steps that the last sample's filter looks
         ahead. Without ``forces`` their columns and those that follow may be left out.
@@ -85,7 +78,7 @@ class Engine(Registered, ABC):
 
     known, refusal, called = _ENGINES, ClearanceError, "engine {name}"
     at_once: ClassVar[int] = 1
-    """number of cases that batches hand over together; if more than one, those that are `SimulationRun.alike` run as one program,
+    """number of cases that batches hand over together; if more than one, `SimulationRun.alike` ones run as one program,
     and ``advance`` of `SimulationRun.beside` takes an excitation (n, n_inputs) of each"""
 
     @abstractmethod

@@ -30,21 +30,8 @@ from ..clearance.registers import load, packed, spread, store
 from ..core.jit import inlined
 
 __all__ = [
-    "BRISTLES",
-    "DEPTH",
-    "ELASTIC",
-    "ENDS",
-    "FILLED",
-    "NORMAL",
-    "N_Y",
-    "N_Z",
-    "RUBBED",
-    "VISCOUS",
-    "fill_all",
-    "find_contacts",
-    "follow_contacts",
-    "sweep",
-    "torque_of_friction",
+    "BRISTLES", "DEPTH", "ELASTIC", "ENDS", "FILLED", "NORMAL", "N_Y", "N_Z", "RUBBED", "VISCOUS", "fill_all",
+    "find_contacts", "follow_contacts", "sweep", "torque_of_friction",
 ]  # fmt: skip
 
 DEPTH, N_Y, N_Z, ELASTIC, VISCOUS, BRISTLES, NORMAL, RUBBED, LIMIT, REDUCTION = range(10)
@@ -289,7 +276,8 @@ def _solve_normal(
 
 @inlined
 def _solve_friction(
-    bushing: ClearanceRecord, numbers: np.ndarray, ends: np.ndarray, c: int, compliance: np.ndarray, half: float, row_y: int,
+    bushing: ClearanceRecord, numbers: np.ndarray, ends: np.ndarray, c: int, compliance: np.ndarray, half: float,
+    row_y: int,
     row_z: int, spin: Any, pushed: np.ndarray, w: np.ndarray, force: np.ndarray, lanes: tuple[int, ...],
 ) -> None:  # fmt: skip
     """Solve for the friction of a contact under its normal force at the velocity that includes its effect."""

@@ -41,7 +41,7 @@ from .modal_loop import SPIN, SWEEPS, turn_forces, turn_on
 from .mujoco_step import mj_step
 from .plant import Driving
 
-__all__ = ["VelocityPredictor", "Maps", "Views", "advance_links"]
+__all__ = ["Maps", "VelocityPredictor", "Views", "advance_links"]
 
 ONE = (0,)
 

@@ -124,7 +124,7 @@ class ModalRun(SimulationRun):
         return columns_at_rest
 
     def alike(self) -> object | None:
-        """Return steps, sizes and kinds of laws; None where matrices change with the spin; see `SimulationRun.alike`."""
+        """Return steps, sizes and kinds of laws; None if matrices change with the spin; see `SimulationRun.alike`."""
         if self.changes:
             return None
         shapes = tuple(np.shape(part) for part in self.linear[:10])

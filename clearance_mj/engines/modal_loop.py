@@ -29,8 +29,8 @@ from .interact import (
 )  # fmt: skip
 
 __all__ = [
-    "ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "SWEEPS", "ModalEquations", "ModalState", "advance", "advance_whole",
-    "turn_forces", "turn_on",
+    "ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "SWEEPS", "ModalEquations", "ModalState", "advance",
+    "advance_whole", "turn_forces", "turn_on",
 ]  # fmt: skip
 
 SPIN, ANGLE, RATE, END_TIME, PER_INERTIA = range(5)
@@ -70,7 +70,8 @@ class ModalState(NamedTuple):
 
 @jit(**OPTIONS)
 def advance(
-    steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool, linear: ModalEquations, motion: ModalState,
+    steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool, linear: ModalEquations,
+    motion: ModalState,
     clearance: Clearance, places: np.ndarray, kept: StepRecords, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
@@ -318,7 +319,8 @@ def _store_clearances(
 @jit(**OPTIONS)
 def advance_whole(
     excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool,
-    linear: ModalEquations, motion: ModalState, clearance: Clearance, places: np.ndarray, kept: StepRecords, before: np.ndarray,
+    linear: ModalEquations, motion: ModalState, clearance: Clearance, places: np.ndarray, kept: StepRecords,
+    before: np.ndarray,
     out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance by a whole excitation, decimated by a factor; return the result of `advance`.

@@ -10,8 +10,8 @@ from .problem import LinearisedResiduals, Problem, one_by_one
 from .solver import Solution, StoppingCriteria, solve
 
 __all__ = [
-    "Belief", "Combination", "Estimates", "GroupedHuber", "LinearisedResiduals", "Loss", "Parameter", "Problem", "Refinement",
-    "SoftL1", "Solution", "Squares", "StoppingCriteria", "UnknownScale", "coloured", "correlated_observations",
-    "correlation_time", "jackknife", "log_evidence", "one_by_one", "principal_deviations", "refine", "rival_weights",
-    "sandwich", "solve", "unidentified_combinations",
+    "Belief", "Combination", "Estimates", "GroupedHuber", "LinearisedResiduals", "Loss", "Parameter", "Problem",
+    "Refinement", "SoftL1", "Solution", "Squares", "StoppingCriteria", "UnknownScale", "coloured",
+    "correlated_observations", "correlation_time", "jackknife", "log_evidence", "one_by_one", "principal_deviations",
+    "refine", "rival_weights", "sandwich", "solve", "unidentified_combinations",
 ]  # fmt: skip

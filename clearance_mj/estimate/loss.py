@@ -10,7 +10,7 @@ import numpy as np
 
 from .covariance import correlated_observations
 
-__all__ = ["GroupedHuber", "Loss", "SoftL1", "Squares", "UnknownScale", "LossWeights"]
+__all__ = ["GroupedHuber", "Loss", "LossWeights", "SoftL1", "Squares", "UnknownScale"]
 
 
 class LossWeights(NamedTuple):

@@ -176,8 +176,8 @@ def _timing(used: list[ColumnHeader], values: list[np.ndarray], rates: Rates, st
             return TimeAxis(rates.fs)
         if stored is None:
             raise RecordError(
-                f'has no variable "time" or "fs", only {quoted_names(c.name for c in used)}; map one to time, or give the '
-                "sampling rate"
+                f'has no variable "time" or "fs", only {quoted_names(c.name for c in used)}; map one to time, or '
+                "give the sampling rate"
             )
         if not isinstance(stored, np.ndarray) or stored.size != 1 or np.iscomplexobj(stored):
             raise RecordError('variable "fs" must be one number, the samples per second')

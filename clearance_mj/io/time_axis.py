@@ -16,7 +16,7 @@ from ..signals.sampling import resampled
 from .channels import Channel
 from .gaps import without_codes
 
-__all__ = ["Rate", "Rates", "TimeAxis", "resample_channels", "instants_in_seconds", "time_axis"]
+__all__ = ["Rate", "Rates", "TimeAxis", "instants_in_seconds", "resample_channels", "time_axis"]
 
 Rate = float | None  # Hz
 

@@ -18,7 +18,7 @@ from .continuation import Motions, NoConvergence, PeriodicMotion, difference
 from .in_gap import edges, gap_ratio, linear_in_gap, without_contact
 from .solver import Solver
 
-__all__ = ["LevelCurve", "ArcVibrations", "curve"]
+__all__ = ["ArcVibrations", "LevelCurve", "curve"]
 
 LOW, HIGH, BROKEN = -1, -2, -3
 """Kinds of end of an arc that does not end where the gap is filled: at the range's lowest or highest frequency, or

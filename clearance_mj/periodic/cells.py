@@ -13,7 +13,7 @@ from .forces import Sampled, depths, fill_forces
 from .in_gap import linear_in_gap
 from .stability import TestedPoint
 
-__all__ = ["QUANTITIES", "nonlinear_forces", "measured", "row_displacements"]
+__all__ = ["QUANTITIES", "measured", "nonlinear_forces", "row_displacements"]
 
 QUANTITIES = {
     "contact_share": ("clearance", "1"), "penetration": ("clearance", "m"), "contact_force": ("clearance", "N"),

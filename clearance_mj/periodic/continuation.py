@@ -17,7 +17,8 @@ import numpy as np
 from .loops import BEYOND, DEEP, GOES_ON, SHORTEST, STUCK, loops
 
 __all__ = [
-    "MAX_POINTS", "EndOfBranch", "Continuation", "PeriodicMotion", "Motions", "NoConvergence", "difference", "meets", "until_closed",
+    "MAX_POINTS", "Continuation", "EndOfBranch", "Motions", "NoConvergence", "PeriodicMotion", "difference", "meets",
+    "until_closed",
 ]  # fmt: skip
 
 TOLERANCE = 1e-9  # of Newton's method: residual over the size of the motion
@@ -49,7 +50,7 @@ class PeriodicMotion:
 
 
 class Motions(NamedTuple):
-    """Motions of a branch, one after the other; each part as in `PeriodicMotion`, with all motions along its first axis."""
+    """Motions of a branch, one after the other; each part as in `PeriodicMotion`, motions along its first axis."""
 
     omega: np.ndarray
     z: np.ndarray

@@ -239,7 +239,8 @@ def _round_step(
 
 @jit(**STRICT, forceinline=True)
 def step_between(
-    bushing: ClearanceRecord, numbers: np.ndarray, contact: bool, size: int, memory: np.ndarray, u: np.ndarray, spin: float,
+    bushing: ClearanceRecord, numbers: np.ndarray, contact: bool, size: int, memory: np.ndarray, u: np.ndarray,
+    spin: float,
     out: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill out with memory, force now and correction of the force before, for one step of a filling or an end."""

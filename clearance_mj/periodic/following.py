@@ -103,7 +103,7 @@ def watched(
 
 
 def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, np.ndarray, np.ndarray]:
-    """Return a solver over the frequency for motions near a point of a branch, and the point: ω, z, y of a `PeriodicMotion`.
+    """Return a solver over the frequency near a point of a branch, and the point: ω, z, y of a `PeriodicMotion`.
 
     Parameters
     ----------

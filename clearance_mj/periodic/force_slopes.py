@@ -41,7 +41,8 @@ def _passes(bushing: ClearanceRecord, numbers: np.ndarray, u: np.ndarray, width:
 
 @jit(**STRICT)
 def differences(
-    bushing: ClearanceRecord, numbers: np.ndarray, contact: bool, width: int, offset: int, size: int, memory: np.ndarray,
+    bushing: ClearanceRecord, numbers: np.ndarray, contact: bool, width: int, offset: int, size: int,
+    memory: np.ndarray,
     u: np.ndarray, omega: float, spin: float, eps: float, now: np.ndarray, moved: np.ndarray, slope: np.ndarray,
     whole: bool,
 ) -> None:  # fmt: skip
@@ -109,7 +110,8 @@ def add_rows(
 
 @jit(**STRICT)
 def fill_lasting(
-    bushing: ClearanceRecord, numbers: np.ndarray, width: int, size: int, memory: np.ndarray, u: np.ndarray, omega: float,
+    bushing: ClearanceRecord, numbers: np.ndarray, width: int, size: int, memory: np.ndarray, u: np.ndarray,
+    omega: float,
     spin: float, eps: float, differs: bool, now: np.ndarray, moved: np.ndarray, by_place: np.ndarray,
     by_speed: np.ndarray, by_impact: np.ndarray, i: int,
 ) -> None:  # fmt: skip

@@ -108,7 +108,8 @@ def _find_walls(
 
 @jit(**STRICT)
 def _initial_memory(
-    bushing: ClearanceRecord, numbers: np.ndarray, contact: bool, width: int, size: int, motion: Sampled, rows: np.ndarray,
+    bushing: ClearanceRecord, numbers: np.ndarray, contact: bool, width: int, size: int, motion: Sampled,
+    rows: np.ndarray,
     eps: float, memory: np.ndarray, u: np.ndarray, out: np.ndarray, diff: bool, basis: np.ndarray, carried: np.ndarray,
 ) -> None:  # fmt: skip
     """Compute the memory at the last sample of an element moved there from rest, and its derivatives.

@@ -14,7 +14,7 @@ import numpy as np
 from ..core.jit import STRICT, jit
 from .forces import Laws, Sampled, Slopes, equal, fill_forces
 
-__all__ = ["Grid", "response", "balance", "blocks", "real_harmonics"]
+__all__ = ["Grid", "balance", "blocks", "real_harmonics", "response"]
 
 
 class Grid(NamedTuple):

@@ -263,7 +263,7 @@ def _evaluate(
     solver: Solver, name: str, row: int | None, motions: Motions, omega: float, x: np.ndarray,
     depth: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """Return a quantity (m,) of motions with displacements x and penetrations as `cells.row_displacements` returns them."""
+    """Return a quantity (m,) of motions with displacements x and penetrations as of `cells.row_displacements`."""
     if name == "penetration":
         of_rows = depth.max(axis=2)
     elif name == "lift":

@@ -18,7 +18,7 @@ from .continuation import MAX_POINTS, Continuation, Motions, NoConvergence, Peri
 from .dynamics import at_one_frequency, by_poles, by_stiffness
 from .loops import CORNERS, bordered, loops
 
-__all__ = ["Solver", "OperatingPoint"]
+__all__ = ["OperatingPoint", "Solver"]
 
 AT_REST = 4  # samples of a rig at rest
 SMALLEST_LEVEL = 1e-3  # first factor of the excitation's level

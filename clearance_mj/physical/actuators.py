@@ -6,7 +6,7 @@ from typing import Any
 
 import mujoco
 
-__all__ = ["actuator_count", "control_of", "drives_joint", "output_of", "fix_ranges", "fix_damping"]
+__all__ = ["actuator_count", "control_of", "drives_joint", "fix_damping", "fix_ranges", "output_of"]
 
 ON_JOINT = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT
 

@@ -18,8 +18,8 @@ from .elements import compile_target, find, joint_kind, name_of, pairs_of, reque
 from .records import MARK, marked_names, write_numbers
 
 __all__ = [
-    "BristleSettings", "friction", "bristles_of", "give_friction", "joint_friction", "pair_friction", "pairs_with_bristles",
-    "tendon_friction",
+    "BristleSettings", "bristles_of", "friction", "give_friction", "joint_friction", "pair_friction",
+    "pairs_with_bristles", "tendon_friction",
 ]  # fmt: skip
 
 _CONE = 10.0  # MuJoCo's cone over the coefficient: wide enough for friction and spin of every contact point

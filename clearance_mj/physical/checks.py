@@ -281,8 +281,8 @@ def _unstable_elsewhere(model: mujoco.MjModel, poses: ArrayLike | None) -> list[
     if poses is not None or not len(bent := bent_poses(model)):
         return []
     return _step_problem(
-        model, limiting_element(model, bent, contacts=False), lambda i: f"at qpos {np.round(bent[i], 2).tolist()}, which the "
-        "joints' ranges allow"
+        model, limiting_element(model, bent, contacts=False),
+        lambda i: f"at qpos {np.round(bent[i], 2).tolist()}, which the joints' ranges allow"
     )  # fmt: skip
 
 

@@ -18,18 +18,9 @@ from .drives import ANGLE, BEGUN, BRISTLES, DRIVE, INPUT, MOTOR_TORQUE, SPEED
 from .library import doubles, field, integers, pointer
 
 __all__ = [
-    "PLACE",
-    "PLACES",
-    "SENSED",
-    "accelerate",
-    "advance",
-    "filter_control",
-    "motor_force",
-    "teeth_torque",
-    "sense",
-    "slip",
-    "turn",
-]
+    "PLACE", "PLACES", "SENSED", "accelerate", "advance", "filter_control", "motor_force", "sense", "slip",
+    "teeth_torque", "turn",
+]  # fmt: skip
 
 _DATA = ("act", "act_dot", "ctrl", "actuator_length", "actuator_velocity", "sensordata")
 _MODEL = (

@@ -22,9 +22,9 @@ from .records import MARK, texts, write_text
 from .softness import Softness, implicit_impedance, read_softness, rounded_solref_solimp, solref_solimp
 
 __all__ = [
-    "KINDS", "SoftElement", "Kind", "Target", "apply", "store_softness", "requested_softness", "change_spec", "compile_target", "find", "set_softness",
-    "inverse_inertia", "joint_kind", "name_of", "suggestion", "pairs_of", "solver_parameters",
-    "require_spec", "write_softness", "write_parameters",
+    "KINDS", "Kind", "SoftElement", "Target", "apply", "change_spec", "compile_target", "find", "inverse_inertia",
+    "joint_kind", "name_of", "pairs_of", "requested_softness", "require_spec", "set_softness", "solver_parameters",
+    "store_softness", "suggestion", "write_parameters", "write_softness",
 ]  # fmt: skip
 
 Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel

@@ -11,15 +11,9 @@ from ..core.jit import OPTIONS, jit
 from .library import doubles, field, integers
 
 __all__ = [
-    "FRICTION",
-    "OF_FRICTION",
-    "exert_row_force",
-    "advance_bristle",
-    "bend_in_plane",
-    "is_between",
+    "FRICTION", "OF_FRICTION", "advance_bristle", "apply_friction", "bend_in_plane", "exert_row_force", "is_between",
     "normal_rows",
-    "apply_friction",
-]
+]  # fmt: skip
 
 OF_FRICTION = 7  # state: deflection (3), angle about the normal, angles rolled (3)
 FRICTION = np.dtype(

@@ -29,7 +29,7 @@ from .softness import Softness, read_softness, softness
 if TYPE_CHECKING:
     from ..clearance.law import Law
 
-__all__ = ["contact", "add_missing_pairs", "joint_limit", "tendon_limit", "colliding_pairs", "uncovered_contacts"]
+__all__ = ["add_missing_pairs", "colliding_pairs", "contact", "joint_limit", "tendon_limit", "uncovered_contacts"]
 
 _BRISTLE_RATIO = 0.1  # damping ratio of bristles of a law without constant damping
 _GEOM_FRICTION = f"{MARK}friction of geom:"  # prefix of numerics with the friction of all contacts of one geom

@@ -19,7 +19,7 @@ from .drives import PlacedDrive, drives
 from .elements import KINDS, find, inverse_inertia, pairs_of
 from .softness import stiffness_damping
 
-__all__ = ["ParasiticMass", "Pose", "ContactRow", "bent_poses", "parasitic_mass", "poses_of", "softness_of"]
+__all__ = ["ContactRow", "ParasiticMass", "Pose", "bent_poses", "parasitic_mass", "poses_of", "softness_of"]
 
 _NEAREST_WITHIN = 1e3  # m, range of the search for nearest points of geoms
 _LIFT = 1e-6  # m

@@ -174,8 +174,8 @@ class _Tables(NamedTuple):
     """Arrays that compiled code reads by address."""
 
     elements: np.ndarray  # (n,) ELEMENT; pairs last
-    bristles_of: np.ndarray  # (m,) FRICTION
-    bushings_of: np.ndarray  # (b,) JOINED
+    frictions: np.ndarray  # (m,) FRICTION
+    joined: np.ndarray  # (b,) JOINED
     joints: np.ndarray  # (njnt,) index of its element, or -1
     tendons: np.ndarray  # (ntendon,)
     bushings: np.ndarray  # (n,) BUSHING
@@ -184,8 +184,8 @@ class _Tables(NamedTuple):
     def places(self) -> dict[str, int]:
         """Return the fields of a HEAD that describe them."""
         arrays = {
-            "elements": self.elements, "bristles_of": self.frictions, "joints": self.joints, "tendons": self.tendons,
-            "bushings_of": self.joined,
+            "elements": self.elements, "frictions": self.frictions, "joints": self.joints, "tendons": self.tendons,
+            "joined": self.joined,
             "bushings": self.bushings, "template": self.template,
         }  # fmt: skip
         return {name: array.ctypes.data for name, array in arrays.items()} | {
@@ -214,7 +214,8 @@ def _laws(model: mujoco.MjModel) -> list[SoftElement]:
 
 
 def _build_tables(
-    model: mujoco.MjModel, laws: Sequence[SoftElement], bristles: Sequence[BristleSettings], joined_bushings: Sequence[SiteBushing]
+    model: mujoco.MjModel, laws: Sequence[SoftElement], bristles: Sequence[BristleSettings],
+    joined_bushings: Sequence[SiteBushing],
 ) -> _Tables:  # fmt: skip
     elements, bushings = np.zeros(len(laws), loop.ELEMENT), np.zeros(len(laws), BUSHING)
     memory = [np.zeros(2 + len(laws) + loop.OF_FRICTION * len(bristles))]

@@ -25,7 +25,7 @@ from .bushing_loop import SITE_BUSHING, apply_bushing
 from .friction_loop import FRICTION, OF_FRICTION, advance_bristle, apply_friction, is_between, normal_rows
 from .library import doubles, field, integers, pointer
 
-__all__ = ["ELEMENT", "FRICTION", "HEAD", "SITE_BUSHING", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
+__all__ = ["ELEMENT", "FRICTION", "HEAD", "JOINT", "OF_FRICTION", "PAIR", "ROW", "SITE_BUSHING", "TENDON", "soften"]
 
 JOINT, TENDON, ROW, PAIR = range(4)
 """Kinds of elements: joint coordinate, tendon length, constraint row (of a ball joint's limit), pair of geoms"""

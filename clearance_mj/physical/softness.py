@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from ..clearance.law import Law
 
 __all__ = [
-    "IMPEDANCE", "INVERSE_INERTIA", "SOLREF_PER_UNIT", "Softness", "implicit_impedance", "read_softness", "softness",
-    "solref_solimp", "stiffness_damping", "rounded_solref_solimp",
+    "IMPEDANCE", "INVERSE_INERTIA", "SOLREF_PER_UNIT", "Softness", "implicit_impedance", "read_softness",
+    "rounded_solref_solimp", "softness", "solref_solimp", "stiffness_damping",
 ]  # fmt: skip
 
 IMPEDANCE = 1e-4

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .drives import drives
 from .rows import ContactRow, Pose, poses_of
 
-__all__ = ["Stable", "limiting_element", "largest_step"]
+__all__ = ["Stable", "largest_step", "limiting_element"]
 
 _LONGEST_STEP = 1.0  # s, upper end of the search
 _Bits, _Integrator = mujoco.mjtDisableBit, mujoco.mjtIntegrator

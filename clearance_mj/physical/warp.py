@@ -41,14 +41,14 @@ class WarpParameters:
     drive in it, and ``parameters.drives.assign(numbers)`` brings it back.
     """
 
-    bristles_of: Any
+    frictions: Any
     """largest, N m or N (of a pair its ratio to the normal force), k and c, and of pairs torsion and rolling, m"""
     drives: Any
     """with the fields of `drives.DRIVE`"""
     hysteresis: Any
     """(1 or nworld, n, m) stiffness and force of the drives' elements, zero where a drive has fewer than others"""
     friction_names: tuple[str, ...]
-    """such as "joint elbow" or "pair foot - floor"; in the order of ``bristles_of``"""
+    """such as "joint elbow" or "pair foot - floor"; in the order of ``frictions``"""
     drive_names: tuple[str, ...]
 
 

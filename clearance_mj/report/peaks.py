@@ -10,7 +10,7 @@ import pandas as pd
 from ..tolerance.peaks import HourPeaks
 from .style import Drawing
 
-__all__ = ["draw", "to_dict", "rows", "summary_lines"]
+__all__ = ["draw", "rows", "summary_lines", "to_dict"]
 
 
 def draw(peaks: HourPeaks) -> Drawing:

@@ -18,7 +18,7 @@ from ..periodic import ImpactMap, RattleMap
 from ..periodic.summaries import frequency_title, level_title, unit
 from .style import COLOURS, REPEAT, TEST, Drawing, canvas, colour_bar, frequency_ends, tidy
 
-__all__ = ["draw", "sweep_columns", "rows", "summary_lines"]
+__all__ = ["draw", "rows", "summary_lines", "sweep_columns"]
 
 COLUMNS = {"contact_share": "", "penetration": "_m", "contact_force": "_n", "displacement": "_m"}
 """quantities at the clearances, and the ends of their columns' names"""

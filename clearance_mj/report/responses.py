@@ -20,7 +20,7 @@ from ..rig import Rig
 from ..signals.stepped_sines import SineSteps
 from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
 
-__all__ = ["amplitude_columns", "frequency_range_words", "draw", "rows", "summary_lines"]
+__all__ = ["amplitude_columns", "draw", "frequency_range_words", "rows", "summary_lines"]
 
 WAYS = {True: "^", False: "v"}  # markers of stepped sines, upwards or not
 STEPS_WORDS = " Triangles: the {} under a stepped sine, the end of every step, upwards and downwards."

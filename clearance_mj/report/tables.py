@@ -12,7 +12,7 @@ import pandas as pd
 
 from ..core.files import replacing
 
-__all__ = ["MEASURES", "OVERALL", "REPEAT", "Column", "AgreementMeasure", "Table", "long_table", "write_csv"]
+__all__ = ["MEASURES", "OVERALL", "REPEAT", "AgreementMeasure", "Column", "Table", "long_table", "write_csv"]
 
 REPEAT = ("repeat", "rig")
 """Law and engine in the rows of a study that compare the second record of a level with the first"""

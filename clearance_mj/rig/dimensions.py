@@ -19,8 +19,8 @@ from .loads import Load, Order
 from .spinning import Spin, Unbalance
 
 __all__ = [
-    "Gravity", "fields_across", "check_motion", "directed_points", "motion_in_words", "named_points",
-    "shaft_radius", "with_motion", "with_shapes",
+    "Gravity", "check_motion", "directed_points", "fields_across", "motion_in_words", "named_points", "shaft_radius",
+    "with_motion", "with_shapes",
 ]  # fmt: skip
 
 ENDS = "position", "to"  # of a spring

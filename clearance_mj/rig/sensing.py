@@ -14,8 +14,8 @@ from .dimensions import InSpace
 from .instruments import Kinds, Sensor, input_kinds
 
 __all__ = [
-    "SensorRows", "acceleration_mask", "base_readings", "check_sensors", "clearance_of", "input_readings", "sensing_points",
-    "sensor_points", "sensor_rows",
+    "SensorRows", "acceleration_mask", "base_readings", "check_sensors", "clearance_of", "input_readings",
+    "sensing_points", "sensor_points", "sensor_rows",
 ]  # fmt: skip
 
 NEAR = 1e-9  # of a shaft's length, within which places are one

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = [
-    "WEAK_MODE_ERRORS", "ModeErrors", "common_modes", "distinct_modes", "mac_of_modes", "mode_errors", "mode_table",
-    "cached_modes", "paired_modes",
+    "WEAK_MODE_ERRORS", "ModeErrors", "cached_modes", "common_modes", "distinct_modes", "mac_of_modes", "mode_errors",
+    "mode_table", "paired_modes",
 ]  # fmt: skip
 
 FREQUENCY_SCALE = 0.15  # relative difference in frequency at which two modes are e^-½ times as likely to be one

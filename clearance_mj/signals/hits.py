@@ -22,7 +22,8 @@ from .channel_check import clipped
 from .response import Response
 
 __all__ = [
-    "DECAYED", "TRIGGER", "Hit", "find_hits", "hit_blocks", "is_impulsive", "left_out_notes", "tail_level", "windowed_blocks",
+    "DECAYED", "TRIGGER", "Hit", "find_hits", "hit_blocks", "is_impulsive", "left_out_notes", "tail_level",
+    "windowed_blocks",
 ]  # fmt: skip
 
 TRIGGER = 0.1

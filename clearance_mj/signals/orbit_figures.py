@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from ..core.drawing import COLOURS, FONT, REPEAT, TEST, WIDTH, canvas, key, of_curves, tidy
 
-__all__ = ["cascade_figure", "full_spectrum_figure", "orbit_figure", "frequency_limit"]
+__all__ = ["cascade_figure", "frequency_limit", "full_spectrum_figure", "orbit_figure"]
 
 MICRO = 1e6  # µm, in which orbits are drawn
 DECADES, SHADES = 4.0, 3.0  # of amplitudes that are drawn below the largest: as a curve, and in colours

@@ -8,7 +8,7 @@ from .wav import Wav, full_scale, read_wav, wav_bytes, write_wav
 from .zwicker import Loudness, has_mosqito, loudness, loudness_level
 
 __all__ = [
-    "Loudness", "LoudnessOverLevel", "Sound", "Wav", "full_scale", "has_mosqito", "audible_sound", "loudness",
-    "loudness_level", "loudness_of_each", "loudness_over_level", "radiate", "read_wav", "resampled",
-    "sound_over_level", "velocity", "wav_bytes", "write_wav",
+    "Loudness", "LoudnessOverLevel", "Sound", "Wav", "audible_sound", "full_scale", "has_mosqito", "loudness",
+    "loudness_level", "loudness_of_each", "loudness_over_level", "radiate", "read_wav", "resampled", "sound_over_level",
+    "velocity", "wav_bytes", "write_wav",
 ]  # fmt: skip

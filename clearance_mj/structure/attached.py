@@ -28,7 +28,7 @@ from .shafts import Spring
 
 __all__ = [
     "LARGEST_DIFFERENCE", "MAX_DAMPING", "Attached", "FixtureMode", "Housing", "Oscillator", "Planes", "PointMass",
-    "foot", "housing_of", "assemble",
+    "assemble", "foot", "housing_of",
 ]  # fmt: skip
 
 ARM_FOOT = 1e-3  # of a position: length of an arm's foot, over which it follows the slope

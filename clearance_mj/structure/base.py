@@ -28,27 +28,10 @@ from ..core.validation import from_plain, to_plain
 from .files import is_embedded
 
 __all__ = [
-    "AXES",
-    "POINT_SCHEMA",
-    "SHAFT_NAME",
-    "Assembly",
-    "Point",
-    "Rows",
-    "Structure",
-    "StructureOfFiles",
-    "PlaneCoupling",
-    "along_axis",
-    "check_point",
-    "dof_vector",
-    "in_other_plane",
-    "is_rotation",
-    "moved",
-    "parse_direction",
-    "parse_dof",
-    "parse_place",
-    "ratios_of_modes",
-    "rocked",
-]
+    "AXES", "POINT_SCHEMA", "SHAFT_NAME", "Assembly", "PlaneCoupling", "Point", "Rows", "Structure", "StructureOfFiles",
+    "along_axis", "check_point", "dof_vector", "in_other_plane", "is_rotation", "moved", "parse_direction", "parse_dof",
+    "parse_place", "ratios_of_modes", "rocked",
+]  # fmt: skip
 
 _DOF = re.compile(r"([0-9]{1,9}|[A-Za-z_][\w.-]*):([+-]?)(R?[XYZ])")
 SHAFT_NAME = r"\w[\w -]*"  # Pattern of the name of one of several shafts.

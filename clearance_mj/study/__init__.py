@@ -12,5 +12,6 @@ from .laws import METHODS
 from .study import ENGINES, N_MODES, RESOLUTION, Study
 
 __all__ = [
-    "ENGINES", "METHODS", "N_MODES", "RESOLUTION", "StudyCase", "IdentifiedModel", "Study", "study_summary", "write_results",
+    "ENGINES", "METHODS", "N_MODES", "RESOLUTION", "IdentifiedModel", "Study", "StudyCase", "study_summary",
+    "write_results",
 ]  # fmt: skip

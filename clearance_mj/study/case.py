@@ -13,7 +13,7 @@ from ..signals.comparison import Comparison
 from ..signals.ema import Modes
 from ..signals.frf import FRF
 
-__all__ = ["StudyCase", "LevelModes", "single_input_dataset", "require_comparable"]
+__all__ = ["LevelModes", "StudyCase", "require_comparable", "single_input_dataset"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from ..periodic.resolution import ends_of_range
 from ..periodic.summaries import stable_points
 from ..signals.stepped_sines import SineSteps
 
-__all__ = ["PeriodicVibrations", "from_both_ends", "has_periodic_vibrations", "amplitude_error", "periodic_vibrations"]
+__all__ = ["PeriodicVibrations", "amplitude_error", "from_both_ends", "has_periodic_vibrations", "periodic_vibrations"]
 
 HARMONICS, MAP_HARMONICS = 9, 7
 """of the branches and of the map; of the Table-1 rig's study 9 find folds as 21 do within 0.002 %, fundamentals within

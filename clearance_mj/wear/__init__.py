@@ -9,6 +9,6 @@ from .operation import Operation, Vibration
 from .remaining import Remaining, predict_remaining
 
 __all__ = [
-    "GapHistory", "WearJump", "Life", "Lives", "Marched", "Operation", "Remaining", "Sine", "Vibration", "gap_limits",
+    "GapHistory", "Life", "Lives", "Marched", "Operation", "Remaining", "Sine", "Vibration", "WearJump", "gap_limits",
     "predict_life", "predict_lives", "predict_remaining",
 ]  # fmt: skip

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["ACCURACY", "LONGEST", "WearJump", "Life", "gap_limits", "predict_life"]
+__all__ = ["ACCURACY", "LONGEST", "Life", "WearJump", "gap_limits", "predict_life"]
 
 ACCURACY = 2e-3  # of the growth in a step, relative
 LONGEST = 1e6  # h, more than a century: a longer life counts as endless

@@ -20,7 +20,7 @@ from ..signals.sampling import interpolate
 from .operation import Operation, Source, Vibration
 from .rubbing import footprints, in_space, rubbing
 
-__all__ = ["Marched", "MarchedSource", "Marching", "ModalState", "MarchedSteps", "mean_rubbing"]
+__all__ = ["Marched", "MarchedSource", "MarchedSteps", "Marching", "ModalState", "mean_rubbing"]
 
 # Marches of the modal engine that return motion and normal force of both ends of every clearance, piece by piece.
 

@@ -22,7 +22,7 @@ from ..lanes import any_below, exponential, whole
 from ..vectors import along, answer, length, minus, plus, read, times, within, write
 from .bouc_wen import film_damping, spring_and_film, values_of_film
 
-__all__ = ["SlipFriction", "MaxwellSlip", "StribeckFriction", "slip_start"]
+__all__ = ["MaxwellSlip", "SlipFriction", "StribeckFriction", "slip_start"]
 
 ELEMENTS = 4  # of the families
 SLIP_RATIO = 3.0  # of the slip displacements of neighbouring elements, at the start
@@ -166,7 +166,7 @@ class StribeckFriction(FillingFamily):
     begins_from: ClassVar[str | None] = SlipFriction.name
 
     def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
-        """Return the excess of static friction, r - 1, and the Stribeck speed, then the parameters of `SlipFriction`."""
+        """Return the excess of static friction, r - 1, the Stribeck speed and the parameters of `SlipFriction`."""
         excess = positive_parameter("grease static friction over sliding, less 1", "1", 0.3, 1.0)
         speed = positive_parameter("grease Stribeck speed", "m/s", 0.01, 1.5)
         return [excess, speed, *SlipFriction().parameters(bushing)]

@@ -215,7 +215,8 @@ class _MapWriter:
     """A map in words, with a question wherever it is not sure."""
 
     def __init__(
-        self, search: Search, judge: Judge, units: ChannelUnits, rivals: list[CandidateAssignment], best: Assignment, notes: list[str],
+        self, search: Search, judge: Judge, units: ChannelUnits, rivals: list[CandidateAssignment], best: Assignment,
+        notes: list[str],
         of_sines: bool,
     ) -> None:  # fmt: skip
         self.search, self.best, self.units, self.judge, self.rivals = search, best, units, judge, rivals

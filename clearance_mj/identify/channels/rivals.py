@@ -19,7 +19,7 @@ from ..structure.rig_fit import channel_deviation
 from ..structure.spectra import complex_frequency, complex_spectra, rms
 from .assignment import Assignment, Search
 
-__all__ = ["Judge", "CandidateAssignment"]
+__all__ = ["CandidateAssignment", "Judge"]
 
 LINES = 300  # of each record
 JUDGED = 4  # draws with which an assignment is judged: those that fit it best

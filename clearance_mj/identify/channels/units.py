@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from ...core.units import UNITS
 
-__all__ = ["Unit", "ChannelUnits", "decide_units", "nearest_unit"]
+__all__ = ["ChannelUnits", "Unit", "decide_units", "nearest_unit"]
 
 NEAR = 1.35  # factor within which a gain is that of a unit
 SAID_WRONGLY = 4.0  # ln of the odds against a unit that files say being wrong, for all channels of one quantity

@@ -11,7 +11,7 @@ from ...estimate.beliefs import Belief, Function, Refinement
 from .alarms import TRACKED, Alarm
 from .changes import Changes, fused, refined
 
-__all__ = ["SequentialPosterior", "Label"]
+__all__ = ["Label", "SequentialPosterior"]
 
 Label = tuple[int, str]
 """Number of a bushing, and a name in `TRACKED`"""

@@ -29,7 +29,7 @@ from ...signals.keyphasor import ShaftTurning
 from ..records.prepared import PreparedRecord
 
 __all__ = [
-    "MODES", "TIMES", "TurningLines", "TurningFit", "TurningLoad", "fit_loads", "in_slow_roll", "lines_of", "times_of",
+    "MODES", "TIMES", "TurningFit", "TurningLines", "TurningLoad", "fit_loads", "in_slow_roll", "lines_of", "times_of",
     "turning_inputs",
 ]  # fmt: skip
 

@@ -70,7 +70,8 @@ class Forces:
 
 
 def forces_in(
-    rig: Rig, windows: Sequence[RecordWindow], parameters: Sequence[Parameter], at: Mapping[str, float], bands: BandLimits,
+    rig: Rig, windows: Sequence[RecordWindow], parameters: Sequence[Parameter], at: Mapping[str, float],
+    bands: BandLimits,
     weighed: Forces | None = None, maker: ForceReconstruction | None = None,
 ) -> Forces:  # fmt: skip
     """Return the forces in windows at values of the uncertain parameters, with their derivatives.

@@ -71,7 +71,7 @@ def probe_gains(rig: Rig, probes: Mapping[str, float], spin: float, omega: np.nd
     model = linear_model(rig, MODES)
     forces = -model.at_bushings.T
     rows = np.vstack((model.at_probes(probes), model.at_points))
-    # Forces on the modes of forces along y and along z at the place of each unbalance; `unit_unbalance_forces` drives them.
+    # Modal forces of unit forces along y and z at each unbalance; `unit_unbalance_forces` drives them.
     unit = model.moved([place for place, _ in places_of_unbalance(rig)]).reshape(-1, model.size).T
     responses = model.responses(rows, np.hstack((forces, unit)), omega, spin)
     m = forces.shape[1]

@@ -20,7 +20,7 @@ from ..laws.measured_motion import WIDE
 from .forces import Forces, run_out
 from .windows import RecordWindow
 
-__all__ = ["LawProblem", "ClearanceFamilies", "acts_without_contact", "law_parameters", "places_of"]
+__all__ = ["ClearanceFamilies", "LawProblem", "acts_without_contact", "law_parameters", "places_of"]
 
 KEPT_MOTIONS = 4  # of probes' gains and turns
 STEP = 1e-8  # coordinates, of differences: so small that no sample enters or leaves a wall, where forces jump
@@ -110,7 +110,8 @@ class LawProblem(Problem):
     """Uncertain parameters of a rig and its clearances' laws, with the residuals of their forces, window by window."""
 
     def __init__(
-        self, forces: Forces, places: Sequence[ClearanceFamilies], law_priors: Sequence[Parameter], touching: bool = True
+        self, forces: Forces, places: Sequence[ClearanceFamilies], law_priors: Sequence[Parameter],
+        touching: bool = True,
     ) -> None:  # fmt: skip
         self.forces, self.places, self.touching = forces, tuple(places), touching
         self.n_linear = len(forces.parameters)

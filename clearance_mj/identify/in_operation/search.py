@@ -30,7 +30,8 @@ FIRST, STOP = StoppingCriteria(steps=12, decrease=1e-3), StoppingCriteria(steps=
 
 
 def fit_without_contact(
-    rig: Rig, windows: Sequence[RecordWindow], bands: BandLimits, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
+    rig: Rig, windows: Sequence[RecordWindow], bands: BandLimits, places: Sequence[ClearanceFamilies],
+    uncertain: Sequence[Parameter],
     law_priors: Sequence[Parameter],
 ) -> dict[str, float]:  # fmt: skip
     """Return unbalance, run-out and rig parameters fitted to the windows without contact.
@@ -76,7 +77,8 @@ def fit_without_contact(
 
 
 def fit_contact_law(
-    rig: Rig, windows: Sequence[RecordWindow], bands: BandLimits, places: Sequence[ClearanceFamilies], uncertain: Sequence[Parameter],
+    rig: Rig, windows: Sequence[RecordWindow], bands: BandLimits, places: Sequence[ClearanceFamilies],
+    uncertain: Sequence[Parameter],
     law_priors: Sequence[Parameter], begin: Mapping[str, float], seed: int = 0,
 ) -> Solution:  # fmt: skip
     """Return the likeliest laws with contact and uncertain parameters of the rig, linearised about them.

@@ -25,7 +25,7 @@ from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from .gains import ORDERS, places_of_unbalance, probe_gains, unit_unbalance_forces
 
-__all__ = ["BandLimits", "RecordWindow", "bands_of", "select_windows", "linear_parameters"]
+__all__ = ["BandLimits", "RecordWindow", "bands_of", "linear_parameters", "select_windows"]
 
 LENGTH = 1.5  # s, of a window
 STEADY, CHANGING = 3, 16  # windows of a record at one speed, and of a run-up, at most

@@ -10,7 +10,7 @@ from ..forces.restoring import RestoringForce
 from ..records.prepared import PreparedRecord
 from .measured_motion import becomes_quiet
 
-__all__ = ["most_informative_parts", "informative_records"]
+__all__ = ["informative_records", "most_informative_parts"]
 
 MAX_SECONDS = 40.0  # of all records together, to which laws are fitted
 MIN_SECONDS = 4.0  # of each of them

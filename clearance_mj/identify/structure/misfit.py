@@ -10,7 +10,7 @@ import numpy as np
 from ...rig import Rig
 from .spectra import complex_frequency, rms
 
-__all__ = ["RecordMisfit", "rms_relative_error", "relative_error"]
+__all__ = ["RecordMisfit", "relative_error", "rms_relative_error"]
 
 
 @dataclass(frozen=True, eq=False)

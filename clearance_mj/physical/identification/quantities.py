@@ -130,7 +130,8 @@ def _locate(spec: Target, name: str) -> _Number:
     if quantity in SOFTNESS:
         if element not in soft:
             raise ModelError(
-                f'parameter "{name}": no contact, limit or clearance "{element}"; {suggestion(element, [*soft, *driven])}'
+                f'parameter "{name}": no contact, limit or clearance "{element}"; '
+                f"{suggestion(element, [*soft, *driven])}"
             )
         return _softness_number(model, quantity, soft[element])
     if quantity == "gap":

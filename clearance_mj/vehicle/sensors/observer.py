@@ -28,7 +28,7 @@ from ..controllers.design import DesignModel
 from ..nominal import Servo, Vehicle
 from ..path import Table, curvature_ahead
 
-__all__ = ["N_STATES", "Deviations", "RunObserver", "ObserverModel", "observer_model", "take"]
+__all__ = ["N_STATES", "Deviations", "ObserverModel", "RunObserver", "observer_model", "take"]
 
 WAY_NOISE = 0.1  # m/√s, noise of the travelled distance over the integrated wheel speed
 
