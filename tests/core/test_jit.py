@@ -196,7 +196,7 @@ PAIRS = {
     ("clearance/walls/slot.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["experiments.joints.hysteresis.loop_force"],
     ("clearance/lanes.py", "larger(b * log2, -1020.0)", "larger(b * log2, -1000.0)"): ["engines.modal_loop.advance"],
     ("clearance/pointers.py", "builder.gep(view.data, [values[1]])", "view.data"): ["periodic.forces._add_element"],
-    ("periodic/harmonic_balance.py", "+= re * c + im * s", "-= re * c + im * s"): ["periodic.balance.left"],
+    ("periodic/harmonic_balance.py", "+= re * c + im * s", "-= re * c + im * s"): ["periodic.balance.residual"],
     ("vehicle/lost_motion.py", "push = p.damping", "push = -p.damping"): [
         "vehicle.steering._lost_motion",
         "vehicle.twin.simulate",
