@@ -6,16 +6,9 @@ import numpy as np
 from clearance_mj import physical
 from clearance_mj.clearance import ContactLaw, HuntCrossley
 
-MACHINES = """
-<mujoco>
-  <option timestep="5e-4" integrator="implicitfast"/>
-  <default>
-    <default class="link">
-      <geom type="capsule" fromto="0 0 0 .3 0 0" size=".02" mass="1" contype="0" conaffinity="0"/>
-    </default>
-  </default>
-  <worldbody>
-    <geom name="slope" type="plane" size="5 5 1" euler="0 10 0"/>
+MACHINES = """<mujoco><option timestep="5e-4" integrator="implicitfast"/><default><default class="link">
+      <geom type="capsule" fromto="0 0 0 .3 0 0" size=".02" mass="1" contype="0" conaffinity="0"/></default></default>
+  <worldbody><geom name="slope" type="plane" size="5 5 1" euler="0 10 0"/>
     <body pos="-1 0 0"><joint name="limited" axis="0 1 0" range="-40 8" armature=".02"/><geom class="link"/></body>
     <body pos="-2 0 0"><joint name="play" axis="0 1 0" armature=".02"/><geom class="link"/></body>
     <body pos="-3 0 0"><joint name="worm" axis="0 1 0" armature=".02"/><geom class="link"/></body>
@@ -23,50 +16,26 @@ MACHINES = """
     <body pos="-5 0 0"><joint name="other" axis="0 1 0" armature=".02"/><geom class="link"/></body>
     <body euler="0 10 0" pos="0 0 .0507">
       <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><geom name="rests" size=".05" mass="2"/>
-    </body>
-    <body euler="0 10 0" pos="0 1 .0507">
+    </body><body euler="0 10 0" pos="0 1 .0507">
       <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><geom name="slides" size=".05" mass="2"/>
-    </body>
-  </worldbody>
-  <actuator>
-    <position name="play" joint="play" kp="200" kv="5"/>
+    </body></worldbody><actuator><position name="play" joint="play" kp="200" kv="5"/>
     <position name="worm" joint="worm" kp="200" kv="5" forcerange="-10 10" gear="1.5" ctrlrange="-.4 .4"/>
     <general name="filtered" joint="filtered" dyntype="filterexact" dynprm=".02" gainprm="100" biastype="affine"
       biasprm="0 -100 -3" actlimited="true" actrange="-.3 .3"/>
-    <intvelocity name="other" joint="other" kp="100" actrange="-1 1"/>
-  </actuator>
-</mujoco>"""
-FEET = """
-<mujoco>
-  <option timestep="5e-4" integrator="implicitfast"/>
-  <worldbody>
+    <intvelocity name="other" joint="other" kp="100" actrange="-1 1"/></actuator></mujoco>"""
+FEET = """<mujoco><option timestep="5e-4" integrator="implicitfast"/><worldbody>
     <geom name="floor" type="plane" size="5 5 1"/>
     <body pos="0 0 .05"><freejoint/><geom name="foot" type="box" size=".1 .06 .05" mass="2"/></body>
-    <body pos="1 0 .05"><freejoint/><geom name="ball" size=".05" mass="2"/></body>
-  </worldbody>
-</mujoco>"""
-LEG = """
-<mujoco>
-  <option timestep="1e-3" integrator="implicitfast"/>
-  <default><geom contype="0" conaffinity="0"/></default>
-  <worldbody>
-    <geom name="floor" type="plane" size="5 5 1"/>
-    <body pos="0 0 .349">
-      <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><geom size=".02" mass="3"/>
-      <body>
-        <joint name="hip" axis="0 1 0" armature=".02"/>
-        <geom type="capsule" fromto="0 0 0 0 0 -.15" size=".02" mass=".3"/>
-        <body pos="0 0 -.15">
+    <body pos="1 0 .05"><freejoint/><geom name="ball" size=".05" mass="2"/></body></worldbody></mujoco>"""
+LEG = """<mujoco><option timestep="1e-3" integrator="implicitfast"/>
+  <default><geom contype="0" conaffinity="0"/></default><worldbody><geom name="floor" type="plane" size="5 5 1"/>
+    <body pos="0 0 .349"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><geom size=".02" mass="3"/>
+      <body><joint name="hip" axis="0 1 0" armature=".02"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -.15" size=".02" mass=".3"/><body pos="0 0 -.15">
           <joint name="knee" axis="0 1 0" armature=".02"/>
           <geom type="capsule" fromto="0 0 0 0 0 -.15" size=".02" mass=".3"/>
-          <geom name="foot" size=".05" pos="0 0 -.15" mass=".2"/>
-        </body>
-      </body>
-    </body>
-  </worldbody>
-  <actuator>
-    <position name="hip" joint="hip" kp="150" kv="3"/><position name="knee" joint="knee" kp="150" kv="3"/>
-  </actuator>
+          <geom name="foot" size=".05" pos="0 0 -.15" mass=".2"/></body></body></body></worldbody><actuator>
+    <position name="hip" joint="hip" kp="150" kv="3"/><position name="knee" joint="knee" kp="150" kv="3"/></actuator>
 </mujoco>"""
 FRICTION = physical.DriveFriction(
     5000.0, 2.0, 0.1, 0.05, physical.Efficiency.screw(0.17, 0.1), 0.02, 0.05, 0.1, 0.01, 0.02, 0.5, 1.5, 0.01, 0.02

@@ -8,18 +8,18 @@ from scipy.spatial.transform import Rotation
 from clearance_mj import physical
 from clearance_mj.core.errors import LawError, ModelError
 
+from .stepping import mass_matrix, ringing
+
 pytestmark = pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
 
 K = np.array([2e5, 5e4, 1e4, 300.0, 80.0, 20.0])
 C = np.array([200.0, 100.0, 50.0, 1.0, 0.5, 0.2])
-SITES = """
-<mujoco><option timestep="1e-4" gravity="0 0 0"/><worldbody>
+SITES = """<mujoco><option timestep="1e-4" gravity="0 0 0"/><worldbody>
   <body name="frame" pos="0 0 1" euler="20 30 40">{holder}<geom size=".05" mass="{frame}" contype="0"/>
     <site name="a" pos=".1 0 .05" euler="10 -20 60"/></body>
   <body name="engine" pos="0 0 1" euler="20 30 40"><freejoint/>
     <geom type="box" size=".1 .06 .04" mass="2" pos=".12 .02 .06" contype="0"/>
-    <site name="b" pos=".1 0 .05" euler="10 -20 60"/></body>
-</worldbody><sensor><force site="b"/></sensor></mujoco>"""
+    <site name="b" pos=".1 0 .05" euler="10 -20 60"/></body></worldbody><sensor><force site="b"/></sensor></mujoco>"""
 
 
 def model_of(k=K, c=C, free=False, frame=1.0):
@@ -51,9 +51,8 @@ def test_a_force_along_or_about_an_axis_moves_that_axis_alone(axis, free):
                 mujoco.mj_forward(model, data)
             data.qfrc_applied[:] = 0
             for body, sign in bodies:
-                mujoco.mj_applyFT(
-                    model, data, sign * axes @ wanted[:3], sign * axes @ wanted[3:], place, body, data.qfrc_applied
-                )  # fmt: skip
+                force, torque = sign * axes @ wanted[:3], sign * axes @ wanted[3:]
+                mujoco.mj_applyFT(model, data, force, torque, place, body, data.qfrc_applied)
             mujoco.mj_step(model, data, 50)
             if not free:
                 data.qvel[:] *= 0.9
@@ -77,27 +76,19 @@ def test_it_rings_at_its_stiffness_whatever_the_masses(frame):
     mujoco.mj_forward(model, data)
     z = data.site("b").xmat.reshape(3, 3)[:, 2]
     data.qvel[0:3], data.qvel[6:9] = -0.1 * z / masses[0], 0.1 * z / masses[1]
-    time, path = [], []
+    path = []
     with physical.Softener(model):
         for _ in range(10000):
             mujoco.mj_step(model, data)
-            time.append(data.time)
             path.append(between(data)[0][2])
-    path = np.array(path)
-    up = np.flatnonzero((path[:-1] < 0) & (path[1:] >= 0))
-    at = np.array(time)[up] - path[up] / (path[up + 1] - path[up]) * -5e-5
-    frequency = (len(at) - 1) / (at[-1] - at[0])
-    assert frequency == pytest.approx(np.sqrt(1e4 * sum(1 / m for m in masses)) / (2 * np.pi), rel=2e-3)
+    assert ringing(path, 5e-5) == pytest.approx(np.sqrt(1e4 * sum(1 / m for m in masses)) / (2 * np.pi), rel=2e-3)
 
 
 def test_the_step_that_it_takes():
     """The hardest axis of the engine alone: h = 2/ω, here of a ball joint in which it turns freely."""
     model = model_of(k=[1e5, 1e4, 1e3], c=[0.0, 0.0, 0.0])
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    inverse, jacobian = np.zeros((6, 6)), np.zeros((3, 6))
-    mujoco.mj_fullM(model, data, inverse)
-    inverse = np.linalg.inv(inverse)
+    data, jacobian = mujoco.MjData(model), np.zeros((3, 6))
+    inverse = np.linalg.inv(mass_matrix(model, data))
     mujoco.mj_jacSite(model, data, jacobian, None, model.site("b").id)
     rows = data.site("b").xmat.reshape(3, 3).T @ jacobian
     omega = np.sqrt(np.linalg.eigvals(np.diag([1e5, 1e4, 1e3]) @ rows @ inverse @ rows.T).max())

@@ -12,6 +12,7 @@ from clearance_mj.core.errors import LawError
 from clearance_mj.physical import DriveFriction, Efficiency, drive_state
 
 from .arm import AXLE
+from .stepping import settled
 
 K = 2000.0  # N m/rad
 
@@ -24,27 +25,22 @@ def axle(friction, actuator="motor", more="", gap=0.0, k=K, **options):
 
 def run(model, control, load, seconds=1.0):
     """State of the drive, and the load's angle and speed, after a constant torque on the load has acted."""
-    data = mujoco.MjData(model)
-    data.ctrl[0], data.qfrc_applied[0] = control, load
-    with physical.Softener(model):
-        mujoco.mj_step(model, data, round(seconds / model.opt.timestep))
+    data = settled(model, round(seconds / model.opt.timestep), ctrl=control, qfrc_applied=load)
     return drive_state(model, data.act, "motor"), data.qpos[0], data.qvel[0]
 
 
 @pytest.mark.parametrize("lead, friction", [(5.0, 0.05), (12.0, 0.1), (5.0, 0.15)])
 def test_a_worm_lifts_and_lowers_with_its_efficiencies(lead, friction):
     """Motor's torque over that on the load at a steady speed: 1/η lifting, η' lowering, which drives where η' < 0."""
-    eta = Efficiency.screw(math.radians(lead), friction)
-    rho = math.atan(friction)
+    angle, rho = math.radians(lead), math.atan(friction)
+    eta = Efficiency.screw(angle, friction)
     model = axle(DriveFriction(1e4, 5.0, efficiency=eta), "velocity", 'kv="50"')
-    for speed, expected in (
-        (0.5, math.tan(math.radians(lead) + rho) / math.tan(math.radians(lead))),
-        (-0.5, math.tan(math.radians(lead) - rho) / math.tan(math.radians(lead))),
-    ):
+    for speed, sum_of_angles in ((0.5, angle + rho), (-0.5, angle - rho)):
         state, _, turned = run(model, speed, -2.0, 2.0)
         assert turned == pytest.approx(state.speed, rel=1e-6) and speed * turned > 0
-        assert state.motor_torque / state.load_torque == pytest.approx(expected, rel=1e-5)
-    assert (eta.backward < 0) == (friction > math.tan(math.radians(lead)))
+        torques = state.motor_torque / state.load_torque
+        assert torques == pytest.approx(math.tan(sum_of_angles) / math.tan(angle), rel=1e-5)
+    assert (eta.backward < 0) == (friction > math.tan(angle))
 
 
 def test_a_worm_locks_itself_where_its_friction_is_larger_than_its_lead():
@@ -61,12 +57,8 @@ def test_a_cable_holds_between_its_capstans():
     """T e^{-μφ} to T e^{μφ} of the motor's torque hold a load T; a hundredth beyond either end it goes."""
     wrap, load = 0.3, 2.0
     model = axle(DriveFriction(1e4, 5.0, efficiency=Efficiency.capstan(wrap)))
-    for torque, moves in (
-        (load * math.exp(-wrap) * 0.99, -1),
-        (load * math.exp(-wrap) * 1.01, 0),
-        (load * math.exp(wrap) * 0.99, 0),
-        (load * math.exp(wrap) * 1.01, 1),
-    ):
+    for angle, share, moves in ((-wrap, 0.99, -1), (-wrap, 1.01, 0), (wrap, 0.99, 0), (wrap, 1.01, 1)):
+        torque = share * load * math.exp(angle)
         state, _, speed = run(model, torque, -load, 6.0)
         assert np.sign(np.round(speed, 6)) == moves
         assert state.motor_torque == pytest.approx(torque)
@@ -146,14 +138,11 @@ def test_maxwell_slip_is_masings_loop():
         np.testing.assert_allclose(torque[way], want, atol=0.012 * virgin(top))
 
 
-@pytest.mark.parametrize(
-    "numbers, says",
-    [
-        (dict(k=0.0), "k = 0 of a drive's friction must be finite and > 0"),
-        (dict(k=1.0, coulomb=-1.0), "coulomb = -1 of a drive's friction must be finite and >= 0"),
-        (dict(k=1.0, efficiency=Efficiency(1.2, 0.5)), r"efficiency 1.2, 0.5 must be in \(0, 1\] forward"),
-    ],
-)
+@pytest.mark.parametrize("numbers, says", [
+    (dict(k=0.0), "k = 0 of a drive's friction must be finite and > 0"),
+    (dict(k=1.0, coulomb=-1.0), "coulomb = -1 of a drive's friction must be finite and >= 0"),
+    (dict(k=1.0, efficiency=Efficiency(1.2, 0.5)), r"efficiency 1.2, 0.5 must be in \(0, 1\] forward"),
+])  # fmt: skip
 def test_friction_out_of_range(numbers, says):
     with pytest.raises(LawError, match=says):
         DriveFriction(**numbers)

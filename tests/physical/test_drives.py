@@ -16,20 +16,13 @@ from clearance_mj.physical.drives import DRIVE
 
 from ..conftest import ROOT
 from .arm import arm
+from .stepping import settled, step_by_hand, with_data
 
 GAP, K, C = np.deg2rad(0.5), 2000.0, 0.5  # rad, N m/rad, N m s/rad
-LINK = """
-<mujoco>
-  <option timestep="1e-4"/>
-  <worldbody>
-    <body>
+LINK = """<mujoco><option timestep="1e-4"/><worldbody><body>
       <joint name="elbow" axis="0 1 0" armature="0.01" damping="0.02" {joint}/>
-      <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02"/>
-    </body>
-  </worldbody>
-  <actuator>{actuator}</actuator>
-  <keyframe><key name="bent" qpos="0.7" {key}/></keyframe>
-</mujoco>"""
+      <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02"/></body></worldbody><actuator>{actuator}</actuator>
+  <keyframe><key name="bent" qpos="0.7" {key}/></keyframe></mujoco>"""
 SERVO = '<position name="motor" joint="elbow" kp="60" kv="1.5" forcerange="-8 8"/>'
 MOTOR = '<motor name="motor" joint="elbow"/>'
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -70,16 +63,12 @@ def wave(n, step):
     return 0.5 * np.sin(2 * np.pi * 1.3 * t) + 0.3 * np.sin(2 * np.pi * 0.31 * t)
 
 
-@pytest.mark.parametrize(
-    "actuator",
-    [
-        SERVO,
-        '<position name="motor" joint="elbow" kp="60" kv="1.5" timeconst="0.02"/>',
-        '<general name="motor" joint="elbow" gear="-3" gainprm="20" biastype="affine" biasprm="0.1 -20 -0.4"/>',
-        '<intvelocity name="motor" joint="elbow" kp="60" kv="1.5" actrange="-0.3 0.3"/>',
-    ],
-    ids=["servo", "filtered", "geared", "integrating"],
-)
+@pytest.mark.parametrize("actuator", [
+    SERVO,
+    '<position name="motor" joint="elbow" kp="60" kv="1.5" timeconst="0.02"/>',
+    '<general name="motor" joint="elbow" gear="-3" gainprm="20" biastype="affine" biasprm="0.1 -20 -0.4"/>',
+    '<intvelocity name="motor" joint="elbow" kp="60" kv="1.5" actrange="-0.3 0.3"/>',
+], ids=["servo", "filtered", "geared", "integrating"])  # fmt: skip
 def test_the_motion_is_that_of_two_joints(actuator):
     """Load, motor, and the play between them, RMS over 2 s in which the teeth change sides and the motor saturates."""
     step, n = 2e-5, 100_000
@@ -120,25 +109,19 @@ def test_a_robot_of_six_axes_moves_as_with_two_joints_in_its_wrist():
         controls = 0.5 * np.sin(np.arange(steps)[:, None] * 1e-4 * rates)
         with physical.Softener(model) if inside else contextlib.nullcontext():
             path = rolled(model, controls)
-        places = [model.joint(name).qposadr[0] for name in ("base", "shoulder", "elbow", *wrist)]
-        found.append(path[:, 1:][:, places])
+        found.append(path[:, 1:][:, [model.joint(name).qposadr[0] for name in ("base", "shoulder", "elbow", *wrist)]])
     two, one = found
     assert np.all(np.sqrt(np.mean((one - two) ** 2, axis=0) / np.mean(two**2, axis=0)) < 1e-3)
 
 
 def test_every_way_to_step_gives_the_same_numbers():
     """mj_step, a loop of one's own, rollout in two calls, and a batch on two threads, to the last bit."""
-    model, controls = (
-        driven(friction=DriveFriction(500.0, 0.5, coulomb=0.2), hysteresis=[(300.0, 0.1)]),
-        wave(3000, 1e-3),
-    )
-    softener = physical.Softener(model)
+    model = driven(friction=DriveFriction(500.0, 0.5, coulomb=0.2), hysteresis=[(300.0, 0.1)])
+    controls, softener = wave(3000, 1e-3), physical.Softener(model)
     data, own = mujoco.MjData(model), []
     for control in controls:
         data.ctrl[0] = control
-        mujoco.mj_step1(model, data)
-        softener.update(model, data)
-        mujoco.mj_step2(model, data)
+        step_by_hand(model, data, softener)
         own.append([data.time, *data.qpos, *data.qvel, *data.act])
     begin = np.zeros((1, mujoco.mj_stateSize(model, STATE)))
     mujoco.mj_getState(model, mujoco.MjData(model), begin[0], STATE)
@@ -197,8 +180,7 @@ def test_keyframes_keep_their_activations():
     """That of a filtered servo becomes the drive's input; all else is to begin."""
     spec = link('<position name="motor" joint="elbow" kp="60" timeconst="0.1"/>', key='act="0.25"')
     physical.add_drive(spec, "motor", GAP, K, C)
-    model = physical.compile(spec)
-    assert model.key_act.tolist() == [[0, 0, 0, 0, 0.25, 0, 0]]
+    assert physical.compile(spec).key_act.tolist() == [[0, 0, 0, 0, 0.25, 0, 0]]
 
 
 @pytest.mark.parametrize("encoder", ["motor", "load"])
@@ -207,10 +189,7 @@ def test_a_servo_holds_what_its_encoder_sees(encoder):
     torque, kp = 3.0, 60.0 if encoder == "motor" else 5.0
     model = driven(SERVO.replace("60", str(kp)), encoder=encoder, friction=DriveFriction(1.0, viscous=2.0))
     model.opt.gravity[:] = 0
-    data = mujoco.MjData(model)
-    data.ctrl[0], data.qfrc_applied[0] = 0.2, torque
-    with physical.Softener(model):
-        mujoco.mj_step(model, data, 100_000)
+    data = settled(model, 100_000, ctrl=0.2, qfrc_applied=torque)
     state, load = drive_state(model, data.act, "motor"), data.qpos[0]
     assert load - state.angle == pytest.approx(GAP + torque / K, rel=1e-6)
     assert (state.angle if encoder == "motor" else load) - 0.2 == pytest.approx(torque / kp, rel=1e-6)
@@ -220,35 +199,25 @@ def test_a_servo_holds_what_its_encoder_sees(encoder):
 
 def test_a_drive_of_a_tendon():
     """A motor on the difference of two hinges that are held by springs: gap + T/k of the tendon between it and them."""
-    spec = mujoco.MjSpec.from_string("""
-    <mujoco>
-      <option timestep="1e-4" gravity="0 0 0"/>
-      <worldbody>
+    spec = mujoco.MjSpec.from_string("""<mujoco><option timestep="1e-4" gravity="0 0 0"/><worldbody>
         <body><joint name="left" axis="0 1 0" damping="1" stiffness="50"/><geom size="0.1"/></body>
         <body pos="1 0 0"><joint name="right" axis="0 1 0" damping="1" stiffness="50"/><geom size="0.1"/></body>
       </worldbody>
       <tendon><fixed name="both"><joint joint="left" coef="1"/><joint joint="right" coef="-0.5"/></fixed></tendon>
-      <actuator><motor name="motor" tendon="both" gear="4"/></actuator>
-    </mujoco>""")
+      <actuator><motor name="motor" tendon="both" gear="4"/></actuator></mujoco>""")
     with pytest.raises(ModelError, match="its tendon has no armature; give inertia > 0"):
         physical.add_drive(spec, "motor", GAP, K, C)
     physical.add_drive(spec, "motor", GAP, K, C, 0.02, friction=DriveFriction(100.0, viscous=1.0))
     model = physical.compile(spec)
-    data = mujoco.MjData(model)
-    data.ctrl[0] = 0.5  # N m, four times that on the tendon
-    with physical.Softener(model):
-        mujoco.mj_step(model, data, 100_000)
+    data = settled(model, 100_000, ctrl=0.5)  # N m, four times that on the tendon
     assert data.qpos == pytest.approx([2 / 50, -1 / 50], rel=1e-6)
     assert drive_state(model, data.act, "motor").angle - data.ten_length[0] == pytest.approx(GAP + 2 / K, rel=1e-6)
 
 
 def test_limits_are_the_motors():
     """Those of the actuator and of the joint's actuators hold for the motor, not for impacts of the teeth."""
-    for actuator, joint in (
-        (SERVO.replace("-8 8", "-2 2"), ""),
-        (SERVO.replace("-8 8", "-9 2.5"), 'actuatorfrcrange="-2 2"'),
-    ):
-        model = driven(actuator, joint=joint)
+    for limits, joint in (("-2 2", ""), ("-9 2.5", 'actuatorfrcrange="-2 2"')):
+        model = driven(SERVO.replace("-8 8", limits), joint=joint)
         with physical.Softener(model):
             state = drive_state(model, march(model, wave(9000, 1e-4) * 9)[:, -model.na :], "motor")
         assert np.max(np.abs(state.motor_torque)) == 2.0
@@ -300,11 +269,7 @@ def test_friction_that_comes_while_the_model_runs():
     numbers = model.numeric("physical:drive:motor").data.view(DRIVE)[0]
     numbers["friction_k"], numbers["friction_coulomb"] = 100.0, 0.5
     for torque, holds in ((0.24, True), (0.52, False)):  # set on at once, which swings to twice its own
-        data = mujoco.MjData(model)
-        data.ctrl[0] = torque
-        with physical.Softener(model):
-            mujoco.mj_step(model, data, 50_000)
-        assert (abs(data.qpos[0]) < 0.02) == holds
+        assert (abs(settled(model, 50_000, ctrl=torque).qpos[0]) < 0.02) == holds
 
 
 def test_own_loops_turn_drives_beside_a_softener_in_use_for_another_model():
@@ -316,9 +281,7 @@ def test_own_loops_turn_drives_beside_a_softener_in_use_for_another_model():
         with physical.Softener(used) if used else contextlib.nullcontext():
             for control in controls:
                 data.ctrl[0] = control
-                mujoco.mj_step1(model, data)
-                softener.update(model, data)
-                mujoco.mj_step2(model, data)
+                step_by_hand(model, data, softener)
         ends.append([*data.qpos, *data.act])
     assert ends[0] == ends[1] == ends[2] and abs(ends[0][0]) > 1e-3
 
@@ -326,8 +289,7 @@ def test_own_loops_turn_drives_beside_a_softener_in_use_for_another_model():
 def test_a_disabled_drive_begins_anew():
     spec = link(SERVO.replace("/>", ' group="3"/>'))
     physical.add_drive(spec, "motor", GAP, K, C)
-    model = physical.compile(spec)
-    data = mujoco.MjData(model)
+    model, data = with_data(physical.compile(spec))
     with physical.Softener(model):
         march(model, wave(100, 1e-3), data)
         model.opt.disableactuator = 1 << 3
@@ -341,10 +303,7 @@ def test_a_disabled_drive_begins_anew():
 def test_without_its_softener_a_drive_is_named_and_exerts_nothing():
     model = driven()
     assert any('actuator "motor" exerts nothing' in line for line in physical.check(model))
-    data = mujoco.MjData(model)
-    data.ctrl[0] = 1.0
-    mujoco.mj_step(model, data, 10)
-    assert data.actuator_force[0] == 0
+    assert settled(model, 10, softened=False, ctrl=1.0).actuator_force[0] == 0
     assert b"actuators with drives exert nothing" in bytes(model.text_data)
 
 
@@ -367,8 +326,7 @@ def test_integrator_discrete_is_for_drives_and_friction_alone():
         for joint in ("shoulder", "elbow"):
             spec.joint(joint).damping = [2, 0, 0]
         physical.joint_limit(spec, "elbow", 730.0, 2.0)
-        model = physical.compile(spec)
-        data = mujoco.MjData(model)
+        model, data = with_data(physical.compile(spec))
         data.ctrl[0], data.joint("elbow").qpos = 3.0, np.deg2rad(90)
         mujoco.mj_step(model, data, 20_000)
         softer.append(730 * (data.joint("elbow").qpos[0] - np.deg2rad(90)) / 3)

@@ -10,32 +10,24 @@ from clearance_mj.physical import drive_state
 
 from .test_drives import GAP, C, K, driven, link
 
-WRONG = [
-    (dict(gap=-1.0), "gap -1.0 must be finite and >= 0"),
-    (dict(inertia=0.0), "inertia 0.0 must be finite and > 0"),
+
+@pytest.mark.parametrize("options, says", [
+    (dict(gap=-1.0), "gap -1.0 must be finite and >= 0"), (dict(inertia=0.0), "inertia 0.0 must be finite and > 0"),
     (dict(hysteresis=[(100.0, -1.0)]), r"hysteresis\[0\] -1.0 must be finite and > 0"),
     (dict(encoder="gear"), 'encoder "gear"; known: motor, load'),
-]
-
-
-@pytest.mark.parametrize("options, says", WRONG)
+])  # fmt: skip
 def test_numbers_out_of_range(options, says):
     with pytest.raises(ModelError, match=f'actuator "motor": {says}'):
         driven(**options)
 
 
-@pytest.mark.parametrize(
-    "actuator, says",
-    [
-        (
-            '<general name="motor" joint="elbow" dyntype="muscle" lengthrange="0 1"/>',
-            "is muscle; a drive needs none or integrator or filter or filterexact",
-        ),
-        ('<position name="motor" joint="elbow" kp="6" delay="0.01" nsample="2"/>', "has delay"),
-        ('<motor name="other" joint="elbow"/>', 'no actuator "motor"; did you mean "other"|no actuator "motor"'),
-        ('<motor name="motor" joint="elbow" gear="0"/>', "has gear 0"),
-    ],
-)
+@pytest.mark.parametrize("actuator, says", [
+    ('<general name="motor" joint="elbow" dyntype="muscle" lengthrange="0 1"/>',
+     "is muscle; a drive needs none or integrator or filter or filterexact"),
+    ('<position name="motor" joint="elbow" kp="6" delay="0.01" nsample="2"/>', "has delay"),
+    ('<motor name="other" joint="elbow"/>', 'no actuator "motor"; did you mean "other"|no actuator "motor"'),
+    ('<motor name="motor" joint="elbow" gear="0"/>', "has gear 0"),
+])  # fmt: skip
 def test_actuators_that_cannot_have_a_drive(actuator, says):
     with pytest.raises(ModelError, match=says):
         driven(actuator)

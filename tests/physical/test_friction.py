@@ -1,5 +1,7 @@
 """Bristle friction: what sticks rests by force over stiffness, what slides is slowed by the coefficient alone."""
 
+import contextlib
+
 import mujoco
 import numpy as np
 import pytest
@@ -8,17 +10,19 @@ from clearance_mj import physical
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
 from clearance_mj.core.errors import LawError, ModelError
 
+from .stepping import settled, with_data
+
+pytestmark = pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
+
 GRAVITY, MASS, MU, BRISTLE = 9.81, 2.0, 0.5, 1e5
-BODY = """
-<mujoco>
-  <option timestep="1e-4" cone="{cone}"/>
-  <worldbody>
-    <geom name="floor" type="plane" size="5 5 1" condim="{condim}"/>
-    <body pos="0 0 0.1"><freejoint/>{geom}</body>
-  </worldbody>
-</mujoco>"""
+BODY = """<mujoco><option timestep="1e-4" cone="{cone}"/><worldbody>
+    <geom name="floor" type="plane" size="5 5 1" condim="{condim}"/><body pos="0 0 0.1"><freejoint/>{geom}</body>
+  </worldbody></mujoco>"""
 BALL = '<geom name="body" size="0.1" mass="2" condim="{condim}"/>'
 BOX = '<geom name="body" type="box" size="0.2 0.2 0.1" mass="2" condim="{condim}"/>'
+FREE_BALL = BODY.format(geom=BALL.format(condim=1), condim=1, cone="pyramidal")
+SLIDES = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1" damping="200"/>'
+SOFT = {"k": 1e5, "c": 200.0}
 
 
 def rest(geom, angle, seconds, condim=1, friction=True, speed=0.0, cone="pyramidal", law=None, **more):
@@ -26,32 +30,25 @@ def rest(geom, angle, seconds, condim=1, friction=True, speed=0.0, cone="pyramid
     spec = mujoco.MjSpec.from_string(BODY.format(geom=geom.format(condim=condim), condim=condim, cone=cone))
     spec.option.gravity = [GRAVITY * np.sin(angle), 0, -GRAVITY * np.cos(angle)]
     if friction:
-        softness = {"law": law} if law else {"k": 1e5, "c": 200.0}
-        physical.contact(spec, ("body", "floor"), **softness)
+        physical.contact(spec, ("body", "floor"), **({"law": law} if law else SOFT))
         physical.friction(spec, ("body", "floor"), MU, BRISTLE, 50.0, **more)
     model = physical.compile(spec)
     data, speeds = mujoco.MjData(model), []
     data.qvel[0] = speed
-    softener = physical.Softener(model) if friction else None
-    for _ in range(round(seconds / model.opt.timestep)):
-        mujoco.mj_step1(model, data)
-        if softener:
-            softener.update(model, data)
-        mujoco.mj_step2(model, data)
-        speeds.append(data.qvel[0])
+    with physical.Softener(model) if friction else contextlib.nullcontext():
+        for _ in range(round(seconds / model.opt.timestep)):
+            mujoco.mj_step(model, data)
+            speeds.append(data.qvel[0])
     return data, np.array(speeds)
 
 
 @pytest.mark.parametrize("law", [None, *(ContactLaw(HuntCrossley(1e7, restitution=e)) for e in (0.7, 0.3, 0.1))])
 def test_what_sticks_rests(law):
     """Leaning slowly to less than the angle of friction, 0.46, bends the bristles by m g sin/k; nothing creeps."""
-    spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1, cone="pyramidal").replace(
-        "<freejoint/>", '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1" damping="200"/>'
-    ))  # fmt: skip
-    physical.contact(spec, ("body", "floor"), **({"law": law} if law else {"k": 1e5, "c": 200.0}))
+    spec = mujoco.MjSpec.from_string(FREE_BALL.replace("<freejoint/>", SLIDES))
+    physical.contact(spec, ("body", "floor"), **({"law": law} if law else SOFT))
     physical.friction(spec, ("body", "floor"), MU, BRISTLE, 50.0)
-    model = physical.compile(spec)
-    data = mujoco.MjData(model)
+    model, data = with_data(physical.compile(spec))
     with physical.Softener(model):
         for angle in np.append(np.zeros(100), np.linspace(0, 0.4, 200)):
             model.opt.gravity[:] = GRAVITY * np.sin(angle), 0, -GRAVITY * np.cos(angle)
@@ -73,10 +70,9 @@ def test_a_box_stays_on_a_slope(law):
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
 def test_what_slides_is_slowed_by_the_coefficient(cone):
     """Above the angle of friction: a = g (sin - μ cos)."""
-    angle = 0.7
-    _, speeds = rest(BOX, angle, 0.6, cone=cone)
+    _, speeds = rest(BOX, 0.7, 0.6, cone=cone)
     slope = np.polyfit(np.arange(2000) * 1e-4, speeds[-2000:], 1)[0]
-    assert slope == pytest.approx(GRAVITY * (np.sin(angle) - MU * np.cos(angle)), rel=1e-4)
+    assert slope == pytest.approx(GRAVITY * (np.sin(0.7) - MU * np.cos(0.7)), rel=1e-4)
 
 
 def test_a_sliding_box_stops_after_its_way():
@@ -103,8 +99,7 @@ def test_a_rolling_ball_is_braked_by_the_arm(cone):
     assert abs(data.qvel[0]) < 0.02 < 0.07 < rolling.qvel[0]
 
 
-FOOT = """
-<mujoco><option timestep="2e-4" cone="{cone}" impratio="{impratio}"/><worldbody>
+FOOT = """<mujoco><option timestep="2e-4" cone="{cone}" impratio="{impratio}"/><worldbody>
   <geom name="slope" type="plane" size="5 5 1"/>
   <body pos="0 0 .1"><freejoint/><geom type="box" size=".1 .1 .03" mass="2" pos="0 0 .03" contype="0" conaffinity="0"/>
     <body name="foot" pos="0 0 -.05"><site name="ankle" type="box" size=".2 .2 .1"/>
@@ -112,7 +107,6 @@ FOOT = """
   <sensor><force site="ankle"/><touch site="ankle"/></sensor></mujoco>"""
 
 
-@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
 @pytest.mark.parametrize("law", [False, True])
 @pytest.mark.parametrize(("cone", "impratio"), [("pyramidal", 1), ("elliptic", 1), ("elliptic", 10)])
 def test_sensors_of_force_show_friction(cone, impratio, law):
@@ -138,60 +132,34 @@ def test_sensors_of_force_show_friction(cone, impratio, law):
     assert np.abs(data.qvel).max() < 1e-6
 
 
-SLIDE = """
-<mujoco>
-  <option timestep="1e-4" gravity="0 0 0"/>
-  <worldbody><body>
+SLIDE = """<mujoco><option timestep="1e-4" gravity="0 0 0"/><worldbody><body>
     <joint name="slide" type="slide" axis="0 0 1"/><geom size="0.1" mass="2" contype="0" conaffinity="0"/>
-  </body></worldbody>
-  <tendon><fixed name="tendon"><joint joint="slide" coef="3"/></fixed></tendon>
-</mujoco>"""
+  </body></worldbody><tendon><fixed name="tendon"><joint joint="slide" coef="3"/></fixed></tendon></mujoco>"""
 
 
-@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
 def test_what_parts_faster_than_it_is_pressed_does_not_rub(cone):
-    spec = mujoco.MjSpec.from_string(f"""
-    <mujoco>
-      <option timestep="1e-4" gravity="0 0 0" cone="{cone}"/>
-      <worldbody>
-        <geom name="floor" type="plane" size="1 1 1"/>
-        <body pos="0 0 0.0499">
+    spec = mujoco.MjSpec.from_string(f"""<mujoco><option timestep="1e-4" gravity="0 0 0" cone="{cone}"/><worldbody>
+        <geom name="floor" type="plane" size="1 1 1"/><body pos="0 0 0.0499">
           <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><geom name="ball" size="0.05" mass="2"/>
-        </body>
-      </worldbody>
-    </mujoco>""")
+        </body></worldbody></mujoco>""")
     physical.contact(spec, ("ball", "floor"), k=1e4, c=200, frictionless=True)  # 1 N of the spring, -20 N of the damper
     physical.friction(spec, ("ball", "floor"), 0.5, k=1e5, c=50)
-    model = physical.compile(spec)
-    data = mujoco.MjData(model)
-    data.qvel[:] = 1.0, 0.1
-    with physical.Softener(model):
-        mujoco.mj_step(model, data, 5)
+    data = settled(physical.compile(spec), 5, qvel=(1.0, 0.1))
     assert data.ncon and data.contact.dist[0] < 0
     np.testing.assert_allclose(data.qvel, [1.0, 0.1], rtol=1e-9)
 
 
-@pytest.mark.parametrize(("name", "lever"), [("joint", 1.0), ("tendon", 3.0)])
-def test_a_joint_or_tendon_sticks_and_slips(name, lever):
+@pytest.mark.parametrize(("kind", "name", "lever"), [("joint", "slide", 1.0), ("tendon", "tendon", 3.0)])
+def test_a_joint_or_tendon_sticks_and_slips(kind, name, lever):
     """Pulled with less than its force it rests by force/k, with more it gains speed by what is left."""
     spec = mujoco.MjSpec.from_string(SLIDE)
-    {"joint": physical.joint_friction, "tendon": physical.tendon_friction}[name](
-        spec, {"joint": "slide", "tendon": "tendon"}[name], 12.0 / lever, 1e4 / lever**2, 100.0 / lever**2
-    )
+    getattr(physical, f"{kind}_friction")(spec, name, 12.0 / lever, 1e4 / lever**2, 100.0 / lever**2)
     model = physical.compile(spec)
-    for pull in (5.0, 15.0):
-        data = mujoco.MjData(model)
-        data.qfrc_applied[0] = pull
-        with physical.Softener(model):
-            mujoco.mj_step(model, data, 10000)
-            if pull < 12:
-                assert data.qpos[0] == pytest.approx(pull / 1e4, rel=1e-9)
-                assert abs(data.qvel[0]) < 1e-12
-            else:
-                before = data.qvel[0]
-                mujoco.mj_step(model, data, 1000)
-                assert data.qvel[0] - before == pytest.approx((pull - 12) / MASS * 0.1, rel=1e-9)
+    rests = settled(model, 10000, qfrc_applied=5.0)
+    assert rests.qpos[0] == pytest.approx(5.0 / 1e4, rel=1e-9) and abs(rests.qvel[0]) < 1e-12
+    early, late = (settled(model, steps, qfrc_applied=15.0).qvel[0] for steps in (10000, 11000))
+    assert late - early == pytest.approx((15.0 - 12) / MASS * 0.1, rel=1e-9)
 
 
 def test_friction_shortens_the_stable_step():
@@ -217,21 +185,20 @@ def test_friction_shortens_the_stable_step():
 ])  # fmt: skip
 def test_friction_that_cannot_be(wrong, error, says):
     with pytest.raises(error, match=says):
-        wrong(mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1, cone="pyramidal")))
+        wrong(mujoco.MjSpec.from_string(FREE_BALL))
 
 
 def test_friction_beside_laws_is_told_by_name():
-    spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1, cone="pyramidal"))
+    spec = mujoco.MjSpec.from_string(FREE_BALL)
     physical.contact(spec, ("body", "floor"), law=ConstantLaw(1e4, 1.0))
     physical.friction(spec, ("body", "floor"), MU, BRISTLE)
-    model = physical.compile(spec)
-    numeric = model.numeric("physical:friction:pair:floor - body")
-    np.testing.assert_array_equal(numeric.data, (MU, BRISTLE, 0))
+    numbers = physical.compile(spec).numeric("physical:friction:pair:floor - body").data
+    np.testing.assert_array_equal(numbers, (MU, BRISTLE, 0))
 
 
 def test_without_a_softener_it_is_said():
     """Friction and a law that is stepped alone: nothing would rub, in silence; check and the model's own text tell."""
-    spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1, cone="pyramidal"))
+    spec = mujoco.MjSpec.from_string(FREE_BALL)
     physical.contact(spec, ("body", "floor"), law=ContactLaw(HuntCrossley(stiffness=1e7, restitution=0.3)))
     physical.friction(spec, ("body", "floor"), MU, BRISTLE, 50.0)
     model = physical.compile(spec)
@@ -243,8 +210,7 @@ def test_without_a_softener_it_is_said():
     assert "act only while clearance_mj.physical.Softener(model) is in use" in spec.to_xml()
 
 
-SPINNING = """
-<mujoco><option timestep="2e-4"/><worldbody><geom name="floor" type="plane" size="5 5 1"/>
+SPINNING = """<mujoco><option timestep="2e-4"/><worldbody><geom name="floor" type="plane" size="5 5 1"/>
   <body pos="0 0 .05"><freejoint/><geom name="foot" {shape} mass="2"/></body></worldbody></mujoco>"""
 
 
@@ -255,8 +221,7 @@ def spun(shape, torsion=0.0, **floor):
         setattr(spec.geom("floor"), name, value)
     physical.contact(spec, ("foot", "floor"), k=1e5, c=200, frictionless=True)
     physical.friction(spec, [("foot", "floor")], 0.5, k=1e5, c=50, torsion=torsion)
-    model = physical.compile(spec)
-    data = mujoco.MjData(model)
+    model, data = with_data(physical.compile(spec))
     data.qvel[5] = 0.0 if floor else 10.0
     with physical.Softener(model):
         mujoco.mj_step(model, data, 250)
@@ -265,7 +230,6 @@ def spun(shape, torsion=0.0, **floor):
     return early, data.qvel, model
 
 
-@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
 @pytest.mark.parametrize(
     "shape, torsion, arm, inertia",
     [
@@ -283,7 +247,6 @@ def test_spin_about_the_normal_is_braked(shape, torsion, arm, inertia):
     assert physical.largest_step(model) > 2e-4
 
 
-@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
 @pytest.mark.skipif(not hasattr(mujoco.MjContact, "surfacevel"), reason="contacts have it from MuJoCo 4 on")
 def test_a_conveyor_carries_along():
     """At 0.3 m/s, reached from rest at μ g after 61 ms; what rings on the bristles has decayed to e^-5 by then."""

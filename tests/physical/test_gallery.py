@@ -15,9 +15,8 @@ def test_ball_that_is_set_down():
     time, depth = ball_on_a_floor.set_down("physical")
     static = ball_on_a_floor.MASS * scene.GRAVITY / ball_on_a_floor.FLOOR_K
     np.testing.assert_allclose(depth, ball_on_a_floor.set_down_expected(time), atol=4e-3 * static)
-    assert scene.rings(time, depth - static) == pytest.approx(
-        scene.ringing(ball_on_a_floor.FLOOR_K, ball_on_a_floor.MASS, ball_on_a_floor.FLOOR_C), rel=2e-4
-    )
+    ringing = scene.ringing(ball_on_a_floor.FLOOR_K, ball_on_a_floor.MASS, ball_on_a_floor.FLOOR_C)
+    assert scene.rings(time, depth - static) == pytest.approx(ringing, rel=2e-4)
     assert ball_on_a_floor.at_rest("physical", 0.3) == pytest.approx(0.3 * static, rel=1e-4)
     for usual in ("default", "direct"):  # the same depth whatever the mass
         assert ball_on_a_floor.at_rest(usual, 0.3) == pytest.approx(ball_on_a_floor.at_rest(usual, 3.0), rel=1e-3)
@@ -41,8 +40,7 @@ def test_sag():
 
 def test_servo_that_hunts():
     """Limit cycle by matrix exponentials; the describing function is near it."""
-    model = robot_arm.robot(braked=robot_arm.OTHERS, timestep=5e-5)
-    time, _, load = robot_arm.hunting(model, 0.8)
+    time, _, load = robot_arm.hunting(robot_arm.robot(braked=robot_arm.OTHERS, timestep=5e-5), 0.8)
     late = time > 0.5
     found = scene.rings(time[late], load[late] - load[late].mean()), np.ptp(load[late]) / 2
     np.testing.assert_allclose(found, robot_arm.limit_cycle(), rtol=3e-3)

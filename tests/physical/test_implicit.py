@@ -7,6 +7,8 @@ import pytest
 from clearance_mj import physical
 from clearance_mj.core.errors import LawError, ModelError
 
+from .stepping import with_data
+
 STEP = 4e-3  # s
 
 
@@ -41,8 +43,7 @@ def test_a_contact_is_backward_eulers(k):
 
 
 def two_inertias(k, c, gap, rotor=0.005, load=0.002, step=STEP):
-    spec = mujoco.MjSpec.from_string(f"""
-    <mujoco><option timestep="{step}" gravity="0 0 0"/><worldbody>
+    spec = mujoco.MjSpec.from_string(f"""<mujoco><option timestep="{step}" gravity="0 0 0"/><worldbody>
       <body><joint name="j" axis="0 0 1" armature="{rotor}"/>
         <geom type="sphere" size="0.01" mass="0"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 {load}"/></body>
     </worldbody><actuator><motor name="m" joint="j"/></actuator></mujoco>""")
@@ -79,15 +80,13 @@ def test_teeth_with_rotor_and_load_are_backward_eulers(k):
 def test_at_rest_the_step_does_not_matter():
     k, torque = 120.0, 0.4
     for step in (1e-4, 4e-3, 2e-2):
-        spec = mujoco.MjSpec.from_string(f"""
-        <mujoco><option timestep="{step}" gravity="0 0 0"/><worldbody>
+        spec = mujoco.MjSpec.from_string(f"""<mujoco><option timestep="{step}" gravity="0 0 0"/><worldbody>
           <body><joint name="j" axis="0 0 1" armature="0.005" range="-10 5"/>
             <geom type="capsule" size="0.02" fromto="0 0 0 0.2 0 0" mass="0.3"/></body>
         </worldbody><actuator><motor joint="j"/></actuator></mujoco>""")
         physical.joint_limit(spec, "j", k=50, damping_ratio=0.3, implicit=True)
         physical.add_backlash(spec, "j", gap=5e-3, k=k, damping_ratio=0.1, implicit=True)
-        model = physical.compile(spec)
-        data = mujoco.MjData(model)
+        model, data = with_data(physical.compile(spec))
         data.ctrl[0] = torque
         mujoco.mj_step(model, data, round(4 / step))
         load, rotor = data.joint("j").qpos[0], data.joint("j drive").qpos[0]
@@ -126,8 +125,7 @@ def test_a_quadruped_with_soft_gears_stands_at_a_step_of_4_ms():
     given = {"k": 15e3, "damping_ratio": 0.1, "friction": 0.8, "backlash": 0.5, "teeth": 120.0}  # N/m, degrees, N m/rad
     with pytest.raises(ModelError, match=r"timestep 0\.004 s is too long"):
         physical.robot(spec, feet, **given)
-    model = physical.robot(spec, feet, **given, implicit=True)
-    data = mujoco.MjData(model)
+    model, data = with_data(physical.robot(spec, feet, **given, implicit=True))
     mujoco.mj_resetDataKeyframe(model, data, 0)
     with physical.Softener(model):
         mujoco.mj_step(model, data, 4000)  # 16 s, in which it comes to rest, as with short steps

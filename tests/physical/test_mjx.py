@@ -54,25 +54,18 @@ def test_everything_moves_as_with_a_softener(make, speeds, double):
         )
 
 
-LIMITS = """
-<mujoco>
-  <option timestep="5e-4" integrator="implicitfast"/>
+LIMITS = """<mujoco><option timestep="5e-4" integrator="implicitfast"/>
   <default><geom size=".05" mass="1" contype="0" conaffinity="0"/><joint axis="0 1 0" stiffness="20"/></default>
-  <worldbody>
-    <body pos="-1 0 0"><joint type="ball" range="0 40" stiffness="0"/><geom pos="0 0 -.1"/></body>
+  <worldbody><body pos="-1 0 0"><joint type="ball" range="0 40" stiffness="0"/><geom pos="0 0 -.1"/></body>
     <body><joint name="constant" range="-10 10"/><geom pos=".2 0 0"/></body>
     <body pos="0 1 0"><joint name="envelope" range="-4 10"/><geom pos=".2 0 0"/></body>
     <body pos="0 2 0"><joint name="play" armature=".02"/><geom pos=".2 0 0"/></body>
     <body pos="0 3 0"><joint name="coupled"/><geom pos=".2 0 0"/></body>
     <body pos="0 4 0"><joint name="hangs" type="slide" axis="0 0 1"/><geom/><site name="end" pos="0 0 -.2"/></body>
-    <site name="hook" pos="0 4 0"/>
-  </worldbody>
-  <tendon>
+    <site name="hook" pos="0 4 0"/></worldbody><tendon>
     <fixed name="coupled" range="-.05 .02"><joint joint="coupled" coef=".5"/></fixed>
-    <spatial name="rope" range="0 .25"><site site="hook"/><site site="end"/></spatial>
-  </tendon>
-  <actuator><motor joint="envelope"/><motor joint="play"/><motor joint="coupled" gear="10"/></actuator>
-</mujoco>"""
+    <spatial name="rope" range="0 .25"><site site="hook"/><site site="end"/></spatial></tendon>
+  <actuator><motor joint="envelope"/><motor joint="play"/><motor joint="coupled" gear="10"/></actuator></mujoco>"""
 ENVELOPE = AmplitudeLaw([0.1, 0.25, 0.4], [300.0, 900.0, 2000.0], [1.0, 4.0, 6.0], release=0.05)
 IN_TIME = TimeLaw([0.0, 0.03, 0.06], [5e3, 2e3, 9e3], [5.0, 20.0, 2.0])
 

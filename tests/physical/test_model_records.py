@@ -27,16 +27,14 @@ def test_times_that_jitter_are_brought_to_even_ones(hold):
     assert record.quantisation["counted"] == pytest.approx(count)
     if hold == "zero":
         impulse = np.cumsum(held[:-1] * np.diff(time))
-        own = np.interp(
-            time[1:-1] - even[0], record.time, np.append(0, np.cumsum(record.control["motor"])[:-1] / record.fs)
-        )
-        np.testing.assert_allclose(own, impulse[:-1], atol=4e-3)  # within a step of 2 ms and a torque of 2
+        evenly = np.append(0, np.cumsum(record.control["motor"])[:-1] / record.fs)
+        found = np.interp(time[1:-1] - even[0], record.time, evenly)
+        np.testing.assert_allclose(found, impulse[:-1], atol=4e-3)  # within a step of 2 ms and a torque of 2
     else:
         np.testing.assert_allclose(record.control["motor"], np.interp(even, time, held))
 
 
-UNITS = """<mujoco><worldbody>
-  <body><joint name="hinge" type="hinge"/><geom size=".1"/><site name="s"/></body>
+UNITS = """<mujoco><worldbody><body><joint name="hinge" type="hinge"/><geom size=".1"/><site name="s"/></body>
   <body pos="1 0 0"><joint name="slide" type="slide"/><geom size=".1"/></body></worldbody>
   <actuator><motor name="motor" joint="hinge"/><motor name="push" joint="slide"/></actuator>
   <sensor><jointpos name="enc" joint="hinge"/><jointpos name="scale" joint="slide"/>
@@ -45,15 +43,12 @@ UNITS = """<mujoco><worldbody>
   <accelerometer name="acc" site="s"/><framequat name="pose" objtype="site" objname="s"/></sensor></mujoco>"""
 
 
-@pytest.mark.parametrize(
-    ("header", "si"),
-    [
-        ("enc[deg]", np.pi / 180), ("enc (deg)", np.pi / 180), ("enc [rad]", 1.0), ("enc [rev]", 2 * np.pi),
-        ("enc [counts/4096]", 2 * np.pi / 4096), ("sensor:enc [°]", np.pi / 180), ("scale[mm]", 1e-3), ("enc", 1.0),
-        ("gyro [rpm]", np.pi / 30), ("gyro [deg/s]", np.pi / 180), ("torque [mNm]", 1e-3), ("torque [Ncm]", 1e-2),
-        ("load [kN]", 1e3), ("load [lbf]", 4.4482216152605), ("motor [mNm]", 1e-3), ("actuator:push [mN]", 1e-3),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("header", "si"), [
+    ("enc[deg]", np.pi / 180), ("enc (deg)", np.pi / 180), ("enc [rad]", 1.0), ("enc [rev]", 2 * np.pi),
+    ("enc [counts/4096]", 2 * np.pi / 4096), ("sensor:enc [°]", np.pi / 180), ("scale[mm]", 1e-3), ("enc", 1.0),
+    ("gyro [rpm]", np.pi / 30), ("gyro [deg/s]", np.pi / 180), ("torque [mNm]", 1e-3), ("torque [Ncm]", 1e-2),
+    ("load [kN]", 1e3), ("load [lbf]", 4.4482216152605), ("motor [mNm]", 1e-3), ("actuator:push [mN]", 1e-3),
+])  # fmt: skip
 def test_units_of_csv(tmp_path, header, si):
     """Numbers are in SI units by what a unit in a header says (BIPM, The SI, 9th edition; NIST SP 811, B.8)."""
     path, values = tmp_path / "run.csv", 1 + np.arange(30.0)
@@ -66,13 +61,10 @@ def test_units_of_csv(tmp_path, header, si):
     np.testing.assert_allclose(read.sensors["acc"], 9.80665 * values, rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("column", "si"),
-    [
-        ("pos [ticks/4096]", 2 * np.pi / 4096), ("-pos [deg]", -np.pi / 180), ("pos [turn]", 2 * np.pi), ("-pos", -1.0),
-        ("-load", -np.pi / 180),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("column", "si"), [
+    ("pos [ticks/4096]", 2 * np.pi / 4096), ("-pos [deg]", -np.pi / 180), ("pos [turn]", 2 * np.pi), ("-pos", -1.0),
+    ("-load", -np.pi / 180),
+])  # fmt: skip
 def test_a_map_of_columns(tmp_path, column, si):
     """Columns of a logger by what they are, which way round, and in which unit; what is not named is left out."""
     path, values = tmp_path / "run.csv", 1 + np.arange(30.0)
@@ -98,20 +90,17 @@ def test_columns_of_one_sensor_go_by_their_index(tmp_path):
     np.testing.assert_allclose(read.sensors["acc"], np.stack((time, time + 1, time + 2), axis=1), atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("header", "says"),
-    [
-        ("enc[mm]", 'column "enc.mm.": unit "mm" of angle is unknown; use rad, deg'),
-        ("scale [deg]", 'unit "deg" of displacement is unknown'),
-        ("torque [N]", 'unit "N" of torque is unknown'),
-        ("enc [counts]", "needs the number that makes a turn"),
-        ("motor [furlong]", 'unit "furlong" of angle is unknown'),
-        ("pose[0] [deg]", "its sensor has no unit"),
-        ("acc[1]", r"has columns acc\[1\]; write them all"),
-        ("enc,enc", 'column "enc" is there twice'),
-        ("enc_deg", 'did you mean "enc"'),
-    ],
-)
+@pytest.mark.parametrize(("header", "says"), [
+    ("enc[mm]", 'column "enc.mm.": unit "mm" of angle is unknown; use rad, deg'),
+    ("scale [deg]", 'unit "deg" of displacement is unknown'),
+    ("torque [N]", 'unit "N" of torque is unknown'),
+    ("enc [counts]", "needs the number that makes a turn"),
+    ("motor [furlong]", 'unit "furlong" of angle is unknown'),
+    ("pose[0] [deg]", "its sensor has no unit"),
+    ("acc[1]", r"has columns acc\[1\]; write them all"),
+    ("enc,enc", 'column "enc" is there twice'),
+    ("enc_deg", 'did you mean "enc"'),
+])  # fmt: skip
 def test_units_of_csv_that_cannot_be(tmp_path, header, says):
     path = tmp_path / "run.csv"
     columns = [np.arange(30) / 500] * (2 + header.count(","))

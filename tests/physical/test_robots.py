@@ -36,9 +36,7 @@ SERVO = '<position name="{0}" joint="{0}" kp="120" kv="2" {1}/>'
 
 
 def legged(places, foot, height, ranges):
-    legs = "".join(
-        LEG.format(name=name, at=at, foot=foot.format(name=name)) for name, at in places.items()
-    )  # fmt: skip
+    legs = "".join(LEG.format(name=name, at=at, foot=foot.format(name=name)) for name, at in places.items())
     joints = [f"{name} {joint}" for name in places for joint in ("hip", "knee")]
     servos = "".join(SERVO.format(joint, ranges) for joint in joints)
     sensors = "".join(f'<jointpos joint="{joint}"/><jointvel joint="{joint}"/>' for joint in joints)
@@ -58,12 +56,10 @@ def biped():
 def wheels():
     wheel = """<body name="wheel {0}" pos="{1} {2} -.05"><joint name="wheel {0}" axis="0 1 0" armature=".004"/>
       <geom name="tyre {0}" type="ellipsoid" size=".06 .03 .06" mass=".4"/></body>"""
-    places = [(x, y) for x in (-0.15, 0.15) for y in (-0.12, 0.12)]
-    legs = "".join(wheel.format(i, *at) for i, at in enumerate(places))
+    legs = "".join(wheel.format(i, *at) for i, at in enumerate([(x, y) for x in (-0.15, 0.15) for y in (-0.12, 0.12)]))
     servos = "".join(f'<velocity name="{i}" joint="wheel {i}" kv=".5" ctrlrange="-20 20"/>' for i in range(4))
-    return mujoco.MjSpec.from_string(BASE.format(height=0.109, legs=legs, servos=servos, sensors="")), [
-        f"tyre {i}" for i in range(4)
-    ]  # fmt: skip
+    xml = BASE.format(height=0.109, legs=legs, servos=servos, sensors="")
+    return mujoco.MjSpec.from_string(xml), [f"tyre {i}" for i in range(4)]
 
 
 FIXED = """<mujoco><option timestep="2e-4" integrator="implicitfast"/><worldbody>{bodies}</worldbody>{rest}</mujoco>"""
@@ -73,9 +69,9 @@ LINK = """<body pos="{0} 0 0"><joint name="{1}" axis="0 1 0" range="-60 60" arma
 
 def arm():
     bodies = "".join(LINK.format(0.2 * (i > 0), f"joint {i}") for i in range(3)) + "</body>" * 3
-    rest = "".join(f'<position joint="joint {i}" name="{i}" kp="80" dampratio="1" inheritrange=".9"/>'
-                   for i in range(3))  # fmt: skip
-    return mujoco.MjSpec.from_string(FIXED.format(bodies=bodies, rest=f"<actuator>{rest}</actuator>")), []
+    servo = '<position joint="joint {0}" name="{0}" kp="80" dampratio="1" inheritrange=".9"/>'
+    rest = f"<actuator>{''.join(map(servo.format, range(3)))}</actuator>"
+    return mujoco.MjSpec.from_string(FIXED.format(bodies=bodies, rest=rest)), []
 
 
 def gripper():
@@ -89,35 +85,30 @@ def gripper():
 
 
 def hand():
-    bodies = "".join(LINK.format(0.2 * (i % 2), f"{'ab'[i // 2]} {i % 2}") + "</body></body>" * (i % 2)
-                     for i in range(4))  # fmt: skip
-    rest = "".join(f'<fixed name="{f}"><joint joint="{f} 0" coef="1"/><joint joint="{f} 1" coef=".7"/></fixed>'
-                   for f in "ab")  # fmt: skip
-    servos = "".join(f'<position name="{f}" tendon="{f}" kp="40" kv="1" ctrlrange="-1 1"/>' for f in "ab")
-    return mujoco.MjSpec.from_string(
-        FIXED.format(bodies=bodies, rest=f"<tendon>{rest}</tendon><actuator>{servos}</actuator>")
-    ), []  # fmt: skip
+    bodies = "".join(LINK.format(0, f"{f} 0") + LINK.format(0.2, f"{f} 1") + "</body></body>" for f in "ab")
+    tendon = '<fixed name="{0}"><joint joint="{0} 0" coef="1"/><joint joint="{0} 1" coef=".7"/></fixed>'
+    servo = '<position name="{0}" tendon="{0}" kp="40" kv="1" ctrlrange="-1 1"/>'
+    tendons, servos = ("".join(map(part.format, "ab")) for part in (tendon, servo))
+    rest = f"<tendon>{tendons}</tendon><actuator>{servos}</actuator>"
+    return mujoco.MjSpec.from_string(FIXED.format(bodies=bodies, rest=rest)), []
 
 
 def servos_with_play(spec):
     """Names of the actuators that a drive can be in, and their rotors' inertia where the joint has no armature."""
-    model, found = spec.compile(), {}
-    for actuator in spec.actuators:
-        on_tendon = actuator.trntype == mujoco.mjtTrn.mjTRN_TENDON
-        joint = None if on_tendon else model.joint(actuator.target)
-        if on_tendon or model.dof_armature[joint.dofadr[0]] == 0:
-            found[actuator.name] = 0.02
-        else:
-            found[actuator.name] = None
-    return found
+    model = spec.compile()
+
+    def has_armature(actuator):
+        on_joint = actuator.trntype != mujoco.mjtTrn.mjTRN_TENDON
+        return on_joint and model.dof_armature[model.joint(actuator.target).dofadr[0]] != 0
+
+    return {actuator.name: None if has_armature(actuator) else 0.02 for actuator in spec.actuators}
 
 
 def built(spec, feet):
     """Return a specification with soft feet and drives."""
     if feet:
-        contact = {"friction": MU, "points": "share"}
-        ground = [model_geom.name for model_geom in spec.geoms if model_geom.type == mujoco.mjtGeom.mjGEOM_PLANE][:1]
-        physical.contact(spec, [(foot, ground[0]) for foot in feet], K, C, True, **contact)
+        ground = next(geom.name for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE)
+        physical.contact(spec, [(foot, ground) for foot in feet], K, C, True, friction=MU, points="share")
     for name, inertia in servos_with_play(spec).items():
         physical.add_drive(spec, name, GAP, TEETH, TEETH_C, inertia)
     return spec
@@ -130,7 +121,7 @@ def teeth_torque(ahead, closing):
 
 def march(model, feet, steps):
     """Step a robot; hold what feet and teeth exert against closed forms; return how often they did, and positions."""
-    data, found = mujoco.MjData(model), {}
+    data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
     ids, start = {model.geom(foot).id for foot in feet}, data.ctrl.copy()
@@ -146,18 +137,18 @@ def march(model, feet, steps):
             lengths.append((data.actuator_length.copy(), data.actuator_velocity.copy()))
             feet_of += pressed_feet(model, data, ids)
     assert np.isfinite(positions).all()
-    lengths, found["teeth"] = np.array(lengths), 0
+    lengths, in_teeth = np.array(lengths), 0
     for drive in drives(model):
         state = physical.drive_state(model, np.array(acts), drive.name)
         load, speed = lengths[1:, :, drive.actuator].T / model.actuator_gear[drive.actuator, 0]
         expected = teeth_torque(state.angle[:-1] - load, state.speed[:-1] - speed)
         rounding = 1e-12 * np.abs(expected).max()
         np.testing.assert_allclose(state.load_torque[1:], expected, rtol=0, atol=rounding, err_msg=drive.name)
-        found["teeth"] += np.count_nonzero(expected)
+        in_teeth += np.count_nonzero(expected)
     normal, expected, across = np.array(feet_of).reshape(-1, 3).T
     np.testing.assert_allclose(normal, expected, rtol=0, atol=2e-6 * expected.max(initial=0.0))
     assert np.all(across <= (1 + 1e-4) * MU * normal + 1e-4 * expected.max(initial=0.0))
-    return found | {"feet": np.count_nonzero(normal > SMALL)}, np.array(positions)
+    return in_teeth, np.count_nonzero(normal > SMALL), np.array(positions)
 
 
 SMALL = K * 1e-4  # N, force of 0.1 mm
@@ -180,31 +171,30 @@ def pressed_feet(model, data, ids):
         yield pressed, expected, np.linalg.norm(across)
 
 
+def shown_at_first(model):
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return data.sensordata
+
+
 def right(spec, feet, steps):
     plain = spec.compile()
     made = built(spec.copy(), feet)
     model = physical.compile(made)
-    rotors = list(drives(model))
-    assert len(rotors) == plain.nu > 0
+    assert len(list(drives(model))) == plain.nu > 0
     assert (model.nq, model.nv, model.nu, model.nsensor) == (plain.nq, plain.nv, plain.nu, plain.nsensor)
     for field in ("ctrlrange", "ctrllimited", "gainprm", "biasprm", "gear"):  # the servos are what they were
         np.testing.assert_array_equal(getattr(model, f"actuator_{field}"), getattr(plain, f"actuator_{field}"), field)
-    data, other = mujoco.MjData(model), mujoco.MjData(plain)
-    mujoco.mj_forward(plain, other)
-    mujoco.mj_forward(model, data)
+    with_play, without = (shown_at_first(each) for each in (model, plain))
     joints = np.isin(plain.sensor_type, (mujoco.mjtSensor.mjSENS_JOINTPOS, mujoco.mjtSensor.mjSENS_FRAMEPOS))
-    for i in np.flatnonzero(joints):
-        place = slice(plain.sensor_adr[i], plain.sensor_adr[i] + plain.sensor_dim[i])
-        np.testing.assert_allclose(data.sensordata[place], other.sensordata[place], atol=1e-12)
-    found, positions = march(model, feet, steps)
-    assert found["teeth"] > steps // 4
-    assert not feet or found["feet"] > steps // 4
+    places = np.repeat(joints, plain.sensor_dim)
+    np.testing.assert_allclose(with_play[places], without[places], atol=1e-12)
+    in_teeth, on_feet, positions = march(model, feet, steps)
+    assert in_teeth > steps // 4 and (not feet or on_feet > steps // 4)
     made.compiler.savecompiled = made.compiler.savecanonical = False
     saved = mujoco.MjModel.from_xml_string(made.to_xml())
     physical.apply(saved)
-    again, count = march(saved, feet, 100)[1], min(100, steps)
-    np.testing.assert_allclose(again[:count], positions[:count], atol=1e-6)
-    return found
+    np.testing.assert_allclose(march(saved, feet, 100)[2], positions[:100], atol=1e-6)
 
 
 @pytest.mark.parametrize("make", [quadruped, biped, wheels, arm, gripper, hand])
@@ -212,16 +202,11 @@ def test_a_small_robot(make):
     right(*make(), 1500)
 
 
-SCENES = {
-    "apollo": "locomotion/apollo/xmls/scene_mjx_feetonly_flat_terrain.xml",
-    "berkeley_humanoid": "locomotion/berkeley_humanoid/xmls/scene_mjx_feetonly_flat_terrain.xml",
-    "g1": "locomotion/g1/xmls/scene_mjx_feetonly_flat_terrain.xml",
-    "go1": "locomotion/go1/xmls/scene_mjx_feetonly_flat_terrain.xml",
+FEET_ONLY = "locomotion/{}/xmls/scene_mjx_feetonly_flat_terrain.xml"
+SCENES = {name: FEET_ONLY.format(name) for name in ("apollo", "berkeley_humanoid", "g1", "go1", "spot", "t1")} | {
     "go1 with all contacts": "locomotion/go1/xmls/scene_mjx_fullcollisions_flat_terrain.xml",
     "h1": "locomotion/h1/xmls/scene_mjx_feetonly.xml",
     "op3": "locomotion/op3/xmls/scene_mjx_feetonly.xml",
-    "spot": "locomotion/spot/xmls/scene_mjx_feetonly_flat_terrain.xml",
-    "t1": "locomotion/t1/xmls/scene_mjx_feetonly_flat_terrain.xml",
     "aero hand": "manipulation/aero_hand/xmls/scene_mjx_cube.xml",
     "aloha": "manipulation/aloha/xmls/mjx_single_peg_insertion.xml",
     "leap hand": "manipulation/leap_hand/xmls/scene_mjx_cube.xml",
@@ -265,12 +250,11 @@ def test_a_robot_of_menagerie(name):
 def test_go1_with_soft_gears_runs_at_its_own_step_of_4_ms():
     spec, feet = foreign("go1")
     # in the file's Euler dampers are explicit, and one iteration of the solver leaves feet without their force
-    spec.option.integrator, spec.option.iterations = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, 100
-    spec.option.ls_iterations = 50
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.iterations, spec.option.ls_iterations = 100, 50
     assert spec.option.timestep == 4e-3
-    model = physical.robot(
-        spec, feet, k=15e3, damping_ratio=0.2, friction=0.8, backlash=0.5, teeth=120.0, implicit=True
-    )  # fmt: skip
+    given = {"k": 15e3, "damping_ratio": 0.2, "friction": 0.8, "backlash": 0.5, "teeth": 120.0}
+    model = physical.robot(spec, feet, **given, implicit=True)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     with physical.Softener(model):

@@ -7,6 +7,8 @@ import pytest
 from clearance_mj import physical
 from clearance_mj.core.errors import ModelError
 
+from .stepping import step_by_hand
+
 pytestmark = pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
 
 
@@ -39,9 +41,7 @@ def test_a_sensor_shows_the_rotors_angle():
     own = mujoco.MjData(model)
     own.qpos[0], own.ctrl[0] = 0.3, 1.0
     for _ in range(200):
-        mujoco.mj_step1(model, own)
-        softener.update(model, own)
-        mujoco.mj_step2(model, own)
+        step_by_hand(model, own, softener)
     assert own.sensor("encoder").data[0] == shown[-1]
     assert mujoco.get_mjcb_sensor() is None
     mujoco.set_mjcb_sensor(lambda model, data, stage: None)

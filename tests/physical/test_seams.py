@@ -15,17 +15,14 @@ from clearance_mj.core.errors import ModelError
 from clearance_mj.physical.rows import poses_of
 
 from ..processes import run
+from .stepping import settled, step_by_hand, with_data
 
-ACTUATORS = """
-<mujoco>
-  <option timestep="2e-4"/>
-  <worldbody>
-    <geom name="floor" type="plane" size="1 1 1"/>
+pytestmark = pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
+
+ACTUATORS = """<mujoco><option timestep="2e-4"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
     <body><joint name="j" axis="0 1 0" armature=".1" range="-90 90"/>
-      <geom name="hand" type="capsule" fromto="0 0 .1 .2 0 .1" size=".02"/></body>
-  </worldbody>
-  <actuator>{actuator}</actuator>
-</mujoco>"""
+      <geom name="hand" type="capsule" fromto="0 0 .1 .2 0 .1" size=".02"/></body></worldbody>
+  <actuator>{actuator}</actuator></mujoco>"""
 SERVO = '<position name="a" joint="j" kp="35" inheritrange="1" dampratio="1"/>'
 
 
@@ -40,11 +37,11 @@ def test_actuators_of_several_inputs(inputs):
         spec = one_joint(f'<pid name="a" joint="j" kp="100" kv="5" {inputs}/>')
     except ValueError:
         pytest.skip("this MuJoCo has no such actuator")
-    physical.contact(spec, ("hand", "floor"), k=1e4, c=10, frictionless=True)
-    model = physical.compile(spec)
-    stiff = one_joint('<position name="a" joint="j" kp="100" kv="5"/>')
-    physical.contact(stiff, ("hand", "floor"), k=1e4, c=10, frictionless=True)
-    assert physical.largest_step(model) == pytest.approx(physical.largest_step(physical.compile(stiff)), rel=1e-9)
+    specs = spec, one_joint('<position name="a" joint="j" kp="100" kv="5"/>')
+    for each in specs:
+        physical.contact(each, ("hand", "floor"), k=1e4, c=10, frictionless=True)
+    pid, position = (physical.largest_step(physical.compile(each)) for each in specs)
+    assert pid == pytest.approx(position, rel=1e-9)
 
 
 @pytest.mark.parametrize("inertia", [None, 0.1])
@@ -52,41 +49,29 @@ def test_actuators_of_several_inputs(inputs):
 def test_ranges_and_damping_are_those_of_before(play, inertia):
     """``inheritrange`` is that of the joint, and the servo's damping 2 ζ √(k I) with the joint's whole inertia."""
     plain = one_joint(SERVO).compile()
-    inertia_of_joint = 1 / plain.dof_invweight0[0]
-    assert -plain.actuator_biasprm[0, 2] == pytest.approx(2 * math.sqrt(35 * inertia_of_joint), rel=1e-9)
+    assert -plain.actuator_biasprm[0, 2] == pytest.approx(2 * math.sqrt(35 * (1 / plain.dof_invweight0[0])), rel=1e-9)
     spec = one_joint(SERVO)
-    if play == "joint":
-        physical.add_backlash(spec, "j", 0.01, 100.0, 0.1, inertia)
-    else:
-        physical.add_drive(spec, "a", 0.01, 100.0, 0.1, inertia)
+    add, name = {"joint": (physical.add_backlash, "j"), "actuator": (physical.add_drive, "a")}[play]
+    add(spec, name, 0.01, 100.0, 0.1, inertia)
     model = spec.compile()
-    np.testing.assert_array_equal(model.actuator_ctrlrange, plain.actuator_ctrlrange)
     assert model.actuator_ctrllimited[0]
-    np.testing.assert_array_equal(model.actuator_biasprm, plain.actuator_biasprm)
+    for field in ("actuator_ctrlrange", "actuator_biasprm"):
+        np.testing.assert_array_equal(getattr(model, field), getattr(plain, field))
     assert model.dof_armature[model.joint("j").dofadr[0]] == 0  # it was the rotor's
 
 
-COUPLED = """
-<mujoco>
-  <worldbody>
-    <body><joint name="a" axis="0 0 1" armature=".01"/><geom size=".1"/></body>
-    <body pos="1 0 0"><joint name="b" axis="0 0 1" armature=".01"/><geom size=".1"/></body>
-  </worldbody>
+COUPLED = """<mujoco><worldbody><body><joint name="a" axis="0 0 1" armature=".01"/><geom size=".1"/></body>
+    <body pos="1 0 0"><joint name="b" axis="0 0 1" armature=".01"/><geom size=".1"/></body></worldbody>
   <tendon><fixed name="both"><joint joint="a" coef=".5"/><joint joint="b" coef=".5"/></fixed></tendon>
-  <equality>{equality}</equality>
-  <actuator>{actuator}</actuator>
-</mujoco>"""
+  <equality>{equality}</equality><actuator>{actuator}</actuator></mujoco>"""
 MIMIC = '<joint name="mimic" joint1="b" joint2="a"/>'
 
 
-@pytest.mark.parametrize(
-    "equality, actuator, joint, says",
-    [
-        ("", '<motor name="m" tendon="both"/>', "a", 'driven by actuator "m" through tendon "both".*add_drive'),
-        (MIMIC, '<motor name="m" joint="a"/>', "b", 'driven by equality "mimic".*tendon_limit'),
-        ('<tendon name="t" tendon1="both"/>', "", "a", 'driven by equality "t"'),
-    ],
-)
+@pytest.mark.parametrize("equality, actuator, joint, says", [
+    ("", '<motor name="m" tendon="both"/>', "a", 'driven by actuator "m" through tendon "both".*add_drive'),
+    (MIMIC, '<motor name="m" joint="a"/>', "b", 'driven by equality "mimic".*tendon_limit'),
+    ('<tendon name="t" tendon1="both"/>', "", "a", 'driven by equality "t"'),
+])  # fmt: skip
 def test_joints_that_something_else_drives(equality, actuator, joint, says):
     spec = mujoco.MjSpec.from_string(COUPLED.format(equality=equality, actuator=actuator))
     before = spec.to_xml()
@@ -97,18 +82,15 @@ def test_joints_that_something_else_drives(equality, actuator, joint, says):
 
 def test_the_leader_of_a_mimic_joint_can_have_play():
     spec = mujoco.MjSpec.from_string(COUPLED.format(equality=MIMIC, actuator='<motor name="m" joint="a"/>'))
-    spec.option.gravity = (0, 0, 0)
-    spec.option.timestep = 2e-4
+    spec.option.gravity, spec.option.timestep = (0, 0, 0), 2e-4
     physical.add_backlash(spec, "a", 0.01, 100.0, 0.1)
-    model = physical.compile(spec)
-    data = mujoco.MjData(model)
+    model, data = with_data(physical.compile(spec))
     data.qfrc_applied[model.joint("b").dofadr[0]] = -1.0  # held by the motor through the teeth and the equality
     data.ctrl[0] = 1.0
     for _ in range(20000):
         data.qvel[:] *= 0.999
         mujoco.mj_step(model, data)
-    lost = data.joint("a drive").qpos[0] - data.joint("a").qpos[0]
-    assert lost == pytest.approx(0.01 + 1 / 100, rel=1e-3)
+    assert data.joint("a drive").qpos[0] - data.joint("a").qpos[0] == pytest.approx(0.01 + 1 / 100, rel=1e-3)
 
 
 def test_a_change_that_fails_changes_nothing():
@@ -121,8 +103,7 @@ def test_a_change_that_fails_changes_nothing():
     assert spec.to_xml() == before
 
 
-LEG = """
-<mujoco><option timestep="5e-4"/><worldbody>
+LEG = """<mujoco><option timestep="5e-4"/><worldbody>
   <body name="leg" pos="0 0 .06"><joint type="slide" axis="0 0 1"/><geom name="foot" size="0.05" mass="2"/></body>
   <geom name="floor" type="plane" size="5 5 1" pos="0 0 -1"/></worldbody></mujoco>"""
 
@@ -139,16 +120,12 @@ def test_ground_that_comes_later_is_as_soft():
     scene.attach(robot, prefix="robot/", frame=scene.worldbody.add_frame())
     model = physical.compile(scene)
     assert physical.check(model) == ()
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 6000)
-    force, depth = 2 * 9.81, -sum(data.contact[i].dist for i in range(data.ncon))
-    assert force / depth == pytest.approx(1e4, rel=1e-6)
+    assert -2 * 9.81 / sum(settled(model, 6000, softened=False).contact.dist) == pytest.approx(1e4, rel=1e-6)
 
 
 def test_friction_that_comes_later_is_refused():
-    robot = mujoco.MjSpec.from_string(
-        LEG.replace('size="0.05"', 'size="0.05" condim="1"').replace("plane", 'plane" condim="1')
-    )
+    smooth = LEG.replace('size="0.05"', 'size="0.05" condim="1"').replace("plane", 'plane" condim="1')
+    robot = mujoco.MjSpec.from_string(smooth)
     physical.contact(robot, "foot", k=1e4, c=100)
     robot.worldbody.add_geom(name="ramp", type=mujoco.mjtGeom.mjGEOM_BOX, size=[1, 1, 0.1], pos=[0, 0, -0.1])
     with pytest.raises(ModelError, match="contact ramp - foot has friction"):
@@ -167,8 +144,7 @@ def test_compiling_warns_of_what_spoils():
             physical.compile(spec)
 
 
-BENT = """
-<mujoco><option timestep="{step}" gravity="0 0 0"/><worldbody>
+BENT = """<mujoco><option timestep="{step}" gravity="0 0 0"/><worldbody>
   <body><joint name="shoulder" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 1 0 0" size=".02" mass="1"/>
     <body pos="1 0 0"><joint name="elbow" axis="0 1 0" range="-90 90"/>
       <geom type="capsule" fromto="0 0 0 0 0 1" size=".02" mass="1"/></body></body></worldbody></mujoco>"""
@@ -191,16 +167,15 @@ def test_a_step_that_is_too_long_in_another_pose():
     assert not any("is too long" in line for line in physical.check(model, [(0.0, 0.0, 0.0)]))
 
 
+BALLS_AND_CHAIN = """<mujoco><option timestep="1e-5"/><worldbody><geom name="floor" type="plane" size="9 9 1"/>{balls}
+  <body pos="9 0 5"><joint name="j" axis="0 1 0" stiffness="100" damping="1"/><geom size=".1"/>
+    <body pos="0 0 -1"><joint axis="0 1 0" stiffness="900"/><geom size=".2"/></body></body></worldbody></mujoco>"""
+
+
 def test_steps_of_parts_are_those_of_the_whole():
     """Independent balls and a chain: the longest step of all velocities at once, without the cut into parts."""
-    bodies = "".join(
-        f'<body pos="{i} 0 {0.0999}"><freejoint/><geom name="b{i}" size=".1" mass="{1 + i}"/></body>' for i in range(4)
-    )
-    spec = mujoco.MjSpec.from_string(
-        f'<mujoco><option timestep="1e-5"/><worldbody><geom name="floor" type="plane" size="9 9 1"/>{bodies}'
-        '<body pos="9 0 5"><joint name="j" axis="0 1 0" stiffness="100" damping="1"/><geom size=".1"/>'
-        '<body pos="0 0 -1"><joint axis="0 1 0" stiffness="900"/><geom size=".2"/></body></body></worldbody></mujoco>'
-    )
+    ball = '<body pos="{0} 0 0.0999"><freejoint/><geom name="b{0}" size=".1" mass="{1}"/></body>'
+    spec = mujoco.MjSpec.from_string(BALLS_AND_CHAIN.format(balls="".join(ball.format(i, 1 + i) for i in range(4))))
     physical.contact(spec, [(f"b{i}", "floor") for i in range(4)], k=1e6, c=20, frictionless=True)
     model = physical.compile(spec)
     (pose,) = poses_of(model, None)
@@ -224,18 +199,16 @@ def test_steps_of_parts_are_those_of_the_whole():
 
 def test_identification_is_there_at_first_use():
     script = "from clearance_mj import physical; print(physical.identification.__name__)"
-    done = run("-c", script)
-    assert done.stdout.strip() == "clearance_mj.physical.identification"
+    assert run("-c", script).stdout.strip() == "clearance_mj.physical.identification"
 
 
 def test_a_missing_package_is_named():
-    script = (
-        "import sys; sys.modules['numba'] = None\n"
-        "from clearance_mj import physical\n"
-        "try: physical.Softener\nexcept Exception as error: print(type(error).__name__, error)"
-    )
-    done = run("-c", script)
-    assert "ModelError" in done.stdout and "numba" in done.stdout
+    script = """import sys; sys.modules['numba'] = None
+from clearance_mj import physical
+try: physical.Softener
+except Exception as error: print(type(error).__name__, error)"""
+    words = run("-c", script).stdout
+    assert "ModelError" in words and "numba" in words
 
 
 def slipping(force=1.0):
@@ -247,35 +220,24 @@ def slipping(force=1.0):
     return spec
 
 
-@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
 @pytest.mark.parametrize("kind", ["itself", "copied", "pickled", "saved", "of a saved one"])
 def test_copies_in_a_softener(kind, tmp_path):
     """They stick where the bristles are bent by m g / k; a pickled or saved copy has no signature."""
-    model = other = physical.compile(slipping())
+    model = physical.compile(slipping())
     mujoco.mj_saveModel(model, str(tmp_path / "model.mjb"))
     saved = mujoco.MjModel.from_binary_path(str(tmp_path / "model.mjb"))
-    if kind == "copied":
-        other = copy.copy(model)
-    elif kind == "pickled":
-        other = pickle.loads(pickle.dumps(model))
-    elif kind == "saved":
-        other = saved
-    elif kind == "of a saved one":
-        model = saved
-    data = mujoco.MjData(other)
-    with physical.Softener(model):
-        mujoco.mj_step(other, data, 6000)
-    assert data.qpos[1] == pytest.approx(2 / 1e4, rel=1e-6)
-    own = mujoco.MjData(other)
-    softener = physical.Softener(model)
+    softened, stepped = {
+        "itself": (model, model), "copied": (model, copy.copy(model)), "saved": (model, saved),
+        "pickled": (model, pickle.loads(pickle.dumps(model))), "of a saved one": (saved, model),
+    }[kind]  # fmt: skip
+    at_once, by_hand, softener = mujoco.MjData(stepped), mujoco.MjData(stepped), physical.Softener(softened)
+    with softener:
+        mujoco.mj_step(stepped, at_once, 6000)
     for _ in range(6000):
-        mujoco.mj_step1(other, own)
-        softener.update(other, own)
-        mujoco.mj_step2(other, own)
-    assert own.qpos[1] == pytest.approx(2 / 1e4, rel=1e-6)
+        step_by_hand(stepped, by_hand, softener)
+    assert (at_once.qpos[1], by_hand.qpos[1]) == pytest.approx((2 / 1e4, 2 / 1e4), rel=1e-6)
 
 
-@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
 def test_hundreds_of_softeners_at_once():
     models = [physical.compile(slipping(1 + i)) for i in range(3)]
     with contextlib.ExitStack() as stack:
@@ -288,7 +250,6 @@ def test_hundreds_of_softeners_at_once():
     assert mujoco.get_mjcb_control() is None
 
 
-@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
 def test_derivatives_of_a_step_with_friction():
     """A stuck foot on bristles is a linear spring and damper across: MuJoCo's derivatives are those of that step."""
     model = physical.compile(slipping(0.0))
@@ -309,16 +270,12 @@ def test_derivatives_of_a_step_with_friction():
     assert a[3, 3] == pytest.approx(1 - h / 2 * (1e4 * h + 50), rel=1e-6)
 
 
-FIELD = """
-<mujoco><option timestep="2e-4"/>
-  <asset><hfield name="ground" nrow="21" ncol="21" size="1 1 .1 .1"/></asset>
+FIELD = """<mujoco><option timestep="2e-4"/><asset><hfield name="ground" nrow="21" ncol="21" size="1 1 .1 .1"/></asset>
   <worldbody><geom name="floor" type="hfield" hfield="ground"/>
     <body pos="0.013 0.021 .1"><joint type="slide" axis="0 0 1"/>
-      <geom name="foot" type="{kind}" size=".1 .1 .1" mass="2"/></body>
-  </worldbody></mujoco>"""
+      <geom name="foot" type="{kind}" size=".1 .1 .1" mass="2"/></body></worldbody></mujoco>"""
 
 
-@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
 @pytest.mark.parametrize("law", [False, True])
 @pytest.mark.parametrize("kind", ["box", "sphere"])
 def test_points_share_a_stiffness(kind, law):
@@ -327,10 +284,9 @@ def test_points_share_a_stiffness(kind, law):
     softness = {"law": ContactLaw(KelvinVoigt(1e4, 100.0))} if law else {"k": 1e4, "c": 100.0}
     physical.contact(spec, ("foot", "floor"), frictionless=True, points="share", **softness)
     model = physical.compile(spec)
-    data = mujoco.MjData(model)
     with physical.Softener(model):
-        mujoco.mj_step(model, data, 10000)
         assert physical.check(model) == ()
+    data = settled(model, 10000)
     upwards = [-contact.dist * abs(contact.frame[2]) for contact in data.contact[: data.ncon]]
     assert len(upwards) > 1
     assert np.mean(upwards) == pytest.approx(2 * 9.81 / 1e4, rel=1e-4)

@@ -25,48 +25,38 @@ from clearance_mj.rig import Bushing, Contact, Grease, Sensor, Shaker
 from clearance_mj.structure import Matrices
 
 from .arm import arm
+from .stepping import settled, step_by_hand, with_data
 
 GRAVITY, MASS, GAP = 9.81, 2.0, 0.01
 HERTZ = ContactLaw(HuntCrossley(stiffness=1e7, restitution=0.5))
-SLIDE = """
-<mujoco>
-  <option timestep="{step}" integrator="{integrator}" gravity="0 0 {gravity}"/>
-  <worldbody><body>
+SLIDE = """<mujoco><option timestep="{step}" integrator="{integrator}" gravity="0 0 {gravity}"/><worldbody><body>
     <joint name="slide" type="slide" axis="0 0 1" range="{range}" damping="{damping}"/>
-    <geom size="0.1" mass="2" contype="0" conaffinity="0"/>
-  </body></worldbody>
-</mujoco>"""
-ALL = """
-<mujoco>
-  <option timestep="1e-4"/>
-  <default><joint type="slide" axis="0 0 1" damping="200"/><geom size="0.1" mass="2"/></default>
-  <worldbody>
-    <geom name="floor" type="plane" size="1 1 1" condim="1"/>
-    <site name="ring" pos="3 0 1"/>
+    <geom size="0.1" mass="2" contype="0" conaffinity="0"/></body></worldbody></mujoco>"""
+ALL = """<mujoco><option timestep="1e-4"/>
+  <default><joint type="slide" axis="0 0 1" damping="200"/><geom size="0.1" mass="2"/></default><worldbody>
+    <geom name="floor" type="plane" size="1 1 1" condim="1"/><site name="ring" pos="3 0 1"/>
     <body pos="0 0 0.1"><joint/><geom name="ball" condim="1"/></body>
     <body pos="1 0 1"><joint name="joint" range="-0.01 0.01"/><geom/></body>
     <body pos="2 0 1"><joint name="of tendon"/><geom/></body>
     <body pos="3 0 1"><joint/><joint axis="1 0 0"/><geom/><site name="pin"/></body>
     <body pos="4 0 1"><joint name="ball joint" type="ball" range="0 0.1" damping="20"/><geom pos="0.5 0 0"/></body>
-  </worldbody>
-  <tendon><fixed name="tendon" range="-0.01 0.01"><joint joint="of tendon" coef="2"/></fixed></tendon>
+  </worldbody><tendon><fixed name="tendon" range="-0.01 0.01"><joint joint="of tendon" coef="2"/></fixed></tendon>
 </mujoco>"""
 
 
-def slide(law, step=1e-4, integrator="Euler", gravity=0.0, damping=0.0, ends=f"-{GAP} {GAP}"):
-    spec = mujoco.MjSpec.from_string(
-        SLIDE.format(step=step, integrator=integrator, gravity=-gravity, damping=damping, range=ends)
-    )
+def slide_of(law, step=1e-4, integrator="Euler", gravity=0.0, damping=0.0):
+    xml = SLIDE.format(step=step, integrator=integrator, gravity=-gravity, damping=damping, range=f"-{GAP} {GAP}")
+    spec = mujoco.MjSpec.from_string(xml)
     physical.joint_limit(spec, "slide", law=law)
-    return physical.compile(spec)
+    return spec
+
+
+def slide(law, *given, **options):
+    return physical.compile(slide_of(law, *given, **options))
 
 
 def run(model, steps, position=0.0, speed=0.0):
-    data = mujoco.MjData(model)
-    data.qpos[0], data.qvel[0] = position, speed
-    with physical.Softener(model):
-        mujoco.mj_step(model, data, steps)
-    return data
+    return settled(model, steps, qpos=position, qvel=speed)
 
 
 def test_every_kind_follows_a_law():
@@ -76,18 +66,13 @@ def test_every_kind_follows_a_law():
     physical.joint_limit(spec, ["joint", "ball joint"], law=HERTZ)
     physical.tendon_limit(spec, "tendon", law=HERTZ)
     physical.add_annular_clearance(spec, "pin", "ring", GAP, law=HERTZ)
-    model = physical.compile(spec)
-    data = mujoco.MjData(model)
-    with physical.Softener(model):
-        mujoco.mj_step(model, data, 40000)
+    data = settled(physical.compile(spec), 40000)
     assert np.abs(data.qvel).max() < 1e-9
     depth = (MASS * GRAVITY / 1e7) ** (2 / 3)
-    half = (MASS * GRAVITY / 2 / 1e7) ** (2 / 3)
-    expected = [-depth, -GAP - depth, -(GAP + half) / 2, -GAP - depth, 0]
+    expected = [-depth, -GAP - depth, -(GAP + (MASS * GRAVITY / 2 / 1e7) ** (2 / 3)) / 2, -GAP - depth, 0]
     np.testing.assert_allclose(data.qpos[:5], expected, rtol=1e-7, atol=1e-12)
     angle = 2 * np.arccos(data.qpos[5])
-    torque = 0.5 * MASS * GRAVITY * np.cos(angle)
-    assert angle == pytest.approx(np.deg2rad(0.1) + (torque / 1e7) ** (2 / 3), rel=1e-7)
+    assert angle == pytest.approx(np.deg2rad(0.1) + (0.5 * MASS * GRAVITY * np.cos(angle) / 1e7) ** (2 / 3), rel=1e-7)
 
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
@@ -96,8 +81,7 @@ def test_impact_of_hunt_and_crossley(integrator):
     speed, kappa = 0.5, HERTZ.contact[0].kappa
 
     def fall(_, state):
-        depth = max(state[0], 0.0)
-        return state[1], -1e7 * depth**1.5 * max(1 + kappa * state[1] / speed, 0.0) / MASS
+        return state[1], -1e7 * max(state[0], 0.0) ** 1.5 * max(1 + kappa * state[1] / speed, 0.0) / MASS
 
     def leaves(_, state):
         return state[0]
@@ -113,8 +97,7 @@ def test_impact_of_hunt_and_crossley(integrator):
 
 def test_a_law_over_time():
     """A weight rests k(t) deep; k rises tenfold, linear between the law's instants."""
-    law = TimeLaw([0.0, 1.0], [1e4, 1e5], [100.0, 100.0])
-    model = slide(law, gravity=GRAVITY, damping=500.0)
+    model = slide(TimeLaw([0.0, 1.0], [1e4, 1e5], [100.0, 100.0]), gravity=GRAVITY, damping=500.0)
     for end in (4000, 8000):
         data = run(model, end, -GAP - MASS * GRAVITY / 1e4)
         k = np.interp(end * 1e-4, (0, 1), (1e4, 1e5))
@@ -123,8 +106,7 @@ def test_a_law_over_time():
 
 def test_a_law_over_amplitude():
     """A weight rests where k(|x|) δ is its weight."""
-    law = AmplitudeLaw([GAP, 2 * GAP], [1e3, 1e5], [10.0, 10.0])
-    data = run(slide(law, gravity=GRAVITY, damping=100.0), 20000)
+    data = run(slide(AmplitudeLaw([GAP, 2 * GAP], [1e3, 1e5], [10.0, 10.0]), gravity=GRAVITY, damping=100.0), 20000)
     place = brentq(lambda x: np.interp(x, (GAP, 2 * GAP), (1e3, 1e5)) * (x - GAP) - MASS * GRAVITY, GAP, 2 * GAP)
     assert data.qpos[0] == pytest.approx(-place, rel=1e-6)
 
@@ -146,12 +128,9 @@ def test_the_modal_engine_moves_so(law):
     """An oscillator with stops under a sine: an engine that is not MuJoCo comes to the same motion, over 0.24 s."""
     step, steps = 1e-5, 24000
     force = 150.0 * np.sin(2 * np.pi * 9.0 * step * (np.arange(steps) + 0.5))
-    structure = Matrices(
-        "m-kg-s", mass=np.eye(1) * MASS, stiffness=np.eye(1) * 5e3, damping=np.eye(1) * 4.0, dofs=("1:Z",)
-    )
+    structure = Matrices("m-kg-s", mass=[[MASS]], stiffness=[[5e3]], damping=[[4.0]], dofs=("1:Z",))
     bushing = Bushing("1:Z", GAP, 0.0, Grease(0.0), Contact(1e4))
-    shaker = Shaker("force", "1:Z")
-    rig = cm.Rig("mass", None, (bushing,), (Sensor(1, "1:Z"),), structure=structure, shaker=shaker)
+    rig = cm.Rig("mass", None, (bushing,), (Sensor(1, "1:Z"),), structure=structure, shaker=Shaker("force", "1:Z"))
     expected = Modal(modes=1).start(rig, law, "force", step).advance(force)[:, 1]
     model = slide(law, step, damping=4.0)
     model.jnt_stiffness[0] = 5e3
@@ -168,8 +147,7 @@ def threefold():
     """The arm with laws on contact, joint and tendon, and a softener of it."""
     spec = arm()
     physical.contact(spec, ("ball", "ground"), law=HERTZ)
-    limit = ContactLaw(HuntCrossley(stiffness=500.0, restitution=0.6, exponent=1.0))
-    physical.joint_limit(spec, "shoulder", law=limit)
+    physical.joint_limit(spec, "shoulder", law=ContactLaw(HuntCrossley(stiffness=500.0, restitution=0.6, exponent=1.0)))
     physical.add_backlash(spec, "elbow", 0.01, law=ConstantLaw(800.0, 0.5, grease=MaxwellSlip((300.0,), (0.2,))))
     model = physical.compile(spec)
     model.opt.gravity[2] = -5.0
@@ -187,19 +165,15 @@ def test_loops_callbacks_batches_and_threads_are_one_simulation():
         start = np.zeros(mujoco.mj_stateSize(model, state))
         mujoco.mj_getState(model, data, start, state)
         for _ in range(steps):
-            mujoco.mj_step1(model, data)
-            softener.update(model, data)
-            mujoco.mj_step2(model, data)
+            step_by_hand(model, data, softener)
         starts.append(start)
         ends.append(np.hstack((data.qpos, data.qvel, data.userdata)))
     assert np.ptp(np.array(ends)[:, model.nq + model.nv :], axis=0).max() > 0  # what is remembered
     places = np.cumsum([1, model.nq, model.nv])
     for threads in (1, 2):
         with softener:
-            found, _ = mujoco.rollout.rollout(
-                [model] * n, [mujoco.MjData(model) for _ in range(threads)], np.array(starts), nstep=steps,
-                control=np.full((n, steps, 1), 0.5),
-            )  # fmt: skip
+            workers, control = [mujoco.MjData(model) for _ in range(threads)], np.full((n, steps, 1), 0.5)
+            found, _ = mujoco.rollout.rollout([model] * n, workers, np.array(starts), nstep=steps, control=control)
         np.testing.assert_array_equal(found[:, -1, 1 : places[-1]], np.array(ends)[:, : model.nq + model.nv])
     with softener:
         data = mujoco.MjData(model)
@@ -239,12 +213,8 @@ def test_two_models_at_once():
 
 def test_a_saved_model_follows_its_laws(tmp_path):
     """The MJCF file holds them."""
-    model = slide(HERTZ, gravity=GRAVITY, damping=200.0)
-    spec = mujoco.MjSpec.from_string(
-        SLIDE.format(step=1e-4, integrator="Euler", gravity=-GRAVITY, damping=200.0, range=f"-{GAP} {GAP}")
-    )
-    physical.joint_limit(spec, "slide", law=HERTZ)
-    physical.compile(spec)
+    spec = slide_of(HERTZ, gravity=GRAVITY, damping=200.0)
+    model = physical.compile(spec)
     (tmp_path / "model.xml").write_text(spec.to_xml())
     again = mujoco.MjModel.from_xml_path(str(tmp_path / "model.xml"))
     np.testing.assert_array_equal(run(again, 5000).qpos, run(model, 5000).qpos)
@@ -253,8 +223,7 @@ def test_a_saved_model_follows_its_laws(tmp_path):
 def test_without_a_softener_the_hardest_of_a_law_holds():
     """Constant stiffness at the depth of one gap, which is what the longest step is for."""
     model = slide(HERTZ, gravity=GRAVITY, damping=400.0)
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 20000)
+    data = settled(model, 20000, softened=False)
     assert data.qpos[0] == pytest.approx(-GAP - MASS * GRAVITY / (1.5e7 * GAP**0.5), rel=1e-4)
     model.dof_damping[:] = 0
     assert physical.largest_step(model) == pytest.approx(2 / np.sqrt(1.5e7 * GAP**0.5 / MASS), rel=1e-3)
@@ -281,17 +250,15 @@ def test_laws_that_cannot_be(wrong, error, says):
         wrong(arm())
 
 
-@pytest.mark.parametrize(
-    "law", [AmplitudeLaw([0, 1], [1, 2], [1, 1]), ConstantLaw(1.0, 1.0, grease=MaxwellSlip((3.0,), (2.0,)))]
-)
+IN_A_GAP = AmplitudeLaw([0, 1], [1, 2], [1, 1]), ConstantLaw(1.0, 1.0, grease=MaxwellSlip((3.0,), (2.0,)))
+
+
+@pytest.mark.parametrize("law", IN_A_GAP)
 def test_what_has_no_place_in_its_gap(law):
     """A ball joint and a pair of geoms know how deep, not where in the gap."""
-    for give in (
-        lambda spec: physical.contact(spec, ("ball", "floor"), law=law),
-        lambda spec: physical.joint_limit(spec, "ball joint", law=law),
-    ):
+    for give, element in ((physical.contact, ("ball", "floor")), (physical.joint_limit, "ball joint")):
         spec = mujoco.MjSpec.from_string(ALL)
-        give(spec)
+        give(spec, element, law=law)
         with pytest.raises(ModelError, match=r"ball.*no place in its gap"):
             physical.compile(spec)
 
@@ -328,8 +295,7 @@ def test_users_have_their_own_user_data():
     first = physical.compile(spec).nuserdata
     assert first == physical.compile(spec).nuserdata > 5
     spec.nuserdata = first + 3
-    model = physical.compile(spec)
-    data = mujoco.MjData(model)
+    model, data = with_data(physical.compile(spec))
     data.userdata[:5] = data.userdata[first : first + 3].sum() + 7.0
     with physical.Softener(model):
         mujoco.mj_step(model, data, 3)

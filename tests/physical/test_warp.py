@@ -11,6 +11,7 @@ from clearance_mj import physical
 from clearance_mj.core.errors import ModelError
 
 from .accelerated import FEET, STEPS, controls, feet, leg, machines, on_cpu, refused
+from .stepping import with_data
 
 mjw = pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed; make test-warp installs it")
 pwarp = pytest.importorskip("clearance_mj.physical.warp")
@@ -35,8 +36,7 @@ def assert_alike(model, found, expected):
 
 @pytest.mark.parametrize("make, speeds", [(machines, [-3] + 9 * [0]), (feet, 2 * [0.3, 0.1, 0, 0, 0, 8])])
 def test_everything_moves_as_with_a_softener(make, speeds):
-    model = make()
-    data = mujoco.MjData(model)
+    model, data = with_data(make())
     data.qvel[:] = speeds
     m, parameters = pwarp.put_model(model)
     d = mjw.put_data(model, data, nworld=2)
@@ -96,13 +96,11 @@ def test_worlds_begin_anew_and_steps_may_be_asked_for_again():
 
 
 def test_a_motion_goes_on_from_the_cpu():
-    model = feet()
-    data = mujoco.MjData(model)
+    model, data = with_data(feet())
     data.qvel[:] = 2 * [0.3, 0.1, 0, 0, 0, 8]
     on_cpu(model, data, 100)
     m, _ = pwarp.put_model(model)
-    found = in_warp(m, mjw.put_data(model, data), np.zeros((100, 0)))
-    assert_alike(model, found[:, 0], on_cpu(model, data, 100))
+    assert_alike(model, in_warp(m, mjw.put_data(model, data), np.zeros((100, 0)))[:, 0], on_cpu(model, data, 100))
 
 
 @pytest.mark.parametrize("cone", [mujoco.mjtCone.mjCONE_PYRAMIDAL, mujoco.mjtCone.mjCONE_ELLIPTIC])

@@ -9,14 +9,13 @@ from clearance_mj.clearance import ContactLaw, HuntCrossley
 from clearance_mj.core.errors import LawError, ModelError
 from clearance_mj.physical.damping import damping_ratio_of, restitution_of
 
+from .stepping import settled, with_data
+
 pytestmark = pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
 
-BALLS = """
-<mujoco><option timestep="2e-5" gravity="0 0 0"/><worldbody>
-  <geom name="floor" type="plane" size="5 5 1"/>
+BALLS = """<mujoco><option timestep="2e-5" gravity="0 0 0"/><worldbody><geom name="floor" type="plane" size="5 5 1"/>
   <body pos="0 0 .101"><freejoint/><geom name="light" size=".1" mass="1"/></body>
-  <body pos="1 0 .101"><freejoint/><geom name="heavy" size=".1" mass="10"/></body>
-</worldbody></mujoco>"""
+  <body pos="1 0 .101"><freejoint/><geom name="heavy" size=".1" mass="10"/></body></worldbody></mujoco>"""
 
 
 @pytest.mark.parametrize(("ratio", "out"), [(0.1, 0.744079), (0.3, 0.450975), (0.5, 0.298436), (1.0, np.exp(-2))])
@@ -34,8 +33,7 @@ def test_balls_rebound_as_asked(restitution):
     physical.contact(spec, "floor", k=1e5, restitution=restitution, frictionless=True)
     for mass in (10, 3):
         spec.geom("heavy").mass = mass
-        model = physical.compile(spec)
-        data = mujoco.MjData(model)
+        model, data = with_data(physical.compile(spec))
         data.qvel[[2, 8]] = -0.5
         mujoco.mj_step(model, data, 3000)
         np.testing.assert_allclose(data.qvel[[2, 8]], 0.5 * restitution, rtol=4e-3)
@@ -54,6 +52,10 @@ def test_damping_that_cannot_be(given, says):
         physical.contact(mujoco.MjSpec.from_string(BALLS), ("light", "floor"), k=1e5, frictionless=True, **given)
 
 
+def numbers_of_frictions(model):
+    return [(f.name, *model.numeric_data[f.numeric :][: f.size]) for f in physical.bristles.bristles_of(model)]
+
+
 def test_friction_in_the_same_call():
     """As by `friction` with the contact's numbers; contacts of a geom also rub on what comes later."""
     specs = [mujoco.MjSpec.from_string(BALLS) for _ in range(2)]
@@ -62,19 +64,15 @@ def test_friction_in_the_same_call():
     physical.friction(specs[1], [("floor", "light"), ("floor", "heavy")], 0.5, 1e5, 30.0, 0.01)
     one, other = (physical.compile(spec) for spec in specs)
     np.testing.assert_array_equal(one.pair_friction, other.pair_friction)
-    assert [(f.name, *one.numeric_data[f.numeric :][: f.size]) for f in physical.bristles.bristles_of(one)] == [
-        (f.name, *other.numeric_data[f.numeric :][: f.size]) for f in physical.bristles.bristles_of(other)
-    ]
-    body = specs[0].worldbody.add_body(name="late", pos=[2, 0, 0.1])
-    body.add_freejoint()
-    body.add_geom(name="late", size=[0.1, 0, 0], mass=1)
+    assert numbers_of_frictions(one) == numbers_of_frictions(other)
+    specs[0].worldbody.add_body(name="late", pos=[2, 0, 0.1]).add_freejoint()
+    specs[0].body("late").add_geom(name="late", size=[0.1, 0, 0], mass=1)
     model = physical.compile(specs[0])
     assert model.pair("floor - late").dim == 4
     np.testing.assert_array_equal(model.numeric("physical:friction:pair:floor - late").data, (0.5, 1e5, 30.0, 0.01))
 
 
-LEG = """
-<mujoco><option timestep="5e-4" integrator="implicitfast"/><worldbody>
+LEG = """<mujoco><option timestep="5e-4" integrator="implicitfast"/><worldbody>
   <body name="hip"><joint name="hip" axis="0 1 0" armature="0.01"/>
     <geom type="capsule" fromto="0 0 0 0 0 -.2" size=".02" mass=".5" contype="0" conaffinity="0"/>
     <body name="knee" pos="0 0 -.2"><joint name="knee" axis="0 1 0" armature="0.02"/>
@@ -113,9 +111,7 @@ def test_native_backlash_needs_no_row_of_the_solver(integrator):
     physical.add_backlash(spec, "knee", backlash=2.0, k=200.0, c=0.3, native=True)
     model = physical.compile(spec)
     assert not model.tendon_limited.any() and model.nuserdata == 0
-    data = mujoco.MjData(model)
-    data.ctrl[:] = 0.0, 0.5
-    mujoco.mj_step(model, data, 5000)
+    data = settled(model, 5000, softened=False, ctrl=(0.0, 0.5))
     assert data.nefc == 0
     ahead = data.joint("knee drive").qpos[0] - data.joint("knee").qpos[0]
     assert ahead == pytest.approx(np.deg2rad(1.0) + 50 * data.joint("knee").qpos[0] / 200.0, rel=1e-6)
@@ -132,14 +128,13 @@ def test_native_friction_of_a_joint():
     spec.delete(spec.actuator("b"))
     physical.joint_friction(spec, "knee", 1.0, k=200.0, c=0.5, native=True)
     spec.add_actuator(name="m", target="knee", trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    model = physical.compile(spec)
-    data = mujoco.MjData(model)
-    for torque, steps in ((0.4, 4000), (0.8, 4000), (1.4, 4000)):
+    model, data = with_data(physical.compile(spec))
+    for torque in (0.4, 0.8, 1.4):
         before = data.ctrl[1]
         for share in np.linspace(0, 1, 100):
             data.ctrl[1] = before + share * (torque - before)
             mujoco.mj_step(model, data, 10)
-        mujoco.mj_step(model, data, steps)
+        mujoco.mj_step(model, data, 4000)
         if torque < 1:
             assert data.joint("knee").qpos[0] == pytest.approx(torque / 200, rel=1e-3)
     assert data.joint("knee").qvel[0] > 0.1
@@ -195,10 +190,8 @@ def test_words_that_cannot_be(wrong, says):
     assert spec.to_xml() == before
 
 
-QUADRUPED = """
-<mujoco><option timestep="5e-4" integrator="implicitfast"/><worldbody>
-  <geom name="floor" type="plane" size="5 5 1"/>
-  <body name="trunk" pos="0 0 .32"><freejoint/>
+QUADRUPED = """<mujoco><option timestep="5e-4" integrator="implicitfast"/><worldbody>
+  <geom name="floor" type="plane" size="5 5 1"/><body name="trunk" pos="0 0 .32"><freejoint/>
     <geom type="box" size=".2 .1 .05" mass="12" contype="0" conaffinity="0"/>{legs}</body>
 </worldbody><actuator>{servos}</actuator></mujoco>"""
 ONE_LEG = """<body pos="{x} {y} 0"><joint name="{n} hip" axis="0 1 0" ref="0" armature=".01"/>
@@ -211,9 +204,8 @@ ONE_LEG = """<body pos="{x} {y} 0"><joint name="{n} hip" axis="0 1 0" ref="0" ar
 def quadruped():
     places = {"fl": (0.15, 0.1), "fr": (0.15, -0.1), "rl": (-0.15, 0.1), "rr": (-0.15, -0.1)}
     legs = "".join(ONE_LEG.format(n=n, x=x, y=y) for n, (x, y) in places.items())
-    servos = "".join(
-        f'<position name="{n} {j}" joint="{n} {j}" kp="400" kv="5"/>' for n in places for j in ("hip", "knee")
-    )
+    servo = '<position name="{0}" joint="{0}" kp="400" kv="5"/>'
+    servos = "".join(servo.format(f"{n} {joint}") for n in places for joint in ("hip", "knee"))
     return mujoco.MjSpec.from_string(QUADRUPED.format(legs=legs, servos=servos)), list(places)
 
 
@@ -223,12 +215,9 @@ def test_a_robot_stands_as_deep_as_its_feet_are_stiff():
     plain = spec.compile()
     model = physical.robot(spec, feet, k=2e4, damping_ratio=0.5, friction=0.8, backlash=0.4, teeth=2000.0)
     assert (model.nq, model.nv, model.nu) == (plain.nq, plain.nv, plain.nu)
-    data = mujoco.MjData(model)
-    with physical.Softener(model):
-        mujoco.mj_step(model, data, 4000)
+    data = settled(model, 4000)
     depth = [0.02 - data.geom(foot).xpos[2] for foot in feet]
-    weight = 9.81 * model.body_subtreemass[1]
-    assert np.mean(depth) == pytest.approx(weight / 4 / 2e4, rel=2e-3)
+    assert np.mean(depth) == pytest.approx(9.81 * model.body_subtreemass[1] / 4 / 2e4, rel=2e-3)
 
 
 def test_feet_of_several_points_share_their_stiffness():
@@ -238,20 +227,15 @@ def test_feet_of_several_points_share_their_stiffness():
         spec = mujoco.MjSpec.from_string(xml)
         spec.option.gravity, spec.option.timestep = [0, 0, -9.81], 2e-4
         model = physical.robot(spec, ["light"], k=2e4, friction=0.5, **damping)
-        data = mujoco.MjData(model)
-        with physical.Softener(model):
-            mujoco.mj_step(model, data, 5000)
-        assert 0.1 - data.geom("light").xpos[2] == pytest.approx(9.81 / 2e4, rel=1e-4)
+        assert 0.1 - settled(model, 5000).geom("light").xpos[2] == pytest.approx(9.81 / 2e4, rel=1e-4)
 
 
 def test_friction_without_damping_has_none():
     """With c = 0 of a contact the bristles have none; beside a law of impacts they have a tenth of the critical one."""
     spec = mujoco.MjSpec.from_string(BALLS)
     physical.contact(spec, ("light", "floor"), k=1e4, c=0.0, friction=0.5)
-    law = ContactLaw(HuntCrossley(1e6, 0.5))
-    physical.contact(spec, ("heavy", "floor"), law=law, friction=0.5)
-    light, heavy = (
-        physical.compile(spec).numeric(f"physical:friction:pair:floor - {name}").data for name in ("light", "heavy")
-    )
+    physical.contact(spec, ("heavy", "floor"), law=ContactLaw(HuntCrossley(1e6, 0.5)), friction=0.5)
+    model = physical.compile(spec)
+    light, heavy = (model.numeric(f"physical:friction:pair:floor - {name}").data for name in ("light", "heavy"))
     assert light[2] == 0.0
     assert heavy[2] == pytest.approx(0.2 * np.sqrt(heavy[1] * 10.0), rel=1e-6)
