@@ -28,10 +28,8 @@ def run_of(drive, name, load, frequency, seed):
 
 
 def runs_of(drive, seed=0):
-    return [
-        run_of(drive, f"run {i}", load, frequency, seed + i)
-        for i, (load, frequency) in enumerate([(0.5, 0.2), (1.5, 0.3), (2.5, 0.5), (-1.0, 0.3)])
-    ]
+    loads = [(0.5, 0.2), (1.5, 0.3), (2.5, 0.5), (-1.0, 0.3)]  # and frequencies
+    return [run_of(drive, f"run {i}", *given, seed + i) for i, given in enumerate(loads)]
 
 
 @pytest.fixture(scope="module")
@@ -45,15 +43,12 @@ def test_numbers_of_a_drive_are_found(fit):
         "ratio": -0.5, "zero": 0.3, "compliance": 0.02, "coulomb": 0.2, "capstan": 0.15, "efficiency": 0.9,
         "torque zero": 0.05, "stiffness": 0.1, "width": 0.05, "friction": 0.1, "lost motion": 0.02,
     }  # fmt: skip
-    found = dict(zip(fit.estimates.names, fit.estimates.value))
-    assert set(known) == set(found) and fit.parts == ()  # nothing is added that is not there
-    for name, value in known.items():
-        assert found[name] == pytest.approx(value, rel=0.02), name
+    assert fit.parts == ()  # nothing is added that is not there
+    assert dict(zip(fit.estimates.names, fit.estimates.value)) == pytest.approx(known, rel=0.02)
 
 
 def test_parts_that_are_there_are_found():
-    drive = dataclasses.replace(DRIVE, backlash=0.05, backlash_torque=0.1, damping=0.05)
-    fit = fit_drive(runs_of(drive))
+    fit = fit_drive(runs_of(dataclasses.replace(DRIVE, backlash=0.05, backlash_torque=0.1, damping=0.05)))
     assert set(fit.parts) == {"backlash", "damping"}
     assert fit.drive.damping == pytest.approx(0.05, rel=0.05)
     assert fit.drive.backlash == pytest.approx(0.05, rel=0.1)
@@ -78,24 +73,20 @@ def test_table_of_a_drive(fit):
 
 def test_what_runs_do_not_tell_is_said():
     """One load that never changes does not tell friction that grows with the load from the efficiency."""
-    quiet = []
-    for record in runs_of(DRIVE)[:1]:
-        torque = np.where(np.gradient(record.motor_angle) > 0, 1.0, 0.98) + 0 * TIME
-        angle, load = DRIVE.follow(dataclasses.replace(record, motor_torque=torque))
-        noise = np.random.default_rng(1).normal(0, 1e-3, TIME.size)
-        quiet.append(DriveRecord("quiet", FS, record.motor_angle, torque, angle + noise, load + noise))
-    words = fit_drive(quiet, parts=()).not_told
+    record, *_ = runs_of(DRIVE)
+    torque = np.where(np.gradient(record.motor_angle) > 0, 1.0, 0.98)
+    angle, load = DRIVE.follow(dataclasses.replace(record, motor_torque=torque))
+    noise = np.random.default_rng(1).normal(0, 1e-3, TIME.size)
+    quiet = DriveRecord("quiet", FS, record.motor_angle, torque, angle + noise, load + noise)
+    words = fit_drive([quiet], parts=()).not_told
     assert any(word.startswith("capstan") and "loads of different size" in word for word in words)
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"load_torque": None}, 'run "run 1" has the motor\'s end only'),
-        ({"motor_torque": np.zeros(4000)}, 'run "run 1": the motor\'s torque never changes'),
-        ({"motor_angle": np.linspace(0, 1, 4000), "load_torque": np.zeros(4000)}, "the motor never turns back"),
-    ],
-)
+@pytest.mark.parametrize(("change", "said"), [
+    ({"load_torque": None}, 'run "run 1" has the motor\'s end only'),
+    ({"motor_torque": np.zeros(4000)}, 'run "run 1": the motor\'s torque never changes'),
+    ({"motor_angle": np.linspace(0, 1, 4000), "load_torque": np.zeros(4000)}, "the motor never turns back"),
+])  # fmt: skip
 def test_runs_that_are_no_use(change, said):
     runs = runs_of(DRIVE)[:2]
     with pytest.raises(RecordError, match=said):

@@ -29,14 +29,12 @@ def test_without_friction_all_passes():
 
 def test_screw():
     """tan λ/tan(λ + ρ) is what an incline of λ with friction μ says; a screw locks itself from μ = tan λ on."""
-    eta = Efficiency.screw(math.radians(5), 0.05)
+    lead = math.radians(5)
+    eta, sin, cos = Efficiency.screw(lead, 0.05), math.sin(lead), math.cos(lead)
     # A square thread on an incline: W (sin λ + μ cos λ) along it lifts, W sin λ would do without friction.
-    lifting = (math.sin(math.radians(5)) + 0.05 * math.cos(math.radians(5))) / (
-        math.cos(math.radians(5)) - 0.05 * math.sin(math.radians(5))
-    )
-    assert eta.forward == pytest.approx(math.tan(math.radians(5)) / lifting, rel=1e-12)
+    assert eta.forward == pytest.approx(math.tan(lead) * (cos - 0.05 * sin) / (sin + 0.05 * cos), rel=1e-12)
     assert 0 < eta.backward < eta.forward < 1
-    assert Efficiency.screw(math.radians(5), math.tan(math.radians(5))).backward == pytest.approx(0, abs=1e-12)
+    assert Efficiency.screw(lead, math.tan(lead)).backward == pytest.approx(0, abs=1e-12)
 
 
 def test_a_drive_that_locks_itself_keeps_its_load():
@@ -58,8 +56,6 @@ def test_presliding():
     """A sliding element of width w: x/w from rest, 1 - (x₀ - x)/w after a reversal at x₀, until it slides."""
     x = np.concatenate([np.linspace(0, 1, 101), np.linspace(1, 0, 101), np.linspace(0, 1, 101)])
     share = presliding(x, 0.2)
-    np.testing.assert_allclose(share[150:], np.interp(
-        np.arange(150, 303), [150, 202, 202 + 40, 302], [-1, -1, 1, 1]
-    ), atol=0.03)  # fmt: skip
-    back = share[101:142]
-    np.testing.assert_allclose(back, 1 - (1 - x[101:142]) / 0.2, atol=1e-12)
+    expected = np.interp(np.arange(150, 303), [150, 202, 202 + 40, 302], [-1, -1, 1, 1])
+    np.testing.assert_allclose(share[150:], expected, atol=0.03)
+    np.testing.assert_allclose(share[101:142], 1 - (1 - x[101:142]) / 0.2, atol=1e-12)

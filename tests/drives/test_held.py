@@ -81,22 +81,18 @@ def test_command(tmp_path, capsys):
 
 def test_targets_that_do_not_show_who_pulls(tmp_path):
     """All go to and fro equally often."""
-    path = log(tmp_path / "log.csv", pulls=6)
-    read = ServoLog.read(path)
+    read = ServoLog.read(log(tmp_path / "log.csv", pulls=6))
     read.target[7][:] = np.where(read.target[3] == 2100, 2147, 2047)
     with pytest.raises(RecordError, match="do not show which two servos pull; name them"):
         fit_held(read)
 
 
-@pytest.mark.parametrize(
-    ("change", "given", "says"),
-    [
-        (("target pos (4)", "goal (4)"), {}, "needs target pos"),
-        (("", ""), {"held": [9]}, "has no servo 9; it has 3, 4, 7"),
-        (("1900,", "2300,"), {"pullers": (3, 4)}, "must each pull twice"),
-        (("2147,", "2100,"), {"pullers": (3, 8)}, "has no servo 8"),
-    ],
-)
+@pytest.mark.parametrize(("change", "given", "says"), [
+    (("target pos (4)", "goal (4)"), {}, "needs target pos"),
+    (("", ""), {"held": [9]}, "has no servo 9; it has 3, 4, 7"),
+    (("1900,", "2300,"), {"pullers": (3, 4)}, "must each pull twice"),
+    (("2147,", "2100,"), {"pullers": (3, 8)}, "has no servo 8"),
+])  # fmt: skip
 def test_logs_that_cannot_be(tmp_path, change, given, says):
     path = log(tmp_path / "log.csv")
     path.write_text(path.read_text().replace(*change) if change[0] else path.read_text())
@@ -116,9 +112,6 @@ def test_a_servo_without_loads_is_left_out_and_said(tmp_path):
 @pytest.mark.parametrize("given", [["--predict", "other.csv"], ["--column", "motor_torque=tau"]])
 def test_options_that_logs_of_servos_do_not_take(tmp_path, capsys, given):
     """They would be left out in silence."""
-    path = log(tmp_path / "log.csv")
-    assert main(["drive", str(path), *given, "--out", str(tmp_path / "out")]) == 2
-    assert (
-        "logs of servos that hold have their own columns: leave --column, --map, --predict away"
-        in capsys.readouterr().err
-    )
+    assert main(["drive", str(log(tmp_path / "log.csv")), *given, "--out", str(tmp_path / "out")]) == 2
+    words = "logs of servos that hold have their own columns: leave --column, --map, --predict away"
+    assert words in capsys.readouterr().err

@@ -78,13 +78,10 @@ def test_teeth_without_play_are_a_rigid_drive():
     assert teeth[50:] == pytest.approx(0.2 * 0.03 / 0.05, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"motor_torque": np.zeros(1000)}, 'run "run": the motor\'s torque never changes'),
-        ({"motor_angle": np.linspace(0, 1, 1000)}, 'run "run": the motor never turns back'),
-    ],
-)
+@pytest.mark.parametrize(("change", "said"), [
+    ({"motor_torque": np.zeros(1000)}, 'run "run": the motor\'s torque never changes'),
+    ({"motor_angle": np.linspace(0, 1, 1000)}, 'run "run": the motor never turns back'),
+])  # fmt: skip
 def test_runs_that_are_no_use(change, said):
     time = np.arange(1000) / 100
     channels = {"motor_angle": np.sin(time), "motor_torque": np.cos(time)} | change

@@ -11,6 +11,7 @@ from clearance_mj.core.errors import ModelError
 from clearance_mj.drives import Drive, PreslidingFriction, Strand, add_found_drive
 
 from ..physical.arm import AXLE
+from ..physical.stepping import settled
 
 FOUND = Drive(
     ratio=-0.1, zero=0.0, compliance=0.05, strands=(Strand(1.0, 0.029),), capstan=0.2,
@@ -28,10 +29,7 @@ def model(kind, gains, found=FOUND, **options):
 def test_torque_of_the_motor_at_a_steady_speed(speed):
     """The chain's: e (T - F - C - d ω) e^{-μ} of a motor that drives its load, and the ratio's sign."""
     made, _ = model("velocity", 'kv="0.5"')
-    data = mujoco.MjData(made)
-    data.ctrl[0], data.qfrc_applied[0] = speed, 2.0 * np.sign(speed)  # the load resists the way it is turned
-    with physical.Softener(made):
-        mujoco.mj_step(made, data, 60_000)
+    data = settled(made, 60_000, ctrl=speed, qfrc_applied=2.0 * np.sign(speed))  # the load resists the way it is turned
     state = physical.drive_state(made, data.act, "motor")
     motor_speed, motor_torque = state.speed / FOUND.ratio, state.motor_torque * FOUND.ratio
     losses = 0.03 + 0.029 + 1e-3 * abs(motor_speed)
@@ -45,10 +43,7 @@ def test_stiffness_and_lost_motion_of_a_held_motor():
     made, left = model("position", 'kp="50" kv="1"')
     angles = []
     for torque in (2.0, -2.0, 4.0):
-        data = mujoco.MjData(made)
-        data.qfrc_applied[0] = torque
-        with physical.Softener(made):
-            mujoco.mj_step(made, data, 100_000)
+        data = settled(made, 100_000, qfrc_applied=torque)
         angles.append(data.qpos[0] - physical.drive_state(made, data.act, "motor").angle)
     stiffness = 0.9 / (0.1**2 * 0.05)
     assert (angles[2] - angles[0]) == pytest.approx(2.0 / stiffness, rel=1e-6)
@@ -64,8 +59,7 @@ def test_a_spring_at_the_motor_is_one_at_the_joint():
         spec.compiler.degree = degree
         add_found_drive(spec, "motor", found, 4.0)
         made = physical.compile(spec)
-        assert made.jnt_stiffness[0] == pytest.approx(0.03 / 0.1**2)
-        assert made.qpos_spring[0] == pytest.approx(0.2)
+        assert (made.jnt_stiffness[0], made.qpos_spring[0]) == pytest.approx((0.03 / 0.1**2, 0.2))
 
 
 def test_what_cannot_be_put_into_a_model():

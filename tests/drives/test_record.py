@@ -30,19 +30,16 @@ def test_columns_by_a_map_and_a_sign(tmp_path):
     assert record.reversals == 2  # sin 3t turns back at 0.52 s and 1.57 s
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (table(heading="time,motor_angle,torque"), 'no column "motor_torque"'),
-        (table(time=np.delete(TIME, [50, 51])), "0.03 s pass after 0.49 s instead of 0.01 s .1 times.: samples are"),
-        (table(time=TIME[::-1]), "times must rise"),
-        (table(angle=np.arctan2(np.sin(9 * TIME), np.cos(9 * TIME))), "a whole turn in rad: the encoder wraps"),
-        (table(angle=np.degrees(np.arctan2(np.sin(9 * TIME), np.cos(9 * TIME)))), "a whole turn in degrees"),
-        (table(time=TIME[:50]), "50 samples are too few"),
-        (table().replace("0.5100,0.", "0.5100,x"), "motor_angle is not finite at 0.51 s"),
-        ("", "holds no records; needs a line with the names of the columns"),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), [
+    (table(heading="time,motor_angle,torque"), 'no column "motor_torque"'),
+    (table(time=np.delete(TIME, [50, 51])), "0.03 s pass after 0.49 s instead of 0.01 s .1 times.: samples are"),
+    (table(time=TIME[::-1]), "times must rise"),
+    (table(angle=np.arctan2(np.sin(9 * TIME), np.cos(9 * TIME))), "a whole turn in rad: the encoder wraps"),
+    (table(angle=np.degrees(np.arctan2(np.sin(9 * TIME), np.cos(9 * TIME)))), "a whole turn in degrees"),
+    (table(time=TIME[:50]), "50 samples are too few"),
+    (table().replace("0.5100,0.", "0.5100,x"), "motor_angle is not finite at 0.51 s"),
+    ("", "holds no records; needs a line with the names of the columns"),
+])  # fmt: skip
 def test_what_is_wrong_is_said(tmp_path, text, said):
     path = tmp_path / "run.csv"
     path.write_text(text)
@@ -99,15 +96,12 @@ def test_columns_that_are_not_used_are_said(tmp_path):
     assert not record.any_end
 
 
-@pytest.mark.parametrize(
-    ("heading", "given", "said"),
-    [
-        ("time,q [ticks],tau [Nm]", {}, r'"q \[ticks\]" .motor_angle.: unit "ticks" of angle needs the number that'),
-        ("time,q [deg],tau [A]", {}, r'unit "A" of torque is unknown; use N m, .* or a number of these, such'),
-        ("time,q [mm],tau [Nm]", {}, 'unit "mm" of angle is unknown; use rad, deg, turn'),
-        ("time,q [rad],q [deg]", {"motor_torque": "q"}, r'several columns are "q" .*give its unit too'),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("heading", "given", "said"), [
+    ("time,q [ticks],tau [Nm]", {}, r'"q \[ticks\]" .motor_angle.: unit "ticks" of angle needs the number that'),
+    ("time,q [deg],tau [A]", {}, r'unit "A" of torque is unknown; use N m, .* or a number of these, such'),
+    ("time,q [mm],tau [Nm]", {}, 'unit "mm" of angle is unknown; use rad, deg, turn'),
+    ("time,q [rad],q [deg]", {"motor_torque": "q"}, r'several columns are "q" .*give its unit too'),
+])  # fmt: skip
 def test_a_unit_that_is_none(tmp_path, heading, given, said):
     path = tmp_path / "run.csv"
     path.write_text(table(heading=heading))
