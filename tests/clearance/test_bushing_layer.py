@@ -74,8 +74,7 @@ def test_hertz_and_johnson():
     assert 2 * force / (np.pi * half) == pytest.approx(p, rel=1e-12)
     nu = bronze.poisson_ratio
     of_layer = force * layer / np.pi * (2 * np.log(2 * thickness / half) - nu / (1 - nu))
-    of_shaft = force * steel / np.pi * (2 * np.log(4 * 5e-3 / half) - 1)
-    assert depth == pytest.approx(of_layer + of_shaft, rel=1e-12)
+    assert depth == pytest.approx(of_layer + force * steel / np.pi * (2 * np.log(4 * 5e-3 / half) - 1), rel=1e-12)
 
 
 def test_elastic_foundation_around_the_shaft():

@@ -35,8 +35,7 @@ def bearing(width: float, cavitated: bool = True) -> FiniteBearing:
 def over_scale(b: FiniteBearing, ratio: float, psi: np.ndarray) -> np.ndarray:
     """Force y + i z over 12 μ A R L (R/C)² of a journal that lies along y and moves in directions ψ."""
     speed = b.clearance * np.stack((np.sin(psi), -np.cos(psi)), axis=-1)
-    found = b.force([ratio * b.clearance, 0.0], speed, 0.0) / (b.scale * b.clearance)
-    return np.asarray(found @ [1, 1j])
+    return np.asarray(b.force([ratio * b.clearance, 0.0], speed, 0.0) / (b.scale * b.clearance) @ [1, 1j])
 
 
 @pytest.mark.parametrize("cavitated", [True, False])
@@ -77,11 +76,10 @@ def test_a_long_whole_film_is_sommerfelds(ratio: float) -> None:
     assert abs(found - 1j * want) < 5e-3 * want
 
 
-@pytest.mark.parametrize(
-    "width, ratio, sommerfeld, attitude",
-    [(1.0, 0.4, 0.264, 63.10), (1.0, 0.6, 0.121, 50.58), (1.0, 0.8, 0.0446, 36.24), (0.5, 0.4, 0.779, 61.45),
-     (0.5, 0.6, 0.319, 48.14), (0.5, 0.8, 0.0923, 33.31), (0.25, 0.6, 1.07, 46.72), (0.25, 0.8, 0.261, 31.04)],
-)  # fmt: skip
+@pytest.mark.parametrize("width, ratio, sommerfeld, attitude", [
+    (1.0, 0.4, 0.264, 63.10), (1.0, 0.6, 0.121, 50.58), (1.0, 0.8, 0.0446, 36.24), (0.5, 0.4, 0.779, 61.45),
+    (0.5, 0.6, 0.319, 48.14), (0.5, 0.8, 0.0923, 33.31), (0.25, 0.6, 1.07, 46.72), (0.25, 0.8, 0.261, 31.04),
+])  # fmt: skip
 def test_a_loaded_journal_rests_where_raimondi_and_boyd_say(
     width: float, ratio: float, sommerfeld: float, attitude: float, measured: Measured
 ) -> None:
@@ -166,8 +164,7 @@ def in_finite_oil(ratio: float, speed: float, **changes: float) -> tuple[Rig, Fi
     """A rigid rotor in two bearings of L/D = 1/3 in which it rests at an eccentricity ratio; one of the bearings."""
     rig = rigid_in_oil(1.0, speed)
     unit = FiniteBearing(1.0, SURFACE, LENGTH, CLEARANCE, **changes)
-    carried = np.hypot(*unit.force([ratio * CLEARANCE, 0.0], [0.0, 0.0], speed))
-    viscosity = rig.total_mass * GRAVITY / 2 / float(carried)
+    viscosity = rig.total_mass * GRAVITY / 2 / float(np.hypot(*unit.force([ratio * CLEARANCE, 0.0], [0.0, 0.0], speed)))
     rig = replaced(rig, film=OilFilm(viscosity, width="finite", **changes))
     return rig, dataclasses.replace(unit, viscosity=viscosity)
 

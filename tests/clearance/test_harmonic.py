@@ -19,8 +19,7 @@ def test_energy_of_a_slider():
 
 def test_before_slip_and_far_beyond():
     """All springs before slip; beyond, a Coulomb force: 4 F / (π X), all of it damping."""
-    before = slip_stiffness(1e-5, SPRINGS, FORCES)
-    assert before == pytest.approx(sum(SPRINGS))
+    assert slip_stiffness(1e-5, SPRINGS, FORCES) == pytest.approx(sum(SPRINGS))
     far = slip_stiffness(10.0, [1e4], [3.0])
     assert far.imag == pytest.approx(4 * 3.0 / (np.pi * 10), rel=1e-3)
     assert far.real < 0.01 * far.imag
@@ -68,8 +67,7 @@ def test_response_against_marching(measured):
             stretch = np.minimum(np.maximum(stretch + after - x, -limit), limit)
             before, x = x, after
             path[i] = x
-        last = path[-per_period:]
-        marched = 2 * np.abs(np.mean(last * np.exp(-2j * np.pi * np.arange(per_period) / per_period)))
+        marched = 2 * np.abs(np.mean(path[-per_period:] * np.exp(-2j * np.pi * np.arange(per_period) / per_period)))
         what = f"oscillator with three sliders at {omega:g} rad/s: amplitude by harmonic balance, relative error"
         measured.below(what, abs(found / marched - 1), 0.01, "marched over 250 periods")
 
@@ -87,16 +85,13 @@ def test_a_bent_resonance_has_three():
     np.testing.assert_allclose(np.abs(1 - 0.75 * found**2 + 0.02j - 0.95**2) * found, 0.01, rtol=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: slip_stiffness(0.0, [1.0], [1.0]), "must be > 0 m"),
-        (lambda: slip_stiffness(1.0, [1.0, 2.0], [1.0]), r"got \(2,\) and \(1,\)"),
-        (lambda: harmonic_stiffness(MaxwellSlip((1.0,), (1.0,)), 1.0, 0.0), "must be > 0"),
-        (lambda: periodic_amplitudes(GRID[::-1], GRID, 1.0, 1.0, 1.0), "must rise"),
-        (lambda: periodic_amplitudes(GRID, GRID[1:], 1.0, 1.0, 1.0), r"got \(2000,\) and \(1999,\)"),
-    ],
-)
+@pytest.mark.parametrize(("call", "message"), [
+    (lambda: slip_stiffness(0.0, [1.0], [1.0]), "must be > 0 m"),
+    (lambda: slip_stiffness(1.0, [1.0, 2.0], [1.0]), r"got \(2,\) and \(1,\)"),
+    (lambda: harmonic_stiffness(MaxwellSlip((1.0,), (1.0,)), 1.0, 0.0), "must be > 0"),
+    (lambda: periodic_amplitudes(GRID[::-1], GRID, 1.0, 1.0, 1.0), "must rise"),
+    (lambda: periodic_amplitudes(GRID, GRID[1:], 1.0, 1.0, 1.0), r"got \(2000,\) and \(1999,\)"),
+])  # fmt: skip
 def test_refused(call, message):
     with pytest.raises(LawError, match=message):
         call()

@@ -7,35 +7,11 @@ import numpy as np
 import pytest
 from numba.extending import register_jitable
 
-from clearance_mj.clearance import (
-    AdamsImpact,
-    AmplitudeLaw,
-    ContactLaw,
-    Cubic,
-    FiniteBearing,
-    Flores,
-    HuntCrossley,
-    HuntCrossley1975,
-    KelvinVoigt,
-    LankaraniNikravesh,
-    MaxwellSlip,
-    ShortBearing,
-    TimeLaw,
-)
+from clearance_mj import clearance as models
+from clearance_mj.clearance import lanes as ops
 from clearance_mj.clearance.along import force_at, forces_along
 from clearance_mj.clearance.greases.bouc_wen import BoucWen
 from clearance_mj.clearance.greases.long_film import LongFilm
-from clearance_mj.clearance.lanes import (
-    all_below,
-    any_below,
-    exponential,
-    larger,
-    power,
-    signed,
-    smaller,
-    where_above,
-    whole,
-)
 from clearance_mj.clearance.record import clearance_records, laws_of, one_each, side_by_side
 from clearance_mj.clearance.registers import load, spread, store
 from clearance_mj.core.jit import OPTIONS, jit
@@ -48,14 +24,14 @@ FILM = Grease(5e3, 2.0, 0.8, 1.1, 1.5e7, 5e6, 1.9, 8e-4, 0.3)
 @jit(**OPTIONS)
 def arithmetic(a, b, out, lanes):
     x, y = load(a, 0, lanes), load(b, 0, lanes)
-    store(out, 0, power(abs(x), y), lanes)
-    store(out, 1, signed(y, x), lanes)
-    store(out, 2, larger(x, 0.5), lanes)
+    store(out, 0, ops.power(abs(x), y), lanes)
+    store(out, 1, ops.signed(y, x), lanes)
+    store(out, 2, ops.larger(x, 0.5), lanes)
     store(out, 3, (2.0 - x * y) / (x + 30.0), lanes)
-    store(out, 4, smaller(x, y), lanes)
-    store(out, 5, where_above(y, x), lanes)
-    store(out, 6, exponential(x), lanes)
-    return any_below(x, -3.0), all_below(x, y), whole(y)
+    store(out, 4, ops.smaller(x, y), lanes)
+    store(out, 5, ops.where_above(y, x), lanes)
+    store(out, 6, ops.exponential(x), lanes)
+    return ops.any_below(x, -3.0), ops.all_below(x, y), ops.whole(y)
 
 
 def test_arithmetic(rng):
@@ -122,10 +98,8 @@ def motion(d, n=2000):
 
 def bushings(**fields):
     """Eight with other gaps and places."""
-    return [
-        Bushing(0.5, 2e-4 + 1e-5 * i, 0.01, Grease(0.0), Contact(1e4), radius=0.01, offset=2e-5 * (i - 4), **fields)
-        for i in range(8)
-    ]
+    fields |= {"grease": Grease(0.0), "contact": Contact(1e4), "radius": 0.01}
+    return [Bushing(0.5, 2e-4 + 1e-5 * i, 0.01, offset=2e-5 * (i - 4), **fields) for i in range(8)]
 
 
 def compared(own, laws, spin=30.0):
@@ -139,10 +113,8 @@ def compared(own, laws, spin=30.0):
     rows = [np.ascontiguousarray(each.reshape(len(x), 3 * d, 8)) for each in (x, v)]
     (slots_together if d == 1 else rounds_together)(EIGHT, *records, *rows, spin, found)
     for lane, part in enumerate(parts):
-        moved = (np.ascontiguousarray(each[..., lane]) for each in (x, v))
-        known[:, :, lane] = forces_along(part, 0, *moved, spin)
-    reach = np.linalg.norm(x[:, 1:], axis=2).max(axis=(0, 1))
-    assert np.all(reach > [bushing.gap for bushing in own])
+        known[:, :, lane] = forces_along(part, 0, *(np.ascontiguousarray(each[..., lane]) for each in (x, v)), spin)
+    assert np.all(np.linalg.norm(x[:, 1:], axis=2).max(axis=(0, 1)) > [bushing.gap for bushing in own])
     return np.abs(found - known).max() / np.abs(known).max(), records.bushings[0]
 
 
@@ -151,23 +123,23 @@ def each(make):
 
 
 CONTACTS = {
-    "kelvin-voigt": each(lambda f: KelvinVoigt(1e4 * f, 3.0)),
-    "adhesion": each(lambda f: KelvinVoigt(1e4 * f, 3.0, adhesion=True)),
-    "cubic": each(lambda f: Cubic(1e4, 1e11 * f, 2.0)),
-    "adams-impact": each(lambda f: AdamsImpact(1e6, 1.0 + f / 4, 3.0, 5e-5 * f)),
-    "hunt-crossley": each(lambda f: HuntCrossley(1e6 * f, 0.5, 1.4 + 0.1 * f)),
-    "lankarani-nikravesh": each(lambda f: LankaraniNikravesh(1e6 * f, 0.5)),
-    "flores": each(lambda f: Flores(1e6, 0.5 * f)),
-    "hunt-crossley-1975": each(lambda f: HuntCrossley1975(1e6 * f, 1e5, 1.0 + f / 2)),
+    "kelvin-voigt": each(lambda f: models.KelvinVoigt(1e4 * f, 3.0)),
+    "adhesion": each(lambda f: models.KelvinVoigt(1e4 * f, 3.0, adhesion=True)),
+    "cubic": each(lambda f: models.Cubic(1e4, 1e11 * f, 2.0)),
+    "adams-impact": each(lambda f: models.AdamsImpact(1e6, 1.0 + f / 4, 3.0, 5e-5 * f)),
+    "hunt-crossley": each(lambda f: models.HuntCrossley(1e6 * f, 0.5, 1.4 + 0.1 * f)),
+    "lankarani-nikravesh": each(lambda f: models.LankaraniNikravesh(1e6 * f, 0.5)),
+    "flores": each(lambda f: models.Flores(1e6, 0.5 * f)),
+    "hunt-crossley-1975": each(lambda f: models.HuntCrossley1975(1e6 * f, 1e5, 1.0 + f / 2)),
 }
 FILLINGS = {
     "linear": each(lambda f: Grease(4e3 * f, 5.0)),
     "Bouc-Wen": each(lambda f: dataclasses.replace(FILM, gamma=5e6 / f, elastic_ratio=1 / f)),
-    "Maxwell-slip": each(lambda f: MaxwellSlip(*SLIPS, 1e3 * f, 4.0, 8e-4, 0.3)),
-    "Stribeck": each(lambda f: MaxwellSlip(*SLIPS, 1e3, 4.0, static_ratio=f, stribeck_speed=0.1)),
+    "Maxwell-slip": each(lambda f: models.MaxwellSlip(*SLIPS, 1e3 * f, 4.0, 8e-4, 0.3)),
+    "Stribeck": each(lambda f: models.MaxwellSlip(*SLIPS, 1e3, 4.0, static_ratio=f, stribeck_speed=0.1)),
     "long film": each(lambda f: LongFilm(3e3 * f, 2.0, 8e-4)),
-    "short bearing": each(lambda f: ShortBearing(0.02 * f, 0.01, 0.01, 4e-4, 1e-6)),
-    "finite bearing": each(lambda f: FiniteBearing(0.02 * f, 0.01, 0.01, 4e-4, 1e-6)),
+    "short bearing": each(lambda f: models.ShortBearing(0.02 * f, 0.01, 0.01, 4e-4, 1e-6)),
+    "finite bearing": each(lambda f: models.FiniteBearing(0.02 * f, 0.01, 0.01, 4e-4, 1e-6)),
 }
 SHAPES = {
     "slot": {}, "slot that rubs": {"friction": Friction(0.2, 1e5, 0.1)}, "round": {"shape": "round"},
@@ -180,7 +152,7 @@ CLOSE = 1e-13  # of the largest force
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_contacts_in_lanes(shape, contact):
-    own, laws = bushings(**SHAPES[shape]), [ContactLaw(c, Grease(0.0)) for c in CONTACTS[contact]]
+    own, laws = bushings(**SHAPES[shape]), [models.ContactLaw(c, Grease(0.0)) for c in CONTACTS[contact]]
     error, record = compared(own, laws)
     assert error < CLOSE
     assert not record["contact_by_lane"]
@@ -189,15 +161,15 @@ def test_contacts_in_lanes(shape, contact):
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("filling", FILLINGS)
 def test_fillings_in_lanes(shape, filling):
-    own, laws = bushings(**SHAPES[shape]), [ContactLaw(KelvinVoigt(1e4, 3.0), g) for g in FILLINGS[filling]]
-    assert compared(own, laws)[0] < CLOSE
+    laws = [models.ContactLaw(models.KelvinVoigt(1e4, 3.0), g) for g in FILLINGS[filling]]
+    assert compared(bushings(**SHAPES[shape]), laws)[0] < CLOSE
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_laws_over_time_and_amplitude_in_lanes(shape):
     own = bushings(**SHAPES[shape])
-    over_time = each(lambda f: TimeLaw([0.0, 0.1 * f], [1e4, 3e4], [3.0, 9.0 * f], FILM))
-    amplitude = each(lambda f: AmplitudeLaw([1e-4, 5e-4], [1e4, 3e4 * f], [3.0, 9.0], grease=FILM))
+    over_time = each(lambda f: models.TimeLaw([0.0, 0.1 * f], [1e4, 3e4], [3.0, 9.0 * f], FILM))
+    amplitude = each(lambda f: models.AmplitudeLaw([1e-4, 5e-4], [1e4, 3e4 * f], [3.0, 9.0], grease=FILM))
     for laws in (over_time, amplitude):
         error, record = compared(own, laws)
         assert error < CLOSE
@@ -213,7 +185,7 @@ class Branched(BoucWen):
 
 
 def test_laws_with_branches_are_called_lane_by_lane():
-    table = ContactLaw(KelvinVoigt(1e4, 3.0)).table
+    table = models.ContactLaw(models.KelvinVoigt(1e4, 3.0)).table
     laws = each(lambda f: SimpleNamespace(grease=[Branched(Grease(1e3 * f, 2.0))], table=table))
     error, record = compared(bushings(), laws)
     assert error < CLOSE

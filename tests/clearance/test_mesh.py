@@ -46,20 +46,13 @@ def test_figures():
     assert ConstantLaw(1e8, 0.0).plot(IDLER, frequency=50.0).axes
 
 
-@pytest.mark.parametrize(
-    ("rig", "ratio", "words"),
-    [
-        (IDLER.replace(bushings=IDLER.bushings[1:2]), 1.5, "has no mesh: no clearance between two base circles"),
-        (
-            IDLER.replace(spin=None),
-            1.5,
-            r"has no steady spin, rad/s, of the gear with 20 teeth: give \[spin\] its speed",
-        ),
-        (IDLER.replace(spin=Spin(80.0, 5.0)), 1.5, "has no steady spin"),
-        (IDLER, 2.1, r"contact_ratio must be between 1 \+ rise and 2 - rise, got 2.1 and rise 0.02"),
-        (IDLER, (1.5, 1.0), "contact_ratio must be"),
-    ],
-)
+@pytest.mark.parametrize(("rig", "ratio", "words"), [
+    (IDLER.replace(bushings=IDLER.bushings[1:2]), 1.5, "has no mesh: no clearance between two base circles"),
+    (IDLER.replace(spin=None), 1.5, r"has no steady spin, rad/s, of the gear with 20 teeth: give \[spin\] its speed"),
+    (IDLER.replace(spin=Spin(80.0, 5.0)), 1.5, "has no steady spin"),
+    (IDLER, 2.1, r"contact_ratio must be between 1 \+ rise and 2 - rise, got 2.1 and rise 0.02"),
+    (IDLER, (1.5, 1.0), "contact_ratio must be"),
+])  # fmt: skip
 def test_refusals(rig, ratio, words):
     with pytest.raises(LawError, match=words):
         mesh_law(rig, 20, ratio)

@@ -11,60 +11,45 @@ from clearance_mj.cli import main
 
 from ..conftest import ROOT
 
-OWN = '''
-import math
+OWN = '''import math
 from typing import ClassVar
-
 from clearance_mj.clearance import contact, grease
 from clearance_mj.clearance.vectors import along, answer, minus, plus, read, times, write
 from clearance_mj.core.validation import NotNegative, Positive
-
-
 @contact.register
 class Sinh(contact.ContactModel):
     """K d sinh(δ/d) + c δ̇."""
-
     name: ClassVar[str] = "sinh"
     stiffness: Positive
     depth: Positive
     damping: NotNegative = 0.0
-
     @staticmethod
     def law(p, depth, speed, impact_speed, out):
         x = depth / p[1]
         out[0] = p[0] * (math.sinh(x) / x if x > 1e-6 else 1.0)
         out[1] = p[2]
-
     @staticmethod
     def energy(p, depth):
         return p[0] * p[1] ** 2 * (math.cosh(depth / p[1]) - 1.0)
-
     def largest(self, gap):
         return self.stiffness * math.cosh(gap / self.depth), self.damping
-
-
 @grease.register
 class Maxwell(grease.GreaseModel):
     """k x + k1 z with z' = x' - z/tau."""
-
     name: ClassVar[str] = "maxwell"
     k: NotNegative
     k1: Positive
     tau: Positive
-
     def parameters(self):
         return self.k, self.k1, self.tau
-
     def small_motion(self):
         return self.k + self.k1, 0.0
-
     @staticmethod
     def law(p, state, r, dr, spin, step, out):
         decay = math.exp(-step / p[2])
         z = plus(times(decay, read(state, 0, r)), times(p[2] / step * (1.0 - decay), dr))  # exact at constant speed
         write(state, 0, z)
         answer(out, plus(times(p[0], r), times(p[1], z)), 0.0)
-
     @staticmethod
     def energy(p, before, state, r, dr, out):
         then, z = read(before, 0, r), read(state, 0, r)
