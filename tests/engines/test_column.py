@@ -20,6 +20,7 @@ from clearance_mj.rotors import whirl
 from clearance_mj.sound import radiate
 
 from ..conftest import ROOT
+from .alike import HISTORIES, assert_alike
 
 COLUMN = cm.Rig.load(ROOT / "models" / "column.toml")
 FS, TEETH, STOP = 2048.0, 4, 5  # rows
@@ -72,18 +73,14 @@ def test_energy_is_kept_and_side_by_side_it_moves_the_same(modal):
     wider = COLUMN.replace(bushings=(*COLUMN.bushings[:3], dataclasses.replace(COLUMN.bushings[3], gap=2e-4)))
     law = cm.Model(COLUMN).law
     found, _ = simulate_together([(COLUMN, law), (wider, law)], shaken())
-    for name in ("channels", "displacement", "contact_force", "grease_force"):
-        known = getattr(modal, name)
-        np.testing.assert_allclose(getattr(found, name), known, atol=1e-10 * np.abs(known).max())
+    assert_alike(found, modal, 1e-10, ("channels", *HISTORIES[1:]))
 
 
 def test_the_shape_follows_from_the_forces(modal):
     """It passes the bushings and the stop as recorded, along y and z, and begins with the sag under the weight."""
     found = deflection(COLUMN, modal, [0.1, 0.6, 0.03])
-    recorded = modal.displacement
-    np.testing.assert_allclose(found[:, :, 0].T, recorded[:2], atol=1e-9)
-    np.testing.assert_allclose(found[:, :, 1].T, recorded[2:4], atol=1e-9)
-    np.testing.assert_allclose(found[:, 1, 2], recorded[STOP], atol=1e-9)
+    places = np.vstack((found[:, :, 0].T, found[:, :, 1].T, found[:, 1, 2]))
+    np.testing.assert_allclose(places, modal.displacement[[0, 1, 2, 3, STOP]], atol=1e-9)
     assert whirl(COLUMN, modal).names == ["bushing 1, x = 0.1 m", "bushing 2, x = 0.6 m"]
 
 
@@ -91,8 +88,7 @@ def test_it_is_drawn_and_animated(modal, tmp_path):
     """Tubes and orbits of the round bushings, a slab above for the stop, flanks of the teeth: each where it is."""
     shown = clip(COLUMN, modal, seconds=0.05, slow=20.0)
     stage = Stage(Scene(shown))
-    picture = stage.picture(3)
-    assert np.ptp(picture) > 200 and list(stage.tubes) == [0, 1, 3]
+    assert np.ptp(stage.picture(3)) > 200 and list(stage.tubes) == [0, 1, 3]
     assert [axis for axis, _ in COLUMN.row_axes] == ["Y", "Z", "Y", "Z", "RX", "Z"]
     np.testing.assert_allclose(COLUMN.row_walls[[0, 4, 5], 1], [1e-4, 7.5e-3, 1.2e-4])
     (below, *_), (above, *_) = stage.tubes[3]
@@ -103,8 +99,7 @@ def test_it_is_drawn_and_animated(modal, tmp_path):
     moment = np.argmin(np.abs(shown.trace_time - shown.time[3]))
     turned = np.pi / 2 + DRAWN_TWIST * shown.path[moment, TEETH] / COLUMN.bushings[2].gap
     tip = stage.paths[2].get_xydata()[1]
-    at = FLANK * 0.009 * np.array([np.cos(turned), np.sin(turned)])
-    np.testing.assert_allclose(tip, seen(AXONOMETRIC, 0.8, *at))
+    np.testing.assert_allclose(tip, seen(AXONOMETRIC, 0.8, *FLANK * 0.009 * np.array([np.cos(turned), np.sin(turned)])))
     write(dataclasses.replace(shown, rate=5.0), tmp_path / "column.gif")
     assert (tmp_path / "column.gif").read_bytes()[:6] == b"GIF89a"
     drawing = rig_drawing(COLUMN)
@@ -129,14 +124,12 @@ def test_it_is_on_the_live_page_and_heard(modal):
     assert numbers.arrays["displacement"].shape[0] == COLUMN.n_rows
     assert exported(session.shown)[:2] == b"PK"
     assert heard(session.shown, 3).facts["unit"] == "rad"
-    panel = cm.rig.Plate(sensor=3, area=0.05, distance=0.6)
-    assert radiate(modal, COLUMN, panel).pressure.std() > 0
+    assert radiate(modal, COLUMN, cm.rig.Plate(sensor=3, area=0.05, distance=0.6)).pressure.std() > 0
 
 
 def test_its_commands(tmp_path, answer):
-    path = ROOT / "models" / "column.toml"
-    found = answer("simulate", path, "--rms", 40, "--duration", 1, "--out", tmp_path / "response.nc")
-    assert found
-    found = answer("animate", path, "--rms", 40, "--duration", 0.5, "--seconds", 0.02, "--slow", 10, "--out",
-                   tmp_path / "column.gif")  # fmt: skip
+    given = ROOT / "models" / "column.toml", "--rms", 40, "--out"
+    assert answer("simulate", *given, tmp_path / "response.nc", "--duration", 1)
+    short = "--duration", 0.5, "--seconds", 0.02, "--slow", 10
+    found = answer("animate", *given, tmp_path / "column.gif", *short)
     assert found["renderer"] == "matplotlib" and len(found["peak_contact_force"]) == 4

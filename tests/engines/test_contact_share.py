@@ -14,6 +14,8 @@ from clearance_mj.signals.excitation import random
 from clearance_mj.signals.sampling import interpolate
 from clearance_mj.statistics import contact_statistics
 
+from .alike import with_bushings
+
 TABLE1, LAW, FS = Rig.load("models/table1_rig.toml"), ConstantLaw(2e4, 3.0), 2048.0
 DRIVE = random(3.0, FS, rms=2.0, seed=0)
 
@@ -43,7 +45,7 @@ def test_steps_with_the_shaft_beyond_the_gap(engine):
 @pytest.mark.parametrize("engine", ["modal", "links"])
 def test_either_end_of_a_long_bushing_counts(engine):
     """The coordinates of every step, at the points of contact: the ends touch more often than the middle."""
-    rig = TABLE1.replace(bushings=tuple(replace(b, length=0.1) for b in TABLE1.bushings))
+    rig = with_bushings(TABLE1, length=0.1)
     engine = get_engine(engine)
     step = engine.largest_step(rig, LAW)
     drive = 20 * np.sin(2 * np.pi * 38 * step * np.arange(4000))
@@ -58,9 +60,8 @@ def test_blocks_lanes_files_and_statistics_hold_the_same(tmp_path):
     response = simulate(TABLE1, DRIVE, LAW, "modal")
     blocks = list(simulate_blocks(TABLE1, DRIVE, LAW, "modal"))
     weights = [block.excitation.size for block in blocks]
-    np.testing.assert_allclose(
-        np.average([block.contact_share for block in blocks], axis=0, weights=weights), response.contact_share
-    )
+    share = np.average([block.contact_share for block in blocks], axis=0, weights=weights)
+    np.testing.assert_allclose(share, response.contact_share)
     (beside,) = simulate_together([(TABLE1, LAW)], DRIVE)
     np.testing.assert_allclose(beside.contact_share, response.contact_share, rtol=1e-9)
     formats.write(tmp_path / "a.nc", response)
@@ -81,5 +82,4 @@ def test_an_engine_that_does_not_tell(monkeypatch):
 def test_a_rig_without_bushings_has_no_numbers_of_any(gravity):
     rig = TABLE1.replace(bushings=(), gravity=gravity)
     found = contact_statistics(simulate(rig, random(0.1, 2048.0, seed=0), engine="modal"))
-    step = found.pop("step")
-    assert step > 0 and set(map(tuple, found.values())) == {()}
+    assert found.pop("step") > 0 and set(map(tuple, found.values())) == {()}

@@ -4,7 +4,6 @@ That its energies and impacts are right is tested in verification/test_energy_ba
 """
 
 import csv
-import dataclasses
 import json
 import re
 from dataclasses import dataclass
@@ -25,9 +24,9 @@ from clearance_mj.signals.excitation import random
 
 from ..conftest import ROOT
 from ..test_docs import run_python
+from .alike import HISTORIES, with_bushings
 
 LAW = ConstantLaw([2e4, 1e4], [3.0, 5.0])
-HISTORIES = ("acceleration", "displacement", "contact_force", "grease_force")
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +37,7 @@ def kept(rig):
 @pytest.mark.parametrize("kind", ["base", "force"])
 def test_within_empty_gaps_energies_close_to_rounding(rig, engine, kind):
     """M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/2h + K q = b a times the travel (q₊ - q₋)/2; links also turn as they sag."""
-    empty = tuple(dataclasses.replace(b, grease=Grease(0.0)) for b in rig.bushings)
-    rig = rig.replace(shaker=Shaker(kind, 0.9), bushings=empty)
+    rig = with_bushings(rig.replace(shaker=Shaker(kind, 0.9)), grease=Grease(0.0))
     found = energy_balance(rig, random(0.3, 2048.0, rms=0.02, seed=0, kind=kind), LAW, engine)
     assert not found.response.contact_force.any() and found.input[-1] > 0 and not found.film.any()
     assert found.imbalance < (1e-9 if engine == "modal" else 1e-5)
@@ -47,9 +45,8 @@ def test_within_empty_gaps_energies_close_to_rounding(rig, engine, kind):
 
 def test_response_is_that_of_simulate(rig, engine):
     noise = random(0.3, 2048, rms=8.0, seed=3)
-    balance = energy_balance(rig, noise, LAW, engine)
+    balance, expected = energy_balance(rig, noise, LAW, engine), simulate(rig, noise, LAW, engine)
     response = balance.response
-    expected = simulate(rig, noise, LAW, engine)
     assert response.contact_force.any() and balance.impacts
     for name in HISTORIES:
         np.testing.assert_array_equal(getattr(response, name), getattr(expected, name))
@@ -58,36 +55,31 @@ def test_response_is_that_of_simulate(rig, engine):
 
 def test_impacts_account_for_the_energy_lost_in_contacts(kept):
     """All of it but what a visit that has not ended has lost."""
-    balance = kept
-    for j in range(2):
-        lost = sum(i.loss for i in balance.impacts if i.bushing == j)
-        ends = [i.time + i.duration for i in balance.impacts if i.bushing == j]
-        assert 0 < lost <= balance.contact_loss[j, -1] * (1 + 1e-9)
-        after = round(max(ends) * balance.fs) + 1
-        assert lost == pytest.approx(balance.contact_loss[j, min(after, balance.time.size - 1)], rel=0.05)
+    for j, losses in enumerate(kept.contact_loss):
+        impacts = [i for i in kept.impacts if i.bushing == j]
+        lost, after = sum(i.loss for i in impacts), round(max(i.time + i.duration for i in impacts) * kept.fs) + 1
+        assert 0 < lost <= losses[-1] * (1 + 1e-9)
+        assert lost == pytest.approx(losses[min(after, kept.time.size - 1)], rel=0.05)
 
 
 def test_impacts_are_visits_beyond_the_gap(rig, kept):
     """The bushing's middle, which the response knows, is beyond the gap for as long as its ends are, nearly."""
-    response, balance = kept.response, kept
     for j, bushing in enumerate(rig.bushings):
-        impacts = [i for i in balance.impacts if i.bushing == j]
         for side, sign in (("upper", 1), ("lower", -1)):
-            beyond = np.sum(sign * response.displacement[j] > bushing.gap) / response.fs
-            logged = sum(i.duration for i in impacts if i.side == side) / 2  # two ends
+            beyond = np.sum(sign * kept.response.displacement[j] > bushing.gap) / kept.response.fs
+            logged = sum(i.duration for i in kept.impacts if (i.bushing, i.side) == (j, side)) / 2  # two ends
             assert logged == pytest.approx(beyond, rel=0.1, abs=2e-3)
 
 
 def test_columns_and_summary(kept):
-    balance = kept
-    columns = balance.columns()
+    columns = kept.columns()
     assert list(columns)[:3] == ["time", "input", "law_work[0]"]
-    assert all(value.shape == balance.time.shape for value in columns.values())
+    assert all(value.shape == kept.time.shape for value in columns.values())
     left = columns["input"] - sum(v for k, v in columns.items() if k not in ("time", "input", "residual"))
     np.testing.assert_allclose(left, columns["residual"], atol=1e-12)
-    found = balance.summary()
-    assert found["energy"]["input"] == balance.input[-1]
-    assert sum(found["impacts"]) == len(balance.impacts)
+    found = kept.summary()
+    assert found["energy"]["input"] == kept.input[-1]
+    assert sum(found["impacts"]) == len(kept.impacts)
     assert json.loads(json.dumps(found)) == found
 
 
@@ -126,8 +118,7 @@ def test_an_engine_that_does_not_tell(rig):
 
 def test_figure(kept):
     drawing = draw(kept)
-    assert len(drawing.figure.axes) == 4
-    assert f"{len(kept.impacts)} impacts" in drawing.caption
+    assert len(drawing.figure.axes) == 4 and f"{len(kept.impacts)} impacts" in drawing.caption
 
 
 def command(tmp_path, *more):
@@ -140,12 +131,7 @@ def test_command(tmp_path, capsys):
     folder = tmp_path / "energy"
     assert command(tmp_path, "--energy", str(folder), "--json") == 0
     found = json.loads(capsys.readouterr().out)["energy"]
-    assert sorted(p.name for p in folder.iterdir()) == [
-        ".clearance-mj",
-        "energy.csv",
-        "energy_balance.png",
-        "impacts.csv",
-    ]
+    assert {p.name for p in folder.iterdir()} == {".clearance-mj", "energy.csv", "energy_balance.png", "impacts.csv"}
     energy = np.genfromtxt(folder / "energy.csv", delimiter=",", names=True)
     assert energy.size == 1024
     assert energy["input"][-1] == pytest.approx(found["energy"]["input"], rel=1e-8)
@@ -168,6 +154,5 @@ def test_command_in_words(tmp_path, capsys):
 def test_page(tmp_path):
     """The code of docs/energy_balance.md runs as it stands, and finds what the page says."""
     (tmp_path / "models").symlink_to(ROOT / "models")
-    out = run_python("energy_balance.md", tmp_path)
-    assert 0 < float(re.search(r"imbalance ([\d.e-]+),", out)[1]) < 1e-3
+    assert 0 < float(re.search(r"imbalance ([\d.e-]+),", run_python("energy_balance.md", tmp_path))[1]) < 1e-3
     assert (tmp_path / "energy" / "energy_balance.png").exists()

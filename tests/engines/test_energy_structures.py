@@ -13,58 +13,54 @@ from clearance_mj.signals.excitation import random
 
 from ..conftest import TABLE1
 from ..structures import chain, stepped, two_shafts
+from .alike import with_bushings
 
 LAW = ConstantLaw(8e3, 5.0)
 
 
 def free():
     """The stepped shaft without supports: its grease alone carries it."""
+    return supported()
+
+
+def supported(*supports):
     rig = stepped()
-    return rig.replace(structure=dataclasses.replace(rig.structure, supports=()))
+    return rig.replace(structure=dataclasses.replace(rig.structure, supports=supports))
 
 
 def damped(dashpot):
     """The stepped shaft with another dashpot (N s/m) under it."""
-    rig = stepped()
-    first, spring, last = rig.structure.supports
-    supports = (first, dataclasses.replace(spring, translation_damping=dashpot), last)
-    return rig.replace(structure=dataclasses.replace(rig.structure, supports=supports))
+    first, spring, last = stepped().structure.supports
+    return supported(first, dataclasses.replace(spring, translation_damping=dashpot), last)
 
 
 @pytest.mark.parametrize("make", [stepped, two_shafts, chain, free])
 def test_energy_is_balanced(make, measured):
     balance = energy_balance(make(), random(1.0, 2048.0, rms=6.0, seed=3), LAW, "modal")
-    response = balance.response
-    assert np.abs(response.contact_force).max(axis=1).min() > 0.5
+    assert np.abs(balance.response.contact_force).max(axis=1).min() > 0.5
     assert balance.damping[-1] > 0 and len(balance.impacts) > 10
-    what = f"{make.__name__}, modal: imbalance"
-    measured.below(what, balance.imbalance, 1e-3, "conservation of energy")
+    measured.below(f"{make.__name__}, modal: imbalance", balance.imbalance, 1e-3, "conservation of energy")
 
 
 def test_energy_of_links_in_space_is_balanced(measured):
     """A turning shaft that rubs: the balance closes, and what is put in and lost is that of the modal engine."""
     rig, noise = TABLE1.with_shape("round"), random(0.5, 2048.0, rms=6.0, seed=3)
-    rig = rig.replace(
-        bushings=tuple(dataclasses.replace(b, friction=Friction(0.2, damping=0.5)) for b in rig.bushings),
-        gravity=(0.0, 0.0, -9.81), spin=Spin(100.0), unbalances=(Unbalance(0.5, 1e-5),),
-    )  # fmt: skip
+    rig = with_bushings(rig, friction=Friction(0.2, damping=0.5))
+    rig = rig.replace(gravity=(0.0, 0.0, -9.81), spin=Spin(100.0), unbalances=(Unbalance(0.5, 1e-5),))
     links, modal = (energy_balance(rig, noise, LAW, engine) for engine in ("links", "modal"))
     assert modal.friction is not None and modal.friction[:, -1].min() > 1e-3 and len(modal.impacts) > 10
     measured.below("rubbing shaft in space, links: imbalance", links.imbalance, 1e-3, "conservation of energy")
     for name in ("put_in", "lost", "friction", "contact_loss", "drive"):
-        np.testing.assert_allclose(
-            getattr(links, name)[..., -1], getattr(modal, name)[..., -1], rtol=0.02, err_msg=name
-        )
+        ends = (getattr(balance, name)[..., -1] for balance in (links, modal))
+        np.testing.assert_allclose(*ends, rtol=0.02, err_msg=name)
 
 
 def test_a_strong_dashpot_is_stable_and_exact(measured):
     """It couples the modes far beyond 1/step: the balance closes, and a tenth of the step changes the motion by 1 %."""
     rig, base = damped(2e4), random(1.0, 2048.0, rms=6.0, seed=3)
-    balance = energy_balance(rig, base, LAW, "modal")
-    coarse = balance.response
+    balance, fine = energy_balance(rig, base, LAW, "modal"), simulate(rig, base, LAW, Modal(resolution=0.1))
     measured.below("dashpot of 2e4 N s/m, modal: imbalance", balance.imbalance, 1e-3, "conservation of energy")
-    fine = simulate(rig, base, LAW, Modal(resolution=0.1))
-    np.testing.assert_allclose(coarse.displacement.std(axis=1), fine.displacement.std(axis=1), rtol=0.01)
+    np.testing.assert_allclose(*(r.displacement.std(axis=1) for r in (balance.response, fine)), rtol=0.01)
 
 
 def test_dashpots_of_links():

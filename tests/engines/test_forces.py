@@ -15,23 +15,22 @@ from clearance_mj.engines import get_engine
 from clearance_mj.rig import Grease
 
 from ..conftest import TABLE1 as LOADED
+from .alike import at_every_step
 
 POSITIONS = 0.55 + 0.05 / np.sqrt(12), 0.8 - 0.05 / np.sqrt(12)
 GAPS = np.array([1e-4, 3e-4])
-RIG = LOADED.replace(
-    bushings=tuple(
-        dataclasses.replace(b, position=x, length=1e-6, gap=d) for b, x, d in zip(LOADED.bushings, POSITIONS, GAPS)
-    )
-)
+SHORT = [dataclasses.replace(b, length=1e-6) for b in LOADED.bushings]
+SHORT = tuple(dataclasses.replace(b, position=x, gap=d) for b, x, d in zip(SHORT, POSITIONS, GAPS))
+RIG = LOADED.replace(bushings=SHORT)
 
 
 @dataclasses.dataclass
 class Motion:
-    step: float
     time: np.ndarray
     x: np.ndarray  #: (n, 2) displacement
     contact: np.ndarray
     grease: np.ndarray
+    step: float
 
     @property
     def penetration(self):
@@ -40,20 +39,12 @@ class Motion:
     def speed(self, engine):
         """Of the first displacement to the last but one: as the engines of MuJoCo know it, or central differences."""
         before = np.diff(self.x, axis=0, prepend=0.0)[:-1] / self.step
-        after = np.diff(self.x, axis=0) / self.step
-        return before if engine != "modal" else (before + after) / 2
+        return before if engine != "modal" else (before + np.diff(self.x, axis=0) / self.step) / 2
 
 
 def simulate(engine, law, duration=0.4, level=8.0, rig=RIG):
     """Output at every step, without interpolation and decimation."""
-    engine = get_engine(engine)
-    step = engine.largest_step(rig, law)
-    time = np.arange(round(duration / step)) * step
-    drive = level * (np.sin(2 * np.pi * 9 * time) + np.sin(2 * np.pi * 37 * time))
-    run = engine.start(rig, law, "base", step)
-    blocks = [run.advance(part) for part in np.array_split(drive, 7)]
-    x, contact, grease, _ = np.split(np.concatenate(blocks)[:, len(rig.sensors) :], 4, axis=1)
-    motion = Motion(step, time, x, contact, grease)
+    motion = Motion(*at_every_step(rig, engine, law, level, duration, cuts=7))
     assert np.all(np.mean(motion.penetration != 0, axis=0) > 0.05)
     assert np.all(motion.penetration.min(axis=0) < 0) and np.all(motion.penetration.max(axis=0) > 0)
     return motion
@@ -112,17 +103,17 @@ def test_force_of_bouc_wen_grease_with_a_squeeze_film(engine):
             def slope(z, dx=dx, g=g):
                 return g.amplitude * dx - abs(z) ** g.exponent * (g.beta * abs(dx) * np.sign(z) + g.gamma * dx)
 
-            k1 = slope(z[i - 1, j])
-            k2 = slope(z[i - 1, j] + k1 / 2)
-            k3 = slope(z[i - 1, j] + k2 / 2)
-            z[i, j] = z[i - 1, j] + (k1 + 2 * k2 + 2 * k3 + slope(z[i - 1, j] + k3)) / 6
+            old, k1 = z[i - 1, j], slope(z[i - 1, j])
+            k2 = slope(old + k1 / 2)
+            k3 = slope(old + k2 / 2)
+            z[i, j] = old + (k1 + 2 * k2 + 2 * k3 + slope(old + k3)) / 6
     assert np.all(np.max(np.abs(z), axis=0) > [0.8 * g.yield_displacement for g in grease])
     thin = np.maximum(1 - np.abs(motion.x[:, 0]) / 8e-4, 0.7)
     assert thin.min() == 0.7
     damping = np.column_stack((2.0 / thin**2, np.ones(len(thin))))[:-1]
     k, ratio = np.array([5e3, 4e3]), np.array([0.3, 0.6])
-    expected = k * (ratio * motion.x + (1 - ratio) * z)
-    expected = expected[:-1] + damping * motion.speed(engine)
+    springs = k * (ratio * motion.x + (1 - ratio) * z)
+    expected = springs[:-1] + damping * motion.speed(engine)
     assert_close(motion.grease[:-1], expected, 3e-3 if engine == "modal" else 1e-4)
 
 
@@ -155,8 +146,7 @@ def test_amplitude_law_follows_the_envelope(engine):
 
 def test_hunt_crossley_remembers_the_impact_speed(engine):
     """K δ^1.5 (1 + κ δ̇/v) with v the speed of the first step in contact, half of K at each of the two ends."""
-    law = ContactLaw(HuntCrossley(8e5, 0.6, first_order=True))
-    motion = simulate(engine, law)
+    motion = simulate(engine, ContactLaw(HuntCrossley(8e5, 0.6, first_order=True)))
     speed, expected = motion.speed(engine), np.zeros_like(motion.x[:-1])
     for j in range(2):
         impact = 0.0
@@ -186,5 +176,4 @@ def test_mujoco_refuses_adhesion():
 
 
 def test_a_law_without_stiffness_switches_the_contact_off(engine):
-    motion = simulate(engine, ConstantLaw(0.0, 0.0))
-    assert np.max(np.abs(motion.contact)) < 1e-5  # N; MuJoCo: a mass of 1e-8 kg
+    assert np.max(np.abs(simulate(engine, ConstantLaw(0.0, 0.0)).contact)) < 1e-5  # N; MuJoCo: a mass of 1e-8 kg

@@ -32,8 +32,7 @@ def test_a_delay_shifts_its_channel_alone():
     middle = slice(200, -200)  # of a shift by the spectrum, ends are not those of a record
     for channel, delay in ((0, 1.7e-3 - 4e-4), (1, -4e-4)):
         expected = shifted(plain.acceleration[channel], delay)[middle]
-        error = late.acceleration[channel][middle] - expected
-        assert np.std(error) < 3e-3 * np.std(expected)
+        assert np.std(late.acceleration[channel][middle] - expected) < 3e-3 * np.std(expected)
     expected = shifted(plain.displacement[0], -0.3 / 2048.0 - 4e-4)[middle]
     assert np.std(late.displacement[0][middle] - expected) < 1e-4 * np.std(expected)
 
@@ -51,8 +50,7 @@ def test_blocks_and_laws_side_by_side_are_late_in_the_same_way():
 def test_a_cubic_is_delayed_exactly_however_it_is_cut():
     time = np.arange(60.0)
     stream = np.column_stack((time**3, time**3, time))
-    delays = np.array([2.3, -1.6, 0.0])
-    late = DelayedChannels(delays, 4)
+    late = LateChannels(np.array([2.3, -1.6, 0.0]), 4)
     out = np.concatenate([late.push(part) for part in np.split(stream, [7, 8, 30])])
     assert late.ahead == 4
     assert len(out) == 60 - 4

@@ -21,15 +21,15 @@ from clearance_mj.linear import linear_model
 from clearance_mj.physical.rows import softness_of
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, OilFilm, Rig, Sensor, Shaker, Spin, Unbalance
 from clearance_mj.rotors import campbell
-from clearance_mj.structure import Disc, Material, Section, Shaft, Shafts, Spring, Support
+from clearance_mj.structure import Disc, Material, Section, Shaft, Spring, Support
+
+from ..physical.stepping import mass_matrix
+from .alike import GREASED, with_bushings
+from .tube import tube_and_shaft
 
 TABLE1 = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 SPACE = TABLE1.with_shape("round")
 STEEL = Material(2.1e11, 7850.0)
-GREASED = cm.ContactLaw(
-    cm.clearance.HuntCrossley1975(2e6, 4e5),
-    grease=cm.clearance.MaxwellSlip((2000.0, 900.0), (0.3, 0.5), 500.0, 2.0, 4e-4),
-)
 FREQUENCY = 2048.0
 
 
@@ -99,7 +99,7 @@ def _along_y(rig: Rig) -> tuple[Sensor, ...]:
 
 
 def rubbing(rig: Rig, friction: Friction) -> Rig:
-    return rig.replace(bushings=tuple(dataclasses.replace(b, friction=friction) for b in rig.bushings))
+    return with_bushings(rig, friction=friction)
 
 
 RESTING = rubbing(SPACE, Friction(0.1)).replace(gravity=(0.0, -3.0, -9.81))
@@ -108,14 +108,10 @@ RESTING = rubbing(SPACE, Friction(0.1)).replace(gravity=(0.0, -3.0, -9.81))
 def rotor(**changes: object) -> Rig:
     """A disc on an elastic shaft, whose supports differ in y and z, in one bushing."""
     supports = (Support(0.0, "pinned"), Support(0.3, "elastic", 2e5, translation_y=1e5))
-    shaft = Shaft(
-        (Section(0.3, (0.02, 0.02)),), supports, (Disc(0.2, 2.0, 0.002),), STEEL, (1.0, 0.0), theory="euler"
-    )  # fmt: skip
+    shaft = Shaft((Section(0.3, 0.02),), supports, (Disc(0.2, 2.0, 0.002),), STEEL, (1.0, 0.0), theory="euler")
     bushing = Bushing(0.15, 1e-4, 0.02, Grease(0.0), Contact(1e5, 50.0), shape="round")
     sensors = (Sensor(1, 0.2, direction=(0.0, 1.0, 0.0)), Sensor(2, 0.2))
-    return Rig(
-        "rotor", None, (bushing,), sensors, structure=shaft, gravity=(0.0, 0.0, -9.81)
-    ).replace(**changes)  # fmt: skip
+    return Rig("rotor", None, (bushing,), sensors, **{"structure": shaft, "gravity": (0.0, 0.0, -9.81)} | changes)
 
 
 @pytest.mark.parametrize(
@@ -141,9 +137,7 @@ def test_a_shaft_that_turns_moves_as_its_modes_do(rig: Rig) -> None:
 @pytest.mark.parametrize("width", ["short", "finite"])
 def test_an_oil_film_carries_as_it_does_with_modes(width: Literal["short", "finite"]) -> None:
     rig = rotor(spin=Spin(300.0), unbalances=(Unbalance(0.2, 1e-4),))
-    rig = rig.replace(
-        bushings=(dataclasses.replace(rig.bushings[0], film=OilFilm(0.02, asperities=1e-6, width=width)),)
-    )
+    rig = with_bushings(rig, film=OilFilm(0.02, asperities=1e-6, width=width))
     links, modal = (cm.simulate(rig, still(0.15), engine=e) for e in ("links", "modal"))
     for name in ("displacement", "grease_force", "acceleration"):
         close(getattr(links, name), getattr(modal, name), 1e-3)
@@ -152,21 +146,12 @@ def test_an_oil_film_carries_as_it_does_with_modes(width: Literal["short", "fini
 def test_in_contact_responses_are_those_of_modes() -> None:
     """Rattle under gravity with friction: levels of every sensor within 2 %, time in contact within 1 %."""
     links, modal = (cm.simulate(RESTING, noise(3.0, 2.0), engine=e) for e in ("links", "modal"))
-    levels = [np.sqrt(np.mean(r.acceleration**2, axis=1)) for r in (links, modal)]
-    assert_allclose(*levels, rtol=0.02)
+    assert_allclose(*[np.sqrt(np.mean(r.acceleration**2, axis=1)) for r in (links, modal)], rtol=0.02)
     assert_allclose(links.contact_share, modal.contact_share, atol=0.01)
     assert modal.contact_share is not None and modal.contact_share.max() > 0.5
 
 
-def in_a_tube() -> Rig:
-    def pinned(name: str, section: Section) -> Shaft:
-        ends = Support(0.0, "pinned"), Support(section.length, "pinned")
-        return Shaft((section,), ends, (), STEEL, (1.0, 1e-6), theory="euler", name=name)
-
-    inner, outer = Section(0.8, (0.012, 0.012)), Section(0.6, (0.03, 0.03), (0.026, 0.026))
-    structure = Shafts((pinned("inner", inner), pinned("outer", outer)), (Spring("inner@0.7", 1e4),))
-    bushing = Bushing("inner@0.3", 2e-4, 0.02, Grease(2e3, 3.0), Contact(5e4, 5.0), to="outer@0.3", shape="round")
-    return Rig("tube", None, (bushing,), (Sensor(1, "inner@0.4"),), structure=structure)
+IN_A_TUBE = tube_and_shaft(shape="round")
 
 
 def of_rectangles(*supports: Support) -> Rig:
@@ -176,10 +161,7 @@ def of_rectangles(*supports: Support) -> Rig:
     shaft = Shaft(sections, supports, (), STEEL, (0.5, 1e-5), theory="euler")
     bushing = Bushing(0.4, 1e-4, 0.02, Grease(500.0, 3.0), Contact(5e4, 5.0), offset_y=2e-5, shape="round")
     sensors = (Sensor(1, 0.25, direction=(0.0, 1.0, 0.0)), Sensor(2, 0.55, direction=(0.0, 1.0, 1.0)))
-    return Rig(
-        "rectangles", None, (bushing,), sensors, structure=shaft,
-        shaker=Shaker(direction=(0.0, 1.0, 2.0)),
-    )  # fmt: skip
+    return Rig("rectangles", None, (bushing,), sensors, structure=shaft, shaker=Shaker(direction=(0.0, 1.0, 2.0)))
 
 
 ELASTIC = (
@@ -190,7 +172,7 @@ ELASTIC = (
 
 @pytest.mark.parametrize(
     ("rig", "level"),
-    [(in_a_tube(), 3.0), (of_rectangles(Support(0.0, "clamped")), 1.0), (of_rectangles(*ELASTIC), 2.0)],
+    [(IN_A_TUBE, 3.0), (of_rectangles(Support(0.0, "clamped")), 1.0), (of_rectangles(*ELASTIC), 2.0)],
     ids=["tube", "tapered rectangle", "elastic supports"],
 )
 def test_structures_of_all_kinds_move_as_their_modes_do(rig: Rig, level: float) -> None:
@@ -200,8 +182,8 @@ def test_structures_of_all_kinds_move_as_their_modes_do(rig: Rig, level: float) 
 
 
 def test_a_clearance_between_two_shafts_touches_as_in_the_plane() -> None:
-    rig = in_a_tube()
-    plane, space = (cm.simulate(r, noise(12.0, 0.25), engine="links") for r in (rig.with_shape(None), rig))
+    rigs = IN_A_TUBE.with_shape(None), IN_A_TUBE
+    plane, space = (cm.simulate(rig, noise(12.0, 0.25), engine="links") for rig in rigs)
     assert plane.contact_force is not None and space.contact_force is not None
     assert np.abs(plane.contact_force).max() > 5.0
     close(space.contact_force[1::2], plane.contact_force, 0.05)
@@ -231,18 +213,15 @@ def test_a_cantilever_sags_under_its_weight() -> None:
     assert beam is not None
     rig = SPACE.replace(bushings=(), masses=(), gravity=(0.0, 3.0, -9.81), sensors=(Sensor(1, 0.5),))
     tip = beam.mass_per_length * beam.length**4 / (8 * beam.bending_stiffness)
-    rest = started(rig).rest
-    assert_allclose(rest.deflection([beam.length])[0], [3.0 * tip, -9.81 * tip], rtol=2e-3)
+    assert_allclose(started(rig).rest.deflection([beam.length])[0], [3.0 * tip, -9.81 * tip], rtol=2e-3)
 
 
 def roller(**changes: object) -> Rig:
     """A stiff shaft that nothing but two bushings holds, under gravity."""
-    shaft = Shaft((Section(0.2, (0.03, 0.03)),), (), (), STEEL, theory="euler")
+    shaft = Shaft((Section(0.2, 0.03),), (), (), STEEL, theory="euler")
     bushings = tuple(Bushing(x, 1e-4, 0.0, Grease(0.0), Contact(2e6, 1e3), shape="round") for x in (0.04, 0.16))
-    return Rig(
-        "roller", None, bushings, (Sensor(1, 0.1),), structure=shaft, gravity=(0.0, 0.0, -9.81),
-        shaker=Shaker("force", 0.1),
-    ).replace(**changes)  # fmt: skip
+    more = {"gravity": (0.0, 0.0, -9.81), "shaker": Shaker("force", 0.1)} | changes
+    return Rig("roller", None, bushings, (Sensor(1, 0.1),), structure=shaft, **more)
 
 
 @pytest.mark.parametrize(
@@ -260,8 +239,7 @@ def test_a_shaft_swings_in_its_bushings(friction: Friction | None, square: float
     way = run.advance(np.zeros(int(0.12 / run.step)))[:, 1]
     size = int(1e-3 / run.step)
     smooth = np.convolve(way, np.full(size, 1 / size), "valid")  # without the ringing of the shaft itself
-    crossings = np.flatnonzero(np.diff(np.sign(smooth)) > 0)
-    period = np.diff(crossings).mean() * run.step
+    period = np.diff(np.flatnonzero(np.diff(np.sign(smooth)) > 0)).mean() * run.step
     sunk = mass * 9.81 / 4e6  # the circle that the shaft's middle swings on is wider by what the contact gives
     assert_allclose(2 * np.pi / period, np.sqrt(square * 1e-4 / (1e-4 + sunk)), rtol=5e-3)
 
@@ -278,9 +256,7 @@ def test_friction_slows_a_shaft_that_coasts() -> None:
 
 
 def overhung(spin: float) -> Rig:
-    shaft = Shaft(
-        (Section(0.3, (0.02, 0.02)),), (Support(0.0, "clamped"),), (Disc(0.3, 2.0, 0.02),), STEEL, theory="euler"
-    )  # fmt: skip
+    shaft = Shaft((Section(0.3, 0.02),), (Support(0.0, "clamped"),), (Disc(0.3, 2.0, 0.02),), STEEL, theory="euler")
     sensors = (Sensor(1, 0.3, direction=(0.0, 1.0, 0.0)), Sensor(2, 0.3))
     return Rig("overhung", None, (), sensors, structure=shaft, spin=Spin(spin))
 
@@ -304,16 +280,14 @@ def test_whirl_of_an_overhung_disc(spin: float) -> None:
 
 def test_gyroscopic_moments_do_no_work() -> None:
     """The scheme's own energy, ½ v M v + ½ q K q of the places before and after, stays over 300 periods."""
-    rig = overhung(900.0)
-    run = started(rig, 4)
+    run = started(overhung(900.0), 4)
     order, stiffness = run.maps.order, run.plant.whole.whole_stiffness
     run.data.qvel[order] = 1e-2 * np.random.default_rng(0).standard_normal(run.model.nv)
-    mass = np.zeros((run.model.nv, run.model.nv))
 
     def energy() -> float:
         before = run.data.qpos[order].copy()
         run.advance(np.zeros(1))
-        mujoco.mj_fullM(run.model, run.data, mass)
+        mass = mass_matrix(run.model, run.data)
         speed, after = run.data.qvel[order], run.data.qpos[order]
         return float(speed @ mass[np.ix_(order, order)] @ speed + before @ stiffness @ after) / 2
 
@@ -324,20 +298,16 @@ def test_gyroscopic_moments_do_no_work() -> None:
 
 def test_the_model_in_a_file_has_the_datasheet_softness_and_both_planes() -> None:
     """Two hinges a joint, round tubes, an annular clearance at each end of a bushing; stable in a viewer."""
-    rig = SPACE.replace(gravity=(0.0, 0.0, -9.81))
-    model = mujoco.MjModel.from_xml_string(build_links(rig).to_xml())
+    model = mujoco.MjModel.from_xml_string(build_links(SPACE.replace(gravity=(0.0, 0.0, -9.81))).to_xml())
     assert (model.nv, model.ntendon, model.npair) == (32, 4, 0)
     assert physical.check(model) == ()
     assert_allclose([softness_of(model, "tendon", i) for i in range(4)], [(3.9e3, 2.0)] * 4, rtol=1e-5)
     assert_allclose(model.tendon_range, [[0.0, 3e-4]] * 4)
     data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    mass = np.zeros((32, 32))
-    mujoco.mj_fullM(model, data, mass)
+    mass = mass_matrix(model, data)
     found = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(mass, np.diag(model.jnt_stiffness))).real)[:6])
-    assert_allclose(
-        found, np.sort(linear_model(SPACE.replace(bushings=(), gravity=(0.0, 1.0, 0.0)), 8).omega)[:6], rtol=3e-3
-    )
+    modes = linear_model(SPACE.replace(bushings=(), gravity=(0.0, 1.0, 0.0)), 8)
+    assert_allclose(found, np.sort(modes.omega)[:6], rtol=3e-3)
     staves = [model.geom(f"bushing0_{stave}") for stave in range(24)]
     inner = [np.hypot(*stave.pos[1:]) - stave.size[1] for stave in staves]
     assert TABLE1.beam is not None and TABLE1.beam.diameter is not None
@@ -347,20 +317,22 @@ def test_the_model_in_a_file_has_the_datasheet_softness_and_both_planes() -> Non
 
 
 def test_a_saved_model_of_two_shafts_keeps_its_softness() -> None:
-    model = mujoco.MjModel.from_xml_string(build_links(in_a_tube(), 12).to_xml())
+    model = mujoco.MjModel.from_xml_string(build_links(IN_A_TUBE, 12).to_xml())
     clearances = [i for i in range(model.ntendon) if model.tendon(i).name.startswith("clearance")]
     assert_allclose([softness_of(model, "tendon", i) for i in clearances], [(2.5e4, 2.5)] * 2, rtol=1e-4)
 
 
+DEEP = Shaft((Section(0.2, 0.05),), (Support(0.0, "clamped"),), (), STEEL)
+THICK = Rig("thick", None, (), (Sensor(1, 0.2),), structure=DEEP, gravity=(0.0, 1.0, 0.0))
+
+
 def test_refusals() -> None:
     """One line: what, where, what would be right."""
-    deep = Shaft((Section(0.2, (0.05, 0.05)),), (Support(0.0, "clamped"),), (), STEEL)
-    thick = Rig("thick", None, (), (Sensor(1, 0.2),), structure=deep, gravity=(0.0, 1.0, 0.0))
     sticky = cm.ContactLaw(cm.clearance.KelvinVoigt(2e4, 30.0, adhesion=True))
     axial = SPACE.replace(shaker=Shaker(direction=(1.0, 0.0, 0.0)))
     for rig, law, engine, words in (
         (SPACE, sticky, "links", "links engine cannot simulate adhesion.*use modal"),
-        (thick, None, "links", "'thick': links has no shear flexibility; use modal"),
+        (THICK, None, "links", "'thick': links has no shear flexibility; use modal"),
         (axial, None, "links", "moves no mass of the structure; give another"),
     ):
         with pytest.raises(cm.ClearanceError, match=words) as error:
@@ -370,9 +342,7 @@ def test_refusals() -> None:
 
 def test_what_is_no_chain_of_links_is_simulated_by_its_modes() -> None:
     """Unless an engine is asked for: a deep shaft with shear, in the plane and in space, and what hangs on springs."""
-    deep = Shaft((Section(0.2, (0.05, 0.05)),), (Support(0.0, "clamped"),), (), STEEL)
-    thick = Rig("thick", None, (), (Sensor(1, 0.2),), structure=deep, gravity=(0.0, 1.0, 0.0))
-    for rig, engine in ((thick, "modal"), (TABLE1, "links"), (SPACE, "modal")):
+    for rig, engine in ((THICK, "modal"), (TABLE1, "links"), (SPACE, "modal")):
         assert cm.simulate(rig, still(0.1)).provenance["engine"] == engine
         assert cm.Model(rig).simulate(still(0.1)).provenance["engine"] == engine
 

@@ -13,14 +13,14 @@ from clearance_mj.engines import build_links
 from clearance_mj.physical.rows import softness_of
 
 from ..conftest import TABLE1 as RIG
+from ..physical.stepping import mass_matrix, with_data
 
 NUMBER = re.compile(r"(-?\d+\.?\d*(?:e[-+]?\d+)?)")
 MODEL = Path(__file__).parents[2] / "models" / "table1_rig_links.xml"
 
 
 def load():
-    model = mujoco.MjModel.from_xml_path(str(MODEL))
-    data = mujoco.MjData(model)
+    model, data = with_data(mujoco.MjModel.from_xml_path(str(MODEL)))
     mujoco.mj_forward(model, data)
     return model, data
 
@@ -37,10 +37,8 @@ def test_links_model():
     """Sixteen hinges; its frequencies are the shaft's, without grease, which is not in the model."""
     model, data = load()
     assert (model.nv, model.npair) == (16, 8)
-    mass = np.zeros((16, 16))
-    mujoco.mj_fullM(model, data, mass)
-    value = np.linalg.eigvals(np.linalg.solve(mass, np.diag(model.jnt_stiffness)))
-    found = np.sqrt(np.sort(value)[:4]) / (2 * np.pi)
+    square = np.linalg.eigvals(np.linalg.solve(mass_matrix(model, data), np.diag(model.jnt_stiffness)))
+    found = np.sqrt(np.sort(square)[:4]) / (2 * np.pi)
     np.testing.assert_allclose(found, natural_frequencies(RIG.replace(bushings=()), 4), rtol=3e-3)
 
 
@@ -63,14 +61,12 @@ def test_links_touch_their_bushings():
     hinge = model.body("link0").pos[0]
     for lift, side in ((6e-4, "upper"), (-6e-4, "lower"), (2e-4, None)):
         # The first hinge lifts the inner bushing, at 0.5484 m, by this much; the outer one by half as much again.
-        data.qpos[:] = 0
-        data.qpos[0] = lift / (0.5484 - hinge)
+        data.qpos[:] = lift / (0.5484 - hinge) * np.eye(model.nq)[0]
         mujoco.mj_forward(model, data)
         pressed = [c for c in data.contact[: data.ncon] if c.dist < 0]
         touched = {model.geom(g).name for c in pressed for g in c.geom if model.geom(g).name.startswith("bushing")}
         assert touched == ({f"bushing0_{side}", f"bushing1_{side}"} if side else set())
-        height = data.sensor("displacement0").data[2]
-        assert height == pytest.approx(lift, rel=1e-5)
+        assert data.sensor("displacement0").data[2] == pytest.approx(lift, rel=1e-5)
         depths = sorted(-c.dist for c in pressed)
         ends = [abs(lift) * (x - hinge) / (0.5484 - hinge) - 3e-4 for b in RIG.bushings for x in b.ends]
         np.testing.assert_allclose(depths, sorted(ends) if side else [], atol=1e-8)
@@ -79,9 +75,7 @@ def test_links_touch_their_bushings():
 def test_datasheet_softness():
     """k and c of the rig, half at each end; of six digits as the masses are, exact once the file is in memory."""
     model, _ = load()
-    rows = [("pair", i) for i in range(model.npair)]
-    assert len(rows) == 8 and not model.ntendon
-    assert physical.check(model) == ()
-    np.testing.assert_allclose([softness_of(model, *row) for row in rows], [(3.9e3, 2.0)] * len(rows), rtol=1e-5)
-    physical.apply(model)
-    np.testing.assert_allclose([softness_of(model, *row) for row in rows], [(3.9e3, 2.0)] * len(rows), rtol=1e-14)
+    assert (model.npair, model.ntendon, physical.check(model)) == (8, 0, ())
+    for tolerance in (1e-5, 1e-14):
+        np.testing.assert_allclose([softness_of(model, "pair", i) for i in range(8)], [(3.9e3, 2)] * 8, rtol=tolerance)
+        physical.apply(model)

@@ -9,12 +9,13 @@ import clearance_mj as cm
 from clearance_mj.clearance import Cubic, HuntCrossley, HuntCrossley1975, KelvinVoigt, MaxwellSlip
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.engines import simulate_batch
-from clearance_mj.rig import Bushing, Contact, Friction, Grease, Rig, Sensor, Shaker
+from clearance_mj.rig import Friction, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.correlation import rmse_db
-from clearance_mj.structure import Material, Section, Shaft, Shafts, Spring, Support
 from clearance_mj.sweep import Design, Outputs, Plan, Vary
 
 from ..conftest import ROOT, TABLE1
+from .alike import HISTORIES, with_bushings
+from .tube import tube_and_shaft
 
 pytest.importorskip("jax", reason="JAX is not installed; make test-mjx installs it")
 
@@ -25,25 +26,16 @@ PUMP = Rig.load(ROOT / "models" / "stepped_shaft.toml")
 FILM = Grease(5e3, 2.0, 0.8, 1.1, 1.5e7, 5e6, 1.9, 8e-4, 0.3)
 ENVELOPE = cm.AmplitudeLaw([2e-4, 4e-4, 6e-4], [5e3, 8e3, 2e4], [2.0, 4.0, 5.0], grease=FILM)
 SLIPPING = cm.ContactLaw(HuntCrossley1975(2e6, 4e5), grease=FILM)
-NAMES = "acceleration", "displacement", "contact_force", "grease_force"
 
 
 def noise(rms, seconds=0.1, seed=1, **fields):
     return cm.excitation.random(seconds, FS, band=(5, 220), rms=rms, seed=seed, **fields)
 
 
-def tube_and_shaft():
+def one_sided_tube():
     """Springs, rigid supports, and a clearance between two points that move, along which one wall is missing."""
-
-    def pinned(name, section):
-        ends = Support(0.0, "pinned"), Support(section.length, "pinned")
-        return Shaft((section,), ends, (), Material(210e9, 7850.0), (1.0, 1e-6), theory="euler", name=name)
-
-    parts = pinned("inner", Section(0.8, 0.012)), pinned("outer", Section(0.6, 0.03, 0.026))
-    stop = Bushing("inner@0.3", 2e-5, 0.02, Grease(2e3, 3.0), Contact(5e4, 5.0), to="outer@0.3", stops="upper")
-    structure = Shafts(parts, (Spring("inner@0.7", 1e4),))
-    sensors = Sensor(1, "inner@0.4"), Sensor(2, "inner@0.5", quantity="displacement")
-    return Rig("shaft in a tube", None, (stop,), sensors, structure=structure)
+    rig = tube_and_shaft(gap=2e-5, stops="upper")
+    return rig.replace(sensors=(*rig.sensors, Sensor(2, "inner@0.5", quantity="displacement")))
 
 
 def off_centre(rig):
@@ -55,7 +47,7 @@ def off_centre(rig):
 
 def furthest(found, told):
     """Largest difference of everything that two responses hold, as a share of the largest value there is of it."""
-    parts = [(getattr(found, name), getattr(told, name)) for name in NAMES]
+    parts = [(getattr(found, name), getattr(told, name)) for name in HISTORIES]
     return max(np.abs(a - b).max() / np.abs(b).max() for a, b in parts if np.abs(b).max(initial=0.0) > ROUNDING)
 
 
@@ -74,7 +66,7 @@ def test_motions_in_the_gap_are_those_of_links(rig):
         (TABLE1, 4.0, cm.ContactLaw(HuntCrossley(2e6, 0.4))), (TABLE1, 4.0, ENVELOPE),
         (TABLE1, 4.0, cm.TimeLaw([0.0, 0.05, 0.1], [5e3, 9e3, 7e3], [2.0, 4.0, 3.0])),
         (off_centre(SPACE), 4.0, cm.ContactLaw(Cubic(5e3, 5e10, 2.0, 1.0), grease=FILM)), (PUMP, 2.0, None),
-        (tube_and_shaft(), 20.0, None), (TABLE1.replace(bushings=()), 5.0, None),
+        (one_sided_tube(), 20.0, None), (TABLE1.replace(bushings=()), 5.0, None),
     ],
     ids=["constant", "power law", "restitution", "amplitude", "time", "round", "supports", "stop", "no clearance"],
 )  # fmt: skip
@@ -116,8 +108,7 @@ def cases(count):
 def test_many_cases_at_once_are_each_alone():
     """Also where they end at different times; sums of many differ from those of one by rounding."""
     columns = [list(column) for column in zip(*cases(5))]
-    together = simulate_batch(*columns, engine="mjx")
-    for response, rig, excitation, law in zip(together, *columns):
+    for response, rig, excitation, law in zip(simulate_batch(*columns, engine="mjx"), *columns):
         alone = cm.simulate(rig, excitation, law, "mjx")
         assert response.acceleration.shape == (8, excitation.value.size) and alone.contact_force.any()
         assert furthest(response, alone) < 1e-6
@@ -144,21 +135,13 @@ def test_a_case_that_diverges_stops_no_other_one():
         np.testing.assert_allclose(found["natural_frequency"], told["natural_frequency"])
 
 
-def bushings_with(**fields):
-    return tuple(dataclasses.replace(b, **fields) for b in SPACE.bushings)
-
-
-@pytest.mark.parametrize(
-    ("rig", "law", "message"),
-    [
-        (SPACE.replace(gravity=(0.0, 0.0, -9.81)), None, "rig 'table1': the mjx engine does not simulate gravity; use"),
-        (SPACE.replace(bushings=bushings_with(friction=Friction(0.1))), None, r"friction at bushings\[0\]; use links"),
-        (TABLE1, cm.ContactLaw(KelvinVoigt(8e3, 4.0, adhesion=True)), "the mjx engine cannot simulate adhesion"),
-        (TABLE1, cm.ContactLaw(HuntCrossley(2e6, 0.4), grease=MaxwellSlip((2e3, 900.0), (0.3, 0.5), 500.0, 2.0)),
-         r"JAX cannot trace its laws \(.*HuntCrossley.*MaxwellSlip"),
-    ],
-    ids=["gravity", "friction", "adhesion", "a law with branches"],
-)  # fmt: skip
+@pytest.mark.parametrize(("rig", "law", "message"), [
+    (SPACE.replace(gravity=(0.0, 0.0, -9.81)), None, "rig 'table1': the mjx engine does not simulate gravity; use"),
+    (with_bushings(SPACE, friction=Friction(0.1)), None, r"friction at bushings\[0\]; use links"),
+    (TABLE1, cm.ContactLaw(KelvinVoigt(8e3, 4.0, adhesion=True)), "the mjx engine cannot simulate adhesion"),
+    (TABLE1, cm.ContactLaw(HuntCrossley(2e6, 0.4), grease=MaxwellSlip((2e3, 900.0), (0.3, 0.5), 500.0, 2.0)),
+    r"JAX cannot trace its laws \(.*HuntCrossley.*MaxwellSlip"),
+], ids=["gravity", "friction", "adhesion", "a law with branches"])  # fmt: skip
 def test_refusals(rig, law, message):
     with pytest.raises(ClearanceError, match=message):
         cm.simulate(rig, noise(1.0), law, "mjx")

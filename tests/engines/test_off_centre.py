@@ -11,13 +11,14 @@ import pytest
 
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import RigError
-from clearance_mj.engines import get_engine, simulate
+from clearance_mj.engines import simulate
 from clearance_mj.engines.energy import energy_balance
 from clearance_mj.rig import Grease, Shaker
 from clearance_mj.signals.excitation import Excitation, random
 
 from ..conftest import TABLE1
 from ..verification.modal_mj import ModalMujoco
+from .alike import at_every_step
 
 POSITIONS = 0.55 + 0.05 / np.sqrt(12), 0.8 - 0.05 / np.sqrt(12)
 GAPS, OFFSETS, K = np.array([1e-4, 3e-4]), np.array([6e-5, -1e-4]), 2e4
@@ -26,28 +27,15 @@ FILM = Grease(4369.0, 4.0, film_height=7.5e-4)
 
 def off_centre(offsets=OFFSETS, stops=("both", "both"), **changes):
     places = zip(TABLE1.bushings, POSITIONS, GAPS, offsets, stops, strict=True)
-    made = [
-        dataclasses.replace(b, position=x, length=1e-6, gap=d, offset=o, stops=s, grease=FILM)
-        for b, x, d, o, s in places
-    ]
+    short = {"length": 1e-6, "grease": FILM}
+    made = [dataclasses.replace(b, position=x, gap=d, offset=o, stops=s, **short) for b, x, d, o, s in places]
     return TABLE1.replace(bushings=tuple(made), **changes)
-
-
-def steps(rig, engine, law, level=8.0, duration=0.3):
-    """Displacement, contact force and grease force of the bushings at every step, (n, 2) each, and the step."""
-    engine = get_engine(engine)
-    step = engine.largest_step(rig, law)
-    time = np.arange(round(duration / step)) * step
-    run = engine.start(rig, law, "base", step)
-    output = run.advance(level * (np.sin(2 * np.pi * 9 * time) + np.sin(2 * np.pi * 37 * time)))
-    displacement, contact, grease, _ = np.split(output[:, len(rig.sensors) :], 4, axis=1)
-    return displacement, contact, grease, step
 
 
 @pytest.mark.parametrize("stops", [("both", "both"), ("upper", "lower")])
 def test_forces_begin_at_the_walls(engine, stops):
     """K times what the displacement from rest exceeds gap - offset upwards and gap + offset downwards."""
-    x, contact, _, _ = steps(off_centre(stops=stops), engine, ConstantLaw(K, 0.0))
+    _, x, contact, *_ = at_every_step(off_centre(stops=stops), engine, ConstantLaw(K, 0.0))
     upper = np.where([s != "lower" for s in stops], GAPS - OFFSETS, np.inf)
     lower = np.where([s != "upper" for s in stops], -GAPS - OFFSETS, -np.inf)
     assert np.all(x.max(axis=0) > 1.5 * (GAPS - OFFSETS)) and np.all(x.min(axis=0) < 1.5 * (-GAPS - OFFSETS))
@@ -59,7 +47,7 @@ def test_forces_begin_at_the_walls(engine, stops):
 
 def test_the_film_is_thinner_on_the_nearer_side(engine):
     """k x + c ẋ / max(1 - |x + offset|/h, ε)²: the springs' force is that above what they carry at rest."""
-    x, _, grease, step = steps(off_centre(), engine, ConstantLaw(K, 0.0))
+    _, x, _, grease, step = at_every_step(off_centre(), engine, ConstantLaw(K, 0.0))
     before, after = np.diff(x, axis=0)[:-1] / step, np.diff(x, axis=0)[1:] / step
     speed = (before + after) / 2 if engine == "modal" else before
     thin = np.maximum(1 - np.abs(x + OFFSETS) / FILM.film_height, FILM.film_limit)

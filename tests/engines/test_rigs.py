@@ -13,27 +13,20 @@ import scipy.signal
 from clearance_mj.beam import state_space
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import Links, Modal, get_engine, simulate
-from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj.rig import Beam, Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation, random
 from clearance_mj.structure import Clamp
 
 from ..conftest import TABLE1
+from ..verification.test_beam_fe import three_bushings
 
 LAW = ConstantLaw(2e4, 3.0)
 FS = 2048.0
 ENGINES = ["links", "modal"]
 
-_bushings = ((0.2, 3e3, 2.0), (0.33, 8e3, 1.0), (0.51, 1e3, 4.0))
-RECTANGULAR = Rig(
-    "three bushings",
-    Beam(0.6, 205e9, 7800.0, width=0.02, height=0.006, rayleigh=(1.0, 2e-5)),
-    tuple(Bushing(x, 2e-4, 0.02, Grease(k, c), Contact(1e4, 2.0)) for x, k, c in _bushings),
-    (Sensor(1, 0.1, 0.02), Sensor(2, 0.4, 0.05), Sensor(3, 0.6)),
-    (PointMass(0.55, 0.3, "lever"),),
-)
 UNDAMPED_SHAFT = dataclasses.replace(TABLE1.beam, rayleigh=(0.0, 0.0))
 RIGS = {
-    "three bushings": RECTANGULAR,
+    "three bushings": three_bushings(),
     "pushed": TABLE1.replace(shaker=Shaker("force", 0.7)),
     "pushed at a bushing": TABLE1.replace(shaker=Shaker("force", TABLE1.bushings[0].position)),
     "no bushing": TABLE1.replace(bushings=()),
@@ -67,8 +60,7 @@ def expected(rig):
     t = np.arange(round(0.3 * FS) * fine) / (FS * fine)
     system = state_space(rig, 24)
     _, output, _ = scipy.signal.lsim((system.A, system.B, system.C, system.D), drive(t), t)
-    excitation = Excitation(drive(t[::fine]), FS, rig.shaker.kind)
-    return excitation, *np.split(output[::fine].T, [len(rig.sensors)])
+    return Excitation(drive(t[::fine]), FS, rig.shaker.kind), *np.split(output[::fine].T, [len(rig.sensors)])
 
 
 @pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS.keys())
@@ -110,8 +102,7 @@ def test_bushings_in_any_order(engine):
     """A rig file may list them as it likes; each has its own gap, grease, k and c."""
     inner, outer = TABLE1.bushings
     outer = dataclasses.replace(outer, gap=1e-4, grease=Grease(2e3, 1.0))
-    t = np.arange(400) / FS
-    excitation = Excitation(60 * drive(t), FS)
+    excitation = Excitation(60 * drive(np.arange(400) / FS), FS)
     there = simulate(TABLE1.replace(bushings=(inner, outer)), excitation, ConstantLaw([3e4, 8e3], [3.0, 1.0]), engine)
     back = simulate(TABLE1.replace(bushings=(outer, inner)), excitation, ConstantLaw([8e3, 3e4], [1.0, 3.0]), engine)
     assert np.all(np.any(there.contact_force, axis=1))
@@ -123,8 +114,7 @@ def test_sensor_near_the_clamp(engine):
     """Before the first hinge of the chain: it reads the base."""
     rig = TABLE1.replace(sensors=(Sensor(1, 0.005), Sensor(2, 1.0)))
     excitation = Excitation(drive(np.arange(400) / FS), FS)
-    found = simulate(rig, excitation, LAW, engine)
-    assert error(found.acceleration[0], excitation.value) < 1e-2
+    assert error(simulate(rig, excitation, LAW, engine).acceleration[0], excitation.value) < 1e-2
 
 
 @pytest.mark.parametrize("engine", ["links", "modal"])

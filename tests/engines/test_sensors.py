@@ -36,6 +36,11 @@ def rows(response: cm.Response, sensors: tuple[Sensor, ...]) -> np.ndarray:
     return response.channels[[known.index((s.label, s.quantity)) for s in sensors]]
 
 
+def in_the_gap(*sensors: Sensor) -> Rig:
+    """The damped shaft of Table 1 without bushings."""
+    return TABLE1.replace(bushings=(), sensors=sensors, beam=dataclasses.replace(TABLE1.beam, rayleigh=(40.0, 0.0)))
+
+
 def steady(rig: Rig, engine: str, harmonics: int = 100) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Angular frequencies, spectra of excitation and channels in the last but one of 40 periods, and the step."""
     phases = np.random.default_rng(1).uniform(0, 2 * np.pi, harmonics)
@@ -43,9 +48,8 @@ def steady(rig: Rig, engine: str, harmonics: int = 100) -> tuple[np.ndarray, np.
     omega = 2 * np.pi * FS / PERIOD * np.arange(2, harmonics + 2)
     value = np.cos(np.outer(time, omega) + phases).sum(axis=1) / np.sqrt(harmonics)
     response = cm.simulate(rig, cm.Excitation(value, FS, rig.shaker.kind), cm.ConstantLaw(0.0, 0.0), engine)
-    spectra = np.fft.rfft(np.vstack((response.excitation, response.channels))[:, -2 * PERIOD : -PERIOD])[
-        :, 2 : harmonics + 2
-    ]
+    period = np.vstack((response.excitation, response.channels))[:, -2 * PERIOD : -PERIOD]
+    spectra = np.fft.rfft(period)[:, 2 : harmonics + 2]
     return omega, spectra[0], spectra[1:], response.provenance["step"]
 
 
@@ -71,8 +75,7 @@ def test_force_and_displacement_in_a_clearance_are_the_clearances_own(engine: st
 @pytest.mark.parametrize("kind", ["base", "force"])
 def test_motions_are_derivatives_of_each_other(engine: str, kind: str) -> None:
     sensors = AT_ONE_PLACE if kind == "base" else (*AT_ONE_PLACE[:2], *AT_ONE_PLACE[3:])
-    free = TABLE1.replace(sensors=sensors, bushings=(), shaker=Shaker(kind, None if kind == "base" else 0.5))
-    free = free.replace(beam=dataclasses.replace(free.beam, rayleigh=(40.0, 0.0)))
+    free = in_the_gap(*sensors).replace(shaker=Shaker(kind, None if kind == "base" else 0.5))
     omega, drive, found, h = steady(free, engine)
     by_time = dict(zip(((s.quantity, s.moves_with_base) for s in sensors), found))
     for against in (False, True):
@@ -96,8 +99,7 @@ def test_the_base_moves_by_the_running_integral_of_its_acceleration() -> None:
     """A point of a rigid part of the base, u = ∬ a from rest: here of one sine, a ω⁻² (ωt - sin ωt)."""
     omega, time = 2 * np.pi * 20.0, np.arange(2048) / 2048.0
     held = TABLE1.replace(bushings=(), sensors=AT_ONE_PLACE)
-    excitation = cm.Excitation(np.sin(omega * time), 2048.0, "base")
-    found = cm.simulate(held, excitation, cm.ConstantLaw(0.0, 0.0), "modal")
+    found = cm.simulate(held, cm.Excitation(np.sin(omega * time), 2048.0, "base"), cm.ConstantLaw(0.0, 0.0), "modal")
     of_base = found.channels[:3] - found.channels[3:]
     inside = slice(100, 1900)  # the filters look ahead of the beginning and beyond the end
     told = np.sin(omega * time), (1 - np.cos(omega * time)) / omega, time / omega - np.sin(omega * time) / omega**2
@@ -129,8 +131,7 @@ def test_in_space_sensors_read_what_they_read_in_the_plane(engine: str) -> None:
 @pytest.mark.parametrize("engine", ["modal", "links"])
 def test_a_probe_reads_the_sag_of_a_shaft_that_rests(engine: str) -> None:
     heavy = MIXED.with_shape("round").replace(gravity=(0.0, 0.0, -9.81))
-    quiet = cm.Excitation(np.zeros(256), 2048.0, "base")
-    found = cm.simulate(heavy, quiet, LAW, engine)
+    found = cm.simulate(heavy, cm.Excitation(np.zeros(256), 2048.0, "base"), LAW, engine)
     assert np.abs(found.displacement).max() > 1e-4
     assert_allclose(rows(found, MIDDLES), found.displacement[1::2], rtol=1e-6)
     whole = (found.contact_force + found.grease_force)[1::2]
@@ -138,21 +139,18 @@ def test_a_probe_reads_the_sag_of_a_shaft_that_rests(engine: str) -> None:
 
 
 STEEL = Material(210e9, 7850.0)
+SPRINGS = Support(0.0, "elastic", 2e5, 30.0, 80.0), Support(0.6, "elastic", 1e5, 0.0, 0.0)
 STANDING = Rig(
     "on springs", None, (),
     (Sensor(1, 0.0, quantity="force"), Sensor(2, 0.0, quantity="displacement"),
      Sensor(3, 0.0, quantity="velocity", relative_to="base"), Sensor(4, 0.6, quantity="force")),
-    structure=Shaft(
-        (Section(0.6, (0.02, 0.02)),),
-        (Support(0.0, "elastic", 2e5, 30.0, 80.0), Support(0.6, "elastic", 1e5, 0.0, 0.0)), (), STEEL, theory="euler",
-    ),
+    structure=Shaft((Section(0.6, 0.02),), SPRINGS, (), STEEL, theory="euler"),
 )  # fmt: skip
 
 
 @pytest.mark.parametrize("engine", ["modal", "links"])
 def test_force_in_a_support_is_that_of_its_spring_and_damper(engine: str) -> None:
-    found = cm.simulate(STANDING, NOISE, cm.ConstantLaw(0.0, 0.0), engine)
-    force, w, speed, _ = found.channels
+    force, w, speed, _ = cm.simulate(STANDING, NOISE, cm.ConstantLaw(0.0, 0.0), engine).channels
     assert np.abs(80.0 * speed).max() > 0.05 * np.abs(force).max()
     assert_allclose(force, 2e5 * w + 80.0 * speed, atol=1e-9 * np.abs(force).max())
 
@@ -170,17 +168,11 @@ GAUGES = (
     Sensor(1, 1e-3, quantity="strain"), Sensor(2, AT, quantity="strain"), Sensor(3, AT, quantity="strain", fibre=0.002),
     Sensor(4, AT, quantity="angle"), Sensor(5, LENGTH, quantity="displacement"),
 )  # fmt: skip
-CANTILEVER = Rig(
-    "cantilever", cm.Beam(LENGTH, 210e9, 7850.0, width=WIDTH, height=HEIGHT, damping_ratios=(1e-4,)), (), GAUGES,
-    shaker=Shaker("force", LENGTH),
-)  # fmt: skip
-AS_SHAFT = CANTILEVER.replace(
-    beam=None,
-    structure=Shaft(
-        (Section(LENGTH, width=(WIDTH, WIDTH), height=(HEIGHT, HEIGHT)),), (Support(0.0, "clamped"),), (), STEEL,
-        damping_ratios=(1e-4,), theory="euler",
-    ),
-)  # fmt: skip
+BAR = cm.Beam(LENGTH, 210e9, 7850.0, width=WIDTH, height=HEIGHT, damping_ratios=(1e-4,))
+CANTILEVER = Rig("cantilever", BAR, (), GAUGES, shaker=Shaker("force", LENGTH))
+PLATE, CLAMP = Section(LENGTH, width=WIDTH, height=HEIGHT), Support(0.0, "clamped")
+SHAFT = Shaft((PLATE,), (CLAMP,), (), STEEL, damping_ratios=(1e-4,), theory="euler")
+AS_SHAFT = CANTILEVER.replace(beam=None, structure=SHAFT)
 
 
 def gains_of(rig: Rig, frequency: float) -> np.ndarray:
@@ -209,13 +201,9 @@ def test_strain_at_resonance_is_that_of_the_mode(rig: Rig) -> None:
 
 @pytest.mark.parametrize("engine", ["modal", "links"])
 def test_strain_and_angle_over_time_are_those_of_the_gains(engine: str) -> None:
-    rig = TABLE1.replace(
-        bushings=(), sensors=tuple(dataclasses.replace(s, position=max(s.position, 0.05)) for s in GAUGES[1:4]),
-        beam=dataclasses.replace(TABLE1.beam, rayleigh=(40.0, 0.0)),
-    )  # fmt: skip
-    rig = rig.replace(sensors=tuple(dataclasses.replace(s, fibre=None) for s in rig.sensors))
-    omega, drive, found, _ = steady(rig.replace(sensors=rig.sensors[:1] + rig.sensors[2:]), engine)
-    model, low = linear_model(rig.replace(sensors=rig.sensors[:1] + rig.sensors[2:])), omega < 2 * np.pi * 60
+    rig = in_the_gap(GAUGES[1], GAUGES[3])
+    omega, drive, found, _ = steady(rig, engine)
+    model, low = linear_model(rig), omega < 2 * np.pi * 60
     gains = model.channel_gains(np.zeros((0, model.size)), "base", omega[low])[:, :-1, -1].T
     for seen, gain in zip((found / drive)[:, low], gains):
         assert_allclose(seen, gain, atol=3e-2 * np.abs(gain).max())
@@ -223,11 +211,9 @@ def test_strain_and_angle_over_time_are_those_of_the_gains(engine: str) -> None:
 
 def test_a_twist_is_read_at_its_point() -> None:
     """A tube of length L, clamped, under a torque T at its end turns by T L/(G J)."""
-    section = Section(0.5, (0.03, 0.03))
-    twisted = Rig(
-        "tube", None, (), (Sensor(1, "@0.5:RX", quantity="angle"),), shaker=Shaker("force", "@0.5:RX"),
-        structure=Shaft((section,), (Support(0.0, "clamped"),), (), STEEL, theory="euler"),
-    )  # fmt: skip
+    tube = Shaft((Section(0.5, 0.03),), (CLAMP,), (), STEEL, theory="euler")
+    sensors, shaker = (Sensor(1, "@0.5:RX", quantity="angle"),), Shaker("force", "@0.5:RX")
+    twisted = Rig("tube", None, (), sensors, shaker=shaker, structure=tube)
     assert twisted.sensor_labels == ["1:+RX"]
     polar, shear = np.pi * 0.03**4 / 32, 210e9 / 2.6
     assert_allclose(gains_of(twisted, 1e-2).real, [0.5 / (shear * polar)], rtol=1e-6)
@@ -236,10 +222,7 @@ def test_a_twist_is_read_at_its_point() -> None:
 @pytest.mark.parametrize("engine", ["modal", "links"])
 def test_an_angular_velocity_is_the_derivative_of_the_angle(engine: str) -> None:
     """Of steady vibrations: iω θ, by the scheme's i sin(ωh)/h; about y as about every axis that is named."""
-    rig = TABLE1.replace(
-        bushings=(), sensors=(Sensor(1, X, quantity="angle"), Sensor(1, X, quantity="angular velocity")),
-        beam=dataclasses.replace(TABLE1.beam, rayleigh=(40.0, 0.0)),
-    )  # fmt: skip
+    rig = in_the_gap(Sensor(1, X, quantity="angle"), Sensor(1, X, quantity="angular velocity"))
     assert rig.sensor_labels == ["1:+RY", "1:+RY"]
     omega, _, (angle, rate), h = steady(rig, engine)
     assert_allclose(rate, 1j * np.sin(omega * h) / h * angle, atol=1e-6 * np.abs(rate).max())

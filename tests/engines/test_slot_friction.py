@@ -16,6 +16,8 @@ from clearance_mj.engines import static_equilibrium
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, Load, Rig, Sensor, Shaker, Spin
 from clearance_mj.structure import Disc, Material, Matrices, Section, Shaft, Support
 
+from .alike import assert_alike, with_bushings
+
 COEFFICIENT, PRESSED = 0.3, 1.1  # N, of which the spring of the pressed mass takes 10 N/m times the deflection
 STOP = Bushing(
     "1:Z", 1e-3, 0.0, Grease(0.0), Contact(100.0, 2.0), stops="upper",
@@ -38,8 +40,7 @@ SHAFT = Shaft(
 
 def forced(force, ratio, periods, samples=200, damping=0.0, lag=0.0):
     """The sliding mass' displacement over the last period under force cos(ratio t - lag), and ratio t."""
-    bristles = dataclasses.replace(STOP.friction, damping=damping)
-    rig = MASSES.replace(bushings=(dataclasses.replace(STOP, friction=bristles),))
+    rig = with_bushings(MASSES, friction=dataclasses.replace(STOP.friction, damping=damping))
     phase = 2 * np.pi * np.arange(samples * periods) / samples
     fs = samples * ratio / (2 * np.pi)
     response = cm.simulate(rig, cm.Excitation(force * np.cos(phase - lag), fs, "force"), engine="modal")
@@ -47,10 +48,15 @@ def forced(force, ratio, periods, samples=200, damping=0.0, lag=0.0):
     return response.channels[0][-samples:], phase[:samples]
 
 
+def den_hartog(ratio):
+    """Largest displacement under a force of 1 N, m, and that without friction."""
+    friction, gain = COEFFICIENT * NORMAL, 1 / (1 - ratio**2)
+    return np.sqrt(gain**2 - (friction * np.sin(np.pi / ratio) / ratio / (1 + np.cos(np.pi / ratio))) ** 2), gain
+
+
 @pytest.mark.parametrize("ratio", [0.6, 0.8, 1.3])
 def test_forced_vibration_with_dry_friction(ratio):
-    friction, gain = COEFFICIENT * NORMAL, 1 / (1 - ratio**2)
-    largest = np.sqrt(gain**2 - (friction * np.sin(np.pi / ratio) / ratio / (1 + np.cos(np.pi / ratio))) ** 2)
+    largest, gain = den_hartog(ratio)
     lag = np.arccos(largest / gain)
     x, phase = forced(1.0, ratio, 80)
     assert x.max() == pytest.approx(largest, rel=5e-3) and x.min() == pytest.approx(-largest, rel=5e-3)
@@ -63,18 +69,15 @@ def test_forced_vibration_with_dry_friction(ratio):
 def test_static_friction_holds_what_is_weaker():
     """Below μ N the bristles alone bend, as a spring of 1e4 N/m beside that of the mass; beyond, it slides."""
     limit = COEFFICIENT * NORMAL
-    x, _ = forced(0.9 * limit, 0.5, 6, damping=150.0, lag=np.pi / 2)
-    assert np.abs(x).max() == pytest.approx(0.9 * limit / np.abs(1e4 + 1 - 0.5**2 + 75j), rel=1e-3)
-    x, _ = forced(1.5 * limit, 0.5, 6, damping=150.0, lag=np.pi / 2)
-    assert np.abs(x).max() > 0.1
+    held, slides = (forced(share * limit, 0.5, 6, damping=150.0, lag=np.pi / 2)[0] for share in (0.9, 1.5))
+    assert np.abs(held).max() == pytest.approx(0.9 * limit / np.abs(1e4 + 1 - 0.5**2 + 75j), rel=1e-3)
+    assert np.abs(slides).max() > 0.1
 
 
 def turning(**more):
     slot = Bushing(0.6, 3e-4, 0.0, Grease(500.0, 3.0), Contact(5e4, 5.0), friction=Friction(0.2, damping=1.0))
-    loads = (Load(0.65, force=(0.0, 0.0, -20.0)),)
-    return Rig(
-        "slot", None, (slot,), (Sensor(1, 0.7, direction=(0.0, 1.0, 0.0)),), structure=SHAFT, loads=loads, **more
-    )
+    more = {"structure": SHAFT, "loads": (Load(0.65, force=(0.0, 0.0, -20.0)),)} | more
+    return Rig("slot", None, (slot,), (Sensor(1, 0.7, direction=(0.0, 1.0, 0.0)),), **more)
 
 
 @pytest.mark.parametrize("spin", [30.0, -30.0])
@@ -84,8 +87,8 @@ def test_a_turning_shaft_rests_where_its_slot_drags_it(spin):
     rest = static_equilibrium(rig)
     assert rest.contact_force[0] < -1.0
     held = Load(0.6, force=(0.0, np.sign(spin) * 0.2 * rest.contact_force[0], 0.0))
-    smooth = dataclasses.replace(rig.bushings[0], friction=None)
-    known = static_equilibrium(rig.replace(bushings=(smooth,), loads=(*rig.loads, held))).deflection([0.6, 0.8])
+    smooth = with_bushings(rig, friction=None).replace(loads=(*rig.loads, held))
+    known = static_equilibrium(smooth).deflection([0.6, 0.8])
     np.testing.assert_allclose(rest.deflection([0.6, 0.8]), known, rtol=1e-6)
 
 
@@ -105,17 +108,12 @@ def test_links_rub_as_modes_do(spin):
 def test_lanes_rub_alike():
     push = cm.excitation.random(0.5, 2048.0, seed=1, band=(5, 100), rms=6.0, kind="force")
     rig = turning(shaker=Shaker("force", 0.7, direction=(0.0, 0.6, 0.8)))
-    cases = [
-        (rig.replace(bushings=(dataclasses.replace(rig.bushings[0], friction=Friction(mu, damping=1.0)),)),
-         cm.ConstantLaw(5e4, 5.0)) for mu in np.linspace(0.1, 0.8, 8)
-    ]  # fmt: skip
+    rigs = [with_bushings(rig, friction=Friction(mu, damping=1.0)) for mu in np.linspace(0.1, 0.8, 8)]
+    cases = [(rig, cm.ConstantLaw(5e4, 5.0)) for rig in rigs]
     together = cm.engines.simulate_together(cases, push)
     assert np.ptp([each.channels[0].std() for each in together]) > 1e-2 * together[0].channels[0].std()
     for (case, law), found in zip(cases, together):
-        alone = cm.simulate(case, push, law, engine="modal")
-        for name in ("channels", "contact_force"):
-            known = getattr(alone, name)
-            np.testing.assert_allclose(getattr(found, name), known, rtol=0, atol=1e-9 * np.abs(known).max())
+        assert_alike(found, cm.simulate(case, push, law, engine="modal"), 1e-9, ("channels", "contact_force"))
 
 
 def test_a_file_comes_back(tmp_path):
@@ -125,16 +123,13 @@ def test_a_file_comes_back(tmp_path):
     assert 'along = "1:Y"' in (MASSES.save(tmp_path / "m.toml") or (tmp_path / "m.toml").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"friction": Friction(0.1)}, 'bushings[0].friction.along "1:Y": nothing slides along the wall that "1:Z"'),
-        ({"friction": Friction(0.1, along="1:Z")}, 'along "1:Z": nothing slides along the wall that "1:Z" meets'),
-        ({"friction": Friction(0.1, along="2:Y")}, 'bushings[0].friction.along "2:Y" is no degree of freedom'),
-        ({"friction": Friction(0.1, along="1:RX")}, "bushings[0].friction.along"),
-        ({"shape": "round", "stops": "both", "radius": 0.01}, "bushings[0].friction.along is of a slot or stop"),
-    ],
-)
+@pytest.mark.parametrize(("change", "words"), [
+    ({"friction": Friction(0.1)}, 'bushings[0].friction.along "1:Y": nothing slides along the wall that "1:Z"'),
+    ({"friction": Friction(0.1, along="1:Z")}, 'along "1:Z": nothing slides along the wall that "1:Z" meets'),
+    ({"friction": Friction(0.1, along="2:Y")}, 'bushings[0].friction.along "2:Y" is no degree of freedom'),
+    ({"friction": Friction(0.1, along="1:RX")}, "bushings[0].friction.along"),
+    ({"shape": "round", "stops": "both", "radius": 0.01}, "bushings[0].friction.along is of a slot or stop"),
+])  # fmt: skip
 def test_what_cannot_slide_is_named(change, words):
     with pytest.raises(RigError) as error:
         MASSES.replace(bushings=(dataclasses.replace(STOP, **change),))
@@ -147,12 +142,10 @@ def test_harmonic_balance_with_dry_friction():
     rig = MASSES.replace(sensors=(Sensor(1, "1:Y"),))
     branch = cm.periodic.follow_response(cm.Model(rig), 1.0, (0.7 / 2 / np.pi, 0.8 / 2 / np.pi), 25)
     ratio, order = 2 * np.pi * branch.frequency[-1], np.arange(1, branch.acceleration.shape[-1])
-    friction, gain = COEFFICIENT * NORMAL, 1 / (1 - ratio**2)
-    largest = np.sqrt(gain**2 - (friction * np.sin(np.pi / ratio) / ratio / (1 + np.cos(np.pi / ratio))) ** 2)
     assert ratio == pytest.approx(0.8)
     harmonics = branch.acceleration[-1, 0, 1:] / -((order * ratio) ** 2)
     x = (harmonics * np.exp(1j * np.outer(2 * np.pi * np.arange(1000) / 1000, order))).sum(axis=1).real
-    assert x.max() == pytest.approx(largest, rel=4e-3)
+    assert x.max() == pytest.approx(den_hartog(ratio)[0], rel=4e-3)
 
 
 def test_a_resonance_that_nothing_damps_ends_its_branch():

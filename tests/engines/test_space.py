@@ -19,21 +19,18 @@ from clearance_mj.structure import Disc, Material, Section, Shaft, Spring, Suppo
 from clearance_mj.structure.attached import Housing, Oscillator
 
 from ..verification.page import Measured
+from .alike import GREASED, HISTORIES, assert_alike, with_bushings
 
 TABLE1 = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 SPACE = TABLE1.with_shape("round")
 NOISE = cm.excitation.random(1.0, 2048.0, band=(5, 220), rms=6.0, seed=3)
-GREASED = cm.ContactLaw(
-    cm.clearance.HuntCrossley1975(2e6, 4e5),
-    grease=cm.clearance.MaxwellSlip((2000.0, 900.0), (0.3, 0.5), 500.0, 2.0, 4e-4),
-)
 
 
 @pytest.mark.parametrize("law", [None, GREASED])
 def test_a_motion_in_the_plane_is_the_planar_one(law: cm.ContactLaw | None, measured: Measured) -> None:
     plane, space = (cm.simulate(rig, NOISE, law, "modal") for rig in (TABLE1, SPACE))
     assert plane.contact_force is not None and plane.contact_force.any()
-    for name in ("acceleration", "displacement", "contact_force", "grease_force"):
+    for name in HISTORIES:
         found, told = getattr(space, name), getattr(plane, name)
         found = found if name == "acceleration" else found[1::2]
         what = f"motion in a plane, {'greased' if law else 'nominal law'}: {name.replace('_', ' ')}, largest difference"
@@ -43,11 +40,10 @@ def test_a_motion_in_the_plane_is_the_planar_one(law: cm.ContactLaw | None, meas
 
 
 def test_a_motion_in_the_plane_is_the_planar_one_on_housings_with_springs_and_oscillators() -> None:
-    housed = tuple(dataclasses.replace(b, housing=Housing(4e5, 0.12, 4.0)) for b in TABLE1.bushings)
-    beside = TABLE1.replace(
-        bushings=housed, springs=(Spring(0.5, 300.0, damping=0.5),),
-        oscillators=(Oscillator(0.7, 0.05, 90.0, 0.03, 0.05),),
-    )  # fmt: skip
+    beside = with_bushings(TABLE1, housing=Housing(4e5, 0.12, 4.0))
+    beside = beside.replace(
+        springs=(Spring(0.5, 300.0, damping=0.5),), oscillators=(Oscillator(0.7, 0.05, 90.0, 0.03, 0.05),)
+    )
     plane, space = (cm.simulate(beside.with_shape(shape), NOISE, engine="modal") for shape in (None, "round"))
     assert plane.contact_force is not None and plane.contact_force.any()
     for found, told in ((space.acceleration, plane.acceleration), (space.displacement[1::2], plane.displacement)):
@@ -68,10 +64,8 @@ def test_a_turned_excitation_gives_the_turned_response(law: cm.ContactLaw | None
 
 
 def test_probes_may_be_turned() -> None:
-    bushings = tuple(dataclasses.replace(b, probe_angle=np.pi / 2) for b in SPACE.bushings)
-    straight, turned = (
-        cm.simulate(SPACE.replace(bushings=b), NOISE, engine="modal") for b in (SPACE.bushings, bushings)
-    )
+    turned = with_bushings(SPACE, probe_angle=np.pi / 2)
+    straight, turned = (cm.simulate(rig, NOISE, engine="modal") for rig in (SPACE, turned))
     assert_allclose(turned.displacement[::2], straight.displacement[1::2], atol=1e-15)
 
 
@@ -104,29 +98,30 @@ LIGHT = Modal(modes=1, resolution=3.0)
 def jeffcott(damping: float = 0.1, contact: float = 20.0, **changes: object) -> Rig:
     """m = k = δ = 1 in units of mass, frequency and gap; a light shaft with its disc in the bushing."""
     diameter = (64 * STIFFNESS / (48 * 2.1e11 * np.pi)) ** 0.25
-    supports = tuple(Support(x, "pinned") for x in (0.0, 1.0))
     shaft = Shaft(
-        (Section(1.0, (diameter, diameter)),), supports, (Disc(0.5, MASS),), Material(2.1e11, 1e-3),
-        (damping * FREQUENCY, 0.0), theory="euler",
+        (Section(1.0, diameter),), tuple(Support(x, "pinned") for x in (0.0, 1.0)), (Disc(0.5, MASS),),
+        Material(2.1e11, 1e-3), (damping * FREQUENCY, 0.0), theory="euler",
     )  # fmt: skip
     bushing = Bushing(0.5, GAP, 0.0, Grease(0.0), Contact(contact * STIFFNESS), shape="round")
-    return Rig("jeffcott", None, (bushing,), (Sensor(1, 0.5),), structure=shaft, shaker=Shaker("force", 0.5)).replace(
-        **changes
-    )
+    rig = Rig("jeffcott", None, (bushing,), (Sensor(1, 0.5),), structure=shaft, shaker=Shaker("force", 0.5))
+    return rig.replace(**changes)
 
 
 def rubbing(rig: Rig, friction: float, **of_friction: float) -> Rig:
     """The same with friction."""
-    (bushing,) = rig.bushings
-    return rig.replace(bushings=(dataclasses.replace(bushing, friction=Friction(friction, **of_friction)),))
+    return with_bushings(rig, friction=Friction(friction, **of_friction))
+
+
+def begun(rig: Rig, engine: Modal) -> ModalRun:
+    law = cm.clearance.nominal_law(rig)
+    run = engine.start(rig, law, "force", engine.largest_step(rig, law))
+    assert isinstance(run, ModalRun)
+    return run
 
 
 def started(rig: Rig, place: complex, speed: complex, engine: Modal = LIGHT) -> ModalRun:
     """A run that begins with the bushings' middles y + i z off their rest, m, and with a speed, m/s."""
-    law = cm.clearance.nominal_law(rig)
-    run = engine.start(rig, law, "force", engine.largest_step(rig, law))
-    assert isinstance(run, ModalRun)
-    n = len(rig.bushings)
+    run, n = begun(rig, engine), len(rig.bushings)
     inverse = np.linalg.pinv(run.model.at_bushings)
     run.motion.q[:] += inverse @ np.tile([place.real, place.imag], n)
     run.motion.v[:] += inverse @ np.tile([speed.real, speed.imag], n)
@@ -137,14 +132,12 @@ def started(rig: Rig, place: complex, speed: complex, engine: Modal = LIGHT) -> 
 def path(run: ModalRun, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Displacements y + i z of the first bushing over steps, m, and whether it touches."""
     found = run.advance(np.zeros(int(seconds / run.step)))
-    n = len(run.rig.bushings)
-    return found[:, 1] + 1j * found[:, 2], found[:, 1 + 6 * n]
+    return found[:, 1] + 1j * found[:, 2], found[:, 1 + 6 * len(run.rig.bushings)]
 
 
 def turning(rig: Rig, speed: float, eccentricity: float = 0.2) -> Rig:
     """The rig under unbalance at a speed, in units of the shaft's frequency."""
-    unbalance = Unbalance(0.5, MASS * eccentricity * GAP)
-    return rig.replace(spin=Spin(speed * FREQUENCY), unbalances=(unbalance,))
+    return rig.replace(spin=Spin(speed * FREQUENCY), unbalances=(Unbalance(0.5, MASS * eccentricity * GAP),))
 
 
 @pytest.mark.parametrize(("speed", "touches"), [(0.9240, False), (0.9264, True), (1.1020, True), (1.1044, False)])
@@ -176,8 +169,7 @@ def test_dry_whirl(faster: float, grows: bool) -> None:
     whirl, radius = 1.10499, 1.01117 * GAP
     assert_allclose(whirl, (0.2 + np.sqrt(0.04 + 4)) / 2, rtol=1e-5)
     rig = rubbing(jeffcott(0.02), 0.1).replace(spin=Spin(3.0 * FREQUENCY))  # its surface slides fast
-    run = started(rig, radius, -1j * faster * whirl * FREQUENCY * radius)
-    way, _ = path(run, 20 * 2 * np.pi / FREQUENCY)
+    way, _ = path(started(rig, radius, -1j * faster * whirl * FREQUENCY * radius), 20 * 2 * np.pi / FREQUENCY)
     assert (np.abs(way[-way.size // 10 :]).max() > 1.005 * radius) == grows
 
 
@@ -185,8 +177,7 @@ def test_dry_whirl(faster: float, grows: bool) -> None:
 def test_a_shaft_rolls_in_its_bushing(friction: float, rolls: bool, measured: Measured) -> None:
     """With ω r = Ω R = 50 and m ω² = k + k_c (1 - δ/r): ω = 4.387, r = 11.40, backward; c = 0.2 needs μ > 0.048."""
     rig = rubbing(jeffcott(0.2), friction, damping=50.0)
-    surface = rig.linear.shafts[0].half_depth(0.5)
-    rig = rig.replace(spin=Spin(50 * FREQUENCY * GAP / surface))
+    rig = rig.replace(spin=Spin(50 * FREQUENCY * GAP / rig.linear.shafts[0].half_depth(0.5)))
     whirl, radius = 4.387 * FREQUENCY, 11.40 * GAP
     run = started(rig, radius, -1j * whirl * radius)
     way, _ = path(run, 20 * 2 * np.pi / whirl)
@@ -203,30 +194,24 @@ def test_a_shaft_rolls_in_its_bushing(friction: float, rolls: bool, measured: Me
 
 def resting(**changes: object) -> Rig:
     """A stiff roller in two bushings on springs that hardly hold it, under gravity."""
-    shaft = Shaft(
-        (Section(0.2, (0.03, 0.03)),), (), (), Material(2.1e11, 7850.0), theory="euler"
-    )  # fmt: skip
+    shaft = Shaft((Section(0.2, 0.03),), (), (), Material(2.1e11, 7850.0), theory="euler")
     bushings = tuple(Bushing(x, GAP, 0.0, Grease(0.0), Contact(2e7, 2e3), shape="round") for x in (0.02, 0.18))
-    return Rig(
-        "roller", None, bushings, (Sensor(1, 0.1),), structure=shaft, gravity=(0.0, 0.0, -9.81),
-        shaker=Shaker("force", 0.1),
-    ).replace(**changes)  # fmt: skip
+    more = {"gravity": (0.0, 0.0, -9.81), "shaker": Shaker("force", 0.1)} | changes
+    return Rig("roller", None, bushings, (Sensor(1, 0.1),), structure=shaft).replace(**more)
 
 
 def test_a_shaft_swings_in_its_bushings(measured: Measured) -> None:
     """It slides with √(g/δ), and rolls with √(2g/3δ), δ 0.1 mm: 49.8 and 40.7 Hz."""
     slides = resting()
     mass, surface = slides.total_mass, 0.015
-    held = tuple(dataclasses.replace(b, friction=Friction(0.3, 2e7, 2e3)) for b in slides.bushings)
-    rolls = resting(bushings=held, spin=Spin(0.0, inertia=mass * surface**2 / 2))
+    rolls = rubbing(resting(spin=Spin(0.0, inertia=mass * surface**2 / 2)), 0.3, stiffness=2e7, damping=2e3)
     sunk = mass * 9.81 / 4e7
     for rig, told in ((slides, np.sqrt(9.81 / GAP)), (rolls, np.sqrt(2 * 9.81 / (3 * GAP)))):
         assert_allclose(static_equilibrium(rig).displacement, 2 * [0.0, -GAP - sunk], rtol=1e-6, atol=1e-9)
         run = started(rig, 0.0, 1e-4 + 0j, Modal(modes=4))
         way, touches = path(run, 0.25)
         smooth = np.convolve(way.real, np.full(801, 1 / 801), "valid")  # without the ringing of the shaft itself
-        crossings = np.flatnonzero(np.diff(np.sign(smooth)) > 0)
-        period = np.diff(crossings).mean() * run.step
+        period = np.diff(np.flatnonzero(np.diff(np.sign(smooth)) > 0)).mean() * run.step
         assert touches.all()
         # The circle that its middle swings on is wider by what the contact gives.
         found, told = 1 / period, told / (2 * np.pi) * np.sqrt(GAP / (GAP + sunk))
@@ -241,9 +226,7 @@ def test_damping_that_turns_with_the_shaft() -> None:
     shaft = dataclasses.replace(rig.structure, rayleigh=(outer, inner))
     threshold = FREQUENCY * (1 + 0.02 / 0.01)
     for share, grows in ((0.97, False), (1.03, True)):
-        turns = rig.replace(structure=shaft, spin=Spin(share * threshold))
-        law = cm.clearance.nominal_law(turns)
-        run = LIGHT.start(turns, law, "force", LIGHT.largest_step(turns, law))
+        run = begun(rig.replace(structure=shaft, spin=Spin(share * threshold)), LIGHT)
         run.motion.q[[0, 2]] = 1e-5
         run.advance(np.zeros(int(2.0 / run.step)))
         first = np.abs(run.motion.q[0] + 1j * run.motion.q[2])
@@ -253,21 +236,13 @@ def test_damping_that_turns_with_the_shaft() -> None:
 
 def test_gyroscopic_moments_keep_the_energy(measured: Measured) -> None:
     """An overhung disc that turns and nothing damps: its energy after a thousand periods is that of the start."""
-    shaft = Shaft(
-        (Section(0.4, (0.02, 0.02)),), (Support(0.0, "clamped"),), (Disc(0.4, 4.0, 0.02),), Material(2.1e11, 7850.0)
-    )
-    rig = Rig(
-        "overhung", None, (), (Sensor(1, 0.4),), structure=shaft, spin=Spin(800.0),
-        shaker=Shaker("force", 0.4),
-    )  # fmt: skip
-    engine = Modal(modes=3)
-    law = cm.clearance.nominal_law(rig)
-    run = engine.start(rig, law, "force", engine.largest_step(rig, law))
+    shaft = Shaft((Section(0.4, 0.02),), (Support(0.0, "clamped"),), (Disc(0.4, 4.0, 0.02),), Material(2.1e11, 7850.0))
+    given = {"structure": shaft, "spin": Spin(800.0), "shaker": Shaker("force", 0.4)}
+    run = begun(Rig("overhung", None, (), (Sensor(1, 0.4),), **given), Modal(modes=3))
     run.motion.v[0] = 0.1
 
     def energy() -> float:
-        weights = 1 / run.linear.inverse_mass
-        return float(weights @ (run.motion.v**2 + run.model.omega**2 * run.motion.q**2))
+        return float(1 / run.linear.inverse_mass @ (run.motion.v**2 + run.model.omega**2 * run.motion.q**2))
 
     start = energy()
     run.advance(np.zeros(int(1000 * 2 * np.pi / run.model.omega[0] / run.step)))
@@ -284,25 +259,19 @@ def test_a_journal_whirls_in_oil(share: float, grows: bool) -> None:
     # Ocvirk: S (L/D)² = (1-ε²)²/(π ε √(π² (1-ε²) + 16 ε²)), S = μ N L D/W (R/C)²
     number = (1 - 0.25) ** 2 / (np.pi * 0.5 * np.sqrt(np.pi**2 * 0.75 + 16 * 0.25)) / (length / (2 * surface)) ** 2
     per_viscosity = speed / (2 * np.pi) * length * 2 * surface / (mass * g / 2) * (surface / clearance) ** 2
-    film = OilFilm(number / per_viscosity)
-    bushings = tuple(
-        Bushing(x, clearance, length, Grease(0.0), Contact(1e7), film=film, shape="round") for x in (0.02, 0.18)
-    )
-    rig = base.replace(bushings=bushings, spin=Spin(speed))
+    given = {"grease": Grease(0.0), "contact": Contact(1e7), "film": OilFilm(number / per_viscosity), "shape": "round"}
+    rig = base.replace(bushings=tuple(Bushing(x, clearance, length, **given) for x in (0.02, 0.18)), spin=Spin(speed))
     rest = static_equilibrium(rig)
     assert_allclose(np.hypot(*rest.displacement[:2]), 0.5 * clearance, rtol=1e-6)
-    run = started(rig, 0.0, 1e-5 + 0j, Modal(modes=2))
-    way, _ = path(run, 60 * 2 * np.pi / speed)
+    way, _ = path(started(rig, 0.0, 1e-5 + 0j, Modal(modes=2)), 60 * 2 * np.pi / speed)
     off = np.abs(way - complex(*rest.displacement[:2]))
     early, late = off[off.size // 6 : off.size // 3].max(), off[-off.size // 6 :].max()
     assert (late > early) == grows
 
 
 def test_energies_add_up(measured: Measured) -> None:
-    bushings = tuple(dataclasses.replace(b, friction=Friction(0.2, damping=0.5)) for b in SPACE.bushings)
-    rig = SPACE.replace(
-        bushings=bushings, gravity=(0.0, -5.0, -9.81), spin=Spin(300.0, rate=50.0), unbalances=(Unbalance(0.5, 1e-4),)
-    )
+    turning_up = {"spin": Spin(300.0, rate=50.0), "unbalances": (Unbalance(0.5, 1e-4),)}
+    rig = rubbing(SPACE, 0.2, damping=0.5).replace(gravity=(0.0, -5.0, -9.81), **turning_up)
     balance = cm.energy_balance(rig, NOISE, GREASED, engine="modal")
     measured.below("energy balance with friction, spin, hysteresis, weight: residual", balance.imbalance, 1e-3, "0")
     for part in (balance.friction, balance.contact_loss, balance.hysteresis):
@@ -314,10 +283,9 @@ def test_energies_add_up(measured: Measured) -> None:
 
 def test_friction_slows_a_shaft_that_coasts() -> None:
     """What friction takes from the turning, ½ I Ω², is what it and all else lose."""
-    rig = resting(spin=Spin(60.0, inertia=2e-4))
-    held = tuple(dataclasses.replace(b, friction=Friction(0.1)) for b in rig.bushings)
+    rig = rubbing(resting(spin=Spin(60.0, inertia=2e-4)), 0.1)
     quiet = cm.excitation.random(0.4, 4096.0, band=(5, 200), rms=1e-6, seed=0, kind="force")
-    found = cm.simulate(rig.replace(bushings=held), quiet, engine="modal")
+    found = cm.simulate(rig, quiet, engine="modal")
     assert found.spin is not None
     # μ m g R/I rad/s² while it slides; the rest about which it slides changes with nothing.
     slowing = 0.1 * rig.total_mass * 9.81 * 0.015 / 2e-4 * np.cos(np.arctan(0.1))
@@ -328,18 +296,13 @@ def test_rigs_side_by_side_are_each_what_they_are_alone() -> None:
     """In lanes, the last of which repeats: with impacts, friction, weight, spin and probes of their own each."""
     rigs = []
     for i in range(3):
-        rubs = tuple(
-            dataclasses.replace(b, gap=b.gap * (1 + i / 20), probe_angle=i / 10, friction=Friction(i / 10))
-            for b in SPACE.bushings
-        )
-        turns = Spin(100.0 + 50 * i), (Unbalance(0.5, 1e-5),), (0.0, 0.0, -9.81)
-        rigs.append(SPACE.replace(bushings=rubs, **dict(zip(("spin", "unbalances", "gravity"), turns))))
+        turned = with_bushings(SPACE, probe_angle=i / 10, friction=Friction(i / 10))
+        rubs = tuple(dataclasses.replace(b, gap=b.gap * (1 + i / 20)) for b in turned.bushings)
+        turns = {"spin": Spin(100.0 + 50 * i), "unbalances": (Unbalance(0.5, 1e-5),), "gravity": (0.0, 0.0, -9.81)}
+        rigs.append(SPACE.replace(bushings=rubs, **turns))
     rigs.append(rigs[0].replace(spin=Spin(60.0, rate=20.0)))  # gyroscopic moments that change: on its own
     laws = [cm.clearance.nominal_law(rigs[0])] * 2 + [GREASED] * 2
-    found = simulate_together(list(zip(rigs, laws)), NOISE)
-    for rig, law, together in zip(rigs, laws, found):
+    for rig, law, together in zip(rigs, laws, simulate_together(list(zip(rigs, laws)), NOISE)):
         alone = cm.simulate(rig, NOISE, law, "modal")
         assert together.contact_share.any()
-        for name in ("acceleration", "displacement", "contact_force", "grease_force", "contact_share", "spin"):
-            told = getattr(alone, name)
-            assert_allclose(getattr(together, name), told, rtol=0, atol=1e-9 * np.abs(told).max())
+        assert_alike(together, alone, 1e-9, (*HISTORIES, "contact_share", "spin"))

@@ -69,10 +69,8 @@ def test_frf_of_blocks_is_that_of_the_record(rng, estimator, overlap, window):
     x, noise = rng.standard_normal(5000), rng.standard_normal((2, 5000))
     y = np.stack((scipy.signal.lfilter([1.0], [1, -1.2, 0.7], x), x)) + 0.1 * noise
     whole = Response(512.0, x, y, responses=("3:+Z", "1:-Z"), reference="200:+Z", kind="force")
-    blocks = [
-        dataclasses.replace(whole, excitation=a, channels=b.T)
-        for a, b in zip(cut(x, (100, 101, 2600)), cut(y.T, (100, 101, 2600)))
-    ]
+    pieces = zip(*(cut(each, (100, 101, 2600)) for each in (x, y.T)))
+    blocks = [dataclasses.replace(whole, excitation=a, channels=b.T) for a, b in pieces]
     arguments = {"estimator": estimator, "resolution": 1.0, "overlap": overlap, "band": (5, 200), "window": window}
     expected, found = estimate_frf(whole, **arguments), estimate_frf_blocks(blocks, **arguments)
     np.testing.assert_array_equal(found.frequency, expected.frequency)
@@ -82,18 +80,15 @@ def test_frf_of_blocks_is_that_of_the_record(rng, estimator, overlap, window):
     assert [getattr(found, name) for name in labels] == [getattr(expected, name) for name in labels]
 
 
-@pytest.mark.parametrize(
-    "arguments, message",
-    [
-        ({"estimator": "H3"}, 'estimator "H3" is unknown'),
-        ({"window": "flat"}, 'window "flat" is unknown'),
-        ({"overlap": 1.0}, "overlap must be in"),
-        ({"resolution": 0.0}, "resolution must be > 0 Hz"),
-        ({"resolution": 0.1}, "lasts 2 s, shorter than one segment of 10 s"),
-        ({"band": (5, 400)}, "below twice the band"),
-        ({"band": (5.1, 5.2)}, "no line between"),
-    ],
-)
+@pytest.mark.parametrize("arguments, message", [
+    ({"estimator": "H3"}, 'estimator "H3" is unknown'),
+    ({"window": "flat"}, 'window "flat" is unknown'),
+    ({"overlap": 1.0}, "overlap must be in"),
+    ({"resolution": 0.0}, "resolution must be > 0 Hz"),
+    ({"resolution": 0.1}, "lasts 2 s, shorter than one segment of 10 s"),
+    ({"band": (5, 400)}, "below twice the band"),
+    ({"band": (5.1, 5.2)}, "no line between"),
+])  # fmt: skip
 def test_frf_of_blocks_refuses(rng, arguments, message):
     block = Response(512.0, rng.standard_normal(512), rng.standard_normal((2, 512)))
     with pytest.raises(RecordError, match=message):
@@ -112,8 +107,7 @@ def test_frf_of_blocks_refuses_bad_samples(rng):
 
 
 def test_random_blocks_are_stationary_band_limited_gaussian_noise():
-    pieces = list(random_blocks(400.3, FS, band=(20, 200), rms=2.0, seed=1))
-    value = np.concatenate([piece.value for piece in pieces])
+    value = np.concatenate([piece.value for piece in list(random_blocks(400.3, FS, band=(20, 200), rms=2.0, seed=1))])
     assert value.size == round(400.3 * FS)
     # 2 B T = 144 000 independent samples: σ of the RMS 0.2 %, of the kurtosis √(24 / 144 000) = 0.013.
     assert value.std() == pytest.approx(2.0, rel=0.008)
@@ -124,8 +118,7 @@ def test_random_blocks_are_stationary_band_limited_gaussian_noise():
     assert density[outside].max() < 1e-6 * density[inside].mean()
     # No seams: the variance of a place within the pieces is that of any other, over 50 pieces.
     parts = value[: 50 * 16384].reshape(50, 16, 1024)
-    power = np.mean(parts**2, axis=(0, 2))
-    assert np.ptp(power) / 4.0 < 6 * np.sqrt(2 / (50 * 360 * 0.5))
+    assert np.ptp(np.mean(parts**2, axis=(0, 2))) / 4.0 < 6 * np.sqrt(2 / (50 * 360 * 0.5))
 
 
 def test_random_blocks_follow_their_seed():

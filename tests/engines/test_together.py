@@ -14,6 +14,7 @@ from clearance_mj.signals.excitation import random
 from clearance_mj.structure.shaft import Material, Section, Shaft, Support
 
 from ..conftest import TABLE1
+from .alike import assert_alike, with_bushings
 
 GREASE = Grease(4365.0, 4.0, 0.8, 1.0, 1.1e7, 1.0e7, 2.02, 7.5e-4)
 LAWS = [
@@ -26,11 +27,8 @@ LAWS = [
 
 def other_rig():
     """Another shaft, other gaps, off centre."""
-    bushings = tuple(dataclasses.replace(b, gap=2e-4, offset=5e-5) for b in TABLE1.bushings)
-    return TABLE1.replace(beam=dataclasses.replace(TABLE1.beam, young_modulus=2.0e11), bushings=bushings)
-
-
-HISTORIES = ("acceleration", "displacement", "contact_force", "grease_force")
+    beam = dataclasses.replace(TABLE1.beam, young_modulus=2.0e11)
+    return with_bushings(TABLE1.replace(beam=beam), gap=2e-4, offset=5e-5)
 
 
 @pytest.mark.parametrize("count", [1, 3, 11])
@@ -42,9 +40,7 @@ def test_what_each_is_alone(count):
     for (rig, law), response in zip(cases, found):
         alone = simulate(rig, drive, law, "modal")
         assert np.any(alone.contact_force) and response.provenance == alone.provenance
-        for name in HISTORIES:
-            expected = getattr(alone, name)
-            np.testing.assert_allclose(getattr(response, name), expected, atol=1e-9 * np.abs(expected).max())
+        assert_alike(response, alone, 1e-9)
 
 
 def test_what_is_kept_of_each():
@@ -61,14 +57,12 @@ def test_what_is_kept_of_each():
 def test_damping_that_couples_modes():
     """A damper at the tip of the shaft, beside rigs without."""
     supports = Support(0.0, "clamped"), Support(1.0, translation_damping=20.0)
-    steel = Material(young_modulus=2.1e11, density=7850.0)
-    shaft = Shaft((Section(length=1.0, diameter=0.0086),), supports, material=steel, rayleigh=(0.5, 1e-5))
+    shaft = Shaft((Section(1.0, 0.0086),), supports, material=Material(2.1e11, 7850.0), rayleigh=(0.5, 1e-5))
     rig = TABLE1.replace(beam=None, structure=shaft)
     assert linear_model(rig).coupling.any()
     drive = random(0.3, 2048.0, rms=8.0, seed=3)
     for response in simulate_together([(TABLE1, LAWS[1]), (rig, LAWS[1]), (rig, LAWS[1])], drive)[1:]:
-        expected = simulate(rig, drive, LAWS[1], "modal").acceleration
-        np.testing.assert_allclose(response.acceleration, expected, atol=1e-9 * np.abs(expected).max())
+        assert_alike(response, simulate(rig, drive, LAWS[1], "modal"), 1e-9, ("acceleration",))
 
 
 def test_a_divergence_names_its_rig():
