@@ -35,8 +35,7 @@ class ModalMujoco(Engine):
     def largest_step(self, rig, law):
         """``safety`` times the stability limit of the modes with every contact and film at its hardest."""
         plant = _plant(rig, self.modes)
-        limit = stable_step(plant.whole.mass, plant.model.jnt_stiffness, plant.maps.at_rows, rig, law)
-        return self.safety * limit
+        return self.safety * stable_step(plant.whole.mass, plant.model.jnt_stiffness, plant.maps.at_rows, rig, law)
 
     def start(self, rig, law, kind, step):
         """Begin at rest."""

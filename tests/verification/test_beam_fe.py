@@ -48,10 +48,8 @@ def frequencies_and_shapes(rig, n, elements=ELEMENTS):
 
 def three_bushings():
     """A rectangular steel shaft through three unlike bushings, its sensors and lever heavy."""
-    bushings = tuple(
-        Bushing(x, 2e-4, 0.02, Grease(k, c), Contact(1e4, 2.0))
-        for x, k, c in ((0.2, 3e3, 2.0), (0.33, 8e3, 1.0), (0.51, 1e3, 4.0))
-    )
+    greases = {0.2: Grease(3e3, 2.0), 0.33: Grease(8e3, 1.0), 0.51: Grease(1e3, 4.0)}
+    bushings = tuple(Bushing(x, 2e-4, 0.02, grease, Contact(1e4, 2.0)) for x, grease in greases.items())
     sensors = (Sensor(1, 0.1, 0.02), Sensor(2, 0.4, 0.05), Sensor(3, 0.6))
     steel = Beam(0.6, 205e9, 7800.0, width=0.02, height=0.006, rayleigh=(1.0, 2e-5))
     return Rig("three bushings", steel, bushings, sensors, (PointMass(0.55, 0.3, "lever"),))
@@ -98,8 +96,7 @@ def test_linear_frf(rig, shaker, measured):
     at_sensors = at(rig, [s.position for s in rig.sensors])
     expected = np.empty((len(rig.sensors), frequency.size), complex)
     for i, w in enumerate(2 * np.pi * frequency):
-        dynamic = stiffness + 1j * w * damping - w**2 * mass
-        expected[:, i] = -(w**2) * at_sensors @ solve_banded(dynamic, load) + base
+        expected[:, i] = -(w**2) * at_sensors @ solve_banded(stiffness + 1j * w * damping - w**2 * mass, load) + base
     found = beam.linear_frf(rig, frequency)
     error, phase = 20 * np.log10(np.abs(found / expected)), np.angle(found / expected)
     what = f"linear FRF, {name}, {shaker.kind}"

@@ -3,6 +3,8 @@
 The compiled step is the one that the engines' grease runs through.
 """
 
+import itertools
+
 import numpy as np
 import pytest
 import scipy.integrate
@@ -35,9 +37,8 @@ def loop(step, reversal, cycles, steps, a, beta, gamma, exponent):
 
 CASES = [(1, 1, 0.721535, 0.593245), (1, 3, 0.993307, 7.04011), (2, 1, 0.825659, 0.463088), (2, 3, 0.999909, 7.61416)]
 steady_loops = pytest.mark.parametrize(("exponent", "reversal", "z", "energy"), CASES)
-benchmark_set = pytest.mark.parametrize(
-    ("reversal", "z", "energy"), [(5e-4, 31.836, 6.4624e-3), (1e-3, 77.757, 4.91645e-2)]
-)
+BENCHMARK = [(5e-4, 31.836, 6.4624e-3), (1e-3, 77.757, 4.91645e-2)]
+benchmark_set = pytest.mark.parametrize(("reversal", "z", "energy"), BENCHMARK)
 
 
 @steady_loops
@@ -58,14 +59,16 @@ def test_benchmark_set(reversal, z, energy, measured):
     measured.equal(f"{what}: energy per cycle (J)", found[1], energy, source, rel=1e-5)
 
 
+def along_path(x, *numbers):
+    return list(itertools.accumulate(np.diff(x), lambda z, dx: along_one(z, dx, *numbers), initial=0.0))
+
+
 @pytest.mark.parametrize(("exponent", "curve"), [(1.0, lambda x: 1 - np.exp(-x)), (2.0, np.tanh)])
 def test_loading(exponent, curve, measured):
     """z = 1 - e^{-x} for n = 1, tanh x for n = 2; the other way it is the mirror image."""
     x = np.linspace(0, 2.5, 1001)
     for sign in (1.0, -1.0):
-        z = [0.0]
-        for dx in np.diff(x):
-            z.append(along_one(z[-1], sign * dx, 1.0, 0.5, 0.5, exponent))
+        z = along_path(sign * x, 1.0, 0.5, 0.5, exponent)
         what, source = f"loading {'+' if sign > 0 else '-'}, n = {exponent:g}: error", "1 - e^-x, tanh x"
         measured.below(what, np.max(np.abs(z - sign * curve(x))), 2e-6, source)
 
@@ -86,7 +89,5 @@ def test_any_path_and_exponent(measured):
         return [a * v - beta * abs(v) * abs(z) ** (n - 1) * z - gamma * v * abs(z) ** n]
 
     exact = scipy.integrate.solve_ivp(rate, (0, 6), [0.0], rtol=1e-10, atol=1e-12, t_eval=t, max_step=0.01).y[0]
-    z = [0.0]
-    for dx in np.diff(path(t)):
-        z.append(along_one(z[-1], dx, a, beta, gamma, n))
+    z = along_path(path(t), a, beta, gamma, n)
     measured.below("path of two tones, n = 1.7: error", np.max(np.abs(z - exact)), 2e-6, "ODE solver at 1e-10")

@@ -14,6 +14,7 @@ from clearance_mj.engines.plant import ARMATURE
 from clearance_mj.rig import PointMass, Sensor
 from clearance_mj.structure.beam import cantilever_roots
 
+from ..physical.stepping import mass_matrix, with_data
 from .test_beam_fe import RIG, RIGS, at, frequencies_and_shapes
 
 BARE = RIG.replace(masses=(), bushings=())
@@ -28,8 +29,7 @@ def matrices(rig, n):
     """Mass and stiffness matrix of a chain of n links in its hinge angles, grease included."""
     shaft = linkage(rig, n)
     lift = shaft.along_own([b.position for b in rig.bushings])
-    springs = (lift.T * [b.grease.stiffness for b in rig.bushings]) @ lift
-    return shaft.mass, np.diag(shaft.stiffness) + springs
+    return shaft.mass, np.diag(shaft.stiffness) + (lift.T * [b.grease.stiffness for b in rig.bushings]) @ lift
 
 
 def frequencies(mass, stiffness, n=4):
@@ -50,8 +50,7 @@ def test_convergence(rig, measured):
     for n, limit in ((12, 6e-3), (16, 2.5e-3), (20, 5e-4), (40, 4e-5)):
         measured.below(f"f1 to f4, {n} links, {NAMES[rig]}: error", np.max(error(rig, n, expected)), limit, SOURCE)
     sizes = np.array([20, 28, 40, 56, 80])
-    errors = np.array([np.max(error(rig, n, expected)) for n in sizes])
-    order = -np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    order = -np.polyfit(np.log(sizes), np.log([np.max(error(rig, n, expected)) for n in sizes]), 1)[0]
     measured.above(f"order of convergence, 20 to 80 links, {NAMES[rig]}", order, 3.5, SOURCE)
 
 
@@ -89,10 +88,7 @@ def test_statics(rig, n):
 def test_mujoco_has_the_same_matrices(rig, n):
     """Mass matrix by mj_fullM at rest, hinge stiffness, and damping η2 of it."""
     shaft, model = linkage(rig, n), build_links(rig, n).compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    mass = np.zeros((n, n))
-    mujoco.mj_fullM(model, data, mass)
+    mass = mass_matrix(model)
     # MuJoCo adds an armature only where asked; spheres and plates have no mass.
     np.testing.assert_allclose(shaft.mass, mass, rtol=0, atol=1e-12 * mass.max())
     np.testing.assert_allclose(model.jnt_stiffness, shaft.stiffness, rtol=1e-12)
@@ -104,10 +100,8 @@ def test_frequencies_of_the_compiled_model(rig, measured):
     """The whole of it out of MuJoCo: mass by mj_fullM, bushings' lifts by the sites' Jacobians, hinges by the model."""
     n = 40
     model = build_links(rig, n).compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    mass, jacobian = np.zeros((n, n)), np.zeros((3, n))
-    mujoco.mj_fullM(model, data, mass)
+    data, jacobian = mujoco.MjData(model), np.zeros((3, n))
+    mass = mass_matrix(model, data)
     stiffness = np.diag(model.jnt_stiffness)
     for j, bushing in enumerate(rig.bushings):
         mujoco.mj_jacSite(model, data, jacobian, None, model.site(f"bushing{j}").id)
@@ -168,31 +162,33 @@ def test_masses_sit_on_their_links():
 
 def test_bushing_over_a_hinge():
     """A long one, with a collar on each of two links."""
-    bushing = dataclasses.replace(RIG.bushings[0], position=0.525, length=0.08)
-    rig = RIG.replace(bushings=(bushing,))
+    rig = RIG.replace(bushings=(dataclasses.replace(RIG.bushings[0], position=0.525, length=0.08),))
     model, hinges = build_links(rig, 20).compile(), linkage(rig, 20).members[0].chain.hinges
     bodies = [model.geom(f"collar{name}").bodyid[0] - 1 for name in ("0a", "0b")]
     assert bodies == [np.searchsorted(hinges, x) - 1 for x in (0.485, 0.565)] and bodies[0] < bodies[1]
 
 
+def ends_of_elements(rig):
+    return [e.end for e in linkage(rig, 20).members[0].chain.elements]
+
+
 def test_a_long_bushing():
     """Its ends are ends of elements too, so that chain and shaft meet where the contacts are."""
     bushing = dataclasses.replace(RIG.bushings[0], length=0.16)
-    ends = [e.end for e in linkage(RIG.replace(bushings=(bushing,)), 20).members[0].chain.elements]
+    ends = ends_of_elements(RIG.replace(bushings=(bushing,)))
     assert all(np.isclose(ends, x).any() for x in (*bushing.ends, bushing.position))
 
 
 def test_masses_along_the_shaft():
     """The heaviest is the end of an element, where the shaft's curvature has a kink; one close to it is not."""
     masses = (PointMass(0.3, 0.02, "light"), PointMass(0.32, 0.5, "heavy"), PointMass(1.0, 0.4, "tip"))
-    ends = [e.end for e in linkage(RIG.replace(masses=masses), 20).members[0].chain.elements]
+    ends = ends_of_elements(RIG.replace(masses=masses))
     assert np.isclose(ends, 0.32).any() and not np.isclose(ends, 0.3).any()
 
 
 def test_bushing_before_the_first_hinge():
     """Too near to the clamp to be the end of an element; the shaft is a thousand times stiffer than elsewhere."""
-    bushing = dataclasses.replace(RIG.bushings[0], position=0.015)
-    rig = RIG.replace(bushings=(bushing, RIG.bushings[1]))
+    rig = RIG.replace(bushings=(dataclasses.replace(RIG.bushings[0], position=0.015), RIG.bushings[1]))
     expected, _ = frequencies_and_shapes(rig, 4, ELEMENTS)
     assert np.max(error(rig, 20, expected)) < 3e-3
     build_links(rig, 20)
@@ -212,17 +208,12 @@ def test_limit_of_the_explicit_step(measured):
     With an armature of a h² K it is 2/ω_max of M + a h² K: 2/ω_max/√(1 - 4a) with ω_max of M alone.
     """
     rig = RIG.replace(bushings=(), beam=dataclasses.replace(RIG.beam, rayleigh=(0.0, 0.0)))
-    model = build_links(rig, 20).compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    mass = np.zeros((20, 20))
-    mujoco.mj_fullM(model, data, mass)
-    value, vector = scipy.linalg.eigh(np.diag(model.jnt_stiffness), mass)
+    model, data = with_data(build_links(rig, 20).compile())
+    value, vector = scipy.linalg.eigh(np.diag(model.jnt_stiffness), mass_matrix(model, data))
     limit = 2 / np.sqrt(value[-1]) / np.sqrt(1 - 4 * ARMATURE)
 
     def grows(step):
-        model.opt.timestep = step
-        model.dof_armature[:] = ARMATURE * step**2 * model.jnt_stiffness
+        model.opt.timestep, model.dof_armature[:] = step, ARMATURE * step**2 * model.jnt_stiffness
         mujoco.mj_resetData(model, data)
         data.qpos[:] = 1e-12 * vector[:, -1]
         for _ in range(100):
@@ -236,6 +227,6 @@ def test_limit_of_the_explicit_step(measured):
     while high / low > 1.0002:
         middle = (low + high) / 2
         low, high = (low, middle) if grows(middle) else (middle, high)
-    source = "2/ω_max of its matrices, armature included"
-    measured.equal("largest stable step of 20 links in MuJoCo (s)", low, limit, source, rel=1e-3)
+    what, source = "largest stable step of 20 links in MuJoCo (s)", "2/ω_max of its matrices, armature included"
+    measured.equal(what, low, limit, source, rel=1e-3)
     assert Links(20, safety=0.8).largest_step(rig, ConstantLaw(0.0, 0.0)) == pytest.approx(0.8 * limit, rel=1e-3)

@@ -17,6 +17,7 @@ from clearance_mj.structure.beam import cantilever_roots
 from experiments.testrig.fem import FiniteElements
 
 from ..conftest import dense
+from ..engines.alike import with_bushings
 from .modal_mj import ModalMujoco
 from .test_beam_fe import RIG
 
@@ -79,18 +80,14 @@ def test_tip_of_the_hinge_chain_under_a_force(links, measured):
 def test_bushings_under_a_force(engine, measured):
     """A force at the tip that rises over a second and then stands still; the shaft stays inside its gaps."""
     grease = dataclasses.replace(RIG.bushings[0].grease, damping=30.0)  # rings out sooner
-    rig = RIG.replace(
-        bushings=tuple(dataclasses.replace(b, grease=grease) for b in RIG.bushings),
-        shaker=Shaker("force", SHAFT.length),
-    )
+    rig = with_bushings(RIG, grease=grease).replace(shaker=Shaker("force", SHAFT.length))
     place, force, fs = [b.position for b in rig.bushings], 0.2, 512.0
     time = np.arange(round(4 * fs)) / fs
     drive = Excitation(force * np.sin(np.pi / 2 * np.minimum(time, 1.0)) ** 2, fs, "force")
     response = simulate(rig, drive, ConstantLaw(7.8e3, 4.0), engine)
     assert not response.contact_force.any()
-    expected = force * np.linalg.solve(
-        np.eye(2) + grease.stiffness * flexibility(place, place), flexibility(place, [SHAFT.length])[:, 0]
-    )
+    at_tip, between = flexibility(place, [SHAFT.length])[:, 0], flexibility(place, place)
+    expected = force * np.linalg.solve(np.eye(2) + grease.stiffness * between, at_tip)
     for j, found in enumerate(response.displacement[:, time > 3.5].mean(axis=1)):
         what = f"{engine.name}: deflection at bushings[{j}] under {force} N at the tip (m)"
         measured.equal(what, found, expected[j], AT_BUSHINGS, rel=1e-3)

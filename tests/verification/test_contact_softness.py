@@ -17,47 +17,30 @@ OMEGA = np.sqrt(STIFFNESS / MASS)
 
 def sphere_on_plane(gravity, timestep, height):
     """A sphere that can only rise and sink; its pair with the floor is the contact."""
-    model = mujoco.MjModel.from_xml_string(f"""
-    <mujoco>
-      <option timestep="{timestep}" gravity="0 0 {-gravity}" integrator="Euler" cone="elliptic"/>
-      <worldbody>
-        <geom name="floor" type="plane" size="1 1 1"/>
-        <body pos="0 0 {0.1 + height}">
-          <joint type="slide" axis="0 0 1"/>
-          <geom name="ball" type="sphere" size="0.1" mass="{MASS}"/>
-        </body>
-      </worldbody>
-      <contact><pair geom1="floor" geom2="ball" condim="1"/></contact>
-    </mujoco>""")
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco>
+      <option timestep="{timestep}" gravity="0 0 {-gravity}" integrator="Euler" cone="elliptic"/><worldbody>
+        <geom name="floor" type="plane" size="1 1 1"/><body pos="0 0 {0.1 + height}"><joint type="slide" axis="0 0 1"/>
+          <geom name="ball" type="sphere" size="0.1" mass="{MASS}"/></body></worldbody>
+      <contact><pair geom1="floor" geom2="ball" condim="1"/></contact></mujoco>""")
     return model, model.pair_solref, model.pair_solimp, model.body_invweight0[1, 0]
 
 
 def mass_on_tendon(gravity, timestep, height):
     """Two masses on slides; a fixed tendon with coefficients ±1/2, as of a mode shape, has a lower limit."""
-    model = mujoco.MjModel.from_xml_string(f"""
-    <mujoco>
-      <option timestep="{timestep}" gravity="0 0 {-gravity}" integrator="Euler"/>
-      <worldbody>
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco>
+      <option timestep="{timestep}" gravity="0 0 {-gravity}" integrator="Euler"/><worldbody>
         <body pos="0 0 0"><joint name="up" type="slide" axis="0 0 1"/><geom size="0.1" mass="{MASS / 2}"/></body>
         <body pos="1 0 0"><joint name="down" type="slide" axis="0 0 -1"/><geom size="0.1" mass="{MASS / 2}"/></body>
-      </worldbody>
-      <tendon>
-        <fixed limited="true" range="{-height} 9">
-          <joint joint="up" coef="0.5"/><joint joint="down" coef="-0.5"/>
-        </fixed>
-      </tendon>
-    </mujoco>""")
+      </worldbody><tendon><fixed limited="true" range="{-height} 9">
+          <joint joint="up" coef="0.5"/><joint joint="down" coef="-0.5"/></fixed></tendon></mujoco>""")
     return model, model.tendon_solref_lim, model.tendon_solimp_lim, model.tendon_invweight0[0]
-
-
-MODELS = [sphere_on_plane, mass_on_tendon]
 
 
 def name_of(make):
     return make.__name__.replace("_", " ")
 
 
-all_models = pytest.mark.parametrize("make", MODELS, ids=lambda make: make.__name__)
+all_models = pytest.mark.parametrize("make", [sphere_on_plane, mass_on_tendon], ids=lambda make: make.__name__)
 
 
 def soften(solref, solimp, inverse_inertia, stiffness, damping, **impedance):
@@ -66,10 +49,6 @@ def soften(solref, solimp, inverse_inertia, stiffness, damping, **impedance):
 
 def damping(ratio):
     return 2 * ratio * np.sqrt(STIFFNESS * MASS)
-
-
-def damping_ratio(c):
-    return c / (2 * np.sqrt(STIFFNESS * MASS))
 
 
 def run(model, height, speed, steps):
@@ -98,8 +77,7 @@ def test_static_penetration(make, measured):
 
 
 def restitution(make, ratio, **impedance):
-    timestep = 2e-3 / OMEGA
-    model, *contact = make(0.0, timestep, 1e-4)
+    model, *contact = make(0.0, 2e-3 / OMEGA, 1e-4)
     soften(*contact, STIFFNESS, damping(ratio), **impedance)
     height, velocity = run(model, 1e-4, -0.5, 8000)
     assert np.min(height) < 0 < height[-1]
@@ -128,8 +106,7 @@ def ring_down_periods(make, c, **impedance):
 @all_models
 def test_ring_down(make, measured):
     """√(k/m) √(1-ζ²), within 2e-4; k = 2e4, c = 6."""
-    ratio = damping_ratio(6.0)
-    expected = 2 * np.pi / (OMEGA * np.sqrt(1 - ratio**2))
+    expected = 2 * np.pi / (OMEGA * np.sqrt(1 - (6.0 / damping(1.0)) ** 2))
     what, source = f"period of ringing in contact, {name_of(make)}: error of three", "2π/(√(k/m) √(1-ζ²))"
     measured.below(what, np.max(np.abs(ring_down_periods(make, 6.0) / expected - 1)), 2e-4, source)
 
@@ -137,13 +114,9 @@ def test_ring_down(make, measured):
 @all_models
 def test_ring_down_at_the_default_impedance(make, measured):
     """d = 0.9 adds μ = 9 m to the mass: the frequency is √(1-d) of what it should be, 68 % too low."""
-    measured.equal(
-        f"frequency of ringing in contact, {name_of(make)}, d = 0.9, over √(k/m)",
-        2 * np.pi / np.mean(ring_down_periods(make, 6.0, impedance=0.9)) / OMEGA,
-        np.sqrt(0.1),
-        "√(1-d): 68 % low",
-        rel=2e-3,
-    )
+    what, found = f"frequency of ringing in contact, {name_of(make)}, d = 0.9, over √(k/m)", 2 * np.pi / OMEGA
+    found /= np.mean(ring_down_periods(make, 6.0, impedance=0.9))
+    measured.equal(what, found, np.sqrt(0.1), "√(1-d): 68 % low", rel=2e-3)
 
 
 @all_models
@@ -153,8 +126,7 @@ def test_standard_softness_is_wrong(make):
     default = solimp[0].copy()
     soften(solref, solimp, inverse_inertia, STIFFNESS, damping(0.5))
     solimp[0] = default
-    found = -run(model, 0.0, 0.0, 6000)[0, -1]
-    assert abs(found / (MASS * 9.81 / STIFFNESS) - 1) > 0.5
+    assert abs(-run(model, 0.0, 0.0, 6000)[0, -1] / (MASS * 9.81 / STIFFNESS) - 1) > 0.5
 
 
 def test_force_is_exact():
@@ -179,20 +151,17 @@ def test_shapes():
     assert solref_solimp(1.0, 1.0, 1.0)[0].shape == (2,)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((0.0, 1.0, 1.0), "k = 0"),
-        (([1e4, -1.0], 1.0, 1.0), "k = -1"),
-        ((1e4, -1.0, 1.0), "c = -1"),
-        ((1e4, 1.0, 0.0), "inverse_inertia = 0"),
-        ((np.nan, 1.0, 1.0), "k = nan"),
-        ((1e4, np.inf, 1.0), "c = inf"),
-        ((1e4, 1.0, 1.0, 0.0), "impedance 0 lies outside"),
-        ((1e4, 1.0, 1.0, 1.0), "impedance 1 lies outside"),
-        ((1e4, 1.0, 1.0, np.nan), "impedance nan lies outside"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "message"), [
+    ((0.0, 1.0, 1.0), "k = 0"),
+    (([1e4, -1.0], 1.0, 1.0), "k = -1"),
+    ((1e4, -1.0, 1.0), "c = -1"),
+    ((1e4, 1.0, 0.0), "inverse_inertia = 0"),
+    ((np.nan, 1.0, 1.0), "k = nan"),
+    ((1e4, np.inf, 1.0), "c = inf"),
+    ((1e4, 1.0, 1.0, 0.0), "impedance 0 lies outside"),
+    ((1e4, 1.0, 1.0, 1.0), "impedance 1 lies outside"),
+    ((1e4, 1.0, 1.0, np.nan), "impedance nan lies outside"),
+])  # fmt: skip
 def test_refusals(arguments, message):
     with pytest.raises(LawError, match=message):
         solref_solimp(*arguments)

@@ -11,18 +11,7 @@ import numpy as np
 import pytest
 from scipy.special import gamma
 
-from clearance_mj.clearance import (
-    AmplitudeLaw,
-    ConstantLaw,
-    ContactLaw,
-    Cubic,
-    Flores,
-    HuntCrossley,
-    HuntCrossley1975,
-    KelvinVoigt,
-    MaxwellSlip,
-    TimeLaw,
-)  # fmt: skip
+from clearance_mj import clearance as models
 from clearance_mj.engines import Links, Modal
 from clearance_mj.engines.energy import energy_balance
 from clearance_mj.linear import linear_model
@@ -33,7 +22,7 @@ from ..conftest import TABLE1
 from .modal_mj import ModalMujoco
 
 RIG = TABLE1.replace(shaker=Shaker("base", 0.9))
-NO_CONTACT = ConstantLaw(0.0, 0.0)
+NO_CONTACT = models.ConstantLaw(0.0, 0.0)
 
 MASS, SPEED, WALL = 1.0, 0.1, 5e-3  # kg, m/s, m to the wall
 STIFFNESS = 1e4  # N/m
@@ -70,7 +59,7 @@ def kelvin_voigt(ratio):
 
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 0.3])
 def test_kelvin_voigt_impact(engine, ratio, measured):
-    response, balance, impacts = thrown(ConstantLaw(STIFFNESS, 2 * ratio * MASS * OMEGA), engine)
+    response, balance, impacts = thrown(models.ConstantLaw(STIFFNESS, 2 * ratio * MASS * OMEGA), engine)
     end = impacts[0]
     restitution, duration = kelvin_voigt(ratio)
     what = f"{engine}, Kelvin-Voigt impact, ζ = {ratio}"
@@ -92,7 +81,7 @@ def test_kelvin_voigt_impact(engine, ratio, measured):
 
 def test_impulses_are_those_of_the_forces_that_the_engine_reports(engine):
     """The law says them to the balance; the engine's own contact force, integrated, agrees over all impacts."""
-    response, balance, _ = thrown(ConstantLaw(STIFFNESS, 20.0), engine, 0.5)
+    response, balance, _ = thrown(models.ConstantLaw(STIFFNESS, 20.0), engine, 0.5)
     assert {i.side for i in balance.impacts} == {"upper", "lower"}
     impulse = sum(i.impulse if i.side == "upper" else -i.impulse for i in balance.impacts)
     force = response.contact_force[0]
@@ -100,10 +89,12 @@ def test_impulses_are_those_of_the_forces_that_the_engine_reports(engine):
     assert impulse == pytest.approx(np.sum(force) / response.fs, rel=1e-3)
 
 
-@pytest.mark.parametrize(("model", "restitution"), [(HuntCrossley(1e6, 0.7), 0.7), (Flores(1e6, 0.5), 0.4704)])
+@pytest.mark.parametrize(
+    ("model", "restitution"), [(models.HuntCrossley(1e6, 0.7), 0.7), (models.Flores(1e6, 0.5), 0.4704)]
+)
 def test_hertz_damped_impact(engine, model, restitution, measured):
     """Restitution from κ(1 + e) = ln[(1 + κ)/(1 - κe)]."""
-    _, _, impacts = thrown(ContactLaw(model), engine)
+    _, _, impacts = thrown(models.ContactLaw(model), engine)
     end, what = impacts[0], f"{engine}, {type(model).__name__} impact"
     measured.equal(f"{what}: restitution", end.restitution, restitution, "energy, κ(1 + e) = ln …", rel=2e-3)
     lost, found = MASS * (end.v_in**2 - end.v_out**2) / 2, sum(i.loss for i in impacts)
@@ -112,7 +103,7 @@ def test_hertz_damped_impact(engine, model, restitution, measured):
 
 def test_hertz_impact(engine, measured):
     """Johnson, Contact Mechanics, 1985, section 11.4: deepest (5 m v²/(4 K))^(2/5), 2.9432 deepest/v long."""
-    end, other = thrown(ContactLaw(HuntCrossley(1e6, 1.0)), engine)[2]
+    end, other = thrown(models.ContactLaw(models.HuntCrossley(1e6, 1.0)), engine)[2]
     deepest = (5 / 4 * MASS * end.v_in**2 / 1e6) ** 0.4
     duration = 0.8 * math.sqrt(math.pi) * gamma(0.4) / gamma(0.9) * deepest / end.v_in
     what, source = f"{engine}, Hertz impact without loss", "closed form"
@@ -123,9 +114,8 @@ def test_hertz_impact(engine, measured):
 
 def test_work_of_a_law_that_stiffens_a_compressed_contact(engine, measured):
     """K doubles when the ball stands still in the wall: it gains as much as the spring held, and leaves √2 faster."""
-    end = thrown(ConstantLaw(STIFFNESS, 0.0), engine)[2][0]
-    still = end.time + math.pi / OMEGA / 2
-    law = TimeLaw([0.0, still, still + 1e-6, 1.0], STIFFNESS * np.array([1.0, 1.0, 2.0, 2.0]), np.zeros(4))
+    still = thrown(models.ConstantLaw(STIFFNESS, 0.0), engine)[2][0].time + math.pi / OMEGA / 2
+    law = models.TimeLaw([0.0, still, still + 1e-6, 1.0], STIFFNESS * np.array([1.0, 1.0, 2.0, 2.0]), np.zeros(4))
     _, balance, impacts = thrown(law, engine)
     what, source = f"{engine}, K doubled at the deepest point", "½ ΔK δ²"
     held = MASS * impacts[0].v_in ** 2 / 2
@@ -143,8 +133,7 @@ def test_bouc_wen_loops(engine, exponent, reversal, energy, measured):
     time = np.arange(round(2.4 * fs)) / fs
     w = 2 * np.pi * frequency
     rise = np.where(time < 1.2, np.sin(np.pi / 2 * time / 1.2) ** 2, 1.0)
-    amplitude = reversal * scale * (MASS * w**2 - 0.05)
-    push = Excitation(amplitude * rise * np.sin(w * time), fs, "force")
+    push = Excitation(reversal * scale * (MASS * w**2 - 0.05) * rise * np.sin(w * time), fs, "force")
     balance = energy_balance(ball(10.0, grease), push, NO_CONTACT, engine)
     start, end = np.interp(time[-1] - np.array([2 / frequency, 0]), balance.time, balance.hysteresis[0])
     found = (end - start) / 2 / (stiffness * scale**2)
@@ -158,7 +147,7 @@ def test_damping_of_a_linear_rig(engine, measured):
     damped = RIG.replace(beam=dataclasses.replace(RIG.beam, rayleigh=(30.0, 1e-5)))
     fs, w = 2048.0, 2 * np.pi * 32
     time = np.arange(round(1.25 * fs)) / fs
-    balance = energy_balance(damped, Excitation(0.5 * np.sin(w * time), fs), ConstantLaw(0, 0, greases), engine)
+    balance = energy_balance(damped, Excitation(0.5 * np.sin(w * time), fs), models.ConstantLaw(0, 0, greases), engine)
     ritz = linear_model(damped, 16)
     at = ritz.shapes([b.position for b in damped.bushings])
     k, c = np.diag(ritz.omega**2) + 4369.0 * at.T @ at, np.diag(ritz.damping) + (at.T * [6.0, 3.0]) @ at
@@ -175,27 +164,26 @@ def test_damping_of_a_linear_rig(engine, measured):
     measured.equal(f"{what}, shaft's damping, J", of_a_cycle(balance.damping), shaft, source, rel=1e-2)
     measured.equal(f"{what}, input, J", of_a_cycle(balance.input), put_in, source, rel=1e-2)
     for j in range(2):
-        found = of_a_cycle(balance.film)[j]
-        measured.equal(f"{what}, damper of bushing {j + 1}, J", found, film[j], source, rel=1e-2)
+        measured.equal(f"{what}, damper of bushing {j + 1}, J", of_a_cycle(balance.film)[j], film[j], source, rel=1e-2)
 
 
 RESIDUAL = ": residual, share of the input"
 SLUDGE = Grease(4369.0, 4.0, 0.5, 1.0, 1.2e7, 0.8e7, 2.0, film_height=7e-4)
 LAWS = {
-    "Kelvin-Voigt": ConstantLaw(2e4, 3.0),
-    "hard Kelvin-Voigt": ConstantLaw(3e5, 12.0),
-    "damper alone": ConstantLaw(0.0, 5.0),
-    "Hunt-Crossley": ContactLaw(HuntCrossley(8e5, 0.6)),
-    "Hunt-Crossley, n = 1": ContactLaw(HuntCrossley(2e4, 0.5, exponent=1.0)),
-    "Hunt-Crossley 1975": ContactLaw(HuntCrossley1975(8e5, 1.2e6)),
-    "linear and cubic": ContactLaw((Cubic(1e4, 2e10, 3.0, 2.0), Cubic(2e4, 1e10, 3.0))),
-    "Maxwell-slip": ConstantLaw(2e4, 3.0, MaxwellSlip((2500.0, 1000.0), (0.3, 0.4), 800.0, 4.0, 7e-4)),
-    "Maxwell-slip, Stribeck": ConstantLaw(
-        2e4, 3.0, MaxwellSlip((2500.0, 1000.0, 500.0), (0.2, 0.3, 0.1), 800.0, 4.0, 7e-4, 0.2, 1.4, 0.01)
+    "Kelvin-Voigt": models.ConstantLaw(2e4, 3.0),
+    "hard Kelvin-Voigt": models.ConstantLaw(3e5, 12.0),
+    "damper alone": models.ConstantLaw(0.0, 5.0),
+    "Hunt-Crossley": models.ContactLaw(models.HuntCrossley(8e5, 0.6)),
+    "Hunt-Crossley, n = 1": models.ContactLaw(models.HuntCrossley(2e4, 0.5, exponent=1.0)),
+    "Hunt-Crossley 1975": models.ContactLaw(models.HuntCrossley1975(8e5, 1.2e6)),
+    "linear and cubic": models.ContactLaw((models.Cubic(1e4, 2e10, 3.0, 2.0), models.Cubic(2e4, 1e10, 3.0))),
+    "Maxwell-slip": models.ConstantLaw(2e4, 3.0, models.MaxwellSlip((2500.0, 1000.0), (0.3, 0.4), 800.0, 4.0, 7e-4)),
+    "Maxwell-slip, Stribeck": models.ConstantLaw(
+        2e4, 3.0, models.MaxwellSlip((2500.0, 1000.0, 500.0), (0.2, 0.3, 0.1), 800.0, 4.0, 7e-4, 0.2, 1.4, 0.01)
     ),
-    "over time": TimeLaw([0.0, 0.2, 0.4], [1e4, 4e4, 5e3], [3.0, 9.0, 0.0]),
-    "over amplitude": AmplitudeLaw([2e-4, 8e-4, 3e-3], [5e3, 4e4, 1e4], [3.0, 1.0, 9.0], release=0.02),
-    "Bouc-Wen and squeeze film": ContactLaw(HuntCrossley(8e5, 0.6), grease=SLUDGE),
+    "over time": models.TimeLaw([0.0, 0.2, 0.4], [1e4, 4e4, 5e3], [3.0, 9.0, 0.0]),
+    "over amplitude": models.AmplitudeLaw([2e-4, 8e-4, 3e-3], [5e3, 4e4, 1e4], [3.0, 1.0, 9.0], release=0.02),
+    "Bouc-Wen and squeeze film": models.ContactLaw(models.HuntCrossley(8e5, 0.6), grease=SLUDGE),
 }
 
 
@@ -228,7 +216,7 @@ def test_balance_under_a_force(engine, measured):
 
 
 def test_balance_with_adhesion(measured):
-    _, balance = shaken(ContactLaw(KelvinVoigt(2e4, 20.0, adhesion=True)), "modal")
+    _, balance = shaken(models.ContactLaw(models.KelvinVoigt(2e4, 20.0, adhesion=True)), "modal")
     measured.below(f"modal, adhesion{RESIDUAL}", balance.imbalance, 5e-3, "conservation of energy")
 
 
@@ -239,10 +227,8 @@ def test_what_the_residual_is(engine, measured):
     δ is the depth of the step inside and d the distance of the one outside; with evenly spread phases the mean is
     k h²/24 (v_in² - v_out²) for each impact.
     """
-    law = ConstantLaw(3e6, 20.0)
-    balance = energy_balance(RIG, random(0.6, 2048, rms=20.0, seed=1), law, engine)
-    response = balance.response
-    h = response.provenance["step"]
+    balance = energy_balance(RIG, random(0.6, 2048, rms=20.0, seed=1), models.ConstantLaw(3e6, 20.0), engine)
+    h = balance.response.provenance["step"]
     expected = 3e6 * h**2 / 24 * sum(i.v_in**2 - i.v_out**2 for i in balance.impacts)
     what = f"{engine.name}, k = 3e6 N/m: residual, J"
     measured.equal(what, balance.residual[-1], expected, "k h²/24 Σ(v_in² - v_out²)", rel=0.3)

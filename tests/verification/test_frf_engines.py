@@ -39,8 +39,7 @@ def rms_db(found, expected):
 
 def in_gap_frf(rig, kind, rms, engine):
     """H1 of the fifth period of 2 s; the signal goes on for a moment, as its interpolation rings where it is cut."""
-    value = np.resize(noise(2, rms, 3), round(10.1 * FS))
-    response = simulate(rig, Excitation(value, FS, kind, BAND), LAW, engine)
+    response = simulate(rig, Excitation(np.resize(noise(2, rms, 3), round(10.1 * FS)), FS, kind, BAND), LAW, engine)
     assert np.max(np.abs(response.displacement)) < 3e-4
     assert not np.any(response.contact_force)
     fifth = slice(round(8 * FS), round(10 * FS))
@@ -84,5 +83,4 @@ def test_in_contact(engine, measured):
 
 def test_contact_changes_the_frf():
     """The comparison above is not one of linear systems."""
-    frequency = np.arange(5.0, 221.0)
-    assert rms_db(in_contact_frf("modal", 4), linear_frf(RIG, frequency)) > 3
+    assert rms_db(in_contact_frf("modal", 4), linear_frf(RIG, np.arange(5.0, 221.0))) > 3

@@ -12,18 +12,7 @@ import pytest
 import scipy.integrate
 import scipy.optimize
 
-from clearance_mj.clearance import (
-    AdamsImpact,
-    ConstantLaw,
-    ContactLaw,
-    Cubic,
-    Flores,
-    HuntCrossley,
-    HuntCrossley1975,
-    KelvinVoigt,
-    LankaraniNikravesh,
-    MaxwellSlip,
-)  # fmt: skip
+from clearance_mj import clearance as models
 from clearance_mj.engines import Modal
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.structure import Matrices
@@ -34,12 +23,12 @@ ADHESIVE = {0.1: 0.729248, 0.2: 0.526621, 0.3: 0.372326, 0.5: 0.163034}
 RELEASE = "closed form, release where the force is zero"
 RELEASED = {0.1: 0.744079, 0.2: 0.571740, 0.3: 0.450975, 0.5: 0.298436}
 HERTZ = "κ(1 + e) = ln[(1 + κ)/(1 - κe)]"
-FIRST_ORDER = functools.partial(HuntCrossley, first_order=True)
+FIRST_ORDER = functools.partial(models.HuntCrossley, first_order=True)
 HERTZ_DAMPED = [
     *((FIRST_ORDER, e, out) for e, out in ((0.9, 0.9090), (0.7, 0.7680), (0.5, 0.6630))),
-    *((HuntCrossley, e, e) for e in (0.9, 0.7, 0.5, 0.3, 0.1)),
-    *((LankaraniNikravesh, e, out) for e, out in ((0.9, 0.9132), (0.7, 0.7960), (0.5, 0.7252))),
-    *((Flores, e, out) for e, out in ((0.9, 0.8939), (0.7, 0.6832), (0.5, 0.4704))),
+    *((models.HuntCrossley, e, e) for e in (0.9, 0.7, 0.5, 0.3, 0.1)),
+    *((models.LankaraniNikravesh, e, out) for e, out in ((0.9, 0.9132), (0.7, 0.7960), (0.5, 0.7252))),
+    *((models.Flores, e, out) for e, out in ((0.9, 0.8939), (0.7, 0.6832), (0.5, 0.4704))),
 ]  # restitution, given the e of the model, from κ(1 + e) = ln[(1 + κ)/(1 - κe)]
 
 
@@ -67,7 +56,7 @@ def damping(ratio, mass=1.0, stiffness=1.0):
 def test_kelvin_voigt_adhesive(ratio, expected, measured):
     """exp(-πζ/√(1-ζ²))."""
     assert np.exp(-np.pi * ratio / np.sqrt(1 - ratio**2)) == pytest.approx(expected, abs=1e-6)
-    found = restitution(KelvinVoigt(1.0, damping(ratio), adhesion=True).force)
+    found = restitution(models.KelvinVoigt(1.0, damping(ratio), adhesion=True).force)
     what = f"restitution, Kelvin-Voigt with adhesion, ζ = {ratio}"
     measured.equal(what, found, expected, "exp(-πζ/√(1-ζ²))", rel=1e-5)
 
@@ -78,7 +67,7 @@ def test_kelvin_voigt_released(ratio, expected, measured):
     w = np.sqrt(1 - ratio**2)
     closed = np.exp(-(ratio / w) * (np.pi - np.arctan2(2 * ratio * w, w**2 - ratio**2)))
     assert closed == pytest.approx(expected, abs=1e-6)
-    found = restitution(KelvinVoigt(1.0, damping(ratio)).force)
+    found = restitution(models.KelvinVoigt(1.0, damping(ratio)).force)
     measured.equal(f"restitution, Kelvin-Voigt, ζ = {ratio}", found, expected, RELEASE, rel=1e-5)
 
 
@@ -101,8 +90,7 @@ def test_hertz_damped(model, e, expected, exponent, measured):
     contact = model(1.0, e, exponent=exponent)
     assert hertz_damped_restitution(contact.kappa) == pytest.approx(expected, abs=5e-5)
     found, exact = restitution(lambda x, v: contact.force(x, v, 0.3)), hertz_damped_restitution(contact.kappa)
-    what = f"restitution, {name_of(model)}, e = {e}, n = {exponent}"
-    measured.equal(what, found, exact, HERTZ, rel=1e-4)
+    measured.equal(f"restitution, {name_of(model)}, e = {e}, n = {exponent}", found, exact, HERTZ, rel=1e-4)
 
 
 ENGINES = {"modal": Modal(), "mujoco": ModalMujoco()}
@@ -133,7 +121,7 @@ def upward_crossings(x):
 
 def gap_oscillator(loop, step):
     """Periods of a mass between elastic stops, and its largest displacement: m = k = d = 1, amplitude X = 2."""
-    x = FreeMass(loop, ConstantLaw(1.0, 0.0), 1.0, step, 2.0, 0.0).simulate(round(42 / step))[:, 0]
+    x = FreeMass(loop, models.ConstantLaw(1.0, 0.0), 1.0, step, 2.0, 0.0).simulate(round(42 / step))[:, 0]
     return np.diff(upward_crossings(x)) * step, np.max(np.abs(x))
 
 
@@ -155,21 +143,19 @@ def test_gap_oscillator_off_centre(loop, measured):
 
     m = k = d = 1, X = 2 from the middle; 0.3 off it the mean of the motion is -0.3.
     """
-    mass = FreeMass(loop, ConstantLaw(1.0, 0.0), 1.0, 1e-3, 2.0 - 0.3, 0.0, offset=0.3)
+    mass = FreeMass(loop, models.ConstantLaw(1.0, 0.0), 1.0, 1e-3, 2.0 - 0.3, 0.0, offset=0.3)
     x = mass.simulate(42_000)[:, 0]
     periods = np.diff(upward_crossings(x)) * mass.step
     what, closed = f"gap oscillator, 0.3 d off centre, {loop} loop", "4[π/2 + 1/(X-1)]"
     measured.equal(f"{what}: period (s)", np.mean(periods), 4 * (np.pi / 2 + 1), closed, rel=2e-6)
-    middle = (x.max() + x.min()) / 2
-    measured.equal(f"{what}: middle of the motion (m)", middle, -0.3, "offset", abs=1e-3)
+    measured.equal(f"{what}: middle of the motion (m)", (x.max() + x.min()) / 2, -0.3, "offset", abs=1e-3)
 
 
 @pytest.mark.parametrize(("stops", "side"), [("upper", 1.0), ("lower", -1.0)])
 @pytest.mark.parametrize("loop", ["modal", "mujoco"])
 def test_one_wall(loop, stops, side, measured):
     """A mass thrown against the only wall from 1 m at 1 m/s leaves it after 1 + π s, and is not held on the other."""
-    mass = FreeMass(loop, ConstantLaw(1.0, 0.0), 1.0, 1e-3, 0.0, side, stops=stops)
-    x = side * mass.simulate(20_000)[:, 0]
+    x = side * FreeMass(loop, models.ConstantLaw(1.0, 0.0), 1.0, 1e-3, 0.0, side, stops=stops).simulate(20_000)[:, 0]
     back = 2.0 + np.pi + 1.0  # at x = -1, where the other wall would be
     expected = -1.0 - (19.999 - back)
     what = f"one wall ({stops}), {loop} loop: place after 20 s (m)"
@@ -187,42 +173,39 @@ def rebound(mass):
 @pytest.mark.parametrize("loop", ["modal", "mujoco"])
 @pytest.mark.parametrize(("ratio", "expected"), RELEASED.items())
 def test_kelvin_voigt_in_the_loops(loop, ratio, expected, direction, measured):
-    mass = FreeMass(loop, ConstantLaw(1.0, damping(ratio)), 1.0, 5e-4, 0.9 * direction, 0.5 * direction)
+    mass = FreeMass(loop, models.ConstantLaw(1.0, damping(ratio)), 1.0, 5e-4, 0.9 * direction, 0.5 * direction)
     what = f"restitution, Kelvin-Voigt, {loop} loop, ζ = {ratio}, {'up' if direction > 0 else 'down'}"
     measured.equal(what, rebound(mass), expected, RELEASE, rel=5e-4)
 
 
 @pytest.mark.parametrize(("ratio", "expected"), ADHESIVE.items())
 def test_adhesion_in_the_modal_loop(ratio, expected, measured):
-    law = ContactLaw(KelvinVoigt(1.0, damping(ratio), adhesion=True))
-    what, found = (
-        f"restitution, adhesion, modal loop, ζ = {ratio}",
-        rebound(FreeMass("modal", law, 1.0, 5e-4, 0.9, 0.5)),
-    )
-    measured.equal(what, found, expected, "exp(-πζ/√(1-ζ²))", rel=5e-4)
+    law = models.ContactLaw(models.KelvinVoigt(1.0, damping(ratio), adhesion=True))
+    found = rebound(FreeMass("modal", law, 1.0, 5e-4, 0.9, 0.5))
+    measured.equal(f"restitution, adhesion, modal loop, ζ = {ratio}", found, expected, "exp(-πζ/√(1-ζ²))", rel=5e-4)
 
 
 @pytest.mark.parametrize("loop", ["modal", "mujoco"])
 @pytest.mark.parametrize(("model", "e", "expected"), HERTZ_DAMPED)
 def test_hertz_damped_in_the_loops(loop, model, e, expected, measured):
-    mass = FreeMass(loop, ContactLaw(model(2.0, e)), 1.0, 5e-4, 0.9, 0.5)
+    mass = FreeMass(loop, models.ContactLaw(model(2.0, e)), 1.0, 5e-4, 0.9, 0.5)
     exact = hertz_damped_restitution(model(2.0, e).kappa)
     assert exact == pytest.approx(expected, abs=5e-5)
     measured.equal(f"restitution, {name_of(model)}, {loop} loop, e = {e}", rebound(mass), exact, HERTZ, rel=1e-6)
 
 
-NEW = [HuntCrossley1975(2.0, 1.2), Cubic(1.0, 3.0, 0.3), AdamsImpact(1.0, 1.5, 0.8, 0.3)]
+NEW = [models.HuntCrossley1975(2.0, 1.2), models.Cubic(1.0, 3.0, 0.3), models.AdamsImpact(1.0, 1.5, 0.8, 0.3)]
 
 
 @pytest.mark.parametrize("loop", ["modal", "mujoco"])
 @pytest.mark.parametrize("contact", NEW, ids=lambda c: c.name)
 def test_new_contacts_in_the_loops(loop, contact, measured):
     exact = restitution(contact.force, speed=0.5)
-    found = rebound(FreeMass(loop, ContactLaw(contact), 1.0, 5e-4, 0.9, 0.5))
+    found = rebound(FreeMass(loop, models.ContactLaw(contact), 1.0, 5e-4, 0.9, 0.5))
     measured.equal(f"restitution, {contact.name}, {loop} loop", found, exact, "ODE solver at 1e-10", rel=2e-4)
 
 
-SLIP = MaxwellSlip((0.5, 0.3, 0.2), (0.2, 0.3, 0.3), elastic=0.4, damping=0.05)
+SLIP = models.MaxwellSlip((0.5, 0.3, 0.2), (0.2, 0.3, 0.3), elastic=0.4, damping=0.05)
 FILM = Grease(1.0, 0.1, 0.3, 1.0, 0.8, 0.5, 2.0, film_height=2.5, film_limit=0.3)
 
 
@@ -250,7 +233,7 @@ def rung_down(rate, states, step, rtol, max_step):
 
 def largest_error(loop, step, grease, damping, exact):
     speed = 1.9 + step / 2 * damping * 1.9  # half a step before the start: where the loops' velocities are
-    out = FreeMass(loop, ConstantLaw(1.0, 0.0), 10.0, step, 0.0, speed, grease).simulate(exact.size)
+    out = FreeMass(loop, models.ConstantLaw(1.0, 0.0), 10.0, step, 0.0, speed, grease).simulate(exact.size)
     return np.max(np.abs(out[:, 0] - exact))
 
 
@@ -286,8 +269,7 @@ def test_stribeck_in_the_loops(loop, measured):
     exact = rung_down_with_stribeck(1e-3)
     assert np.max(np.abs(exact - rung_down(slip_rate, 3, 1e-3, 1e-9, 2e-3))) > 0.1  # what Stribeck's law changes
     what = f"ring-down in Maxwell-slip grease with Stribeck's law, {loop} loop: largest error"
-    error = largest_error(loop, 1e-3, STRIBECK, 0.05, exact)
-    measured.below(what, error, 1e-3, "LSODA with a penalty of 1e5", "m")
+    measured.below(what, largest_error(loop, 1e-3, STRIBECK, 0.05, exact), 1e-3, "LSODA with a penalty of 1e5", "m")
 
 
 def ring_down_error(loop, step):
@@ -313,11 +295,10 @@ def test_small_motion_of_the_benchmark(loop, measured):
     """
     step, f0, ratio = 4e-6, 35.588, 0.01118
     grease = Grease(5e4, 5.0, elastic_ratio=0.5, beta=1.0, exponent=1.0)
-    x = FreeMass(loop, ConstantLaw(1.0, 0.0), 1.0, step, 1e-9, 0.0, grease).simulate(75_000)[:, 0]
+    x = FreeMass(loop, models.ConstantLaw(1.0, 0.0), 1.0, step, 1e-9, 0.0, grease).simulate(75_000)[:, 0]
     crossing = upward_crossings(x)
     period, turns = np.mean(np.diff(crossing)) * step, crossing.astype(int)
-    peaks = np.array([x[a:b].max() for a, b in zip(turns[:-1], turns[1:])])
-    decay = -np.mean(np.diff(np.log(peaks))) / period
+    decay = -np.mean(np.diff(np.log(np.array([x[a:b].max() for a, b in zip(turns[:-1], turns[1:])])))) / period
     omega = np.hypot(2 * np.pi / period, decay)
     what, source = f"Bouc-Wen benchmark in small motion, {loop} loop", "Noël & Schoukens 2016"
     measured.equal(f"{what}: f0 (Hz)", omega / (2 * np.pi), f0, source, abs=5e-4)

@@ -22,6 +22,7 @@ from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.structure import Disc, Material, Section, Shaft, Shafts, Spring, Support
 from clearance_mj.structure.reduction import vibration_modes
 
+from ..engines.alike import with_bushings
 from ..structures import chain
 from .test_frf_engines import BAND, FS, noise, rms_db
 
@@ -107,8 +108,7 @@ def test_supports_hold(name):
 @pytest.mark.parametrize("name", ["propped", "elastic between", "overhung"])
 def test_energy(name, measured):
     """Reactions of rigid supports do no work; springs and dampers have their shares."""
-    drive = Excitation(noise(0.5, 8.0, 1), FS, "base", BAND)
-    balance = energy_balance(rig(name), drive, LAW, "links")
+    balance = energy_balance(rig(name), Excitation(noise(0.5, 8.0, 1), FS, "base", BAND), LAW, "links")
     measured.below(f"energy, {name}: imbalance", balance.imbalance, 1e-4, "what was put in")
 
 
@@ -116,7 +116,7 @@ def test_energy(name, measured):
 def test_contact_forces_beside_reactions(name, at):
     """Without the help of joint forces, where support and bushing, or two bushings, are on one rigid link."""
     of = rig(name, at)
-    of = of.replace(bushings=tuple(dataclasses.replace(b, gap=2e-5) for b in of.bushings))
+    of = with_bushings(of, gap=2e-5)
     drive = Excitation(noise(0.5, 20.0, 1), FS, "base", BAND)
     found, expected = (simulate(of, drive, LAW, engine).contact_force for engine in (Links(24), Modal(16)))
     assert np.std(expected, axis=1).min() > 0.01
@@ -125,8 +125,7 @@ def test_contact_forces_beside_reactions(name, at):
 
 def test_modal_damping():
     """Damping ratios are those of the chain's own modes, the last one of all that follow; no other damping."""
-    of = rig("propped", at=(), rayleigh=(0.0, 0.0), damping_ratios=(0.01, 0.02))
-    whole = linkage(of, 16)
+    whole = linkage(rig("propped", at=(), rayleigh=(0.0, 0.0), damping_ratios=(0.01, 0.02)), 16)
     modes = vibration_modes(*(whole.free.T @ m @ whole.free for m in (whole.mass, whole.whole_stiffness)))
     shapes = whole.free @ modes.shapes
     ratios = (shapes.T @ whole.viscous @ shapes) / (2 * modes.omega)
@@ -165,10 +164,10 @@ def frf(name, level, engine):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("level", [1.0, 5.0])
-@pytest.mark.parametrize(
-    "name", ["pinned-pinned", "propped", "clamped-clamped", "clamped-guided", "stepped", "tapered", "elastic ends",
-             "elastic between", "two spans", "two shafts"],
-)  # fmt: skip
+@pytest.mark.parametrize("name", [
+    "pinned-pinned", "propped", "clamped-clamped", "clamped-guided", "stepped", "tapered", "elastic ends",
+    "elastic between", "two spans", "two shafts",
+])  # fmt: skip
 def test_frfs_in_contact(name, level, measured):
     """16 links, 1 and 5 m/s² rms of the base."""
     found = rms_db(frf(name, level, Links()), frf(name, level, Modal()))

@@ -12,48 +12,23 @@ import pytest
 import scipy.linalg
 
 import clearance_mj as cm
-from clearance_mj.clearance import (
-    AdamsImpact,
-    AmplitudeLaw,
-    ContactLaw,
-    Cubic,
-    FiniteBearing,
-    Flores,
-    HuntCrossley,
-    HuntCrossley1975,
-    KelvinVoigt,
-    LankaraniNikravesh,
-    MaxwellSlip,
-    ShortBearing,
-    TimeLaw,
-)
-from clearance_mj.clearance.greases.long_film import LongFilm
+from clearance_mj.clearance import AmplitudeLaw, ContactLaw, TimeLaw
 from clearance_mj.core.jit import jit
 from clearance_mj.engines import Links, simulate_together
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, Load, Rig, Sensor, Shaker
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 from tests.conftest import TABLE1
 
-GAP = TABLE1.bushings[0].gap
-SLIPS = (4000.0, 2000.0), (0.4, 0.6)
-CONTACTS = [
-    KelvinVoigt(2e4, 6.0), KelvinVoigt(2e4, 6.0, adhesion=True), HuntCrossley(1e6, 0.6), LankaraniNikravesh(1e6, 0.6),
-    Flores(1e6, 0.6), HuntCrossley1975(3e5, 6.75e5), Cubic(2e4, 5e11, 6.0), AdamsImpact(4e6, 1.5, 40.0, 1e-4),
-]  # fmt: skip
-FILLINGS = [
-    Grease(4e3, 5.0), Grease(5e3, 2.0, 0.8, 1.1, 1.5e7, 5e6, 1.9, 8e-4, 0.3), MaxwellSlip(*SLIPS, 500.0, 3.0, 8e-4),
-    MaxwellSlip(*SLIPS, static_ratio=1.5, stribeck_speed=0.02), LongFilm(3e3, 2.0, 8e-4),
-    ShortBearing(0.02, 0.01, 0.01, GAP, 1e-6, cavitated=False), FiniteBearing(0.02, 0.01, 0.01, GAP, asperities=1e-6),
-]  # fmt: skip
+from ..clearance.laws import CONTACTS, FILLINGS
+from ..engines.alike import with_bushings
+
 LAWS = [
     *(ContactLaw(contact, FILLINGS[1]) for contact in CONTACTS),
     *(ContactLaw(CONTACTS[2], filling) for filling in FILLINGS),
     TimeLaw([0.0, 0.5], [1e4, 3e4], [3.0, 9.0], FILLINGS[2]),
     AmplitudeLaw([1e-4, 6e-4], [1e4, 3e4], [3.0, 9.0], grease=FILLINGS[1]),
 ]
-RUBBING = dataclasses.replace(
-    TABLE1, bushings=tuple(dataclasses.replace(b, friction=Friction(0.2)) for b in TABLE1.with_shape("round").bushings)
-)
+RUBBING = with_bushings(TABLE1.with_shape("round"), friction=Friction(0.2))
 """Table 1's rig with round clearances that rub; shaken along z they move on a line, and nothing slides"""
 
 
@@ -84,8 +59,8 @@ def test_round_clearances_on_a_line_are_slots(law):
 @pytest.mark.parametrize(("rms", "tolerance"), [(0.3, 1e-9), (8.0, 1e-3)])
 def test_round_clearances_on_a_line_are_slots_in_links(rms, tolerance):
     law = cm.ConstantLaw(6e3, 12.0, grease=Grease(4e3, 5.0))
-    rounds = TABLE1.with_shape("round")
-    slots, rounds = (cm.simulate(rig, shaken(0.5, rms), law, engine="links") for rig in (TABLE1, rounds))
+    rigs = TABLE1, TABLE1.with_shape("round")
+    slots, rounds = (cm.simulate(rig, shaken(0.5, rms), law, engine="links") for rig in rigs)
     assert (slots.contact_share.max() > 1e-3) == (rms > 1)
     assert largest_difference(slots, rounds) < tolerance
 
@@ -240,8 +215,7 @@ def test_both_kinds_move_as_finite_elements_do(engine, known, pushed, measured):
     balance = cm.energy_balance(MIXED, pushed, engine=engine)
     response = balance.response
     assert (response.contact_share > 0.02).all() and (response.contact_share < 0.98).all()
-    names = ["displacement", "contact_force", "grease_force", "channels"]
-    for name, expected in zip(names, known):
+    for name, expected in zip(["displacement", "contact_force", "grease_force", "channels"], known):
         for row, (found, right) in enumerate(zip(getattr(response, name), expected, strict=True)):
             if not right.any():
                 assert not found.any()

@@ -3,7 +3,6 @@
 The polygon is a wall of this file, which knows nothing of the oval's nearest point: the deepest of its faces is met.
 """
 
-import dataclasses
 import math
 from collections.abc import MutableSequence, Sequence
 from typing import ClassVar
@@ -17,6 +16,8 @@ from clearance_mj.engines import Links, Modal, simulate_together
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, Rig, Sensor, Spin, Unbalance
 from clearance_mj.rig.walls import WALLS, Wall, register
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
+
+from ..engines.alike import assert_alike, with_bushings
 
 GAP, WIDE, ACROSS, SIDES, FS = 2e-4, 2e-5, -1e-5, 720, 8192.0
 SHAPE = {"wide": WIDE, "across": ACROSS}
@@ -58,26 +59,16 @@ def faceted():
     del WALLS["faceted"]
 
 
-def rotor(shape="oval", gap=GAP, unbalance=1.4e-2, speed=60.0, **more):
+def rotor(shape="oval", gap=GAP, **more):
     """A shaft on a pinned and an elastic support, whose unbalance presses it into its bushing all around."""
-    bushing = Bushing(
-        0.45,
-        gap,
-        0.0,
-        Grease(0.0, 30.0),
-        Contact(3e5, 100.0),
-        shape=shape,
-        wall=SHAPE if shape != "round" else None,
-        **more,
-    )
+    more |= {"shape": shape, "wall": SHAPE}
+    bushing = Bushing(0.45, gap, 0.0, Grease(0.0, 30.0), Contact(3e5, 100.0), **more)
     shaft = Shaft(
         (Section(0.8, 0.02),), (Support(0.0, "pinned"), Support(0.75, "elastic", 1e6, translation_damping=200.0)),
         (Disc(0.4, 2.0, 2e-3),), Material(210e9, 7850.0), (5.0, 1e-5), theory="euler",
     )  # fmt: skip
-    return Rig(
-        "rotor", None, (bushing,), (Sensor(1, 0.4),), structure=shaft, spin=Spin(speed),
-        unbalances=(Unbalance(0.4, unbalance),),
-    )  # fmt: skip
+    turning = {"spin": Spin(60.0), "unbalances": (Unbalance(0.4, 1.4e-2),)}
+    return Rig("rotor", None, (bushing,), (Sensor(1, 0.4),), structure=shaft, **turning)
 
 
 def whirl(rig, engine="modal", duration=0.3):
@@ -89,8 +80,7 @@ def test_an_orbit_on_an_oval_is_that_on_a_polygon(faceted, measured):
     oval, polygon = (whirl(rotor(shape), Modal(resolution=0.1)) for shape in ("oval", "faceted"))
     late = slice(oval.time.size // 2, None)
     assert np.abs(oval.contact_force[:, late]).sum(axis=0).min() > 1.0  # all the time
-    radius = np.hypot(*oval.displacement[:, late])
-    assert np.ptp(radius) > 1.5 * math.hypot(WIDE, ACROSS)
+    assert np.ptp(np.hypot(*oval.displacement[:, late])) > 1.5 * math.hypot(WIDE, ACROSS)
     difference = np.hypot(*(oval.displacement - polygon.displacement)[:, late]).max() / GAP
     measured.below("orbit on an oval wall, over its gap: difference", difference, 1e-4, "a polygon of 720 sides")
     assert oval.contact_share == pytest.approx(polygon.contact_share, abs=1e-3)
@@ -105,11 +95,8 @@ def test_links_run_on_an_oval_as_modes_do():
 
 
 def test_an_oval_without_lobes_is_round():
-    none = dataclasses.replace(rotor().bushings[0], wall=None)
-    oval, circle = (
-        whirl(rotor().replace(bushings=(dataclasses.replace(none, shape=shape),)), duration=0.2)
-        for shape in ("oval", "round")
-    )
+    rigs = [with_bushings(rotor(), shape=shape, wall=None) for shape in ("oval", "round")]
+    oval, circle = (whirl(rig, duration=0.2) for rig in rigs)
     assert oval.contact_share > 0.5
     np.testing.assert_allclose(oval.displacement, circle.displacement, rtol=0, atol=1e-9 * GAP)
 
@@ -117,19 +104,12 @@ def test_an_oval_without_lobes_is_round():
 @pytest.mark.parametrize("shape", ["oval", "faceted"])
 def test_eight_side_by_side_are_each_alone(faceted, shape):
     push = cm.excitation.random(0.1, FS, band=(5, 200), rms=3.0, seed=2)
-    cases = [
-        (
-            rotor(shape, gap=GAP * (1 + 0.02 * i), friction=Friction(0.05 + 0.01 * i)),
-            cm.ConstantLaw(3e5 + 1e4 * i, 90.0),
-        )
-        for i in range(8)
-    ]
+    rigs = [rotor(shape, gap=GAP * (1 + 0.02 * i), friction=Friction(0.05 + 0.01 * i)) for i in range(8)]
+    cases = [(rig, cm.ConstantLaw(3e5 + 1e4 * i, 90.0)) for i, rig in enumerate(rigs)]
     for (rig, law), found in zip(cases, simulate_together(cases, push)):
         alone = cm.simulate(rig, push, law, engine="modal")
         assert alone.contact_share > 0.05
-        for name in ("displacement", "contact_force", "channels"):
-            right = getattr(alone, name)
-            np.testing.assert_allclose(getattr(found, name), right, rtol=0, atol=1e-9 * np.abs(right).max())
+        assert_alike(found, alone, 1e-9, ("displacement", "contact_force", "channels"))
 
 
 def test_an_oval_comes_back_from_its_file(tmp_path):

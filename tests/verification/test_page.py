@@ -52,10 +52,8 @@ def test_the_page_and_its_file_agree():
              if line.startswith("| ")][1:]  # fmt: skip
     counts = {subject: int(n) for subject, n, *_ in table if n != "not run"}
     assert counts == {subject: sum(row[0] == subject for row in rows) for subject in counts}
-    worst = [
-        [subject, *cells, used.rstrip("%"), source] for subject, n, *cells, used, source in table if n != "not run"
-    ]
-    assert all(row in rows for row in worst)
+    for subject, n, *cells, used, source in table:
+        assert n == "not run" or [subject, *cells, used.rstrip("%"), source] in rows
 
 
 def test_a_figure_outside_what_is_allowed_fails():

@@ -58,8 +58,7 @@ def test_the_period_doubles(measured):
     """At F_a = 0.2 between ω = 1.605 and 1.600."""
     one, two = swept_down(0.2, (1.65, 1.55))
     periods = [[part.max() for part in np.array_split(x, 4)] for x in (one, two)]
-    measured.below(
-        "preloaded tooth, F_a = 0.2, ω = 1.65: change from period to period", np.ptp(periods[0]), 1e-4, "period 1"
-    )
+    what = "preloaded tooth, F_a = 0.2, ω = 1.65: change from period to period"
+    measured.below(what, np.ptp(periods[0]), 1e-4, "period 1")
     assert np.ptp(periods[1]) > 0.01
     np.testing.assert_allclose(periods[1][:2], periods[1][2:], atol=1e-4)

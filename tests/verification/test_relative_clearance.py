@@ -77,9 +77,8 @@ def reference(rtol=1e-9):
     """Relative displacement in the middle of the clearance at the steps of the longest step."""
     model, times = Reference(), np.arange(0, DURATION, STEPS[0])
     start = np.zeros(2 * model.omega.size)
-    found = scipy.integrate.solve_ivp(
-        model.rate, (0, DURATION), start, "DOP853", times, rtol=rtol, atol=1e-5 * rtol, max_step=1e-4
-    )
+    options = {"rtol": rtol, "atol": 1e-5 * rtol, "max_step": 1e-4}
+    found = scipy.integrate.solve_ivp(model.rate, (0, DURATION), start, "DOP853", times, **options)
     return model.rows[0] @ found.y[: model.omega.size]
 
 

@@ -37,29 +37,35 @@ def found(structure, n=MODES, masses=()):
     return 2 * np.pi * beam.natural_frequencies(rig, n)
 
 
-def roots(equation, starts):
-    """Roots of an equation in λ between neighbouring starts."""
-    return np.array([scipy.optimize.brentq(equation, a, b, xtol=1e-14) for a, b in zip(starts, starts[1:])])
+def roots_near(equation, centres):
+    """Roots of an equation in λ, each within 0.5 of a centre."""
+    return np.array([scipy.optimize.brentq(equation, c - 0.5, c + 0.5, xtol=1e-14) for c in centres])
+
+
+def first_roots(equation, grid, n, xtol=1e-14):
+    """Roots of an equation between the points of a grid where its sign changes."""
+    value = np.array([equation(x) for x in grid])
+    signs = np.nonzero(value[:-1] * value[1:] < 0)[0][:n]
+    return np.array([scipy.optimize.brentq(equation, grid[i], grid[i + 1], xtol=xtol) for i in signs])
+
+
+def largest_error(found, expected):
+    return np.max(np.abs(found / expected - 1))
+
+
+N = np.arange(1, MODES + 1)
 
 
 def tan_tanh(sign):
     """Roots of tan λ = ± tanh λ, free of poles."""
-    centres = (np.arange(1, MODES + 1) + sign / 4) * np.pi
-    return np.array([
-        scipy.optimize.brentq(lambda x: np.sin(x) - sign * np.cos(x) * np.tanh(x), c - 0.5, c + 0.5, xtol=1e-14)
-        for c in centres
-    ])  # fmt: skip
+    return roots_near(lambda x: np.sin(x) - sign * np.cos(x) * np.tanh(x), (N + sign / 4) * np.pi)
 
 
 def cos_cosh(sign):
     """Roots of cos λ cosh λ = ± 1; of the clamped and of the clamped-free shaft."""
-    centres = (np.arange(1, MODES + 1) + sign / 2) * np.pi
-    return np.array(
-        [scipy.optimize.brentq(lambda x: np.cos(x) - sign / np.cosh(x), c - 0.5, c + 0.5, xtol=1e-14) for c in centres]
-    )
+    return roots_near(lambda x: np.cos(x) - sign / np.cosh(x), (N + sign / 2) * np.pi)
 
 
-N = np.arange(1, MODES + 1)
 UNIFORM = {
     "pinned-pinned": ([("pinned", 0.0), ("pinned", LENGTH)], 0, N * np.pi, "nπ"),
     "clamped-free": ([("clamped", 0.0)], 0, cos_cosh(-1), "cos λ cosh λ = -1"),
@@ -80,7 +86,7 @@ def test_uniform(name, measured):
     supports, rigid, root, equation = UNIFORM[name]
     omega = found(shaft(*supports), rigid + MODES)
     assert np.array_equal(omega[:rigid], np.zeros(rigid))
-    error = np.max(np.abs(omega[rigid:] / (root**2 * SCALE) - 1))
+    error = largest_error(omega[rigid:], root**2 * SCALE)
     measured.below(f"{name}, f1 to f6: error", error, 1e-9, f"{equation} (Blevins, table 8-1)")
 
 
@@ -90,9 +96,8 @@ def test_tube_and_rectangle(measured):
         ("tube", Section(LENGTH, 0.03, 0.024), (0.03**2 + 0.024**2) / 16),
         ("rectangle", Section(LENGTH, width=0.03, height=0.008), 0.008**2 / 12),
     ):
-        omega = found(shaft(("pinned", 0.0), ("pinned", LENGTH), sections=(section,)))
         expected = (N * np.pi / LENGTH) ** 2 * np.sqrt(210e9 * radius2 / 7850.0)
-        error = np.max(np.abs(omega / expected - 1))
+        error = largest_error(found(shaft(("pinned", 0.0), ("pinned", LENGTH), sections=(section,))), expected)
         measured.below(f"{name}, pinned-pinned, f1 to f6: error", error, 1e-9, "(nπ)² √(EI/ρA)/l²")
 
 
@@ -100,8 +105,8 @@ def test_two_equal_spans(measured):
     """Antisymmetric modes are those of one span pinned at both ends, symmetric ones of one clamped in the middle."""
     omega = found(shaft(("pinned", 0.0), ("pinned", LENGTH / 2), ("pinned", LENGTH)))
     expected = np.sort(np.concatenate((N[:3] * np.pi, tan_tanh(1)[:3]))) ** 2 * SCALE * 4
-    error = np.max(np.abs(omega / expected - 1))
-    measured.below("two equal spans, f1 to f6: error", error, 1e-9, "nπ and tan λ = tanh λ (Blevins, table 8-7)")
+    what, source = "two equal spans, f1 to f6: error", "nπ and tan λ = tanh λ (Blevins, table 8-7)"
+    measured.below(what, largest_error(omega, expected), 1e-9, source)
 
 
 def test_springs_and_end_mass(measured):
@@ -121,20 +126,15 @@ def test_springs_and_end_mass(measured):
         free = 1 + c * ch - mass * x * (s * ch - c * sh)
         return free - inertia * x**3 * (s * ch + c * sh) + mass * inertia * x**4 * (1 - c * ch)
 
+    sprung = shaft(Support(0.0, "pinned", rotation=rotation), ("pinned", LENGTH))
     cases = {
-        "pinned with a rotation spring, pinned": (
-            shaft(Support(0.0, "pinned", rotation=rotation), ("pinned", LENGTH)),
-            hinge,
-        ),
+        "pinned with a rotation spring, pinned": (sprung, hinge),
         "clamped, spring at the tip": (shaft(("clamped", 0.0), Support(LENGTH, translation=spring)), tip_spring),
         "clamped, disc at the tip": (shaft(("clamped", 0.0), discs=(tip_mass,)), disc),
     }
     for name, (structure, equation) in cases.items():
-        grid = np.linspace(0.3, 20, 4000)
-        value = equation(grid)
-        signs = np.nonzero(value[:-1] * value[1:] < 0)[0][:MODES]
-        root = np.array([scipy.optimize.brentq(equation, grid[i], grid[i + 1], xtol=1e-14) for i in signs])
-        error = np.max(np.abs(found(structure, len(root)) / (root**2 * SCALE) - 1))
+        root = first_roots(equation, np.linspace(0.3, 20, 4000), MODES)
+        error = largest_error(found(structure, len(root)), root**2 * SCALE)
         measured.below(f"{name}, f1 to f6: error", error, 1e-9, "frequency equation (Blevins, tables 8-8, 8-9)")
 
 
@@ -146,16 +146,14 @@ def stepped(theory="euler"):
     discs = (Disc(0.395, 6.0, 0.03), Disc(0.8, 2.5, 0.008))
     structure = shaft(*supports, sections=tuple(Section(*s) for s in steps), discs=discs, theory=theory)
     pieces = [round_piece(*s, nu=nu) for s in (*steps[:2], (0.075, 0.06), (0.075, 0.06), *steps[3:])]
-    fixed = [2 * 5]
     springs = [(2 * 1, 4e7), (2 * 1 + 1, 2e4), (2 * 5 + 1, 5e3)]
     masses = [(2 * 3, 6.0), (2 * 3 + 1, 0.03), (2 * 6, 2.5), (2 * 6 + 1, 0.008)]
-    return structure, frequencies([pieces], MODES, fixed, springs, masses)
+    return structure, frequencies([pieces], MODES, [2 * 5], springs, masses)
 
 
 def two_materials():
     """Free; steel, then an aluminium tube that starts at x = 0.1 m."""
-    aluminium = Material(70e9, 2700.0)
-    sections = (Section(0.3, 0.02), Section(0.5, 0.05, 0.04, material=aluminium))
+    sections = (Section(0.3, 0.02), Section(0.5, 0.05, 0.04, material=Material(70e9, 2700.0)))
     pieces = [round_piece(0.3, 0.02), round_piece(0.5, 0.05, 0.04, 70e9, 2700.0)]
     return shaft(sections=sections, start=0.1), frequencies([pieces], 2 + MODES)
 
@@ -173,12 +171,8 @@ def two_shafts():
     inner = shaft(("pinned", 0.0), ("pinned", 0.8), sections=(Section(0.8, 0.02),), name="inner")
     outer = shaft(("pinned", 0.1), ("guided", 0.7), sections=(Section(0.6, 0.05, 0.044),), start=0.1, name="outer")
     springs = (Spring("inner@0.3", 2e6, "outer@0.3"), Spring("outer@0.5", 5e5))
-    chains = [
-        [round_piece(0.3, 0.02), round_piece(0.5, 0.02)],
-        [round_piece(length, 0.05, 0.044) for length in (0.2, 0.2, 0.2)],
-    ]
-    expected = frequencies(chains, MODES, [0, 4, 6, 13], [(10, 5e5)], (), [(2, 8, 2e6)])
-    return Shafts((inner, outer), springs), expected
+    chains = [round_piece(0.3, 0.02), round_piece(0.5, 0.02)], [round_piece(0.2, 0.05, 0.044)] * 3
+    return Shafts((inner, outer), springs), frequencies(chains, MODES, [0, 4, 6, 13], [(10, 5e5)], (), [(2, 8, 2e6)])
 
 
 def softly_held():
@@ -200,20 +194,17 @@ NOT_UNIFORM = {
 }
 
 
-LONG = "three spans and a mass"
+SLOW = pytest.param("three spans and a mass", marks=pytest.mark.slow)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow) if name == LONG else name for name in NOT_UNIFORM]
-)
+@pytest.mark.parametrize("name", [SLOW if name == SLOW.values[0] else name for name in NOT_UNIFORM])
 def test_against_dynamic_stiffness(name, measured):
     make, masses = NOT_UNIFORM[name]
     structure, expected = make()
     omega = found(structure, len(expected), masses)
     moves = expected > 1e-3
     assert not omega[~moves].any()
-    error = np.max(np.abs(omega[moves] / expected[moves] - 1))
-    measured.below(f"{name}, f1 to f6: error", error, 1e-7, EXACT)
+    measured.below(f"{name}, f1 to f6: error", largest_error(omega[moves], expected[moves]), 1e-7, EXACT)
 
 
 def bessel_frequencies(order, ratio, n=3):
@@ -241,10 +232,7 @@ def bessel_frequencies(order, ratio, n=3):
         return np.linalg.det(rows / np.linalg.norm(rows, axis=0))
 
     length = 1 - ratio  # of the apex's distance from the clamp
-    grid = np.linspace(1.0, 60.0, 1500) / length**2
-    value = np.array([conditions(omega) for omega in grid])
-    signs = np.nonzero(value[:-1] * value[1:] < 0)[0][:n]
-    return np.array([scipy.optimize.brentq(conditions, grid[i], grid[i + 1], xtol=1e-12) for i in signs]) * length**2
+    return first_roots(conditions, np.linspace(1.0, 60.0, 1500) / length**2, n, xtol=1e-12) * length**2
 
 
 PUBLISHED_POINTS = {1: (5.315, 15.207, 30.02), 2: (8.719, 21.146, 38.453)}
@@ -255,14 +243,13 @@ def test_tapered(order, measured):
     """Truncated at a quarter against Bessel functions, and almost to the point against the published figures."""
     name, dimension = {1: ("wedge", "height"), 2: ("cone", "diameter")}[order]
     thick, length = 0.02, 0.6
-    slender2 = thick**2 / (12 if order == 1 else 16)
-    scale = np.sqrt(210e9 * slender2 / 7850.0) / length**2
+    scale = np.sqrt(210e9 * (thick**2 / (12 if order == 1 else 16)) / 7850.0) / length**2
 
     def omega(ratio):
         size = {dimension: (thick, ratio * thick)} | ({"width": 0.03} if order == 1 else {})
         return found(shaft(("clamped", 0.0), sections=(Section(length, **size),)), 3) / scale
 
-    error = np.max(np.abs(omega(0.25) / bessel_frequencies(order, 0.25) - 1))
+    error = largest_error(omega(0.25), bessel_frequencies(order, 0.25))
     measured.below(f"{name} truncated at a quarter, f1 to f3: error", error, 1e-9, "Bessel functions (Kirchhoff, 1879)")
     for i, (value, published) in enumerate(zip(omega(1e-4) / (1 - 1e-4) ** 2, PUBLISHED_POINTS[order]), 1):
         source = "Naguleswaran, J. Sound Vib. 172, 1994" if order == 2 else "Kirchhoff, 1879; Blevins, 1979"
@@ -282,8 +269,8 @@ def test_timoshenko_pinned(slenderness, measured):
     root = half + np.array([[1], [-1]]) * np.sqrt(half**2 - 7850**2 * second / shear * 210e9 * second * k**4)
     low, high = 210e9 * second * k**4 / root
     expected = np.sqrt(np.sort(np.concatenate((low, high, [shear * area / (7850 * second)])))[:10])
-    error = np.max(np.abs(omega / expected - 1))
-    measured.below(f"Timoshenko, pinned, l/r = {slenderness}, f1 to f10: error", error, 1e-9, "closed form")
+    what = f"Timoshenko, pinned, l/r = {slenderness}, f1 to f10: error"
+    measured.below(what, largest_error(omega, expected), 1e-9, "closed form")
 
 
 LEE_SCHULTZ = {
@@ -310,19 +297,16 @@ def test_timoshenko_published(kind, depth, measured):
 
 def deflection(structure, at):
     """Deflection under a unit force at a position, m/N."""
-    rig = Rig("static", None, (), (Sensor(1, at),), shaker=Shaker("force", at), structure=structure)
-    model = linear_model(rig, 8)
+    model = linear_model(Rig("static", None, (), (Sensor(1, at),), shaker=Shaker("force", at), structure=structure), 8)
     return model.static_deflection([at], model.input("force")[None])[0, 0]
 
 
 def test_static_deflection(measured):
     """Under a unit force at its own place: Roark's Formulas for Stress and Strain, 8th edition, table 8.1."""
-    flexibility, middle = LENGTH**3 / BENDING, LENGTH / 2
-    a = 0.3 * LENGTH
+    flexibility, middle, a = LENGTH**3 / BENDING, LENGTH / 2, 0.3 * LENGTH
     shear = 6 * 1.3 / (7 + 6 * 0.3) * 210e9 / 2.6 * MASS / 7850  # κGA
-    thick, thin = 0.02, 0.011
+    thick, thin, clamp, far = 0.02, 0.011, ("clamped", 0.0), LENGTH
     cone = Section(LENGTH, (thick, thin))
-    clamp, far = ("clamped", 0.0), LENGTH
     cases = {
         "clamped-free": (shaft(clamp), far, flexibility / 3),
         "clamped-free, Timoshenko": (shaft(clamp, theory="timoshenko"), far, flexibility / 3 + LENGTH / shear),
@@ -339,8 +323,7 @@ def test_static_deflection(measured):
     }  # fmt: skip
     for name, (structure, at, expected) in cases.items():
         source = "Gere & Goodno, Mechanics of Materials" if "tapered" in name else "Roark, table 8.1"
-        error = abs(deflection(structure, at) / expected - 1)
-        measured.below(f"static deflection, {name}: error", error, 1e-9, source)
+        measured.below(f"static deflection, {name}: error", abs(deflection(structure, at) / expected - 1), 1e-9, source)
 
 
 def random_shaft(generator):
@@ -377,7 +360,6 @@ def test_random_shafts(measured):
     for _ in range(15):
         structure, exact = random_shaft(generator)
         rig = Rig("random", None, (), (Sensor(1, structure.end),), structure=structure)
-        omega = linear_model(rig, MODES).omega[:MODES]
         moves = exact > 1e-2 * exact[-1]  # below, the determinant has lost its digits
-        errors.append(np.max(np.abs(omega[moves] / exact[moves] - 1)))
+        errors.append(largest_error(linear_model(rig, MODES).omega[:MODES][moves], exact[moves]))
     measured.below("15 random shafts, six modes asked for, f1 to f6: error", np.max(errors), 1e-7, EXACT)

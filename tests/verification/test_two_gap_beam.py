@@ -78,8 +78,7 @@ class Reference:
         """Force on each bushing end, N, against positive displacement."""
         x, speed = p @ self.ends.T, v @ self.ends.T
         side = np.where(np.abs(x) > self.gaps, np.sign(x), 0.0)
-        pressed = STIFFNESS / 2 * (np.abs(x) - self.gaps) + DAMPING / 2 * side * speed
-        return side * np.maximum(pressed, 0.0)
+        return side * np.maximum(STIFFNESS / 2 * (np.abs(x) - self.gaps) + DAMPING / 2 * side * speed, 0.0)
 
     def rate(self, t, y):
         p, v = np.split(y, 2)
@@ -128,11 +127,9 @@ def test_excitation():
     assert np.std(EXCITATION.value) == pytest.approx(4, abs=0.3)
 
 
-@pytest.mark.parametrize(
-    ("engine", "tolerance"),
-    [(Modal(), 1e-3), (ModalMujoco(), 1e-2), (Links(20), 1e-2), (Links(40), 2e-3)],
-    ids=["modal", "modal-mj", "links-20", "links-40"],
-)
+@pytest.mark.parametrize(("engine", "tolerance"), [
+    (Modal(), 1e-3), (ModalMujoco(), 1e-2), (Links(20), 1e-2), (Links(40), 2e-3),
+], ids=["modal", "modal-mj", "links-20", "links-40"])  # fmt: skip
 def test_displacement(engine, tolerance, measured):
     """Within 1 % over 30 ms of contact motion, and as near from rest to the first contact."""
     expected, expected_force = reference()
