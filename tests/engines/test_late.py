@@ -50,7 +50,7 @@ def test_blocks_and_laws_side_by_side_are_late_in_the_same_way():
 def test_a_cubic_is_delayed_exactly_however_it_is_cut():
     time = np.arange(60.0)
     stream = np.column_stack((time**3, time**3, time))
-    late = LateChannels(np.array([2.3, -1.6, 0.0]), 4)
+    late = DelayedChannels(np.array([2.3, -1.6, 0.0]), 4)
     out = np.concatenate([late.push(part) for part in np.split(stream, [7, 8, 30])])
     assert late.ahead == 4
     assert len(out) == 60 - 4
