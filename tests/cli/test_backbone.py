@@ -64,15 +64,12 @@ def test_a_mode_that_the_excitation_does_not_move_is_drawn_without_a_level():
     assert drawing.png()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--mode", "0"], "mode must be between 1 and"),
-        (["--from", "1e-4"], "give both or none"),
-        (["--from", "-1", "--to", "1"], "amplitude_range must be > 0 m"),
-        (["--harmonics", "0"], "harmonics must be 1 or more"),
-    ],
-)
+@pytest.mark.parametrize("arguments, words", [
+    (["--mode", "0"], "mode must be between 1 and"),
+    (["--from", "1e-4"], "give both or none"),
+    (["--from", "-1", "--to", "1"], "amplitude_range must be > 0 m"),
+    (["--harmonics", "0"], "harmonics must be 1 or more"),
+])  # fmt: skip
 def test_refusals(law, tmp_path, refused, arguments, words):
     out = tmp_path / "out"
     assert words in refused("backbone", RIG, "--law", law, "--out", out, *arguments)

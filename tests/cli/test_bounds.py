@@ -22,28 +22,25 @@ from ..structures import chain, two_shafts
 RIG = str(ROOT / "models" / "table1_rig.toml")
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("simulate {} --engine modal --duration 1e300", "duration 1e+300: must be less than 2147483648 samples"),
-        ("simulate {} --engine modal --duration 1e12", "must be less than 2147483648 samples"),
-        ("simulate {} --engine modal --fs 1e15", "must be less than 2147483648 samples"),
-        ("simulate {} --engine modal --seed -1", "seed -1: must be a whole number >= 0"),
-        ("place {} --candidates 1000000", "at most 1000 candidates are compared"),
-        ("place {} --candidates 10000", "at most 1000 candidates are compared"),
-        ("place {} --modes 99999999999", "modes must be 1 to 60, got 99999999999"),
-        ("response {} --level 1 --harmonics 99999999", "at most 500 harmonics"),
-        ("response {} --level 1 --workers -1", "workers must be 1 to 1024, got -1"),
-        ("response {} --level 1 --from 5e-324 --to 9 --harmonics 1 --modes 2", "Hz is too slow beside the stiffest"),
-        ("response {} --level 1 --from 8 --to 5e-324 --harmonics 1 --modes 2", "Hz is too slow beside the stiffest"),
-        ("response {} --level 1 --from 1e-6 --to 9 --harmonics 1 --modes 2", "give frequencies from 0.0"),
-        ("response {} --level 1 --to 1e308", "two different frequencies > 0 Hz and at most 1e+06 Hz, got 5 and 1e+308"),
-        ("backbone {} --workers 0", "workers must be 1 to 1024, got 0"),
-        ("motion {} --engine modal --duration 0.1 --workers -1", "workers must be 1 to 1024, got -1"),
-        ("animate {} --engine modal --duration 0.1 --seconds 0", "seconds 0: must be above 0"),
-        ("study " + str(ROOT / "data" / "table1_rig") + " --methods=", 'method "" is unknown'),
-    ],
-)
+@pytest.mark.parametrize("line, words", [
+    ("simulate {} --engine modal --duration 1e300", "duration 1e+300: must be less than 2147483648 samples"),
+    ("simulate {} --engine modal --duration 1e12", "must be less than 2147483648 samples"),
+    ("simulate {} --engine modal --fs 1e15", "must be less than 2147483648 samples"),
+    ("simulate {} --engine modal --seed -1", "seed -1: must be a whole number >= 0"),
+    ("place {} --candidates 1000000", "at most 1000 candidates are compared"),
+    ("place {} --candidates 10000", "at most 1000 candidates are compared"),
+    ("place {} --modes 99999999999", "modes must be 1 to 60, got 99999999999"),
+    ("response {} --level 1 --harmonics 99999999", "at most 500 harmonics"),
+    ("response {} --level 1 --workers -1", "workers must be 1 to 1024, got -1"),
+    ("response {} --level 1 --from 5e-324 --to 9 --harmonics 1 --modes 2", "Hz is too slow beside the stiffest"),
+    ("response {} --level 1 --from 8 --to 5e-324 --harmonics 1 --modes 2", "Hz is too slow beside the stiffest"),
+    ("response {} --level 1 --from 1e-6 --to 9 --harmonics 1 --modes 2", "give frequencies from 0.0"),
+    ("response {} --level 1 --to 1e308", "two different frequencies > 0 Hz and at most 1e+06 Hz, got 5 and 1e+308"),
+    ("backbone {} --workers 0", "workers must be 1 to 1024, got 0"),
+    ("motion {} --engine modal --duration 0.1 --workers -1", "workers must be 1 to 1024, got -1"),
+    ("animate {} --engine modal --duration 0.1 --seconds 0", "seconds 0: must be above 0"),
+    ("study " + str(ROOT / "data" / "table1_rig") + " --methods=", 'method "" is unknown'),
+])  # fmt: skip
 def test_arguments(line, words, refused, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert words in refused(*line.format(RIG).split(), "--quiet")

@@ -40,10 +40,8 @@ DAMAGE = {
     "gone": shutil.rmtree,
 }
 NAMED = {
-    "unknown table": "nonsense",
-    "unit": "bushings[0].gap must be a plain number",
-    "negative gap": "bushings[0].gap",
-}
+    "unknown table": "nonsense", "unit": "bushings[0].gap must be a plain number", "negative gap": "bushings[0].gap",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("damage", DAMAGE)
@@ -120,13 +118,10 @@ def test_simulate_refuses(tmp_path, refused):
     assert not (tmp_path / "x.nc").exists()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "wrote"),
-    [
-        (["place", RIG, "--sensors", 4, "--out"], "placement.csv"),
-        (["simulate", RIG, "--duration", 0.1, "--engine", "modal", "--out", "r.nc", "--energy"], "energy.csv"),
-    ],
-)
+@pytest.mark.parametrize("arguments, wrote", [
+    (["place", RIG, "--sensors", 4, "--out"], "placement.csv"),
+    (["simulate", RIG, "--duration", 0.1, "--engine", "modal", "--out", "r.nc", "--energy"], "energy.csv"),
+])  # fmt: skip
 def test_a_folder_that_is_written_into_keeps_files_of_others(answer, tmp_path, monkeypatch, arguments, wrote):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "paper" / "figures").mkdir(parents=True)
@@ -146,19 +141,13 @@ def test_a_calibration_does_not_replace_the_rig_it_started_from(refused, tmp_pat
     assert (tmp_path / "rig.toml").read_text() == "my rig"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["studdy"], "clearance-mj: 'studdy' is no command, did you mean study? (see clearance-mj --help)"),
-        (
-            ["simulate", RIG, "--duraton", "1"],
-            "clearance-mj simulate: '--duraton' is not known, did you mean --duration?",
-        ),
-        (["place", RIG, "--sensor=4x"], "clearance-mj place: argument --sensors: invalid int value: '4x'"),
-        (["simulate"], "clearance-mj simulate: the following arguments are required: rig"),
-        ([], "clearance-mj: the following arguments are required: COMMAND"),
-    ],
-)
+@pytest.mark.parametrize("arguments, said", [
+    (["studdy"], "clearance-mj: 'studdy' is no command, did you mean study? (see clearance-mj --help)"),
+    (["simulate", RIG, "--duraton", "1"], "clearance-mj simulate: '--duraton' is not known, did you mean --duration?"),
+    (["place", RIG, "--sensor=4x"], "clearance-mj place: argument --sensors: invalid int value: '4x'"),
+    (["simulate"], "clearance-mj simulate: the following arguments are required: rig"),
+    ([], "clearance-mj: the following arguments are required: COMMAND"),
+])  # fmt: skip
 def test_wrong_usage(capsys, arguments, said):
     with pytest.raises(SystemExit) as stopped:
         main(arguments)

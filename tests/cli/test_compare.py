@@ -110,11 +110,9 @@ def test_bad_input(tmp_path, measured, small_dataset, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
     frf = structure(np.arange(5.0, 120.0, 0.5))
     changed = {
-        "reference.uff": {"references": ("5:+Z",)},
-        "far.uff": {"frequency": frf.frequency + 500},
-        "base.uff": {"quantity": "acceleration/acceleration"},
-        "dofs.uff": {"responses": ("1:+X", "2:+X", "3:+X")},
-    }
+        "reference.uff": {"references": ("5:+Z",)}, "far.uff": {"frequency": frf.frequency + 500},
+        "base.uff": {"quantity": "acceleration/acceleration"}, "dofs.uff": {"responses": ("1:+X", "2:+X", "3:+X")},
+    }  # fmt: skip
     for name, fields in changed.items():
         formats.write(tmp_path / name, dataclasses.replace(frf, **fields))
     (tmp_path / "file").write_text("")

@@ -84,15 +84,12 @@ def test_logs_of_the_motor_alone(logs, tmp_path, capsys):
     assert "--predict needs logs of both ends" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        (["--column", "tau"], '--column "tau": needs WHAT=COLUMN, such as "motor_torque=tau"'),
-        (["--column", "speed=v"], '"speed" is no column of a drive; known: time, motor_angle'),
-        (["--column", "time=t"], 'no column "motor_torque" (motor_torque); it has t, motor_angle, tau'),
-        (["--column", "time=t [s]", "--column", "motor_torque=tau [Nm]"], "a torque or an angle counts the other way"),
-    ],
-)
+@pytest.mark.parametrize("given, said", [
+    (["--column", "tau"], '--column "tau": needs WHAT=COLUMN, such as "motor_torque=tau"'),
+    (["--column", "speed=v"], '"speed" is no column of a drive; known: time, motor_angle'),
+    (["--column", "time=t"], 'no column "motor_torque" (motor_torque); it has t, motor_angle, tau'),
+    (["--column", "time=t [s]", "--column", "motor_torque=tau [Nm]"], "a torque or an angle counts the other way"),
+])  # fmt: skip
 def test_bad_input_is_one_line(logs, tmp_path, capsys, given, said):
     assert main(["drive", str(logs[0]), *given, "--out", str(tmp_path / "out")]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()

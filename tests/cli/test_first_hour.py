@@ -67,25 +67,15 @@ def test_every_command_says_the_next(folder, capsys):
     assert np.allclose(records[0].response().acceleration[3], -tip[0], rtol=1e-6)
 
 
-@pytest.mark.parametrize(
-    "change, message",
-    [
-        (
-            lambda c: [dataclasses.replace(x, value=x.value[:6144]) for x in c if x.name != "Plate"],
-            "was its excitation recorded",
-        ),
-        (
-            lambda c: [dataclasses.replace(x, fs=2 * x.fs, value=x.value[:6144]) for x in c],
-            "a sampling rate of 1024 Hz instead of 2048 Hz",
-        ),
-        (lambda c: [dataclasses.replace(x, value=x.value[:500]) for x in c], "has 500 samples (0.488 s); needs 2048"),
-        (
-            lambda c: [dataclasses.replace(x, value=x.value / (9.80665 if x.name == "A2" else 1)) for x in c],
-            "as if they were in g, which the file does not say; likeliest acc:2 [g]",
-        ),
-    ],
-    ids=["no base", "rate", "short", "one in g"],
-)
+@pytest.mark.parametrize("change, message", [
+    (lambda c: [dataclasses.replace(x, value=x.value[:6144]) for x in c if x.name != "Plate"],
+     "was its excitation recorded"),
+    (lambda c: [dataclasses.replace(x, fs=2 * x.fs, value=x.value[:6144]) for x in c],
+     "a sampling rate of 1024 Hz instead of 2048 Hz"),
+    (lambda c: [dataclasses.replace(x, value=x.value[:500]) for x in c], "has 500 samples (0.488 s); needs 2048"),
+    (lambda c: [dataclasses.replace(x, value=x.value / (9.80665 if x.name == "A2" else 1)) for x in c],
+     "as if they were in g, which the file does not say; likeliest acc:2 [g]"),
+], ids=["no base", "rate", "short", "one in g"])  # fmt: skip
 def test_what_goes_wrong_is_said(folder, capsys, change, message):
     path = write(folder, "run", change(logged(seconds=12)))
     options = ("--rig", folder / "rig.toml", "--out", folder / "map.toml", "--quiet", "--json")
@@ -115,13 +105,7 @@ def test_an_undecided_channel_is_read_by_nobody(folder, capsys):
     assert not (folder.parent / "bench").exists()
 
 
-@pytest.mark.parametrize(
-    "options, message",
-    [
-        (["--length", "620"], "620"),
-        (["--gap", "5"], "gap"),
-    ],
-)
+@pytest.mark.parametrize("options, message", [(["--length", "620"], "620"), (["--gap", "5"], "gap")])
 def test_millimetres_in_the_rig_file_are_refused(tmp_path, capsys, options, message):
     status, text = said(capsys, "new", "b", "--out", tmp_path / "b.toml", *options)
     assert status == 2

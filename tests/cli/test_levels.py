@@ -12,18 +12,11 @@ RIG = ROOT / "models" / "table1_rig.toml"
 GRAVITY, MILE = 9.80665, 1609.344  # m/s² and m, exact (NIST SP 811, 2008, B.8)
 
 
-@pytest.mark.parametrize(
-    "read, text, kind, value",
-    [
-        (level, "0.5g", "base", 0.5 * GRAVITY),
-        (level, "3N", "force", 3.0),
-        (level, "1 lbf", "force", 4.4482216152605),
-        (level, "2", "unbalance", 2.0),
-        (levels, "1g,200mm/s2", "base", (GRAVITY, 0.2)),
-        (levels, "1g:2g:3", "base", (GRAVITY, 1.5 * GRAVITY, 2 * GRAVITY)),
-        (levels, "1,2", "unbalance", (1.0, 2.0)),
-    ],
-)
+@pytest.mark.parametrize("read, text, kind, value", [
+    (level, "0.5g", "base", 0.5 * GRAVITY), (level, "3N", "force", 3.0), (level, "1 lbf", "force", 4.4482216152605),
+    (level, "2", "unbalance", 2.0), (levels, "1g,200mm/s2", "base", (GRAVITY, 0.2)),
+    (levels, "1g:2g:3", "base", (GRAVITY, 1.5 * GRAVITY, 2 * GRAVITY)), (levels, "1,2", "unbalance", (1.0, 2.0)),
+])  # fmt: skip
 def test_a_level_is_read_by_the_kind_of_its_excitation(read, text, kind, value):
     assert read(text)(kind) == pytest.approx(value, rel=1e-14)
 
@@ -55,20 +48,17 @@ def test_a_limit_is_of_the_quantity(tmp_path, refused):
     assert '"" is no number' in refused(*given, "--limit", "")
 
 
-@pytest.mark.parametrize(
-    "command, given",
-    [
-        ("simulate", ("--rms", "3N", "--duration", 1)),
-        ("animate", ("--rms", "3N", "--duration", 1)),
-        ("motion", ("--levels", "3N", "--duration", 1)),
-        ("listen", ("--levels", "3N", "--sensor", 8, "--area", 1, "--distance", 1, "--method", "none")),
-        ("rattle-map", ("--levels", "3N")),
-        ("response", ("--level", "3N")),
-        ("life", ("--level", "3N", "--gap-limit", "x2")),
-        ("peaks", ("--road", "A", "--speed", 80, "--rms", "3N")),
-        ("production", ("--scatter", ROOT / "models" / "scatter" / "table1.toml", "--levels", "3N", "--designs", 2)),
-    ],
-)
+@pytest.mark.parametrize("command, given", [
+    ("simulate", ("--rms", "3N", "--duration", 1)),
+    ("animate", ("--rms", "3N", "--duration", 1)),
+    ("motion", ("--levels", "3N", "--duration", 1)),
+    ("listen", ("--levels", "3N", "--sensor", 8, "--area", 1, "--distance", 1, "--method", "none")),
+    ("rattle-map", ("--levels", "3N")),
+    ("response", ("--level", "3N")),
+    ("life", ("--level", "3N", "--gap-limit", "x2")),
+    ("peaks", ("--road", "A", "--speed", 80, "--rms", "3N")),
+    ("production", ("--scatter", ROOT / "models" / "scatter" / "table1.toml", "--levels", "3N", "--designs", 2)),
+])  # fmt: skip
 def test_newtons_do_not_shake_a_base(command, given, tmp_path, refused):
     out = ("--out", tmp_path / ("out.nc" if command == "simulate" else "out.gif" if command == "animate" else "out"))
     assert 'level 3N of kind "base": unit "N" of acceleration' in refused(command, RIG, *given, *out)

@@ -103,22 +103,19 @@ def test_accelerations_and_records(tmp_path, answer, small_dataset):
     assert read_wav(found["files"][0]).value.std() == pytest.approx(heard.std(), rel=0.01)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ([], 'rig "table1" has no [plate]: give --sensor, --area and --distance'),
-        ([*OF_PLATE, "--sensor", 99], "plate.sensor 99 is no accelerometer's node"),
-        ([*OF_PLATE, "--area", 0], "area must be > 0, got 0"),
-        ([*OF_PLATE, "--duration", 0.5], "--duration 0.5: must be at least 1 s"),
-        ([*OF_PLATE, "--full-scale", 0], "full_scale must be > 0, got 0"),
-        ([*OF_PLATE, "--full-scale", 1e-3], "beyond the full scale of 0.001 Pa; give full_scale="),
-        ([*OF_PLATE, "--against", "none.toml"], "none.toml"),
-        ([*OF_PLATE, "--road", "C"], "--road needs --speed"),
-        ([*OF_PLATE, "--road", "C", "--speed", 80, "--sine", 20], "give --sine, or --psd or --road, one of them"),
-        ([*OF_PLATE, "--realisations", 0], "--realisations 0: must be 1 to 1000"),
-        ([*OF_PLATE, "--record", "x.uff", "--against-gap", "x0.5"], "--record is measured: give no --against"),
-    ],
-)
+@pytest.mark.parametrize("arguments, words", [
+    ([], 'rig "table1" has no [plate]: give --sensor, --area and --distance'),
+    ([*OF_PLATE, "--sensor", 99], "plate.sensor 99 is no accelerometer's node"),
+    ([*OF_PLATE, "--area", 0], "area must be > 0, got 0"),
+    ([*OF_PLATE, "--duration", 0.5], "--duration 0.5: must be at least 1 s"),
+    ([*OF_PLATE, "--full-scale", 0], "full_scale must be > 0, got 0"),
+    ([*OF_PLATE, "--full-scale", 1e-3], "beyond the full scale of 0.001 Pa; give full_scale="),
+    ([*OF_PLATE, "--against", "none.toml"], "none.toml"),
+    ([*OF_PLATE, "--road", "C"], "--road needs --speed"),
+    ([*OF_PLATE, "--road", "C", "--speed", 80, "--sine", 20], "give --sine, or --psd or --road, one of them"),
+    ([*OF_PLATE, "--realisations", 0], "--realisations 0: must be 1 to 1000"),
+    ([*OF_PLATE, "--record", "x.uff", "--against-gap", "x0.5"], "--record is measured: give no --against"),
+])  # fmt: skip
 def test_refusals(tmp_path, refused, arguments, words):
     out = tmp_path / "out"
     assert words in refused("listen", RIG, *QUICK, "--levels", 1, "--method", "none", "--out", out, *arguments)

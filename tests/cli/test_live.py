@@ -43,14 +43,10 @@ def test_the_address_is_told_until_the_page_ends(monkeypatch, capsys, tmp_path, 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-@pytest.mark.parametrize(
-    ("ending", "interrupts"),
-    [
-        (signal.SIGINT, signal.default_int_handler),
-        (signal.SIGTERM, signal.default_int_handler),
-        (signal.SIGTERM, signal.SIG_IGN),  # as a shell starts it in the background
-    ],
-)
+@pytest.mark.parametrize("ending, interrupts", [
+    (signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.default_int_handler),
+    (signal.SIGTERM, signal.SIG_IGN),
+])  # fmt: skip
 def test_a_signal_ends_the_page_and_removes_its_address(tmp_path, ending, interrupts):
     address, printed = tmp_path / "address", tmp_path / "printed"
     command = ("-m", "clearance_mj", "live", RIG, "--no-browser", "--out", address)

@@ -32,15 +32,12 @@ def test_structure_of_a_universal_file(tmp_path, capsys):
     assert Rig.load(tmp_path / "rig.toml").structure.dofs == ("1:+Z", "2:+Z", "3:+Z", "4:+Z")
 
 
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        (["--driving-point", "4:+Z"], "needs REFERENCE=DOF"),
-        (["--driving-point", "5:+Z=4:+Z"], "driving point of 5:+Z: the FRFs are to 4:+Z"),
-        (["--driving-point", "4:+Z=9:+Z"], "no response is where a force acts (9:+Z)"),
-        (["--band", "2", "3"], "modes need at least 18 lines"),
-    ],
-)
+@pytest.mark.parametrize("more, message", [
+    (["--driving-point", "4:+Z"], "needs REFERENCE=DOF"),
+    (["--driving-point", "5:+Z=4:+Z"], "driving point of 5:+Z: the FRFs are to 4:+Z"),
+    (["--driving-point", "4:+Z=9:+Z"], "no response is where a force acts (9:+Z)"),
+    (["--band", "2", "3"], "modes need at least 18 lines"),
+])  # fmt: skip
 def test_refusals(tmp_path, capsys, more, message):
     write_uff(tmp_path / "h.uff", frf())
     assert main(["modes", str(tmp_path / "h.uff"), "--out", str(tmp_path / "found"), *more]) == 2

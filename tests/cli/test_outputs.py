@@ -47,30 +47,16 @@ def mine(tmp_path):
     assert {name: after.get(name) for name in before} == before
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        ("place", RIG),
-        ("motion", RIG, *QUICK, "--sine", "50"),
-        ("campbell", RIG, "--speeds", "0", "100"),
-        ("unbalance", RIG, "--speeds", "0", "100"),
-        ("orbits", RIG),
-        ("running-clearance", RIG, "--speeds", "0", "100", "--operating", "50", "100"),
-        ("backbone", RIG),
-        ("response", RIG, "--level", "1"),
-        ("rattle-map", RIG, "--levels", "1"),
-        ("modes", "frf.uff"),
-        ("compare", "frf.uff", "frf.uff", "--modes", "0"),
-        ("calibrate", RIG, "f.csv", "--free", "beam.length"),
-        ("update-rig", ROOT / "data" / "table1_rig"),
-        ("study", ROOT / "data" / "table1_rig"),
-        ("identify", ROOT / "data" / "table1_rig"),
-        ("sweep", "plan.toml"),
-        ("vehicle", "--controller", "smc"),
-        ("twin", ROOT / "data" / "table1_rig" / "hammer.uff", "--rig", RIG),
-    ],
-    ids=lambda command: command[0],
-)
+@pytest.mark.parametrize("command", [
+    ("place", RIG), ("motion", RIG, *QUICK, "--sine", "50"), ("campbell", RIG, "--speeds", "0", "100"),
+    ("unbalance", RIG, "--speeds", "0", "100"), ("orbits", RIG),
+    ("running-clearance", RIG, "--speeds", "0", "100", "--operating", "50", "100"), ("backbone", RIG),
+    ("response", RIG, "--level", "1"), ("rattle-map", RIG, "--levels", "1"), ("modes", "frf.uff"),
+    ("compare", "frf.uff", "frf.uff", "--modes", "0"), ("calibrate", RIG, "f.csv", "--free", "beam.length"),
+    ("update-rig", ROOT / "data" / "table1_rig"), ("study", ROOT / "data" / "table1_rig"),
+    ("identify", ROOT / "data" / "table1_rig"), ("sweep", "plan.toml"), ("vehicle", "--controller", "smc"),
+    ("twin", ROOT / "data" / "table1_rig" / "hammer.uff", "--rig", RIG),
+], ids=lambda command: command[0])  # fmt: skip
 def test_files_of_the_users_in_the_folder_to_write_into(command, mine, tmp_path, refused, monkeypatch):
     monkeypatch.chdir(tmp_path)
     formats.write(tmp_path / "frf.uff", samples.frf())

@@ -46,16 +46,13 @@ def test_a_road_is_that_of_the_call(tmp_path, answer):
     assert [each["median"] for each in stored["largest"]] == pytest.approx(found.median.tolist())
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ([], "give --psd FILE or --road CLASS, one of them"),
-        (["--road", "C"], "--road needs --speed, km/h"),
-        (["--road", "Z", "--speed", "80"], 'road class "Z" is unknown'),
-        (["--psd", "none.csv"], "none.csv: No such file or directory"),
-        (["--road", "C", "--speed", "80", "--quantity", "noise"], 'quantity "noise" is unknown'),
-    ],
-)
+@pytest.mark.parametrize("given, words", [
+    ([], "give --psd FILE or --road CLASS, one of them"),
+    (["--road", "C"], "--road needs --speed, km/h"),
+    (["--road", "Z", "--speed", "80"], 'road class "Z" is unknown'),
+    (["--psd", "none.csv"], "none.csv: No such file or directory"),
+    (["--road", "C", "--speed", "80", "--quantity", "noise"], 'quantity "noise" is unknown'),
+])  # fmt: skip
 def test_bad_input_is_one_line(given, words, tmp_path, refused):
     assert words in refused("peaks", RIG, *given, "--out", tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -92,26 +92,20 @@ def test_which_tolerance_to_tighten_is_said_of_a_road_too(tmp_path, answer, caps
 BAD = '[[scatter]]\nof = "bushings.gap"\nwithin = "0.4 mm"\n'
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ([], "nothing scatters"),
-        (["--scatter", "none.toml"], "cannot be read"),
-        (["--scatter", "bad.toml"], "scatter of bushings[0].gap reaches from -0.0001"),
-        (["--scatter", SCATTER, "--limit", "noise > 3"], 'limit of "noise" is unknown'),
-        (["--scatter", SCATTER, "--limit", "penetration > 3 kg"], 'unit "kg"'),
-        (["--scatter", SCATTER, "--up-to", 3], "--up-to is the level of --allowed"),
-        (["--scatter", "posterior"], "no posterior"),
-        (["--scatter", SCATTER, "--rms", 1], "--rms is of random excitation: give --psd FILE or --road CLASS"),
-        (["--scatter", SCATTER, "--sobol", 3], "--sobol 3: is no power of 2"),
-        (["--scatter", SCATTER, "--allowed", 2], "--allowed 2: is no share between 0 and 1"),
-        (["--scatter", SCATTER, "--road", "C"], "--road needs --speed"),
-        (
-            ["--scatter", SCATTER, "--road", "C", "--speed", 80, "--limit", "displacement > 1 mm"],
-            "under random excitation",
-        ),
-    ],
-)
+@pytest.mark.parametrize("given, words", [
+    ([], "nothing scatters"),
+    (["--scatter", "none.toml"], "cannot be read"),
+    (["--scatter", "bad.toml"], "scatter of bushings[0].gap reaches from -0.0001"),
+    (["--scatter", SCATTER, "--limit", "noise > 3"], 'limit of "noise" is unknown'),
+    (["--scatter", SCATTER, "--limit", "penetration > 3 kg"], 'unit "kg"'),
+    (["--scatter", SCATTER, "--up-to", 3], "--up-to is the level of --allowed"),
+    (["--scatter", "posterior"], "no posterior"),
+    (["--scatter", SCATTER, "--rms", 1], "--rms is of random excitation: give --psd FILE or --road CLASS"),
+    (["--scatter", SCATTER, "--sobol", 3], "--sobol 3: is no power of 2"),
+    (["--scatter", SCATTER, "--allowed", 2], "--allowed 2: is no share between 0 and 1"),
+    (["--scatter", SCATTER, "--road", "C"], "--road needs --speed"),
+    (["--scatter", SCATTER, "--road", "C", "--speed", 80, "--limit", "displacement > 1 mm"], "under random excitation"),
+])  # fmt: skip
 def test_bad_input_is_one_line(given, words, tmp_path, refused, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.toml").write_text(BAD, encoding="utf-8")

@@ -88,17 +88,14 @@ def test_contacts_as_soft_and_as_stiff_as_their_tolerance_says(tmp_path, answer,
     assert words in refused("rattle-map", RIG, *given, "--contact-spread", "--out", tmp_path / "no")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--levels", "2,1"], "amplitudes must be > 0, at most 1e+12 and increasing"),
-        (["--gaps", "1e-4,1e3", "--modes", "0"], "modes must be between 1 and"),
-        (["--from", "60", "--to", "40"], "frequencies must be > 0, at most 1e+12 and increasing"),
-        (["--steps", "1"], "--steps must be between 2 and"),
-        (["--steps", "1000000000"], "--steps must be between 2 and"),
-        (["--workers", "0"], "workers must be 1 to 1024"),
-    ],
-)
+@pytest.mark.parametrize("arguments, words", [
+    (["--levels", "2,1"], "amplitudes must be > 0, at most 1e+12 and increasing"),
+    (["--gaps", "1e-4,1e3", "--modes", "0"], "modes must be between 1 and"),
+    (["--from", "60", "--to", "40"], "frequencies must be > 0, at most 1e+12 and increasing"),
+    (["--steps", "1"], "--steps must be between 2 and"),
+    (["--steps", "1000000000"], "--steps must be between 2 and"),
+    (["--workers", "0"], "workers must be 1 to 1024"),
+])  # fmt: skip
 def test_refusals(law, tmp_path, refused, arguments, words):
     out = tmp_path / "out"
     assert words in refused("rattle-map", RIG, "--law", law, "--out", out, *arguments)

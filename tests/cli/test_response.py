@@ -87,23 +87,20 @@ def test_it_says_folds_and_jumps_and_how_far(law, tmp_path, capsys):
     assert "fold at 46.9" in up and ": upwards the vibration jumps from 0.6" in up
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--level", "2", "--from", "nan"], "frequency_range must be two different frequencies > 0 Hz"),
-        (["--level", "2", "--harmonics", "0"], "harmonics must be 1 or more"),
-        (["--level", "2", "--harmonics", "21", "--samples", "84"], "samples must be 85 or more"),
-        (["--level", "2", "--modes", "0"], "modes must be between 1 and"),
-        (["--level", "2", "--kind", "force"], "shaker"),
-        (["--level", "2", "--sensors", "6,11"], "the rig has no sensor 11; it has 1, 2, 3, 4, 5, 6, 7, 8"),
-        (["--level", "2", "--law", "TYPO"], "typo.json"),
-        (["--from", "2"], "give --level to follow over frequency, or --frequency over level"),
-        (["--level", "2", "--frequency", "46"], "give --level to follow over frequency, or --frequency over level"),
-        (["--level", "2", "--over", "gap"], "--over gap is at one --level and --frequency: give both"),
-        (["--frequency", "46", "--from", "2"], "from --from to --to: give both"),
-        (["--frequency", "46", "--from", "2", "--to", "3", "--isolas", "2"], "over frequency: give --level"),
-    ],
-)
+@pytest.mark.parametrize("arguments, words", [
+    (["--level", "2", "--from", "nan"], "frequency_range must be two different frequencies > 0 Hz"),
+    (["--level", "2", "--harmonics", "0"], "harmonics must be 1 or more"),
+    (["--level", "2", "--harmonics", "21", "--samples", "84"], "samples must be 85 or more"),
+    (["--level", "2", "--modes", "0"], "modes must be between 1 and"),
+    (["--level", "2", "--kind", "force"], "shaker"),
+    (["--level", "2", "--sensors", "6,11"], "the rig has no sensor 11; it has 1, 2, 3, 4, 5, 6, 7, 8"),
+    (["--level", "2", "--law", "TYPO"], "typo.json"),
+    (["--from", "2"], "give --level to follow over frequency, or --frequency over level"),
+    (["--level", "2", "--frequency", "46"], "give --level to follow over frequency, or --frequency over level"),
+    (["--level", "2", "--over", "gap"], "--over gap is at one --level and --frequency: give both"),
+    (["--frequency", "46", "--from", "2"], "from --from to --to: give both"),
+    (["--frequency", "46", "--from", "2", "--to", "3", "--isolas", "2"], "over frequency: give --level"),
+])  # fmt: skip
 def test_refusals(law, tmp_path, refused, arguments, words):
     (tmp_path / "typo.json").write_text('{"kind": "constnt", "k": 1, "c": 0}')
     arguments = [str(tmp_path / "typo.json") if a == "TYPO" else a for a in arguments]

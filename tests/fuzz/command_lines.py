@@ -64,24 +64,8 @@ NUMBERS = (
     "5e-324",
 )  # fmt: skip
 TEXTS = (
-    "",
-    " ",
-    "abc",
-    ",",
-    "=",
-    "a=b",
-    "--",
-    "-",
-    "%s",
-    "{}",
-    "a\nb",
-    "\udcff",
-    "𝔘",
-    "ä" * 300,
-    "é",
-    "x" * 5000,
-    "None",
-)
+    "", " ", "abc", ",", "=", "a=b", "--", "-", "%s", "{}", "a\nb", "\udcff", "𝔘", "ä" * 300, "é", "x" * 5000, "None",
+)  # fmt: skip
 WORDS = ("modal", "links", "nominal", "constant", "ridge", "all", "beam", "modes", "frf", "base", "force",
          "identify", "validate", "trace", "exhaustive", "1:+Z", "6:+Z", "100:+Z", "beam.length=0.9:1.1", "acc 6=skip",
          "bushings.gap=1e-4:5e-4", "mujoco", "friction")  # fmt: skip

@@ -112,12 +112,8 @@ _HEADS = (
     b"acc:6/base", b"acc:6:+RX", b"acc:99999999999", b"acc:6 [x]", b"1", *_FRF_HEADS,
 )  # fmt: skip
 _MAPS = (
-    *10 * [None],
-    {"1": "time", "2": "base [g]", "3": "acc:6"},
-    {"Temp": "skip"},
-    {"base": "acc:6 [g]"},
-    {"x": "y"},
-)
+    *10 * [None], {"1": "time", "2": "base [g]", "3": "acc:6"}, {"Temp": "skip"}, {"base": "acc:6 [g]"}, {"x": "y"},
+)  # fmt: skip
 _RATES = (*17 * [None], 64.0, 0.0, float("nan"))
 
 

@@ -133,11 +133,9 @@ def declared_hdf5(path):
         file.create_dataset("value", (4, 10**11), "f8")
 
 
-@pytest.mark.parametrize(
-    ("name", "make"),
-    [("CSV", packed_csv), ("LVM", packed_csv), ("MATLAB", packed_mat), ("HDF5", declared_hdf5)],
-    ids=["csv.gz", "lvm.gz", "mat", "h5"],
-)
+@pytest.mark.parametrize("name, make", [
+    ("CSV", packed_csv), ("LVM", packed_csv), ("MATLAB", packed_mat), ("HDF5", declared_hdf5),
+], ids=["csv.gz", "lvm.gz", "mat", "h5"])  # fmt: skip
 def test_a_small_file_that_unpacks_to_a_large_one(tmp_path, name, make):
     """64 MB and more out of 1 to 130 kB: refused in less than the 500 MB that the process may take."""
     make(tmp_path / "whole")
@@ -189,15 +187,12 @@ def test_refused_in_one_line(tmp_path, read, content, part):
     assert str(caught.value).isprintable()
 
 
-@pytest.mark.parametrize(
-    ("table", "key", "value", "part"),
-    [
-        ("excitation", "duration", 10**400, "excitation: a whole number is too large to use"),
-        ("excitation", "band", [5, 10**400], "excitation: a whole number is too large to use"),
-        ("excitation", "duration", 1e9, "excitation: duration times fs is more than 10000000 samples"),
-        ("outputs", "resolution", 1e-320, "shorter than one segment of"),
-    ],
-)
+@pytest.mark.parametrize("table, key, value, part", [
+    ("excitation", "duration", 10**400, "excitation: a whole number is too large to use"),
+    ("excitation", "band", [5, 10**400], "excitation: a whole number is too large to use"),
+    ("excitation", "duration", 1e9, "excitation: duration times fs is more than 10000000 samples"),
+    ("outputs", "resolution", 1e-320, "shorter than one segment of"),
+])  # fmt: skip
 def test_plans_beyond_all_numbers(tmp_path, table, key, value, part):
     samples.RIG.save(tmp_path / "rig.toml")
     (tmp_path / "plan.toml").write_bytes(toml(samples.PLAN | {table: samples.PLAN[table] | {key: value}}))

@@ -28,15 +28,9 @@ def channels():
 
 def record(name="level-0.5", role="identify", **changes):
     values = {
-        "rig": RIG,
-        "fs": FS,
-        "channels": channels(),
-        "description": "band-limited random",
-        "level": 0.5,
-        "seed": 7,
-        "band": (5.0, 220.0),
-        "provenance": {"synthetic": True, "generator": "test", "noise": {"share": 0.01}},
-    }
+        "rig": RIG, "fs": FS, "channels": channels(), "description": "band-limited random", "level": 0.5, "seed": 7,
+        "band": (5.0, 220.0), "provenance": {"synthetic": True, "generator": "test", "noise": {"share": 0.01}},
+    }  # fmt: skip
     return Record(name, role, **(values | changes))
 
 

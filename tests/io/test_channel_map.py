@@ -41,31 +41,23 @@ def test_the_file_holds_names_and_reasons(tmp_path):
     assert "Kanal ü" in repr(made)
 
 
-@pytest.mark.parametrize(
-    "channels, read, message",
-    [
-        ({"A": "?"}, raw("A"), 'channel "A" is undecided in the map: write what it is'),
-        ({"B": "base"}, raw("A"), 'channel "A" is not in the map, which has "B"; add a line such as "A" = '),
-        ({"A": "disp:6"}, raw("A", "acceleration"), "is acceleration by its unit in the file"),
-        ({"A": "skip"}, raw("A"), "no channel that the map does not skip"),
-    ],
-)
+@pytest.mark.parametrize("channels, read, message", [
+    ({"A": "?"}, raw("A"), 'channel "A" is undecided in the map: write what it is'),
+    ({"B": "base"}, raw("A"), 'channel "A" is not in the map, which has "B"; add a line such as "A" = '),
+    ({"A": "disp:6"}, raw("A", "acceleration"), "is acceleration by its unit in the file"),
+    ({"A": "skip"}, raw("A"), "no channel that the map does not skip"),
+])  # fmt: skip
 def test_refused_channels(channels, read, message):
     with pytest.raises(cm.RecordError, match="^[^\n]*" + message.replace("?", r"\?")):
         cm.ChannelMap(channels).apply([read])
 
 
-@pytest.mark.parametrize(
-    "text, message",
-    [
-        ("[channels]\nA = 3\n", r"needs a table \[channels\]"),
-        ("A = 'base'\n", r"needs a table \[channels\]"),
-        ("[channels\n", "no TOML file"),
-        ("[channels]\nA = 'acc3'\n", 'channel "A"'),
-        ("[channels]\nA = 'acc:3 [lb]'\n", 'unit "lb" of acceleration is unknown'),
-        ("[channels]\nA = 'acc:1/base'\n", "is an FRF"),
-    ],
-)
+@pytest.mark.parametrize("text, message", [
+    ("[channels]\nA = 3\n", r"needs a table \[channels\]"), ("A = 'base'\n", r"needs a table \[channels\]"),
+    ("[channels\n", "no TOML file"), ("[channels]\nA = 'acc3'\n", 'channel "A"'),
+    ("[channels]\nA = 'acc:3 [lb]'\n", 'unit "lb" of acceleration is unknown'),
+    ("[channels]\nA = 'acc:1/base'\n", "is an FRF"),
+])  # fmt: skip
 def test_refused_files(tmp_path, text, message):
     path = tmp_path / "map.toml"
     path.write_text(text, encoding="utf-8")

@@ -294,19 +294,16 @@ def test_columns_without_a_header_are_mapped_by_number(tmp_path):
         read_csv(path)
 
 
-@pytest.mark.parametrize(
-    ("header", "part"),
-    [
-        ("frequency,acc:1/force real,acc:2/force imag", r"response 1:\+Z has real; needs real and imag"),
-        ("frequency,acc:1/force real,acc:1/force real", "real of 1:.* comes twice"),
-        ("frequency,acc:1/force magnitude,acc:1/force phase", r"a phase needs its unit, \[deg\] or \[rad\]"),
-        ("frequency,acc:1/force [ft/N],acc:2/force", 'unit "ft/N" of acceleration/force is unknown'),
-        ("acc:3/force coherence,acc:1/force real,acc:1/force imag", 'needs one column "frequency", has 0'),
-        ("time,acc:1/force real,acc:1/force imag", '"time" is of a time record'),
-        ("frequency,frequency,acc:1/force", 'needs one column "frequency", has 2'),
-        ("frequency,acc:1/force,acc:2/force coherence", r"response 2:\+Z has no values"),
-    ],
-)
+@pytest.mark.parametrize("header, part", [
+    ("frequency,acc:1/force real,acc:2/force imag", r"response 1:\+Z has real; needs real and imag"),
+    ("frequency,acc:1/force real,acc:1/force real", "real of 1:.* comes twice"),
+    ("frequency,acc:1/force magnitude,acc:1/force phase", r"a phase needs its unit, \[deg\] or \[rad\]"),
+    ("frequency,acc:1/force [ft/N],acc:2/force", 'unit "ft/N" of acceleration/force is unknown'),
+    ("acc:3/force coherence,acc:1/force real,acc:1/force imag", 'needs one column "frequency", has 0'),
+    ("time,acc:1/force real,acc:1/force imag", '"time" is of a time record'),
+    ("frequency,frequency,acc:1/force", 'needs one column "frequency", has 2'),
+    ("frequency,acc:1/force,acc:2/force coherence", r"response 2:\+Z has no values"),
+])  # fmt: skip
 def test_headers_of_frfs_that_cannot_be_used(tmp_path, header, part):
     with pytest.raises(RecordError, match=part) as caught:
         read_csv(csv(tmp_path, header, "1,2,3", "2,3,4"))

@@ -42,18 +42,9 @@ def assert_longest(channels):
 TEXTS = ["OVL", "OVLD", "ovl", "OverLoad", "-OVL", "+OL", "OL", "Over Range", "N/A", "#N/A", "---", "--", "nan", "NaN",
          "inf", "-inf", "", "#DIV/0!", "#VALUE!", "#NUM!", "#REF!", "NULL", "None", "***", "1.#IND", "err"]  # fmt: skip
 NUMBERS = [
-    "9.9E+37",
-    "-9.9E+37",
-    "9.91E+37",
-    "1e30",
-    "3.4028235e+38",
-    "3.4E38",
-    "-9999",
-    "-9999.0",
-    "-999.25",
-    "9999",
+    "9.9E+37", "-9.9E+37", "9.91E+37", "1e30", "3.4028235e+38", "3.4E38", "-9999", "-9999.0", "-999.25", "9999",
     "99999",
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t"])

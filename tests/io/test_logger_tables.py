@@ -111,10 +111,9 @@ def test_names_that_no_channel_can_have(read):
 METADATA = ["Messung;Prüfstand 3", "Datum;23.10.2023", "Kanäle;2", ""]
 
 
-@pytest.mark.parametrize(
-    ("encoding", "said"),
-    [("utf-8", ""), ("utf-8-sig", ""), ("cp1252", "Windows-1252; "), ("utf-16", "UTF-16; "), ("utf-16-be", "UTF-16; ")],
-)
+@pytest.mark.parametrize("encoding, said", [
+    ("utf-8", ""), ("utf-8-sig", ""), ("cp1252", "Windows-1252; "), ("utf-16", "UTF-16; "), ("utf-16-be", "UTF-16; "),
+])  # fmt: skip
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_german_logger(read, encoding, said, end):
     text = lines(
@@ -148,18 +147,15 @@ def test_columns_between_blanks(read):
     np.testing.assert_array_equal([c.value for c in channels], [FIRST, SECOND])
 
 
-@pytest.mark.parametrize(
-    ("cell", "value", "said"),
-    [
-        ("1.234,5", 1234.5, "decimal commas; thousands separated by \".\"; separator ';'"),
-        ("1,234.5", 1234.5, "thousands separated by \",\"; separator ';'"),
-        ("1 234,5", 1234.5, "decimal commas; thousands separated by \" \"; separator ';'"),
-        ("1'234.5", 1234.5, "thousands separated by \"'\"; separator ';'"),
-        ("12,345,678", 12345678.0, "thousands separated by \",\"; separator ';'"),
-        ("1,234", 1.234, "decimal commas; separator ';'"),
-        ("1,5e3", 1500.0, "decimal commas; separator ';'"),
-    ],
-)
+@pytest.mark.parametrize("cell, value, said", [
+    ("1.234,5", 1234.5, "decimal commas; thousands separated by \".\"; separator ';'"),
+    ("1,234.5", 1234.5, "thousands separated by \",\"; separator ';'"),
+    ("1 234,5", 1234.5, "decimal commas; thousands separated by \" \"; separator ';'"),
+    ("1'234.5", 1234.5, "thousands separated by \"'\"; separator ';'"),
+    ("12,345,678", 12345678.0, "thousands separated by \",\"; separator ';'"),
+    ("1,234", 1.234, "decimal commas; separator ';'"),
+    ("1,5e3", 1500.0, "decimal commas; separator ';'"),
+])  # fmt: skip
 def test_decimals_and_thousands(read, cell, value, said):
     times = [f"{i}" for i in range(N)]
     (channel,), note = read(lines(times, N * [cell], separator=";", head=["Time [s];A"]))
@@ -176,19 +172,11 @@ def test_quoted_names_and_numbers_that_hold_the_separator(read):
 
 
 RATES = {
-    "Sample rate: 2048 Hz": 2048.0,
-    "Sampling frequency [Hz];2048": 2048.0,
-    "Sample Rate (kHz),2.048": 2048.0,
-    "Rate (S/s),2048": 2048.0,
-    "Fs = 2.048 kHz": 2048.0,
-    "# Abtastrate: 2048 Hz": 2048.0,
-    "Scan rate;2048;Hz": 2048.0,
-    "dt=0.00048828125": 2048.0,
-    "Sample interval: 0.48828125 ms": 2048.0,
-    "Delta_X\t4.8828125E-4": 2048.0,
-    '"Sampling interval (us)","488.28125"': 2048.0,
-    "Abtastintervall: 0,5 ms": 2000.0,
-}
+    "Sample rate: 2048 Hz": 2048.0, "Sampling frequency [Hz];2048": 2048.0, "Sample Rate (kHz),2.048": 2048.0,
+    "Rate (S/s),2048": 2048.0, "Fs = 2.048 kHz": 2048.0, "# Abtastrate: 2048 Hz": 2048.0, "Scan rate;2048;Hz": 2048.0,
+    "dt=0.00048828125": 2048.0, "Sample interval: 0.48828125 ms": 2048.0, "Delta_X\t4.8828125E-4": 2048.0,
+    '"Sampling interval (us)","488.28125"': 2048.0, "Abtastintervall: 0,5 ms": 2000.0,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("entry", RATES)

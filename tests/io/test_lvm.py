@@ -52,24 +52,16 @@ def test_decimal_comma_gzip_and_two_segments(tmp_path):
     assert [s.value[1, 2] for s in segments] == [-0.6, -0.6]
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("time,force\n1,2\n", "line 1: a LabVIEW"),
-        ("", "line 1"),
-        (HEAD.format(point=".", layout="One"), "no data"),
-        (text().replace("0.75\t2\t-5\tknocked", "0.75\t2"), "line 15: 2 of 3 columns"),
-        (text().replace("0.75\t2\t-5\tknocked", "0.75\ttwo\t-5"), "line 15: not numbers"),
-        (text().replace("Channels\t2", "Channels\tmany"), "Channels"),
-        (text().replace("X_Columns\tOne", "X_Columns\tSome"), "X_Columns"),
-        (text().replace("Separator\tTab", "Separator\tBlank"), "Separator"),
-        (text().split("X_Value")[0], "ends after"),
-        (text().split("0.5\t1")[0], "no numbers"),
-        (text()[:100], "no \\*\\*\\*End_of_Header"),
-        (gzip.compress(text().encode(), mtime=0)[:80], "damaged gzip"),
-        (b"LabVIEW Measurement\0\1", "not a text file"),
-    ],
-)
+@pytest.mark.parametrize("content, message", [
+    ("time,force\n1,2\n", "line 1: a LabVIEW"), ("", "line 1"), (HEAD.format(point=".", layout="One"), "no data"),
+    (text().replace("0.75\t2\t-5\tknocked", "0.75\t2"), "line 15: 2 of 3 columns"),
+    (text().replace("0.75\t2\t-5\tknocked", "0.75\ttwo\t-5"), "line 15: not numbers"),
+    (text().replace("Channels\t2", "Channels\tmany"), "Channels"),
+    (text().replace("X_Columns\tOne", "X_Columns\tSome"), "X_Columns"),
+    (text().replace("Separator\tTab", "Separator\tBlank"), "Separator"), (text().split("X_Value")[0], "ends after"),
+    (text().split("0.5\t1")[0], "no numbers"), (text()[:100], "no \\*\\*\\*End_of_Header"),
+    (gzip.compress(text().encode(), mtime=0)[:80], "damaged gzip"), (b"LabVIEW Measurement\0\1", "not a text file"),
+])  # fmt: skip
 def test_damage(tmp_path, content, message):
     path = write(tmp_path, content, "bad.lvm")
     with pytest.raises(RecordError, match=f"bad.lvm.*{message}"):
@@ -98,13 +90,10 @@ def test_time_records(tmp_path):
     np.testing.assert_allclose(in_pounds.value, 4.4482216152605 * np.array([1, 2, 3]))
 
 
-@pytest.mark.parametrize(
-    ("segments", "columns", "part"),
-    [
-        (1, {"Force": "force:5 [st]"}, 'variable "Force \\[lb\\]": unit "st" of force is unknown'),
-        (1, {"Force": "frequency [Hz]", "Acc": "acc:3/force [g/N]"}, "channels over time"),
-    ],
-)
+@pytest.mark.parametrize("segments, columns, part", [
+    (1, {"Force": "force:5 [st]"}, 'variable "Force \\[lb\\]": unit "st" of force is unknown'),
+    (1, {"Force": "frequency [Hz]", "Acc": "acc:3/force [g/N]"}, "channels over time"),
+])  # fmt: skip
 def test_no_time_records(tmp_path, segments, columns, part):
     with pytest.raises(RecordError, match=f"a.lvm: .*{part}"):
         cm.read(write(tmp_path, text(segments=segments)), columns)
@@ -292,17 +281,14 @@ LONG = SECONDS.format(clock="10:00:00").replace("X0", "Samples\t8\t\nX0")
 ROWS = "".join(f"{i / 4:.6f}\t{1.1 * i:.6f}\n" for i in range(8))
 
 
-@pytest.mark.parametrize(
-    ("end", "kept", "words"),
-    [
-        (None, 8, ""),
-        (-1, 8, ""),  # no end of the line, but all of its digits
-        (-3, 7, "left out line 21, which is cut off; ends after 7 of 8 samples (line 21): is it cut off?"),
-        (-9, 7, "left out line 21, which is cut off; ends after 7 of 8 samples (line 21): is it cut off?"),
-        (-18, 7, "ends after 7 of 8 samples (line 20): is it cut off?"),
-        (-20, 6, "left out line 20, which is cut off; ends after 6 of 8 samples (line 20): is it cut off?"),
-    ],
-)
+@pytest.mark.parametrize("end, kept, words", [
+    (None, 8, ""),
+    (-1, 8, ""),
+    (-3, 7, "left out line 21, which is cut off; ends after 7 of 8 samples (line 21): is it cut off?"),
+    (-9, 7, "left out line 21, which is cut off; ends after 7 of 8 samples (line 21): is it cut off?"),
+    (-18, 7, "ends after 7 of 8 samples (line 20): is it cut off?"),
+    (-20, 6, "left out line 20, which is cut off; ends after 6 of 8 samples (line 20): is it cut off?"),
+])  # fmt: skip
 def test_a_file_that_is_cut_off(tmp_path, recwarn, end, kept, words):
     """Within a number, before it, at the end of a line: what is whole is read, and how much is said."""
     path = write(tmp_path, (HEAD.format(point=".", layout="One") + LONG + ROWS)[:end])
@@ -311,15 +297,12 @@ def test_a_file_that_is_cut_off(tmp_path, recwarn, end, kept, words):
     assert [str(one.message) for one in recwarn.list] == ([f"{path}: {words}"] if words else [])
 
 
-@pytest.mark.parametrize(
-    ("title", "dimension", "part"),
-    [
-        ("A (FFT - (RMS))", "Time", "is a spectrum by its name"),
-        ("A (Power Spectrum)", "Time", "is a spectrum by its name"),
-        ("Level (dB)", "Time", "is in dB by its name, not in g"),
-        ("Acc", "Frequency", "is over Frequency, not over time; read_lvm reads it"),
-    ],
-)
+@pytest.mark.parametrize("title, dimension, part", [
+    ("A (FFT - (RMS))", "Time", "is a spectrum by its name"),
+    ("A (Power Spectrum)", "Time", "is a spectrum by its name"),
+    ("Level (dB)", "Time", "is in dB by its name, not in g"),
+    ("Acc", "Frequency", "is over Frequency, not over time; read_lvm reads it"),
+])  # fmt: skip
 def test_spectra_are_no_records(tmp_path, title, dimension, part):
     """Even where the header says "Time"; other channels of the file are read."""
     changed = text().replace("\tAcc\t", f"\t{title}\t").replace("Samples", f"X_Dimension\tTime\t{dimension}\nSamples")

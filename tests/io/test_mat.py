@@ -74,20 +74,17 @@ def test_matlab_users_find_plain_names_in_our_file(tmp_path, rng):
     np.testing.assert_allclose(held["time"], np.arange(N) / FS)
 
 
-@pytest.mark.parametrize(
-    ("variables", "part"),
-    [
-        ({"base": TIME}, 'no variable "time" or "fs"'),
-        ({"time": TIME, "base": TIME, "acc3": TIME}, 'variable "acc3": not the name .*did you mean "acc:3"'),
-        ({"time": TIME, "base": TIME[:-1]}, '"base" has 299 numbers, "time" has 300'),
-        ({"time": TIME, "base": TIME * 1j}, 'variable "base" is complex'),
-        ({"time": TIME**2, "base": TIME}, "times are uneven"),
-        ({"time": TIME}, "has no channel beside time"),
-        ({"s": {"x": TIME}}, '"x": does not say its sampling interval or rate; give the sampling rate'),
-        ({"s": {"x": "none"}}, "holds no numeric vectors"),
-        ({"fs": FS, "data": TIME, "columns": np.array(["base", "acc:1"], dtype=object)}, '"columns" names 2 columns'),
-    ],
-)
+@pytest.mark.parametrize("variables, part", [
+    ({"base": TIME}, 'no variable "time" or "fs"'),
+    ({"time": TIME, "base": TIME, "acc3": TIME}, 'variable "acc3": not the name .*did you mean "acc:3"'),
+    ({"time": TIME, "base": TIME[:-1]}, '"base" has 299 numbers, "time" has 300'),
+    ({"time": TIME, "base": TIME * 1j}, 'variable "base" is complex'),
+    ({"time": TIME**2, "base": TIME}, "times are uneven"),
+    ({"time": TIME}, "has no channel beside time"),
+    ({"s": {"x": TIME}}, '"x": does not say its sampling interval or rate; give the sampling rate'),
+    ({"s": {"x": "none"}}, "holds no numeric vectors"),
+    ({"fs": FS, "data": TIME, "columns": np.array(["base", "acc:1"], dtype=object)}, '"columns" names 2 columns'),
+])  # fmt: skip
 def test_variables_that_cannot_be_used(save, variables, part):
     path = save(**variables)
     with pytest.raises(RecordError, match=part) as caught:

@@ -124,15 +124,12 @@ def test_other_versions_of_mdf(tmp_path, version):
     np.testing.assert_array_equal(other.value, np.arange(N))
 
 
-@pytest.mark.parametrize(
-    ("change", "part"),
-    [
-        (lambda data: data[:66], "behind its end"),
-        (lambda data: data[: len(data) // 2], "not a whole MDF file"),
-        (lambda data: data[:68] + (64).to_bytes(4, "little") + data[72:], "holds no time records|not a whole MDF"),
-        (lambda data: data[:68] + (2**31).to_bytes(4, "little") + data[72:], "behind its end"),
-    ],
-)
+@pytest.mark.parametrize("change, part", [
+    (lambda data: data[:66], "behind its end"),
+    (lambda data: data[: len(data) // 2], "not a whole MDF file"),
+    (lambda data: data[:68] + (64).to_bytes(4, "little") + data[72:], "holds no time records|not a whole MDF"),
+    (lambda data: data[:68] + (2**31).to_bytes(4, "little") + data[72:], "behind its end"),
+])  # fmt: skip
 def test_damaged_files_of_mdf_3(tmp_path, change, part):
     path = mdf(tmp_path, [Signal(VALUE, np.arange(N) / 64, "g", "A")], version="3.30")
     path.write_bytes(change(path.read_bytes()))
@@ -150,14 +147,11 @@ def test_a_list_of_mdf_3_without_an_end(tmp_path):
         cm.read(path)
 
 
-@pytest.mark.parametrize(
-    ("change", "part"),
-    [
-        (lambda data: b"", "not an MDF file"),
-        (lambda data: data[:300], "behind its end|ends behind the file"),
-        (lambda data: data[:64] + b"xx" + data[66:], "no block begins at byte 64"),
-    ],
-)
+@pytest.mark.parametrize("change, part", [
+    (lambda data: b"", "not an MDF file"),
+    (lambda data: data[:300], "behind its end|ends behind the file"),
+    (lambda data: data[:64] + b"xx" + data[66:], "no block begins at byte 64"),
+])  # fmt: skip
 def test_damaged_mdf(tmp_path, change, part):
     path = mdf(tmp_path, [Signal(VALUE, np.arange(N) / 64, "g", "A")])
     path.write_bytes(change(path.read_bytes()))
@@ -241,10 +235,8 @@ UNITS = {"acceleration": "m/s2", "force": "N", "displacement": "m", "unknown": "
 def drawn(seed):
     rng = np.random.default_rng(seed)
     fs, start, size = (
-        rng.choice([1.0, 512.0, 1000 / 3, 2048.0, 51200.0]),
-        rng.choice([0.0, 0.25, 1e4]),
-        rng.integers(4, 500),
-    )
+        rng.choice([1.0, 512.0, 1000 / 3, 2048.0, 51200.0]), rng.choice([0.0, 0.25, 1e4]), rng.integers(4, 500),
+    )  # fmt: skip
     found = []
     for i in range(rng.integers(1, 6)):
         quantity = str(rng.choice([*UNITS]))

@@ -98,10 +98,9 @@ def test_table_of_the_page():
         assert [*map(str.strip, holds)] in rows, f"| {' | '.join(holds)} |"
 
 
-@pytest.mark.parametrize(
-    ("path", "kind"),
-    [("models/table1_rig.toml", cm.Rig), ("data/table1_rig", cm.Dataset), ("data/table1_rig/ramp.uff", list)],
-)
+@pytest.mark.parametrize("path, kind", [
+    ("models/table1_rig.toml", cm.Rig), ("data/table1_rig", cm.Dataset), ("data/table1_rig/ramp.uff", list),
+])  # fmt: skip
 def test_read_gives_the_object_that_a_path_holds(path, kind):
     path = DOCS.parent / path
     path = path if path.exists() else sorted(path.parent.glob("*.uff"))[0]

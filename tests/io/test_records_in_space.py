@@ -65,21 +65,13 @@ def test_a_record_along_y_of_a_shaft_that_turns(rig, tmp_path):
     assert loaded.records[1].tested_rig.shaker == rig.shaker
 
 
-@pytest.mark.parametrize(
-    ("changed", "words"),
-    [
-        (
-            {"without": ["keyphasor"]},
-            "turns at 40 rad/s and has no keyphasor, a channel of once-per-turn pulses at 400:S",
-        ),
-        ({"without": ["base"]}, "has no acceleration at node 100 along Y"),
-        ({"kind": "spin", "spin": Spin(0.0)}, 'is of kind "spin", and its shaft does not turn'),
-        (
-            {"kind": "spin", "role": "orbit", "without": ["probe 2:+Y"]},
-            "has no displacement at node 2 along Y, a probe of an orbit",
-        ),
-    ],
-)
+@pytest.mark.parametrize("changed, words", [
+    ({"without": ["keyphasor"]}, "turns at 40 rad/s and has no keyphasor, a channel of once-per-turn pulses at 400:S"),
+    ({"without": ["base"]}, "has no acceleration at node 100 along Y"),
+    ({"kind": "spin", "spin": Spin(0.0)}, 'is of kind "spin", and its shaft does not turn'),
+    ({"kind": "spin", "role": "orbit", "without": ["probe 2:+Y"]},
+     "has no displacement at node 2 along Y, a probe of an orbit"),
+])  # fmt: skip
 def test_what_a_record_lacks(rig, changed, words):
     """One line that says what is missing."""
     given = {"role": "identify", "kind": "base", "spin": Spin(40.0), "without": ()} | changed
@@ -90,17 +82,11 @@ def test_what_a_record_lacks(rig, changed, words):
         )  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("angle", "words"),
-    [
-        (
-            40.0 * TIME + 2.0 * TIME**2,
-            "said to turn at 40 rad/s, and its keyphasor shows 4[01][.]\\d* to 55[.]\\d* rad/s",
-        ),
-        (44.0 * TIME, "said to turn at 40 rad/s, and its keyphasor shows 44 rad/s"),
-        (0.0 * TIME, "its keyphasor shows 0 whole turns in 4 s; needs 2 or more"),
-    ],
-)
+@pytest.mark.parametrize("angle, words", [
+    (40.0 * TIME + 2.0 * TIME**2, "said to turn at 40 rad/s, and its keyphasor shows 4[01][.]\\d* to 55[.]\\d* rad/s"),
+    (44.0 * TIME, "said to turn at 40 rad/s, and its keyphasor shows 44 rad/s"),
+    (0.0 * TIME, "its keyphasor shows 0 whole turns in 4 s; needs 2 or more"),
+])  # fmt: skip
 def test_a_speed_that_is_another(rig, angle, words):
     """A stationary record whose speed changes, or is another one, is refused in one line."""
     record = Record("x", "identify", rig, FS, channels(rig, angle), direction=(0.0, 1.0, 0.0), spin=Spin(40.0))

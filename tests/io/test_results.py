@@ -52,20 +52,12 @@ def assert_same(a, b):
 HOLES = np.array([[np.nan, complex(-0.0, np.inf), 1e-320]])
 
 
-@pytest.mark.parametrize(
-    "sent",
-    [
-        frf(),
-        frf(coherence=None),
-        frf(quantity="acceleration/force", references=("200:+Z",)),
-        frf(n=1, n_f=1),
-        FRF([1.0, 2.0, 4.0], HOLES),
-        response(),
-        response(displacement=None, contact_force=None, grease_force=None, band=None),
-        response(responses=(), provenance={}, kind="force", reference="200:+Z"),
-        response(n=1),
-    ],
-)
+@pytest.mark.parametrize("sent", [
+    frf(), frf(coherence=None), frf(quantity="acceleration/force", references=("200:+Z",)), frf(n=1, n_f=1),
+    FRF([1.0, 2.0, 4.0], HOLES), response(),
+    response(displacement=None, contact_force=None, grease_force=None, band=None),
+    response(responses=(), provenance={}, kind="force", reference="200:+Z"), response(n=1),
+])  # fmt: skip
 def test_comes_back_bit_for_bit(tmp_path, sent):
     save(tmp_path / "a.nc", sent)
     assert_same(load(tmp_path / "a.nc"), sent)
@@ -141,15 +133,12 @@ def test_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir()] == ["a.nc"]
 
 
-@pytest.mark.parametrize(
-    ("obj", "part"),
-    [
-        ({"value": 1}, "cannot write dict; needs an FRF, a Response"),
-        (np.zeros(3), "cannot write ndarray; needs an FRF, a Response"),
-        (response(provenance={"law": np.zeros(3)}), "provenance is not plain data"),
-        (response(kind="shock"), 'kind "shock" is unknown; use base or force'),
-    ],
-)
+@pytest.mark.parametrize("obj, part", [
+    ({"value": 1}, "cannot write dict; needs an FRF, a Response"),
+    (np.zeros(3), "cannot write ndarray; needs an FRF, a Response"),
+    (response(provenance={"law": np.zeros(3)}), "provenance is not plain data"),
+    (response(kind="shock"), 'kind "shock" is unknown; use base or force'),
+])  # fmt: skip
 def test_objects_that_are_no_results(tmp_path, obj, part):
     with pytest.raises(RecordError, match=f"a.nc: {part}"):
         save(tmp_path / "a.nc", obj)
@@ -175,23 +164,20 @@ def test_files_that_are_no_results(tmp_path):
     )
 
 
-@pytest.mark.parametrize(
-    ("sent", "change", "part"),
-    [
-        (frf(), lambda ds: ds.drop_vars("value"), 'needs "value" over (response, reference, frequency)'),
-        (frf(), lambda ds: ds.drop_vars("response"), 'needs labels along "response"'),
-        (frf(), lambda ds: ds.isel(part=[0]), "needs two parts, real and imaginary, got 1"),
-        (frf(), lambda ds: ds.isel(reference=[0, 0]), "needs different references, got 100:+Z, 100:+Z"),
-        (frf(), lambda ds: ds.assign_coords(response=["3:+Z", "tip", "7:+Z"]), '"tip" must be a node'),
-        (frf(), lambda ds: ds.isel(frequency=[1, 0]), "frequencies of an FRF must rise"),
-        (frf(), lambda ds: ds.assign_attrs(clearance_mj="response"), 'holds no "acceleration"'),
-        (response(), lambda ds: ds.drop_vars("acceleration"), 'holds no "acceleration"'),
-        (response(), lambda ds: ds.drop_vars("excitation"), 'needs "excitation" over (time)'),
-        (response(), lambda ds: ds.assign_attrs(provenance="{"), "its provenance is not JSON"),
-        (response(), lambda ds: ds.assign_attrs(fs="fast"), "could not convert"),
-        (response(), lambda ds: ds.drop_attrs().assign_attrs(clearance_mj="response"), '"provenance" is missing'),
-    ],
-)
+@pytest.mark.parametrize("sent, change, part", [
+    (frf(), lambda ds: ds.drop_vars("value"), 'needs "value" over (response, reference, frequency)'),
+    (frf(), lambda ds: ds.drop_vars("response"), 'needs labels along "response"'),
+    (frf(), lambda ds: ds.isel(part=[0]), "needs two parts, real and imaginary, got 1"),
+    (frf(), lambda ds: ds.isel(reference=[0, 0]), "needs different references, got 100:+Z, 100:+Z"),
+    (frf(), lambda ds: ds.assign_coords(response=["3:+Z", "tip", "7:+Z"]), '"tip" must be a node'),
+    (frf(), lambda ds: ds.isel(frequency=[1, 0]), "frequencies of an FRF must rise"),
+    (frf(), lambda ds: ds.assign_attrs(clearance_mj="response"), 'holds no "acceleration"'),
+    (response(), lambda ds: ds.drop_vars("acceleration"), 'holds no "acceleration"'),
+    (response(), lambda ds: ds.drop_vars("excitation"), 'needs "excitation" over (time)'),
+    (response(), lambda ds: ds.assign_attrs(provenance="{"), "its provenance is not JSON"),
+    (response(), lambda ds: ds.assign_attrs(fs="fast"), "could not convert"),
+    (response(), lambda ds: ds.drop_attrs().assign_attrs(clearance_mj="response"), '"provenance" is missing'),
+])  # fmt: skip
 def test_incomplete_results(tmp_path, sent, change, part):
     save(tmp_path / "a.nc", sent)
     change(xr.load_dataset(tmp_path / "a.nc", decode_times=False)).to_netcdf(tmp_path / "b.nc", engine="scipy")

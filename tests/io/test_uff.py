@@ -42,15 +42,11 @@ def test_text_numbers_that_leave_no_blank_are_cut_by_column(write):
     np.testing.assert_array_equal(tip.value, np.full(6, -1e-100))
 
 
-@pytest.mark.parametrize(
-    ("ordinate", "spacing", "rows"),
-    [
-        (4, 1, ["".join(f"{v:20.12E}" for v in range(i, i + 4)) for i in (0, 4, 8)]),
-        (2, 0, ["".join(f"{t / 100:13.5E}{t:13.5E}" for t in range(i, i + 3)) for i in (0, 3, 6, 9)]),
-        (4, 0, ["".join(f"{t / 100:13.5E}{t:20.12E}" for t in range(i, i + 2)) for i in range(0, 12, 2)]),
-    ],
-    ids=["double even, 4E20.12", "single uneven, 6E13.5", "double uneven, 2(E13.5,E20.12)"],
-)
+@pytest.mark.parametrize("ordinate, spacing, rows", [
+    (4, 1, ["".join(f"{v:20.12E}" for v in range(i, i + 4)) for i in (0, 4, 8)]),
+    (2, 0, ["".join(f"{t / 100:13.5E}{t:13.5E}" for t in range(i, i + 3)) for i in (0, 3, 6, 9)]),
+    (4, 0, ["".join(f"{t / 100:13.5E}{t:20.12E}" for t in range(i, i + 2)) for i in range(0, 12, 2)]),
+], ids=["double even, 4E20.12", "single uneven, 6E13.5", "double uneven, 2(E13.5,E20.12)"])  # fmt: skip
 def test_text_layouts_by_hand(write, ordinate, spacing, rows):
     (tip,) = read_uff(write(by_hand(rows, ordinate=ordinate, spacing=spacing)))
     np.testing.assert_array_equal(tip.value, np.arange(12.0))
@@ -152,11 +148,9 @@ def test_rate_with_many_digits_is_rounded_to_eight(tmp_path):
 
 
 @pytest.mark.parametrize("coherence", [True, False])
-@pytest.mark.parametrize(
-    "frequency",
-    [np.arange(10, 440) * 0.5, 3 + np.arange(400) * (2048 / 4200), np.geomspace(5, 220, 50), np.array([7.0])],
-    ids=["even", "even, long digits", "uneven", "one line"],
-)
+@pytest.mark.parametrize("frequency", [
+    np.arange(10, 440) * 0.5, 3 + np.arange(400) * (2048 / 4200), np.geomspace(5, 220, 50), np.array([7.0]),
+], ids=["even", "even, long digits", "uneven", "one line"])  # fmt: skip
 def test_frf_comes_back_bit_for_bit(tmp_path, frequency, coherence):
     path, sent = tmp_path / "h.uff", frf(frequency, coherence)
     write_uff(path, sent)

@@ -44,15 +44,12 @@ def test_unit_in_latin_1(write):
     assert tip.quantity == "acceleration"
 
 
-@pytest.mark.parametrize(
-    ("changes", "quantity", "unit"),
-    [
-        ({"numerator": 15, "unit": "Pa"}, "unknown/force", "Pa"),
-        ({"numerator": 2, "unit": "MPa/N"}, "unknown/force", "MPa/N"),
-        ({"denominator": 0}, "acceleration/unknown", "unknown unit"),
-        ({"numerator": 0, "denominator": 0, "unit": "(m/s)/N"}, "unknown/unknown", "(m/s)/N"),
-    ],
-)
+@pytest.mark.parametrize("changes, quantity, unit", [
+    ({"numerator": 15, "unit": "Pa"}, "unknown/force", "Pa"),
+    ({"numerator": 2, "unit": "MPa/N"}, "unknown/force", "MPa/N"),
+    ({"denominator": 0}, "acceleration/unknown", "unknown unit"),
+    ({"numerator": 0, "denominator": 0, "unit": "(m/s)/N"}, "unknown/unknown", "(m/s)/N"),
+])  # fmt: skip
 def test_any_quantity_of_an_frf(tmp_path, write, changes, quantity, unit):
     got = read_uff(write(frf_by_hand(**changes)))
     assert (got.quantity, got.unit) == (quantity, unit)

@@ -29,16 +29,9 @@ def rows(width, digits, per_line, letter="E"):
 
 
 @pytest.mark.parametrize("letter", ["E", "D"])
-@pytest.mark.parametrize(
-    "ordinate, width, digits, per_line",
-    [
-        (2, 13, 5, 6),  # the format's
-        (2, 13, 6, 6),  # negative numbers fill their columns
-        (4, 20, 11, 4),  # the format's, of double precision
-        (2, 12, 5, 6),  # other columns
-        (2, 15, 7, 4),
-    ],
-)
+@pytest.mark.parametrize("ordinate, width, digits, per_line", [
+    (2, 13, 5, 6), (2, 13, 6, 6), (4, 20, 11, 4), (2, 12, 5, 6), (2, 15, 7, 4),
+])  # fmt: skip
 def test_exponents_of_three_digits(write, ordinate, width, digits, per_line, letter):
     (tip,) = cm.read(write(by_hand(rows(width, digits, per_line, letter), ordinate=ordinate)))
     np.testing.assert_array_equal(tip.value, NUMBERS)

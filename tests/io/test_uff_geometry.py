@@ -94,19 +94,16 @@ def test_line_filled_with_zeros_and_node_of_two_sets(write):
     assert got == Geometry((1, 2), [(1, 0, 0), (2, 0, 0)], ((1, 0, 2),))
 
 
-@pytest.mark.parametrize(
-    ("part", "said"),
-    [
-        ((2412, [integers(1, 94, 1, 1, 7, 4), integers(1, 2)]), "element 1 declares 4 nodes, but 2 follow"),
-        ((2412, [integers(1, 94, 1, 1, 7, 0)]), "element 1 has 0 nodes"),
-        ((2412, ["one"]), "element is 'one', needs a whole number"),
-        (local(points=((0, 0, 0), (1, 0, 0), (2, 0, 0))), "system 5: its three points must not lie on one line"),
-        ((18, [integers(5, 0, 0, 8, 1), "x"]), "is cut short; needs 3 records"),
-        (local(kind=7), "coordinate system 5 is of kind 7; needs 0, 1 or 2"),
-        ((2411, [integers(1, 0, 0, 1), "up"]), "position of node 1 is 'UP'"),
-        ((82, [integers(1, 2, 1), "line", integers(1, 2, 3)]), "declares 2 nodes, but 3 follow"),
-    ],
-)
+@pytest.mark.parametrize("part, said", [
+    ((2412, [integers(1, 94, 1, 1, 7, 4), integers(1, 2)]), "element 1 declares 4 nodes, but 2 follow"),
+    ((2412, [integers(1, 94, 1, 1, 7, 0)]), "element 1 has 0 nodes"),
+    ((2412, ["one"]), "element is 'one', needs a whole number"),
+    (local(points=((0, 0, 0), (1, 0, 0), (2, 0, 0))), "system 5: its three points must not lie on one line"),
+    ((18, [integers(5, 0, 0, 8, 1), "x"]), "is cut short; needs 3 records"),
+    (local(kind=7), "coordinate system 5 is of kind 7; needs 0, 1 or 2"),
+    ((2411, [integers(1, 0, 0, 1), "up"]), "position of node 1 is 'UP'"),
+    ((82, [integers(1, 2, 1), "line", integers(1, 2, 3)]), "declares 2 nodes, but 3 follow"),
+])  # fmt: skip
 def test_damaged(write, part, said):
     with pytest.raises(RecordError, match=said) as caught:
         read_geometry(write(sets(part)))

@@ -121,41 +121,29 @@ def test_samples_beyond_single_precision(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    ("changes", "part"),
-    [
-        ({"name": ""}, "1 to 72 printable"),
-        ({"name": "a\nb"}, "printable"),
-        ({"name": " a"}, "printable"),
-        ({"name": "a" * 73}, "1 to 72"),
-        ({"node": -1}, "node -1 must be"),
-        ({"node": 10**9}, "node 1000000000 must be a whole number of at most 9 digits"),
-        ({"direction": "up"}, 'direction "up" is unknown; use .*\\+Z'),
-        ({"quantity": "stress"}, 'quantity "stress" is unknown; use displacement'),
-        ({"value": [[1.0]]}, r"one row of samples, got shape \(1, 1\)"),
-        ({"value": []}, "one row of samples"),
-        ({"value": [0.0, np.nan]}, "sample 1 is not a finite number"),
-        ({"fs": 0.0}, "fs must be > 0 Hz"),
-        ({"fs": np.inf}, "fs must be > 0 Hz"),
-        ({"start": np.nan}, "start finite"),
-    ],
-)
+@pytest.mark.parametrize("changes, part", [
+    ({"name": ""}, "1 to 72 printable"), ({"name": "a\nb"}, "printable"), ({"name": " a"}, "printable"),
+    ({"name": "a" * 73}, "1 to 72"), ({"node": -1}, "node -1 must be"),
+    ({"node": 10**9}, "node 1000000000 must be a whole number of at most 9 digits"),
+    ({"direction": "up"}, 'direction "up" is unknown; use .*\\+Z'),
+    ({"quantity": "stress"}, 'quantity "stress" is unknown; use displacement'),
+    ({"value": [[1.0]]}, r"one row of samples, got shape \(1, 1\)"), ({"value": []}, "one row of samples"),
+    ({"value": [0.0, np.nan]}, "sample 1 is not a finite number"), ({"fs": 0.0}, "fs must be > 0 Hz"),
+    ({"fs": np.inf}, "fs must be > 0 Hz"), ({"start": np.nan}, "start finite"),
+])  # fmt: skip
 def test_impossible_channels(changes, part):
     with pytest.raises(RecordError, match=part):
         dataclasses.replace(channels()[0], **changes)
 
 
-@pytest.mark.parametrize(
-    ("changes", "part"),
-    [
-        ({"quantity": "acceleration"}, 'quantity "acceleration" is unknown'),
-        ({"quantity": "stress/force"}, 'quantity "stress/force" is unknown'),
-        ({"references": ("tip",)}, 'degree of freedom "tip" must be a node and a direction'),
-        ({"responses": ("1:+Z", "2", "3:+Z")}, 'degree of freedom "2"'),
-        ({"value": np.full((3, 430), np.nan + 0j)}, r"FRF 1:\+Z: sample 0 is not a finite number"),
-        ({"coherence": np.where(np.arange(430) < 1, np.nan, np.ones((3, 430)))}, r"coherence 1:\+Z: sample 0 is not"),
-    ],
-)
+@pytest.mark.parametrize("changes, part", [
+    ({"quantity": "acceleration"}, 'quantity "acceleration" is unknown'),
+    ({"quantity": "stress/force"}, 'quantity "stress/force" is unknown'),
+    ({"references": ("tip",)}, 'degree of freedom "tip" must be a node and a direction'),
+    ({"responses": ("1:+Z", "2", "3:+Z")}, 'degree of freedom "2"'),
+    ({"value": np.full((3, 430), np.nan + 0j)}, r"FRF 1:\+Z: sample 0 is not a finite number"),
+    ({"coherence": np.where(np.arange(430) < 1, np.nan, np.ones((3, 430)))}, r"coherence 1:\+Z: sample 0 is not"),
+])  # fmt: skip
 def test_frfs_that_the_format_cannot_hold(tmp_path, changes, part):
     with pytest.raises(RecordError, match=part):
         write_uff(tmp_path / "h.uff", dataclasses.replace(frf(), **changes))

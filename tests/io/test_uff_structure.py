@@ -36,10 +36,9 @@ def modal_frf(quantity="acceleration/force"):
 # Units
 
 
-@pytest.mark.parametrize(
-    ("label", "si"),
-    [("g", 9.80665), ("G", 9.80665), ("mm/s^2", 1e-3), ("(mm/s²)", 1e-3), ("MM/S**2", 1e-3), ("m/s/s", 1.0)],
-)
+@pytest.mark.parametrize("label, si", [
+    ("g", 9.80665), ("G", 9.80665), ("mm/s^2", 1e-3), ("(mm/s²)", 1e-3), ("MM/S**2", 1e-3), ("m/s/s", 1.0),
+])  # fmt: skip
 def test_unit_label_of_a_time_function(write, label, si):
     """1 g = 9.80665 m/s²: BIPM, The International System of Units."""
     (tip,) = read_uff(write(by_hand(ROWS, unit=label)))
@@ -114,18 +113,15 @@ def test_geometry_by_hand(write):
     assert got == Geometry(tuple(range(1, 9)), [(i / 10, -1e-3, 0.0) for i in range(1, 9)], (joined,))
 
 
-@pytest.mark.parametrize(
-    ("kind", "body", "part"),
-    [
-        (15, f"{1:10d}{0:10d}{0:10d}{1:10d}{'up':>13}", "position of node 1 is 'UP'"),
-        (15, 2 * f"{1:10d}{0:10d}{0:10d}{1:10d}{0.0:13.5E}{0.0:13.5E}{0.0:13.5E}\n", "node 1 comes twice"),
-        (15, f"{0:10d}", "node 0 must be > 0"),
-        (82, f"{1:10d}{3:10d}{1:10d}\nshaft\n{1:10d}{2:10d}", "declares 3 nodes, but 2 follow"),
-        (82, f"{1:10d}{3:10d}{1:10d}", "declares 3 nodes, but 0 follow"),
-        (55, "NONE", "is cut short; needs"),
-        (58, "", "header is cut short"),
-    ],
-)
+@pytest.mark.parametrize("kind, body, part", [
+    (15, f"{1:10d}{0:10d}{0:10d}{1:10d}{'up':>13}", "position of node 1 is 'UP'"),
+    (15, 2 * f"{1:10d}{0:10d}{0:10d}{1:10d}{0.0:13.5E}{0.0:13.5E}{0.0:13.5E}\n", "node 1 comes twice"),
+    (15, f"{0:10d}", "node 0 must be > 0"),
+    (82, f"{1:10d}{3:10d}{1:10d}\nshaft\n{1:10d}{2:10d}", "declares 3 nodes, but 2 follow"),
+    (82, f"{1:10d}{3:10d}{1:10d}", "declares 3 nodes, but 0 follow"),
+    (55, "NONE", "is cut short; needs"),
+    (58, "", "header is cut short"),
+])  # fmt: skip
 def test_damaged_geometry(write, kind, body, part):
     with pytest.raises(RecordError, match=part) as caught:
         (read_uff if kind == 55 else read_geometry)(write(f"    -1\n{kind:6d}\n{body}\n    -1\n".encode()))

@@ -55,14 +55,10 @@ def compared(test, model, test_shift, model_shift) -> Comparison:
     per_sensor |= {"csac": variants[0].mean(axis=1), "csf": variants[1].mean(axis=1)}
     per_sensor["random_db"] = np.sqrt(np.mean(random_db(test)[:, 0] ** 2, axis=1))
     per_mode = {
-        "mode": np.arange(1, 5),
-        "test_hz": MODES * test_shift,
-        "model_hz": MODES * model_shift,
-        "relative_error": np.full(4, abs(model_shift / test_shift - 1)),
-        "mac": np.array([0.99, 0.98, 0.97, 0.96]),
-        "test_damping": np.full(4, DAMPING),
-        "model_damping": np.full(4, DAMPING),
-    }
+        "mode": np.arange(1, 5), "test_hz": MODES * test_shift, "model_hz": MODES * model_shift,
+        "relative_error": np.full(4, abs(model_shift / test_shift - 1)), "mac": np.array([0.99, 0.98, 0.97, 0.96]),
+        "test_damping": np.full(4, DAMPING), "model_damping": np.full(4, DAMPING),
+    }  # fmt: skip
     return Comparison(FREQUENCY, csac(t, m), csf(t, m), *variants, per_sensor, per_mode)
 
 

@@ -99,19 +99,13 @@ def test_the_strongest_contact_is_in_the_middle(response):
     assert clip.time.size == 8 and clip.time[-1] - clip.time[0] == pytest.approx(0.02, abs=1 / FS)
 
 
-@pytest.mark.parametrize(
-    "change, words",
-    [
-        ({"seconds": 1.2}, "cannot be shown of a response of 1 s"),
-        ({"start": 0.99}, "it must be in 0 to 0.98 s"),
-        ({"slow": 1e4}, "4000 pictures"),
-        ({"seconds": 1e308}, "inf pictures"),
-        ({"slow": 0.0}, "slow 0: must be above 0"),
-        ({"exaggeration": 1e5}, r"exaggeration 100000: must be [\d.]+ to \d+"),
-        ({"exaggeration": -1.0}, r"exaggeration -1: must be [\d.]+ to \d+"),
-        ({"exaggeration": 1e-308}, r"exaggeration 1e-308: must be [\d.]+ to \d+"),
-    ],
-)
+@pytest.mark.parametrize("change, words", [
+    ({"seconds": 1.2}, "cannot be shown of a response of 1 s"), ({"start": 0.99}, "it must be in 0 to 0.98 s"),
+    ({"slow": 1e4}, "4000 pictures"), ({"seconds": 1e308}, "inf pictures"), ({"slow": 0.0}, "slow 0: must be above 0"),
+    ({"exaggeration": 1e5}, r"exaggeration 100000: must be [\d.]+ to \d+"),
+    ({"exaggeration": -1.0}, r"exaggeration -1: must be [\d.]+ to \d+"),
+    ({"exaggeration": 1e-308}, r"exaggeration 1e-308: must be [\d.]+ to \d+"),
+])  # fmt: skip
 def test_what_cannot_be_shown_is_refused(response, change, words):
     with pytest.raises(ClearanceError, match=words):
         cut(RIG, response, **{"seconds": 0.02, "slow": 20.0} | change)

@@ -18,18 +18,12 @@ from .conftest import changed
 
 LEVEL = 4.0
 DRAW = {
-    "rig": lambda s: figures.rig_drawing(s.dataset.rig),
-    "verdict": figures.agreement,
-    "frf_bushings": lambda s: figures.frf_bushings(s, LEVEL),
-    "frf_others": lambda s: figures.frf_others(s, LEVEL),
-    "correlation": lambda s: figures.correlation(s, LEVEL),
-    "csac_sensors": lambda s: figures.csac_sensors(s, LEVEL),
-    "csf_sensors": lambda s: figures.csf_sensors(s, LEVEL),
-    "contact": figures.contact,
-    "modes": figures.modes,
-    "response": lambda s: responses.draw(s.periodic.branches),
-    "rattle_map": lambda s: rattle_maps.draw(s.periodic.map),
-}
+    "rig": lambda s: figures.rig_drawing(s.dataset.rig), "verdict": figures.agreement,
+    "frf_bushings": lambda s: figures.frf_bushings(s, LEVEL), "frf_others": lambda s: figures.frf_others(s, LEVEL),
+    "correlation": lambda s: figures.correlation(s, LEVEL), "csac_sensors": lambda s: figures.csac_sensors(s, LEVEL),
+    "csf_sensors": lambda s: figures.csf_sensors(s, LEVEL), "contact": figures.contact, "modes": figures.modes,
+    "response": lambda s: responses.draw(s.periodic.branches), "rattle_map": lambda s: rattle_maps.draw(s.periodic.map),
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
