@@ -7,12 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
+from clearance_mj import ConstantLaw, Model, Rig, periodic
 from clearance_mj.beam import natural_frequencies
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.model import Model
 from clearance_mj.report.backbones import draw
-from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
 

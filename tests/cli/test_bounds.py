@@ -5,14 +5,12 @@ import resource
 
 import pytest
 
+from clearance_mj import ClearanceError, Rig, RigError, simulate
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance import nominal_law
-from clearance_mj.core.errors import ClearanceError, RigError
 from clearance_mj.core.memory import require_memory
-from clearance_mj.engines import simulate
 from clearance_mj.engines.base import step_factor
 from clearance_mj.placement import candidates, grid
-from clearance_mj.rig import Rig
 from clearance_mj.rig.extremes import extremes
 from clearance_mj.signals.excitation import random
 

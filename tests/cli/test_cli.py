@@ -8,14 +8,11 @@ import shutil
 import numpy as np
 import pytest
 
-from clearance_mj.clearance import ConstantLaw, nominal_law
-from clearance_mj.cli import main, names
-from clearance_mj.cli.command import COMMANDS, Result, command, option, warn_of_depths
-from clearance_mj.engines import simulate
+from clearance_mj import ConstantLaw, Contact, Model, Rig, excitation, simulate
+from clearance_mj.clearance import nominal_law
+from clearance_mj.cli import COMMANDS, main, names
+from clearance_mj.cli.command import Result, command, option, warn_of_depths
 from clearance_mj.io.results import load
-from clearance_mj.model import Model
-from clearance_mj.rig import Contact, Rig
-from clearance_mj.signals import excitation
 from clearance_mj.study import ENGINES, METHODS
 
 from ..conftest import ROOT

@@ -6,12 +6,11 @@ import json
 import numpy as np
 import pytest
 
+from clearance_mj import FRF, Response, estimate_frf
 from clearance_mj.cli import main
 from clearance_mj.core.output_folder import WORK
 from clearance_mj.io import formats
-from clearance_mj.signals.alignment import convert_quantity
-from clearance_mj.signals.frf import FRF, estimate_frf
-from clearance_mj.signals.response import Response
+from clearance_mj.signals import convert_quantity
 
 POLES_HZ, DAMPING = np.array([12.5, 40.0, 90.0]), 0.02
 SHAPE = np.array([[1.0, 0.8, 1.0], [0.7, -0.4, -1.2], [0.3, -1.1, 0.8]])

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 import scipy.io
 
+from clearance_mj import FRF, Dataset, estimate_frf
 from clearance_mj.cli import main
 from clearance_mj.io import formats
-from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.uff import read_geometry
-from clearance_mj.signals.frf import FRF, estimate_frf
 
 from ..conftest import ROOT, record_of
 

@@ -5,8 +5,7 @@ import json
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.cli import find
-from clearance_mj.cli.command import Parser
+from clearance_mj.cli import Parser, find
 from clearance_mj.io.results import load
 
 RIG = "models/table1_rig.toml"

@@ -7,14 +7,11 @@ import json
 import numpy as np
 import pytest
 
-from clearance_mj import Model
+from clearance_mj import Dataset, Model, write_dataset, write_uff
 from clearance_mj.cli import main
-from clearance_mj.estimate.estimates import Estimates
-from clearance_mj.estimate.parameter import Parameter
+from clearance_mj.estimate import Estimates, Parameter
 from clearance_mj.identify import METHODS, Identified, register
-from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.io.results import load
-from clearance_mj.io.uff import write_uff
 from clearance_mj.periodic import rattle_maps
 from clearance_mj.report import rattling
 

@@ -7,9 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from clearance_mj import Rig, load_law
+from clearance_mj import Record, Rig, load_law, write_dataset
 from clearance_mj.cli import main
-from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.signals.excitation import level_ramp
 from experiments.benches.bench import NAMED
 from experiments.benches.records import FS, measure_channels

@@ -9,11 +9,10 @@ import pytest
 import scipy.stats
 import tomli_w
 
-from clearance_mj.model import Model
-from clearance_mj.rig import Plate, Rig
+from clearance_mj import Model, Plate, Rig
+from clearance_mj.signals import road_psd
 from clearance_mj.signals.excitation import from_psd, random
-from clearance_mj.signals.road import road_psd
-from clearance_mj.sound import audible_sound, loudness, loudness_over_level, radiate, read_wav
+from clearance_mj.sound import heard, loudness, loudness_over_level, radiate, read_wav
 from clearance_mj.tolerance import Scatter
 
 from ..conftest import ROOT

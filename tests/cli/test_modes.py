@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 import pyuff
 
+from clearance_mj import Contact, Rig, write_uff
 from clearance_mj.cli import main
-from clearance_mj.io.uff import write_uff
-from clearance_mj.rig import Contact, Rig
 
 from ..structure.test_measured import OMEGA, frf
 from ..structure.test_modes import cantilever, normal_modes, rig_of

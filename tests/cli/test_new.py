@@ -10,11 +10,9 @@ import jsonschema
 import numpy as np
 import pytest
 
-from clearance_mj.clearance import ConstantLaw
+from clearance_mj import Beam, Bushing, ConstantLaw, Contact, Grease, PointMass, Rig, RigError, Sensor, Shaker, simulate
 from clearance_mj.cli import demo, main
-from clearance_mj.core.errors import RigError
-from clearance_mj.engines import simulate
-from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
+from clearance_mj.rig import rig_schema
 from clearance_mj.signals.excitation import random
 from clearance_mj.structure import ModalStructure
 

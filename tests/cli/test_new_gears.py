@@ -6,8 +6,8 @@ import tomllib
 import numpy as np
 import pytest
 
-from clearance_mj.engines.energy import energy_balance
-from clearance_mj.rig import Bushing, Contact, Grease, Load, Order, Rig, Sensor
+from clearance_mj import Bushing, Contact, Grease, Rig, Sensor, energy_balance
+from clearance_mj.rig import Load, Order
 from clearance_mj.signals.excitation import still
 from clearance_mj.structure import Gears, Inertia
 

@@ -5,9 +5,9 @@ import re
 
 import pytest
 
+from clearance_mj import Rig
 from clearance_mj.clearance.bushing_layer import layer_contact
 from clearance_mj.cli import main
-from clearance_mj.rig import Rig
 from clearance_mj.structure import Section, Support
 
 from .test_new import new

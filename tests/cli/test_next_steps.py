@@ -10,7 +10,7 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.cli import main
-from clearance_mj.io.channels import NOWHERE, Channel
+from clearance_mj.io.channels import NOWHERE
 from clearance_mj.io.columns import channel_name
 from clearance_mj.io.formats import to_channels
 from experiments.benches.space.records import keyphasor
@@ -101,7 +101,7 @@ def logged(path, channels, spin, seed):
     rows = [(c.quantity, c.value + 1e-3 * c.value.std() * rng.standard_normal(c.value.size)) for c in channels]
     if spin:
         rows.append(("unknown", keyphasor(spin.angle_at(np.arange(rows[0][1].size) / FS))))
-    cm.write(path, [Channel(f"CH{i}", *NOWHERE, quantity, value, FS) for i, (quantity, value) in enumerate(rows)])
+    cm.write(path, [cm.Channel(f"CH{i}", *NOWHERE, quantity, value, FS) for i, (quantity, value) in enumerate(rows)])
     names = [*(channel_name(c.label, c.quantity) for c in channels), *["keyphasor"] * bool(spin)]
     return {f"CH{i}": name for i, name in enumerate(names)}
 

@@ -10,13 +10,11 @@ import stat
 import numpy as np
 import pytest
 
+from clearance_mj import ClearanceError, Dataset, Rig, write_dataset
 from clearance_mj.cli import main
-from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.files import plain_file, replacing, write_text
 from clearance_mj.core.runner import Runner
 from clearance_mj.io import formats
-from clearance_mj.io.dataset import Dataset, write_dataset
-from clearance_mj.rig import Rig
 from clearance_mj.sweep import run_sweep
 
 from ..conftest import ROOT

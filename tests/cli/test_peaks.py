@@ -6,8 +6,8 @@ import json
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.signals.road import road_psd
-from clearance_mj.tolerance.peaks import peaks_over_an_hour
+from clearance_mj.signals import road_psd
+from clearance_mj.tolerance import peaks_over_an_hour
 
 from ..conftest import ROOT
 

@@ -6,12 +6,9 @@ import json
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
+from clearance_mj import ConstantLaw, Model, Rig, periodic
 from clearance_mj.calibrate.free import with_values
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.model import Model
-from clearance_mj.rig import Rig, Spin
-from clearance_mj.rig.tolerance import Tolerance
+from clearance_mj.rig import Spin, Tolerance
 
 from ..conftest import ROOT
 from ..periodic.jeffcott import FREQUENCY, jeffcott, unbalanced

@@ -7,10 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.model import Model
-from clearance_mj.rig import Rig
+from clearance_mj import ConstantLaw, Model, Rig, periodic
 
 from ..conftest import ROOT
 from ..periodic.jeffcott import FREQUENCY, GAP, jeffcott, unbalanced

@@ -7,10 +7,8 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.cli import main
-from clearance_mj.io.channels import Channel
 from clearance_mj.io.contents import FileContents
 from clearance_mj.io.inventory import sparkline
-from clearance_mj.structure.geometry import Geometry
 from tests.conftest import ROOT
 from tests.fuzz import samples, samples_uff
 
@@ -22,10 +20,10 @@ def several(tmp_path):
     """A file with two records, one of unknown quantity, FRFs, spectra, modes and nodes."""
     t = np.arange(4096) / 1024
     records = (
-        Channel("tip", 3, "+Z", "acceleration", np.sqrt(2) * np.sin(2 * np.pi * 16 * t), 1024.0),
-        Channel("mic", 0, "S", "unknown", t, 1024.0, unit="Pa"),
+        cm.Channel("tip", 3, "+Z", "acceleration", np.sqrt(2) * np.sin(2 * np.pi * 16 * t), 1024.0),
+        cm.Channel("mic", 0, "S", "unknown", t, 1024.0, unit="Pa"),
     )
-    geometry = Geometry((6, 7), [(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)], ((6, 7),))
+    geometry = cm.Geometry((6, 7), [(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)], ((6, 7),))
     found = FileContents(records, (samples.frf(),), (samples_uff.spectra(),), (samples.modes(),), geometry)
     cm.write(tmp_path / "several.uff", found)
     return tmp_path / "several.uff"

@@ -8,8 +8,8 @@ import sys
 
 import pytest
 
+from clearance_mj import Rig
 from clearance_mj.cli import main, names
-from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
 from ..processes import FORK, ended, run

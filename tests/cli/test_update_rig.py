@@ -6,11 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from clearance_mj import Record, Rig, write_dataset
 from clearance_mj.cli import main
 from clearance_mj.identify.structure import selection
-from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.report.updated_rig import draw_spectra
-from clearance_mj.rig import Rig
 from clearance_mj.signals.excitation import level_ramp
 from experiments.benches.bench import NAMED
 from experiments.benches.records import FS, measure_channels

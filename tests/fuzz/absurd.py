@@ -8,13 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance_mj import ClearanceError, Rig, simulate
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance import nominal_law
 from clearance_mj.clearance.law_files import law_from_dict
-from clearance_mj.core.errors import ClearanceError
-from clearance_mj.engines import simulate
 from clearance_mj.placement import candidates, grid, place_sensors
-from clearance_mj.rig import Rig
 from clearance_mj.signals.excitation import random
 from tests.structures import chain, stepped, two_shafts
 

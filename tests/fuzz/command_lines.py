@@ -15,12 +15,10 @@ from functools import cache
 from pathlib import Path
 from unittest import mock
 
-from clearance_mj.cli import find, main
-from clearance_mj.cli.command import Parser
+from clearance_mj import ClearanceError, write_dataset
+from clearance_mj.cli import Parser, find, main
 from clearance_mj.core import tasks
-from clearance_mj.core.errors import ClearanceError
 from clearance_mj.io import formats
-from clearance_mj.io.dataset import write_dataset
 from clearance_mj.live import server
 
 from . import samples

@@ -11,9 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance_mj import ClearanceError, Rig, RigError
 from clearance_mj.cli import main
-from clearance_mj.core.errors import ClearanceError, RigError
-from clearance_mj.rig import Rig
 
 from . import command_lines
 

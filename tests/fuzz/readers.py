@@ -13,16 +13,13 @@ import h5netcdf
 import numpy as np
 import scipy.io
 
+from clearance_mj import Channel, ClearanceError, Dataset, LawError, Rig, RigError, load_law
 from clearance_mj.beam import natural_frequencies
-from clearance_mj.calibrate.targets import read_frequencies
-from clearance_mj.clearance.law_files import law_from_dict, load_law
-from clearance_mj.core.errors import ClearanceError, LawError, RigError
+from clearance_mj.calibrate import read_frequencies
+from clearance_mj.clearance.law_files import law_from_dict
 from clearance_mj.io import formats, lvm
-from clearance_mj.io.channels import Channel
-from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.registry import FORMATS, Format
 from clearance_mj.io.uff import read_geometry, scan_uff
-from clearance_mj.rig import Rig
 from clearance_mj.sweep import load_plan
 from clearance_mj.universal.dataset_58 import Header, function_block
 from experiments.real import records as real

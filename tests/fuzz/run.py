@@ -18,7 +18,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from clearance_mj.core.errors import ClearanceError
+from clearance_mj import ClearanceError
 
 from ..processes import PATIENCE
 from .readers import Reader, generator

@@ -16,22 +16,12 @@ import scipy.linalg
 import scipy.sparse
 import tomli_w
 
-from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, TimeLaw
-from clearance_mj.clearance.law import Law
-from clearance_mj.engines import simulate
+import clearance_mj as cm
+from clearance_mj.clearance import HuntCrossley, KelvinVoigt
 from clearance_mj.io import formats
-from clearance_mj.io.channels import Channel
-from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.io.registry import Format
-from clearance_mj.io.uff import write_uff
-from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
-from clearance_mj.signals import excitation
-from clearance_mj.signals.ema import Modes
-from clearance_mj.signals.frf import FRF
-from clearance_mj.signals.response import Response
-from clearance_mj.signals.spectra import Spectra
+from clearance_mj.signals import Modes
 from clearance_mj.structure import ModalStructure
-from clearance_mj.structure.geometry import Geometry
 from tests.conftest import ROOT
 from tests.io.sheets_by_hand import TABLE as SHEET
 from tests.io.sheets_by_hand import ods, xlsx
@@ -43,21 +33,24 @@ from . import loggers, samples_uff
 
 N = 6
 T = np.arange(N) / 64
-GREASE = Grease(4e3, 2.0, 0.5, 1.0, 3.0, 1.0, 2.0, 5e-4, 0.3)
-RIG = Rig(
+GREASE = cm.Grease(4e3, 2.0, 0.5, 1.0, 3.0, 1.0, 2.0, 5e-4, 0.3)
+RIG = cm.Rig(
     name="small",
-    beam=Beam(1.0, 7e10, 2700.0, 0.02, rayleigh=(0.5, 1e-5)),
-    bushings=(Bushing(0.55, 3e-4, 0.01, GREASE, Contact(8e3, 3.0)), Bushing(0.8, 3e-4, 0.01, GREASE, Contact(8e3))),
-    sensors=(Sensor(6, 0.55), Sensor(7, 0.8, 0.01)),
-    masses=(PointMass(0.3, 0.1, "collar"),),
-    shaker=Shaker("base", 0.2),
+    beam=cm.Beam(1.0, 7e10, 2700.0, 0.02, rayleigh=(0.5, 1e-5)),
+    bushings=(
+        cm.Bushing(0.55, 3e-4, 0.01, GREASE, cm.Contact(8e3, 3.0)),
+        cm.Bushing(0.8, 3e-4, 0.01, GREASE, cm.Contact(8e3)),
+    ),
+    sensors=(cm.Sensor(6, 0.55), cm.Sensor(7, 0.8, 0.01)),
+    masses=(cm.PointMass(0.3, 0.1, "collar"),),
+    shaker=cm.Shaker("base", 0.2),
     description="a rig",
 )
 LAWS = (
-    ConstantLaw(1e4, [1.0, 2.0], grease=GREASE),
-    TimeLaw([0.0, 1.0], [[1e4, 2e4], [2e4, 3e4]], [1.0, 2.0]),
-    AmplitudeLaw([0.0, 1e-3, 2e-3], [1e4, 2e4, 2e4], [0.0, 1.0, 2.0], grease=[GREASE, GREASE]),
-    ContactLaw([HuntCrossley(1e6, 0.7), KelvinVoigt(1e4, 3.0, adhesion=True)]),
+    cm.ConstantLaw(1e4, [1.0, 2.0], grease=GREASE),
+    cm.TimeLaw([0.0, 1.0], [[1e4, 2e4], [2e4, 3e4]], [1.0, 2.0]),
+    cm.AmplitudeLaw([0.0, 1e-3, 2e-3], [1e4, 2e4, 2e4], [0.0, 1.0, 2.0], grease=[GREASE, GREASE]),
+    cm.ContactLaw([HuntCrossley(1e6, 0.7), KelvinVoigt(1e4, 3.0, adhesion=True)]),
 )
 
 
@@ -66,14 +59,14 @@ def channels(n=N):
     places = [("base", 100, "acceleration"), ("acc 6", 6, "acceleration"), ("acc 7", 7, "acceleration")]
     places += [("probe 6", 6, "displacement")]
     return [
-        Channel(name, node, "+Z", quantity, (i + 1) * wave, 64.0) for i, (name, node, quantity) in enumerate(places)
+        cm.Channel(name, node, "+Z", quantity, (i + 1) * wave, 64.0) for i, (name, node, quantity) in enumerate(places)
     ]
 
 
 def frf(even=True, coherence=True):
     frequency = 1.0 + np.arange(4) if even else np.array([1.0, 2.0, 4.0, 5.0])
     value = np.exp(1j * np.arange(8)).reshape(2, 4)
-    return FRF(frequency, value, np.full((2, 4), 0.5) if coherence else None, ("6:+Z", "7:+Z"), "100:+Z")
+    return cm.FRF(frequency, value, np.full((2, 4), 0.5) if coherence else None, ("6:+Z", "7:+Z"), "100:+Z")
 
 
 def modal_frf():
@@ -83,32 +76,32 @@ def modal_frf():
     below = squares[:, None] - omega**2 + 0.04j * np.sqrt(squares)[:, None] * omega
     value = -(omega**2) * np.einsum("ik,kf->if", shapes * shapes[0], 1 / below)
     labels = tuple(f"{i}:+Z" for i in (1, 2, 3))
-    return FRF(omega / (2 * np.pi), value, None, labels, "1:+Z", quantity="acceleration/force")
+    return cm.FRF(omega / (2 * np.pi), value, None, labels, "1:+Z", quantity="acceleration/force")
 
 
 @functools.cache
-def bench() -> tuple[Rig, list[Record]]:
+def bench() -> tuple[cm.Rig, list[cm.Record]]:
     """A rig whose rig file is right, with records to identify and to validate."""
     rig = dataclasses.replace(
-        RIG, name="bench", beam=Beam(0.6, 2.1e11, 7850.0, 0.008, rayleigh=(1.0, 2e-5)), description="",
-        bushings=(Bushing(0.4, 2e-4, 0.01, Grease(3000.0, 3.0), Contact(2e4, 5.0)),), masses=(PointMass(0.6, 0.2),),
-        sensors=tuple(Sensor(i, x) for i, x in enumerate((0.15, 0.3, 0.45, 0.6), 1)),
+        RIG, name="bench", beam=cm.Beam(0.6, 2.1e11, 7850.0, 0.008, rayleigh=(1.0, 2e-5)), description="",
+        bushings=(cm.Bushing(0.4, 2e-4, 0.01, cm.Grease(3000.0, 3.0), cm.Contact(2e4, 5.0)),), masses=(cm.PointMass(0.6, 0.2),),
+        sensors=tuple(cm.Sensor(i, x) for i, x in enumerate((0.15, 0.3, 0.45, 0.6), 1)),
     )  # fmt: skip
     records = []
     for name, role, drive in (
-        ("ramp", "identify", excitation.level_ramp(6.0, 512.0, (5.0, 100.0), start_rms=0.3, end_rms=8.0, seed=1)),
-        ("loud", "validate", excitation.random(4.0, 512.0, (5.0, 100.0), 2.0, 2)),
+        ("ramp", "identify", cm.excitation.level_ramp(6.0, 512.0, (5.0, 100.0), start_rms=0.3, end_rms=8.0, seed=1)),
+        ("loud", "validate", cm.excitation.random(4.0, 512.0, (5.0, 100.0), 2.0, 2)),
     ):
-        measured = formats.to_channels(simulate(rig, drive, ConstantLaw(2e4, 5.0), "modal"), rig)
+        measured = formats.to_channels(cm.simulate(rig, drive, cm.ConstantLaw(2e4, 5.0), "modal"), rig)
         level = 2.0 if role == "validate" else None
-        records.append(Record(name, role, rig, 512.0, measured, "base", "random", level, 1, (5.0, 100.0)))
+        records.append(cm.Record(name, role, rig, 512.0, measured, "base", "random", level, 1, (5.0, 100.0)))
     return rig, records
 
 
 def response():
     wave = np.sin(np.arange(N))
     two = np.stack((wave, 2 * wave))
-    return Response(
+    return cm.Response(
         64.0, wave, two, two, two, two, "base", (1.0, 20.0), ("6:+Z", "7:+Z"), "100:+Z", {"engine": "modal"}
     )
 
@@ -121,9 +114,9 @@ def modes():
 def whole(known: Format) -> list[bytes]:
     """Files of a format: what it writes of what it holds, and files by other hands."""
     objects = {
-        Channel: [channels()], FRF: [frf(), frf(even=False, coherence=False)], Modes: [modes()],
-        Spectra: [samples_uff.spectra(), samples_uff.spectra(turning=True)], Geometry: [samples_uff.geometry()],
-        Response: [response()], Rig: [RIG], Law: LAWS,
+        cm.Channel: [channels()], cm.FRF: [frf(), frf(even=False, coherence=False)], Modes: [modes()],
+        cm.Spectra: [samples_uff.spectra(), samples_uff.spectra(turning=True)], cm.Geometry: [samples_uff.geometry()],
+        cm.Response: [response()], cm.Rig: [RIG], cm.Law: LAWS,
     }  # fmt: skip
     found = list(BY_HAND.get(known.name, list)())
     with tempfile.TemporaryDirectory() as folder:
@@ -223,10 +216,10 @@ def dataset() -> tuple[dict, dict[str, bytes]]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "data"
         records = [
-            Record(f"r{i}", role, RIG, 64.0, channels(), "base", "random", 2.0, i, (5.0, 20.0), {"a": 1})
+            cm.Record(f"r{i}", role, RIG, 64.0, channels(), "base", "random", 2.0, i, (5.0, 20.0), {"a": 1})
             for i, role in enumerate(("identify", "validate"))
         ]
-        write_dataset(folder, RIG, records)
+        cm.write_dataset(folder, RIG, records)
         files = {path.name: path.read_bytes() for path in folder.iterdir()}
     return tomllib.loads(files.pop("dataset.toml").decode()), files
 
@@ -237,7 +230,7 @@ def beside_plan() -> dict[str, bytes]:
         folder = Path(name)
         RIG.save(folder / "rig.toml")
         LAWS[0].save(folder / "law.json")
-        write_uff(folder / "record.uff", channels(64))
+        cm.write_uff(folder / "record.uff", channels(64))
         return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
@@ -273,9 +266,9 @@ def structure_rigs() -> list[dict]:
         (28.3, 62.3), (0.02,), ("1:+Z", "2:+Z"), ((0.19, 0.39), (0.59, -0.75)), participation=((1, 0, 2), (0, 0, 1)),
         residual_flexibility=((-1e-8,), (2e-8,)), residual_dofs=("2:+Z",),
     )  # fmt: skip
-    modal = Rig("tested", None, (Bushing("2:+Z", 1e-4, 0.0, GREASE, Contact(1e5)),), (Sensor(1, "1:-Z"),),
-                shaker=Shaker("force", "1:+Z"), structure=tested)  # fmt: skip
-    gears = Rig.load(ROOT / "models" / "gear_pair.toml")
+    modal = cm.Rig("tested", None, (cm.Bushing("2:+Z", 1e-4, 0.0, GREASE, cm.Contact(1e5)),), (cm.Sensor(1, "1:-Z"),),
+                shaker=cm.Shaker("force", "1:+Z"), structure=tested)  # fmt: skip
+    gears = cm.Rig.load(ROOT / "models" / "gear_pair.toml")
     return [rig.to_dict() for rig in (stepped(), two_shafts(), chain(), modal, gears)]
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance_mj.signals.spectra import Spectra
-from clearance_mj.structure.geometry import CoordinateSystem, Element, Geometry
+from clearance_mj import Geometry, Spectra
+from clearance_mj.structure.geometry import CoordinateSystem, Element
 from tests.io.uff_by_hand import by_hand, units_by_hand
 from tests.structure.test_modes import cantilever, normal_modes, units, write
 

@@ -12,16 +12,14 @@ import numpy as np
 import pytest
 import scipy.io
 
-from clearance_mj.clearance import load_law
+from clearance_mj import ClearanceError, RecordError, load_law
 from clearance_mj.core import tasks
-from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.core.files import most_unpacked
 from clearance_mj.io.csv_tables import read_csv
 from clearance_mj.io.lvm import read_lvm
 from clearance_mj.io.mat import read_mat
 from clearance_mj.live import server
-from clearance_mj.sweep import load_plan
-from clearance_mj.sweep.design import Design, Vary
+from clearance_mj.sweep import Design, Vary, load_plan
 
 from . import command_lines, run, samples
 from .__main__ import table

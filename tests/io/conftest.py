@@ -2,7 +2,7 @@
 
 import pytest
 
-from clearance_mj.io.dataset import write_dataset
+from clearance_mj import write_dataset
 
 from .dataset_folders import RIG, channel, channels, record
 

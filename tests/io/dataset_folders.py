@@ -6,9 +6,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from clearance_mj.io.dataset import Record
-from clearance_mj.io.uff import Channel
-from clearance_mj.rig import Rig
+from clearance_mj import Channel, Record, Rig
 
 RIG = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 RNG = np.random.default_rng(3)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.io.channels import UNKNOWN, Channel
+from clearance_mj.io.channels import UNKNOWN
 
 VALUE = np.array([1.0, -2.0, 3.0])
 
 
 def raw(name, quantity=UNKNOWN, unit=""):
-    return Channel(name, 0, "S", quantity, VALUE, 100.0, unit=unit)
+    return cm.Channel(name, 0, "S", quantity, VALUE, 100.0, unit=unit)
 
 
 def test_units_places_and_signs():

@@ -7,10 +7,8 @@ import pickle
 import numpy as np
 import pytest
 
-from clearance_mj.core.errors import RecordError
+from clearance_mj import Dataset, Record, RecordError, read_uff, write_dataset
 from clearance_mj.io import record as record_module
-from clearance_mj.io.dataset import Dataset, Record, write_dataset
-from clearance_mj.io.uff import read_uff
 
 from .dataset_folders import FS, RIG, N, channel, channels, record
 

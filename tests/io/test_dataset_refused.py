@@ -6,13 +6,11 @@ import re
 import numpy as np
 import pytest
 
-from clearance_mj.core.errors import RecordError, RigError
+from clearance_mj import FRF, Dataset, RecordError, RigError, write_dataset, write_uff
 from clearance_mj.io import dataset as dataset_module
-from clearance_mj.io.dataset import Dataset, write_dataset
-from clearance_mj.io.uff import write_uff
-from clearance_mj.signals.frf import FRF
 
 from .dataset_folders import RIG, N, channels, edit, record
+from .refusals import assert_refused
 
 # Refusals
 
@@ -140,8 +138,7 @@ def swap(index, **changes):
      'channels "acceleration 6" and "acceleration 5" both are acceleration at node 5 along Z'),
 ])  # fmt: skip
 def test_channels_that_do_not_fit(folder, change, part):
-    with pytest.raises(RecordError, match='record "level-0.5": ' + re.escape(part)):
-        record(channels=change(channels()))
+    assert_refused('record "level-0.5": ' + re.escape(part), record, channels=change(channels()))
     if changed := change(channels()):
         write_uff(folder / "level-0.5.uff", changed)
         refused(folder, "dataset.toml: records[0] (level-0.5.uff)", part)
@@ -154,8 +151,7 @@ def test_channels_that_do_not_fit(folder, change, part):
     ({"left_out": tuple(RIG.sensor_labels)}, "left_out leaves no sensor"),
 ])  # fmt: skip
 def test_sensors_that_cannot_be_left_out(changed, part):
-    with pytest.raises(RecordError, match='record "level-0.5": ' + re.escape(part)):
-        record(**changed)
+    assert_refused('record "level-0.5": ' + re.escape(part), record, **changed)
 
 
 def test_file_of_frfs_instead_of_a_record(folder):
@@ -172,8 +168,7 @@ def test_writing_refuses_before_it_writes(tmp_path):
         ([record("a", provenance={"law": None})], "a provenance holds what TOML cannot"),
         ([record("a", provenance={"law": object()})], "a provenance holds what TOML cannot"),
     ):
-        with pytest.raises(RecordError, match=re.escape(f"{tmp_path}: ") + ".*" + part):
-            write_dataset(tmp_path, RIG, records)
+        assert_refused(re.escape(f"{tmp_path}: ") + ".*" + part, write_dataset, tmp_path, RIG, records)
     assert not list(tmp_path.iterdir())
 
 

@@ -11,7 +11,6 @@ from asammdf import MDF, Signal
 from nptdms import ChannelObject, TdmsWriter
 
 import clearance_mj as cm
-from clearance_mj.core.errors import RecordError
 from clearance_mj.core.notes import RecordNote
 from clearance_mj.io.uff import FileWarning
 
@@ -101,7 +100,7 @@ def test_channels_that_have_many_gaps_are_left_out(tmp_path):
         (one,) = cm.read(tmp_path / "a.csv")
     assert (one.label, one.size) == ("2:+Z", N)
     (tmp_path / "a.csv").write_text("\n".join(["time,acc:1", *(row.rpartition(",")[0] for row in rows)]) + "\n")
-    with pytest.raises(RecordError, match=r"has no channel of numbers: .*and is left out"):
+    with pytest.raises(cm.RecordError, match=r"has no channel of numbers: .*and is left out"):
         cm.read(tmp_path / "a.csv")
 
 

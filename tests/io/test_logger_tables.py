@@ -5,7 +5,6 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.cli import main
-from clearance_mj.core.errors import RecordError
 from clearance_mj.core.notes import RecordNote
 from clearance_mj.io.channels import NOWHERE
 
@@ -328,7 +327,7 @@ REFUSED = {
 def test_refused_with_the_way_out(tmp_path, name):
     text, part = REFUSED[name]
     (tmp_path / "a.csv").write_text(text)
-    with pytest.raises(RecordError) as caught:
+    with pytest.raises(cm.RecordError) as caught:
         cm.read(tmp_path / "a.csv")
     assert str(caught.value).startswith(f"{tmp_path / 'a.csv'}: ")
     assert part in str(caught.value)

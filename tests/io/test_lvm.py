@@ -10,10 +10,10 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.cli import main
-from clearance_mj.core.errors import RecordError
 from clearance_mj.core.notes import RecordNote
-from clearance_mj.io.channels import Channel
 from clearance_mj.io.lvm import read_lvm, write_lvm
+
+from .refusals import assert_refused
 
 END = "***End_of_Header***\t\n"
 HEAD = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t{point}\nX_Columns\t{layout}\n" + END + "\t\n"
@@ -64,13 +64,11 @@ def test_decimal_comma_gzip_and_two_segments(tmp_path):
 ])  # fmt: skip
 def test_damage(tmp_path, content, message):
     path = write(tmp_path, content, "bad.lvm")
-    with pytest.raises(RecordError, match=f"bad.lvm.*{message}"):
-        read_lvm(path)
+    assert_refused(f"bad.lvm.*{message}", read_lvm, path)
 
 
 def test_no_file(tmp_path):
-    with pytest.raises(RecordError, match=r"nothing.lvm: No such file"):
-        read_lvm(tmp_path / "nothing.lvm")
+    assert_refused(r"nothing.lvm: No such file", read_lvm, tmp_path / "nothing.lvm")
 
 
 def test_time_records(tmp_path):
@@ -95,8 +93,7 @@ def test_time_records(tmp_path):
     (1, {"Force": "frequency [Hz]", "Acc": "acc:3/force [g/N]"}, "channels over time"),
 ])  # fmt: skip
 def test_no_time_records(tmp_path, segments, columns, part):
-    with pytest.raises(RecordError, match=f"a.lvm: .*{part}"):
-        cm.read(write(tmp_path, text(segments=segments)), columns)
+    assert_refused(f"a.lvm: .*{part}", cm.read, write(tmp_path, text(segments=segments)), columns)
 
 
 # Channels under their own names. Each file is laid out as one of those that LabVIEW wrote and lvm_read is tested with.
@@ -200,8 +197,7 @@ def test_other_segments_are_channels_of_their_own(tmp_path):
 
 def test_uneven_times_need_a_rate(tmp_path):
     path = write(tmp_path, text().replace("0.75", "0.6"))
-    with pytest.raises(RecordError, match=r'"Force": its times are uneven at sample 1 .* the sampling rate .*\(--fs\)'):
-        cm.read(path)
+    assert_refused(r'"Force": its times are uneven at sample 1 .* the sampling rate .*\(--fs\)', cm.read, path)
     assert [c.fs for c in cm.read(path, fs=4.0)] == [4.0, 4.0]
 
 
@@ -215,12 +211,11 @@ def test_a_missing_number(tmp_path):
         (channel,) = cm.read(path)
     np.testing.assert_array_equal(channel.value, channel.time * 4)
     spectrum = text().replace("Samples", "X_Dimension\tFrequency\nSamples")
-    with pytest.raises(RecordError, match="is over Frequency, not over time; read_lvm reads it"):
-        cm.read(write(tmp_path, spectrum))
+    assert_refused("is over Frequency, not over time; read_lvm reads it", cm.read, write(tmp_path, spectrum))
 
 
 def test_lvm_read_reads_ours(tmp_path, rng):
-    channels = [Channel(n, 0, "S", q, rng.standard_normal(50), 2048.0, 0.5, u)
+    channels = [cm.Channel(n, 0, "S", q, rng.standard_normal(50), 2048.0, 0.5, u)
                 for n, q, u in (("Accel 3", "acceleration", ""), ("U", "unknown", "mV"))]  # fmt: skip
     write_lvm(tmp_path / "a.lvm", channels)
     theirs = lvm_read.read(str(tmp_path / "a.lvm"), read_from_pickle=False, dump_file=False)[0]
@@ -273,8 +268,7 @@ def test_separators_of_the_header(tmp_path, separated, layout):
 
 def test_commas_for_both(tmp_path):
     both = SEPARATED["commas"](text(point=","))
-    with pytest.raises(RecordError, match="commas separate both columns and decimals"):
-        read_lvm(write(tmp_path, both))
+    assert_refused("commas separate both columns and decimals", read_lvm, write(tmp_path, both))
 
 
 LONG = SECONDS.format(clock="10:00:00").replace("X0", "Samples\t8\t\nX0")
@@ -307,7 +301,7 @@ def test_spectra_are_no_records(tmp_path, title, dimension, part):
     """Even where the header says "Time"; other channels of the file are read."""
     changed = text().replace("\tAcc\t", f"\t{title}\t").replace("Samples", f"X_Dimension\tTime\t{dimension}\nSamples")
     path = write(tmp_path, changed)
-    with pytest.raises(RecordError) as caught:
+    with pytest.raises(cm.RecordError) as caught:
         cm.read(path)
     assert f'"{title}": {part}' in str(caught.value)
     assert [c.name for c in cm.read(path, {title: "skip"})] == ["Force"]

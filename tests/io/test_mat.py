@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import scipy.io
 
-from clearance_mj.core.errors import RecordError
+from clearance_mj import Channel, RecordError
 from clearance_mj.io.mat import read_mat, read_variables, write_mat
-from clearance_mj.io.uff import Channel
+
+from .refusals import assert_refused
 
 FS, N = 2048.0, 300
 TIME = 1.5 + np.arange(N) / FS
@@ -97,8 +98,7 @@ def test_version_7_3_is_refused_with_a_way_out(tmp_path):
     (tmp_path / "a.mat").write_bytes(
         b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + b"\x89HDF\r\n\x1a\n" + bytes(512)
     )
-    with pytest.raises(RecordError, match=r"version 7\.3, which is not read; save it in MATLAB with .*-v7"):
-        read_mat(tmp_path / "a.mat")
+    assert_refused(r"version 7\.3, which is not read; save it in MATLAB with .*-v7", read_mat, tmp_path / "a.mat")
 
 
 def test_an_element_of_an_unknown_type(tmp_path):
@@ -107,8 +107,7 @@ def test_an_element_of_an_unknown_type(tmp_path):
     data = (tmp_path / "a.mat").read_bytes()
     numbers = data.index(b"\x09\x00\x00\x00" + (8 * N).to_bytes(4, "little"))
     (tmp_path / "a.mat").write_bytes(data[:numbers] + b"\x81" + data[numbers + 1 :])
-    with pytest.raises(RecordError, match="element of the unknown type 129"):
-        read_mat(tmp_path / "a.mat")
+    assert_refused("element of the unknown type 129", read_mat, tmp_path / "a.mat")
 
 
 def test_files_that_are_none(tmp_path, save):
@@ -118,8 +117,7 @@ def test_files_that_are_none(tmp_path, save):
         with pytest.raises(RecordError, match="not a whole MATLAB file") as caught:
             read_mat(tmp_path / "b.mat")
         assert "\n" not in str(caught.value)
-    with pytest.raises(RecordError, match="No such file"):
-        read_mat(tmp_path / "absent.mat")
+    assert_refused("No such file", read_mat, tmp_path / "absent.mat")
 
 
 def test_structure_of_variables(tmp_path):

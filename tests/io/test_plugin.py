@@ -10,9 +10,7 @@ import pytest
 import clearance_mj as cm
 from clearance_mj.cli import main
 from clearance_mj.cli.options import load_plugin
-from clearance_mj.core.errors import RecordError
-from clearance_mj.io.channels import Channel
-from clearance_mj.io.registry import FORMATS, OBJECT_NAMES, Format, register
+from clearance_mj.io.registry import FORMATS, WORDS, Format, register
 
 DOCS = Path(__file__).parents[2] / "docs"
 FILE = '''
@@ -74,8 +72,8 @@ def test_every_door_knows_a_format_from_outside(tmp_path, plugin, capsys):
     assert '"rmse_db": 0.0' in capsys.readouterr().out
     assert main(["convert", str(tmp_path / "h.uff"), str(tmp_path / "h.xyz")]) == 2
     assert ".3col" in capsys.readouterr().err
-    with pytest.raises(RecordError, match=r"three columns files cannot take time records; use \.uff"):
-        cm.write(tmp_path / "r.3col", [Channel("a", 1, "+Z", "force", [1.0], 10.0)])
+    with pytest.raises(cm.RecordError, match=r"three columns files cannot take time records; use \.uff"):
+        cm.write(tmp_path / "r.3col", [cm.Channel("a", 1, "+Z", "force", [1.0], 10.0)])
 
 
 def test_the_fuzzer_takes_it(tmp_path, plugin):
@@ -114,14 +112,14 @@ def test_laws_and_rigs_go_out_and_in(tmp_path, rig):
     assert cm.read(tmp_path / "a.json").to_dict() == law.to_dict()
     assert cm.read(tmp_path / "a.toml") == rig
     for suffix, obj, part in ((".json", rig, "a rig; use .toml"), (".uff", law, "a law; use .json")):
-        with pytest.raises(RecordError, match=f"cannot take {re.escape(part)}"):
+        with pytest.raises(cm.RecordError, match=f"cannot take {re.escape(part)}"):
             cm.write(tmp_path / f"b{suffix}", obj)
     assert main(["convert", str(tmp_path / "a.toml"), str(tmp_path / "a.uff")]) == 2
 
 
 def test_registrations_that_clash():
-    with pytest.raises(RecordError, match=r'format "mine": suffix "\.csv" is that of CSV'):
+    with pytest.raises(cm.RecordError, match=r'format "mine": suffix "\.csv" is that of CSV'):
         register(Format("mine", (".mine", ".csv"), (cm.FRF,), cm.read))
-    with pytest.raises(RecordError, match='format "mine" holds int; use Channel, Response, FRF'):
+    with pytest.raises(cm.RecordError, match='format "mine" holds int; use Channel, Response, FRF'):
         register(Format("mine", (".mine",), (int,), cm.read))
     assert ".mine" not in FORMATS

@@ -14,17 +14,13 @@ from clearance_mj.core.quantities import QUANTITIES
 from clearance_mj.core.units import UNITS, quantity_of
 from clearance_mj.io import formats
 from clearance_mj.io.csv_tables import read_csv
-from clearance_mj.io.dataset import Dataset, Record, write_dataset
-from clearance_mj.rig import Rig, Sensor
-from clearance_mj.signals.frf import FRF
-from clearance_mj.signals.response import Response
 
-TABLE1 = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
+TABLE1 = cm.Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 CODES = {"strain": 3, "displacement": 8, "angle": 8, "velocity": 11, "angular velocity": 11, "acceleration": 12,
          "force": 13}  # fmt: skip
 """Universal File Format, data set 58, record 9, field 1"""
 NOISE = np.random.default_rng(4).standard_normal((len(QUANTITIES), 512))
-MANY = Response(
+MANY = cm.Response(
     512.0, NOISE[0], NOISE, kind="force", responses=tuple(f"{i + 1}:+Z" for i in range(len(QUANTITIES))),
     reference="200:+Z", quantities=tuple(QUANTITIES),
 )  # fmt: skip
@@ -59,7 +55,7 @@ def test_a_header_with_a_unit_says_the_quantity(tmp_path: Path, label: str, quan
 def test_a_response_of_every_quantity_comes_back(tmp_path: Path, suffix: str) -> None:
     formats.write(tmp_path / f"all{suffix}", MANY)
     found = cm.read(tmp_path / f"all{suffix}")
-    channels = formats.to_channels(found) if isinstance(found, Response) else found
+    channels = formats.to_channels(found) if isinstance(found, cm.Response) else found
     assert [c.quantity for c in channels] == ["force", *QUANTITIES]
     assert_allclose([c.value for c in channels[1:]], NOISE, rtol=1e-5)
     if suffix == ".csv":
@@ -71,10 +67,10 @@ def test_a_response_of_every_quantity_comes_back(tmp_path: Path, suffix: str) ->
 
 
 def test_a_response_of_accelerations_is_written_as_before() -> None:
-    plain = Response(512.0, NOISE[0], NOISE[:2])
+    plain = cm.Response(512.0, NOISE[0], NOISE[:2])
     assert "acceleration" in plain.to_xarray()
     assert "quantity" not in plain.to_xarray().coords
-    assert Response.from_xarray(plain.to_xarray()) == plain
+    assert cm.Response.from_xarray(plain.to_xarray()) == plain
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".uff", ".nc"])
@@ -86,7 +82,7 @@ def test_each_response_of_an_frf_has_its_quantity(tmp_path: Path, suffix: str) -
     assert dict(zip(QUANTITIES, frf.units))["strain"] == "m/m/N"
     formats.write(tmp_path / f"frf{suffix}", frf)
     found = cm.read(tmp_path / f"frf{suffix}")
-    if isinstance(found, FRF):  # a universal file holds them one by one
+    if isinstance(found, cm.FRF):  # a universal file holds them one by one
         assert found.row_quantities == frf.row_quantities
         assert_allclose(found.functions, frf.functions, rtol=1e-9)
     else:
@@ -95,7 +91,7 @@ def test_each_response_of_an_frf_has_its_quantity(tmp_path: Path, suffix: str) -
 
 def test_mobility_and_receptance_are_accelerance_over_frequency() -> None:
     """Ewins, Modal Testing, 2nd ed., 2000, section 2.2: receptance α, mobility iωα, accelerance -ω²α."""
-    sensors = tuple(Sensor(1, 0.5, quantity=name) for name in ("acceleration", "velocity", "displacement"))
+    sensors = tuple(cm.Sensor(1, 0.5, quantity=name) for name in ("acceleration", "velocity", "displacement"))
     beam = dataclasses.replace(TABLE1.beam, rayleigh=(40.0, 0.0))
     rig = TABLE1.replace(beam=beam, bushings=(), sensors=sensors, shaker=cm.Shaker("force", 0.5))
     drive = cm.excitation.random(16.0, 2048.0, band=(5, 220), rms=1.0, seed=1, kind="force")
@@ -107,19 +103,19 @@ def test_mobility_and_receptance_are_accelerance_over_frequency() -> None:
 
 
 def test_records_hold_each_sensor_in_its_quantity(tmp_path: Path) -> None:
-    sensors = (Sensor(1, 0.2), Sensor(1, 0.2, quantity="velocity"), Sensor(2, 0.3, quantity="strain"))
+    sensors = (cm.Sensor(1, 0.2), cm.Sensor(1, 0.2, quantity="velocity"), cm.Sensor(2, 0.3, quantity="strain"))
     rig = TABLE1.replace(sensors=sensors)
     shaken = cm.simulate(rig, cm.excitation.random(1.0, 2048.0, (5, 220), 1.0), engine="modal")
     channels = formats.to_channels(shaken, rig)
-    record = Record("one", "identify", rig, 2048.0, channels, level=1.0)
+    record = cm.Record("one", "identify", rig, 2048.0, channels, level=1.0)
     assert record.response().quantities == ("acceleration", "velocity", "strain")
     assert_allclose(record.response().channels, shaken.channels)
-    write_dataset(tmp_path / "set", rig, [record])
-    (again,) = Dataset.load(tmp_path / "set").records
+    cm.write_dataset(tmp_path / "set", rig, [record])
+    (again,) = cm.Dataset.load(tmp_path / "set").records
     assert again.response().quantities == record.response().quantities
     assert_allclose(again.response().channels, shaken.channels, rtol=1e-5, atol=1e-12)
     with pytest.raises(cm.ClearanceError, match="has no strain at node 2 along Z, a sensor of the rig"):
-        Record("two", "identify", rig, 2048.0, [c for c in channels if c.quantity != "strain"], level=1.0)
+        cm.Record("two", "identify", rig, 2048.0, [c for c in channels if c.quantity != "strain"], level=1.0)
 
 
 def test_a_figure_has_a_panel_for_each_quantity() -> None:

@@ -6,9 +6,6 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.core.errors import RecordError
-from clearance_mj.io.channels import Channel
-from clearance_mj.io.dataset import Dataset, Record, write_dataset
 from clearance_mj.rig import Spin
 from clearance_mj.signals.keyphasor import turning_of_pulses
 
@@ -33,7 +30,7 @@ def channels(rig, angle, without=()):
     rows += [(f"acc {l}", int(l[:-3]), l[-2:], "acceleration", np.cos(TIME)) for l in rig.sensor_labels]
     rows += [(f"probe {l}", int(l[:-3]), l[-2:], "displacement", 1e-6 * TIME) for l in rig.probe_labels]
     rows += [("keyphasor", 400, "S", "unknown", pulses(angle))]
-    return [Channel(*row, FS) for row in rows if row[0] not in without]
+    return [cm.Channel(*row, FS) for row in rows if row[0] not in without]
 
 
 @pytest.mark.parametrize("rate", [0.0, 15.0])
@@ -52,10 +49,10 @@ def test_the_angle_of_a_shaft(rate):
 def test_a_record_along_y_of_a_shaft_that_turns(rig, tmp_path):
     """Direction and spin of each record go through files, and the rig as tested is driven along them."""
     spin = Spin(40.0)
-    made = Record("y", "identify", rig, FS, channels(rig, 40.0 * TIME), direction=(0.0, 1.0, 0.0), spin=spin)
-    orbit = Record("run", "orbit", rig, FS, channels(rig, 40.0 * TIME, ["base", "acc 1:+Z"]), "spin", spin=spin)
-    write_dataset(tmp_path, rig, [made, orbit])
-    loaded = Dataset.load(tmp_path)
+    made = cm.Record("y", "identify", rig, FS, channels(rig, 40.0 * TIME), direction=(0.0, 1.0, 0.0), spin=spin)
+    orbit = cm.Record("run", "orbit", rig, FS, channels(rig, 40.0 * TIME, ["base", "acc 1:+Z"]), "spin", spin=spin)
+    cm.write_dataset(tmp_path, rig, [made, orbit])
+    loaded = cm.Dataset.load(tmp_path)
     record, (running,) = loaded.records[0], loaded.orbits
     assert record.tested_rig.spin == spin and record.tested_rig.shaker.direction == (0.0, 1.0, 0.0)
     response = record.response()
@@ -75,8 +72,8 @@ def test_a_record_along_y_of_a_shaft_that_turns(rig, tmp_path):
 def test_what_a_record_lacks(rig, changed, words):
     """One line that says what is missing."""
     given = {"role": "identify", "kind": "base", "spin": Spin(40.0), "without": ()} | changed
-    with pytest.raises(RecordError, match=words):
-        Record(
+    with pytest.raises(cm.RecordError, match=words):
+        cm.Record(
             "x", given["role"], rig, FS, channels(rig, 40.0 * TIME, given["without"]), given["kind"],
             direction=(0.0, 1.0, 0.0), spin=given["spin"],
         )  # fmt: skip
@@ -89,8 +86,8 @@ def test_what_a_record_lacks(rig, changed, words):
 ])  # fmt: skip
 def test_a_speed_that_is_another(rig, angle, words):
     """A stationary record whose speed changes, or is another one, is refused in one line."""
-    record = Record("x", "identify", rig, FS, channels(rig, angle), direction=(0.0, 1.0, 0.0), spin=Spin(40.0))
-    with pytest.raises(RecordError, match=words):
+    record = cm.Record("x", "identify", rig, FS, channels(rig, angle), direction=(0.0, 1.0, 0.0), spin=Spin(40.0))
+    with pytest.raises(cm.RecordError, match=words):
         record.turning()
     if angle.any():  # said to be a ramp as it is
         ramp = (angle[-1] - 40.0 * TIME[-1]) / TIME[-1] ** 2 * 2
@@ -100,8 +97,8 @@ def test_a_speed_that_is_another(rig, angle, words):
 def turning(rig, signal, spin):
     """Return what a keyphasor shows of a shaft that turns alone."""
     rows = [c for c in channels(rig, 40.0 * TIME, ["base", "acc 1:+Z", "keyphasor"])]
-    return Record(
-        "x", "orbit", rig, FS, [*rows, Channel("k", 400, "S", "unknown", signal, FS)], "spin", spin=spin
+    return cm.Record(
+        "x", "orbit", rig, FS, [*rows, cm.Channel("k", 400, "S", "unknown", signal, FS)], "spin", spin=spin
     ).turning()
 
 
@@ -111,7 +108,7 @@ RAMP = Spin(40.0, 30.0, 200.0)  # 20 to 160 rad/s, as its keyphasor is stated to
 def test_a_run_up_that_is_another(rig):
     """40 + 4 t rad/s are 55.5 rad/s where 40 + t is stated."""
     with pytest.raises(
-        RecordError, match=r"turn at 43\.88 rad/s at 3\.88\d* s, and its keyphasor shows 55\.5\d* rad/s"
+        cm.RecordError, match=r"turn at 43\.88 rad/s at 3\.88\d* s, and its keyphasor shows 55\.5\d* rad/s"
     ):
         turning(rig, pulses(40.0 * TIME + 2.0 * TIME**2), Spin(40.0, 1.0, 100.0))
     assert turning(rig, pulses(40.0 * TIME + 2.0 * TIME**2), Spin(40.0, 4.0, 100.0)) is not None
@@ -138,17 +135,21 @@ def test_what_is_wrong_with_pulses_is_said(rig, spin):
     sound = pulses(angle)
     count = np.count_nonzero(np.diff(np.sign(sound - 0.5)) > 0)
     stated = r"pulses where \d+ are stated, "
-    with pytest.raises(RecordError, match=f"{stated}(2|1.9\\d|2.0\\d) times as many: give the number of pulses"):
+    with pytest.raises(cm.RecordError, match=f"{stated}(2|1.9\\d|2.0\\d) times as many: give the number of pulses"):
         turning(rig, sound + pulses(angle + np.pi), spin)
-    with pytest.raises(RecordError, match=rf"shows {count - 3} {stated}3 missing after (\d\.\d+) s; leave") as caught:
+    with pytest.raises(
+        cm.RecordError, match=rf"shows {count - 3} {stated}3 missing after (\d\.\d+) s; leave"
+    ) as caught:
         turning(rig, sound * ~np.isin(turn, [10, 11, 12]), spin)
     assert f"after {TIME[np.argmax(turn == 9)]:.1f}" in str(caught.value)
-    with pytest.raises(RecordError, match=rf"{stated}the first too many at 0\.\d* s: an edge that rings, or a spike"):
+    with pytest.raises(
+        cm.RecordError, match=rf"{stated}the first too many at 0\.\d* s: an edge that rings, or a spike"
+    ):
         turning(rig, sound * (1 + np.sin(2 * np.pi * 300 * TIME)), spin)
     spike = np.where(np.arange(N) == np.argmax(turn == 10) + 50, 2.0, sound)
-    with pytest.raises(RecordError, match=rf"shows {count + 1} {stated}the first too many at \d\.\d* s"):
+    with pytest.raises(cm.RecordError, match=rf"shows {count + 1} {stated}the first too many at \d\.\d* s"):
         turning(rig, np.maximum(spike, sound), spin)
-    with pytest.raises(RecordError, match=rf"{stated}0\.5\d* times as many: give the number of pulses"):
+    with pytest.raises(cm.RecordError, match=rf"{stated}0\.5\d* times as many: give the number of pulses"):
         turning(rig, sound * (turn % 2 == 0), spin)
     higher = np.where(turn == 10, 1.1, 1.0) * sound  # a pulse that is a little higher is one
     assert np.allclose(turning(rig, higher, spin).of_turns, turning(rig, sound, spin).of_turns, rtol=0.05)

@@ -7,10 +7,10 @@ import pytest
 import scipy.io
 import xarray as xr
 
-from clearance_mj.core.errors import ClearanceError, RecordError
+from clearance_mj import FRF, ClearanceError, RecordError, Response
 from clearance_mj.io.results import load, save, with_parts, without_parts
-from clearance_mj.signals.frf import FRF
-from clearance_mj.signals.response import Response
+
+from .refusals import assert_refused
 
 RNG = np.random.default_rng(5)
 
@@ -140,8 +140,7 @@ def test_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
     (response(kind="shock"), 'kind "shock" is unknown; use base or force'),
 ])  # fmt: skip
 def test_objects_that_are_no_results(tmp_path, obj, part):
-    with pytest.raises(RecordError, match=f"a.nc: {part}"):
-        save(tmp_path / "a.nc", obj)
+    assert_refused(f"a.nc: {part}", save, tmp_path / "a.nc", obj)
     assert not list(tmp_path.iterdir())
 
 
@@ -185,7 +184,5 @@ def test_incomplete_results(tmp_path, sent, change, part):
 
 
 def test_wrong_kind_of_dataset():
-    with pytest.raises(RecordError, match='holds "response", needs "frf"'):
-        FRF.from_xarray(response().to_xarray())
-    with pytest.raises(RecordError, match='holds "frf", needs "response"'):
-        Response.from_xarray(frf().to_xarray())
+    assert_refused('holds "response", needs "frf"', FRF.from_xarray, response().to_xarray())
+    assert_refused('holds "frf", needs "response"', Response.from_xarray, frf().to_xarray())

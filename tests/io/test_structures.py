@@ -5,21 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.core.errors import RecordError
-from clearance_mj.engines import simulate
+import clearance_mj as cm
 from clearance_mj.io import formats
-from clearance_mj.io.dataset import Dataset, Record, write_dataset
-from clearance_mj.io.uff.geometry import rig_geometry
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
-from clearance_mj.signals import excitation
+from clearance_mj.io.uff import rig_geometry
 from clearance_mj.structure import Material, Matrices, Section, Shaft, Shafts, Support
 
 FS = 1024.0
 
 
 def bushing(position, to=None, length=0.0):
-    return Bushing(position, 1e-4, length, Grease(1e3, 1.0), Contact(1e5, 5.0), to=to)
+    return cm.Bushing(position, 1e-4, length, cm.Grease(1e3, 1.0), cm.Contact(1e5, 5.0), to=to)
 
 
 def frame():
@@ -32,12 +27,12 @@ def frame():
         dofs=["1:X", "2:X", "3:X", "1:Z", "2:Z", "3:Z"],
         damping_ratios=(0.02,),
     )
-    return Rig(
+    return cm.Rig(
         "frame",
         None,
         (bushing("3:-X"), bushing("3:+Z"), bushing("2:X", to="3:X")),
-        (Sensor(3, "3:-X"), Sensor(3, "3:Z"), Sensor(301, "2:X")),
-        shaker=Shaker("base", direction=(-1.0, 0.0, 0.5)),
+        (cm.Sensor(3, "3:-X"), cm.Sensor(3, "3:Z"), cm.Sensor(301, "2:X")),
+        shaker=cm.Shaker("base", direction=(-1.0, 0.0, 0.5)),
         structure=matrices,
     )
 
@@ -45,7 +40,9 @@ def frame():
 @pytest.fixture(scope="module")
 def run():
     rig = frame()
-    return rig, simulate(rig, excitation.random(0.5, FS, (5, 200), rms=5.0, seed=1), ConstantLaw(1e5, 5.0), "modal")
+    return rig, cm.simulate(
+        rig, cm.excitation.random(0.5, FS, (5, 200), rms=5.0, seed=1), cm.ConstantLaw(1e5, 5.0), "modal"
+    )
 
 
 def test_every_probe_has_a_channel_of_its_own():
@@ -57,8 +54,8 @@ def test_every_probe_has_a_channel_of_its_own():
         for d, name in ((0.03, "tube"), (0.01, "rod"))
     )
     bushings = bushing("rod@0.5", length=0.02), bushing("rod@0.8", length=0.02), bushing("rod@0.6", to="tube@0.6")
-    sensors = Sensor(1, "rod@0.505"), Sensor(2, "rod@0.499"), Sensor(3, "tube@0.8"), Sensor(4, "rod@0.6")
-    rig = Rig("two", None, bushings, sensors, structure=Shafts((tube, rod)))
+    sensors = cm.Sensor(1, "rod@0.505"), cm.Sensor(2, "rod@0.499"), cm.Sensor(3, "tube@0.8"), cm.Sensor(4, "rod@0.6")
+    rig = cm.Rig("two", None, bushings, sensors, structure=Shafts((tube, rod)))
     assert rig.probe_labels == ["2:+Z", "301:+Z", "302:+Z"]
     assert rig_geometry(rig).lines == ((2, 1, 4, 302, 301), (3,))
 
@@ -66,7 +63,7 @@ def test_every_probe_has_a_channel_of_its_own():
 def test_one_node_may_have_sensors_in_several_directions_but_not_in_both_signs():
     rig = frame()
     with pytest.raises(Exception, match=r"sensors\[1\]\.node 3 is used twice"):
-        rig.replace(sensors=(Sensor(3, "3:-X"), Sensor(3, "3:+X")))
+        rig.replace(sensors=(cm.Sensor(3, "3:-X"), cm.Sensor(3, "3:+X")))
 
 
 @pytest.mark.parametrize("suffix", [".uff", ".csv", ".mat", ".nc"])
@@ -91,7 +88,7 @@ def test_channels_of_the_other_sign_are_turned_round(run):
         dataclasses.replace(c, direction=c.direction.translate(other), value=-c.value)
         for c in formats.to_channels(response, rig)
     ]
-    again = Record("turned", "identify", rig, FS, channels).response()
+    again = cm.Record("turned", "identify", rig, FS, channels).response()
     np.testing.assert_array_equal(again.acceleration, response.acceleration)
     np.testing.assert_array_equal(again.displacement, response.displacement)
     np.testing.assert_array_equal(again.excitation, response.excitation)
@@ -104,9 +101,9 @@ def test_what_a_record_lacks_is_named(run):
         ("3:-X", "has no acceleration at node 3 along X, a sensor of the rig"),
         ("100:-X", "has no acceleration at node 100 along X, the excitation of a record of kind"),
     ):
-        with pytest.raises(RecordError, match=what):
-            Record("r", "identify", rig, FS, [c for c in channels if c.label != lost])
-    without = Record("r", "identify", rig, FS, [c for c in channels if c.label != "303:+Z"])
+        with pytest.raises(cm.RecordError, match=what):
+            cm.Record("r", "identify", rig, FS, [c for c in channels if c.label != lost])
+    without = cm.Record("r", "identify", rig, FS, [c for c in channels if c.label != "303:+Z"])
     assert without.response().displacement is None
 
 
@@ -119,17 +116,17 @@ def test_a_dataset_is_complete(tmp_path, run):
         np.save(tmp_path / name / "matrix.npy", matrix)
     files = {name: str(tmp_path / name / "matrix.npy") for name in ("mass", "stiffness")}
     rig = rig.replace(structure=dataclasses.replace(rig.structure, **files))
-    record = Record("one", "identify", rig, FS, formats.to_channels(response, rig))
-    write_dataset(tmp_path / "there", rig, [record])
+    record = cm.Record("one", "identify", rig, FS, formats.to_channels(response, rig))
+    cm.write_dataset(tmp_path / "there", rig, [record])
     (tmp_path / "there").rename(tmp_path / "moved")
     for path in files.values():
         (tmp_path / path).unlink()
-    again = Dataset.load(tmp_path / "moved")
+    again = cm.Dataset.load(tmp_path / "moved")
     assert {p.name for p in (tmp_path / "moved" / "structure").iterdir()} == {"matrix.npy", "stiffness_matrix.npy"}
     assert again.rig.linear.total_mass == frame().linear.total_mass
     np.testing.assert_allclose(again.records[0].response().displacement, response.displacement, rtol=1e-6)
-    write_dataset(tmp_path / "moved", again.rig, again.records)  # over itself
-    assert Dataset.load(tmp_path / "moved").rig == again.rig
+    cm.write_dataset(tmp_path / "moved", again.rig, again.records)  # over itself
+    assert cm.Dataset.load(tmp_path / "moved").rig == again.rig
 
 
 def test_geometry_is_where_the_structure_says(tmp_path):

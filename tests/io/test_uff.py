@@ -12,9 +12,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from clearance_mj.io.formats import read
-from clearance_mj.io.uff import DIRECTIONS, Channel, read_uff, write_uff
-from clearance_mj.signals.frf import FRF
+from clearance_mj import FRF, Channel, read, read_uff, write_uff
+from clearance_mj.io.uff import DIRECTIONS
 
 from .uff_by_hand import (
     ROWS,

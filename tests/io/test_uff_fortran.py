@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.core.errors import RecordError
 from clearance_mj.universal.fields import read_real
 
 from .uff_by_hand import by_hand
@@ -61,7 +60,7 @@ def test_more_numbers_than_the_header_says_are_refused(write):
     (tip,) = cm.read(write(by_hand(body, count=10)))
     np.testing.assert_array_equal(tip.value, np.arange(1.0, 11))
     body[1] = body[1].replace("0.00000E+00", "9.00000E+09")
-    with pytest.raises(RecordError, match="data set 1: holds 12 numbers, 10 samples need 10"):
+    with pytest.raises(cm.RecordError, match="data set 1: holds 12 numbers, 10 samples need 10"):
         cm.read(write(by_hand(body, count=10)))
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from clearance_mj.core.errors import RecordError
-from clearance_mj.io.uff import FileWarning, read_geometry, write_uff
-from clearance_mj.structure.geometry import CoordinateSystem, Element, Geometry
+from clearance_mj import Geometry, RecordError, write_uff
+from clearance_mj.io.uff import FileWarning, read_geometry
+from clearance_mj.structure.geometry import CoordinateSystem, Element
 
 from .uff_by_hand import units_by_hand
 

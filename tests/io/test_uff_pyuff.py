@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import pyuff
 
-from clearance_mj.core.errors import RecordError
-from clearance_mj.io.uff import DIRECTIONS, read_uff, scan_uff, write_uff
-from clearance_mj.signals.references import join_references
+from clearance_mj import RecordError, read_uff, write_uff
+from clearance_mj.io.uff import DIRECTIONS, scan_uff
+from clearance_mj.signals import join_references
 
 from .uff_by_hand import RNG, channels, frf
 

@@ -7,9 +7,10 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from clearance_mj.core.errors import RecordError
-from clearance_mj.io.uff import Channel, read_uff, scan_uff, write_uff
+from clearance_mj import Channel, RecordError, read_uff, write_uff
+from clearance_mj.io.uff import scan_uff
 
+from .refusals import assert_refused
 from .uff_by_hand import ROWS, assert_same_channels, by_hand, channels, frf, units_by_hand
 
 # Refusals
@@ -70,16 +71,14 @@ def test_refused_in_one_line_that_names_file_and_data_set(write, data, parts):
 def test_non_finite_sample_is_refused_with_its_place(write, spacing):
     rows = ["".join(f"{v:>13}" for v in ("0.0", "1.0", "0.1", "NaN", "0.2", "3.0"))]
     path = write(by_hand(rows, spacing=spacing, count=6 if spacing else 3))
-    with pytest.raises(RecordError, match=r"data set 1: sample \d is not a finite number"):
-        read_uff(path)
+    assert_refused(r"data set 1: sample \d is not a finite number", read_uff, path)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_non_finite_binary_sample(write, good, bad):
     position = good.find(b"    -1\n    -1\n    58b", good.find(b"    58b"))  # the end of the first function
     data = good[: position - 4] + np.float32(bad).tobytes() + good[position:]
-    with pytest.raises(RecordError, match="data set 3: sample 63 is not a finite number"):
-        read_uff(write(data))
+    assert_refused("data set 3: sample 63 is not a finite number", read_uff, write(data))
 
 
 @pytest.mark.parametrize("end", [5, 90, 700, 1300, 1700, 2000, -1, -7, -8, -100])
@@ -132,8 +131,7 @@ def test_samples_beyond_single_precision(tmp_path):
     ({"fs": np.inf}, "fs must be > 0 Hz"), ({"start": np.nan}, "start finite"),
 ])  # fmt: skip
 def test_impossible_channels(changes, part):
-    with pytest.raises(RecordError, match=part):
-        dataclasses.replace(channels()[0], **changes)
+    assert_refused(part, dataclasses.replace, channels()[0], **changes)
 
 
 @pytest.mark.parametrize("changes, part", [
@@ -145,6 +143,5 @@ def test_impossible_channels(changes, part):
     ({"coherence": np.where(np.arange(430) < 1, np.nan, np.ones((3, 430)))}, r"coherence 1:\+Z: sample 0 is not"),
 ])  # fmt: skip
 def test_frfs_that_the_format_cannot_hold(tmp_path, changes, part):
-    with pytest.raises(RecordError, match=part):
-        write_uff(tmp_path / "h.uff", dataclasses.replace(frf(), **changes))
+    assert_refused(part, write_uff, tmp_path / "h.uff", dataclasses.replace(frf(), **changes))
     assert not list(tmp_path.iterdir())

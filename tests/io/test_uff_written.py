@@ -14,14 +14,8 @@ import pytest
 import pyuff
 
 import clearance_mj as cm
-from clearance_mj.io.channels import Channel
 from clearance_mj.io.contents import FileContents
-from clearance_mj.io.uff import write_uff
-from clearance_mj.signals.ema import Modes
-from clearance_mj.signals.frf import FRF
-from clearance_mj.signals.references import join_references
-from clearance_mj.signals.spectra import Spectra
-from clearance_mj.structure.geometry import Geometry
+from clearance_mj.signals import Modes, join_references
 from tests.fuzz import samples_uff
 
 from .uff_by_hand import RNG, channels, frf
@@ -31,14 +25,14 @@ LINES = np.arange(1.0, 33.0)
 
 def spectra(kind, factor=1.0, lines=LINES, **labels):
     value = factor * (RNG.random((2, lines.size)) + 0.1)
-    return Spectra(kind, lines, value, ("3:+Z", "4:-X"), **labels)
+    return cm.Spectra(kind, lines, value, ("3:+Z", "4:-X"), **labels)
 
 
 def unknown_frf():
     return dataclasses.replace(frf(), quantity="unknown/force", unit_label="Pa/N", references=("0:S",))
 
 
-MIC = Channel("mic", 0, "S", "unknown", np.arange(8.0), 100.0, unit="Pa")
+MIC = cm.Channel("mic", 0, "S", "unknown", np.arange(8.0), 100.0, unit="Pa")
 MODES = Modes([9.5, 40.0], [0.01, 0.02], RNG.random((3, 2)) * (1 + 0.1j), ("1:+Z", "2:+Y", "8:+X"))
 TO_TWO = join_references([frf(coherence=False), dataclasses.replace(frf(coherence=False), references=("5:-Y",))])
 WRITTEN = {
@@ -53,7 +47,7 @@ WRITTEN = {
     "densities over uneven lines": spectra("power spectral density", lines=np.geomspace(1, 99, 7)),
     "geometry": samples_uff.geometry(),
     "modes": MODES,
-    "several": FileContents((MIC,), (TO_TWO,), (spectra("coherence"),), (MODES,), Geometry((1,), [(1, 0, 0)])),
+    "several": FileContents((MIC,), (TO_TWO,), (spectra("coherence"),), (MODES,), cm.Geometry((1,), [(1, 0, 0)])),
 }
 everything = pytest.mark.parametrize("name", WRITTEN)
 
@@ -63,9 +57,9 @@ def rows(obj):
     for part in obj.parts.values() if isinstance(obj, FileContents) else [obj]:
         if isinstance(part, list):
             yield from ((None, channel.value) for channel in part)
-        elif isinstance(part, Spectra):
+        elif isinstance(part, cm.Spectra):
             yield from ((part.abscissa, value) for value in part.value)
-        elif isinstance(part, FRF):
+        elif isinstance(part, cm.FRF):
             for one in map(part.to_reference, part.references):
                 yield from ((one.frequency, value) for value in one.functions)
                 coherences = () if one.coherence is None else one.coherence[:, 0]
@@ -75,7 +69,7 @@ def rows(obj):
 @everything
 def test_pyuff_reads_it(tmp_path, name):
     obj = WRITTEN[name]
-    write_uff(tmp_path / "a.uff", obj)
+    cm.write_uff(tmp_path / "a.uff", obj)
     sets = pyuff.UFF(str(tmp_path / "a.uff")).read_sets()
     functions, expected = [one for one in sets if one["type"] == 58], [*rows(obj)]
     assert len(functions) == len(expected)
@@ -85,7 +79,7 @@ def test_pyuff_reads_it(tmp_path, name):
     nodes = [one for one in sets if one["type"] in (15, 2411)]
     modes = [one for one in sets if one["type"] == 55]
     for part in obj.parts.values() if isinstance(obj, FileContents) else [obj]:
-        if isinstance(part, Geometry):
+        if isinstance(part, cm.Geometry):
             np.testing.assert_array_equal([nodes[0][axis] for axis in "xyz"], part.position.T)
             elements = [one for one in sets if one["type"] == 2412]
             assert [sum(len(v) for k, v in one.items() if isinstance(k, int)) for one in elements] == (
@@ -147,7 +141,7 @@ def elements(body):
 
 @everything
 def test_ufffiles_reads_it(tmp_path, name):
-    write_uff(tmp_path / "a.uff", WRITTEN[name])
+    cm.write_uff(tmp_path / "a.uff", WRITTEN[name])
     found = walk((tmp_path / "a.uff").read_bytes())
     theirs = pyuff.UFF(str(tmp_path / "a.uff")).read_sets()
     assert [int(kind.rstrip("b")) for kind in found] == [one["type"] for one in theirs]
@@ -158,15 +152,15 @@ def test_ufffiles_reads_it(tmp_path, name):
 def test_it_comes_back(tmp_path, name):
     """Every number; records in single precision, modes with six digits."""
     sent = WRITTEN[name]
-    write_uff(tmp_path / "a.uff", sent)
+    cm.write_uff(tmp_path / "a.uff", sent)
     got = cm.read(tmp_path / "a.uff")
     if isinstance(sent, list):
         assert [(c.name, c.label, c.quantity, c.unit) for c in got] == [
             (c.name, c.label, c.quantity, c.unit) for c in sent
         ]
-    elif isinstance(sent, FRF | Geometry):
+    elif isinstance(sent, cm.FRF | cm.Geometry):
         assert got == sent
-    elif isinstance(sent, Spectra):
+    elif isinstance(sent, cm.Spectra):
         np.testing.assert_array_equal(got.value, sent.value)
         assert (got.kind, got.responses, got.references) == (sent.kind, sent.responses, sent.references)
     elif isinstance(sent, FileContents):

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from clearance_mj.io.uff import Channel
-from clearance_mj.signals.frf import FRF
+from clearance_mj import FRF, Channel
 
 RNG = np.random.default_rng(20261120)
 

@@ -6,52 +6,45 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
-from clearance_mj.clearance.law import ConstantLaw
+import clearance_mj as cm
 from clearance_mj.estimate import Estimates, Parameter
-from clearance_mj.io.dataset import Dataset, Record
-from clearance_mj.io.uff import Channel
-from clearance_mj.model import Model
 from clearance_mj.report import write_report
-from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
-from clearance_mj.signals.comparison import Comparison
-from clearance_mj.signals.correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
-from clearance_mj.signals.frf import FRF
-from clearance_mj.signals.frf_error import random_db
-from clearance_mj.study import IdentifiedModel, StudyCase
+from clearance_mj.signals import random_db
+from clearance_mj.signals.correlation import csac_per_sensor, csf_per_sensor
+from clearance_mj.study import Case, IdentifiedModel
 from clearance_mj.study.periodic import PeriodicVibrations
 from tests import studies
 from tests.store import kept
 from tests.studies import study_of
 
 FREQUENCY = np.arange(5.0, 220.5, 0.5)
-BUSHING = {"gap": 3e-4, "length": 0.012, "grease": Grease(4000.0, 3.0), "contact": Contact(7.8e3, 4.0)}
-RIG = Rig(
+BUSHING = {"gap": 3e-4, "length": 0.012, "grease": cm.Grease(4000.0, 3.0), "contact": cm.Contact(7.8e3, 4.0)}
+RIG = cm.Rig(
     name="small <rig>",
-    beam=Beam(1.0, 210e9, 7850.0, diameter=0.0086),
-    bushings=(Bushing(0.6, **BUSHING),),
-    sensors=(Sensor(1, 0.3), Sensor(2, 0.6), Sensor(3, 1.0)),
-    masses=(PointMass(1.0, 0.4, "boss"),),
+    beam=cm.Beam(1.0, 210e9, 7850.0, diameter=0.0086),
+    bushings=(cm.Bushing(0.6, **BUSHING),),
+    sensors=(cm.Sensor(1, 0.3), cm.Sensor(2, 0.6), cm.Sensor(3, 1.0)),
+    masses=(cm.PointMass(1.0, 0.4, "boss"),),
 )
 MODES, DAMPING = np.array([9.0, 40.0, 93.0, 188.0]), 0.02
 SHAPES = np.array([[0.3, 0.7, 1.0], [0.9, 0.6, -1.0], [-0.8, 1.0, 0.9], [1.0, -0.4, 0.7]])
 N, FS = 512, 512.0
 
 
-def frf(shift=1.0, scale=1.0) -> FRF:
+def frf(shift=1.0, scale=1.0) -> cm.FRF:
     """Base acceleration to absolute acceleration: H = 1 + ω² Σ φ/(ω_n² - ω² + 2jζω_nω)."""
     terms = [
         np.outer(shape, FREQUENCY**2 / ((f * shift) ** 2 - FREQUENCY**2 + 2j * DAMPING * f * shift * FREQUENCY))
         for f, shape in zip(MODES, SHAPES)
     ]
-    return FRF(FREQUENCY, scale * (1 + sum(terms)), np.full((3, FREQUENCY.size), 0.9), averages=20.0)
+    return cm.FRF(FREQUENCY, scale * (1 + sum(terms)), np.full((3, FREQUENCY.size), 0.9), averages=20.0)
 
 
-def compared(test, model, test_shift, model_shift) -> Comparison:
+def compared(test, model, test_shift, model_shift) -> cm.Comparison:
     """What `compare` returns, with the modes as they are known: looking for them takes a second."""
     t, m = test.functions, model.functions
     variants = csac_per_sensor(t, m), csf_per_sensor(t, m)
-    per_sensor = {"sensor": test.responses, "mre": mre(t, m), "rmse_db": rmse_db(t, m), "frac": frac(t, m)}
+    per_sensor = {"sensor": test.responses, "mre": cm.mre(t, m), "rmse_db": cm.rmse_db(t, m), "frac": cm.frac(t, m)}
     per_sensor |= {"csac": variants[0].mean(axis=1), "csf": variants[1].mean(axis=1)}
     per_sensor["random_db"] = np.sqrt(np.mean(random_db(test)[:, 0] ** 2, axis=1))
     per_mode = {
@@ -59,15 +52,15 @@ def compared(test, model, test_shift, model_shift) -> Comparison:
         "relative_error": np.full(4, abs(model_shift / test_shift - 1)), "mac": np.array([0.99, 0.98, 0.97, 0.96]),
         "test_damping": np.full(4, DAMPING), "model_damping": np.full(4, DAMPING),
     }  # fmt: skip
-    return Comparison(FREQUENCY, csac(t, m), csf(t, m), *variants, per_sensor, per_mode)
+    return cm.Comparison(FREQUENCY, cm.csac(t, m), cm.csf(t, m), *variants, per_sensor, per_mode)
 
 
-def record(name, role, level=None, seed=1, source="synthetic: virtual test rig, not measured") -> Record:
+def record(name, role, level=None, seed=1, source="synthetic: virtual test rig, not measured") -> cm.Record:
     noise = np.random.default_rng(seed).standard_normal
-    channels = [Channel(f"acceleration {node}", node, "+Z", "acceleration", noise(N), FS) for node in (1, 2, 3, 100)]
-    channels.append(Channel("probe 2", 2, "+Z", "displacement", 1e-4 * noise(N), FS))
+    channels = [cm.Channel(f"acceleration {node}", node, "+Z", "acceleration", noise(N), FS) for node in (1, 2, 3, 100)]
+    channels.append(cm.Channel("probe 2", 2, "+Z", "displacement", 1e-4 * noise(N), FS))
     provenance = {"source": source, "command": "python -m experiments.testrig"}
-    return Record(name, role, RIG, FS, channels, "base", "random & loud", level, seed, (5.0, 220.0), provenance)
+    return cm.Record(name, role, RIG, FS, channels, "base", "random & loud", level, seed, (5.0, 220.0), provenance)
 
 
 def statistics(level, step):
@@ -80,7 +73,7 @@ def statistics(level, step):
     }
 
 
-LAW = ConstantLaw(8.1e3, 4.0)
+LAW = cm.ConstantLaw(8.1e3, 4.0)
 
 
 @cache
@@ -88,11 +81,11 @@ def under_sines() -> PeriodicVibrations:
     """Of the fitted law, with few harmonics and frequencies: it folds at 4 m/s²."""
     levels, settings = (1.0, 4.0), {"n_harmonics": 9}
     branches = tuple(
-        periodic.follow_response(Model(RIG, LAW), v, (5.0, 90.0), stability=False, **settings) for v in levels
+        cm.periodic.follow_response(cm.Model(RIG, LAW), v, (5.0, 90.0), stability=False, **settings) for v in levels
     )
     of_map = levels, np.linspace(5.0, 90.0, 86)
     return PeriodicVibrations(
-        "constant", branches, periodic.map_rattle(Model(RIG, LAW), *of_map, workers=1, **settings), ""
+        "constant", branches, cm.periodic.map_rattle(cm.Model(RIG, LAW), *of_map, workers=1, **settings), ""
     )
 
 
@@ -107,12 +100,12 @@ def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test ri
         if level in floors:
             first, second = shift, shift * 1.002
             floor[level] = compared(frf(first), frf(second), first, second)
-    dataset, tests = Dataset(RIG, tuple(records)), {name: frf(shift) for name, shift in shifts.items()}
+    dataset, tests = cm.Dataset(RIG, tuple(records)), {name: frf(shift) for name, shift in shifts.items()}
     fitted = Parameter("contact stiffness", "N/m", 8e3, 1.0, 1e6), Parameter("grease damping", "N s/m", 2.0, 0.1, 1e2)
     parameters = Estimates.of(fitted, np.array([8.1e3, 2.5]), np.diag([0.05**2, 0.2**2])).rows()
     laws = (
-        IdentifiedModel("nominal", Model(RIG, ConstantLaw(7.8e3, 4.0)), "rig file only"),
-        IdentifiedModel("constant", Model(RIG, LAW), "rig file and the records to identify", parameters=parameters),
+        IdentifiedModel("nominal", cm.Model(RIG, cm.ConstantLaw(7.8e3, 4.0)), "rig file only"),
+        IdentifiedModel("constant", cm.Model(RIG, LAW), "rig file and the records to identify", parameters=parameters),
     )
     cases = []
     for law, shift in (("nominal", 1.0), ("constant", 0.955 + offset)):

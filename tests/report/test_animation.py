@@ -9,7 +9,6 @@ import pytest
 from PIL import Image
 
 import clearance_mj as cm
-from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.report import animation
 from clearance_mj.report.clip import clip as cut
 from clearance_mj.report.deflection import deflection
@@ -87,7 +86,7 @@ def test_a_shaft_without_clearance_forces_hangs_as_a_cantilever_in_steady_accele
 
 def test_a_test_record_is_refused():
     record = cm.Response(FS, np.zeros(8), np.zeros((8, 8)), np.zeros((2, 8)))
-    with pytest.raises(RecordError, match="which only simulated"):
+    with pytest.raises(cm.RecordError, match="which only simulated"):
         deflection(RIG, record, [0.5])
 
 
@@ -107,7 +106,7 @@ def test_the_strongest_contact_is_in_the_middle(response):
     ({"exaggeration": 1e-308}, r"exaggeration 1e-308: must be [\d.]+ to \d+"),
 ])  # fmt: skip
 def test_what_cannot_be_shown_is_refused(response, change, words):
-    with pytest.raises(ClearanceError, match=words):
+    with pytest.raises(cm.ClearanceError, match=words):
         cut(RIG, response, **{"seconds": 0.02, "slow": 20.0} | change)
 
 
@@ -190,18 +189,18 @@ def test_without_gl_matplotlib_draws_and_says_so(shown, tmp_path, monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "nonsense")
     assert "nonsense" in animation.write(shown, tmp_path / "a.gif", "auto", progress=False)
     assert (tmp_path / "a.gif").read_bytes()[:6] == b"GIF89a"
-    with pytest.raises(ClearanceError, match=r"nonsense.*renderer matplotlib needs none"):
+    with pytest.raises(cm.ClearanceError, match=r"nonsense.*renderer matplotlib needs none"):
         animation.write(shown, tmp_path / "b.gif", "mujoco", progress=False)
     assert not (tmp_path / "b.gif").exists()
 
 
 def test_mp4_needs_ffmpeg_and_other_files_are_refused(shown, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(ClearanceError, match="needs the program ffmpeg"):
+    with pytest.raises(cm.ClearanceError, match="needs the program ffmpeg"):
         animation.write(shown, tmp_path / "a.mp4", "matplotlib", progress=False)
-    with pytest.raises(ClearanceError, match=r"\.gif or \.mp4"):
+    with pytest.raises(cm.ClearanceError, match=r"\.gif or \.mp4"):
         animation.write(shown, tmp_path / "a.avi", "matplotlib", progress=False)
-    with pytest.raises(ClearanceError, match="renderer"):
+    with pytest.raises(cm.ClearanceError, match="renderer"):
         animation.write(shown, tmp_path / "a.gif", "crayon", progress=False)
 
 
@@ -211,7 +210,7 @@ def test_ffmpeg_that_fails_leaves_the_old_file_and_its_complaint(shown, tmp_path
     program.chmod(program.stat().st_mode | stat.S_IEXEC)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
     (tmp_path / "a.mp4").write_bytes(b"old")
-    with pytest.raises(ClearanceError, match="no codec"):
+    with pytest.raises(cm.ClearanceError, match="no codec"):
         animation.write(shown, tmp_path / "a.mp4", "matplotlib", progress=False)
     assert (tmp_path / "a.mp4").read_bytes() == b"old"
 

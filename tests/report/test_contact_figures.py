@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from clearance_mj.clearance import TimeLaw
+from clearance_mj import TimeLaw
 from clearance_mj.identify.laws.contact_over_time import ContactParameters
 from clearance_mj.report import contact as draw
 from clearance_mj.signals.wavelet import ridge, scalogram

@@ -9,12 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from clearance_mj import Dataset, Model, Plate
 from clearance_mj.core.cache import ResultCache
-from clearance_mj.io.dataset import Dataset
-from clearance_mj.model import Model
+from clearance_mj.report import ReportWriter
 from clearance_mj.report.sections.loudness import loudness
-from clearance_mj.report.writer import ReportWriter
-from clearance_mj.rig import Plate
 from clearance_mj.sound import Sound, radiate, read_wav
 from clearance_mj.sound import loudness as loudness_of
 from clearance_mj.study import IdentifiedModel

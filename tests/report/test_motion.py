@@ -9,7 +9,6 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.cli import main
-from clearance_mj.core.errors import RecordError
 from clearance_mj.core.output_folder import WORK
 from clearance_mj.report import figures, motion, style, waterfall
 
@@ -54,9 +53,9 @@ def test_turning_points_are_where_the_velocity_is_zero():
 
 
 def test_what_has_no_displacements_or_no_period_is_refused():
-    with pytest.raises(RecordError, match="no displacements"):
+    with pytest.raises(cm.RecordError, match="no displacements"):
         motion.turning_points(cm.Response(FS, TIME, np.zeros((8, TIME.size))), 0)
-    with pytest.raises(RecordError, match=r"no period of 0\.1 Hz"):
+    with pytest.raises(cm.RecordError, match=r"no period of 0\.1 Hz"):
         motion.stroboscopic(swinging(1), 0.1)
 
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from clearance_mj.identify.registry import Identified
-from clearance_mj.io.dataset import Dataset
-from clearance_mj.model import Model
-from clearance_mj.report.rattling import rattling_section
-from clearance_mj.report.writer import ReportWriter
+from clearance_mj import Dataset, Model
+from clearance_mj.identify import Identified
+from clearance_mj.report import ReportWriter
+from clearance_mj.report.rattling import rattling
 
 from ..conftest import record_of
 

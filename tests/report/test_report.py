@@ -9,10 +9,9 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from clearance_mj.report import html, section, write_report, writer
-from clearance_mj.report.sections import SECTIONS, registered_sections
+from clearance_mj.report import ReportWriter, html, registered_sections, section, write_report, writer
+from clearance_mj.report.sections import SECTIONS
 from clearance_mj.report.style import Drawing
-from clearance_mj.report.writer import ReportWriter
 
 from .conftest import changed
 

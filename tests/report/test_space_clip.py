@@ -5,8 +5,6 @@ import pytest
 from PIL import Image
 
 import clearance_mj as cm
-from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
-from clearance_mj.core.errors import ClearanceError
 from clearance_mj.report.animation import write
 from clearance_mj.report.clip import clip
 from clearance_mj.report.deflection import deflection
@@ -18,7 +16,7 @@ from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
 FS = 4096.0
 # A gap of 1 m: nothing but a place that is recorded.
-WATCHED = Bushing(0.35, 1.0, 0.0, Grease(0.0), Contact(1.0), shape="round")
+WATCHED = cm.Bushing(0.35, 1.0, 0.0, cm.Grease(0.0), cm.Contact(1.0), shape="round")
 
 
 def rotor(*bushings, spin=None):
@@ -26,14 +24,14 @@ def rotor(*bushings, spin=None):
     supports = Support(0.0, "pinned"), Support(1.0, "pinned")
     disc = Disc(0.35, 3.0, 0.01, polar_inertia=0.02)
     shaft = Shaft((Section(1.0, (0.02, 0.02)),), supports, (disc,), Material(2.1e11, 7800.0), (4.0, 1e-6))
-    return Rig(
-        "rotor", None, bushings, (Sensor(1, 0.35),), structure=shaft, gravity=(0.0, 0.0, -9.81),
+    return cm.Rig(
+        "rotor", None, bushings, (cm.Sensor(1, 0.35),), structure=shaft, gravity=(0.0, 0.0, -9.81),
         spin=spin or Spin(140.0, 40.0, 160.0), unbalances=(Unbalance(0.35, 3e-4, 0.7),),
     )  # fmt: skip
 
 
-RUBBED = Bushing(
-    0.6, 2e-4, 0.02, Grease(1e3, 5.0), Contact(2e5, 50.0), offset=1e-4, friction=Friction(0.05), shape="round"
+RUBBED = cm.Bushing(
+    0.6, 2e-4, 0.02, cm.Grease(1e3, 5.0), cm.Contact(2e5, 50.0), offset=1e-4, friction=Friction(0.05), shape="round"
 )
 
 
@@ -79,7 +77,7 @@ def test_a_clip_is_cut_as_asked(simulated):
     np.testing.assert_allclose(shown.trace[0, 0], np.hypot(*response.contact_force[:, first]))
     turned = rig.spin.angle_at(shown.time)
     np.testing.assert_allclose(shown.angle, turned, atol=1e-3)
-    with pytest.raises(ClearanceError, match="exaggeration 1e"):
+    with pytest.raises(cm.ClearanceError, match="exaggeration 1e"):
         clip(rig, response, exaggeration=1e9)
 
 
@@ -101,7 +99,7 @@ def test_a_picture_shows_shaft_tube_and_trail_where_they_are(simulated):
     height = np.nanmax(rings[1]) - middle[1]
     assert height == pytest.approx((200.0 * 2e-4 + 0.01) * np.cos(np.radians(14.0)), rel=0.2)
     assert "200 times larger" in stage.above.get_title("right")
-    with pytest.raises(ClearanceError, match="renderer mujoco draws planar rigs"):
+    with pytest.raises(cm.ClearanceError, match="renderer mujoco draws planar rigs"):
         write(shown, "whirl.gif", "mujoco")
 
 

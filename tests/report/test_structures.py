@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from matplotlib.patches import Polygon
 
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.core.errors import ClearanceError
-from clearance_mj.engines import simulate
+from clearance_mj import ClearanceError, ConstantLaw, Grease, Shaker, simulate
 from clearance_mj.report import animation
 from clearance_mj.report.clip import clip
 from clearance_mj.report.deflection import deflection
 from clearance_mj.report.figures import rig_drawing
 from clearance_mj.report.outline import outline
 from clearance_mj.report.scene import Scene
-from clearance_mj.rig import AppliedForce, Grease, Shaker
+from clearance_mj.rig import AppliedForce
 from clearance_mj.signals.excitation import random
 from clearance_mj.structure import Spring
 

@@ -7,10 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from clearance_mj.model import Model
-from clearance_mj.report import frames, tables
-from clearance_mj.report.sections import bushings, modes_and_sensors, registered_sections, summary
-from clearance_mj.report.writer import ReportWriter
+from clearance_mj import Model
+from clearance_mj.report import ReportWriter, frames, registered_sections, tables
+from clearance_mj.report.sections import bushings, modes_and_sensors, summary
 
 from .conftest import changed
 
