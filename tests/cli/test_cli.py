@@ -47,9 +47,7 @@ def test_damaged_dataset(small_dataset, tmp_path, damage, refused):
     shutil.copytree(small_dataset, data)
     DAMAGE[damage](data)
     message = refused("study", data, "--out", out)
-    assert str(data) in message
-    assert NAMED.get(damage, "") in message
-    assert not out.exists()
+    assert str(data) in message and NAMED.get(damage, "") in message and not out.exists()
 
 
 def test_record_shorter_than_one_segment(rig, tmp_path, refused):
@@ -166,8 +164,7 @@ def test_commands_are_listed_once_by_task(capsys):
         main(["--help"])
     said = capsys.readouterr().out
     assert "\nidentify from records:\n  identify " in said and "\nshafts that turn:\n  campbell " in said
-    listed = re.findall(r"^  ([a-z][a-z-]*) +\S", said, re.MULTILINE)
-    assert sorted(listed) == sorted(names())
+    assert sorted(re.findall(r"^  ([a-z][a-z-]*) +\S", said, re.MULTILINE)) == sorted(names())
 
 
 def test_the_command_studies_what_the_library_does(capsys):

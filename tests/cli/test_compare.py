@@ -40,8 +40,7 @@ def disguised(frf):
 def test_the_same_structure_from_another_place(tmp_path, measured, suffix, answer):
     formats.write(tmp_path / f"model{suffix}", disguised(structure(np.arange(2.0, 150.0, 0.25))))
     got = answer("compare", "--modes", 3, measured, tmp_path / f"model{suffix}")
-    assert got["rmse_db"] == pytest.approx(0, abs=1e-8)
-    assert got["frac"] == pytest.approx(1, abs=1e-9)
+    assert (got["rmse_db"], got["frac"]) == (pytest.approx(0, abs=1e-8), pytest.approx(1, abs=1e-9))
     assert (got["csac"], got["csf"], got["mac"]) == pytest.approx((1, 1, 1), abs=1e-9)
     assert (got["quantity"], got["lines"], got["band"]) == ("acceleration/force", 230, [5, 119.5])
     assert (got["only_test"], got["only_model"]) == ([], ["9:+X"])
@@ -73,8 +72,7 @@ def test_columns_and_units_by_a_map(tmp_path, measured, answer):
     """The bench's table in g per kN."""
     frf = structure(np.arange(5.0, 120.0, 0.5))
     parts = [frf.frequency, *(p / 9.80665 * 1e3 for v in frf.functions for p in (np.abs(v),))]
-    phases = [np.degrees(np.angle(v)) for v in frf.functions]
-    table = np.stack([*parts, *phases], axis=1)
+    table = np.stack([*parts, *[np.degrees(np.angle(v)) for v in frf.functions]], axis=1)
     np.savetxt(tmp_path / "m.csv", table, "%.17g", ",", header="f,m1,m2,m3,p1,p2,p3", comments="")
     columns = ["f=frequency"]
     for i in (1, 2, 3):
@@ -101,8 +99,7 @@ def test_folder_of_figures_and_numbers(capsys, tmp_path, measured):
     page = (out / "comparison.html").read_text(encoding="utf-8")
     assert all(f'id="figure-{name}"' in page for name in ("frf_1", "correlation", "sensors", "mac"))
     assert page.count('<script type="application/json">') == 2, "FRFs and agreement over frequency"
-    assert page.count('class="note"') == len(written["notes"])
-    assert len(written["notes"]) == 4
+    assert page.count('class="note"') == len(written["notes"]) and len(written["notes"]) == 4
 
 
 def test_bad_input(tmp_path, measured, small_dataset, monkeypatch, refused):
@@ -127,13 +124,10 @@ def test_bad_input(tmp_path, measured, small_dataset, monkeypatch, refused):
         (measured, "--band", "500", "600"): "no line between 500 and 600 Hz",
         (measured, "--modes", "-1"): "n_modes must be >= 1",
         (measured, "--out", "file"): "is a file; give a folder",
-        (
-            measured,
-            "--model-column",
-            "a=b",
-        ): "names of columns are for CSV, Excel, HDF5, LVM, MATLAB, MDF, NetCDF, TDMS files",
+        (measured, "--model-column",
+         "a=b"): "names of columns are for CSV, Excel, HDF5, LVM, MATLAB, MDF, NetCDF, TDMS files",
         (measured, "--test-column", "a"): '--test-column "a": needs HEADER=CHANNEL',
-    }
+    }  # fmt: skip
     for (model, *options), part in cases.items():
         assert part in refused("compare", measured, model, *options), model
 
@@ -156,12 +150,8 @@ def test_one_common_response(capsys, tmp_path, measured, answer):
     said = capsys.readouterr().out
     assert "CSAC undefined, CSF 0.8" in said and "MAC undefined" in said
     assert {p.name for p in out.iterdir()} - {WORK} == {
-        "frf_1.png",
-        "correlation.png",
-        "sensors.png",
-        "comparison.json",
-        "comparison.html",
-    }
+        "frf_1.png", "correlation.png", "sensors.png", "comparison.json", "comparison.html",
+    }  # fmt: skip
 
 
 def test_one_common_line(capsys, tmp_path, measured, answer):

@@ -44,8 +44,7 @@ def columns(record):
 @pytest.mark.parametrize("suffix", [".uff", ".csv", ".mat", ".nc", ".h5"])
 def test_a_bench_file_in_every_format(tmp_path, bench, columns, record, suffix, answer):
     out = tmp_path / f"out{suffix}"
-    said = answer("convert", bench, out, *columns)
-    assert said["holds"] == f"11 channels, {record.size} samples at 2048 Hz"
+    assert answer("convert", bench, out, *columns)["holds"] == f"11 channels, {record.size} samples at 2048 Hz"
     for got, sent in zip(formats.read_channels(out), record.channels, strict=True):
         assert (got.label, got.quantity, got.fs) == (sent.label, sent.quantity, sent.fs)
         scale = np.abs(sent.value).max()
@@ -81,8 +80,7 @@ def test_frfs_of_any_two_channels_without_a_rig(tmp_path, rng, answer):
         "rail=base [m/s2]", "--column", "seat=acc:1 [m/s2]")  # fmt: skip
     assert said["holds"] == "1 FRFs, acceleration/acceleration to 100:+Z, 96 lines"
     frf = formats.read_frf(tmp_path / "frf.csv")
-    expected = 2 * np.exp(-2j * np.pi * frf.frequency * 2 / fs)
-    np.testing.assert_allclose(frf.functions[0], expected, rtol=0.02)
+    np.testing.assert_allclose(frf.functions[0], 2 * np.exp(-2j * np.pi * frf.frequency * 2 / fs), rtol=0.02)
 
 
 def test_a_simulated_response(capsys, tmp_path, record, rig, answer):
@@ -137,8 +135,7 @@ def test_a_dataset_out_of_single_files(tmp_path, bench, columns, record, answer,
     ]
     assert said["levels"] == [dataset.records[1].level]
     assert dataset.records[1].level == pytest.approx(np.std(record.excitation().value), rel=5e-3)
-    first = dataset.records[0].response()
-    np.testing.assert_allclose(first.acceleration, record.response().acceleration, atol=1e-5)
+    np.testing.assert_allclose(dataset.records[0].response().acceleration, record.response().acceleration, atol=1e-5)
     before = (folder / "dataset.toml").read_text()
     assert 'record name "level_2" is used twice' in refused("convert", uff, folder)
     assert (folder / "dataset.toml").read_text() == before
@@ -200,8 +197,7 @@ def test_orbits_of_a_run_up_out_of_a_csv(tmp_path, answer, refused):
     angle = 2 * np.pi * (5.0 * time + 2.5 * time**2 / 2)  # 5 to 15 Hz in 4 s
     probes = 20.0 * np.array((np.cos(angle), np.sin(angle)))  # µm
     rows = np.column_stack((time, *probes, -24.0 + 12.0 * (angle / np.pi % 1.0 < 0.2)))
-    head = "t,Probe Y [um],Probe Z [um],KP [V]"
-    np.savetxt(tmp_path / "run.csv", rows, "%.9g", ",", header=head, comments="")
+    np.savetxt(tmp_path / "run.csv", rows, "%.9g", ",", header="t,Probe Y [um],Probe Z [um],KP [V]", comments="")
     given = ["convert", tmp_path / "run.csv", tmp_path / "machine", "--rig", ROOT / "models" / "rotor.toml"]
     for name in ("Probe Y=disp:2:+Y", "Probe Z=disp:2:+Z", "KP=keyphasor"):
         given += ["--column", name]

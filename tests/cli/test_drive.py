@@ -55,8 +55,7 @@ def test_a_map_and_what_is_skipped(logs, tmp_path, capsys):
     """Degrees and mN m in headers, a map, and the load's torque left out: the motor's side alone is looked at."""
     for path in logs:
         rows = np.loadtxt(path, delimiter=",", skiprows=1) * [1e3, 180 / np.pi, 1e3, 180 / np.pi, 1e3]
-        head = "t [ms],motor [deg],tau [mNm],joint [deg],load [mNm]"
-        np.savetxt(path, rows, "%.7f", ",", header=head, comments="")
+        np.savetxt(path, rows, "%.7f", ",", header="t [ms],motor [deg],tau [mNm],joint [deg],load [mNm]", comments="")
     (tmp_path / "map.toml").write_text(
         '[channels]\n"motor" = "motor_angle"\n"tau" = "-motor_torque"\n"joint [deg]" = "load_angle"\n"t" = "skip"\n'
     )

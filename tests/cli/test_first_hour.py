@@ -31,8 +31,7 @@ def logged(rms=2.0, seed=2, seconds=6):
 
 def said(capsys, *arguments):
     """Status and everything that was printed."""
-    status = main([str(argument) for argument in arguments])
-    return status, "".join(capsys.readouterr())
+    return main([str(argument) for argument in arguments]), "".join(capsys.readouterr())
 
 
 @pytest.fixture
@@ -59,8 +58,7 @@ def test_every_command_says_the_next(folder, capsys):
     found = cm.ChannelMap.load(folder / "map.toml")
     assert dict(found.channels) == {"Plate": "base", "A2": "acc:2", "A4": "acc:4:-Z", "A1": "acc:1", "A3": "acc:3"}
     status, text = said(capsys, *following)
-    assert status == 0
-    assert "next: clearance-mj identify bench" in text
+    assert status == 0 and "next: clearance-mj identify bench" in text
     records = cm.Dataset.load("bench").records
     assert [record.name for record in records] == ["run_0.5", "run_2.0"]
     tip = {c.node: c.value for c in cm.read(runs[0])[2:3]}
@@ -87,10 +85,8 @@ def test_what_goes_wrong_is_said(folder, capsys, change, message):
 
 def test_names_that_differ_between_files_are_said(folder, capsys):
     channels = logged()
-    paths = (
-        write(folder, "a", channels),
-        write(folder, "b", [dataclasses.replace(channels[0], name="Base"), *channels[1:]]),
-    )
+    paths = (write(folder, "a", channels),
+             write(folder, "b", [dataclasses.replace(channels[0], name="Base"), *channels[1:]]))  # fmt: skip
     status, text = said(capsys, "map", *paths, "--rig", folder / "rig.toml", "--quiet")
     assert status == 2
     assert text.count("\n") == 1 and f'has no channel "Plate", which {paths[0]} has' in text
@@ -108,8 +104,7 @@ def test_an_undecided_channel_is_read_by_nobody(folder, capsys):
 @pytest.mark.parametrize("options, message", [(["--length", "620"], "620"), (["--gap", "5"], "gap")])
 def test_millimetres_in_the_rig_file_are_refused(tmp_path, capsys, options, message):
     status, text = said(capsys, "new", "b", "--out", tmp_path / "b.toml", *options)
-    assert status == 2
-    assert text.count("\n") == 1 and message in text
+    assert status == 2 and text.count("\n") == 1 and message in text
     assert not (tmp_path / "b.toml").exists()
 
 
@@ -117,8 +112,7 @@ def test_a_map_is_not_replaced_by_another(folder, capsys):
     path = write(folder, "run", logged())
     (folder / "map.toml").write_text('[channels]\nPlate = "base"  # mine\n', encoding="utf-8")
     status, text = said(capsys, "map", path, "--rig", folder / "rig.toml", "--out", folder / "map.toml", "--quiet")
-    assert status == 2
-    assert "is there and says otherwise" in text
+    assert status == 2 and "is there and says otherwise" in text
     assert "mine" in (folder / "map.toml").read_text(encoding="utf-8")
 
 
@@ -129,11 +123,9 @@ def test_the_page_runs_from_the_top(tmp_path, monkeypatch, capsys):
     for command in COMMANDS:
         status, text = said(capsys, *command)
         assert status == 0, text
-    found = cm.Model.load(tmp_path / "daq" / "found")
-    assert found.rig.bushings[0].gap == pytest.approx(TRUE_GAP, rel=0.05)
+    assert cm.Model.load(tmp_path / "daq" / "found").rig.bushings[0].gap == pytest.approx(TRUE_GAP, rel=0.05)
     shares = [cm.read(f"daq/{name}.nc").contact_share[0] for name in ("as_it_is", "half_the_gap")]
-    assert 0 < shares[0] < shares[1]
-    assert (tmp_path / "daq" / "study" / "report.html").exists()
+    assert 0 < shares[0] < shares[1] and (tmp_path / "daq" / "study" / "report.html").exists()
 
 
 @pytest.mark.slow

@@ -26,8 +26,7 @@ FIGURES_OVER_ALL = "contact_over_amplitude"
 def write_csv(path, record, digits="%.9g"):
     names = ["base" if c.node == 100 else f"{QUANTITIES[c.quantity]}:{c.node}" for c in record.channels]
     columns = np.column_stack([np.arange(record.size) / record.fs, *(c.value for c in record.channels)])
-    formats = ["%.7f", *[digits] * len(names)]
-    np.savetxt(path, columns, formats, ",", header=",".join(["time", *names]), comments="")
+    np.savetxt(path, columns, ["%.7f", *[digits] * len(names)], ",", header=",".join(["time", *names]), comments="")
     return path
 
 
@@ -62,8 +61,7 @@ def test_dataset_to_model_to_simulation(rig, tmp_path, capsys):
     result, said = run(capsys, dataset, "--method", "force-balance", "--figures", "svg", "--out", out)
     assert (said, result["warnings"]) == ("", [])
     model = Model.load(out)
-    assert model.rig == Dataset.load(dataset).rig
-    assert result["law"] == model.law.to_dict()
+    assert model.rig == Dataset.load(dataset).rig and result["law"] == model.law.to_dict()
     stored = json.loads((out / "law.json").read_text())["provenance"]
     ramp = dataset / "ramp.uff"
     assert stored["inputs"][str(ramp)] == hashlib.sha256(ramp.read_bytes()).hexdigest()
@@ -85,10 +83,8 @@ def test_dataset_to_model_to_simulation(rig, tmp_path, capsys):
 @pytest.fixture
 def seen():
     """Datasets that the method "known" is given, which returns the law of the simulation."""
-    parameters = (
-        Parameter("contact stiffness", "N/m", 6e3, 1.0, 1e6),
-        Parameter("contact damping", "N s/m", 12.0, 0.1, 100.0),
-    )
+    parameters = (Parameter("contact stiffness", "N/m", 6e3, 1.0, 1e6),
+                  Parameter("contact damping", "N s/m", 12.0, 0.1, 100.0))  # fmt: skip
     estimates, datasets = Estimates(parameters, np.array([6e3, 12.0]), np.array([0.01, np.inf]), np.eye(2)), []
 
     @register("known", "all", lambda rig: 1.0)
@@ -143,8 +139,7 @@ def test_what_the_records_do_not_allow_is_said(seen, rig, tmp_path, capsys):
 def test_a_record_without_probes_leaves_the_figures_of_the_others(seen, rig, tmp_path, capsys):
     whole = record_of(rig, "whole", "identify", 8.0, 1, 4.0)
     bare = [c for c in whole.channels if c.quantity == "acceleration"]
-    records = [dataclasses.replace(whole, name="bare", channels=bare), whole]
-    write_dataset(tmp_path / "data", rig, records)
+    write_dataset(tmp_path / "data", rig, [dataclasses.replace(whole, name="bare", channels=bare), whole])
     run(capsys, tmp_path / "data", "--method", "known", "--out", tmp_path / "found")
     drawn = {p.stem for p in (tmp_path / "found" / "figures").iterdir()}
     assert {f"{name}_whole" for name in FIGURES} < drawn and not {f"{name}_bare" for name in FIGURES} & drawn

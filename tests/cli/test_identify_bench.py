@@ -35,8 +35,7 @@ def test_rig_law_numbers_and_page(folder, tmp_path, capsys):
     printed = json.loads(capsys.readouterr().out)
     stored = json.loads((out / "identified.json").read_text(encoding="utf-8"))
     assert (stored["synthetic"], stored["identified_from"]) == (True, ["ramp"])
-    assert printed["parameters"] == stored["parameters"]
-    assert (out / "mine.txt").read_text() == "stays"
+    assert printed["parameters"] == stored["parameters"] and (out / "mine.txt").read_text() == "stays"
 
     rows = {row["name"]: row for row in stored["parameters"]}
     rig = Rig.load(out / "rig.toml")
@@ -55,12 +54,8 @@ def test_rig_law_numbers_and_page(folder, tmp_path, capsys):
     assert "SYNTHETIC" in page and not re.search(r'(src|href)="https?:', page)
     assert all(words.split("; most at")[0] in html.unescape(page) for words in stored["warnings"])
     assert {p.stem for p in (out / "figures").iterdir()} == {
-        "rattle_map",
-        "restoring_force",
-        "parameters",
-        "spectra",
-        "misfit",
-    }
+        "rattle_map", "restoring_force", "parameters", "spectra", "misfit",
+    }  # fmt: skip
     charts = [json.loads(text) for text in re.findall(r'<script type="application/json">(.*?)</script>', page)]
     labels = [{line["label"] for line in chart["series"]} for chart in charts]
     assert labels == [{"measured", "law"}, {"measured", "rig file", "updated"}]

@@ -65,8 +65,7 @@ def test_the_loudness_of_a_road_has_an_interval_over_noises_and_designs(tmp_path
         n5 = []
         for seed, model in enumerate(models):
             noise = from_psd(road_psd("C", 80 / 3.6, at="body").scaled(2.0), 1.5, 4096.0, seed)
-            sound = audible_sound(model.simulate(noise, "modal"), model.rig, PLATE)
-            n5.append(loudness(sound, "stationary").n5)
+            n5.append(loudness(heard(model.simulate(noise, "modal"), model.rig, PLATE), "stationary").n5)
         assert [row["loudness_n5_sone"] for row in rows] == pytest.approx(n5, rel=1e-9)
         low, high = scipy.stats.t.interval(0.95, 2, np.mean(n5), scipy.stats.sem(n5))
         known = {"mean_n5_sone": np.mean(n5), "mean_n5_low_sone": max(low, 0), "mean_n5_high_sone": high}

@@ -85,8 +85,7 @@ def recorded(rig):
         named = logged(path, to_channels(cm.simulate(rig, noise)), rig.spin, seed)
     if not rig.moves_across:
         return named, []
-    to = ["--rig", RIG, *_columns(named)]
-    more = [("convert", *RECORDS, "bench", *to)]
+    more = [("convert", *RECORDS, "bench", *["--rig", RIG, *_columns(named)])]
     if rig.spin:
         still = cm.simulate(rig, cm.excitation.still(SECONDS, FS))
         probes = [c for c in to_channels(still, rig) if c.quantity == "displacement"]

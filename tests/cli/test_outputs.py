@@ -78,8 +78,7 @@ def test_a_file_of_the_users_in_the_way(command, tmp_path, refused):
     path = tmp_path / options[-1].format("thesis")
     path.write_text("precious")
     message = refused(name, "bench" if name == "new" else RIG, *options[:-1], path)
-    assert str(path) in message
-    assert path.read_text() == "precious"
+    assert str(path) in message and path.read_text() == "precious"
 
 
 def test_what_is_read_is_not_replaced(tmp_path, refused, answer):

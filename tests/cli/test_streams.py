@@ -55,8 +55,7 @@ def test_words_in_other_character_sets(encoding, tmp_path, monkeypatch):
 
 def test_a_name_beyond_the_basic_plane(tmp_path):
     path = tmp_path / "rig.toml"
-    assert main(["new", "Bäx𝔘\x7f", "--out", str(path)]) == 0
-    assert Rig.load(path).name == "Bäx𝔘\x7f"
+    assert main(["new", "Bäx𝔘\x7f", "--out", str(path)]) == 0 and Rig.load(path).name == "Bäx𝔘\x7f"
 
 
 def test_standard_output_that_is_full(tmp_path):

@@ -43,8 +43,7 @@ def test_files_and_json(folder, tmp_path, capsys, monkeypatch):
     assert rows["masses[0].mass"]["posterior_over_prior"] == pytest.approx(
         rows["masses[0].mass"]["posterior_std"] / rows["masses[0].mass"]["prior_std"]
     )
-    assert stored["diagnosis"] == []
-    assert np.array(stored["covariance"]).shape == (len(rows), len(rows))
+    assert stored["diagnosis"] == [] and np.array(stored["covariance"]).shape == (len(rows), len(rows))
     assert set(stored["records"][0]["misfit"]) >= {"accelerometer 1:+Z", "accelerometer 2:+Z"}
     assert (out / "updated_rig.png").stat().st_size > 10_000
 

@@ -180,8 +180,7 @@ def _put_in(rng, name, line):
 
 
 def _any(rng) -> str:
-    pool = rng.choices((NUMBERS, TEXTS, WORDS, SPECIAL, FILES), (6, 2, 2, 2, 2))[0]
-    return rng.choice(pool)
+    return rng.choice(rng.choices((NUMBERS, TEXTS, WORDS, SPECIAL, FILES), (6, 2, 2, 2, 2))[0])
 
 
 @cache

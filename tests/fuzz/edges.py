@@ -44,11 +44,9 @@ SELDOM = {"identify": 0.1, "update-rig": 0.2, "twin": 0.3, "animate": 0.3, "moti
 EXCITATIONS = {
     "noise": lambda rng, t: rng.standard_normal(t.size),
     "hits": lambda rng, t: np.where(np.arange(t.size) % (t.size // 2 + 1) < 5, 50.0, 0.0),
-    "a sine": lambda rng, t: np.sin(40 * np.pi * t),
-    "hardly any": lambda rng, t: 1e-6 * rng.standard_normal(t.size),
-    "a ramp": lambda rng, t: t * rng.standard_normal(t.size),
-    "nothing": lambda rng, t: np.zeros(t.size),
-}
+    "a sine": lambda rng, t: np.sin(40 * np.pi * t), "hardly any": lambda rng, t: 1e-6 * rng.standard_normal(t.size),
+    "a ramp": lambda rng, t: t * rng.standard_normal(t.size), "nothing": lambda rng, t: np.zeros(t.size),
+}  # fmt: skip
 
 
 def _bushing(rig, rng, **changed):

@@ -313,20 +313,16 @@ def readers() -> dict[str, Reader]:
     """Every reader by its name: the registered formats and the files that are read elsewhere."""
     records, beside_records = samples.dataset()
     rigs, laws = make_plain([samples.RIG.to_dict()], toml), make_plain([law.to_dict() for law in samples.LAWS], as_json)
-    texts = {
-        "frequencies (CSV)": ("modes.csv", samples.FREQUENCIES, read_frequencies),
-        "DROPBEAR (text)": ("a.txt", samples.DROPBEAR, real.read_dropbear),
-        "damper (JSON)": ("a.json", samples.DAMPER, real.read_damper),
-    }
-    structures = {
-        "matrix (.mtx)": ("M.mtx", make_text, samples.matrix_market, 6_000),
-        "degrees of freedom (CSV)": ("dofs.csv", make_text, lambda: [samples.DOFS], 6_000),
-        "matrices (.npz)": ("model.npz", make_npz, samples.npz, 6_000),
-        "matrices (.mat)": ("model.mat", make_model_mat, samples.model_mat, 6_000),
-        "modes (UFF)": ("modes.uff", make_text, samples_uff.modes_uff, 6_000),
-        "modes (CSV)": ("modes.csv", make_text, lambda: samples.MODES_CSV, 6_000),
-        "MuJoCo model": ("model.xml", make_text, lambda: samples.MJCF, 6_000),
-    }
+    texts = {"frequencies (CSV)": ("modes.csv", samples.FREQUENCIES, read_frequencies),
+             "DROPBEAR (text)": ("a.txt", samples.DROPBEAR, real.read_dropbear),
+             "damper (JSON)": ("a.json", samples.DAMPER, real.read_damper)}  # fmt: skip
+    structures = {"matrix (.mtx)": ("M.mtx", make_text, samples.matrix_market, 6_000),
+                  "degrees of freedom (CSV)": ("dofs.csv", make_text, lambda: [samples.DOFS], 6_000),
+                  "matrices (.npz)": ("model.npz", make_npz, samples.npz, 6_000),
+                  "matrices (.mat)": ("model.mat", make_model_mat, samples.model_mat, 6_000),
+                  "modes (UFF)": ("modes.uff", make_text, samples_uff.modes_uff, 6_000),
+                  "modes (CSV)": ("modes.csv", make_text, lambda: samples.MODES_CSV, 6_000),
+                  "MuJoCo model": ("model.xml", make_text, lambda: samples.MJCF, 6_000)}  # fmt: skip
     found = [
         *(of_format(known) for known in dict.fromkeys(FORMATS.values()) if known.name not in ("TOML", "JSON")),
         Reader("rig (TOML)", "rig.toml", rigs, read_rig, 20_000),

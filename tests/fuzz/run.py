@@ -99,8 +99,7 @@ class _Batch:
         how = f"by {signal.Signals(-code).name}" if code < 0 else f"with exit status {code}"
         what, how = ("hung", f"over {self.reader.patience:g} s") if hangs else ("crashed", how)
         data = self.reader.make(generator(self.reader, self.seed, self.at))
-        finding = _kept(self.reader, self.seed, self.at, data, what, how, self.found)
-        return False, "", finding, _digest(data), 0
+        return False, "", _kept(self.reader, self.seed, self.at, data, what, how, self.found), _digest(data), 0
 
     def stop(self):
         self.process.kill()

@@ -37,15 +37,13 @@ GREASE = cm.Grease(4e3, 2.0, 0.5, 1.0, 3.0, 1.0, 2.0, 5e-4, 0.3)
 RIG = cm.Rig(
     name="small",
     beam=cm.Beam(1.0, 7e10, 2700.0, 0.02, rayleigh=(0.5, 1e-5)),
-    bushings=(
-        cm.Bushing(0.55, 3e-4, 0.01, GREASE, cm.Contact(8e3, 3.0)),
-        cm.Bushing(0.8, 3e-4, 0.01, GREASE, cm.Contact(8e3)),
-    ),
+    bushings=(cm.Bushing(0.55, 3e-4, 0.01, GREASE, cm.Contact(8e3, 3.0)),
+              cm.Bushing(0.8, 3e-4, 0.01, GREASE, cm.Contact(8e3))),
     sensors=(cm.Sensor(6, 0.55), cm.Sensor(7, 0.8, 0.01)),
     masses=(cm.PointMass(0.3, 0.1, "collar"),),
     shaker=cm.Shaker("base", 0.2),
     description="a rig",
-)
+)  # fmt: skip
 LAWS = (
     cm.ConstantLaw(1e4, [1.0, 2.0], grease=GREASE),
     cm.TimeLaw([0.0, 1.0], [[1e4, 2e4], [2e4, 3e4]], [1.0, 2.0]),
@@ -84,8 +82,8 @@ def bench() -> tuple[cm.Rig, list[cm.Record]]:
     """A rig whose rig file is right, with records to identify and to validate."""
     rig = dataclasses.replace(
         RIG, name="bench", beam=cm.Beam(0.6, 2.1e11, 7850.0, 0.008, rayleigh=(1.0, 2e-5)), description="",
-        bushings=(cm.Bushing(0.4, 2e-4, 0.01, cm.Grease(3000.0, 3.0), cm.Contact(2e4, 5.0)),), masses=(cm.PointMass(0.6, 0.2),),
-        sensors=tuple(cm.Sensor(i, x) for i, x in enumerate((0.15, 0.3, 0.45, 0.6), 1)),
+        bushings=(cm.Bushing(0.4, 2e-4, 0.01, cm.Grease(3000.0, 3.0), cm.Contact(2e4, 5.0)),),
+        masses=(cm.PointMass(0.6, 0.2),), sensors=tuple(cm.Sensor(i, x) for i, x in enumerate((0.15, 0.3, 0.45, 0.6), 1)),
     )  # fmt: skip
     records = []
     for name, role, drive in (
@@ -196,18 +194,13 @@ scale = "log"
 GRID = {
     "rig": "rig.toml",
     "law": "law.json",
-    "vary": [
-        {"path": "law.k[0]", "values": [1e4, 2e4]},
-        {"path": "rig.beam.length", "low": 1.0, "high": 1.1, "count": 2},
-    ],
-}
-REFERENCE = {
-    "rig": "rig.toml",
-    "reference": "record.uff",
-    "outputs": {"band": [4.0, 24.0], "resolution": 4.0, "peaks": [[4.0, 24.0]]},
-    "vary": [{"path": "rig.bushings[0].grease.stiffness", "low": 1e3, "high": 1e4}],
-    "design": {"method": "saltelli", "samples": 2},
-}
+    "vary": [{"path": "law.k[0]", "values": [1e4, 2e4]},
+             {"path": "rig.beam.length", "low": 1.0, "high": 1.1, "count": 2}],
+}  # fmt: skip
+REFERENCE = {"rig": "rig.toml", "reference": "record.uff",
+             "outputs": {"band": [4.0, 24.0], "resolution": 4.0, "peaks": [[4.0, 24.0]]},
+             "vary": [{"path": "rig.bushings[0].grease.stiffness", "low": 1e3, "high": 1e4}],
+             "design": {"method": "saltelli", "samples": 2}}  # fmt: skip
 PLANS = (PLAN, GRID, REFERENCE)
 
 
@@ -314,11 +307,8 @@ def npz() -> list[bytes]:
         parts = {"data": rows.data, "indices": rows.indices, "indptr": rows.indptr, "shape": np.array(rows.shape)}
         sparse |= {f"{name}_{part}": value for part, value in parts.items()}
     held = {"M": MASS, "K": STIFFNESS, "C": 1e-4 * STIFFNESS, "dofs": dofs, "coordinates": np.eye(3)}
-    return [
-        _bytes(lambda file: np.savez(file, **held)),
-        _bytes(lambda file: np.savez_compressed(file, **held)),
-        _bytes(lambda file: np.savez(file, **sparse)),
-    ]
+    return [_bytes(lambda file: np.savez(file, **held)), _bytes(lambda file: np.savez_compressed(file, **held)),
+            _bytes(lambda file: np.savez(file, **sparse))]  # fmt: skip
 
 
 @functools.cache
@@ -334,10 +324,8 @@ def model_mat() -> list[bytes]:
     ]
 
 
-FREQUENCIES = [
-    b"mode,frequency_hz,std_hz,shape_6,shape_7\n1,9.25,0.1,0.5,1\n2,39.75,0.1,1,-1\n",
-    b"test_hz\n9.25\n39.75\n92.85\n",
-]
+FREQUENCIES = [b"mode,frequency_hz,std_hz,shape_6,shape_7\n1,9.25,0.1,0.5,1\n2,39.75,0.1,1,-1\n",
+               b"test_hz\n9.25\n39.75\n92.85\n"]  # fmt: skip
 _HEAD = ["header"] * 5 + ["Low G Accel\tPinLoc\tTime", *["header"] * 3]
 DROPBEAR = ["\n".join([*_HEAD, *(f"{math.sin(i):.4f}\t{0.1 * i:.2f}\t{t:.6f}" for i, t in enumerate(T))]).encode()]
 DAMPER = [json.dumps({"data": [[float(t), math.sin(i), math.cos(i), 0, 1, 1] for i, t in enumerate(T)]}).encode()]

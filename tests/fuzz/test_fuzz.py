@@ -35,8 +35,7 @@ FIRST = {"command line": 2}  # Before it, command lines identify a bench, which 
 
 def shared(name, count, tmp_path, first=0):
     outcome = fuzz([readers()[name]], 2, tmp_path, first=first, count=count, progress=False)[name]
-    assert outcome.findings == []
-    assert outcome.inputs == count == outcome.read + outcome.refused
+    assert outcome.findings == [] and outcome.inputs == count == outcome.read + outcome.refused
     return outcome
 
 
@@ -57,8 +56,7 @@ def test_command_lines_leave_nothing_patched():
 def test_a_share_of_the_inputs(name, tmp_path):
     outcome = shared(name, MORE.get(name, 80), tmp_path)
     # Damage that stops every file at the door would find nothing.
-    assert 0 < outcome.read < outcome.inputs
-    assert len(outcome.messages) >= 3
+    assert 0 < outcome.read < outcome.inputs and len(outcome.messages) >= 3
 
 
 @pytest.mark.parametrize("name", [*readers()])
@@ -180,8 +178,7 @@ def test_refused_in_one_line(tmp_path, read, content, part):
     samples.RIG.save(tmp_path / "rig.toml")
     with pytest.raises(ClearanceError) as caught:
         read(path)
-    assert part in str(caught.value)
-    assert str(path) in str(caught.value)
+    assert part in str(caught.value) and str(path) in str(caught.value)
     assert str(caught.value).isprintable()
 
 

@@ -12,11 +12,8 @@ def folder(tmp_path):
     path = tmp_path / "rig one"
     hammer = [c for c in channels() if c.node != 100] + [channel(200, "force")]
     plain = {"level": None, "seed": None, "band": None, "provenance": {}}
-    records = [
-        record(),
-        record("hammer", excitation_kind="force", channels=hammer, **plain),
-        record("level-1", "validate", level=1.0),
-    ]
+    records = [record(), record("hammer", excitation_kind="force", channels=hammer, **plain),
+               record("level-1", "validate", level=1.0)]  # fmt: skip
     write_dataset(path, RIG, records)
     return path
 

@@ -37,11 +37,9 @@ def test_signals_of_simcenter(tmp_path):
     """Three accelerations in one signal, a force in another, which has another unit."""
     scipy.io.savemat(
         tmp_path / "a.mat",
-        {
-            "Signal_0": simcenter(VALUE.T, "g", names=("P1:+X", "P1:+Y", "P1:+Z")),
-            "Signal_1": simcenter(VALUE[0], "lbf"),
-        },
-    )
+        {"Signal_0": simcenter(VALUE.T, "g", names=("P1:+X", "P1:+Y", "P1:+Z")),
+         "Signal_1": simcenter(VALUE[0], "lbf")},
+    )  # fmt: skip
     channels = cm.read(tmp_path / "a.mat")
     assert told(channels) == [
         *((f"P1:+{axis}", "acceleration", "", FS, 0.5, N) for axis in "XYZ"), ("Signal_1", "force", "", FS, 0.5, N),
@@ -58,11 +56,8 @@ def test_one_name_of_several_columns(tmp_path):
 
 
 def test_functions_over_frequency_are_no_time_records(tmp_path):
-    held = {
-        "FRF": simcenter(VALUE[0], "g/N", "Hz"),
-        "Cross": simcenter(VALUE[0] + 1j, "g"),
-        "Signal": simcenter(VALUE[1], "g"),
-    }
+    held = {"FRF": simcenter(VALUE[0], "g/N", "Hz"), "Cross": simcenter(VALUE[0] + 1j, "g"),
+            "Signal": simcenter(VALUE[1], "g")}  # fmt: skip
     scipy.io.savemat(tmp_path / "a.mat", held)
     with pytest.warns(RecordNote, match='left out "FRF", which is over Hz, .*; left out "Cross", which is complex'):
         (channel,) = cm.read(tmp_path / "a.mat")
@@ -174,8 +169,7 @@ def test_rattlesnake(tmp_path):
 
 
 def test_what_we_write_as_nc4_is_ours(tmp_path):
-    channel = cm.Channel("a", 3, "+Z", "acceleration", VALUE[0], FS)
-    cm.write(tmp_path / "a.nc4", [channel])
+    cm.write(tmp_path / "a.nc4", [cm.Channel("a", 3, "+Z", "acceleration", VALUE[0], FS)])
     assert cm.read(tmp_path / "a.nc4")[0].label == "3:+Z"
     assert_refused("is written by clearance_mj", cm.read, tmp_path / "a.nc4", {"a": "acc:4"})
 

@@ -20,8 +20,7 @@ def numbers(rng):
 
 
 def write(path, numbers, header=HEADER, separator=",", time="%.9f", value="%.17g"):
-    formats = [time] + [value] * (numbers.shape[1] - 1)
-    np.savetxt(path, numbers, formats, separator, header=header, comments="")
+    np.savetxt(path, numbers, [time] + [value] * (numbers.shape[1] - 1), separator, header=header, comments="")
     return path
 
 

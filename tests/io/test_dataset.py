@@ -24,8 +24,7 @@ def test_everything_comes_back(tmp_path):
     sent = [record(), record("level-1", "validate")]
     write_dataset(tmp_path, RIG, sent)
     got = Dataset.load(tmp_path)
-    assert got.rig == RIG
-    assert got.path == tmp_path
+    assert (got.rig, got.path) == (RIG, tmp_path)
     names = [f.name for f in dataclasses.fields(Record) if f.name != "channels"]
     for a, b in zip(got.records, sent, strict=True):
         assert all(getattr(a, name) == getattr(b, name) for name in names)
@@ -60,8 +59,7 @@ def test_the_list_holds_every_digit_of_the_rate(tmp_path):
     fs = 512.123456789
     write_dataset(tmp_path, RIG, [record(fs=fs, channels=[dataclasses.replace(c, fs=fs) for c in channels()])])
     (got,) = Dataset.load(tmp_path).records
-    assert got.fs == fs
-    assert {c.fs for c in got.channels} == {fs}
+    assert got.fs == fs and {c.fs for c in got.channels} == {fs}
 
 
 # Excitation and response
@@ -88,8 +86,7 @@ def test_probes_in_the_order_of_the_bushings(folder):
     displacement = values(source, "displacement")
     expected = np.stack([displacement[6], displacement[7]])
     np.testing.assert_array_equal(source.response().displacement, expected)
-    turned = source.rig.replace(bushings=source.rig.bushings[::-1])
-    response = dataclasses.replace(source, rig=turned).response()
+    response = dataclasses.replace(source, rig=source.rig.replace(bushings=source.rig.bushings[::-1])).response()
     np.testing.assert_array_equal(response.displacement, expected[::-1])
 
 
@@ -121,16 +118,10 @@ def test_excitation(folder):
     excitation = ramp.excitation()
     np.testing.assert_array_equal(excitation.value, values(ramp, "acceleration")[100])
     assert (excitation.kind, excitation.fs, excitation.band) == ("base", FS, (5.0, 220.0))
-    assert excitation.description == {
-        "generator": "record",
-        "record": "level-0.5",
-        "excitation": "band-limited random",
-        "level": 0.5,
-        "seed": 7,
-    }
+    assert excitation.description == {"generator": "record", "record": "level-0.5", "excitation": "band-limited random",
+                                      "level": 0.5, "seed": 7}  # fmt: skip
     np.testing.assert_array_equal(hammer.excitation().value, values(hammer, "force")[200])
-    assert hammer.excitation().kind == "force"
-    assert hammer.response().reference == "200:+Z"
+    assert hammer.excitation().kind == "force" and hammer.response().reference == "200:+Z"
 
 
 # Which files are opened
@@ -149,16 +140,14 @@ def test_only_the_records_that_are_used_are_opened(folder, monkeypatch):
     ds = Dataset.load(folder)
     for used in ds.identify:
         used.response(), used.excitation(), list(used.channels)
-    assert opened(ds) == ["level-0.5", "hammer"]
-    assert read == ["level-0.5.uff", "hammer.uff"]
+    assert opened(ds) == ["level-0.5", "hammer"] and read == ["level-0.5.uff", "hammer.uff"]
 
 
 def test_a_copy_remembers_what_was_opened(folder):
     assert record().opened  # made in memory
     ds = Dataset.load(folder)
     ds.records[0].response()
-    again = pickle.loads(pickle.dumps(ds))
-    assert opened(again) == ["level-0.5"]
+    assert opened(pickle.loads(pickle.dumps(ds))) == ["level-0.5"]
     assert opened(copy.deepcopy(ds)) == ["level-0.5"]
 
 

@@ -77,8 +77,7 @@ def test_everything_that_can_be_used_is_read(path):
     found = parts(path)
     count = len(found.channels) + sum(len(f.functions) for f in found.frfs) + sum(len(s.value) for s in found.spectra)
     coherences = sum(np.isfinite(f.coherence).any(axis=2).sum() for f in found.frfs if f.coherence is not None)
-    assert count + coherences == len(functions)
-    assert bool(found.mode_sets) == modal
+    assert count + coherences == len(functions) and bool(found.mode_sets) == modal
     assert (found.geometry is not None) == bool(kinds & GEOMETRY)
 
 
@@ -141,8 +140,7 @@ def test_geometry_is_pyuffs(path):
     assert [s.origin for s in found.systems if local] == [tuple(o) for one in local for o in one["ref_o"]]
     for one in sets:
         if one["type"] == 2420:
-            matrices = [np.vstack((s.axes, s.origin)) for s in found.systems]
-            np.testing.assert_array_equal(matrices, one["CS_matrices"])
+            np.testing.assert_array_equal([np.vstack((s.axes, s.origin)) for s in found.systems], one["CS_matrices"])
 
 
 @holding(55)
@@ -165,8 +163,7 @@ def test_modes_are_pyuffs(path):
 @pytest.mark.skipif(not FILES, reason=WHY)
 def test_table_of_the_page():
     """Folders that the page lists and that are here have the rows that the code makes; their place is not named."""
-    page = (ROOT / "docs" / "files.md").read_text(encoding="utf-8")
-    listed = TABLE.search(page)[0]
+    listed = TABLE.search((ROOT / "docs" / "files.md").read_text(encoding="utf-8"))[0]
     for line in summary([row(path) for path in files()]).splitlines():
         assert str(FOLDER) not in line
         assert line in listed or line.split(" | ")[0] not in listed

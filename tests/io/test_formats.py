@@ -199,8 +199,7 @@ def test_other_tools_open_our_hdf5(tmp_path, channels):
     formats.write(tmp_path / "a.h5", channels)
     with h5py.File(tmp_path / "a.h5") as file:
         np.testing.assert_array_equal(file["value"], [c.value for c in channels])
-    labelled = xr.load_dataset(tmp_path / "a.h5", engine="h5netcdf")
-    assert list(labelled["units"].values)[:3] == ["m s-2", "m s-2", "N"]
+    assert list(xr.load_dataset(tmp_path / "a.h5", engine="h5netcdf")["units"].values)[:3] == ["m s-2", "m s-2", "N"]
 
 
 def test_hdf5_without_the_package(tmp_path, frf, monkeypatch):

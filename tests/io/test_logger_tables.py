@@ -156,10 +156,8 @@ def test_columns_between_blanks(read):
     ("1,5e3", 1500.0, "decimal commas; separator ';'"),
 ])  # fmt: skip
 def test_decimals_and_thousands(read, cell, value, said):
-    times = [f"{i}" for i in range(N)]
-    (channel,), note = read(lines(times, N * [cell], separator=";", head=["Time [s];A"]))
-    assert (channel.value == value).all()
-    assert note == said
+    (channel,), note = read(lines([f"{i}" for i in range(N)], N * [cell], separator=";", head=["Time [s];A"]))
+    assert (channel.value == value).all() and note == said
 
 
 def test_quoted_names_and_numbers_that_hold_the_separator(read):
@@ -192,8 +190,7 @@ def test_sampling_rate_beside_a_column_of_time(read):
     (channel,), note = read(lines(TIME, A, head=["Sample rate: 1024 Hz", "Time,A"]))
     assert channel.fs == 2048.0
     assert note == 'header in line 2; 2048 Hz by "Time", not the 1024 Hz of line 1'
-    coarse = [f"{i / 2048:.3f}" for i in range(N)]
-    (channel,), note = read(lines(coarse, A, head=["Sample rate: 2048 Hz", "Time,A"]))
+    (channel,), note = read(lines([f"{i / 2048:.3f}" for i in range(N)], A, head=["Sample rate: 2048 Hz", "Time,A"]))
     assert channel.fs == 2048.0
     assert note == "header in line 2; 2048 Hz, from line 1: the times have too few digits"
 
@@ -250,8 +247,7 @@ def test_what_is_no_channel_is_left_out_and_said(read):
 
 
 def test_trailing_separators_are_no_columns(silent):
-    text = lines(TIME, A, N * [""], N * [""], head=["Time,A"])
-    assert told(silent(text)) == [("A", "unknown", "")]
+    assert told(silent(lines(TIME, A, N * [""], N * [""], head=["Time,A"]))) == [("A", "unknown", "")]
 
 
 @pytest.mark.parametrize("end", ["0.8,3", "\nEnd of data", "Mean,1.5"])
@@ -267,10 +263,8 @@ def test_first_column_that_rises_evenly(read):
 
 
 REFUSED = {
-    "a slip": (
-        lines(TIME, A, B, head=["time,base,acc3"]),
-        'line 1, column 3 "acc3": not the name of a channel (did you mean "acc:3"?)',
-    ),
+    "a slip": (lines(TIME, A, B, head=["time,base,acc3"]),
+               'line 1, column 3 "acc3": not the name of a channel (did you mean "acc:3"?)'),
     "a slip in the kind": (
         lines(TIME, A, B, head=["Time,acx:1,B"]),
         'column 2 "acx:1": not the name of a channel (did you mean "acc:1"?)',
@@ -319,7 +313,7 @@ REFUSED = {
         '"31/31/2023" is no date',
     ),
     "no column of numbers": (lines(TIME, N * ["OK"], head=["Time,A"]), "has no column of numbers beside time"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.filterwarnings("ignore::clearance_mj.core.notes.RecordNote")
@@ -329,8 +323,7 @@ def test_refused_with_the_way_out(tmp_path, name):
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(cm.RecordError) as caught:
         cm.read(tmp_path / "a.csv")
-    assert str(caught.value).startswith(f"{tmp_path / 'a.csv'}: ")
-    assert part in str(caught.value)
+    assert str(caught.value).startswith(f"{tmp_path / 'a.csv'}: ") and part in str(caught.value)
 
 
 def test_the_command_line_says_what_was_guessed(tmp_path, capsys):

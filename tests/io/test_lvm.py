@@ -41,14 +41,12 @@ def test_layouts(tmp_path, layout, end):
     [segment] = read_lvm(write(tmp_path, text(layout).replace("\n", end)))
     np.testing.assert_array_equal(segment.x, [0.5, 0.75, 1.0])
     np.testing.assert_array_equal(segment.value, [[1, 2, 3], [-4, -5, -0.6]])
-    assert segment.names == ("Force", "Acc")
-    assert segment.units == ("lb", "g")
+    assert (segment.names, segment.units) == (("Force", "Acc"), ("lb", "g"))
     assert segment.header["X_Columns"] == layout
 
 
 def test_decimal_comma_gzip_and_two_segments(tmp_path):
-    path = write(tmp_path, gzip.compress(text(point=",", segments=2).encode()), "a.lvm.gz")
-    segments = read_lvm(path)
+    segments = read_lvm(write(tmp_path, gzip.compress(text(point=",", segments=2).encode()), "a.lvm.gz"))
     assert [s.value[1, 2] for s in segments] == [-0.6, -0.6]
 
 
@@ -63,8 +61,7 @@ def test_decimal_comma_gzip_and_two_segments(tmp_path):
     (gzip.compress(text().encode(), mtime=0)[:80], "damaged gzip"), (b"LabVIEW Measurement\0\1", "not a text file"),
 ])  # fmt: skip
 def test_damage(tmp_path, content, message):
-    path = write(tmp_path, content, "bad.lvm")
-    assert_refused(f"bad.lvm.*{message}", read_lvm, path)
+    assert_refused(f"bad.lvm.*{message}", read_lvm, write(tmp_path, content, "bad.lvm"))
 
 
 def test_no_file(tmp_path):

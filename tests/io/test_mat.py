@@ -49,8 +49,7 @@ def test_variables_of_other_names_are_raw_channels(save, rng):
     got = read_mat(save(t=TIME, X=data, Force=TIME))
     assert [(c.name, c.quantity, c.placed) for c in got] == [(n, "unknown", False) for n in ("X:1", "X:2", "Force")]
     np.testing.assert_array_equal([got[0].value, got[1].value], data.T)
-    path = save(time=TIME, data=data, columns=np.array(["Accel 1 [g]", "U [V]"], dtype=object))
-    first, second = read_mat(path)
+    first, second = read_mat(save(time=TIME, data=data, columns=np.array(["Accel 1 [g]", "U [V]"], dtype=object)))
     assert (first.name, first.quantity, second.name, second.unit) == ("Accel 1", "acceleration", "U", "V")
     np.testing.assert_array_equal(first.value, 9.80665 * data[:, 0])
 
@@ -123,13 +122,10 @@ def test_files_that_are_none(tmp_path, save):
 def test_structure_of_variables(tmp_path):
     """As scipy writes it; within one, and many of them, which are a list."""
     inner = {"x": TIME, "name": "a", "deep": {"y": 2.0}}
-    many = np.array([(1.0,), (2.0,)], dtype=[("z", object)])
-    scipy.io.savemat(tmp_path / "a.mat", {"one": inner, "many": many})
+    scipy.io.savemat(tmp_path / "a.mat", {"one": inner, "many": np.array([(1.0,), (2.0,)], dtype=[("z", object)])})
     held = read_variables(tmp_path / "a.mat")
     assert [float(item["z"].item()) for item in held["many"]] == [1.0, 2.0] and list(held["one"]) == [
-        "x",
-        "name",
-        "deep",
-    ]
+        "x", "name", "deep",
+    ]  # fmt: skip
     np.testing.assert_array_equal(held["one"]["x"], TIME[None])
     assert held["one"]["name"] == "a" and held["one"]["deep"]["y"] == 2.0

@@ -290,10 +290,8 @@ def test_others_read_what_we_write(tmp_path, suffix, seed):
 
 
 def test_units_are_where_others_look_for_them(tmp_path):
-    channels = [
-        cm.Channel("A", *NOWHERE, "acceleration", VALUE, 64.0),
-        cm.Channel("U", *NOWHERE, "unknown", VALUE, 64.0, 0, "mV"),
-    ]
+    channels = [cm.Channel("A", *NOWHERE, "acceleration", VALUE, 64.0),
+                cm.Channel("U", *NOWHERE, "unknown", VALUE, 64.0, 0, "mV")]  # fmt: skip
     for suffix in ("tdms", "mf4"):
         formats.write(tmp_path / f"a.{suffix}", channels)
     found = TdmsFile.read(tmp_path / "a.tdms").groups()[0].channels()

@@ -109,8 +109,7 @@ def test_laws_and_rigs_go_out_and_in(tmp_path, rig):
     law = cm.ConstantLaw([1e4, 2e4], 3.0)
     cm.write(tmp_path / "a.json", law)
     cm.write(tmp_path / "a.toml", rig)
-    assert cm.read(tmp_path / "a.json").to_dict() == law.to_dict()
-    assert cm.read(tmp_path / "a.toml") == rig
+    assert cm.read(tmp_path / "a.json").to_dict() == law.to_dict() and cm.read(tmp_path / "a.toml") == rig
     for suffix, obj, part in ((".json", rig, "a rig; use .toml"), (".uff", law, "a law; use .json")):
         with pytest.raises(cm.RecordError, match=f"cannot take {re.escape(part)}"):
             cm.write(tmp_path / f"b{suffix}", obj)

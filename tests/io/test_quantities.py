@@ -28,8 +28,7 @@ MANY = cm.Response(
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_a_channel_comes_back_with_its_type(tmp_path: Path, quantity: str) -> None:
-    channel = cm.Channel("one", 3, "+RY", quantity, NOISE[0], 512.0)
-    cm.write_uff(tmp_path / "one.uff", [channel])
+    cm.write_uff(tmp_path / "one.uff", [cm.Channel("one", 3, "+RY", quantity, NOISE[0], 512.0)])
     (found,) = cm.read_uff(tmp_path / "one.uff")
     assert (found.quantity, found.label) == (quantity, "3:+RY")
     assert_allclose(found.value, NOISE[0], rtol=1e-6)
@@ -68,8 +67,7 @@ def test_a_response_of_every_quantity_comes_back(tmp_path: Path, suffix: str) ->
 
 def test_a_response_of_accelerations_is_written_as_before() -> None:
     plain = cm.Response(512.0, NOISE[0], NOISE[:2])
-    assert "acceleration" in plain.to_xarray()
-    assert "quantity" not in plain.to_xarray().coords
+    assert "acceleration" in plain.to_xarray() and "quantity" not in plain.to_xarray().coords
     assert cm.Response.from_xarray(plain.to_xarray()) == plain
 
 

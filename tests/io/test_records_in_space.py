@@ -42,8 +42,7 @@ def test_the_angle_of_a_shaft(rate):
     error = found.angle - angle
     assert np.abs(error - 2 * np.pi * np.round(error[inside].mean() / (2 * np.pi)))[inside].max() < 0.2 * np.pi / 180
     assert np.abs(found.speed - 40.0 - rate * TIME)[inside].max() < 0.1
-    backwards = turning_of_pulses(pulses(angle), FS, -1.0)
-    assert np.array_equal(backwards.angle, -found.angle)
+    assert np.array_equal(turning_of_pulses(pulses(angle), FS, -1.0).angle, -found.angle)
 
 
 def test_a_record_along_y_of_a_shaft_that_turns(rig, tmp_path):
@@ -122,8 +121,7 @@ def test_several_pulses_in_a_turn(rig, slots, uneven, spin):
     several = sum(pulses(angle - 2 * np.pi * k / slots - uneven * (k == 1)) for k in range(slots))
     found = turning(rig, several, dataclasses.replace(spin, pulses=slots))
     inside = (TIME >= found.marks[0]) & (TIME <= found.marks[-1])
-    error = (found.angle - angle)[inside]
-    assert np.ptp(error) < 0.4 * np.pi / 180
+    assert np.ptp((found.angle - angle)[inside]) < 0.4 * np.pi / 180
     assert np.abs(found.speed - spin.speed_at(TIME))[inside].max() < 0.02 * spin.fastest
 
 

@@ -20,21 +20,12 @@ def bushing(position, to=None, length=0.0):
 def frame():
     """Three masses in a chain, which move along X and across it: two stops at one of them, one between two."""
     chain = np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
-    matrices = Matrices(
-        units="m-kg-s",
-        mass=np.eye(6).tolist(),
-        stiffness=(4e4 * np.kron(np.diag([1.0, 0.5]), chain)).tolist(),
-        dofs=["1:X", "2:X", "3:X", "1:Z", "2:Z", "3:Z"],
-        damping_ratios=(0.02,),
-    )
-    return cm.Rig(
-        "frame",
-        None,
-        (bushing("3:-X"), bushing("3:+Z"), bushing("2:X", to="3:X")),
-        (cm.Sensor(3, "3:-X"), cm.Sensor(3, "3:Z"), cm.Sensor(301, "2:X")),
-        shaker=cm.Shaker("base", direction=(-1.0, 0.0, 0.5)),
-        structure=matrices,
-    )
+    matrices = Matrices(units="m-kg-s", mass=np.eye(6).tolist(),
+                        stiffness=(4e4 * np.kron(np.diag([1.0, 0.5]), chain)).tolist(),
+                        dofs=["1:X", "2:X", "3:X", "1:Z", "2:Z", "3:Z"], damping_ratios=(0.02,))  # fmt: skip
+    return cm.Rig("frame", None, (bushing("3:-X"), bushing("3:+Z"), bushing("2:X", to="3:X")),
+                  (cm.Sensor(3, "3:-X"), cm.Sensor(3, "3:Z"), cm.Sensor(301, "2:X")),
+                  shaker=cm.Shaker("base", direction=(-1.0, 0.0, 0.5)), structure=matrices)  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -77,8 +77,7 @@ def test_a_sampling_rate_is_not_that_of_another_channel(car, said):
 def test_records_of_a_car_at_one_rate(car, said):
     """Jitter and lost messages included: cubic splines between the true instants of a sine of 3 Hz at 100 Hz."""
     channels, notes = said(car, resample=500.0)
-    start = channels[0].start
-    assert {(c.fs, c.start, c.size) for c in channels} == {(500.0, start, channels[0].size)}
+    assert {(c.fs, c.start, c.size) for c in channels} == {(500.0, channels[0].start, channels[0].size)}
     inner = slice(50, -50)  # what is beyond the ends is unknown
     for channel, height, frequency in zip(channels, (1, 2, np.pi / 30, 1), (7.0, 7.0, 3.0, 3.0)):
         expected = height * tone(channel.time, frequency)
@@ -91,8 +90,7 @@ def test_records_of_a_car_at_one_rate(car, said):
 def test_commands_resample_and_skip(car, tmp_path, capsys):
     out = tmp_path / "a.csv"
     assert main(["convert", str(car), str(out), "--column", "Torque=skip", "--resample", "1000"]) == 0
-    assert "3 channels" in capsys.readouterr().out
-    assert {c.fs for c in cm.read(out)} == {1000.0}
+    assert "3 channels" in capsys.readouterr().out and {c.fs for c in cm.read(out)} == {1000.0}
     assert main(["show", str(car), "--column", "Torque=skip", "--column", "Speed=skip"]) == 0
     assert "2 x time record" in capsys.readouterr().out
 
@@ -106,8 +104,7 @@ def test_resampling_keeps_what_both_rates_hold(fs, start, rate):
         return 5 + np.sin(2 * np.pi * high * time) + np.cos(2 * np.pi * 20.3 * time)
 
     times = [begin + np.arange(4000) / fs for begin in (0.0, start)]
-    channels = [cm.Channel("A", 0, "S", "unknown", value(t), fs, t[0]) for t in times]
-    for channel in on_one_axis(channels, rate, []):
+    for channel in on_one_axis([cm.Channel("A", 0, "S", "unknown", value(t), fs, t[0]) for t in times], rate, []):
         inner = slice(100, -100)
         np.testing.assert_allclose(channel.value[inner], value(channel.time[inner]), atol=4e-3)
         assert channel.start == start
@@ -141,11 +138,9 @@ def test_jitter_of_a_logger(rng):
 def test_jitter_in_text_and_matlab(tmp_path, rng, said):
     time = np.arange(1000) / 500 + rng.uniform(-5e-4, 5e-4, 1000)
     scipy.io.savemat(tmp_path / "a.mat", {"time": time, "a": tone(time)})
-    path = csv(tmp_path / "a.csv", "Time [s],A", [f"{t:.6f}" for t in time], tone(time))
-    for each in (path, tmp_path / "a.mat"):
+    for each in (csv(tmp_path / "a.csv", "Time [s],A", [f"{t:.6f}" for t in time], tone(time)), tmp_path / "a.mat"):
         (channel,), (note,) = said(each)
-        assert (channel.fs, channel.size) == (500.0, 1000)
-        assert "times jitter by up to 0.0005" in note
+        assert (channel.fs, channel.size) == (500.0, 1000) and "times jitter by up to 0.0005" in note
         assert "about even steps; taken for 500 Hz" in note
         (channel,), _ = said(each, resample=500.0)
         np.testing.assert_allclose(channel.value[9:-9], tone(channel.time[9:-9]), atol=2e-4)
@@ -190,8 +185,7 @@ def test_dates_in_numbers(tmp_path, said, name):
 def test_units_of_counts_since_the_start(tmp_path, header, step, recwarn):
     path = csv(tmp_path / "a.csv", f"{header},A [g]", [str(step * i) for i in range(40)], np.arange(40.0))
     (channel,) = cm.read(path)
-    assert (channel.fs, channel.start) == (1000.0, 0.0)
-    assert not recwarn.list
+    assert (channel.fs, channel.start) == (1000.0, 0.0) and not recwarn.list
 
 
 def test_counts_without_a_unit_are_seconds_and_that_is_said(tmp_path, said):
@@ -213,8 +207,7 @@ def test_stamps_of_whole_ms_tell_the_rate_by_all_of_them(tmp_path, said):
 def test_a_date_beside_the_time(tmp_path, recwarn):
     times = [f"{i / 1000:.3f},{1000 * START + i}" for i in range(40)]
     (channel,) = cm.read(csv(tmp_path / "a.csv", "Time [s],Timestamp [ms],A [g]", times, np.arange(40.0)))
-    assert (channel.fs, channel.start, channel.name) == (1000.0, 0.0, "A")
-    assert not recwarn.list
+    assert (channel.fs, channel.start, channel.name) == (1000.0, 0.0, "A") and not recwarn.list
 
 
 # TDMS
@@ -250,8 +243,7 @@ def test_starts_that_say_nothing(tmp_path, said, recwarn):
     """LabVIEW's zero, 1904, is none; a channel without a start begins with the first."""
     zero = WAVE | {"wf_start_time": np.datetime64("1904-01-01T00:00:00.000000")}
     path = tdms(tmp_path, ChannelObject("g", "A", np.ones(9), zero), ChannelObject("g", "B", np.ones(9), started(0)))
-    assert [c.start for c in cm.read(path)] == [0.0, 0.0]
-    assert not recwarn.list
+    assert [c.start for c in cm.read(path)] == [0.0, 0.0] and not recwarn.list
     waves = {"A": WAVE, "B": started(0), "C": started(500_000)}
     path = tdms(tmp_path, *(ChannelObject("g", name, np.ones(9), wave) for name, wave in waves.items()))
     channels, (note,) = said(path)
@@ -279,16 +271,14 @@ def test_channels_of_tdms_that_are_skipped(tmp_path, recwarn):
     for name, part in (("Setpoint", "interval or rate"), ("A (FFT - (Peak))", "is a spectrum"), ("S", "is over F")):
         others = {other: "skip" for other in ("Setpoint", "words", "A (FFT - (Peak))", "S") if other != name}
         assert_refused(part, cm.read, path, others)
-    assert [c.name for c in cm.read(path, others | {"S": "skip"})] == ["A"]
-    assert not recwarn.list
+    assert [c.name for c in cm.read(path, others | {"S": "skip"})] == ["A"] and not recwarn.list
 
 
 def test_a_channel_of_time_has_its_unit(tmp_path, said):
     path = tdms(tmp_path, ChannelObject("g", "Time", 10**6 * START + 1000 * np.arange(40), {"unit_string": "us"}),
                 ChannelObject("g", "A", np.ones(40)))  # fmt: skip
     (channel,), (note,) = said(path)
-    assert (channel.fs, channel.start) == (1000.0, 0.0)
-    assert "us since 1970" in note
+    assert (channel.fs, channel.start) == (1000.0, 0.0) and "us since 1970" in note
 
 
 # MDF

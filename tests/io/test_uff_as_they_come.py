@@ -157,8 +157,7 @@ def test_lines_of_a_sweep_down(write):
     layout = {"spacing": 0, "count": 3, "axis": 18, "dof": (8, 3, 5, 3), "denominator": 13}
     frf = by_hand(rows, kind=4, ordinate=6, **layout)
     coherence = by_hand(["".join(f"{f:13.5E}{f / 10:13.5E}" for f in (9.0, 4.0, 1.0))], kind=6, **layout)
-    spectrum = by_hand(rows, kind=12, ordinate=6, **layout)
-    found = cm.read(write(frf + coherence + spectrum))
+    found = cm.read(write(frf + coherence + by_hand(rows, kind=12, ordinate=6, **layout)))
     np.testing.assert_array_equal(found.frf.frequency, [1.0, 4.0, 9.0])
     np.testing.assert_array_equal(found.frf.functions, [[1 - 1j, 4 - 4j, 9 - 9j]])
     np.testing.assert_array_equal(found.frf.coherence[0], [[0.1, 0.4, 0.9]])
@@ -256,8 +255,7 @@ def test_what_a_file_holds_and_how_to_choose(tmp_path, write):
     cm.write(tmp_path / "all.uff", found)
     again = cm.read(tmp_path / "all.uff")
     assert [*again.parts] == [*found.parts] and again.frf == found.frf
-    nodes = cm.Geometry((7,), [(0.0, 0.0, 0.0)])
-    placed = dataclasses.replace(found, geometry=nodes)
+    placed = dataclasses.replace(found, geometry=cm.Geometry((7,), [(0.0, 0.0, 0.0)]))
     assert placed.unplaced == ("8:+Z",) and "without a place  8:+Z" in repr(placed) and not found.unplaced
     np.testing.assert_allclose(again.spectra[0].value, found.spectra[0].value, rtol=1e-15)
     cm.write(tmp_path / "channels.mat", found.channels)

@@ -41,8 +41,7 @@ def test_double_precision_nodes_in_mm(write):
 
 def test_positions_in_a_local_system(write):
     """Origin (1, 0, 0), x along the global y, the plane xz holds the global origin: z = -x, y = z × x = -z."""
-    data = sets((15, [node(1, (2, 3, 4), system=5)]), local())
-    got = read_geometry(write(data))
+    got = read_geometry(write(sets((15, [node(1, (2, 3, 4), system=5)]), local())))
     (system,) = got.systems
     np.testing.assert_allclose(system.axes, [(0, 1, 0), (0, 0, -1), (-1, 0, 0)], atol=1e-15)
     np.testing.assert_allclose(got.position, [(1 - 4, 2, -3)], atol=1e-15)
@@ -71,13 +70,11 @@ def test_part_with_a_coordinate_system(write):
 
 def test_elements_with_and_without_orientation(write):
     """A beam has a record of its orientation, a rod with some writers; ten nodes need two records."""
-    rows = [
-        *(integers(1, 21, 1, 1, 7, 2), integers(0, 1, 1), integers(3, 4)),
-        *(integers(2, 11, 1, 1, 7, 2), integers(0, 1, 1), integers(4, 5)),
-        *(integers(3, 11, 1, 1, 7, 2), integers(5, 6)),
-        *(integers(4, 24, 1, 1, 7, 3), integers(0, 1, 1), integers(1, 2, 3)),
-        *(integers(5, 118, 1, 1, 7, 10), integers(*range(1, 9)), integers(9, 10)),
-    ]
+    rows = [*(integers(1, 21, 1, 1, 7, 2), integers(0, 1, 1), integers(3, 4)),
+            *(integers(2, 11, 1, 1, 7, 2), integers(0, 1, 1), integers(4, 5)),
+            *(integers(3, 11, 1, 1, 7, 2), integers(5, 6)),
+            *(integers(4, 24, 1, 1, 7, 3), integers(0, 1, 1), integers(1, 2, 3)),
+            *(integers(5, 118, 1, 1, 7, 10), integers(*range(1, 9)), integers(9, 10))]  # fmt: skip
     got = read_geometry(write(sets((2412, rows))))
     assert got.elements == (
         Element(1, (3, 4), 21), Element(2, (4, 5), 11), Element(3, (5, 6), 11), Element(4, (1, 2, 3), 24),

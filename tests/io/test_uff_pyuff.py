@@ -44,10 +44,8 @@ def test_pyuff_reads_our_frf(tmp_path, frequency):
         np.testing.assert_array_equal(f["data"], value)
         np.testing.assert_array_equal(f["x"], frequency)
     assert [(f["rsp_node"], f["rsp_dir"], f["ref_node"], f["ref_dir"]) for f in functions[:3]] == [
-        (1, 3, 100, 3),
-        (2, -1, 100, 3),
-        (8, 5, 100, 3),
-    ]
+        (1, 3, 100, 3), (2, -1, 100, 3), (8, 5, 100, 3),
+    ]  # fmt: skip
     assert {(f["ordinate_spec_data_type"], f["orddenom_spec_data_type"]) for f in functions[:3]} == {(12, 12)}
 
 

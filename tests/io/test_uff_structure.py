@@ -98,8 +98,7 @@ def test_pyuff_reads_the_structure(tmp_path, rig):
     nodes, line = sets[2], sets[3]
     assert nodes["node_nums"] == [BASE_NODE, *(s.node for s in rig.sensors), SHAKER_NODE]
     np.testing.assert_allclose(nodes["x"], [0, *(s.position for s in rig.sensors), 0.3], rtol=1e-5)
-    assert line["n_nodes"] == len(rig.sensors) + 2
-    assert sorted(line["nodes"]) == sorted(nodes["node_nums"])
+    assert line["n_nodes"] == len(rig.sensors) + 2 and sorted(line["nodes"]) == sorted(nodes["node_nums"])
 
 
 def test_geometry_by_hand(write):
@@ -148,8 +147,7 @@ def test_modes_come_back_with_the_digits_of_the_format(tmp_path):
     # Of each node, every axis that moves anywhere; 2:-Z comes back along +Z.
     rows = [got.responses.index(label) for label in ("1:+Z", "2:+Z", "8:+X")]
     np.testing.assert_allclose(got.shape[rows], modes().shape * [[1], [-1], [1]], atol=1e-5)
-    others = [i for i in range(len(got.responses)) if i not in rows]
-    assert not got.shape[others].any()
+    assert not got.shape[[i for i in range(len(got.responses)) if i not in rows]].any()
 
 
 def test_pyuff_reads_our_modes(tmp_path, rig):
@@ -234,8 +232,7 @@ def test_pyfrf_makes_our_frf_of_our_record(tmp_path, rig):
     from clearance_mj.signals.frf import estimate_frf
     from clearance_mj.signals.response import Response
 
-    rng = np.random.default_rng(4)
-    x = rng.standard_normal(4096)
+    x = np.random.default_rng(4).standard_normal(4096)
     resp = Response(512.0, x, np.stack([np.convolve(x, [0, 1, -0.5])[:4096], np.roll(x, 3)]), kind="force",
                     responses=("1:+Z", "2:+Z"), reference="200:+Z")  # fmt: skip
     write_uff(tmp_path / "r.uff", to_channels(resp), rig)

@@ -24,8 +24,7 @@ LINES = np.arange(1.0, 33.0)
 
 
 def spectra(kind, factor=1.0, lines=LINES, **labels):
-    value = factor * (RNG.random((2, lines.size)) + 0.1)
-    return cm.Spectra(kind, lines, value, ("3:+Z", "4:-X"), **labels)
+    return cm.Spectra(kind, lines, factor * (RNG.random((2, lines.size)) + 0.1), ("3:+Z", "4:-X"), **labels)
 
 
 def unknown_frf():

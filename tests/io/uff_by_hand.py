@@ -73,5 +73,4 @@ def frf_by_hand(**changes):
 
 
 def coherence_by_hand(response, reference):
-    rows = [f"{0.5:20.12E}{1:20.12E}"]
-    return by_hand(rows, kind=6, ordinate=4, count=2, axis=18, dof=(response, 3, reference, 3))
+    return by_hand([f"{0.5:20.12E}{1:20.12E}"], kind=6, ordinate=4, count=2, axis=18, dof=(response, 3, reference, 3))

@@ -19,13 +19,9 @@ from tests.studies import study_of
 
 FREQUENCY = np.arange(5.0, 220.5, 0.5)
 BUSHING = {"gap": 3e-4, "length": 0.012, "grease": cm.Grease(4000.0, 3.0), "contact": cm.Contact(7.8e3, 4.0)}
-RIG = cm.Rig(
-    name="small <rig>",
-    beam=cm.Beam(1.0, 210e9, 7850.0, diameter=0.0086),
-    bushings=(cm.Bushing(0.6, **BUSHING),),
-    sensors=(cm.Sensor(1, 0.3), cm.Sensor(2, 0.6), cm.Sensor(3, 1.0)),
-    masses=(cm.PointMass(1.0, 0.4, "boss"),),
-)
+RIG = cm.Rig(name="small <rig>", beam=cm.Beam(1.0, 210e9, 7850.0, diameter=0.0086),
+             bushings=(cm.Bushing(0.6, **BUSHING),), sensors=(cm.Sensor(1, 0.3), cm.Sensor(2, 0.6), cm.Sensor(3, 1.0)),
+             masses=(cm.PointMass(1.0, 0.4, "boss"),))  # fmt: skip
 MODES, DAMPING = np.array([9.0, 40.0, 93.0, 188.0]), 0.02
 SHAPES = np.array([[0.3, 0.7, 1.0], [0.9, 0.6, -1.0], [-0.8, 1.0, 0.9], [1.0, -0.4, 0.7]])
 N, FS = 512, 512.0
@@ -64,13 +60,8 @@ def record(name, role, level=None, seed=1, source="synthetic: virtual test rig, 
 
 
 def statistics(level, step):
-    return {
-        "displacement_rms": [1e-5 * level],
-        "displacement_peak": [4e-5 * level],
-        "contact_share": [0.01 * level],
-        "contact_peak": [2.0 * level],
-        "step": step,
-    }
+    return {"displacement_rms": [1e-5 * level], "displacement_peak": [4e-5 * level], "contact_share": [0.01 * level],
+            "contact_peak": [2.0 * level], "step": step}  # fmt: skip
 
 
 LAW = cm.ConstantLaw(8.1e3, 4.0)

@@ -160,8 +160,7 @@ def test_strokes_are_drawn_to_scale():
     ends[..., 0, 2], ends[..., 1, 2], ends[..., 0] = -0.3, 0.4, np.array([-1.0, 0.0, 1.0])[:, None, None, None]
     ends[2, ..., 0, 0], ends[2, ..., 1, 0] = 0.9, 1.1
     strokes = [Stroke(shape, 0.02, red, at) for shape, at in zip(("arrow", "capsule", "box"), ends)]
-    model = '<mujoco><statistic extent="1000"/></mujoco>'
-    (image,), reason = render(model, [view], strokes)
+    (image,), reason = render('<mujoco><statistic extent="1000"/></mujoco>', [view], strokes)
     assert reason == ""
     for column, slack in ((50, 2), (150, 4), (250, 2)):
         found = image[:, column - 5 : column + 5].astype(int)
@@ -179,8 +178,7 @@ def test_mujoco_draws_the_shaft_where_matplotlib_does(shown):
     x = np.linspace(0.1, 0.45, 30)
     lift = shown.exaggeration * np.interp(x, shown.position, shown.lift[4, 1])
     columns = ((x - scene.left) / (scene.right - scene.left) * width).astype(int)
-    rows = ((1 - lift / scene.half_height) / 2 * height).astype(int)
-    for row, column in zip(rows, columns):
+    for row, column in zip(((1 - lift / scene.half_height) / 2 * height).astype(int), columns):
         assert np.any(images[4][row - 2 : row + 3, column] < 200)
         assert np.all(images[4][[row - 15, row + 15], column] > 230)
 

@@ -33,13 +33,11 @@ def figures(contact):
     schedule = TimeLaw([0.0, 8.0], [[4e3, 5e3], [6e3, 7e3]], [[1.0, 2.0], [3.0, 4.0]])
     amplitude = np.linspace(3e-4, 6e-4, 20)
     curve = draw.AmplitudeCurve("law", amplitude, *(np.outer(f * amplitude, (1.0, 2.0)) for f in (1e7, 1e4)))
-    return {
-        "scalograms": draw.scalograms("decay", planes, ridges, GAPS),
-        "contact over time": draw.contact_over_time("both", contact, schedule),
-        "contact over time, windows": draw.contact_over_time("windows", contact, None),
-        "contact over time, ridge": draw.contact_over_time("ridge", None, schedule),
-        "contact over amplitude": draw.contact_over_amplitude([contact], [curve], GAPS),
-    }
+    return {"scalograms": draw.scalograms("decay", planes, ridges, GAPS),
+            "contact over time": draw.contact_over_time("both", contact, schedule),
+            "contact over time, windows": draw.contact_over_time("windows", contact, None),
+            "contact over time, ridge": draw.contact_over_time("ridge", None, schedule),
+            "contact over amplitude": draw.contact_over_amplitude([contact], [curve], GAPS)}  # fmt: skip
 
 
 NAMES = [

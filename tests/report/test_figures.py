@@ -49,8 +49,7 @@ def test_every_quantity_on_an_axis_has_its_unit(drawings, name):
 @pytest.mark.parametrize("name", ["frf_bushings", "verdict"])
 def test_svg_is_well_formed_and_the_same_each_time(study, name):
     first, second = (DRAW[name](study).svg() for _ in range(2))
-    assert first == second
-    assert xml.etree.ElementTree.fromstring(first).tag.endswith("svg")
+    assert first == second and xml.etree.ElementTree.fromstring(first).tag.endswith("svg")
 
 
 def test_curves_are_the_frfs_of_the_study(study, drawings):
@@ -83,8 +82,7 @@ def test_what_a_rig_has_beside_its_shaft_is_drawn_or_said():
     drawing, plain = figures.rig_drawing(rig), figures.rig_drawing(TABLE1)
     assert "Not drawn: a mode of the fixture at 170 Hz, bushings on housings that give, two bending" in drawing.caption
     assert "Not drawn" not in plain.caption
-    texts = [text.get_text() for text in drawing.figure.axes[0].texts]
-    assert "on a spring, 120 Hz\n0.02 kg" in texts
+    assert "on a spring, 120 Hz\n0.02 kg" in [text.get_text() for text in drawing.figure.axes[0].texts]
     lines, fewer = (len(d.figure.axes[0].lines) for d in (drawing, plain))
     assert lines > fewer + 1  # a mass alone is one
 

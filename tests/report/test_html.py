@@ -18,14 +18,10 @@ from ..processes import run
 TABLE = Table(
     "t",
     "a < b",
-    (
-        Column("Level", "m/s²", "g"),
-        Column("Law & engine"),
-        Column("f", "Hz", ".2f", "Mode 1"),
-        Column("MAC", "", ".3f", "Mode 1"),
-    ),
+    (Column("Level", "m/s²", "g"), Column("Law & engine"), Column("f", "Hz", ".2f", "Mode 1"),
+     Column("MAC", "", ".3f", "Mode 1")),
     ((0.5, "<i>", 9.25, math.nan), (0.5, "b", None, 1.0), (1.0, "c", 9.5, 0.5)),
-)
+)  # fmt: skip
 
 
 def test_a_cell_is_a_number_a_dash_for_nan_and_empty_for_none():

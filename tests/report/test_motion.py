@@ -40,8 +40,7 @@ def test_a_subharmonic_motion_has_as_many_states_as_its_order(order):
     np.testing.assert_allclose(found[0], 3e-4 * np.sin(phase) + [1e-4, 2e-4], atol=1e-9)
     velocity = 3e-4 * 2 * np.pi * HZ / order * np.cos(phase)
     np.testing.assert_allclose(found[1], np.broadcast_to(velocity, (22, 2)), atol=2e-6)
-    states = found[..., 0] / [[3e-4], [3e-4 * 2 * np.pi * HZ]]
-    assert len(np.unique(states.round(3), axis=1).T) == order
+    assert len(np.unique((found[..., 0] / [[3e-4], [3e-4 * 2 * np.pi * HZ]]).round(3), axis=1).T) == order
 
 
 def test_turning_points_are_where_the_velocity_is_zero():
@@ -66,14 +65,11 @@ def drawings():
     sines = {level: swinging(order) for order, level in enumerate((1.0, 2.0, 4.0), 1)}
     frequency = np.linspace(5, 220, 200)
     frfs = {level: cm.FRF(frequency, np.full((8, 200), 1 / level + 0j)) for level in random}
-    return {
-        "phase, random": motion.phase_portraits(RIG, random),
-        "phase, sine": motion.phase_portraits(RIG, sines, HZ),
-        "section, random": motion.poincare_sections(RIG, random),
-        "section, sine": motion.poincare_sections(RIG, sines, HZ),
-        "waterfall, FRFs": waterfall.frf_waterfall(RIG, frfs),
-        "waterfall, spectra": waterfall.spectrum_waterfall(RIG, random),
-    }
+    return {"phase, random": motion.phase_portraits(RIG, random), "phase, sine": motion.phase_portraits(RIG, sines, HZ),
+            "section, random": motion.poincare_sections(RIG, random),
+            "section, sine": motion.poincare_sections(RIG, sines, HZ),
+            "waterfall, FRFs": waterfall.frf_waterfall(RIG, frfs),
+            "waterfall, spectra": waterfall.spectrum_waterfall(RIG, random)}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ["phase, random", "phase, sine", "section, random", "section, sine", "waterfall, FRFs",

@@ -92,8 +92,7 @@ def test_every_anchor_leads_somewhere(page):
 
 def test_the_main_level_is_open_and_the_others_are_folded(page, study):
     folded = [a["id"] for a in page.all("details") if "level" in a["id"]]
-    assert study.main_level == 4
-    assert folded == ["frf-level-1", "correlation-level-1"]
+    assert study.main_level == 4 and folded == ["frf-level-1", "correlation-level-1"]
     assert "summary-modal" in [a["id"] for a in page.all("details")]
 
 
@@ -114,8 +113,7 @@ def test_the_page_says_what_it_is(page):
 def test_measured_records_are_not_called_synthetic(build, tmp_path):
     write_report(build(floors=(), source="bench 3"), tmp_path, progress=False)
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "synthetic" not in text.lower()
-    assert "Source of the records: bench 3." in text
+    assert "synthetic" not in text.lower() and "Source of the records: bench 3." in text
     assert '<td class="number">–</td>' in text, "no repeatability, so RMSE over it has no value"
     assert "there are no intervals" in text and '<span class="interval">' not in text
 

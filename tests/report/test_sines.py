@@ -140,8 +140,7 @@ def test_branches_that_end_early_are_said():
 
 def test_why_nothing_is_shown(study, tmp_path):
     law = TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]])
-    bare = study_of(study.dataset, [IdentifiedModel("ridge", Model(RIG, law), "everything")])
-    said = text_of(bare, tmp_path)
+    said = text_of(study_of(study.dataset, [IdentifiedModel("ridge", Model(RIG, law), "everything")]), tmp_path)
     assert said.startswith("No periodic vibrations are shown: laws over time or amplitude have no periodic vibrations")
     assert not (tmp_path / "tables").exists()
 

@@ -38,8 +38,7 @@ RUBBED = cm.Bushing(
 @pytest.fixture(scope="module")
 def simulated():
     """A response of the rubbing rotor, and the disc's motion as the engine had it."""
-    both = rotor(RUBBED, WATCHED)
-    found = cm.simulate(both, cm.excitation.still(1.0, FS), engine="modal")
+    found = cm.simulate(rotor(RUBBED, WATCHED), cm.excitation.still(1.0, FS), engine="modal")
     parts = {name: getattr(found, name)[:2] for name in ("displacement", "contact_force", "grease_force")}
     seen = cm.Response(
         FS, found.excitation, found.acceleration, **parts, contact_share=found.contact_share[:1], spin=found.spin
@@ -52,8 +51,7 @@ def test_the_shape_is_the_engines_own(simulated):
     rig, response, disc = simulated
     assert response.contact_share[0] > 0.1
     found = deflection(rig, response, [0.35, 0.6])
-    error = found[:, :, 0].T - disc
-    assert np.sqrt(np.mean(error**2)) < 0.01 * np.sqrt(np.mean(disc**2))
+    assert np.sqrt(np.mean((found[:, :, 0].T - disc) ** 2)) < 0.01 * np.sqrt(np.mean(disc**2))
     np.testing.assert_allclose(found[:, :, 1].T, response.displacement, atol=1e-12)
 
 
@@ -69,14 +67,12 @@ def test_a_clip_is_cut_as_asked(simulated):
     rig, response, _ = simulated
     shown = clip(rig, response, start=0.5, seconds=0.1, slow=50.0, exaggeration=200.0)
     assert shown.time.size == 100 and shown.time[[0, -1]] == pytest.approx([0.5, 0.6], abs=1 / FS)
-    assert shown.lift.shape == (100, 2, shown.position.size)
-    assert shown.path.shape == (len(shown.trace), 2)
+    assert (shown.lift.shape, shown.path.shape) == ((100, 2, shown.position.size), (len(shown.trace), 2))
     first = round(0.5 * FS)
     np.testing.assert_allclose(shown.path[0], response.displacement[:, first] + [0.0, 1e-4], atol=1e-12)
     np.testing.assert_allclose(shown.lift_at(0.6)[0], response.displacement[:, first], atol=2e-8)  # between points
     np.testing.assert_allclose(shown.trace[0, 0], np.hypot(*response.contact_force[:, first]))
-    turned = rig.spin.angle_at(shown.time)
-    np.testing.assert_allclose(shown.angle, turned, atol=1e-3)
+    np.testing.assert_allclose(shown.angle, rig.spin.angle_at(shown.time), atol=1e-3)
     with pytest.raises(cm.ClearanceError, match="exaggeration 1e"):
         clip(rig, response, exaggeration=1e9)
 
@@ -113,8 +109,7 @@ def test_the_animation_of_the_command_line_is_a_picture_after_the_other(tmp_path
     found = answer("animate", tmp_path / "rotor.toml", *given)
     assert (found["pictures"], found["renderer"]) == (10, "matplotlib")
     with Image.open(tmp_path / "whirl.gif") as image:
-        assert image.n_frames == 10
-        assert image.size[0] == 720
+        assert (image.n_frames, image.size[0]) == (10, 720)
         first = np.array(image.convert("RGB"), dtype=float)
         image.seek(5)
         assert np.abs(np.array(image.convert("RGB"), dtype=float) - first).max() > 100  # it moves

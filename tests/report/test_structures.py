@@ -47,8 +47,7 @@ def test_drawing_of_a_stepped_shaft():
     (shaft,) = [xy for xy in corners if np.ptp(xy[:, 0]) > 1.0]
     thick = {x: np.ptp(shaft[np.abs(shaft[:, 0] - x) < 1e-9, 1]) for x in (0.0, 1.1)}
     assert thick[0.0] / thick[1.1] == pytest.approx(10 / 12)
-    pins = sorted(xy[0, 0] for xy in corners if len(xy) == 4)
-    assert pins == [0.0, 1.1]
+    assert sorted(xy[0, 0] for xy in corners if len(xy) == 4) == [0.0, 1.1]
     words = [text.get_text() for text in axes.texts]
     assert "500 N/m\n2 N s/m" in words and "wheel\n0.3 kg" in words and "boss\n0.2 kg" in words
 
@@ -62,8 +61,7 @@ def test_drawing_of_two_shafts():
     (axes,) = rig_drawing(rig).figure.axes
     assert ends_at(axes, 0.8, 0.1, 0.2) and not ends_at(axes, 0.8, -2.0, -1.0)
     assert ends_at(axes, 0.55, -1.2, -1.1)
-    words = [text.get_text() for text in axes.texts]
-    assert {"inner", "outer", "× -0.5", "shaker force"} <= set(words)
+    assert {"inner", "outer", "× -0.5", "shaker force"} <= set([text.get_text() for text in axes.texts])
     assert "inner diameter 24 mm" in rig_drawing(rig).caption
 
 
@@ -94,8 +92,7 @@ def test_the_shape_is_the_engines_own(make, point):
 def test_animation_of_two_shafts(tmp_path):
     """A bushing of the inner shaft moves with the outer one; shafts are as far apart as half the picture."""
     rig = two_shafts()
-    response = simulate(rig, random(1.0, FS, rms=8.0, seed=3), LAW, "modal")
-    shown = clip(rig, response, seconds=0.02, slow=20.0)
+    shown = clip(rig, simulate(rig, random(1.0, FS, rms=8.0, seed=3), LAW, "modal"), seconds=0.02, slow=20.0)
     scene = Scene(shown)
     assert scene.level[0] - scene.level[1] == pytest.approx(scene.half_height)
     carried, gap = shown.lift_at("outer@0.8")[:, 1], rig.bushings[0].gap
