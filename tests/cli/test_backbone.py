@@ -1,36 +1,24 @@
 """clearance-mj backbone: what the Python call finds, as files; bad input is one line."""
 
-import csv
 import dataclasses
 import json
 
 import numpy as np
 import pytest
 
-from clearance_mj import ConstantLaw, Model, Rig, periodic
+from clearance_mj import Model, Rig, periodic
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.report.backbones import draw
 
-from ..conftest import ROOT
-
-RIG = ROOT / "models" / "table1_rig.toml"
-LAW = ConstantLaw(7.8e3, 4.0)
+from .conftest import LAW, RIG, csv_rows
 
 
-@pytest.fixture
-def law(tmp_path):
-    LAW.save(tmp_path / "law.json")
-    return tmp_path / "law.json"
-
-
-def test_files_hold_what_the_call_finds(law, tmp_path, capsys):
+def test_files_hold_what_the_call_finds(law, tmp_path, output_of):
     """Below the gap the linear mode's frequency; contact of a stop raises it (M. Krack, 2015)."""
-    from clearance_mj.cli import main
 
     out, ends = tmp_path / "out", (1e-4, 6e-4)
     given = ["--mode", "2,1", "--from", str(ends[0]), "--to", str(ends[1]), "--harmonics", "7", "--quiet"]
-    assert main(["backbone", str(RIG), "--law", str(law), *given, "--out", str(out)]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = output_of("backbone", RIG, "--law", law, *given, "--out", out).out.splitlines()
     stored = json.loads((out / "backbone.json").read_text(encoding="utf-8"))
     rig = Rig.load(RIG)
     found = periodic.follow_backbone(Model(rig, LAW), 2, ends, 7)
@@ -42,8 +30,7 @@ def test_files_hold_what_the_call_finds(law, tmp_path, capsys):
     np.testing.assert_allclose([first["frequency"][0], second["frequency"][0]], linear, rtol=2e-3)
     assert second["frequency"][-1] > 1.1 * linear[1]
     assert lines[0].startswith(f"mode 2, amplitudes at 6:+Z: {second['frequency'][0]:.5g} Hz, ")
-    with (out / "backbone.csv").open(newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.DictReader(file) if row["mode"] == "2"]
+    rows = [row for row in csv_rows(out / "backbone.csv") if row["mode"] == "2"]
     np.testing.assert_array_equal([float(row["frequency_hz"]) for row in rows], found.frequency)
     np.testing.assert_allclose([float(row["acceleration_8:+Z_amplitude_m_s2"]) for row in rows],
                                found.amplitude("acceleration")[:, 7], rtol=1e-12)  # fmt: skip

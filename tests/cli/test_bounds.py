@@ -16,8 +16,7 @@ from clearance_mj.signals.excitation import random
 
 from ..conftest import ROOT
 from ..structures import chain, two_shafts
-
-RIG = str(ROOT / "models" / "table1_rig.toml")
+from .conftest import RIG
 
 
 @pytest.mark.parametrize("line, words", [

@@ -78,16 +78,14 @@ def test_columns_and_units_by_a_map(tmp_path, measured, answer):
     for i in (1, 2, 3):
         columns += [f"m{i}=acc:{i}/force magnitude [g/kN]", f"p{i}=acc:{i}/force phase [deg]"]
     options = [part for column in columns for part in ("--model-column", column)]
-    assert answer("compare", "--modes", 3, measured, tmp_path / "m.csv", *options)["rmse_db"] == pytest.approx(
-        0, abs=1e-8
-    )
+    got = answer("compare", "--modes", 3, measured, tmp_path / "m.csv", *options)
+    assert got["rmse_db"] == pytest.approx(0, abs=1e-8)
 
 
-def test_folder_of_figures_and_numbers(capsys, tmp_path, measured):
+def test_folder_of_figures_and_numbers(output_of, tmp_path, measured):
     formats.write(tmp_path / "model.csv", disguised(structure(np.arange(2.0, 150.0, 0.25), shift=1.02)))
     out = tmp_path / "out"
-    assert main(["compare", str(measured), str(tmp_path / "model.csv"), "--out", str(out), "--band", "10", "100"]) == 0
-    captured = capsys.readouterr()
+    captured = output_of("compare", measured, tmp_path / "model.csv", "--out", out, "--band", "10", "100")
     assert "warning: only the model has 9:+X: left out" in captured.err
     assert "interpolated onto" in captured.err
     assert "mode 1: 12.5 Hz, model 12.75 Hz (+2 %)" in captured.out
@@ -135,7 +133,7 @@ def test_bad_input(tmp_path, measured, small_dataset, monkeypatch, refused):
 # One response, one line, several references
 
 
-def test_one_common_response(capsys, tmp_path, measured, answer):
+def test_one_common_response(output_of, tmp_path, measured, answer):
     """Twice the level at one sensor: 20 lg 2 dB, MRE 1, FRAC 1, CSF 4/5; CSAC and MAC would be 1 of anything."""
     frf = structure(np.arange(5.0, 120.0, 0.5), scale=2.0)
     formats.write(tmp_path / "one.uff", dataclasses.replace(frf, responses=("1:+Z", "2:+X", "3:+X")))
@@ -146,15 +144,14 @@ def test_one_common_response(capsys, tmp_path, measured, answer):
     np.testing.assert_allclose(got["per_mode"]["relative_error"], 0, atol=1e-6)
     assert "CSAC and MAC of one response are 1 by definition: undefined" in got["notes"]
     out = tmp_path / "out"
-    assert main(["compare", str(measured), str(tmp_path / "one.uff"), "--modes", "3", "--out", str(out)]) == 0
-    said = capsys.readouterr().out
+    said = output_of("compare", measured, tmp_path / "one.uff", "--modes", "3", "--out", out).out
     assert "CSAC undefined, CSF 0.8" in said and "MAC undefined" in said
     assert {p.name for p in out.iterdir()} - {WORK} == {
         "frf_1.png", "correlation.png", "sensors.png", "comparison.json", "comparison.html",
     }  # fmt: skip
 
 
-def test_one_common_line(capsys, tmp_path, measured, answer):
+def test_one_common_line(output_of, tmp_path, measured, answer):
     formats.write(tmp_path / "model.csv", structure(np.arange(5.0, 120.0, 0.5), scale=2.0))
     got = answer("compare", "--modes", 3, measured, tmp_path / "model.csv", "--band", "20", "20")
     assert (got["lines"], got["rmse_db"], got["csf"]) == (1, pytest.approx(20 * np.log10(2)), pytest.approx(0.8))
@@ -162,8 +159,7 @@ def test_one_common_line(capsys, tmp_path, measured, answer):
     assert got["frac"] is None and got["per_mode"]["mode"] == []
     assert any("they need 18 common lines, there are 1" in note for note in got["notes"])
     arguments = ["compare", str(measured), str(tmp_path / "model.csv"), "--band", "20", "20"]
-    assert main([*arguments, "--out", str(tmp_path / "out")]) == 0
-    assert "FRAC of one line is 1 by definition" in capsys.readouterr().err
+    assert "FRAC of one line is 1 by definition" in output_of(*arguments, "--out", tmp_path / "out").err
 
 
 NODES = (1, 2, 3)
@@ -184,7 +180,7 @@ MODES = SHAPE.T  # a row for each mode
 
 
 @pytest.mark.parametrize("suffix", [".uff", ".csv", ".mat", ".nc", ".h5"])
-def test_several_references(tmp_path, suffix, answer):
+def test_several_references(tmp_path, suffix, answer, refused):
     """Two shakers here; a hammer at all nodes, in another order, in a file of another kind there."""
     formats.write(tmp_path / "test.uff", matrix((3, 1), NODES, MODES))
     formats.write(tmp_path / f"model{suffix}", matrix((1, 2, 3), (2, 3, 1), MODES))
@@ -193,33 +189,20 @@ def test_several_references(tmp_path, suffix, answer):
     assert got["rmse_db"] == pytest.approx(0, abs=1e-8)
     assert (got["frac"], got["csac"], got["csf"], got["mac"]) == pytest.approx((1, 1, 1, 1))
     assert got["only_model"] == [f"{i}:+Z/2:+Z" for i in (2, 3, 1)]
+    formats.write(tmp_path / "other.uff", matrix((2,), NODES, MODES))
+    assert "no reference is common" in refused("compare", tmp_path / "test.uff", tmp_path / "other.uff")
     np.testing.assert_allclose(got["per_mode"]["test_hz"], POLES_HZ, rtol=1e-3)
 
 
-def test_a_hammer_that_roves_has_shapes_along_its_references(tmp_path, answer):
-    """One accelerometer: the MAC over the pairs is that of the shapes, |φᵀψ|² / (φᵀφ ψᵀψ)."""
+@pytest.mark.parametrize("responses, power, rtol", [((3,), 1, 1e-3), (NODES, 2, 2e-3)])
+def test_mac_over_pairs_of_responses_and_references(tmp_path, answer, responses, power, rtol):
+    """A hammer that roves, one accelerometer: the MAC of the shapes, |φᵀψ|² / (φᵀφ ψᵀψ); of all pairs its square."""
     other = MODES + np.array([[0.0, 0.3, 0.0], [0.0, 0.0, 0.4], [0.2, 0.0, 0.0]])
-    formats.write(tmp_path / "test.uff", matrix(NODES, (3,), MODES))
-    formats.write(tmp_path / "model.uff", matrix(NODES, (3,), other))
+    for name, shapes in (("test", MODES), ("model", other)):
+        formats.write(tmp_path / f"{name}.uff", matrix(NODES, responses, shapes))
     got = answer("compare", "--modes", 3, tmp_path / "test.uff", tmp_path / "model.uff")
-    wanted = [(a @ b) ** 2 / (a @ a * (b @ b)) for a, b in zip(MODES, other)]
-    np.testing.assert_allclose(got["per_mode"]["mac"], wanted, rtol=1e-3)
-
-
-def test_mac_of_several_responses_and_references_is_a_product(tmp_path, answer):
-    """Residues φ_i φ_j over all pairs: the MAC is the square of that of the shapes."""
-    other = MODES + np.array([[0.0, 0.3, 0.0], [0.0, 0.0, 0.4], [0.2, 0.0, 0.0]])
-    formats.write(tmp_path / "test.uff", matrix(NODES, NODES, MODES))
-    formats.write(tmp_path / "model.uff", matrix(NODES, NODES, other))
-    got = answer("compare", "--modes", 3, tmp_path / "test.uff", tmp_path / "model.uff")
-    wanted = [(a @ b) ** 4 / (a @ a * (b @ b)) ** 2 for a, b in zip(MODES, other)]
-    np.testing.assert_allclose(got["per_mode"]["mac"], wanted, rtol=2e-3)
-
-
-def test_references_that_differ(tmp_path, refused):
-    formats.write(tmp_path / "test.uff", matrix((1, 2), NODES, MODES))
-    formats.write(tmp_path / "model.uff", matrix((3,), NODES, MODES))
-    assert "no reference is common" in refused("compare", tmp_path / "test.uff", tmp_path / "model.uff")
+    wanted = [((a @ b) ** 2 / (a @ a * (b @ b))) ** power for a, b in zip(MODES, other)]
+    np.testing.assert_allclose(got["per_mode"]["mac"], wanted, rtol=rtol)
 
 
 def estimated(rng, seconds=40.0, coherence=0.8):
@@ -253,13 +236,12 @@ def test_a_random_error_that_is_not_known_is_said_and_not_invented(rng, tmp_path
     assert got["beside"] == "the random error of the test's FRFs is not known: there is no number of averages"
 
 
-def test_a_mode_that_the_model_lacks_is_said_in_words(tmp_path, measured, capsys):
+def test_a_mode_that_the_model_lacks_is_said_in_words(tmp_path, measured, output_of):
     """The third mode of the test, at 90 Hz."""
     frf = structure(np.arange(5.0, 120.0, 0.5))
     omega, pole = 2 * np.pi * frf.frequency, 2 * np.pi * POLES_HZ[2]
     third = -np.outer(SHAPE[:, 2] * SHAPE[0, 2], omega**2 / (pole**2 - omega**2 + 2j * DAMPING * pole * omega))
     formats.write(tmp_path / "model.uff", dataclasses.replace(frf, value=frf.value - third[:, None]))
-    assert main(["compare", str(measured), str(tmp_path / "model.uff"), "--modes", "3"]) == 0
-    said = capsys.readouterr().out
+    said = output_of("compare", measured, tmp_path / "model.uff", "--modes", "3").out
     assert "mode 3: 90 Hz; not compared: not found in the model's FRFs between 62.3 and 120 Hz" in said
     assert "nan" not in said

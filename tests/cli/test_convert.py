@@ -8,13 +8,11 @@ import pytest
 import scipy.io
 
 from clearance_mj import FRF, Dataset, estimate_frf
-from clearance_mj.cli import main
 from clearance_mj.io import formats
 from clearance_mj.io.uff import read_geometry
 
 from ..conftest import ROOT, record_of
-
-RIG = str(ROOT / "models" / "table1_rig.toml")
+from .conftest import RIG
 
 
 @pytest.fixture(scope="module")
@@ -83,10 +81,9 @@ def test_frfs_of_any_two_channels_without_a_rig(tmp_path, rng, answer):
     np.testing.assert_allclose(frf.functions[0], 2 * np.exp(-2j * np.pi * frf.frequency * 2 / fs), rtol=0.02)
 
 
-def test_a_simulated_response(capsys, tmp_path, record, rig, answer):
+def test_a_simulated_response(output_of, tmp_path, record, rig, answer):
     formats.write(tmp_path / "r.nc", record.response())
-    assert main(["convert", str(tmp_path / "r.nc"), str(tmp_path / "a.uff"), "--json"]) == 0
-    captured = capsys.readouterr()
+    captured = output_of("convert", tmp_path / "r.nc", tmp_path / "a.uff", "--json")
     assert "left out: displacements (--rig says at which nodes)" in captured.err
     assert json.loads(captured.out)["holds"].startswith("9 channels")
     assert answer("convert", tmp_path / "r.nc", tmp_path / "b.uff", "--rig", RIG)["holds"].startswith("11 channels")
@@ -109,9 +106,7 @@ def test_one_reference_out_of_several(tmp_path, rng, answer, refused):
     both = FRF(np.arange(5.0, 35.0), np.stack((value, value), 1), None, (), ("5:+Z", "7:-Y"), "acceleration/force")
     formats.write(tmp_path / "two.uff", both)
     said = answer("convert", tmp_path / "two.uff", tmp_path / "two.csv")
-    assert said["holds"] == (
-        "2 FRFs, acceleration/force to 5:+Z, 30 lines; 2 FRFs, acceleration/force to 7:-Y, 30 lines"
-    )
+    assert said["holds"] == "2 FRFs, acceleration/force to 5:+Z, 30 lines; 2 FRFs, acceleration/force to 7:-Y, 30 lines"
     said = answer("convert", tmp_path / "two.csv", tmp_path / "one.uff", "--reference", "7:-Y")
     assert said["holds"] == "2 FRFs, acceleration/force to 7:-Y, 30 lines"
     np.testing.assert_array_equal(formats.read_frf(tmp_path / "one.uff").functions, value)
@@ -216,9 +211,7 @@ def test_orbits_of_a_run_up_out_of_a_csv(tmp_path, answer, refused):
     for back in ("a.csv", "a.mat"):  # keyphasors have a name in tables
         answer("convert", tmp_path / "machine" / "run.uff", tmp_path / back)
         assert {c.label for c in formats.read(tmp_path / back)} == {"2:+Y", "2:+Z", "400:S"}
-    (tmp_path / "map.toml").write_text(
-        '[channels]\n"Probe Y" = "disp:2:+Y"\n"Probe Z" = "disp:2:+Z"\n"KP" = "keyphasor"\n'
-    )
+    (tmp_path / "map.toml").write_text('[channels]\n"Probe Y"="disp:2:+Y"\n"Probe Z"="disp:2:+Z"\nKP="keyphasor"\n')
     mapped = [*given[:2], *given[3:5], "--role", "orbit", "--map", tmp_path / "map.toml"]
     answer(*mapped, "--spin", "5Hz:15Hz:4", "--pulses", 2, "--out", tmp_path / "other")
     assert "--spin 5Hz:15Hz: " in refused(*mapped[:-2], "--spin", "5Hz:15Hz", "--out", tmp_path / "no")

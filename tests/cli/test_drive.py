@@ -25,11 +25,10 @@ def logs(tmp_path):
     return paths
 
 
-def test_a_drive_and_a_run_that_is_predicted(logs, tmp_path, capsys):
+def test_a_drive_and_a_run_that_is_predicted(logs, tmp_path, answer):
     out = tmp_path / "out"
     given = ["--column", "time=t", "--column", "motor_torque=-tau", "--predict", str(logs[2]), "--out", str(out)]
-    assert main(["drive", str(logs[0]), str(logs[1]), *given, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = answer("drive", logs[0], logs[1], *given)
     assert told["table"]["ratio"] == pytest.approx(-0.5, rel=1e-2)
     (row,) = told["predicted"]
     assert row["run"] == "log_2" and row["angle_rms_deg"] == pytest.approx(np.degrees(1e-3), rel=0.2)
@@ -51,7 +50,7 @@ def test_a_run_to_predict_that_has_the_load_angle_alone(logs, tmp_path, capsys):
     assert row["angle_rms_deg"] == pytest.approx(np.degrees(1e-3), rel=0.2) and row["torque_rms_Nm"] is None
 
 
-def test_a_map_and_what_is_skipped(logs, tmp_path, capsys):
+def test_a_map_and_what_is_skipped(logs, tmp_path, refused, output_of):
     """Degrees and mN m in headers, a map, and the load's torque left out: the motor's side alone is looked at."""
     for path in logs:
         rows = np.loadtxt(path, delimiter=",", skiprows=1) * [1e3, 180 / np.pi, 1e3, 180 / np.pi, 1e3]
@@ -60,27 +59,23 @@ def test_a_map_and_what_is_skipped(logs, tmp_path, capsys):
         '[channels]\n"motor" = "motor_angle"\n"tau" = "-motor_torque"\n"joint [deg]" = "load_angle"\n"t" = "skip"\n'
     )
     given = ["drive", *map(str, logs[:2]), "--map", str(tmp_path / "map.toml"), "--out", str(tmp_path / "out")]
-    assert main([*given, "--column", "load=load_torque", "--json"]) == 0
-    said = capsys.readouterr()
+    said = output_of(*given, "--column", "load=load_torque", "--json")
     assert json.loads(said.out)["table"]["ratio"] == pytest.approx(-0.5, rel=1e-2) and "note" not in said.err
-    assert main([*given, "--column", "load_angle=skip", "--predict", str(logs[2])]) == 2
-    assert "--predict needs logs of both ends" in capsys.readouterr().err
+    assert "--predict needs logs of both ends" in refused(*given, "--column", "load_angle=skip", "--predict", logs[2])
 
 
 @pytest.mark.slow
-def test_logs_of_the_motor_alone(logs, tmp_path, capsys):
+def test_logs_of_the_motor_alone(logs, tmp_path, refused, answer):
     """What a motor tells, and a file to predict, which needs both ends."""
     out, columns = tmp_path / "out", ["--column", "time=t", "--column", "motor_torque=-tau"]
     for path in logs:
         table = np.loadtxt(path, delimiter=",", skiprows=1)
         np.savetxt(path, table[:, :3], "%.7f", ",", header="t,motor_angle,tau", comments="")
-    assert main(["drive", *map(str, logs[:2]), *columns, "--out", str(out), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = answer("drive", *logs[:2], *columns, "--out", out)
     assert told["table"]["play to either side, rad"] > 0 and not told["predicted"]
     assert "The ratio to the load" in (out / "index.html").read_text()
     given = ["--predict", str(logs[2]), "--out", str(tmp_path / "other")]
-    assert main(["drive", *map(str, logs[:2]), *columns, *given]) == 2
-    assert "--predict needs logs of both ends" in capsys.readouterr().err
+    assert "--predict needs logs of both ends" in refused("drive", *logs[:2], *columns, *given)
 
 
 @pytest.mark.parametrize("given, said", [
@@ -89,7 +84,6 @@ def test_logs_of_the_motor_alone(logs, tmp_path, capsys):
     (["--column", "time=t"], 'no column "motor_torque" (motor_torque); it has t, motor_angle, tau'),
     (["--column", "time=t [s]", "--column", "motor_torque=tau [Nm]"], "a torque or an angle counts the other way"),
 ])  # fmt: skip
-def test_bad_input_is_one_line(logs, tmp_path, capsys, given, said):
-    assert main(["drive", str(logs[0]), *given, "--out", str(tmp_path / "out")]) == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
+def test_bad_input_is_one_line(logs, tmp_path, refused, given, said):
+    (line,) = refused("drive", logs[0], *given, "--out", tmp_path / "out").strip().splitlines()
     assert said in line and not (tmp_path / "out").exists()

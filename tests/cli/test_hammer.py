@@ -40,9 +40,7 @@ def test_a_file_of_hits(tmp_path, answer, refused, capsys):
 
 def test_files_of_a_roving_hammer(tmp_path, answer):
     header = "Time [s],Hammer [N],A [g]"
-    files = [
-        table(tmp_path / f"{at[0]}.csv", beam((0.1,), (60.0,), at, ("2:+Z",), 2.5), header) for at in ("1:+Z", "2:+Z")
-    ]
+    files = [table(tmp_path / f"{i}.csv", beam((0.1,), (60.0,), f"{i}:+Z", ("2:+Z",), 2.5), header) for i in (1, 2)]
     answer("hammer", *files, "--at", "1:+Z", "2:+Z", "--sensor-at", "2:+Z", "--out", tmp_path / "out")
     frf = cm.read(tmp_path / "out" / "frf.uff")
     assert (frf.references, frf.responses) == (("1:+Z", "2:+Z"), ("2:+Z",))

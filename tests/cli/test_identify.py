@@ -15,9 +15,9 @@ from clearance_mj.io.results import load
 from clearance_mj.periodic import rattle_maps
 from clearance_mj.report import rattling
 
-from ..conftest import ROOT, SMALL_LAW, record_of
+from ..conftest import SMALL_LAW, record_of
+from .conftest import RIG
 
-RIG = str(ROOT / "models" / "table1_rig.toml")
 QUANTITIES = {"acceleration": "acc", "displacement": "disp"}
 FIGURES = ("scalogram", "contact_over_time")
 FIGURES_OVER_ALL = "contact_over_amplitude"
@@ -99,9 +99,7 @@ def seen():
 def same_channels(dataset, record):
     (found,) = dataset.identify
     assert found.fs == record.fs
-    assert [(c.node, c.direction, c.quantity) for c in found.channels] == [
-        (c.node, c.direction, c.quantity) for c in record.channels
-    ]
+    assert [(c.label, c.quantity) for c in found.channels] == [(c.label, c.quantity) for c in record.channels]
     for a, b in zip(found.channels, record.channels):
         np.testing.assert_allclose(a.value, b.value, rtol=1e-8)
     return found
@@ -162,18 +160,14 @@ def test_what_was_found_is_kept_where_it_cannot_be_drawn(seen, small_dataset, tm
     captured = capsys.readouterr()
     assert captured.err == f"clearance-mj: {found}: what was found is kept, and drawing it failed: no such axis\n"
     assert "contact stiffness" in captured.out
-    assert {"rig.toml", "law.json", "identified.json"} == {
-        p.name for p in (tmp_path / "found").iterdir() if p.is_file()
-    }
+    assert {"rig.toml", "law.json", "identified.json"} == {p.name for p in found.iterdir() if p.is_file()}
     assert Model.load(found).rig.name == "table1"
 
 
 def test_refused(small_dataset, ramp, csv_file, tmp_path, refused):
     out = ["--out", tmp_path / "found"]
     assert "which needs its rig too: --rig rig.toml" in refused("identify", csv_file, *out)
-    assert "--rig, --column, --map, --fs and --resample are for the file of" in refused(
-        "identify", small_dataset, "--rig", RIG, *out
-    )
+    assert "--map, --fs and --resample are for the file of" in refused("identify", small_dataset, "--rig", RIG, *out)
     assert 'no column "Acel"' in refused("identify", csv_file, "--rig", RIG, "--column", "Acel=acc:1", *out)
     assert "needs HEADER=CHANNEL" in refused("identify", csv_file, "--rig", RIG, "--column", "acc:1", *out)
     assert "does not exist; a dataset is" in refused("identify", tmp_path / "no.csv.zip", *out)

@@ -27,12 +27,11 @@ def folder(tmp_path):
 
 
 @pytest.mark.slow
-def test_rig_law_numbers_and_page(folder, tmp_path, capsys):
+def test_rig_law_numbers_and_page(folder, tmp_path, answer):
     out, truth = tmp_path / "found", NAMED["one-bushing"]()
     (tmp_path / "found").mkdir()
     (out / "mine.txt").write_text("stays")
-    assert main(["identify", str(folder), "--out", str(out), "--json", "--quiet"]) == 0
-    printed = json.loads(capsys.readouterr().out)
+    printed = answer("identify", folder, "--out", out, "--quiet")
     stored = json.loads((out / "identified.json").read_text(encoding="utf-8"))
     assert (stored["synthetic"], stored["identified_from"]) == (True, ["ramp"])
     assert printed["parameters"] == stored["parameters"] and (out / "mine.txt").read_text() == "stays"
@@ -44,9 +43,7 @@ def test_rig_law_numbers_and_page(folder, tmp_path, capsys):
     assert rows["bushings[0].gap"]["before"] == truth.rig.bushings[0].gap
     assert load_law(out / "law.json").to_dict() == printed["law"]
     assert np.array(stored["correlation"]).shape == (len(rows), len(rows))
-    assert all(
-        0 < row["posterior_over_prior"] < 1.01 and row["low"] <= row["value"] <= row["high"] for row in rows.values()
-    )
+    assert all(0 < r["posterior_over_prior"] < 1.01 and r["low"] <= r["value"] <= r["high"] for r in rows.values())
     assert sum(family["weight"] for family in stored["families"]) == pytest.approx(1)
     assert {row["sensor"] for row in stored["misfit"]["frf"]} == set(rig.sensor_labels)
 
@@ -75,7 +72,5 @@ def test_refused(small_dataset, tmp_path, refused, capsys):
     )
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "rig.toml").write_text("mine")
-    assert "rig.toml is there and not listed as written" in refused(
-        "identify", small_dataset, "--out", tmp_path / "out"
-    )
+    assert "rig.toml is there and not listed" in refused("identify", small_dataset, "--out", tmp_path / "out")
     assert (tmp_path / "out" / "rig.toml").read_text() == "mine"

@@ -7,8 +7,8 @@ import pytest
 from clearance_mj.cli.options import kmh, level, levels
 
 from ..conftest import ROOT
+from .conftest import RIG
 
-RIG = ROOT / "models" / "table1_rig.toml"
 GRAVITY, MILE = 9.80665, 1609.344  # m/s² and m, exact (NIST SP 811, 2008, B.8)
 
 

@@ -1,6 +1,5 @@
 """clearance-mj listen: files at one full scale, numbers as the Python calls find them, bad input in one line."""
 
-import csv
 import importlib.util
 import json
 
@@ -15,10 +14,9 @@ from clearance_mj.signals.excitation import from_psd, random
 from clearance_mj.sound import heard, loudness, loudness_over_level, radiate, read_wav
 from clearance_mj.tolerance import Scatter
 
-from ..conftest import ROOT
 from ..rig.rig_changes import TABLES
+from .conftest import RIG, csv_rows
 
-RIG = ROOT / "models" / "table1_rig.toml"
 QUICK = ["--duration", 1.5, "--fs", 4096, "--workers", 1, "--quiet"]
 OF_PLATE = ["--sensor", 8, "--area", 0.1, "--distance", 1]
 PLATE = Plate(sensor=8, area=0.1, distance=1.0)
@@ -46,8 +44,7 @@ def test_two_designs_have_one_full_scale(tmp_path, answer):
         rows = [row for row in stored["loudness"] if row["design"] == name]
         assert [row["loudness_n5_sone"] for row in rows] == pytest.approx(found.n5, rel=1e-9)
         assert [row["sound_pressure_level_db"] for row in rows] == pytest.approx(found.pressure_level, abs=1e-6)
-    with (out / "loudness.csv").open(newline="", encoding="utf-8") as file:
-        assert [row["level"] for row in csv.DictReader(file)] == ["1.0", "4.0", "1.0", "4.0"]
+    assert [row["level"] for row in csv_rows(out / "loudness.csv")] == ["1.0", "4.0", "1.0", "4.0"]
     assert (out / "loudness.png").stat().st_size > 10_000
 
 

@@ -8,15 +8,14 @@ import pytest
 
 from clearance_mj.cli import main
 
-from ..conftest import ROOT, SMALL_LAW
+from ..conftest import SMALL_LAW
 from ..processes import PATIENCE, started, wait_for
+from .conftest import RIG
 
 pytest.importorskip("tornado", reason="the live page needs Tornado (the extra live)")
 
-RIG = ROOT / "models" / "table1_rig.toml"
 
-
-def test_the_address_is_told_until_the_page_ends(monkeypatch, capsys, tmp_path, small_dataset):
+def test_the_address_is_told_until_the_page_ends(monkeypatch, capsys, tmp_path, small_dataset, output_of):
     seen = {}
 
     def serve(page, ready):
@@ -28,8 +27,7 @@ def test_the_address_is_told_until_the_page_ends(monkeypatch, capsys, tmp_path, 
     monkeypatch.setattr("clearance_mj.live.server.serve", serve)
     SMALL_LAW.save(tmp_path / "law.json")
     told = ["live", str(small_dataset), "--law", str(tmp_path / "law.json"), "--no-browser", "--out"]
-    assert main([*told, str(tmp_path / "address")]) == 0
-    printed = capsys.readouterr().out
+    printed = output_of(*told, tmp_path / "address").out
     assert seen["text"] == seen["page"].address + "\n" and f"live: {seen['text']}" in printed
     assert seen["mode"] == 0o600 and not (tmp_path / "address").exists()
     (tmp_path / "address").write_text("http://127.0.0.1:1/of-a-page-that-was-killed/")  # readable to all

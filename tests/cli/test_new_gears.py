@@ -33,13 +33,3 @@ def test_gears(tmp_path):
     assert rig.loads == (Load("1:RX", torque=5.0), Load("2:RX", torque=-10.0))
     assert rig.orders == (Order("1:RX", 28.0, torque=2.0),) and rig.spin.speed == pytest.approx(100 * np.pi / 3)
     assert rig.sensors == (Sensor(2, "2:RX", quantity="angle"),) and not rig.examples
-
-
-def test_what_is_not_of_gears_is_refused(refused):
-    assert "--teeth is of gears: give --kind gears, not beam" in refused("new", "a", "--kind", "beam", "--teeth", 28)
-    assert "--oil is of shafts, and kind gears has one mesh: leave it out" in refused(
-        "new", "a", "--teeth", 2, "--oil", 1
-    )
-    assert "--gap is of shafts, and kind gears has one mesh: give --backlash" in refused(
-        "new", "a", "--kind", "gears", "--gap", "1mm"
-    )

@@ -1,6 +1,5 @@
 """clearance-mj orbits and campbell: what the Python calls find, as files; bad input."""
 
-import csv
 import json
 
 import matplotlib.image
@@ -8,7 +7,6 @@ import numpy as np
 import pytest
 
 from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
-from clearance_mj.cli import main
 from clearance_mj.core.output_folder import FIGURES
 from clearance_mj.rig import Spin, Unbalance
 from clearance_mj.rotors import campbell, turning_shaft, unbalance_response
@@ -16,6 +14,7 @@ from clearance_mj.rotors.diagram import whirl_names
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
 from ..conftest import ROOT
+from .conftest import csv_rows
 
 PLANAR = ROOT / "models" / "table1_rig.toml"
 SPIN, MOMENT = 100.0, 2e-5
@@ -84,11 +83,9 @@ def test_campbell_writes_what_the_call_finds(rig, tmp_path, answer, refused):
     assert [row["whirl"] for row in found["critical_speeds"]] == list(criticals.whirl) and len(criticals) >= 2
     speeds = [row["spin_rad_s"] for row in found["critical_speeds"]]
     np.testing.assert_allclose(speeds, criticals.spin_rad_s, rtol=1e-12)
-    with (tmp_path / "out" / "critical_speeds.csv").open(newline="", encoding="utf-8") as file:
-        assert [float(row["spin_rad_s"]) for row in csv.DictReader(file)] == speeds
+    assert [float(row["spin_rad_s"]) for row in csv_rows(tmp_path / "out" / "critical_speeds.csv")] == speeds
     assert found["threshold"] is None and found["operating"] == [SPIN, SPIN]  # of the rig's spin
-    with (tmp_path / "out" / "campbell.csv").open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = csv_rows(tmp_path / "out" / "campbell.csv")
     np.testing.assert_allclose([float(r["frequency_hz"]) for r in rows], expected.frequency.ravel(), rtol=1e-12)
     assert [int(r["mode"]) for r in rows] == list(np.repeat([1, 2, 3, 4], 11))
     assert [r["whirl"] for r in rows] == whirl_names(expected.sense).ravel().tolist()
@@ -109,25 +106,20 @@ def test_campbell_writes_what_the_call_finds(rig, tmp_path, answer, refused):
     assert beyond["speed"] == [0.0, pytest.approx(1.5 * 400)]  # the operating speed, which is the faster one
 
 
-def test_unbalance_writes_what_the_call_finds(rig, tmp_path, answer, refused, capsys):
+def test_unbalance_writes_what_the_call_finds(rig, tmp_path, answer, refused, output_of):
     given = "--speeds", 0, 300, "--points", 50, "--out", tmp_path / "out"
     found = answer("unbalance", tmp_path / "rotor.toml", *given)
     expected = unbalance_response(rig, np.linspace(0.0, 300.0, 50), (SPIN, SPIN))  # margins count from the rig's spin
     assert found["critical_speeds"] == expected.criticals.to_dict("records")
-    with (tmp_path / "out" / "unbalance.csv").open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = csv_rows(tmp_path / "out" / "unbalance.csv")
     assert [r["probe"] for r in rows[:: expected.speed.size]] == ["1:+Z", "301:+Y", "301:+Z"]
     for name, want in (("amplitude_um_pp", 1e6 * expected.amplitude), ("phase_lag_deg", expected.phase_lag)):
         np.testing.assert_allclose([float(r[name]) for r in rows], want.ravel(), rtol=1e-12)
-    with (tmp_path / "out" / "critical_speeds.csv").open(newline="", encoding="utf-8") as file:
-        assert {r["probe"] for r in csv.DictReader(file)} == set(expected.criticals.probe)
+    assert {r["probe"] for r in csv_rows(tmp_path / "out" / "critical_speeds.csv")} == set(expected.criticals.probe)
     assert np.ptp(matplotlib.image.imread(tmp_path / "out" / "unbalance.png")) > 0.5
     arguments = "unbalance", tmp_path / "rotor.toml", "--gap", "0.01mm", "--out", tmp_path / "narrow"
-    assert main([*map(str, arguments)]) == 0
-    said = capsys.readouterr()
+    said = output_of(*arguments)
     assert "301:+Y, 301:+Z: wider than the clearance" in said.err
-    assert (
-        "critical speeds up to 1432.4 rev/min:" in said.out and "required_margin_percent" in said.out
-    )  # 1.5 times SPIN
+    assert "critical speeds up to 1432.4 rev/min:" in said.out and "required_margin_percent" in said.out
     rig.replace(unbalances=()).save(tmp_path / "balanced.toml")
     assert "has no unbalances" in refused("unbalance", tmp_path / "balanced.toml")

@@ -1,6 +1,5 @@
 """clearance-mj peaks: what the Python call finds, as files; bad input."""
 
-import csv
 import json
 
 import pytest
@@ -9,9 +8,8 @@ import clearance_mj as cm
 from clearance_mj.signals import road_psd
 from clearance_mj.tolerance import peaks_over_an_hour
 
-from ..conftest import ROOT
+from .conftest import RIG, csv_rows
 
-RIG = ROOT / "models" / "table1_rig.toml"
 TABLE = "frequency, psd\n5,0.05\n20,0.1\n80,0.1\n220,0.02\n"
 
 
@@ -30,8 +28,7 @@ def test_files_hold_what_the_call_finds(psd, tmp_path, answer):
     found = peaks_over_an_hour(cm.Rig.load(RIG), cm.PSD.load(psd).scaled(3.0), 5.0, 3, limit=2.0)
     assert [each["median"] for each in stored["largest"]] == pytest.approx(found.median.tolist())
     assert [each["value"] for each in stored["impacts_per_second"]] == found.impacts_per_second.tolist()
-    with (out / "peaks.csv").open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = csv_rows(out / "peaks.csv")
     assert [(row["place"], row["what"]) for row in rows[2:]] == [(name, "largest contact_force") for name in found.rows]
     assert [float(row["exceeded"]) for row in rows[2:]] == pytest.approx(found.exceeded.tolist())
     assert (out / "peaks.png").stat().st_size > 5000

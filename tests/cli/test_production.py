@@ -1,6 +1,5 @@
 """clearance-mj production: what the Python calls find, as files and a page; bad input."""
 
-import csv
 import json
 
 import numpy as np
@@ -11,6 +10,7 @@ from clearance_mj.cli import main
 from clearance_mj.tolerance import Runner, Scatter, Sines, production
 
 from ..conftest import ROOT
+from .conftest import csv_rows
 
 RIG, SCATTER = ROOT / "models" / "table1_rig.toml", ROOT / "models" / "scatter" / "table1.toml"
 BAND = ("--levels", "1.4,2", "--from", 36, "--to", 44, "--steps", 3, "--workers", 1)
@@ -31,8 +31,7 @@ def test_files_hold_what_the_calls_find(tmp_path, answer):
     assert stored["over_level"] == found.over_level("contact").tolist()
     assert stored["exceeding_over_level"] == found.over_level("exceeding").tolist()
     assert 0 < found.over_level("contact")[0] < 1
-    with (out / "production.csv").open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = csv_rows(out / "production.csv")
     assert [float(row["share_contact"]) for row in rows] == pytest.approx(found.contact.ravel().tolist())
     assert {row["number"] for row in stored["tightening"]["numbers"]} >= {"bushings.gap", "beam.young_modulus"}
     assert {row["parameter"] for row in stored["sensitivity"]} >= {"bushings[0].gap, bushings[1].gap"}
@@ -52,9 +51,7 @@ def test_random_excitation_is_a_part_of_the_page(tmp_path, answer):
     touches = {(row["level"], row["place"]): row["touches"] for row in stored["random"] if "touches" in row}
     assert sorted(touches) == [(1.0, "6:+Z"), (1.0, "7:+Z"), (2.0, "6:+Z"), (2.0, "7:+Z")]
     assert touches[2.0, "7:+Z"][0] > 0.9
-    assert (
-        answer("production", RIG, *given, "--out", tmp_path / "out") == stored
-    )  # into the same folder, from what is kept
+    assert answer("production", RIG, *given, "--out", tmp_path / "out") == stored  # from what is kept
     assert "Under random excitation" in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
 
 

@@ -1,27 +1,19 @@
 """clearance-mj rattle-map: what the Python call finds, as files; first contact and jumps in words; bad input."""
 
-import csv
 import json
 
 import numpy as np
 import pytest
 
-from clearance_mj import ConstantLaw, Model, Rig, periodic
+from clearance_mj import Model, Rig, periodic
 from clearance_mj.calibrate.free import with_values
 from clearance_mj.rig import Spin, Tolerance
 
 from ..conftest import ROOT
 from ..periodic.jeffcott import FREQUENCY, jeffcott, unbalanced
+from .conftest import LAW, RIG, csv_rows
 
-RIG = ROOT / "models" / "table1_rig.toml"
-LAW = ConstantLaw(7.8e3, 4.0)
 LEVELS, FREQUENCIES, GAPS = (1.0, 3.5, 6.0), np.linspace(40, 49, 19), (3e-4, 6e-4)
-
-
-@pytest.fixture
-def law(tmp_path):
-    LAW.save(tmp_path / "law.json")
-    return tmp_path / "law.json"
 
 
 def test_files_hold_what_the_call_finds(law, tmp_path, answer, capsys):
@@ -39,24 +31,19 @@ def test_files_hold_what_the_call_finds(law, tmp_path, answer, capsys):
     jumps = {(j["gap"], j["level"], j["sweep"]): j["frequency"] for j in stored["jumps"]}
     assert jumps[0, 6.0, "up"] == pytest.approx(46.9, abs=0.1)
     assert jumps[0, 6.0, "down"] == pytest.approx(45.7, abs=0.1)
-    with (out / "rattle_map.csv").open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = csv_rows(out / "rattle_map.csv")
     assert len(rows) == 2 * 2 * 3 * 19
     of = [r for r in rows if (r["gap_7:+Z_m"], r["level"], r["sweep"]) == ("0.0006", "3.5", "down")]
     np.testing.assert_allclose([float(r["frequency_hz"]) for r in of], FREQUENCIES)
     np.testing.assert_allclose([float(r["displacement_6:+Z_m"]) for r in of], found.displacement[1, 1, 1, :, 0], 1e-12)
-    np.testing.assert_allclose(
-        [float(r["contact_share_7:+Z"]) for r in rows], found.contact_share[..., 1].ravel(), rtol=1e-12
-    )
+    np.testing.assert_allclose([float(r["contact_share_7:+Z"]) for r in rows], found.contact_share[..., 1].flat, 1e-12)
     assert (out / "rattle_map.png").stat().st_size > 20_000
 
 
-def test_it_says_where_it_touches_and_jumps(law, tmp_path, capsys):
-    from clearance_mj.cli import main
+def test_it_says_where_it_touches_and_jumps(law, tmp_path, output_of):
 
     given = ["--levels", "2,6", "--from", "36", "--to", "49", "--steps", "27", "--harmonics", "5", "--workers", "1"]
-    assert main(["rattle-map", str(RIG), "--law", str(law), *given, "--quiet", "--out", str(tmp_path)]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = output_of("rattle-map", RIG, "--law", law, *given, "--quiet", "--out", tmp_path).out.splitlines()
     assert lines[0].startswith("gap 0.3 mm: touches first from 1.5") and "at 39.5 Hz; rattles in " in lines[0]
     assert any("jumps in sweeps up" in line and "to 6 m/s² and 46.9" in line for line in lines), lines
 
@@ -108,8 +95,7 @@ def test_a_map_over_speed_and_unbalance(tmp_path, answer, capsys):
     assert found["kind"] == "unbalance" and found["unknown"] == 0
     jumps = {jump["sweep"]: jump["frequency"] / hz for jump in found["jumps"]}
     assert jumps == pytest.approx({"up": 4.328, "down": 1.1032}, rel=1e-3)
-    with (out / "rattle_map.csv").open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = csv_rows(out / "rattle_map.csv")
     assert {row["level_unit"] for row in rows} == {"× unbalance"} and "displacement_1:+Z_m" in rows[0]
     assert (out / "rattle_map.png").stat().st_size > 20_000
 
@@ -133,7 +119,6 @@ def test_gears_over_mean_torque_and_ripple(tmp_path, capsys, answer):
     given = ["rattle-map", ROOT / "models" / "gear_pair.toml", "--loads", "0.5,1", "--levels", "0.1:0.4:4"]
     given += ["--from", 13.333, "--steps", 1, "--harmonics", 31, "--workers", 1, "--quiet", "--out", out]
     np.testing.assert_allclose(answer(*given)["onset"], 1.662 / 3.5 * np.array([[0.5], [1.0]]), rtol=5e-3)
-    with (out / "rattle_map.csv").open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = csv_rows(out / "rattle_map.csv")
     assert len(rows) == 2 * 2 * 4
     assert {row["impacts"] for row in rows if row["load"] == "1.0"} == {"in contact"}

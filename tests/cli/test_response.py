@@ -1,27 +1,17 @@
 """clearance-mj response: what the Python call finds, as files; folds and jumps in words; bad input is one line."""
 
-import csv
 import json
 from functools import partial
 
 import numpy as np
 import pytest
 
-from clearance_mj import ConstantLaw, Model, Rig, periodic
+from clearance_mj import Model, Rig, TimeLaw, periodic
+from clearance_mj.cli import main
 
-from ..conftest import ROOT
 from ..periodic.jeffcott import FREQUENCY, GAP, jeffcott, unbalanced
 from ..periodic.test_starts import GAP as OSCILLATOR
-
-RIG = ROOT / "models" / "table1_rig.toml"
-LAW = ConstantLaw(7.8e3, 4.0)
-
-
-@pytest.fixture(scope="module")
-def law(tmp_path_factory):
-    path = tmp_path_factory.mktemp("law") / "law.json"
-    LAW.save(path)
-    return path
+from .conftest import LAW, RIG, csv_rows
 
 
 def test_files_hold_what_the_call_finds(law, tmp_path, answer):
@@ -40,8 +30,7 @@ def test_files_hold_what_the_call_finds(law, tmp_path, answer):
     assert up["upwards"] and up["at"] == pytest.approx(46.9, abs=0.1) and up["after"][0] < 0.5 * up["before"]
     assert not down["upwards"] and down["at"] == pytest.approx(45.7, abs=0.1) and down["after"][0] > 2 * down["before"]
     assert second["special"] == second["jumps"] == []
-    with (out / "response.csv").open(newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.DictReader(file) if row["level"] == "6.0"]
+    rows = [row for row in csv_rows(out / "response.csv") if row["level"] == "6.0"]
     np.testing.assert_array_equal([float(row["frequency_hz"]) for row in rows], branch.frequency)
     assert [row["stable"] == "True" for row in rows] == branch.stable.tolist()
     for column, expected in (
@@ -54,27 +43,21 @@ def test_files_hold_what_the_call_finds(law, tmp_path, answer):
     assert (out / "response.png").stat().st_size > 20_000
 
 
-def test_it_says_what_branches_from_both_ends_leave_out(tmp_path, capsys):
+def test_it_says_what_branches_from_both_ends_leave_out(tmp_path, output_of):
     """Superharmonic resonances in between, up to 0.0339 and from 0.2752 Hz on."""
-    from clearance_mj.cli import main
 
     OSCILLATOR.save(tmp_path / "rig.toml")
     given = ["--level", "1", "--from", "0.03", "--to", "0.4774", "--harmonics", "31", "--quiet"]
-    assert main(["response", str(tmp_path / "rig.toml"), *given, "--out", str(tmp_path)]) == 0
-    said = capsys.readouterr().out.splitlines()
+    said = output_of("response", tmp_path / "rig.toml", *given, "--out", tmp_path).out.splitlines()
     turned = [line for line in said if line.startswith("  it turns back and leaves the range at")]
-    assert ["0.0339408 to 0.4774 Hz is not covered" in turned[0], "to 0.03 Hz is not covered" in turned[1]] == [
-        True
-    ] * 2
+    assert "0.0339408 to 0.4774 Hz is not covered" in turned[0] and "to 0.03 Hz is not covered" in turned[1]
     assert "1 N: no vibration was found from 0.03394 to 0.2752 Hz" in said
 
 
-def test_it_says_folds_and_jumps_and_how_far(law, tmp_path, capsys):
-    from clearance_mj.cli import main
+def test_it_says_folds_and_jumps_and_how_far(law, tmp_path, output_of):
 
     given = [str(RIG), "--law", str(law), "--level", "6", "--from", "49", "--to", "43", "--harmonics", "7", "--quiet"]
-    assert main(["response", *given, "--out", str(tmp_path)]) == 0
-    said = capsys.readouterr()
+    said = output_of("response", *given, "--out", tmp_path)
     deep = "is 0.43 mm deep in the wall, beyond a fifth of the gap (0.3 mm): the contact's stiffness decides what is"
     assert [line.count("deep in the wall") for line in said.err.splitlines()] == [1, 1] and deep in said.err
     lines = said.out.splitlines()
@@ -106,77 +89,61 @@ def test_refusals(law, tmp_path, refused, arguments, words):
     assert not out.exists()
 
 
-@pytest.mark.parametrize(
-    "level, words",
-    [(level, "such as 0.5:10:50") for level in ("-2", "0", "1:2", "1:2:1", "1:2:1000000000")]
-    + [("2,x", '"x" is no number'), ("inf", '"inf" is no number'), ("2kg", 'unit "kg" of acceleration')],
-)
+@pytest.mark.parametrize("level, words", [
+    *((level, "such as 0.5:10:50") for level in ("-2", "0", "1:2", "1:2:1", "1:2:1000000000")),
+    ("2,x", '"x" is no number'), ("inf", '"inf" is no number'), ("2kg", 'unit "kg" of acceleration'),
+])  # fmt: skip
 def test_impossible_levels(capsys, level, words):
-    from clearance_mj.cli import main
-
-    with pytest.raises(SystemExit) as stopped:
+    with pytest.raises(SystemExit, match="2"):
         main(["response", str(RIG), f"--level={level}"])
     said = capsys.readouterr().err
-    assert stopped.value.code == 2 and said.count("\n") == 1 and words in said
+    assert said.count("\n") == 1 and words in said
 
 
 def test_a_law_over_time_is_refused(tmp_path, refused):
-    from clearance_mj.clearance import TimeLaw
-
-    TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]]).save(tmp_path / "law.json")
-    assert "over time" in refused(
-        "response", RIG, "--law", tmp_path / "law.json", "--level", "2", "--out", tmp_path / "o"
-    )
-    assert not (tmp_path / "o").exists()
+    law, out = tmp_path / "law.json", tmp_path / "out"
+    TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]]).save(law)
+    assert "over time" in refused("response", RIG, "--law", law, "--level", "2", "--out", out)
+    assert not out.exists()
 
 
-def test_over_level(law, tmp_path, capsys):
+def test_over_level(law, tmp_path, output_of):
     """At 46.5 Hz, between the folds at 6 m/s², the rig jumps up and down over level, too."""
-    from clearance_mj.cli import main
-
-    out = tmp_path / "out"
-    given = ["--frequency", "46.5", "--from", "3", "--to", "8", "--harmonics", "9", "--quiet", "--out", str(out)]
-    assert main(["response", str(RIG), "--law", str(law), *given]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    given = ["--frequency", "46.5", "--from", "3", "--to", "8", "--harmonics", "9", "--quiet", "--out", tmp_path]
+    lines = output_of("response", RIG, "--law", law, *given).out.splitlines()
     branch = periodic.follow_response_over_level(Model(Rig.load(RIG), LAW), 46.5, (3.0, 8.0), 9)
-    stored = json.loads((out / "response.json").read_text(encoding="utf-8"))["branches"][0]
+    stored = json.loads((tmp_path / "response.json").read_text(encoding="utf-8"))["branches"][0]
     assert stored["over"] == "level" and stored["frequency"] == pytest.approx(46.5) and stored["level"] is None
     folds = [point.level for point in branch.special if point.kind == "fold"]
     assert [jump["at"] for jump in stored["jumps"]] == pytest.approx(folds) and len(folds) == 2
     assert lines[0].startswith("46.5 Hz: ") and "from 3 to 8 m/s²" in lines[0]
     assert any(f"fold at {folds[0]:.6g} m/s²: upwards the vibration jumps from" in line for line in lines)
-    with (out / "response.csv").open(newline="", encoding="utf-8") as file:
-        np.testing.assert_allclose([float(row["level"]) for row in csv.DictReader(file)], np.abs(branch.level[:, 0]))
-    assert (out / "response.png").stat().st_size > 20_000
+    levels = [float(row["level"]) for row in csv_rows(tmp_path / "response.csv")]
+    np.testing.assert_allclose(levels, np.abs(branch.level[:, 0]))
+    assert (tmp_path / "response.png").stat().st_size > 20_000
 
 
-def test_over_gaps(law, tmp_path, capsys):
+def test_over_gaps(law, tmp_path, output_of):
     """Of gaps as of the level, which they scale with: docs/periodic.md."""
-    from clearance_mj.cli import main
-
     given = ["--level", "6", "--frequency", "44", "--over", "gap", "--from", "1", "--to", "2", "--harmonics", "9"]
-    assert main(["response", str(RIG), "--law", str(law), *given, "--quiet", "--out", str(tmp_path)]) == 0
+    lines = output_of("response", RIG, "--law", law, *given, "--quiet", "--out", tmp_path).out.splitlines()
     branch = periodic.follow_response_over(Model(Rig.load(RIG), LAW), "gap", (1.0, 2.0), 44.0, 6.0, 9)
     stored = json.loads((tmp_path / "response.json").read_text(encoding="utf-8"))["branches"][0]
     assert (stored["over"], stored["level"], stored["frequency"]) == ("gap", 6.0, pytest.approx(44.0))
     assert [p["at"] for p in stored["special"]] == pytest.approx([branch.share[p.index] for p in branch.special])
-    lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("6 m/s² at 44 Hz: ") and "points from 1 to 2 × gaps" in lines[0]
-    with (tmp_path / "response.csv").open(newline="", encoding="utf-8") as file:
-        np.testing.assert_allclose([float(row["share_of_gaps"]) for row in csv.DictReader(file)], branch.share)
+    shares = [float(row["share_of_gaps"]) for row in csv_rows(tmp_path / "response.csv")]
+    np.testing.assert_allclose(shares, branch.share)
     assert (tmp_path / "response.png").stat().st_size > 20_000
 
 
-def test_random_starts_and_period_doublings(law, tmp_path, capsys, monkeypatch):
+def test_random_starts_and_period_doublings(law, tmp_path, output_of, monkeypatch):
     """At 48 Hz and 6 m/s² the Table-1 rig has one vibration, which every start comes to; its period doubles nowhere."""
-    from clearance_mj.cli import main
-
     monkeypatch.setattr("clearance_mj.cli.response.find_isolas", partial(periodic.find_isolas, frequencies=[48.0]))
     given = ["--level", "6", "--from", "47.5", "--to", "49", "--harmonics", "5", "--isolas", "2", "--period-doublings"]
-    out = tmp_path / "out"
-    assert main(["response", str(RIG), "--law", str(law), *given, "--quiet", "--out", str(out)]) == 0
-    assert "0 more branches from random starts, of which 0 % came to none that repeats" in capsys.readouterr().out
-    stored = json.loads((out / "response.json").read_text(encoding="utf-8"))
+    said = output_of("response", RIG, "--law", law, *given, "--quiet", "--out", tmp_path).out
+    assert "0 more branches from random starts, of which 0 % came to none that repeats" in said
+    stored = json.loads((tmp_path / "response.json").read_text(encoding="utf-8"))
     assert len(stored["branches"]) == 1
     assert stored["isolas"] == [{"level": 6.0, "new": 0, "frequency": [48.0], "shares": [[1.0, 0.0]]}]
 
@@ -190,8 +157,7 @@ def test_unbalance_over_the_speed(tmp_path, answer):
     assert (half["kind"], half["level"], one["level"]) == ("unbalance", 0.5, 1.0)
     (contact,) = [point["frequency"] for point in one["special"] if point["kind"] == "first contact"]
     assert contact / hz == pytest.approx(0.9252, rel=1e-4)
-    with (out / "response.csv").open(newline="", encoding="utf-8") as file:
-        first = next(csv.DictReader(file))
+    first = next(csv_rows(out / "response.csv"))
     assert first["level_unit"] == "× unbalance"
     assert float(first["spin_rad_s"]) == pytest.approx(0.8 * FREQUENCY)
     radius = 0.5 * 0.2 * 0.8**2 / np.hypot(1 - 0.8**2, 0.1 * 0.8) * GAP

@@ -1,7 +1,5 @@
 """clearance-mj show: what files hold, as a table, as JSON and as a picture."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,7 @@ from clearance_mj.io.inventory import sparkline
 from tests.conftest import ROOT
 from tests.fuzz import samples, samples_uff
 
-RIG = ROOT / "models" / "table1_rig.toml"
+from .conftest import RIG
 
 
 @pytest.fixture
@@ -36,9 +34,8 @@ def test_sparkline_of_known_courses():
     assert sparkline(np.concatenate((np.zeros(240), np.ones(240)))) == 12 * "▁" + 12 * "█"
 
 
-def test_table(several, capsys):
-    assert main(["show", str(several)]) == 0
-    first, head, *rows = capsys.readouterr().out.splitlines()
+def test_table(several, output_of):
+    first, head, *rows = output_of("show", several).out.splitlines()
     assert first.endswith("2 x time record, 2 x FRF, 2 x auto spectrum, 2 x mode, 1 x geometry")
     assert head.split() == ["kind", "name", "place", "quantity", "unit", "samples", "rate", "RMS", "peak", "course"]
     assert rows[0].split()[:12] == ["time", "record", "tip", "3:+Z", "acceleration", "m/s2", "4096", "1024", "Hz", "1",
@@ -47,9 +44,8 @@ def test_table(several, capsys):
     assert rows[-1] == f"what is unknown or without a place: clearance-mj map {several} --rig RIG"
 
 
-def test_json_and_a_part(several, capsys):
-    assert main(["show", str(several), "--what", "frf", "--json"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)["files"].values()
+def test_json_and_a_part(several, answer):
+    (found,) = answer("show", several, "--what", "frf")["files"].values()
     assert found["holds"] == {"FRF": 2} and found["hint"] is None
     one = found["functions"][0]
     assert (one["name"], one["quantity"], one["unit"]) == ("6:+Z/100:+Z", "acceleration/acceleration", "1")
@@ -77,44 +73,39 @@ def test_a_picture_is_written_again_and_that_of_another_is_left(several, tmp_pat
     assert main(["show", str(several), "--out", str(picture)]) == 2 and picture.read_bytes() == b"mine"
 
 
-def test_what_shows_itself(tmp_path, capsys):
+def test_what_shows_itself(tmp_path, capsys, output_of):
     """A rig, a law and a dataset print themselves; a rig is drawn."""
     cm.ConstantLaw(8e3, 4.0).save(tmp_path / "law.json")
-    assert main(["show", str(RIG), str(tmp_path / "law.json"), str(ROOT / "data" / "table1_rig")]) == 0
-    said = capsys.readouterr().out
+    said = output_of("show", RIG, tmp_path / "law.json", ROOT / "data" / "table1_rig").out
     assert f"{RIG}: Rig" in said and "8e+03" in said.replace("8000", "8e+03") and "level_1_a" in said
     assert main(["show", str(RIG), "--out", str(tmp_path / "rig.png")]) == 0
     assert main(["show", str(tmp_path / "law.json"), "--out", str(tmp_path / "law.png")]) == 2
     assert "law.json: a ConstantLaw cannot be drawn by itself" in capsys.readouterr().err
 
 
-def test_refused(several, tmp_path, capsys):
+def test_refused(several, tmp_path, refused):
     for arguments, part in (
         (["--what", "tables"], 'holds no "tables"; choose one of "channels"'),
         (["--out", str(tmp_path / "a.xyz")], "give a name that ends in .png or .svg or .pdf"),
         ([str(RIG), "--out", str(tmp_path / "a.png")], "one picture is drawn of one file, got 2"),
         (["--units", "yd"], 'units "yd" are unknown; use SI'),
     ):
-        assert main(["show", str(several), *arguments]) == 2
-        said = capsys.readouterr().err
+        said = refused("show", several, *arguments)
         assert said.count("\n") == 1 and part in said
 
 
-def test_warning_names_the_file(tmp_path, capsys):
+def test_warning_names_the_file(tmp_path, capsys, output_of):
     """Factors of zero are said once, on standard error."""
-    (tmp_path / "zero.unv").write_bytes(samples_uff.uff()[5])
-    assert main(["show", str(tmp_path / "zero.unv")]) == 0
-    said = capsys.readouterr().err
-    assert said.startswith(
-        f"clearance-mj: warning: {tmp_path / 'zero.unv'}: data set 1 (164, units) has factors 0 and 0"
-    )
+    zero = tmp_path / "zero.unv"
+    zero.write_bytes(samples_uff.uff()[5])
+    said = output_of("show", zero).err
+    assert said.startswith(f"clearance-mj: warning: {zero}: data set 1 (164, units) has factors 0 and 0")
     assert said.count("\n") == 1 and main(["show", str(tmp_path / "zero.unv"), "--units", "SI"]) == 0
     assert not capsys.readouterr().err
 
 
-def test_with_a_map(several, tmp_path, capsys):
+def test_with_a_map(several, tmp_path, answer):
     """Places and units of a map of channels; what is skipped is not shown."""
     (tmp_path / "map.toml").write_text('[channels]\ntip = "acc:4:-Z"\nmic = "skip"\n')
-    assert main(["show", str(several), "--map", str(tmp_path / "map.toml"), "--json"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)["files"].values()
+    (found,) = answer("show", several, "--map", tmp_path / "map.toml")["files"].values()
     assert [(one["name"], one["place"]) for one in found["functions"]] == [("tip", "4:-Z")]

@@ -13,8 +13,8 @@ from clearance_mj.cli import main, names
 
 from ..conftest import ROOT
 from ..processes import FORK, ended, run
+from .conftest import RIG
 
-RIG = ROOT / "models" / "table1_rig.toml"
 NO_WAY_AROUND_PERMISSIONS = (1, 2)  # CAP_DAC_OVERRIDE and CAP_DAC_READ_SEARCH of the superuser
 DROP = 24  # PR_CAPBSET_DROP
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from clearance_mj import Record, Rig, write_dataset
-from clearance_mj.cli import main
 from clearance_mj.identify.structure import selection
 from clearance_mj.report.updated_rig import draw_spectra
 from clearance_mj.signals.excitation import level_ramp
@@ -26,14 +25,13 @@ def folder(tmp_path_factory):
     return path
 
 
-def test_files_and_json(folder, tmp_path, capsys, monkeypatch):
+def test_files_and_json(folder, tmp_path, answer, monkeypatch):
     """Whether a mass is missing is scored, and none is fitted: tests of found structures have the rest."""
     out = tmp_path / "out"
     monkeypatch.setattr(selection, "MIN_SCORE", np.inf)
     for name in set(selection.HYPOTHESES) - {"mass"}:
         monkeypatch.delitem(selection.HYPOTHESES, name)
-    assert main(["update-rig", str(folder), "--out", str(out), "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
+    printed = answer("update-rig", folder, "--out", out)
     stored = json.loads((out / "updated_rig.json").read_text(encoding="utf-8"))
     assert printed == stored | {"out": str(out)}
     rows = {row["name"]: row for row in stored["parameters"]}
@@ -59,6 +57,5 @@ def test_spectra_have_an_axis_in_words():
     assert {ax.get_ylabel() for ax in draw_spectra(found).figure.axes} == {"Spectrum (dB)"}
 
 
-def test_the_datasets_rig_is_not_replaced(folder, capsys):
-    assert main(["update-rig", str(folder), "--out", str(folder)]) == 2
-    assert "rig.toml is read by this command; give another --out" in capsys.readouterr().err
+def test_the_datasets_rig_is_not_replaced(folder, refused):
+    assert "rig.toml is read by this command; give another --out" in refused("update-rig", folder, "--out", folder)

@@ -18,9 +18,7 @@ TABLE = re.compile(r"(<!-- fuzz -->\n).*?(<!-- /fuzz -->)", re.DOTALL)
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
-    parser.add_argument(
-        "--out", type=Path, default=Path("results/fuzz"), help="folder for fuzz.json and what was found"
-    )
+    parser.add_argument("--out", type=Path, default=Path("results/fuzz"), help="folder for fuzz.json and findings")
     parser.add_argument("--reader", action="append", help="default: all")
     plugin("a file format").add(parser)
     parser.add_argument("--seed", type=int, default=1)

@@ -127,22 +127,34 @@ def _served(page, ready) -> None:
 
 def run(path: Path, rng) -> None:
     """Run a command line among files of the user's; ClearanceError if it is refused as it should be."""
-    line, words, world = json.loads(path.read_bytes()), io.StringIO(), path.parent / "world"
+    line, world = json.loads(path.read_bytes()), path.parent / "world"
     if not world.exists():
         shutil.copytree(_template(), world)
         _hostile(world)
     before = _kept(world)
-    with tame(), contextlib.chdir(world), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(words):
-        try:
-            status = main(line)
-        except SystemExit as end:
-            status = end.code
+    with contextlib.chdir(world):
+        outcome = typed(line)
     if (after := _kept(world)) != before:
         shutil.rmtree(world)  # the next line finds it as this one did
     asked = {"data/dataset.toml", "bench/dataset.toml", *line} if "convert" in line else set()
     changed = [file for file in before if after.get(file) != before[file] and file not in asked]
     assert not changed, f"files of the user's were changed: {changed}"
-    said = [text for text in words.getvalue().splitlines() if not ASIDE.match(text)]
+    judge(path, *outcome)
+
+
+def typed(line) -> tuple[int | str | None, list[str]]:
+    """Status of a command line, and the lines that it wrote to standard error without notes."""
+    words = io.StringIO()
+    with tame(), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(words):
+        try:
+            status = main(line)
+        except SystemExit as end:
+            status = end.code
+    return status, [text for text in words.getvalue().splitlines() if not ASIDE.match(text)]
+
+
+def judge(path: Path, status, said) -> None:
+    """Raise a ClearanceError if a command was refused in one line; anything but that or success is a finding."""
     assert status in (0, None, 2), f"status {status}: {said[-1:]}"
     if status == 2:
         assert len(said) == 1 and said[0].isprintable(), f"{len(said)} lines: {said[:3]}"

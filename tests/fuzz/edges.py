@@ -89,21 +89,11 @@ def make(rng) -> bytes:
 def run(path: Path, rng) -> None:
     """Run a command; ClearanceError if it is refused in one line, as it should be where it cannot be done."""
     drawn = json.loads(path.read_bytes())
-    own, words = random.Random(drawn["seed"]), io.StringIO()
+    own = random.Random(drawn["seed"])
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), contextlib.suppress(RigError):
         EDGES[drawn["edge"]](_new(drawn["rig"]), own).save("rig.toml")
         _record(_new(drawn["rig"]), drawn, own)
-        quiet = contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(words)
-        with command_lines.tame(), quiet[0], quiet[1]:
-            try:
-                status = main([*drawn["line"].split(), "--quiet"])
-            except SystemExit as end:
-                status = end.code
-        said = [text for text in words.getvalue().splitlines() if not command_lines.ASIDE.match(text)]
-        assert status in (0, None, 2), f"status {status}: {said[-1:]}"
-        if status == 2:
-            assert len(said) == 1 and said[0].isprintable(), f"{len(said)} lines: {said[:3]}"
-            raise ClearanceError(f"{path}: {said[0]}")
+        command_lines.judge(path, *command_lines.typed([*drawn["line"].split(), "--quiet"]))
 
 
 def prepare(inputs) -> None:

@@ -114,12 +114,18 @@ _MAPS = (
 _RATES = (*17 * [None], 64.0, 0.0, float("nan"))
 
 
+def make_text(rng, whole):
+    return damaged(rng, rng.choice(whole), whole, text=True)
+
+
+def make_bytes(rng, whole):
+    return damaged(rng, rng.choice(whole), whole)
+
+
 def make_csv(rng, whole):
     kind = rng.random()
-    if kind < 0.4:
-        return packed(rng, damaged(rng, rng.choice(whole), whole, text=True))
     if kind < 0.7:
-        return packed(rng, loggers.table(rng))
+        return packed(rng, make_text(rng, whole) if kind < 0.4 else loggers.table(rng))
     heads = rng.sample(_HEADS, rng.choice((1, 2, 2, 3, 3, 4, 5)))
     if rng.random() < 0.7:  # of one kind, as a file has them
         heads = [rng.choice(_HEADS[:2]), *rng.sample(_HEADS[2:7], rng.choice((1, 2, 3, 4)))]
@@ -132,12 +138,12 @@ def make_csv(rng, whole):
     return packed(rng, b"\n".join(separator.join(row) for row in (heads, *rows)))
 
 
+def make_lvm(rng, whole):
+    return packed(rng, make_text(rng, whole))
+
+
 def read_table(path, rng):
     formats.read(path, rng.choice(_MAPS), rng.choice(_RATES))
-
-
-def make_lvm(rng, whole):
-    return packed(rng, damaged(rng, rng.choice(whole), whole, text=True))
 
 
 def read_lvm(path, rng):
@@ -184,15 +190,16 @@ def make_hdf5(rng, whole):
         return path.read_bytes()
 
 
+HDF5_WORDS = "frf", "channels", "response", "a"
+
+
 def _change_hdf5(rng, file):
     """An attribute of another value or type, or a variable of other numbers or other dimensions."""
     where = rng.choice((file, *file.variables.values()))
     change = rng.random()
     names = list(where.attrs)
     if change < 0.6 and names:
-        where.attrs[rng.choice(names)] = rng.choice(
-            (0, -1.0, np.nan, "frf", "channels", "response", "a", np.zeros(3), "{}")
-        )
+        where.attrs[rng.choice(names)] = rng.choice((0, -1.0, np.nan, *HDF5_WORDS, np.zeros(3), "{}"))
     elif change < 0.7 and names:
         del where.attrs[rng.choice(names)]
     elif change < 0.85 and where is not file and where.dtype.kind == "f":
@@ -229,25 +236,20 @@ def read_structure(path, rng):
         assert np.isfinite(natural_frequencies(rig, 2)).all(), "frequencies of an accepted structure are not finite"
 
 
-def make_npz(rng, whole):
+def make_arrays(load, save, rng, whole):
     """Damaged bytes, or whole files of damaged arrays."""
     if rng.random() < 0.5:
         return damaged(rng, rng.choice(whole), whole)
-    with np.load(io.BytesIO(rng.choice(whole))) as file:
-        held = _changed(rng, dict(file))
-    buffer = io.BytesIO()
-    np.savez(buffer, **{name: np.asarray(value) for name, value in held.items()})
-    return buffer.getvalue()
+    held = {name: value for name, value in load(io.BytesIO(rng.choice(whole))).items() if not name.startswith("__")}
+    return samples.written(lambda file: save(file, _changed(rng, held)))
 
 
-def make_model_mat(rng, whole):
-    """Damaged bytes, or whole files of damaged arrays."""
-    if rng.random() < 0.5:
-        return damaged(rng, rng.choice(whole), whole)
-    held = scipy.io.loadmat(io.BytesIO(rng.choice(whole)))
-    buffer = io.BytesIO()
-    scipy.io.savemat(buffer, _changed(rng, {k: v for k, v in held.items() if not k.startswith("__")}))
-    return buffer.getvalue()
+def save_npz(file, held):
+    np.savez(file, **{name: np.asarray(value) for name, value in held.items()})
+
+
+make_npz = functools.partial(make_arrays, np.load, save_npz)
+make_model_mat = functools.partial(make_arrays, scipy.io.loadmat, scipy.io.savemat)
 
 
 def _changed(rng, held):
@@ -280,14 +282,6 @@ def read_dataset(path, rng):
     for record in Dataset.load(path.parent).records:
         record.response()
         record.excitation()
-
-
-def make_text(rng, whole):
-    return damaged(rng, rng.choice(whole), whole, text=True)
-
-
-def make_bytes(rng, whole):
-    return damaged(rng, rng.choice(whole), whole)
 
 
 def plainly(function):

@@ -83,7 +83,7 @@ def bench() -> tuple[cm.Rig, list[cm.Record]]:
     rig = dataclasses.replace(
         RIG, name="bench", beam=cm.Beam(0.6, 2.1e11, 7850.0, 0.008, rayleigh=(1.0, 2e-5)), description="",
         bushings=(cm.Bushing(0.4, 2e-4, 0.01, cm.Grease(3000.0, 3.0), cm.Contact(2e4, 5.0)),),
-        masses=(cm.PointMass(0.6, 0.2),), sensors=tuple(cm.Sensor(i, x) for i, x in enumerate((0.15, 0.3, 0.45, 0.6), 1)),
+        masses=(cm.PointMass(0.6, 0.2),), sensors=tuple(map(cm.Sensor, (1, 2, 3, 4), (0.15, 0.3, 0.45, 0.6))),
     )  # fmt: skip
     records = []
     for name, role, drive in (
@@ -99,9 +99,7 @@ def bench() -> tuple[cm.Rig, list[cm.Record]]:
 def response():
     wave = np.sin(np.arange(N))
     two = np.stack((wave, 2 * wave))
-    return cm.Response(
-        64.0, wave, two, two, two, two, "base", (1.0, 20.0), ("6:+Z", "7:+Z"), "100:+Z", {"engine": "modal"}
-    )
+    return cm.Response(64.0, wave, *4 * [two], "base", (1.0, 20.0), ("6:+Z", "7:+Z"), "100:+Z", {"engine": "modal"})
 
 
 def modes():
@@ -151,12 +149,13 @@ def sheets() -> list[bytes]:
 def mat() -> list[bytes]:
     variables = {"fs": 64.0, "base": np.arange(4.0), "acc_6": np.ones(4, "f4"), "s": {"x": 1}, "note": "text"}
     matrix = {"time": T, "data": np.ones((N, 2)), "columns": np.array(["base", "acc:6"], dtype=object)}
-    found = []
-    for held, packed in itertools.product((variables, matrix), (False, True)):
-        file = io.BytesIO()
-        scipy.io.savemat(file, held, do_compression=packed)
-        found.append(file.getvalue())
-    return found
+    return saved(variables, matrix)
+
+
+def saved(*tables) -> list[bytes]:
+    """Files of MATLAB, each plain and compressed."""
+    pairs = itertools.product(tables, (False, True))
+    return [written(functools.partial(scipy.io.savemat, mdict=held, do_compression=packed)) for held, packed in pairs]
 
 
 BY_HAND = {"UFF": samples_uff.uff, "CSV": csv, "LVM": lvm, "MATLAB": mat, "TDMS": loggers.tdms, "MDF": loggers.mdf,
@@ -283,7 +282,7 @@ def beside_structure(file: str) -> dict[str, bytes]:
     return {"rig.toml": rig, **{name: data for name, data in whole.items() if name != file}}
 
 
-def _bytes(write_to) -> bytes:
+def written(write_to) -> bytes:
     file = io.BytesIO()
     write_to(file)
     return file.getvalue()
@@ -293,8 +292,8 @@ def _bytes(write_to) -> bytes:
 def matrix_market() -> list[bytes]:
     """Dense and sparse, whole and one half."""
     forms = (MASS, scipy.sparse.coo_array(MASS), scipy.sparse.coo_array(STIFFNESS))
-    found = [_bytes(functools.partial(scipy.io.mmwrite, a=form, symmetry="general")) for form in forms]
-    return [*found, _bytes(functools.partial(scipy.io.mmwrite, a=forms[2], symmetry="symmetric"))]
+    found = [written(functools.partial(scipy.io.mmwrite, a=form, symmetry="general")) for form in forms]
+    return [*found, written(functools.partial(scipy.io.mmwrite, a=forms[2], symmetry="symmetric"))]
 
 
 @functools.cache
@@ -307,8 +306,8 @@ def npz() -> list[bytes]:
         parts = {"data": rows.data, "indices": rows.indices, "indptr": rows.indptr, "shape": np.array(rows.shape)}
         sparse |= {f"{name}_{part}": value for part, value in parts.items()}
     held = {"M": MASS, "K": STIFFNESS, "C": 1e-4 * STIFFNESS, "dofs": dofs, "coordinates": np.eye(3)}
-    return [_bytes(lambda file: np.savez(file, **held)), _bytes(lambda file: np.savez_compressed(file, **held)),
-            _bytes(lambda file: np.savez(file, **sparse))]  # fmt: skip
+    return [written(lambda file: np.savez(file, **held)), written(lambda file: np.savez_compressed(file, **held)),
+            written(lambda file: np.savez(file, **sparse))]  # fmt: skip
 
 
 @functools.cache
@@ -317,11 +316,7 @@ def model_mat() -> list[bytes]:
     dense = {"M": MASS, "K": STIFFNESS, "dofs": np.array([[1, 3], [2, 3], [3, 1]])}
     cells = {"dofs": np.array(["1:Z", "2:Z", "3:X"], dtype=object), "coordinates": np.eye(3)}
     sparse = {"mass": scipy.sparse.csc_array(MASS), "stiffness": scipy.sparse.csc_array(STIFFNESS)} | cells
-    return [
-        _bytes(functools.partial(scipy.io.savemat, mdict=held, do_compression=packed))
-        for held in (dense, sparse)
-        for packed in (False, True)
-    ]
+    return saved(dense, sparse)
 
 
 FREQUENCIES = [b"mode,frequency_hz,std_hz,shape_6,shape_7\n1,9.25,0.1,0.5,1\n2,39.75,0.1,1,-1\n",

@@ -144,9 +144,7 @@ def rattlesnake(path):
         file.attrs["sample_rate"], file.attrs["file_version"] = int(FS), "3.0.0"
         file.dimensions = {"response_channels": 3, "time_samples": N, "num_environments": 1}
         file.create_variable("time_data", ("response_channels", "time_samples"), "f8", data=VALUE)
-        file.create_variable(
-            "environment_active_channels", ("response_channels", "num_environments"), "i1", data=np.ones((3, 1))
-        )
+        file.create_variable("environment_active_channels", ("response_channels", "num_environments"), data=3 * [[1]])
         text = h5py.string_dtype()
         file.create_variable("environment_names", ("num_environments",), text, data=np.array(["Random"], dtype=object))
         group = file.create_group("channels")

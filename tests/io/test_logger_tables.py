@@ -115,9 +115,7 @@ METADATA = ["Messung;Prüfstand 3", "Datum;23.10.2023", "Kanäle;2", ""]
 ])  # fmt: skip
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_german_logger(read, encoding, said, end):
-    text = lines(
-        commas(TIME), commas(A), commas(B), separator=";", head=[*METADATA, "Zeit;Kanal 1;Kanal 2", "s;m/s²;°C"]
-    )
+    text = lines(*map(commas, (TIME, A, B)), separator=";", head=[*METADATA, "Zeit;Kanal 1;Kanal 2", "s;m/s²;°C"])
     text = text.replace("\n", end)
     channels, note = read("\ufeff" * (encoding == "utf-16-be") + text, encoding)
     assert told(channels) == [("Kanal 1", "acceleration", ""), ("Kanal 2", "unknown", "°C")]
@@ -228,9 +226,7 @@ def test_time_stamps(read, name):
 
 
 def test_date_beside_a_clock_time(read):
-    channels, note = read(
-        lines(N * ["10/23/2023"], [f"10:00:{i:02d}.5" for i in range(N)], A, head=["Date,Time,A [g]"])
-    )
+    channels, note = read(lines(N * ["10/23/2023"], [f"10:00:{i:02}.5" for i in range(N)], A, head=["Date,Time,A [g]"]))
     assert (told(channels), channels[0].fs) == ([("A", "acceleration", "")], 1.0)
     assert note == 'time begins at 10:00:00.5; left out "Date", which is dates or clock times'
 
@@ -338,9 +334,7 @@ def test_one_of_a_hundred_thousand_numbers_is_exact(tmp_path, rng):
     values = rng.standard_normal(100_000) * 10 ** rng.uniform(-9, 9, 100_000)
     rows = [[f"{i / 2048:.8f}", f"{value:.17g}"] for i, value in enumerate(values)]
     for point, separator in ((".", ","), (",", ";")):
-        (tmp_path / "a.csv").write_text(
-            "Time" + separator + "A\n" + "\n".join(map(separator.join, rows)).replace(".", point)
-        )
+        (tmp_path / "a.csv").write_text("\n".join(map(separator.join, [["Time", "A"], *rows])).replace(".", point))
         if point == ",":
             with pytest.warns(RecordNote):
                 (channel,) = cm.read(tmp_path / "a.csv")

@@ -94,9 +94,7 @@ def test_variables_that_cannot_be_used(save, variables, part):
 
 def test_version_7_3_is_refused_with_a_way_out(tmp_path):
     """The first 128 bytes of a version 7.3 file: text, then version 2.0 and the byte order."""
-    (tmp_path / "a.mat").write_bytes(
-        b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + b"\x89HDF\r\n\x1a\n" + bytes(512)
-    )
+    (tmp_path / "a.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM\x89HDF\r\n\x1a\n" + bytes(512))
     assert_refused(r"version 7\.3, which is not read; save it in MATLAB with .*-v7", read_mat, tmp_path / "a.mat")
 
 

@@ -95,10 +95,9 @@ def test_a_speed_that_is_another(rig, angle, words):
 
 def turning(rig, signal, spin):
     """Return what a keyphasor shows of a shaft that turns alone."""
-    rows = [c for c in channels(rig, 40.0 * TIME, ["base", "acc 1:+Z", "keyphasor"])]
-    return cm.Record(
-        "x", "orbit", rig, FS, [*rows, cm.Channel("k", 400, "S", "unknown", signal, FS)], "spin", spin=spin
-    ).turning()
+    rows = channels(rig, 40.0 * TIME, ["base", "acc 1:+Z", "keyphasor"])
+    rows.append(cm.Channel("k", 400, "S", "unknown", signal, FS))
+    return cm.Record("x", "orbit", rig, FS, rows, "spin", spin=spin).turning()
 
 
 RAMP = Spin(40.0, 30.0, 200.0)  # 20 to 160 rad/s, as its keyphasor is stated to show

@@ -31,9 +31,7 @@ def frame():
 @pytest.fixture(scope="module")
 def run():
     rig = frame()
-    return rig, cm.simulate(
-        rig, cm.excitation.random(0.5, FS, (5, 200), rms=5.0, seed=1), cm.ConstantLaw(1e5, 5.0), "modal"
-    )
+    return rig, cm.simulate(rig, cm.excitation.random(0.5, FS, (5, 200), 5.0, 1), cm.ConstantLaw(1e5, 5.0), "modal")
 
 
 def test_every_probe_has_a_channel_of_its_own():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import scipy.io
-from asammdf import MDF, Signal
-from nptdms import ChannelObject, TdmsWriter
+from asammdf import Signal
+from nptdms import ChannelObject
 
 import clearance_mj as cm
 from clearance_mj.cli import main
@@ -12,6 +12,7 @@ from clearance_mj.core.checks import even_rate
 from clearance_mj.core.notes import RecordNote
 from clearance_mj.io.time_axis import on_one_axis
 
+from .logger_files import blocks, mdf, tdms
 from .refusals import assert_refused
 from .uff_by_hand import by_hand
 
@@ -27,17 +28,10 @@ def tone(time, frequency=7.0):
 def car(tmp_path, rng):
     """Two even accelerometers, B twice A, the second with invalid samples; a message of CAN at 100 Hz that jitters."""
     can = np.arange(400) / 100 + 0.0037 + rng.uniform(-3e-3, 3e-3, 400)
-    lost = np.delete(can, [100, 200, 201])
-    invalid = np.zeros(N, bool)
-    invalid[4000:4010] = True
-    b = np.where(invalid, 0.0, 2 * tone(EVEN))
-    with MDF(version="4.10") as file:
-        file.append([Signal(tone(EVEN), EVEN, "m/s^2", "A"),
-                     Signal(b, EVEN, "m/s^2", "B", invalidation_bits=invalid)], common_timebase=True)  # fmt: skip
-        file.append([Signal(tone(can, 3.0), can, "rpm", "Speed")], common_timebase=True)
-        file.append([Signal(tone(lost, 3.0), lost, "Nm", "Torque")], common_timebase=True)
-        file.save(tmp_path / "car.mf4", overwrite=True)
-    return tmp_path / "car.mf4"
+    lost, invalid = np.delete(can, [100, 200, 201]), (np.arange(N) >= 4000) & (np.arange(N) < 4010)
+    b = Signal(np.where(invalid, 0.0, 2 * tone(EVEN)), EVEN, "m/s^2", "B", invalidation_bits=invalid)
+    return mdf(tmp_path, [Signal(tone(EVEN), EVEN, "m/s^2", "A"), b], [Signal(tone(can, 3.0), can, "rpm", "Speed")],
+               [Signal(tone(lost, 3.0), lost, "Nm", "Torque")])  # fmt: skip
 
 
 @pytest.fixture
@@ -216,12 +210,6 @@ WAVE = {"wf_increment": 1 / 1024, "wf_start_offset": 0.0, "unit_string": "m/s^2"
 NOON = np.datetime64("2026-01-01T12:00:00.000000")
 
 
-def tdms(folder, *objects):
-    with TdmsWriter(folder / "a.tdms") as writer:
-        writer.write_segment([*objects])
-    return folder / "a.tdms"
-
-
 def started(microseconds):
     return WAVE | {"wf_start_time": NOON + np.timedelta64(microseconds, "us")}
 
@@ -284,30 +272,20 @@ def test_a_channel_of_time_has_its_unit(tmp_path, said):
 # MDF
 
 
-def test_masters_that_are_no_time(tmp_path):
+@pytest.mark.parametrize("kind, part", [(2, "is over angle, not over time"), (0, "does not say its sampling interval")])
+def test_masters_that_are_no_time(tmp_path, kind, part):
     """A group without a master has no times, which asammdf counts from 0; one over an angle is no record."""
-    with MDF(version="4.10") as file:
-        file.append([Signal(np.ones(50), np.arange(50) / 64, "g", "A")])
-        file.save(tmp_path / "a.mf4", overwrite=True)
-    data = (tmp_path / "a.mf4").read_bytes()
-    blocks = [i for i in range(len(data)) if data[i : i + 4] == b"##CN"]
-    kinds = (i + 24 + 8 * int.from_bytes(data[i + 16 : i + 24], "little") for i in blocks)
-    at = next(i for i in kinds if data[i] == 2)  # the master; its next byte says over what
-    for change, part in (
-        (bytes((2, 2)), "is over angle, not over time"),
-        (bytes((0, 0)), "does not say its sampling interval or rate"),
-    ):
-        (tmp_path / "b.mf4").write_bytes(data[:at] + change + data[at + 2 :])
-        assert_refused(f'"A": {part}', cm.read, tmp_path / "b.mf4", {"time": "skip"} if change[0] == 0 else None)
+    path = mdf(tmp_path, [Signal(np.ones(50), np.arange(50) / 64, "g", "A")])
+    data = path.read_bytes()
+    at = next(i for i in blocks(data, b"##CN") if data[i] == 2)  # the master; its next byte says over what
+    path.write_bytes(data[:at] + bytes((kind, kind)) + data[at + 2 :])
+    assert_refused(f'"A": {part}', cm.read, path, {"time": "skip"} if kind == 0 else None)
 
 
 def test_samples_that_are_mostly_invalid_are_a_slower_channel(tmp_path, said):
-    invalid = np.arange(200) % 4 > 0
-    value = np.where(invalid, 99.0, tone(np.arange(200) / 64))
-    with MDF(version="4.10") as file:
-        file.append([Signal(value, np.arange(200) / 64, "g", "A", invalidation_bits=invalid)])
-        file.save(tmp_path / "a.mf4", overwrite=True)
-    (channel,), (note,) = said(tmp_path / "a.mf4")
+    invalid, time = np.arange(200) % 4 > 0, np.arange(200) / 64
+    value = np.where(invalid, 99.0, tone(time))
+    (channel,), (note,) = said(mdf(tmp_path, [Signal(value, time, "g", "A", invalidation_bits=invalid)]))
     np.testing.assert_allclose(channel.value, 9.80665 * tone(np.arange(50) / 16), rtol=1e-14)
     assert (channel.fs, channel.size) == (16.0, 50)
     assert note == '"A": 150 of 200 samples are marked as invalid, from sample 1 on; it is taken at the others'

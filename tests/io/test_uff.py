@@ -21,7 +21,6 @@ from .uff_by_hand import (
     by_hand,
     channels,
     coherence_by_hand,
-    frf,
     frf_by_hand,
     units_by_hand,
 )
@@ -29,49 +28,57 @@ from .uff_by_hand import (
 # Reading what the format says
 
 
-def test_text_time_function_by_hand(write):
-    (tip,) = read_uff(write(by_hand(ROWS, first="-2.50000E-01")))
+def binary(data, **layout):
+    """A binary data set, whose header declares the length of its samples."""
+    order, length = layout.pop("order", 1), f"{11:12d}{len(data):12d}{0:6d}{0:6d}{0:12d}{0:12d}"
+    return by_hand(data, binary=f"b{order:6d}{2:6d}{length}", **layout)
+
+
+def in_rows(form, per_row, time=""):
+    """0 to 11 in text; with an abscissa before each number if it has a format."""
+    words = [(f"{i / 100:{time}}" if time else "") + f"{i:{form}}" for i in range(12)]
+    return ["".join(words[i : i + per_row]) for i in range(0, 12, per_row)]
+
+
+WHOLE = struct.pack("<12f", *range(12))
+LAYOUTS = {
+    "single even, 6E13.5": by_hand(ROWS),
+    "double even, 4E20.12": by_hand(in_rows("20.12E", 4), ordinate=4),
+    "single uneven, 6E13.5": by_hand(in_rows("13.5E", 3, "13.5E"), spacing=0),
+    "double uneven, 2(E13.5,E20.12)": by_hand(in_rows("20.12E", 2, "13.5E"), ordinate=4, spacing=0),
+    "other columns, E14.6": by_hand(in_rows("14.6E", 6)),
+    "four in a line": by_hand(in_rows("13.5E", 4)),
+    "marks of editors and of DOS": b"\xef\xbb\xbf" + by_hand(ROWS) + b"\x1a",
+    "delimiters without blanks": by_hand(ROWS).replace(b"    -1", b"-1"),
+    "binary": binary(WHOLE),
+    "binary, double": binary(struct.pack("<12d", *range(12)), ordinate=4),
+    "big-endian": binary(struct.pack(">12f", *range(12)), order=2),
+    "big-endian, double": binary(struct.pack(">12d", *range(12)), ordinate=4, order=2),
+    # Some acquisition systems end the samples with a line end (pyuff issue 61).
+    "closing delimiter on its own line": by_hand(WHOLE, binary=f"b{1:6d}{2:6d}").replace(b"    -1\n", b"    -1\r\n")[
+        :-8
+    ]
+    + b"\r\n    -1\r\n",
+}
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_time_functions_by_hand(write, layout):
+    (tip,) = read_uff(write(LAYOUTS[layout]))
     np.testing.assert_array_equal(tip.value, np.arange(12.0))
-    assert (tip.name, tip.label, tip.quantity, tip.fs, tip.start) == ("tip", "3:+Z", "acceleration", 100.0, -0.25)
+    assert (tip.name, tip.label, tip.quantity, tip.fs, tip.start) == ("tip", "3:+Z", "acceleration", 100.0, 0.0)
+    assert read_uff(write(by_hand(ROWS, first="-2.50000E-01")))[0].start == -0.25
 
 
-def test_text_numbers_that_leave_no_blank_are_cut_by_column(write):
-    (tip,) = read_uff(write(by_hand(["-1.00000D-100" * 6], count=6)))
-    np.testing.assert_array_equal(tip.value, np.full(6, -1e-100))
-
-
-@pytest.mark.parametrize("ordinate, spacing, rows", [
-    (4, 1, ["".join(f"{v:20.12E}" for v in range(i, i + 4)) for i in (0, 4, 8)]),
-    (2, 0, ["".join(f"{t / 100:13.5E}{t:13.5E}" for t in range(i, i + 3)) for i in (0, 3, 6, 9)]),
-    (4, 0, ["".join(f"{t / 100:13.5E}{t:20.12E}" for t in range(i, i + 2)) for i in range(0, 12, 2)]),
-], ids=["double even, 4E20.12", "single uneven, 6E13.5", "double uneven, 2(E13.5,E20.12)"])  # fmt: skip
-def test_text_layouts_by_hand(write, ordinate, spacing, rows):
-    (tip,) = read_uff(write(by_hand(rows, ordinate=ordinate, spacing=spacing)))
-    np.testing.assert_array_equal(tip.value, np.arange(12.0))
-    assert tip.fs == 100.0
-
-
-@pytest.mark.parametrize(("order", "mark"), [(1, "<"), (2, ">")])
-@pytest.mark.parametrize(("ordinate", "letter"), [(2, "f"), (4, "d")])
-def test_binary_time_function_by_hand(write, order, mark, ordinate, letter):
-    body = struct.pack(f"{mark}12{letter}", *range(12))
-    declared = f"b{order:6d}{2:6d}{11:12d}{len(body):12d}{0:6d}{0:6d}{0:12d}{0:12d}"
-    (tip,) = read_uff(write(by_hand(body, ordinate=ordinate, binary=declared)))
-    np.testing.assert_array_equal(tip.value, np.arange(12.0))
-
-
-def test_samples_that_look_like_a_delimiter(write):
-    """A search for "    -1" would end the set inside these samples; sizes out of the header do not."""
-    body = b"    -1\n " + struct.pack("<10f", *range(10))
-    (tip,) = read_uff(write(by_hand(body, binary=f"b{1:6d}{2:6d}{11:12d}{len(body):12d}")))
-    np.testing.assert_array_equal(tip.value[2:], np.arange(10.0))
-
-
-def test_closing_delimiter_on_its_own_line(write):
-    """Some acquisition systems end the samples with a line end (pyuff issue 61)."""
-    data = by_hand(struct.pack("<12f", *range(12)), binary=f"b{1:6d}{2:6d}")
-    (tip,) = read_uff(write(data.replace(b"    -1\n", b"    -1\r\n")[:-8] + b"\r\n    -1\r\n"))
-    np.testing.assert_array_equal(tip.value, np.arange(12.0))
+@pytest.mark.parametrize("data, expected", [
+    (by_hand(["-1.00000D-100" * 6], count=6), np.full(6, -1e-100)),  # no blanks: cut by column
+    # A search for "    -1" would end the set inside these samples; sizes out of the header do not.
+    (binary(b"    -1\n " + WHOLE[:40]), [*np.frombuffer(b"    -1\n ", "<f4"), *range(10)]),
+    (by_hand([*ROWS, f"{12:13.5E}" + 5 * f"{0:13.5E}"], count=13), np.arange(13.0)),  # filled with zeros
+    (by_hand(["".join(f"{-v:12.5E}" for v in range(i, i + 6)) for i in (1, 7)]), -np.arange(1.0, 13.0)),  # 12 columns
+])  # fmt: skip
+def test_numbers_without_blanks_between_and_lines_that_are_filled(write, data, expected):
+    np.testing.assert_array_equal(read_uff(write(data))[0].value, expected)
 
 
 def test_other_data_sets_are_passed_over(write):
@@ -100,10 +107,8 @@ def test_si_labels(write, label):
 
 def test_text_frf_by_hand(write):
     rows = [f"{1:20.12E}{2:20.12E}{3:20.12E}{-4:20.12E}"]
-    data = by_hand(
-        rows, kind=4, ordinate=6, count=2, axis=18, denominator=13, dof=(8, -3, 5, 3), first="1.0", step=".5"
-    )
-    result = read_uff(write(data))
+    frf = by_hand(rows, kind=4, ordinate=6, count=2, axis=18, denominator=13, dof=(8, -3, 5, 3), first="1.0", step=".5")
+    result = read_uff(write(frf))
     np.testing.assert_array_equal(result.functions, [[1 + 2j, 3 - 4j]])
     np.testing.assert_array_equal(result.frequency, [1.0, 1.5])
     assert (result.responses, result.reference) == (("8:-Z",), "5:+Z")
@@ -114,16 +119,17 @@ def test_text_frf_by_hand(write):
 
 
 def test_channels_come_back_bit_for_bit(tmp_path):
-    path = tmp_path / "a.uff"
-    sent = [
-        *channels(),
-        *(Channel(f"c{direction}", 1, direction, "force", np.ones(64), 2048.0) for direction in DIRECTIONS),
-    ]
-    write_uff(path, sent)
-    assert_same_channels(read_uff(path), sent)
-    again = tmp_path / "b.uff"
-    write_uff(again, read_uff(path))
-    assert again.read_bytes() == path.read_bytes()
+    sent = [*channels(), *(Channel(f"c{way}", 1, way, "force", np.ones(64), 2048.0) for way in DIRECTIONS)]
+    write_uff(tmp_path / "a.uff", sent)
+    got = read_uff(tmp_path / "a.uff")
+    assert_same_channels(got, sent)
+    write_uff(tmp_path / "b.uff", got)
+    assert (tmp_path / "b.uff").read_bytes() == (tmp_path / "a.uff").read_bytes()
+
+
+def rate_through_a_file(folder, fs):
+    write_uff(folder / "a.uff", [Channel("c", 1, "+Z", "force", [1.0, 2.0], fs)])
+    return read_uff(folder / "a.uff")[0].fs
 
 
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -134,27 +140,9 @@ def test_channels_come_back_bit_for_bit(tmp_path):
         st.sampled_from([44_100.0, 51_200.0, 102_400.0, 65_536.0, 204_800.0]),
     )
 )
-def test_rates_come_back_exactly(tmp_path, fs):
-    write_uff(tmp_path / "a.uff", [Channel("c", 1, "+Z", "force", [1.0, 2.0], fs)])
-    assert read_uff(tmp_path / "a.uff")[0].fs == fs
-
-
-def test_rate_with_many_digits_is_rounded_to_eight(tmp_path):
-    write_uff(tmp_path / "a.uff", [Channel("c", 1, "+Z", "force", [1.0, 2.0], 2048.123456789)])
-    assert read_uff(tmp_path / "a.uff")[0].fs == pytest.approx(2048.123456789, rel=6e-8)
-
-
-@pytest.mark.parametrize("coherence", [True, False])
-@pytest.mark.parametrize("frequency", [
-    np.arange(10, 440) * 0.5, 3 + np.arange(400) * (2048 / 4200), np.geomspace(5, 220, 50), np.array([7.0]),
-], ids=["even", "even, long digits", "uneven", "one line"])  # fmt: skip
-def test_frf_comes_back_bit_for_bit(tmp_path, frequency, coherence):
-    path, sent = tmp_path / "h.uff", frf(frequency, coherence)
-    write_uff(path, sent)
-    got = read_uff(path)
-    for name in ("frequency", "value", "coherence"):
-        np.testing.assert_array_equal(getattr(got, name), getattr(sent, name), strict=coherence)
-    assert (got.responses, got.reference, got.quantity) == (sent.responses, sent.reference, sent.quantity)
+def test_rates_come_back_exactly_and_many_digits_rounded_to_eight(tmp_path, fs):
+    assert rate_through_a_file(tmp_path, fs) == fs
+    assert rate_through_a_file(tmp_path, 2048.123456789) == pytest.approx(2048.123456789, rel=6e-8)
 
 
 def test_signed_zeros_of_an_frf(tmp_path):
@@ -164,13 +152,13 @@ def test_signed_zeros_of_an_frf(tmp_path):
 
 
 def test_same_object_same_bytes_whenever_and_wherever(tmp_path, monkeypatch):
-    sent = channels()
-    (tmp_path / "folder").mkdir()
+    sent, other = channels(), tmp_path / "folder"
+    other.mkdir()
     write_uff(tmp_path / "a.uff", sent)
     monkeypatch.setattr(time, "strftime", lambda *_: "another day")
-    write_uff(tmp_path / "folder" / "b.uff", sent)
+    write_uff(other / "b.uff", sent)
     data = (tmp_path / "a.uff").read_bytes()
-    assert data == (tmp_path / "folder" / "b.uff").read_bytes() and str(tmp_path).encode() not in data
+    assert data == (other / "b.uff").read_bytes() and str(tmp_path).encode() not in data
 
 
 def test_header_columns_are_those_of_the_format(tmp_path):
@@ -180,10 +168,10 @@ def test_header_columns_are_those_of_the_format(tmp_path):
     # 58b: I6, A1, I6 byte order (1: little endian), I6 format (2: IEEE), I12 lines, I12 bytes
     assert lines[start][7:43].split() == [b"1", b"2", b"11", b"256"]
     # Record 6: 2(I5,I10),2(1X,10A1,I10,I4); record 7: 3I10,3E13.5; records 8, 9: I10 first
-    assert [lines[start + 6][a:b].strip() for a, b in ((0, 5), (41, 51), (51, 55))] == [b"1", b"100", b"3"]
-    assert [lines[start + 7][a:b].strip() for a, b in ((0, 10), (10, 20), (20, 30))] == [b"2", b"64", b"1"]
-    assert lines[start + 7][43:56] == b"  4.88281e-04"
-    assert (lines[start + 8][:10].strip(), lines[start + 9][:10].strip()) == (b"17", b"12")
+    columns = {6: {(0, 5): b"1", (41, 51): b"100", (51, 55): b"3"}, 8: {(0, 10): b"17"}, 9: {(0, 10): b"12"}}
+    columns[7] = {(0, 10): b"2", (10, 20): b"64", (20, 30): b"1", (43, 56): b"4.88281e-04"}
+    for record, fields in columns.items():
+        assert {at: lines[start + record][slice(*at)].strip() for at in fields} == fields
 
 
 def test_several_references_by_hand(write):

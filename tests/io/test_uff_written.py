@@ -1,4 +1,4 @@
-"""Twelve universal files as this package writes them, read by pyuff and by the rules of UFFFiles.jl.
+"""Universal files as this package writes them, read by pyuff and by the rules of UFFFiles.jl.
 
 UFFFiles.jl (`src/read_write_uff.jl`, `src/datasets/dataset58b.jl`, `dataset2412.jl` of maucejo/UFFFiles.jl) is a reader
 in Julia; its rules are laid down here: a data set begins and ends with a line that is "    -1" and nothing else, its
@@ -15,10 +15,11 @@ import pyuff
 
 import clearance_mj as cm
 from clearance_mj.io.contents import FileContents
+from clearance_mj.io.uff import DIRECTIONS
 from clearance_mj.signals import Modes, join_references
 from tests.fuzz import samples_uff
 
-from .uff_by_hand import RNG, channels, frf
+from .uff_by_hand import RNG, assert_same_channels, channels, frf
 
 LINES = np.arange(1.0, 33.0)
 
@@ -38,7 +39,8 @@ WRITTEN = {
     "records": channels(),
     "record of unknown quantity": [MIC],
     "FRFs with coherence": frf(),
-    "FRFs over uneven lines": frf(np.geomspace(5, 220, 50)),
+    "FRFs over uneven lines": frf(np.geomspace(5, 220, 50)), "FRF at one line": frf(np.array([7.0]), coherence=False),
+    "FRFs over even lines of many digits": frf(3 + np.arange(400) * (2048 / 4200)),
     "FRFs to two references": TO_TWO,
     "FRFs of unknown quantity, without a reference": unknown_frf(),
     "auto spectra": spectra("auto spectrum", quantities=("acceleration", "unknown"), units=("(m/s²)²", "Pa^2")),
@@ -47,22 +49,21 @@ WRITTEN = {
     "geometry": samples_uff.geometry(),
     "modes": MODES,
     "several": FileContents((MIC,), (TO_TWO,), (spectra("coherence"),), (MODES,), cm.Geometry((1,), [(1, 0, 0)])),
-}
+}  # fmt: skip
 everything = pytest.mark.parametrize("name", WRITTEN)
 
 
 def rows(obj):
-    """Abscissa and values of every function, in the order in which they are written; None: of a record."""
+    """Abscissa (None: of a record), values and place of every function, in the order in which they are written."""
     for part in obj.parts.values() if isinstance(obj, FileContents) else [obj]:
         if isinstance(part, list):
-            yield from ((None, channel.value) for channel in part)
+            yield from ((None, channel.value, channel.label) for channel in part)
         elif isinstance(part, cm.Spectra):
-            yield from ((part.abscissa, value) for value in part.value)
+            yield from ((part.abscissa, *row) for row in zip(part.value, part.responses))
         elif isinstance(part, cm.FRF):
             for one in map(part.to_reference, part.references):
-                yield from ((one.frequency, value) for value in one.functions)
-                coherences = () if one.coherence is None else one.coherence[:, 0]
-                yield from ((one.frequency, value) for value in coherences)
+                values = [*one.functions, *(() if one.coherence is None else one.coherence[:, 0])]
+                yield from ((one.frequency, *row) for row in zip(values, 2 * one.responses))
 
 
 @everything
@@ -70,23 +71,25 @@ def test_pyuff_reads_it(tmp_path, name):
     obj = WRITTEN[name]
     cm.write_uff(tmp_path / "a.uff", obj)
     sets = pyuff.UFF(str(tmp_path / "a.uff")).read_sets()
-    functions, expected = [one for one in sets if one["type"] == 58], [*rows(obj)]
-    assert len(functions) == len(expected)
-    for one, (x, value) in zip(functions, expected):
+    functions, nodes, modes = ([one for one in sets if one["type"] in kinds] for kinds in ((58,), (15, 2411), (55,)))
+    for one, (x, value, label) in zip(functions, rows(obj), strict=True):
         np.testing.assert_array_equal(one["data"], value)
         assert x is None or np.allclose(one["x"], x, rtol=1e-12)
-    nodes = [one for one in sets if one["type"] in (15, 2411)]
-    modes = [one for one in sets if one["type"] == 55]
+        node, direction = label.split(":")
+        assert (one["rsp_node"], one["rsp_dir"]) == (int(node), DIRECTIONS[direction])
     for part in obj.parts.values() if isinstance(obj, FileContents) else [obj]:
         if isinstance(part, cm.Geometry):
             np.testing.assert_array_equal([nodes[0][axis] for axis in "xyz"], part.position.T)
-            elements = [one for one in sets if one["type"] == 2412]
-            assert [sum(len(v) for k, v in one.items() if isinstance(k, int)) for one in elements] == (
-                [len(part.elements)] if part.elements else []
-            )
+            elements = [v for one in sets if one["type"] == 2412 for k, v in one.items() if isinstance(k, int)]
+            assert sum(map(len, elements)) == len(part.elements)
         if isinstance(part, Modes):
             assert [abs(one["eig"]) / 2 / np.pi for one in modes] == pytest.approx(part.frequency, rel=1e-5)
             np.testing.assert_allclose([one["r3"][0] for one in modes], part.shape[0], rtol=1e-5)
+
+
+def columns(record, *ends, of=int):
+    """Numbers in columns of a record."""
+    return [of(record[a:b]) for a, b in ends]
 
 
 def walk(data):
@@ -104,22 +107,17 @@ def walk(data):
         head = line()
         found.append(head[:7].strip().decode())
         if found[-1] == "58b":
-            order, layout, lines, size = (int(head[a:b]) for a, b in ((7, 13), (13, 19), (19, 31), (31, 43)))
+            order, layout, lines, size = columns(head, (7, 13), (13, 19), (19, 31), (31, 43))
             assert (order, layout, lines) == (1, 2, 11)
             records = [line() for _ in range(lines)]
-            for a, b in ((0, 5), (5, 15), (15, 20), (20, 30), (41, 51), (51, 55), (66, 76), (76, 80)):
-                int(records[5][a:b])
-            kind, count, even = (int(records[6][a:b]) for a, b in ((0, 10), (10, 20), (20, 30)))
-            for a, b in ((30, 43), (43, 56), (56, 69)):
-                float(records[6][a:b])
-            per_sample = (1 + (kind in (5, 6)) + (even == 0)) * (8 if kind in (4, 6) else 4)
-            assert size == count * per_sample
+            columns(records[5], (0, 5), (5, 15), (15, 20), (20, 30), (41, 51), (51, 55), (66, 76), (76, 80))
+            kind, count, even = columns(records[6], (0, 10), (10, 20), (20, 30))
+            columns(records[6], (30, 43), (43, 56), (56, 69), of=float)
+            assert size == count * (1 + (kind in (5, 6)) + (even == 0)) * (8 if kind in (4, 6) else 4)
             at += size
             assert line() == b"    -1"
             continue
-        body = []
-        while (text := line()) != b"    -1":
-            body.append(text)
+        body = [*iter(line, b"    -1")]
         if found[-1] == "2412":
             elements(body)
     return found
@@ -129,13 +127,12 @@ def elements(body):
     """By the rules of `parse_dataset2412`; all records are used up."""
     rest = iter(body)
     for head in rest:
-        kind, count = int(head[10:20]), int(head[50:60])
+        kind, count = columns(head, (10, 20), (50, 60))
         if kind in (11, 21, 22, 23, 24):
             assert len(next(rest).split()) == 3
-        nodes = 0
-        while nodes < count:
-            nodes += len(next(rest).split())
-        assert nodes == count
+        while count > 0:
+            count -= len(next(rest).split())
+        assert count == 0
 
 
 @everything
@@ -154,9 +151,8 @@ def test_it_comes_back(tmp_path, name):
     cm.write_uff(tmp_path / "a.uff", sent)
     got = cm.read(tmp_path / "a.uff")
     if isinstance(sent, list):
-        assert [(c.name, c.label, c.quantity, c.unit) for c in got] == [
-            (c.name, c.label, c.quantity, c.unit) for c in sent
-        ]
+        assert_same_channels(got, sent)
+        assert [c.unit for c in got] == [c.unit for c in sent]
     elif isinstance(sent, cm.FRF | cm.Geometry):
         assert got == sent
     elif isinstance(sent, cm.Spectra):

@@ -1,5 +1,6 @@
 """A small study with analytic FRFs: three sensors, two levels, two laws, two engines, two seeds of each level."""
 
+import re
 from functools import cache
 from pathlib import Path
 
@@ -70,14 +71,10 @@ LAW = cm.ConstantLaw(8.1e3, 4.0)
 @cache
 def under_sines() -> PeriodicVibrations:
     """Of the fitted law, with few harmonics and frequencies: it folds at 4 m/s²."""
-    levels, settings = (1.0, 4.0), {"n_harmonics": 9}
-    branches = tuple(
-        cm.periodic.follow_response(cm.Model(RIG, LAW), v, (5.0, 90.0), stability=False, **settings) for v in levels
-    )
+    model, levels, settings = cm.Model(RIG, LAW), (1.0, 4.0), {"n_harmonics": 9}
+    branches = tuple(cm.periodic.follow_response(model, v, (5.0, 90.0), stability=False, **settings) for v in levels)
     of_map = levels, np.linspace(5.0, 90.0, 86)
-    return PeriodicVibrations(
-        "constant", branches, cm.periodic.map_rattle(cm.Model(RIG, LAW), *of_map, workers=1, **settings), ""
-    )
+    return PeriodicVibrations("constant", branches, cm.periodic.map_rattle(model, *of_map, workers=1, **settings), "")
 
 
 def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test rig, not measured"):
@@ -112,6 +109,18 @@ def changed(study, **changes):
     """A study with other laws, cases or tests."""
     names = ("laws", "cases", "tests", "engines", "repeatability", "bands", "periodic")
     return study_of(study.dataset, **({name: getattr(study, name) for name in names} | changes))
+
+
+def assert_drawn_within(image):
+    """A picture is not blank, and nothing reaches the edge of the canvas."""
+    assert image.std() > 0.02, "blank"
+    assert np.concatenate([image[0], image[-1], image[:, 0], image[:, -1]]).min() == 1
+
+
+def assert_units(figure, units, least=1):
+    """Every label of an axis ends with a unit."""
+    labels = [text for ax in figure.axes for text in (ax.get_xlabel(), ax.get_ylabel()) if text]
+    assert len(labels) >= least and all(re.search(rf"\(({units})\)$", text) for text in labels), labels
 
 
 @pytest.fixture(scope="session")

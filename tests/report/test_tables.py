@@ -32,9 +32,7 @@ def test_the_agreement_table_is_the_study_rows(study):
         cells = column(shown, measure.label)
         assert values(cells) == [r[measure.key] for r in rows]
         assert [c.high for c in cells[1:3]] == [r[f"{measure.key}_high"] for r in rows[1:3]]
-    assert [row[-2] for row in shown.rows] == pytest.approx(
-        [20 / math.log(10) * math.sqrt(0.1 / 0.9 / 40)] * 6, rel=0.01
-    )
+    assert [r[-2] for r in shown.rows] == pytest.approx([20 / np.log(10) * np.sqrt(0.1 / 0.9 / 40)] * 6, rel=0.01)
     assert shown.rows[1][-1] == pytest.approx(rows[1]["rmse_db"] / rows[0]["rmse_db"])
     assert shown.rows[0][-1] == 1
 
@@ -181,10 +179,8 @@ def lost(study, **columns):
     def change(case):
         if case.law != "constant":
             return case
-        columns_lost = {
-            field: getattr(case.comparison, field).assign(**{key: np.nan}) for field, key in columns.items()
-        }
-        return dataclasses.replace(case, comparison=dataclasses.replace(case.comparison, **columns_lost))
+        gone = {field: getattr(case.comparison, field).assign(**{key: np.nan}) for field, key in columns.items()}
+        return dataclasses.replace(case, comparison=dataclasses.replace(case.comparison, **gone))
 
     return changed(study, cases=[change(c) for c in study.cases])
 
