@@ -165,31 +165,35 @@ def test_what_was_found_is_kept_where_it_cannot_be_drawn(seen, small_dataset, tm
 
 
 def test_refused(small_dataset, ramp, csv_file, tmp_path, refused):
-    out = ["--out", tmp_path / "found"]
-    assert "which needs its rig too: --rig rig.toml" in refused("identify", csv_file, *out)
-    assert "--map, --fs and --resample are for the file of" in refused("identify", small_dataset, "--rig", RIG, *out)
-    assert 'no column "Acel"' in refused("identify", csv_file, "--rig", RIG, "--column", "Acel=acc:1", *out)
-    assert "needs HEADER=CHANNEL" in refused("identify", csv_file, "--rig", RIG, "--column", "acc:1", *out)
-    assert "does not exist; a dataset is" in refused("identify", tmp_path / "no.csv.zip", *out)
-    assert "no.csv" in refused("identify", tmp_path / "no.csv", "--rig", RIG, *out)
-    write_uff(tmp_path / "a.uff", ramp)
-    assert "a sampling rate is for CSV, Excel, HDF5, LVM, MATLAB, MDF, NetCDF, TDMS files" in refused(
-        "identify", tmp_path / "a.uff", "--rig", RIG, "--fs", "2048", *out
-    )
-    assert 'method "guess" is unknown' in refused("identify", small_dataset, "--method", "guess", *out)
-    assert not (tmp_path / "found").exists()
+    uff, out = tmp_path / "a.uff", tmp_path / "found"
+    write_uff(uff, ramp)
+    for given, words in (
+        ([csv_file], "which needs its rig too: --rig rig.toml"),
+        ([small_dataset, "--rig", RIG], "--rig, --column, --map, --fs and --resample are for the file of"),
+        ([csv_file, "--rig", RIG, "--column", "Acel=acc:1"], 'no column "Acel"'),
+        ([csv_file, "--rig", RIG, "--column", "acc:1"], "needs HEADER=CHANNEL"),
+        ([tmp_path / "no.csv.zip"], "does not exist; a dataset is"), ([tmp_path / "no.csv", "--rig", RIG], "no.csv"),
+        ([uff, "--rig", RIG, "--fs", 2048], "a sampling rate is for CSV, Excel, HDF5, LVM, MATLAB, MDF, NetCDF, TDMS"),
+        ([small_dataset, "--method", "guess"], 'method "guess" is unknown'),
+    ):  # fmt: skip
+        assert words in refused("identify", *given, "--out", out)
+    assert not out.exists()
+
+
+def refused_table(csv_file, folder, refused, change):
+    """What is said of the record as a table with other lines, where the rig is exact."""
+    path = folder / "changed.csv"
+    path.write_text(change(csv_file.read_text()))
+    return refused("identify", path, "--rig", RIG, "--rig-exact", "--out", folder / "found")
 
 
 def test_typo_in_a_header(csv_file, tmp_path, refused):
-    bad = tmp_path / "typo.csv"
-    bad.write_text(csv_file.read_text().replace("disp:6", "dips:6", 1))
-    message = refused("identify", bad, "--rig", RIG, "--rig-exact", "--out", tmp_path / "found")
-    assert message.startswith(f'clearance-mj: {bad}: line 1, column 11 "dips:6"')
+    message = refused_table(csv_file, tmp_path, refused, lambda text: text.replace("disp:6", "dips:6", 1))
+    assert message.startswith(f'clearance-mj: {tmp_path / "changed.csv"}: line 1, column 11 "dips:6"')
     assert 'did you mean "disp:6"?' in message
 
 
 def test_missing_sensor(csv_file, tmp_path, refused):
-    lines = csv_file.read_text().splitlines()
-    (tmp_path / "a.csv").write_text("\n".join(line.rsplit(",", 3)[0] for line in lines))
-    message = refused("identify", tmp_path / "a.csv", "--rig", RIG, "--rig-exact", "--out", tmp_path / "found")
-    assert "has no acceleration at node 8 along Z, a sensor of the rig" in message
+    cut = lambda text: "\n".join(line.rsplit(",", 3)[0] for line in text.splitlines())  # noqa: E731
+    words = "has no acceleration at node 8 along Z, a sensor of the rig"
+    assert words in refused_table(csv_file, tmp_path, refused, cut)

@@ -7,23 +7,17 @@ import re
 import numpy as np
 import pytest
 
-from clearance_mj import Record, Rig, load_law, write_dataset
+from clearance_mj import Rig, load_law
 from clearance_mj.cli import main
-from clearance_mj.signals.excitation import level_ramp
 from experiments.benches.bench import NAMED
-from experiments.benches.records import FS, measure_channels
+
+from .conftest import measured_bench
 
 
 @pytest.fixture
 def folder(tmp_path):
-    """One bushing, foreign physics; the shaft meets both walls in the second half of 6 s."""
-    bench = NAMED["one-bushing"]()
-    base = level_ramp(6.0, FS, (5.0, 220.0), start_rms=0.3, end_rms=6.0, seed=4).value
-    channels = measure_channels(bench, base, np.random.default_rng(4))
-    record = Record("ramp", "identify", bench.rig, FS, channels, band=(5.0, 220.0), provenance={"source": "synthetic"})
-    path = tmp_path / "dataset"
-    write_dataset(path, bench.rig, [record])
-    return path
+    """The shaft meets both walls in the second half of 6 s."""
+    return measured_bench(tmp_path / "dataset", 6.0, 6.0, provenance={"source": "synthetic"})
 
 
 @pytest.mark.slow
@@ -50,27 +44,28 @@ def test_rig_law_numbers_and_page(folder, tmp_path, answer):
     page = (out / "index.html").read_text(encoding="utf-8")
     assert "SYNTHETIC" in page and not re.search(r'(src|href)="https?:', page)
     assert all(words.split("; most at")[0] in html.unescape(page) for words in stored["warnings"])
-    assert {p.stem for p in (out / "figures").iterdir()} == {
-        "rattle_map", "restoring_force", "parameters", "spectra", "misfit",
-    }  # fmt: skip
+    figures = {p.stem for p in (out / "figures").iterdir()}
+    assert figures == {"rattle_map", "restoring_force", "parameters", "spectra", "misfit"}
     charts = [json.loads(text) for text in re.findall(r'<script type="application/json">(.*?)</script>', page)]
     labels = [{line["label"] for line in chart["series"]} for chart in charts]
     assert labels == [{"measured", "law"}, {"measured", "rig file", "updated"}]
 
 
-def test_refused(small_dataset, tmp_path, refused, capsys):
-    message = refused("identify", small_dataset, "--out", small_dataset)
-    assert "rig.toml would replace the records' own; give another folder" in message
-    assert "a folder is written, with rig.toml and law.json; give a folder" in refused(
-        "identify", small_dataset, "--out", tmp_path / "law.json"
-    )
+@pytest.mark.parametrize("arguments, words", [
+    ("--out {data}", "rig.toml would replace the records' own; give another folder"),
+    ("--out law.json", "a folder is written, with rig.toml and law.json; give a folder"),
+    ("--rig-exact --method bench", "--rig-exact is --method output-error, and not --method bench"),
+    ("--out mine", "rig.toml is there and not listed as written"),
+])  # fmt: skip
+def test_refused(small_dataset, tmp_path, monkeypatch, refused, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "rig.toml").write_text("mine")
+    assert words in refused("identify", small_dataset, *arguments.format(data=small_dataset).split())
+    assert (tmp_path / "mine" / "rig.toml").read_text() == "mine"
+
+
+def test_an_option_that_is_not_known(small_dataset, capsys):
     with pytest.raises(SystemExit, match="2"):
         main(["identify", str(small_dataset), "--rig-exactly"])
     assert "'--rig-exactly' is not known, did you mean --rig-exact?" in capsys.readouterr().err
-    assert "--rig-exact is --method output-error, and not --method bench" in refused(
-        "identify", small_dataset, "--rig-exact", "--method", "bench"
-    )
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "rig.toml").write_text("mine")
-    assert "rig.toml is there and not listed" in refused("identify", small_dataset, "--out", tmp_path / "out")
-    assert (tmp_path / "out" / "rig.toml").read_text() == "mine"

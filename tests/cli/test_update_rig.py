@@ -6,23 +6,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clearance_mj import Record, Rig, write_dataset
+from clearance_mj import Rig
 from clearance_mj.identify.structure import selection
 from clearance_mj.report.updated_rig import draw_spectra
-from clearance_mj.signals.excitation import level_ramp
 from experiments.benches.bench import NAMED
-from experiments.benches.records import FS, measure_channels
+
+from .conftest import measured_bench
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    bench = NAMED["one-bushing"]()
-    base = level_ramp(4.0, FS, (5.0, 220.0), start_rms=0.3, end_rms=0.6, seed=4).value
-    channels = measure_channels(bench, base, np.random.default_rng(4))
-    record = Record("ramp", "identify", bench.rig, FS, channels, band=(5.0, 220.0))
-    path = tmp_path_factory.mktemp("bench") / "dataset"
-    write_dataset(path, bench.rig, [record])
-    return path
+    return measured_bench(tmp_path_factory.mktemp("bench") / "dataset", 4.0, 0.6)
 
 
 def test_files_and_json(folder, tmp_path, answer, monkeypatch):
@@ -38,9 +32,8 @@ def test_files_and_json(folder, tmp_path, answer, monkeypatch):
     rig = Rig.load(out / "rig.toml")
     assert rig.beam.young_modulus == pytest.approx(rows["beam.young_modulus"]["value"])
     assert rig.bushings[0].gap == NAMED["one-bushing"]().rig.bushings[0].gap  # not a matter of the linear rig
-    assert rows["masses[0].mass"]["posterior_over_prior"] == pytest.approx(
-        rows["masses[0].mass"]["posterior_std"] / rows["masses[0].mass"]["prior_std"]
-    )
+    mass = rows["masses[0].mass"]
+    assert mass["posterior_over_prior"] == pytest.approx(mass["posterior_std"] / mass["prior_std"])
     assert stored["diagnosis"] == [] and np.array(stored["covariance"]).shape == (len(rows), len(rows))
     assert set(stored["records"][0]["misfit"]) >= {"accelerometer 1:+Z", "accelerometer 2:+Z"}
     assert (out / "updated_rig.png").stat().st_size > 10_000

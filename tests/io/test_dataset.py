@@ -36,22 +36,14 @@ def test_everything_comes_back(tmp_path):
 
 def test_a_dataset_written_again_is_the_same_in_every_byte(folder, tmp_path):
     loaded = Dataset.load(folder)
-    write_dataset(tmp_path / "again", loaded.rig, loaded.records)
-    names = sorted(p.name for p in folder.iterdir())
-    assert names == ["dataset.toml", "hammer.uff", "level-0.5.uff", "level-1.uff", "rig.toml"]
-    for name in names:
-        assert (tmp_path / "again" / name).read_bytes() == (folder / name).read_bytes()
-
-
-def test_roles(folder):
-    ds = Dataset.load(folder)
-    assert [r.name for r in ds.identify] == ["level-0.5", "hammer"]
-    assert [r.name for r in ds.validate] == ["level-1"]
-
-
-def test_what_is_not_listed_comes_back_as_none(folder):
-    hammer = Dataset.load(folder).records[1]
+    assert [r.name for r in loaded.identify] == ["level-0.5", "hammer"]
+    assert [r.name for r in loaded.validate] == ["level-1"]
+    hammer = loaded.records[1]  # what is not listed comes back as none
     assert (hammer.level, hammer.seed, hammer.band, hammer.provenance) == (None, None, None, {})
+    write_dataset(tmp_path / "again", loaded.rig, loaded.records)
+    again, before = ({p.name: p.read_bytes() for p in f.iterdir()} for f in (tmp_path / "again", folder))
+    assert sorted(before) == ["dataset.toml", "hammer.uff", "level-0.5.uff", "level-1.uff", "rig.toml"]
+    assert again == before
 
 
 def test_the_list_holds_every_digit_of_the_rate(tmp_path):
@@ -97,18 +89,15 @@ def test_no_displacement_unless_every_bushing_has_a_probe(folder):
     assert record(rig=RIG.replace(sensors=tuple(far))).response().displacement is None
 
 
-def test_a_sensor_mounted_upside_down_is_turned_round():
+def test_directions_of_sensors():
+    """One that is mounted upside down is turned round; other directions of a triaxial one are left alone."""
     given = channels()
     turned = [dataclasses.replace(c, direction="-Z", value=-c.value) if c.node in (3, 100) else c for c in given]
-    expected, got = record(channels=given).response(), record(channels=turned).response()
-    np.testing.assert_array_equal(got.acceleration, expected.acceleration)
-    np.testing.assert_array_equal(got.excitation, expected.excitation)
-
-
-def test_other_directions_of_a_triaxial_sensor_are_left_alone():
-    given = channels()
-    more = [channel(3, direction="+X"), *given, channel(3, direction="+RZ")]
-    np.testing.assert_array_equal(*(record(channels=c).response().acceleration for c in (more, given)))
+    expected = record(channels=given).response()
+    for others in (turned, [channel(3, direction="+X"), *given, channel(3, direction="+RZ")]):
+        got = record(channels=others).response()
+        np.testing.assert_array_equal(got.acceleration, expected.acceleration)
+        np.testing.assert_array_equal(got.excitation, expected.excitation)
 
 
 def test_excitation(folder):
@@ -125,28 +114,17 @@ def test_excitation(folder):
 # Which files are opened
 
 
-def test_loading_parses_no_samples(folder, monkeypatch):
-    monkeypatch.setattr(record_module, "read_uff", lambda path, **_: pytest.fail(f"{path} was read"))
-    ds = Dataset.load(folder)
-    assert [(r.size, r.duration, len(r.channels)) for r in ds.records] == 3 * [(N, 0.5, 11)]
-    assert opened(ds) == []
-
-
 def test_only_the_records_that_are_used_are_opened(folder, monkeypatch):
     read = []
     monkeypatch.setattr(record_module, "read_uff", lambda path, **w: read.append(path.name) or read_uff(path, **w))
     ds = Dataset.load(folder)
+    assert [(r.size, r.duration, len(r.channels)) for r in ds.records] == 3 * [(N, 0.5, 11)]
+    assert opened(ds) == read == []
     for used in ds.identify:
         used.response(), used.excitation(), list(used.channels)
     assert opened(ds) == ["level-0.5", "hammer"] and read == ["level-0.5.uff", "hammer.uff"]
-
-
-def test_a_copy_remembers_what_was_opened(folder):
+    assert opened(pickle.loads(pickle.dumps(ds))) == opened(copy.deepcopy(ds)) == opened(ds)
     assert record().opened  # made in memory
-    ds = Dataset.load(folder)
-    ds.records[0].response()
-    assert opened(pickle.loads(pickle.dumps(ds))) == ["level-0.5"]
-    assert opened(copy.deepcopy(ds)) == ["level-0.5"]
 
 
 def test_file_damaged_after_loading(folder):

@@ -126,13 +126,12 @@ def test_words_with_markup_stay_words():
     assert "<" not in text and json.loads(text)["series"][0]["label"] == MARKUP
 
 
+def page_of(drawing, svg=b"<svg/>"):
+    return html.page("t", [html.Section("a", "A", html.figure(drawing, 1, svg))])
+
+
 def test_only_pages_with_charts_have_their_script():
-    plain, lively = (
-        html.page(
-            "t", [html.PageSection("a", "A", html.figure(Drawing("p", figure(), "c", "a", chart=chart), 1, b"<svg/>"))]
-        )
-        for chart in (False, True)
-    )
+    plain, lively = (page_of(Drawing("p", figure(), "c", "a", chart=chart)) for chart in (False, True))
     assert "uPlot" not in plain and 'type="application/json"' not in plain
     assert lively.count("The MIT License (MIT)") == 1, "as it asks for, in every copy"
 
@@ -254,13 +253,7 @@ def test_the_cursor_reads_a_phase_where_it_wraps(study, page):
 def test_arrow_keys_move_the_cursor_line_by_line(study, page):
     cell = page.locator(f"{FIGURE} .chart-cell")
     cell.focus()
-    moves = (
-        (1, "Home", 5.0),
-        (3, "ArrowRight", 6.5),
-        (1, "Shift+ArrowRight", 11.5),
-        (1, "ArrowLeft", 11.0),
-        (1, "End", 220.0),
-    )
+    moves = (1, "Home", 5), (3, "ArrowRight", 6.5), (1, "Shift+ArrowRight", 11.5), (1, "ArrowLeft", 11), (1, "End", 220)
     for times, key, hz in moves:
         for _ in range(times):
             cell.press(key)
@@ -353,9 +346,7 @@ def test_the_picture_shows_where_the_chart_cannot(folder, opened, how):
 def test_markup_in_names_shows_as_text(tmp_path, opened):
     path = tmp_path / "page.html"
     drawing = Drawing("p", figure(), "c", "a", chart=True)
-    path.write_text(
-        html.page("t", [html.PageSection("a", "A", html.figure(drawing, 1, drawing.svg()))]), encoding="utf-8"
-    )
+    path.write_text(page_of(drawing, drawing.svg()), encoding="utf-8")
     page = opened(path)
     page.locator(".u-over").first.hover()
     assert told(page, "#figure-p")[1].keys() == {MARKUP, "test"}
