@@ -100,11 +100,6 @@ def test_units_of_the_file_are_brought_to_si(write):
     np.testing.assert_allclose(force.value, np.arange(12) / 1e3, rtol=1e-15)
 
 
-@pytest.mark.parametrize("label", ["NONE", "", "m/s^2", "m/s2", "(m/s²)", "[M/S**2]"])
-def test_si_labels(write, label):
-    assert len(read_uff(write(by_hand(ROWS, unit=label)))) == 1
-
-
 def test_text_frf_by_hand(write):
     rows = [f"{1:20.12E}{2:20.12E}{3:20.12E}{-4:20.12E}"]
     frf = by_hand(rows, kind=4, ordinate=6, count=2, axis=18, denominator=13, dof=(8, -3, 5, 3), first="1.0", step=".5")

@@ -29,7 +29,8 @@ def rows(width, digits, per_line, letter="E"):
 
 @pytest.mark.parametrize("letter", ["E", "D"])
 @pytest.mark.parametrize("ordinate, width, digits, per_line", [
-    (2, 13, 5, 6), (2, 13, 6, 6), (4, 20, 11, 4), (2, 12, 5, 6), (2, 15, 7, 4),
+    (2, 13, 5, 6), (2, 13, 6, 6), (4, 20, 11, 4),  # the format's; negative numbers that fill their columns; double
+    (2, 12, 5, 6), (2, 15, 7, 4),  # other columns
 ])  # fmt: skip
 def test_exponents_of_three_digits(write, ordinate, width, digits, per_line, letter):
     (tip,) = cm.read(write(by_hand(rows(width, digits, per_line, letter), ordinate=ordinate)))

@@ -35,25 +35,19 @@ def modal_frf(quantity="acceleration/force"):
 # Units
 
 
-@pytest.mark.parametrize("label, si", [
-    ("g", 9.80665), ("G", 9.80665), ("mm/s^2", 1e-3), ("(mm/s²)", 1e-3), ("MM/S**2", 1e-3), ("m/s/s", 1.0),
-])  # fmt: skip
-def test_unit_label_of_a_time_function(write, label, si):
+OF_ACCELERATION = {"g": 9.80665, "G": 9.80665, "mm/s^2": 1e-3, "(mm/s²)": 1e-3, "MM/S**2": 1e-3, "m/s/s": 1.0,
+                   "NONE": 1.0, "": 1.0, "m/s^2": 1.0, "m/s2": 1.0, "(m/s²)": 1.0, "[M/S**2]": 1.0}  # fmt: skip
+
+
+@pytest.mark.parametrize("data, si", [
+    *((by_hand(ROWS, unit=label), si) for label, si in OF_ACCELERATION.items()),
+    (by_hand(ROWS, numerator=13, unit="mN"), 1e-3), (by_hand(ROWS, numerator=13, unit="MN"), 1e6),
+    (units_by_hand(1e3, 1.0) + by_hand(ROWS, unit="mm/s^2"), 1e-3),  # mm in label and file: scaled once
+], ids=[*OF_ACCELERATION, "mN", "MN", "label and file"])  # fmt: skip
+def test_unit_label_of_a_time_function(write, data, si):
     """1 g = 9.80665 m/s²: BIPM, The International System of Units."""
-    (tip,) = read_uff(write(by_hand(ROWS, unit=label)))
+    (tip,) = read_uff(write(data))
     np.testing.assert_allclose(tip.value, si * np.arange(12), rtol=1e-15)
-
-
-def test_mN_and_MN_are_two_units(write):
-    for label, si in (("mN", 1e-3), ("MN", 1e6)):
-        (force,) = read_uff(write(by_hand(ROWS, numerator=13, unit=label)))
-        np.testing.assert_allclose(force.value, si * np.arange(12), rtol=1e-15)
-
-
-def test_label_and_file_that_agree(write):
-    """mm in both: the samples are scaled once."""
-    data = units_by_hand(1e3, 1.0) + by_hand(ROWS, unit="mm/s^2")
-    np.testing.assert_allclose(read_uff(write(data))[0].value, np.arange(12) / 1e3, rtol=1e-15)
 
 
 @pytest.mark.parametrize(("label", "si"), [("g/N", 9.80665), ("(mm/s^2)/kN", 1e-6), ("g", 9.80665), ("NONE", 1.0)])

@@ -192,14 +192,14 @@ def test_without_gl_matplotlib_draws_and_says_so(shown, tmp_path, monkeypatch):
     assert not (tmp_path / "b.gif").exists()
 
 
-def test_mp4_needs_ffmpeg_and_other_files_are_refused(shown, tmp_path, monkeypatch):
+@pytest.mark.parametrize("name, renderer, words", [
+    ("a.mp4", "matplotlib", "needs the program ffmpeg"), ("a.avi", "matplotlib", r"\.gif or \.mp4"),
+    ("a.gif", "crayon", "renderer"),
+])  # fmt: skip
+def test_mp4_needs_ffmpeg_and_other_files_are_refused(shown, tmp_path, monkeypatch, name, renderer, words):
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(cm.ClearanceError, match="needs the program ffmpeg"):
-        animation.write(shown, tmp_path / "a.mp4", "matplotlib", progress=False)
-    with pytest.raises(cm.ClearanceError, match=r"\.gif or \.mp4"):
-        animation.write(shown, tmp_path / "a.avi", "matplotlib", progress=False)
-    with pytest.raises(cm.ClearanceError, match="renderer"):
-        animation.write(shown, tmp_path / "a.gif", "crayon", progress=False)
+    with pytest.raises(cm.ClearanceError, match=words):
+        animation.write(shown, tmp_path / name, renderer, progress=False)
 
 
 def test_ffmpeg_that_fails_leaves_the_old_file_and_its_complaint(shown, tmp_path, monkeypatch):
