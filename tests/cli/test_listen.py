@@ -11,7 +11,7 @@ import tomli_w
 from clearance_mj import Model, Plate, Rig
 from clearance_mj.signals import road_psd
 from clearance_mj.signals.excitation import from_psd, random
-from clearance_mj.sound import heard, loudness, loudness_over_level, radiate, read_wav
+from clearance_mj.sound import audible_sound, loudness, loudness_over_level, radiate, read_wav
 from clearance_mj.tolerance import Scatter
 
 from ..rig.rig_changes import TABLES
@@ -62,12 +62,12 @@ def test_the_loudness_of_a_road_has_an_interval_over_noises_and_designs(tmp_path
         n5 = []
         for seed, model in enumerate(models):
             noise = from_psd(road_psd("C", 80 / 3.6, at="body").scaled(2.0), 1.5, 4096.0, seed)
-            n5.append(loudness(heard(model.simulate(noise, "modal"), model.rig, PLATE), "stationary").n5)
+            n5.append(loudness(audible_sound(model.simulate(noise, "modal"), model.rig, PLATE), "stationary").n5)
         assert [row["loudness_n5_sone"] for row in rows] == pytest.approx(n5, rel=1e-9)
         low, high = scipy.stats.t.interval(0.95, 2, np.mean(n5), scipy.stats.sem(n5))
         known = {"mean_n5_sone": np.mean(n5), "mean_n5_low_sone": max(low, 0), "mean_n5_high_sone": high}
         assert all({key: row[key] for key in known} == pytest.approx(known) for row in rows)
-        assert [file.rpartition("/")[2] for file in found["files"]] == ["A_2.wav"]  # one is to be heard
+        assert [file.rpartition("/")[2] for file in found["files"]] == ["A_2.wav"]  # one is to be audible_sound
 
 
 def test_a_rig_with_a_plate_needs_no_options_and_another_file_is_b(tmp_path, answer):
@@ -94,8 +94,8 @@ def test_accelerations_and_records(tmp_path, answer, small_dataset):
     response = read_record(record, Rig.load(RIG), "validate").response()
     assert wav.value.std() == pytest.approx(response.acceleration[7].std(), rel=0.01)
     found = answer("listen", RIG, *given, "--out", tmp_path / "s")
-    heard = radiate(response, Rig.load(RIG), PLATE).pressure
-    assert read_wav(found["files"][0]).value.std() == pytest.approx(heard.std(), rel=0.01)
+    audible_sound = radiate(response, Rig.load(RIG), PLATE).pressure
+    assert read_wav(found["files"][0]).value.std() == pytest.approx(audible_sound.std(), rel=0.01)
 
 
 @pytest.mark.parametrize("arguments, words", [

@@ -10,7 +10,7 @@ import pytest
 import clearance_mj as cm
 from clearance_mj.cli import main
 from clearance_mj.cli.options import load_plugin
-from clearance_mj.io.registry import FORMATS, WORDS, Format, register
+from clearance_mj.io.registry import FORMATS, OBJECT_NAMES, Format, register
 
 DOCS = Path(__file__).parents[2] / "docs"
 FILE = '''

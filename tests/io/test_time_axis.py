@@ -10,7 +10,7 @@ import clearance_mj as cm
 from clearance_mj.cli import main
 from clearance_mj.core.checks import even_rate
 from clearance_mj.core.notes import RecordNote
-from clearance_mj.io.time_axis import on_one_axis
+from clearance_mj.io.time_axis import resample_channels
 
 from .logger_files import blocks, mdf, tdms
 from .refusals import assert_refused
@@ -98,7 +98,7 @@ def test_resampling_keeps_what_both_rates_hold(fs, start, rate):
         return 5 + np.sin(2 * np.pi * high * time) + np.cos(2 * np.pi * 20.3 * time)
 
     times = [begin + np.arange(4000) / fs for begin in (0.0, start)]
-    for channel in on_one_axis([cm.Channel("A", 0, "S", "unknown", value(t), fs, t[0]) for t in times], rate, []):
+    for channel in resample_channels([cm.Channel("A", 0, "S", "unknown", value(t), fs, t[0]) for t in times], rate, []):
         inner = slice(100, -100)
         np.testing.assert_allclose(channel.value[inner], value(channel.time[inner]), atol=4e-3)
         assert channel.start == start
@@ -106,8 +106,8 @@ def test_resampling_keeps_what_both_rates_hold(fs, start, rate):
 
 def test_records_that_share_no_time():
     a, b = (cm.Channel(name, 0, "S", "unknown", np.ones(10), 10.0, start) for name, start in (("A", 0.0), ("B", 5.0)))
-    assert_refused(r'"A" ends at 0\.9 s, "B" begins at 5 s; leave one out', on_one_axis, [a, b], 10.0, [])
-    assert_refused("must be > 0 Hz, got -1", on_one_axis, [a], -1.0, [])
+    assert_refused(r'"A" ends at 0\.9 s, "B" begins at 5 s; leave one out', resample_channels, [a, b], 10.0, [])
+    assert_refused("must be > 0 Hz, got -1", resample_channels, [a], -1.0, [])
 
 
 def test_what_is_not_resampled(tmp_path):

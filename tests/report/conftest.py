@@ -12,7 +12,7 @@ from clearance_mj.estimate import Estimates, Parameter
 from clearance_mj.report import write_report
 from clearance_mj.signals import random_db
 from clearance_mj.signals.correlation import csac_per_sensor, csf_per_sensor
-from clearance_mj.study import Case, IdentifiedModel
+from clearance_mj.study import IdentifiedModel, StudyCase
 from clearance_mj.study.periodic import PeriodicVibrations
 from tests import studies
 from tests.store import kept

@@ -127,7 +127,7 @@ def test_words_with_markup_stay_words():
 
 
 def page_of(drawing, svg=b"<svg/>"):
-    return html.page("t", [html.Section("a", "A", html.figure(drawing, 1, svg))])
+    return html.page("t", [html.PageSection("a", "A", html.figure(drawing, 1, svg))])
 
 
 def test_only_pages_with_charts_have_their_script():

@@ -72,7 +72,7 @@ def test_another_study_takes_it_from_the_cache(heard, monkeypatch):
     study, _, _ = heard
     first = StudySounds(study).over_level
     monkeypatch.setattr("clearance_mj.study.heard.loudness_of_each", lambda *_, **__: pytest.fail("computed again"))
-    assert np.array_equal(Heard(study_with(PLATE, study.cache)).over_level["constant"].n5, first["constant"].n5)
+    assert np.array_equal(StudySounds(study_with(PLATE, study.cache)).over_level["constant"].n5, first["constant"].n5)
 
 
 def test_nothing_without_a_plate_and_a_line_without_mosqito(tmp_path, monkeypatch):

@@ -5,7 +5,7 @@ import numpy as np
 from clearance_mj import Dataset, Model
 from clearance_mj.identify import Identified
 from clearance_mj.report import ReportWriter
-from clearance_mj.report.rattling import rattling
+from clearance_mj.report.rattling import rattling_section
 
 from ..conftest import record_of
 

@@ -13,7 +13,7 @@ from clearance_mj.core.cache import ResultCache
 from clearance_mj.core.files import to_json
 from clearance_mj.periodic.summaries import stable_points
 from clearance_mj.report import ReportWriter
-from clearance_mj.report.html import Section, page
+from clearance_mj.report.html import PageSection, page
 from clearance_mj.report.sections.periodic import sines, special_points, unknown
 from clearance_mj.signals import SineSteps
 from clearance_mj.study import IdentifiedModel, study_summary
