@@ -224,7 +224,7 @@ def test_extending(clone):
         assert (clone / file).is_file()
         assert (ROOT / "clearance_mj" / folder).is_dir()
         output(clone, "-m", "clearance_mj", *command.split())
-    assert "shares" in (clone / "shared" / "report.html").read_text()
+    assert "contact_time" in (clone / "section" / "report.html").read_text()
     assert (clone / "first.uff").is_file()
 
 
@@ -256,7 +256,7 @@ def test_tutorial(clone):
     assert re.search(r"contact, ([\d.]+) dB and ([\d.]+) with", page).groups() == figures[1]
     assert textwrap.dedent("".join(re.findall(r"^prints\n\n((?:    .+\n)+)", page, re.MULTILINE))) in out
     for path in (
-        "found/index.html",
+        "identified/index.html",
         "over_amplitude/figures/contact_over_amplitude.png",
         "over_amplitude/figures/restoring_force.png",
         "comparison",

@@ -117,6 +117,6 @@ def _command_lines(folder: str, suffix: str) -> Iterator[str]:
     common = f"{folder}/bench --rig {folder}/rig.toml --map {folder}/map.toml --band 5 220"
     yield f"clearance-mj convert {runs} {common}"
     yield f"clearance-mj convert {checks} {common} --role validate"
-    yield f"clearance-mj identify {folder}/bench --out {folder}/found"
-    yield f"clearance-mj simulate {folder}/found --rms 2 --band 5 220 --gap x0.5 --out {folder}/half_the_gap.nc"
+    yield f"clearance-mj identify {folder}/bench --out {folder}/identified"
+    yield f"clearance-mj simulate {folder}/identified --rms 2 --band 5 220 --gap x0.5 --out {folder}/half_the_gap.nc"
     yield f"clearance-mj study {folder}/bench --methods nominal,bench --out {folder}/study"

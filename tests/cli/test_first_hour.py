@@ -123,7 +123,8 @@ def test_the_page_runs_from_the_top(tmp_path, monkeypatch, capsys):
     for command in COMMANDS:
         status, text = said(capsys, *command)
         assert status == 0, text
-    assert cm.Model.load(tmp_path / "daq" / "found").rig.bushings[0].gap == pytest.approx(TRUE_GAP, rel=0.05)
+    found = cm.Model.load(tmp_path / "daq" / "identified")
+    assert found.rig.bushings[0].gap == pytest.approx(TRUE_GAP, rel=0.05)
     shares = [cm.read(f"daq/{name}.nc").contact_share[0] for name in ("as_it_is", "half_the_gap")]
     assert 0 < shares[0] < shares[1] and (tmp_path / "daq" / "study" / "report.html").exists()
 
@@ -149,5 +150,5 @@ def test_the_notebook_runs(tmp_path, monkeypatch):
     names: dict = {}
     for cell in cells:
         exec(compile(cell, "first_hour.ipynb", "exec"), names)
-    assert names["found"].rig.bushings[0].gap == pytest.approx(TRUE_GAP, rel=0.05)
+    assert names["model"].rig.bushings[0].gap == pytest.approx(TRUE_GAP, rel=0.05)
     shutil.rmtree(tmp_path / "daq")
