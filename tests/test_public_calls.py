@@ -1,20 +1,19 @@
-"""The table of public calls in docs/data_model.md is that of the code, and all calls follow one convention.
+"""The list of public calls, docs/public_calls.csv, is that of the code, and all calls follow one convention.
 
-`python -m tests.test_public_calls` prints the table.
+`python -m tests.test_public_calls` writes the list.
 """
 
+import csv
 import importlib
 import inspect
 import pkgutil
-import re
 
 import clearance_mj
 
 from .conftest import ROOT
 
-PAGE = ROOT / "docs" / "data_model.md"
+LIST = ROOT / "docs" / "public_calls.csv"
 PARTS = [m.name for m in pkgutil.iter_modules(clearance_mj.__path__) if not m.name.startswith("_")]
-ROW = re.compile(r"^\| `cm\.(\S+?)\((.*)\)` \| `(.*)` \|$", re.MULTILINE)
 COUNTS = {"harmonics", "modes", "samples", "starts", "tries", "draws", "orders"}  # counts, if they are whole numbers
 
 
@@ -32,21 +31,22 @@ def public():
 
 
 def returned(signature):
-    found = signature.return_annotation
-    return (found if isinstance(found, str) else getattr(found, "__name__", str(found))).replace("|", "\\|")
+    annotation = signature.return_annotation
+    return annotation if isinstance(annotation, str) else getattr(annotation, "__name__", str(annotation))
 
 
 def rows():
-    return [
-        f"| `cm.{name}({', '.join(signature.parameters)})` | `{returned(signature)}` |"
+    """Header, then call and result of every public function."""
+    calls = [
+        [f"cm.{name}({', '.join(signature.parameters)})", returned(signature)]
         for name, signature in sorted(public().items())
     ]
+    return [["call", "returns"], *calls]
 
 
-def test_the_table_is_that_of_the_code():
-    text = PAGE.read_text(encoding="utf-8")
-    written = [match[0] for match in ROW.finditer(text)]
-    assert written == rows()
+def test_the_list_is_that_of_the_code():
+    with LIST.open(encoding="utf-8", newline="") as file:
+        assert list(csv.reader(file)) == rows()
 
 
 def test_progress_is_a_switch_everywhere():
@@ -82,4 +82,5 @@ def test_excitation_comes_second():
 
 
 if __name__ == "__main__":
-    print(*rows(), sep="\n")
+    with LIST.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(rows())
