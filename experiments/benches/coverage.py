@@ -95,7 +95,7 @@ def exact(truth: dict) -> dict[str, float]:
 def markdown(rows: pd.DataFrame) -> str:
     """A line for each parameter: error, distance in standard deviations, and how often the interval held."""
     rows = rows.assign(kind=rows["what"].str.replace(r"\[\d+\]", "", regex=True))
-    lines = ["| what | number | RMS error | RMS z | 90 % interval held, % |", "| --- | --- | --- | --- | --- |"]
+    lines = ["| quantity | number | RMS error | RMS z | true value in the 90 % interval, % |", "| --- " * 5 + "|"]
     for kind, of in rows.groupby("kind", sort=False):
         error = np.sqrt(np.mean((of["value"] - of["truth"]) ** 2))
         cells = [f"{error:.3g}"]

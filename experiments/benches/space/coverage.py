@@ -230,7 +230,8 @@ def _mean_orbits(record: PreparedRecord, displacement: np.ndarray, run: np.ndarr
 
 def summary(rows: pd.DataFrame) -> str:
     """A line for each number: typical and largest error, how often it is on target and the interval holds."""
-    lines = ["| what | number | median error | largest | on target, % | 90 % interval held, % |", "| --- " * 6 + "|"]
+    header = "| quantity | number | median error | largest | within the limit, % | true value in the 90 % interval, % |"
+    lines = [header, "| --- " * 6 + "|"]
     for what, all_ in rows.groupby("what", sort=False):
         of = all_[~all_["only_prior"].eq(True)]  # of others the records tell nothing
         absolute = what.startswith("offset") or what in ("unbalance phase",)
