@@ -63,15 +63,16 @@ def _shown(drawing: Drawing) -> str:
 def _method(rows: pd.DataFrame, sensors: str) -> str:
     torque, friction = REGIMES.values()
     return (
-        f"{rows['seed'].nunique()} vehicles (mass ± 10 %, cornering stiffness ± 15 %, friction 0.8 to 1 of nominal) on "
-        "the [manoeuvres](vehicle.md#which-paths-can-i-drive), with the same noise, road and gusts for every "
-        f"[controller](vehicle.md#controllers); multi-body plant, {sensors} sensors, half-gap "
+        "This page shows which controller keeps the path best if the steering has clearance. "
+        f"{rows['seed'].nunique()} vehicles (mass ± 10 %, cornering stiffness ± 15 %, friction 0.8 to 1 of nominal) "
+        "drive the [manoeuvres](vehicle.md#which-paths-can-i-drive), with the same noise, road and gusts for every "
+        f"[controller](vehicle.md#controllers): multi-body plant, {sensors} sensors, half-gap "
         f"{np.degrees(GAP):.1f}° at the road wheel. Torque-driven: trail {1e3 * torque.trail:g} mm, no friction; "
         f"friction-driven: trail {1e3 * friction.trail:g} mm, {friction.friction:g} N m of friction. No controller is "
-        "tuned on these manoeuvres, but what is used for tuning, and SMC-CM-DOB and MPC-CM-DOB, were chosen after "
-        "looking at them with other vehicles (101 to 108). Controllers with a clearance model know the gap; those "
+        "tuned on these manoeuvres, but the tuning cases, and SMC-CM-DOB and MPC-CM-DOB, were chosen after results "
+        "on them with other vehicles (101 to 108). Controllers with a clearance model know the gap; those "
         "with a twin begin with half of it. A run that leaves the path by 5 m, or whose vehicle lifts a wheel, counts "
-        "as the worst. Intervals are exact 95 % intervals of the median (order statistics)."
+        "as the worst. Intervals are exact 95 % intervals of the median."
     )
 
 
