@@ -80,7 +80,7 @@ def test_drives(clone):
     """The synthetic drive's friction is found again, and goes into a MuJoCo model that says what it lacks."""
     printed = run_python("drives.md", clone)
     assert "friction that grows: 0.15" in printed
-    assert "the model has no word of\n- the load's angle" in printed
+    assert "the model does not represent\n- the load's angle" in printed
 
 
 @pytest.mark.slow
