@@ -33,8 +33,8 @@ def draw(rig: Rig, places: Candidates, layout: Placement, modes: Sequence[int]) 
     _draw_growth(figure.add_subplot(grid[1, 1]), layout, modes)
     caption = (
         f"{len(layout.chosen)} sensors (numbered) for modes {', '.join(map(str, modes))} of rig “{rig.name}”; ticks: "
-        f"candidates{'; grey: bushings' * on_one_shaft}. Below: the share of the information that goes with each "
-        "sensor, and how many times the least standard deviation of each mode grows without it."
+        f"candidates{'; grey: bushings' * on_one_shaft}. Below: the fraction of the information that is lost "
+        "without each sensor, and the factor by which the least standard deviation of each mode then grows."
     )
     alt = f"Layout of {len(layout.chosen)} sensors{' along the shaft' * on_one_shaft}."
     return Drawing("placement", figure, caption, alt)

@@ -84,7 +84,7 @@ class _SideView:
         ax.set_xlim(self.first - 0.12 * self.length, self.last + 0.13 * self.length)
         ax.set_ylim(PLATE - 0.62, self.top + 1.02)
         caption = (
-            f"Rig “{rig.name}” out of its own data: to scale along the shaft, not across it; the gaps (radial) are "
+            f"Rig “{rig.name}” drawn from its file: to scale along the shaft, not across it; the gaps (radial) are "
             f"drawn wide. Numbered squares: {instruments(rig)}. Yellow: grease. {' '.join(map(_describe, self.shafts))}"
             f"{words_of_motion(rig)}{_omissions(rig)}"
         )
