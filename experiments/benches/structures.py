@@ -119,7 +119,7 @@ def named_rightly(row: dict) -> bool:
 def markdown(rows: Sequence[dict]) -> str:
     """A line for each kind of bench, one for intervals."""
     columns = (
-        "bench", "number", "named rightly", "RMSE over repeat, worst", "RMSE over that with the structure known, worst",
+        "bench", "number", "named correctly", "RMSE over repeat, worst", "RMSE over that with the structure known, worst",
         "gap within, %", "offset within, µm", "s",
     )  # fmt: skip
     lines: list[Sequence[str]] = [columns]
@@ -133,7 +133,7 @@ def markdown(rows: Sequence[dict]) -> str:
         cells += [f"{max(gaps):.1f}", f"{max(offsets):.1f}", f"{np.mean([row['seconds'] for row in of]):.0f}"]
         lines.append(cells)
     words = [
-        f"90 % intervals hold the truth {'with' if probes else 'without'} probes: {', '.join(_held(of))}."
+        f"90 % intervals contain the true value {'with' if probes else 'without'} probes: {', '.join(_held(of))}."
         for probes in (True, False)
         if (of := [row for row in rows if row.get("probes", True) == probes])
     ]
