@@ -119,8 +119,8 @@ def named_rightly(row: dict) -> bool:
 def markdown(rows: Sequence[dict]) -> str:
     """A line for each kind of bench, one for intervals."""
     columns = (
-        "bench", "number", "named correctly", "RMSE over repeat, worst", "RMSE over that with the structure known, worst",
-        "gap within, %", "offset within, µm", "s",
+        "bench", "number", "named correctly", "RMSE over repeat, worst",
+        "RMSE over that with the structure known, worst", "gap within, %", "offset within, µm", "s",
     )  # fmt: skip
     lines: list[Sequence[str]] = [columns]
     for kind, group in itertools.groupby(rows, _kind):
