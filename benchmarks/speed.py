@@ -10,8 +10,9 @@ from tqdm import tqdm
 
 import clearance_mj as cm
 from clearance_mj.core.jit import jit
-from clearance_mj.engines import links, mujoco_step
+from clearance_mj.engines import mujoco_step
 from clearance_mj.engines.base import step_factor
+from clearance_mj.engines.links_plant import links_plant
 from clearance_mj.signals.sampling import interpolate
 
 from .case import timed
@@ -69,7 +70,7 @@ def _batch(excitation, workers=None):
 
 def _model(rig, law, engine):
     """A model of links with its step and constant softness, and its steps per sample."""
-    plant = links._plant(rig, engine.links)
+    plant = links_plant(rig, engine.links)
     factor = step_factor(2048.0, engine.largest_step(rig, law))
     model = copy.copy(plant.model)
     model.opt.timestep = step = 1 / (2048.0 * factor)

@@ -6,11 +6,12 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from ..clearance.law import Law
+from ..core.deprecation import old_names
 from ..core.errors import ClearanceError, SimulationError
 from ..core.validation import Registered, register
 from ..rig import Rig
@@ -21,6 +22,9 @@ __all__ = [
     "Engine", "SeveralRuns", "SimulationRun", "diverged", "get_engine", "in_columns", "location", "register",
     "step_factor",
 ]  # fmt: skip
+
+if not TYPE_CHECKING:
+    __getattr__ = old_names(__name__, {"Run": "clearance_mj.engines.base.SimulationRun"})
 
 
 class SeveralRuns(ABC):

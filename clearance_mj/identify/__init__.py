@@ -1,5 +1,7 @@
 """Identification of the clearance from test records."""
 
+from typing import TYPE_CHECKING
+
 from ..core.deprecation import old_names
 from ..signals.free_decay import decay
 from ..signals.wavelet import ridge, ridges
@@ -27,5 +29,6 @@ __all__ = [
     "update_rig",
 ]  # fmt: skip
 
-_DRIVES = ("DriveFit", "MotorSideFit", "fit_drive", "fit_motor_side")
-__getattr__ = old_names(__name__, {name: f"clearance_mj.drives.{name}" for name in _DRIVES})
+if not TYPE_CHECKING:
+    _DRIVES = ("DriveFit", "MotorSideFit", "fit_drive", "fit_motor_side")
+    __getattr__ = old_names(__name__, {name: f"clearance_mj.drives.{name}" for name in _DRIVES})

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.checks import check_dof, naming
+from ..core.deprecation import old_names
 from ..core.errors import RecordError
 from ..core.files import TOO_DENSE, most_unpacked, plain_file, replacing
 from ..core.notes import note
@@ -35,6 +36,8 @@ from .waveforms import channels_of_waveforms
 
 if TYPE_CHECKING:
     import xarray as xr
+else:
+    __getattr__ = old_names(__name__, {"saving": "clearance_mj.io.results.save_blocks"})
 
 __all__ = ["load", "save", "save_blocks"]
 
@@ -159,7 +162,7 @@ def load(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, re
 
 
 def save_blocks(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Response]:
-    """Write blocks to an HDF5 file as they pass: ``estimate_frf_blocks(saving("run.h5", simulate_blocks(...)))``.
+    """Write blocks to an HDF5 file as they pass: ``estimate_frf_blocks(save_blocks("run.h5", simulate_blocks(...)))``.
 
     The file, ".h5" or ".hdf5", is there once the last block was taken; `io.results.load` reads it.
     """
