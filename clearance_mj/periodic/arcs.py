@@ -128,7 +128,7 @@ def _contact_links(
                 if end != BROKEN:
                     break
             else:
-                end = LOW if motions[-1].omega < (low + high) / 2 else HIGH
+                end = LOW if motions[-1].parameter < (low + high) / 2 else HIGH
         except NoConvergence as error:
             ended.append(error.args[0])
         reached.update((start, end))
@@ -146,7 +146,7 @@ def _until_return(motions: list[PeriodicMotion], end: int, ended: list[float]) -
         return motions, end
     arc_length = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(motions)])
     outward = motions[: int(np.searchsorted(arc_length, arc_length[-1] / 2)) + 1]
-    ended.append(outward[-1].omega)
+    ended.append(outward[-1].parameter)
     return outward, BROKEN
 
 
@@ -166,7 +166,7 @@ def _corner_fold(
 
     A circle that meets the wall all around it has such a corner.
     """
-    if end >= 0 and len(motions) == 2 and (motions[1].omega > known[end][0]) != known[end][1]:
+    if end >= 0 and len(motions) == 2 and (motions[1].parameter > known[end][0]) != known[end][1]:
         yield known[end]
 
 
@@ -180,7 +180,7 @@ def _entered_edge(motion: PeriodicMotion, known: list[tuple[float, bool]]) -> in
     """Return the index of the frequency at which a motion that lost contact has entered the gap."""
     upwards = motion.tangent[-1] > 0
     ends = [i for i, (_, above) in enumerate(known) if above != upwards] or range(len(known))
-    return min(ends, key=lambda i: abs(known[i][0] - motion.omega))
+    return min(ends, key=lambda i: abs(known[i][0] - motion.parameter))
 
 
 def _continued_links(solver: Solver, omega: np.ndarray, ended: list[float]) -> Iterator[_Link]:
@@ -192,7 +192,7 @@ def _continued_links(solver: Solver, omega: np.ndarray, ended: list[float]) -> I
         try:
             for motion in solver.within(solver.first(start), low, high, stop > start, MAX_MOTIONS):
                 motions.append(motion)
-            end = LOW if motions[-1].omega < (low + high) / 2 else HIGH
+            end = LOW if motions[-1].parameter < (low + high) / 2 else HIGH
         except NoConvergence as error:
             ended.append(error.args[0])
         if end == ends[0] and len(motions) > 2:

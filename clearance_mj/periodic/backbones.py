@@ -198,8 +198,8 @@ def follow_backbone(
     try:
         for motion in tqdm(branch, desc="backbone", unit="point", disable=not progress):
             motions.append(follower.motion(motion))
-        if motion.omega < stop * (1 - COVERED):
-            ended = f"it turns back and leaves the amplitudes at {motion.omega:.6g} m, where it began"
+        if motion.parameter < stop * (1 - COVERED):
+            ended = f"it turns back and leaves the amplitudes at {motion.parameter:.6g} m, where it began"
     except EndOfBranch as end:
         ended = str(end)
     except NoConvergence as end:

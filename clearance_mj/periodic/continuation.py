@@ -41,7 +41,7 @@ class EndOfBranch(Exception):
 class PeriodicMotion:
     """A periodic motion."""
 
-    omega: float  #: value of the branch's parameter: 1/s, or a factor where that is level, loads or gaps
+    parameter: float  #: of the branch: angular frequency in 1/s, or a factor of level, loads or gaps
     z: np.ndarray  #: (r, K) harmonics of the coordinates, m
     y: np.ndarray  #: (n_rows, K) of the displacements outside the basis, m
     force: np.ndarray  #: (n_rows, K) of the clearances' forces beyond the linear fillings', N
@@ -52,7 +52,7 @@ class PeriodicMotion:
 class Motions(NamedTuple):
     """Motions of a branch, one after the other; each part as in `PeriodicMotion`, motions along its first axis."""
 
-    omega: np.ndarray
+    parameter: np.ndarray
     z: np.ndarray
     y: np.ndarray
     force: np.ndarray
@@ -75,7 +75,7 @@ class Motions(NamedTuple):
     def one(self, i: int) -> PeriodicMotion:
         """Return the motion at an index."""
         return PeriodicMotion(
-            float(self.omega[i]), self.z[i], self.y[i], self.force[i], self.tangent[i], float(self.scale[i])
+            float(self.parameter[i]), self.z[i], self.y[i], self.force[i], self.tangent[i], float(self.scale[i])
         )
 
 
@@ -112,7 +112,7 @@ class Continuation(ABC):
     def ahead(self, motion: PeriodicMotion, step: float, tangent: np.ndarray | None = None) -> PeriodicMotion | None:
         """Predict along a tangent, that of the motion if none is given, and correct; None if Newton's method fails."""
         direction = motion.tangent if tangent is None else tangent
-        start = motion.omega, motion.z, motion.y, motion.scale
+        start = motion.parameter, motion.z, motion.y, motion.scale
         converged, *corrected, _ = self.loops.ahead(self.equations, *start, direction, float(step))
         return PeriodicMotion(*corrected) if converged else None
 
@@ -151,14 +151,14 @@ class Continuation(ABC):
         """
         yield motion
         for motions, why in self.pieces(motion, low, high, most, step):
-            for i in range(len(motions.omega) - (why == BEYOND)):
+            for i in range(len(motions.parameter) - (why == BEYOND)):
                 motion = motions.one(i)
                 yield motion
             if why == BEYOND:
                 after = motions.one(-1)
-                yield self._solve_between(high if after.omega > high else low, motion, after)
+                yield self._solve_between(high if after.parameter > high else low, motion, after)
                 return
-        raise NoConvergence(motion.omega)
+        raise NoConvergence(motion.parameter)
 
     def pieces(
         self, motion: PeriodicMotion, low: float, high: float, most: int, step: float, wanted: float = np.inf,
@@ -186,7 +186,7 @@ class Continuation(ABC):
 
     def _solve_between(self, omega: float, before: PeriodicMotion, after: PeriodicMotion) -> PeriodicMotion:
         """Return the motion at a frequency between two neighbours."""
-        fraction = (omega - before.omega) / (after.omega - before.omega)
+        fraction = (omega - before.parameter) / (after.parameter - before.parameter)
         motion = self.solved_at(omega, before.z + fraction * (after.z - before.z), after.y, after.scale)
         return replace(motion, tangent=motion.tangent * np.sign(motion.tangent @ after.tangent))
 
@@ -216,17 +216,17 @@ def until_closed(follower: Continuation, motions: Iterator[PeriodicMotion]) -> I
     before: PeriodicMotion | None = None
     for i, motion in enumerate(motions):
         if before is not None:
-            low, high = sorted((before.omega, motion.omega))
+            low, high = sorted((before.parameter, motion.parameter))
             for _, j, other in known[bisect_left(known, (low,)) : bisect_left(known, (high,))]:
                 direction = other.tangent @ difference(before, motion)
                 if j < i - 2 and direction > 0 and meets(follower, before, motion, other):
                     yield other
                     raise EndOfBranch("it comes back to " + ("where it was" if j else "its beginning"))
-            insort(known, (before.omega, i - 1, before))
+            insort(known, (before.parameter, i - 1, before))
         yield motion
         before = motion
 
 
 def difference(a: PeriodicMotion, b: PeriodicMotion) -> np.ndarray:
     """Return the vector from one motion to another, in the units of the first."""
-    return np.append((b.z - a.z).ravel() / a.scale, b.omega / a.omega - 1)
+    return np.append((b.z - a.z).ravel() / a.scale, b.parameter / a.parameter - 1)

@@ -96,12 +96,12 @@ def _level_of_contact(solver: Solver, omega: float) -> float:
     if solver.touches(motion):
         return 0.0
     before = after = motion
-    for after in solver.within(motion, 1e-3 * motion.omega, 1e6 * motion.omega):
+    for after in solver.within(motion, 1e-3 * motion.parameter, 1e6 * motion.parameter):
         if solver.touches(after):
             break
         before = after
     else:
-        raise NoConvergence(before.omega)
+        raise NoConvergence(before.parameter)
     if (motion_at_wall := grazing(solver, before, after)) is None:
-        raise NoConvergence(after.omega)
-    return motion_at_wall.omega
+        raise NoConvergence(after.parameter)
+    return motion_at_wall.parameter

@@ -23,7 +23,7 @@ def with_first_contacts(
     before, depth_before = None, 0.0
     try:
         for motion in motions:
-            depth = solver.depth(motion.omega, motion.z, motion.y)
+            depth = solver.depth(motion.parameter, motion.z, motion.y)
             between = None
             if before is not None:
                 if (depth_before > 0) != (depth > 0):
@@ -45,13 +45,13 @@ def grazing(solver: Solver, before: PeriodicMotion, after: PeriodicMotion) -> Pe
     """Return the motion that grazes a wall, between one with contact and one without."""
     chord = difference(before, after)
     length = float(np.linalg.norm(chord))
-    known = {share: (solver.depth(at.omega, at.z, at.y), at) for share, at in ((0.0, before), (1.0, after))}
+    known = {share: (solver.depth(at.parameter, at.z, at.y), at) for share, at in ((0.0, before), (1.0, after))}
 
     def depth(fraction: float) -> float:
         if fraction not in known:
             if (motion := solver.ahead(before, fraction * length, chord / length)) is None:
                 raise ArithmeticError
-            known[fraction] = solver.depth(motion.omega, motion.z, motion.y), motion
+            known[fraction] = solver.depth(motion.parameter, motion.z, motion.y), motion
         return known[fraction][0]
 
     try:

@@ -87,9 +87,13 @@ def bounded(solver: Any, motions: Iterator[PeriodicMotion]) -> Iterator[Periodic
     for motion in motions:
         yield motion
         first = first or motion.scale
-        if motion.scale > ENDLESS * first and len(last) == AT_ONCE and abs(motion.omega / last[0] - 1) < STANDS_STILL:
-            raise EndOfBranch(f"its vibration grows without bound towards {place(solver, motion.omega)}")
-        last.append(motion.omega)
+        if (
+            motion.scale > ENDLESS * first
+            and len(last) == AT_ONCE
+            and abs(motion.parameter / last[0] - 1) < STANDS_STILL
+        ):
+            raise EndOfBranch(f"its vibration grows without bound towards {place(solver, motion.parameter)}")
+        last.append(motion.parameter)
 
 
 def watched(
@@ -98,7 +102,7 @@ def watched(
     """Yield the motions and report their parameters over ``unit`` to ``watch``: by default frequencies in Hz."""
     for motion in motions:
         if watch is not None:
-            watch(motion.omega / unit)
+            watch(motion.parameter / unit)
         yield motion
 
 
@@ -180,7 +184,7 @@ def expanded(solver: Any, points: list[TestedPoint], ended: str) -> Branch:
     """Expand motions at the clearances to the quantities of a branch."""
     system, motions = solver.system, [point.motion for point in points]
     driven, rig, d = system.driven, system.rig, system.rig.bushing_of_row.size
-    states = [solver.state(motion.omega) for motion in motions]
+    states = [solver.state(motion.parameter) for motion in motions]
     omega = np.array([solver.frequency(motion) for motion in motions])
     spin, factors = np.array([at.spin for at in states]), np.array([at.level for at in states])
     x = complex_amplitudes(np.array([solver.all_points(motion) for motion in motions]))
@@ -220,7 +224,7 @@ def expanded(solver: Any, points: list[TestedPoint], ended: str) -> Branch:
 
 def of_folds(points: list[TestedPoint]) -> set[int]:
     """Return the indices of changes of stability that belong to folds, where the multiplier passes 1 up to rounding."""
-    omega, at_folds = [point.motion.omega for point in points], set[int]()
+    omega, at_folds = [point.motion.parameter for point in points], set[int]()
     for fold in (i for i, point in enumerate(points) if point.folds):
         near = [
             i for i, point in enumerate(points)

@@ -303,7 +303,7 @@ def _until_end(solver: Solver, motion: PeriodicMotion, low: float, high: float) 
             return motions, str(end)
         arc_length = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(motions)])
         motions = motions[: int(np.searchsorted(arc_length, arc_length[-1] / 2)) + 1]
-        return motions, f"{BACKWARDS} at {place(solver, motions[-1].omega)}"
+        return motions, f"{BACKWARDS} at {place(solver, motions[-1].parameter)}"
     except NoConvergence as end:
         return motions, f"no further periodic vibration was found beyond {place(solver, end.args[0])}"
     return motions, ""

@@ -198,14 +198,14 @@ def _follow(solver: Solver, start: PeriodicMotion, largest: float) -> Motions:
     for factor in SHARES:
         solver.bent, solver.longest = factor**2 * BENT, factor * LONGEST
         motions = _continue(solver, start, largest)
-        if motions.omega[-1] > BACK * start.omega:
+        if motions.parameter[-1] > BACK * start.parameter:
             return motions
-    raise NoConvergence(start.omega)
+    raise NoConvergence(start.parameter)
 
 
 def _continue(solver: Solver, start: PeriodicMotion, largest: float) -> Motions:
-    deep, step = DEEP * solver.system.size, FIRST_STEP if start.omega < largest else solver.longest
-    ends = BACK * start.omega, FAR * max(largest, start.omega)
+    deep, step = DEEP * solver.system.size, FIRST_STEP if start.parameter < largest else solver.longest
+    ends = BACK * start.parameter, FAR * max(largest, start.parameter)
     return solver.followed(start, STEPS, step, ends, BEYOND * largest, deep)
 
 
@@ -214,10 +214,12 @@ def _make_branch(
     quantities: Sequence[str], rows: Sequence[int | None],
 ) -> LevelBranch:  # fmt: skip
     """Return the branch of motions, with rest before them."""
-    x, depth = row_displacements(solver, ArcVibrations(np.zeros(motions.omega.size, dtype=int), motions.z, motions.y))
+    x, depth = row_displacements(
+        solver, ArcVibrations(np.zeros(motions.parameter.size, dtype=int), motions.z, motions.y)
+    )
     deepest = depth.max(axis=(1, 2))
     values = np.array([_evaluate(solver, name, row, motions, omega, x, depth) for name, row in zip(quantities, rows)])
-    values = values.reshape(len(quantities), motions.omega.size)
+    values = values.reshape(len(quantities), motions.parameter.size)
     if 0 < contact <= FAR * largest:  # it just fills the gap, if not at any of the samples
         deepest[0] = 0.0
         values[[name == IMPACT for name in quantities], 0] = 0.0
@@ -233,17 +235,17 @@ def _make_branch(
 
 def _interpolate(motions: Motions, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Interpolate levels (n,) and values (n_rows, n) between motions (n_rows, m), so that folds are accurate."""
-    if motions.omega.size < 2:
-        return motions.omega, values
+    if motions.parameter.size < 2:
+        return motions.parameter, values
     # In units that do not change along the branch, else smooth functions of the arc length have corners at the motions.
-    count, size, largest = motions.omega.size, motions.scale.max(), motions.omega.max()
-    of_z, of_level = motions.z.reshape(count, -1) / size, motions.omega / largest
+    count, size, largest = motions.parameter.size, motions.scale.max(), motions.parameter.max()
+    of_z, of_level = motions.z.reshape(count, -1) / size, motions.parameter / largest
     s = np.append(0.0, np.cumsum(np.sqrt(np.sum(np.diff(of_z, axis=0) ** 2, axis=1) + np.diff(of_level) ** 2)))
     direction = motions.tangent * (motions.scale / size)[:, None]
     direction[:, -1] = motions.tangent[:, -1] * of_level
     places = np.interp(np.arange(PARTS * (count - 1) + 1) / PARTS, np.arange(count), s)
     slope = largest * direction[:, -1] / np.linalg.norm(direction, axis=1)
-    return CubicHermiteSpline(s, motions.omega, slope)(places), PchipInterpolator(s, values, axis=1)(places)
+    return CubicHermiteSpline(s, motions.parameter, slope)(places), PchipInterpolator(s, values, axis=1)(places)
 
 
 def _in_both_walls(solver: Solver, x: np.ndarray) -> np.ndarray:

@@ -101,7 +101,7 @@ class NonlinearMode(Continuation):
 
     def motion(self, unscaled: PeriodicMotion) -> FreeMotion:
         """Convert a motion to physical units."""
-        omega, zeta, q = self._unscale(unscaled.omega, unscaled.z)
+        omega, zeta, q = self._unscale(unscaled.parameter, unscaled.z)
         return FreeMotion(omega, zeta, q, unscaled.force)
 
     def branch(self, start: float, stop: float) -> Iterator[PeriodicMotion]:
@@ -121,8 +121,8 @@ class NonlinearMode(Continuation):
         first = self.solved_at(within, z, np.zeros(0), within)
         if within < start:
             *_, first = self.within(first, within, start)
-            if first.omega != start:
-                raise NoConvergence(first.omega)
+            if first.parameter != start:
+                raise NoConvergence(first.parameter)
         yield from self.within(first, start, stop)
 
     def _static_coordinates(self) -> np.ndarray:

@@ -92,7 +92,7 @@ class Solver(Continuation):
 
     def frequency(self, motion: PeriodicMotion) -> float:
         """Return the angular frequency of a motion's first harmonic, 1/s."""
-        return self.state(motion.omega).omega
+        return self.state(motion.parameter).omega
 
     @property
     def over_name(self) -> str:
@@ -149,7 +149,7 @@ class Solver(Continuation):
 
     def touches(self, motion: PeriodicMotion) -> bool:
         """Return True if an end is beyond a wall at any sample of a period."""
-        return self.depth(motion.omega, motion.z, motion.y) > 0
+        return self.depth(motion.parameter, motion.z, motion.y) > 0
 
     def first(self, omega: float, most: int = MAX_POINTS) -> PeriodicMotion:
         """Return the motion at a frequency that grows out of the static equilibrium with the level of the excitation.
@@ -220,10 +220,10 @@ class Solver(Continuation):
         try:
             if (motion := self._first_motion(z, y, full)) is None:
                 return z, y
-            if motion.omega < full:
-                lowest = 1e-3 * motion.omega  # folds may lead below where it began
+            if motion.parameter < full:
+                lowest = 1e-3 * motion.parameter  # folds may lead below where it began
                 *_, motion = self.within(motion, lowest, full, most=most)
-                if abs(motion.omega / full - 1.0) > 1e-9:
+                if abs(motion.parameter / full - 1.0) > 1e-9:
                     raise NoConvergence(omega)
         except NoConvergence:
             raise NoConvergence(omega) from None
@@ -322,7 +322,7 @@ class Solver(Continuation):
         """
         touches, direction = self.touches(motion), motion.tangent
         for reach in ACROSS:
-            omega = motion.omega * (1 + reach * direction[-1])
+            omega = motion.parameter * (1 + reach * direction[-1])
             z = motion.z + reach * motion.scale * direction[:-1].reshape(motion.z.shape)
             if (self.depth(omega, z, motion.y) > 0) != touches:
                 return self._solve_beyond(motion, omega, z, -1.0 if touches else 1.0)
@@ -341,6 +341,6 @@ class Solver(Continuation):
         for step in reversed(CORNERS):
             guess = z + step * motion.scale * direction[:-1].reshape(z.shape)
             beyond = self.solve(omega * (1 + step * direction[-1]), guess, motion.y, direction, motion.scale)
-            if beyond is not None and side * self.depth(beyond.omega, beyond.z, beyond.y) > 0:
+            if beyond is not None and side * self.depth(beyond.parameter, beyond.z, beyond.y) > 0:
                 return self._orient(beyond, motion, 1.0)
         return None

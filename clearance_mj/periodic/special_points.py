@@ -136,14 +136,14 @@ class SpecialMotions(Continuation):
 
     def across_wall(self, motion: PeriodicMotion) -> PeriodicMotion | None:
         """Return the special motion at a parameter a little further on, where g changes its sign along the branch."""
-        self._residual(motion.omega, motion.z, motion.y, True)  # the plane is that of the last guess
+        self._residual(motion.parameter, motion.z, motion.y, True)  # the plane is that of the last guess
         motion = replace(motion, tangent=self.direction)
         for distance in APART if motion.tangent[-1] else ():
-            at = float(np.clip(motion.omega * (1 + np.sign(motion.tangent[-1]) * distance), 1.0, 2.0))
-            step = (at / motion.omega - 1) / motion.tangent[-1]
+            at = float(np.clip(motion.parameter * (1 + np.sign(motion.tangent[-1]) * distance), 1.0, 2.0))
+            step = (at / motion.parameter - 1) / motion.tangent[-1]
             z = motion.z + step * motion.scale * motion.tangent[:-1]
             guess = PeriodicMotion(at, z, motion.y, motion.force, motion.tangent, motion.scale)
-            if at != motion.omega and (special := self._locate(guess)):
+            if at != motion.parameter and (special := self._locate(guess)):
                 chord = difference(motion, special)
                 tangent = chord / np.linalg.norm(chord)
                 return PeriodicMotion(at, special.z, special.y, special.force, tangent, special.scale)
@@ -152,21 +152,21 @@ class SpecialMotions(Continuation):
     def _solve_between(self, omega: float, before: PeriodicMotion, after: PeriodicMotion) -> PeriodicMotion:
         with suppress(NoConvergence):
             return super()._solve_between(omega, before, after)
-        fraction = (omega - before.omega) / (after.omega - before.omega)
-        if (special := self._locate(replace(after, omega=omega, z=before.z + fraction * (after.z - before.z)))) is None:
+        fraction = (omega - before.parameter) / (after.parameter - before.parameter)
+        if (special := self._locate(replace(after, parameter=omega, z=before.z + fraction * (after.z - before.z)))) is None:
             raise NoConvergence(omega)
         return special
 
     def frequency(self, motion: PeriodicMotion) -> float:
         """Return a motion's frequency, 1/s; of a fold its extremum, which g does not resolve within the steps of J."""
         if self.kind == FOLD:
-            self._residual(motion.omega, motion.z, motion.y, True)
+            self._residual(motion.parameter, motion.z, motion.y, True)
             motion = self._locate(motion) or motion
         return float(motion.z[-1]) * self.reference
 
     def _locate(self, guess: PeriodicMotion) -> PeriodicMotion | None:
         """Return the motion near a guess where g changes its sign along the branch or, for folds, frequency turns."""
-        solver, omega, z = self.parts(guess.omega, guess.z)
+        solver, omega, z = self.parts(guess.parameter, guess.z)
         direction = (self.plane @ np.array([-self.plane[-1, 1], self.plane[-1, 0]]))[:-1]
         direction /= np.linalg.norm(direction)
 
@@ -178,26 +178,29 @@ class SpecialMotions(Continuation):
 
         def measured(t: float) -> float:
             solution = motion(t)
-            return self._test_function(solver, solution.omega, solution.z, solution.y)
+            return self._test_function(solver, solution.parameter, solution.z, solution.y)
 
         for reach in REACH:
             with suppress(NoConvergence, ValueError):  # no motion, or the same sign at both ends
                 t = _turn(motion, reach) if self.kind == FOLD else brentq(measured, -reach, reach, xtol=EXACT * reach)
                 special = motion(t)
-                unknown = np.append(special.z.ravel(), special.omega / self.reference)
+                unknown = np.append(special.z.ravel(), special.parameter / self.reference)
                 scale = max(float(np.linalg.norm(unknown)), self.least)
-                return PeriodicMotion(guess.omega, unknown, special.y, special.force, guess.tangent, scale)
+                return PeriodicMotion(guess.parameter, unknown, special.y, special.force, guess.tangent, scale)
         return None
 
 
 def _turn(motion: Callable[[float], PeriodicMotion], reach: float) -> float:
     """Return the arc length at which the frequency turns within a distance; ValueError if it does not."""
-    low, middle, high = (motion(t).omega for t in (-reach, 0.0, reach))
+    low, middle, high = (motion(t).parameter for t in (-reach, 0.0, reach))
     if (middle - low) * (high - middle) > 0:
         raise ValueError("it rises or falls")
     sign = np.sign(2 * middle - low - high)
     optimum = minimize_scalar(
-        lambda t: -sign * motion(t).omega / middle, bounds=(-reach, reach), method="bounded", options={"xatol": 1e-5}
+        lambda t: -sign * motion(t).parameter / middle,
+        bounds=(-reach, reach),
+        method="bounded",
+        options={"xatol": 1e-5},
     )
     return float(optimum.x)
 

@@ -53,8 +53,8 @@ def multipliers(solver: Any, motion: PeriodicMotion) -> np.ndarray:
     The memory of fillings and contacts adds multipliers, of which the smallest are left out.
     """
     omega = solver.frequency(motion)
-    solver.walls_at(motion.omega)
-    values = floquet(solver, omega, solver.state(motion.omega).spin, solver.all_points(motion))
+    solver.walls_at(motion.parameter)
+    values = floquet(solver, omega, solver.state(motion.parameter).spin, solver.all_points(motion))
     return solver.forced_multipliers(values)
 
 
@@ -115,7 +115,7 @@ def changes(solver: Continuation, before: TestedPoint, after: TestedPoint) -> It
 
 def with_fold(solver: Continuation, points: list[TestedPoint]) -> list[TestedPoint]:
     """Return neighbours with the motion among them at which the frequency turns, if it does."""
-    omega = [point.motion.omega for point in points]
+    omega = [point.motion.parameter for point in points]
     middle = max(range(len(points)), key=lambda i: abs(omega[i] - (omega[0] + omega[-1]) / 2))
     depth = min(abs(omega[middle] / omega[end] - 1) for end in (0, -1))
     if middle in (0, len(points) - 1) or points[middle].folds or depth < RESOLVED:
@@ -126,10 +126,10 @@ def with_fold(solver: Continuation, points: list[TestedPoint]) -> list[TestedPoi
 
     def missed(fraction: float) -> float:
         near = at(fraction, False)
-        return 1.0 if near is None else -sign * near.motion.omega / omega[0]
+        return 1.0 if near is None else -sign * near.motion.parameter / omega[0]
 
     fold = at(float(minimize_scalar(missed, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-5}).x))
-    if fold is None or sign * (fold.motion.omega - omega[middle]) < 0:
+    if fold is None or sign * (fold.motion.parameter - omega[middle]) < 0:
         return [replace(point, kind="", folds=True) if i == middle else point for i, point in enumerate(points)]
     chord = difference(points[0].motion, points[-1].motion)
     projections = [difference(points[0].motion, point.motion) @ chord for point in points]
@@ -157,7 +157,7 @@ def _bisect(
     """Bisect for the next change of the unstable count: return the motions before and after, and the latter's place."""
     high = 1.0
     for _ in range(HALVINGS):
-        if high - low < EXACT and abs(first.motion.omega / last.motion.omega - 1) < EXACT:
+        if high - low < EXACT and abs(first.motion.parameter / last.motion.parameter - 1) < EXACT:
             break
         middle = (low + high) / 2
         if (halfway := at(middle)) is None:

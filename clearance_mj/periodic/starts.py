@@ -54,7 +54,7 @@ class Start:
         best: tuple[list[PeriodicMotion], NoConvergence | None, Iterator[PeriodicMotion]] | None = None
         for branch in self._branches():
             head, error = self._take_head(branch)
-            if head and not error and not math.isclose(head[-1].omega, self.start, rel_tol=2 * NEXT_FREQUENCY):
+            if head and not error and not math.isclose(head[-1].parameter, self.start, rel_tol=2 * NEXT_FREQUENCY):
                 yield from head
                 yield from branch
                 return
@@ -81,7 +81,7 @@ class Start:
         return head, None
 
     def _reach(self, motions: Sequence[PeriodicMotion]) -> float:
-        return max((abs(motion.omega - self.start) for motion in motions), default=0.0)
+        return max((abs(motion.parameter - self.start) for motion in motions), default=0.0)
 
     def _branches(self) -> Iterator[Iterator[PeriodicMotion]]:
         """Yield the branch from each method's first motion in turn; it raises NoConvergence where there is none."""
@@ -124,7 +124,7 @@ class Start:
             yield from solver.within(motion, low, high, up)
             return
         to_start = list(solver.within(motion, min(near, self.start), max(near, self.start), near < self.start, MOST))
-        if not math.isclose(to_start[-1].omega, self.start, rel_tol=1e-9):
+        if not math.isclose(to_start[-1].parameter, self.start, rel_tol=1e-9):
             raise NoConvergence(self.start)
         if distance < 0:
             yield from solver.onwards(to_start[-1], low, high)

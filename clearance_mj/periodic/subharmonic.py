@@ -98,7 +98,7 @@ def _first_doubled(solver: Solver, branch: Branch, index: int, values: np.ndarra
         scale = float(np.linalg.norm(z))
         for amplitude in AWAY:
             motion = solver.solve(value, z + amplitude * scale * row[:-1].reshape(shape), y, row, scale)
-            if motion is not None and abs(motion.omega / value - 1) < MAX_SHIFT:
+            if motion is not None and abs(motion.parameter / value - 1) < MAX_SHIFT:
                 return motion
     return None
 
@@ -146,11 +146,11 @@ def until_halved(solver: Solver, motion: PeriodicMotion, low: float, high: float
         largest = max(largest, ratio)
         if ratio < min(HALVED, largest / 2):  # with contacts the remaining way may take endless short steps
             yield each
-            raise EndOfBranch(f"its period is halved at {place(solver, each.omega)}")
+            raise EndOfBranch(f"its period is halved at {place(solver, each.parameter)}")
         if before is not None and np.sum(antiperiodic * before.z * each.z) < 0:
             last = _last_doubled(solver, before, each)
             yield last
-            raise EndOfBranch(f"its period is halved at {place(solver, last.omega)}")
+            raise EndOfBranch(f"its period is halved at {place(solver, last.parameter)}")
         yield each
         before = each
 
@@ -170,7 +170,7 @@ def _restart_after_falls(solver: Solver, motion: PeriodicMotion, low: float, hig
             motion = each
         else:
             return
-    raise EndOfBranch(f"its period is halved at {place(solver, motion.omega)}")
+    raise EndOfBranch(f"its period is halved at {place(solver, motion.parameter)}")
 
 
 def _last_doubled(solver: Solver, before: PeriodicMotion, after: PeriodicMotion) -> PeriodicMotion:
@@ -181,12 +181,12 @@ def _last_doubled(solver: Solver, before: PeriodicMotion, after: PeriodicMotion)
     row /= size
     fraction = size / (size - beyond)
     z = before.z + fraction * (after.z - before.z)
-    omega = before.omega + fraction * (after.omega - before.omega)
+    omega = before.parameter + fraction * (after.parameter - before.parameter)
     scale = before.scale
     for part in AWAY:
         if part * scale < size:
             halved = solver.solve(omega, z * ~odd + part * scale * row[:-1].reshape(z.shape), after.y, row, scale)
-            if halved is not None and abs(halved.omega / omega - 1) < MAX_SHIFT:
+            if halved is not None and abs(halved.parameter / omega - 1) < MAX_SHIFT:
                 return replace(halved, tangent=-halved.tangent)
     return before
 

@@ -180,7 +180,7 @@ def follow_special(
     motions, ended = _follow(follower, follower.start(omega, z, y), point.kind, progress)
     turns = solver.system.periods / (solver.system.order or 1.0) / (2 * np.pi)
     frequency = np.array([follower.frequency(motion) for motion in motions]) * turns
-    value = first + (np.array([m.omega for m in motions]) - 1) * (to - first)
+    value = first + (np.array([m.parameter for m in motions]) - 1) * (to - first)
     ended = ended and f"{ended} beyond {frequency[-1]:.6g} Hz and {over} {value[-1]:g}"
     return Curve(point.kind, over, branch.kind, frequency, value, ended)
 
@@ -235,7 +235,7 @@ def follow_whirl_onset(
     speed, follower = first_hopf(system, ends).speed, WhirlOnsets(functools.lru_cache(8)(system_at))
     first = follower.solve(1.0, np.array([speed]), np.zeros(0), np.array([0.0, 1.0]), speed)
     motions, ended = _follow(follower, first, "onset of whirl", progress)
-    factors, speeds = np.array([m.omega for m in motions]), np.array([m.z[0] for m in motions])
+    factors, speeds = np.array([m.parameter for m in motions]), np.array([m.z[0] for m in motions])
     whirls = np.array([follower.growth(*each).imag for each in zip(factors, speeds)]) / (2 * np.pi)
     value = first_value + (factors - 1) * (to - first_value)
     ended = ended and f"{ended} beyond {speeds[-1]:.6g} rad/s and {over} {value[-1]:g}"
@@ -265,11 +265,11 @@ def _follow(
                 follower.direction = _direction(motions)
             if motions and difference(motions[-1], motion) @ follower.direction < 0:  # a fall back, not a turn
                 if (beyond := follower.across_wall(motions[-1])) is None:
-                    raise NoConvergence(motion.omega)
+                    raise NoConvergence(motion.parameter)
                 after = follower.onwards(motion := beyond, 1.0, 2.0)
                 next(after)
             motions.append(motion)
-            if len(motions) > 1 and motion.omega in (1.0, 2.0):  # located there, beyond a jump
+            if len(motions) > 1 and motion.parameter in (1.0, 2.0):  # located there, beyond a jump
                 break
     except NoConvergence:
         return motions, f"no further {what} was found"

@@ -208,7 +208,7 @@ def _is_unstable(periodic: _Periodic) -> bool:
 
 def _with_rubbing(periodic: _Periodic) -> Vibration:
     """Compute the rubbing over a period, sampled as finely as its contacts need."""
-    solver, omega, count = periodic.solver, periodic.motion.omega, len(periodic.solver.system.rig.bushings)
+    solver, omega, count = periodic.solver, periodic.motion.parameter, len(periodic.solver.system.rig.bushings)
     fine = Solver(solver.system, solver.harmonics, samples_of_period(solver, omega))
     basis, rate, project = fine.grid[:3]
     motion = Sampled(periodic.x @ basis.T, omega * (periodic.x @ rate.T), omega, 0.0)
@@ -223,7 +223,7 @@ def _with_rubbing(periodic: _Periodic) -> Vibration:
 
 def _modal_state(periodic: _Periodic) -> ModalState:
     """Return modal coordinates at the beginning of a period, from the modal response to excitation and forces."""
-    driven, omega = periodic.solver.system.driven, periodic.motion.omega
+    driven, omega = periodic.solver.system.driven, periodic.motion.parameter
     (force,) = complex_amplitudes(periodic.motion.force[None])
     modes = driven.modes(omega, 0.0, driven.force(0.0, 1.0, 1.0) - force.T @ driven.points).T
     i_omega = 1j * omega * np.arange(modes.shape[1])

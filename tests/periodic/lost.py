@@ -9,7 +9,7 @@ def until(last):
 
     def cut(self, motion, *more, **names):
         for motions, why in pieces(self, motion, *more, **names):
-            beyond = motions.omega > last
+            beyond = motions.parameter > last
             if beyond.any():
                 count = int(beyond.argmax()) + 1
                 yield continuation.Motions(*(each[:count] for each in motions)), loops.GOES_ON

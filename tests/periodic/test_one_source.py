@@ -21,8 +21,8 @@ def test_motions_are_those_that_are_followed_in_python(frequency, folds):
         solver.loops = made or solver.loops
         found.append(solver.followed(solver.growing(omega), most, 5e-3, (0.0, np.inf), np.inf, np.inf))
     compiled, known = found
-    assert compiled.omega.size == known.omega.size > most / 2
-    assert bool(np.any(np.diff(known.omega) < 0)) is folds
-    assert_allclose(compiled.omega, known.omega, rtol=1e-5)
+    assert compiled.parameter.size == known.parameter.size > most / 2
+    assert bool(np.any(np.diff(known.parameter) < 0)) is folds
+    assert_allclose(compiled.parameter, known.parameter, rtol=1e-5)
     assert_allclose(compiled.z, known.z, atol=1e-5 * known.scale.max())
     assert_allclose(compiled.tangent, known.tangent, atol=1e-3)

@@ -112,10 +112,10 @@ def test_every_way_comes_to_the_vibration_that_grows_out_of_rest():
     assert len(ways) == 3 + len(NEARBY)
     rest = ways[0][0]
     for way in ways[1:]:
-        assert way[0].omega == pytest.approx(rest.omega, rel=2e-5)
+        assert way[0].parameter == pytest.approx(rest.parameter, rel=2e-5)
         assert np.linalg.norm(way[0].z - rest.z) < 1e-3 * rest.scale
-        assert np.all(np.diff([motion.omega for motion in way]) > 0)
-        assert way[-1].omega == pytest.approx(ways[0][-1].omega)
+        assert np.all(np.diff([motion.parameter for motion in way]) > 0)
+        assert way[-1].parameter == pytest.approx(ways[0][-1].parameter)
         assert all(motion.tangent[-1] > 0 for motion in way)
 
 
