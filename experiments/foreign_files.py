@@ -5,8 +5,6 @@ beside the project; they are not this project's to hand on. ``--page docs/files.
 which has a row for each folder of files.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import os

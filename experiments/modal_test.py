@@ -7,14 +7,11 @@ The elements are written here, so that what the tutorial finds is not what the l
 accelerometers and two points struck by a hammer.
 """
 
-from __future__ import annotations
-
 import argparse
 
 import numpy as np
 
-from clearance_mj.io.uff import write_uff
-from clearance_mj.signals.frf import FRF
+from clearance_mj import FRF, write_uff
 
 LENGTH, ELEMENTS = 1.6, 64
 OUTER, INNER = 0.060, 0.055

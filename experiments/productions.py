@@ -11,8 +11,6 @@ The production is of the Table 1 rig, synthetic: 15 numbers scatter, normally. M
 samples where a branch ends early; cells that they lose do not count.
 """
 
-from __future__ import annotations
-
 import argparse
 import warnings
 from pathlib import Path

@@ -11,8 +11,6 @@ gaps are L times as narrow: all levels are marched side by side under one noise.
 their own level.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import time

@@ -4,8 +4,6 @@ Elements are Euler-Bernoulli beams with axial force and torsion, 12 x 12, with c
 Matrix Structural Analysis, 1968, chapters 5 and 11).
 """
 
-from __future__ import annotations
-
 import argparse
 import csv
 from collections.abc import Sequence

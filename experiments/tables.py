@@ -1,15 +1,11 @@
 """Tables that a run puts into a page of the documentation, between marks such as <!-- lies --> and <!-- /lies -->."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.files import replacing
-
-__all__ = ["markdown_table", "put_between_marks"]
 
 
 def markdown_table(rows: Iterable[Sequence[str]]) -> str:

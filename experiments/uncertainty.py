@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from clearance_mj import Dataset, estimate_frf, rmse_db
-from clearance_mj.core.errors import ClearanceError
+from clearance_mj import ClearanceError, Dataset, estimate_frf, rmse_db
 from clearance_mj.identify import identify
 from clearance_mj.report.figures import band_drawing
 from clearance_mj.signals.frf_error import random_error

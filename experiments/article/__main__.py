@@ -1,7 +1,5 @@
 """``python -m experiments.article NAMES``: the article's figures and tables beside ours."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence
@@ -10,8 +8,6 @@ from pathlib import Path
 from . import command
 from .inputs import DATASET
 from .runner import reproduce
-
-__all__ = ["main"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

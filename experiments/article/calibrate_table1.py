@@ -1,26 +1,21 @@
 """The rig out of the article's four test frequencies: found from several starts, and the family that fits as well."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
 import pandas as pd
 
+from clearance_mj import Rig, mac
 from clearance_mj.beam import mode_shapes, natural_frequencies
 from clearance_mj.calibrate import Calibration, ModalTarget, calibrate, profile, value_of
 from clearance_mj.report.calibration import draw
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
-from clearance_mj.rig import Rig
-from clearance_mj.signals.correlation import mac
 
 from .items import Item
 from .published import Printed
 from .result import Result, to_table
 from .style import BLACK, BLUE, VERMILION, panel, sheet
-
-__all__ = ["run"]
 
 HELD = "bushings[0].position"
 EQUAL = {

@@ -1,7 +1,5 @@
 """What the article's commands share: their options, and one line with status 2 for bad input."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Callable, Sequence
@@ -9,8 +7,6 @@ from typing import Any
 
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.files import to_json
-
-__all__ = ["run"]
 
 
 def run(

@@ -1,7 +1,5 @@
 """Stiffness and damping identified from free decays whose parameters are known: Figures 2 and 3."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pandas as pd
@@ -15,8 +13,6 @@ from .free_decays import CONDITIONS, Decay, free_decay, rms_error
 from .items import Item
 from .result import Result, rounded, to_table
 from .style import BLACK, BLUE, FONT, ORANGE, VERMILION, panel, sheet
-
-__all__ = ["working_condition"]
 
 BAND = (50.0, 110.0)  # Hz
 FORMS = {

@@ -1,7 +1,5 @@
 """Figure 1: the cantilever with double clearance, drawn from its rig file."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -14,8 +12,6 @@ from clearance_mj.rig import Bushing, Rig
 from .items import Item
 from .result import Result, to_table
 from .style import BLUE, FONT, ORANGE, VERMILION, sheet
-
-__all__ = ["dimensions", "run"]
 
 EXAGGERATION = 10  # How much wider the gaps are drawn in the details
 GREASE, STEEL, DARK = "#ffee88", "#cccccc", "#555555"

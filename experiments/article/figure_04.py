@@ -1,7 +1,5 @@
 """Figure 4: damping identified at single scales, in three sequences, and what each scale costs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,8 +13,6 @@ from .free_decays import MASS, SCALE_CONDITION, SCALE_SEQUENCES, free_decay, sca
 from .items import Item
 from .result import Result, to_table
 from .style import BLACK, BLUE, FONT, GREEN, ORANGE, PURPLE, SKY, VERMILION, panel, sheet
-
-__all__ = ["run"]
 
 FS = 1024.0  # Hz
 DURATION = 4.55  # s: the widest wavelet lies within it at the first and at the last of the article's 4 s

@@ -12,19 +12,6 @@ from scipy.integrate import solve_ivp
 from clearance_mj.core.errors import RecordError
 from clearance_mj.identify.laws.oscillator import local_polynomials
 
-__all__ = [
-    "CONDITIONS",
-    "MASS",
-    "SCALE_CONDITION",
-    "SCALE_SEQUENCES",
-    "Condition",
-    "Decay",
-    "ScaleResult",
-    "free_decay",
-    "rms_error",
-    "scale_study",
-]
-
 MASS = 0.025  # kg; the article does not print it, its best scale 2^-6.8 at 8000 N/m and ω0 = 5 gives it
 SLOPE_WIDTH = 0.1  # s, in the scale study
 TIGHT = {"rtol": 1e-10, "atol": 1e-13}

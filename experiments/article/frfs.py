@@ -1,7 +1,5 @@
 """FRFs and criteria of models and test over frequency, sensor by sensor: Figures 7 to 10."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,8 +18,6 @@ from .published import MODELS as ARTICLE_MODELS
 from .published import Printed
 from .result import Result, rounded, to_table
 from .style import FONT, panel, sheet
-
-__all__ = ["criterion", "overlay"]
 
 SPLIT = 65.0  # Hz, between the second mode and the third
 ROOM = 3.0  # dB

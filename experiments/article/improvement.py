@@ -1,7 +1,5 @@
 """What the updated models gain over constant parameters: as the article prints it, from its tables, and ours."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pandas as pd
@@ -15,8 +13,6 @@ from .models import name_of
 from .published import IMPROVEMENTS
 from .published import improvements as recomputed
 from .result import to_table
-
-__all__ = ["improvements"]
 
 
 def improvements(study: Study, quantities: Sequence[str]) -> tuple[pd.DataFrame, Table]:

@@ -1,20 +1,14 @@
 """What items are computed from, made when it is first asked for and shared between them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 
 import experiments.article.ridge_as_printed  # noqa: F401  (registers a method)
+from clearance_mj import Dataset, RecordError, Rig
 from clearance_mj.core.cache import ResultCache
-from clearance_mj.core.errors import RecordError
-from clearance_mj.io.dataset import Dataset
-from clearance_mj.rig import Rig
 from clearance_mj.study import Study
 from clearance_mj.vehicle import experiment as vehicle
-
-__all__ = ["DATASET", "Inputs", "Runs"]
 
 DATASET = Path("data/table1_rig")
 METHODS = ("nominal", "constant", "ridge-as-printed", "ridge", "output-error")

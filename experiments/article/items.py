@@ -1,7 +1,5 @@
 """Which items there are: a new one is a file with its function, and one line in `ITEMS`."""
 
-from __future__ import annotations
-
 import functools
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -14,8 +12,6 @@ from clearance_mj.core.errors import ClearanceError
 
 from .inputs import Inputs
 from .result import Result
-
-__all__ = ["ITEMS", "Item", "register", "select"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,25 +1,18 @@
 """Modal engine, links engine and virtual rig: shapes, backbones, harmonics, jumps and best linear approximations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
-from clearance_mj.clearance.law import ConstantLaw, Law
+from clearance_mj import ConstantLaw, Law, Response, Rig, compare_modes, mac, simulate
 from clearance_mj.core.tasks import run_tasks
-from clearance_mj.engines import simulate
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
-from clearance_mj.rig import Rig
-from clearance_mj.signals.comparison import compare_modes
-from clearance_mj.signals.correlation import mac
 from clearance_mj.signals.ema import Modes, extract_modes
 from clearance_mj.signals.excitation import Excitation, multisine, stepped_sine
 from clearance_mj.signals.nonlinear import BestLinear, best_linear, stepped_harmonics
-from clearance_mj.signals.response import Response
 from clearance_mj.study import Study
 from experiments.article.modal_links_rig_setup import (
     BUSHING,
@@ -42,7 +35,6 @@ from .items import Item
 from .modal_links_rig_figures import draw_backbones, draw_best_linear, draw_harmonics, draw_jumps, draw_shapes
 from .result import Result, rounded, to_table
 
-__all__ = ["FULL", "QUICK", "Setup", "run"]
 System = Callable[[Excitation, int], Response]
 """Rig or engine: response to an excitation; the seed is that of drift and noise"""
 

@@ -1,7 +1,5 @@
 """The figures of `modal_links_rig`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
@@ -15,8 +13,6 @@ from matplotlib.lines import Line2D
 from clearance_mj.rig import Rig
 
 from .style import BLACK, BLUE, FONT, GREY, ORANGE, VERMILION, panel, sheet
-
-__all__ = ["draw_backbones", "draw_best_linear", "draw_harmonics", "draw_jumps", "draw_shapes"]
 
 LOOKS = {
     "rig": {"color": BLACK, "lw": 2.2, "alpha": 0.6},

@@ -1,7 +1,5 @@
 """What modal model, links and rig are compared under: bushing, orders, levels, and how long."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -2,37 +2,16 @@
 test red; here the models between them have colours of their own.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from clearance_mj.core.errors import RecordError
-from clearance_mj.rig import Rig, Sensor
-from clearance_mj.signals.frf import FRF
-from clearance_mj.study import Study, StudyCase
+from clearance_mj import FRF, RecordError, Rig, Sensor
+from clearance_mj.study import Case, Study
 
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
-
-__all__ = [
-    "MODELS",
-    "REPEAT",
-    "TEST",
-    "Model",
-    "cases",
-    "clearance_of",
-    "decibel",
-    "look",
-    "main_cases",
-    "name_of",
-    "position",
-    "prior_information",
-    "rows_of",
-    "test_words",
-]  # fmt: skip
 
 
 @dataclass(frozen=True)

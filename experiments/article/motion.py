@@ -1,7 +1,5 @@
 """Motion control (Section 4.3): histories of one vehicle, and medians over many beside the article's tables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -21,20 +19,6 @@ from .items import Item
 from .published import Printed
 from .result import Result, rounded, to_table
 from .style import FONT, panel, sheet
-
-__all__ = [
-    "Median",
-    "beside_published",
-    "comparison",
-    "histories_of",
-    "median",
-    "over_seeds",
-    "prior_information",
-    "reduction",
-    "regimes",
-    "seeds_table",
-    "setting",
-]  # fmt: skip
 
 SEEDS, QUICK_SEEDS = 30, 6
 COMPARED = ("smc", "smc-cm", "mpc", "mpc-cm", "smc-dob", "mpc-dob", "smc-inverse")

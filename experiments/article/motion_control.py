@@ -1,19 +1,16 @@
 """Motion control beyond the article: gap, misestimated gap, preview, plants, and what an identified law is worth."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 import scipy.optimize
 
-from clearance_mj.clearance.law import ContactLaw, Law
+from clearance_mj import ContactLaw, Law, Rig
 from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.report.vehicle import METRICS, look
-from clearance_mj.rig import Rig
 from clearance_mj.study import Study
 from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, REGIMES
 from clearance_mj.vehicle.steering import Steering
@@ -24,8 +21,6 @@ from .models import name_of
 from .motion import comparison, prior_information
 from .result import Result, to_table
 from .style import FONT, panel, sheet
-
-__all__ = ["run", "secant_stiffness"]
 
 CONTROLLERS_SWEPT = ("smc", "smc-cm", "mpc", "mpc-cm")
 GAPS = (0.0, 0.09, 0.18, 0.27, 0.36, 0.45)  # degrees at the road wheel

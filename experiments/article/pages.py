@@ -1,7 +1,5 @@
 """An item in words, figures and tables: as a section of the index page, and as a page of the documentation."""
 
-from __future__ import annotations
-
 import base64
 import math
 from collections.abc import Mapping, Sequence
@@ -15,8 +13,6 @@ from clearance_mj.statistics.intervals import Interval
 
 from .items import Item
 from .result import Result
-
-__all__ = ["index", "markdown", "markdown_table", "section"]
 
 SVG_LIMIT = 600_000  # bytes, above which the index page shows the PNG
 PRIOR = "Prior information"

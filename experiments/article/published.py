@@ -11,8 +11,6 @@ import pandas as pd
 
 from clearance_mj.core.errors import RecordError
 
-__all__ = ["FOLDER", "IMPROVEMENTS", "MODELS", "Printed", "improvements"]
-
 FOLDER = Path(__file__).parents[2] / "data" / "article"
 FILES = {
     1: "table1_natural_frequency.csv",

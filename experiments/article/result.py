@@ -1,7 +1,5 @@
 """What an item gives."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -9,8 +7,6 @@ import pandas as pd
 
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
-
-__all__ = ["Result", "rounded", "to_table"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,5 @@
 """Figures 5 and 6: the rig with its sensors and base plate, drawn from its file, and as MuJoCo renders it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pandas as pd
@@ -17,8 +15,6 @@ from .items import Item
 from .models import clearance_of
 from .result import Result, to_table
 from .style import FONT, sheet
-
-__all__ = ["rendering", "structure"]
 
 
 def structure(item: Item, rig: Rig) -> Result:

@@ -1,7 +1,5 @@
 """Compute items and write what they give; an item whose inputs have not changed is taken as it is."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,8 +17,6 @@ from .items import ITEMS, Item, select
 from .pages import index, markdown, section
 from .published import FOLDER
 from .result import Result
-
-__all__ = ["reproduce"]
 
 SOURCES = Path(__file__).parent
 CHANGED = ".changed"  # Suffix under which files are kept that were changed, or damaged, since they were written

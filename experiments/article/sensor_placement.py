@@ -1,7 +1,5 @@
 """Where eight sensors tell four modes best, what each carries, and how the rig's own layout compares."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -16,8 +14,6 @@ from clearance_mj.rig import Rig
 from .items import Item
 from .result import Result, to_table
 from .style import BLACK, BLUE, GREY, panel, sheet
-
-__all__ = ["run"]
 
 BEST, OURS, DISTURBED = "every layout tried", "exchange", "exchange, modes 5 and 6 disturb"
 

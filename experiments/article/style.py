@@ -1,16 +1,11 @@
 """The library's colours by name, and sheets and panels of the width of the documentation's pages."""
 
-from __future__ import annotations
-
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from clearance_mj.report.style import COLOURS, FAINT, FONT
-from clearance_mj.report.style import REPEAT as GREY
-from clearance_mj.report.style import TEST as BLACK
+from clearance_mj.report.style import COLOURS, FAINT, FONT, REPEAT, TEST
 
-__all__ = ["BLACK", "BLUE", "FONT", "GREEN", "GREY", "ORANGE", "PURPLE", "SKY", "VERMILION", "panel", "sheet"]
-
+BLACK, GREY = TEST, REPEAT
 BLUE, VERMILION, _, GREEN, PURPLE, ORANGE, SKY, *_ = COLOURS
 WIDTH = 6.5  # in
 

@@ -1,7 +1,5 @@
 """Table 1: natural frequencies, their relative errors, and MAC."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,8 +16,6 @@ from .models import cases, look, name_of, prior_information, rows_of, test_words
 from .published import MODELS, Printed
 from .result import Result, to_table
 from .style import FONT, panel, sheet
-
-__all__ = ["MAC_TARGET", "run"]
 
 MAC_TARGET = 0.95
 COLUMNS = ["level", "law", "engine", "mode", "test_hz", "model_hz", "relative_error_percent", "mac"]

@@ -1,7 +1,5 @@
 """Table 2: MRE, RMSE, FRAC, CSAC and CSF of every sensor."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pandas as pd
@@ -17,8 +15,6 @@ from .models import cases, look, name_of, prior_information, rows_of, test_words
 from .published import MODELS, Printed
 from .result import Result, to_table
 from .style import FONT, panel, sheet
-
-__all__ = ["run"]
 
 DEFINITIONS = {
     "mre": "mean of ||H_m| - |H_t|| / |H_t|",

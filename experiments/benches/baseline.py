@@ -5,8 +5,6 @@
 Rows of benches that the table already holds are replaced, others stay.
 """
 
-from __future__ import annotations
-
 import argparse
 import time
 from collections.abc import Sequence

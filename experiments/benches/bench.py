@@ -5,8 +5,6 @@ bushings and sensors 2 mm, gains 1 %, clamp as of 0 to 2 diameters more shaft, m
 20 %, offsets 0.3 of the gap: all 1 σ, cut at 2 σ.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 from collections.abc import Iterable, Sequence

@@ -6,8 +6,6 @@ One row for each parameter and for the FRFs of each level of each bench. truth.t
 only to judge. Benches that the table already holds are not identified again.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import time
@@ -19,12 +17,8 @@ import numpy as np
 import pandas as pd
 import scipy.stats
 
+from clearance_mj import FRF, Dataset, Rig, compare, estimate_frf, linear_model
 from clearance_mj.identify.methods.bench import BenchFit, fit_bench
-from clearance_mj.io.dataset import Dataset
-from clearance_mj.linear import linear_model
-from clearance_mj.rig import Rig
-from clearance_mj.signals.comparison import compare
-from clearance_mj.signals.frf import FRF, estimate_frf
 from clearance_mj.statistics.frf_bands import frf_band, inside
 
 CONFIDENCE = 0.9

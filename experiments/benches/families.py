@@ -6,8 +6,6 @@ Twenty benches, one row each: every second one differs from its rig file in ever
 are made first, where they are not in the folder yet. truth.toml is read only to say what was found of gaps and offsets.
 """
 
-from __future__ import annotations
-
 import argparse
 import time
 import tomllib

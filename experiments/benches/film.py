@@ -12,8 +12,6 @@ Sources: Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication, 200
 & Zidani, SIAM J. Numer. Anal. 47, 2009.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,17 +1,14 @@
 """Records of a bench as a logger has them: names, order, signs and units that say little of the rig."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
+from clearance_mj import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
 from clearance_mj.core.units import unit_factor
 from clearance_mj.io.channels import UNKNOWN, Channel
 from clearance_mj.io.columns import channel_name
-from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor
-from clearance_mj.structure import Beam
 
 from . import bench as benches
 from .bench import Bench, make_bench

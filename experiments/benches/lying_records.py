@@ -7,8 +7,6 @@ Every lie is put into all records to identify of `data/table1_rig`, or into its 
 records to validate, which do not lie, are predicted: as well as without the lie, or the lie matters in silence.
 """
 
-from __future__ import annotations
-
 import argparse
 import csv
 import dataclasses
@@ -24,19 +22,13 @@ import scipy.interpolate
 import scipy.signal
 from tqdm import tqdm
 
-from clearance_mj.core.errors import ClearanceError
+from clearance_mj import Channel, ClearanceError, Dataset, Record, Rig, estimate_frf, rmse_db, simulate
 from clearance_mj.core.files import to_json, write_text
-from clearance_mj.engines import simulate
 from clearance_mj.identify.channels.check import check_places
 from clearance_mj.identify.methods.bench import fit_bench
 from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records
 from clearance_mj.identify.records.prepared import prepare
 from clearance_mj.identify.structure.examination import examine
-from clearance_mj.io.channels import Channel
-from clearance_mj.io.dataset import Dataset, Record
-from clearance_mj.rig import Rig
-from clearance_mj.signals import estimate_frf
-from clearance_mj.signals.correlation import rmse_db
 from experiments.tables import markdown_table, put_between_marks
 
 DATA = Path(__file__).parents[2] / "data" / "table1_rig"

@@ -5,8 +5,6 @@ python -m experiments.benches.make 17 --out results/benches/17 --short
 python -m experiments.benches.make cubic+maxwell-slip+4 --out results/benches/family
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

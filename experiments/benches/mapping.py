@@ -6,8 +6,6 @@ Benches are simulated with physics of their own, see `experiments.benches.physic
 everything. Signs count relative to the base's.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Iterator, Sequence
@@ -16,8 +14,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from clearance_mj.core.errors import ClearanceError
-from clearance_mj.identify import map_channels
+from clearance_mj import ClearanceError, map_channels
 from clearance_mj.io.channel_map import UNDECIDED
 from experiments.benches.logger import as_logged, drawn_bench, measured
 from experiments.tables import markdown_table, put_between_marks

@@ -4,8 +4,6 @@ With the forces at the bushings' points linear between the ends of a step, the m
 form, linear in the forces at its end. These follow from Newton's method on the points alone, to convergence.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

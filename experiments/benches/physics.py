@@ -3,8 +3,6 @@
 Forces count against positive displacement. Nothing here is taken from the package's clearance models or its test rig.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The dataset of a bench: its records in the package's format, and truth.toml beside them, which nothing reads."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias
@@ -11,12 +9,9 @@ import scipy.fft
 import scipy.signal
 import tomli_w
 
-from clearance_mj.core.errors import SimulationError
+from clearance_mj import Channel, Excitation, Record, SimulationError, write_dataset
 from clearance_mj.core.quantities import QUANTITIES
-from clearance_mj.io.channels import Channel
-from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.signals import excitation, sampling
-from clearance_mj.signals.excitation import Excitation
 from experiments.testrig.records import BAND, FS, NOISE, digitise
 
 from . import motion

@@ -6,8 +6,6 @@ with two planes has its modes twice; a strip that is clamped to the shaft is fin
 file would say that knows them.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable, Sequence

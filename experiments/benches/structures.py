@@ -9,8 +9,6 @@ displacement probes, with points or 20 mm as bushings in turn and behind anti-al
 What was judged already stays in --out.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import itertools
@@ -26,12 +24,9 @@ import numpy as np
 import scipy.stats
 from tqdm import tqdm
 
+from clearance_mj import FRF, Dataset, compare, estimate_frf, simulate
 from clearance_mj.core.files import to_json, write_text
-from clearance_mj.engines import simulate
 from clearance_mj.identify.methods.bench import BenchFit, fit_bench
-from clearance_mj.io.dataset import Dataset
-from clearance_mj.signals.comparison import compare
-from clearance_mj.signals.frf import FRF, estimate_frf
 from experiments.tables import markdown_table, put_between_marks
 from experiments.testrig.records import FS
 

@@ -7,8 +7,6 @@ Two kinds of synthetic benches, whose physics the package does not share: the vi
 rig files leave open, and other laws of contact and grease. Writes a row for each clearance, and the figure.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import math
@@ -20,12 +18,10 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
+from clearance_mj import Record, Rig, excitation
 from clearance_mj.identify import Twin, twin
-from clearance_mj.io.dataset import Record
 from clearance_mj.report.tables import write_csv
 from clearance_mj.report.twin import draw
-from clearance_mj.rig import Rig
-from clearance_mj.signals import excitation
 from experiments.benches.bench import Bench, make_bench
 from experiments.benches.records import measure_channels
 from experiments.testrig import RIGS, Truth, simulate_rig

@@ -7,8 +7,6 @@ well or hardly, records at 1, 2 or 4 levels, 8 to 24 s long, at 1 to 4 kHz, with
 or with hits beside them. Benches that the table already holds are not identified again.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import sys
@@ -21,11 +19,8 @@ import pandas as pd
 import scipy.stats
 import tomli_w
 
+from clearance_mj import Dataset, Excitation, Grease, Record, Rig, excitation, write_dataset
 from clearance_mj.identify.methods.bench import fit_bench
-from clearance_mj.io.dataset import Dataset, Record, write_dataset
-from clearance_mj.rig import Grease, Rig
-from clearance_mj.signals import excitation
-from clearance_mj.signals.excitation import Excitation
 from experiments.testrig.records import BAND
 
 from .bench import Bench, make_bench, other_rig, table1_rig

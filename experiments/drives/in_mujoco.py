@@ -7,8 +7,6 @@ that no drive was found from; the load's torque and the motor's, and the load's 
 compared with that run's, all of them as means over 0.05 s. Synthetic.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 

@@ -15,8 +15,6 @@ which `physical.add_backlash` puts play; neither has Stribeck's curve. Both take
 begin where the encoders were, for neither estimates a state.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import importlib

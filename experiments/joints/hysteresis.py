@@ -12,8 +12,6 @@ Parameters are fitted by output error: the loop is computed from the record's di
 the measured force, by bounded least squares from several starts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -21,15 +19,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from clearance_mj import Grease, RecordError
 from clearance_mj.clearance.greases.bouc_wen import bouc_wen_step
 from clearance_mj.clearance.walls.slot import gap as penetration
-from clearance_mj.core.errors import RecordError
 from clearance_mj.core.jit import jit
 from clearance_mj.estimate import Estimates, Parameter, Problem, Solution, StoppingCriteria, coloured, one_by_one, solve
 from clearance_mj.estimate.estimates import UNIDENTIFIED
-from clearance_mj.rig import Grease
-
-__all__ = ["DEAD_TRAVEL", "BoucWenFit", "bouc_wen"]
 
 DEAD_TRAVEL = ("fixed", "reopening")
 NAMES = {"k": "N/m", "elastic_ratio": "1", "beta": "1/mⁿ", "gamma": "1/mⁿ", "exponent": "1", "gap": "m", "offset": "m"}

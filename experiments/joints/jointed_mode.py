@@ -6,8 +6,6 @@ degree: by its three terms the energy of a cycle grows as the amplitude to the p
 between 2 and 3 where little slips (D. J. Segalman, J. Appl. Mech. 72, 2005, 752), above where more begins to.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,8 +18,6 @@ from clearance_mj.clearance.harmonic import periodic_amplitudes, slip_stiffness
 from clearance_mj.core.errors import RecordError
 from clearance_mj.estimate import Estimates, Parameter, Problem, StoppingCriteria, correlation_time, one_by_one, solve
 from clearance_mj.signals.free_decay import Decay
-
-__all__ = ["ForcedCurve", "ForcedTest", "JointedMode", "JointedModeFit", "fit_jointed_mode"]
 
 ELEMENTS = 80
 FIRST_SLIP, LAST_SLIP = 1e-3, 5.0  # displacements at which the first and the last element slips, over the reach

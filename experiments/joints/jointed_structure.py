@@ -12,8 +12,6 @@ the spectra of the accelerations at the excited lines are compared with the meas
 geometric series over the joints' motion, so that the force is linear in the springs that are searched for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,19 +19,14 @@ import numpy as np
 import scipy.ndimage
 from tqdm import tqdm
 
+from clearance_mj import Bushing, Contact, Excitation, Grease, RecordError, Response, Rig, Sensor, Shaker
 from clearance_mj.clearance import ConstantLaw, MaxwellSlip
-from clearance_mj.core.errors import RecordError
 from clearance_mj.engines import simulate_and_keep
-from clearance_mj.estimate import Parameter, Problem, Solution, StoppingCriteria, solve
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
-from clearance_mj.signals.excitation import Excitation
+from clearance_mj.estimate import Parameter, Problem, Solution, Stop, solve
 from clearance_mj.signals.frf import FRF, QUANTITY
 from clearance_mj.signals.nonlinear import periods
-from clearance_mj.signals.response import Response
 from clearance_mj.signals.welch import lines_within
 from clearance_mj.structure import ModalStructure, modes_from_frf
-
-__all__ = ["JOINT_NODE", "JointedStructure", "fit_jointed_structure"]
 
 JOINT_NODE = 901  # node of the first joint's degree of freedom in the structure; those that follow count on
 SETTLING = 2  # periods that are simulated before the one that is compared

@@ -7,8 +7,6 @@ has died out; an unstable one until it has left, or would have by its multiplier
     python -m experiments.periodic.drawn --count 200
 """
 
-from __future__ import annotations
-
 import argparse
 import time
 from collections.abc import Iterator
@@ -17,9 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 import clearance_mj as cm
-from clearance_mj.core.errors import ClearanceError
-from clearance_mj.engines import Modal
-from clearance_mj.linear import linear_model
+from clearance_mj import ClearanceError, Modal, linear_model
 from clearance_mj.rig.sensing import sensor_points
 from experiments.periodic.drawn_rigs import KINDS, MODES, Drawn, draw
 

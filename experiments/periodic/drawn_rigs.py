@@ -1,7 +1,5 @@
 """Rigs of every kind of clearance, drawn with a seed: chains of masses and shafts, laws, levels at which they touch."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import NamedTuple

@@ -5,8 +5,6 @@ stepped sine, begin at rest where one vibration alone is possible, and come alon
 no code with either: finite elements, an implicit integrator, forces of its own.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from pathlib import Path

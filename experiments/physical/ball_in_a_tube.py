@@ -1,7 +1,5 @@
 """A ball that whirls in a tube."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A ball set down on a floor."""
 
-from __future__ import annotations
-
 import mujoco
 import mujoco.rollout
 import numpy as np

@@ -1,7 +1,5 @@
 """A box on a slope, held by friction, and stopped by it."""
 
-from __future__ import annotations
-
 from contextlib import nullcontext
 
 import mujoco

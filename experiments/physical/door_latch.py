@@ -1,7 +1,5 @@
 """A door whose latch rattles."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import mujoco

@@ -5,8 +5,6 @@ friction, integrated at 1e-5 s by a Runge-Kutta method of order four, seen by en
 torque sensors with noise. The model that is fitted is an MjSpec with `add_backlash`, integrated by MuJoCo.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import time

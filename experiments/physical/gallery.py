@@ -5,8 +5,6 @@ a ball in a tube, each against its closed form and beside what MuJoCo's default 
 tube of boxes give. Figures by matplotlib alone.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Foreign models with softness on each contact, limit and play, and the row of each by itself."""
 
-from __future__ import annotations
-
 import copy
 import importlib.util
 import warnings

@@ -5,8 +5,6 @@ are read), each at random poses: the static force against k r, the frequency of 
 a = J M⁻¹ Jᵀ of the pose, and beside it what MuJoCo makes of its default solref, of solref="-k -c", and of two hinges.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from dataclasses import dataclass

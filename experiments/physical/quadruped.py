@@ -1,7 +1,5 @@
 """A robot on its feet: as its file has it, and with a stiffness."""
 
-from __future__ import annotations
-
 from contextlib import nullcontext
 
 import mujoco

@@ -1,7 +1,5 @@
 """A robot arm with backlash in its gear: reversal, sag and hunting."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 

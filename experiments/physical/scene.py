@@ -1,7 +1,5 @@
 """What the scenes of the gallery share: models, motions, and colours of curves."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

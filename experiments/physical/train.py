@@ -6,8 +6,6 @@ stiffness. The policy sees the motor's angle and speed and the target, and comma
 are drawn anew in every episode (domain randomisation). Trained by the cross-entropy method, with NumPy alone.
 """
 
-from __future__ import annotations
-
 import argparse
 import time
 from typing import Any

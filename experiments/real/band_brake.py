@@ -33,8 +33,6 @@ from clearance_mj.estimate import Estimates, Parameter, Problem, SoftL1, Stoppin
 from experiments.joints.hysteresis import UNRELATED, checked, checked_records
 from experiments.real.band_brake_loop import band_brake_force, reversal_travel
 
-__all__ = ["BandBrakeFit", "BrakeSide", "band_brake", "travel_since_reversal"]
-
 SIDE = {"slide": "N", "start": "1", "rise": "1", "elastic": "m", "exponent": "1"}
 REST = {"gap": "m", "dead_stiffness": "N/m", "damping": "N s/m", "friction": "N", "force_zero": "N",
         "charge_travel": "m", "charge": "1"}  # fmt: skip

@@ -1,12 +1,8 @@
 """Force of a self-energising band brake with dead travel along a motion, and travel since a reversal, compiled."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from clearance_mj.core.jit import jit
-
-__all__: list[str] = []
 
 STICK = 0.1  # travel over which the friction beside the band turns over, as a share of the charge travel
 NEWTON = 40  # steps, at most, that the slip between two samples takes

@@ -8,8 +8,6 @@ force was controlled, the force that holds the measured amplitude where the resp
     python -m experiments.real.brb FOLDER --out results/real_brb
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from pathlib import Path

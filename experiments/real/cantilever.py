@@ -7,8 +7,6 @@ more than an accelerometer: what the clamp gives way is in it too.
     python -m experiments.real.cantilever --out results/real_cantilever
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

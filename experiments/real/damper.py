@@ -6,8 +6,6 @@ so best predicts KocaeliDBE, whose force plays no part in that choice.
     python -m experiments.real.damper --out results/real_damper
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass

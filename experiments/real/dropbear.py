@@ -8,8 +8,6 @@ ridges while the roller moves.
     python -m experiments.real.dropbear --out results/real_dropbear
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -8,8 +8,6 @@ folder, each of the levels at hand is left out once and predicted from the other
     python -m experiments.real.f16 FOLDER --identify 1,3,5,7 --predict 2,4,6 --out results/real_f16
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,10 +17,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import clearance_mj as cm
-from clearance_mj.core.errors import RecordError
-from clearance_mj.signals.correlation import rmse_db
-from clearance_mj.signals.excitation import Excitation
-from clearance_mj.signals.response import Response
+from clearance_mj import Excitation, RecordError, Response, rmse_db
 from experiments.joints.jointed_structure import JointedStructure, fit_jointed_structure
 
 from .records import read_f16

@@ -11,8 +11,6 @@ All but the F-16 are on GitHub under those names, and none is part of this proje
 compressed by gzip.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from dataclasses import dataclass
@@ -20,15 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance_mj.core.errors import RecordError
+from clearance_mj import RecordError, Response
 from clearance_mj.core.files import read_lines
 from clearance_mj.io.mat import read_variables
-from clearance_mj.signals.response import Response
-
-__all__ = [
-    "DamperRecord", "DropbearRecord", "HammerRecord", "SteppedSine", "read_damper", "read_dropbear", "read_f16",
-    "read_hammer", "read_stepped_sines", "real_folder",
-]  # fmt: skip
 
 INCH = 0.0254  # m
 POUND = 4.4482216152605  # N

@@ -1,7 +1,5 @@
 """What the scripts that read published records share: their arguments, and what they say without the records."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable
 from pathlib import Path

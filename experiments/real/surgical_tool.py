@@ -6,8 +6,6 @@ motor's end. Runs are named by two digits: frequency (0 to 4: 0.1 to 0.5 Hz) and
     python -m experiments.real.surgical_tool FOLDER --identify 0,2,4 --predict 1,3 --out results/real_surgical_tool
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

@@ -3,8 +3,6 @@
 Usage: ``python -m experiments.steering.repeated_tuning --controller smc,mpc --out results/tuning``.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import tomllib
@@ -19,8 +17,6 @@ import experiments.steering.controllers  # noqa: F401  (registers its own)
 from clearance_mj.vehicle.controllers import CONTROLLERS
 from clearance_mj.vehicle.sensors import SENSORS
 from clearance_mj.vehicle.tune import store, tunable, tune
-
-__all__ = ["REPEATS", "Repeat", "at_bounds", "rank_correlations", "repeat", "table"]
 
 BOUND_MARGIN = 0.02  # share of the logarithm of a range from its end within which a setting is at its bound
 

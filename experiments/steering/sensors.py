@@ -3,8 +3,6 @@
 Writes the figure and the table of docs/vehicle_sensors.md, with controllers as they are tuned in the package.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import itertools

@@ -3,8 +3,6 @@
 Writes the figures and tables of docs/vehicle_twin.md.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 from collections.abc import Callable

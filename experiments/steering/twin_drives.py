@@ -1,7 +1,5 @@
 """Drives for the steering's twin: with wrong starts, with wear, and under controllers that use it."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """Tables and figures of docs/vehicle_twin.md."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,23 +1,15 @@
 """The bench: a rig with its hidden truth, shaken."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from clearance_mj.core.errors import ExcitationError, RigError, SimulationError
-from clearance_mj.rig import Rig
+from clearance_mj import Excitation, ExcitationError, Response, Rig, RigError, SimulationError, __version__
 from clearance_mj.signals import sampling
-from clearance_mj.signals.excitation import Excitation
-from clearance_mj.signals.response import Response
-from clearance_mj.version import __version__
 from experiments.testrig import integrator
 from experiments.testrig.fem import FiniteElements
 from experiments.testrig.rigs import Truth
-
-__all__ = ["simulate_rig"]
 
 Course = Callable[[float], tuple[Rig, Sequence[Truth]]]
 """From time, s, to the rig, of which gaps and offsets count, and its bushings as they are then"""

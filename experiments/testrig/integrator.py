@@ -8,8 +8,6 @@ With Rayleigh damping C = η1 M + η2 K the effective matrix is A = M + γΔt C 
 the product with M: A⁻¹ M w = (w - q A⁻¹ K w) / p.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ Compiled scalar models with their derivatives, for the implicit integrator; SI u
 displacement. Written for the test rig alone: the package's own clearance models must not be used to judge themselves.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

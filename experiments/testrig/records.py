@@ -1,7 +1,5 @@
 """The dataset of a virtual rig, the same bytes each time: its records as sensors and converter see them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -12,16 +10,9 @@ from typing import Literal
 import numpy as np
 from tqdm import tqdm
 
-from clearance_mj.io.channels import Channel
-from clearance_mj.io.dataset import Record, write_dataset
-from clearance_mj.rig import Rig
-from clearance_mj.signals import excitation
-from clearance_mj.signals.excitation import Excitation
-from clearance_mj.signals.response import Response
+from clearance_mj import Channel, Excitation, Record, Response, Rig, excitation, write_dataset
 from experiments.testrig.bench import simulate_rig
 from experiments.testrig.rigs import RIGS, Truth
-
-__all__ = ["acquire_channels", "generate"]
 
 COMMAND = "python -m experiments.testrig"
 FS = 2048.0  # Hz

@@ -7,8 +7,6 @@ contact linearised at one gap of penetration. What is hidden here is not written
 this package may read it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
@@ -17,8 +15,6 @@ import numpy as np
 
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
 from experiments.testrig import physics
-
-__all__ = ["RIGS", "BoucWen", "Iwan", "LuGre", "Truth", "VirtualRig"]
 
 
 @dataclass(frozen=True)

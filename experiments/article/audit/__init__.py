@@ -4,8 +4,6 @@ The claims are the article's words; the numbers they are held against come from 
 the verdicts from comparing the two by the rules of `VERDICTS`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """``python -m experiments.article.audit``: every derived number of the article, recomputed from its tables."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import sys
@@ -15,8 +13,6 @@ from clearance_mj.core.files import replacing
 
 from .. import command
 from . import audit, to_html, to_markdown
-
-__all__ = ["main"]
 
 FORMATS = {
     ".md": to_markdown,

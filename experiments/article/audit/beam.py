@@ -1,7 +1,5 @@
 """The beam's equations, Eqs 1 to 8."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 
@@ -9,8 +7,6 @@ import numpy as np
 import scipy.optimize
 
 from .claim import Claim
-
-__all__ = ["claims"]
 
 _FREE = ((1.0, 2), (1.0, 3))  # Ends of the beam as (place over length, derivative that is zero)
 _PRINTED_ENDS = ((0.0, 2), (0.0, 3), *_FREE)

@@ -1,10 +1,6 @@
 """A claim of the article, and what comes out when it is computed again."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-
-__all__ = ["Claim"]
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Tables 3 to 5: vehicle control."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -9,8 +7,6 @@ from dataclasses import replace
 from ..published import Printed
 from . import judge
 from .claim import Claim
-
-__all__ = ["table3", "table4", "table5"]
 
 SPEED = 120 / 3.6  # m/s
 _CONTROLLERS = {"smc_cm": "SMC-CM", "smc": "SMC", "mpc": "MPC"}

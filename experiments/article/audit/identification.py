@@ -1,7 +1,5 @@
 """The identification's equations, Eqs 12 to 17, and the settings of Section 3.2."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Iterator
@@ -10,8 +8,6 @@ from clearance_mj.identify import sdof
 
 from ..free_decays import CONDITIONS, free_decay, rms_error
 from .claim import Claim
-
-__all__ = ["claims"]
 
 BAND = (50.0, 110.0)  # Hz, of the article's decays
 

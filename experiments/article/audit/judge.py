@@ -1,13 +1,9 @@
 """Numbers against numbers: whether a printed value, change or extreme is that of the table."""
 
-from __future__ import annotations
-
 import itertools
 from decimal import Decimal
 
 from .claim import Claim
-
-__all__ = ["VERDICTS", "at_least", "change", "changes", "maximum", "plain", "ranges"]
 
 VERDICTS = {
     "ok": "the recomputed value, rounded or cut off to the digits printed",

@@ -1,7 +1,5 @@
 """Tables 1 and 2: natural frequencies, MAC and FRFs of the initial and the updated model."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections import Counter
@@ -12,8 +10,6 @@ from clearance_mj.core.errors import RecordError
 from ..published import Printed
 from . import judge
 from .claim import Claim
-
-__all__ = ["table1", "table2"]
 
 MIN_CHANCE = 1e-4  # Chance below which equal differences of two columns are not taken for an accident
 _MEASURES = ("mre", "rmse", "frac", "csac", "csf")

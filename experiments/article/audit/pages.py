@@ -1,7 +1,5 @@
 """The audit as Markdown and as HTML."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Sequence
 
@@ -10,8 +8,6 @@ from clearance_mj.report.tables import Column, Table
 
 from .claim import Claim
 from .judge import VERDICTS
-
-__all__ = ["to_html", "to_markdown"]
 
 _INTRODUCTION = (
     "Every derived number of the article is recomputed from its published tables, and its equations are checked by "

@@ -6,8 +6,6 @@ and z, gains 1 %, cross-axis sensitivity 2 %, places 2 mm, probes turned by 2 de
 factor of 1.5, contact and unbalance within one of 2.
 """
 
-from __future__ import annotations
-
 import cmath
 import dataclasses
 import math
@@ -18,10 +16,11 @@ import numpy as np
 
 from clearance_mj.rig import Bushing, Rig
 
+from ..shaft import Clamp
 from . import motion, physics, rigs
 from .hidden import Structure, draw_structure
 from .holes import Hole, as_arrays, dashpot
-from .shaft import Clamp, Disc, Rotor, Support
+from .shaft import Disc, Rotor, Support
 
 IGNORANCES = ("gaps", "offsets", "sensors", "linear", "places", "physics", "unbalance")
 """What a rig file may get wrong: gaps and their roundness; offsets; sensors and probes; modulus, density, masses,

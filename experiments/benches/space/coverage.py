@@ -7,8 +7,6 @@ A bench's records are made if the folder beside the table does not hold them yet
 validate are read only to judge. Benches that the table already holds are not identified again.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import math
@@ -23,12 +21,11 @@ import pandas as pd
 import scipy.stats
 
 import clearance_mj as cm
+from clearance_mj import Dataset, estimate_frf
 from clearance_mj.identify.methods.bench import BenchFit, fit_bench
 from clearance_mj.identify.records.in_test import in_test
 from clearance_mj.identify.records.prepared import PreparedRecord, prepared
 from clearance_mj.identify.records.run_out import TURNS, run_out, run_out_at
-from clearance_mj.io.dataset import Dataset
-from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.signals.orbits import Orbits, orbits_by_turn
 from clearance_mj.study.orbit_measures import onset_of_contact
 from clearance_mj.study.whirl_in_test import measured_whirl, simulated_whirl, without_run_out

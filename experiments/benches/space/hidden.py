@@ -6,8 +6,6 @@ where it is bent, K (q - b e^(iφ)), so that K b turns with it (Nicholas, Gunter
 misaligned coupling is a moment of twice the shaft's angle on its end, not alike along y and z.
 """
 
-from __future__ import annotations
-
 import cmath
 import dataclasses
 import math

@@ -1,7 +1,5 @@
 """Bushings as they really are, and as arrays that compiled code takes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

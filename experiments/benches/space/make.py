@@ -5,8 +5,6 @@ python -m experiments.benches.space.make pump-17 --out results/benches/space/pum
 python -m experiments.benches.space.make rotor-2-housing --out results/benches/space/rotor-2-housing
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

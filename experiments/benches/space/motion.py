@@ -4,8 +4,6 @@ The state after a step is linear in the forces at its end. Those of gyroscopic m
 slopes; those at both ends of each bushing from Newton's method, to convergence.
 """
 
-from __future__ import annotations
-
 import cmath
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 python -m experiments.benches.space.orbits --kinds rotor pump steering --seeds 1 2 3 4 5 6
 """
 
-from __future__ import annotations
-
 import argparse
 import time
 import tomllib

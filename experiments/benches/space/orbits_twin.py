@@ -3,8 +3,6 @@
 python -m experiments.benches.space.orbits_twin --folder results/benches/orbits
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import math
@@ -15,8 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import clearance_mj as cm
-from clearance_mj.io.channels import Channel
-from clearance_mj.io.dataset import Record
+from clearance_mj import Channel, Record
 from clearance_mj.rig import Spin
 from experiments.benches.space.bench import Bench, make_bench
 from experiments.benches.space.records import (

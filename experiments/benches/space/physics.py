@@ -5,8 +5,6 @@ and z, its derivatives with y and z (yy, yz, zy, zz), and those with the speeds;
 is taken from the package.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,17 +1,14 @@
 """Which records are taken of a bench in space."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from clearance_mj import Excitation, excitation
 from clearance_mj.io.record import Kind, Role
 from clearance_mj.rig import Spin
-from clearance_mj.signals import excitation
-from clearance_mj.signals.excitation import Excitation
 from experiments.testrig.records import BAND, FS
 
 from .bench import Bench

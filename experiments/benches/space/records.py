@@ -1,7 +1,5 @@
 """The dataset of a bench in space: its records in the package's format, and truth.toml, which nothing reads."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,9 +8,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from clearance_mj.core.errors import SimulationError
-from clearance_mj.io.channels import Channel
-from clearance_mj.io.dataset import Record, write_dataset
+from clearance_mj import Channel, Record, SimulationError, write_dataset
 from clearance_mj.rig import BASE_NODE, SHAKER_NODE, Spin
 from clearance_mj.signals import sampling
 from experiments.testrig.records import FS, NOISE, digitise

@@ -1,7 +1,5 @@
 """Rig files of the benches in space: what their designers know."""
 
-from __future__ import annotations
-
 import math
 
 from clearance_mj.rig import (
@@ -20,8 +18,6 @@ from clearance_mj.rig import (
 )
 from clearance_mj.structure.section import Material, Section
 from clearance_mj.structure.shaft import Disc, Shaft, Support
-
-__all__ = ["KINDS", "TOP_SPEED", "designed"]
 
 GRAVITY = (0.0, 0.0, -9.81)
 RPM = math.pi / 30

@@ -18,14 +18,12 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from ..shaft import Clamp, mesh_of
+from ..shaft import mesh_of
 
 POISSON = 0.29  # of steel
 SHEAR = 6 * (1 + POISSON) ** 2 / (7 + 12 * POISSON + 4 * POISSON**2)
 HIGHEST = 6e3  # Hz, of the modes that are kept; the flexibility of the rest is below 1e-2 of that of any contact here
 MOST_MODES = 14
-
-__all__ = ["Clamp", "Disc", "Modes", "Rotor", "Support"]
 
 
 @dataclass(frozen=True)

@@ -5,24 +5,19 @@ python -m experiments.benches.space.shipped data/turning_rig
 What really stands there is `shipped_bench().truth()`; it is not in the folder.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence
 
 import numpy as np
 
-from clearance_mj.core.errors import ClearanceError
+from clearance_mj import ClearanceError, excitation
 from clearance_mj.rig import Spin
-from clearance_mj.signals import excitation
 from experiments.testrig.records import BAND, FS
 
 from .bench import Bench, make_bench
 from .plans import LEVELS, STREAM, Plan, driven, orbits, run_up, turning
 from .records import write_records
-
-__all__ = ["shipped_bench", "shipped_plans"]
 
 COMMAND = "python -m experiments.benches.space.shipped"
 SEED, KIND = 101, "pump"

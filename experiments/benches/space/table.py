@@ -1,7 +1,5 @@
 """Table of an oil film's forces over eccentricity and direction of motion, once computed for each width."""
 
-from __future__ import annotations
-
 import functools
 import os
 from pathlib import Path

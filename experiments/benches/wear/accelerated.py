@@ -6,14 +6,11 @@ Life goes with one over the coefficient, so both are compared as hours times coe
 harmonic balance nor steps that adapt: after every few periods the gap is that which they wore.
 """
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
 
-from clearance_mj import Model, Rig
-from clearance_mj.engines import Modal
+from clearance_mj import Modal, Model, Rig
 from clearance_mj.engines.base import step_factor
 from clearance_mj.wear import Sine, predict_life
 from clearance_mj.wear.growth import HOUR, clearances_of, growth, with_clearances

@@ -6,8 +6,6 @@ From the first third of each machine's life; a row for each machine and bushing,
 what stands there instead of what is known of it: what intervals then are wide is the walk of the coefficients.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import time

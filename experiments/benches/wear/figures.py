@@ -5,8 +5,6 @@
 The first life reaches its limit, the second one jumps on the way.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from pathlib import Path

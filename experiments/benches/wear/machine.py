@@ -6,8 +6,6 @@ here by the midpoint rule over steps of the gap. Its gaps are known as a twin kn
 is always the same, and standard deviations that are off the true ones.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from functools import partial

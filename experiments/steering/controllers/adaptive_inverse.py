@@ -12,8 +12,6 @@ Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinea
 with projection on the filtered error of a parametrised inverse.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,8 +23,6 @@ from clearance_mj.vehicle.controllers.design import DesignModel, ModelRun, Servo
 from clearance_mj.vehicle.controllers.disturbance_observer import BANDWIDTH, YawObserver
 from clearance_mj.vehicle.controllers.registry import Registration, register
 from clearance_mj.vehicle.controllers.smc import SlidingMode
-
-__all__ = ["SlidingWithAdaptiveInverse"]
 
 LARGEST_HALF_GAP = math.radians(1.0)  # rad, upper bound of the estimate
 SMALLEST_HALF_GAP = math.radians(0.01)  # rad, half-gap below which φ is computed for this one

@@ -5,8 +5,6 @@ characteristic (Zames and Shneydor, Dither in nonlinear systems, IEEE Trans. Aut
 the motion of the servo, the rack and the driver's hands.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +13,6 @@ from clearance_mj.vehicle.controllers import smc
 from clearance_mj.vehicle.controllers.base import ControllerRun, Observation, Task, limited
 from clearance_mj.vehicle.controllers.registry import Registration, register
 from clearance_mj.vehicle.controllers.smc import SlidingMode
-
-__all__ = ["SlidingWithDither"]
 
 
 @dataclass(frozen=True)

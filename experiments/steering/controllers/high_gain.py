@@ -1,7 +1,5 @@
 """SMC with the switching gain that holds against the whole lost motion, k₂ + b h (Slotine and Li, section 7.1)."""
 
-from __future__ import annotations
-
 import dataclasses
 
 from clearance_mj.vehicle.controllers.base import Controller, Task

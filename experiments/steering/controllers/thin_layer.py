@@ -10,15 +10,11 @@ Utkin, Guldner and Shi, Sliding Mode Control in Electro-Mechanical Systems, 2009
 modes: Gao, Wang and Homaifa, Discrete-time variable structure control systems, IEEE Trans. Ind. Electron. 42, 1995.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from clearance_mj.vehicle.controllers import smc
 from clearance_mj.vehicle.controllers.registry import Registration, register
 from clearance_mj.vehicle.controllers.smc import SlidingMode
-
-__all__: list[str] = []
 
 BOUNDS = smc.BOUNDS | {"switching": (1.7, 5.0), "layer": (0.02, 0.08)}
 register(
