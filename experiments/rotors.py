@@ -60,10 +60,8 @@ def seen(rig):
         "orbits": orbit_figure({words: found.orbits(0).last(10) for words, found in steady.items()}, gaps),
         "full_spectrum": full_spectrum_figure({"bounces": steady["bounces"].full_spectrum(0)}, SPEEDS["bounces"]),
         "unbalance": unbalance_response(rig, np.linspace(0.0, 600.0, 1001), operating).plot(),
-        "running_clearance": criterion.plot(run_up),
-        "waterfall": waterfall.figure,
-        "bode": bode.figure,
-    }
+        "running_clearance": criterion.plot(run_up), "waterfall": waterfall.figure, "bode": bode.figure,
+    }  # fmt: skip
     return drawn, clip(rig, response, start=6.2, seconds=0.1, slow=50.0)
 
 

@@ -106,17 +106,13 @@ def element(start: np.ndarray, end: np.ndarray, bar: Bar) -> tuple[np.ndarray, n
 def _bending(h: float) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness for E I = 1 and consistent mass for ρ A = 1 of deflection and rotation at both ends."""
     stiffness = [
-        [12, 6 * h, -12, 6 * h],
-        [6 * h, 4 * h * h, -6 * h, 2 * h * h],
-        [-12, -6 * h, 12, -6 * h],
+        [12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h], [-12, -6 * h, 12, -6 * h],
         [6 * h, 2 * h * h, -6 * h, 4 * h * h],
-    ]
+    ]  # fmt: skip
     mass = [
-        [156, 22 * h, 54, -13 * h],
-        [22 * h, 4 * h * h, 13 * h, -3 * h * h],
-        [54, 13 * h, 156, -22 * h],
+        [156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h], [54, 13 * h, 156, -22 * h],
         [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
-    ]
+    ]  # fmt: skip
     return np.array(stiffness) / h**3, np.array(mass) * h / 420
 
 

@@ -19,11 +19,8 @@ from .style import BLACK, BLUE, VERMILION, panel, sheet
 
 HELD = "bushings[0].position"
 EQUAL = {
-    HELD: None,
-    "bushings[1].position": None,
-    "bushings.grease.stiffness": (3e2, 3e4),
-    "masses[0].mass": (0.02, 4.0),
-}
+    HELD: None, "bushings[1].position": None, "bushings.grease.stiffness": (3e2, 3e4), "masses[0].mass": (0.02, 4.0),
+}  # fmt: skip
 DIAMETER = {"beam.diameter": (0.006, 0.012)}
 MATERIAL = {"beam.young_modulus": None, "beam.density": None, "bushings.grease.stiffness": None, "masses[0].mass": None}
 START = {HELD: 0.45, "bushings[1].position": 0.85, "bushings.grease.stiffness": 2000.0, "masses[0].mass": 0.2}
@@ -32,13 +29,10 @@ STEP = 0.05  # Hz, of the printed frequencies
 SHAPE_STD = 0.03  # of a component of a shape of unit length, if shapes were measured
 SEARCHED = 0.42, 0.70  # positions of the first bushing between which the family is looked for, m
 WORDS = {
-    "beam.diameter": "Diameter",
-    "bushings[1].position": "Second bushing",
-    "bushings.grease.stiffness": "Grease stiffness",
-    "masses[0].mass": "Tip mass",
-    "fifth_hz": "Fifth frequency",
+    "beam.diameter": "Diameter", "bushings[1].position": "Second bushing",
+    "bushings.grease.stiffness": "Grease stiffness", "masses[0].mass": "Tip mass", "fifth_hz": "Fifth frequency",
     "least_mac": "Least MAC of four modes",
-}
+}  # fmt: skip
 FITS = 1.0  # largest χ² of a rig that fits
 
 
@@ -150,13 +144,9 @@ def _shows(found, parameters, members, material, with_shapes) -> str:
 
 def _table(parameters, with_shapes) -> Table:
     columns = (
-        Column("Parameter"),
-        Column("Start", "", ".4g"),
-        Column("Calibrated", "", ".5g"),
-        Column("Std", "", ".2g"),
-        Column("Shipped rig", "", ".5g"),
-        Column("Std, diameter free, with shapes", "", ".2g"),
-    )
+        Column("Parameter"), Column("Start", "", ".4g"), Column("Calibrated", "", ".5g"), Column("Std", "", ".2g"),
+        Column("Shipped rig", "", ".5g"), Column("Std, diameter free, with shapes", "", ".2g"),
+    )  # fmt: skip
     std = dict(zip(with_shapes.estimates.names, with_shapes.estimates.std))
     shown = parameters.assign(with_shapes=parameters["parameter"].map(std))
     return to_table("parameters", "Parameters in SI units; standard deviations to first order", columns, shown)
@@ -164,14 +154,10 @@ def _table(parameters, with_shapes) -> Table:
 
 def _family_table(members) -> Table:
     columns = (
-        Column("First bushing", "m", ".3f"),
-        Column("Diameter", "mm", ".4f"),
-        Column("Second bushing", "m", ".4f"),
-        Column("Grease stiffness", "N/m", ".0f"),
-        Column("Tip mass", "kg", ".4f"),
-        Column("Fifth frequency", "Hz", ".2f"),
-        Column("Least MAC", "", ".4f"),
-    )
+        Column("First bushing", "m", ".3f"), Column("Diameter", "mm", ".4f"), Column("Second bushing", "m", ".4f"),
+        Column("Grease stiffness", "N/m", ".0f"), Column("Tip mass", "kg", ".4f"),
+        Column("Fifth frequency", "Hz", ".2f"), Column("Least MAC", "", ".4f"),
+    )  # fmt: skip
     shown = members.iloc[::4].drop(columns="chi2").assign(**{"beam.diameter": 1e3 * members["beam.diameter"]})
     return to_table("family", "Some rigs of the family with the same four natural frequencies", columns, shown)
 
@@ -179,10 +165,8 @@ def _family_table(members) -> Table:
 def _draw_family(rig, found, members) -> Drawing:
     figure = sheet(4.2)
     units = {
-        "beam.diameter": ("mm", 1e3),
-        "bushings[1].position": ("m", 1),
-        "bushings.grease.stiffness": ("kN/m", 1e-3),
-    }
+        "beam.diameter": ("mm", 1e3), "bushings[1].position": ("m", 1), "bushings.grease.stiffness": ("kN/m", 1e-3),
+    }  # fmt: skip
     units |= {"masses[0].mass": ("kg", 1), "fifth_hz": ("Hz", 1), "least_mac": ("1", 1)}
     for ax, (name, (unit, scale)) in zip(figure.subplots(2, 3, sharex=True).flat, units.items()):
         ax.plot(members[HELD], scale * members[name], color=BLUE, marker="o", ms=3, lw=1)

@@ -16,10 +16,8 @@ from .style import BLACK, BLUE, FONT, ORANGE, VERMILION, panel, sheet
 
 BAND = (50.0, 110.0)  # Hz
 FORMS = {
-    "corrected": {},
-    "Eq. 12 as printed": {"correction": "none"},
-    "Eq. 17 as printed": {"damping": "as-printed"},
-}
+    "corrected": {}, "Eq. 12 as printed": {"correction": "none"}, "Eq. 17 as printed": {"damping": "as-printed"},
+}  # fmt: skip
 QUANTITIES = {"c": "Damping c (N s/m)", "k": "Stiffness k (N/m)"}
 THIN = 8  # Of so many samples the CSV holds one
 PRIOR = {

@@ -28,12 +28,10 @@ def run(item: Item, rig: Rig) -> Result:
     rows = dimensions(rig)
     columns = (Column("Quantity"), Column("Value", "", ".6g"), Column("Unit"))
     return Result(
-        method="Drawn from the dataset's rig.toml, which the engines simulate.",
-        shows=_shows(rig),
+        method="Drawn from the dataset's rig.toml, which the engines simulate.", shows=_shows(rig),
         drawings=(Drawing(item.name, _draw(rig), caption, "Cantilever with two bushings, with dimensions."),),
-        data={item.name: rows},
-        tables=(to_table("dimensions", "Dimensions of the rig", columns, rows),),
-    )
+        data={item.name: rows}, tables=(to_table("dimensions", "Dimensions of the rig", columns, rows),),
+    )  # fmt: skip
 
 
 def dimensions(rig: Rig) -> pd.DataFrame:

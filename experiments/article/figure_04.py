@@ -78,11 +78,9 @@ def _rows(study, error, snrs) -> pd.DataFrame:
 
 def _table(rows, snrs) -> Table:
     columns = (
-        Column("Scale", "log2 s", "g"),
-        Column("Translations", "", "d"),
-        Column("as printed", "", "d"),
+        Column("Scale", "log2 s", "g"), Column("Translations", "", "d"), Column("as printed", "", "d"),
         *(Column(f"Error of c, {snr:g} dB", "%", ".3g") for snr in snrs),
-    )
+    )  # fmt: skip
     shown = rows.drop_duplicates("log2_scale").sort_values("log2_scale")
     shown = shown.drop(columns=["sequence", "products", "k_error_percent"])
     return to_table("scales", "Translations and median error of each scale", columns, shown)

@@ -211,11 +211,8 @@ def _criterion_shows(means: pd.DataFrame, label: str, engine: str) -> str:
 
 def _mean_table(means: pd.DataFrame, label: str) -> Table:
     columns = (
-        Column("Model"),
-        Column("Engine"),
-        Column("Each sensor, mean", "", ".4f"),
-        Column("All sensors", "", ".4f"),
-    )
+        Column("Model"), Column("Engine"), Column("Each sensor, mean", "", ".4f"), Column("All sensors", "", ".4f"),
+    )  # fmt: skip
     shown = means.assign(law=means["law"].map(name_of))[["law", "engine", "sensor_mean", "over_all_sensors"]]
     shown = shown.astype(object).where(shown.notna(), None)  # the article has none over all sensors
     return to_table("means", f"Mean {label} over the lines: published (Table 2) and ours", columns, shown)

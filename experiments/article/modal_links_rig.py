@@ -52,12 +52,10 @@ def run(item: Item, study: Study, quick: bool, setup: Setup | None = None) -> Re
     backbones, macs = _backbones(approximations, setup), _macs(modes)
     harmonics, jumps = _harmonics(rig, systems, law.law, setup), _jumps(systems, setup)
     figures = {
-        "shapes": draw_shapes(rig, modes, macs, setup),
-        "backbones": draw_backbones(backbones),
-        "harmonics": draw_harmonics(harmonics, rig.bushings[BUSHING].gap),
-        "jumps": draw_jumps(jumps),
+        "shapes": draw_shapes(rig, modes, macs, setup), "backbones": draw_backbones(backbones),
+        "harmonics": draw_harmonics(harmonics, rig.bushings[BUSHING].gap), "jumps": draw_jumps(jumps),
         "best_linear": draw_best_linear(approximations, setup.shown, row, rig.sensors[row].node),
-    }
+    }  # fmt: skip
     words = (
         _shapes_in_words(macs, setup), _backbones_in_words(backbones, setup), _harmonics_in_words(harmonics, setup)
     )  # fmt: skip
@@ -304,11 +302,9 @@ def _backbone_table(backbones: pd.DataFrame, setup: Setup) -> Table:
     backbones = backbones[backbones["level_m_s2"].isin((setup.levels[0], setup.levels[-1]))]
     keys, modes = ["system", "level_m_s2"], range(1, N_MODES + 1)
     columns = (
-        Column("System"),
-        Column("Level", "m/s²", "g"),
-        *(Column(f"f{m}", "Hz", ".2f") for m in modes),
+        Column("System"), Column("Level", "m/s²", "g"), *(Column(f"f{m}", "Hz", ".2f") for m in modes),
         *(Column(f"ζ{m}", "%", ".2f") for m in modes),
-    )
+    )  # fmt: skip
     values = ["frequency_hz", "damping"]
     wide = backbones.assign(damping=100 * backbones["damping"]).pivot(index=keys, columns="mode", values=values)
     order = pd.MultiIndex.from_frame(backbones[keys].drop_duplicates())
@@ -319,11 +315,9 @@ def _backbone_table(backbones: pd.DataFrame, setup: Setup) -> Table:
 
 def _scatter_table(approximations: Approximations, setup: Setup, row: int) -> Table:
     columns = (
-        Column("System"),
-        Column("Level", "m/s²", "g"),
-        Column("Noise of the mean", "dB", ".1f"),
+        Column("System"), Column("Level", "m/s²", "g"), Column("Noise of the mean", "dB", ".1f"),
         Column("Distortion of one realisation", "dB", ".1f"),
-    )
+    )  # fmt: skip
     ends = setup.levels[0], setup.levels[-1]
     rows = [(*key, *_scatter(found, row)) for key, found in approximations.items() if key[1] in ends]
     return to_table("scatter", "Scatter of the FRF in bushing 2 over the band, relative to the FRF", columns, rows)
@@ -331,11 +325,8 @@ def _scatter_table(approximations: Approximations, setup: Setup, row: int) -> Ta
 
 def _jump_table(jumps: pd.DataFrame) -> Table:
     columns = (
-        Column("Grease"),
-        Column("System"),
-        Column("Largest ratio", "", ".2f"),
-        Column("From", "Hz", ".2f"),
+        Column("Grease"), Column("System"), Column("Largest ratio", "", ".2f"), Column("From", "Hz", ".2f"),
         Column("To", "Hz", ".2f"),
-    )
+    )  # fmt: skip
     caption = "Ratio of the motions on the way up and down, and where it exceeds 1.2"
     return to_table("jumps", caption, columns, _hysteresis(jumps).reset_index())

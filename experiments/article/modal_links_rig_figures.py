@@ -15,11 +15,9 @@ from clearance_mj.rig import Rig
 from .style import BLACK, BLUE, FONT, GREY, ORANGE, VERMILION, panel, sheet
 
 LOOKS = {
-    "rig": {"color": BLACK, "lw": 2.2, "alpha": 0.6},
-    "links": {"color": VERMILION, "lw": 1.2},
-    "modal": {"color": BLUE, "lw": 1.2, "ls": "--"},
-    "modal, no contact": {"color": GREY, "lw": 1.2, "ls": ":"},
-}
+    "rig": {"color": BLACK, "lw": 2.2, "alpha": 0.6}, "links": {"color": VERMILION, "lw": 1.2},
+    "modal": {"color": BLUE, "lw": 1.2, "ls": "--"}, "modal, no contact": {"color": GREY, "lw": 1.2, "ls": ":"},
+}  # fmt: skip
 AROUND = 5  # Lines over which variances are averaged before they are drawn
 MARKERS = {"rig": "o", "links": "s", "modal": "^", "modal, no contact": "x"}
 OPEN = {"color": ORANGE, "marker": "s", "mfc": "none"}

@@ -42,15 +42,8 @@ FULL = Setup(
     dwell=3.0,
 )
 QUICK = Setup(
-    engines=("modal",),
-    levels=(0.5, 4.0),
-    shown=(0.5, 4.0),
-    realisations=2,
-    periods=2,
-    drop=1,
-    amplitudes=(0.1, 0.8),
-    sweeps={"reduced": (8.0, 9.0, 9.5, 10.0, 11.0)},
-    dwell=1.5,
-)
+    engines=("modal",), levels=(0.5, 4.0), shown=(0.5, 4.0), realisations=2, periods=2, drop=1, amplitudes=(0.1, 0.8),
+    sweeps={"reduced": (8.0, 9.0, 9.5, 10.0, 11.0)}, dwell=1.5,
+)  # fmt: skip
 SINE = 9.25  # Hz, mode 1 in the gap
 SWEEP_AMPLITUDE = 1.0  # m/s²

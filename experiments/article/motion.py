@@ -98,11 +98,9 @@ def histories_of(item: Item, runs: Runs, speed: float, controllers: Sequence[str
     data[f"{item.name}_metrics"] = pd.DataFrame(o.row() for o in found.values())
     return Result(
         method=f"{setting(speed)} {regimes()} Nominal vehicle, seed 0.",
-        shows=_peaks_in_words(found, controllers, quantities),
-        drawings=drawings,
-        data=data,
+        shows=_peaks_in_words(found, controllers, quantities), drawings=drawings, data=data,
         prior_information=prior_information(),
-    )
+    )  # fmt: skip
 
 
 def _over_time(outcomes: Sequence[Outcome], quantities: Sequence[str]) -> pd.DataFrame:

@@ -13,12 +13,9 @@ from clearance_mj.core.errors import RecordError
 
 FOLDER = Path(__file__).parents[2] / "data" / "article"
 FILES = {
-    1: "table1_natural_frequency.csv",
-    2: "table2_frf_errors.csv",
-    3: "table3_72kmh.csv",
-    4: "table4_120kmh.csv",
+    1: "table1_natural_frequency.csv", 2: "table2_frf_errors.csv", 3: "table3_72kmh.csv", 4: "table4_120kmh.csv",
     5: "table5_120kmh_peaks.csv",
-}
+}  # fmt: skip
 MODELS = ("initial", "updated")  # Constant parameters, and parameters identified over time
 IMPROVEMENTS = {
     **{f"MAC, mode {i}": percent for i, percent in enumerate((42.92, 31.08, 38.97, 50.74), 1)},

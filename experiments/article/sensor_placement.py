@@ -67,15 +67,10 @@ def _with_bushings(rig, x, at_bushings, sensors, modes) -> Placement:
 def _row(name, layout, best, modes) -> dict:
     share = layout.determinant / best.determinant
     return {
-        "layout": name,
-        "positions_m": " ".join(f"{x:.4f}" for x in layout.position),
-        "determinant_over_best": share,
-        "efficiency": share ** (1 / modes),
-        "trace": layout.trace,
-        "condition": layout.condition,
-        "worst_mac": layout.worst_mac,
-        "worst_growth": float(layout.std_growth.max()),
-    }
+        "layout": name, "positions_m": " ".join(f"{x:.4f}" for x in layout.position), "determinant_over_best": share,
+        "efficiency": share ** (1 / modes), "trace": layout.trace, "condition": layout.condition,
+        "worst_mac": layout.worst_mac, "worst_growth": float(layout.std_growth.max()),
+    }  # fmt: skip
 
 
 def _shows(rows, found) -> str:
@@ -91,26 +86,19 @@ def _shows(rows, found) -> str:
 
 def _layout_table(rows) -> Table:
     columns = (
-        Column("Layout"),
-        Column("Determinant over best", "", ".4f"),
-        Column("Efficiency per mode", "", ".4f"),
-        Column("Trace", "", ".2f"),
-        Column("Condition", "", ".2f"),
-        Column("Largest MAC between modes", "", ".3f"),
+        Column("Layout"), Column("Determinant over best", "", ".4f"), Column("Efficiency per mode", "", ".4f"),
+        Column("Trace", "", ".2f"), Column("Condition", "", ".2f"), Column("Largest MAC between modes", "", ".3f"),
         Column("Largest std ratio", "", ".2f"),
-    )
+    )  # fmt: skip
     return to_table("layouts", "Layouts of eight sensors for four modes", columns, rows.drop(columns="positions_m"))
 
 
 def _sensor_table(layout) -> Table:
     modes = range(1, layout.std.size + 1)
     columns = (
-        Column("Sensor", "", "d"),
-        Column("Position", "m", ".4f"),
-        Column("Contribution E", "", ".4f"),
-        Column("Determinant left", "", ".4f"),
-        *(Column(f"Std ratio {mode}", "", ".3f") for mode in modes),
-    )
+        Column("Sensor", "", "d"), Column("Position", "m", ".4f"), Column("Contribution E", "", ".4f"),
+        Column("Determinant left", "", ".4f"), *(Column(f"Std ratio {mode}", "", ".3f") for mode in modes),
+    )  # fmt: skip
     caption = "Contribution of each sensor; std ratio: standard deviation of a mode without it over that with it"
     return to_table("sensors", caption, columns, layout.table)
 

@@ -94,11 +94,9 @@ def _draw(study: Study, rows: pd.DataFrame) -> Figure:
 def _table(rows: pd.DataFrame) -> Table:
     modes, values = sorted(rows["mode"].unique()), ("relative_error_percent", "mac")
     columns = (
-        Column("Model"),
-        Column("Engine"),
-        *(Column(f"RE {mode}", "%", ".4f") for mode in modes),
+        Column("Model"), Column("Engine"), *(Column(f"RE {mode}", "%", ".4f") for mode in modes),
         *(Column(f"MAC {mode}", "", ".5f") for mode in modes),
-    )
+    )  # fmt: skip
     shown = [
         (name_of(law), engine, *(value for name in values for value in found.set_index("mode")[name].reindex(modes)))
         for (law, engine), found in rows.groupby(["law", "engine"], sort=False)

@@ -17,12 +17,10 @@ from .result import Result, to_table
 from .style import FONT, panel, sheet
 
 DEFINITIONS = {
-    "mre": "mean of ||H_m| - |H_t|| / |H_t|",
-    "rmse_db": "√ mean of (20 log10 |H_m|/|H_t|)²",
+    "mre": "mean of ||H_m| - |H_t|| / |H_t|", "rmse_db": "√ mean of (20 log10 |H_m|/|H_t|)²",
     "frac": "|Σ H_t H_m*|² / (Σ|H_t|² Σ|H_m|²) (Heylen and Lammens 1996)",
-    "csac": "mean of CSAC over a window of nine lines",
-    "csf": "mean of CSF over a window of nine lines",
-}
+    "csac": "mean of CSAC over a window of nine lines", "csf": "mean of CSF over a window of nine lines",
+}  # fmt: skip
 KEYS = [measure.key for measure in MEASURES]
 COLUMNS = ["level", "law", "engine", "sensor", *KEYS]
 

@@ -285,11 +285,9 @@ def _named(rig: Rig, ignorance: Iterable[str], probes: bool = True, seed: int = 
     shaft = _nominal_shaft(rig)
     if "linear" in known:
         shaft = shaft.replace(
-            young_modulus=0.97 * shaft.young_modulus,
-            masses=tuple((x, 1.04 * m) for x, m in shaft.masses),
-            clamp=Clamp.longer(shaft.bending_stiffness, 0.006),
-            damping=(0.006,),
-        )
+            young_modulus=0.97 * shaft.young_modulus, masses=tuple((x, 1.04 * m) for x, m in shaft.masses),
+            clamp=Clamp.longer(shaft.bending_stiffness, 0.006), damping=(0.006,),
+        )  # fmt: skip
     wrong = rng.uniform(-1, 1, (2, 40)) * ("sensors" in known)
     return _bench(rig, seed, shaft, holes, 0.015 * wrong[0], 3e-3 * wrong[1], probes)
 

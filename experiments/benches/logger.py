@@ -23,25 +23,20 @@ DRAWS = 99  # third word of the seeds of names, order, signs and units
 def short_shaft(name: str) -> Rig:
     """Return the rig of a small bench: a shaft of 0.62 m, one point bushing, four accelerometers and no probe."""
     return Rig(
-        name,
-        Beam(0.62, 210e9, 7850.0, 0.0086, rayleigh=(0.5, 1e-5)),
+        name, Beam(0.62, 210e9, 7850.0, 0.0086, rayleigh=(0.5, 1e-5)),
         (Bushing(0.45, 1.8e-4, 0.0, Grease(4000.0, 3.0), Contact(1e4, 4.0)),),
-        tuple(Sensor(node, x) for node, x in enumerate((0.12, 0.28, 0.45, 0.62), 1)),
-        (PointMass(0.62, 0.2, "lever"),),
+        tuple(Sensor(node, x) for node, x in enumerate((0.12, 0.28, 0.45, 0.62), 1)), (PointMass(0.62, 0.2, "lever"),),
         description="Virtual bench: the rig file is what its designer knows",
-    )
+    )  # fmt: skip
 
 
 def drawn_bench(seed: int) -> Bench:
     """Return one of five kinds of bench by its seed; its rig file is wrong in everything, every other has probes."""
     name = f"drawn {seed}"
     rigs = (
-        benches.table1_rig(name),
-        short_shaft(name),
-        benches.other_rig(name),
-        benches.table1_rig(name, (0.7,)),
+        benches.table1_rig(name), short_shaft(name), benches.other_rig(name), benches.table1_rig(name, (0.7,)),
         benches.table1_rig(name, (0.3684, 0.5484, 0.7918)),
-    )
+    )  # fmt: skip
     rig = rigs[seed % len(rigs)]
     return make_bench(seed, rig=rig, probes=seed % 2 == 0 and seed % len(rigs) != 1)
 

@@ -326,12 +326,10 @@ def judge(name: str, dataset: Dataset, validate: Sequence[Record]) -> dict:
 
 Outcome = tuple[str, str]  # What is wrong, and the message or the effect
 RESULTS = {
-    "refused; channels are named": "refused: ",
-    "channel and fault are named": "record ",
-    "no single cause; the likeliest is named": "no single cause",
-    "accepted; RMSE of the predicted FRFs, dB": "nothing",
+    "refused; channels are named": "refused: ", "channel and fault are named": "record ",
+    "no single cause; the likeliest is named": "no single cause", "accepted; RMSE of the predicted FRFs, dB": "nothing",
     "cause and value are named": "",
-}
+}  # fmt: skip
 """Kinds of outcome, by how the message begins."""
 
 

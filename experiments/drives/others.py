@@ -45,11 +45,9 @@ ITERATIONS = 25  # of mujoco.sysid at most
 Values = dict[str, float]
 Found = tuple[Values, np.ndarray]  # numbers, and the load's angle (n,) that is predicted
 LACKS = {
-    "fit_model": "-",
-    "BAM, M2": "play, teeth",
-    "mujoco.sysid, one joint": "play, teeth, Stribeck's curve",
+    "fit_model": "-", "BAM, M2": "play, teeth", "mujoco.sysid, one joint": "play, teeth, Stribeck's curve",
     "mujoco.sysid, two joints": "Stribeck's curve",
-}
+}  # fmt: skip
 
 
 def of_fit_model(servo: Servo, start: Servo, log: ModelRecord, other: ModelRecord) -> Found:

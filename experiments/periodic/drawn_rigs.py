@@ -191,17 +191,11 @@ def small_motions(model: cm.Model) -> tuple[np.ndarray, np.ndarray]:
 
 
 KINDS: dict[str, Callable[[np.random.Generator, str], Drawn]] = {
-    "slot": on_chain,
-    "one-sided stop": on_chain,
-    "teeth under a mean torque": on_chain,
-    "slot without weight": on_shaft,
-    "slot under weight": on_shaft,
-    "slot with friction": rubbing_slot,
-    "round": on_shaft,
-    "round turning with friction": on_shaft,
-    "round turning with film": on_shaft,
+    "slot": on_chain, "one-sided stop": on_chain, "teeth under a mean torque": on_chain,
+    "slot without weight": on_shaft, "slot under weight": on_shaft, "slot with friction": rubbing_slot,
+    "round": on_shaft, "round turning with friction": on_shaft, "round turning with film": on_shaft,
     "both kinds in one rig": on_shaft,
-}
+}  # fmt: skip
 
 
 def draw(number: int, seed: int = 0) -> Drawn:

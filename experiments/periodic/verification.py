@@ -121,16 +121,10 @@ def marched(branch: cm.periodic.Branch, i: int) -> dict:
     own, n = histories(branch, i, found.history.shape[1]), len(branch.model.rig.sensors)
     off = np.linalg.norm(own - found.history, axis=1) / np.linalg.norm(found.history, axis=1)
     return {
-        "frequency": branch.frequency[i],
-        "multiplier": abs(branch.multipliers[i, 0]),
-        "steep": bool(steep(branch)[i]),
-        "resolution": resolution,
-        "fundamental": fundamental,
-        "acceleration": off[:n].max(),
-        "displacement": off[n:].max(),
-        "periods": found.periods,
-        "settled": found.settled,
-    }
+        "frequency": branch.frequency[i], "multiplier": abs(branch.multipliers[i, 0]), "steep": bool(steep(branch)[i]),
+        "resolution": resolution, "fundamental": fundamental, "acceleration": off[:n].max(),
+        "displacement": off[n:].max(), "periods": found.periods, "settled": found.settled,
+    }  # fmt: skip
 
 
 def by_links(branch: cm.periodic.Branch, i: int) -> float:

@@ -177,10 +177,8 @@ def limit_cycle(loop: Loop = SPIN) -> tuple[float, float]:
 
     free, met = matrix(0, 0), np.zeros((5, 5))
     met[:4, :4], met[1, 4], met[3, 4] = (
-        matrix(loop.k, loop.c),
-        loop.k * loop.gap / loop.drive,
-        -loop.k * loop.gap / loop.load,
-    )
+        matrix(loop.k, loop.c), loop.k * loop.gap / loop.drive, -loop.k * loop.gap / loop.load,
+    )  # fmt: skip
     apart = np.array([1, 0, -1, 0])
 
     def states(times):

@@ -191,11 +191,9 @@ def moving(found, name, mode) -> dict:
     error = np.abs(tracked / predicted - 1)
     both = moves & line.valid
     return {
-        "error": float(np.median(error[moves])),
-        "valid_error": float(np.median(error[both])) if both.any() else np.nan,
-        "valid_share": float(both.sum() / moves.sum()),
-        "lag_s": lag_behind(tracked, predicted, moves, record.fs),
-    }
+        "error": float(np.median(error[moves])), "valid_error": float(np.median(error[both])) if both.any() else np.nan,
+        "valid_share": float(both.sum() / moves.sum()), "lag_s": lag_behind(tracked, predicted, moves, record.fs),
+    }  # fmt: skip
 
 
 def draw(found) -> Figure:

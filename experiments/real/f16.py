@@ -300,12 +300,9 @@ def draw_rattle(result: dict) -> Figure:
         record = levels.records[level]
         for name, signal in (("measured", record.acceleration), ("law", simulate(result["fit"], record).acceleration)):
             ax.semilogy(
-                frequency,
-                np.abs(np.fft.rfft(signal[2, -SAMPLES:])) * 2 / SAMPLES,
-                color=COLORS[name],
-                lw=0.4,
+                frequency, np.abs(np.fft.rfft(signal[2, -SAMPLES:])) * 2 / SAMPLES, color=COLORS[name], lw=0.4,
                 label=name,
-            )
+            )  # fmt: skip
         ax.set(title=f"level {level} ({levels.rms[level]:.0f} N)", xlabel="frequency (Hz)", ylim=(1e-7, 2))
     figure.axes[0].set_ylabel("payload (m/s²)")
     for line in figure.axes[0].legend(fontsize=8).get_lines():
@@ -323,12 +320,8 @@ def write(result: dict, out: Path) -> None:
     fit.rig.save(out / "rig.toml")
     fit.law.save(out / "law.json")
     drawn = {
-        "frfs": draw_frfs,
-        "errors": draw_errors,
-        "joints": draw_joints,
-        "sweeps": draw_sweeps,
-        "rattle": draw_rattle,
-    }
+        "frfs": draw_frfs, "errors": draw_errors, "joints": draw_joints, "sweeps": draw_sweeps, "rattle": draw_rattle,
+    }  # fmt: skip
     for name, draw in drawn.items():
         if figure := draw(result):
             figure.savefig(out / f"f16_{name}.png", dpi=110)

@@ -136,10 +136,8 @@ def _reduction(pair: Paired) -> str:
 def _peaks_table(rows: pd.DataFrame) -> Table:
     there = list(rows["manoeuvre"].unique())
     columns = [
-        Column("Controller"),
-        *(Column(MANOEUVRES[m].label, "mm") for m in there),
-        Column("Left the path", "runs"),
-    ]
+        Column("Controller"), *(Column(MANOEUVRES[m].label, "mm") for m in there), Column("Left the path", "runs"),
+    ]  # fmt: skip
     body = []
     for name in names_of(rows):
         peaks = {(m, r): 1e3 * values(rows, m, r, name, "peak_e_y") for m in there for r in REGIMES}

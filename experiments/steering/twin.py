@@ -60,11 +60,9 @@ def main() -> None:
     controlled, counts = pd.DataFrame(found[control]), counted(found[converge])
     rate = np.median([h.rate for *_, h in found[converge]])
     tables = {
-        "convergence": convergence_table(counts),
-        "wear": wear_table(found[wear]),
-        "control": control_table(controlled),
+        "convergence": convergence_table(counts), "wear": wear_table(found[wear]), "control": control_table(controlled),
         "rate": f"The twin ran {rate:.0f} times faster than real time on one core (median over the drives).",
-    }
+    }  # fmt: skip
     for table in tables.values():
         print(f"{table}\n")
     write(options.page, tables)

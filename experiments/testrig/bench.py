@@ -73,14 +73,10 @@ def simulate_rig(
     bushings, sensors = len(rig.bushings), len(rig.sensors)
     acceleration, displacement, contact, grease = np.split(outputs.T, sensors + bushings * np.arange(3))
     provenance = {
-        "source": "synthetic: virtual test rig",
-        "rig": rig.to_dict(),
-        "truth": [dataclasses.asdict(t) for t in truths],
-        "excitation": dict(excitation.description),
-        "seed": seed,
-        "version": __version__,
+        "source": "synthetic: virtual test rig", "rig": rig.to_dict(), "truth": [dataclasses.asdict(t) for t in truths],
+        "excitation": dict(excitation.description), "seed": seed, "version": __version__,
         "contact_fraction": (touching / (excitation.value.size * FACTOR)).tolist(),
-    }
+    }  # fmt: skip
     return Response(
         excitation.fs, excitation.value, acceleration, displacement=displacement, contact_force=contact,
         grease_force=grease, kind=excitation.kind, band=excitation.band, responses=tuple(rig.sensor_labels),

@@ -23,14 +23,9 @@ def audit(folder=None) -> tuple[Claim, ...]:
     """
     tables = {number: Printed.load(number, folder) for number in FILES}
     claims = [
-        *model_tables.table1(tables[1]),
-        *model_tables.table2(tables[2]),
-        *control_tables.table3(tables[3]),
-        *control_tables.table4(tables[4]),
-        *control_tables.table5(tables[5]),
-        *beam.claims(),
-        *identification.claims(),
-    ]
+        *model_tables.table1(tables[1]), *model_tables.table2(tables[2]), *control_tables.table3(tables[3]),
+        *control_tables.table4(tables[4]), *control_tables.table5(tables[5]), *beam.claims(), *identification.claims(),
+    ]  # fmt: skip
     return tuple(_with_contradictions(claims))
 
 

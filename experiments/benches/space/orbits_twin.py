@@ -28,13 +28,10 @@ from experiments.benches.space.records import (
 from experiments.testrig.records import FS, NOISE, digitise
 
 CASES = (
-    ("rotor", 1, 1950, {"gap": 0.5}, "a rub begins"),
-    ("rotor", 1, 2400, {"gap": 1.1}, "the gap wears"),
-    ("pump", 1, 2400, {"gap": 1.2}, "the seal wears"),
-    ("pump", 1, 2400, {"viscosity": 0.6}, "the oil thins"),
-    ("rotor", 2, 2400, {}, "nothing changes"),
-    ("pump", 2, 2400, {}, "nothing changes"),
-)
+    ("rotor", 1, 1950, {"gap": 0.5}, "a rub begins"), ("rotor", 1, 2400, {"gap": 1.1}, "the gap wears"),
+    ("pump", 1, 2400, {"gap": 1.2}, "the seal wears"), ("pump", 1, 2400, {"viscosity": 0.6}, "the oil thins"),
+    ("rotor", 2, 2400, {}, "nothing changes"), ("pump", 2, 2400, {}, "nothing changes"),
+)  # fmt: skip
 """Kind, seed, rev/min, factors on what changes, in words"""
 
 
