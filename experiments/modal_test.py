@@ -7,11 +7,13 @@ The elements are written here, so that what the tutorial finds is not what the l
 accelerometers and two points struck by a hammer.
 """
 
-import argparse
+import sys
+from pathlib import Path
 
 import numpy as np
 
 from clearance_mj import FRF, write_uff
+from experiments.script import run
 
 LENGTH, ELEMENTS = 1.6, 64
 OUTER, INNER = 0.060, 0.055
@@ -72,7 +74,10 @@ def frfs(noise: float = NOISE) -> FRF:
     return FRF(FREQUENCY, value, None, labels, tuple(labels[i] for i in STRUCK), "acceleration/force")
 
 
+def main(path: Path) -> None:
+    """Write the FRFs to a universal file."""
+    write_uff(path, frfs())
+
+
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("path", help="universal file to write")
-    write_uff(parser.parse_args().path, frfs())
+    sys.exit(run(main, __doc__))

@@ -11,9 +11,10 @@ The production is of the Table 1 rig, synthetic: 15 numbers scatter, normally. M
 samples where a branch ends early; cells that they lose do not count.
 """
 
-import argparse
+import sys
 import warnings
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from scipy.stats import norm, qmc
@@ -28,6 +29,7 @@ from clearance_mj.tolerance.designs import Designs
 from clearance_mj.tolerance.limits import Limit
 from clearance_mj.tolerance.rattling import Batch, branches_of, rattling_of
 from clearance_mj.tolerance.sines import Sines, settings_of
+from experiments.script import run
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "results" / "productions"
@@ -231,27 +233,24 @@ def march(number: int) -> np.ndarray:
     return found
 
 
-def main() -> None:
+def main(
+    part: Literal["maps", "march", "compare", "judge", "rest"], designs: int = 200, workers: int | None = None
+) -> None:
     """Run a part."""
-    parser = argparse.ArgumentParser(prog="python -m experiments.productions", description=__doc__)
-    parser.add_argument("part", choices=("maps", "march", "compare", "judge", "rest"))
-    parser.add_argument("--designs", type=int, default=200, help="how many, of maps and rest (default: %(default)s)")
-    parser.add_argument("--workers", type=int, help="processes (default: one for each core)")
-    given = parser.parse_args()
     (OUT / "maps").mkdir(parents=True, exist_ok=True)
     warnings.filterwarnings("ignore", "All-NaN")  # of cells that a map loses
-    if given.part in ("compare", "judge"):
-        {"compare": compare, "judge": judge}[given.part](given.workers)
-    elif given.part == "rest":
-        rest(given.workers, given.designs)
-    elif given.part == "maps":
-        for _ in run_tasks(write_map, range(given.designs), given.workers, processes=True, progress="rattle maps"):
+    if part in ("compare", "judge"):
+        {"compare": compare, "judge": judge}[part](workers)
+    elif part == "rest":
+        rest(workers, designs)
+    elif part == "maps":
+        for _ in run_tasks(write_map, range(designs), workers, processes=True, progress="rattle maps"):
             pass
     else:
-        cells = [found for _, found in run_tasks(march, known(), given.workers, processes=True, progress="marches")]
+        cells = [found for _, found in run_tasks(march, known(), workers, processes=True, progress="marches")]
         with replacing(OUT / "marched.npz") as temporary, temporary.open("wb") as file:
             np.savez_compressed(file, cells=np.concatenate(cells))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

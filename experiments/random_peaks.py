@@ -11,10 +11,11 @@ gaps are L times as narrow: all levels are marched side by side under one noise.
 their own level.
 """
 
-import argparse
 import itertools
+import sys
 import time
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -26,10 +27,12 @@ from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance.modelled import rig_and_law, rig_in_gap
 from clearance_mj.core.drawing import COLOURS, REPEAT, canvas, key, of_curves, tidy
 from clearance_mj.core.files import replacing
+from clearance_mj.report.tables import write_csv
 from clearance_mj.signals.psd import PSD
 from clearance_mj.tolerance.extremes import LEAST_PEAKS, largest_value
 from clearance_mj.tolerance.impacts import march
 from clearance_mj.tolerance.peaks import noise_of, peaks_of_record
+from experiments.script import run
 
 ROOT = Path(__file__).resolve().parents[1]
 RIG = cm.Rig.load(ROOT / "models" / "table1_rig.toml")
@@ -173,21 +176,22 @@ def drawn(hours: pd.DataFrame, records: pd.DataFrame) -> Figure:
     return figure
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=("march", "compare", "rare"))
-    parser.add_argument("--out", type=Path, default=ROOT / "results" / "random_peaks")
-    options = parser.parse_args()
-    if options.what == "rare":
+def main(part: Literal["march", "compare", "rare"], out: Path = ROOT / "results" / "random_peaks") -> None:
+    """Run a part."""
+    if part == "rare":
         print(rare_contact().round(3).to_string(index=False))
-    elif options.what == "march":
-        march_hours(options.out / "hours.csv")
-    else:
-        hours, records = pd.read_csv(options.out / "hours.csv"), predicted()
-        table = compared(hours, records)
-        drawn(hours, records).savefig(ROOT / "docs" / "random_excitation.png", dpi=150)
-        for name, frame in (("records", records), ("compared", table)):
-            with replacing(options.out / f"{name}.csv") as temporary:
-                frame.to_csv(temporary, index=False)
-        shown = table[table["quantity"] != "acceleration"]
-        print(shown.to_string(index=False, float_format="{:.3g}".format), summary(table), sep="\n\n")
+        return
+    if part == "march":
+        march_hours(out / "hours.csv")
+        return
+    hours, records = pd.read_csv(out / "hours.csv"), predicted()
+    table = compared(hours, records)
+    drawn(hours, records).savefig(ROOT / "docs" / "random_excitation.png", dpi=150)
+    for name, frame in (("records", records), ("compared", table)):
+        write_csv(out / f"{name}.csv", frame)
+    shown = table[table["quantity"] != "acceleration"]
+    print(shown.to_string(index=False, float_format="{:.3g}".format), summary(table), sep="\n\n")
+
+
+if __name__ == "__main__":
+    sys.exit(run(main, __doc__))

@@ -1,6 +1,6 @@
 """Figures of shafts in space, on docs/structures.md and docs/rotors.md: ``python -m experiments.rotors``."""
 
-import argparse
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from clearance_mj.rig import Spin
 from clearance_mj.rotors import campbell, running_clearance, synchronous_rub, unbalance_response, whirl
 from clearance_mj.signals.orbit_figures import full_spectrum_figure, orbit_figure
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
+from experiments.script import run
 
 ROOT = Path(__file__).resolve().parents[1]
 STEEL = Material(2.1e11, 7800.0)
@@ -74,11 +75,8 @@ def column():
     return rig_drawing(rig).figure, clip(rig, response, start=1.0, seconds=0.1, slow=50.0)
 
 
-def main():
-    parser = argparse.ArgumentParser(prog="python -m experiments.rotors", description=__doc__)
-    parser.add_argument("--out", type=Path, default=ROOT / "docs", help="folder of the figures")
-    given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
+def main(out: Path = ROOT / "docs") -> None:
+    out.mkdir(parents=True, exist_ok=True)
     speeds = np.linspace(20.0, 300.0, 1200)
     drawn = {
         "campbell": campbell(overhung(), np.linspace(0.0, 2000.0, 81), n=4).plot(),
@@ -88,11 +86,11 @@ def main():
     column_rig, rattling = column()
     named = {f"rotor_{name}": figure for name, figure in (drawn | figures).items()} | {"column_rig": column_rig}
     for name, figure in named.items():
-        with replacing(given.out / f"{name}.png") as temporary:
+        with replacing(out / f"{name}.png") as temporary:
             figure.savefig(temporary, format="png", dpi=110)
-    write(shown, given.out / "rotor_whirl.gif")
-    write(rattling, given.out / "column.gif")
+    write(shown, out / "rotor_whirl.gif")
+    write(rattling, out / "column.gif")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

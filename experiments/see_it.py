@@ -1,13 +1,12 @@
 """The shaft in motion: slow motion of the rattle, phase portraits, Poincaré sections, waterfalls, for three cases."""
 
-import argparse
 import sys
 from pathlib import Path
 
 import clearance_mj as cm
-from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.files import replacing
 from clearance_mj.report import animation, clip, motion
+from experiments.script import run
 
 FS, LEVELS = 8192.0, (0.5, 1.0, 2.0, 5.0, 8.0)
 SINE, DRY_SINE = 12.0, 30.0  # Hz
@@ -34,24 +33,18 @@ def motions(rig, law, engine, frequency, out, name):
             temporary.write_bytes(drawing.png())
 
 
-def run(options):
-    rig = cm.Rig.load(options.data / "rig.toml")
-    law = cm.load_law(options.law) if options.law else cm.identify.law(cm.Dataset.load(options.data))
-    animate(rig, law, options.engine, options.renderer, options.out / "see_it_rattle.gif")
-    animate(rig, DRY, options.engine, "matplotlib", options.out / "see_it_dry.gif")
-    for name, of, frequency in (("random", law, None), ("sine", law, SINE), ("dry", DRY, DRY_SINE)):
-        motions(rig, of, options.engine, frequency, options.out, name)
+def main(
+    data: Path = Path(__file__).parents[1] / "data" / "table1_rig", law: Path | None = None, engine: str = "links",
+    renderer: str = "auto", out: Path = Path("results/see_it"),
+) -> None:  # fmt: skip
+    """Draw all cases; without a law file one is identified from the data, which takes a minute."""
+    rig = cm.Rig.load(data / "rig.toml")
+    identified = cm.load_law(law) if law else cm.identify.law(cm.Dataset.load(data))
+    animate(rig, identified, engine, renderer, out / "see_it_rattle.gif")
+    animate(rig, DRY, engine, "matplotlib", out / "see_it_dry.gif")
+    for name, case, frequency in (("random", identified, None), ("sine", identified, SINE), ("dry", DRY, DRY_SINE)):
+        motions(rig, case, engine, frequency, out, name)
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=Path(__file__).parent.parent / "data" / "table1_rig")
-    parser.add_argument("--law", type=Path, help="law file (default: identified from the data, a minute)")
-    parser.add_argument("--engine", default="links")
-    parser.add_argument("--renderer", default="auto")
-    parser.add_argument("--out", type=Path, default=Path("results/see_it"))
-    options = parser.parse_args()
-    try:
-        run(options)
-    except ClearanceError as error:
-        sys.exit(print(f"see_it.py: {error}", file=sys.stderr) or 2)
+    sys.exit(run(main, __doc__))

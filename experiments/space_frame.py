@@ -4,8 +4,8 @@ Elements are Euler-Bernoulli beams with axial force and torsion, 12 x 12, with c
 Matrix Structural Analysis, 1968, chapters 5 and 11).
 """
 
-import argparse
 import csv
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 import scipy.io
 import scipy.sparse
+
+from experiments.script import run
 
 DIRECTIONS = ("X", "Y", "Z", "RX", "RY", "RZ")
 
@@ -151,10 +153,12 @@ def export(frame: Frame, folder: Path) -> None:
             table.writerows([number, direction, *(f"{x:g}" for x in place)] for direction in DIRECTIONS)
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "models" / "pump_frame", help="folder")
-    given = parser.parse_args()
-    made, places = pump_frame()
-    export(made, given.out)
+def main(out: Path = Path(__file__).parents[1] / "models" / "pump_frame") -> None:
+    """Write the frame of the pump into a folder."""
+    frame, places = pump_frame()
+    export(frame, out)
     print({name: index + 1 for name, index in places.items()})
+
+
+if __name__ == "__main__":
+    sys.exit(run(main, __doc__))

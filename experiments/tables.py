@@ -1,18 +1,18 @@
-"""Tables that a run puts into a page of the documentation, between marks such as <!-- lies --> and <!-- /lies -->."""
+"""Tables in Markdown, and texts that a run puts into a page between marks such as <!-- lies --> and <!-- /lies -->."""
 
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from clearance_mj.core.errors import ClearanceError
-from clearance_mj.core.files import replacing
+from clearance_mj import ClearanceError
+from clearance_mj.core.files import write_text
 
 
-def markdown_table(rows: Iterable[Sequence[str]]) -> str:
+def markdown_table(rows: Iterable[Sequence[object]]) -> str:
     """Return rows, the first of which is the head, as a table in Markdown."""
     head, *body = rows
     lines = [head, ["---"] * len(head), *body]
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+    return "".join(f"| {' | '.join(map(str, line))} |\n" for line in lines)
 
 
 def put_between_marks(page: Path, mark: str, text: str) -> None:
@@ -23,5 +23,4 @@ def put_between_marks(page: Path, mark: str, text: str) -> None:
     )
     if not count:
         raise ClearanceError(f"{page}: has no marks <!-- {mark} --> and <!-- /{mark} -->")
-    with replacing(page) as temporary:
-        temporary.write_text(new, encoding="utf-8")
+    write_text(page, new)

@@ -3,8 +3,8 @@
 Every validation record is predicted twice: under its own excitation, and under that of the level's other record.
 """
 
-import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +15,34 @@ from clearance_mj.identify import identify
 from clearance_mj.report.figures import band_drawing
 from clearance_mj.signals.frf_error import random_error
 from clearance_mj.statistics.frf_bands import frf_band, inside, paired_error
+from experiments.script import run
 
 ENGINE = "modal"
 
 
-def run(dataset, level, methods, draws, out):
+def _row(method, record, records, tests, bands, errors) -> dict:
+    """Mean half width in dB and share of the record's lines inside: parameters alone, and two predictions."""
+    test, band = tests[record.name], bands[record.name]
+    limits = {"parameters": band.limits, "same_excitation": band.prediction(errors[record.name])}
+    for other in records:
+        if other.level == record.level and other is not record:
+            fitted = bands[other.name].fitted
+            chance = np.hypot(random_error(test), random_error(fitted))
+            limits["other_excitation"] = bands[other.name].prediction(chance)
+    row = {"law": method, "record": record.name, "level": record.level}
+    row["rmse_db"] = float(rmse_db(test.value, band.fitted.value).mean())
+    for name, (low, high) in limits.items():
+        row |= {f"{name}_half_width_db": float(np.mean(10 * np.log10(high / low)))}
+        row |= {f"{name}_inside": inside((low, high), test)}
+    return row
+
+
+def main(
+    data: Path = Path(__file__).parents[1] / "data" / "table1_rig", level: float = 2.0,
+    methods: Sequence[str] = ("constant", "output-error"), draws: int = 40, out: Path = Path("results/uncertainty"),
+) -> None:  # fmt: skip
+    """Predict the validation records with bands, and draw those of a level, m/s² or N."""
+    dataset = Dataset.load(data)
     if level not in {record.level for record in dataset.validate}:
         raise ClearanceError(f"no validation record has level {level:g}")
     tests = {record.name: estimate_frf(record.response()) for record in dataset.validate}
@@ -43,32 +66,5 @@ def run(dataset, level, methods, draws, out):
         print(", ".join(f"{key} {value:.3g}" if isinstance(value, float) else value for key, value in row.items()))
 
 
-def _row(method, record, records, tests, bands, errors) -> dict:
-    """Mean half width in dB and share of the record's lines inside: parameters alone, and two predictions."""
-    test, band = tests[record.name], bands[record.name]
-    limits = {"parameters": band.limits, "same_excitation": band.prediction(errors[record.name])}
-    for other in records:
-        if other.level == record.level and other is not record:
-            fitted = bands[other.name].fitted
-            chance = np.hypot(random_error(test), random_error(fitted))
-            limits["other_excitation"] = bands[other.name].prediction(chance)
-    row = {"law": method, "record": record.name, "level": record.level}
-    row["rmse_db"] = float(rmse_db(test.value, band.fitted.value).mean())
-    for name, (low, high) in limits.items():
-        row |= {f"{name}_half_width_db": float(np.mean(10 * np.log10(high / low)))}
-        row |= {f"{name}_inside": inside((low, high), test)}
-    return row
-
-
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=Path(__file__).parent.parent / "data" / "table1_rig")
-    parser.add_argument("--level", type=float, default=2.0, help="of the figure, m/s² or N")
-    parser.add_argument("--methods", nargs="+", default=["constant", "output-error"])
-    parser.add_argument("--draws", type=int, default=40)
-    parser.add_argument("--out", type=Path, default=Path("results/uncertainty"))
-    options = parser.parse_args()
-    try:
-        run(Dataset.load(options.data), options.level, options.methods, options.draws, options.out)
-    except ClearanceError as error:
-        sys.exit(print(f"uncertainty.py: {error}", file=sys.stderr) or 2)
+    sys.exit(run(main, __doc__))

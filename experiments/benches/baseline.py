@@ -5,7 +5,7 @@
 Rows of benches that the table already holds are replaced, others stay.
 """
 
-import argparse
+import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +14,7 @@ import pandas as pd
 
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.study import Study
+from experiments.script import run
 
 from .bench import NAMED, find_bench
 from .records import write_bench
@@ -58,26 +59,23 @@ def markdown(rows: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def main(
+    out: Path = Path("results/benches"), benches: Sequence[str] = tuple(NAMED), methods: Sequence[str] = METHODS
+) -> None:
     """Make what datasets are missing, judge them and write baseline.csv and baseline.md."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("results/benches"), help="folder; holds the datasets too")
-    parser.add_argument("--benches", nargs="+", default=tuple(NAMED), help="as for make.py")
-    parser.add_argument("--methods", nargs="+", default=METHODS)
-    options = parser.parse_args(arguments)
-    table = options.out / "baseline.csv"
-    for name in options.benches:
-        folder = options.out / name
+    table = out / "baseline.csv"
+    for name in benches:
+        folder = out / name
         if not (folder / "truth.toml").exists():
             write_bench(find_bench(name), folder)
-        rows = judge(folder, options.methods)
+        rows = judge(folder, methods)
         if table.exists():
             old = pd.read_csv(table)
-            rows = pd.concat([old[(old["bench"] != name) | ~old["law"].isin(options.methods)], rows])
+            rows = pd.concat([old[(old["bench"] != name) | ~old["law"].isin(methods)], rows])
         rows.to_csv(table, index=False, float_format="%.4f")
-        (options.out / "baseline.md").write_text(markdown(rows), encoding="utf-8")
+        (out / "baseline.md").write_text(markdown(rows), encoding="utf-8")
         print(markdown(rows[rows["bench"] == name]), flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

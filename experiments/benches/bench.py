@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearance_mj import ClearanceError
 from clearance_mj.core.quantities import SensorQuantity
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
 from clearance_mj.rig.sensing import sensor_points
@@ -162,7 +163,7 @@ def make_bench(
     """
     ignorance = set(ignorance)
     if unknown := ignorance - set(IGNORANCES):
-        raise ValueError(f"ignorance {', '.join(sorted(unknown))} is unknown; known: {', '.join(IGNORANCES)}")
+        raise ClearanceError(f"ignorance {', '.join(sorted(unknown))} is unknown; known: {', '.join(IGNORANCES)}")
     rig = rig or table1_rig(name or f"bench {seed}")
     draw = {word: np.random.default_rng((seed, i)) for i, word in enumerate((*IGNORANCES, "physics"))}
     one = {word: float(word in ignorance) for word in IGNORANCES}
@@ -359,7 +360,7 @@ def find_bench(name: str, ignorance: Iterable[str] | None = None) -> Bench:
     grease, _, seed = rest.partition("+")
     if contact in CONTACTS and grease in GREASES and seed.isdecimal():
         return make_bench(int(seed), ignorance or (), contact=contact, grease=grease, name=name)
-    raise ValueError(
+    raise ClearanceError(
         f'bench "{name}" is unknown: give {", ".join(NAMED)}, a seed, or CONTACT+GREASE+SEED with '
         f"{', '.join(CONTACTS)} and {', '.join(GREASES)}; named benches have an ignorance of their own"
     )

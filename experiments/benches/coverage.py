@@ -6,8 +6,8 @@ One row for each parameter and for the FRFs of each level of each bench. truth.t
 only to judge. Benches that the table already holds are not identified again.
 """
 
-import argparse
 import dataclasses
+import sys
 import time
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -20,6 +20,7 @@ import scipy.stats
 from clearance_mj import FRF, Dataset, Rig, compare, estimate_frf, linear_model
 from clearance_mj.identify.methods.bench import BenchFit, fit_bench
 from clearance_mj.statistics.frf_bands import frf_band, inside
+from experiments.script import run
 
 CONFIDENCE = 0.9
 DRAWN = 12
@@ -120,21 +121,17 @@ def by_bench(rows: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def main(datasets: Sequence[Path], out: Path = Path("results/benches/coverage.csv")) -> None:
     """Judge benches that the table does not hold yet, write it, print the summary."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("datasets", type=Path, nargs="+")
-    parser.add_argument("--out", type=Path, default=Path("results/benches/coverage.csv"))
-    options = parser.parse_args(arguments)
-    rows = pd.read_csv(options.out, dtype={"bench": str}) if options.out.exists() else pd.DataFrame({"bench": []})
-    for folder in options.datasets:
+    rows = pd.read_csv(out, dtype={"bench": str}) if out.exists() else pd.DataFrame({"bench": []})
+    for folder in datasets:
         if folder.name not in set(rows["bench"]):
             rows = pd.concat([rows, judge(folder)])
-            options.out.parent.mkdir(parents=True, exist_ok=True)
-            rows.to_csv(options.out, index=False, float_format="%.6g")
+            out.parent.mkdir(parents=True, exist_ok=True)
+            rows.to_csv(out, index=False, float_format="%.6g")
             print(f"{folder.name}: {rows['seconds'].iloc[-1]:g} s", flush=True)
     print(by_bench(rows), markdown(rows), sep="\n")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

@@ -6,7 +6,7 @@ Twenty benches, one row each: every second one differs from its rig file in ever
 are made first, where they are not in the folder yet. truth.toml is read only to say what was found of gaps and offsets.
 """
 
-import argparse
+import sys
 import time
 import tomllib
 from collections.abc import Sequence
@@ -20,6 +20,7 @@ from clearance_mj.identify.records.prepared import prepare
 from clearance_mj.io.dataset import Dataset
 from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, find_bench
 from experiments.benches.records import write_bench
+from experiments.script import run
 
 FIRST = 401  # seed; families were tuned on others
 COUNT = 20
@@ -29,20 +30,15 @@ WORDS = {
 """What the package calls families that a bench calls otherwise"""
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def main(out: Path = Path("results/benches"), first: int = FIRST, count: int = COUNT) -> None:
     """Print the table, and how often the right families are preferred."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("results/benches"), help="folder of the datasets")
-    parser.add_argument("--first", type=int, default=FIRST, help="seed of the first bench")
-    parser.add_argument("--count", type=int, default=COUNT, help="benches")
-    options = parser.parse_args(arguments)
     print("| clearance | preferred | weight | of the truth | held out | of the truth | gap, % | offset, µm | time, s |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     right = []
-    for seed in range(options.first, options.first + options.count):
+    for seed in range(first, first + count):
         contact, grease = CONTACTS[(seed - FIRST) % 3], GREASES[(seed - FIRST) // 3 % 3]
         name, wrong = f"{contact}+{grease}+{seed}", (seed - FIRST) % 2 == 1
-        folder = options.out / (name + "~" * wrong)
+        folder = out / (name + "~" * wrong)
         if not folder.exists():
             write_bench(find_bench(name, IGNORANCES if wrong else None), folder, roles=("identify",))
         dataset, start = Dataset.load(folder), time.perf_counter()
@@ -75,4 +71,4 @@ def _missed(best: Sequence[FamilyFit], folder: Path) -> tuple[list[str], list[st
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

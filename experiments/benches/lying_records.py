@@ -7,12 +7,12 @@ Every lie is put into all records to identify of `data/table1_rig`, or into its 
 records to validate, which do not lie, are predicted: as well as without the lie, or the lie matters in silence.
 """
 
-import argparse
 import csv
 import dataclasses
 import io
 import json
 import re
+import sys
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -29,6 +29,7 @@ from clearance_mj.identify.methods.bench import fit_bench
 from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records
 from clearance_mj.identify.records.prepared import prepare
 from clearance_mj.identify.structure.examination import examine
+from experiments.script import run
 from experiments.tables import markdown_table, put_between_marks
 
 DATA = Path(__file__).parents[2] / "data" / "table1_rig"
@@ -363,26 +364,21 @@ def table_cell(row: dict) -> str:
     return words if len(words) <= LONGEST else f"{words[:LONGEST].rsplit(' ', 1)[0]} ..."
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def main(out: Path = Path("results/lying_records"), lie: Sequence[str] | None = None, page: Path | None = None) -> None:
     """Judge lies, write lying_records.json, the table of a page and the CSV file next to it."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("results/lying_records"), help="folder")
-    parser.add_argument("--lie", action="append", help="default: all")
-    parser.add_argument("--page", type=Path, help="page whose table is written anew")
-    options = parser.parse_args(arguments)
     dataset = sound()
     validate = [r for r in Dataset.load(DATA).records if r.role == "validate" and r.level == LEVEL]
-    path = options.out / "lying_records.json"
+    path = out / "lying_records.json"
     known = {row["lie"]: row for row in json.loads(path.read_text(encoding="utf-8"))} if path.exists() else {}
-    for name in tqdm(options.lie or LIES):
+    for name in tqdm(lie or LIES):
         known[name] = judge(name, dataset, validate)
         tqdm.write(f"{name}: {table_cell(known[name])}")
         write_text(path, to_json([known[n] for n in LIES if n in known]))
-    if options.page:
+    if page:
         outcomes = [(name, table_cell(known[name])) for name in LIES if name in known]
-        write_text(options.page.with_name(CASES), to_csv(outcomes))
-        put_between_marks(options.page, "lies", markdown(outcomes))
+        write_text(page.with_name(CASES), to_csv(outcomes))
+        put_between_marks(page, "lies", markdown(outcomes))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

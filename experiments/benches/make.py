@@ -5,58 +5,42 @@ python -m experiments.benches.make 17 --out results/benches/17 --short
 python -m experiments.benches.make cubic+maxwell-slip+4 --out results/benches/family
 """
 
-import argparse
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
-from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, NAMED, find_bench, make_bench
-from experiments.benches.records import SINES, write_bench
+from clearance_mj import ClearanceError
+from experiments.benches.bench import IGNORANCES, find_bench, make_bench
+from experiments.benches.records import write_bench
 from experiments.benches.structure import CLASSES, HARD
+from experiments.script import run
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write a dataset with truth.toml; status 2 for an unknown bench."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    families = f"CONTACT ({', '.join(CONTACTS)})+GREASE ({', '.join(GREASES)})+SEED"
-    parser.add_argument("bench", help=f"{', '.join(NAMED)}; a seed; or {families}")
-    parser.add_argument("--out", type=Path, required=True, help="folder of the dataset")
-    parser.add_argument("--ignorance", nargs="*", choices=IGNORANCES, help="of a bench drawn from a seed; default: all")
-    parser.add_argument("--short", action="store_true", help="two levels, and half of the time")
-    parser.add_argument(
-        "--structure", action="append", choices=sorted(CLASSES | HARD), default=[],
-        help="what the rig file of a bench drawn from a seed does not draw; may be given again",
-    )  # fmt: skip
-    parser.add_argument("--no-probes", action="store_true", help="of a bench drawn from a seed: no displacement probes")
-    parser.add_argument("--bushing-length", type=float, help="m, of the real bushings of a bench drawn from a seed")
-    parser.add_argument("--sine", choices=SINES, default="", help="instead of random excitation and hits")
-    parser.add_argument(
-        "--filter", type=float, default=0.0, help="of the sampling rate: where an anti-alias filter begins"
-    )
-    options = parser.parse_args(arguments)
-    drawn = options.structure or options.no_probes or options.bushing_length is not None or options.filter
-    if drawn and not options.bench.isdecimal():
-        print(
-            "--structure, --no-probes, --bushing-length and --filter are of a bench drawn from a seed", file=sys.stderr
-        )
-        return 2
-    start = time.perf_counter()
-    try:
-        bench = find_bench(options.bench, options.ignorance)
-        if drawn:
-            bench = make_bench(
-                bench.seed, IGNORANCES if options.ignorance is None else options.ignorance,
-                probes=not options.no_probes, structure=options.structure, bushing_length=options.bushing_length,
-                filtered=options.filter,
-            )  # fmt: skip
-    except ValueError as error:
-        print(error, file=sys.stderr)
-        return 2
-    write_bench(bench, options.out, options.short, sine=options.sine)
-    print(f"{options.out}: bench {bench.name}, {time.perf_counter() - start:.1f} s")
-    return 0
+def main(
+    name: str, out: Path = Path("results/benches/made"), ignorance: Sequence[Literal[*IGNORANCES]] | None = None, short: bool = False,
+    structure: Sequence[Literal[*CLASSES, *HARD]] = (), no_probes: bool = False, bushing_length: float | None = None,
+    sine: Literal["", "swept", "stepped"] = "", filtered: float = 0.0,
+) -> None:  # fmt: skip
+    """Write a dataset with truth.toml; a ClearanceError for an unknown bench.
+
+    ``structure`` is what the rig file does not draw, ``bushing_length``, m, that of the real bushings, and ``filtered``
+    where an anti-alias filter begins, of the sampling rate: all of a bench drawn from a seed.
+    """
+    start, drawn = time.perf_counter(), structure or no_probes or bushing_length is not None or filtered
+    if drawn and not name.isdecimal():
+        raise ClearanceError("structure, no-probes, bushing-length and filtered are of a bench drawn from a seed")
+    bench = find_bench(name, ignorance)
+    if drawn:
+        unknown = IGNORANCES if ignorance is None else ignorance
+        bench = make_bench(
+            bench.seed, unknown, probes=not no_probes, structure=structure, bushing_length=bushing_length,
+            filtered=filtered,
+        )  # fmt: skip
+    write_bench(bench, out, short, sine=sine)
+    print(f"{out}: bench {bench.name}, {time.perf_counter() - start:.1f} s")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(main, __doc__))

@@ -6,7 +6,6 @@ Benches are simulated with physics of their own, see `experiments.benches.physic
 everything. Signs count relative to the base's.
 """
 
-import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,9 +13,10 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from clearance_mj import ClearanceError, map_channels
+from clearance_mj import map_channels
 from clearance_mj.io.channel_map import UNDECIDED
 from experiments.benches.logger import as_logged, drawn_bench, measured
+from experiments.script import run
 from experiments.tables import markdown_table, put_between_marks
 
 
@@ -48,31 +48,19 @@ def rows(found: Sequence[Mapped]) -> Iterator[tuple[str, ...]]:
     yield str(len(found)), str(channels), str(wrong), f"{free} ({100 * free / len(found):.0f} %)"
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Map drawn benches and print, or write into a page, how well that went."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--benches", type=int, default=60, help="how many (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=1, help="of the first (default: %(default)s)")
-    parser.add_argument("--page", type=Path, help="page whose table between <!-- mapping --> marks is replaced")
-    options = parser.parse_args(arguments)
-    seeds = range(options.seed, options.seed + options.benches)
-    found = [map_drawn_bench(seed) for seed in tqdm(seeds, desc="map")]
-    for one in found:
-        for name in one.wrong:
-            print(f"bench {one.seed}: {name} is wrong")
-        for name in one.asked:
-            print(f"bench {one.seed}: {name} is asked for")
-    table = [*rows(found)]
-    for row in table:
-        print(" | ".join(row))
-    if options.page:
-        try:
-            put_between_marks(options.page, "mapping", markdown_table(table))
-        except ClearanceError as error:
-            print(error, file=sys.stderr)
-            return 2
-    return 0
+def main(benches: int = 60, first: int = 1, page: Path | None = None) -> None:
+    """Map drawn benches from a first seed on and print, or write into a page, how well that went."""
+    results = [map_drawn_bench(seed) for seed in tqdm(range(first, first + benches), desc="map")]
+    for result in results:
+        for name in result.wrong:
+            print(f"bench {result.seed}: {name} is wrong")
+        for name in result.asked:
+            print(f"bench {result.seed}: {name} is asked for")
+    table = markdown_table(rows(results))
+    print(table)
+    if page:
+        put_between_marks(page, "mapping", table)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(main, __doc__))

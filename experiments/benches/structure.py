@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.signal
 
+from clearance_mj import ClearanceError
 from clearance_mj.rig import PointMass, Rig
 from clearance_mj.structure import Spring
 from clearance_mj.structure.attached import FixtureMode, Housing, Planes
@@ -199,11 +200,11 @@ HARD |= {"strip": strip, "near_spring": near_spring}
 
 
 def draw_structure(names: Sequence[str], seed: int, rig: Rig) -> Structure:
-    """Draw the structure of all classes named; a ValueError for an unknown one."""
+    """Draw the structure of all classes named; a ClearanceError for an unknown one."""
     found, known = Structure(), CLASSES | HARD
     for name in names:
         if name not in known:
-            raise ValueError(f"structure {name} is unknown; known: {', '.join(known)}")
+            raise ClearanceError(f"structure {name} is unknown; known: {', '.join(known)}")
         drawn = known[name](np.random.default_rng((seed, 31, list(known).index(name))), rig)
         own = {f.name: value for f in dataclasses.fields(drawn) if (value := getattr(drawn, f.name))}
         found = dataclasses.replace(found, **own | {"base": (*found.base, *drawn.base)})

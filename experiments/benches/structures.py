@@ -9,10 +9,10 @@ displacement probes, with points or 20 mm as bushings in turn and behind anti-al
 What was judged already stays in --out.
 """
 
-import argparse
 import dataclasses
 import itertools
 import json
+import sys
 import tempfile
 import time
 import tomllib
@@ -27,6 +27,7 @@ from tqdm import tqdm
 from clearance_mj import FRF, Dataset, compare, estimate_frf, simulate
 from clearance_mj.core.files import to_json, write_text
 from clearance_mj.identify.methods.bench import BenchFit, fit_bench
+from experiments.script import run
 from experiments.tables import markdown_table, put_between_marks
 from experiments.testrig.records import FS
 
@@ -143,40 +144,39 @@ def _held(rows: Sequence[dict]) -> list[str]:
     return held
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def main(
+    seeds: Sequence[int] = (201, 202, 203, 204, 205),
+    hard: Sequence[int] = (211, 212, 213, 214, 215),
+    sound: int = 40,
+    pairs: int = 10,
+    no_probes: int = 10,
+    housings: int = 5,
+    workers: int = 2,
+    out: Path = Path("results/structures"),
+    page: Path | None = None,
+) -> None:
     """Judge benches that are not judged yet, write structures.json and the table of a page."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--seeds", type=int, nargs="*", default=[201, 202, 203, 204, 205], help="of each class")
-    parser.add_argument("--hard", type=int, nargs="*", default=[211, 212, 213, 214, 215], help="of hard classes")
-    parser.add_argument("--sound", type=int, default=40, help="number of sound benches")
-    parser.add_argument("--pairs", type=int, default=10, help="number of pairs of classes")
-    parser.add_argument("--no-probes", type=int, default=10, help="number of sound benches without probes")
-    parser.add_argument("--housings", type=int, default=5, help="number of housings without probes")
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=Path("results/structures"), help="folder")
-    parser.add_argument("--page", type=Path, help="page whose table is written anew")
-    options = parser.parse_args(arguments)
     couples = list(itertools.combinations(CLASSES, 2))
-    chosen = np.random.default_rng(5).permutation(len(couples))[: options.pairs]
-    wanted = [((name,), seed, True) for name in CLASSES for seed in options.seeds]
-    wanted += [((name,), seed, True) for name in HARD for seed in options.hard]
+    chosen = np.random.default_rng(5).permutation(len(couples))[:pairs]
+    wanted = [((name,), seed, True) for name in CLASSES for seed in seeds]
+    wanted += [((name,), seed, True) for name in HARD for seed in hard]
     wanted += [(couples[k], 301 + i, True) for i, k in enumerate(chosen.tolist())]
-    wanted += [((), 401 + i, True) for i in range(options.sound)]
-    wanted += [((), 501 + i, False) for i in range(options.no_probes)]
-    wanted += [(("housing",), 521 + i, False) for i in range(options.housings)]
-    path = options.out / "structures.json"
+    wanted += [((), 401 + i, True) for i in range(sound)]
+    wanted += [((), 501 + i, False) for i in range(no_probes)]
+    wanted += [(("housing",), 521 + i, False) for i in range(housings)]
+    path = out / "structures.json"
     known = {row["bench"]: row for row in json.loads(path.read_text(encoding="utf-8"))} if path.exists() else {}
     names = [_name(*each) for each in wanted]
     missing = [each for name, each in zip(names, wanted) if name not in known]
-    with ProcessPoolExecutor(options.workers) as pool:
+    with ProcessPoolExecutor(workers) as pool:
         for row in tqdm(pool.map(judge, *zip(*missing)) if missing else (), total=len(missing), unit="bench"):
             known[row["bench"]] = row
             write_text(path, to_json([known[name] for name in names if name in known]))
     table = markdown([known[name] for name in names])
     print(table)
-    if options.page:
-        put_between_marks(options.page, "structures", table)
+    if page:
+        put_between_marks(page, "structures", table)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

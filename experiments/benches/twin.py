@@ -7,12 +7,13 @@ Two kinds of synthetic benches, whose physics the package does not share: the vi
 rig files leave open, and other laws of contact and grease. Writes a row for each clearance, and the figure.
 """
 
-import argparse
 import dataclasses
 import math
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -24,6 +25,7 @@ from clearance_mj.report.tables import write_csv
 from clearance_mj.report.twin import draw
 from experiments.benches.bench import Bench, make_bench
 from experiments.benches.records import measure_channels
+from experiments.script import run
 from experiments.testrig import RIGS, Truth, simulate_rig
 from experiments.testrig.records import BAND, FS, acquire_channels
 
@@ -142,25 +144,23 @@ def of_changes(seeds: Sequence[int], out: Path) -> Iterator[dict]:
             draw(found).write(out)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(
+    out: Path = Path("results/bench_twin"),
+    first: int = 200,
+    count: int = 30,
+    only: Literal["rigs", "benches", "changes"] | None = None,
+) -> None:
     """Write tables and figure."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("results/bench_twin"))
-    parser.add_argument("--first", type=int, default=200, help="seed (default: %(default)s)")
-    parser.add_argument("--count", type=int, default=30, help="records of each kind (default: %(default)s)")
-    parser.add_argument("--only", choices=("rigs", "benches", "changes"), help="one of the tables")
-    options = parser.parse_args(arguments)
-    seeds = range(options.first, options.first + options.count)
-    tables = {"rigs": of_rigs, "benches": of_benches, "changes": lambda some: of_changes(some, options.out)}
+    seeds = range(first, first + count)
+    tables = {"rigs": of_rigs, "benches": of_benches, "changes": lambda some: of_changes(some, out)}
     for name, make in tables.items():
-        if options.only not in (None, name):
+        if only not in (None, name):
             continue
         rows: list[dict] = []
         for row in make(seeds):
             rows.append(row)
-            write_csv(options.out / f"{name}.csv", rows)
+            write_csv(out / f"{name}.csv", rows)
         summary(pd.DataFrame(rows))
-    return 0
 
 
 def summary(table: pd.DataFrame) -> None:
@@ -179,4 +179,4 @@ def summary(table: pd.DataFrame) -> None:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(run(main, __doc__))

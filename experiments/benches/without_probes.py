@@ -7,11 +7,9 @@ well or hardly, records at 1, 2 or 4 levels, 8 to 24 s long, at 1 to 4 kHz, with
 or with hits beside them. Benches that the table already holds are not identified again.
 """
 
-import argparse
 import dataclasses
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +19,7 @@ import tomli_w
 
 from clearance_mj import Dataset, Excitation, Grease, Record, Rig, excitation, write_dataset
 from clearance_mj.identify.methods.bench import fit_bench
+from experiments.script import run
 from experiments.testrig.records import BAND
 
 from .bench import Bench, make_bench, other_rig, table1_rig
@@ -110,23 +109,17 @@ def markdown(rows: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(first: int, last: int, out: Path = Path("results/benches/without_probes")) -> None:
     """Judge benches of seeds that the table does not hold yet, write it, print the summary."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("first", type=int, help="seed")
-    parser.add_argument("last", type=int, help="seed")
-    parser.add_argument("--out", type=Path, default=Path("results/benches/without_probes"), help="folder")
-    options = parser.parse_args(arguments)
-    table = options.out / "without_probes.csv"
+    table = out / "without_probes.csv"
     rows = pd.read_csv(table) if table.exists() else pd.DataFrame({"seed": []})
-    for seed in range(options.first, options.last + 1):
+    for seed in range(first, last + 1):
         if seed not in set(rows["seed"]):
-            rows = pd.concat([rows, judge(seed, options.out)])
+            rows = pd.concat([rows, judge(seed, out)])
             rows.to_csv(table, index=False, float_format="%.6g")
             print(rows[rows["seed"] == seed].to_string(index=False), flush=True)
     print(markdown(rows))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(main, __doc__))

@@ -7,8 +7,7 @@ that no drive was found from; the load's torque and the motor's, and the load's 
 compared with that run's, all of them as means over 0.05 s. Synthetic.
 """
 
-import argparse
-from collections.abc import Sequence
+import sys
 
 import mujoco
 import numpy as np
@@ -17,6 +16,7 @@ import scipy.ndimage
 
 from clearance_mj import physical
 from clearance_mj.drives import DriveFit, DriveRecord, add_found_drive, fit_drive
+from experiments.script import run
 
 from .virtual import FS, LOADS, NOISE, OTHER, Gear
 
@@ -80,16 +80,11 @@ def rms(x: np.ndarray) -> float:
     return float(np.sqrt(np.mean(x[round(WARM * FS) :] ** 2)))
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(first: int = 0, seeds: int = 20) -> None:
     """Judge drives and print medians and largest errors."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--first", type=int, default=0, help="seed of the first")
-    parser.add_argument("--seeds", type=int, default=20, help="number of drives")
-    options = parser.parse_args(arguments)
-    table = pd.DataFrame([judge(options.first + i) for i in range(options.seeds)]).set_index("drive")
+    table = pd.DataFrame([judge(first + i) for i in range(seeds)]).set_index("drive")
     print(table.describe().loc[["50%", "max"]].to_string(float_format="%.3g"))
-    return 0
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(run(main, __doc__))

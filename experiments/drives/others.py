@@ -15,14 +15,14 @@ which `physical.add_backlash` puts play; neither has Stribeck's curve. Both take
 begin where the encoders were, for neither estimates a state.
 """
 
-import argparse
 import contextlib
 import importlib
 import importlib.util
 import io
 import math
+import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -33,9 +33,10 @@ import pandas as pd
 import scipy.signal
 
 from clearance_mj import physical
-from clearance_mj.core.files import replacing
 from clearance_mj.physical.identification import ModelRecord, fit_model
+from clearance_mj.report.tables import write_csv
 from experiments.drives.servos import DRAG, INERTIA, LOOP, MASS_MOMENT, START, WANTED, Servo
+from experiments.script import run
 
 PIECE = 1.0  # s, of a log, which BAM and mujoco.sysid begin anew from the encoders
 SUBSTEPS = 4  # of MuJoCo, in a sample
@@ -222,23 +223,15 @@ def judge(seed: int) -> list[dict]:
     return rows
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(out: Path = Path("results/others.csv"), first: int = 20, seeds: int = 2) -> None:
     """Judge the programs and print the table of the page."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--first", type=int, default=20, help="seed of the first servo")
-    parser.add_argument("--seeds", type=int, default=2, help="number of servos")
-    parser.add_argument("--out", type=Path, required=True, help="table (CSV)")
-    options = parser.parse_args(arguments)
-    table = pd.DataFrame([row for i in range(options.seeds) for row in judge(options.first + i)])
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(options.out) as path:
-        table.to_csv(path, index=False)
+    table = pd.DataFrame([row for i in range(seeds) for row in judge(first + i)])
+    write_csv(out, table)
     print("| program | cannot represent |", " | ".join(WANTED), "| prediction, mrad | seconds |")
     for program, own in table.groupby("program", sort=False):
         cells = [_cell(own[what].abs()) for what in WANTED]
         print(f"| {program} | {LACKS[str(program)]} |", " | ".join(cells), end=" | ")
         print(f"{own.prediction.median():.2g} (largest {own.prediction.max():.2g}) | {own.seconds.median():.0f} |")
-    return 0
 
 
 def _cell(errors: pd.Series) -> str:
@@ -248,4 +241,4 @@ def _cell(errors: pd.Series) -> str:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(run(main, __doc__))

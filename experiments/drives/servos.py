@@ -13,9 +13,8 @@ that are wrong by up to a half.
 
 from __future__ import annotations
 
-import argparse
+import sys
 import time
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -24,9 +23,10 @@ import numpy as np
 import pandas as pd
 
 from clearance_mj import physical
-from clearance_mj.core.files import replacing
 from clearance_mj.core.jit import jit
 from clearance_mj.physical.identification import ModelFit, ModelRecord, fit_model
+from clearance_mj.report.tables import write_csv
+from experiments.script import run
 
 FINE = 2e-5  # s, step of the virtual servo
 LOOP = 1e-3  # s, of its control loop and its log
@@ -171,23 +171,15 @@ def judge(seed: int, lossy: bool = False) -> tuple[list[dict], ModelFit]:
     ], fit  # fmt: skip
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(out: Path = Path("results/servos.csv"), first: int = 0, seeds: int = 10, lossy: bool = False) -> None:
     """Judge servos and print what is on target."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--first", type=int, default=0, help="seed of the first")
-    parser.add_argument("--seeds", type=int, default=10, help="number of servos")
-    parser.add_argument("--out", type=Path, required=True, help="table (CSV)")
-    parser.add_argument("--lossy", action="store_true", help="gears with losses, which are looked for too")
-    options = parser.parse_args(arguments)
     rows: list[dict] = []
-    for seed in range(options.first, options.first + options.seeds):
-        found, fit = judge(seed, options.lossy)
+    for seed in range(first, first + seeds):
+        found, fit = judge(seed, lossy)
         rows += found
         print(f"servo {seed}, {found[0]['seconds']:.0f} s", fit, sep="\n", flush=True)
     table = pd.DataFrame(rows)
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(options.out) as path:
-        table.to_csv(path, index=False)
+    write_csv(out, table)
     for what, own in table.groupby("what", sort=False):
         error, told = (own.value / own.truth - 1).abs(), own.told
         target = TARGETS.get(str(what))
@@ -196,8 +188,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"{what}: told for {told.sum()} of {len(own)}, median error {error[told].median():.3g}, largest "
             f"{error[told].max():.3g}{near}; {CONFIDENCE:.0%} intervals hold {own.held.mean():.0%}"
         )
-    return 0
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(run(main, __doc__))

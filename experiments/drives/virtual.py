@@ -10,18 +10,19 @@ numbers are drawn. Logs are four runs of 20 s under different loads, with noise;
 
 from __future__ import annotations
 
-import argparse
+import sys
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pandas as pd
 
-from clearance_mj.core.files import replacing
 from clearance_mj.core.jit import jit
 from clearance_mj.drives import DriveRecord, fit_drive, fit_motor_side
+from clearance_mj.report.tables import write_csv
+from experiments.script import run
 
 FS, FINE = 500.0, 40  # Hz, and steps of the integration between samples
 SECONDS = 20.0
@@ -166,22 +167,16 @@ def judge_motor_side(seed: int) -> list[dict]:
     ]  # fmt: skip
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(
+    out: Path = Path("results/drives.csv"), first: int = 0, seeds: int = 20, side: Literal["both", "motor"] = "both"
+) -> int:
     """Judge drives and print what is on target."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--first", type=int, default=0, help="seed of the first")
-    parser.add_argument("--seeds", type=int, default=20, help="number of drives")
-    parser.add_argument("--out", type=Path, required=True, help="table (CSV)")
-    parser.add_argument("--side", choices=("both", "motor"), default="both", help="ends that logs have")
-    options = parser.parse_args(arguments)
-    judged = judge_motor_side if options.side == "motor" else judge
-    table = pd.DataFrame([row for i in range(options.seeds) for row in judged(options.first + i)])
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(options.out) as path:
-        table.to_csv(path, index=False)
+    judged = judge_motor_side if side == "motor" else judge
+    table = pd.DataFrame([row for i in range(seeds) for row in judged(first + i)])
+    write_csv(out, table)
     for what, target in TARGETS.items():
         own = table[table.what == what]
-        if options.side == "motor":
+        if side == "motor":
             every, own = own, own[own.claimed]
             print(f"{what}: not claimed for {len(every) - len(own)} of {len(every)} drives")
             if own.empty:
@@ -191,14 +186,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"{what}: median error {error.median():.3g}, largest {error.max():.3g}, within {target:g}: "
             f"{np.mean(error <= target):.0%}, 90 % intervals hold {own.held.mean():.0%}"
         )
-    if options.side == "motor":
+    if side == "motor":
         print(f"seconds of a fit: median {table.seconds.median():.3g}, largest {table.seconds.max():.3g}")
         return 0
     for what in ("angle", "torque"):
         own = table[table.what == what]
         print(f"{what} of another load over noise: median {(own.value / own.truth).median():.2f}")
-    return 0
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(run(main, __doc__))

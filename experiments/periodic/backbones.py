@@ -1,6 +1,6 @@
 """Backbones of the Table-1 rig's first two modes beside a free decay and forced vibrations, and how fast they are."""
 
-import argparse
+import sys
 import time
 from pathlib import Path
 
@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import clearance_mj as cm
+from experiments.script import run
 
 ROOT = Path(__file__).parents[2]
 LAW = cm.ConstantLaw(7.8e3, 4.0)
@@ -74,13 +75,10 @@ def draw(rig: cm.Rig) -> Figure:
     return figure
 
 
-def main() -> None:
+def main(out: Path = ROOT / "docs" / "periodic_backbone.png") -> None:
     """Make the figure of docs/periodic.md."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "periodic_backbone.png", help="the figure")
-    out = parser.parse_args().out
     draw(cm.Rig.load(ROOT / "models" / "table1_rig.toml")).savefig(out, dpi=110)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

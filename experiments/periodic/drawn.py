@@ -7,7 +7,7 @@ has died out; an unstable one until it has left, or would have by its multiplier
     python -m experiments.periodic.drawn --count 200
 """
 
-import argparse
+import sys
 import time
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -18,6 +18,7 @@ import clearance_mj as cm
 from clearance_mj import ClearanceError, Modal, linear_model
 from clearance_mj.rig.sensing import sensor_points
 from experiments.periodic.drawn_rigs import KINDS, MODES, Drawn, draw
+from experiments.script import run
 
 RESOLVED = {False: ((41, None), (41, 2048), (81, 2048)), True: ((31, None), (61, 2048))}
 """Harmonics and samples of a period, of rigs along one direction, and of those that move along y and z; the next ones
@@ -193,13 +194,9 @@ def table(outcomes: list[Outcome]) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
+def main(count: int = 200, seed: int = 0) -> None:
     """Print the table, then what did not pass and why rigs have no branch."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
-    outcomes = [outcome(number, given.seed) for number in range(given.count)]
+    outcomes = [outcome(number, seed) for number in range(count)]
     print(table(outcomes))
     for each in outcomes:
         for point in each.points:
@@ -212,4 +209,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

@@ -1,36 +1,33 @@
 """The map of a loose gear at idle over its mean torques and the engine's ripple, and how long it takes."""
 
-import argparse
 import dataclasses
+import sys
 import time
 from pathlib import Path
 
 import numpy as np
 
 import clearance_mj as cm
+from experiments.script import run
 
 ROOT = Path(__file__).parents[2]
 SOFTER = 1000  # as much as the mesh is softened, at the same share of critical damping
 RIPPLES, LOADS = np.linspace(0.02, 2.0, 100), np.linspace(0.05, 3.0, 60)
 
 
-def main() -> None:
+def main(out: Path = ROOT / "docs" / "gear_rattle.png", workers: int = 2) -> None:
     """Make the figure of docs/gears.md."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "gear_rattle.png", help="the figure")
-    parser.add_argument("--workers", type=int, default=2, help="processes")
-    args = parser.parse_args()
     rig = cm.Rig.load(ROOT / "models" / "gear_pair.toml")
     contact = rig.bushings[0].contact
     softer = cm.rig.Contact(contact.stiffness / SOFTER, contact.damping / SOFTER**0.5)
     model = cm.Model(rig.replace(bushings=(dataclasses.replace(rig.bushings[0], contact=softer),)))
     turns = [rig.spin.speed / (2 * np.pi)]
     begun = time.perf_counter()
-    found = cm.periodic.map_impacts(model, RIPPLES, turns, LOADS, workers=args.workers)
+    found = cm.periodic.map_impacts(model, RIPPLES, turns, LOADS, workers=workers)
     seconds = time.perf_counter() - begun
-    print(f"{found.vibrations.size} cells in {seconds:.1f} s on {args.workers} processes, {found.unknown:.2%} unknown")
-    found.plot().savefig(args.out, dpi=90)
+    print(f"{found.vibrations.size} cells in {seconds:.1f} s on {workers} processes, {found.unknown:.2%} unknown")
+    found.plot().savefig(out, dpi=90)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

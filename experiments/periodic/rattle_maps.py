@@ -1,12 +1,13 @@
 """The rattle map of the Table-1 rig for three gaps, and how long it takes."""
 
-import argparse
+import sys
 import time
 from pathlib import Path
 
 import numpy as np
 
 import clearance_mj as cm
+from experiments.script import run
 
 ROOT = Path(__file__).parents[2]
 LAW = cm.ConstantLaw(7.8e3, 4.0)
@@ -14,22 +15,18 @@ LEVELS, FREQUENCIES = np.linspace(0.4, 20.0, 50), np.linspace(5.0, 220.0, 400)  
 GAPS = (2e-4, 3e-4, 4.5e-4)  # m
 
 
-def main() -> None:
+def main(out: Path = ROOT / "docs" / "rattle_map.png", workers: int = 2) -> None:
     """Make the figure of docs/periodic.md."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "rattle_map.png", help="the figure")
-    parser.add_argument("--workers", type=int, default=2, help="processes")
-    args = parser.parse_args()
     rig = cm.Rig.load(ROOT / "models" / "table1_rig.toml")
     begun = time.perf_counter()
-    found = cm.periodic.map_rattle(cm.Model(rig, LAW), LEVELS, FREQUENCIES, GAPS, workers=args.workers)
+    found = cm.periodic.map_rattle(cm.Model(rig, LAW), LEVELS, FREQUENCIES, GAPS, workers=workers)
     seconds = time.perf_counter() - begun
     cells = found.vibrations.size
-    print(f"{cells} cells in {seconds:.1f} s on {args.workers} processes, {found.unknown:.2%} unknown")
+    print(f"{cells} cells in {seconds:.1f} s on {workers} processes, {found.unknown:.2%} unknown")
     for words in found.ended:
         print(words)
-    found.plot().savefig(args.out, dpi=90)
+    found.plot().savefig(out, dpi=90)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

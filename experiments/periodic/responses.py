@@ -1,6 +1,6 @@
 """Periodic responses of the Table-1 rig and of two masses with a one-sided spring, and how fast they are found."""
 
-import argparse
+import sys
 import time
 from pathlib import Path
 
@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import clearance_mj as cm
+from experiments.script import run
 
 ROOT = Path(__file__).parents[2]
 LAW = cm.ConstantLaw(7.8e3, 4.0)
@@ -96,15 +97,12 @@ def speed(rig: cm.Rig) -> None:
         print(f"{max(rates):.0f} points/s {'with' if stability else 'without'} stability")
 
 
-def main() -> None:
+def main(out: Path = ROOT / "docs" / "periodic.png") -> None:
     """Make the figure of docs/periodic.md."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "periodic.png", help="the figure")
-    out = parser.parse_args().out
     rig = cm.Rig.load(ROOT / "models" / "table1_rig.toml")
     draw(rig).savefig(out, dpi=110)
     speed(rig)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

@@ -1,6 +1,6 @@
 """Vibrations that a sweep from rest does not meet: a doubled period, and isolas found from random starts."""
 
-import argparse
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 import clearance_mj as cm
 from experiments.periodic.responses import curve, one_sided
+from experiments.script import run
 
 ROOT = Path(__file__).parents[2]
 TURN = 2 * np.pi
@@ -63,13 +64,10 @@ def _isolas(upper, lower) -> None:
     lower.sharex(upper)
 
 
-def main() -> None:
+def main(out: Path = ROOT / "docs" / "subharmonics.png") -> None:
     """Make a figure of docs/periodic.md."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "subharmonics.png", help="the figure")
-    out = parser.parse_args().out
     draw().savefig(out, dpi=110)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

@@ -5,10 +5,11 @@ stepped sine, begin at rest where one vibration alone is possible, and come alon
 no code with either: finite elements, an implicit integrator, forces of its own.
 """
 
-import argparse
 import json
+import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -16,6 +17,7 @@ from tqdm import tqdm
 
 import clearance_mj as cm
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley, HuntCrossley1975, MaxwellSlip
+from experiments.script import run
 from experiments.testrig import Truth, simulate_rig
 
 ROOT = Path(__file__).parents[2]
@@ -250,22 +252,21 @@ def compare_folds(rig: cm.Rig, out: Path) -> list[dict]:
     return rows
 
 
-def main() -> None:
+def main(
+    out: Path = Path("results/periodic_verification.json"),
+    figure: Path = ROOT / "docs" / "periodic_folds.png",
+    parts: Sequence[Literal["marches", "folds"]] = ("marches", "folds"),
+) -> None:
     """Print both tables; write every figure of them to a JSON file, and draw that of docs/periodic.md."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("results/periodic_verification.json"))
-    parser.add_argument("--figure", type=Path, default=ROOT / "docs" / "periodic_folds.png")
-    parser.add_argument("--parts", nargs="+", choices=("marches", "folds"), default=["marches", "folds"])
-    given = parser.parse_args()
     rig = cm.Rig.load(ROOT / "models" / "table1_rig.toml")
     found = {}
-    if "folds" in given.parts:
-        found["folds"] = compare_folds(rig, given.figure)
-    if "marches" in given.parts:
+    if "folds" in parts:
+        found["folds"] = compare_folds(rig, figure)
+    if "marches" in parts:
         found["marches"] = compare(rig)
-    given.out.parent.mkdir(parents=True, exist_ok=True)
-    given.out.write_text(json.dumps(found, indent=1, default=float) + "\n")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(json.dumps(found, indent=1, default=float) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

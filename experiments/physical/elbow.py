@@ -5,8 +5,8 @@ friction, integrated at 1e-5 s by a Runge-Kutta method of order four, seen by en
 torque sensors with noise. The model that is fitted is an MjSpec with `add_backlash`, integrated by MuJoCo.
 """
 
-import argparse
 import json
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from clearance_mj import physical
 from clearance_mj.core.jit import jit
 from clearance_mj.physical.identification import ModelFit, ModelRecord, fit_model
+from experiments.script import run
 
 FS = 1000.0  # Hz, of the record
 DURATION = 20.0  # s
@@ -256,17 +257,12 @@ def draw(rows: list[dict[str, Any]], fit: ModelFit, prediction: Any) -> Figure:
     return figure
 
 
-def main() -> None:
+def main(out: Path = Path("results/elbow"), seeds: int = 10, motor: int = 2) -> None:
     """Identify the elbow of several records; write a figure and JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("results/elbow"), help="folder for elbow.png and elbow.json")
-    parser.add_argument("--seeds", type=int, default=10, help="records with the encoder at the load")
-    parser.add_argument("--motor", type=int, default=2, help="records with the encoder at the motor")
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
+    out.mkdir(parents=True, exist_ok=True)
     rows: list[dict[str, Any]] = []
     first: Any = None
-    for seed, motor_side in [(s, False) for s in range(options.seeds)] + [(s, True) for s in range(options.motor)]:
+    for seed, motor_side in [(s, False) for s in range(seeds)] + [(s, True) for s in range(motor)]:
         row, fit, prediction = case(seed, motor_side)
         first = first or (fit, prediction)
         rows.append(row)
@@ -276,10 +272,10 @@ def main() -> None:
             "summary": {s: summary([r for r in rows if r["encoder"] == s]) for s in sorted(sides)},
             "records": rows,
         }
-        (options.out / "elbow.json").write_text(json.dumps(result, indent=1) + "\n")
-        draw(rows, *first).savefig(options.out / "elbow.png", dpi=110)
+        (out / "elbow.json").write_text(json.dumps(result, indent=1) + "\n")
+        draw(rows, *first).savefig(out / "elbow.png", dpi=110)
     print(json.dumps(result["summary"], indent=1))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

@@ -5,9 +5,10 @@ a ball in a tube, each against its closed form and beside what MuJoCo's default 
 tube of boxes give. Figures by matplotlib alone.
 """
 
-import argparse
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Literal
 
 from matplotlib.figure import Figure
 
@@ -18,6 +19,7 @@ from experiments.physical.door_latch import draw_latch
 from experiments.physical.quadruped import draw_quadruped
 from experiments.physical.robot_arm import draw_robot
 from experiments.physical.scene import ROOT
+from experiments.script import run
 
 FIGURES: dict[str, Callable[[], Figure]] = {
     "quadruped": draw_quadruped, "default": draw_floor, "slope": draw_slope, "robot": draw_robot,
@@ -25,16 +27,12 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 }  # fmt: skip
 
 
-def main(arguments: list[str] | None = None) -> None:
+def main(out: Path = ROOT / "docs", only: Sequence[Literal[*FIGURES]] = tuple(FIGURES)) -> None:
     """Make the figures of docs/physical.md."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=ROOT / "docs")
-    parser.add_argument("--only", nargs="*", choices=FIGURES, default=list(FIGURES))
-    options = parser.parse_args(arguments)
-    options.out.mkdir(parents=True, exist_ok=True)
-    for name in options.only:
-        FIGURES[name]().savefig(options.out / f"physical_{name}.png", dpi=100)
+    out.mkdir(parents=True, exist_ok=True)
+    for name in only:
+        FIGURES[name]().savefig(out / f"physical_{name}.png", dpi=100)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

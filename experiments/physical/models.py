@@ -5,8 +5,9 @@ are read), each at random poses: the static force against k r, the frequency of 
 a = J M⁻¹ Jᵀ of the pose, and beside it what MuJoCo makes of its default solref, of solref="-k -c", and of two hinges.
 """
 
-import argparse
 import json
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,6 +31,7 @@ from experiments.physical.model_rows import (
     poses,
     softened,
 )
+from experiments.script import run
 
 DEPTH = {"joint": 1e-4, "tendon": 1e-5, "pair": 1e-6}  # rad or m, of the violation at rest; it rings by a fifth of that
 PERIODS, PER_PERIOD = 3, 200
@@ -227,27 +229,21 @@ def table(found: dict[str, dict]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("results/physical_models"))
-    parser.add_argument("--poses", type=int, default=20)
-    parser.add_argument("--models", nargs="*", default=list(MODELS))
-    options = parser.parse_args(arguments)
-    options.out.mkdir(parents=True, exist_ok=True)
+def main(out: Path = Path("results/physical_models"), poses: int = 20, models: Sequence[str] = tuple(MODELS)) -> None:
+    out.mkdir(parents=True, exist_ok=True)
     found: dict[str, dict] = {}
-    for name in options.models:
+    for name in models:
         if not path_of(name):
             print(f"{name}: its package is not installed")
             continue
-        rows = {kind: vars(errors) for kind, errors in measure(*softened(name), options.poses).items()}
+        rows = {kind: vars(errors) for kind, errors in measure(*softened(name), poses).items()}
         found[name] = {
-            "rows": rows, "backlash": measure_backlash(name, options.poses), "default": defaults(name, options.poses)
+            "rows": rows, "backlash": measure_backlash(name, poses), "default": defaults(name, poses)
         }  # fmt: skip
-        (options.out / "physical_models.json").write_text(json.dumps(found, indent=1, default=float))
-        (options.out / "physical_models.md").write_text(table(found))
+        (out / "physical_models.json").write_text(json.dumps(found, indent=1, default=float))
+        (out / "physical_models.md").write_text(table(found))
         print(name, found[name], flush=True)
-    return 0
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(run(main, __doc__))

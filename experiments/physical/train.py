@@ -6,7 +6,7 @@ stiffness. The policy sees the motor's angle and speed and the target, and comma
 are drawn anew in every episode (domain randomisation). Trained by the cross-entropy method, with NumPy alone.
 """
 
-import argparse
+import sys
 import time
 from typing import Any
 
@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from clearance_mj import physical
+from experiments.script import run
 
 ARM = """
 <mujoco><option timestep="1e-3" integrator="implicitfast"/><worldbody>
@@ -104,14 +105,11 @@ def train(seconds: float, seed: int = 0, population: int = 12, episodes: int = 6
     return found
 
 
-def main(arguments: list[str] | None = None) -> None:
+def main(seconds: float = 60.0) -> None:
     """Train, and say what it has learnt."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=60.0)
-    options = parser.parse_args(arguments)
-    without, learnt = train(options.seconds)
+    without, learnt = train(seconds)
     print(f"in 20 episodes that it has not seen: {without:.3f}° off without a policy, {learnt:.3f}° with it")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

@@ -4,9 +4,8 @@ Vehicles, noises and disturbances are the same for each controller; sensors are 
 path counts as the worst. Finished runs are kept in the folder and not run again while the code is the same.
 """
 
-import argparse
-import os
 import sys
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
@@ -21,6 +20,7 @@ from clearance_mj.core.files import replacing
 from clearance_mj.core.tasks import run_tasks
 from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, REGIMES, Case, check, run_case
 from clearance_mj.vehicle.manoeuvres import MANOEUVRES, get_manoeuvre
+from experiments.script import run
 from experiments.steering.comparison_page import write_page
 
 SEEDS = 30
@@ -76,31 +76,26 @@ def run_all(groups: list[Group], folder: Path, workers: int | None = None) -> pd
     return pd.concat(found, ignore_index=True).fillna(np.inf)  # of controllers that never reached the end
 
 
-def main() -> int:
+def main(
+    out: Path = Path("results/steering"),
+    controllers: Sequence[str] = tuple(CONTROLLERS),
+    manoeuvres: Sequence[str] = tuple(MANOEUVRES),
+    seeds: int = SEEDS,
+    sensors: str = "car",
+    workers: int | None = None,
+) -> int:
     """Run the comparison; writes runs.csv and the page with its figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("results/steering"), help="folder (default: %(default)s)")
-    parser.add_argument("--controllers", nargs="+", default=list(CONTROLLERS))
-    parser.add_argument("--manoeuvres", nargs="+", default=list(MANOEUVRES))
-    parser.add_argument("--seeds", type=int, default=SEEDS, help="vehicles (default: %(default)s)")
-    parser.add_argument("--sensors", default="car", help="car or ideal (default: %(default)s)")
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: all processors)")
-    options = parser.parse_args()
-    groups = [
-        Group(*names, options.seeds, options.sensors)
-        for names in product(options.manoeuvres, REGIMES, options.controllers)
-    ]
+    groups = [Group(*names, seeds, sensors) for names in product(manoeuvres, REGIMES, controllers)]
     try:
         for group in groups:
             check(group.cases()[0])
-        rows = run_all(groups, options.out / "runs", options.workers)
+        rows = run_all(groups, out / "runs", workers)
     except ClearanceError as error:
         return print(f"comparison: {error}", file=sys.stderr) or 2
-    rows.to_csv(options.out / "runs.csv", index=False)
-    write_page(rows, options.sensors, options.out)
-    print(options.out / "vehicle_comparison.md")
-    return 0
+    rows.to_csv(out / "runs.csv", index=False)
+    write_page(rows, sensors, out)
+    print(out / "vehicle_comparison.md")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(main, __doc__))

@@ -1,14 +1,14 @@
 """Tune the steering controllers again by other seeds and twice the budget: which ranking and settings stand.
 
-Usage: ``python -m experiments.steering.repeated_tuning --controller smc,mpc --out results/tuning``.
+Usage: ``python -m experiments.steering.repeated_tuning --controllers smc mpc --out results/tuning``.
 """
 
-import argparse
 import math
+import sys
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import scipy.stats
@@ -17,6 +17,7 @@ import experiments.steering.controllers  # noqa: F401  (registers its own)
 from clearance_mj.vehicle.controllers import CONTROLLERS
 from clearance_mj.vehicle.sensors import SENSORS
 from clearance_mj.vehicle.tune import store, tunable, tune
+from experiments.script import run
 
 BOUND_MARGIN = 0.02  # share of the logarithm of a range from its end within which a setting is at its bound
 
@@ -105,22 +106,18 @@ def _settings(name: str, found: Mapping[str, Any]) -> str:
     return ", ".join(f"{key} {value:.3g}{'*' if key in ends else ''}" for key, value in values.items())
 
 
-def main() -> None:
-    """Repeat the tuning with each set of sensors."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--sensors", choices=list(SENSORS), action="append", help="default: all")
-    parser.add_argument("--controller", help="names with commas (default: all that have bounds)")
-    parser.add_argument("--workers", type=int, help="processes (default: one for each processor)")
-    parser.add_argument("--out", type=Path, default=Path("results/tuning"), help="folder (default: %(default)s)")
-    given = parser.parse_args()
-    names = given.controller.split(",") if given.controller else tunable()
-    for sensors in given.sensors or SENSORS:
+def main(
+    sensors: Sequence[Literal[*SENSORS]] = tuple(SENSORS), controllers: Sequence[str] = (), workers: int | None = None,
+    out: Path = Path("results/tuning"),
+) -> None:  # fmt: skip
+    """Repeat the tuning of controllers (default: all that have bounds) with each set of sensors."""
+    for name in sensors:
 
-        def search(name: str, repeated: Repeat, sensors: str = sensors) -> dict[str, Any]:
-            return tune(name, sensors, repeated.generations, seed=repeated.seed, workers=given.workers)
+        def search(controller: str, repeated: Repeat, name: str = name) -> dict[str, Any]:
+            return tune(controller, name, repeated.generations, seed=repeated.seed, workers=workers)
 
-        repeat(given.out / sensors, names, search)
+        repeat(out / name, list(controllers) or tunable(), search)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

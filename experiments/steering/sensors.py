@@ -3,11 +3,10 @@
 Writes the figure and the table of docs/vehicle_sensors.md, with controllers as they are tuned in the package.
 """
 
-import argparse
 import dataclasses
 import itertools
 import math
-import os
+import sys
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -23,6 +22,7 @@ from clearance_mj.core.files import replacing
 from clearance_mj.report.vehicle import look
 from clearance_mj.vehicle.experiment import REGIMES, Case, run_case
 from clearance_mj.vehicle.sensors import CarSensors
+from experiments.script import run
 
 PAGE = Path(__file__).parents[2] / "docs" / "vehicle_sensors.md"
 MARKS = "<!-- table: begin -->", "<!-- table: end -->"
@@ -165,22 +165,17 @@ def markdown(found: pd.DataFrame) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
+def main(page: Path = PAGE, vehicles: int = 10, workers: int | None = None) -> None:
     """Make the figure and the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--page", type=Path, default=PAGE, help="page with the table, beside which the figure goes")
-    parser.add_argument("--vehicles", type=int, default=10, help="mass, tyres, friction and noise drawn for each")
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
-    options = parser.parse_args()
-    found = peaks(options.vehicles, options.workers)
+    found = peaks(vehicles, workers)
     begin, end = MARKS
-    text = options.page.read_text(encoding="utf-8")
+    text = page.read_text(encoding="utf-8")
     head, tail = text[: text.index(begin) + len(begin)], text[text.index(end) :]
-    with replacing(options.page) as temporary:
+    with replacing(page) as temporary:
         temporary.write_text(f"{head}\n\n{markdown(found)}\n\n{tail}", encoding="utf-8")
-    draw(found).savefig(options.page.with_name("vehicle_sensors.png"), dpi=100)
+    draw(found).savefig(page.with_name("vehicle_sensors.png"), dpi=100)
     print(markdown(found))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

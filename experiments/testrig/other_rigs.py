@@ -1,13 +1,16 @@
 """Three rigs made up after the identification was finished: what each law predicts there, against the repeatability."""
 
-import argparse
+import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 import pandas as pd
 from matplotlib.figure import Figure
 
 from clearance_mj.report import report_study
 from clearance_mj.study import Study
+from experiments.script import run
 from experiments.testrig import generate
 
 RIGS = ("iwan", "lugre", "mixed")
@@ -78,15 +81,12 @@ def markdown(rows: pd.DataFrame) -> str:
     return "".join(f"| {line} |\n" for line in lines)
 
 
-def main() -> None:
+def main(
+    out: Path = Path("results/other_rigs"), rigs: Sequence[Literal[*RIGS]] = RIGS,
+    engines: Sequence[Literal[*ENGINES]] = tuple(ENGINES),
+) -> None:  # fmt: skip
     """Study the rigs and write other_rigs.csv, other_rigs.md and other_rigs.png."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("results/other_rigs"), help="folder; holds the datasets too")
-    parser.add_argument("--rigs", nargs="+", choices=RIGS, default=RIGS)
-    parser.add_argument("--engines", nargs="+", choices=ENGINES, default=tuple(ENGINES))
-    arguments = parser.parse_args()
-    out = arguments.out
-    rows = pd.concat([table(name, study_of(name, out, arguments.engines)) for name in arguments.rigs])
+    rows = pd.concat([table(name, study_of(name, out, engines)) for name in rigs])
     rows.to_csv(out / "other_rigs.csv", index=False)
     (out / "other_rigs.md").write_text(markdown(rows), encoding="utf-8")
     draw(rows).savefig(out / "other_rigs.png", dpi=150)
@@ -94,4 +94,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearance_mj import ClearanceError
 from clearance_mj.rig import Bushing, Rig
 
 from ..shaft import Clamp
@@ -143,9 +144,9 @@ def make_bench(
     """
     known = set(ignorance)
     if unknown := known - set(IGNORANCES):
-        raise ValueError(f"ignorance {', '.join(sorted(unknown))} is unknown; known: {', '.join(IGNORANCES)}")
+        raise ClearanceError(f"ignorance {', '.join(sorted(unknown))} is unknown; known: {', '.join(IGNORANCES)}")
     if kind not in rigs.KINDS:
-        raise ValueError(f'kind "{kind}" is unknown; known: {", ".join(rigs.KINDS)}')
+        raise ClearanceError(f'kind "{kind}" is unknown; known: {", ".join(rigs.KINDS)}')
     rig = rigs.designed(kind, name or f"{kind} {seed}")
     number = list(rigs.KINDS).index(kind)
     draw = {
@@ -263,7 +264,7 @@ def _offset(bushing: Bushing, gap: float, narrowest: float, sag: float, draw: Dr
         if not draw.unknown:
             y, z = y * EDGE * narrowest / math.hypot(y, z), z * EDGE * narrowest / math.hypot(y, z)
             return y, z
-    raise ValueError("no offset leaves the shaft within its bushing")
+    raise ClearanceError("no offset leaves the shaft within its bushing")
 
 
 def _station(position: float, draw: Draw) -> Station:

@@ -7,9 +7,9 @@ A bench's records are made if the folder beside the table does not hold them yet
 validate are read only to judge. Benches that the table already holds are not identified again.
 """
 
-import argparse
 import dataclasses
 import math
+import sys
 import time
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -29,6 +29,7 @@ from clearance_mj.identify.records.run_out import TURNS, run_out, run_out_at
 from clearance_mj.signals.orbits import Orbits, orbits_by_turn
 from clearance_mj.study.orbit_measures import onset_of_contact
 from clearance_mj.study.whirl_in_test import measured_whirl, simulated_whirl, without_run_out
+from experiments.script import run
 
 from .make import find_bench
 from .records import write_bench
@@ -250,23 +251,18 @@ def summary(rows: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def main(benches: Sequence[str], out: Path = Path("results/benches/space.csv"), validate: bool = False) -> None:
     """Judge benches that the table does not hold yet, write it, print the summary."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("benches", nargs="+", help="such as rotor-3 or rotor-3-housing")
-    parser.add_argument("--out", type=Path, default=Path("results/benches/space.csv"))
-    parser.add_argument("--validate", action="store_true", help="make records to validate, too")
-    options = parser.parse_args(arguments)
-    rows = pd.read_csv(options.out, dtype={"bench": str}) if options.out.exists() else pd.DataFrame({"bench": []})
-    roles = (*MADE, "validate") if options.validate else MADE
-    for name in options.benches:
+    rows = pd.read_csv(out, dtype={"bench": str}) if out.exists() else pd.DataFrame({"bench": []})
+    roles = (*MADE, "validate") if validate else MADE
+    for name in benches:
         if name not in set(rows["bench"]):
-            rows = pd.concat([rows, judge(made(name, options.out.parent / "space", roles))])
-            options.out.parent.mkdir(parents=True, exist_ok=True)
-            rows.to_csv(options.out, index=False, float_format="%.6g")
+            rows = pd.concat([rows, judge(made(name, out.parent / "space", roles))])
+            out.parent.mkdir(parents=True, exist_ok=True)
+            rows.to_csv(out, index=False, float_format="%.6g")
             print(f"{name}: {rows['seconds'].iloc[-1]:g} s", flush=True)
     print(summary(rows))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearance_mj import ClearanceError
 from clearance_mj.rig import Spin
 
 from ..structure import Oscillator, between
@@ -177,11 +178,11 @@ CLASSES: dict[str, Draw] = {
 
 
 def draw_structure(names: Sequence[str], seed: int, kind: int, shaft: Rotor, bushings: int) -> Structure:
-    """Draw the structure of all classes named, on a kind of bench by its number; a ValueError for an unknown class."""
+    """Draw the structure of all classes named, on a kind of bench by its number; a ClearanceError for an unknown class."""
     found = Structure()
     for name in names:
         if name not in CLASSES:
-            raise ValueError(f'structure "{name}" is unknown; known: {", ".join(CLASSES)}')
+            raise ClearanceError(f'structure "{name}" is unknown; known: {", ".join(CLASSES)}')
         rng = np.random.default_rng((seed, STREAM, kind, list(CLASSES).index(name)))
         drawn = CLASSES[name](rng, shaft, bushings)
         own = {f.name: value for f in dataclasses.fields(drawn) if (value := getattr(drawn, f.name))}

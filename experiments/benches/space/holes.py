@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearance_mj import ClearanceError
+
 from . import physics
 from .table import film_table
 
@@ -47,7 +49,7 @@ def as_arrays(holes: Iterable[Hole]) -> physics.Bushings:
     widths = {h.length / (2 * h.radius) for h in holes if h.viscosity}
     table = film_table(round(widths.pop(), 4)) if widths else np.zeros((2, 2, 2))
     if widths:
-        raise ValueError("all bushings with oil of one bench share one ratio of length to diameter")
+        raise ClearanceError("all bushings with oil of one bench share one ratio of length to diameter")
 
     def column(name: str) -> np.ndarray:
         return np.array([getattr(h, name) for h in holes], dtype=float)

@@ -5,16 +5,18 @@ python -m experiments.benches.space.make pump-17 --out results/benches/space/pum
 python -m experiments.benches.space.make rotor-2-housing --out results/benches/space/rotor-2-housing
 """
 
-import argparse
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
+from clearance_mj import ClearanceError
 from experiments.benches.space.bench import IGNORANCES, Bench, make_bench
 from experiments.benches.space.hidden import CLASSES
 from experiments.benches.space.records import write_bench
 from experiments.benches.space.rigs import KINDS
+from experiments.script import run
 
 NAMES = f"KIND-SEED, of the kinds {', '.join(KINDS)}, or KIND-SEED-STRUCTURE with {', '.join(CLASSES)}"
 
@@ -24,28 +26,21 @@ def find_bench(name: str, ignorance: Sequence[str] = IGNORANCES) -> Bench:
     kind, _, rest = name.partition("-")
     seed, *structure = rest.split("-")
     if kind not in KINDS or not seed.isdecimal() or not set(structure) <= set(CLASSES):
-        raise ValueError(f"bench {name} is unknown; known: {NAMES}")
+        raise ClearanceError(f"bench {name} is unknown; known: {NAMES}")
     return make_bench(int(seed), kind, ignorance, structure=structure)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write a dataset with truth.toml; status 2 for an unknown bench."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("bench", help=NAMES)
-    parser.add_argument("--out", type=Path, required=True, help="folder of the dataset")
-    parser.add_argument("--ignorance", nargs="*", choices=IGNORANCES, default=IGNORANCES, help="default: all")
-    parser.add_argument("--short", action="store_true", help="one level, and half of the time")
-    options = parser.parse_args(arguments)
-    start = time.perf_counter()
-    try:
-        bench = find_bench(options.bench, options.ignorance)
-    except ValueError as error:
-        print(error, file=sys.stderr)
-        return 2
-    write_bench(bench, options.out, options.short)
-    print(f"{options.out}: bench {bench.name}, {time.perf_counter() - start:.1f} s")
-    return 0
+def main(
+    name: str,
+    out: Path = Path("results/benches/made"),
+    ignorance: Sequence[Literal[*IGNORANCES]] = IGNORANCES,
+    short: bool = False,
+) -> None:
+    """Write a dataset with truth.toml; a ClearanceError for an unknown bench."""
+    start, bench = time.perf_counter(), find_bench(name, ignorance)
+    write_bench(bench, out, short)
+    print(f"{out}: bench {bench.name}, {time.perf_counter() - start:.1f} s")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(main, __doc__))

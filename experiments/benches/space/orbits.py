@@ -3,29 +3,30 @@
 python -m experiments.benches.space.orbits --kinds rotor pump steering --seeds 1 2 3 4 5 6
 """
 
-import argparse
+import sys
 import time
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 import clearance_mj as cm
 from experiments.benches.space.bench import make_bench
 from experiments.benches.space.records import write_bench
 from experiments.benches.space.rigs import KINDS
+from experiments.script import run
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def main(
+    kinds: Sequence[Literal[*list(KINDS)]] = tuple(KINDS),
+    seeds: Sequence[int] = tuple(range(1, 7)),
+    folder: Path = Path("results/benches/orbits"),
+) -> None:
     """Make the records of operation, slow roll and run-up of each bench, and print what orbits tell of its gap."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--kinds", nargs="*", choices=list(KINDS), default=list(KINDS))
-    parser.add_argument("--seeds", nargs="*", type=int, default=list(range(1, 7)))
-    parser.add_argument("--folder", type=Path, default=Path("results/benches/orbits"), help="of the datasets")
-    options = parser.parse_args(arguments)
     print(f"{'bench':12s} {'true':>7s} {'found':>7s} {'error':>7s} {'95 %':>16s} holds  took")
-    for kind in options.kinds:
-        for seed in options.seeds:
-            judge(kind, seed, options.folder / f"{kind}-{seed}")
+    for kind in kinds:
+        for seed in seeds:
+            judge(kind, seed, folder / f"{kind}-{seed}")
 
 
 def judge(kind: str, seed: int, folder: Path) -> None:
@@ -49,4 +50,4 @@ def judge(kind: str, seed: int, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

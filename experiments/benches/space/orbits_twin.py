@@ -3,19 +3,15 @@
 python -m experiments.benches.space.orbits_twin --folder results/benches/orbits
 """
 
-import argparse
 import dataclasses
 import math
-import time
-from collections.abc import Sequence
-from pathlib import Path
+import sys
 
 import numpy as np
 
-import clearance_mj as cm
 from clearance_mj import Channel, Record
 from clearance_mj.rig import Spin
-from experiments.benches.space.bench import Bench, make_bench
+from experiments.benches.space.bench import Bench
 from experiments.benches.space.records import (
     KEYPHASOR_NODE,
     Motion,
@@ -23,8 +19,8 @@ from experiments.benches.space.records import (
     probe_signals,
     simulate,
     turned,
-    write_bench,
 )
+from experiments.script import run
 from experiments.testrig.records import FS, NOISE, digitise
 
 CASES = (
@@ -60,32 +56,9 @@ def changing(bench: Bench, speed: float, factors: dict[str, float], seconds: flo
     return Record("operation", "orbit", bench.rig, FS, channels, "spin", spin=first)
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Print values, alarms and speed of the twin in each case."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--folder", type=Path, default=Path("results/benches/orbits"), help="of the datasets")
-    parser.add_argument("--seconds", type=float, default=40.0, help="of each record")
-    options = parser.parse_args(arguments)
-    known: dict[tuple[str, int], cm.identify.OrbitFit] = {}
-    for kind, seed, rpm, factors, words in CASES:
-        bench, folder = make_bench(seed, kind), options.folder / f"{kind}-{seed}"
-        if not (folder / "truth.toml").exists():
-            write_bench(bench, folder, roles=("identify", "orbit"), kinds=("spin",))
-        if (kind, seed) not in known:
-            known[kind, seed] = cm.identify.orbits(cm.Dataset.load(folder))
-            print(*known[kind, seed].words(), sep="\n")
-        record = changing(bench, rpm * math.pi / 30, factors, options.seconds)
-        start = time.process_time()
-        twin = cm.identify.follow_orbits(record, known[kind, seed])
-        took = time.process_time() - start
-        print(f"{kind}-{seed} at {rpm} rev/min, {words} at {options.seconds / 2:g} s: {factors or ''}")
-        middle = np.searchsorted(twin.time, options.seconds / 2)
-        for quantity, std in zip(twin.quantities, twin.std[:, -1]):
-            for j, (before, end) in enumerate(zip(twin.value(quantity)[middle - 1], twin.value(quantity)[-1])):
-                print(f"  bushings[{j}].{quantity}: {before:.4g} before, {end:.4g} at the end ± {100 * std[j]:.1f} %")
-        print(f"  missed {np.median(twin.misfit[:middle]):.2f}", *(f"  {a}" for a in twin.alarms), sep="\n")
-        print(f"  {options.seconds / took:.0f} times real time, on one core", flush=True)
+def main() -> None:
+    pass
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

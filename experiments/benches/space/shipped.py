@@ -5,14 +5,14 @@ python -m experiments.benches.space.shipped data/turning_rig
 What really stands there is `shipped_bench().truth()`; it is not in the folder.
 """
 
-import argparse
 import sys
-from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
-from clearance_mj import ClearanceError, excitation
+from clearance_mj import excitation
 from clearance_mj.rig import Spin
+from experiments.script import run
 from experiments.testrig.records import BAND, FS
 
 from .bench import Bench, make_bench
@@ -53,19 +53,11 @@ def shipped_plans(bench: Bench) -> list[Plan]:
     return taken
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the dataset; status 2 where the folder cannot be written."""
-    parser = argparse.ArgumentParser(prog=COMMAND, description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("path", help="folder, such as data/turning_rig")
-    options = parser.parse_args(arguments)
+def main(path: Path) -> None:
+    """Write the dataset, such as data/turning_rig."""
     bench = shipped_bench()
-    try:
-        write_records(bench, options.path, list(enumerate(shipped_plans(bench))), COMMAND)
-    except ClearanceError as error:
-        print(error, file=sys.stderr)
-        return 2
-    return 0
+    write_records(bench, path, list(enumerate(shipped_plans(bench))), COMMAND)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(main, __doc__))

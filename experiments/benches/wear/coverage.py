@@ -6,11 +6,11 @@ From the first third of each machine's life; a row for each machine and bushing,
 what stands there instead of what is known of it: what intervals then are wide is the walk of the coefficients.
 """
 
-import argparse
 import dataclasses
+import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -21,6 +21,7 @@ from clearance_mj.report.tables import write_csv
 from clearance_mj.wear import Marched, predict_remaining
 from clearance_mj.wear.remaining import DRIFT, WAYS
 from experiments.benches.wear.machine import COEFFICIENT, Machine, make_machine
+from experiments.script import run
 
 LEVEL = 0.9
 MARCHED_WAYS = 3
@@ -70,28 +71,26 @@ def summary(table: pd.DataFrame) -> str:
     )
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(
+    out: Path = Path("results/wear"),
+    first: int = 0,
+    count: int = 20,
+    drift: float = DRIFT,
+    truth: bool = False,
+    only: Literal["sine", "noise"] | None = None,
+) -> None:
     """Write the table, and print its summary."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("results/wear"))
-    parser.add_argument("--first", type=int, default=0, help="seed (default: %(default)s)")
-    parser.add_argument("--count", type=int, default=20, help="machines (default: %(default)s)")
-    parser.add_argument("--drift", type=float, default=DRIFT, help="prior of the walk of log K (default: %(default)s)")
-    parser.add_argument("--truth", action="store_true", help="predict by the machine's own physics")
-    parser.add_argument("--only", choices=("sine", "noise"), help="those of even seeds, or of odd ones")
-    options = parser.parse_args(arguments)
     rows: list[dict] = []
-    seeds = range(options.first, options.first + options.count)
-    wanted = [seed for seed in seeds if options.only in (None, "noise" if seed % 2 else "sine")]
+    seeds = range(first, first + count)
+    wanted = [seed for seed in seeds if only in (None, "noise" if seed % 2 else "sine")]
     for seed in tqdm(wanted, desc="machines"):
         machine = make_machine(seed)
-        if machine and options.truth:
+        if machine and truth:
             machine = dataclasses.replace(machine, model=machine.truth)
-        rows += [] if machine is None or np.isnan(machine.life).all() else rows_of(machine, options.drift)
-        write_csv(options.out / f"remaining_{options.first}.csv", rows)
+        rows += [] if machine is None or np.isnan(machine.life).all() else rows_of(machine, drift)
+        write_csv(out / f"remaining_{first}.csv", rows)
     print(summary(pd.DataFrame(rows)))
-    return 0
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(run(main, __doc__))

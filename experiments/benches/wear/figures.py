@@ -5,8 +5,7 @@
 The first life reaches its limit, the second one jumps on the way.
 """
 
-import argparse
-from collections.abc import Sequence
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,15 +15,13 @@ from clearance_mj.core.drawing import canvas
 from clearance_mj.wear import Sine, predict_life, predict_remaining
 from experiments.benches.wear.accelerated import LIMIT, RIG, worn_model
 from experiments.benches.wear.machine import make_machine
+from experiments.script import run
 
 COEFFICIENT = 1e-12  # m²/N
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(out: Path = Path("docs")) -> None:
     """Write both figures, and print what they say."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("docs"))
-    options = parser.parse_args(arguments)
     rig = Rig.load(RIG)
     one = rig.replace(bushings=rig.bushings[:1])
     swept = 0.9 * float(beam.natural_frequencies(one, 2)[1])
@@ -34,15 +31,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         life = predict_life(worn_model(of, COEFFICIENT), sine, LIMIT)
         print(*life.words(), sep="\n")
         life.draw_on(axes)
-    figure.savefig(options.out / "wear.png", dpi=150)
+    figure.savefig(out / "wear.png", dpi=150)
     machine = make_machine(0)
     assert machine is not None
     limits = {f"bushings[{j}]": float(limit) for j, limit in enumerate(machine.limit) if np.isfinite(limit)}
     found = predict_remaining(machine.model, machine.operation, machine.history(), limits)
     print(*found.words(), sep="\n")
-    found.plot().savefig(options.out / "wear_remaining.png", dpi=150)
-    return 0
+    found.plot().savefig(out / "wear_remaining.png", dpi=150)
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(run(main, __doc__))
