@@ -149,8 +149,7 @@ def share(true: np.ndarray) -> float:
 def summary(table: pd.DataFrame) -> pd.DataFrame:
     """Return the table with the sensors of an acceleration taken together, shares weighted by records."""
     shares = ["inside", "hour_below", "hour_above", "medians_in_range", "hours_below_median"]
-    sensors = table[table["quantity"] == "acceleration"]
-    return sensors.groupby("level")[shares].mean().round(3)
+    return table[table["quantity"] == "acceleration"].groupby("level")[shares].mean().round(3)
 
 
 def drawn(hours: pd.DataFrame, records: pd.DataFrame) -> Figure:

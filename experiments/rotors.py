@@ -77,10 +77,9 @@ def column():
 
 def main(out: Path = ROOT / "docs") -> None:
     out.mkdir(parents=True, exist_ok=True)
-    speeds = np.linspace(20.0, 300.0, 1200)
     drawn = {
         "campbell": campbell(overhung(), np.linspace(0.0, 2000.0, 81), n=4).plot(),
-        "rub": synchronous_rub(between_supports(), speeds, 0.5, 6e-5, friction=0.02).plot(),
+        "rub": synchronous_rub(between_supports(), np.linspace(20.0, 300.0, 1200), 0.5, 6e-5, friction=0.02).plot(),
     }
     figures, shown = seen(Rig.load(ROOT / "models" / "rotor.toml"))
     column_rig, rattling = column()

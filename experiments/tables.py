@@ -11,8 +11,7 @@ from clearance_mj.core.files import write_text
 def markdown_table(rows: Iterable[Sequence[object]]) -> str:
     """Return rows, the first of which is the head, as a table in Markdown."""
     head, *body = rows
-    lines = [head, ["---"] * len(head), *body]
-    return "".join(f"| {' | '.join(map(str, line))} |\n" for line in lines)
+    return "".join(f"| {' | '.join(map(str, line))} |\n" for line in [head, ["---"] * len(head), *body])
 
 
 def put_between_marks(page: Path, mark: str, text: str) -> None:

@@ -26,8 +26,7 @@ def _row(method, record, records, tests, bands, errors) -> dict:
     limits = {"parameters": band.limits, "same_excitation": band.prediction(errors[record.name])}
     for other in records:
         if other.level == record.level and other is not record:
-            fitted = bands[other.name].fitted
-            chance = np.hypot(random_error(test), random_error(fitted))
+            chance = np.hypot(random_error(test), random_error(bands[other.name].fitted))
             limits["other_excitation"] = bands[other.name].prediction(chance)
     row = {"law": method, "record": record.name, "level": record.level}
     row["rmse_db"] = float(rmse_db(test.value, band.fitted.value).mean())

@@ -48,7 +48,6 @@ def run(item: Item, rig: Rig, quick: bool, starts: int = 32, step: float = 0.01,
     material = calibrate(found.rig, [target], MATERIAL, 1)
     with_shapes = calibrate(found.rig, [_with_shapes(found.rig, target)], DIAMETER | EQUAL, 1)
     parameters, members = _parameters(rig, found), pd.DataFrame(_member(found, member) for member in family)
-    first = dataclasses.replace(draw(found), name=item.name)
     return Result(
         method=(
             "Free: positions of the two bushings, their grease stiffness (the same in both) and the mass at the tip; "
@@ -57,7 +56,7 @@ def run(item: Item, rig: Rig, quick: bool, starts: int = 32, step: float = 0.01,
             f"Hz, {STEP / 12**0.5:.4f} Hz. For the family the diameter is free too."
         ),
         shows=_shows(found, parameters, members, material, with_shapes),
-        drawings=(first, _draw_family(rig, found, members)),
+        drawings=(dataclasses.replace(draw(found), name=item.name), _draw_family(rig, found, members)),
         data={
             item.name: parameters,
             f"{item.name}_starts": _starts(found),

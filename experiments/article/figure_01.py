@@ -100,8 +100,7 @@ def _side_view(ax, rig):
     ax.text(-0.02, 0.055, "O", ha="center", va="bottom", fontsize=FONT)
     _shaker(ax, rig, half)
     _bare(ax, "(a) side view, to scale")
-    ax.set_xlim(-0.06, length + 0.08)
-    ax.set_ylim(PLATE - 0.06, 0.125)
+    ax.set(xlim=(-0.06, length + 0.08), ylim=(PLATE - 0.06, 0.125))
 
 
 def _dimension(ax, ends, height, foot, words):
@@ -162,5 +161,4 @@ def _section(ax, i, bushing: Bushing, height: float):
     line, place = {"arrowstyle": "-", "color": ORANGE, "lw": 0.7}, -half - 0.5 * gap
     ax.annotate("grease", (0.2 * end, place), (1.35 * end, place), va="center", fontsize=FONT - 1, arrowprops=line)
     _bare(ax, f"({'bc'[i] if i < 2 else i + 1}) clearance {i + 1}")
-    ax.set_xlim(-3.8 * end, 3.8 * end)
-    ax.set_ylim(-half - gap - wall - 6.5, top + 3.5)
+    ax.set(xlim=(-3.8 * end, 3.8 * end), ylim=(-half - gap - wall - 6.5, top + 3.5))

@@ -56,8 +56,7 @@ class Decay:
     def with_noise(self, snr: float, seed: int = 0) -> Decay:
         """Add white Gaussian noise; snr: mean power of the signal over that of the noise, dB."""
         noise = np.random.default_rng(seed).standard_normal(self.time.size)
-        rms = np.sqrt(np.mean(self.signal**2)) * 10 ** (-snr / 20)
-        return replace(self, signal=self.signal + rms * noise)
+        return replace(self, signal=self.signal + (np.sqrt(np.mean(self.signal**2)) * 10 ** (-snr / 20)) * noise)
 
 
 @dataclass(frozen=True)

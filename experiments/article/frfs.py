@@ -40,7 +40,6 @@ def overlay(item: Item, study: Study, nodes: Sequence[int], columns: int, level:
     alt = f"FRF magnitudes of test and models at sensors {', '.join(map(str, nodes))}."
     levels = {"test_db": test, "repeat_db": decibel(found[-1].frf)}
     levels |= {f"{case.law} {case.engine}_db": decibel(case.frf) for case in found[:-1]}
-    frequency = found[0].frf.frequency
     return Result(
         method=(
             f"Every model is driven by the measured base acceleration of {words}, which no law has seen. H1 with Hann "
@@ -48,7 +47,7 @@ def overlay(item: Item, study: Study, nodes: Sequence[int], columns: int, level:
         ),
         shows=_overlay_shows(errors, study.engines[0]),
         drawings=(Drawing(item.name, _draw_overlay(study, found, test, rows, columns), caption, alt),),
-        data={item.name: _over_frequency(nodes, rows, frequency, levels), f"{item.name}_errors": errors},
+        data={item.name: _over_frequency(nodes, rows, found[0].frf.frequency, levels), f"{item.name}_errors": errors},
         tables=(_error_table(errors, nodes),),
         prior_information=prior_information(study),
     )
@@ -198,8 +197,7 @@ def _draw_criterion(study: Study, found: list[StudyCase], criterion: str) -> Fig
         _draw_models(ax, frequency, {c.law: _per_sensor(c, criterion)[row] for c in main_cases(found)})
         label = f"{criterion.upper()} (1)" if row % columns == 0 else ""
         _title(ax, study, row, row, row >= n - columns, label)
-        ax.set_xlim(0, frequency[-1])
-        ax.set_ylim(0, 1.05)
+        ax.set(xlim=(0, frequency[-1]), ylim=(0, 1.05))
     _legend(figure, axes[0, 0], 3)
     return figure
 

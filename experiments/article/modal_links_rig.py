@@ -123,8 +123,7 @@ def _approximations(systems: Mapping[tuple[str, str], System], setup: Setup) -> 
 
 
 def _multisine(level: float, seed: int, setup: Setup) -> Excitation:
-    duration = PERIOD * (setup.drop + setup.periods)
-    return multisine(duration, FS, BAND, level, seed, period=PERIOD)
+    return multisine(PERIOD * (setup.drop + setup.periods), FS, BAND, level, seed, period=PERIOD)
 
 
 def _harmonics(rig: Rig, systems: Mapping[tuple[str, str], System], law: Law, setup: Setup) -> pd.DataFrame:

@@ -137,7 +137,6 @@ def beside_published(
     seeds = range(1, 1 + (QUICK_SEEDS if quick else SEEDS))
     cases = [case for seed in seeds for case in comparison(names, (speed,), spread=True, seed=seed)]
     rows, printed = pd.DataFrame(o.row() for o in runs(cases)), Printed.load(number).numbers
-    others = [name for name in ("smc", "mpc") if name in printed]
     return Result(
         method=f"{setting(speed)} Regimes and tuning as for Figure 11. {len(seeds)} vehicles (mass ± 10 %, cornering "
         "stiffness ± 15 %, friction 0.8 to 1 of nominal; controllers know the nominal ones) and noises, the same for "
@@ -145,7 +144,7 @@ def beside_published(
         shows="A reduction whose interval excludes 0 is significant.",
         drawings=(_draw_spread(rows, item.name, list(metrics.values())),),
         data={item.name: rows},
-        tables=(_beside(rows, printed, metrics, others),),
+        tables=(_beside(rows, printed, metrics, [name for name in ("smc", "mpc") if name in printed]),),
         details=(seeds_table(rows, f"{item.name}_seeds"),),
         prior_information=prior_information(names),
     )

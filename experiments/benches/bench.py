@@ -80,8 +80,7 @@ class Bench:
     def bushings(self) -> physics.Bushings:
         """The same as arrays, with the shaft at rest in its unloaded place."""
         holes = self.forces
-        width = max((len(h.slip[0]) for h in holes), default=0)
-        slip = np.zeros((len(holes), 2, width))
+        slip = np.zeros((len(holes), 2, max((len(h.slip[0]) for h in holes), default=0)))
         for row, hole in zip(slip, holes):
             row[:, : len(hole.slip[0])] = hole.slip
 
@@ -96,8 +95,7 @@ class Bench:
     @property
     def forces(self) -> tuple[Hole, ...]:
         """The bushings, then springs and dashpots: holes so wide that nothing ever touches."""
-        linear = [_dashpot(*each) for each in self.structure.dashpots]
-        return (*self.holes, *linear)
+        return (*self.holes, *[_dashpot(*each) for each in self.structure.dashpots])
 
     def truth(self) -> dict:
         """Nested plain data for truth.toml."""

@@ -55,8 +55,7 @@ def _frequencies(rig: Rig, truth: dict) -> Iterator[dict]:
 
 def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict]:
     """Of each level's first record: ``value`` is the RMSE in dB, ``truth`` that of the repeat, ``held`` a share."""
-    levels = sorted({r.level for r in dataset.validate if r.level is not None})
-    for level in levels:
+    for level in sorted({r.level for r in dataset.validate if r.level is not None}):
         first, second = (r for r in dataset.validate if r.level == level)
         band = frf_band(found.model, first.excitation(), found.draw(DRAWN), resolution=RESOLUTION, misfit=found.misfit)
         band = dataclasses.replace(band, confidence=CONFIDENCE)

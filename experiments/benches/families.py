@@ -45,8 +45,7 @@ def main(out: Path = Path("results/benches"), first: int = FIRST, count: int = C
         families = compare_families(prepare(dataset), update_rig(dataset, as_drawn=True))
         spent, best = time.perf_counter() - start, [of_one[0] for of_one in families]
         truth = WORDS.get(contact, contact), WORDS.get(grease, grease)
-        missed = _missed(best, folder)
-        for likeliest, of_one, *errors in zip(best, families, *missed):
+        for likeliest, of_one, *errors in zip(best, families, *_missed(best, folder)):
             own = next((f for f in of_one if (f.contact, f.grease) == truth), None)
             names = likeliest.contact, likeliest.grease
             right.append([names[0] == truth[0], names[1] == truth[1]])

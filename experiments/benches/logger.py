@@ -37,8 +37,7 @@ def drawn_bench(seed: int) -> Bench:
         benches.table1_rig(name), short_shaft(name), benches.other_rig(name), benches.table1_rig(name, (0.7,)),
         benches.table1_rig(name, (0.3684, 0.5484, 0.7918)),
     )  # fmt: skip
-    rig = rigs[seed % len(rigs)]
-    return make_bench(seed, rig=rig, probes=seed % 2 == 0 and seed % len(rigs) != 1)
+    return make_bench(seed, rig=rigs[seed % len(rigs)], probes=seed % 2 == 0 and seed % len(rigs) != 1)
 
 
 def measured(bench: Bench, names: Sequence[str] = ("ramp", "level_1_a")) -> dict[str, list[Channel]]:
@@ -84,6 +83,5 @@ def as_logged(
         quantity = channel.quantity if is_said else UNKNOWN
         factor = 1.0 if is_said else unit_factor(unit, channel.quantity)
         for out, channels in zip(logged, records):
-            value = sign * channels[i].value / factor
-            out.append(Channel(name, 0, "S", quantity, value, channels[i].fs))
+            out.append(Channel(name, 0, "S", quantity, sign * channels[i].value / factor, channels[i].fs))
     return logged, truth

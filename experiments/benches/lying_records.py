@@ -98,8 +98,7 @@ def delayed(seconds: float) -> Change:
 def clipped_and_filtered(x: np.ndarray, fs: float) -> np.ndarray:
     """Cut at a third of its extreme, then rounded by a low-pass, so that no flat top is left."""
     most = np.abs(x).max() / 3
-    low_pass = scipy.signal.butter(4, 0.2 * fs, fs=fs, output="sos")
-    return scipy.signal.sosfiltfilt(low_pass, np.clip(x, -most, most))
+    return scipy.signal.sosfiltfilt(scipy.signal.butter(4, 0.2 * fs, fs=fs, output="sos"), np.clip(x, -most, most))
 
 
 def noise(x: np.ndarray, fs: float) -> np.ndarray:

@@ -119,8 +119,7 @@ def measure_channels(
     channels = []
     for name, node, quantity, signal in signals:
         if corner := bench.structure.filtered:
-            low_pass = scipy.signal.butter(6, 2 * corner, output="sos")
-            signal = scipy.signal.sosfilt(low_pass, signal)
+            signal = scipy.signal.sosfilt(scipy.signal.butter(6, 2 * corner, output="sos"), signal)
         value, full = digitise(signal, noise, rng)
         unit = QUANTITIES[quantity].ascii_unit
         channels.append(Channel(f"{name}, synthetic, range +-{full:.9g} {unit}", node, "+Z", quantity, value, fs))

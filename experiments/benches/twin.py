@@ -59,8 +59,7 @@ def shaken(seed: int, level: float, duration: float, change: str = "", bushing: 
     virtual = RIGS["table1"]()
     shake = excitation.random(duration, FS, band=BAND, rms=level, seed=seed, kind="base")
     when = course(virtual.rig, virtual.truth[0], bushing, change) if change else None
-    response = simulate_rig(virtual.rig, virtual.truth, shake, seed, when)
-    channels = acquire_channels(virtual.rig, response, seed)
+    channels = acquire_channels(virtual.rig, simulate_rig(virtual.rig, virtual.truth, shake, seed, when), seed)
     return Record(f"rig_{seed}", "identify", virtual.rig, FS, channels, level=level, seed=seed, band=BAND)
 
 

@@ -43,8 +43,7 @@ def decay(rig: cm.Rig, curve: cm.periodic.Backbone) -> tuple[np.ndarray, np.ndar
     acceleration, tips = cycles(found.acceleration[TIP, rest], fs)
     count = min(amplitude.size, tips.size)
     action = np.log(acceleration[:count] ** 2 / tips[:count] ** 3)
-    damping = (action[:-8] - action[8:]) / (8 * 4 * np.pi)
-    return amplitude[4 : count - 4], pace[4 : count - 4], damping
+    return amplitude[4 : count - 4], pace[4 : count - 4], ((action[:-8] - action[8:]) / (8 * 4 * np.pi))
 
 
 def draw(rig: cm.Rig) -> Figure:
@@ -69,8 +68,7 @@ def draw(rig: cm.Rig) -> Figure:
         above.plot(displacement, curve.frequency, "k", label=f"mode {mode}")
         below.plot(displacement, 100 * curve.damping, "k")
         above.set_ylabel("frequency (Hz)")
-        below.set_ylabel("damping ratio (%)")
-        below.set_xlabel(f"displacement at bushing {row + 1} over its gap")
+        below.set(ylabel="damping ratio (%)", xlabel=f"displacement at bushing {row + 1} over its gap")
         above.legend(fontsize=7)
     return figure
 

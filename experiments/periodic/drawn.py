@@ -122,8 +122,7 @@ def marches(branch: cm.periodic.Branch | Vibration, i: int, resolution: float, b
     kick = a + own * v + model.omega**2 * q
     run.motion.q[:], run.motion.v[:] = q, v - step / 2 * kick  # velocities are those before the kick of the step
     run.motion.q_before[:] = state(branch, i, 2 * start - angle[1])[0]
-    levels = np.pad(branch.level[i], (1, 0))[None]
-    excitation = np.tile(history(levels, angle)[0], block)
+    excitation = np.tile(history(np.pad(branch.level[i], (1, 0))[None], angle)[0], block)
     known = history(branch.clearance_displacement[i], angle / branch.periods)
     size = sizes(branch, known)
     n = len(rig.sensors)
@@ -158,8 +157,7 @@ def compared(drawn: Drawn, number: int, branch: cm.periodic.Branch, i: int) -> C
 def outcome(number: int, seed: int = 0) -> Outcome:
     """Draw a rig, follow its branch, and march three points of it."""
     begun, drawn, points = time.perf_counter(), draw(number, seed), []
-    across = drawn.model.rig.moves_across
-    for harmonics, samples in RESOLVED[across]:
+    for harmonics, samples in RESOLVED[drawn.model.rig.moves_across]:
         try:
             ends = drawn.frequency, RANGE * drawn.frequency
             branch = cm.periodic.follow_response(drawn.model, drawn.level, ends, harmonics, samples, n_modes=MODES)

@@ -63,8 +63,7 @@ def shaft(rng: np.random.Generator, **settings: object) -> tuple[Shaft, float, f
     """A pinned shaft with a disc, its length, m, lowest natural frequency, Hz, and stiffness in its middle, N/m."""
     length, diameter, mass = rng.uniform(0.4, 0.7), rng.uniform(0.007, 0.011), rng.uniform(0.3, 0.8)
     stiffness = 48 * STEEL.young_modulus * np.pi * diameter**4 / 64 / length**3
-    own = 0.5 * STEEL.density * np.pi * diameter**2 / 4 * length
-    lowest = np.sqrt(stiffness / (mass + own)) / (2 * np.pi)
+    lowest = np.sqrt(stiffness / (mass + (0.5 * STEEL.density * np.pi * diameter**2 / 4 * length))) / (2 * np.pi)
     ratio = rng.uniform(0.02, 0.05)
     structure = Shaft(
         (Section(length, diameter),), (Support(0.0, "pinned"), Support(length, "pinned")),

@@ -34,8 +34,7 @@ def stepped(rig: cm.Rig, frequencies: np.ndarray) -> np.ndarray:
     The phase goes on from one frequency to the next, so that the motion stays on its branch.
     """
     fs, hold = 4096.0, 3.0
-    frequency = np.repeat(frequencies, int(hold * fs))
-    phase = 2 * np.pi * np.cumsum(frequency) / fs
+    phase = 2 * np.pi * np.cumsum(np.repeat(frequencies, int(hold * fs))) / fs
     excitation = cm.Excitation(MARCHED * np.cos(phase) * np.minimum(np.arange(phase.size) / fs, 1), fs)
     x = cm.simulate(rig, excitation, LAW, "modal").displacement[0]
     rows = (x * np.exp(-1j * phase)).reshape(frequencies.size, -1)[:, -int(fs) :]
@@ -54,8 +53,7 @@ def draw(rig: cm.Rig) -> Figure:
     for marker, steps in (("4", np.arange(42.0, 49.0, 0.5)), ("3", np.arange(48.5, 41.9, -0.5))):
         found = stepped(rig, steps) / rig.bushings[0].gap
         left.plot(steps, found, marker, color="k", ms=6, label="marched up" if marker == "4" else "marched down")
-    left.set_xlabel("frequency (Hz)")
-    left.set_ylabel("displacement at the first bushing over its gap")
+    left.set(xlabel="frequency (Hz)", ylabel="displacement at the first bushing over its gap")
     left.legend(fontsize=7)
     turn = 2 * np.pi
     branch = cm.periodic.follow_response(
@@ -69,8 +67,7 @@ def draw(rig: cm.Rig) -> Figure:
         if at := [point.index for point in points]:
             x, y = branch.frequency[at] * turn, np.abs(branch.displacement[at, 1, 1])
             right.plot(x, y, marker, color="k", mfc="w", label=kind)
-    right.set_xlabel("angular frequency (rad/s)")
-    right.set_ylabel("displacement of the second mass (m)")
+    right.set(xlabel="angular frequency (rad/s)", ylabel="displacement of the second mass (m)")
     right.legend(fontsize=7)
     return figure
 

@@ -109,8 +109,7 @@ def histories(branch: cm.periodic.Branch, i: int, samples: int) -> np.ndarray:
 def steep(branch: cm.periodic.Branch) -> np.ndarray:
     """(n,) whether a point's fundamentals change much faster than its frequency, as about folds."""
     amplitude = np.log([fundamentals(branch, i) for i in range(branch.frequency.size)])
-    change = np.abs(np.gradient(amplitude, axis=0)).max(axis=1)
-    return change > STEEP * np.abs(np.gradient(np.log(branch.frequency)))
+    return np.abs(np.gradient(amplitude, axis=0)).max(axis=1) > STEEP * np.abs(np.gradient(np.log(branch.frequency)))
 
 
 def marched(branch: cm.periodic.Branch, i: int) -> dict:
@@ -201,16 +200,14 @@ def stepped(rig: cm.Rig, truth: Truth, level: float, steps: np.ndarray) -> np.nd
     excitation = cm.excitation.stepped_sine(steps.size * HOLD, FS, steps, level)
     x = simulate_rig(rig, truth, excitation, seed=0).displacement[0].reshape(steps.size, size)[:, -int(FS) :]
     window, time = np.hanning(x.shape[1]), np.arange(x.shape[1]) / FS
-    turning = window * np.exp(-2j * np.pi * np.outer(steps, time))
-    return 2 * np.abs(np.sum(turning * x, axis=1)) / window.sum()
+    return 2 * np.abs(np.sum((window * np.exp(-2j * np.pi * np.outer(steps, time))) * x, axis=1)) / window.sum()
 
 
 def jump(rig: cm.Rig, truth: Truth, level: float, fold: float, outside: float) -> tuple[np.ndarray, np.ndarray, float]:
     """Step from a frequency outside of both folds over one of them; return steps, amplitudes, and where it jumps."""
     sign = np.sign(fold - outside)
     fine = fold + sign * np.arange(-8, 9) * FINE
-    coarse = np.arange(outside, fine[0] - sign * 0.05, sign * 0.25)
-    steps = np.concatenate((coarse, fine))
+    steps = np.concatenate((np.arange(outside, fine[0] - sign * 0.05, sign * 0.25), fine))
     amplitude = stepped(rig, truth, level, steps)
     at = int(np.argmax(np.abs(np.diff(np.log(amplitude)))))
     return steps, amplitude, float(steps[at : at + 2].mean())
@@ -244,8 +241,7 @@ def compare_folds(rig: cm.Rig, out: Path) -> list[dict]:
                 rows.append({"rig": name, "level": level, "way": way, "fold": fold, "jump": at})
                 print(f"| {name} | {level:g} | {way} | {fold:.3f} | {at:.3f} | {at / fold - 1:+.2%} |", flush=True)
         axes.set_title(name, fontsize=10)
-        axes.set_xlabel("frequency (Hz)")
-        axes.set_xlim(42, 54)
+        axes.set(xlabel="frequency (Hz)", xlim=(42, 54))
         axes.legend(fontsize=7)
     figure.axes[0].set_ylabel("displacement at the first bushing over its gap")
     figure.savefig(out, dpi=110)

@@ -114,8 +114,7 @@ def _draw_depth(axes, ours, boxes) -> None:
         way = orbit(model, (TUBE_GAP, 0), sideways, 0.15)
         if colour == ASKED:
             axes.loglog(way.frequency, 1e6 * (way.radius - TUBE_GAP), "o", color=colour, label=name)
-            omega2 = (2 * np.pi * way.frequency) ** 2
-            off = (way.radius - TUBE_GAP) / (BALL * omega2 * way.radius / TUBE_K) - 1
+            off = (way.radius - TUBE_GAP) / (BALL * ((2 * np.pi * way.frequency) ** 2) * way.radius / TUBE_K) - 1
             print(f"tube: depth off by {np.max(np.abs(off)):.1e}")
             continue
         reach = np.hypot(*np.moveaxis(way.place[..., :2], -1, 0)).max(axis=1) - TUBE_GAP

@@ -76,8 +76,7 @@ def draw_slope() -> Figure:
         depth, force = impact(speed)
         loops.plot(1e6 * depth, force, color=colour, label=f"{speed} m/s")
         inside = depth > 0
-        rate = np.gradient(depth, 5e-6)
-        law = SAND.stiffness * depth[inside] ** 1.5 * (1 + SAND.kappa * rate[inside] / speed)
+        law = SAND.stiffness * depth[inside] ** 1.5 * (1 + SAND.kappa * np.gradient(depth, 5e-6)[inside] / speed)
         loops.plot(
             1e6 * depth[inside], np.maximum(law, 0), "k:", lw=1, label="K δ^1.5 (1 + κ δ̇/v)" if speed == 0.6 else None
         )

@@ -84,8 +84,7 @@ def _row(model: mujoco.MjModel, kind: str, name: str) -> Row:
 
 
 def inverse_mass(model: mujoco.MjModel, pair: str) -> float:
-    geom = model.geom(pair.removeprefix(f"{PROBE} - ")).id
-    return model.body_invweight0[model.geom_bodyid[geom], 0]
+    return model.body_invweight0[model.geom_bodyid[model.geom(pair.removeprefix(f"{PROBE} - ")).id], 0]
 
 
 def _give(spec: mujoco.MjSpec, row: Row) -> None:

@@ -59,8 +59,7 @@ class ServoArm(gymnasium.Env):
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict]:
         """Command the servo; the reward is the load's distance from the target, degrees, below zero."""
-        offset = np.clip(action, self.action_space.low, self.action_space.high)[0]
-        self.data.ctrl[0] = self.target + offset
+        self.data.ctrl[0] = self.target + np.clip(action, self.action_space.low, self.action_space.high)[0]
         mujoco.mj_step(self.model, self.data, self.frame_skip)
         self._left -= 1
         off = np.rad2deg(abs(self.data.qpos[0] - self.target)) if self._left < self.steps // 2 else 0.0

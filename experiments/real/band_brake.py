@@ -90,8 +90,7 @@ class BandBrakeFit:
     @property
     def value(self) -> np.ndarray:
         """(17,) the parameters in the order of `NAMES`."""
-        rest = [getattr(self, name) for name in REST]
-        return np.concatenate((self.pull.value, self.push.value, rest))
+        return np.concatenate((self.pull.value, self.push.value, [getattr(self, name) for name in REST]))
 
     def force(self, time: ArrayLike, displacement: ArrayLike, first: float = 0.0) -> np.ndarray:
         """Force (n,), N, under a displacement (n,), m, over rising times (n,), s.
@@ -172,8 +171,7 @@ def band_brake(
         raise RecordError(f"the force is constant at {measured[0]:.6g} over the samples used")
 
     def residual(whole: np.ndarray) -> np.ndarray:
-        model = [_force(whole, *motion)[u] for motion, u in zip(motions, used)]
-        return (np.concatenate(model) - measured) / scale
+        return (np.concatenate([_force(whole, *motion)[u] for motion, u in zip(motions, used)]) - measured) / scale
 
     free = np.array([name not in held for name in NAMES])
     whole = np.array([held.get(name, 0.0) for name in NAMES])

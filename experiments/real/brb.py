@@ -53,8 +53,7 @@ def ratio(decays: dict[int, Decay], sensor: int) -> float:
 
 def in_metres(found: Decay, factor: float) -> Decay:
     """Displacements at the first accelerometer."""
-    amplitude = factor * found.amplitude / (2 * np.pi * found.frequency) ** 2
-    return dataclasses.replace(found, amplitude=amplitude)
+    return dataclasses.replace(found, amplitude=factor * found.amplitude / (2 * np.pi * found.frequency) ** 2)
 
 
 def as_curve(sine: SteppedSine) -> ForcedCurve:
@@ -136,8 +135,7 @@ def along_decay(decays: dict[int, Decay], fit: JointedModeFit) -> pd.DataFrame:
     """Measured and modelled frequency and damping, accelerometer by accelerometer."""
     parts = []
     for sensor, found in decays.items():
-        at_first = in_metres(found, ratio(decays, sensor))
-        frequency, damping = fit.mode.backbone(at_first.amplitude)
+        frequency, damping = fit.mode.backbone(in_metres(found, ratio(decays, sensor)).amplitude)
         parts.append(pd.DataFrame(
             {"accelerometer": sensor, "time_s": found.time, "amplitude_m_s2": found.amplitude,
              "at_first_m_s2": found.amplitude * ratio(decays, sensor), "frequency_Hz": found.frequency,
@@ -241,8 +239,7 @@ def draw_seen(result: dict) -> Figure:
         for ax, value in zip(axes, (points.frequency + fit.test.shift, 100 * points.damping)):
             ax.plot(points.amplitude * scale, value, f"{styles[i % len(styles)]}-", ms=3, lw=0.5,
                     label=f"{sine.control} {sine.index}")  # fmt: skip
-    top = max(sine.amplitude.max() for sine in result["sines"])
-    grid = np.linspace(2, top, 80)
+    grid = np.linspace(2, max(sine.amplitude.max() for sine in result["sines"]), 80)
     frequency, damping = fit.test.mode(fit.mode).backbone(grid / (2 * np.pi * fit.mode.frequency) ** 2)
     inside = grid <= result["reached"]
     for ax, value in zip(axes, (frequency, 100 * damping)):

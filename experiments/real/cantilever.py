@@ -33,8 +33,7 @@ def cantilever_frequencies(mass: float, young: float = YOUNG) -> np.ndarray:
     at_end = cantilever_mode([1.0], MODES)[0]
     flexibility = cantilever_roots(MODES) ** -2.0  # symmetric form: the lowest frequencies keep their digits
     inertia = np.eye(MODES) + mass / beam_mass() * np.outer(at_end, at_end)
-    value = np.linalg.eigvalsh(flexibility[:, None] * inertia * flexibility)
-    return scale / np.sqrt(value[::-1][:3])
+    return scale / np.sqrt(np.linalg.eigvalsh(flexibility[:, None] * inertia * flexibility)[::-1][:3])
 
 
 def beam_mass() -> float:

@@ -71,8 +71,7 @@ def smooth_position(record: DropbearRecord) -> np.ndarray:
 
 def plateaus(record: DropbearRecord) -> list[Plateau]:
     """Stretches in which the roller is still, after its first motion: the beam is at rest before it."""
-    position = smooth_position(record)
-    still = np.abs(np.gradient(position, record.time)) < STILL
+    still = np.abs(np.gradient(smooth_position(record), record.time)) < STILL
     # short excursions of the sensor while it rests are no motion
     half = round(0.06 * record.fs)
     still = scipy.signal.medfilt(np.pad(still.astype(float), half, mode="edge"), 2 * half + 1)[half:-half] > 0.5
@@ -130,8 +129,7 @@ def on_plateau(line: Ridge, plateau: Plateau) -> float:
         return np.nan
     omega = line.omega[inside]
     order = np.argsort(omega)
-    middle = np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)
-    return float(omega[order][middle] / (2 * np.pi))
+    return float(omega[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)] / (2 * np.pi))
 
 
 def bandwidth(omega0: float, frequency: float) -> float:
@@ -163,11 +161,10 @@ def analyse(folder: Path) -> dict:
         for p in steps[name]:
             predicted = model.frequencies([p.position])[0]
             for mode in (0, 1):
-                tracked = on_plateau(ridges[name][mode], p)
                 rows.append(
                     {"record": name, "from_s": p.start / record.fs, "to_s": p.stop / record.fs,
                      "position_V": p.position, "mode": mode + 1, "spectrum_Hz": p.frequency[mode],
-                     "predicted_Hz": predicted[mode], "ridge_Hz": tracked}
+                     "predicted_Hz": predicted[mode], "ridge_Hz": on_plateau(ridges[name][mode], p)}
                 )  # fmt: skip
     return {"records": records, "model": model, "ridges": ridges, "curves": curves, "rows": rows}
 

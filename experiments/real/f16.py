@@ -325,8 +325,7 @@ def write(result: dict, out: Path) -> None:
     for name, draw in drawn.items():
         if figure := draw(result):
             figure.savefig(out / f"f16_{name}.png", dpi=110)
-    table = pd.DataFrame(result["rows"])
-    for (role, level, method), part in table.groupby(["role", "level", "method"]):
+    for (role, level, method), part in pd.DataFrame(result["rows"]).groupby(["role", "level", "method"]):
         errors = " ".join(f"{value:.3f}" for value in part["relative"])
         print(f"level {level}, {role}, {method} ({part['knew'].iloc[0]}): {errors} at {', '.join(OUTPUTS)}")
     for (level, method), part in pd.DataFrame(result["swept"]).groupby(["level", "method"]):

@@ -58,8 +58,7 @@ def run_group(group: Group) -> pd.DataFrame:
         except SimulationError as error:
             row["left"] = str(error)
         rows.append(row)
-    frame = pd.DataFrame(rows)
-    return frame.fillna(np.inf)
+    return pd.DataFrame(rows).fillna(np.inf)
 
 
 def run_all(groups: list[Group], folder: Path, workers: int | None = None) -> pd.DataFrame:

@@ -32,8 +32,7 @@ def write_page(rows: pd.DataFrame, sensors: str, folder: Path) -> None:
     drawings = [*(peaks(rows, regime) for regime in REGIMES), worth(found), chatter(rows)]
     for drawing in drawings:
         drawing.write(folder)
-    text = "\n\n".join(_page(rows, sensors, found, drawings))
-    write_text(folder / f"{PAGE}.md", text + "\n")
+    write_text(folder / f"{PAGE}.md", "\n\n".join(_page(rows, sensors, found, drawings)) + "\n")
 
 
 def _page(rows: pd.DataFrame, sensors: str, found: list[Paired], drawings: Sequence[Drawing]) -> Iterator[str]:

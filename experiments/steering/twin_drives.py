@@ -82,8 +82,7 @@ def twin(regime: str, seed: int, start: float) -> SteeringTwin:
     told = true._replace(
         stiffness=true.stiffness * math.exp(TOLD_STD * draws[0]), friction=friction * (1 + TOLD_STD * draws[1])
     )
-    vehicle = nominal_task(road(1), SPEED / 3.6, trail).vehicle
-    return twin_of(vehicle, told, true.stiffness + true.shaft_stiffness)
+    return twin_of(nominal_task(road(1), SPEED / 3.6, trail).vehicle, told, true.stiffness + true.shaft_stiffness)
 
 
 class History(NamedTuple):
@@ -128,8 +127,7 @@ def wear(job: tuple[str, int, float]) -> tuple[str, int, History]:
 def control(job: tuple[str, str, int, float]) -> dict[str, Any]:
     """Two passes of a double lane change: the peak error of each, mm."""
     name, regime, seed, told = job
-    path = road(4)
-    run, _ = drive(name, path, regime, seed, told)
+    run, _ = drive(name, road(4), regime, seed, told)
     second = run.s > 205.0  # m: a pass is 180 m long
     peaks = [1e3 * np.abs(run.e_y[part]).max() for part in (~second, second)]
     return {"controller": name, "regime": regime, "seed": seed, "told": told, "first": peaks[0], "second": peaks[1]}

@@ -41,8 +41,7 @@ def _boundary_conditions(part) -> Claim:
     found = f"{rigid} rigid-body motions are left; first λ = {_root(_PRINTED_ENDS, 1):.4f}, "
     found += f"of a clamped and free beam {_root(_CLAMPED_FREE, 1):.4f}"
     verdict = "ok" if rigid == 0 else "free at both ends; a clamp needs Y(0) = Y'(0) = 0"
-    printed = "Y''(0) = Y'''(0) = Y''(l) = Y'''(l) = 0"
-    return Claim(part, "Eq. (2)", "ends of a cantilever", printed, found, verdict)
+    return Claim(part, "Eq. (2)", "ends of a cantilever", "Y''(0) = Y'''(0) = Y''(l) = Y'''(l) = 0", found, verdict)
 
 
 def _mode_shape(part) -> Iterator[Claim]:

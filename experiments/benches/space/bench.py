@@ -122,8 +122,7 @@ class Bench:
         lists = {name: [dataclasses.asdict(item) for item in getattr(self, name)] for name in parts}
         lists["bushings"] = lists.pop("holes")
         shaft = dataclasses.asdict(self.rotor) | {"frequencies": self.shaft.frequencies(5).tolist()}
-        sag = self.shaft.sag([h.position for h in self.holes]).tolist()
-        for bushing, down in zip(lists["bushings"], sag):
+        for bushing, down in zip(lists["bushings"], self.shaft.sag([h.position for h in self.holes]).tolist()):
             bushing["sag_without_bushings"] = down
             bushing["friction"] = self.structure.friction or bushing["friction"]
         hidden = {"structure": found} if (found := self.structure.truth()) else {}

@@ -139,8 +139,7 @@ def spring(rng: np.random.Generator, shaft: Rotor, bushings: int) -> Structure:
     The 300 to 3000 N/m of the planar benches are 1.5 to 30 % of what holds their shaft there; these shafts are stiffer.
     """
     place, modes = _place(rng, shaft), shaft.modes()
-    own = 1 / float(np.sum((modes.at([place])[0] / modes.omega) ** 2))
-    stiffness = between(rng, 0.05, 0.3) * own
+    stiffness = between(rng, 0.05, 0.3) * (1 / float(np.sum((modes.at([place])[0] / modes.omega) ** 2)))
     return Structure(springs=(Spring(place, stiffness, between(rng, 1e-4, 1e-3) * stiffness),))
 
 
@@ -153,8 +152,7 @@ def bend(rng: np.random.Generator, shaft: Rotor, bushings: int) -> Structure:
 def coupling(rng: np.random.Generator, shaft: Rotor, bushings: int) -> Structure:
     """A moment that at rest would bend the shaft by 2 to 8 µm, up to half as large a one turns backwards."""
     modes, driven = shaft.modes(), Coupling(1.0, 0.0).slopes(shaft)
-    bent = modes.shape[::2] @ (driven / modes.omega**2)
-    forward = between(rng, 2e-6, 8e-6) / np.abs(bent).max()
+    forward = between(rng, 2e-6, 8e-6) / np.abs(modes.shape[::2] @ (driven / modes.omega**2)).max()
     phases = rng.uniform(0, 2 * math.pi, 2)
     ahead, back = cmath.rect(forward, phases[0]), cmath.rect(forward * rng.uniform(0, 0.5), phases[1])
     return Structure(couplings=(Coupling(ahead, back),))

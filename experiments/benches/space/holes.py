@@ -42,8 +42,7 @@ class Hole:
 def as_arrays(holes: Iterable[Hole]) -> physics.Bushings:
     """Return bushings as compiled code takes them; those with oil share one ratio of length to diameter."""
     holes = tuple(holes)
-    elements = max((len(h.slip[0]) for h in holes), default=0)
-    slip = np.zeros((len(holes), 2, elements))
+    slip = np.zeros((len(holes), 2, max((len(h.slip[0]) for h in holes), default=0)))
     for row, hole in zip(slip, holes):
         row[:, : len(hole.slip[0])] = hole.slip
     widths = {h.length / (2 * h.radius) for h in holes if h.viscosity}

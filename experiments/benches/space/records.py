@@ -98,8 +98,7 @@ def _inputs(
         inputs[:, :4] = fast[:, start : start + len(inputs)].T
         inputs[:, motion.SPIN] = speed
         y, z = motion.whirl(angle, speed, rate)
-        both = np.outer(angle, (1, 2))
-        turning = y, z, *(wave(times) for times in both.T for wave in (np.cos, np.sin))
+        turning = y, z, *(wave(times) for times in np.outer(angle, (1, 2)).T for wave in (np.cos, np.sin))
         inputs[:, motion.WHIRL_Y :] = smooth[:, None] * np.column_stack(turning)
         yield time[0], inputs
 
@@ -111,8 +110,7 @@ def turned(spin: Spin, time: np.ndarray) -> np.ndarray:
 
 def keyphasor(angle: np.ndarray) -> np.ndarray:
     """Return the voltage of one raised-cosine pulse per turn, which passes half of its height at angle 0."""
-    middle = PULSE / 4
-    apart = (angle - middle + np.pi) % (2 * np.pi) - np.pi
+    apart = (angle - (PULSE / 4) + np.pi) % (2 * np.pi) - np.pi
     return np.where(np.abs(apart) < PULSE / 2, PULSE_HEIGHT / 2 * (1 + np.cos(2 * np.pi * apart / PULSE)), 0.0)
 
 

@@ -114,8 +114,7 @@ class Rotor:
         at = [2 * int(np.argmin(np.abs(x - d.position))) + 1 for d in turning]
         slopes = np.sqrt([d.polar_inertia for d in turning])[:, None] * shape[at]
         translation = np.tile([1.0, 0.0], x.size)
-        sheared = self.sheared(np.diff(x))
-        return Modes(x, sheared, shape, omega[keep], ratios, shape.T @ mass @ translation, slopes)
+        return Modes(x, self.sheared(np.diff(x)), shape, omega[keep], ratios, shape.T @ mass @ translation, slopes)
 
     def frequencies(self, count: int) -> np.ndarray:
         """(count,) Hz, of one plane without spin."""
