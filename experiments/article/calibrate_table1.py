@@ -12,10 +12,8 @@ from clearance_mj.report.calibration import draw
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 
-from .items import Item
 from .published import Printed
-from .result import Result, to_table
-from .style import BLACK, BLUE, VERMILION, panel, sheet
+from .result import BLACK, BLUE, VERMILION, Item, Result, panel, sheet, to_table
 
 HELD = "bushings[0].position"
 EQUAL = {

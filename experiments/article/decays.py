@@ -10,9 +10,7 @@ from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 
 from .free_decays import CONDITIONS, Decay, free_decay, rms_error
-from .items import Item
-from .result import Result, rounded, to_table
-from .style import BLACK, BLUE, FONT, ORANGE, VERMILION, panel, sheet
+from .result import BLACK, BLUE, FONT, ORANGE, VERMILION, Item, Result, panel, rounded, sheet, to_table
 
 BAND = (50.0, 110.0)  # Hz
 FORMS = {

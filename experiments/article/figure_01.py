@@ -9,9 +9,7 @@ from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column
 from clearance_mj.rig import Bushing, Rig
 
-from .items import Item
-from .result import Result, to_table
-from .style import BLUE, FONT, ORANGE, VERMILION, sheet
+from .result import BLUE, FONT, ORANGE, VERMILION, Item, Result, sheet, to_table
 
 EXAGGERATION = 10  # How much wider the gaps are drawn in the details
 GREASE, STEEL, DARK = "#ffee88", "#cccccc", "#555555"

@@ -10,9 +10,7 @@ from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 
 from .free_decays import MASS, SCALE_CONDITION, SCALE_SEQUENCES, free_decay, scale_study
-from .items import Item
-from .result import Result, to_table
-from .style import BLACK, BLUE, FONT, GREEN, ORANGE, PURPLE, SKY, VERMILION, panel, sheet
+from .result import BLACK, BLUE, FONT, GREEN, ORANGE, PURPLE, SKY, VERMILION, Item, Result, panel, sheet, to_table
 
 FS = 1024.0  # Hz
 DURATION = 4.55  # s: the widest wavelet lies within it at the first and at the last of the article's 4 s

@@ -12,12 +12,10 @@ from clearance_mj.report.tables import Column, Table
 from clearance_mj.signals.correlation import rmse_db
 from clearance_mj.study import Study, StudyCase
 
-from .items import Item
 from .models import MODELS, REPEAT, TEST, cases, decibel, main_cases, name_of, position, prior_information, test_words
 from .published import MODELS as ARTICLE_MODELS
 from .published import Printed
-from .result import Result, rounded, to_table
-from .style import FONT, panel, sheet
+from .result import Item, Result, legend, panel, rounded, sheet, to_table
 
 SPLIT = 65.0  # Hz, between the second mode and the third
 ROOM = 3.0  # dB
@@ -92,7 +90,7 @@ def _draw_overlay(study: Study, found: list[StudyCase], test: np.ndarray, rows: 
         ax.set_ylim(min(known.min(), np.percentile(drawn, 0.5)) - ROOM, max(known.max(), drawn.max()) + ROOM)
         ax.set_xlim(0, frequency[-1])
         _title(ax, study, i, row, i >= len(rows) - columns, "|H| (dB re 1)" if i % columns == 0 else "")
-    _legend(figure, axes[0, 0], 4)
+    legend(figure, axes[0, 0], 4)
     return figure
 
 
@@ -103,11 +101,6 @@ def _draw_models(ax: Axes, frequency: np.ndarray, curves: dict[str, np.ndarray])
 
 def _title(ax: Axes, study: Study, i: int, row: int, last: bool, label: str) -> None:
     panel(ax, f"({chr(ord('a') + i)}) {position(study.dataset.rig, row)}", "Frequency (Hz)" if last else "", label)
-
-
-def _legend(figure: Figure, ax: Axes, columns: int) -> None:
-    handles, labels = ax.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=columns, fontsize=FONT - 1, frameon=False)
 
 
 def _overlay_shows(errors: pd.DataFrame, engine: str) -> str:
@@ -198,7 +191,7 @@ def _draw_criterion(study: Study, found: list[StudyCase], criterion: str) -> Fig
         label = f"{criterion.upper()} (1)" if row % columns == 0 else ""
         _title(ax, study, row, row, row >= n - columns, label)
         ax.set(xlim=(0, frequency[-1]), ylim=(0, 1.05))
-    _legend(figure, axes[0, 0], 3)
+    legend(figure, axes[0, 0], 3)
     return figure
 
 

@@ -1,50 +1,10 @@
 """Which items there are: a new one is a file with its function, and one line in `ITEMS`."""
 
-import functools
-import tomllib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from importlib import import_module
-from pathlib import Path
-from typing import Any
+from collections.abc import Sequence
 
 from clearance_mj.core.errors import ClearanceError
 
-from .inputs import Inputs
-from .result import Result
-
-
-@dataclass(frozen=True, eq=False)
-class Item:
-    """A figure, a table or another experiment."""
-
-    name: str
-    """such as "figure_02", also of its files"""
-    title: str
-    """heading of its page"""
-    function: str
-    """"module:function"; a module that begins with a dot is of this package"""
-    needs: Sequence[str] = ()
-    """properties of `Inputs` that the function takes, in this order, after the item"""
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    """its further arguments"""
-
-    def run(self, inputs: Inputs, **parameters: Any) -> Result:
-        """Compute it; parameters replace those of the table."""
-        module, function = self.function.split(":")
-        compute = getattr(import_module(module, __package__), function)
-        return compute(self, *(getattr(inputs, need) for need in self.needs), **{**self.parameters, **parameters})
-
-    @property
-    def texts(self) -> dict[str, str]:
-        """The article ("article"), the differences ("differs") and references to other items, from ``texts.toml``."""
-        return _texts().get(self.name, {})
-
-
-@functools.cache
-def _texts() -> dict[str, dict[str, str]]:
-    return tomllib.loads(Path(__file__).with_name("texts.toml").read_text(encoding="utf-8"))
-
+from .result import Item
 
 ITEMS: dict[str, Item] = {}
 """By name, in the order of the index page"""

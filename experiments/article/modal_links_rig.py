@@ -31,9 +31,8 @@ from experiments.article.modal_links_rig_setup import (
 from experiments.testrig import Truth
 from experiments.testrig.records import BAND, FS, Plan, take
 
-from .items import Item
 from .modal_links_rig_figures import draw_backbones, draw_best_linear, draw_harmonics, draw_jumps, draw_shapes
-from .result import Result, rounded, to_table
+from .result import Item, Result, rounded, to_table
 
 System = Callable[[Excitation, int], Response]
 """Rig or engine: response to an excitation; the seed is that of drift and noise"""

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from clearance_mj.rig import Rig
 
-from .style import BLACK, BLUE, FONT, GREY, ORANGE, VERMILION, panel, sheet
+from .result import BLACK, BLUE, FONT, GREY, ORANGE, VERMILION, panel, sheet
 
 LOOKS = {
     "rig": {"color": BLACK, "lw": 2.2, "alpha": 0.6}, "links": {"color": VERMILION, "lw": 1.2},

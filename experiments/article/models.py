@@ -11,7 +11,7 @@ import pandas as pd
 from clearance_mj import FRF, RecordError, Rig, Sensor
 from clearance_mj.study import Case, Study
 
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+from .result import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
 
 
 @dataclass(frozen=True)

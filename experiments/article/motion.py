@@ -15,10 +15,8 @@ from clearance_mj.statistics.intervals import Interval
 from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, REGIMES, Case, Outcome
 
 from .inputs import Runs
-from .items import Item
 from .published import Printed
-from .result import Result, rounded, to_table
-from .style import FONT, panel, sheet
+from .result import FONT, Item, Result, panel, rounded, sheet, to_table
 
 SEEDS, QUICK_SEEDS = 30, 6
 COMPARED = ("smc", "smc-cm", "mpc", "mpc-cm", "smc-dob", "mpc-dob", "smc-inverse")

@@ -16,11 +16,9 @@ from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, RE
 from clearance_mj.vehicle.steering import Steering
 
 from .inputs import Runs
-from .items import Item
 from .models import name_of
 from .motion import comparison, prior_information
-from .result import Result, to_table
-from .style import FONT, panel, sheet
+from .result import FONT, Item, Result, panel, sheet, to_table
 
 CONTROLLERS_SWEPT = ("smc", "smc-cm", "mpc", "mpc-cm")
 GAPS = (0.0, 0.09, 0.18, 0.27, 0.36, 0.45)  # degrees at the road wheel

@@ -11,8 +11,7 @@ from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Table
 from clearance_mj.statistics.intervals import Interval
 
-from .items import Item
-from .result import Result
+from .result import Item, Result
 
 SVG_LIMIT = 600_000  # bytes, above which the index page shows the PNG
 PRIOR = "Prior information"

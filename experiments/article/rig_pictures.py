@@ -11,10 +11,8 @@ from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column
 from clearance_mj.rig import Rig
 
-from .items import Item
 from .models import clearance_of
-from .result import Result, to_table
-from .style import FONT, sheet
+from .result import FONT, Item, Result, sheet, to_table
 
 
 def structure(item: Item, rig: Rig) -> Result:

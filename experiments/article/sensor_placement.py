@@ -11,9 +11,7 @@ from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.rig import Rig
 
-from .items import Item
-from .result import Result, to_table
-from .style import BLACK, BLUE, GREY, panel, sheet
+from .result import BLACK, BLUE, GREY, Item, Result, panel, sheet, to_table
 
 BEST, OURS, DISTURBED = "every layout tried", "exchange", "exchange, modes 5 and 6 disturb"
 

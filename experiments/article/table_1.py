@@ -11,11 +11,9 @@ from clearance_mj.report.tables import Column, Table
 from clearance_mj.study import Study
 
 from .improvement import improvements
-from .items import Item
 from .models import cases, look, name_of, prior_information, rows_of, test_words
 from .published import MODELS, Printed
-from .result import Result, to_table
-from .style import FONT, panel, sheet
+from .result import Item, Result, legend, panel, sheet, to_table
 
 MAC_TARGET = 0.95
 COLUMNS = ["level", "law", "engine", "mode", "test_hz", "model_hz", "relative_error_percent", "mac"]
@@ -86,8 +84,7 @@ def _draw(study: Study, rows: pd.DataFrame) -> Figure:
     for ax, title, label in ((left, "(a)", "Relative error of frequency (%)"), (right, "(b)", "1 - MAC (1)")):
         panel(ax, title, "Mode (number)", label)
         ax.set_xticks(np.unique(rows["mode"]))
-    handles, labels = left.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=4, fontsize=FONT - 1, frameon=False)
+    legend(figure, left, 4)
     return figure
 
 

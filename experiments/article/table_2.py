@@ -10,11 +10,9 @@ from clearance_mj.report.tables import MEASURES, Column, Table
 from clearance_mj.study import Study
 
 from .improvement import improvements
-from .items import Item
 from .models import cases, look, name_of, prior_information, rows_of, test_words
 from .published import MODELS, Printed
-from .result import Result, to_table
-from .style import FONT, panel, sheet
+from .result import FONT, Item, Result, panel, sheet, to_table
 
 DEFINITIONS = {
     "mre": "mean of ||H_m| - |H_t|| / |H_t|", "rmse_db": "√ mean of (20 log10 |H_m|/|H_t|)²",

@@ -8,7 +8,7 @@ from clearance_mj.report.vehicle import look
 from clearance_mj.vehicle.experiment import CONTROLLERS, REGIMES
 from clearance_mj.vehicle.manoeuvres import MANOEUVRES
 from experiments.article.motion import median
-from experiments.article.style import BLACK, panel, sheet
+from experiments.article.result import BLACK, legend, panel, sheet
 from experiments.steering.comparison_statistics import Paired, names_of, values
 
 WIDEST = 1000.0  # mm, end of the axes: what is beyond, or left the path, is drawn there
@@ -71,8 +71,7 @@ def worth(found: list[Paired]) -> Drawing:
             ax.axhline(boundary, color=BLACK, lw=0.3)
         ax.set_ylim(len(there) - 0.5, -0.5)
         ax.set_yticks(range(len(there)), [MANOEUVRES[m].label for m in there])
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=2, fontsize=FONT - 0.5, frameon=False)
+    legend(figure, axes[0], 2, 0.5)
     caption = (
         "Peak error with the clearance model below that with a disturbance observer, on the same vehicle and noise: "
         "median and 95 % interval; right of zero the clearance model pays. Clipped at ± 100 %."
@@ -103,8 +102,7 @@ def chatter(rows: pd.DataFrame) -> Drawing:
         ax.set_xticks(RATIOS, [f"{v:g}" for v in RATIOS])
         ax.set_yticks(RATIOS, [f"{v:g}" for v in RATIOS])
         ax.minorticks_off()
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=4, fontsize=FONT - 1, frameon=False)
+    legend(figure, axes[0], 4)
     caption = (
         "Medians over all manoeuvres and vehicles of the ratio to SMC on the same run: below the horizontal line the "
         "error is smaller than SMC's, to the right of the vertical line the servo steers faster. Triangles: ratios "
