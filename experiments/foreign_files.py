@@ -5,10 +5,10 @@ beside the project; they are not this project's to hand on. ``--page docs/files.
 which has a row for each folder of files.
 """
 
-import argparse
 import itertools
 import os
 import re
+import sys
 import warnings
 from collections import Counter
 from collections.abc import Sequence
@@ -16,12 +16,13 @@ from pathlib import Path
 
 import clearance_mj as cm
 from clearance_mj.core.errors import RecordError
-from clearance_mj.core.files import write_text
 from clearance_mj.io.contents import FileContents
 from clearance_mj.io.inventory import inventory
 from clearance_mj.io.registry import FORMATS
 from clearance_mj.universal import contents, scan
 from clearance_mj.universal.fields import named_sets
+from experiments.script import run
+from experiments.tables import markdown_table, put_between_marks
 
 ROOT = Path(__file__).parents[1]
 FOLDER = Path(os.environ.get("CLEARANCE_FOREIGN_FILES", ROOT.parent / "shared" / "data" / "foreign"))
@@ -81,19 +82,9 @@ def _words(obj: object) -> str:
     return f"{kinds}: {first.quantity}{unit}, {first.size} {'values' if first.kind == 'mode' else 'samples'}"
 
 
-def table(rows: list[tuple[str, str, str, str]]) -> str:
-    """Return rows of Markdown."""
-    lines = ["| file | writer | holds | what is read, or said instead |", "|---|---|---|---|"]
-    for name, writer, held, read in rows:
-        cells = (f"`{name}`", writer, held, read.replace("|", "\\|"))
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
 def summary(rows: Sequence[tuple[str, str, str, str]]) -> str:
     """Return rows of Markdown, one for each folder: files, programs, objects that are read, and files without any."""
-    lines = ["| source | files | programs | objects read | files without an object | files refused |"]
-    lines.append("|---|---|---|---|---|---|")
+    lines = [("source", "files", "programs", "objects read", "files without an object", "files refused")]
     for folder, group in itertools.groupby(rows, lambda each: each[0].partition("/")[0]):
         of = list(group)
         programs = ", ".join(sorted({writer for _, writer, _, _ in of if writer}))
@@ -101,10 +92,8 @@ def summary(rows: Sequence[tuple[str, str, str, str]]) -> str:
         objects = sum(map(_objects, reads), Counter[str]())
         counted = ", ".join(f"{n} {_plural(kind) if n > 1 else kind}" for kind, n in objects.items())
         empty = sum("only; there is no" in read for read in reads)
-        refused = sum(not _objects(read) for read in reads) - empty
-        cells = f"`{folder}`", f"{len(of)}", programs, counted, f"{empty}", f"{refused}"
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
+        lines.append((f"`{folder}`", len(of), programs, counted, empty, sum(not _objects(r) for r in reads) - empty))
+    return markdown_table(lines)
 
 
 def _objects(read: str) -> Counter[str]:
@@ -118,23 +107,17 @@ def _plural(kind: str) -> str:
     return re.sub("ys$", "ies", f"{kind}s").replace("spectrums", "spectra")
 
 
-def main() -> None:
+def main(folder: Path = FOLDER, page: Path | None = None) -> None:
     """Print the table of files, or write that of folders into a page."""
-    parser = argparse.ArgumentParser(prog="python -m experiments.foreign_files", description=__doc__)
-    parser.add_argument("--folder", type=Path, default=FOLDER, help="folder of folders of files")
-    parser.add_argument("--page", type=Path, help="page whose table is written anew")
-    options = parser.parse_args()
-    found = files(options.folder)
-    if not found:
-        parser.error(f"{options.folder}: no file is there; name the folder by CLEARANCE_FOREIGN_FILES")
-    rows = [row(path) for path in found]
-    if options.page is None:
-        print(table(rows))
+    rows = [row(path) for path in files(folder)]
+    if not rows:
+        raise RecordError(f"{folder}: no file is there; name the folder by CLEARANCE_FOREIGN_FILES")
+    if page:
+        put_between_marks(page, "foreign", f"\n{summary(rows)}\n")
         return
-    text = summary(rows)
-    page = options.page.read_text(encoding="utf-8")
-    write_text(options.page, TABLE.sub(lambda marks: f"{marks[1]}\n{text}\n\n{marks[2]}", page))
+    heads = ("file", "writer", "holds", "what is read, or said instead")
+    print(markdown_table([heads, *((f"`{name}`", *held, read.replace("|", "\\|")) for name, *held, read in rows)]))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run(main, __doc__))

@@ -35,5 +35,5 @@ def _settings(annotation: Any) -> dict[str, Any]:
     if get_origin(annotation) is Literal:
         return {"choices": inner}
     if get_origin(annotation) is Sequence:
-        return {"nargs": "+", **_settings(inner[0])}
+        return {"nargs": "*", **_settings(inner[0])}
     return _settings(inner[0]) if inner else {"type": annotation}

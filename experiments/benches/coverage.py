@@ -17,12 +17,14 @@ import numpy as np
 import pandas as pd
 import scipy.stats
 
-from clearance_mj import FRF, Dataset, Rig, compare, estimate_frf, linear_model
+from clearance_mj import FRF, Dataset, Record, Rig, compare, estimate_frf, linear_model
 from clearance_mj.identify.methods.bench import BenchFit, fit_bench
 from clearance_mj.statistics.frf_bands import frf_band, inside
 from experiments.script import run
+from experiments.tables import judged, markdown_table
 
 CONFIDENCE = 0.9
+WIDEST = scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2)  # standard deviations of an interval to each side
 DRAWN = 12
 RESOLUTION = 0.5
 
@@ -32,18 +34,25 @@ def judge(folder: Path) -> pd.DataFrame:
     dataset = Dataset.load(folder)
     truth = tomllib.loads((folder / "truth.toml").read_text(encoding="utf-8"))
     start = time.perf_counter()
-    found = fit_bench(dataset)
-    rows = [*_parameters(found, exact(truth)), *_frequencies(found.rig, truth), *_frfs(found, dataset)]
-    return pd.DataFrame(rows).assign(bench=folder.name, seconds=round(time.perf_counter() - start, 1))
+    fit = fit_bench(dataset)
+    rows = [*parameter_rows(fit, exact(truth)), *_frequencies(fit.rig, truth), *_frfs(fit, dataset)]
+    return pd.DataFrame(rows).assign(seconds=round(time.perf_counter() - start, 1))
 
 
-def _parameters(found: BenchFit, truth: dict[str, float]) -> Iterator[dict]:
-    fit = found.estimates
-    for p, value, std in zip(fit.parameters, fit.value, fit.varied_std):
-        if p.name in truth:
-            z = (p.to_varied(value) - p.to_varied(truth[p.name])) / std
-            held = abs(z) < scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2)
-            yield {"what": p.name, "value": value, "truth": truth[p.name], "z": z, "held": float(held)}
+def parameter_rows(fit: BenchFit, truth: dict[str, float], endings: tuple[str, ...] = ("",)) -> Iterator[dict]:
+    """Yield value, truth and distance in standard deviations of each parameter, and whether its interval holds."""
+    estimates = fit.estimates
+    for p, value, std in zip(estimates.parameters, estimates.value.tolist(), estimates.varied_std.tolist()):
+        if p.name in truth and p.name.endswith(endings):
+            z = float((p.to_varied(value) - p.to_varied(truth[p.name])) / std)
+            row = {"what": p.name, "value": value, "truth": truth[p.name], "std": std, "z": z}
+            yield row | {"held": float(abs(z) < WIDEST)}
+
+
+def repeats(dataset: Dataset) -> Iterator[tuple[float, Record, Record]]:
+    """Yield each level to validate on with its two records."""
+    for level in sorted({r.level for r in dataset.validate if r.level is not None}):
+        yield level, *(r for r in dataset.validate if r.level == level)
 
 
 def _frequencies(rig: Rig, truth: dict) -> Iterator[dict]:
@@ -55,17 +64,17 @@ def _frequencies(rig: Rig, truth: dict) -> Iterator[dict]:
 
 def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict]:
     """Of each level's first record: ``value`` is the RMSE in dB, ``truth`` that of the repeat, ``held`` a share."""
-    for level in sorted({r.level for r in dataset.validate if r.level is not None}):
-        first, second = (r for r in dataset.validate if r.level == level)
+    for level, first, second in repeats(dataset):
         band = frf_band(found.model, first.excitation(), found.draw(DRAWN), resolution=RESOLUTION, misfit=found.misfit)
         band = dataclasses.replace(band, confidence=CONFIDENCE)
         test, repeat = (estimate_frf(r.response(), resolution=RESOLUTION) for r in (first, second))
         held = inside(band.limits, test)
-        rmse, floor = (_rmse(test, other) for other in (band.fitted, repeat))
-        yield {"what": f"FRF at {level:g} m/s²", "value": rmse, "truth": floor, "held": held}
+        error, floor = (rmse(test, other) for other in (band.fitted, repeat))
+        yield {"what": f"FRF at {level:g} m/s²", "value": error, "truth": floor, "held": held}
 
 
-def _rmse(test: FRF, model: FRF) -> float:
+def rmse(test: FRF, model: FRF) -> float:
+    """Return the RMSE in dB."""
     return float(compare(test, model).summary()["rmse_db"])
 
 
@@ -87,48 +96,44 @@ def exact(truth: dict) -> dict[str, float]:
 
 
 def markdown(rows: pd.DataFrame) -> str:
-    """A line for each parameter: error, distance in standard deviations, and how often the interval held."""
+    """Return a line for each parameter: error, distance in standard deviations, and how often the interval held."""
     rows = rows.assign(kind=rows["what"].str.replace(r"\[\d+\]", "", regex=True))
-    lines = ["| quantity | number | RMS error | RMS z | true value in the 90 % interval, % |", "| --- " * 5 + "|"]
+    lines = [("what", "number", "RMS error", "RMS z", "90 % interval held, %")]
     for kind, of in rows.groupby("kind", sort=False):
-        error = np.sqrt(np.mean((of["value"] - of["truth"]) ** 2))
-        cells = [f"{error:.3g}"]
+        error = f"{_rms(of['value'] - of['truth']):.3g}"
         if kind.startswith("FRF"):
-            cells = [f"{of['value'].mean():.2f} dB (repeat {of['truth'].mean():.2f})"]
+            error = f"{of['value'].mean():.2f} dB (repeat {of['truth'].mean():.2f})"
         elif (of["truth"] > 0).all() and not kind.startswith("1/"):
-            cells = [f"{np.sqrt(np.mean((of['value'] / of['truth'] - 1) ** 2)):.2%}"]
-        cells.append(f"{np.sqrt(np.mean(of['z'] ** 2)):.2f}" if of["z"].notna().any() else "")
-        cells.append(f"{100 * of['held'].mean():.0f}" if of["held"].notna().any() else "")
-        lines.append(f"| {kind} | {len(of)} | " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
+            error = f"{_rms(of['value'] / of['truth'] - 1):.2%}"
+        z = f"{_rms(of['z']):.2f}" if of["z"].notna().any() else ""
+        lines.append((kind, len(of), error, z, f"{100 * of['held'].mean():.0f}" if of["held"].notna().any() else ""))
+    return markdown_table(lines)
+
+
+def _rms(values: pd.Series) -> float:
+    return np.sqrt(np.mean(values**2))
 
 
 def by_bench(rows: pd.DataFrame) -> str:
-    """A line for each bench: worst errors of gaps, offsets and frequencies, RMSE of FRFs and repeat by level."""
+    """Return a line for each bench: worst errors of gaps, offsets and frequencies, RMSE of FRFs and repeat by level."""
     levels = sorted({w for w in rows["what"] if w.startswith("FRF")}, key=lambda w: float(w.split()[2]))
-    names = ["bench", "gap, %", "offset, µm", "mode 1 / modes 2 to 5, %", *(w.removeprefix("FRF at ") for w in levels)]
-    lines = [f"| {' | '.join(names)} |", "| --- " * len(names) + "|"]
+    heads = (level.removeprefix("FRF at ") for level in levels)
+    lines = [("bench", "gap, %", "offset, µm", "mode 1 / modes 2 to 5, %", *heads)]
     for name, of in rows.groupby("bench", sort=False):
         error = of.set_index("what").eval("value / truth - 1")
         far = of[of["what"].str.endswith(".offset")].eval("value - truth").abs().max()
-        modes = [100 * error[f"frequency {i + 1}"] for i in range(5)]
+        first, *modes = (100 * error[f"frequency {i + 1}"] for i in range(5))
         cells = [f"{100 * error[error.index.str.endswith('.gap')].abs().max():.1f}", f"{1e6 * far:.1f}"]
-        cells.append(f"{modes[0]:+.2f} / {max(modes[1:], key=abs):+.2f}")
         at = of.set_index("what")
-        cells += [f"{at.at[w, 'value']:.2f} ({at.at[w, 'truth']:.2f})" if w in at.index else "" for w in levels]
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
+        frfs = (f"{at.at[w, 'value']:.2f} ({at.at[w, 'truth']:.2f})" if w in at.index else "" for w in levels)
+        lines.append((name, *cells, f"{first:+.2f} / {max(modes, key=abs):+.2f}", *frfs))
+    return markdown_table(lines)
 
 
 def main(datasets: Sequence[Path], out: Path = Path("results/benches/coverage.csv")) -> None:
     """Judge benches that the table does not hold yet, write it, print the summary."""
-    rows = pd.read_csv(out, dtype={"bench": str}) if out.exists() else pd.DataFrame({"bench": []})
-    for folder in datasets:
-        if folder.name not in set(rows["bench"]):
-            rows = pd.concat([rows, judge(folder)])
-            out.parent.mkdir(parents=True, exist_ok=True)
-            rows.to_csv(out, index=False, float_format="%.6g")
-            print(f"{folder.name}: {rows['seconds'].iloc[-1]:g} s", flush=True)
+    folders = {folder.name: folder for folder in datasets}
+    rows = judged(out, "bench", folders, lambda name: judge(folders[name]))
     print(by_bench(rows), markdown(rows), sep="\n")
 
 

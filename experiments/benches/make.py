@@ -13,15 +13,15 @@ from typing import Literal
 
 from clearance_mj import ClearanceError
 from experiments.benches.bench import IGNORANCES, find_bench, make_bench
-from experiments.benches.records import write_bench
+from experiments.benches.records import SINES, write_bench
 from experiments.benches.structure import CLASSES, HARD
 from experiments.script import run
 
 
 def main(
-    name: str, out: Path = Path("results/benches/made"), ignorance: Sequence[Literal[*IGNORANCES]] | None = None, short: bool = False,
-    structure: Sequence[Literal[*CLASSES, *HARD]] = (), no_probes: bool = False, bushing_length: float | None = None,
-    sine: Literal["", "swept", "stepped"] = "", filtered: float = 0.0,
+    name: str, out: Path = Path("results/benches/made"), ignorance: Sequence[Literal[*IGNORANCES]] | None = None,
+    short: bool = False, structure: Sequence[Literal[*CLASSES, *HARD]] = (), no_probes: bool = False,
+    bushing_length: float | None = None, sine: Literal["", *SINES] = "", filtered: float = 0.0,
 ) -> None:  # fmt: skip
     """Write a dataset with truth.toml; a ClearanceError for an unknown bench.
 

@@ -12,7 +12,7 @@ import tomli_w
 from clearance_mj import Channel, Excitation, Record, SimulationError, write_dataset
 from clearance_mj.core.quantities import QUANTITIES
 from clearance_mj.signals import excitation, sampling
-from experiments.testrig.records import BAND, FS, NOISE, digitise
+from experiments.testrig.records import BAND, FS, NOISE, convert
 
 from . import motion
 from .bench import Bench
@@ -110,20 +110,16 @@ def measure_channels(
     accelerations, displacements = shake(bench, base, fs, round(FACTOR * FS / fs))
     if late := bench.structure.late:
         accelerations[late[0]] = later(accelerations[late[0]], late[1])
-    signals = [("base", 100, "acceleration", base)]
+    signals = [("base", 100, "+Z", "acceleration", base)]
     for sensor, real, value in zip(bench.rig.sensors, bench.accelerometers, accelerations):
         name = f"{QUANTITIES[sensor.quantity].instrument} {sensor.node}"
-        signals.append((name, sensor.node, sensor.quantity, real.gain * value))
+        signals.append((name, sensor.node, "+Z", sensor.quantity, real.gain * value))
     for j, (label, real, value) in enumerate(zip(bench.rig.probe_labels, bench.probes, displacements), 1):
-        signals.append((f"probe in bushing {j}", int(label.split(":")[0]), "displacement", real.gain * value))
-    channels = []
-    for name, node, quantity, signal in signals:
-        if corner := bench.structure.filtered:
-            signal = scipy.signal.sosfilt(scipy.signal.butter(6, 2 * corner, output="sos"), signal)
-        value, full = digitise(signal, noise, rng)
-        unit = QUANTITIES[quantity].ascii_unit
-        channels.append(Channel(f"{name}, synthetic, range +-{full:.9g} {unit}", node, "+Z", quantity, value, fs))
-    return channels
+        signals.append((f"probe in bushing {j}", int(label.split(":")[0]), "+Z", "displacement", real.gain * value))
+    if corner := bench.structure.filtered:
+        low_pass = scipy.signal.butter(6, 2 * corner, output="sos")
+        signals = [(*about, scipy.signal.sosfilt(low_pass, values)) for *about, values in signals]
+    return convert(signals, fs, rng, noise)
 
 
 def later(signal: np.ndarray, samples: float) -> np.ndarray:

@@ -21,10 +21,9 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
-import scipy.stats
 from tqdm import tqdm
 
-from clearance_mj import FRF, Dataset, compare, estimate_frf, simulate
+from clearance_mj import Dataset, estimate_frf, simulate
 from clearance_mj.core.files import to_json, write_text
 from clearance_mj.identify.methods.bench import BenchFit, fit_bench
 from experiments.script import run
@@ -32,7 +31,7 @@ from experiments.tables import markdown_table, put_between_marks
 from experiments.testrig.records import FS
 
 from .bench import make_bench
-from .coverage import CONFIDENCE, RESOLUTION, exact
+from .coverage import RESOLUTION, exact, parameter_rows, repeats, rmse
 from .records import write_bench
 from .structure import CLASSES, HARD, written
 
@@ -64,7 +63,7 @@ def judge(names: tuple[str, ...], seed: int, probes: bool = True) -> dict:
     return {
         "bench": bench.name, "classes": [HYPOTHESIS[name] for name in names],
         "named": [one.name for one in found.update.structure.accepted], "seconds": seconds, "frfs": rows,
-        "parameters": _parameters(found, truth), "probes": probes,
+        "parameters": list(parameter_rows(found, truth, JUDGED)), "probes": probes,
         "families": {f"{j + 1}: {f.name}": f.weight for j, of_one in enumerate(found.families) for f in of_one},
     }  # fmt: skip
 
@@ -77,26 +76,12 @@ def _name(names: tuple[str, ...], seed: int, probes: bool) -> str:
 def _frfs(found: BenchFit, dataset: Dataset) -> list[dict]:
     """Of each level RMSE in dB, and that of the bench's own repeat."""
     rows = []
-    for level in sorted({r.level for r in dataset.validate if r.level is not None}):
-        first, second = (r for r in dataset.validate if r.level == level)
+    for level, first, second in repeats(dataset):
         model = simulate(found.model, first.excitation(), engine="modal")
         test, repeat, ours = (
             estimate_frf(x, resolution=RESOLUTION) for x in (first.response(), second.response(), model)
         )
-        rows.append({"level": level, "rmse_db": _rmse(test, ours), "repeat": _rmse(test, repeat)})
-    return rows
-
-
-def _rmse(test: FRF, model: FRF) -> float:
-    return float(compare(test, model).summary()["rmse_db"])
-
-
-def _parameters(found: BenchFit, truth: dict[str, float]) -> list[dict]:
-    fit, rows = found.estimates, []
-    for p, value, std in zip(fit.parameters, fit.value, fit.varied_std):
-        if p.name in truth and p.name.endswith(JUDGED):
-            z = float((p.to_varied(value) - p.to_varied(truth[p.name])) / std)
-            rows.append({"name": p.name, "value": float(value), "truth": truth[p.name], "z": z})
+        rows.append({"level": level, "rmse_db": rmse(test, ours), "repeat": rmse(test, repeat)})
     return rows
 
 
@@ -122,8 +107,8 @@ def markdown(rows: Sequence[dict]) -> str:
     for kind, group in itertools.groupby(rows, _kind):
         of = list(group)
         frfs, parameters = ([item for row in of for item in row[part]] for part in ("frfs", "parameters"))
-        gaps = [100 * abs(p["value"] / p["truth"] - 1) for p in parameters if p["name"].endswith(".gap")]
-        offsets = [1e6 * abs(p["value"] - p["truth"]) for p in parameters if p["name"].endswith(".offset")]
+        gaps = [100 * abs(p["value"] / p["truth"] - 1) for p in parameters if p["what"].endswith(".gap")]
+        offsets = [1e6 * abs(p["value"] - p["truth"]) for p in parameters if p["what"].endswith(".offset")]
         cells = [kind, f"{len(of)}", f"{sum(map(named_rightly, of))}"]
         cells += [f"{max(f['rmse_db'] / f[other] for f in frfs):.2f}" for other in ("repeat", "known")]
         cells += [f"{max(gaps):.1f}", f"{max(offsets):.1f}", f"{np.mean([row['seconds'] for row in of]):.0f}"]
@@ -137,24 +122,16 @@ def markdown(rows: Sequence[dict]) -> str:
 
 
 def _held(rows: Sequence[dict]) -> list[str]:
-    widest, held = scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2), []
-    for ending in JUDGED:
-        z = [abs(p["z"]) for row in rows for p in row["parameters"] if p["name"].endswith(ending)]
-        held.append(f"{ending.strip('.')} {100 * np.mean(np.array(z) < widest):.0f} %")
-    return held
+    parameters = [p for row in rows for p in row["parameters"]]
+    held = {ending: [p["held"] for p in parameters if p["what"].endswith(ending)] for ending in JUDGED}
+    return [f"{ending.strip('.')} {100 * np.mean(values):.0f} %" for ending, values in held.items()]
 
 
 def main(
-    seeds: Sequence[int] = (201, 202, 203, 204, 205),
-    hard: Sequence[int] = (211, 212, 213, 214, 215),
-    sound: int = 40,
-    pairs: int = 10,
-    no_probes: int = 10,
-    housings: int = 5,
-    workers: int = 2,
-    out: Path = Path("results/structures"),
+    seeds: Sequence[int] = (201, 202, 203, 204, 205), hard: Sequence[int] = (211, 212, 213, 214, 215), sound: int = 40,
+    pairs: int = 10, no_probes: int = 10, housings: int = 5, workers: int = 2, out: Path = Path("results/structures"),
     page: Path | None = None,
-) -> None:
+) -> None:  # fmt: skip
     """Judge benches that are not judged yet, write structures.json and the table of a page."""
     couples = list(itertools.combinations(CLASSES, 2))
     chosen = np.random.default_rng(5).permutation(len(couples))[:pairs]

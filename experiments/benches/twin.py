@@ -144,11 +144,9 @@ def of_changes(seeds: Sequence[int], out: Path) -> Iterator[dict]:
 
 
 def main(
-    out: Path = Path("results/bench_twin"),
-    first: int = 200,
-    count: int = 30,
+    out: Path = Path("results/bench_twin"), first: int = 200, count: int = 30,
     only: Literal["rigs", "benches", "changes"] | None = None,
-) -> None:
+) -> None:  # fmt: skip
     """Write tables and figure."""
     seeds = range(first, first + count)
     tables = {"rigs": of_rigs, "benches": of_benches, "changes": lambda some: of_changes(some, out)}

@@ -14,23 +14,22 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import scipy.stats
 import tomli_w
 
 from clearance_mj import Dataset, Excitation, Grease, Record, Rig, excitation, write_dataset
 from clearance_mj.identify.methods.bench import fit_bench
 from experiments.script import run
+from experiments.tables import judged, markdown_table
 from experiments.testrig.records import BAND
 
 from .bench import Bench, make_bench, other_rig, table1_rig
-from .coverage import exact
+from .coverage import exact, parameter_rows
 from .records import STREAM, measure_channels
 
 DRAWS = 41  # third word of the seeds
 STIFFNESS = 200.0, 6000.0  # N/m, of grease: hardly and well centred
 LEVELS = (3.0,), (1.0, 5.0), (0.5, 1.5, 3.0, 6.0)  # m/s² RMS
 RATES = 1024.0, 2048.0, 4096.0
-CONFIDENCE = 0.9
 
 
 def drawn_bench(seed: int) -> tuple[Bench, list[tuple[str, Excitation, float | None]], float]:
@@ -79,46 +78,32 @@ def judge(seed: int, out: Path) -> pd.DataFrame:
     folder = out / str(seed)
     if not (folder / "truth.toml").exists():
         write(seed, folder)
-    truth, start = bench.truth(), time.process_time()
-    found = fit_bench(Dataset.load(folder))
-    seconds, known, fit = time.process_time() - start, exact(truth), found.estimates
-    named = [one.name for one in found.update.structure.accepted]
-    rows = []
-    for p, value, std in zip(fit.parameters, fit.value, fit.varied_std):
-        if p.name.endswith((".gap", ".offset")):
-            z = (p.to_varied(value) - p.to_varied(known[p.name])) / std
-            rows.append({"seed": seed, "what": p.name, "value": value, "truth": known[p.name], "std": std, "z": z})
-    return pd.DataFrame(rows).assign(
-        held=lambda r: r["z"].abs() < scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2), seconds=round(seconds, 1),
+    start = time.process_time()
+    fit = fit_bench(Dataset.load(folder))
+    return pd.DataFrame(parameter_rows(fit, exact(bench.truth()), (".gap", ".offset"))).assign(
+        seconds=round(time.process_time() - start, 1),
         stiffness=bench.rig.bushings[0].grease.stiffness, records=" ".join(name for name, *_ in taken),
         fs=taken[0][1].fs, duration=taken[0][1].value.size / taken[0][1].fs, noise=noise,
-        sensors=len(bench.rig.sensors), structure=" ".join(named), widening=found.misfit.widening,
+        sensors=len(bench.rig.sensors), structure=" ".join(each.name for each in fit.update.structure.accepted),
+        widening=fit.misfit.widening,
     )  # fmt: skip
 
 
 def markdown(rows: pd.DataFrame) -> str:
     """Return a line for gaps and one for offsets: error, and how often the interval held."""
-    lines = ["| quantity | number | median error | RMS z | true value in the 90 % interval, % |", "| --- " * 5 + "|"]
+    lines = [("what", "number", "median error", "RMS z", "90 % interval held, %")]
     for kind, of in rows.groupby(rows["what"].str.rpartition(".")[2]):
-        error = of["value"] - of["truth"]
-        typical = f"{1e6 * error.abs().median():.1f} µm"
-        if kind == "gap":
-            typical = f"{(error / of['truth']).abs().median():.2%}"
-        z = float(np.sqrt(np.mean(of["z"] ** 2)))
-        lines.append(f"| {kind} | {len(of)} | {typical} | {z:.2f} | {100 * of['held'].mean():.0f} |")
-    return "\n".join(lines) + "\n"
+        error = (of["value"] - of["truth"]).abs()
+        typical = f"{(error / of['truth']).median():.2%}" if kind == "gap" else f"{1e6 * error.median():.1f} µm"
+        z = np.sqrt(np.mean(of["z"] ** 2))
+        lines.append((kind, len(of), typical, f"{z:.2f}", f"{100 * of['held'].mean():.0f}"))
+    return markdown_table(lines)
 
 
 def main(first: int, last: int, out: Path = Path("results/benches/without_probes")) -> None:
     """Judge benches of seeds that the table does not hold yet, write it, print the summary."""
-    table = out / "without_probes.csv"
-    rows = pd.read_csv(table) if table.exists() else pd.DataFrame({"seed": []})
-    for seed in range(first, last + 1):
-        if seed not in set(rows["seed"]):
-            rows = pd.concat([rows, judge(seed, out)])
-            rows.to_csv(table, index=False, float_format="%.6g")
-            print(rows[rows["seed"] == seed].to_string(index=False), flush=True)
-    print(markdown(rows))
+    seeds = range(first, last + 1)
+    print(markdown(judged(out / "without_probes.csv", "seed", seeds, lambda seed: judge(seed, out))))
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from clearance_mj import ClearanceError, Modal, linear_model
 from clearance_mj.rig.sensing import sensor_points
 from experiments.periodic.drawn_rigs import KINDS, MODES, Drawn, draw
 from experiments.script import run
+from experiments.tables import markdown_table
 
 RESOLVED = {False: ((41, None), (41, 2048), (81, 2048)), True: ((31, None), (61, 2048))}
 """Harmonics and samples of a period, of rigs along one direction, and of those that move along y and z; the next ones
@@ -171,25 +172,20 @@ def outcome(number: int, seed: int = 0) -> Outcome:
 
 
 def table(outcomes: list[Outcome]) -> str:
-    """Rows by kind: rigs, points that stay or leave as they must, the worst one, seconds a rig."""
-    lines = [
-        "| kind | rigs | no branch | stable | within 0.1 % | worst | unstable | leave | s a rig |",
-        "|---|---:|---:|---:|---:|---:|---:|---:|---:|",
-    ]
+    """Return rows by kind: rigs, points that stay or leave as they must, the worst one, seconds a rig."""
+    lines = [("kind", "rigs", "no branch", "stable", "within 0.1 %", "worst", "unstable", "leave", "s a rig")]
     for kind in (*KINDS, "all"):
-        own = [each for each in outcomes if kind in (each.drawn.kind, "all")]
-        if not own:
+        group = [each for each in outcomes if kind in (each.drawn.kind, "all")]
+        if not group:
             continue
-        stable = [p for each in own for p in each.points if p.multiplier < 1]
-        others = [p for each in own for p in each.points if p.multiplier >= 1]
-        stay, leave = (f"{np.mean([p.passes for p in group]):.0%}" if group else "" for group in (stable, others))
-        worst = f"{max(p.off for p in stable):.1e}" if stable else ""
-        seconds = np.mean([each.seconds for each in own])
-        lines.append(
-            f"| {kind} | {len(own)} | {sum(bool(each.refused) for each in own)} | {len(stable)} | {stay} | {worst} "
-            f"| {len(others)} | {leave} | {seconds:.2f} |"
+        stable, others = (
+            [p for each in group for p in each.points if (p.multiplier < 1) == stays] for stays in (True, False)
         )
-    return "\n".join(lines)
+        stay, leave = (f"{np.mean([p.passes for p in points]):.0%}" if points else "" for points in (stable, others))
+        worst = f"{max(p.off for p in stable):.1e}" if stable else ""
+        cells = stay, worst, len(others), leave, f"{np.mean([each.seconds for each in group]):.2f}"
+        lines.append((kind, len(group), sum(bool(each.refused) for each in group), len(stable), *cells))
+    return markdown_table(lines)
 
 
 def main(count: int = 200, seed: int = 0) -> None:

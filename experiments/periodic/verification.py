@@ -249,10 +249,9 @@ def compare_folds(rig: cm.Rig, out: Path) -> list[dict]:
 
 
 def main(
-    out: Path = Path("results/periodic_verification.json"),
-    figure: Path = ROOT / "docs" / "periodic_folds.png",
+    out: Path = Path("results/periodic_verification.json"), figure: Path = ROOT / "docs" / "periodic_folds.png",
     parts: Sequence[Literal["marches", "folds"]] = ("marches", "folds"),
-) -> None:
+) -> None:  # fmt: skip
     """Print both tables; write every figure of them to a JSON file, and draw that of docs/periodic.md."""
     rig = cm.Rig.load(ROOT / "models" / "table1_rig.toml")
     found = {}

@@ -32,6 +32,7 @@ from experiments.physical.model_rows import (
     softened,
 )
 from experiments.script import run
+from experiments.tables import markdown_table
 
 DEPTH = {"joint": 1e-4, "tendon": 1e-5, "pair": 1e-6}  # rad or m, of the violation at rest; it rings by a fifth of that
 PERIODS, PER_PERIOD = 3, 200
@@ -210,23 +211,22 @@ def defaults(name: str, count: int) -> dict[str, float]:
     return {"softest": min(found, default=np.nan), "stiffest": max(found, default=np.nan)}
 
 
-def table(found: dict[str, dict]) -> str:
-    """Write the results as Markdown."""
-    lines = [
-        "| model | limits and contacts | cases | static error | ringing error | default limits, N m/rad | backlash in "
-        "| its stiffness | its play | its ringing | two hinges: stiffest/softest |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
-    ]
-    for name, row in found.items():
-        kinds, teeth_of, default = row["rows"].values(), row["backlash"], row["default"]
-        lines.append(
-            f"| {name} | {sum(e['rows'] for e in kinds)} | {sum(e['cases'] for e in kinds)} "
-            f"| {max(e['static'] for e in kinds):.1e} | {max(e['ringing'] for e in kinds):.1e} "
-            f"| {default['softest']:.3g} to {default['stiffest']:.3g} | {teeth_of['joints']} "
-            f"| {teeth_of['stiffness']:.1e} | {teeth_of['play']:.1e} | {teeth_of['ringing']:.1e} "
-            f"| {teeth_of['two hinges, stiffest over softest']:.3g} |"
-        )
-    return "\n".join(lines) + "\n"
+def table(models: dict[str, dict]) -> str:
+    """Return the results in Markdown."""
+    lines = [(
+        "model", "limits and contacts", "cases", "static error", "ringing error", "default limits, N m/rad",
+        "backlash in", "its stiffness", "its play", "its ringing", "two hinges: stiffest/softest",
+    )]  # fmt: skip
+    for name, row in models.items():
+        kinds, gears, default = row["rows"].values(), row["backlash"], row["default"]
+        lines.append((
+            name, sum(e["rows"] for e in kinds), sum(e["cases"] for e in kinds),
+            *(f"{max(e[error] for e in kinds):.1e}" for error in ("static", "ringing")),
+            f"{default['softest']:.3g} to {default['stiffest']:.3g}", gears["joints"],
+            *(f"{gears[error]:.1e}" for error in ("stiffness", "play", "ringing")),
+            f"{gears['two hinges, stiffest over softest']:.3g}",
+        ))  # fmt: skip
+    return markdown_table(lines)
 
 
 def main(out: Path = Path("results/physical_models"), poses: int = 20, models: Sequence[str] = tuple(MODELS)) -> None:

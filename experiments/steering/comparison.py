@@ -76,13 +76,9 @@ def run_all(groups: list[Group], folder: Path, workers: int | None = None) -> pd
 
 
 def main(
-    out: Path = Path("results/steering"),
-    controllers: Sequence[str] = tuple(CONTROLLERS),
-    manoeuvres: Sequence[str] = tuple(MANOEUVRES),
-    seeds: int = SEEDS,
-    sensors: str = "car",
-    workers: int | None = None,
-) -> int:
+    out: Path = Path("results/steering"), controllers: Sequence[str] = tuple(CONTROLLERS),
+    manoeuvres: Sequence[str] = tuple(MANOEUVRES), seeds: int = SEEDS, sensors: str = "car", workers: int | None = None,
+) -> int:  # fmt: skip
     """Run the comparison; writes runs.csv and the page with its figures."""
     groups = [Group(*names, seeds, sensors) for names in product(manoeuvres, REGIMES, controllers)]
     try:

@@ -18,6 +18,7 @@ from clearance_mj.vehicle.controllers import CONTROLLERS
 from clearance_mj.vehicle.sensors import SENSORS
 from clearance_mj.vehicle.tune import store, tunable, tune
 from experiments.script import run
+from experiments.tables import markdown_table
 
 BOUND_MARGIN = 0.02  # share of the logarithm of a range from its end within which a setting is at its bound
 
@@ -76,28 +77,19 @@ def rank_correlations(found: Found) -> dict[tuple[str, str], float]:
 
 
 def table(found: Found) -> str:
-    """Write costs and ranks of each repetition, τ, and settings with those at a bound marked, as Markdown."""
+    """Return costs and ranks of each repetition, τ, and settings with those at a bound marked, as Markdown."""
     labels = list(found)
     names = sorted(found[labels[0]], key=lambda name: found[labels[0]][name]["cost"])
-    ranks = {
-        label: dict(zip(names, scipy.stats.rankdata([found[label][name]["cost"] for name in names]).astype(int)))
-        for label in labels
-    }
-    lines = ["| controller | " + " | ".join(f"{label}: cost (rank)" for label in labels) + " | spread |"]
-    lines.append("|" + "---|" * (len(labels) + 2))
-    for name in names:
-        costs = [found[label][name]["cost"] for label in labels]
-        cells = [f"{cost:.3f} ({ranks[label][name]})" for label, cost in zip(labels, costs)]
-        spread = f"{100 * (max(costs) - min(costs)) / np.mean(costs):.0f} %"
-        lines.append(f"| {CONTROLLERS[name].label} | {' | '.join(cells)} | {spread} |")
-    lines += ["", "Kendall's τ between rankings:"]
-    lines += [f"- {one}, {other}: {tau:.2f}" for (one, other), tau in rank_correlations(found).items()]
-    lines += ["", "| controller | settings of each repetition, * at a bound |", "|---|---|"]
-    for name in names:
-        lines.append(
-            f"| {CONTROLLERS[name].label} | {'; '.join(_settings(name, found[label][name]) for label in labels)} |"
-        )
-    return "\n".join(lines) + "\n"
+    costs = np.array([[found[label][name]["cost"] for label in labels] for name in names])
+    ranks = scipy.stats.rankdata(costs, axis=0).astype(int)
+    rows = [("controller", *(f"{label}: cost (rank)" for label in labels), "spread")]
+    settings = [("controller", "settings of each repetition, * at a bound")]
+    for name, cost, rank in zip(names, costs, ranks):
+        cells = (f"{value:.3f} ({place})" for value, place in zip(cost, rank))
+        rows.append((CONTROLLERS[name].label, *cells, f"{100 * np.ptp(cost) / np.mean(cost):.0f} %"))
+        settings.append((CONTROLLERS[name].label, "; ".join(_settings(name, found[label][name]) for label in labels)))
+    taus = (f"- {one}, {other}: {tau:.2f}\n" for (one, other), tau in rank_correlations(found).items())
+    return f"{markdown_table(rows)}\nKendall's τ between rankings:\n{''.join(taus)}\n{markdown_table(settings)}"
 
 
 def _settings(name: str, found: Mapping[str, Any]) -> str:

@@ -18,14 +18,13 @@ from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from clearance_mj.core.errors import SimulationError
-from clearance_mj.core.files import replacing
 from clearance_mj.report.vehicle import look
 from clearance_mj.vehicle.experiment import REGIMES, Case, run_case
 from clearance_mj.vehicle.sensors import CarSensors
 from experiments.script import run
+from experiments.tables import markdown_table, put_between_marks
 
 PAGE = Path(__file__).parents[2] / "docs" / "vehicle_sensors.md"
-MARKS = "<!-- table: begin -->", "<!-- table: end -->"
 CONTROLLERS = ("smc", "smc-cm")
 SPEED = 72.0  # km/h, of the double lane change
 CAR = CarSensors()
@@ -141,10 +140,7 @@ def draw(found: pd.DataFrame) -> Figure:
 def markdown(found: pd.DataFrame) -> str:
     """Medians of the peaks and of the gain, with quartiles, of a car's sensors and of the ends of the sweeps."""
     sweeps = {sweep.label: sweep for sweep in SWEEPS}
-    lines = [
-        "| | torque-driven: SMC/SMC-CM, mm | gain, % | friction-driven: SMC/SMC-CM, mm | gain, % |",
-        "|---|---|---|---|---|",
-    ]
+    lines = [("", "torque-driven: SMC/SMC-CM, mm", "gain, %", "friction-driven: SMC/SMC-CM, mm", "gain, %")]
     named: dict[str, pd.DataFrame] = {}
     for (label, value), table in found.groupby(["sweep", "value"], sort=False):
         if not (sweep := sweeps.get(label)):
@@ -161,18 +157,14 @@ def markdown(found: pd.DataFrame) -> str:
             low, middle, high = here["gain"].quantile([0.25, 0.5, 0.75])
             peaks = "/".join(f"{here[n].median():.1f}" for n in CONTROLLERS)
             cells += [peaks, f"{middle:.0f} ({low:.0f}…{high:.0f})"]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
+        lines.append(cells)
+    return markdown_table(lines)
 
 
 def main(page: Path = PAGE, vehicles: int = 10, workers: int | None = None) -> None:
     """Make the figure and the table."""
     found = peaks(vehicles, workers)
-    begin, end = MARKS
-    text = page.read_text(encoding="utf-8")
-    head, tail = text[: text.index(begin) + len(begin)], text[text.index(end) :]
-    with replacing(page) as temporary:
-        temporary.write_text(f"{head}\n\n{markdown(found)}\n\n{tail}", encoding="utf-8")
+    put_between_marks(page, "table", f"\n{markdown(found)}\n")
     draw(found).savefig(page.with_name("vehicle_sensors.png"), dpi=100)
     print(markdown(found))
 

@@ -1,18 +1,17 @@
 """Tables and figures of docs/vehicle_twin.md."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from clearance_mj.core.files import replacing
 from clearance_mj.report.vehicle import look
 from clearance_mj.vehicle.controllers import get_controller
 from clearance_mj.vehicle.experiment import GAP, REGIMES
 from clearance_mj.vehicle.steering import LEVER_ARM, Steering
 from experiments.steering.twin_drives import STARTS, WEAR, History
+from experiments.tables import markdown_table
 
 TIMES = (10.0, 30.0)  # s, at which the estimates are counted
 REGIME_COLOURS = {"torque": "#0072b2", "friction": "#d55e00"}
@@ -35,31 +34,24 @@ def counted(found: list[tuple[str, int, float, History]]) -> pd.DataFrame:
 
 
 def convergence_table(table: pd.DataFrame) -> str:
-    """Errors and coverage, as Markdown."""
-    lines = [
-        "| regime | time, s | median error of the half-gap, % | mean | worst | fraction within 5 %, % | "
-        "within 10 %, % | true value in the 95 % interval, %: half-gap | stiffness | friction |",
-        "|---|---|---|---|---|---|---|---|---|---|",
-    ]
+    """Return errors and coverage, as Markdown."""
+    lines = [(
+        "regime", "time, s", "median error of the half-gap, %", "mean", "worst", "fraction within 5 %, %",
+        "within 10 %, %", "95 % intervals that hold, %: half-gap", "stiffness", "friction",
+    )]  # fmt: skip
     for (regime, at), here in table.groupby(["regime", "time"], sort=False):
         e = 100 * here["error"]
         fractions = [np.mean(np.abs(e) < 5), np.mean(np.abs(e) < 10), here["gap"].mean(), here["stiffness"].mean()]
         friction = f"{100 * here['friction'].mean():.0f}" if REGIMES[regime].friction else "none"
         errors = f"{e.abs().median():.1f}", f"{e.mean():+.1f}", f"{e.abs().max():.1f}"
-        cells = f"{regime}-driven", f"{at:.0f}", *errors, *(f"{100 * one:.0f}" for one in fractions), friction
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
+        lines.append((f"{regime}-driven", f"{at:.0f}", *errors, *(f"{100 * one:.0f}" for one in fractions), friction))
+    return markdown_table(lines)
 
 
 def wear_table(found: list[tuple[str, int, History]]) -> str:
-    """Rates of wear as the twin estimates them on the way, as Markdown."""
-    ends = found[0][2].time[-1] / 60
-    times = ends / 4, ends / 2, ends
-    heads = " | ".join(f"after {at:.0f} min" for at in times)
-    lines = [
-        f"| regime | vehicle | {heads} | error of the half-gap, % |",
-        "|---|---|---|---|---|---|",
-    ]
+    """Return rates of wear as the twin estimates them on the way, as Markdown."""
+    times = found[0][2].time[-1] / 60 * np.array([0.25, 0.5, 1.0])
+    lines = [("regime", "vehicle", *(f"after {at:.0f} min" for at in times), "error of the half-gap, %")]
     for regime, seed, h in found:
         cells = []
         for at in times:
@@ -67,17 +59,13 @@ def wear_table(found: list[tuple[str, int, History]]) -> str:
             rate, low, high = (60e6 * LEVER_ARM * of[i, 3] for of in (h.value, h.low, h.high))
             cells.append(f"{rate:.2f} ({low:.2f}…{high:.2f})")
         error = 100 * (h.value[-1, 0] / (GAP + WEAR * h.time[-1]) - 1)
-        lines.append(f"| {regime}-driven | {seed} | {' | '.join(cells)} | {error:+.1f} |")
-    return "\n".join(lines)
+        lines.append((f"{regime}-driven", seed, *cells, f"{error:+.1f}"))
+    return markdown_table(lines)
 
 
 def control_table(table: pd.DataFrame) -> str:
-    """Median peak errors over vehicles, as Markdown."""
-    told = list(table["told"].unique())
-    lines = [
-        f"| regime | controller | {' | '.join(f'{one:g} × half-gap' for one in told)} |",
-        f"|---|---|{'---|' * len(told)}",
-    ]
+    """Return median peak errors over vehicles, as Markdown."""
+    lines = [("regime", "controller", *(f"{ratio:g} × half-gap" for ratio in table["told"].unique()))]
     for (regime, name), here in table.groupby(["regime", "controller"], sort=False):
         reference = table.query("regime == @regime and told == 1").set_index(["controller", "seed"])["second"]
         cells = []
@@ -85,8 +73,8 @@ def control_table(table: pd.DataFrame) -> str:
             true = reference[name.replace("-twin", "-cm")].loc[group["seed"]].to_numpy()
             ratio = np.median(group["second"].to_numpy() / true)
             cells.append(f"{group['first'].median():.1f}/{group['second'].median():.1f} ({ratio:.2f})")
-        lines.append(f"| {regime}-driven | {get_controller(name).label} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+        lines.append((f"{regime}-driven", get_controller(name).label, *cells))
+    return markdown_table(lines)
 
 
 def convergence_figure(found: list[tuple[str, int, float, History]]) -> Figure:
@@ -162,13 +150,3 @@ def control_figure(table: pd.DataFrame) -> Figure:
         "Peak lateral error (mm); open: first pass, filled: second; lines: middle half of the vehicles", size=10
     )
     return figure
-
-
-def write(page: Path, tables: dict[str, str]) -> None:
-    """Put tables between their marks in a page."""
-    text = page.read_text(encoding="utf-8")
-    for name, table in tables.items():
-        begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
-        text = f"{text[: text.index(begin) + len(begin)]}\n\n{table}\n\n{text[text.index(end) :]}"
-    with replacing(page) as temporary:
-        temporary.write_text(text, encoding="utf-8")

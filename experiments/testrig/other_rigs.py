@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from clearance_mj.report import report_study
 from clearance_mj.study import Study
 from experiments.script import run
+from experiments.tables import markdown_table
 from experiments.testrig import generate
 
 RIGS = ("iwan", "lugre", "mixed")
@@ -65,20 +66,14 @@ def draw(rows: pd.DataFrame) -> Figure:
 
 
 def markdown(rows: pd.DataFrame) -> str:
-    """A line for each rig and level; where there are two numbers, one for each engine."""
-    found = rows.set_index(["rig", "level", "law", "engine"])
+    """Return a line for each rig and level; where there are two numbers, one for each engine."""
+    rmse = rows.set_index(["rig", "level", "law", "engine"])["rmse_db"]
     engines = [e for e in ENGINES if e in set(rows["engine"])]
-
-    def cell(rig, level, law):
-        return " / ".join(f"{found.at[(rig, level, law, e), 'rmse_db']:.2f}" for e in engines)
-
-    lines = ["rig | level (m/s²) | repeat (dB) | constant (dB) | amplitude (dB) | output-error (dB)"]
-    lines.append("--- | ---: | " + " | ".join(["---:"] * 4))
+    lines = [("rig", "level (m/s²)", "repeat (dB)", *(f"{law} (dB)" for law in LAWS))]
     for rig, level in rows[["rig", "level"]].drop_duplicates().itertuples(index=False):
-        cells = [rig, f"{level:g}", f"{found.at[(rig, level, 'repeat', 'rig'), 'rmse_db']:.2f}"]
-        cells += [cell(rig, level, law) for law in LAWS]
-        lines.append(" | ".join(cells))
-    return "".join(f"| {line} |\n" for line in lines)
+        cells = (" / ".join(f"{rmse[rig, level, law, e]:.2f}" for e in engines) for law in LAWS)
+        lines.append((rig, f"{level:g}", f"{rmse[rig, level, 'repeat', 'rig']:.2f}", *cells))
+    return markdown_table(lines)
 
 
 def main(

@@ -1,7 +1,7 @@
 """The dataset of a virtual rig, the same bytes each time: its records as sensors and converter see them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +11,7 @@ import numpy as np
 from tqdm import tqdm
 
 from clearance_mj import Channel, Excitation, Record, Response, Rig, excitation, write_dataset
+from clearance_mj.core.quantities import QUANTITIES
 from experiments.testrig.bench import simulate_rig
 from experiments.testrig.rigs import RIGS, Truth
 
@@ -25,6 +26,7 @@ NOISE = 0.01  # RMS of a sensor's noise over the RMS of its signal
 NOISE_STREAM = 2  # Second word of the noise's seed, so that no other generator of the same seed draws the same numbers
 BITS = 24
 THREADS = 2
+Signal = tuple[str, int, str, str, np.ndarray]  # Name, node, direction, quantity, values
 
 
 @dataclass(frozen=True)
@@ -78,22 +80,26 @@ def digitise(signal: np.ndarray, noise: float, rng: np.random.Generator) -> tupl
     return np.minimum(np.rint(noisy / step), 2 ** (BITS - 1) - 1) * step, full_scale
 
 
+def convert(signals: Iterable[Signal], fs: float, rng: np.random.Generator, noise: float = NOISE) -> list[Channel]:
+    """Return channels as the converter writes them; their names say the range."""
+    channels = []
+    for name, node, direction, quantity, signal in signals:
+        value, full_scale = digitise(signal, noise, rng)
+        volts = "V" if quantity == "unknown" else ""
+        label = f"{name}, synthetic, range +-{full_scale:.9g} {volts or QUANTITIES[quantity].ascii_unit}"
+        channels.append(Channel(label, node, direction, quantity, value, fs, unit=volts))
+    return channels
+
+
 def acquire_channels(rig: Rig, response: Response, seed: int) -> list[Channel]:
-    """Base acceleration, accelerometers and probes as the converter writes them; their names say the range."""
-    rng = np.random.default_rng((seed, NOISE_STREAM))
-    signals = [("base", 100, "acceleration", response.excitation)]
+    """Return base acceleration, accelerometers and probes as the converter writes them."""
+    signals = [("base", 100, "+Z", "acceleration", response.excitation)]
     for sensor, value in zip(rig.sensors, response.acceleration):
-        signals.append((f"accelerometer {sensor.node}", sensor.node, "acceleration", value))
+        signals.append((f"accelerometer {sensor.node}", sensor.node, "+Z", "acceleration", value))
     probes = () if response.displacement is None else response.displacement
     for j, (label, value) in enumerate(zip(rig.probe_labels, probes), 1):
-        signals.append((f"probe in bushing {j}", int(label.split(":")[0]), "displacement", value))
-    channels = []
-    for name, node, quantity, signal in signals:
-        value, full_scale = digitise(signal, NOISE, rng)
-        unit = {"acceleration": "m/s^2", "displacement": "m"}[quantity]
-        label = f"{name}, synthetic, range +-{full_scale:.9g} {unit}"
-        channels.append(Channel(label, node, "+Z", quantity, value, response.fs))
-    return channels
+        signals.append((f"probe in bushing {j}", int(label.split(":")[0]), "+Z", "displacement", value))
+    return convert(signals, response.fs, np.random.default_rng((seed, NOISE_STREAM)))
 
 
 def take(plan: Plan, rig: Rig, truth: Truth | Sequence[Truth], command: str = COMMAND) -> Record:

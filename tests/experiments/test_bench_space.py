@@ -19,6 +19,7 @@ from experiments.benches.space.plans import Plan, plans
 from experiments.benches.space.records import FS, keyphasor, measure_channels, simulate, turned, write_bench
 from experiments.benches.space.rigs import KINDS
 from experiments.benches.space.shaft import Disc, Rotor, Support, shape_rows
+from experiments.script import run
 
 STEP = 1 / 32768
 RIGID = np.inf
@@ -332,5 +333,5 @@ def test_channels_of_a_shaken_shaft():
 
 
 def test_an_unknown_bench_is_refused(capsys, tmp_path):
-    assert main(["lathe-1", "--out", str(tmp_path / "lathe")]) == 2
+    assert run(main, None, ["lathe-1", "--out", str(tmp_path / "lathe")]) == 2
     assert "steering" in capsys.readouterr().err

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from clearance_mj import ClearanceError
 from clearance_mj.rig import Spin
 from experiments.benches.space.bench import ProbePair, Station, make_bench
 from experiments.benches.space.hidden import CLASSES, Bend, Coupling, Spring, Structure
@@ -14,6 +15,7 @@ from experiments.benches.space.records import FS, simulate
 from experiments.benches.space.rigs import KINDS
 from experiments.benches.space.shaft import Disc, Rotor, Support
 from experiments.benches.structure import Oscillator
+from experiments.script import run
 
 SUPPORTS, MASS, RATIO = 1e5, 1.5, 0.02
 BLOCK = Rotor(
@@ -208,7 +210,7 @@ def test_draws_without_a_structure_are_those_of_old():
 def test_names_of_structures(capsys, tmp_path):
     assert find_bench("pump-4-housing-mass").structure.masses == find_bench("pump-4-mass").structure.masses
     for name in ("rotor-2-lid", "rotor-2-", "rotor-x-mass", "rotor"):
-        assert main([name, "--out", str(tmp_path)]) == 2
+        assert run(main, None, [name, "--out", str(tmp_path)]) == 2
         assert "housing" in capsys.readouterr().err
-    with pytest.raises(ValueError, match="lid"):
+    with pytest.raises(ClearanceError, match="lid"):
         make_bench(2, "rotor", structure=["lid"])

@@ -21,6 +21,7 @@ from experiments.benches import make, motion, physics, records
 from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, NAMED, Instrument, find_bench, known, make_bench
 from experiments.benches.records import FS, shake
 from experiments.benches.shaft import Clamp, Shaft, Strip
+from experiments.script import run
 
 STEEL = Shaft(1.0, 0.0086, 210e9, 7850.0, (), None, (0.01,))
 EI, RHO_A = STEEL.bending_stiffness, STEEL.mass_per_length
@@ -281,7 +282,7 @@ def test_dataset(tmp_path, monkeypatch, capsys):
         return [("ramp", "identify", base, "words", None), ("level_2_a", "validate", base, "words", 2.0)]
 
     monkeypatch.setattr("experiments.benches.records.plans", few)
-    assert make.main(["all", "--out", str(tmp_path)]) == 0
+    assert run(make.main, None, ["all", "--out", str(tmp_path)]) == 0
     assert "bench all" in capsys.readouterr().out
     dataset, b = Dataset.load(tmp_path), NAMED["all"]()
     assert dataset.rig == b.rig
@@ -329,7 +330,7 @@ def test_without_probes():
 
 @pytest.mark.parametrize("words", [["nothing"], ["cubic+tar+3"], ["all", "--ignorance", "gaps"]])
 def test_unknown_benches_are_named(words, tmp_path, capsys):
-    assert make.main([*words, "--out", str(tmp_path / "out")]) == 2
+    assert run(make.main, None, [*words, "--out", str(tmp_path / "out")]) == 2
     assert "is unknown" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 

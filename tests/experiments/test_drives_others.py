@@ -7,6 +7,7 @@ import pytest
 from clearance_mj import physical
 from experiments.drives import others
 from experiments.drives.servos import WANTED, Servo
+from experiments.script import run
 
 
 def test_errors_of_a_program_that_is_off_by_a_hundredth(tmp_path, monkeypatch, capsys):
@@ -17,7 +18,7 @@ def test_errors_of_a_program_that_is_off_by_a_hundredth(tmp_path, monkeypatch, c
         return values, np.asarray(other.sensors["load"]) + 2e-3
 
     monkeypatch.setattr(others, "methods", lambda: {"BAM, M2": found})
-    assert others.main(["--seeds", "1", "--out", str(tmp_path / "others.csv")]) == 0
+    assert run(others.main, None, ["--seeds", "1", "--out", str(tmp_path / "others.csv")]) == 0
     (row,) = pd.read_csv(tmp_path / "others.csv").to_dict("records")
     assert row["gain"] == pytest.approx(0.01) and np.isnan(row["gap"]) and row["prediction"] == pytest.approx(2.0)
     assert "| BAM, M2 | play, teeth | - | - | - |" in capsys.readouterr().out

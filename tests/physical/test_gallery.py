@@ -102,6 +102,6 @@ def test_ball_in_a_tube():
 
 @pytest.mark.slow
 def test_figures(tmp_path, capsys):
-    gallery.main(["--out", str(tmp_path)])
+    gallery.main(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {f"physical_{name}.png" for name in gallery.FIGURES}
     assert f"{TEETH['spin'][0] / ARCMIN * 2:.4f}'" in capsys.readouterr().out

@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import scipy.stats
 
 import clearance_mj as cm
 from clearance_mj import Dataset, estimate_frf
@@ -30,12 +29,12 @@ from clearance_mj.signals.orbits import Orbits, orbits_by_turn
 from clearance_mj.study.orbit_measures import onset_of_contact
 from clearance_mj.study.whirl_in_test import measured_whirl, simulated_whirl, without_run_out
 from experiments.script import run
+from experiments.tables import judged, markdown_table
 
+from ..coverage import RESOLUTION, WIDEST
 from .make import find_bench
 from .records import write_bench
 
-CONFIDENCE = 0.9
-RESOLUTION = 0.5  # Hz
 TARGETS = {"gap": 0.03, "friction": 0.1, "viscosity": 0.05, "offset": 2e-5, "onset": 0.01}
 """Relative errors, and m"""
 HARMONICS = 4  # of the turns, in orbits whose onset of contact is looked for: noise reaches the wall before the shaft
@@ -97,8 +96,7 @@ def _held(found: BenchFit, name: str, value: float, true: float) -> dict[str, An
     at = found.estimates.names.index(name)
     p, std = found.estimates.parameters[at], float(found.estimates.varied_std[at])
     z = (p.to_varied(value) - p.to_varied(true)) / std
-    held = float(abs(z) < scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2))
-    return {"z": z, "std": std, "held": held, "only_prior": name in found.estimates.only_prior}
+    return {"z": z, "std": std, "held": float(abs(z) < WIDEST), "only_prior": name in found.estimates.only_prior}
 
 
 def _pairs(dataset: Dataset, kind: str) -> Iterator[tuple[PreparedRecord, PreparedRecord]]:
@@ -227,41 +225,30 @@ def _mean_orbits(record: PreparedRecord, displacement: np.ndarray, run: np.ndarr
 
 
 def summary(rows: pd.DataFrame) -> str:
-    """A line for each number: typical and largest error, how often it is on target and the interval holds."""
-    header = "| quantity | number | median error | largest | within the limit, % | true value in the 90 % interval, % |"
-    lines = [header, "| --- " * 6 + "|"]
+    """Return a line for each number: typical and largest error, how often it is on target and the interval holds."""
+    lines = [("what", "number", "median error", "largest", "on target, %", "90 % interval held, %")]
     for what, all_ in rows.groupby("what", sort=False):
         of = all_[~all_["only_prior"].eq(True)]  # of others the records tell nothing
-        absolute = what.startswith("offset") or what in ("unbalance phase",)
-        error = (of["value"] - of["truth"]).abs() if absolute else (of["value"] / of["truth"] - 1).abs()
+        ratio = of["value"] / of["truth"]
         if what in ("FRF", "orbit"):
-            ratio = of["value"] / of["truth"]
-            share = 100 * (ratio <= 1).mean()
-            lines.append(
-                f"| {what} over repeat | {len(of)} | {ratio.median():.2f} | {ratio.max():.2f} | {share:.0f} | |"
-            )
+            met = f"{100 * (ratio <= 1).mean():.0f}"
+            lines.append((f"{what} over repeat", len(of), f"{ratio.median():.2f}", f"{ratio.max():.2f}", met, ""))
             continue
+        absolute = what.startswith("offset") or what == "unbalance phase"
+        error = (of["value"] - of["truth"]).abs() if absolute else (ratio - 1).abs()
         target = TARGETS.get(what.partition("_")[0], np.nan)
         shown = (f"{1e6 * v:.1f} µm" if what.startswith("offset") else f"{v:.3g}" if absolute else f"{100 * v:.2f} %"
                  for v in (error.median(), error.max()))  # fmt: skip
         held = f"{100 * of['held'].mean():.0f}" if "held" in of and of["held"].notna().any() else ""
         number = f"{len(of)}" if len(of) == len(all_) else f"{len(of)} of {len(all_)}"
-        met = f"{100 * (error <= target).mean():.0f}" if target == target else ""
-        lines.append(f"| {what} | {number} | {' | '.join(shown)} | {met} | {held} |")
-    return "\n".join(lines) + "\n"
+        lines.append((what, number, *shown, f"{100 * (error <= target).mean():.0f}" if target == target else "", held))
+    return markdown_table(lines)
 
 
 def main(benches: Sequence[str], out: Path = Path("results/benches/space.csv"), validate: bool = False) -> None:
     """Judge benches that the table does not hold yet, write it, print the summary."""
-    rows = pd.read_csv(out, dtype={"bench": str}) if out.exists() else pd.DataFrame({"bench": []})
     roles = (*MADE, "validate") if validate else MADE
-    for name in benches:
-        if name not in set(rows["bench"]):
-            rows = pd.concat([rows, judge(made(name, out.parent / "space", roles))])
-            out.parent.mkdir(parents=True, exist_ok=True)
-            rows.to_csv(out, index=False, float_format="%.6g")
-            print(f"{name}: {rows['seconds'].iloc[-1]:g} s", flush=True)
-    print(summary(rows))
+    print(summary(judged(out, "bench", benches, lambda name: judge(made(name, out.parent / "space", roles)))))
 
 
 if __name__ == "__main__":

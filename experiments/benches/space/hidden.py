@@ -176,7 +176,7 @@ CLASSES: dict[str, Draw] = {
 
 
 def draw_structure(names: Sequence[str], seed: int, kind: int, shaft: Rotor, bushings: int) -> Structure:
-    """Draw the structure of all classes named, on a kind of bench by its number; a ClearanceError for an unknown class."""
+    """Draw the structure of all classes named, on a kind of bench by its number; ClearanceError for an unknown one."""
     found = Structure()
     for name in names:
         if name not in CLASSES:

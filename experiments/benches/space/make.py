@@ -31,11 +31,9 @@ def find_bench(name: str, ignorance: Sequence[str] = IGNORANCES) -> Bench:
 
 
 def main(
-    name: str,
-    out: Path = Path("results/benches/made"),
-    ignorance: Sequence[Literal[*IGNORANCES]] = IGNORANCES,
+    name: str, out: Path = Path("results/benches/made"), ignorance: Sequence[Literal[*IGNORANCES]] = IGNORANCES,
     short: bool = False,
-) -> None:
+) -> None:  # fmt: skip
     """Write a dataset with truth.toml; a ClearanceError for an unknown bench."""
     start, bench = time.perf_counter(), find_bench(name, ignorance)
     write_bench(bench, out, short)

@@ -11,7 +11,7 @@ import tomli_w
 from clearance_mj import Channel, Record, SimulationError, write_dataset
 from clearance_mj.rig import BASE_NODE, SHAKER_NODE, Spin
 from clearance_mj.signals import sampling
-from experiments.testrig.records import FS, NOISE, digitise
+from experiments.testrig.records import FS, NOISE, Signal, convert
 
 from . import motion
 from .bench import Bench
@@ -131,17 +131,7 @@ def measure_channels(bench: Bench, plan: Plan, rng: np.random.Generator) -> list
     signals += probe_signals(bench, moved, angle if plan.spin else None)
     if plan.spin:
         signals.append(("keyphasor", KEYPHASOR_NODE, "S", "unknown", keyphasor(angle)))
-    channels = []
-    for name, node, direction, quantity, signal in signals:
-        value, full = digitise(signal, NOISE, rng)
-        unit = {"acceleration": "m/s^2", "displacement": "m", "force": "N", "unknown": "V"}[quantity]
-        label = f"{name}, synthetic, range +-{full:.9g} {unit}"
-        own = "V" if quantity == "unknown" else ""
-        channels.append(Channel(label, node, direction, quantity, value, FS, unit=own))
-    return channels
-
-
-Signal = tuple[str, int, str, str, np.ndarray]
+    return convert(signals, FS, rng)
 
 
 def _accelerometers(bench: Bench, moved: Motion) -> list[Signal]:

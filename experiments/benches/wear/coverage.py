@@ -72,13 +72,9 @@ def summary(table: pd.DataFrame) -> str:
 
 
 def main(
-    out: Path = Path("results/wear"),
-    first: int = 0,
-    count: int = 20,
-    drift: float = DRIFT,
-    truth: bool = False,
+    out: Path = Path("results/wear"), first: int = 0, count: int = 20, drift: float = DRIFT, truth: bool = False,
     only: Literal["sine", "noise"] | None = None,
-) -> None:
+) -> None:  # fmt: skip
     """Write the table, and print its summary."""
     rows: list[dict] = []
     seeds = range(first, first + count)
