@@ -10,6 +10,7 @@ import scipy.signal
 
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Spin
+from experiments import script
 from experiments.benches import film
 from experiments.benches.space import motion, physics, table
 from experiments.benches.space.bench import IGNORANCES, make_bench
@@ -19,7 +20,6 @@ from experiments.benches.space.plans import Plan, plans
 from experiments.benches.space.records import FS, keyphasor, measure_channels, simulate, turned, write_bench
 from experiments.benches.space.rigs import KINDS
 from experiments.benches.space.shaft import Disc, Rotor, Support, shape_rows
-from experiments.script import run
 
 STEP = 1 / 32768
 RIGID = np.inf
@@ -333,5 +333,5 @@ def test_channels_of_a_shaken_shaft():
 
 
 def test_an_unknown_bench_is_refused(capsys, tmp_path):
-    assert run(main, None, ["lathe-1", "--out", str(tmp_path / "lathe")]) == 2
+    assert script.run(main, None, ["lathe-1", "--out", str(tmp_path / "lathe")]) == 2
     assert "steering" in capsys.readouterr().err

@@ -9,8 +9,7 @@ from dataclasses import replace
 
 from ..published import FILES, Printed
 from . import beam, control_tables, identification, model_tables
-from .claim import Claim
-from .judge import VERDICTS
+from .judge import VERDICTS, Claim
 from .pages import to_html, to_markdown
 
 __all__ = ["VERDICTS", "Claim", "audit", "to_html", "to_markdown"]

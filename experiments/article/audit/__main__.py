@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.core.files import replacing
+from clearance_mj.core.files import write_text
 
 from .. import command
 from . import audit, to_html, to_markdown
@@ -34,8 +34,7 @@ def _run(options: argparse.Namespace) -> dict:
         raise RecordError(f"{options.out}: an audit is written as {', '.join(FORMATS)}")
     claims = audit(options.tables)
     if options.out:
-        with replacing(options.out) as temporary:
-            temporary.write_text(FORMATS[options.out.suffix](claims), encoding="utf-8")
+        write_text(options.out, FORMATS[options.out.suffix](claims))
     if not options.json:
         for claim in (claim for claim in claims if not claim.holds):
             print(f"{claim.where}: {claim.text}\n    {claim.printed}; recomputed {claim.recomputed}: {claim.verdict}")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 import scipy.optimize
 
-from .claim import Claim
+from .judge import Claim
 
 _FREE = ((1.0, 2), (1.0, 3))  # Ends of the beam as (place over length, derivative that is zero)
 _PRINTED_ENDS = ((0.0, 2), (0.0, 3), *_FREE)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from ..published import Printed
 from . import judge
-from .claim import Claim
+from .judge import Claim
 
 SPEED = 120 / 3.6  # m/s
 _CONTROLLERS = {"smc_cm": "SMC-CM", "smc": "SMC", "mpc": "MPC"}

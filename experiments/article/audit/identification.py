@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from clearance_mj.identify import sdof
 
 from ..free_decays import CONDITIONS, free_decay, rms_error
-from .claim import Claim
+from .judge import Claim
 
 BAND = (50.0, 110.0)  # Hz, of the article's decays
 

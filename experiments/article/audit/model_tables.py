@@ -9,7 +9,7 @@ from clearance_mj.core.errors import RecordError
 
 from ..published import Printed
 from . import judge
-from .claim import Claim
+from .judge import Claim
 
 MIN_CHANCE = 1e-4  # Chance below which equal differences of two columns are not taken for an accident
 _MEASURES = ("mre", "rmse", "frac", "csac", "csf")

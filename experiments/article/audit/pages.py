@@ -6,8 +6,7 @@ from collections.abc import Iterator, Sequence
 from clearance_mj.report import html
 from clearance_mj.report.tables import Column, Table
 
-from .claim import Claim
-from .judge import VERDICTS
+from .judge import VERDICTS, Claim
 
 _INTRODUCTION = (
     "Every derived number of the article is recomputed from its published tables, and its equations are checked by "

@@ -43,7 +43,7 @@ def main(
     part: Literal["gaps", "twin"], kinds: Sequence[Literal[*KINDS]] = tuple(KINDS), seeds: Sequence[int] = range(1, 7),
     folder: Path = Path("results/benches/orbits"), seconds: float = 40.0,
 ) -> None:  # fmt: skip
-    """Print what orbits tell of the gap of each bench, or what the twin says of each case in records of some seconds."""
+    """Print what orbits tell of each bench's gap, or the twin of each case in records of some seconds."""
     if part == "twin":
         follow(folder, seconds)
         return

@@ -81,10 +81,7 @@ def contact(
     to[p, 3] += ny * push_z + force * hyz
     to[p, 4] += nz * push_y + force * hyz
     to[p, 5] += nz * push_z + force * hzz
-    to[p, 6] += viscous * ny * ny
-    to[p, 7] += viscous * ny * nz
-    to[p, 8] += viscous * ny * nz
-    to[p, 9] += viscous * nz * nz
+    _add(to, p, 6, viscous * ny * ny, viscous * ny * nz, viscous * ny * nz, viscous * nz * nz)
     if b[j, MU] == 0.0:
         return 0.0
     size = math.sqrt(ny * ny + nz * nz)
@@ -92,32 +89,20 @@ def contact(
     stiffness, limit = 0.5 * b[j, BRISTLE], b[j, MU] * force * size
     rubbing = stiffness * (bristle + ty * dy + tz * dz + rolled)
     if abs(rubbing) <= limit:
-        to[p, 2] += stiffness * ty * ty
-        to[p, 3] += stiffness * ty * tz
-        to[p, 4] += stiffness * tz * ty
-        to[p, 5] += stiffness * tz * tz
+        _add(to, p, 2, stiffness * ty * ty, stiffness * ty * tz, stiffness * tz * ty, stiffness * tz * tz)
     else:
         rubbing = limit if rubbing > 0.0 else -limit
         grown = rubbing / (size * size)  # of |∇φ|, with the limit
         by_y = rubbing / force * push_y + grown * (hyy * ny + hyz * nz)
         by_z = rubbing / force * push_z + grown * (hyz * ny + hzz * nz)
-        to[p, 2] += by_y * ty
-        to[p, 3] += by_z * ty
-        to[p, 4] += by_y * tz
-        to[p, 5] += by_z * tz
+        _add(to, p, 2, by_y * ty, by_z * ty, by_y * tz, by_z * tz)
         by_speed = rubbing / force * viscous
-        to[p, 6] += by_speed * ty * ny
-        to[p, 7] += by_speed * ty * nz
-        to[p, 8] += by_speed * tz * ny
-        to[p, 9] += by_speed * tz * nz
+        _add(to, p, 6, by_speed * ty * ny, by_speed * ty * nz, by_speed * tz * ny, by_speed * tz * nz)
     to[p, 0] += rubbing * ty
     to[p, 1] += rubbing * tz
     turned = rubbing / (size * size)  # t turns by -n as ∇φ does by t
     by_y, by_z = turned * (hyy * ty + hyz * tz), turned * (hyz * ty + hzz * tz)
-    to[p, 2] -= ny * by_y
-    to[p, 3] -= ny * by_z
-    to[p, 4] -= nz * by_y
-    to[p, 5] -= nz * by_z
+    _add(to, p, 2, -ny * by_y, -ny * by_z, -nz * by_y, -nz * by_z)
     return rubbing / stiffness
 
 
@@ -145,10 +130,7 @@ def grease(
             shrunk = limit / size
             uy, uz = sy / size, sz / size
             sy, sz = shrunk * sy, shrunk * sz
-            to[p, 2] += k * shrunk * uz * uz
-            to[p, 3] -= k * shrunk * uy * uz
-            to[p, 4] -= k * shrunk * uy * uz
-            to[p, 5] += k * shrunk * uy * uy
+            _add(to, p, 2, k * shrunk * uz * uz, -k * shrunk * uy * uz, -k * shrunk * uy * uz, k * shrunk * uy * uy)
         else:
             to[p, 2] += k
             to[p, 5] += k
@@ -169,10 +151,7 @@ def grease(
     to[p, 9] += factor
     if not held:
         slope = 3.0 * factor / (open_ * height)
-        to[p, 2] += slope * vy * ey
-        to[p, 3] += slope * vy * ez
-        to[p, 4] += slope * vz * ey
-        to[p, 5] += slope * vz * ez
+        _add(to, p, 2, slope * vy * ey, slope * vy * ez, slope * vz * ey, slope * vz * ez)
 
 
 @jit
@@ -225,6 +204,15 @@ def film(
     _turn(to, p, 6, r_q / c, -r_p / c, t_q / c, -t_p / c, ry, rz)
     to[p, 0] -= a * (fr * ry - ft * rz)
     to[p, 1] -= a * (fr * rz + ft * ry)
+
+
+@jit
+def _add(to: np.ndarray, p: int, at: int, yy: float, yz: float, zy: float, zz: float) -> None:
+    """Add a matrix of y and z."""
+    to[p, at] += yy
+    to[p, at + 1] += yz
+    to[p, at + 2] += zy
+    to[p, at + 3] += zz
 
 
 @jit
