@@ -22,10 +22,8 @@ def put_between_marks(page: Path, mark: str, text: str) -> None:
     old = page.read_text(encoding="utf-8")
     new, count = re.subn(
         rf"(<!-- {mark}(?:: begin)? -->\n).*?(<!-- (?:/{mark}|{mark}: end) -->)",
-        lambda marks: marks[1] + text + marks[2],
-        old,
-        flags=re.DOTALL,
-    )
+        lambda marks: marks[1] + text + marks[2], old, flags=re.DOTALL,
+    )  # fmt: skip
     if not count:
         raise ClearanceError(f"{page}: has no marks <!-- {mark} --> and <!-- /{mark} -->")
     write_text(page, new)

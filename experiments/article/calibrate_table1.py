@@ -56,12 +56,10 @@ def run(item: Item, rig: Rig, quick: bool, starts: int = 32, step: float = 0.01,
         shows=_shows(found, parameters, members, material, with_shapes),
         drawings=(dataclasses.replace(draw(found), name=item.name), _draw_family(rig, found, members)),
         data={
-            item.name: parameters,
-            f"{item.name}_starts": _starts(found),
-            f"{item.name}_family": members,
+            item.name: parameters, f"{item.name}_starts": _starts(found), f"{item.name}_family": members,
         },
         tables=(_table(parameters, with_shapes), _family_table(members)),
-    )
+    )  # fmt: skip
 
 
 def _target() -> ModalTarget:

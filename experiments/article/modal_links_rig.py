@@ -94,11 +94,8 @@ def run(item: Item, study: Study, quick: bool, setup: Setup | None = None) -> Re
         shows=" ".join(words),
         drawings=[Drawing(f"{item.name}_{key}", figure, *CAPTIONS[key]) for key, figure in figures.items()],
         data={
-            item.name: backbones,
-            f"{item.name}_mac": macs,
-            f"{item.name}_harmonics": harmonics,
-            f"{item.name}_jumps": jumps,
-            f"{item.name}_best_linear": _over_frequency(approximations, setup, rig),
+            item.name: backbones, f"{item.name}_mac": macs, f"{item.name}_harmonics": harmonics,
+            f"{item.name}_jumps": jumps, f"{item.name}_best_linear": _over_frequency(approximations, setup, rig),
         },
         tables=(_backbone_table(backbones, setup), _scatter_table(approximations, setup, row), _jump_table(jumps)),
         prior_information={
@@ -107,7 +104,7 @@ def run(item: Item, study: Study, quick: bool, setup: Setup | None = None) -> Re
             "engines, grease reduced": "in addition the stiffness and damping of the reduced grease",
             GREASE_ONLY: "the same law without contact force",
         },
-    )
+    )  # fmt: skip
 
 
 # Measuring.

@@ -34,16 +34,13 @@ def run(item: Item, study: Study, runs: Runs, quick: bool) -> Result:
     sweeps = {
         "gap": _sweep(runs, CONTROLLERS_SWEPT, "half_gap", [float(np.radians(gap)) for gap in GAPS[::-step]]),
         "assumed_gap": _sweep(
-            runs,
-            ("smc-cm", "mpc-cm"),
-            "assumed_gap",
-            [share * GAP for share in ASSUMED[:: step // 2 or 1]],
+            runs, ("smc-cm", "mpc-cm"), "assumed_gap", [share * GAP for share in ASSUMED[:: step // 2 or 1]],
             range(1 if quick else NOISES),
         ),
         "preview": _sweep(runs, CONTROLLERS_SWEPT, "preview", PREVIEWS[::step]),
         "plants": _sweep(runs, CONTROLLERS_SWEPT, "plant", ("multi-body", "single-track")),
         "identified": _identified(runs, study),
-    }
+    }  # fmt: skip
     sweeps["assumed_gap"]["assumed"] = sweeps["assumed_gap"]["assumed_gap"] / GAP
     curves_of = {
         "gap": ("half_gap", "Half-gap at the road wheel (°)", "the gap.", 180 / np.pi),

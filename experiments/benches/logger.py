@@ -49,13 +49,11 @@ def measured(bench: Bench, names: Sequence[str] = ("ramp", "level_1_a")) -> dict
             labels = (bench.rig.shaker.label("base"), *bench.rig.sensor_labels, *bench.rig.probe_labels)
             found[name] = [
                 dataclasses.replace(
-                    c,
-                    name=c.name.partition(",")[0],
-                    node=int(label.partition(":")[0]),
+                    c, name=c.name.partition(",")[0], node=int(label.partition(":")[0]),
                     direction=label.partition(":")[2],
                 )
                 for c, label in zip(measure_channels(bench, base.value, rng), labels)
-            ]
+            ]  # fmt: skip
     return found
 
 

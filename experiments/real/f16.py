@@ -30,12 +30,8 @@ RELATIVE = ("3:+Z", "2:+Z")  # payload less wing
 FREE, AT_SENSORS = "free", "payload-wing"
 SWEEP, MULTISINE = "SineSw", "FullMSine"
 COLORS = {
-    "measured": "#000000",
-    "law": "#d55e00",
-    "linear": "#8c8c8c",
-    "interpolation": "#0072b2",
-    "nearest": "#56b4e9",
-}
+    "measured": "#000000", "law": "#d55e00", "linear": "#8c8c8c", "interpolation": "#0072b2", "nearest": "#56b4e9",
+}  # fmt: skip
 
 
 def numbers(text: str) -> list[int]:
