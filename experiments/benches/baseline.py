@@ -15,6 +15,7 @@ import pandas as pd
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.study import Study
 from experiments.script import run
+from experiments.tables import markdown_table
 
 from .bench import NAMED, find_bench
 from .records import write_bench
@@ -39,24 +40,15 @@ def judge(folder: Path, methods: Sequence[str]) -> pd.DataFrame:
 
 
 def markdown(rows: pd.DataFrame) -> str:
-    """A line for each bench and law: RMSE in dB / FRAC at each level."""
+    """Return a line for each bench and law: RMSE in dB / FRAC at each level."""
     levels = sorted(rows["level"].unique())
-    lines = [
-        "| bench | law | " + " | ".join(f"{level:g}" for level in levels) + " |",
-        "| --- " * (2 + len(levels)) + "|",
-    ]
-
-    def line(bench: str, law: str, found: pd.DataFrame, prefix: str) -> str:
-        at = found.set_index("level")
-        cells = [f"{at.at[v, f'{prefix}rmse_db']:.2f} / {at.at[v, f'{prefix}frac']:.3f}" for v in levels]
-        return f"| {bench} | {law} | " + " | ".join(cells) + " |"
-
-    for bench in rows["bench"].unique():
-        of_bench = rows[rows["bench"] == bench]
-        laws = list(of_bench["law"].unique())
-        lines.append(line(bench, "(repeat)", of_bench[of_bench["law"] == laws[0]], "repeat_"))
-        lines += [line(bench, law, of_bench[of_bench["law"] == law], "") for law in laws]
-    return "\n".join(lines) + "\n"
+    lines = [("bench", "law", *(f"{level:g}" for level in levels))]
+    for (bench, law), of in rows.groupby(["bench", "law"], sort=False):
+        for name, prefix in (("(repeat)", "repeat_"),) * (lines[-1][0] != bench) + ((law, ""),):
+            at = of.set_index("level")
+            cells = (f"{at.at[v, f'{prefix}rmse_db']:.2f} / {at.at[v, f'{prefix}frac']:.3f}" for v in levels)
+            lines.append((bench, name, *cells))
+    return markdown_table(lines)
 
 
 def main(

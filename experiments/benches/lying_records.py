@@ -16,6 +16,7 @@ import sys
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.interpolate
@@ -177,15 +178,14 @@ def quantised(x: np.ndarray, fs: float) -> np.ndarray:
     return step * np.round(x / step)
 
 
-def beam(**factors: float) -> Lie:
-    """Numbers of the shaft times factors."""
+def scaled(part: Any, factor: float, name: str) -> Any:
+    """A part of a rig with a number times a factor."""
+    return dataclasses.replace(part, **{name: factor * getattr(part, name)})
 
-    def change(rig: Rig) -> Rig:
-        assert rig.beam
-        fields = {name: factor * getattr(rig.beam, name) for name, factor in factors.items()}
-        return rig.replace(beam=dataclasses.replace(rig.beam, **fields))
 
-    return told(change)
+def beam(factor: float, name: str) -> Lie:
+    """A number of the shaft times a factor."""
+    return told(lambda rig: rig.replace(beam=scaled(rig.beam, factor, name)))
 
 
 def bushings(**changes: Callable) -> Lie:
@@ -259,26 +259,20 @@ LIES: dict[str, Lie] = {
     "excitation drops out for 1 s": changed(EXCITATION, by=dropout(1.0)),
     "excitation: offset of 5 m/s²": changed(EXCITATION, by=offset(5.0)),
     "excitation and accelerometer 1 swapped": swapped(EXCITATION, (1, "acceleration")),
-    "rig file: rod 10 % too long": beam(length=1.1),
-    "rig file: diameter 15 % too large": beam(diameter=1.15),
-    "rig file: modulus a third too small": beam(young_modulus=2 / 3),
-    "rig file: density twice too large": beam(density=2.0),
+    "rig file: rod 10 % too long": beam(1.1, "length"),
+    "rig file: diameter 15 % too large": beam(1.15, "diameter"),
+    "rig file: modulus a third too small": beam(2 / 3, "young_modulus"),
+    "rig file: density twice too large": beam(2.0, "density"),
     "rig file: masses missing": told(without_masses),
     "rig file: gaps three times too small": bushings(gap=lambda gap: gap / 3),
     "rig file: gaps three times too large": bushings(gap=lambda gap: 3 * gap),
     "rig file: gaps 30 % too large": bushings(gap=lambda gap: 1.3 * gap),
     "rig file: bushings 60 mm too near to the clamp": bushings(position=lambda x: x - 0.06),
     "rig file: accelerometer 3 at 80 mm from its place": told(moved_sensor),
-    "rig file: contact ten times too stiff": bushings(
-        contact=lambda c: dataclasses.replace(c, stiffness=10 * c.stiffness)
-    ),
-    "rig file: grease ten times too soft": bushings(
-        grease=lambda g: dataclasses.replace(g, stiffness=g.stiffness / 10)
-    ),
+    "rig file: contact ten times too stiff": bushings(contact=lambda c: scaled(c, 10.0, "stiffness")),
+    "rig file: grease ten times too soft": bushings(grease=lambda g: dataclasses.replace(g, stiffness=g.stiffness / 10)),
     "rig file: damping ten times too small": told(
-        lambda rig: rig.replace(
-            beam=rig.beam and dataclasses.replace(rig.beam, rayleigh=tuple(0.1 * r for r in rig.beam.rayleigh))
-        )
+        lambda rig: rig.replace(beam=dataclasses.replace(rig.beam, rayleigh=tuple(0.1 * r for r in rig.beam.rayleigh)))
     ),
 }  # fmt: skip
 """What is wrong, by its name"""

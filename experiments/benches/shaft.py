@@ -10,6 +10,7 @@ import dataclasses
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import scipy.linalg
@@ -55,18 +56,12 @@ class Strip:
         return mass, stiffness
 
 
-@dataclass(frozen=True)
-class Shaft:
-    """A round shaft as it really is, SI."""
+class Round:
+    """A round shaft."""
 
-    length: float
     diameter: float
     young_modulus: float
     density: float
-    masses: tuple[tuple[float, float], ...]  #: (position, kg)
-    clamp: Clamp | None  #: None: rigid
-    damping: tuple[float, ...]  #: ratios of the modes without grease, the last for all that follow
-    strips: tuple[Strip, ...] = ()
 
     @property
     def bending_stiffness(self) -> float:
@@ -77,6 +72,24 @@ class Shaft:
     def mass_per_length(self) -> float:
         """ρ A in kg/m."""
         return self.density * math.pi * self.diameter**2 / 4
+
+    def replace(self, **changes: object) -> Self:
+        """Return a copy with other values."""
+        return dataclasses.replace(self, **changes)
+
+
+@dataclass(frozen=True)
+class Shaft(Round):
+    """A round shaft as it really is, SI."""
+
+    length: float
+    diameter: float
+    young_modulus: float
+    density: float
+    masses: tuple[tuple[float, float], ...]  #: (position, kg)
+    clamp: Clamp | None  #: None: rigid
+    damping: tuple[float, ...]  #: ratios of the modes without grease, the last for all that follow
+    strips: tuple[Strip, ...] = ()
 
     def modes(self, nodes: Iterable[float] = (), springs: Iterable[tuple[float, float]] = ()) -> Modes:
         """Modes of the shaft with springs (position, N/m) to the base; forces act exactly at ``nodes``, m."""
@@ -124,10 +137,6 @@ class Shaft:
     def frequencies(self, count: int, springs: Iterable[tuple[float, float]] = ()) -> np.ndarray:
         """(count,) Hz."""
         return self.modes(springs=springs).omega[:count] / (2 * np.pi)
-
-    def replace(self, **changes: object) -> Shaft:
-        """A copy with other values."""
-        return dataclasses.replace(self, **changes)
 
 
 @dataclass(frozen=True)

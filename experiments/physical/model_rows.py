@@ -40,8 +40,7 @@ def path_of(name: str) -> Path | None:
 
 def load(name: str) -> mujoco.MjSpec:
     """Read a foreign model."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         return mujoco.MjSpec.from_file(str(path_of(name)))
 
 
@@ -79,17 +78,16 @@ def _row(model: mujoco.MjModel, kind: str, name: str) -> Row:
         along[model.joint(name).dofadr] = 1.0
     elif kind == "tendon":
         _, along, _ = length_of(model, data, Row(kind, name, 0, 0), 1)
-    inverse = along @ np.linalg.solve(mass, along) if along.any() else inverse_mass(model, name)
+    inverse = along @ np.linalg.solve(mass, along) if along.any() else invweight(model, name)
     return Row(kind, name, RINGS**2 / inverse, 2 * RATIO * RINGS / inverse)
 
 
-def inverse_mass(model: mujoco.MjModel, pair: str) -> float:
+def invweight(model: mujoco.MjModel, pair: str) -> float:
     return model.body_invweight0[model.geom_bodyid[model.geom(pair.removeprefix(f"{PROBE} - ")).id], 0]
 
 
 def _give(spec: mujoco.MjSpec, row: Row) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         if row.kind == "joint":
             physical.joint_limit(spec, row.name, row.k, row.c)
         elif row.kind == "tendon":
@@ -101,8 +99,7 @@ def _give(spec: mujoco.MjSpec, row: Row) -> None:
 
 
 def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         return spec.compile()
 
 
@@ -172,16 +169,6 @@ def active(model: mujoco.MjModel, data: mujoco.MjData, row: Row) -> list[int]:
     return [r for r in found if set(data.contact[data.efc_id[r]].geom.tolist()) == geoms]
 
 
-def jacobian(model: mujoco.MjModel, data: mujoco.MjData, r: int) -> np.ndarray:
-    """(nv,) row of the solver's Jacobian."""
-    if not mujoco.mj_isSparse(model):
-        return data.efc_J.reshape(-1, model.nv)[r].copy()
-    full, first = np.zeros(model.nv), data.efc_J_rowadr[r]
-    entries = slice(first, first + data.efc_J_rownnz[r])
-    full[data.efc_J_colind[entries]] = data.efc_J[entries]
-    return full
-
-
 def length_of(model: mujoco.MjModel, data: mujoco.MjData, row: Row, side: int) -> tuple[float, np.ndarray, float]:
     """Value of a joint or tendon, its direction (nv,), and its limit on a side."""
     i, along = _id(model, row), np.zeros(model.nv)
@@ -192,13 +179,6 @@ def length_of(model: mujoco.MjModel, data: mujoco.MjData, row: Row, side: int) -
     entries = slice(model.ten_J_rowadr[i], model.ten_J_rowadr[i] + model.ten_J_rownnz[i])
     along[model.ten_J_colind[entries]] = data.ten_J[entries]
     return data.ten_length[i], along, model.tendon_range[i, (side + 1) // 2]
-
-
-def inverse_inertia(model: mujoco.MjModel, data: mujoco.MjData, along: np.ndarray) -> float:
-    """J M⁻¹ Jᵀ."""
-    mass = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, mass)
-    return float(along @ np.linalg.solve(mass, along))
 
 
 def driven(model: mujoco.MjModel, most: int = 6) -> list[str]:
@@ -229,8 +209,7 @@ def geared(name: str, recipe: bool, scale: float = 1.0) -> tuple[mujoco.MjModel,
             )  # fmt: skip
             rows.append(Row("joint", f"{joint} play", row.k, row.c))
         else:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
+            with warnings.catch_warnings(action="ignore"):
                 armature = spec.joint(joint).armature
                 physical.add_backlash(spec, joint, GAP, row.k, row.c, inertia=inertia)
                 spec.joint(joint).armature = armature  # most of such links' inertia, for which their step is made
@@ -242,9 +221,3 @@ def geared(name: str, recipe: bool, scale: float = 1.0) -> tuple[mujoco.MjModel,
         mujoco.mj_setConst(model, mujoco.MjData(model))
     physical.apply(model)
     return model, rows
-
-
-def alone_in_force(model: mujoco.MjModel) -> mujoco.MjModel:
-    """The model without contacts, whose hard ones in a random pose would hide what a default limit does."""
-    model.opt.disableflags |= int(_BITS.mjDSBL_CONTACT)
-    return model

@@ -14,25 +14,23 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from experiments.physical.model_rows import (
+from experiments.script import run
+from experiments.tables import markdown_table
+
+from .model_rows import (
     GAP,
     MODELS,
     PROBE,
     Row,
     active,
     alone,
-    alone_in_force,
     geared,
-    inverse_inertia,
-    inverse_mass,
-    jacobian,
+    invweight,
     length_of,
     path_of,
     poses,
     softened,
 )
-from experiments.script import run
-from experiments.tables import markdown_table
 
 DEPTH = {"joint": 1e-4, "tendon": 1e-5, "pair": 1e-6}  # rad or m, of the violation at rest; it rings by a fifth of that
 PERIODS, PER_PERIOD = 3, 200
@@ -76,7 +74,7 @@ def _press(model: mujoco.MjModel, data: mujoco.MjData, row: Row, depth: float, n
         if abs(wrong) < 1e-13:
             break
     r = _single(model, data, row, depth)
-    if r is None or inverse_inertia(model, data, jacobian(model, data, r)) < 0.1 * inverse_mass(model, row.name):
+    if r is None or inverse_inertia(model, data, jacobian(model, data, r)) < 0.1 * invweight(model, row.name):
         return None
     return r
 
@@ -118,6 +116,29 @@ def frequency(model: mujoco.MjModel, row: Row, pose: np.ndarray, side: int) -> t
     up = np.flatnonzero((height[:-1] < 0) & (height[1:] >= 0))
     at = (up + height[up] / (height[up] - height[up + 1])) * model.opt.timestep
     return (len(at) - 1) / (at[-1] - at[0]) if len(at) > 1 else np.nan, expected
+
+
+def jacobian(model: mujoco.MjModel, data: mujoco.MjData, r: int) -> np.ndarray:
+    """(nv,) row of the solver's Jacobian."""
+    if not mujoco.mj_isSparse(model):
+        return data.efc_J.reshape(-1, model.nv)[r].copy()
+    full, first = np.zeros(model.nv), data.efc_J_rowadr[r]
+    entries = slice(first, first + data.efc_J_rownnz[r])
+    full[data.efc_J_colind[entries]] = data.efc_J[entries]
+    return full
+
+
+def inverse_inertia(model: mujoco.MjModel, data: mujoco.MjData, along: np.ndarray) -> float:
+    """J M⁻¹ Jᵀ."""
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    return float(along @ np.linalg.solve(mass, along))
+
+
+def alone_in_force(model: mujoco.MjModel) -> mujoco.MjModel:
+    """The model without contacts, whose hard ones in a random pose would hide what a default limit does."""
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    return model
 
 
 @dataclass

@@ -15,16 +15,8 @@ from tqdm import tqdm
 
 from clearance_mj.vehicle.experiment import REGIMES
 from experiments.script import run
+from experiments.steering import twin_page
 from experiments.steering.twin_drives import control, converge, wear
-from experiments.steering.twin_page import (
-    control_figure,
-    control_table,
-    convergence_figure,
-    convergence_table,
-    counted,
-    wear_figure,
-    wear_table,
-)
 from experiments.tables import put_between_marks
 
 PAGE = Path(__file__).parents[2] / "docs" / "vehicle_twin.md"
@@ -52,19 +44,20 @@ def main(
     found: dict[Callable[..., Any], list[Any]] = {wear: [], converge: [], control: []}
     for (function, _), result in zip(jobs, done):
         found[function] += result if function is converge else [result]
-    controlled, counts = pd.DataFrame(found[control]), counted(found[converge])
+    controlled, counts = pd.DataFrame(found[control]), twin_page.counted(found[converge])
     rate = np.median([h.rate for *_, h in found[converge]])
     tables = {
-        "convergence": convergence_table(counts), "wear": wear_table(found[wear]), "control": control_table(controlled),
+        "convergence": twin_page.convergence_table(counts), "wear": twin_page.wear_table(found[wear]),
+        "control": twin_page.control_table(controlled),
         "rate": f"The twin ran {rate:.0f} times faster than real time on one core (median over the drives).",
     }  # fmt: skip
     for name, table in tables.items():
         print(f"{table}\n")
         put_between_marks(page, name, f"\n{table.rstrip()}\n\n")
     figures = {
-        "": convergence_figure(found[converge]),
-        "_wear": wear_figure(found[wear]),
-        "_control": control_figure(controlled),
+        "": twin_page.convergence_figure(found[converge]),
+        "_wear": twin_page.wear_figure(found[wear]),
+        "_control": twin_page.control_figure(controlled),
     }
     for name, figure in figures.items():
         figure.savefig(page.with_name(f"vehicle_twin{name}.png"), dpi=100)

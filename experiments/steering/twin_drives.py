@@ -8,14 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from clearance_mj.vehicle.controllers import (
-    ClearancePrior,
-    Controller,
-    ControllerRun,
-    Observation,
-    Task,
-    get_controller,
-)
+from clearance_mj.vehicle.controllers import ClearancePrior, get_controller
+from clearance_mj.vehicle.controllers.base import Controller, ControllerRun, Observation, Task
 from clearance_mj.vehicle.experiment import GAP, REGIMES, ROAD_MOMENT
 from clearance_mj.vehicle.path import Path as Road
 from clearance_mj.vehicle.path import lane_changes

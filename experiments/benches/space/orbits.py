@@ -17,19 +17,12 @@ import numpy as np
 
 import clearance_mj as cm
 from clearance_mj.rig import Spin
-from experiments.benches.space.bench import Bench, make_bench
-from experiments.benches.space.records import (
-    KEYPHASOR_NODE,
-    Motion,
-    keyphasor,
-    probe_signals,
-    simulate,
-    turned,
-    write_bench,
-)
-from experiments.benches.space.rigs import KINDS
 from experiments.script import run
 from experiments.testrig.records import FS, convert
+
+from .bench import Bench, make_bench
+from .records import KEYPHASOR_NODE, Motion, keyphasor, probe_signals, simulate, turned, write_bench
+from .rigs import KINDS
 
 CASES = (
     ("rotor", 1, 1950, {"gap": 0.5}, "a rub begins"), ("rotor", 1, 2400, {"gap": 1.1}, "the gap wears"),

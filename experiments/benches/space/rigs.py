@@ -2,20 +2,8 @@
 
 import math
 
-from clearance_mj.rig import (
-    Beam,
-    Bushing,
-    Contact,
-    Friction,
-    Grease,
-    OilFilm,
-    PointMass,
-    Rig,
-    Sensor,
-    Shaker,
-    Spin,
-    Unbalance,
-)
+from clearance_mj import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj.rig import Friction, OilFilm, Spin, Unbalance
 from clearance_mj.structure.section import Material, Section
 from clearance_mj.structure.shaft import Disc, Shaft, Support
 

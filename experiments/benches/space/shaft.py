@@ -9,16 +9,14 @@ sections 5.6 and 11.3), and Hutchinson's shear coefficient of a circle (J. Appl.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy.linalg
 
-from ..shaft import mesh_of
+from ..shaft import Round, mesh_of
 
 POISSON = 0.29  # of steel
 SHEAR = 6 * (1 + POISSON) ** 2 / (7 + 12 * POISSON + 4 * POISSON**2)
@@ -46,7 +44,7 @@ class Support:
 
 
 @dataclass(frozen=True)
-class Rotor:
+class Rotor(Round):
     """A round shaft as it really is, SI."""
 
     length: float
@@ -56,16 +54,6 @@ class Rotor:
     discs: tuple[Disc, ...]
     supports: tuple[Support, ...]
     damping: tuple[float, ...]  #: ratios of the modes, the last for all that follow; it does not turn
-
-    @property
-    def bending_stiffness(self) -> float:
-        """E I in N m²."""
-        return self.young_modulus * math.pi * self.diameter**4 / 64
-
-    @property
-    def mass_per_length(self) -> float:
-        """ρ A in kg/m."""
-        return self.density * math.pi * self.diameter**2 / 4
 
     def sheared(self, h: np.ndarray) -> np.ndarray:
         """Return Φ = 12 E I/(κ G A h²) of elements of lengths h, m."""
@@ -127,10 +115,6 @@ class Rotor:
         down = np.zeros(free.size)
         down[free] = np.linalg.solve(stiffness[np.ix_(free, free)], weight[free])
         return shape_rows(x, self.sheared(np.diff(x)), positions) @ down
-
-    def replace(self, **changes: Any) -> Rotor:
-        """A copy with other values."""
-        return dataclasses.replace(self, **changes)
 
 
 @dataclass(frozen=True)
