@@ -19,10 +19,9 @@ def markdown_table(rows: Iterable[Sequence[object]]) -> str:
 
 def put_between_marks(page: Path, mark: str, text: str) -> None:
     """Replace what stands between the marks of a page, also "x: begin" and "x: end"; ClearanceError without them."""
-    old = page.read_text(encoding="utf-8")
     new, count = re.subn(
         rf"(<!-- {mark}(?:: begin)? -->\n).*?(<!-- (?:/{mark}|{mark}: end) -->)",
-        lambda marks: marks[1] + text + marks[2], old, flags=re.DOTALL,
+        lambda marks: marks[1] + text + marks[2], page.read_text(encoding="utf-8"), flags=re.DOTALL,
     )  # fmt: skip
     if not count:
         raise ClearanceError(f"{page}: has no marks <!-- {mark} --> and <!-- /{mark} -->")

@@ -1,6 +1,6 @@
 """The rig out of the article's four test frequencies: found from several starts, and the family that fits as well."""
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -54,7 +54,7 @@ def run(item: Item, rig: Rig, quick: bool, starts: int = 32, step: float = 0.01,
             f"Hz, {STEP / 12**0.5:.4f} Hz. For the family the diameter is free too."
         ),
         shows=_shows(found, parameters, members, material, with_shapes),
-        drawings=(dataclasses.replace(draw(found), name=item.name), _draw_family(rig, found, members)),
+        drawings=(replace(draw(found), name=item.name), _draw_family(rig, found, members)),
         data={
             item.name: parameters, f"{item.name}_starts": _starts(found), f"{item.name}_family": members,
         },
@@ -69,11 +69,11 @@ def _target() -> ModalTarget:
 
 def _started(rig) -> Rig:
     bushings = tuple(
-        dataclasses.replace(b, position=START[f"bushings[{i}].position"],
-                            grease=dataclasses.replace(b.grease, stiffness=START["bushings.grease.stiffness"]))
+        replace(b, position=START[f"bushings[{i}].position"],
+                            grease=replace(b.grease, stiffness=START["bushings.grease.stiffness"]))
         for i, b in enumerate(rig.bushings)
     )  # fmt: skip
-    return rig.replace(bushings=bushings, masses=(dataclasses.replace(rig.masses[0], mass=START["masses[0].mass"]),))
+    return rig.replace(bushings=bushings, masses=(replace(rig.masses[0], mass=START["masses[0].mass"]),))
 
 
 def _family(found, target, step) -> list[Calibration]:
@@ -92,8 +92,7 @@ def _while_fitting(members) -> list[Calibration]:
 
 def _with_shapes(rig, target) -> ModalTarget:
     positions, nodes = zip(*((s.position, s.node) for s in rig.sensors))
-    shape = mode_shapes(rig, positions, len(target.mode))
-    return dataclasses.replace(target, shape=shape, nodes=nodes, shape_std=SHAPE_STD)
+    return replace(target, shape=mode_shapes(rig, positions, len(target.mode)), nodes=nodes, shape_std=SHAPE_STD)
 
 
 def _parameters(rig, found) -> pd.DataFrame:

@@ -1,6 +1,6 @@
 """Where eight sensors tell four modes best, what each carries, and how the rig's own layout compares."""
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -35,7 +35,7 @@ def run(item: Item, rig: Rig, sensors: int = 8, count: int = 24, modes=(1, 2, 3,
     }
     found = {name: evaluate(judge, np.searchsorted(every, position)) for name, position in layouts.items()}
     rows = pd.DataFrame(_row(name, layout, found[BEST], len(modes)) for name, layout in found.items())
-    ours = dataclasses.replace(draw(rig, places, found[OURS], modes), name=item.name)
+    ours = replace(draw(rig, places, found[OURS], modes), name=item.name)
     return Result(
         method=(
             f"{count} candidates, evenly spaced outside the bushings, modes {', '.join(map(str, modes))} in the gap, "

@@ -8,7 +8,7 @@ bushings and sensors 2 mm, gains 1 %, clamp as of 0 to 2 diameters more shaft, m
 import dataclasses
 import functools
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -100,14 +100,14 @@ class Bench:
     def truth(self) -> dict:
         """Nested plain data for truth.toml."""
         springs = [(h.position, h.small_motion) for h in self.holes]
-        shaft = dataclasses.asdict(self.shaft)
+        shaft = asdict(self.shaft)
         shaft |= {"clamp": shaft["clamp"] or "rigid", "tip_mass": sum(m for _, m in self.shaft.masses)}
         shaft["frequencies_without_grease"] = self.shaft.frequencies(5).tolist()
         shaft["frequencies_in_gap"] = self.shaft.frequencies(5, springs).tolist()
         parts = ("holes", "accelerometers", "probes")
-        lists = {name: [dataclasses.asdict(item) for item in getattr(self, name)] for name in parts}
+        lists = {name: [asdict(item) for item in getattr(self, name)] for name in parts}
         lists["bushings"] = lists.pop("holes")
-        structure = {name: value for name, value in dataclasses.asdict(self.structure).items() if value}
+        structure = {name: value for name, value in asdict(self.structure).items() if value}
         return {"name": self.name, "seed": self.seed, "shaft": shaft, "structure": structure, **lists}
 
 
@@ -134,7 +134,7 @@ def sensed_rig(name: str, quantity: SensorQuantity) -> Rig:
     if quantity == "force":
         cells = (Sensor(20 + j, f"bushings[{j}]", quantity="force") for j in range(len(rig.bushings)))
         return rig.replace(sensors=(*rig.sensors, *cells))
-    return rig.replace(sensors=tuple(dataclasses.replace(s, quantity=quantity) for s in rig.sensors))
+    return rig.replace(sensors=tuple(replace(s, quantity=quantity) for s in rig.sensors))
 
 
 def other_rig(name: str) -> Rig:
@@ -176,10 +176,10 @@ def make_bench(
     shaft = _drawn_shaft(rig, draw["linear"]) if "linear" in ignorance else _nominal_shaft(rig)
     errors = one["sensors"] * np.array([(_normal(draw["sensors"]), _normal(draw["sensors"])) for _ in range(40)])
     if bushing_length is not None:
-        holes = [dataclasses.replace(hole, length=bushing_length) for hole in holes]
-    drawn = dataclasses.replace(draw_structure(structure, seed, rig), filtered=filtered)
+        holes = [replace(hole, length=bushing_length) for hole in holes]
+    drawn = replace(draw_structure(structure, seed, rig), filtered=filtered)
     made = _bench(rig, seed, shaft, holes, 0.01 * errors[:, 0], 2e-3 * errors[:, 1], probes)
-    return dataclasses.replace(made, structure=drawn)
+    return replace(made, structure=drawn)
 
 
 def _bench(
@@ -295,16 +295,16 @@ def exact_rig(bench: Bench) -> Rig:
     """What a rig file would say that knows everything but the sensors' gains and the physics of the bushings."""
     shaft, rig = bench.shaft, bench.rig
     clamp = shaft.clamp and RigClamp(shaft.clamp.rotation, shaft.clamp.translation)
-    beam = dataclasses.replace(
+    beam = replace(
         rig.beam, young_modulus=shaft.young_modulus, density=shaft.density, rayleigh=(0.0, 0.0),
         damping_ratios=shaft.damping, clamp=clamp,
     )  # fmt: skip
     bushings = [
-        dataclasses.replace(b, position=h.position, gap=h.gap, offset=h.offset, length=h.length)
+        replace(b, position=h.position, gap=h.gap, offset=h.offset, length=h.length)
         for b, h in zip(rig.bushings, bench.holes)
     ]
     sensors = [
-        s if s.quantity == "force" else dataclasses.replace(s, position=a.position)
+        s if s.quantity == "force" else replace(s, position=a.position)
         for s, a in zip(rig.sensors, bench.accelerometers)
     ]
     masses = tuple(PointMass(x, m) for x, m in shaft.masses)
@@ -314,12 +314,9 @@ def exact_rig(bench: Bench) -> Rig:
 
 def known(bench: Bench) -> Bench:
     """The same bench with an exact rig file and exact gains: what identification could reach."""
-    gains = {
-        part: tuple(dataclasses.replace(i, gain=1.0) for i in getattr(bench, part))
-        for part in ("accelerometers", "probes")
-    }
+    gains = {part: tuple(replace(i, gain=1.0) for i in getattr(bench, part)) for part in ("accelerometers", "probes")}
     name = f"{bench.name}-known"
-    return dataclasses.replace(bench, name=name, rig=exact_rig(bench).replace(name=name), **gains)
+    return replace(bench, name=name, rig=exact_rig(bench).replace(name=name), **gains)
 
 
 ALL = ("gaps", "offsets", "sensors", "linear")

@@ -6,11 +6,11 @@ One row for each parameter and for the FRFs of each level of each bench. truth.t
 only to judge. Benches that the table already holds are not identified again.
 """
 
-import dataclasses
 import sys
 import time
 import tomllib
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -66,7 +66,7 @@ def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict]:
     """Of each level's first record: ``value`` is the RMSE in dB, ``truth`` that of the repeat, ``held`` a share."""
     for level, first, second in repeats(dataset):
         band = frf_band(found.model, first.excitation(), found.draw(DRAWN), resolution=RESOLUTION, misfit=found.misfit)
-        band = dataclasses.replace(band, confidence=CONFIDENCE)
+        band = replace(band, confidence=CONFIDENCE)
         test, repeat = (estimate_frf(r.response(), resolution=RESOLUTION) for r in (first, second))
         held = inside(band.limits, test)
         error, floor = (rmse(test, other) for other in (band.fitted, repeat))

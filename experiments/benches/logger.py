@@ -1,7 +1,7 @@
 """Records of a bench as a logger has them: names, order, signs and units that say little of the rig."""
 
-import dataclasses
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -48,7 +48,7 @@ def measured(bench: Bench, names: Sequence[str] = ("ramp", "level_1_a")) -> dict
             rng = np.random.default_rng((bench.seed, STREAM, i))
             labels = (bench.rig.shaker.label("base"), *bench.rig.sensor_labels, *bench.rig.probe_labels)
             found[name] = [
-                dataclasses.replace(
+                replace(
                     c, name=c.name.partition(",")[0], node=int(label.partition(":")[0]),
                     direction=label.partition(":")[2],
                 )

@@ -8,13 +8,13 @@ records to validate, which do not lie, are predicted: as well as without the lie
 """
 
 import csv
-import dataclasses
 import io
 import json
 import re
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +52,7 @@ def changed(*keys: Key, by: Change) -> Lie:
     def one(channel: Channel) -> Channel:
         if (channel.node, channel.quantity) not in keys:
             return channel
-        return dataclasses.replace(channel, value=by(channel.value.copy(), channel.fs))
+        return replace(channel, value=by(channel.value.copy(), channel.fs))
 
     return with_channels(lambda channels: [one(c) for c in channels])
 
@@ -63,10 +63,7 @@ def swapped(first: Key, second: Key) -> Lie:
 
     def swap(channels: Sequence[Channel]) -> list[Channel]:
         held = {(c.node, c.quantity): c.value for c in channels}
-        return [
-            dataclasses.replace(c, value=held[partner.get((c.node, c.quantity), (c.node, c.quantity))])
-            for c in channels
-        ]
+        return [replace(c, value=held[partner.get((c.node, c.quantity), (c.node, c.quantity))]) for c in channels]
 
     return with_channels(swap)
 
@@ -75,7 +72,7 @@ def with_channels(change: Callable[[Sequence[Channel]], list[Channel]]) -> Lie:
     """Channels of all records to identify."""
 
     def lie(dataset: Dataset) -> Dataset:
-        records = [dataclasses.replace(r, channels=change(r.channels)) for r in dataset.records]
+        records = [replace(r, channels=change(r.channels)) for r in dataset.records]
         return Dataset(dataset.rig, tuple(records), dataset.path)
 
     return lie
@@ -86,7 +83,7 @@ def told(change: Callable[[Rig], Rig]) -> Lie:
 
     def lie(dataset: Dataset) -> Dataset:
         rig = change(dataset.rig)
-        return Dataset(rig, tuple(dataclasses.replace(r, rig=rig) for r in dataset.records), dataset.path)
+        return Dataset(rig, tuple(replace(r, rig=rig) for r in dataset.records), dataset.path)
 
     return lie
 
@@ -159,8 +156,8 @@ def slower(factor: float) -> Lie:
 
     def lie(dataset: Dataset) -> Dataset:
         def one(record: Record) -> Record:
-            channels = [dataclasses.replace(c, fs=c.fs / factor) for c in record.channels]
-            return dataclasses.replace(record, channels=channels, fs=record.fs / factor)
+            channels = [replace(c, fs=c.fs / factor) for c in record.channels]
+            return replace(record, channels=channels, fs=record.fs / factor)
 
         return Dataset(dataset.rig, tuple(one(r) for r in dataset.records), dataset.path)
 
@@ -180,7 +177,7 @@ def quantised(x: np.ndarray, fs: float) -> np.ndarray:
 
 def scaled(part: Any, factor: float, name: str) -> Any:
     """A part of a rig with a number times a factor."""
-    return dataclasses.replace(part, **{name: factor * getattr(part, name)})
+    return replace(part, **{name: factor * getattr(part, name)})
 
 
 def beam(factor: float, name: str) -> Lie:
@@ -192,14 +189,14 @@ def bushings(**changes: Callable) -> Lie:
     """Fields of all bushings."""
 
     def one(bushing):
-        return dataclasses.replace(bushing, **{name: new(getattr(bushing, name)) for name, new in changes.items()})
+        return replace(bushing, **{name: new(getattr(bushing, name)) for name, new in changes.items()})
 
     return told(lambda rig: rig.replace(bushings=tuple(one(b) for b in rig.bushings)))
 
 
 def moved_sensor(rig: Rig) -> Rig:
     """Accelerometer 3, 80 mm from where it is."""
-    sensors = [dataclasses.replace(s, position=s.position + 0.08) if s.node == 3 else s for s in rig.sensors]
+    sensors = [replace(s, position=s.position + 0.08) if s.node == 3 else s for s in rig.sensors]
     return rig.replace(sensors=tuple(sensors))
 
 
@@ -270,9 +267,9 @@ LIES: dict[str, Lie] = {
     "rig file: bushings 60 mm too near to the clamp": bushings(position=lambda x: x - 0.06),
     "rig file: accelerometer 3 at 80 mm from its place": told(moved_sensor),
     "rig file: contact ten times too stiff": bushings(contact=lambda c: scaled(c, 10.0, "stiffness")),
-    "rig file: grease ten times too soft": bushings(grease=lambda g: dataclasses.replace(g, stiffness=g.stiffness / 10)),
+    "rig file: grease ten times too soft": bushings(grease=lambda g: replace(g, stiffness=g.stiffness / 10)),
     "rig file: damping ten times too small": told(
-        lambda rig: rig.replace(beam=dataclasses.replace(rig.beam, rayleigh=tuple(0.1 * r for r in rig.beam.rayleigh)))
+        lambda rig: rig.replace(beam=replace(rig.beam, rayleigh=tuple(0.1 * r for r in rig.beam.rayleigh)))
     ),
 }  # fmt: skip
 """What is wrong, by its name"""

@@ -6,10 +6,9 @@ Cubic Euler-Bernoulli elements with consistent mass (Przemieniecki, Theory of Ma
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -75,7 +74,7 @@ class Round:
 
     def replace(self, **changes: object) -> Self:
         """Return a copy with other values."""
-        return dataclasses.replace(self, **changes)
+        return replace(self, **changes)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ file would say that knows them.
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.signal
@@ -207,7 +207,7 @@ def draw_structure(names: Sequence[str], seed: int, rig: Rig) -> Structure:
             raise ClearanceError(f"structure {name} is unknown; known: {', '.join(known)}")
         drawn = known[name](np.random.default_rng((seed, 31, list(known).index(name))), rig)
         own = {f.name: value for f in dataclasses.fields(drawn) if (value := getattr(drawn, f.name))}
-        found = dataclasses.replace(found, **own | {"base": (*found.base, *drawn.base)})
+        found = replace(found, **own | {"base": (*found.base, *drawn.base)})
     return found
 
 
@@ -232,14 +232,14 @@ def written(structure: Structure, rig: Rig, fs: float) -> Rig:
     if structure.housings:
         probe = "base" if structure.probes_on_base else "housing"
         housings = [Housing(h.stiffness, h.mass, h.damping, probe) for h in structure.housings]
-        fields["bushings"] = tuple(dataclasses.replace(b, housing=h) for b, h in zip(rig.bushings, housings))
+        fields["bushings"] = tuple(replace(b, housing=h) for b, h in zip(rig.bushings, housings))
     if block := structure.clamp:
         turning = rig.beam.clamp.rotation if rig.beam.clamp else None
         stand = RigClamp(turning, block.stiffness, mass=block.mass, translation_damping=block.damping)
-        fields["beam"] = dataclasses.replace(rig.beam, clamp=stand)
+        fields["beam"] = replace(rig.beam, clamp=stand)
     if structure.late:
         number, samples = structure.late
         sensors = list(rig.sensors)
-        sensors[number] = dataclasses.replace(sensors[number], delay=samples / fs)
+        sensors[number] = replace(sensors[number], delay=samples / fs)
         fields["sensors"] = tuple(sensors)
     return rig.replace(**fields)

@@ -9,7 +9,6 @@ displacement probes, with points or 20 mm as bushings in turn and behind anti-al
 What was judged already stays in --out.
 """
 
-import dataclasses
 import itertools
 import json
 import sys
@@ -18,6 +17,7 @@ import time
 import tomllib
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -56,7 +56,7 @@ def judge(names: tuple[str, ...], seed: int, probes: bool = True) -> dict:
         found = fit_bench(dataset)
         seconds, rows = time.perf_counter() - start, _frfs(found, dataset)
         rig = written(bench.structure, bench.rig, FS)
-        told = Dataset(rig, tuple(dataclasses.replace(r, rig=rig) for r in dataset.records), dataset.path)
+        told = Dataset(rig, tuple(replace(r, rig=rig) for r in dataset.records), dataset.path)
         known = _frfs(fit_bench(told), dataset) if names else rows
     for row, best in zip(rows, known):
         row["known"] = best["rmse_db"]

@@ -7,11 +7,11 @@ Two kinds of synthetic benches, whose physics the package does not share: the vi
 rig files leave open, and other laws of contact and grease. Writes a row for each clearance, and the figure.
 """
 
-import dataclasses
 import math
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -47,8 +47,8 @@ def course(rig: Rig, truth: Truth, bushing: int, change: str) -> Callable[[float
         late = max(0.0, t / CHANGED - AT) / (1 - AT)
         gap, stiffness = CHANGES.get(change, (1 + (WEAR - 1) * late, 1.0)) if late > 0 else (1.0, 1.0)
         bushings, truths = list(rig.bushings), [truth] * len(rig.bushings)
-        bushings[bushing] = dataclasses.replace(bushings[bushing], gap=gap * bushings[bushing].gap)
-        truths[bushing] = dataclasses.replace(truth, contact_stiffness=stiffness * truth.contact_stiffness)
+        bushings[bushing] = replace(bushings[bushing], gap=gap * bushings[bushing].gap)
+        truths[bushing] = replace(truth, contact_stiffness=stiffness * truth.contact_stiffness)
         return rig.replace(bushings=tuple(bushings)), truths
 
     return now

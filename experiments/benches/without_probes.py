@@ -7,9 +7,9 @@ well or hardly, records at 1, 2 or 4 levels, 8 to 24 s long, at 1 to 4 kHz, with
 or with hits beside them. Benches that the table already holds are not identified again.
 """
 
-import dataclasses
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -55,9 +55,7 @@ def drawn_bench(seed: int) -> tuple[Bench, list[tuple[str, Excitation, float | N
 
 def _with_grease(rig: Rig, rng: np.random.Generator) -> Rig:
     stiffness = float(np.exp(rng.uniform(*np.log(STIFFNESS))))
-    return rig.replace(
-        bushings=tuple(dataclasses.replace(b, grease=Grease(stiffness, b.grease.damping)) for b in rig.bushings)
-    )
+    return rig.replace(bushings=tuple(replace(b, grease=Grease(stiffness, b.grease.damping)) for b in rig.bushings))
 
 
 def write(seed: int, folder: Path) -> None:

@@ -6,9 +6,8 @@ degree: by its three terms the energy of a cycle grows as the amplitude to the p
 between 2 and 3 where little slips (D. J. Segalman, J. Appl. Mech. 72, 2005, 752), above where more begins to.
 """
 
-import dataclasses
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -102,7 +101,7 @@ class ForcedTest:
 
     def mode(self, mode: JointedMode) -> JointedMode:
         """Return the mode as it was on the day of this test."""
-        return dataclasses.replace(mode, frequency=mode.frequency + self.shift)
+        return replace(mode, frequency=mode.frequency + self.shift)
 
     def accelerance(self, mode: JointedMode, frequency: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
         """(n,) complex acceleration over force, 1/kg, at (n,) Hz where the mode vibrates with amplitudes (n,), m."""
@@ -181,9 +180,9 @@ class JointedModeFit:
         for values, (frequency, damping, shift) in zip(self.estimates.draw(n, seed), deviations):
             mode, test = _mode_and_test(values, self.mode.reach)
             changed = mode.frequency + frequency, max(mode.damping + damping, 0.0)
-            mode = dataclasses.replace(mode, frequency=changed[0], damping=changed[1])
-            draws.append((mode, dataclasses.replace(test, shift=test.shift + shift)))
-        return draws
+            mode = replace(mode, frequency=changed[0], damping=changed[1])
+            found.append((mode, replace(test, shift=test.shift + shift)))
+        return found
 
 
 def fit_jointed_mode(decays: Sequence[Decay], curve: ForcedCurve, reach: float) -> JointedModeFit:

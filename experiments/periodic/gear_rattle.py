@@ -1,8 +1,8 @@
 """The map of a loose gear at idle over its mean torques and the engine's ripple, and how long it takes."""
 
-import dataclasses
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,7 @@ def main(out: Path = ROOT / "docs" / "gear_rattle.png", workers: int = 2) -> Non
     rig = cm.Rig.load(ROOT / "models" / "gear_pair.toml")
     contact = rig.bushings[0].contact
     softer = cm.rig.Contact(contact.stiffness / SOFTER, contact.damping / SOFTER**0.5)
-    model = cm.Model(rig.replace(bushings=(dataclasses.replace(rig.bushings[0], contact=softer),)))
+    model = cm.Model(rig.replace(bushings=(replace(rig.bushings[0], contact=softer),)))
     turns = [rig.spin.speed / (2 * np.pi)]
     begun = time.perf_counter()
     found = cm.periodic.map_impacts(model, RIPPLES, turns, LOADS, workers=workers)

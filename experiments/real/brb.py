@@ -8,8 +8,8 @@ force was controlled, the force that holds the measured amplitude where the resp
     python -m experiments.real.brb FOLDER --out results/real_brb
 """
 
-import dataclasses
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +53,7 @@ def ratio(decays: dict[int, Decay], sensor: int) -> float:
 
 def in_metres(found: Decay, factor: float) -> Decay:
     """Displacements at the first accelerometer."""
-    return dataclasses.replace(found, amplitude=factor * found.amplitude / (2 * np.pi * found.frequency) ** 2)
+    return replace(found, amplitude=factor * found.amplitude / (2 * np.pi * found.frequency) ** 2)
 
 
 def as_curve(sine: SteppedSine) -> ForcedCurve:

@@ -3,12 +3,12 @@
 Writes the figure and the table of docs/vehicle_sensors.md, with controllers as they are tuned in the package.
 """
 
-import dataclasses
 import itertools
 import math
 import sys
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -44,23 +44,19 @@ class Sweep(NamedTuple):
 def delayed(milliseconds: float) -> CarSensors:
     """Return sensors whose messages take this long in the mean."""
     mean = 1e-3 * milliseconds
-    return dataclasses.replace(CAR, delay=(max(mean - JITTER, 0.0), mean + min(mean, JITTER)))
+    return replace(CAR, delay=(max(mean - JITTER, 0.0), mean + min(mean, JITTER)))
 
 
 def noisy(factor: float) -> CarSensors:
     """Return sensors whose noises, offsets and scale, but for the position's, are so many times a car's."""
-    return dataclasses.replace(CAR, **{name: factor * getattr(CAR, name) for name in NOISES})
+    return replace(CAR, **{name: factor * getattr(CAR, name) for name in NOISES})
 
 
 SWEEPS = (
     Sweep("Delay of messages (ms)", 20.0, (0.0, 10.0, 20.0, 30.0, 40.0, 60.0), delayed),
     Sweep("Noise and offsets (times a car's)", 1.0, (0.0, 1.0, 2.0, 4.0), noisy),
-    Sweep(
-        "Noise of position (mm)", 20.0, (0.0, 10.0, 20.0, 40.0), lambda mm: dataclasses.replace(CAR, position=1e-3 * mm)
-    ),
-    Sweep(
-        "Rate of position (Hz)", 20.0, (5.0, 10.0, 20.0, 50.0), lambda hz: dataclasses.replace(CAR, position_rate=hz)
-    ),
+    Sweep("Noise of position (mm)", 20.0, (0.0, 10.0, 20.0, 40.0), lambda mm: replace(CAR, position=1e-3 * mm)),
+    Sweep("Rate of position (Hz)", 20.0, (5.0, 10.0, 20.0, 50.0), lambda hz: replace(CAR, position_rate=hz)),
 )
 
 

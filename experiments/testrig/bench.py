@@ -1,7 +1,7 @@
 """The bench: a rig with its hidden truth, shaken."""
 
-import dataclasses
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 
 import numpy as np
 
@@ -73,7 +73,7 @@ def simulate_rig(
     bushings, sensors = len(rig.bushings), len(rig.sensors)
     acceleration, displacement, contact, grease = np.split(outputs.T, sensors + bushings * np.arange(3))
     provenance = {
-        "source": "synthetic: virtual test rig", "rig": rig.to_dict(), "truth": [dataclasses.asdict(t) for t in truths],
+        "source": "synthetic: virtual test rig", "rig": rig.to_dict(), "truth": [asdict(t) for t in truths],
         "excitation": dict(excitation.description), "seed": seed, "version": __version__,
         "contact_fraction": (touching / (excitation.value.size * FACTOR)).tolist(),
     }  # fmt: skip

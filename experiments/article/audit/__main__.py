@@ -4,6 +4,7 @@ import argparse
 import dataclasses
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import pandas as pd
@@ -39,7 +40,7 @@ def _run(options: argparse.Namespace) -> dict:
         for claim in (claim for claim in claims if not claim.holds):
             print(f"{claim.where}: {claim.text}\n    {claim.printed}; recomputed {claim.recomputed}: {claim.verdict}")
         print(f"{sum(claim.holds for claim in claims)} of {len(claims)} claims hold")
-    return {"claims": [dataclasses.asdict(claim) | {"holds": claim.holds} for claim in claims]}
+    return {"claims": [asdict(claim) | {"holds": claim.holds} for claim in claims]}
 
 
 if __name__ == "__main__":

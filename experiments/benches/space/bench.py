@@ -10,7 +10,7 @@ import cmath
 import dataclasses
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -105,7 +105,7 @@ class Bench:
     def forces(self) -> tuple[Hole, ...]:
         """The bushings, then dashpots: holes so wide that nothing ever touches."""
         mu, dashpots = self.structure.friction, (dashpot(s.position, s.damping) for s in self.structure.springs)
-        return (*(dataclasses.replace(h, friction=mu or h.friction) for h in self.holes), *dashpots)
+        return (*(replace(h, friction=mu or h.friction) for h in self.holes), *dashpots)
 
     @property
     def ends(self) -> np.ndarray:
@@ -119,9 +119,9 @@ class Bench:
     def truth(self) -> dict:
         """Nested plain data for truth.toml."""
         parts = ("holes", "stations", "probes", "unbalances")
-        lists = {name: [dataclasses.asdict(item) for item in getattr(self, name)] for name in parts}
+        lists = {name: [asdict(item) for item in getattr(self, name)] for name in parts}
         lists["bushings"] = lists.pop("holes")
-        shaft = dataclasses.asdict(self.rotor) | {"frequencies": self.shaft.frequencies(5).tolist()}
+        shaft = asdict(self.rotor) | {"frequencies": self.shaft.frequencies(5).tolist()}
         for bushing, down in zip(lists["bushings"], self.shaft.sag([h.position for h in self.holes]).tolist()):
             bushing["sag_without_bushings"] = down
             bushing["friction"] = self.structure.friction or bushing["friction"]

@@ -7,12 +7,12 @@ A bench's records are made if the folder beside the table does not hold them yet
 validate are read only to judge. Benches that the table already holds are not identified again.
 """
 
-import dataclasses
 import math
 import sys
 import time
 import tomllib
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -203,7 +203,7 @@ def _onset(
     twice = 2 * np.arctan2(z, y)
     narrowed = gap / (gap + oval[0] * np.cos(twice) + oval[1] * np.sin(twice))
     moved = np.stack((narrowed * y, narrowed * z), axis=1) - rest[:, None]
-    return onset_of_contact(dataclasses.replace(orbits, position=moved), rest, gap)
+    return onset_of_contact(replace(orbits, position=moved), rest, gap)
 
 
 def _predicted(found: BenchFit, record: PreparedRecord) -> np.ndarray:

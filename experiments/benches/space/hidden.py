@@ -10,7 +10,7 @@ import cmath
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -96,18 +96,12 @@ class Structure:
     def truth(self) -> dict:
         """Plain data of what is there."""
         found = {
-            "housings": [
-                dataclasses.asdict(h) | {"stiffness": h.stiffness, "damping": h.damping} for h in self.housings
-            ],
+            "housings": [asdict(h) | {"stiffness": h.stiffness, "damping": h.damping} for h in self.housings],
             "masses": [{"position": m.position, "mass": m.mass} for m in self.masses],
-            "springs": [dataclasses.asdict(s) for s in self.springs],
-            "bends": [dataclasses.asdict(b) for b in self.bends],
-            "couplings": [
-                {name: [abs(m), cmath.phase(m)] for name, m in dataclasses.asdict(c).items()} for c in self.couplings
-            ],
-            "creep": self.creep,
-            "friction": self.friction,
-        }
+            "springs": [asdict(s) for s in self.springs], "bends": [asdict(b) for b in self.bends],
+            "couplings": [{name: [abs(m), cmath.phase(m)] for name, m in asdict(c).items()} for c in self.couplings],
+            "creep": self.creep, "friction": self.friction,
+        }  # fmt: skip
         return {name: items for name, items in found.items() if items}
 
 
@@ -184,7 +178,7 @@ def draw_structure(names: Sequence[str], seed: int, kind: int, shaft: Rotor, bus
         rng = np.random.default_rng((seed, STREAM, kind, list(CLASSES).index(name)))
         drawn = CLASSES[name](rng, shaft, bushings)
         own = {f.name: value for f in dataclasses.fields(drawn) if (value := getattr(drawn, f.name))}
-        found = dataclasses.replace(found, **own)
+        found = replace(found, **own)
     return found
 
 

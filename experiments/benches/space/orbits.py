@@ -4,12 +4,12 @@ python -m experiments.benches.space.orbits gaps --kinds rotor pump steering --se
 python -m experiments.benches.space.orbits twin
 """
 
-import dataclasses
 import math
 import sys
 import time
 import tomllib
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -73,8 +73,8 @@ def judge(kind: str, seed: int, folder: Path) -> None:
 def changing(bench: Bench, speed: float, factors: dict[str, float], seconds: float) -> cm.Record:
     """Return a record at one speed, rad/s, in whose middle numbers of all bushings change by factors."""
     half = round(seconds / 2 * FS)
-    holes = (dataclasses.replace(h, **{n: f * getattr(h, n) for n, f in factors.items()}) for h in bench.holes)
-    later = dataclasses.replace(bench, holes=tuple(holes))
+    holes = (replace(h, **{n: f * getattr(h, n) for n, f in factors.items()}) for h in bench.holes)
+    later = replace(bench, holes=tuple(holes))
     first, second = Spin(speed), Spin(speed, angle=math.fmod(speed * half / FS, 2 * math.pi))
     parts = [simulate(bench, spin=first, size=half), simulate(later, spin=second, size=half)]
     moved = np.concatenate([p.displacement for p in parts], axis=2)

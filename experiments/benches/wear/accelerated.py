@@ -6,7 +6,7 @@ Life goes with one over the coefficient, so both are compared as hours times coe
 harmonic balance nor steps that adapt: after every few periods the gap is that which they wore.
 """
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,7 +24,7 @@ CASES = {Sine(9.25, 2.0): (2e-6, 1e-6), Sine(39.0, 5.0): (2e-5, 1e-5)}
 
 def worn_model(rig: Rig, coefficient: float) -> Model:
     """The rig with its datasheet law, each bushing with the same coefficient of wear, m²/N."""
-    return Model(rig.replace(bushings=tuple(dataclasses.replace(b, wear=coefficient) for b in rig.bushings)))
+    return Model(rig.replace(bushings=tuple(replace(b, wear=coefficient) for b in rig.bushings)))
 
 
 def whole_march(rig: Rig, sine: Sine, coefficient: float, periods: int = 4) -> float:

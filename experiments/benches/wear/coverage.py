@@ -6,9 +6,9 @@ From the first third of each machine's life; a row for each machine and bushing,
 what stands there instead of what is known of it: what intervals then are wide is the walk of the coefficients.
 """
 
-import dataclasses
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -82,7 +82,7 @@ def main(
     for seed in tqdm(wanted, desc="machines"):
         machine = make_machine(seed)
         if machine and truth:
-            machine = dataclasses.replace(machine, model=machine.truth)
+            machine = replace(machine, model=machine.truth)
         rows += [] if machine is None or np.isnan(machine.life).all() else rows_of(machine, drift)
         write_csv(out / f"remaining_{first}.csv", rows)
     print(summary(pd.DataFrame(rows)))

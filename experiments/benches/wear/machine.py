@@ -8,6 +8,7 @@ is always the same, and standard deviations that are off the true ones.
 
 import dataclasses
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -58,7 +59,7 @@ def make_machine(seed: int) -> Machine | None:
     gaps = 3e-4 * (1 + 0.15 * rng.uniform(-1, 1, 2))
     operation, long = _operations(rng, seed)
     true = _true_model(nominal, gaps, rng)
-    told = tuple(dataclasses.replace(b, gap=float(g), wear=COEFFICIENT) for b, g in zip(nominal.bushings, gaps))
+    told = tuple(replace(b, gap=float(g), wear=COEFFICIENT) for b, g in zip(nominal.bushings, gaps))
     law = _told_law(true.law, rng)
     model = Model(nominal.replace(bushings=told), law, partial(_drawn, nominal.replace(bushings=told), law))
     course = _course(true, long, rng)
@@ -69,8 +70,7 @@ def make_machine(seed: int) -> Machine | None:
     share = rng.uniform(0.7, 1.0, 2)
     limit = np.where(grown > LEAST, gap[0] + share * (gap[-1] - gap[0]), np.nan)
     life = np.array([np.interp(l, g, hours) if np.isfinite(l) else np.nan for l, g in zip(limit, gap.T)])
-    as_told = tuple(dataclasses.replace(b, wear=COEFFICIENT) for b in true.rig.bushings)
-    truth = Model(true.rig.replace(bushings=as_told), true.law)
+    truth = Model(true.rig.replace(bushings=tuple(replace(b, wear=COEFFICIENT) for b in true.rig.bushings)), true.law)
     return Machine(seed, model, truth, operation, hours, gap, limit, life)
 
 
@@ -89,12 +89,12 @@ def _operations(rng: np.random.Generator, seed: int) -> tuple[Operation, Operati
 def _true_model(nominal: Rig, gaps: np.ndarray, rng: np.random.Generator) -> Model:
     """What stands there: numbers off by what an identification leaves, another contact."""
     assert nominal.beam
-    beam = dataclasses.replace(nominal.beam, young_modulus=nominal.beam.young_modulus * (1 + 0.01 * rng.normal()))
-    masses = tuple(dataclasses.replace(m, mass=m.mass * (1 + 0.02 * rng.normal())) for m in nominal.masses)
+    beam = replace(nominal.beam, young_modulus=nominal.beam.young_modulus * (1 + 0.01 * rng.normal()))
+    masses = tuple(replace(m, mass=m.mass * (1 + 0.02 * rng.normal())) for m in nominal.masses)
     bushings = tuple(
-        dataclasses.replace(
+        replace(
             b, gap=float(gap), wear=float(COEFFICIENT * np.exp(0.5 * rng.normal())),
-            grease=dataclasses.replace(b.grease, stiffness=b.grease.stiffness * float(np.exp(0.1 * rng.normal()))),
+            grease=replace(b.grease, stiffness=b.grease.stiffness * float(np.exp(0.1 * rng.normal()))),
         )
         for b, gap in zip(nominal.bushings, gaps)
     )  # fmt: skip
@@ -122,10 +122,10 @@ def _drawn(rig: Rig, law: ConstantLaw, n: int, seed: int) -> list[Model]:
 def _off(rig: Rig, rng: np.random.Generator) -> Rig:
     """A rig whose numbers are off by what an identification leaves."""
     assert rig.beam
-    beam = dataclasses.replace(rig.beam, young_modulus=rig.beam.young_modulus * (1 + 0.01 * rng.normal()))
-    masses = tuple(dataclasses.replace(m, mass=m.mass * (1 + 0.02 * rng.normal())) for m in rig.masses)
+    beam = replace(rig.beam, young_modulus=rig.beam.young_modulus * (1 + 0.01 * rng.normal()))
+    masses = tuple(replace(m, mass=m.mass * (1 + 0.02 * rng.normal())) for m in rig.masses)
     bushings = tuple(
-        dataclasses.replace(b, grease=dataclasses.replace(b.grease, stiffness=b.grease.stiffness * float(factor)))
+        replace(b, grease=replace(b.grease, stiffness=b.grease.stiffness * float(factor)))
         for b, factor in zip(rig.bushings, np.exp(0.1 * rng.normal(size=len(rig.bushings))))
     )
     return rig.replace(beam=beam, masses=masses, bushings=bushings)

@@ -1,6 +1,6 @@
 """SMC with the switching gain that holds against the whole lost motion, k₂ + b h (Slotine and Li, section 7.1)."""
 
-import dataclasses
+from dataclasses import replace
 
 from clearance_mj.vehicle.controllers.base import Controller, Task
 from clearance_mj.vehicle.controllers.design import DesignModel
@@ -12,7 +12,7 @@ def _with_larger_gain(controller: Controller, task: Task, prior: ClearancePrior)
     assert isinstance(controller, SlidingMode)
     model = DesignModel(task.vehicle, task.servo, task.speed, task.period)
     larger = controller.switching + input_gain(model, controller.look_ahead) * prior.half_gap
-    return dataclasses.replace(controller, switching=larger)
+    return replace(controller, switching=larger)
 
 
 register(
