@@ -16,7 +16,7 @@ def run(function: Callable, doc: str | None, arguments: Sequence[str] | None = N
     A parameter without a default is positional, one that is False is a flag; types are those of the annotations, with
     ``Literal`` for choices and ``Sequence`` for several values. The description is the first line of ``doc``.
     """
-    parser = argparse.ArgumentParser(description=(doc or "").splitlines()[0])
+    parser = argparse.ArgumentParser(description=(doc or "").partition("\n")[0])
     for name, parameter in inspect.signature(function).parameters.items():
         required, default = parameter.default is parameter.empty, parameter.default
         settings = {"action": "store_true"} if default is False else _settings(parameter.annotation)
