@@ -153,7 +153,9 @@ class SpecialMotions(Continuation):
         with suppress(NoConvergence):
             return super()._solve_between(omega, before, after)
         fraction = (omega - before.parameter) / (after.parameter - before.parameter)
-        if (special := self._locate(replace(after, parameter=omega, z=before.z + fraction * (after.z - before.z)))) is None:
+        if (
+            special := self._locate(replace(after, parameter=omega, z=before.z + fraction * (after.z - before.z)))
+        ) is None:
             raise NoConvergence(omega)
         return special
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from clearance_mj import FRF, RecordError, Rig, Sensor
-from clearance_mj.study import Case, Study
+from clearance_mj.study import Study, StudyCase
 
 from .result import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
 

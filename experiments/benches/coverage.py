@@ -98,7 +98,7 @@ def exact(truth: dict) -> dict[str, float]:
 def markdown(rows: pd.DataFrame) -> str:
     """Return a line for each parameter: error, distance in standard deviations, and how often the interval held."""
     rows = rows.assign(kind=rows["what"].str.replace(r"\[\d+\]", "", regex=True))
-    lines = [("what", "number", "RMS error", "RMS z", "90 % interval held, %")]
+    lines = [("quantity", "number", "RMS error", "RMS z", "true value in the 90 % interval, %")]
     for kind, of in rows.groupby("kind", sort=False):
         error = f"{_rms(of['value'] - of['truth']):.3g}"
         if kind.startswith("FRF"):

@@ -89,7 +89,7 @@ def judge(seed: int, out: Path) -> pd.DataFrame:
 
 def markdown(rows: pd.DataFrame) -> str:
     """Return a line for gaps and one for offsets: error, and how often the interval held."""
-    lines = [("what", "number", "median error", "RMS z", "90 % interval held, %")]
+    lines = [("quantity", "number", "median error", "RMS z", "true value in the 90 % interval, %")]
     for kind, of in rows.groupby(rows["what"].str.rpartition(".")[2]):
         error = (of["value"] - of["truth"]).abs()
         typical = f"{(error / of['truth']).median():.2%}" if kind == "gap" else f"{1e6 * error.median():.1f} µm"

@@ -181,8 +181,8 @@ class JointedModeFit:
             mode, test = _mode_and_test(values, self.mode.reach)
             changed = mode.frequency + frequency, max(mode.damping + damping, 0.0)
             mode = replace(mode, frequency=changed[0], damping=changed[1])
-            found.append((mode, replace(test, shift=test.shift + shift)))
-        return found
+            draws.append((mode, replace(test, shift=test.shift + shift)))
+        return draws
 
 
 def fit_jointed_mode(decays: Sequence[Decay], curve: ForcedCurve, reach: float) -> JointedModeFit:

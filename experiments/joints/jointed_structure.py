@@ -22,7 +22,7 @@ from tqdm import tqdm
 from clearance_mj import Bushing, Contact, Excitation, Grease, RecordError, Response, Rig, Sensor, Shaker
 from clearance_mj.clearance import ConstantLaw, MaxwellSlip
 from clearance_mj.engines import simulate_and_keep
-from clearance_mj.estimate import Parameter, Problem, Solution, Stop, solve
+from clearance_mj.estimate import Parameter, Problem, Solution, StoppingCriteria, solve
 from clearance_mj.signals.frf import FRF, QUANTITY
 from clearance_mj.signals.nonlinear import periods
 from clearance_mj.signals.welch import lines_within

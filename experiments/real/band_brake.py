@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 
 from clearance_mj.core.errors import RecordError
 from clearance_mj.core.jit import jit
-from clearance_mj.estimate import Estimates, Parameter, Problem, SoftL1, Stop, coloured, one_by_one, solve
+from clearance_mj.estimate import Estimates, Parameter, Problem, SoftL1, StoppingCriteria, coloured, one_by_one, solve
 from experiments.joints.hysteresis import UNRELATED, checked, checked_records
 
 SIDE = {"slide": "N", "start": "1", "rise": "1", "elastic": "m", "exponent": "1"}

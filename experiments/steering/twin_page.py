@@ -37,7 +37,7 @@ def convergence_table(table: pd.DataFrame) -> str:
     """Return errors and coverage, as Markdown."""
     lines = [(
         "regime", "time, s", "median error of the half-gap, %", "mean", "worst", "fraction within 5 %, %",
-        "within 10 %, %", "95 % intervals that hold, %: half-gap", "stiffness", "friction",
+        "within 10 %, %", "true value in the 95 % interval, %: half-gap", "stiffness", "friction",
     )]  # fmt: skip
     for (regime, at), here in table.groupby(["regime", "time"], sort=False):
         e = 100 * here["error"]

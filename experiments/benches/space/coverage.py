@@ -226,7 +226,9 @@ def _mean_orbits(record: PreparedRecord, displacement: np.ndarray, run: np.ndarr
 
 def summary(rows: pd.DataFrame) -> str:
     """Return a line for each number: typical and largest error, how often it is on target and the interval holds."""
-    lines = [("what", "number", "median error", "largest", "on target, %", "90 % interval held, %")]
+    lines = [
+        ("quantity", "number", "median error", "largest", "within the limit, %", "true value in the 90 % interval, %")
+    ]
     for what, all_ in rows.groupby("what", sort=False):
         of = all_[~all_["only_prior"].eq(True)]  # of others the records tell nothing
         ratio = of["value"] / of["truth"]
