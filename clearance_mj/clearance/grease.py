@@ -27,7 +27,7 @@ class GreaseModel(Registered, ABC):
     """
 
     known, refusal, called = GREASES, LawError, "grease"
-    turned: ClassVar[bool] = False
+    is_circulatory: ClassVar[bool] = False
     """True if its elastic force is due to the turning of the shaft, and stores no energy"""
 
     @abstractmethod

@@ -21,7 +21,7 @@ __all__ = ["OilBearing"]
 class OilBearing(GreaseModel):
     """A plain bearing filled with oil; `force` acts on the journal."""
 
-    turned: ClassVar[bool] = True
+    is_circulatory: ClassVar[bool] = True
     fullest: ClassVar[float]  #: eccentricity ratio up to which the film's forces are known
     viscosity: Positive
     """μ, Pa s"""

@@ -45,7 +45,7 @@ class ClearanceRecord:
     was: int  # that of a step before, for energies
     offset: int  # m from the middle to the unloaded shaft
     preload: int  # of the filling's springs there, N
-    held: int  # their energy there, J
+    static_energy: int  # their energy there, J
     envelope: int  # of the motion, m
     decay: int  # its factor per step
     by_amplitude: bool  # the law's abscissa is the envelope, m, instead of time, s
@@ -68,7 +68,7 @@ class ClearanceRecord:
     filling_law: int
     filling_energy: int
     filling_by_lane: bool
-    turned: bool  # its elastic force is due to turning and stores no energy
+    is_circulatory: bool  # its elastic force is due to turning and stores no energy
     wall: int  # the wall's parameters; for one coordinate without friction its positions, m
     wall_size: int  # number of them
     reach: int  # m from the middle, radius without contact
@@ -161,7 +161,8 @@ def clearance_records(rig: WithBushings, law: WithTable, step: float) -> Clearan
         wall_numbers = bushing.walls if touching == 1 else wall.parameters(bushing.gap)
         blocks = {
             "limit": [1e3 * bushing.gap + 1.0], "place": [0.0] * size, "was": [0.0] * size, "offset": offset,
-            "preload": preload, "held": [energy], "envelope": [0.0], "decay": [float(decay)], "period": [table.period],
+            "preload": preload, "static_energy": [energy], "envelope": [0.0], "decay": [float(decay)],
+            "period": [table.period],
             "table": table.parameters[:, j].ravel(), "contact": table.parameters[0, j],
             "contact_was": table.parameters[0, j], "filling": model.parameters(),
             "memory": [0.0] * model.states(size), "memory_was": [0.0] * model.states(size), "wall": wall_numbers,
@@ -173,7 +174,7 @@ def clearance_records(rig: WithBushings, law: WithTable, step: float) -> Clearan
         record["coordinates"], record["touching"], record["rubs"] = size, touching, rubbing
         record["filling_size"], record["states"] = len(blocks["filling"]), len(blocks["memory"])
         record["filling_law"], record["filling_energy"] = model.addresses(size)
-        record["wall_size"], record["turned"] = len(wall_numbers), model.turned
+        record["wall_size"], record["is_circulatory"] = len(wall_numbers), model.is_circulatory
         record["wall_law"] = address(type(wall).law, wall_law_of(1)) if touching == 2 else 0
     return Clearance(records, np.array(numbers, dtype=float))
 

@@ -39,6 +39,6 @@ def run(options: Options) -> Result:
 
 def _report(update: RigUpdate, diagnosis: Diagnosis) -> Iterator[str]:
     for piece in update.misfit:
-        yield f"record {piece.record}: misfit up to {100 * piece.share.max():.1f} %"
+        yield f"record {piece.record}: misfit up to {100 * piece.relative_error.max():.1f} %"
     yield from parameter_words(update.estimates, 40, f"{'now':>11s}   std  (posterior over prior)")
     yield from (f"warning: {words}" for words in (*update.warnings, *diagnosis.words))

@@ -28,7 +28,7 @@ if not TYPE_CHECKING:
 
 
 class SeveralRuns(ABC):
-    """Runs that are advanced together from their start under one excitation. Made by `SimulationRun.beside`."""
+    """Runs that are advanced together from their start under one excitation. Made by `SimulationRun.combine`."""
 
     @abstractmethod
     def advance(self, excitation: np.ndarray) -> np.ndarray:
@@ -46,11 +46,11 @@ class SeveralRuns(ABC):
 class SimulationRun(ABC):
     """A running simulation, advanced block by block."""
 
-    def alike(self) -> object | None:
+    def batch_key(self) -> object | None:
         """Return a key that is equal for runs that can be advanced together; None if this one cannot be."""
         return None
 
-    def beside(self, runs: Sequence[SimulationRun]) -> SeveralRuns:
+    def combine(self, runs: Sequence[SimulationRun]) -> SeveralRuns:
         """Combine runs that are `alike`, of which this is one."""
         raise ClearanceError("the engine advances one run at a time; use modal")
 
@@ -82,8 +82,8 @@ class Engine(Registered, ABC):
 
     known, refusal, called = _ENGINES, ClearanceError, "engine {name}"
     at_once: ClassVar[int] = 1
-    """number of cases that batches hand over together; if more than one, `SimulationRun.alike` ones run as one program,
-    and ``advance`` of `SimulationRun.beside` takes an excitation (n, n_inputs) of each"""
+    """number of cases that batches hand over together; if more than one, those of one `SimulationRun.batch_key` run as
+    one program, and ``advance`` of `SimulationRun.combine` takes an excitation (n, n_inputs) of each"""
 
     @abstractmethod
     def largest_step(self, rig: Rig, law: Law) -> float:

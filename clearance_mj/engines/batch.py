@@ -172,7 +172,7 @@ def _simulate_groups(batch: Sequence[Simulation | ClearanceError]) -> list[Respo
     groups = collections.defaultdict[object, dict[int, Simulation]](dict)
     for i, simulation in enumerate(batch):
         if isinstance(simulation, Simulation):
-            groups[simulation.run.alike() if simulation.engine.at_once > 1 else i][i] = simulation
+            groups[simulation.run.batch_key() if simulation.engine.at_once > 1 else i][i] = simulation
     results: dict[int, Response | ClearanceError] = {
         i: error for i, error in enumerate(batch) if isinstance(error, ClearanceError)
     }
@@ -189,7 +189,7 @@ def _simulate_together(simulations: Sequence[Simulation]) -> list[Response | Cle
             return [first.whole()]
         except ClearanceError as error:
             return [error]
-    runs, factor = first.run.beside([simulation.run for simulation in simulations]), first.interpolator.factor
+    runs, factor = first.run.combine([simulation.run for simulation in simulations]), first.interpolator.factor
     block = int(np.clip(LARGEST_BLOCK // (len(simulations) * first.columns * factor), 1, BLOCK))
     signals = [_pad(s.excitation.value.T, s.excitation.value.shape[-1] + s.ahead) for s in simulations]
     samples: list[list[np.ndarray]] = [[] for _ in simulations]

@@ -159,10 +159,10 @@ def _fill_filling(
     filled: np.ndarray, at_filling: int,
 ) -> None:  # fmt: skip
     size = bushing.coordinates
-    stored = -numbers[bushing.held]
+    stored = -numbers[bushing.static_energy]
     for d in range(size):
         # The whole force of a turning film counts as its loss.
-        push = force[first + d, 0] - (0.0 if bushing.turned else filled[at_filling + d, 0])
+        push = force[first + d, 0] - (0.0 if bushing.is_circulatory else filled[at_filling + d, 0])
         clearance[0] += push * way[first + d, 0]
         stored -= numbers[bushing.preload + d] * x[first + d, 0]
     out, offset = at(numbers, bushing.out), bushing.offset

@@ -229,7 +229,7 @@ class Linkage:
         return (whole.damping_ratios or ()) if isinstance(whole, Beam | Shaft | Shafts) else ()
 
     @property
-    def beside(self) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray] | tuple[()]:
+    def other_elements(self) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray] | tuple[()]:
         """Stiffness and damping of elements other than joints, and `free`; empty for joints alone."""
         if not len(self.springs.rows) and not len(self.fixed.rows) and not any(self.ratios):
             return ()

@@ -43,13 +43,15 @@ class Links(Engine):
         Gyroscopic moments and oil films act at the velocity in the middle of their kick, which limits no step.
         """
         plant, of_row = links_plant(rig, self.links), rig.bushing_of_row
-        grease = np.array([(0.0, 0.0) if g.turned else g.largest() for g in fillings_of(rig, law)]).reshape(-1, 2)
+        grease = np.array([(0.0, 0.0) if g.is_circulatory else g.largest() for g in fillings_of(rig, law)]).reshape(
+            -1, 2
+        )
         contacts = np.transpose((stiffest_contacts(rig, law), law.largest([b.gap for b in rig.bushings])[1]))
         whole, slides = plant.whole, slide_rows(rig)
         bristles = contacts[[*slides]] * [1.0, 0.0]
         rows = np.vstack((whole.at_points, np.repeat(plant.maps.at_rows[3 * rig.n_rows :], 2, axis=0)))
         forces = grease[of_row], np.vstack((contacts[of_row], bristles))
-        step = stable_step_with(whole.mass, whole.stiffness, rows, *forces, plant.armature, *whole.beside)
+        step = stable_step_with(whole.mass, whole.stiffness, rows, *forces, plant.armature, *whole.other_elements)
         return self.safety * step
 
     def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> SimulationRun:

@@ -177,7 +177,7 @@ def _foresight(
 ) -> VelocityPredictor:  # fmt: skip
     """Return the linear model of a step for a mass matrix (nv, nv) and rows (n, nv) of rigid supports."""
     whole, rows, n = plant.whole, plant.maps.at_rows, 3 * rig.n_rows
-    films = np.array([filling.turned for filling in fillings_of(rig, law)], dtype=bool)
+    films = np.array([filling.is_circulatory for filling in fillings_of(rig, law)], dtype=bool)
     loop_walls = np.array([type(b.wall_model) not in IN_MUJOCO for b in rig.bushings], dtype=bool)
     needed = bool(films.any() or loop_walls.any() or any(b.friction for b in rig.bushings) or whole.gyroscopic.size)
     mobility = whole.free @ np.linalg.solve(whole.free.T @ inertia @ whole.free, whole.free.T)

@@ -73,7 +73,7 @@ def _require_supported(rig: Rig, law: Law) -> None:
     for j, (bushing, filling) in enumerate(zip(rig.bushings, fillings_of(rig, law))):
         of_bushing = {
             "friction": bushing.friction is not None, f"walls {bushing.wall_model.name!r}":
-            type(bushing.wall_model) not in IN_MUJOCO, "an oil film that turns": filling.turned,
+            type(bushing.wall_model) not in IN_MUJOCO, "an oil film that turns": filling.is_circulatory,
         }  # fmt: skip
         unknown += [f"{what} at bushings[{j}]" for what, value in of_bushing.items() if value]
     if unknown:
@@ -159,12 +159,12 @@ class MjxRun(SimulationRun):
         self.alone = self.alone or MjxRuns([self])
         return self.alone.advance(excitation)[0]
 
-    def alike(self) -> object | None:
-        """Return step, sizes and laws; see `SimulationRun.alike`."""
+    def batch_key(self) -> object | None:
+        """Return step, sizes and laws; see `SimulationRun.batch_key`."""
         return self.step, self.kinds, self.clearances, tuple(part.shape for part in self.equations)
 
-    def beside(self, runs: Sequence[SimulationRun]) -> MjxRuns:
-        """Combine runs in one program; see `SimulationRun.beside`."""
+    def combine(self, runs: Sequence[SimulationRun]) -> MjxRuns:
+        """Combine runs in one program; see `SimulationRun.combine`."""
         return MjxRuns(cast(Sequence[MjxRun], runs))
 
     def rest(self) -> _Motion:
@@ -178,7 +178,7 @@ class MjxRun(SimulationRun):
 
 
 class MjxRuns(SeveralRuns):
-    """Runs from their start in one program, with equal `MjxRun.alike`."""
+    """Runs from their start in one program, with equal `MjxRun.batch_key`."""
 
     def __init__(self, runs: Sequence[MjxRun]):
         import jax

@@ -123,15 +123,15 @@ class ModalRun(SimulationRun):
             columns_at_rest[-1] = self.motion.turning[SPIN]
         return columns_at_rest
 
-    def alike(self) -> object | None:
-        """Return steps, sizes and kinds of laws; None if matrices change with the spin; see `SimulationRun.alike`."""
+    def batch_key(self) -> object | None:
+        """Return steps, sizes and kinds of laws; None if matrices change with the spin (`SimulationRun.batch_key`)."""
         if self.changes:
             return None
         shapes = tuple(np.shape(part) for part in self.linear[:10])
         return self.step, self.columns, shapes, self.linear.orders.tobytes(), shared_kinds(self.rig, self.law)
 
-    def beside(self, runs: Sequence[SimulationRun]) -> SideBySide:
-        """Combine the runs in lanes; see `SimulationRun.beside`."""
+    def combine(self, runs: Sequence[SimulationRun]) -> SideBySide:
+        """Combine the runs in lanes; see `SimulationRun.combine`."""
         return SideBySide(cast(Sequence[ModalRun], runs))
 
     def at_spin(self, spin: float) -> tuple[np.ndarray, np.ndarray]:
@@ -142,7 +142,7 @@ class ModalRun(SimulationRun):
 
 
 class SideBySide(SeveralRuns):
-    """Runs from their start with equal `ModalRun.alike`, under one excitation in lanes; see lanes.py."""
+    """Runs from their start with equal `ModalRun.batch_key`, under one excitation in lanes; see lanes.py."""
 
     def __init__(self, runs: Sequence[ModalRun]):
         self.runs, self.steps, self.step, self.lanes = runs, 0, runs[0].step, tuple(range(len(runs)))

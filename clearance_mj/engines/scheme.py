@@ -62,7 +62,7 @@ def driven(model: LinearModel, kinds: Kinds) -> tuple[np.ndarray, np.ndarray]:
 
 def slide_rows(rig: Rig) -> dict[int, int]:
     """Return the rows, after all others, of sliding along clearances of one coordinate that rub, by clearance."""
-    rubbing = [j for j, b in enumerate(rig.bushings) if b.slides is not None]
+    rubbing = [j for j, b in enumerate(rig.bushings) if b.sliding_point is not None]
     return {j: 3 * rig.n_rows + i for i, j in enumerate(rubbing)}
 
 

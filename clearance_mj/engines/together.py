@@ -108,7 +108,7 @@ def lane_groups(shared: Sequence[object | None]) -> list[list[int]]:
     Parameters
     ----------
     shared : sequence
-        Key of each that is equal for runs that can share lanes, such as `SimulationRun.alike`; None: with none.
+        Key of each that is equal for runs that can share lanes, such as `SimulationRun.batch_key`; None: with none.
     """
     alike: dict[object, list[int]] = defaultdict(list)
     for i, key in enumerate(shared):
@@ -125,7 +125,7 @@ def lanes_of(runs: Sequence[SimulationRun]) -> SeveralRuns:
         Runs of one group of `lane_groups`.
     """
     lanes = next(count for count in LANES if count >= len(runs))
-    return runs[0].beside([*runs, *[runs[-1]] * (lanes - len(runs))])
+    return runs[0].combine([*runs, *[runs[-1]] * (lanes - len(runs))])
 
 
 def _drive(excitation: Excitation, factor: int) -> np.ndarray:
@@ -151,4 +151,4 @@ def _simulate_in_lanes(simulations: Sequence[Simulation], drive: np.ndarray, for
 
 def _lane_key(simulation: Simulation) -> object | None:
     """Return the key of simulations that can share lanes; None if it cannot, or its channels are delayed."""
-    return None if simulation.late else simulation.run.alike()
+    return None if simulation.late else simulation.run.batch_key()

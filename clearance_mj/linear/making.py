@@ -53,7 +53,10 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         If the structure's mass is not positive or its stiffness negative, or it cannot turn as asked.
     """
     turns = rig.spin is not None and not rig.linear.is_torsional if turning is None else turning
-    across, more = rig.linear.in_other_plane, tuple((b.slides, 1.0) for b in rig.bushings if b.slides is not None)
+    across, more = (
+        rig.linear.in_other_plane,
+        tuple((b.sliding_point, 1.0) for b in rig.bushings if b.sliding_point is not None),
+    )
     of_planes: tuple[Structure | None, Structure] = (across, rig.linear)
     if turns:
         shaft = _turning_shaft(rig)

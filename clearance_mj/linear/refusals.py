@@ -50,6 +50,6 @@ def refuse_loaded(rig: Rig, what: str) -> None:
             f"{what} knows no gravity and no loads, and rig {rig.name!r} has them: leave them out, and give the "
             "offsets at which they hold the shaft"
         )
-    rubbing = next((i for i, b in enumerate(rig.bushings) if b.slides is not None), None)
+    rubbing = next((i for i, b in enumerate(rig.bushings) if b.sliding_point is not None), None)
     if rubbing is not None:
         raise ClearanceError(f"{what} knows no friction of slots: rig {rig.name!r}, bushings[{rubbing}].friction")

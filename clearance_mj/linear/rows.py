@@ -151,7 +151,7 @@ class RigRows:
         bushing : int
             Index of the bushing.
         """
-        point = self.rig.bushings[bushing].slides
+        point = self.rig.bushings[bushing].sliding_point
         assert point is not None
         return np.asarray(self.directed([point], np.array([0.0, 0.0, 1.0]))[0])
 

@@ -50,7 +50,7 @@ class LevelCurve:
 
     order: ArcVibrations
     """from the lowest frequency along the curve to the highest one"""
-    beside: ArcVibrations
+    detached: ArcVibrations
     """of detached loops that a sweep does not reach"""
     folds: tuple[tuple[float, bool], ...]
     """1/s, and True if an upward sweep jumps there, False if a downward one"""

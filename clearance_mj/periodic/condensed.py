@@ -59,7 +59,7 @@ class Condensed(NamedTuple):
         return self.model.rig
 
     @property
-    def pace(self) -> float:
+    def frequency_ratio(self) -> float:
         """Ratio of the excitation's first harmonic to the frequency of branches and maps, that of the turning shaft."""
         return self.order or 1.0
 

@@ -72,7 +72,7 @@ class Motions(NamedTuple):
             array[0] = getattr(motion, name)
         return block
 
-    def one(self, i: int) -> PeriodicMotion:
+    def motion(self, i: int) -> PeriodicMotion:
         """Return the motion at an index."""
         return PeriodicMotion(
             float(self.parameter[i]), self.z[i], self.y[i], self.force[i], self.tangent[i], float(self.scale[i])
@@ -152,10 +152,10 @@ class Continuation(ABC):
         yield motion
         for motions, why in self.pieces(motion, low, high, most, step):
             for i in range(len(motions.parameter) - (why == BEYOND)):
-                motion = motions.one(i)
+                motion = motions.motion(i)
                 yield motion
             if why == BEYOND:
-                after = motions.one(-1)
+                after = motions.motion(-1)
                 yield self._solve_between(high if after.parameter > high else low, motion, after)
                 return
         raise NoConvergence(motion.parameter)
@@ -171,7 +171,7 @@ class Continuation(ABC):
             count, step, why = self.loops.onwards(self.equations, *block, step, low, high, wanted, deep)
             if count > 1:
                 motions = Motions(*(each[1:count] for each in block))
-                motion, remaining = motions.one(-1), remaining - count + 1
+                motion, remaining = motions.motion(-1), remaining - count + 1
                 yield motions, why
             if why in (BEYOND, DEEP):
                 return

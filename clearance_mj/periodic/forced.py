@@ -110,7 +110,7 @@ def _continue(
     spin = steady_spin(model.rig, kind)
     fastest = max(ends) if kind == UNBALANCE else spin
     system = condensed(model, kind, levels, harmonics, modes, speed=fastest)
-    start, stop = (system.pace * end for end in ends)
+    start, stop = (system.frequency_ratio * end for end in ends)
 
     def follow_with(count: int) -> Branch:
         solver = Solver(system, harmonics, count, spin)

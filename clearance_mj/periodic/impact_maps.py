@@ -262,7 +262,7 @@ def _compute(case: _Case) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, floa
     branches: dict[int, LevelBranch] = {}
     for count in case.samples:
         solver = solver_at(case.model, case.kind, 1.0, case.fastest, case.harmonics, count, case.modes)
-        omega = solver.system.pace * np.array(case.omega)[remaining]
+        omega = solver.system.frequency_ratio * np.array(case.omega)[remaining]
         for i, branch in zip(remaining, level_branches(solver, omega, case.levels[-1], (*WAYS, "contact_force"))):
             if i not in branches or branch.level.max() > branches[i].level.max():
                 branches[i] = branch

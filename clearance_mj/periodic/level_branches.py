@@ -278,6 +278,6 @@ def _evaluate(
     elif name == "contact_force":
         of_rows = np.array([nonlinear_forces(solver, omega, each)[1] for each in x])
     else:
-        branch = expanded(solver, [TestedPoint(motions.one(i), None) for i in range(len(x))], "")
+        branch = expanded(solver, [TestedPoint(motions.motion(i), None) for i in range(len(x))], "")
         of_rows = branch.excursion() if name == "displacement" else branch.amplitude(name)
     return np.asarray(of_rows.max(axis=1) if row is None else of_rows[:, row])

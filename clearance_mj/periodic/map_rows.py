@@ -61,12 +61,12 @@ def row_of(case: MapLevel) -> MapRow:
         fastest = 2 * np.pi * float(frequency[-1])
         solver = solver_at(case.model, case.kind, case.level, fastest, case.harmonics, count, case.modes)
         solver.tolerance = TOLERANCE * solver.system.fineness
-        omega = 2 * np.pi * solver.system.pace * frequency
+        omega = 2 * np.pi * solver.system.frequency_ratio * frequency
         tried.append((solver, curve(solver, omega)))
         if not tried[-1][1].ended:
             break
     solver, best = max(tried, key=lambda each: (not each[1].ended, np.unique(each[1].order.cell).size))
-    vibrations = np.bincount(np.concatenate((best.order.cell, best.beside.cell)), minlength=frequency.size)
+    vibrations = np.bincount(np.concatenate((best.order.cell, best.detached.cell)), minlength=frequency.size)
     known, first = np.unique(best.order.cell, return_index=True)
     last = best.order.cell.size - 1 - np.unique(best.order.cell[::-1], return_index=True)[1]
     chosen, where = np.unique(np.concatenate((first, last)), return_inverse=True)
@@ -75,6 +75,6 @@ def row_of(case: MapLevel) -> MapRow:
     for name, values in of_chosen.items():
         arrays[name] = np.full((2, frequency.size, values.shape[1]), np.nan)
         arrays[name][:, known] = values[where].reshape(2, known.size, values.shape[1])
-    hz = 2 * np.pi * solver.system.pace
+    hz = 2 * np.pi * solver.system.frequency_ratio
     jumps = [(float(w / hz), "up" if up else "down") for w, up in best.folds]
     return MapRow(vibrations, arrays, jumps, [w / hz for w in best.ended])

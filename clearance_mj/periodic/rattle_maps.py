@@ -328,7 +328,7 @@ def _first_contact(solver: Solver, levels: np.ndarray, frequencies: np.ndarray, 
     if solver.system.pressed.any():
         return np.zeros(frequencies.size)
     if linear_in_gap(solver):
-        return level_of_contact(solver, 2 * np.pi * solver.system.pace * frequencies)
+        return level_of_contact(solver, 2 * np.pi * solver.system.frequency_ratio * frequencies)
     touched = np.any(contact > 0, axis=-1)
     return np.where(touched.any(axis=0), levels[touched.argmax(axis=0)], np.nan)
 

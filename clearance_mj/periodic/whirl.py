@@ -91,7 +91,7 @@ class WhirlSolver(Continuation):
             full[n, self.leader * harmonics.shape[1] + 2] = 1.0
         return np.append(residual, harmonics[self.leader, 2]), force, y_new
 
-    def grown(
+    def solve_onset(
         self, speed: float, omega: float, z: np.ndarray, y: np.ndarray, amplitude: np.ndarray
     ) -> PeriodicMotion | None:
         """Return the whirl of a small amplitude, harmonics (r, K), at its onset, with the tangent to larger ones.

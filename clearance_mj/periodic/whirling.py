@@ -214,7 +214,7 @@ def _start_at_onset(
     remainder = rest + amplitude - system.basis @ (z + small)
     phase = np.angle(small[:, 1] - 1j * small[:, 2])[np.abs(small[:, 1] - 1j * small[:, 2]).argmax()]
     small, remainder = turned(small, -phase), turned(remainder, -phase)
-    if (first := solver.grown(onset.speed, onset.omega, z, remainder, small)) is None:
+    if (first := solver.solve_onset(onset.speed, onset.omega, z, remainder, small)) is None:
         raise ClearanceError(
             f"rig {system.rig.name!r}: the whirl that begins at {onset.speed:.6g} rad/s was not found; give more "
             "harmonics"

@@ -59,12 +59,12 @@ class PlacedDrive(NamedTuple):
         """Return its current parameters, a DRIVE."""
         return model.numeric_data[self.numeric : self.numeric + len(DRIVE.names or ())].view(DRIVE)[0]
 
-    def rubs(self, model: mujoco.MjModel) -> bool:
+    def has_dry_friction(self, model: mujoco.MjModel) -> bool:
         """Return True if it has dry friction."""
         numbers = self.numbers(model)
         return any(numbers[name] for name in _DRY)
 
-    def slips(self, model: mujoco.MjModel) -> np.ndarray:
+    def hysteresis_elements(self, model: mujoco.MjModel) -> np.ndarray:
         """Return stiffness and slip force (n, 2) of the elements of its hysteresis."""
         first = self.numeric + len(DRIVE.names or ())
         return model.numeric_data[first : first + 2 * self.hysteresis].reshape(-1, 2)

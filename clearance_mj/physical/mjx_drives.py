@@ -107,7 +107,7 @@ def drives_of(model: mujoco.MjModel) -> Drives:
     numbers = {name: jp.array([float(drive.numbers(model)[name]) for drive in placed]) for name in DRIVE.names or ()}
     elements = np.zeros((len(placed), max((drive.hysteresis for drive in placed), default=0), 2))
     for row, drive in zip(elements, placed):
-        row[: drive.hysteresis] = drive.slips(model)
+        row[: drive.hysteresis] = drive.hysteresis_elements(model)
     names, actuators = tuple(drive.name for drive in placed), tuple(drive.actuator for drive in placed)
     return Drives(numbers, jp.array(elements), names, actuators)
 

@@ -142,9 +142,9 @@ def _drive_rows(model: mujoco.MjModel, data: mujoco.MjData, placed_drives: list[
         moment, gear = _moment(model, data, drive.actuator)
         difference = rotor - np.pad(moment / gear, (0, len(placed_drives)))
         yield ContactRow(f"teeth of {name}", difference, float(parameters["k"]), float(parameters["c"]))
-        for k, _ in drive.slips(model):
+        for k, _ in drive.hysteresis_elements(model):
             yield ContactRow(f"hysteresis of {name}", difference, float(k), 0.0)
-        if drive.rubs(model):
+        if drive.has_dry_friction(model):
             yield ContactRow(
                 f"friction of {name}", rotor, float(parameters["friction_k"]), float(parameters["friction_c"])
             )

@@ -113,7 +113,7 @@ def _parameters(
     drive_data = np.zeros((nworld, len(placed)), DRIVE)
     hysteresis = np.zeros((nworld, len(placed), max((drive.hysteresis for drive in placed), default=0), 2))
     for i, drive in enumerate(placed):
-        drive_data[:, i], hysteresis[:, i, : drive.hysteresis] = drive.numbers(model), drive.slips(model)
+        drive_data[:, i], hysteresis[:, i, : drive.hysteresis] = drive.numbers(model), drive.hysteresis_elements(model)
     return WarpParameters(
         _to_device(friction_data, Bristles), _to_device(drive_data, Drive), wp.array(hysteresis, dtype=wp.vec2),
         tuple(f"{b.kind} {b.name}" for b in bristles), tuple(drive.name for drive in placed),

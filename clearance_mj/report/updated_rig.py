@@ -61,7 +61,7 @@ def _plot(figure: FigureBase, update: RigUpdate) -> str:
         for label, value, colour, width in looks:
             ax.plot(piece.frequency, decibel(value[row]), color=colour, lw=width, label=label)
         frequency_axis(ax, (float(piece.frequency[0]), float(piece.frequency[-1])), labelled=True)
-        title = f"{update.channels[row]}, misfit {100 * piece.share[row]:.1f} %"
+        title = f"{update.channels[row]}, misfit {100 * piece.relative_error[row]:.1f} %"
         tidy(ax, title, "Spectrum (dB)", "Frequency (Hz)")
     axes[0].legend(fontsize=FONT - 1, frameon=False)
     return f"Record {piece.record}, {piece.duration:.1f} s: measured, of the rig file and of the updated rig."

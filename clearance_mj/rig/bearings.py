@@ -77,7 +77,7 @@ class Bearing:
         yy, _, _, zz = np.max(self.stiffness, axis=0, initial=0.0)
         return float(yy), float(zz)
 
-    def held(self, axes: str) -> tuple[tuple[float | str, float], ...]:
+    def springs_to_base(self, axes: str) -> tuple[tuple[float | str, float], ...]:
         """Return points and stiffnesses, N/m, of springs of `stiffest` to the base.
 
         Parameters

@@ -190,8 +190,10 @@ class Bushing:
                 f"film.asperities {self.film.asperities:g} m are as high as the gap {self.gap:g} m is wide; there is "
                 "no room for oil"
             )
-        if self.shape and not self.is_round and self.shape != self.of_stops:
-            raise ValueError(f'shape "{self.shape}" stands beside stops "{self.stops}", which is a {self.of_stops}')
+        if self.shape and not self.is_round and self.shape != self.default_shape:
+            raise ValueError(
+                f'shape "{self.shape}" stands beside stops "{self.stops}", which is a {self.default_shape}'
+            )
         if self.is_round and self.stops != "both":
             raise ValueError(f'stops "{self.stops}" is one wall; a round clearance has its wall all around')
         if self.wall and self.wall_model.reach(self.gap) <= 0:
@@ -216,15 +218,15 @@ class Bushing:
     def wall_model(self) -> Wall:
         """Model of its wall."""
         side = {} if self.stops == "both" else {"side": self.stops}
-        return wall_of(self.shape or self.of_stops, {**side, **(self.wall or {})})
+        return wall_of(self.shape or self.default_shape, {**side, **(self.wall or {})})
 
     @property
-    def of_stops(self) -> Literal["slot", "stop"]:
+    def default_shape(self) -> Literal["slot", "stop"]:
         """Shape of a clearance along one coordinate."""
         return "slot" if self.stops == "both" else "stop"
 
     @property
-    def slides(self) -> float | str | None:
+    def sliding_point(self) -> float | str | None:
         """The point that slides along the wall of a clearance of one coordinate with friction, else None."""
         if self.is_round or self.friction is None:
             return None
@@ -234,7 +236,7 @@ class Bushing:
         return f"{place[0]}@{place[1]!r}:Y" if place else along_axis(self.position, "Y")
 
     @property
-    def in_space_only(self) -> tuple[str, ...]:
+    def round_only_fields(self) -> tuple[str, ...]:
         """Names of its fields that have a meaning only in a round clearance."""
         radius = None if self.wear or self.friction else self.radius  # they act there in a slot, too
         fields = {"offset_y": self.offset_y, "film": self.film, "radius": radius, "probe_angle": self.probe_angle}

@@ -211,9 +211,11 @@ def check_motion(rig: InSpace) -> None:
         The rig, its other rules checked.
     """
     for i, b in enumerate(rig.bushings):
-        if b.in_space_only and not b.is_round:
-            name = f"bushings[{i}].{b.in_space_only[0]}"
-            raise ValueError(f'{name} needs shape = "round", and bushings[{i}] is a {b.of_stops}, along one coordinate')
+        if b.round_only_fields and not b.is_round:
+            name = f"bushings[{i}].{b.round_only_fields[0]}"
+            raise ValueError(
+                f'{name} needs shape = "round", and bushings[{i}] is a {b.default_shape}, along one coordinate'
+            )
         if b.friction:
             _check_friction(rig, b, f"bushings[{i}].friction.along")
     if rig.gravity is not None and not any(rig.gravity):
@@ -261,7 +263,7 @@ def check_motion(rig: InSpace) -> None:
 
 def _check_friction(rig: InSpace, bushing: Bushing, name: str) -> None:
     assert bushing.friction
-    along, slides = bushing.friction.along, bushing.slides
+    along, slides = bushing.friction.along, bushing.sliding_point
     if slides is None:
         if along is not None:
             raise ValueError(f"{name} is of a slot or stop; in a round clearance the shaft slides around its wall")

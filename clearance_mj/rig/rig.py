@@ -230,7 +230,7 @@ class Rig(ClearanceRows, HasOverview):
         if axes == "Y":
             masses, forces = (tuple((in_other_plane(p), x) for p, x in loads) for loads in (masses, forces))
         pairs, springs = tuple(points for _, points in in_axes), tuple(k for k, _ in in_axes if grease)
-        bearing_springs = tuple(spring for bearing in self.bearings for spring in bearing.held(axes))
+        bearing_springs = tuple(spring for bearing in self.bearings for spring in bearing.springs_to_base(axes))
         with computable(self.name, self.to_dict):
             return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached, bearing_springs)
 

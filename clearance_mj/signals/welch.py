@@ -46,7 +46,7 @@ class Welch:
         self.hop = max(1, self.length - round(overlap * self.length))
         self.band, self.shape = band, window
         self.sums: tuple[np.ndarray, ...] | None = None
-        self.held: np.ndarray | None = None
+        self.pending: np.ndarray | None = None
         self.limits = np.inf, -np.inf
 
     def _prepare(self) -> None:
@@ -68,7 +68,7 @@ class Welch:
             )
         low, high = self.limits
         self.limits = min(low, excitation.min(initial=np.inf)), max(high, excitation.max(initial=-np.inf))
-        pending = signals if self.held is None else np.hstack((self.held, signals))
+        pending = signals if self.pending is None else np.hstack((self.pending, signals))
         if self.sums is None and pending.shape[1] >= self.length:
             self._prepare()
         while pending.shape[1] >= self.length:
@@ -80,7 +80,7 @@ class Welch:
             self.sums = spectra if self.sums is None else tuple(map(np.add, self.sums, spectra))
             self.averages += 1
             pending = pending[:, self.hop :]
-        self.held = pending
+        self.pending = pending
 
     def independent_averages(self) -> float:
         """Return the number of independent segments that the overlapping ones amount to.
@@ -98,7 +98,7 @@ class Welch:
     def estimate(self, estimator: Estimator) -> tuple[np.ndarray, np.ndarray | None]:
         """Return FRFs and coherence, which one segment alone does not have."""
         if self.sums is None:
-            samples = 0 if self.held is None else self.held.shape[1]
+            samples = 0 if self.pending is None else self.pending.shape[1]
             raise RecordError(
                 f"the record lasts {samples / self.fs:g} s, shorter than one segment of "
                 f"{self.length / self.fs:g} s (resolution {self.fs / self.length:g} Hz)"

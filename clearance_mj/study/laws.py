@@ -59,7 +59,7 @@ class StudiedLaws:
         """why methods that were not named are left out, by their names"""
         for method in self._candidates if methods is None else ():
             self._find_or_leave_out(method, functools.partial(get_method(method).require, dataset))
-        self.known: dict[str, IdentifiedModel] = {}
+        self.identified: dict[str, IdentifiedModel] = {}
         """models identified so far"""
 
     def _find_or_leave_out(self, method: str, find: Callable[[], object]) -> None:
@@ -89,17 +89,17 @@ class StudiedLaws:
         name : str
             The method.
         """
-        if name not in self.known:
+        if name not in self.identified:
 
             def find() -> Identified:
                 with warnings.catch_warnings():  # all are raised below, those of stored results too
                     warnings.simplefilter("ignore", IdentifiabilityWarning)
                     return get_method(name).find(self.dataset, self._progress)
 
-            law = self.known[name] = stored_law(self.cache, name, self.dataset, find)
+            law = self.identified[name] = stored_law(self.cache, name, self.dataset, find)
             for text in law.warnings:
                 warnings.warn(text, IdentifiabilityWarning, stacklevel=3)
-        return self.known[name]
+        return self.identified[name]
 
 
 def stored_law(

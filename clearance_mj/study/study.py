@@ -80,7 +80,7 @@ class Study:
             single_input_dataset(dataset),
             tuple(get_engine(engine).name for engine in engines or ()),
         )
-        self.found = StudiedLaws(dataset, methods, cache, progress)
+        self.studied_laws = StudiedLaws(dataset, methods, cache, progress)
         """the laws"""
         self.condition: Condition | None = None
         """of a part of a study in space: direction and spin of its records"""
@@ -102,7 +102,7 @@ class Study:
         others = tuple(r for r in self.dataset.records if r.role != "validate")
         dataset = dataclasses.replace(self.dataset, records=(*others, *records))
         part = Study(dataset, engines=self._engines, workers=self._workers, progress=self._progress)
-        part.found, part.condition = self.found, condition
+        part.studied_laws, part.condition = self.studied_laws, condition
         part._tests, part._cases = self._tests, self._cases
         return part
 
@@ -134,11 +134,11 @@ class Study:
     @property
     def cache(self) -> ResultCache | None:
         """Where results are kept for the next study; None: nowhere."""
-        return self.found.cache
+        return self.studied_laws.cache
 
     @cache.setter
     def cache(self, cache: ResultCache | None) -> None:
-        self.found.cache = cache
+        self.studied_laws.cache = cache
 
     @functools.cached_property
     def engines(self) -> tuple[str, ...]:
@@ -149,12 +149,12 @@ class Study:
     @functools.cached_property
     def methods(self) -> tuple[str, ...]:
         """Names of the methods in the study."""
-        return self.found.methods
+        return self.studied_laws.methods
 
     @property
     def left_out(self) -> dict[str, str]:
         """Why methods that were not named are left out, by their names."""
-        return self.found.left_out
+        return self.studied_laws.left_out
 
     def law(self, name: str) -> IdentifiedModel:
         """Return a law by the name of its method, identified if it was not yet.
@@ -164,7 +164,7 @@ class Study:
         name : str
             The method.
         """
-        return self.found.law(name)
+        return self.studied_laws.law(name)
 
     @property
     def laws(self) -> tuple[IdentifiedModel, ...]:

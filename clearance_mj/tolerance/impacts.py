@@ -132,7 +132,7 @@ def groups_side_by_side(cases: Sequence[tuple[Rig, Law]], noise: Excitation, eng
     engine : Engine
         Such as ``Modal()``.
     """
-    return lane_groups([Simulation(rig, noise, law, engine).run.alike() for rig, law in cases])
+    return lane_groups([Simulation(rig, noise, law, engine).run.batch_key() for rig, law in cases])
 
 
 def _make_advance(simulations: Sequence[Simulation]) -> Callable[[np.ndarray], np.ndarray]:
@@ -140,9 +140,9 @@ def _make_advance(simulations: Sequence[Simulation]) -> Callable[[np.ndarray], n
     runs = [simulation.run for simulation in simulations]
     if len(runs) == 1:
         return lambda block: runs[0].advance(block)[None]
-    if runs[0].alike() is None:
+    if runs[0].batch_key() is None:
         raise ClearanceError("models side by side are those of the modal engine; march others one by one")
-    if len({run.alike() for run in runs}) > 1:
+    if len({run.batch_key() for run in runs}) > 1:
         raise ClearanceError("models side by side need one time step and as many modes, sensors and clearances")
     return lanes_of(runs).advance
 

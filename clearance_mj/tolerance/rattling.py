@@ -147,4 +147,6 @@ def _follow_branches(
     limit, omega = settings.limit, 2 * np.pi * settings.frequencies
     solver = solver_at(model, settings.kind, 1.0, float(omega[-1]), harmonics, samples, settings.modes)
     quantities, rows = ((IMPACT, limit.quantity), (None, limit.row(model.rig))) if limit else ((IMPACT,), ())
-    return level_branches(solver, solver.system.pace * omega[which], float(settings.levels[-1]), quantities, rows)
+    return level_branches(
+        solver, solver.system.frequency_ratio * omega[which], float(settings.levels[-1]), quantities, rows
+    )

@@ -66,7 +66,7 @@ def settings_of(model: Model, sines: Sines) -> Settings:
     harmonics, counts = resolution(highest, sines.n_samples, 1, sines.n_modes)
     fastest = 2 * np.pi * float(frequency[-1])
     solver = solver_at(model, kind, 1.0, fastest, harmonics, counts[0], sines.n_modes)
-    poles = resonances(solver).imag / solver.system.pace
+    poles = resonances(solver).imag / solver.system.frequency_ratio
     reach = REACH * float(poles[poles <= fastest].max(initial=0.0)) / (2 * np.pi)
     return Settings(kind, level, frequency, limit, sines.n_harmonics, sines.n_samples, sines.n_modes, reach)
 

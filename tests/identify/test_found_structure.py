@@ -170,7 +170,7 @@ def test_a_structure_is_found_on_foreign_physics_and_its_numbers_are_right(name,
     else:
         assert rig.beam.clamp.mass == pytest.approx(real.clamp.mass, rel=0.15)
     if name not in ("mass", "spring"):  # as drawn, wrong numbers make good for most of a mass
-        before, after = (max(m.share.max() for m in part) for part in (found.structure.as_drawn, found.misfit))
+        before, after = (max(m.relative_error.max() for m in part) for part in (found.structure.as_drawn, found.misfit))
         assert after < 0.6 * before
 
 

@@ -42,7 +42,7 @@ def test_slow_motion_of_a_linear_clearance_is_that_of_springs_and_dampers():
     motions = [MeasuredMotion([force], rig, j, []) for j in range(2)]
     slow = SlowMotion(motions, [record], rig)
     slow.follow([ClearanceWithLaw(b, ContactLaw(KelvinVoigt(1.0), grease)) for b, grease in zip(bushings, greases)])
-    count, n = len(slow.found[0]), len(record.signals)
+    count, n = len(slow.spectra[0]), len(record.signals)
     omega = 2 * np.pi * record.fs / n * np.arange(1, count)
     model = linear_model(rig, MODES)
     gains = model.displacement_gains(model.at_bushings, "base", omega)
@@ -51,7 +51,7 @@ def test_slow_motion_of_a_linear_clearance_is_that_of_springs_and_dampers():
     impedance = np.array(k) + 1j * omega[:, None] * np.array(c)
     inverse = np.linalg.inv(np.eye(2) - gains[:, :, :2] * impedance[:, None, :])
     expected = (inverse @ (gains[:, :, 2:] * driven[:, None, None]))[:, :, 0]
-    error = np.linalg.norm(slow.found[0][1:] - expected) / np.linalg.norm(expected)
+    error = np.linalg.norm(slow.spectra[0][1:] - expected) / np.linalg.norm(expected)
     assert 0.1 < omega[-1] / (2 * np.pi * NO_PROBES_BAND) <= 1.0
     assert error < 0.02
     # The fit of one bushing alone, the other on its tangent, begins there and stays there.
@@ -89,7 +89,7 @@ def test_what_walls_and_fillings_leave_open_of_the_mean_motion():
         x = motions[j].paths[0].x[:: motions[j].factor, 0, 0]
         rms = [np.sqrt(np.mean(block**2)) for block in np.split(x, 8)]  # 16 s by 2 s
         fallen[j] = np.mean([max(rms[: i + 1]) - own for i, own in enumerate(rms)])
-        x = x + scipy.fft.irfft(slow.found[0][:, j], x.size)
+        x = x + scipy.fft.irfft(slow.spectra[0][:, j], x.size)
         lower, upper = bushing.walls
         means[j] = x.mean()
         walls[j] = wall * np.hypot(np.maximum(x - upper, 0.0).mean(), np.maximum(lower - x, 0.0).mean())

@@ -111,7 +111,7 @@ def test_a_bent_shaft_is_told_from_run_out():
     assert loads.rig.unbalances[0].moment == pytest.approx(MOMENT, rel=0.02)
     assert loads.rig.unbalances[0].phase == pytest.approx(PHASE, abs=0.02)
     assert abs(math.log(loads.rig.unbalances[0].moment / MOMENT)) < 3 * estimates["unbalances[0].moment"][1]
-    fast = loads.given_back(turning[-1], {})
+    fast = loads.with_slow_roll_restored(turning[-1], {})
     once, _ = whirl(1.3 * NATURAL, fast.turning.angle, 0.6, bow=BOW)
     moved = fast.displacement[0] + 1j * fast.displacement[1]
     assert np.std(moved - once) < 0.03 * np.std(moved)

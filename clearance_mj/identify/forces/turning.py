@@ -90,8 +90,8 @@ class TurningLines:
     model: LinearModel
     probes: np.ndarray  #: (n_probes, n) rows
     parts: tuple[LinesPart, ...]
-    spun: np.ndarray  #: (n_f, 2) of an unbalance
-    turned: Mapping[float, np.ndarray]
+    unbalance_waves: np.ndarray  #: (n_f, 2) of an unbalance
+    harmonics: Mapping[float, np.ndarray]
     """(n_f, 2) of cos kφ and sin kφ, by k"""
     noise: np.ndarray  #: (n_f, n_channels)
     basis: np.ndarray  #: (n_f, n_channels, m) orthonormal gains of forces in clearances and of the excitation
@@ -107,8 +107,8 @@ class TurningLines:
         """
         for load in loads:
             if load not in self._columns_by_load:
-                responses = [self.shown(load, forces) for forces in _per_unit(self.model, load)]
-                self._columns_by_load[load] = self.left(np.stack(responses, axis=2))
+                responses = [self.response(load, forces) for forces in _per_unit(self.model, load)]
+                self._columns_by_load[load] = self.without_clearance_forces(np.stack(responses, axis=2))
         return np.concatenate([*(self._columns_by_load[load] for load in loads), self._remainders], axis=2)
 
     @functools.cached_property
@@ -122,10 +122,10 @@ class TurningLines:
         n_probes = len(self.probes)
         remainders = np.zeros((*self.noise.shape, len(TIMES), n_probes, 2), dtype=complex)
         for i in range(n_probes):
-            remainders[:, i - n_probes - 1, :, i] = np.stack([*self.turned.values()], axis=1)
-        return self.left(remainders.reshape(*self.noise.shape, -1))
+            remainders[:, i - n_probes - 1, :, i] = np.stack([*self.harmonics.values()], axis=1)
+        return self.without_clearance_forces(remainders.reshape(*self.noise.shape, -1))
 
-    def shown(self, load: TurningLoad, forces: np.ndarray) -> np.ndarray:
+    def response(self, load: TurningLoad, forces: np.ndarray) -> np.ndarray:
         """Return the response of the channels (n_f, n_channels) to a load.
 
         Parameters
@@ -140,14 +140,16 @@ class TurningLines:
             model.channel_gains(self.probes, record.kind, part.omega, -forces, part.spin[times])[:, :, :-1]
             for part in self.parts
         ]
-        response = np.einsum("fcu,fu->fc", np.concatenate(gains), self.spun if spun else self.turned[times])
+        response = np.einsum(
+            "fcu,fu->fc", np.concatenate(gains), self.unbalance_waves if spun else self.harmonics[times]
+        )
         if record.slow_roll and len(self.probes):
             speed = record.slow_roll
             slow = _roll_motion(model, self.probes, forces * (speed**2 if spun else 1.0), speed, times)
-            response[:, -1 - len(self.probes) : -1] -= self.turned[times] @ slow
+            response[:, -1 - len(self.probes) : -1] -= self.harmonics[times] @ slow
         return response
 
-    def left(self, shown: np.ndarray) -> np.ndarray:
+    def without_clearance_forces(self, shown: np.ndarray) -> np.ndarray:
         """Return rows (n_f, n_channels, n) over their errors, without the part that forces in the clearances explain.
 
         Parameters
@@ -203,8 +205,8 @@ def lines_of(
     spun = _spectra(_unbalance_waves(turning), window, n)[lines]
     lines_near = TurningLines(record, model, rows, parts, spun, waves, noise, basis, measured)
     for load in known:
-        measured = measured - lines_near.shown(load, _load_forces(model, load))
-    return dataclasses.replace(lines_near, target=lines_near.left(measured[:, :, None])[:, :, 0])
+        measured = measured - lines_near.response(load, _load_forces(model, load))
+    return dataclasses.replace(lines_near, target=lines_near.without_clearance_forces(measured[:, :, None])[:, :, 0])
 
 
 def _select_lines(record: PreparedRecord, omega: np.ndarray) -> tuple[np.ndarray, tuple[LinesPart, ...]]:

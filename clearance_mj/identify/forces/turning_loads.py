@@ -64,7 +64,7 @@ class TurningLoads:
     """of the unbalance, and of the shaft's deflection by the other identified loads"""
     warnings: tuple[str, ...]
 
-    def given_back(self, record: PreparedRecord, probes: Values) -> PreparedRecord:
+    def with_slow_roll_restored(self, record: PreparedRecord, probes: Values) -> PreparedRecord:
         """Return a record whose probes show again the motion in the slow turning that was taken for their run-out.
 
         Parameters

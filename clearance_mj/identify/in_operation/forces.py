@@ -35,12 +35,12 @@ class Forces:
     windows: tuple[RecordWindow, ...]
     parameters: tuple[Parameter, ...]
     at: np.ndarray  #: (n,) values about which is linearised
-    shown: np.ndarray
+    displacement: np.ndarray
     """(n_windows, n_f, m) probes' displacement without unbalance and run-out, over its expected error"""
-    shown_by: np.ndarray  #: (n_windows, n_f, m, n) per unit of each parameter
+    displacement_by: np.ndarray  #: (n_windows, n_f, m, n) per unit of each parameter
     per_force: np.ndarray  #: (n_windows, n_f, m, m) displacement at probes per clearance force, over the same error
     per_force_by: np.ndarray  #: (n, n_windows, n_f, m, m) per unit of each parameter
-    one: np.ndarray  #: (n_windows, n_f) of a constant force of 1 N
+    unit_force: np.ndarray  #: (n_windows, n_f) of a constant force of 1 N
     slow: LowFrequencyMotion
     tilt: np.ndarray  #: (n_t, 2, m) displacement of both ends beyond that of the middle, m
     tilt_speed: np.ndarray  #: (n_t, 2, m) m/s
@@ -66,7 +66,7 @@ class Forces:
         count, n = len(self.windows), self.slow.size
         rows = force.reshape(count, n, -1) * hann(n)[:, None]
         step = self.windows[0].size / n
-        return np.asarray(step * np.fft.rfft(rows, axis=1)[:, : self.shown.shape[1]])
+        return np.asarray(step * np.fft.rfft(rows, axis=1)[:, : self.displacement.shape[1]])
 
 
 def forces_in(
@@ -105,16 +105,18 @@ def forces_in(
     for i, (window, lines) in enumerate(zip(windows, spectra)):
         gains = maker.gains(values, window.mean_speed)
         inverse = gains.inverse
-        motion = maker.shown(values, window, lines)
+        motion = maker.displacement(values, window, lines)
         of_noise, leakage = _errors(inverse, lines, window.noise)
         weight = _weight(inverse, lines, motion, static, of_noise, leakage)
         scaled = weight[:, :, None] * inverse if weighed is None else weighed.over_error[i]
-        motion_by, per_force_by = maker.derivatives(values, window, lines, motion) if derived else maker.none(motion)
+        motion_by, per_force_by = (
+            maker.derivatives(values, window, lines, motion) if derived else maker.zero_derivatives(motion)
+        )
         force = np.einsum("fij,fj->fi", inverse, motion)
         gate = _gate(lines, weight, window.noise, of_noise, leakage)
         over_error = np.einsum("fij,fj->fi", scaled, motion), np.einsum("fij,fjk->fik", scaled, motion_by)
         tilts = maker.tilt(values, gains, lines, force, gate, slow, size)
-        parts.append((*over_error, scaled @ gains.shown, scaled @ per_force_by, scaled, gate * force, *tilts))
+        parts.append((*over_error, scaled @ gains.per_force, scaled @ per_force_by, scaled, gate * force, *tilts))
     *spectral, tilt, tilt_speed = zip(*parts)
     shown, shown_by, per_force, by, over, clear = map(np.array, spectral)
     return Forces(
@@ -142,7 +144,7 @@ class ForceReconstruction:
         self.known: dict[tuple[object, ...], ProbeGains] = {}
         self.rigs: dict[tuple[tuple[str, float], ...], Rig] = {}
 
-    def none(self, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def zero_derivatives(self, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return zeros in the place of derivatives."""
         count = len(self.parameters)
         return np.zeros((*motion.shape, count)), np.zeros((count, *motion.shape, motion.shape[1]))
@@ -165,11 +167,15 @@ class ForceReconstruction:
             self.known[key] = probe_gains(self.rigs[numbers], dict(numbers), spin, self.omega)
         return self.known[key]
 
-    def shown(self, values: Mapping[str, float], window: RecordWindow, spectra: WindowSpectra) -> np.ndarray:
+    def displacement(self, values: Mapping[str, float], window: RecordWindow, spectra: WindowSpectra) -> np.ndarray:
         """(n_f, m) displacement at the probes without unbalance and run-out, m."""
         gains = self.gains(values, window.mean_speed)
         surface = spectra.waves @ run_out(values, spectra.displacement.shape[1])
-        return spectra.displacement - surface - np.einsum("fiu,fu->fi", gains.seen, unbalance_forces(values, spectra))
+        return (
+            spectra.displacement
+            - surface
+            - np.einsum("fiu,fu->fi", gains.per_unbalance, unbalance_forces(values, spectra))
+        )
 
     def derivatives(
         self, values: Mapping[str, float], window: RecordWindow, spectra: WindowSpectra, motion: np.ndarray
@@ -185,9 +191,9 @@ class ForceReconstruction:
                 step = min(step, 0.1 * values[p.name])
             step = -step if values[p.name] + step > p.high else step
             stepped = {**values, p.name: values[p.name] + step}
-            shown[:, :, k] = (self.shown(stepped, window, spectra) - motion) / step
+            shown[:, :, k] = (self.displacement(stepped, window, spectra) - motion) / step
             if (other := self.gains(stepped, window.mean_speed)) is not gains:
-                per_force[k] = (other.shown - gains.shown) / step
+                per_force[k] = (other.per_force - gains.per_force) / step
         return shown, per_force
 
     def tilt(
@@ -197,7 +203,7 @@ class ForceReconstruction:
         """Motion (n, 2, m) of both ends beyond the middle and its speed, where the window is not small."""
         m = force.shape[1]
         points = np.einsum("fij,fj->fi", gain.points, force) + np.einsum(
-            "fiu,fu->fi", gain.moved, unbalance_forces(values, lines)
+            "fiu,fu->fi", gain.points_per_unbalance, unbalance_forces(values, lines)
         )
         middle, ends = points[:, :m].reshape(-1, m // 2, 1, 2), points[:, m:].reshape(-1, m // 2, 2, 2)
         tilt = (ends - middle).transpose(0, 2, 1, 3).reshape(len(points), 2, m)
@@ -220,7 +226,7 @@ def unbalance_forces(values: Mapping[str, float], spectra: WindowSpectra) -> np.
     """Return the forces (n_f, 2 n_unbalances) along y and z of every unbalance."""
     forces: list[np.ndarray] = []
     while (name := f"unbalances[{len(forces)}]") + " along the mark" in values:
-        forces.append(spectra.turned @ np.array([values[f"{name} {part} the mark"] for part in ("along", "across")]))
+        forces.append(spectra.unbalance @ np.array([values[f"{name} {part} the mark"] for part in ("along", "across")]))
     return np.hstack(forces) if forces else np.zeros((len(spectra.one), 0), dtype=complex)
 
 

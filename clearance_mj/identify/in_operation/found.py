@@ -54,7 +54,7 @@ class ClearanceInOperation:
     """rad of the wall that the shaft touches; from one side alone, gap and middle are hardly told apart"""
     law: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """contact, friction and filling by name, SI, each with the standard deviation of its logarithm"""
-    path: np.ndarray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
+    orbit: np.ndarray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
     """(n, 2) motion along y and z from where the shaft rests, m"""
     contact_model: ContactModel | None = None
     """the identified contact; None where the shaft does not touch"""
@@ -159,7 +159,7 @@ class OrbitFit:
         around = np.linspace(0, 2 * np.pi, 361)
         circle = np.array([np.cos(around), np.sin(around)])
         for axes, clearance in zip(figure.subplots(1, n, squeeze=False)[0], self.clearances):
-            y, z = MICRO * (clearance.path + np.array(clearance.rest)).T
+            y, z = MICRO * (clearance.orbit + np.array(clearance.rest)).T
             axes.plot(y, z, lw=0.3, color="tab:blue", label="orbits")
             ends = clearance.interval if clearance.seen else (clearance.at_least,)
             if clearance.seen:

@@ -25,15 +25,15 @@ ORDERS = (1, 2)  # multiples of the shaft's angle that run-out has
 class ProbeGains(NamedTuple):
     """A turning shaft at frequencies, as its probes see it; m = 2 n_bushings, u = 2 n_unbalances."""
 
-    shown: np.ndarray  #: (n_f, m, m) H, m/N: probes' displacement per force in the clearances, against displacement
+    per_force: np.ndarray  #: (n_f, m, m) H, m/N: probes' displacement per force in the clearances, against displacement
     points: np.ndarray  #: (n_f, 3 m, m) motion of `LinearModel.at_points` per force
-    seen: np.ndarray  #: (n_f, m, u) W: probes' displacement per force along y and z at the unbalances
-    moved: np.ndarray  #: (n_f, 3 m, u) the same of the points
+    per_unbalance: np.ndarray  #: (n_f, m, u) W: probes' displacement per force along y and z at the unbalances
+    points_per_unbalance: np.ndarray  #: (n_f, 3 m, u) the same of the points
 
     @property
     def inverse(self) -> np.ndarray:
         """(n_f, m, m) H⁻¹, N/m."""
-        return np.linalg.inv(self.shown)
+        return np.linalg.inv(self.per_force)
 
 
 def places_of_unbalance(rig: Rig) -> list[tuple[float, float]]:

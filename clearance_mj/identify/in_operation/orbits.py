@@ -197,7 +197,7 @@ def _clearance(
     prefix = f"bushings[{place.number}]"
     ends, _ = problem.points(values)[place.number]
     rest = np.array([values[f"{prefix}.rest_{axis}"] for axis in "yz"])
-    positions, gap = problem.away(place, values).reshape(-1, 2), values[f"{prefix}.gap"]
+    positions, gap = problem.end_positions(place, values).reshape(-1, 2), values[f"{prefix}.gap"]
     distance = np.hypot(*positions.T)
     touches = odds > LIKELY and bool(distance.max() > gap)
     depth = float(distance.max()) / gap - 1 if touches else 0.0

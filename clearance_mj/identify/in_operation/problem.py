@@ -115,7 +115,7 @@ class LawProblem(Problem):
     ) -> None:  # fmt: skip
         self.forces, self.places, self.touching = forces, tuple(places), touching
         self.n_linear = len(forces.parameters)
-        size = 2 * forces.shown[0].size
+        size = 2 * forces.displacement[0].size
         super().__init__(
             [*forces.parameters, *law_priors], lambda values: np.array([self._residual(each) for each in values]),
             loss=UnknownScale(size * _block_starts(forces.windows), LARGEST_CORRELATION), lanes=False,
@@ -126,7 +126,7 @@ class LawProblem(Problem):
         moving = [i for i, n in enumerate(self.names) if i >= self.n_linear or n.endswith((".gain", ".probe_angle"))]
         self._moving = np.setdiff1d(moving, self._rest)
         """numbers of the parameters on which forces of laws depend"""
-        slow, surface = forces.slow, run_out(dict(zip(self.names, forces.at.tolist())), forces.shown.shape[2])
+        slow, surface = forces.slow, run_out(dict(zip(self.names, forces.at.tolist())), forces.displacement.shape[2])
         self._shown = slow.x - slow.waves @ surface, slow.v - slow.waves_by_time @ surface
         self._of_probes = [n for n in self.names if n.endswith((".gain", ".probe_angle"))]
         self._moved: dict[tuple[float, ...], list[tuple[np.ndarray, np.ndarray]]] = {}
@@ -168,7 +168,7 @@ class LawProblem(Problem):
             motions.append(points)
         return motions[0], motions[1]
 
-    def away(self, place: ClearanceFamilies, known: Mapping[str, float]) -> np.ndarray:
+    def end_positions(self, place: ClearanceFamilies, known: Mapping[str, float]) -> np.ndarray:
         """Return where both ends of a clearance's shaft are from its middle (n_t, 2, 2), m, along y and z.
 
         Parameters
@@ -184,20 +184,20 @@ class LawProblem(Problem):
     def contact(self, values: np.ndarray) -> np.ndarray:
         """Return the fraction of time in contact (n_bushings,) at parameters (n,)."""
         by_name = dict(zip(self.names, values.tolist()))
-        distances = [np.linalg.norm(self.away(place, by_name), axis=2).max(axis=1) for place in self.places]
+        distances = [np.linalg.norm(self.end_positions(place, by_name), axis=2).max(axis=1) for place in self.places]
         gaps = [by_name.get(f"bushings[{p.number}].gap", p.nominal.gap) for p in self.places]
         return np.array([np.mean(r > gap) if self.touching else 0.0 for r, gap in zip(distances, gaps)])
 
-    def misses(self, values: np.ndarray) -> np.ndarray:
+    def spectral_residuals(self, values: np.ndarray) -> np.ndarray:
         """Return the residuals (n_windows, n_f, m) of the probes' signals, over their expected errors."""
         change = values[: self.n_linear] - self.forces.at
-        shown = self.forces.shown + self.forces.shown_by @ change
+        shown = self.forces.displacement + self.forces.displacement_by @ change
         return np.asarray(shown - times(self._per_force(change), self._dynamic_forces(values)))
 
     def _dynamic_forces(self, values: np.ndarray) -> np.ndarray:
         """(n_windows, n_f, m) spectra of the forces of laws above those at rest, N."""
         forces = self.forces
-        return forces.of_laws(self.law_forces(values)) - forces.one[:, :, None] * values[self._rest]
+        return forces.of_laws(self.law_forces(values)) - forces.unit_force[:, :, None] * values[self._rest]
 
     def linearised(self, at: np.ndarray, residuals: np.ndarray | None = None) -> LinearisedResiduals:
         """Return residuals and Jacobian: by differences for parameters of laws' forces, else exact, as it is linear.
@@ -212,7 +212,7 @@ class LawProblem(Problem):
         values = self.values(at)
         change, forces = values[: self.n_linear] - self.forces.at, self._dynamic_forces(values)
         per_force = self._per_force(change)
-        shown = self.forces.shown + self.forces.shown_by @ change
+        shown = self.forces.displacement + self.forces.displacement_by @ change
         base = real(shown - times(per_force, forces))
         jacobian = np.zeros((base.size, self.size))
         for i in (*range(self.n_linear), *self._rest):
@@ -241,8 +241,8 @@ class LawProblem(Problem):
         """
         by_unit = self._per_coordinate(i, values)
         if i < self.n_linear:
-            return by_unit * self.forces.shown_by[..., i]
-        return np.asarray(by_unit * self.forces.one[:, :, None] * per_force[..., self._rest.index(i)])
+            return by_unit * self.forces.displacement_by[..., i]
+        return np.asarray(by_unit * self.forces.unit_force[:, :, None] * per_force[..., self._rest.index(i)])
 
     def _per_coordinate(self, i: int, values: np.ndarray) -> float:
         """Return the derivative of parameter i by its coordinate."""
@@ -258,7 +258,7 @@ class LawProblem(Problem):
         return self._known[1]
 
     def _residual(self, values: np.ndarray) -> np.ndarray:
-        residuals = real(self.misses(values))
+        residuals = real(self.spectral_residuals(values))
         return np.where(np.abs(residuals) < MAX_RESIDUAL, residuals, np.inf)
 
     def case(self, place: ClearanceFamilies, known: Mapping[str, float]) -> ClearanceWithLaw:

@@ -56,7 +56,10 @@ def fit_without_contact(
         at, linear = problem.at(values), _linear_indices(problem)
         if iteration == 0:  # unbalance and run-out first: as long as they are wrong, they would bend the rig
             linear = [i for i in linear if _is_motion(problem.names[i])]
-        columns, misses = _columns(problem, linear, problem.values(at)), real(problem.misses(problem.values(at)))
+        columns, misses = (
+            _columns(problem, linear, problem.values(at)),
+            real(problem.spectral_residuals(problem.values(at))),
+        )
         rows = columns.reshape(len(windows), -1, len(linear))
         closeness = 1 / (1 + (relative_reach / NEAR) ** 6)
         weight = closeness
@@ -158,7 +161,7 @@ def _draw_points(problem: LawProblem, at: np.ndarray, seed: int) -> list[np.ndar
         point = at.copy()
         point[law] = WIDER * rng.standard_normal(law.size)
         point = problem.inside(point)
-        misses = real(problem.misses(problem.values(point)))
+        misses = real(problem.spectral_residuals(problem.values(point)))
         point[linear] -= np.linalg.solve(precision, columns.T @ misses + point[linear])
         points.append(problem.inside(point))
     return points

@@ -127,7 +127,7 @@ class _OrbitFollower:
             return values
 
         def residuals(points: np.ndarray) -> np.ndarray:
-            return np.array([real(problem.misses(values_at(point))) for point in points])
+            return np.array([real(problem.spectral_residuals(values_at(point))) for point in points])
 
         end = window.start + window.size / window.fs
         alarms: list[Alarm] = []

@@ -106,7 +106,7 @@ class WindowSpectra(NamedTuple):
     """Spectra of a window, under Hann's window."""
 
     displacement: np.ndarray  #: (n_f, m)
-    turned: np.ndarray  #: (n_f, 2, 2) forces along y and z of unit unbalances along and across the mark
+    unbalance: np.ndarray  #: (n_f, 2, 2) forces along y and z of unit unbalances along and across the mark
     waves: np.ndarray  #: (n_f, 2 n_orders) cosine and sine of multiples of the shaft's angle
     one: np.ndarray  #: (n_f, 1) of a constant
 

@@ -66,7 +66,7 @@ class SlowMotion:
             _lines(record, rig, part.stop - part.start, count)
             for record, (part, count) in zip(records, motions[0].unknown_lines)
         ]
-        self.found = [np.zeros_like(lines.free) for lines in self.lines]
+        self.spectra = [np.zeros_like(lines.free) for lines in self.lines]
         """(n_f, n_bushings) spectra of each record"""
 
     def follow(self, cases: Sequence[ClearanceWithLaw]) -> None:
@@ -80,21 +80,21 @@ class SlowMotion:
         stiffness = self._stiffness(cases)
         soft = [_with_springs(*each) for each in zip(self.lines, stiffness)]
         forces, best, relaxation = self._forces(cases), np.inf, 1.0
-        best_spectra, best_forces = self.found, forces
+        best_spectra, best_forces = self.spectra, forces
         for _ in range(ROUNDS):
-            new = [_fixed_point_step(*each) for each in zip(soft, self.found, forces, stiffness)]
-            change = _norm([n - x for n, x in zip(new, self.found)])
+            new = [_fixed_point_step(*each) for each in zip(soft, self.spectra, forces, stiffness)]
+            change = _norm([n - x for n, x in zip(new, self.spectra)])
             if change < best:
-                best_spectra, best_forces, best = self.found, forces, change
+                best_spectra, best_forces, best = self.spectra, forces, change
             else:  # not nearer: half as far from where it was nearest
                 relaxation /= 2
                 new = [_fixed_point_step(*each) for each in zip(soft, best_spectra, best_forces, stiffness)]
-            self.found = [x + relaxation * (n - x) for n, x in zip(new, best_spectra)]
+            self.spectra = [x + relaxation * (n - x) for n, x in zip(new, best_spectra)]
             forces = self._forces(cases)
-            if best < CONVERGED * _norm(self.found):
+            if best < CONVERGED * _norm(self.spectra):
                 break
         for j, motion in enumerate(self.motions):
-            motion.slow = [_slow_motion(*each, j) for each in zip(soft, self.found, forces, stiffness)]
+            motion.slow = [_slow_motion(*each, j) for each in zip(soft, self.spectra, forces, stiffness)]
 
     def mean_error(self, cases: Sequence[ClearanceWithLaw]) -> np.ndarray:
         """Return the standard deviations (n_bushings,), m, of the shaft's mean position according to laws.
@@ -107,8 +107,8 @@ class SlowMotion:
         """
         free = [c._replace(bushing=dataclasses.replace(c.bushing, gap=WIDE * c.bushing.gap)) for c in cases]
         walls = [
-            motion.all_forces([case], [x[:, j : j + 1] for x in self.found])[:, 0]
-            - motion.all_forces([filling], [x[:, j : j + 1] for x in self.found])[:, 0]
+            motion.all_forces([case], [x[:, j : j + 1] for x in self.spectra])[:, 0]
+            - motion.all_forces([filling], [x[:, j : j + 1] for x in self.spectra])[:, 0]
             for j, (motion, case, filling) in enumerate(zip(self.motions, cases, free))
         ]
         errors, forces = [], []
@@ -116,7 +116,7 @@ class SlowMotion:
             part, _ = self.motions[0].unknown_lines[i]
             force = np.array([each[part] for each in walls])
             upper, lower = (np.maximum(side, 0.0).mean(axis=1) for side in (force, -force))
-            mean = np.abs(self.found[i][0]) / (part.stop - part.start)
+            mean = np.abs(self.spectra[i][0]) / (part.stop - part.start)
             decline = np.array(
                 [_decline(motion.paths[i].x[:: motion.factor, 0, 0], motion.rate) for motion in self.motions]
             )
@@ -132,7 +132,7 @@ class SlowMotion:
     def _forces(self, cases: Sequence[ClearanceWithLaw]) -> list[np.ndarray]:
         """Return spectra (n_f, n_bushings) of the forces of each record in the latest slow motion."""
         by_bushing = [
-            motion.slow_forces([case], [x[:, j : j + 1] for x in self.found])
+            motion.slow_forces([case], [x[:, j : j + 1] for x in self.spectra])
             for j, (motion, case) in enumerate(zip(self.motions, cases))
         ]
         return [np.column_stack([f[i] for f in by_bushing]) for i in range(len(self.lines))]
@@ -141,7 +141,7 @@ class SlowMotion:
         """Mean stiffness (n_bushings,) of the forces in each record, N/m."""
         stiffness = []
         for j, (motion, case) in enumerate(zip(self.motions, cases)):
-            shifted = [np.repeat(x[:, j : j + 1], 2, axis=1) for x in self.found]
+            shifted = [np.repeat(x[:, j : j + 1], 2, axis=1) for x in self.spectra]
             for x, (part, _) in zip(shifted, motion.unknown_lines):
                 x[0] += np.array([-SHIFT, SHIFT]) * (part.stop - part.start)
             slope = np.diff(motion.all_forces([case, case], shifted), axis=1)[:, 0] / (2 * SHIFT)

@@ -101,7 +101,10 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     rig, turning, turned_records = update.rig, None, records
     if rig.moves_across:
         turning = find_turning_loads(rig, prepare_turning(dataset), update.values, update.drawn)
-        rig, turned_records = turning.rig, tuple(turning.given_back(record, update.values) for record in records)
+        rig, turned_records = (
+            turning.rig,
+            tuple(turning.with_slow_roll_restored(record, update.values) for record in records),
+        )
     families = compare_families(turned_records, update, rig, progress)
     likeliest = [fits[0].fit for fits in families]
     identified_rig = rig.replace(bushings=tuple(fit.bushing for fit in likeliest))

@@ -38,7 +38,7 @@ class RecordMisfit:
         return bool(self.level.all())
 
     @property
-    def share(self) -> np.ndarray:
+    def relative_error(self) -> np.ndarray:
         """(n_channels,) RMS of the residual over that of the channel; nan of one that was left out."""
         return relative_error(rms((self.fitted - self.measured).T), self.level)
 

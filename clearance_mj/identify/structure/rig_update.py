@@ -52,9 +52,9 @@ class RigUpdate:
         return self.estimates.only_prior
 
     @property
-    def share(self) -> np.ndarray:
+    def relative_error(self) -> np.ndarray:
         """(n_channels,) residual of each channel over its level, RMS over the records that have it."""
-        return rms_relative_error([m.share for m in self.misfit])
+        return rms_relative_error([m.relative_error for m in self.misfit])
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -70,11 +70,11 @@ class RigUpdate:
                     f"the records want a mode damped critically ({name} = {value:.2g}), which no shaft is: look at "
                     "their units (g for m/s²?), their sampling rate, and whether all channels are of one test"
                 )
-        worst = int(np.argmax(self.share))
-        if self.share[worst] > SUSPECT_MISFIT:
+        worst = int(np.argmax(self.relative_error))
+        if self.relative_error[worst] > SUSPECT_MISFIT:
             words.append(
-                f"the updated rig misses {self.channels[worst]} by {100 * self.share[worst]:.0f} % of its level: the "
-                "rig file is wrong in something that it takes for exact, or a sensor is"
+                f"the updated rig misses {self.channels[worst]} by {100 * self.relative_error[worst]:.0f} % of its "
+                "level: the rig file is wrong in something that it takes for exact, or a sensor is"
             )
         return tuple(words)
 
@@ -113,7 +113,9 @@ class RigUpdate:
                 {
                     "record": m.record,
                     "duration": m.duration,
-                    "misfit": {c: ratio for c, ratio in zip(self.channels, m.share.tolist()) if ratio == ratio},
+                    "misfit": {
+                        c: ratio for c, ratio in zip(self.channels, m.relative_error.tolist()) if ratio == ratio
+                    },
                 }
                 for m in self.misfit
             ],

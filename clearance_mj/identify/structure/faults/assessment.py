@@ -57,7 +57,7 @@ class Assessment:
     @functools.cached_property
     def misfit(self) -> np.ndarray:
         """(n_channels,) % of each channel's level that is missed."""
-        return 100 * self.update.share
+        return 100 * self.update.relative_error
 
     @functools.cached_property
     def measured(self) -> list[np.ndarray]:

@@ -62,12 +62,12 @@ def require_one_rig(rig: Rig, records: Sequence[PreparedRecord]) -> None:
             groups[fitting[0]].missed.append(shares[fitting[0]])
             continue
         alone = RigFit(rig, [record], THIN).run()
-        own_misfit = alone.misfit[0].share
+        own_misfit = alone.misfit[0].relative_error
         if np.nanquantile(own_misfit, SOUND_SHARE) <= SUSPECT < np.nanmax(own_misfit):
             continue  # a channel of this record is wrong, not its rig
         for group in groups:
             together = RigFit(rig, [*group.records, record], THIN).run()
-            missed = np.array([m.share for m in together.misfit])
+            missed = np.array([m.relative_error for m in together.misfit])
             far = np.where(missed > APART * np.array([*group.missed, own_misfit]), missed, 0.0).max(axis=0)
             if far.max() <= SUSPECT:
                 group.update = together
