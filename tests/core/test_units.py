@@ -18,11 +18,7 @@ CUSTOMARY = {
         POUND_FORCE / 16: "oz ozf ounces",
         9.80665: "kgf",
     },
-    "displacement": {
-        INCH: "in inch inches Inches IN in.",
-        1e-3 * INCH: "mil mils MILS thou",
-        FOOT: "ft feet foot",
-    },
+    "displacement": {INCH: "in inch inches Inches IN in.", 1e-3 * INCH: "mil mils MILS thou", FOOT: "ft feet foot"},
     "velocity": {INCH: "in/s in/sec inch/s ips IPS in·s^-1", FOOT: "ft/s ft/sec"},
     "acceleration": {
         INCH: "in/s² in/s^2 in/s2 in/sec^2 in/sec² inch/s2 in/s/s (in/s^2) in/s**2 in.s-2",

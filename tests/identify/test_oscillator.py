@@ -78,10 +78,7 @@ def test_constant_parameters_with_much_damping(measured):
 
 
 def test_parameters_that_swing():
-    condition = Condition(
-        lambda t: 8000 + 800 * np.sin(2 * np.pi * t),
-        lambda t: 0.03 + 0.01 * np.cos(np.pi * t),
-    )
+    condition = Condition(lambda t: 8000 + 800 * np.sin(2 * np.pi * t), lambda t: 0.03 + 0.01 * np.cos(np.pi * t))
     decay = free_decay(condition)
     for snr, k_error, c_error in ((100, 1e-3, 1e-2), (20, 3e-3, 0.1)):
         result = identified(decay.with_noise(snr))

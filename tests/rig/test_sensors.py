@@ -67,8 +67,7 @@ def test_refused_on_a_shaft(sensor: dict, part: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("quantity", "part"),
-    [("strain", "has no fibres: a strain gauge needs a shaft"), ("angle", "is no rotation")],
+    ("quantity", "part"), [("strain", "has no fibres: a strain gauge needs a shaft"), ("angle", "is no rotation")]
 )
 def test_refused_on_matrices(quantity: str, part: str) -> None:
     point = PUMP.sensors[0].position

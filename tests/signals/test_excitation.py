@@ -191,10 +191,7 @@ def test_what_no_generator_can_do_is_refused_by_name(name, changes, message):
         getattr(excitation, name)(**{"duration": 4.0, "fs": FS, **changes})
 
 
-NEEDED = {
-    "stepped_sine": {"frequency": 5.0, "amplitude": 1.0},
-    "hammer": {"peak": 1.0, "width": 0.01, "times": (1.0,)},
-}
+NEEDED = {"stepped_sine": {"frequency": 5.0, "amplitude": 1.0}, "hammer": {"peak": 1.0, "width": 0.01, "times": (1.0,)}}
 
 
 @pytest.mark.parametrize(
@@ -219,18 +216,10 @@ NEEDED = {
         ("sweep", {"band": (0, 100)}, r"band \(0, 100\): must stay above 0 Hz"),
         ("stepped_sine", {"frequency": 0.0}, "frequency 0.0: must be in 0 to 256 Hz"),
         ("stepped_sine", {"frequency": (5.0, 256.0)}, r"frequency \(5.0, 256.0\): must be in 0 to 256 Hz"),
-        (
-            "stepped_sine",
-            {"frequency": (5.0, 6.0), "amplitude": (1.0, 2.0, 3.0)},
-            r"frequency .* each of 3 steps",
-        ),
+        ("stepped_sine", {"frequency": (5.0, 6.0), "amplitude": (1.0, 2.0, 3.0)}, r"frequency .* each of 3 steps"),
         ("stepped_sine", {"amplitude": -1.0}, "amplitude -1.0: must be >= 0"),
         ("stepped_sine", {"amplitude": (1.0, np.inf)}, "amplitude .*: must be >= 0"),
-        (
-            "stepped_sine",
-            {"frequency": (5.0, 6.0, 7.0)},
-            "duration 4.0: must give each of 3 steps a whole number",
-        ),
+        ("stepped_sine", {"frequency": (5.0, 6.0, 7.0)}, "duration 4.0: must give each of 3 steps a whole number"),
         ("stepped_sine", {"duration": 0.0}, "duration 0.0"),
         ("hammer", {"width": 0.003}, "width 0.003: must be at least two samples"),
         ("hammer", {"times": (1.0, 1.005)}, r"times \[1.0, 1.005\]: must rise within 0 to 4 s"),

@@ -222,10 +222,7 @@ ELSEWHERE = STEERING_SHAFT.replace(bushings=STEERING_SHAFT.bushings[:1])
         *((lambda text=text: parse_gap(text), GAP.format(text)) for text in ("", "-1deg", "1lb", "deg")),
         (lambda: Steering(-0.1), RANGE),
         (lambda: Steering(float("nan")), RANGE),
-        (
-            lambda: Steering(fidelity="exact"),
-            '"play" or an engine: engine "exact" is unknown; known: links, mjx',
-        ),
+        (lambda: Steering(fidelity="exact"), '"play" or an engine: engine "exact" is unknown; known: links, mjx'),
         (lambda: Steering(frequency=0.0), r"steering\.frequency must be"),
         (lambda: Steering(shaft=ELSEWHERE), "must be at one of its bushings"),
         *((lambda t=t: Steering().start().advance(0.0, 0.0, t), "whole milliseconds") for t in (0.0, 0.0015, -0.01)),
