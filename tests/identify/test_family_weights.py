@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj.estimate import Estimates, Parameter
-from clearance_mj.estimate.loss import UnknownScale
+from clearance_mj.estimate import Estimates, Parameter, UnknownScale
 
 
 def test_losses_of_blocks_make_the_scale():

@@ -18,9 +18,8 @@ from clearance_mj.identify.methods.ridge import ridge_law
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.linear import linear_model
 from clearance_mj.rig import Grease
-from clearance_mj.signals.comparison import compare
+from clearance_mj.signals import compare, estimate_frf
 from clearance_mj.signals.excitation import hammer, level_ramp, random
-from clearance_mj.signals.frf import estimate_frf
 
 from ..conftest import ROOT
 from .records import FS, record_of, with_channel

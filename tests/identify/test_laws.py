@@ -24,9 +24,7 @@ from clearance_mj.identify.laws.output_error import (
 from clearance_mj.identify.methods.constant import fit_constant
 from clearance_mj.identify.methods.physical import fit_output_error
 from clearance_mj.io.dataset import Dataset
-from clearance_mj.signals.correlation import csac, csf, frac, rmse_db
-from clearance_mj.signals.frf import estimate_frf
-from clearance_mj.signals.response import Response
+from clearance_mj.signals import Response, csac, csf, estimate_frf, frac, rmse_db
 from experiments.testrig import Truth
 
 from ..conftest import ROOT, SMALL_LAW, record_of

@@ -10,8 +10,7 @@ from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import simulate
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.model import Model
-from clearance_mj.signals import excitation
-from clearance_mj.signals.frf import estimate_frf
+from clearance_mj.signals import estimate_frf, excitation
 
 from ..conftest import ROOT, TABLE1
 from ..contrast import FAINT_TEXTS, contrast

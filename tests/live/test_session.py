@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import periodic
-from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw
-from clearance_mj.clearance.contacts.hertz import HuntCrossley
+from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley
 from clearance_mj.core.errors import ClearanceError, SimulationError
 from clearance_mj.engines import simulate
 from clearance_mj.io.dataset import Dataset
@@ -21,9 +20,7 @@ from clearance_mj.live.export import exported
 from clearance_mj.live.figures import thinned
 from clearance_mj.model import Model
 from clearance_mj.rig import Grease, Rig
-from clearance_mj.signals import excitation
-from clearance_mj.signals.correlation import csac, rmse_db
-from clearance_mj.signals.frf import estimate_frf
+from clearance_mj.signals import csac, estimate_frf, excitation, rmse_db
 
 from ..conftest import ROOT, TABLE1, record_of
 

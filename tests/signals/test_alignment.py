@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.signals.alignment import accelerance, align, convert_quantity
-from clearance_mj.signals.frf import FRF
+from clearance_mj.signals import FRF, accelerance, align, convert_quantity
 
 LINES = np.arange(5.0, 100.0, 0.5)
 DOFS = ("1:+Z", "2:+Z", "3:+Z")

@@ -5,12 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from clearance_mj.signals import FRF, Excitation, Modes, Response, compare
 from clearance_mj.signals.arrays import read_only
-from clearance_mj.signals.comparison import compare
-from clearance_mj.signals.ema import Modes
-from clearance_mj.signals.excitation import Excitation
-from clearance_mj.signals.frf import FRF
-from clearance_mj.signals.response import Response
 from clearance_mj.statistics.frf_bands import Band
 
 LINES = np.arange(5.0, 15.0)

@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.signals import comparison
+from clearance_mj.signals import FRF, comparison, join_references
 from clearance_mj.signals.comparison import compare, compare_modes
 from clearance_mj.signals.correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
-from clearance_mj.signals.frf import FRF
-from clearance_mj.signals.references import join_references
 
 F = np.arange(5, 220.25, 0.5)
 SHAPES = np.array([[1.0, 1.0, 1.0], [0.8, -0.2, -1.0], [0.4, -1.0, 0.9], [0.1, 0.6, 0.3]])

@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.signals.correlation import mac
-from clearance_mj.signals.ema import extract_modes
+from clearance_mj.signals import FRF, Response, estimate_frf, extract_modes, mac
 from clearance_mj.signals.excitation import random
-from clearance_mj.signals.frf import FRF, estimate_frf
-from clearance_mj.signals.response import Response
 
 F = np.arange(5, 220.25, 0.5)
 M = np.diag([1.0, 0.5])

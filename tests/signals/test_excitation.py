@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearance_mj.core.errors import ExcitationError
-from clearance_mj.signals import excitation
-from clearance_mj.signals.excitation import Excitation
+from clearance_mj.signals import Excitation, excitation
 
 FS = 512.0
 

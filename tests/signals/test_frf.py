@@ -7,8 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.signals.frf import FRF, estimate_frf
-from clearance_mj.signals.response import Response
+from clearance_mj.signals import FRF, Response, estimate_frf
 
 FS = 512.0
 

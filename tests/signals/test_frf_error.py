@@ -7,9 +7,7 @@ import pytest
 
 from clearance_mj.core.errors import RecordError
 from clearance_mj.io import results
-from clearance_mj.signals.frf import FRF, estimate_frf
-from clearance_mj.signals.frf_error import random_db, random_error
-from clearance_mj.signals.response import Response
+from clearance_mj.signals import FRF, Response, estimate_frf, random_db, random_error
 
 FS, SEGMENT = 256.0, 256
 

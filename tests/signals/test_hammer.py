@@ -13,9 +13,8 @@ import scipy.signal
 
 import clearance_mj as cm
 from clearance_mj.core.notes import RecordNote
-from clearance_mj.signals import hammer_frf, join_references
+from clearance_mj.signals import Response, hammer_frf, join_references
 from clearance_mj.signals.hits import is_impulsive
-from clearance_mj.signals.response import Response
 
 FS, UP, MASS = 2048.0, 8, 2.0
 FREQUENCY, DAMPING = 18.0 * np.arange(1, 4) ** 2, np.array([0.008, 0.006, 0.005])

@@ -7,9 +7,7 @@ import pytest
 
 from clearance_mj.clearance.walls.slot import gap
 from clearance_mj.core.errors import RecordError
-from clearance_mj.signals import excitation
-from clearance_mj.signals.nonlinear import best_linear, stepped_harmonics
-from clearance_mj.signals.response import Response
+from clearance_mj.signals import Response, best_linear, excitation, stepped_harmonics
 
 FS, PERIOD, BAND = 1024.0, 4.0, (5.0, 100.0)
 SAMPLES = round(FS * PERIOD)

@@ -7,10 +7,7 @@ import pytest
 import scipy.signal
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.signals.frf import FRF, estimate_frf
-from clearance_mj.signals.response import Response
-from clearance_mj.signals.spectra import Spectra
-from clearance_mj.signals.spectra_frf import frf_from_spectra
+from clearance_mj.signals import FRF, Response, Spectra, estimate_frf, frf_from_spectra
 
 LINES = np.arange(1.0, 33.0)
 

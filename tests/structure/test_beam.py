@@ -8,8 +8,7 @@ import scipy.optimize
 
 import clearance_mj as cm
 from clearance_mj.rig import Rig, Sensor
-from clearance_mj.structure import beam
-from clearance_mj.structure.beam import Beam, Clamp
+from clearance_mj.structure import Beam, Clamp, beam
 
 
 def integrate(function, length, pieces=100):

@@ -10,8 +10,7 @@ from scipy.integrate import solve_ivp
 import clearance_mj as cm
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.core.errors import RigError
-from clearance_mj.engines import static_equilibrium
-from clearance_mj.engines.modal import Modal
+from clearance_mj.engines import Modal, static_equilibrium
 from clearance_mj.report.figures.rig_figure import rig_drawing
 from clearance_mj.rig import Bushing, Contact, Grease, Load, Order, Rig, Sensor, Shaker, Spin, Unbalance
 from clearance_mj.structure import Gears, Inertia, Spring

@@ -11,10 +11,9 @@ import scipy.sparse.linalg
 
 from clearance_mj.linear import linear_model
 from clearance_mj.rig import Contact, Grease, PointMass
-from clearance_mj.structure import reduction
-from clearance_mj.structure.base import Assembly
-from clearance_mj.structure.large import lowest_modes
-from clearance_mj.structure.reduction import MassNormalisedModes, reduced
+from clearance_mj.structure import Assembly, reduction
+from clearance_mj.structure.large import lowest
+from clearance_mj.structure.reduction import Modes, reduced
 from experiments.space_frame import Bar, Frame
 from tests.structures import chain
 

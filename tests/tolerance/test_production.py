@@ -17,8 +17,7 @@ from clearance_mj import periodic, wear
 from clearance_mj.core.errors import ClearanceError, LawError, RigError
 from clearance_mj.periodic.level_branches import level_branches
 from clearance_mj.periodic.map_rows import solver_at
-from clearance_mj.rig import Grease
-from clearance_mj.rig.tolerance import Tolerance
+from clearance_mj.rig import Grease, Tolerance
 from clearance_mj.signals.excitation import stepped_sine
 from clearance_mj.tolerance import (
     Correlation,

@@ -5,9 +5,17 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.statistics import share_interval
-from clearance_mj.tolerance import Noise, Runner, Scatter, Scattered, random_production
+from clearance_mj.tolerance import (
+    DesignPeaks,
+    Noise,
+    Runner,
+    Scatter,
+    Scattered,
+    peaks_of_designs,
+    peaks_over_production,
+    random_production,
+)
 from clearance_mj.tolerance.peaks import noise_of, peaks_over_an_hour
-from clearance_mj.tolerance.random_designs import DesignPeaks, peaks_of_designs, peaks_over_production
 
 RIG = cm.Rig.load("models/table1_rig.toml")
 PSD = cm.PSD([5.0, 20.0, 80.0, 220.0], [0.5, 1.0, 1.0, 0.2])

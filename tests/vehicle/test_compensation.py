@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.core.errors import ManoeuvreError
-from clearance_mj.vehicle.controllers import Observation, Task
+from clearance_mj.vehicle.controllers import ClearanceModel, Observation, Task
 from clearance_mj.vehicle.controllers.backlash_inverse import BacklashInverse
-from clearance_mj.vehicle.controllers.clearance_model import ClearanceModel
 from clearance_mj.vehicle.controllers.compensation import Compensated, Direction
 from clearance_mj.vehicle.controllers.mpc import ModelPredictive
 from clearance_mj.vehicle.controllers.smc import SlidingMode

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from clearance_mj.vehicle.controllers import DesignModel, Observation, Task
+from clearance_mj.vehicle.controllers import ClearanceModel, DesignModel, Observation, Task
 from clearance_mj.vehicle.controllers.backlash_inverse import BacklashInverse
-from clearance_mj.vehicle.controllers.clearance_model import ClearanceModel
 from clearance_mj.vehicle.controllers.compensation import Compensated
 from clearance_mj.vehicle.controllers.mpc import ModelPredictive
 from clearance_mj.vehicle.controllers.smc import SlidingMode

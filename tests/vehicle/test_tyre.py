@@ -8,8 +8,7 @@ import scipy.optimize
 from vehiclemodels.utils.tire_model import formula_lateral
 
 from clearance_mj.vehicle.commonroad import GRAVITY, parameters
-from clearance_mj.vehicle.controllers import Observation, Task
-from clearance_mj.vehicle.controllers.design import Predictor
+from clearance_mj.vehicle.controllers import Observation, Predictor, Task
 from clearance_mj.vehicle.controllers.mpc import ModelPredictive
 from clearance_mj.vehicle.manoeuvres import clothoid_arc, straight
 from clearance_mj.vehicle.nominal import Vehicle
