@@ -39,8 +39,7 @@ CUSTOMARY = {
     ],
 )
 def test_us_customary_units_of_channels(label, quantity, factor):
-    found = quantity_of(label)
-    assert found == (quantity, pytest.approx(factor, rel=1e-12))
+    assert quantity_of(label) == (quantity, pytest.approx(factor, rel=1e-12))
     assert unit_factor(label, quantity) == pytest.approx(factor, rel=1e-12)
 
 

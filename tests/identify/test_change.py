@@ -62,8 +62,7 @@ def test_without_a_change_nothing_is_larger_than_what_does_not_matter():
         changes = Changes(Belief.independent([0.0], [0.02]), np.array([1.0]))
         belief = changes.start
         for each in seen(np.random.default_rng(seed).normal(0.0, 0.1, 100), 0.1):
-            scatter = changes.add(belief, each)
-            belief = fused(belief, each, scatter)
+            belief = fused(belief, each, changes.add(belief, each))
         largest.append(changes.likeliest(np.eye(1), np.array([0.05]))[1])
     assert max(largest) < 4.0
 

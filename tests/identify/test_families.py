@@ -33,8 +33,7 @@ GAPS = [
 
 @pytest.mark.parametrize("gap", [1e-4, 3e-4])
 def test_a_power_law_has_its_force_at_one_gap(gap):
-    bushing = dataclasses.replace(NOMINAL, gap=gap)
-    contact = CONTACT_FAMILIES["power law"].make(bushing, 2.5, 4.0, 1.7)
+    contact = CONTACT_FAMILIES["power law"].make(dataclasses.replace(NOMINAL, gap=gap), 2.5, 4.0, 1.7)
     assert contact.force(gap, 0.0) == pytest.approx(2.5, rel=1e-12)
     assert contact.force(2 * gap, 0.0) == pytest.approx(2.5 * 2**1.7, rel=1e-12)
     assert contact.force(gap, 0.05) == pytest.approx(2.5 * (1 + 4.0 * 0.05), rel=1e-12)
@@ -90,8 +89,7 @@ def shaken(level, seed, seconds):
     x *= np.sin(0.5 * np.pi * flanks) ** 2 * (0.1 + 0.9 * time / seconds)
     x *= level / np.abs(x).max()
     points = np.fft.rfft(x * np.array([[1.0], [0.97], [1.03]]))
-    omega = 2 * np.pi * frequency
-    return [np.fft.irfft(s, n * FINE) * FINE for s in (points, 1j * omega * points)]
+    return [np.fft.irfft(s, n * FINE) * FINE for s in (points, 1j * (2 * np.pi * frequency) * points)]
 
 
 def recorded(x, v, force, noise=0.0):
@@ -237,7 +235,6 @@ class Forceless:
 @pytest.mark.parametrize("stiffness", [4000.0, 0.0])
 def test_a_search_begins_somewhere_where_neither_the_record_nor_the_rig_file_knows_a_grease(stiffness):
     """Springs have logarithms: a thousandth of the file's, or of a tenth of the contact's where it has none."""
-    dry = dataclasses.replace(NOMINAL, grease=Grease(stiffness))
-    found = slip_start(dry, Forceless())
+    found = slip_start(dataclasses.replace(NOMINAL, grease=Grease(stiffness)), Forceless())
     assert all(np.isfinite(value) and value > 0 for value in found.values())
     assert found["grease stiffness"] == pytest.approx(1e-3 * (stiffness or 0.1 * NOMINAL.contact.stiffness))

@@ -78,8 +78,7 @@ def test_noise_of_each_channel_is_found(ramp, forces):
     """Fusion knows a channel's noise from what the others say: 1 % of its RMS, within 20 %."""
     _, response = ramp
     measured = np.vstack((response.acceleration, response.displacement, response.excitation))
-    found = forces["ramp"].noise
-    np.testing.assert_allclose(found[:-1], 0.01 * measured.std(axis=1)[:-1], rtol=0.2)
+    np.testing.assert_allclose(forces["ramp"].noise[:-1], 0.01 * measured.std(axis=1)[:-1], rtol=0.2)
 
 
 def test_force_drives_as_well_as_base(rig):

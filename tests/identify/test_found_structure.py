@@ -82,8 +82,7 @@ def test_lines_beyond_the_excitation_count_if_impacts_reach_there(rms, touches):
 def test_what_flanks_add_to_a_windowed_motion():
     """The transform of (f y)¨ is s² that of f y, and (f y)¨ = f ÿ + 2 ḟ ẏ + f̈ y."""
     fs, decay, omega = 2048.0, 0.4, 2 * np.pi * np.array([5.0, 40.0])
-    time = np.arange(8192)[:, None] / fs
-    motion = np.exp((1j * omega - decay) * time)  # goes on where the record ends
+    motion = np.exp((1j * omega - decay) * (np.arange(8192)[:, None] / fs))  # goes on where the record ends
     (frequency, of_motion), (_, of_acceleration) = (
         complex_spectra(y.real, fs, (3.0, 60.0), 500) for y in (motion, (1j * omega - decay) ** 2 * motion)
     )
@@ -111,8 +110,7 @@ def test_contact_is_at_the_ends_of_the_length_that_a_bushing_has():
     )
     law = ContactLaw([KelvinVoigt(1e4)], [dataclasses.replace(TABLE1.bushings[0].grease, stiffness=1e-9, damping=0.0)])
     bushing = dataclasses.replace(TABLE1.bushings[0], gap=3e-4, length=0.004)
-    taps = np.array([0.0, 1.0, 0.0])
-    (force,) = law_forces([path], taps, 1, [ClearanceWithLaw(bushing, law)]).T
+    (force,) = law_forces([path], np.array([0.0, 1.0, 0.0]), 1, [Case(bushing, law)]).T
     by_hand = np.zeros(time.size)
     for lever in (1 - 0.1 / 3, 1 + 0.1 / 3):
         place = lever * middle

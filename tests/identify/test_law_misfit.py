@@ -128,8 +128,7 @@ def test_lines_that_a_sine_passes_once_are_no_average(shake):
 
 
 def test_lines_of_a_long_step_alone_are_compared():
-    shake = stepped_sine(10.0, FS, [40.0, 90.0], 1.0)
-    record, _ = simulated(TABLE1, shake, SMALL_LAW)
+    record, _ = simulated(TABLE1, stepped_sine(10.0, FS, [40.0, 90.0], 1.0), SMALL_LAW)
     found = law_misfit([prepared(changed(record, {3: 1.26}, 0.01))], Model(TABLE1, SMALL_LAW))
     for stretch, step in zip(found.stretches, (40.0, 90.0)):
         (band,) = np.flatnonzero(np.isfinite(stretch.missed[2]))

@@ -128,10 +128,8 @@ def test_acceleration_finds_where_offsets_stay():
 @pytest.mark.slow
 def test_a_bench_without_probes(tmp_path):
     """Gaps within 5 % and offsets within 25 µm of a foreign bench's, of which accelerometers alone are recorded."""
-    bench = make_bench(23, probes=False, bushing_length=0.0, filtered=0.4)
-    write_bench(bench, tmp_path)
+    write_bench(make_bench(23, probes=False, bushing_length=0.0, filtered=0.4), tmp_path)
     truth = tomllib.loads((tmp_path / "truth.toml").read_text(encoding="utf-8"))["bushings"]
-    found = fit_bench(Dataset.load(tmp_path))
-    for bushing, true in zip(found.rig.bushings, truth):
+    for bushing, true in zip(fit_bench(Dataset.load(tmp_path)).rig.bushings, truth):
         assert bushing.gap == pytest.approx(true["gap"], rel=0.05)
         assert bushing.offset == pytest.approx(true["offset"], abs=25e-6)

@@ -96,8 +96,7 @@ def linear(rig):
 
 def test_a_loud_record_tells_as_much_as_a_quiet_one(rig):
     """Whatever the clearances do, the rig is found: hard contact on both sides, of which the update knows nothing."""
-    beam = dataclasses.replace(rig.beam, young_modulus=0.96 * rig.beam.young_modulus)
-    real = rig.replace(beam=beam)
+    real = rig.replace(beam=dataclasses.replace(rig.beam, young_modulus=0.96 * rig.beam.young_modulus))
     loud = excitation.random(6.0, FS, (5.0, 220.0), rms=8.0, seed=1)
     record, response = record_of(real, loud, ConstantLaw(np.full(2, 1e4), np.full(2, 4.0)))
     assert np.abs(response.displacement).max(axis=1).min() > 1.3 * max(b.gap for b in rig.bushings)

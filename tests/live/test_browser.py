@@ -120,8 +120,7 @@ def test_memory_of_two_settings(page):
     put(page, "bushings[0].gap", 100)
     page.click("#keep-B")
     put(page, "bushings[0].gap", 800)
-    rows = [shown(page, row) for row in (1, 9, 17)]
-    for row, gap in zip(rows, (8e-4, 3e-4, 1e-4)):
+    for row, gap in zip([shown(page, row) for row in (1, 9, 17)], (8e-4, 3e-4, 1e-4)):
         np.testing.assert_allclose(row, expected(gap)[0], rtol=1e-6)
     page.click("#back-B")
     settled(page)
@@ -144,8 +143,7 @@ def test_a_and_b_are_heard_at_one_full_scale(page):
         "B" + said[0].partition(" peak")[0][1:],
     ]
     peaks = page.evaluate("[...'AB'].map((s) => Math.max(...live.state.memory[s].sound.samples.map(Math.abs)))")
-    scale = float(said[0].partition("full scale ")[2].split()[0])
-    assert scale == pytest.approx(max(peaks), rel=0.01)
+    assert float(said[0].partition("full scale ")[2].split()[0]) == pytest.approx(max(peaks), rel=0.01)
 
 
 def test_export(page, tmp_path):
@@ -195,8 +193,7 @@ def test_divergence_is_said_and_the_page_goes_on(page):
 
 
 def test_keyboard(page):
-    slider = page.locator('[id="c-bushings[0].gap"] ~ input[type=range]')
-    slider.focus()
+    page.locator('[id="c-bushings[0].gap"] ~ input[type=range]').focus()
     for _ in range(50):
         page.keyboard.press("ArrowLeft")
     settled(page)

@@ -39,8 +39,7 @@ def with_gap(rig, gap):
 
 
 def test_figures_hold_what_the_library_gives(session):
-    values = session.setting(SHORT | {"bushings[0].gap": 1.5e-4, "level": 3.0, "seed": 4})
-    numbers = session.show(values)
+    numbers = session.show(session.setting(SHORT | {"bushings[0].gap": 1.5e-4, "level": 3.0, "seed": 4}))
     response = simulate(with_gap(TABLE1, 1.5e-4), excitation.random(4.0, 2048.0, rms=3.0, seed=4), LAW, "modal")
     frf = estimate_frf(response)
     np.testing.assert_array_equal(numbers.arrays["magnitude"], np.abs(frf.value[:, 0]))
@@ -66,8 +65,7 @@ def test_identified_settings_are_the_rig_and_law_that_were_given():
         assert rig == TABLE1
         for of_given, of_built in zip(law.table(2)[:5], same.table(2)[:5]):
             np.testing.assert_array_equal(of_built, of_given)
-        one = same.grease[1] if same.grease else None
-        assert one == (law.grease[0] if law.grease else None)
+        assert (same.grease[1] if same.grease else None) == (law.grease[0] if law.grease else None)
 
 
 def test_noise_is_that_of_the_records():

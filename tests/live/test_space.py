@@ -45,8 +45,7 @@ def test_figures_hold_what_the_library_gives(session, rig):
     assert session.shown.model.rig == changed
     response = cm.simulate(changed, cm.excitation.still(4.0, 1024.0), engine="modal")
     place = whirl(changed, response).position[0]
-    x = numbers.arrays["displacement"]
-    np.testing.assert_allclose(x.max(axis=1), place.max(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(numbers.arrays["displacement"].max(axis=1), place.max(axis=1), rtol=1e-12)
     (row,) = numbers.facts["clearances"]
     assert row["peak"] == pytest.approx(np.hypot(*place).max())
     assert row["force"] == pytest.approx(np.hypot(*response.contact_force).max())
@@ -88,8 +87,7 @@ def test_identified_settings_are_the_rig_that_was_given(session, rig):
     assert build_model(other.model, other.identified).rig == ramp
     down = build_model(other.model, other.setting({"spin.until": 10.0, "spin.rate": 5.0})).rig
     assert down.spin == Spin(50.0, -5.0, 10.0)
-    steady = build_model(other.model, other.setting({"spin.until": 50.0})).rig
-    assert steady.spin == Spin(50.0)
+    assert built(other.model, other.setting({"spin.until": 50.0})).rig.spin == Spin(50.0)
 
 
 def test_what_the_plane_alone_knows_is_refused_and_sweeps_go_on(session):

@@ -103,8 +103,7 @@ def test_a_response_knows_the_rows_of_each_clearance():
 
 
 def test_records_have_a_channel_for_every_row(tmp_path):
-    made = Record("r", "identify", BOTH, 64.0, to_channels(response(), BOTH))
-    write_dataset(tmp_path, BOTH, [made])
+    write_dataset(tmp_path, BOTH, [Record("r", "identify", BOTH, 64.0, to_channels(response(), BOTH))])
     record = Dataset.load(tmp_path).records[0]
     assert not record.missing_probes and record.rig == BOTH
     np.testing.assert_allclose(record.response().displacement[:, 0], 1e-6 * np.arange(1, 5), rtol=1e-6)

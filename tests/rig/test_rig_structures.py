@@ -87,8 +87,7 @@ def read_from_file(monkeypatch):
 
 def test_files_of_a_structure_are_named_from_the_rig_file(tmp_path, monkeypatch, read_from_file):
     monkeypatch.chdir(tmp_path)
-    rig = Rig("r", None, (), (Sensor(1, "1:+Z"),), structure=read_from_file("model.npz"))
-    rig.save("rigs/r.toml")
+    Rig("r", None, (), (Sensor(1, "1:+Z"),), structure=read_from_file("model.npz")).save("rigs/r.toml")
     assert tomllib.loads(Path("rigs/r.toml").read_text())["structure"]["file"] == "../model.npz"
     monkeypatch.chdir(tmp_path / "rigs")
     assert Path(Rig.load("r.toml").structure.file).resolve() == tmp_path / "model.npz"

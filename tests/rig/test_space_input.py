@@ -159,8 +159,7 @@ def test_digests_of_older_files_stay() -> None:
 
 
 def test_a_planar_file_says_nothing_of_space(tmp_path: Path) -> None:
-    rig = Rig.load(TABLE1)
-    rig.save(tmp_path / "rig.toml")
+    Rig.load(TABLE1).save(tmp_path / "rig.toml")
     names = ("motion", "gravity", "spin", "unbalances", "friction", "film", "radius", "offset_y", "probe_angle")
     written = (tmp_path / "rig.toml").read_text(encoding="utf-8")
     assert not [name for name in names if f"{name} =" in written]

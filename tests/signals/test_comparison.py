@@ -94,14 +94,12 @@ def test_modes_too_far_apart_are_no_pair():
 
 def test_the_strongest_mode_of_the_test_is_found_where_it_is_weak_in_the_model():
     test = modal_frf(participation=(1, 0.01, 0.01))
-    model = modal_frf((31, 80, 150), participation=(0.05, 0.01, 1))
-    found = whole(test, model, n_modes=1).per_mode
+    found = whole(test, modal_frf((31, 80, 150), participation=(0.05, 0.01, 1)), n_modes=1).per_mode
     np.testing.assert_allclose([found["test_hz"], found["model_hz"]], [[30], [31]], rtol=0.01)
 
 
 def test_frfs_of_noise_alone_are_compared_without_modes():
-    rng = np.random.default_rng(0)
-    noises = (rng.standard_normal((2, 3, F.size, 2)) @ (1, 1j)).reshape(2, 3, F.size)
+    noises = (np.random.default_rng(0).standard_normal((2, 3, F.size, 2)) @ (1, 1j)).reshape(2, 3, F.size)
     found = whole(FRF(F, noises[0]), FRF(F, noises[1]))
     assert all(np.all(np.isnan(column)) for name, column in found.per_mode.items() if name not in ("mode", "why"))
     assert np.isnan(found.summary()["mac"])
@@ -133,8 +131,7 @@ def test_frfs_that_cannot_be_compared_are_refused(model, message):
 def test_one_response_has_no_csac_and_no_mac():
     """Both are 1 by definition; all else is told, of twice the level: 20 lg 2 dB, MRE 1, CSF 4/5."""
     test = modal_frf(shapes=SHAPES[:1])
-    model = dataclasses.replace(test, value=2 * test.value)
-    found = whole(test, model, 3)
+    found = whole(test, dataclasses.replace(test, value=2 * test.value), 3)
     assert np.isnan(found.csac).all() and np.isnan(found.per_mode["mac"]).all()
     np.testing.assert_allclose(found.csf, 0.8, rtol=1e-12)
     summary = found.summary()

@@ -17,8 +17,7 @@ def true_modes(m=M, c=C, k=K):
     """Frequencies (Hz), damping ratios and complex shapes out of the eigenvalues of the state matrix."""
     n = len(m)
     inverse = np.linalg.inv(m)
-    state = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ k, -inverse @ c]])
-    poles, vectors = np.linalg.eig(state)
+    poles, vectors = np.linalg.eig(np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ k, -inverse @ c]]))
     order = [i for i in np.argsort(np.abs(poles)) if poles[i].imag > 0]
     return np.abs(poles[order]) / (2 * np.pi), -poles[order].real / np.abs(poles[order]), vectors[:n, order]
 
@@ -56,8 +55,7 @@ def chain(n):
     stiffness = 4e5 * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
     stiffness[-1, -1] = 4e5
     squares, vectors = np.linalg.eigh(stiffness)
-    damping = vectors @ np.diag(0.02 * np.sqrt(squares)) @ vectors.T
-    return np.eye(n), damping, stiffness, vectors
+    return np.eye(n), vectors @ np.diag(0.02 * np.sqrt(squares)) @ vectors.T, stiffness, vectors
 
 
 @pytest.mark.parametrize("frf", [base_frf(), force_frf(0), force_frf(1)], ids=["base", "force 0", "force 1"])
@@ -163,8 +161,7 @@ def test_a_smooth_curve_between_two_modes_is_no_mode():
 def bumping(level, gap=4e-4, stiffness=2e5, fs=2048, steps=4):
     """Accelerations of the two masses when the second one meets stops, by semi-implicit Euler."""
     shake = random(8.0, fs, (5, 220), level, seed=2)
-    time = np.arange(shake.value.size * steps) / steps / fs
-    base = np.interp(time, shake.time, shake.value).tolist()
+    base = np.interp(np.arange(shake.value.size * steps) / steps / fs, shake.time, shake.value).tolist()
     (k11, k12), (_, k22) = K.tolist()
     (c11, c12), (_, c22) = C.tolist()
     x = y = u = v = 0.0

@@ -26,8 +26,7 @@ def test_a_friction_decay(measured):
     a, b, start = 0.8, 0.5, 10.0
     amplitude = (start + a / b) * np.exp(-b * TIME) - a / b
     phase = 2 * np.pi * (80 * TIME - 0.02 * ((start + a / b) / b * (1 - np.exp(-b * TIME)) - a / b * TIME))
-    use = amplitude > 1
-    found = decay(identify.ridge((amplitude * np.cos(phase))[use], FS, (70, 90), 12.0), 0.2, FS)
+    found = decay(identify.ridge((amplitude * np.cos(phase))[amplitude > 1], FS, (70, 90), 12.0), 0.2, FS)
     known = 80 - 0.02 * found.amplitude
     error = np.abs(found.frequency - known).max()
     measured.below("decay by friction: largest error of the frequency (Hz)", error, 2e-3, "80 - 0.02 A")

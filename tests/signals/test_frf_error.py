@@ -19,8 +19,7 @@ def noisy(rng, coherence, seconds, gain=2.0):
 
 
 def estimated(rng, coherence, seconds, **options):
-    frf = estimate_frf(noisy(rng, coherence, seconds), resolution=FS / SEGMENT, **options)
-    return frf.within((2, 120))
+    return estimate_frf(noisy(rng, coherence, seconds), resolution=FS / SEGMENT, **options).within((2, 120))
 
 
 @pytest.mark.parametrize("coherence", [0.99, 0.8, 0.5, 0.2])

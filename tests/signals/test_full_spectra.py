@@ -40,8 +40,7 @@ def test_an_ellipse_is_half_the_sum_and_half_the_difference_of_its_axes():
 def test_a_line_is_both_in_equal_parts():
     y = 4e-5 * np.cos(2 * np.pi * 30 * TIME)
     found = full_spectrum(y, -0.5 * y, FS, window="boxcar")
-    half = np.hypot(1, 0.5) * 4e-5 / 2
-    np.testing.assert_allclose([at(found, 30), at(found, -30)], half, rtol=1e-9)
+    np.testing.assert_allclose([at(found, 30), at(found, -30)], np.hypot(1, 0.5) * 4e-5 / 2, rtol=1e-9)
 
 
 def test_a_circle_that_speeds_up_lies_on_the_line_of_the_spin():
@@ -75,8 +74,7 @@ def test_what_cannot_be_had_is_refused_in_one_line():
 def test_the_figures_say_what_is_on_their_axes():
     w = 1e-5 * np.exp(2j * np.pi * -20 * TIME)
     spin = np.full(TIME.size, -2 * np.pi * 20)
-    figure = full_spectrum(w.real, w.imag, FS).plot(spin[0])
-    (ax,) = figure.axes
+    (ax,) = full_spectrum(w.real, w.imag, FS).plot(spin[0]).axes
     (line,) = ax.get_lines()[:1]
     peak = np.argmax(line.get_ydata())
     assert (line.get_xdata()[peak], line.get_ydata()[peak]) == pytest.approx((20.0, 10.0), rel=2e-3)  # with the spin

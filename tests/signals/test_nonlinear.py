@@ -20,8 +20,7 @@ def realisations(system, count, periods=3, noise=0.0, drop=0, rms=1.0):
     for seed in range(count):
         shake = excitation.multisine((periods + drop) * PERIOD, FS, BAND, rms, seed, period=PERIOD)
         steady = np.tile(system(shake.value[:SAMPLES]), periods + drop)
-        rng = np.random.default_rng((seed, 7))
-        response = steady + noise * rng.standard_normal(steady.size)
+        response = steady + noise * np.random.default_rng((seed, 7)).standard_normal(steady.size)
         yield Response(FS, shake.value, response[None], band=BAND, responses=("1:+Z",))
 
 
@@ -37,8 +36,7 @@ def distortion_of_cube(rms):
     """Variance of the cube's stochastic part over |U|² at the lines: 6 R³ is its autocorrelation (Isserlis)."""
     power = np.zeros(SAMPLES)
     power[LINES] = power[-LINES] = rms**2 / (2 * LINES.size)
-    autocorrelation = np.fft.fft(power).real
-    return np.fft.ifft(6 * autocorrelation**3).real[LINES] / power[LINES]
+    return np.fft.ifft(6 * np.fft.fft(power).real ** 3).real[LINES] / power[LINES]
 
 
 def test_cube_before_a_filter():
@@ -60,8 +58,7 @@ def test_linear_system_with_noise_has_no_distortion():
     """White noise σ has the spectral variance N σ² at each line; over P periods and M realisations / (P M)."""
     periods, count, sigma = 4, 10, 0.05
     found = best_linear(list(realisations(filtered, count, periods, sigma, drop=2)), PERIOD, drop=2)
-    line_power = SAMPLES**2 / (2 * LINES.size)
-    expected = SAMPLES * sigma**2 / line_power / (periods * count)
+    expected = SAMPLES * sigma**2 / (SAMPLES**2 / (2 * LINES.size)) / (periods * count)
     for variance, freedom in ((found.noise_variance, count * (periods - 1)), (found.total_variance, count - 1)):
         assert np.mean(variance) / expected == pytest.approx(1, abs=4 / np.sqrt(LINES.size * freedom))
     excess = np.mean(found.total_variance - found.noise_variance) / expected
@@ -124,9 +121,7 @@ def test_records_that_cannot_be_used(change, options, message):
 @pytest.mark.parametrize(("ratio", "gain"), [(2.0, 0.391002), (3.0, 0.583583)])
 def test_first_harmonic_of_a_gap_is_its_describing_function(ratio, gain):
     """1 - (2/π)[asin(d/X) + (d/X)√(1 - d²/X²)] (Gelb and Vander Velde 1968)."""
-    time = np.arange(8192) / 2048
-    moves = ratio * np.cos(2 * np.pi * 9.3 * time)
-    force = np.array([gap(x, 1.0) for x in moves])
+    force = np.array([gap(x, 1.0) for x in ratio * np.cos(2 * np.pi * 9.3 * (np.arange(8192) / 2048))])
     first, second, third = np.abs(stepped_harmonics(force, 2048, [9.3], 3)[0]) / ratio
     assert first == pytest.approx(gain, abs=2e-4)
     assert second < 2e-4

@@ -75,8 +75,7 @@ def test_an_amplitude_that_grows_with_speed_is_had_turn_by_turn():
 
 
 def test_the_last_turns_and_their_marks():
-    found = moved(np.exp(1j * ANGLE)).last(3)
-    np.testing.assert_allclose(found.marks, [[1, 1, 1], [0, 0, 0]], atol=1e-4)
+    np.testing.assert_allclose(moved(np.exp(1j * ANGLE)).last(3).marks, [[1, 1, 1], [0, 0, 0]], atol=1e-4)
     assert moved(np.exp(1j * ANGLE)).last(99).time.size == 27
 
 

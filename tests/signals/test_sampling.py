@@ -22,8 +22,7 @@ def measured(signal, frequency, fs, phase=0.7):
     t = np.arange(signal.size) / fs
     middle = slice(signal.size // 4, 3 * signal.size // 4)
     basis = np.exp(1j * (2 * np.pi * frequency * t[middle] + phase))
-    columns = np.stack((basis.real, basis.imag), axis=1)
-    (a, b), *_ = np.linalg.lstsq(columns, signal[middle], rcond=None)
+    (a, b), *_ = np.linalg.lstsq(np.stack((basis.real, basis.imag), axis=1), signal[middle], rcond=None)
     return a - 1j * b
 
 

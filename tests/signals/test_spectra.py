@@ -64,8 +64,7 @@ def test_overview_and_figure(rng):
     turning = Spectra("cross spectrum", LINES, np.exp(1j * LINES)[None], ("1:+Z",), ("2:+Z",), units=("g·N",))
     phases = turning.plot().axes[1].lines[0].get_ydata()
     np.testing.assert_allclose(phases.data, np.degrees(np.angle(np.exp(1j * LINES))))
-    coherence = Spectra("coherence", LINES[:1], [[0.5]], ("1:+Z",)).plot()
-    assert coherence.axes[0].get_ylim() == (0, 1.05)
+    assert Spectra("coherence", LINES[:1], [[0.5]], ("1:+Z",)).plot().axes[0].get_ylim() == (0, 1.05)
 
 
 @pytest.mark.parametrize(

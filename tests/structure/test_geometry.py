@@ -38,8 +38,7 @@ def test_mode_shape_along_local_axes():
     moved = square().displacement(modes, 1)
     np.testing.assert_array_equal(moved, [[0, 0, -1], [0, 0, 0], [-3, 2, 0], [0, 0, 0]])
     assert square().missing(responses) == ("7:+Z",)
-    figure = square().plot(modes, scale=1.0)
-    (ax,) = figure.axes
+    (ax,) = square().plot(modes, scale=1.0).axes
     assert ax.get_title() == "mode 1: 10 Hz, damping 1 %; without a place: 7:+Z"
     drawn = np.array([line.get_data_3d() for line in ax.lines][-1])
     np.testing.assert_array_equal(drawn[:, :2].T, [(0, 0, -1), (2, 0, 0)])  # the edge from node 1 to node 2

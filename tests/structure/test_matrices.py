@@ -159,8 +159,7 @@ def test_equal_arrays_make_equal_structures_and_other_ones_do_not():
 def test_a_file_that_changed_is_refused(tmp_path):
     structure = Matrices(**files_of(tmp_path, "npz", *hermite()), units="m-kg-s", fixed=("1",))
     assert structure.sha256 == hashlib.sha256((tmp_path / "all.npz").read_bytes()).hexdigest()
-    rig = held(structure)
-    rig.save(tmp_path / "rig.toml")
+    held(structure).save(tmp_path / "rig.toml")
     mass, stiffness = hermite()
     files_of(tmp_path, "npz", mass, 2 * stiffness)
     with pytest.raises(

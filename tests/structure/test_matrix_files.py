@@ -82,8 +82,7 @@ def test_points_that_do_not_exist_are_refused(position, message):
 
 
 def test_mechanism_has_modes_but_no_static_deflection():
-    rig = held(small(stiffness=MECHANISM), ("1:X",), shaker=Shaker("force", "1:X"))
-    model = cm.linear_model(rig)
+    model = cm.linear_model(held(small(stiffness=MECHANISM), ("1:X",), shaker=Shaker("force", "1:X")))
     np.testing.assert_allclose(model.omega, [0.0, np.sqrt(1.5)], atol=1e-12)
     with pytest.raises(RigError, match="can move without bending, so it has no static deflection; add a support"):
         model.static_deflection(["1:X"], model.shapes(["1:X"]))

@@ -126,8 +126,7 @@ def equilibrium(structure):
 
 def test_closed_loop_of_a_parallelogram(tmp_path):
     """The bar of a hanging parallelogram moves without turning, as a simple pendulum: ω² = g/l."""
-    structure = structure_of(tmp_path, PARALLELOGRAM)
-    model = cm.linear_model(rig_of(structure, "end:+X"))
+    model = cm.linear_model(rig_of(structure_of(tmp_path, PARALLELOGRAM), "end:+X"))
     np.testing.assert_allclose(model.omega**2, [9.81], rtol=1e-5)
     np.testing.assert_allclose(model.shapes(["end:+X"]) ** 2, [[1 / 3]], rtol=1e-5)
 
@@ -199,6 +198,5 @@ def test_points_that_do_not_exist_are_refused(tmp_path, point, message):
 
 
 def test_free_body_without_gravity_is_free(tmp_path):
-    weightless = FREE.replace("<worldbody>", '<option gravity="0 0 0"/><worldbody>')
-    structure = structure_of(tmp_path, weightless)
+    structure = structure_of(tmp_path, FREE.replace("<worldbody>", '<option gravity="0 0 0"/><worldbody>'))
     assert np.all(cm.linear_model(rig_of(structure, "box:+Z")).omega == 0)

@@ -171,8 +171,7 @@ def units(length=1.0, force=1.0):
 
 
 def write(path, sets):
-    file = pyuff.UFF(str(path))
-    file.write_sets(list(sets), "overwrite")
+    pyuff.UFF(str(path)).write_sets(list(sets), "overwrite")
     return path
 
 

@@ -178,8 +178,7 @@ def test_rotation_damper_and_disc():
     """A rigid disc's inertia on a stiff hub: a pendulum of the rotation spring and damper alone."""
     stiff = Material(1e16, 1e-3)
     hinge = Support(0.0, "pinned", rotation=50.0, rotation_damping=0.3)
-    shaft = simple(hinge, discs=(Disc(1.0, 2.0, 0.5),), material=stiff)
-    model = linear_model(rig(shaft), 1)
+    model = linear_model(rig(simple(hinge, discs=(Disc(1.0, 2.0, 0.5),), material=stiff)), 1)
     inertia = 2.0 * 1.0**2 + 0.5
     assert model.omega[0] == pytest.approx(np.sqrt(50.0 / inertia), rel=1e-6)
     assert model.damping[0] == pytest.approx(0.3 / inertia, rel=1e-6)

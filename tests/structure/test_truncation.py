@@ -15,8 +15,7 @@ from .test_modes import BEAM, DOFS, X, cantilever, residual, rig_of
 @pytest.mark.parametrize(("dof", "x"), [*zip(DOFS, X)])
 def test_estimate_at_points_of_a_cantilever(n, dof, x):
     """What n closed-form modes leave of Roark's deflection (table 8.1, case 1a), within a factor of three."""
-    structure = cantilever(n)
-    rig = rig_of(structure)
+    rig = rig_of(cantilever(n))
     bushing = rig.bushings[0]
     (found,) = find_truncation(rig.replace(bushings=(type(bushing)(dof, 3e-4, 0.0, bushing.grease, bushing.contact),)))
     exact = static_deflection(BEAM, [x], [x])[0, 0]
@@ -26,8 +25,7 @@ def test_estimate_at_points_of_a_cantilever(n, dof, x):
 
 
 def test_nothing_is_missing_where_the_residual_flexibility_is_known():
-    structure = cantilever(4, residual_flexibility=residual(cantilever(4)))
-    (found,) = find_truncation(rig_of(structure))
+    (found,) = find_truncation(rig_of(cantilever(4, residual_flexibility=residual(cantilever(4)))))
     assert found.missing == found.stiffness_error == 0
     assert found.kept + found.residual == pytest.approx(static_deflection(BEAM, [X[2]], [X[2]])[0, 0])
 

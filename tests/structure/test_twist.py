@@ -64,8 +64,7 @@ def test_points():
 def test_clamped_and_free_shaft():
     """ω = (2n - 1) π/2L √(G/ρ); Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-16."""
     exact = (2 * np.arange(1, 9) - 1) * np.pi / 2 / 1.2 * SPEED
-    found = twisting(shaft(Section(1.2, 0.02, 0.01)), 8, "@1.2:RX")
-    np.testing.assert_allclose(found, exact, rtol=1e-12)
+    np.testing.assert_allclose(twisting(shaft(Section(1.2, 0.02, 0.01)), 8, "@1.2:RX"), exact, rtol=1e-12)
     np.testing.assert_allclose(twisting(Beam(1.2, 210e9, 7850.0, 0.03), 8, "@1.2:RX"), exact, rtol=1e-12)
     giving = Beam(1.2, 210e9, 7850.0, 0.03, clamp=Clamp(rotation=1e4, translation=1e6))
     np.testing.assert_allclose(twisting(giving, 8, "@1.2:RX"), exact, rtol=1e-12)

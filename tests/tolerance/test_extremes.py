@@ -26,8 +26,7 @@ def test_interval_holds_the_largest_value_nine_times_in_ten():
     rng = np.random.default_rng(5)
     inside, below, count = 0, 0, 400
     for _ in range(count):
-        shape = np.clip(rng.normal(*SHAPE_PRIOR), -0.55, 0.45)
-        law = scipy.stats.genpareto(shape, scale=2.0)
+        law = scipy.stats.genpareto(np.clip(rng.normal(*SHAPE_PRIOR), -0.55, 0.45), scale=2.0)
         found = largest_value(record(law.rvs(60, random_state=rng)), 1, 60.0, least=0.0)
         largest = law.rvs(rng.poisson(3600), random_state=rng).max()
         inside += found.low <= largest <= found.high

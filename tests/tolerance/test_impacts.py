@@ -61,8 +61,7 @@ def test_side_by_side_is_as_alone():
     noise = cm.excitation.random(2.0, 2048.0, rms=5.0, seed=3)
     cases = [rig_and_law(RIG.with_gap(gap)) for gap in (2e-4, 3e-4, 4e-4)]
     assert groups_side_by_side([*cases, *cases, *cases], noise, cm.Modal()) == [list(range(8)), [8]]
-    together = whole(cases, [noise])
-    for case, found in zip(cases, together):
+    for case, found in zip(cases, whole(cases, [noise])):
         (alone,) = whole([case], [noise])
         assert all(a == pytest.approx(b, rel=1e-6, abs=1e-9) for a, b in zip(alone, found))
 

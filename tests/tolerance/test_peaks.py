@@ -27,8 +27,7 @@ def test_without_contact_it_is_rices_largest_value():
     rate = np.sqrt((density * frequency**2).sum(axis=1) * step) / spread
     rice = spread * np.sqrt(2 * np.log(2 * rate * 3600 / np.log(2)))
     found = [peaks_over_an_hour(rig, psd, seed=seed, quantity="acceleration") for seed in range(5)]
-    inside = np.mean([(each.interval[:, 0] <= rice) & (rice <= each.interval[:, 1]) for each in found])
-    assert inside >= 0.9
+    assert np.mean([(each.interval[:, 0] <= rice) & (rice <= each.interval[:, 1]) for each in found]) >= 0.9
     ratio = np.mean([each.median for each in found], axis=0) / rice
     assert ratio[:7] == pytest.approx(np.ones(7), abs=0.1)
     assert ratio[7] == pytest.approx(1.0, abs=0.2)  # the tip, whose lowest mode has a damping ratio of 1.6 %
@@ -91,8 +90,7 @@ def test_a_rotor_in_a_round_clearance_is_as_its_response():
     rig = rig.replace(bushings=(dataclasses.replace(rig.bushings[0], gap=2e-4, contact=soft),))
     noise = noise_of(SHAPE.scaled(20.0), 2.0, 1)
     found = peaks_over_an_hour(rig, noise, quantity="penetration", settling=0.0)
-    response = cm.simulate(rig, noise, engine="modal")
-    bushing, (y, z) = rig.bushings[0], response.displacement
+    bushing, (y, z) = rig.bushings[0], cm.simulate(rig, noise, engine="modal").displacement
     depth = np.hypot(y, z + bushing.offset) - bushing.gap
     assert found.observed[0] == pytest.approx(depth.max(), rel=0.01)  # of the steps, and of the filtered response
 
@@ -115,8 +113,7 @@ def test_few_impacts_are_said_to_be_too_few():
 
 
 def test_figure_shows_every_row_and_the_limit():
-    found = peaks_over_an_hour(RIG, SHAPE.scaled(4.0), duration=5.0, limit=2.0)
-    figure = found.plot()
+    figure = peaks_over_an_hour(RIG, SHAPE.scaled(4.0), duration=5.0, limit=2.0).plot()
     assert [ax.get_title(loc="left") for ax in figure.axes] == ["6:+Z", "7:+Z"]
     assert {ax.get_xlabel() for ax in figure.axes} == {"Contact force (N)"}
     assert all([2.0, 2.0] in [list(line.get_xdata()) for line in ax.lines] for ax in figure.axes)

@@ -109,8 +109,7 @@ def tightened():
 
 def test_a_tolerance_alone_is_as_wide_as_the_share_allows(tightened, measured):
     sizes = np.array(list(SIZES.values()))
-    present = norm.cdf(-BELOW / np.hypot(*sizes))
-    assert tightened.share == pytest.approx(present, abs=3 / 512)
+    assert tightened.share == pytest.approx(norm.cdf(-BELOW / np.hypot(*sizes)), abs=3 / 512)
     assert_allclose(tightened.share_without, norm.cdf(-BELOW / sizes[::-1]), atol=0.002)
     assert np.isnan(tightened.width[0])  # the spring alone leaves more than is allowed
     off = tightened.width[1] / (np.sqrt(needed() ** 2 - sizes[0] ** 2) / sizes[1]) - 1
@@ -156,8 +155,7 @@ SIGMA, CYCLES, SPREAD = 0.2e-3, 20.0, 0.05  # m and 1/s of the motion in the gap
 @pytest.mark.parametrize("ratio", [1.04, 0.7], ids=["a tolerance does", "the gap does"])
 def test_under_random_excitation_the_answers_are_those_of_rices_formula(ratio, monkeypatch):
     """Impacts of a Gaussian motion, ν exp(-gap²/2σ²) a second: there is one as likely as not if ln 2 are expected."""
-    filled = SIGMA * np.sqrt(2 * np.log(3600 * CYCLES / np.log(2)))
-    model = oscillator().with_gap(float(ratio * filled))
+    model = oscillator().with_gap(float(ratio * (SIGMA * np.sqrt(2 * np.log(3600 * CYCLES / np.log(2))))))
     scatter = Scatter((Scattered("bushings.gap", std=f"{100 * np.expm1(SPREAD):.12f} %", distribution="lognormal"),))
 
     noise = Noise(cm.PSD([5.0, 50.0], [0.1, 0.1], "force"), [2.0])
@@ -173,8 +171,7 @@ def test_under_random_excitation_the_answers_are_those_of_rices_formula(ratio, m
 
     monkeypatch.setattr("clearance_mj.tolerance.tightening.random_production", peaks)
     found = random_tightening(model, scatter, noise, ALLOWED, 128)
-    share = norm.cdf(-np.log(ratio) / SPREAD)
-    assert found.share == pytest.approx(share, abs=2 / 128)
+    assert found.share == pytest.approx(norm.cdf(-np.log(ratio) / SPREAD), abs=2 / 128)
     assert (found.level, found.unit) == (2.0, "N RMS") and found.what == "contact within 1 h"
     if ratio > 1:
         assert found.width == pytest.approx([np.log(ratio) / SPREAD / norm.isf(ALLOWED)], rel=0.03) and not found.gaps

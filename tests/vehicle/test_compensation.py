@@ -43,8 +43,7 @@ def test_side_follows_the_motion_where_friction_prevails():
     estimate = ClearanceModel(H, friction=1e3, slack=1e-6).start(TASK)
     angles = 0.01 * np.sin(np.linspace(0, 4 * np.pi, 400))
     lost = np.array([estimate(angle, at(servo=angle)) for angle in angles])
-    falling = np.diff(angles, prepend=0.0) < 0
-    np.testing.assert_array_equal(lost[1:], np.where(falling, H, -H)[1:])
+    np.testing.assert_array_equal(lost[1:], np.where(np.diff(angles, prepend=0.0) < 0, H, -H)[1:])
 
 
 def test_moment_is_limited_by_friction_of_the_road():

@@ -89,8 +89,7 @@ def test_preview_ends():
     """Beyond the preview the curvature stays as it was last seen."""
     path = double_lane_change(2.5)
     task = Task(VEHICLE, path, SPEED, preview=0.1)
-    seen = Observation(80.0, 0.0, 0.0, 0.0, 0.0, SPEED)
-    far = task.curvature(seen, np.array([0.0, 0.05, 0.1, 0.3]))
+    far = task.curvature(Observation(80.0, 0.0, 0.0, 0.0, 0.0, SPEED), np.array([0.0, 0.05, 0.1, 0.3]))
     np.testing.assert_array_equal(far, path.curvature(80.0 + SPEED * np.array([0.0, 0.05, 0.1, 0.1])))
 
 

@@ -94,8 +94,7 @@ def test_gusts_have_drydens_correlation(speed):
 
 def test_side_force_of_a_light_wind():
     """½ ϱ A c V w to the left, of wind from the right, ahead of the centre of gravity by the centre of pressure."""
-    wind = Crosswind(mean=0.5, turbulence=0.0, begin=0.0, rise=1.0)
-    load = wind.load(SPEED, 200, 0)[-1]
+    load = Crosswind(mean=0.5, turbulence=0.0, begin=0.0, rise=1.0).load(SPEED, 200, 0)[-1]
     np.testing.assert_allclose(load, np.array([1.0, 0.5, 0.0]) * 0.5 * 1.2 * 1.9 * 2.3 * SPEED * 0.5, rtol=1e-3)
 
 

@@ -56,8 +56,7 @@ def dense(law, seen, curvature, task):
 
 @pytest.mark.parametrize("rate", [10.0, 0.2], ids=["free", "rate-limited"])
 def test_first_command_is_that_of_a_dense_solver(rate):
-    path = clothoid_arc()
-    task = Task(LINEAR, path, SPEED, largest_rate=rate, largest_angle=10.0)
+    task = Task(LINEAR, clothoid_arc(), SPEED, largest_rate=rate, largest_angle=10.0)
     curvature = task.curvature(SEEN, np.arange(LAW.horizon + 1) * task.period)
     command = LAW.start(task).command(SEEN)
     expected = dense(LAW, SEEN, curvature, task)
@@ -85,8 +84,7 @@ def solved_by_osqp(monkeypatch):
 
 @pytest.mark.parametrize(("rate", "angle", "calls"), [(10.0, 10.0, 0), (0.2, 10.0, 1), (10.0, 0.01, 1)])
 def test_osqp_is_called_where_a_limit_is_active(solved_by_osqp, rate, angle, calls):
-    run = LAW.start(Task(LINEAR, clothoid_arc(), SPEED, largest_rate=rate, largest_angle=angle))
-    run.command(SEEN)
+    LAW.start(Task(LINEAR, clothoid_arc(), SPEED, largest_rate=rate, largest_angle=angle)).command(SEEN)
     assert len(solved_by_osqp) == calls
 
 

@@ -139,5 +139,4 @@ def test_uncertain_age_makes_changing_measurements_uncertain():
         observer.covariance[0, 0] = 1.0
         observer.measure(None, None, (0.0, 0.0))
         errors.append(observer.covariance[0, 0])
-    variances = 0.02**2, 0.02**2 + 0.005**2
-    np.testing.assert_allclose(errors, [v / (1 + v) for v in variances], rtol=1e-9)
+    np.testing.assert_allclose(errors, [v / (1 + v) for v in (0.02**2, 0.02**2 + 0.005**2)], rtol=1e-9)

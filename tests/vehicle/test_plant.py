@@ -137,8 +137,7 @@ def test_aligning_moment_from_the_tyres():
     state = drive(plant, 0.05 * np.sin(2 * np.pi * 0.7 * STEP * np.arange(400)))[-1]
     p, v, beta, r = plant.parameters, state[3], state[6], state[5]
     slip = np.arctan((v * np.sin(beta) + r * p.a) / (v * np.cos(beta))) - state[2]
-    load = p.m * 9.81 * p.b / (p.a + p.b)
-    force = tire_model.formula_lateral(slip, 0, load, p.tire)[0]
+    force = tire_model.formula_lateral(slip, 0, p.m * 9.81 * p.b / (p.a + p.b), p.tire)[0]
     assert abs(force) > 500
     # The drive torque's load transfer, combined slip and the steering angle's cosine are left out here.
     assert plant.measure(state).aligning_moment == pytest.approx(plant.trail * force, rel=0.02)

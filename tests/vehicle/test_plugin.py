@@ -122,8 +122,7 @@ def test_on_the_command_line(tmp_path):
             raise SystemExit(main(["vehicle", *options, *files]))
     """
     (tmp_path / "program.py").write_text(textwrap.dedent(program), encoding="utf-8")
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
-    done = run("program.py", cwd=tmp_path, env=environment)
+    done = run("program.py", cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])})
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["runs"][0]["controller"] == "proportional"
 

@@ -35,13 +35,11 @@ def signals(sensors, samples, seed=0, servo=lambda k: 0.0):
 
 def test_ideal_sensors_add_white_noise_to_the_truth():
     """Four normal draws of the stream [seed, 1] at each sample: lateral position, heading, lateral speed, yaw rate."""
-    sensors = IdealSensors.inertial()
-    run, noise = sensors.start(TASK, 7), np.random.default_rng([7, 1])
+    run, noise = IdealSensors.inertial().start(TASK, 7), np.random.default_rng([7, 1])
     deviations = (0.01, np.radians(0.05), 0.02, np.radians(0.1))
     for k in range(20):
         true = Observation(0.2 * k, 0.03, -0.02, 0.3, 0.1, SPEED)
-        now = Measurement(1.0, 2.0, 0.7, SPEED, 0.3, 0.1, 2.0, 0.0, 0.0)
-        seen = run.observe(true, now, 0.05, 0.04)
+        seen = run.observe(true, Measurement(1.0, 2.0, 0.7, SPEED, 0.3, 0.1, 2.0, 0.0, 0.0), 0.05, 0.04)
         draws = [v + d * n for v, d, n in zip(true[1:5], deviations, noise.standard_normal(4))]
         assert seen[:6] == (true.s, *draws, SPEED)
         assert seen.signals[1:5] == (0.05, seen.yaw_rate, 2.0, SPEED)
@@ -96,8 +94,7 @@ def test_age_of_the_newest_value(delay):
 
 def test_position_fixes():
     """20 Hz of fixes on the track, each told once; white noise of 20 mm within the chi-square's 99.9 %."""
-    found = signals(CarSensors(), 4010)
-    fixes = [(s.time, s.position) for s in found if s.position is not None]
+    fixes = [(s.time, s.position) for s in signals(CarSensors(), 4010) if s.position is not None]
     assert len(fixes) == pytest.approx(20 * 40.1, abs=2)
     times, y = np.array([t for t, _ in fixes]), np.array([p[1] for _, p in fixes])
     assert set(np.round(np.diff(times), 6)) <= {0.04, 0.05, 0.06}  # taken each 50 ms, 20 or 30 ms old

@@ -25,8 +25,7 @@ def slide(controller, disturbance=0.0, seconds=3.0, error=0.5):
     push[2] = disturbance * task.period
     x, values, errors = np.array([error, 0, 0, 0, 0, 0.0]), [], []
     for k in range(round(seconds / task.period)):
-        command = run.command(Observation(SPEED * k * task.period, *x[:4], SPEED))
-        x = A @ x + B * command + push
+        x = A @ x + B * run.command(Observation(SPEED * k * task.period, *x[:4], SPEED)) + push
         values.append(run.sliding)
         errors.append(x[0])
     return np.array(values), np.array(errors)
@@ -77,8 +76,7 @@ def test_tight_turns_do_not_saturate_the_loop():
 
     Without averaging of the path SMC is 0.98 m off.
     """
-    path = lane_changes("tight", [(0.0, 19.0, 3.3), (25.0, 43.5, 0.0)], -30.0, 80.0)
-    task = nominal_task(path, 40 / 3.6)
+    task = nominal_task(lane_changes("tight", [(0.0, 19.0, 3.3), (25.0, 43.5, 0.0)], -30.0, 80.0), 40 / 3.6)
     assert task.path.needed_acceleration(task.speed) > 6.5
     law = SlidingMode(look_ahead=1.852, convergence=4.272, reaching=2.322, switching=1.407, layer=0.573)
     assert follow_path(MultiBody(), Steering(), law, task).metrics()["peak_e_y"] < 0.08

@@ -79,8 +79,7 @@ def test_servo_step(frequency, damping):
 
 def test_servo_keeps_its_rate():
     _, servo, _ = steer(Steering(rate_limit=0.4), np.repeat([0.3, -0.3, 0.0], 150), 0.0)
-    rate = np.diff(servo) / STEP
-    assert np.abs(rate).max() == pytest.approx(0.4, rel=1e-9)
+    assert np.abs(np.diff(servo) / STEP).max() == pytest.approx(0.4, rel=1e-9)
     assert servo[-1] == pytest.approx(0.0, abs=1e-3)
     assert np.ptp(servo) == pytest.approx(0.6, rel=0.1)
 
@@ -88,8 +87,7 @@ def test_servo_keeps_its_rate():
 def test_friction_driven_is_the_play_operator():
     """Rigid contact and friction above all other moments: the wheel stays until it is pushed."""
     steering = Steering(HALF_GAP, friction=300.0, shaft=RIGID)
-    command = np.cumsum(np.random.default_rng(0).normal(0, 2e-3, 500))
-    wheel, servo, contact = steer(steering, command, 50.0)
+    wheel, servo, contact = steer(steering, np.cumsum(np.random.default_rng(0).normal(0, 2e-3, 500)), 50.0)
     np.testing.assert_allclose(wheel, play(servo, HALF_GAP), atol=1e-9)
     pushed, turning = contact != 0, np.diff(wheel, prepend=0)
     assert np.all(np.abs(turning[~pushed]) < 1e-12)
@@ -143,8 +141,7 @@ def test_modal_tends_to_play(friction, moment):
         )
         lost[fidelity] = wheel - servo
         assert set(contact) == {-1, 0, 1}
-    difference = lost["modal"] - lost["play"]
-    assert np.sqrt(np.mean(difference**2)) < 0.03 * np.sqrt(np.mean(lost["play"] ** 2))
+    assert np.sqrt(np.mean((lost["modal"] - lost["play"]) ** 2)) < 0.03 * np.sqrt(np.mean(lost["play"] ** 2))
     assert np.ptp(lost["play"]) > 2 * HALF_GAP
 
 
@@ -205,8 +202,7 @@ def test_any_period(fidelity):
     steering = Steering(HALF_GAP, fidelity, friction=10.0, road_moment=5.0)
     command, moment = 0.02 * np.sin(np.arange(40)), 80 * np.cos(np.arange(40))
     long = steer(steering, command, moment)
-    short = steer(steering, np.repeat(command, 10), np.repeat(moment, 10), STEP)
-    for a, b in zip(long, short):
+    for a, b in zip(long, steer(steering, np.repeat(command, 10), np.repeat(moment, 10), STEP)):
         np.testing.assert_allclose(a, b, atol=1e-12)
 
 

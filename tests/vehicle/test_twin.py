@@ -36,8 +36,7 @@ def test_own_data_without_noise_give_the_half_gap(regime, start):
     friction, trail = REGIMES[regime]
     vehicle = Vehicle.bmw320i(trail)
     t, servo = steer(12.0)
-    settings = SteeringTwin(vehicle, told(start, friction))
-    run = settings.start()
+    run = SteeringTwin(vehicle, told(start, friction)).start()
     truth = run.belief.mean.copy()
     truth[0], truth[N_PARAMETERS:] = math.log(GAP), 0.0
     lagged = np.concatenate((servo[:1], servo))
@@ -53,8 +52,7 @@ def test_a_half_gap_that_grows_is_told_from_one_that_is_wrong():
     """Own data without noise, pieces of 0.5 s whose half-gap grows: its rate is found beside its size."""
     rate = 4e-3 * GAP  # rad/s, 10 % in 24 s
     t, servo = steer(24.0)
-    settings = SteeringTwin(Vehicle.bmw320i(), told(0.8, 0.0), wear_std=1e-2)
-    run = settings.start()
+    run = SteeringTwin(Vehicle.bmw320i(), told(0.8, 0.0), wear_std=1e-2).start()
     truth = run.belief.mean.copy()
     servo, speed = np.concatenate((servo[:1], servo)), np.full(52, 20.0)
     for begin in range(0, t.size - 50, 50):
@@ -104,8 +102,7 @@ def test_the_half_gap_wears():
     run, play = steering.start(), steering.lost_motion
     for _ in range(400):
         lost = run.advance(0.0, 100.0, 0.01)
-    h = GAP + 4.0 * 1e-4
-    expected = -(100.0 + play.stiffness * h) / (play.stiffness + play.shaft_stiffness)
+    expected = -(100.0 + play.stiffness * (GAP + 4.0 * 1e-4)) / (play.stiffness + play.shaft_stiffness)
     assert lost[-1] == pytest.approx(expected, abs=2e-6)
 
 
@@ -132,5 +129,4 @@ def test_multi_body_vehicles_give_the_half_gap(regime):
     for seed in (200, 201):
         _, signals = drive("mpc", road(5), regime, seed)
         for start in STARTS:
-            history = follow(twin(regime, seed, start), signals)
-            assert history.value[-1, 0] == pytest.approx(GAP, rel=0.1)
+            assert follow(twin(regime, seed, start), signals).value[-1, 0] == pytest.approx(GAP, rel=0.1)

@@ -46,8 +46,7 @@ def test_excess_makes_the_force_the_linear_models(stiffness):
     steered = angle + predictor.excess(angle, seen)
 
     def unbalanced(force):
-        slip = steered - direction - force * car.trail / stiffness
-        return force - car.front_load * car.tyre.force(slip)
+        return force - car.front_load * car.tyre.force(steered - direction - force * car.trail / stiffness)
 
     force = scipy.optimize.brentq(unbalanced, -2e4, 2e4, xtol=1e-9)
     assert force == pytest.approx(car.cornering_front * (angle - direction), rel=1e-9)
