@@ -105,14 +105,11 @@ def test_a_file_that_was_removed_is_written_again(out):
     assert shown(out) == FOREIGN | files(*FIRST)
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("thesis.tex", "thesis.tex is there and not listed as written by this version"),
-        ("cache/data.nc", "cache/data.nc is there and not listed as written by this version"),
-        ("thesis.tex/rig.png", r"thesis\.tex is a file where a folder is needed"),
-    ],
-)
+@pytest.mark.parametrize(("name", "words"), [
+    ("thesis.tex", "thesis.tex is there and not listed as written by this version"),
+    ("cache/data.nc", "cache/data.nc is there and not listed as written by this version"),
+    ("thesis.tex/rig.png", r"thesis\.tex is a file where a folder is needed"),
+])  # fmt: skip
 def test_a_file_that_is_in_the_way_is_not_replaced(out, name, words):
     """Such as a report of a version that wrote no manifest: nothing says that nobody changed it."""
     with pytest.raises(ClearanceError, match=f"paper/{words}"):

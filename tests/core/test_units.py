@@ -51,59 +51,53 @@ def test_labels_that_are_of_no_channel(label):
     assert quantity_of(label) is None
 
 
-@pytest.mark.parametrize(
-    "label, quantity, factor",
-    [
-        *((label, "torque", POUND_FORCE * INCH) for label in ("lbf in", "lbf-in", "in-lb", "in·lbf", "lb in", "inlb")),
-        *((label, "torque", POUND_FORCE * FOOT) for label in ("ft-lb", "lbf ft", "ft lbf", "foot-pounds", "lb·ft")),
-        ("ozf in", "torque", POUND_FORCE * INCH / 16),
-        ("oz-in", "torque", POUND_FORCE * INCH / 16),
-        ("Nm", "torque", 1.0),
-        ("lbf in/rad", "N m/rad", POUND_FORCE * INCH),
-        ("in-lb/rad", "N m/rad", POUND_FORCE * INCH),
-        ("lbf in s/rad", "N m s/rad", POUND_FORCE * INCH),
-        ("lbf/in", "N/m", POUND_FORCE / INCH),
-        ("lb/in", "N/m", POUND_FORCE / INCH),
-        ("lbf s/in", "N s/m", POUND_FORCE / INCH),
-        ("psi", "pressure", 6894.757293168),
-        ("lbf/in²", "pressure", 6894.757293168),
-        ("lb", "mass", 0.45359237),
-        ("lbm", "mass", 0.45359237),
-        ("oz", "mass", 0.45359237 / 16),
-        ("slug", "mass", 14.59390293720636),
-        ("lbf s²/in", "mass", POUND_FORCE / INCH),
-        ("lb/in³", "kg/m3", 27679.9047102031),
-        ("slug ft²", "kg m²", 1.35581794833140),
-        ("oz in", "kg m", 7.20077887375e-4),
-        ("g mm", "kg m", 1e-6),
-        ("mm3/(N m)", "m²/N", 1e-9),
-        ("rev/min", "spin", math.pi / 30),
-        ("deg/s", "spin", math.pi / 180),
-        ("Hz", "spin", 2 * math.pi),
-        ("Hz", "frequency", 1.0),
-        ("1/s", "frequency", 1.0),
-        ("mPa s", "Pa s", 1e-3),
-        ("MN", "force", 1e6),
-        ("mN", "force", 1e-3),
-        ("MM/S^2", "acceleration", 1e-3),
-    ],
-)
+@pytest.mark.parametrize("label, quantity, factor", [
+    *((label, "torque", POUND_FORCE * INCH) for label in ("lbf in", "lbf-in", "in-lb", "in·lbf", "lb in", "inlb")),
+    *((label, "torque", POUND_FORCE * FOOT) for label in ("ft-lb", "lbf ft", "ft lbf", "foot-pounds", "lb·ft")),
+    ("ozf in", "torque", POUND_FORCE * INCH / 16),
+    ("oz-in", "torque", POUND_FORCE * INCH / 16),
+    ("Nm", "torque", 1.0),
+    ("lbf in/rad", "N m/rad", POUND_FORCE * INCH),
+    ("in-lb/rad", "N m/rad", POUND_FORCE * INCH),
+    ("lbf in s/rad", "N m s/rad", POUND_FORCE * INCH),
+    ("lbf/in", "N/m", POUND_FORCE / INCH),
+    ("lb/in", "N/m", POUND_FORCE / INCH),
+    ("lbf s/in", "N s/m", POUND_FORCE / INCH),
+    ("psi", "pressure", 6894.757293168),
+    ("lbf/in²", "pressure", 6894.757293168),
+    ("lb", "mass", 0.45359237),
+    ("lbm", "mass", 0.45359237),
+    ("oz", "mass", 0.45359237 / 16),
+    ("slug", "mass", 14.59390293720636),
+    ("lbf s²/in", "mass", POUND_FORCE / INCH),
+    ("lb/in³", "kg/m3", 27679.9047102031),
+    ("slug ft²", "kg m²", 1.35581794833140),
+    ("oz in", "kg m", 7.20077887375e-4),
+    ("g mm", "kg m", 1e-6),
+    ("mm3/(N m)", "m²/N", 1e-9),
+    ("rev/min", "spin", math.pi / 30),
+    ("deg/s", "spin", math.pi / 180),
+    ("Hz", "spin", 2 * math.pi),
+    ("Hz", "frequency", 1.0),
+    ("1/s", "frequency", 1.0),
+    ("mPa s", "Pa s", 1e-3),
+    ("MN", "force", 1e6),
+    ("mN", "force", 1e-3),
+    ("MM/S^2", "acceleration", 1e-3),
+])  # fmt: skip
 def test_units_that_are_put_together(label, quantity, factor):
     assert unit_factor(label, quantity) == pytest.approx(factor, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    "label, above, below, factor",
-    [
-        ("g/lbf", "acceleration", "force", 9.80665 / POUND_FORCE),
-        ("(in/s^2)/lbf", "acceleration", "force", INCH / POUND_FORCE),
-        ("in/s²/Pounds", "acceleration", "force", INCH / POUND_FORCE),
-        ("G/LBF", "acceleration", "force", 9.80665 / POUND_FORCE),
-        ("mils/lb", "displacement", "force", 1e-3 * INCH / POUND_FORCE),
-        ("g/g", "acceleration", "acceleration", 1.0),
-        ("1", "acceleration", "acceleration", 1.0),
-    ],
-)
+@pytest.mark.parametrize("label, above, below, factor", [
+    ("g/lbf", "acceleration", "force", 9.80665 / POUND_FORCE),
+    ("(in/s^2)/lbf", "acceleration", "force", INCH / POUND_FORCE),
+    ("in/s²/Pounds", "acceleration", "force", INCH / POUND_FORCE),
+    ("G/LBF", "acceleration", "force", 9.80665 / POUND_FORCE),
+    ("mils/lb", "displacement", "force", 1e-3 * INCH / POUND_FORCE),
+    ("g/g", "acceleration", "acceleration", 1.0),
+    ("1", "acceleration", "acceleration", 1.0),
+])  # fmt: skip
 def test_ratios(label, above, below, factor):
     assert ratio_factor(label, above, below) == pytest.approx(factor, rel=1e-12)
 

@@ -48,13 +48,10 @@ def test_without_more_sensors_than_clearances_nothing_can_be_said(exact):
     assert contradictions_of_rig(bare, prepare([record])) == ()
 
 
-@pytest.mark.parametrize(
-    ("lie", "words"),
-    [
-        pytest.param(reversed_probe, "probe 301:+Z reads with the wrong sign", marks=pytest.mark.slow),
-        pytest.param(lambda d: told(d, beam(diameter=0.0092)), "beam.diameter is 0.008", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize(("lie", "words"), [
+    pytest.param(reversed_probe, "probe 301:+Z reads with the wrong sign", marks=pytest.mark.slow),
+    pytest.param(lambda d: told(d, beam(diameter=0.0092)), "beam.diameter is 0.008", marks=pytest.mark.slow),
+])  # fmt: skip
 def test_a_method_for_an_exact_rig_says_it(exact, lie, words):
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always", IdentifiabilityWarning)

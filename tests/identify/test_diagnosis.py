@@ -96,15 +96,12 @@ def test_probe_in_millimetres(sound):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("channel", "factor", "cause"),
-    [
-        (PROBE, -1.0, "probe 301:+Z reads with the wrong sign"),
-        ((3, "acceleration"), 1 / 9.80665, "accelerometer 3:+Z reads in g instead of SI units"),
-        ((3, "acceleration"), -1e3, "accelerometer 3:+Z reads in mm/s² instead of SI units and with the wrong sign"),
-        ((100, "acceleration"), -1.0, "the excitation reads with the wrong sign"),
-    ],
-)
+@pytest.mark.parametrize(("channel", "factor", "cause"), [
+    (PROBE, -1.0, "probe 301:+Z reads with the wrong sign"),
+    ((3, "acceleration"), 1 / 9.80665, "accelerometer 3:+Z reads in g instead of SI units"),
+    ((3, "acceleration"), -1e3, "accelerometer 3:+Z reads in mm/s² instead of SI units and with the wrong sign"),
+    ((100, "acceleration"), -1.0, "the excitation reads with the wrong sign"),
+])  # fmt: skip
 def test_signs_and_units(sound, channel, factor, cause):
     (fault,) = diagnosed(scaled(sound, channel, factor)).faults
     assert fault.cause == cause
@@ -173,14 +170,11 @@ def test_a_record_that_is_loud_from_the_start_has_no_fault(sound):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("rig", "cause", "value"),
-    [
-        (longer(RIG, 1.1, "length"), "beam.length is {} m", 0.6),
-        (longer(RIG, 1.1, "lengths"), "beam.length is {} m", 0.6),
-        (beam(diameter=0.0092), "beam.diameter is {} m", 0.008),
-    ],
-)
+@pytest.mark.parametrize(("rig", "cause", "value"), [
+    (longer(RIG, 1.1, "length"), "beam.length is {} m", 0.6),
+    (longer(RIG, 1.1, "lengths"), "beam.length is {} m", 0.6),
+    (beam(diameter=0.0092), "beam.diameter is {} m", 0.008),
+])  # fmt: skip
 def test_wrong_rig_file(sound, rig, cause, value):
     (fault,) = diagnosed(told(sound, rig)).faults
     found = re.match(re.escape(cause).replace(r"\{\}", "([0-9.]+)"), fault.cause)
@@ -237,17 +231,14 @@ def fast(value):
     return CubicSpline(at, value)(at / 1.001)
 
 
-@pytest.mark.parametrize(
-    ("damage", "words"),
-    [
-        (fast, "accelerometer 3:+Z has a clock of its own, 0.1 % too fast"),
-        (late, "accelerometer 3:+Z is late by 3.9 ms"),  # two samples
-        pytest.param(
-            lambda value: value[::-1].copy(), "accelerometer 3:+Z holds noise or another signal", marks=pytest.mark.slow
-        ),
-        pytest.param(rounded, "accelerometer 3:+Z follows the others in part only", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize(("damage", "words"), [
+    (fast, "accelerometer 3:+Z has a clock of its own, 0.1 % too fast"),
+    (late, "accelerometer 3:+Z is late by 3.9 ms"),  # two samples
+    pytest.param(
+        lambda value: value[::-1].copy(), "accelerometer 3:+Z holds noise or another signal", marks=pytest.mark.slow
+    ),
+    pytest.param(rounded, "accelerometer 3:+Z follows the others in part only", marks=pytest.mark.slow),
+])  # fmt: skip
 def test_likeliest_cause_of_a_channel_that_no_factor_explains(sound, damage, words):
     damaged = Dataset(RIG, (with_channel(sound.records[0], 3, "acceleration", damage),))
     assert describe_signal_fault(Assessment(update_rig(damaged, as_drawn=True))).startswith(words)

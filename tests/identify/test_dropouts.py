@@ -35,14 +35,11 @@ def struck(signal):
     return np.where(TIME == 4.0, 40 * signal.std(), signal)
 
 
-@pytest.mark.parametrize(
-    ("damage", "words"),
-    [
-        (held, "drops out at 4 s for 0.0508 s"),
-        (lost, "drops out at 4 s for 1.5 s"),
-        (struck, "has a spike of one sample at 4 s"),
-    ],
-)
+@pytest.mark.parametrize(("damage", "words"), [
+    (held, "drops out at 4 s for 0.0508 s"),
+    (lost, "drops out at 4 s for 1.5 s"),
+    (struck, "has a spike of one sample at 4 s"),
+])  # fmt: skip
 def test_a_loose_cable(sound, damage, words):
     assert describe_dropouts([damage(sound), sound[::-1]], FS) == [words, ""]
 

@@ -262,14 +262,11 @@ def test_gap_larger_than_the_motion(quiet, rig):
         ridge_law(Dataset(rig, (quiet,)))
 
 
-@pytest.mark.parametrize(
-    ("node", "quantity", "change", "message"),
-    [
-        (7, "displacement", None, "no displacement probe at every bushing"),
-        (6, "displacement", np.zeros_like, r"probe 6:\+Z is constant \(0\)"),
-        (8, "acceleration", lambda v: np.clip(v, -1, 1), r"accelerometer 8:\+Z is clipped at 1 from"),
-    ],
-)
+@pytest.mark.parametrize(("node", "quantity", "change", "message"), [
+    (7, "displacement", None, "no displacement probe at every bushing"),
+    (6, "displacement", np.zeros_like, r"probe 6:\+Z is constant \(0\)"),
+    (8, "acceleration", lambda v: np.clip(v, -1, 1), r"accelerometer 8:\+Z is clipped at 1 from"),
+])  # fmt: skip
 def test_bad_channels(quiet, node, quantity, change, message):
     with pytest.raises(RecordError, match='record "simulated": ' + ".*" + message):
         restoring_force(with_channel(quiet, node, quantity, change))

@@ -188,16 +188,13 @@ def test_a_mode_without_a_name_is_found_where_it_is():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("seed", "fs", "highest", "levels"),
-    [
-        (41, FS, 220.0, (0.1, 0.2)),  # nothing touches
-        (42, FS, 220.0, (1.0, 5.0)),
-        (43, 1000.0, 450.0, (1.0, 2.0, 4.0, 8.0)),
-        (44, 1000.0, 220.0, (2.0, 8.0)),
-        (45, FS, 500.0, (1.0, 4.0)),
-    ],
-)
+@pytest.mark.parametrize(("seed", "fs", "highest", "levels"), [
+    (41, FS, 220.0, (0.1, 0.2)),  # nothing touches
+    (42, FS, 220.0, (1.0, 5.0)),
+    (43, 1000.0, 450.0, (1.0, 2.0, 4.0, 8.0)),
+    (44, 1000.0, 220.0, (2.0, 8.0)),
+    (45, FS, 500.0, (1.0, 4.0)),
+])  # fmt: skip
 def test_sound_benches_give_no_name(seed, fs, highest, levels):
     bench, records = make_bench(seed), []
     for i, level in enumerate(levels):

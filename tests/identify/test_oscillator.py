@@ -102,14 +102,11 @@ def test_only_valid_samples_have_values():
     assert not result.valid[np.abs(result.time - 2) < 0.03].any()
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"correction": "some"}, 'correction "some" is unknown; use adiabatic, none'),
-        ({"damping": "complex"}, 'damping "complex" is unknown; use viscous, as-printed'),
-        ({"mass": 0.0}, "mass must be > 0 kg, got 0.0"),
-    ],
-)
+@pytest.mark.parametrize(("options", "message"), [
+    ({"correction": "some"}, 'correction "some" is unknown; use adiabatic, none'),
+    ({"damping": "complex"}, 'damping "complex" is unknown; use viscous, as-printed'),
+    ({"mass": 0.0}, "mass must be > 0 kg, got 0.0"),
+])  # fmt: skip
 def test_bad_arguments(options, message):
     with pytest.raises(RecordError, match=message):
         sdof(known(1).signal, 2048, **{"mass": 0.025, "band": BAND, **options})

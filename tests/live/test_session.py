@@ -93,25 +93,22 @@ def test_every_number_of_a_law_can_be_moved():
     np.testing.assert_array_equal(twice.k, [[12e3, 6e3], [16e3, 8e3]])
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"bushings[7].gap": 1e-4}, "'bushings\\[7\\].gap' is nothing that can be moved"),
-        ({"level": "high"}, "Level, RMS: needs a number"),
-        ({"level": float("nan")}, "needs a number"),
-        ({"level": True}, "needs a number"),
-        ({"seed": 1.5}, "whole number"),
-        ({"seed": -1}, "whole number"),
-        ({"engine": "warp"}, "'warp' is unknown; use modal"),
-        ({"bushings[0].offset": 4e-4}, "beyond the gap"),
-        ({"bushings[0].gap": -1.0}, "gap"),
-        ({"bushings[0].contact.k": -1.0}, "k must be"),
-        ({"bushings[0].contact.k": 1e16}, "stiff"),
-        ({"duration": 1e9}, "samples; take fewer"),
-        ({"resolution": 0.01}, "shorter than one segment"),
-        ({"band_low": 300.0}, "band"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"bushings[7].gap": 1e-4}, "'bushings\\[7\\].gap' is nothing that can be moved"),
+    ({"level": "high"}, "Level, RMS: needs a number"),
+    ({"level": float("nan")}, "needs a number"),
+    ({"level": True}, "needs a number"),
+    ({"seed": 1.5}, "whole number"),
+    ({"seed": -1}, "whole number"),
+    ({"engine": "warp"}, "'warp' is unknown; use modal"),
+    ({"bushings[0].offset": 4e-4}, "beyond the gap"),
+    ({"bushings[0].gap": -1.0}, "gap"),
+    ({"bushings[0].contact.k": -1.0}, "k must be"),
+    ({"bushings[0].contact.k": 1e16}, "stiff"),
+    ({"duration": 1e9}, "samples; take fewer"),
+    ({"resolution": 0.01}, "shorter than one segment"),
+    ({"band_low": 300.0}, "band"),
+])  # fmt: skip
 def test_impossible_settings_say_what_is_wrong(session, changes, words):
     with pytest.raises(ClearanceError, match=words):
         session.simulated(session.setting(SHORT | changes))

@@ -68,15 +68,12 @@ def test_what_ross_saved_is_read(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (HEAD + "1000,1e6,2e5,,1e6,1,1\n", r"seal.csv: row 2 has no number for kzy \(N/m\); a table has one in every"),
-        (HEAD + "1000,1e6,nan,0,1e6,1,1\n", r"row 2 has no number for kyz"),
-        ("speed,stiffness\n1,2\n", r"has no header with coefficients such as kyy, kyz, cyy"),
-        ("speed,kyy (m)\n1,2\n", r'unit "m" of N/m is unknown'),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), [
+    (HEAD + "1000,1e6,2e5,,1e6,1,1\n", r"seal.csv: row 2 has no number for kzy \(N/m\); a table has one in every"),
+    (HEAD + "1000,1e6,nan,0,1e6,1,1\n", r"row 2 has no number for kyz"),
+    ("speed,stiffness\n1,2\n", r"has no header with coefficients such as kyy, kyz, cyy"),
+    ("speed,kyy (m)\n1,2\n", r'unit "m" of N/m is unknown'),
+])  # fmt: skip
 def test_a_table_with_a_hole_in_it_is_refused_in_a_line(text: str, words: str, tmp_path: Path) -> None:
     with pytest.raises(RigError, match=words) as error:
         read_bearing_table(write(tmp_path, text))
@@ -96,15 +93,12 @@ def test_between_rows_a_curve_and_beyond_them_nothing() -> None:
         bearing.at(30.0)
 
 
-@pytest.mark.parametrize(
-    ("fields", "words"),
-    [
-        ({"stiffness": [[1.0, 0.0, 0.0, 1.0]] * 2}, "stiffness has 2 rows and spin 0 speeds; give one row for each"),
-        ({"stiffness": [[1.0, 0, 0, 1.0]] * 2, "spin": (2.0, 1.0)}, "spin must rise from row to row"),
-        ({}, "holds nothing; give stiffness or damping"),
-        ({"stiffness": [[1.0, 2.0], [3.0]]}, "stiffness"),
-    ],
-)
+@pytest.mark.parametrize(("fields", "words"), [
+    ({"stiffness": [[1.0, 0.0, 0.0, 1.0]] * 2}, "stiffness has 2 rows and spin 0 speeds; give one row for each"),
+    ({"stiffness": [[1.0, 0, 0, 1.0]] * 2, "spin": (2.0, 1.0)}, "spin must rise from row to row"),
+    ({}, "holds nothing; give stiffness or damping"),
+    ({"stiffness": [[1.0, 2.0], [3.0]]}, "stiffness"),
+])  # fmt: skip
 def test_a_bearing_that_cannot_be_is_refused_in_a_line(fields: dict, words: str) -> None:
     with pytest.raises(RigError, match=words) as error:
         Bearing(0.1, **fields)

@@ -62,17 +62,14 @@ def test_slots_may_stand_in_a_rig_that_moves_along_y():
         assert rig.moves_across and rig.n_rows == 2 and rig.probe_labels == TABLE1.probe_labels
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"friction": Friction(0.1, along="3:Y")}, 'bushings[2].friction.along "3:Y" is no position on the beam'),
-        ({"offset_y": 1e-5}, 'bushings[2].offset_y needs shape = "round", and bushings[2] is a slot'),
-        ({"film": OilFilm(0.02), "grease": Grease(0.0)}, 'bushings[2].film needs shape = "round"'),
-        ({"probe_angle": 0.1}, 'bushings[2].probe_angle needs shape = "round"'),
-        ({"position": "@0.77:X", "length": 0.0}, '"@0.77:X": a shaft does not move along X'),
-        ({"position": "@0.77:Y", "shape": "round"}, "bushings[2].position names Y, but it moves along y and z"),
-    ],
-)
+@pytest.mark.parametrize(("change", "words"), [
+    ({"friction": Friction(0.1, along="3:Y")}, 'bushings[2].friction.along "3:Y" is no position on the beam'),
+    ({"offset_y": 1e-5}, 'bushings[2].offset_y needs shape = "round", and bushings[2] is a slot'),
+    ({"film": OilFilm(0.02), "grease": Grease(0.0)}, 'bushings[2].film needs shape = "round"'),
+    ({"probe_angle": 0.1}, 'bushings[2].probe_angle needs shape = "round"'),
+    ({"position": "@0.77:X", "length": 0.0}, '"@0.77:X": a shaft does not move along X'),
+    ({"position": "@0.77:Y", "shape": "round"}, "bushings[2].position names Y, but it moves along y and z"),
+])  # fmt: skip
 def test_what_a_slot_cannot_have_is_refused_beside_round_ones(change, words):
     with pytest.raises(RigError) as error:
         BOTH.replace(bushings=(ROUND, TEETH, dataclasses.replace(SLOT, **change)))

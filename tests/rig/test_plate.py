@@ -34,19 +34,16 @@ def test_efficiency_is_straight_over_logarithms_and_held_beyond_its_ends():
     assert plate.solid_angle == pytest.approx(2 * math.pi)
 
 
-@pytest.mark.parametrize(
-    ("changed", "words"),
-    [
-        ({"sensor": 9}, "plate.sensor 9 is no accelerometer's node; the rig has 1, 2, 3, 4, 5, 6, 7, 8"),
-        ({"area": 0}, "plate.area must be > 0, got 0"),
-        ({"area": "0.1 m2"}, f"plate.area {NUMBER} '0.1 m2'"),
-        ({"radiation_efficiency": -1}, "plate.radiation_efficiency[0] must be > 0, got -1"),
-        ({"radiation_efficiency": [1, 2]}, "plate.frequencies holds 0 numbers beside 2 of radiation_efficiency"),
-        ({"radiation_efficiency": [1, 2], "frequencies": [3, 2]}, "plate.frequencies must rise"),
-        ({"surroundings": "room"}, 'plate.surroundings "room" is unknown; use reflecting floor or free field'),
-        ({"colour": "red"}, "plate.colour is not a known key"),
-    ],
-)
+@pytest.mark.parametrize(("changed", "words"), [
+    ({"sensor": 9}, "plate.sensor 9 is no accelerometer's node; the rig has 1, 2, 3, 4, 5, 6, 7, 8"),
+    ({"area": 0}, "plate.area must be > 0, got 0"),
+    ({"area": "0.1 m2"}, f"plate.area {NUMBER} '0.1 m2'"),
+    ({"radiation_efficiency": -1}, "plate.radiation_efficiency[0] must be > 0, got -1"),
+    ({"radiation_efficiency": [1, 2]}, "plate.frequencies holds 0 numbers beside 2 of radiation_efficiency"),
+    ({"radiation_efficiency": [1, 2], "frequencies": [3, 2]}, "plate.frequencies must rise"),
+    ({"surroundings": "room"}, 'plate.surroundings "room" is unknown; use reflecting floor or free field'),
+    ({"colour": "red"}, "plate.colour is not a known key"),
+])  # fmt: skip
 def test_impossible_plates_are_refused(changed, words):
     assert words in refused("plate", PLATE | changed)
 

@@ -109,28 +109,25 @@ def test_replace_checks_again():
 # Values at the limits are taken
 
 
-@pytest.mark.parametrize(
-    ("path", "value"),
-    [
-        ("bushings[0].grease.stiffness", 0.0),
-        ("bushings[0].grease.elastic_ratio", 1.0),
-        ("bushings[0].grease", {"stiffness": 1.0, "beta": 2.0, "gamma": -2.0}),
-        ("bushings[0].grease", {"stiffness": 1.0, "beta": 2.0, "gamma": 2.0, "elastic_ratio": 0.0}),
-        ("bushings[0].grease.exponent", 1.0),
-        ("bushings[0].grease.film_limit", 1.0),
-        ("bushings[0].contact.damping", 0.0),
-        ("bushings", []),
-        ("beam.rayleigh", [0, 0]),
-        ("sensors[0].position", 1.0),
-        ("masses", []),
-        ("shaker", {"kind": "force", "position": 1.0}),
-        ("description", ""),
-        ("bushings[0].length", 0.0),
-        ("bushings[0].to", 0.7),
-        ("shaker", {"kind": "force", "position": 1.0, "also": [{"position": 0.5, "factor": -1.0}]}),
-        ("shaker.direction", [0, 0, -2]),
-    ],
-)
+@pytest.mark.parametrize(("path", "value"), [
+    ("bushings[0].grease.stiffness", 0.0),
+    ("bushings[0].grease.elastic_ratio", 1.0),
+    ("bushings[0].grease", {"stiffness": 1.0, "beta": 2.0, "gamma": -2.0}),
+    ("bushings[0].grease", {"stiffness": 1.0, "beta": 2.0, "gamma": 2.0, "elastic_ratio": 0.0}),
+    ("bushings[0].grease.exponent", 1.0),
+    ("bushings[0].grease.film_limit", 1.0),
+    ("bushings[0].contact.damping", 0.0),
+    ("bushings", []),
+    ("beam.rayleigh", [0, 0]),
+    ("sensors[0].position", 1.0),
+    ("masses", []),
+    ("shaker", {"kind": "force", "position": 1.0}),
+    ("description", ""),
+    ("bushings[0].length", 0.0),
+    ("bushings[0].to", 0.7),
+    ("shaker", {"kind": "force", "position": 1.0, "also": [{"position": 0.5, "factor": -1.0}]}),
+    ("shaker.direction", [0, 0, -2]),
+])  # fmt: skip
 def test_limits_are_allowed(path, value):
     Rig.from_dict(changed(path, value))
 

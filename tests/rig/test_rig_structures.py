@@ -29,26 +29,23 @@ def with_structure(structure, **more):
 SECTION = SHAFT["sections"][0]
 
 
-@pytest.mark.parametrize(
-    ("structure", "start"),
-    [
-        (3, "structure must be a table of keys, got 3"),
-        ({}, "structure.kind is missing; use "),
-        ({"kind": "shft"}, 'structure.kind "shft" is unknown; use '),
-        ({"kind": 3}, "structure.kind must be a string, got 3"),
-        ({"kind": "shaft"}, "structure.sections is missing"),
-        (SHAFT | {"matrial": STEEL}, "structure.matrial is not a known key; known: sections, supports, discs"),
-        (SHAFT | {"sections": [SECTION, SECTION | {"diamter": 1.0}]}, "structure.sections[1].diamter is not a known"),
-        (
-            SHAFT | {"sections": [SECTION, SECTION | {"diameter": 0.0}]},
-            "structure.sections[1].diameter[0] must be > 0, got 0",
-        ),
-        (SHAFT | {"sections": [SECTION, {"length": 1.0}]}, "structure.sections[1]: give either diameter, or width"),
-        (SHAFT | {"sections": []}, "structure.sections must hold 1 or more, got none"),
-        (SHAFT | {"supports": [{"position": 0.0, "kind": "clampd"}]}, 'structure.supports[0].kind "clampd" is unknown'),
-        (SHAFT | {"supports": [{"position": 0.0, "rotation": -1}]}, "structure.supports[0].rotation must be >= 0, got"),
-    ],
-)
+@pytest.mark.parametrize(("structure", "start"), [
+    (3, "structure must be a table of keys, got 3"),
+    ({}, "structure.kind is missing; use "),
+    ({"kind": "shft"}, 'structure.kind "shft" is unknown; use '),
+    ({"kind": 3}, "structure.kind must be a string, got 3"),
+    ({"kind": "shaft"}, "structure.sections is missing"),
+    (SHAFT | {"matrial": STEEL}, "structure.matrial is not a known key; known: sections, supports, discs"),
+    (SHAFT | {"sections": [SECTION, SECTION | {"diamter": 1.0}]}, "structure.sections[1].diamter is not a known"),
+    (
+        SHAFT | {"sections": [SECTION, SECTION | {"diameter": 0.0}]},
+        "structure.sections[1].diameter[0] must be > 0, got 0",
+    ),
+    (SHAFT | {"sections": [SECTION, {"length": 1.0}]}, "structure.sections[1]: give either diameter, or width"),
+    (SHAFT | {"sections": []}, "structure.sections must hold 1 or more, got none"),
+    (SHAFT | {"supports": [{"position": 0.0, "kind": "clampd"}]}, 'structure.supports[0].kind "clampd" is unknown'),
+    (SHAFT | {"supports": [{"position": 0.0, "rotation": -1}]}, "structure.supports[0].rotation must be >= 0, got"),
+])  # fmt: skip
 def test_structures_are_refused_by_the_name_of_what_is_wrong(structure, start):
     with pytest.raises(RigError) as caught:
         Rig.from_dict(with_structure(structure))
@@ -113,23 +110,20 @@ def test_a_structure_is_none_without_a_kind():
         Rig("r", None, (), (Sensor(1, 1.0),), structure=beam)
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Beam(0.0, 1.0, 1.0, 1.0), "beam.length must be > 0, got 0 (m)"),
-        (lambda: Beam(math.nan, 1.0, 1.0, 1.0), "beam.length must be finite, got nan (m)"),
-        (lambda: Grease(-1.0), "grease.stiffness must be >= 0, got -1 (k, N/m)"),
-        (lambda: Grease(1.0, beta=1.0, gamma=2.0), "grease.gamma 2 makes the Bouc-Wen element create energy"),
-        (lambda: Contact(0.0), "contact.stiffness must be > 0, got 0 (k, N/m)"),
-        (lambda: Beam(1.0), "beam.young_modulus is missing"),
-        (lambda: Contact(1.0, 2.0, 3.0, 4.0), "contact takes each of stiffness, damping, bearable_depth once"),
-        (lambda: Contact(1.0, stiffness=3.0), "contact takes each of stiffness, damping, bearable_depth once"),
-        (
-            lambda: Contact(1.0, dampng=3.0),
-            "contact.dampng is not a known key; known: stiffness, damping, bearable_depth; did",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("make", "message"), [
+    (lambda: Beam(0.0, 1.0, 1.0, 1.0), "beam.length must be > 0, got 0 (m)"),
+    (lambda: Beam(math.nan, 1.0, 1.0, 1.0), "beam.length must be finite, got nan (m)"),
+    (lambda: Grease(-1.0), "grease.stiffness must be >= 0, got -1 (k, N/m)"),
+    (lambda: Grease(1.0, beta=1.0, gamma=2.0), "grease.gamma 2 makes the Bouc-Wen element create energy"),
+    (lambda: Contact(0.0), "contact.stiffness must be > 0, got 0 (k, N/m)"),
+    (lambda: Beam(1.0), "beam.young_modulus is missing"),
+    (lambda: Contact(1.0, 2.0, 3.0, 4.0), "contact takes each of stiffness, damping, bearable_depth once"),
+    (lambda: Contact(1.0, stiffness=3.0), "contact takes each of stiffness, damping, bearable_depth once"),
+    (
+        lambda: Contact(1.0, dampng=3.0),
+        "contact.dampng is not a known key; known: stiffness, damping, bearable_depth; did",
+    ),
+])  # fmt: skip
 def test_elements_check_themselves(make, message):
     with pytest.raises(RigError, match=f"^{re.escape(message)}"):
         make()
@@ -145,22 +139,19 @@ def refused_file(path, part):
     assert message.startswith(f"{path}: ") and part in message and "\n" not in message, message
 
 
-@pytest.mark.parametrize(
-    ("content", "part"),
-    [
-        (b"beam = {", "not valid TOML"),
-        (b"", "name is missing"),
-        (b"\x00\xff" * 40, "not valid TOML"),
-        (b"name = 'a'\nname = 'b'\n", "not valid TOML"),
-        ("name = 'ä'".encode("latin-1"), "not valid TOML"),
-        ("name = 'a'".encode("utf-16"), "not valid TOML"),
-        (FILE.read_bytes() + b"\n[nonsense]\nx = 1\n", "nonsense is not a known key"),
-        (FILE.read_bytes().replace(b"3.0e-4", b'"0.3 mm"'), f"bushings[0].gap {NUMBER} '0.3 mm'"),
-        (FILE.read_bytes().replace(b"3.0e-4", b"nan"), "bushings[0].gap must be finite, got nan"),
-        (b"x = " + b"9" * 5000, "not valid TOML"),
-        (b"x = " + b"[" * 5000, "not valid TOML"),
-    ],
-)
+@pytest.mark.parametrize(("content", "part"), [
+    (b"beam = {", "not valid TOML"),
+    (b"", "name is missing"),
+    (b"\x00\xff" * 40, "not valid TOML"),
+    (b"name = 'a'\nname = 'b'\n", "not valid TOML"),
+    ("name = 'ä'".encode("latin-1"), "not valid TOML"),
+    ("name = 'a'".encode("utf-16"), "not valid TOML"),
+    (FILE.read_bytes() + b"\n[nonsense]\nx = 1\n", "nonsense is not a known key"),
+    (FILE.read_bytes().replace(b"3.0e-4", b'"0.3 mm"'), f"bushings[0].gap {NUMBER} '0.3 mm'"),
+    (FILE.read_bytes().replace(b"3.0e-4", b"nan"), "bushings[0].gap must be finite, got nan"),
+    (b"x = " + b"9" * 5000, "not valid TOML"),
+    (b"x = " + b"[" * 5000, "not valid TOML"),
+])  # fmt: skip
 def test_files_are_refused_with_their_name(tmp_path, content, part):
     path = tmp_path / "rig.toml"
     path.write_bytes(content)

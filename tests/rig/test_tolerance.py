@@ -13,20 +13,17 @@ from clearance_mj.rig import Rig, Tolerance
 FILE = Path(__file__).parents[2] / "models" / "table1_rig.toml"
 
 
-@pytest.mark.parametrize(
-    "of, std, size, relative",
-    [
-        ("beam.young_modulus", "3 %", 0.03, True),
-        ("beam.young_modulus", "5 GPa", 5e9, False),
-        ("bushings[0].position", "2 mm", 2e-3, False),
-        ("sensors.position", "150 µm", 150e-6, False),
-        ("masses[0].mass", "12 g", 0.012, False),
-        ("bushings.grease.stiffness", "0.4 N/mm", 400.0, False),
-        ("beam.clamp.rotation", "6 mm", 6e-3, False),
-        ("sensors[0].gain", "0 %", 0.0, True),
-        ("bushings[0].friction.coefficient", "0.02", 0.02, False),
-    ],
-)
+@pytest.mark.parametrize("of, std, size, relative", [
+    ("beam.young_modulus", "3 %", 0.03, True),
+    ("beam.young_modulus", "5 GPa", 5e9, False),
+    ("bushings[0].position", "2 mm", 2e-3, False),
+    ("sensors.position", "150 µm", 150e-6, False),
+    ("masses[0].mass", "12 g", 0.012, False),
+    ("bushings.grease.stiffness", "0.4 N/mm", 400.0, False),
+    ("beam.clamp.rotation", "6 mm", 6e-3, False),
+    ("sensors[0].gain", "0 %", 0.0, True),
+    ("bushings[0].friction.coefficient", "0.02", 0.02, False),
+])  # fmt: skip
 def test_sizes(of, std, size, relative):
     tolerance = Tolerance(of, std)
     assert (tolerance.size, tolerance.relative) == (pytest.approx(size), relative)
@@ -40,27 +37,24 @@ def test_any_text_is_taken_or_refused_in_one_line(of, std):
         assert "tolerance" in str(error)
 
 
-@pytest.mark.parametrize(
-    "of, std, words",
-    [
-        ("beam.young_modulus", "-3 %", 'std "-3 %" is negative; 0 stands for an exact value'),
-        ("beam.young_modulus", "3", 'std "3" has no unit: a number and one of the units %, Pa, MPa, GPa'),
-        (
-            "beam.young_modulus",
-            "3 mm",
-            "has a unit that beam.young_modulus has not: a number and one of the units %, Pa",
-        ),
-        ("beam.young_modulus", "few %", "is no standard deviation"),
-        ("beam.young_modulos", "3 %", 'of "beam.young_modulos" names no number with a tolerance; known: position'),
-        ("bushings[7].gap", "3 %", "bushings[7].gap leads nowhere: bushings has 2 entries"),
-        (
-            "beam.clamp.rotation",
-            "3 %",
-            "has a unit that beam.clamp.rotation has not: a number and one of the units m, mm",
-        ),
-        ("structure.discs[0].mass", "3 %", "structure.discs[0].mass leads nowhere"),
-    ],
-)
+@pytest.mark.parametrize("of, std, words", [
+    ("beam.young_modulus", "-3 %", 'std "-3 %" is negative; 0 stands for an exact value'),
+    ("beam.young_modulus", "3", 'std "3" has no unit: a number and one of the units %, Pa, MPa, GPa'),
+    (
+        "beam.young_modulus",
+        "3 mm",
+        "has a unit that beam.young_modulus has not: a number and one of the units %, Pa",
+    ),
+    ("beam.young_modulus", "few %", "is no standard deviation"),
+    ("beam.young_modulos", "3 %", 'of "beam.young_modulos" names no number with a tolerance; known: position'),
+    ("bushings[7].gap", "3 %", "bushings[7].gap leads nowhere: bushings has 2 entries"),
+    (
+        "beam.clamp.rotation",
+        "3 %",
+        "has a unit that beam.clamp.rotation has not: a number and one of the units m, mm",
+    ),
+    ("structure.discs[0].mass", "3 %", "structure.discs[0].mass leads nowhere"),
+])  # fmt: skip
 def test_refused_with_the_place_in_the_file(of, std, words):
     data = tomllib.loads(FILE.read_text(encoding="utf-8")) | {"tolerances": [{"of": of, "std": std}]}
     with pytest.raises(RigError, match=r"^tolerances") as error:

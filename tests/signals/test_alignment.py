@@ -107,15 +107,12 @@ def test_responses_without_a_partner_are_named():
     assert (got.test.responses, got.only_test, got.only_model) == (("1:+Z",), DOFS[1:], ("3:+Y", "7:+Z"))
 
 
-@pytest.mark.parametrize(
-    ("changes", "part"),
-    [
-        ({"references": ("5:+Z",)}, r"no reference is common; the test has 200:\+Z, the model 5:\+Z"),
-        ({"references": ("200:+X",)}, "no reference is common"),
-        ({"responses": ("1:+X", "2:S", "30:+Z")}, r"no response is common; the test has 1:\+Z"),
-        ({"quantity": "acceleration/acceleration"}, "over a motion"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "part"), [
+    ({"references": ("5:+Z",)}, r"no reference is common; the test has 200:\+Z, the model 5:\+Z"),
+    ({"references": ("200:+X",)}, "no reference is common"),
+    ({"responses": ("1:+X", "2:S", "30:+Z")}, r"no response is common; the test has 1:\+Z"),
+    ({"quantity": "acceleration/acceleration"}, "over a motion"),
+])  # fmt: skip
 def test_functions_that_cannot_be_compared(changes, part):
     with pytest.raises(RecordError, match=part):
         align(oscillator(), dataclasses.replace(oscillator(), **changes))

@@ -114,15 +114,12 @@ def test_the_summary_is_flat_floats_with_the_same_names_for_all_frfs():
     assert full["mode_1_test_hz"] == pytest.approx(30, rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("model", "message"),
-    [
-        (modal_frf(frequency=F[:-1]), "431 lines from 5 to 220 Hz; the model has 430 lines from 5 to 219.5 Hz"),
-        (modal_frf(frequency=F + 0.25), "from 5 to 220 Hz; the model has 431 lines from 5.25 to 220.25 Hz"),
-        (modal_frf(responses=("1:+Z", "2:+Z", "3:+Z", "5:+Z")), "2:.Z, 3:.Z, 4:.Z; the model's are 1:.Z, 2:.Z, 3"),
-        (modal_frf(quantity="acceleration/force"), "is acceleration/acceleration, the model's acceleration/force"),
-    ],
-)
+@pytest.mark.parametrize(("model", "message"), [
+    (modal_frf(frequency=F[:-1]), "431 lines from 5 to 220 Hz; the model has 430 lines from 5 to 219.5 Hz"),
+    (modal_frf(frequency=F + 0.25), "from 5 to 220 Hz; the model has 431 lines from 5.25 to 220.25 Hz"),
+    (modal_frf(responses=("1:+Z", "2:+Z", "3:+Z", "5:+Z")), "2:.Z, 3:.Z, 4:.Z; the model's are 1:.Z, 2:.Z, 3"),
+    (modal_frf(quantity="acceleration/force"), "is acceleration/acceleration, the model's acceleration/force"),
+])  # fmt: skip
 def test_frfs_that_cannot_be_compared_are_refused(model, message):
     with pytest.raises(RecordError, match=message):
         whole(modal_frf(), model)

@@ -198,31 +198,24 @@ def test_it_is_deterministic_and_the_level_of_the_frf_does_not_matter():
     np.testing.assert_allclose(modes.damping, scaled.damping, rtol=1e-5)
 
 
-@pytest.mark.parametrize(
-    ("frf", "options", "tolerance"),
-    [
-        (base_frf(), {"n_modes": 6}, 1e-6),  # no more than the system has
-        (base_frf(), {"n_modes": 2, "max_order": 6}, 1e-9),
-        (base_frf(), {"n_modes": 2, "max_order": 135}, 1e-9),
-        (force_frf(0, np.arange(0, 220.25, 0.5)), {"n_modes": 2}, 1e-9),
-    ],
-    ids=["six modes", "low order", "high order", "from 0 Hz"],
-)
+@pytest.mark.parametrize(("frf", "options", "tolerance"), [
+    (base_frf(), {"n_modes": 6}, 1e-6),  # no more than the system has
+    (base_frf(), {"n_modes": 2, "max_order": 6}, 1e-9),
+    (base_frf(), {"n_modes": 2, "max_order": 135}, 1e-9),
+    (force_frf(0, np.arange(0, 220.25, 0.5)), {"n_modes": 2}, 1e-9),
+], ids=["six modes", "low order", "high order", "from 0 Hz"])  # fmt: skip
 def test_options_that_leave_the_modes_as_they_are(frf, options, tolerance):
     np.testing.assert_allclose(extract_modes(frf, **options).frequency, true_modes()[0], rtol=tolerance)
 
 
-@pytest.mark.parametrize(
-    ("frf", "arguments", "message"),
-    [
-        (base_frf(), {"n_modes": 0}, "n_modes must be >= 1"),
-        (base_frf(), {"max_order": 5}, "max_order > 5"),
-        (base_frf(), {"band": (300, 400)}, "no line between 300 and 400 Hz"),
-        (base_frf(), {"band": (50, 53)}, "modes need at least 18 lines, the band holds 7"),
-        (FRF(F, np.where(F == 50, np.nan, 1.0)[None]), {}, "not finite at 50 Hz"),
-        (FRF(F, np.zeros((2, F.size))), {}, "zero at every line"),
-    ],
-)
+@pytest.mark.parametrize(("frf", "arguments", "message"), [
+    (base_frf(), {"n_modes": 0}, "n_modes must be >= 1"),
+    (base_frf(), {"max_order": 5}, "max_order > 5"),
+    (base_frf(), {"band": (300, 400)}, "no line between 300 and 400 Hz"),
+    (base_frf(), {"band": (50, 53)}, "modes need at least 18 lines, the band holds 7"),
+    (FRF(F, np.where(F == 50, np.nan, 1.0)[None]), {}, "not finite at 50 Hz"),
+    (FRF(F, np.zeros((2, F.size))), {}, "zero at every line"),
+])  # fmt: skip
 def test_frfs_without_modes_to_find_are_refused(frf, arguments, message):
     with pytest.raises(RecordError, match=message):
         extract_modes(frf, **arguments)

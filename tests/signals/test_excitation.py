@@ -97,15 +97,12 @@ def test_multisine_leaves_the_highest_line_out():
     assert np.flatnonzero(np.abs(np.fft.rfft(value)) > 1e-9).tolist() == list(range(1, 32))
 
 
-@pytest.mark.parametrize(
-    ("band", "method", "frequency"),
-    [
-        ((10, 100), "linear", lambda u: 10 + 90 * u),
-        ((10, 100), "logarithmic", lambda u: 10 * 10**u),
-        ((100, 10), "linear", lambda u: 100 - 90 * u),
-        ((100, 10), "logarithmic", lambda u: 100 * 10**-u),
-    ],
-)
+@pytest.mark.parametrize(("band", "method", "frequency"), [
+    ((10, 100), "linear", lambda u: 10 + 90 * u),
+    ((10, 100), "logarithmic", lambda u: 10 * 10**u),
+    ((100, 10), "linear", lambda u: 100 - 90 * u),
+    ((100, 10), "logarithmic", lambda u: 100 * 10**-u),
+])  # fmt: skip
 def test_a_sweep_has_the_frequency_of_its_method(band, method, frequency):
     """Times of the rising zeros: the number of turns up to time t is the integral of the frequency."""
     shake = excitation.sweep(10.0, 8192.0, band, 2.5, method=method)
@@ -169,19 +166,16 @@ def test_the_description_names_the_generator_and_is_plain_data(name):
 
 
 @pytest.mark.parametrize("name", ["random", "burst_random", "level_ramp", "multisine", "sweep"])
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"duration": -1.0}, "duration -1.0: must be"),
-        ({"duration": np.nan}, "duration nan: must be"),
-        ({"duration": 1e-3}, "duration 0.001: must be two samples"),
-        ({"fs": 0.0}, "fs 0.0: must be > 0 Hz"),
-        ({"band": (5, 257)}, r"band \(5, 257\): must end at or below fs / 2 = 256 Hz"),
-        ({"band": (20, 20)}, r"band \(20, 20\): must be two rising"),
-        ({"band": (-5, 20)}, r"band \(-5, 20\): must be two rising"),
-        ({"kind": "voltage"}, 'kind "voltage" is unknown'),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"duration": -1.0}, "duration -1.0: must be"),
+    ({"duration": np.nan}, "duration nan: must be"),
+    ({"duration": 1e-3}, "duration 0.001: must be two samples"),
+    ({"fs": 0.0}, "fs 0.0: must be > 0 Hz"),
+    ({"band": (5, 257)}, r"band \(5, 257\): must end at or below fs / 2 = 256 Hz"),
+    ({"band": (20, 20)}, r"band \(20, 20\): must be two rising"),
+    ({"band": (-5, 20)}, r"band \(-5, 20\): must be two rising"),
+    ({"kind": "voltage"}, 'kind "voltage" is unknown'),
+])  # fmt: skip
 def test_what_no_generator_can_do_is_refused_by_name(name, changes, message):
     with pytest.raises(ExcitationError, match=message):
         getattr(excitation, name)(**{"duration": 4.0, "fs": FS, **changes})
@@ -190,59 +184,53 @@ def test_what_no_generator_can_do_is_refused_by_name(name, changes, message):
 NEEDED = {"stepped_sine": {"frequency": 5.0, "amplitude": 1.0}, "hammer": {"peak": 1.0, "width": 0.01, "times": (1.0,)}}
 
 
-@pytest.mark.parametrize(
-    ("name", "changes", "message"),
-    [
-        ("random", {"rms": -1.0}, "rms -1.0: must be >= 0"),
-        ("random", {"rms": np.inf}, "rms inf: must be >= 0"),
-        ("random", {"band": (10.1, 10.2)}, r"duration 4.0: puts no line of 0.25 Hz into the band \(10.1, 10.2\)"),
-        ("burst_random", {"rms": -1.0}, "rms -1.0"),
-        ("burst_random", {"burst": 0.0}, "burst 0.0: must be > 0 and <= 1"),
-        ("burst_random", {"burst": 1.1}, "burst 1.1: must be > 0 and <= 1"),
-        ("burst_random", {"period": 5.0}, "period 5.0: must be more than a sample and at most the duration"),
-        ("level_ramp", {"start_rms": 0.0}, "start_rms 0.0: must be > 0"),
-        ("level_ramp", {"end_rms": -2.0}, "end_rms -2.0: must be > 0"),
-        ("multisine", {"rms": -1.0}, "rms -1.0"),
-        ("multisine", {"period": 0.0}, "period 0.0: must be more than a sample"),
-        ("multisine", {"period": 1.001}, "period 1.001: must be a whole number of samples"),
-        ("multisine", {"band": (10.1, 10.2)}, r"period 2.0: puts no line of 0.5 Hz into the band"),
-        ("sweep", {"amplitude": -1.0}, "amplitude -1.0: must be >= 0"),
-        ("sweep", {"method": "cubic"}, "method 'cubic': must be"),
-        ("random", {"band": (50, 20)}, r"band \(50, 20\): must be two rising"),
-        ("sweep", {"band": (0, 100)}, r"band \(0, 100\): must stay above 0 Hz"),
-        ("stepped_sine", {"frequency": 0.0}, "frequency 0.0: must be in 0 to 256 Hz"),
-        ("stepped_sine", {"frequency": (5.0, 256.0)}, r"frequency \(5.0, 256.0\): must be in 0 to 256 Hz"),
-        ("stepped_sine", {"frequency": (5.0, 6.0), "amplitude": (1.0, 2.0, 3.0)}, r"frequency .* each of 3 steps"),
-        ("stepped_sine", {"amplitude": -1.0}, "amplitude -1.0: must be >= 0"),
-        ("stepped_sine", {"amplitude": (1.0, np.inf)}, "amplitude .*: must be >= 0"),
-        ("stepped_sine", {"frequency": (5.0, 6.0, 7.0)}, "duration 4.0: must give each of 3 steps a whole number"),
-        ("stepped_sine", {"duration": 0.0}, "duration 0.0"),
-        ("hammer", {"width": 0.003}, "width 0.003: must be at least two samples"),
-        ("hammer", {"times": (1.0, 1.005)}, r"times \[1.0, 1.005\]: must rise within 0 to 4 s"),
-        ("hammer", {"times": (2.0, 1.0)}, "times"),
-        ("hammer", {"times": (3.995,)}, "times"),
-        ("hammer", {"times": (-0.5,)}, "times"),
-        ("hammer", {"times": ()}, "times"),
-        ("hammer", {"peak": (1.0, 2.0)}, r"peak \[1.0, 2.0\]: must be one finite number, or one for each of 1 times"),
-        ("hammer", {"peak": np.nan}, "peak nan"),
-    ],
-)
+@pytest.mark.parametrize(("name", "changes", "message"), [
+    ("random", {"rms": -1.0}, "rms -1.0: must be >= 0"),
+    ("random", {"rms": np.inf}, "rms inf: must be >= 0"),
+    ("random", {"band": (10.1, 10.2)}, r"duration 4.0: puts no line of 0.25 Hz into the band \(10.1, 10.2\)"),
+    ("burst_random", {"rms": -1.0}, "rms -1.0"),
+    ("burst_random", {"burst": 0.0}, "burst 0.0: must be > 0 and <= 1"),
+    ("burst_random", {"burst": 1.1}, "burst 1.1: must be > 0 and <= 1"),
+    ("burst_random", {"period": 5.0}, "period 5.0: must be more than a sample and at most the duration"),
+    ("level_ramp", {"start_rms": 0.0}, "start_rms 0.0: must be > 0"),
+    ("level_ramp", {"end_rms": -2.0}, "end_rms -2.0: must be > 0"),
+    ("multisine", {"rms": -1.0}, "rms -1.0"),
+    ("multisine", {"period": 0.0}, "period 0.0: must be more than a sample"),
+    ("multisine", {"period": 1.001}, "period 1.001: must be a whole number of samples"),
+    ("multisine", {"band": (10.1, 10.2)}, r"period 2.0: puts no line of 0.5 Hz into the band"),
+    ("sweep", {"amplitude": -1.0}, "amplitude -1.0: must be >= 0"),
+    ("sweep", {"method": "cubic"}, "method 'cubic': must be"),
+    ("random", {"band": (50, 20)}, r"band \(50, 20\): must be two rising"),
+    ("sweep", {"band": (0, 100)}, r"band \(0, 100\): must stay above 0 Hz"),
+    ("stepped_sine", {"frequency": 0.0}, "frequency 0.0: must be in 0 to 256 Hz"),
+    ("stepped_sine", {"frequency": (5.0, 256.0)}, r"frequency \(5.0, 256.0\): must be in 0 to 256 Hz"),
+    ("stepped_sine", {"frequency": (5.0, 6.0), "amplitude": (1.0, 2.0, 3.0)}, r"frequency .* each of 3 steps"),
+    ("stepped_sine", {"amplitude": -1.0}, "amplitude -1.0: must be >= 0"),
+    ("stepped_sine", {"amplitude": (1.0, np.inf)}, "amplitude .*: must be >= 0"),
+    ("stepped_sine", {"frequency": (5.0, 6.0, 7.0)}, "duration 4.0: must give each of 3 steps a whole number"),
+    ("stepped_sine", {"duration": 0.0}, "duration 0.0"),
+    ("hammer", {"width": 0.003}, "width 0.003: must be at least two samples"),
+    ("hammer", {"times": (1.0, 1.005)}, r"times \[1.0, 1.005\]: must rise within 0 to 4 s"),
+    ("hammer", {"times": (2.0, 1.0)}, "times"),
+    ("hammer", {"times": (3.995,)}, "times"),
+    ("hammer", {"times": (-0.5,)}, "times"),
+    ("hammer", {"times": ()}, "times"),
+    ("hammer", {"peak": (1.0, 2.0)}, r"peak \[1.0, 2.0\]: must be one finite number, or one for each of 1 times"),
+    ("hammer", {"peak": np.nan}, "peak nan"),
+])  # fmt: skip
 def test_impossible_parameters_are_refused_by_name(name, changes, message):
     with pytest.raises(ExcitationError, match=message):
         getattr(excitation, name)(**{"duration": 4.0, "fs": FS, **NEEDED.get(name, {}), **changes})
 
 
-@pytest.mark.parametrize(
-    ("fields", "message"),
-    [
-        ({"value": np.ones((2, 3))}, r"one row of samples, got shape \(2, 3\)"),
-        ({"value": [0.0, np.nan]}, "sample 1 of the excitation is not finite"),
-        ({"fs": -1.0}, "fs must be > 0"),
-        ({"kind": "noise"}, '"noise" is unknown'),
-        ({"band": (20, 10)}, "two increasing frequencies"),
-        ({"band": (5, 60)}, "fs 100 Hz is below twice the band's upper end 60 Hz"),
-    ],
-)
+@pytest.mark.parametrize(("fields", "message"), [
+    ({"value": np.ones((2, 3))}, r"one row of samples, got shape \(2, 3\)"),
+    ({"value": [0.0, np.nan]}, "sample 1 of the excitation is not finite"),
+    ({"fs": -1.0}, "fs must be > 0"),
+    ({"kind": "noise"}, '"noise" is unknown'),
+    ({"band": (20, 10)}, "two increasing frequencies"),
+    ({"band": (5, 60)}, "fs 100 Hz is below twice the band's upper end 60 Hz"),
+])  # fmt: skip
 def test_an_impossible_excitation_is_refused(fields, message):
     with pytest.raises(ExcitationError, match=message):
         Excitation(**{"value": [0.0, 1.0], "fs": 100.0, **fields})

@@ -125,49 +125,40 @@ def test_a_line_without_excitation_is_nan():
     assert H.value[0, 0, 256] == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"estimator": "H3"}, '"H3" is unknown; use H1, H2, Hv'),
-        ({"window": "flattop"}, '"flattop" is unknown; use hann, boxcar'),
-        ({"resolution": 0.1}, r"lasts 8 s, shorter than one segment of 10 s"),
-        ({"resolution": 0.0}, "resolution must be > 0 Hz"),
-        ({"overlap": 1.0}, "overlap must be"),
-        ({"band": (5, 300)}, "fs 512 Hz is below twice the band's upper end 300 Hz"),
-        ({"band": (60, 20)}, "no line between 60 and 20 Hz"),
-        ({"band": (20.1, 20.2)}, "no line between 20.1 and 20.2 Hz"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "message"), [
+    ({"estimator": "H3"}, '"H3" is unknown; use H1, H2, Hv'),
+    ({"window": "flattop"}, '"flattop" is unknown; use hann, boxcar'),
+    ({"resolution": 0.1}, r"lasts 8 s, shorter than one segment of 10 s"),
+    ({"resolution": 0.0}, "resolution must be > 0 Hz"),
+    ({"overlap": 1.0}, "overlap must be"),
+    ({"band": (5, 300)}, "fs 512 Hz is below twice the band's upper end 300 Hz"),
+    ({"band": (60, 20)}, "no line between 60 and 20 Hz"),
+    ({"band": (20.1, 20.2)}, "no line between 20.1 and 20.2 Hz"),
+])  # fmt: skip
 def test_impossible_arguments_are_refused(arguments, message):
     with pytest.raises(RecordError, match=message):
         estimate_frf(record(), **arguments)
 
 
-@pytest.mark.parametrize(
-    ("excitation", "acceleration", "message"),
-    [
-        (np.zeros(1024), np.ones((1, 1024)), "the excitation is constant at 0"),
-        (np.full(1024, 2.5), np.ones((1, 1024)), "the excitation is constant at 2.5"),
-        (np.where(np.arange(1024) == 7, np.nan, 1.0), np.ones((1, 1024)), "the excitation is not finite"),
-        (np.arange(1024.0), np.full((1024, 2), [1.0, np.inf]).T, "acceleration row 1 is not finite"),
-        (np.arange(1024.0), np.ones((2, 1000)), r"\(2, 1000\) and \(1024,\)"),
-        (np.arange(1024.0), np.ones(1024), r"\(1024,\) and \(1024,\)"),
-    ],
-)
+@pytest.mark.parametrize(("excitation", "acceleration", "message"), [
+    (np.zeros(1024), np.ones((1, 1024)), "the excitation is constant at 0"),
+    (np.full(1024, 2.5), np.ones((1, 1024)), "the excitation is constant at 2.5"),
+    (np.where(np.arange(1024) == 7, np.nan, 1.0), np.ones((1, 1024)), "the excitation is not finite"),
+    (np.arange(1024.0), np.full((1024, 2), [1.0, np.inf]).T, "acceleration row 1 is not finite"),
+    (np.arange(1024.0), np.ones((2, 1000)), r"\(2, 1000\) and \(1024,\)"),
+    (np.arange(1024.0), np.ones(1024), r"\(1024,\) and \(1024,\)"),
+])  # fmt: skip
 def test_records_that_hold_no_frf_are_refused(excitation, acceleration, message):
     with pytest.raises(RecordError, match=message):
         estimate_frf(Response(FS, excitation, acceleration))
 
 
-@pytest.mark.parametrize(
-    ("fields", "message"),
-    [
-        ({"frequency": np.arange(4.0)}, r"\(2, 3\) over \(4,\)"),
-        ({"frequency": [1.0, 3.0, 2.0]}, "must rise"),
-        ({"coherence": np.ones((2, 4))}, r"coherence has shape \(2, 1, 4\), the FRF \(2, 1, 3\)"),
-        ({"responses": ("1:+Z",)}, "1 response labels for 2 responses"),
-    ],
-)
+@pytest.mark.parametrize(("fields", "message"), [
+    ({"frequency": np.arange(4.0)}, r"\(2, 3\) over \(4,\)"),
+    ({"frequency": [1.0, 3.0, 2.0]}, "must rise"),
+    ({"coherence": np.ones((2, 4))}, r"coherence has shape \(2, 1, 4\), the FRF \(2, 1, 3\)"),
+    ({"responses": ("1:+Z",)}, "1 response labels for 2 responses"),
+])  # fmt: skip
 def test_frf_fields_must_fit(fields, message):
     with pytest.raises(RecordError, match=message):
         FRF(**{"frequency": np.arange(3.0), "value": np.ones((2, 3)), **fields})

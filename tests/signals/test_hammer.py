@@ -224,16 +224,13 @@ def test_what_is_no_hits(rng):
         hammer_frf(Response(FS, np.zeros(2000), np.zeros((1, 2000)), kind="force"))
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"block": 0.0}, "block must be > 0, got 0.0"),
-        ({"exponential": 1.5}, "exponential must be > 0 and at most 1, got 1.5"),
-        ({"trigger": 0.0}, "trigger must be > 0"),
-        ({"force_window": -1.0}, "0 s or more"),
-        ({"block": 30.0}, "does not hold its block of 30 s"),
-    ],
-)
+@pytest.mark.parametrize(("given", "message"), [
+    ({"block": 0.0}, "block must be > 0, got 0.0"),
+    ({"exponential": 1.5}, "exponential must be > 0 and at most 1, got 1.5"),
+    ({"trigger": 0.0}, "trigger must be > 0"),
+    ({"force_window": -1.0}, "0 s or more"),
+    ({"block": 30.0}, "does not hold its block of 30 s"),
+])  # fmt: skip
 def test_impossible_settings(beam_test, given, message):
     with pytest.raises(cm.RecordError, match=message):
         hammer_frf(beam_test, **given)

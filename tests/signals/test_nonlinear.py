@@ -101,17 +101,14 @@ def changed(record, **fields):
     return dataclasses.replace(record, **fields)
 
 
-@pytest.mark.parametrize(
-    ("change", "options", "message"),
-    [
-        (lambda r: r[:1], {}, "at least two realisations, got 1"),
-        (lambda r: r, {"period": 1.3}, "does not hold whole periods of 1.3 s"),
-        (lambda r: r, {"drop": 2}, "3 periods less 2 dropped leave fewer than two"),
-        (lambda r: [r[0], changed(r[1], band=(5.0, 90.0))], {}, "differ in sampling rate"),
-        (lambda r: [r[0], changed(r[1], channels=np.full_like(r[1].acceleration, np.nan))], {}, "not finite"),
-        (lambda r: [changed(x, band=(5.0, 120.0)) for x in r], {}, "leaves out lines of its band"),
-    ],
-)
+@pytest.mark.parametrize(("change", "options", "message"), [
+    (lambda r: r[:1], {}, "at least two realisations, got 1"),
+    (lambda r: r, {"period": 1.3}, "does not hold whole periods of 1.3 s"),
+    (lambda r: r, {"drop": 2}, "3 periods less 2 dropped leave fewer than two"),
+    (lambda r: [r[0], changed(r[1], band=(5.0, 90.0))], {}, "differ in sampling rate"),
+    (lambda r: [r[0], changed(r[1], channels=np.full_like(r[1].acceleration, np.nan))], {}, "not finite"),
+    (lambda r: [changed(x, band=(5.0, 120.0)) for x in r], {}, "leaves out lines of its band"),
+])  # fmt: skip
 def test_records_that_cannot_be_used(change, options, message):
     records = list(realisations(filtered, 2))
     with pytest.raises(RecordError, match=message):
@@ -142,16 +139,13 @@ def test_harmonics_of_every_step_have_amplitude_and_phase():
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((np.ones(100), 100.0, [5.0, 6.0, 7.0]), "3 steps of one length do not fit"),
-        ((np.ones(100), 100.0, [5.0], 10), "not above twice harmonic 10"),
-        ((np.ones(100), 1000.0, [5.0]), "less than a period of 5 Hz"),
-        ((np.ones(100), 100.0, [5.0], 0), "n_harmonics must be >= 1"),
-        ((np.ones(100), 100.0, [5.0], 5, 1.0), "0 <= settle < 1"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "message"), [
+    ((np.ones(100), 100.0, [5.0, 6.0, 7.0]), "3 steps of one length do not fit"),
+    ((np.ones(100), 100.0, [5.0], 10), "not above twice harmonic 10"),
+    ((np.ones(100), 1000.0, [5.0]), "less than a period of 5 Hz"),
+    ((np.ones(100), 100.0, [5.0], 0), "n_harmonics must be >= 1"),
+    ((np.ones(100), 100.0, [5.0], 5, 1.0), "0 <= settle < 1"),
+])  # fmt: skip
 def test_steps_that_cannot_be_used(arguments, message):
     with pytest.raises(RecordError, match=message):
         stepped_harmonics(*arguments)

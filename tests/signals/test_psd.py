@@ -71,22 +71,19 @@ def test_reads_a_table_with_comments_and_units(tmp_path):
 LINES = [f"{f:g},1" for f in np.arange(10.0, 30.0, 0.5)]
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("f,psd\n1,2\n2,3\n", 'needs a header with columns "frequency" and "psd"'),
-        ("", 'needs a header with columns "frequency" and "psd"'),
-        ("frequency,psd\n1,2\n2\n", "line 3, column \"psd\": '' is not a number"),
-        ("frequency,psd\n1,2\n2,x\n", "line 3, column \"psd\": 'x' is not a number"),
-        ("frequency,psd\n1,2\n2,nan\n", "value 2 of the PSD is not finite"),
-        ("frequency,psd\n1,2\n2,-3\n", "negative, -3, at 2 Hz"),
-        ("frequency,psd\n0,2\n2,3\n", "begins at 0 Hz"),
-        ("frequency,psd\n1,2\n", "two or more frequencies"),
-        ("frequency,psd\n1,0\n2,0\n", "zero at all frequencies"),
-        ("frequency,psd\n1,2\n3,2\n3,4\n", "must rise: 3 Hz follows 3 Hz"),
-        ("frequency,psd\n" + "\n".join(LINES[:20] + LINES[23:]), "a hole from 19.5 to 21.5 Hz"),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), [
+    ("f,psd\n1,2\n2,3\n", 'needs a header with columns "frequency" and "psd"'),
+    ("", 'needs a header with columns "frequency" and "psd"'),
+    ("frequency,psd\n1,2\n2\n", "line 3, column \"psd\": '' is not a number"),
+    ("frequency,psd\n1,2\n2,x\n", "line 3, column \"psd\": 'x' is not a number"),
+    ("frequency,psd\n1,2\n2,nan\n", "value 2 of the PSD is not finite"),
+    ("frequency,psd\n1,2\n2,-3\n", "negative, -3, at 2 Hz"),
+    ("frequency,psd\n0,2\n2,3\n", "begins at 0 Hz"),
+    ("frequency,psd\n1,2\n", "two or more frequencies"),
+    ("frequency,psd\n1,0\n2,0\n", "zero at all frequencies"),
+    ("frequency,psd\n1,2\n3,2\n3,4\n", "must rise: 3 Hz follows 3 Hz"),
+    ("frequency,psd\n" + "\n".join(LINES[:20] + LINES[23:]), "a hole from 19.5 to 21.5 Hz"),
+])  # fmt: skip
 def test_refuses_in_one_line_that_names_the_file(tmp_path, text, words):
     path = tmp_path / "road.csv"
     path.write_text(text)

@@ -73,15 +73,12 @@ def test_default_band_is_that_of_iso_8608_at_the_speed():
     assert road_psd("B", 10.0).rms == pytest.approx(2 * road_psd("A", 10.0).rms)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("I", 10.0), 'road class "I" is unknown; use A, B, C, D, E, F, G, H'),
-        (("A", 0.0), "speed 0.0: must be > 0 m/s"),
-        (("A", 10.0, None, "seat"), 'at \'seat\': must be "hub" or "body"'),
-        (("A", 10.0, None, "hub", (0.0, 5.0)), "must be two rising frequencies above 0 Hz"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "words"), [
+    (("I", 10.0), 'road class "I" is unknown; use A, B, C, D, E, F, G, H'),
+    (("A", 0.0), "speed 0.0: must be > 0 m/s"),
+    (("A", 10.0, None, "seat"), 'at \'seat\': must be "hub" or "body"'),
+    (("A", 10.0, None, "hub", (0.0, 5.0)), "must be two rising frequencies above 0 Hz"),
+])  # fmt: skip
 def test_refuses(arguments, words):
     with pytest.raises(cm.ExcitationError) as error:
         road_psd(*arguments)

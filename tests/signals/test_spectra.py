@@ -67,17 +67,14 @@ def test_overview_and_figure(rng):
     assert Spectra("coherence", LINES[:1], [[0.5]], ("1:+Z",)).plot().axes[0].get_ylim() == (0, 1.05)
 
 
-@pytest.mark.parametrize(
-    ("changes", "part"),
-    [
-        (
-            {"value": np.ones((2, 3))},
-            r"spectra are \(n_functions, n_f\) over \(n_f,\) lines, got \(2, 3\) over \(32,\)",
-        ),
-        ({"abscissa": LINES[::-1]}, "the frequencies of spectra must rise"),
-        ({"names": ("a",)}, "1 names for 2 spectra"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "part"), [
+    (
+        {"value": np.ones((2, 3))},
+        r"spectra are \(n_functions, n_f\) over \(n_f,\) lines, got \(2, 3\) over \(32,\)",
+    ),
+    ({"abscissa": LINES[::-1]}, "the frequencies of spectra must rise"),
+    ({"names": ("a",)}, "1 names for 2 spectra"),
+])  # fmt: skip
 def test_impossible(rng, changes, part):
     with pytest.raises(RecordError, match=part):
         dataclasses.replace(auto(rng), **changes)

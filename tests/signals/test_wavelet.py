@@ -110,34 +110,28 @@ def noisy(signal, index, value):
     return signal
 
 
-@pytest.mark.parametrize(
-    ("signal", "message"),
-    [
-        (noisy(decay(), 17, np.nan), "the signal is not a finite number at "),
-        (np.full(8192, 2.5), r"the signal is constant \(2\.5\)"),
-        (decay()[:150], r"the record lasts 0.0732\d+ s; .* needs 0.159 s at 50 Hz"),
-        (np.clip(decay(), -0.7, 0.7), r"the signal is clipped at 0\.7 from"),
-        (np.clip(decay(), -0.7, 9), r"the signal is clipped at -0.7"),
-        (np.random.default_rng(1).standard_normal(8192), "no ridge above the noise between 50 and 110 Hz"),
-        (np.zeros((3, 100)), r"one row of samples, got shape \(3, 100\)"),
-    ],
-)
+@pytest.mark.parametrize(("signal", "message"), [
+    (noisy(decay(), 17, np.nan), "the signal is not a finite number at "),
+    (np.full(8192, 2.5), r"the signal is constant \(2\.5\)"),
+    (decay()[:150], r"the record lasts 0.0732\d+ s; .* needs 0.159 s at 50 Hz"),
+    (np.clip(decay(), -0.7, 0.7), r"the signal is clipped at 0\.7 from"),
+    (np.clip(decay(), -0.7, 9), r"the signal is clipped at -0.7"),
+    (np.random.default_rng(1).standard_normal(8192), "no ridge above the noise between 50 and 110 Hz"),
+    (np.zeros((3, 100)), r"one row of samples, got shape \(3, 100\)"),
+])  # fmt: skip
 def test_bad_signals(signal, message):
     with pytest.raises(RecordError, match=message) as caught:
         identify.ridge(signal, FS, (50, 110))
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((FS, (50, 1100)), "up to fs / 2 = 1024 Hz"),
-        ((FS, (0, 100)), "above 0"),
-        ((FS, (110, 50)), "rising"),
-        ((0.0, (50, 110)), "fs must be > 0"),
-        ((FS, (50, 110), 2.0), "omega0 must be >= 4"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "message"), [
+    ((FS, (50, 1100)), "up to fs / 2 = 1024 Hz"),
+    ((FS, (0, 100)), "above 0"),
+    ((FS, (110, 50)), "rising"),
+    ((0.0, (50, 110)), "fs must be > 0"),
+    ((FS, (50, 110), 2.0), "omega0 must be >= 4"),
+])  # fmt: skip
 def test_bad_arguments(arguments, message):
     with pytest.raises(RecordError, match=message):
         identify.ridge(decay(), *arguments)

@@ -64,18 +64,15 @@ def test_impossible_matrices_are_refused_in_one_line(message):
     assert message in refused(**REFUSED[message])
 
 
-@pytest.mark.parametrize(
-    "position, message",
-    [
-        (
-            "12:Z",
-            r'sensors\[0\].position "12:Z" is no degree of freedom of the structure; the nearest nodes are 8 and 9',
-        ),
-        ("9:X", r'sensors\[0\].position "9:X" is no degree of freedom of the structure; node 9 has Z, RY'),
-        ("1:Z", r'sensors\[0\].position "1:Z" is fixed to the base'),
-        (0.5, r'sensors\[0\].position "0.5" is no degree of freedom, a text such as "1:Z"'),
-    ],
-)
+@pytest.mark.parametrize("position, message", [
+    (
+        "12:Z",
+        r'sensors\[0\].position "12:Z" is no degree of freedom of the structure; the nearest nodes are 8 and 9',
+    ),
+    ("9:X", r'sensors\[0\].position "9:X" is no degree of freedom of the structure; node 9 has Z, RY'),
+    ("1:Z", r'sensors\[0\].position "1:Z" is fixed to the base'),
+    (0.5, r'sensors\[0\].position "0.5" is no degree of freedom, a text such as "1:Z"'),
+])  # fmt: skip
 def test_points_that_do_not_exist_are_refused(position, message):
     with pytest.raises(RigError, match=message):
         held(cantilever(), (position,))
@@ -97,46 +94,40 @@ def damaged(folder, name, content):
     return path
 
 
-@pytest.mark.parametrize(
-    "name, content, message",
-    [
-        ("M.mtx", b"%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 1 1.0\n", "not a Matrix Market file"),
-        ("M.mtx", b"hello", "not a Matrix Market file"),
-        (
-            "M.mtx",
-            MARKET + b"coordinate pattern general\n2 2 2\n1 1\n2 2\n",
-            "not a Matrix Market file that can be used",
-        ),
-        (
-            "M.mtx",
-            MARKET + b"array real general\n99999999 99999999\n1\n",
-            "not a Matrix Market file that can be used (9",
-        ),
-        (
-            "M.mtx",
-            MARKET + b"array real general\n3 3\n0\n0\n1d5#",
-            "not a Matrix Market file that can be used (it holds",
-        ),
-        ("M.mtx", MARKET + b"coordinate real symmetric\n3 3 5\n1 1 6E", "not a Matrix Market file that can be used"),
-        ("M.npz", b"PK\x03\x04 no archive", "not a whole .npz file"),
-        ("M.mat", b"MATLAB 5.0 MAT-file" + b" " * 200, "not a whole MATLAB file"),
-        ("M.xls", b"x", "matrices are read from .npz, .mat, .mtx, .npy files"),
-    ],
-)
+@pytest.mark.parametrize("name, content, message", [
+    ("M.mtx", b"%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 1 1.0\n", "not a Matrix Market file"),
+    ("M.mtx", b"hello", "not a Matrix Market file"),
+    (
+        "M.mtx",
+        MARKET + b"coordinate pattern general\n2 2 2\n1 1\n2 2\n",
+        "not a Matrix Market file that can be used",
+    ),
+    (
+        "M.mtx",
+        MARKET + b"array real general\n99999999 99999999\n1\n",
+        "not a Matrix Market file that can be used (9",
+    ),
+    (
+        "M.mtx",
+        MARKET + b"array real general\n3 3\n0\n0\n1d5#",
+        "not a Matrix Market file that can be used (it holds",
+    ),
+    ("M.mtx", MARKET + b"coordinate real symmetric\n3 3 5\n1 1 6E", "not a Matrix Market file that can be used"),
+    ("M.npz", b"PK\x03\x04 no archive", "not a whole .npz file"),
+    ("M.mat", b"MATLAB 5.0 MAT-file" + b" " * 200, "not a whole MATLAB file"),
+    ("M.xls", b"x", "matrices are read from .npz, .mat, .mtx, .npy files"),
+])  # fmt: skip
 def test_damaged_files_are_refused(tmp_path, name, content, message):
     assert re.search(rf"mass.*{re.escape(name)}: {re.escape(message)}", refused(mass=damaged(tmp_path, name, content)))
 
 
-@pytest.mark.parametrize(
-    "part, value, message",
-    [
-        ("indices", [0, 7], "can be used"),
-        ("indptr", [0, 2, 0], "indptr must not fall"),
-        ("shape", [2, 2**31 - 1], "at most 1000000 rows"),
-        ("shape", [1j, 2], "do not fit"),
-        ("data", [1.0], "do not fit"),
-    ],
-)
+@pytest.mark.parametrize("part, value, message", [
+    ("indices", [0, 7], "can be used"),
+    ("indptr", [0, 2, 0], "indptr must not fall"),
+    ("shape", [2, 2**31 - 1], "at most 1000000 rows"),
+    ("shape", [1j, 2], "do not fit"),
+    ("data", [1.0], "do not fit"),
+])  # fmt: skip
 def test_damaged_sparse_matrices_are_refused(tmp_path, part, value, message):
     """Compiled functions would follow them anywhere."""
     mass = {"data": [2.0, 1.0], "indices": [0, 1], "indptr": [0, 1, 2], "shape": [2, 2]} | {part: value}
@@ -157,15 +148,12 @@ def test_matlab_files_of_scipy(tmp_path, dofs, packed):
     np.testing.assert_allclose(frequencies(found, 2, "1:X"), frequencies(small(), 2, "1:X"), rtol=1e-14)
 
 
-@pytest.mark.parametrize(
-    "table, message",
-    [
-        (b"node,direction\n", "d.csv: dofs is empty"),
-        (b"node,direction,x,y,z\n\n", "d.csv: dofs is empty"),
-        (b"node,direction\n1,X\n2,\xe4\n", "d.csv: dofs row 2: '2:\xe4' is no degree of freedom"),
-        (b"node,direction\n1,X\0\n", "d.csv: not a text file"),
-    ],
-)
+@pytest.mark.parametrize("table, message", [
+    (b"node,direction\n", "d.csv: dofs is empty"),
+    (b"node,direction,x,y,z\n\n", "d.csv: dofs is empty"),
+    (b"node,direction\n1,X\n2,\xe4\n", "d.csv: dofs row 2: '2:\xe4' is no degree of freedom"),
+    (b"node,direction\n1,X\0\n", "d.csv: not a text file"),
+])  # fmt: skip
 def test_damaged_tables_name_the_file(tmp_path, table, message):
     assert message in refused(dofs=damaged(tmp_path, "d.csv", table))
 

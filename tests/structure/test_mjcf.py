@@ -165,33 +165,27 @@ def test_named_points_are_those_that_move(tmp_path):
 FREE = '<mujoco><worldbody><body name="box"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>'
 
 
-@pytest.mark.parametrize(
-    "text, fields, message",
-    [
-        (FREE, {}, "no equilibrium is found: forces stay unbalanced at joint number 0; hold it by a spring"),
-        (
-            DOUBLE_PENDULUM.format(spring=""),
-            {"keyframe": "upright"},
-            "the equilibrium is unstable, joint .* moves away",
-        ),
-        (DOUBLE_PENDULUM.format(spring=""), {"keyframe": "up"}, 'keyframe "up" is none of .*; it has aside, upright'),
-        ("<mujoco><worldbody/></mujoco>", {}, "the model has no joints, so nothing moves"),
-        ("<mujoco><worldbdy/></mujoco>", {}, "file .*model.xml: .*worldbdy"),
-    ],
-)
+@pytest.mark.parametrize("text, fields, message", [
+    (FREE, {}, "no equilibrium is found: forces stay unbalanced at joint number 0; hold it by a spring"),
+    (
+        DOUBLE_PENDULUM.format(spring=""),
+        {"keyframe": "upright"},
+        "the equilibrium is unstable, joint .* moves away",
+    ),
+    (DOUBLE_PENDULUM.format(spring=""), {"keyframe": "up"}, 'keyframe "up" is none of .*; it has aside, upright'),
+    ("<mujoco><worldbody/></mujoco>", {}, "the model has no joints, so nothing moves"),
+    ("<mujoco><worldbdy/></mujoco>", {}, "file .*model.xml: .*worldbdy"),
+])  # fmt: skip
 def test_models_without_an_equilibrium_are_refused(tmp_path, text, fields, message):
     with pytest.raises(RigError, match=message):
         structure_of(tmp_path, text, **fields)
 
 
-@pytest.mark.parametrize(
-    "point, message",
-    [
-        ("tips:+X", '"tips:\\+X" is at no site or body of model.xml; the nearest names are tip'),
-        ("tip:+Y", '"tip:\\+Y" cannot move'),
-        (0.3, '"0.3" is no point of a MuJoCo model, such as "tip:\\+Z"'),
-    ],
-)
+@pytest.mark.parametrize("point, message", [
+    ("tips:+X", '"tips:\\+X" is at no site or body of model.xml; the nearest names are tip'),
+    ("tip:+Y", '"tip:\\+Y" cannot move'),
+    (0.3, '"0.3" is no point of a MuJoCo model, such as "tip:\\+Z"'),
+])  # fmt: skip
 def test_points_that_do_not_exist_are_refused(tmp_path, point, message):
     with pytest.raises(RigError, match=rf"sensors\[0\].position {message}"):
         rig_of(structure_of(tmp_path, DOUBLE_PENDULUM.format(spring="")), point)

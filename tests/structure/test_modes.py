@@ -256,23 +256,20 @@ def test_modes_without_scaling(tmp_path):
         ModalStructure((1.0, 2.0), (), ("1:+X", "2:+X"), ((1.0, 1.0), (0.5, -1.0)))
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"frequencies": (2.0, 1.0)}, r"frequencies\[1\] 1 Hz must not be less than the one before"),
-        ({"dofs": ("1:+X", "1:-X")}, "dofs row 2: 1:X stands in row 1 already"),
-        ({"dofs": ("1:+X", "tip")}, r'dofs\[1\] must be a degree of freedom such as "12:\+Z", got "tip"'),
-        ({"shapes": ((1.0, 1.0),)}, "shapes must hold 2 rows"),
-        ({"shapes": ((1.0, 1.0), (0.5,))}, r"shapes\[1\] must hold 2 numbers, got 1"),
-        ({"shapes": ((0.5, 0.0), (0.7, 0.0))}, "shapes are zero in mode 2"),
-        ({"modal_masses": (1.0,)}, "modal_masses must hold 2, one per frequency"),
-        ({"damping_ratios": (0.1, 0.1, 0.1)}, "damping_ratios must hold at most 2"),
-        ({"residual_dofs": ("1:+X",)}, "residual_dofs needs residual_flexibility"),
-        ({"residual_flexibility": ((1e-6, 0.0), (1e-7, 1e-6))}, "residual_flexibility must be symmetric"),
-        ({"residual_flexibility": ((1e-6, 0.0), (0.0, -1e-6))}, "residual_flexibility must not be negative"),
-        ({"shapes": ()}, "shapes is missing"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"frequencies": (2.0, 1.0)}, r"frequencies\[1\] 1 Hz must not be less than the one before"),
+    ({"dofs": ("1:+X", "1:-X")}, "dofs row 2: 1:X stands in row 1 already"),
+    ({"dofs": ("1:+X", "tip")}, r'dofs\[1\] must be a degree of freedom such as "12:\+Z", got "tip"'),
+    ({"shapes": ((1.0, 1.0),)}, "shapes must hold 2 rows"),
+    ({"shapes": ((1.0, 1.0), (0.5,))}, r"shapes\[1\] must hold 2 numbers, got 1"),
+    ({"shapes": ((0.5, 0.0), (0.7, 0.0))}, "shapes are zero in mode 2"),
+    ({"modal_masses": (1.0,)}, "modal_masses must hold 2, one per frequency"),
+    ({"damping_ratios": (0.1, 0.1, 0.1)}, "damping_ratios must hold at most 2"),
+    ({"residual_dofs": ("1:+X",)}, "residual_dofs needs residual_flexibility"),
+    ({"residual_flexibility": ((1e-6, 0.0), (1e-7, 1e-6))}, "residual_flexibility must be symmetric"),
+    ({"residual_flexibility": ((1e-6, 0.0), (0.0, -1e-6))}, "residual_flexibility must not be negative"),
+    ({"shapes": ()}, "shapes is missing"),
+])  # fmt: skip
 def test_impossible_modes(changes, message):
     fields = {"frequencies": (1.0, 2.0), "dofs": ("1:+X", "2:+X"), "shapes": ((1.0, 0.8), (0.5, -0.9))}
     with pytest.raises(RigError, match=message) as caught:
@@ -280,15 +277,12 @@ def test_impossible_modes(changes, message):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("point", "said"),
-    [
-        ("3:+X", "node 3 has Z"),
-        ("7:+Z", "the nearest nodes are 3 and 4"),
-        ("tip:+Z", "the nearest nodes are"),
-        (0.3, 'a text such as "1:Z"'),
-    ],
-)
+@pytest.mark.parametrize(("point", "said"), [
+    ("3:+X", "node 3 has Z"),
+    ("7:+Z", "the nearest nodes are 3 and 4"),
+    ("tip:+Z", "the nearest nodes are"),
+    (0.3, 'a text such as "1:Z"'),
+])  # fmt: skip
 def test_unknown_degree_of_freedom(point, said):
     with pytest.raises(RigError, match=said) as caught:
         rig_of(cantilever(), shaker=Shaker("force", point))

@@ -31,49 +31,40 @@ def simple(*supports, **more):
     return Shaft(**{"sections": UNIFORM, "supports": supports, "material": STEEL, "theory": "euler"} | more)
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"material": None}, "sections[0].material is missing, and the shaft has no material for all sections"),
-        ({"supports": (Support(1.1, "pinned"),)}, "supports[0].position 1.1 m lies outside the shaft (0 <= x <= 1 m)"),
-        ({"discs": (Disc(-0.1, 1.0),)}, "discs[0].position -0.1 m lies outside the shaft (0 <= x <= 1 m)"),
-        ({"sections": ()}, "sections must hold 1 or more, got none"),
-        ({"theory": "bernoulli"}, 'theory "bernoulli" is unknown; use auto, euler or timoshenko'),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"material": None}, "sections[0].material is missing, and the shaft has no material for all sections"),
+    ({"supports": (Support(1.1, "pinned"),)}, "supports[0].position 1.1 m lies outside the shaft (0 <= x <= 1 m)"),
+    ({"discs": (Disc(-0.1, 1.0),)}, "discs[0].position -0.1 m lies outside the shaft (0 <= x <= 1 m)"),
+    ({"sections": ()}, "sections must hold 1 or more, got none"),
+    ({"theory": "bernoulli"}, 'theory "bernoulli" is unknown; use auto, euler or timoshenko'),
+])  # fmt: skip
 def test_refused(changes, message):
     with pytest.raises(RigError) as caught:
         dataclasses.replace(simple(), **changes)
     assert str(caught.value).removeprefix("shaft.").removeprefix("shaft: ") == message
 
 
-@pytest.mark.parametrize(
-    ("fields", "message"),
-    [
-        ({}, "support: holds nothing; give kind (clamped, pinned or guided), or springs or dampers"),
-        ({"kind": "pinned", "translation": 1e5}, 'translation has no effect, as a support of kind "pinned" allows no'),
-        (
-            {"kind": "clamped", "rotation_damping": 1.0},
-            'rotation_damping has no effect, as a support of kind "clamped"',
-        ),
-        ({"kind": "guided", "rotation": 1e5}, 'rotation has no effect, as a support of kind "guided" allows no'),
-    ],
-)
+@pytest.mark.parametrize(("fields", "message"), [
+    ({}, "support: holds nothing; give kind (clamped, pinned or guided), or springs or dampers"),
+    ({"kind": "pinned", "translation": 1e5}, 'translation has no effect, as a support of kind "pinned" allows no'),
+    (
+        {"kind": "clamped", "rotation_damping": 1.0},
+        'rotation_damping has no effect, as a support of kind "clamped"',
+    ),
+    ({"kind": "guided", "rotation": 1e5}, 'rotation has no effect, as a support of kind "guided" allows no'),
+])  # fmt: skip
 def test_supports_refused(fields, message):
     with pytest.raises(RigError) as caught:
         Support(0.5, **fields)
     assert message in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"width": 0.1}, "give either diameter, or width and height"),
-        ({"diameter": None, "inner_diameter": 0.01, "width": 0.1, "height": 0.1}, "inner_diameter needs a diameter"),
-        ({"inner_diameter": 0.02}, "inner_diameter (0.02, 0.02) m must be less than diameter (0.02, 0.02) m"),
-        ({"diameter": (0.02, 0.0)}, "diameter[1] must be > 0"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"width": 0.1}, "give either diameter, or width and height"),
+    ({"diameter": None, "inner_diameter": 0.01, "width": 0.1, "height": 0.1}, "inner_diameter needs a diameter"),
+    ({"inner_diameter": 0.02}, "inner_diameter (0.02, 0.02) m must be less than diameter (0.02, 0.02) m"),
+    ({"diameter": (0.02, 0.0)}, "diameter[1] must be > 0"),
+])  # fmt: skip
 def test_sections_refused(changes, message):
     with pytest.raises(RigError) as caught:
         dataclasses.replace(UNIFORM[0], **changes)

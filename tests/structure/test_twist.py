@@ -201,16 +201,13 @@ RIG = Rig("shaft", None, (), (Sensor(1, 0.5),), structure=shaft(Section(1.0, 0.0
 TEETH = Bushing("@0.5:RX", 1e-3, 0.0, Grease(0.0), Contact(1e5))
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"sensors": (Sensor(1, "@0.5:X"),)}, '"@0.5:X": a shaft does not move along X; give Y, Z, RX'),
-        ({"shaker": Shaker("force", "@0:RX")}, '"@0:RX" cannot twist: the support there holds it; give'),
-        ({"bushings": (dataclasses.replace(TEETH, length=0.1),)}, "bushings[0].length must be 0, as its position is a"),
-        ({"bushings": (dataclasses.replace(TEETH, to=0.9),)}, "one is an angle, one a length"),
-        ({"bushings": (dataclasses.replace(TEETH, shape="round"),)}, "bushings[0].position names RX, but it moves"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"sensors": (Sensor(1, "@0.5:X"),)}, '"@0.5:X": a shaft does not move along X; give Y, Z, RX'),
+    ({"shaker": Shaker("force", "@0:RX")}, '"@0:RX" cannot twist: the support there holds it; give'),
+    ({"bushings": (dataclasses.replace(TEETH, length=0.1),)}, "bushings[0].length must be 0, as its position is a"),
+    ({"bushings": (dataclasses.replace(TEETH, to=0.9),)}, "one is an angle, one a length"),
+    ({"bushings": (dataclasses.replace(TEETH, shape="round"),)}, "bushings[0].position names RX, but it moves"),
+])  # fmt: skip
 def test_refused(changes, message):
     with pytest.raises(RigError) as caught:
         RIG.replace(**changes)

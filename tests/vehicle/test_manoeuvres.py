@@ -37,16 +37,12 @@ def test_gates_of_part_2():
     assert edges[2][0] == pytest.approx(edges[0][0])
 
 
-@pytest.mark.parametrize(
-    ("path", "gates", "room"),
-    [
-        (iso_lane_change(), iso3888_gates(WIDTH), 0.0),
-        (iso_lane_change(2.0), iso3888_gates(WIDTH, 2.0), 0.0),
-        (obstacle_avoidance(), iso3888_2_gates(WIDTH), 0.0),
-        (swift_obstacle_avoidance(), iso3888_2_gates(WIDTH), 0.1),
-    ],
-    ids=["part 1", "part 1 x 2", "part 2", "part 2, swift"],
-)
+@pytest.mark.parametrize(("path", "gates", "room"), [
+    (iso_lane_change(), iso3888_gates(WIDTH), 0.0),
+    (iso_lane_change(2.0), iso3888_gates(WIDTH, 2.0), 0.0),
+    (obstacle_avoidance(), iso3888_2_gates(WIDTH), 0.0),
+    (swift_obstacle_avoidance(), iso3888_2_gates(WIDTH), 0.1),
+], ids=["part 1", "part 1 x 2", "part 2", "part 2, swift"])  # fmt: skip
 def test_corners_stay_within_the_gates(path, gates, room):
     """A vehicle that follows the path exactly keeps its four corners at least so far from every cone."""
     s = np.linspace(0, path.length, 40001)
@@ -101,19 +97,16 @@ def test_needed_accelerations(name):
     check(Case("smc", manoeuvre.speed, manoeuvre=name))
 
 
-@pytest.mark.parametrize(
-    ("refused", "message"),
-    [
-        (lambda: get_manoeuvre("moose"), 'manoeuvre "moose" is unknown; use lane-change, slalom, obstacle-40'),
-        (lambda: check(Case("smc", 80.0, manoeuvre="moose")), 'manoeuvre "moose" is unknown'),
-        (lambda: check(Case("smc", 80.0, manoeuvre="slalom", length_factor=2.0)), 'manoeuvre "slalom" has none'),
-        (lambda: check(Case("smc", 160.0, manoeuvre="slalom")), r"path 'slalom' needs .* 18\.\d m/s²"),
-        (lambda: single_lane_change(0.0), "length must be > 0"),
-        (lambda: slalom(amplitude=-1.0), "amplitude must be > 0"),
-        (lambda: iso3888_2_gates(0.0), "width must be > 0"),
-        (lambda: lane_changes("back", [(0, 10, 1), (5, 20, 0)], -5, 30), "no lane change from X = 5 to 20 m after 10"),
-    ],
-)
+@pytest.mark.parametrize(("refused", "message"), [
+    (lambda: get_manoeuvre("moose"), 'manoeuvre "moose" is unknown; use lane-change, slalom, obstacle-40'),
+    (lambda: check(Case("smc", 80.0, manoeuvre="moose")), 'manoeuvre "moose" is unknown'),
+    (lambda: check(Case("smc", 80.0, manoeuvre="slalom", length_factor=2.0)), 'manoeuvre "slalom" has none'),
+    (lambda: check(Case("smc", 160.0, manoeuvre="slalom")), r"path 'slalom' needs .* 18\.\d m/s²"),
+    (lambda: single_lane_change(0.0), "length must be > 0"),
+    (lambda: slalom(amplitude=-1.0), "amplitude must be > 0"),
+    (lambda: iso3888_2_gates(0.0), "width must be > 0"),
+    (lambda: lane_changes("back", [(0, 10, 1), (5, 20, 0)], -5, 30), "no lane change from X = 5 to 20 m after 10"),
+])  # fmt: skip
 def test_refusals(refused, message):
     with pytest.raises(ManoeuvreError, match=message):
         refused()

@@ -132,17 +132,14 @@ def test_impossible_sizes(make, value):
 INFEASIBLE = r"30\.1 m/s² at 120 km/h.*allows 10\.3; drive at most 70 km/h"
 
 
-@pytest.mark.parametrize(
-    ("refused", "message"),
-    [
-        (lambda: check_feasible(double_lane_change(), 120 / 3.6, 1.0489), INFEASIBLE),
-        *(
-            (lambda v=v: check_feasible(straight(10.0), v, 1.0), "speed must be in 18..180")
-            for v in (0, -3, 100, np.nan)
-        ),
-        (lambda: straight(10.0).locate(float("nan"), 0.0), "not finite"),
-    ],
-)
+@pytest.mark.parametrize(("refused", "message"), [
+    (lambda: check_feasible(double_lane_change(), 120 / 3.6, 1.0489), INFEASIBLE),
+    *(
+        (lambda v=v: check_feasible(straight(10.0), v, 1.0), "speed must be in 18..180")
+        for v in (0, -3, 100, np.nan)
+    ),
+    (lambda: straight(10.0).locate(float("nan"), 0.0), "not finite"),
+])  # fmt: skip
 def test_refusals(refused, message):
     check_feasible(double_lane_change(), 15.0, 1.0489)
     with pytest.raises(ManoeuvreError, match=message):

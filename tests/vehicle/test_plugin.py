@@ -127,13 +127,10 @@ def test_on_the_command_line(tmp_path):
     assert json.loads(done.stdout)["runs"][0]["controller"] == "proportional"
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "words"),
-    [
-        ("json.py", "", "another module has this name"),
-        ("wrong_plugin.py", "1 / 0", "ZeroDivisionError: division by zero"),
-    ],
-)
+@pytest.mark.parametrize(("name", "text", "words"), [
+    ("json.py", "", "another module has this name"),
+    ("wrong_plugin.py", "1 / 0", "ZeroDivisionError: division by zero"),
+])  # fmt: skip
 def test_file_that_cannot_be_used(name, text, words, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sys, "path", list(sys.path))
     (tmp_path / name).write_text(text, encoding="utf-8")

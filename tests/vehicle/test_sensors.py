@@ -160,14 +160,11 @@ def test_names_of_sensors():
         get_sensors("lidar")
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"position": -1.0}, "CarSensors.position must be finite and >= 0"),
-        ({"delay": (0.03, 0.01)}, "CarSensors.delay must be two delays in order"),
-        ({"position_rate": 0.0}, "CarSensors.position_rate must be > 0 Hz"),
-    ],
-)
+@pytest.mark.parametrize(("change", "words"), [
+    ({"position": -1.0}, "CarSensors.position must be finite and >= 0"),
+    ({"delay": (0.03, 0.01)}, "CarSensors.delay must be two delays in order"),
+    ({"position_rate": 0.0}, "CarSensors.position_rate must be > 0 Hz"),
+])  # fmt: skip
 def test_impossible_sensors(change, words):
     with pytest.raises(ManoeuvreError, match=words):
         CarSensors(**change)

@@ -211,19 +211,16 @@ RANGE = r"steering\.half_gap must be in 0\.\."
 ELSEWHERE = STEERING_SHAFT.replace(bushings=STEERING_SHAFT.bushings[:1])
 
 
-@pytest.mark.parametrize(
-    ("refused", "says"),
-    [
-        (lambda: parse_gap("0.2"), r'gap "0.2" has no unit.*0\.2deg'),
-        *((lambda text=text: parse_gap(text), GAP.format(text)) for text in ("", "-1deg", "1lb", "deg")),
-        (lambda: Steering(-0.1), RANGE),
-        (lambda: Steering(float("nan")), RANGE),
-        (lambda: Steering(fidelity="exact"), '"play" or an engine: engine "exact" is unknown; known: links, mjx'),
-        (lambda: Steering(frequency=0.0), r"steering\.frequency must be"),
-        (lambda: Steering(shaft=ELSEWHERE), "must be at one of its bushings"),
-        *((lambda t=t: Steering().start().advance(0.0, 0.0, t), "whole milliseconds") for t in (0.0, 0.0015, -0.01)),
-    ],
-)
+@pytest.mark.parametrize(("refused", "says"), [
+    (lambda: parse_gap("0.2"), r'gap "0.2" has no unit.*0\.2deg'),
+    *((lambda text=text: parse_gap(text), GAP.format(text)) for text in ("", "-1deg", "1lb", "deg")),
+    (lambda: Steering(-0.1), RANGE),
+    (lambda: Steering(float("nan")), RANGE),
+    (lambda: Steering(fidelity="exact"), '"play" or an engine: engine "exact" is unknown; known: links, mjx'),
+    (lambda: Steering(frequency=0.0), r"steering\.frequency must be"),
+    (lambda: Steering(shaft=ELSEWHERE), "must be at one of its bushings"),
+    *((lambda t=t: Steering().start().advance(0.0, 0.0, t), "whole milliseconds") for t in (0.0, 0.0015, -0.01)),
+])  # fmt: skip
 def test_refusals(refused, says):
     with pytest.raises(ManoeuvreError, match=says):
         refused()

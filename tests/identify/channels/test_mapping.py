@@ -189,16 +189,13 @@ def test_a_stepped_sine_of_many_steps_is_mapped():
     assert dict(found.channels) == {c.name: channel_name(c.label, c.quantity) for c in channels}
 
 
-@pytest.mark.parametrize(
-    "files, message",
-    [
-        (lambda r: [[c for c in r[0]], [c for c in r[1] if c.node != 2]], "has no channel"),
-        (lambda r: [[dataclasses.replace(c, value=c.value[:500]) for c in r[0]]], "needs 2048"),
-        (lambda r: [[dataclasses.replace(c, value=0 * c.value + 1) for c in r[0]]], "needs two channels that move"),
-        (lambda r: [[dataclasses.replace(c, name="A") for c in r[0]]], 'two channels have the name "A"'),
-        (lambda r: [], "no file to map"),
-    ],
-)
+@pytest.mark.parametrize("files, message", [
+    (lambda r: [[c for c in r[0]], [c for c in r[1] if c.node != 2]], "has no channel"),
+    (lambda r: [[dataclasses.replace(c, value=c.value[:500]) for c in r[0]]], "needs 2048"),
+    (lambda r: [[dataclasses.replace(c, value=0 * c.value + 1) for c in r[0]]], "needs two channels that move"),
+    (lambda r: [[dataclasses.replace(c, name="A") for c in r[0]]], 'two channels have the name "A"'),
+    (lambda r: [], "no file to map"),
+])  # fmt: skip
 def test_refused(files, message):
     rig, records = bench()
     with pytest.raises(cm.RecordError, match=message):
@@ -264,14 +261,10 @@ def dataset_of(rig, records):
     return cm.Dataset(rig, tuple(taken), None)
 
 
-@pytest.mark.parametrize(
-    "late",
-    [
-        {"3": -2.5},
-        *(pytest.param(each, marks=pytest.mark.slow) for each in ({"3": 1.0}, {"100": 3.0}, {"1": 4.0, "2": 1.5})),
-    ],
-    ids=str,
-)
+@pytest.mark.parametrize("late", [
+    {"3": -2.5},
+    *(pytest.param(each, marks=pytest.mark.slow) for each in ({"3": 1.0}, {"100": 3.0}, {"1": 4.0, "2": 1.5})),
+], ids=str)  # fmt: skip
 def test_late_channels_are_named(late):
     """Samples by which channels of a sound bench are moved: these come back, and every place and sign as without."""
     rig, records = bench()
