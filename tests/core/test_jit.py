@@ -174,10 +174,8 @@ def test_an_edit_of_whatever_goes_into_machine_code_is_seen(tmp_path):
 
 # An edit of a file of the package, and functions of other files into whose machine code it goes
 PAIRS = {
-    ("engines/modal_loop.py", "SWEEPS = 2", "SWEEPS = 3"): [
-        "engines.links_loop.advance_links",
-        "engines.modal_loop.advance_whole",
-    ],
+    ("engines/modal_loop.py", "SWEEPS = 2", "SWEEPS = 3"): ["engines.links_loop.advance_links",
+                                                            "engines.modal_loop.advance_whole"],
     ("engines/energies.py", "= joined(kinetic, ONE), 0.25", "= joined(kinetic, ONE), 0.5"): [
         "engines.modal_loop.advance"
     ],
@@ -195,15 +193,13 @@ PAIRS = {
     ],
     ("clearance/walls/slot.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["experiments.joints.hysteresis.loop_force"],
     ("clearance/lanes.py", "larger(b * log2, -1020.0)", "larger(b * log2, -1000.0)"): ["engines.modal_loop.advance"],
-    ("clearance/pointers.py", "builder.gep(view.data, [values[1]])", "view.data"): ["periodic.forces._add_element"],
-    ("periodic/harmonic_balance.py", "+= re * c + im * s", "-= re * c + im * s"): ["periodic.balance.residual"],
-    ("vehicle/lost_motion.py", "push = p.damping", "push = -p.damping"): [
-        "vehicle.steering._lost_motion",
-        "vehicle.twin.simulate",
-    ],
+    ("clearance/pointers.py", "builder.gep(view.data, [values[1]])", "view.data"): ["periodic.forces._over_period"],
+    ("periodic/harmonic_balance.py", "+= re * c + im * s", "-= re * c + im * s"): ["periodic.balance.left"],
+    ("vehicle/lost_motion.py", "push = p.damping", "push = -p.damping"): ["vehicle.steering._lost_motion",
+                                                                          "vehicle.twin.simulate"],
     ("vehicle/magic_formula.py", "z = B * slip", "z = -B * slip"): ["vehicle.commonroad.multi_body"],
     ("physical/library.py", "n, np.float64", "n + 1, np.float64"): ["physical.softener_loop._follow"],
-}
+}  # fmt: skip
 
 NUMBERS = """
 import importlib, json, operator, sys

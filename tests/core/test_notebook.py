@@ -81,10 +81,8 @@ def test_a_rig_whose_frequencies_cannot_be_found_still_shows(rig):
     (cm.ConstantLaw([7e3, 8e3], 4.0), ["1        7000     4          the rig's", "2        8000"]),
     (cm.TimeLaw([0, 1.5], [1e3, 2e3], [3, 3]), ["over time  0 to 1.5 s, 2 rows", "each     1000 to 2000  3 "]),
     (cm.AmplitudeLaw([1e-4, 5e-4], [1, 2], [3, 4], grease=cm.Grease(4e3)), ["0.1 to 0.5 mm", "stiffness 4000"]),
-    (
-        cm.ConstantLaw(1.0, 2.0, MaxwellSlip((12.00686037476169, 2.0), (1 / 3, 1.0))),
-        ["springs [12.01, 2], forces [0.3333, 1]"],
-    ),
+    (cm.ConstantLaw(1.0, 2.0, MaxwellSlip((12.00686037476169, 2.0), (1 / 3, 1.0))),
+     ["springs [12.01, 2], forces [0.3333, 1]"]),
     (cm.ContactLaw(HuntCrossley(1e6, 0.8)), ["hunt-crossley: stiffness 1e+06, restitution 0.8 "]),
 ])  # fmt: skip
 def test_a_law_shows_its_numbers(law, parts):

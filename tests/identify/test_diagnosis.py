@@ -234,9 +234,8 @@ def fast(value):
 @pytest.mark.parametrize(("damage", "words"), [
     (fast, "accelerometer 3:+Z has a clock of its own, 0.1 % too fast"),
     (late, "accelerometer 3:+Z is late by 3.9 ms"),  # two samples
-    pytest.param(
-        lambda value: value[::-1].copy(), "accelerometer 3:+Z holds noise or another signal", marks=pytest.mark.slow
-    ),
+    pytest.param(lambda value: value[::-1].copy(), "accelerometer 3:+Z holds noise or another signal",
+                 marks=pytest.mark.slow),
     pytest.param(rounded, "accelerometer 3:+Z follows the others in part only", marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_likeliest_cause_of_a_channel_that_no_factor_explains(sound, damage, words):

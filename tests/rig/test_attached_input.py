@@ -23,10 +23,8 @@ FIXTURE = "\n[[fixture]]\nfrequency = 100.0\ndamping_ratio = 0.02\nparticipation
     (2 * FIXTURE, "fixture[1].frequency 100 Hz is another mode's; put both into one"),
     (OSCILLATOR.replace("0.1", "-0.1"), "oscillators[0].mass must be > 0, got -0.1 (kg)"),
     (OSCILLATOR.replace("0.5", "2.0"), "oscillators[0].position 2 m lies outside the beam (0 < x <= 1 m)"),
-    (
-        OSCILLATOR.replace("0.5", '"5:+Z"') + "lever = 0.1\n",
-        'oscillators[0].lever 0.1 m needs a position along a shaft, not "5:+Z"',
-    ),
+    (OSCILLATOR.replace("0.5", '"5:+Z"') + "lever = 0.1\n",
+     'oscillators[0].lever 0.1 m needs a position along a shaft, not "5:+Z"'),
     (FIXTURE.replace("100.0", "0.0"), "fixture[0].frequency must be > 0, got 0 (Hz)"),
     ("\n[beam.clamp]\ntranslation = 1e6\nmass = -1.0\n", "beam.clamp.mass must be >= 0, got -1 (kg"),
 ])  # fmt: skip

@@ -238,29 +238,20 @@ REFUSED_OF_ANOTHER_FIELD = [
     ("beam.rayleigh", [0.5, -1e-5], "beam.rayleigh[1] must be >= 0, got -1e-05"),
     ("beam.rayleigh", [0.5, "1e-5 s"], f"beam.rayleigh[1] {NUMBER} '1e-5 s'"),
     ("beam.rayleigh", [0.5, math.nan], "beam.rayleigh[1] must be finite, got nan"),
-    (
-        "bushings[0].position",
-        0.005,
-        "bushings[0].length 0.012 m makes it reach from -0.001 to 0.011 m, past the beam (0 < x <= 1 m)",
-    ),
-    (
-        "bushings[1].position",
-        0.999,
-        "bushings[1].length 0.012 m makes it reach from 0.993 to 1.005 m, past the beam (0 < x <= 1 m)",
-    ),
+    ("bushings[0].position", 0.005,
+     "bushings[0].length 0.012 m makes it reach from -0.001 to 0.011 m, past the beam (0 < x <= 1 m)"),
+    ("bushings[1].position", 0.999,
+     "bushings[1].length 0.012 m makes it reach from 0.993 to 1.005 m, past the beam (0 < x <= 1 m)"),
     ("bushings[1].position", 0.55, "bushings[1] overlaps bushings[0]: it starts at 0.544 m, the other ends at"),
     ("bushings[0].position", 0.79, "bushings[1] overlaps bushings[0]"),
     ("bushings[0].position", 0.80, "bushings[0] overlaps bushings[1]"),
-    (
-        "bushings[0].grease",
-        {"stiffness": 1.0, "beta": 1.0, "gamma": 1.1},
-        "bushings[0].grease.gamma 1.1 makes the Bouc-Wen element create energy (needs -beta <= gamma <= beta, beta = 1",
-    ),
+    ("bushings[0].grease", {"stiffness": 1.0, "beta": 1.0, "gamma": 1.1},
+     "bushings[0].grease.gamma 1.1 makes the Bouc-Wen element create energy (needs -beta <= gamma <= beta, beta = 1"),
     ("bushings[0].grease.gamma", -1.1, "bushings[0].grease.gamma -1.1 makes the Bouc-Wen element create energy"),
     ("bushings[0].grease.elastic_ratio", 0.5, "bushings[0].grease.beta + gamma must be > 0 when elastic_ratio < 1"),
     ("shaker.kind", "force", 'shaker.position is missing; a shaker of kind "force" pushes at one point'),
     ("shaker", {"kind": "force", "position": 2.0}, "shaker.position 2 m lies outside the beam"),
-]
+]  # fmt: skip
 
 
 NUMBERS = [

@@ -37,10 +37,8 @@ SECTION = SHAFT["sections"][0]
     ({"kind": "shaft"}, "structure.sections is missing"),
     (SHAFT | {"matrial": STEEL}, "structure.matrial is not a known key; known: sections, supports, discs"),
     (SHAFT | {"sections": [SECTION, SECTION | {"diamter": 1.0}]}, "structure.sections[1].diamter is not a known"),
-    (
-        SHAFT | {"sections": [SECTION, SECTION | {"diameter": 0.0}]},
-        "structure.sections[1].diameter[0] must be > 0, got 0",
-    ),
+    (SHAFT | {"sections": [SECTION, SECTION | {"diameter": 0.0}]},
+     "structure.sections[1].diameter[0] must be > 0, got 0"),
     (SHAFT | {"sections": [SECTION, {"length": 1.0}]}, "structure.sections[1]: give either diameter, or width"),
     (SHAFT | {"sections": []}, "structure.sections must hold 1 or more, got none"),
     (SHAFT | {"supports": [{"position": 0.0, "kind": "clampd"}]}, 'structure.supports[0].kind "clampd" is unknown'),
@@ -119,10 +117,8 @@ def test_a_structure_is_none_without_a_kind():
     (lambda: Beam(1.0), "beam.young_modulus is missing"),
     (lambda: Contact(1.0, 2.0, 3.0, 4.0), "contact takes each of stiffness, damping, bearable_depth once"),
     (lambda: Contact(1.0, stiffness=3.0), "contact takes each of stiffness, damping, bearable_depth once"),
-    (
-        lambda: Contact(1.0, dampng=3.0),
-        "contact.dampng is not a known key; known: stiffness, damping, bearable_depth; did",
-    ),
+    (lambda: Contact(1.0, dampng=3.0),
+     "contact.dampng is not a known key; known: stiffness, damping, bearable_depth; did"),
 ])  # fmt: skip
 def test_elements_check_themselves(make, message):
     with pytest.raises(RigError, match=f"^{re.escape(message)}"):

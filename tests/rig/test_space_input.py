@@ -25,58 +25,38 @@ def text(head: str = SPACE, tail: str = "", of_bushing: str = "") -> str:
 
 
 @pytest.mark.parametrize(("file", "said"), [
-    (
-        text(of_bushing="probe_angle = [0.0, 1.2]\n"),
-        "bushings[0].probe_angle [0.0, 1.2] rad are not at right angles",
-    ),
+    (text(of_bushing="probe_angle = [0.0, 1.2]\n"), "bushings[0].probe_angle [0.0, 1.2] rad are not at right angles"),
     (text(SPACE + "gravity = 9.81\n"), "gravity 9.81 has no direction; give a vector (x, y, z) in m/s², such as"),
     (text(SPACE + "gravity = [0.0, 0.0, 0.0]\n"), "gravity (0, 0, 0) has no direction; leave it out"),
     (text("gravity = [0.0, 0.0, 0.0]\n"), "gravity (0, 0, 0) has no direction; leave it out"),
-    (
-        text("", of_bushing="friction = {coefficient = 0.1}"),
-        'bushings[0].friction.along "@0.5484:Y": nothing slides',
-    ),
+    (text("", of_bushing="friction = {coefficient = 0.1}"), 'bushings[0].friction.along "@0.5484:Y": nothing slides'),
     (text("", of_bushing="offset_y = 1e-5"), 'bushings[0].offset_y needs shape = "round"'),
-    (
-        text('motion = "sideways"\n'),
-        'motion "sideways" is unknown; leave it out, and give round bushings shape = "round"',
-    ),
+    (text('motion = "sideways"\n'),
+     'motion "sideways" is unknown; leave it out, and give round bushings shape = "round"'),
     (text("", of_bushing='shape = "stop"'), 'bushings[0].shape "stop" stands beside stops "both", which is a slot'),
     (text("", of_bushing='shape = "square"'), 'shape "square" is unknown; known: oval, round, slot, stop'),
-    (
-        text("", of_bushing='shape = "oval"\nwall = {tall = 1e-5}'),
-        'shape "oval".tall is not a known key; known: wide, across',
-    ),
-    (
-        text("", of_bushing='shape = "oval"\nwall = {wide = 2e-4, across = -2.5e-4}'),
-        "bushings[0].wall {'wide': 0.0002, 'across': -0.00025} leaves no room in the gap 0.0003 m",
-    ),
+    (text("", of_bushing='shape = "oval"\nwall = {tall = 1e-5}'),
+     'shape "oval".tall is not a known key; known: wide, across'),
+    (text("", of_bushing='shape = "oval"\nwall = {wide = 2e-4, across = -2.5e-4}'),
+     "bushings[0].wall {'wide': 0.0002, 'across': -0.00025} leaves no room in the gap 0.0003 m"),
     (
         text(of_bushing="offset_y = 2.5e-4\noffset = 2.5e-4"),
         "bushings[0].offset (0.00025, 0.00025) m along y, z lies beyond the gap 0.0003 m: at rest the shaft "
         "touches no wall",
     ),
     (text(of_bushing="friction = {coefficient = -0.1}"), "bushings[0].friction.coefficient must be >= 0, got -0.1"),
-    (
-        text(of_bushing="friction = {coefficient = 0.1, static_ratio = 1.5}"),
-        "stribeck_speed is missing; static_ratio > 1 needs a speed over which the friction falls",
-    ),
-    (
-        text(of_bushing="film = {viscosity = 0.05}"),
-        "bushings[0].film is oil and grease has a stiffness or damping: one of them fills the gap",
-    ),
+    (text(of_bushing="friction = {coefficient = 0.1, static_ratio = 1.5}"),
+     "stribeck_speed is missing; static_ratio > 1 needs a speed over which the friction falls"),
+    (text(of_bushing="film = {viscosity = 0.05}"),
+     "bushings[0].film is oil and grease has a stiffness or damping: one of them fills the gap"),
     (text(of_bushing='stops = "upper"'), 'bushings[0].stops "upper" is one wall; a round clearance has its wall'),
     (text(tail=UNBALANCE), "unbalances act on a shaft that turns; give [spin] with its speed"),
     (text(tail=SPIN + UNBALANCE.replace("1e-4", "-1e-4")), "unbalances[0].moment must be > 0, got -0.0001"),
     (text(tail=SPIN + UNBALANCE.replace("0.5", "5.0")), "unbalances[0].position 5 m lies outside the beam"),
-    (
-        text(tail=SPIN + "rate = 5.0\nuntil = 20.0\n"),
-        "spin.until 20 rad/s is never reached from speed 50 rad/s at a rate of 5 rad/s²",
-    ),
-    (
-        text(tail="\n[[fixture]]\nfrequency = 100.0\n"),
-        "a rig that moves along y and z knows no fixture and no planes; leave them out",
-    ),
+    (text(tail=SPIN + "rate = 5.0\nuntil = 20.0\n"),
+     "spin.until 20 rad/s is never reached from speed 50 rad/s at a rate of 5 rad/s²"),
+    (text(tail="\n[[fixture]]\nfrequency = 100.0\n"),
+     "a rig that moves along y and z knows no fixture and no planes; leave them out"),
 ])  # fmt: skip
 def test_one_line_says_what_is_wrong(file: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "rig.toml"

@@ -40,19 +40,11 @@ def test_any_text_is_taken_or_refused_in_one_line(of, std):
 @pytest.mark.parametrize("of, std, words", [
     ("beam.young_modulus", "-3 %", 'std "-3 %" is negative; 0 stands for an exact value'),
     ("beam.young_modulus", "3", 'std "3" has no unit: a number and one of the units %, Pa, MPa, GPa'),
-    (
-        "beam.young_modulus",
-        "3 mm",
-        "has a unit that beam.young_modulus has not: a number and one of the units %, Pa",
-    ),
+    ("beam.young_modulus", "3 mm", "has a unit that beam.young_modulus has not: a number and one of the units %, Pa"),
     ("beam.young_modulus", "few %", "is no standard deviation"),
     ("beam.young_modulos", "3 %", 'of "beam.young_modulos" names no number with a tolerance; known: position'),
     ("bushings[7].gap", "3 %", "bushings[7].gap leads nowhere: bushings has 2 entries"),
-    (
-        "beam.clamp.rotation",
-        "3 %",
-        "has a unit that beam.clamp.rotation has not: a number and one of the units m, mm",
-    ),
+    ("beam.clamp.rotation", "3 %", "has a unit that beam.clamp.rotation has not: a number and one of the units m, mm"),
     ("structure.discs[0].mass", "3 %", "structure.discs[0].mass leads nowhere"),
 ])  # fmt: skip
 def test_refused_with_the_place_in_the_file(of, std, words):

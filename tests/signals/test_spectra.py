@@ -68,10 +68,7 @@ def test_overview_and_figure(rng):
 
 
 @pytest.mark.parametrize(("changes", "part"), [
-    (
-        {"value": np.ones((2, 3))},
-        r"spectra are \(n_functions, n_f\) over \(n_f,\) lines, got \(2, 3\) over \(32,\)",
-    ),
+    ({"value": np.ones((2, 3))}, r"spectra are \(n_functions, n_f\) over \(n_f,\) lines, got \(2, 3\) over \(32,\)"),
     ({"abscissa": LINES[::-1]}, "the frequencies of spectra must rise"),
     ({"names": ("a",)}, "1 names for 2 spectra"),
 ])  # fmt: skip

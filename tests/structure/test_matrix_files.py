@@ -65,10 +65,7 @@ def test_impossible_matrices_are_refused_in_one_line(message):
 
 
 @pytest.mark.parametrize("position, message", [
-    (
-        "12:Z",
-        r'sensors\[0\].position "12:Z" is no degree of freedom of the structure; the nearest nodes are 8 and 9',
-    ),
+    ("12:Z", r'sensors\[0\].position "12:Z" is no degree of freedom of the structure; the nearest nodes are 8 and 9'),
     ("9:X", r'sensors\[0\].position "9:X" is no degree of freedom of the structure; node 9 has Z, RY'),
     ("1:Z", r'sensors\[0\].position "1:Z" is fixed to the base'),
     (0.5, r'sensors\[0\].position "0.5" is no degree of freedom, a text such as "1:Z"'),
@@ -97,16 +94,8 @@ def damaged(folder, name, content):
 @pytest.mark.parametrize("name, content, message", [
     ("M.mtx", b"%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 1 1.0\n", "not a Matrix Market file"),
     ("M.mtx", b"hello", "not a Matrix Market file"),
-    (
-        "M.mtx",
-        MARKET + b"coordinate pattern general\n2 2 2\n1 1\n2 2\n",
-        "not a Matrix Market file that can be used",
-    ),
-    (
-        "M.mtx",
-        MARKET + b"array real general\n99999999 99999999\n1\n",
-        "not a Matrix Market file that can be used (9",
-    ),
+    ("M.mtx", MARKET + b"coordinate pattern general\n2 2 2\n1 1\n2 2\n", "not a Matrix Market file that can be used"),
+    ("M.mtx", MARKET + b"array real general\n99999999 99999999\n1\n", "not a Matrix Market file that can be used (9"),
     (
         "M.mtx",
         MARKET + b"array real general\n3 3\n0\n0\n1d5#",

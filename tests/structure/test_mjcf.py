@@ -167,11 +167,7 @@ FREE = '<mujoco><worldbody><body name="box"><freejoint/><geom size="0.1"/></body
 
 @pytest.mark.parametrize("text, fields, message", [
     (FREE, {}, "no equilibrium is found: forces stay unbalanced at joint number 0; hold it by a spring"),
-    (
-        DOUBLE_PENDULUM.format(spring=""),
-        {"keyframe": "upright"},
-        "the equilibrium is unstable, joint .* moves away",
-    ),
+    (DOUBLE_PENDULUM.format(spring=""), {"keyframe": "upright"}, "the equilibrium is unstable, joint .* moves away"),
     (DOUBLE_PENDULUM.format(spring=""), {"keyframe": "up"}, 'keyframe "up" is none of .*; it has aside, upright'),
     ("<mujoco><worldbody/></mujoco>", {}, "the model has no joints, so nothing moves"),
     ("<mujoco><worldbdy/></mujoco>", {}, "file .*model.xml: .*worldbdy"),

@@ -47,10 +47,7 @@ def test_refused(changes, message):
 @pytest.mark.parametrize(("fields", "message"), [
     ({}, "support: holds nothing; give kind (clamped, pinned or guided), or springs or dampers"),
     ({"kind": "pinned", "translation": 1e5}, 'translation has no effect, as a support of kind "pinned" allows no'),
-    (
-        {"kind": "clamped", "rotation_damping": 1.0},
-        'rotation_damping has no effect, as a support of kind "clamped"',
-    ),
+    ({"kind": "clamped", "rotation_damping": 1.0}, 'rotation_damping has no effect, as a support of kind "clamped"'),
     ({"kind": "guided", "rotation": 1e5}, 'rotation has no effect, as a support of kind "guided" allows no'),
 ])  # fmt: skip
 def test_supports_refused(fields, message):

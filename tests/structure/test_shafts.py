@@ -33,22 +33,14 @@ def rig(structure, at="inner@0.5", bushings=(), **more):
     ({"parts": ()}, "parts must hold 1 or more, got none"),
     ({"parts": (part(""),)}, 'parts[0].name "" must be letters, digits, spaces, _ and -'),
     ({"parts": (part("a"), part("a"))}, 'parts[1].name "a" is used twice; each shaft needs its own'),
-    (
-        {"parts": (part("a", damping_ratios=(0.01,)),)},
-        "parts[0].damping_ratios: only the modes of the whole have them; give them there",
-    ),
-    (
-        {"springs": (Spring(0.5, 1e3),)},
-        'springs[0].position 0.5 m is on none of the shafts: name one, "inner@...", "outer@..."',
-    ),
-    (
-        {"springs": (Spring("inner@0.5", 1e3, "outer@1.5"),)},
-        'springs[0].to 1.5 m lies outside the shaft "outer" (0 <= x <= 1 m)',
-    ),
-    (
-        {"springs": (Spring("inner@0.5", 1e3, "inner@0.5"),)},
-        "springs[0].to is the spring's own position; give another point",
-    ),
+    ({"parts": (part("a", damping_ratios=(0.01,)),)},
+     "parts[0].damping_ratios: only the modes of the whole have them; give them there"),
+    ({"springs": (Spring(0.5, 1e3),)},
+     'springs[0].position 0.5 m is on none of the shafts: name one, "inner@...", "outer@..."'),
+    ({"springs": (Spring("inner@0.5", 1e3, "outer@1.5"),)},
+     'springs[0].to 1.5 m lies outside the shaft "outer" (0 <= x <= 1 m)'),
+    ({"springs": (Spring("inner@0.5", 1e3, "inner@0.5"),)},
+     "springs[0].to is the spring's own position; give another point"),
 ])  # fmt: skip
 def test_refused(changes, message):
     with pytest.raises(RigError) as caught:

@@ -221,13 +221,11 @@ def test_no_channel_of_sixty_drawn_benches_is_mapped_wrongly(first):
 
 
 LABELLED = {
-    "swapped": (
-        lambda c: dataclasses.replace(c, node={1: 4, 4: 1}.get(c.node, c.node)),
-        r"4:\+Z is accelerometer 1:\+Z",
-    ),
+    "swapped": (lambda c: dataclasses.replace(c, node={1: 4, 4: 1}.get(c.node, c.node)),
+                r"4:\+Z is accelerometer 1:\+Z"),
     "base reversed": (lambda c: dataclasses.replace(c, value=-c.value) if c.node == 100 else c, "has the wrong sign"),
     "one in g": (lambda c: dataclasses.replace(c, value=c.value / 9.80665) if c.node == 3 else c, "3:\\+Z is in g"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("lie", LABELLED)
