@@ -21,8 +21,7 @@ def test_observed_and_fused_are_the_kalman_filters_update():
     assert told.precision == pytest.approx(rows.T @ rows, rel=1e-8)
     assert told.weighted == pytest.approx(rows.T @ data, rel=1e-7)
     again = fused(before, told)
-    assert again.mean == pytest.approx(after.mean, rel=1e-8)
-    assert again.covariance == pytest.approx(after.covariance, rel=1e-8)
+    assert (again.mean, again.covariance) == pytest.approx((after.mean, after.covariance), rel=1e-8)
 
 
 def test_a_step_has_the_likelihood_ratio_of_two_means():
@@ -35,9 +34,7 @@ def test_a_step_has_the_likelihood_ratio_of_two_means():
     change, excess = changes.likeliest(np.eye(1), np.array([0.2]))
     size, spread = values[30:].mean() - values[:30].mean(), std * np.sqrt(1 / 30 + 1 / 6)
     assert (change.kind, change.windows) == (0, 6)
-    assert change.size == pytest.approx(size, rel=1e-6)
-    assert change.std == pytest.approx(spread, rel=1e-6)
-    assert excess == pytest.approx((size - 0.2) / spread, rel=1e-6)
+    assert (change.size, change.std, excess) == pytest.approx((size, spread, (size - 0.2) / spread), rel=1e-6)
     assert change.before == pytest.approx(values[:30].mean(), rel=1e-6)
     assert change.after.mean == pytest.approx(values[30:].mean(), rel=1e-4)
 

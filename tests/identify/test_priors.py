@@ -51,8 +51,7 @@ def test_tolerances_go_before_defaults(rig):
     assert found["bushings[0].gap"].prior_std == found["bushings[1].gap"].prior_std == pytest.approx(0.05)
     assert found["sensors[0].position"].prior_std == pytest.approx(1e-3)
     assert found["sensors[1].position"].prior_std == pytest.approx(2e-3)
-    assert "masses[0].mass" not in found
-    assert "1/beam.clamp.translation" not in found
+    assert "masses[0].mass" not in found and "1/beam.clamp.translation" not in found
     rotation = found["1/beam.clamp.rotation"]
     assert (rotation.start, rotation.prior_std) == (0.0, pytest.approx(3e-3 / rig.beam.bending_stiffness))
     assert (found["beam.length"].prior_std, found["beam.length"].transform) == (pytest.approx(1e-3), "linear")

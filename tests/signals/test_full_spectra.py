@@ -33,8 +33,7 @@ def test_an_ellipse_is_half_the_sum_and_half_the_difference_of_its_axes():
     turn = 2 * np.pi * 30 * TIME
     w = lean * (a * np.cos(turn) + 1j * b * np.sin(turn))
     found = full_spectrum(w.real, w.imag, FS, window="hann")
-    assert at(found, 30) == pytest.approx((a + b) / 2, rel=1e-9)
-    assert at(found, -30) == pytest.approx((a - b) / 2, rel=1e-9)
+    assert (at(found, 30), at(found, -30)) == pytest.approx(((a + b) / 2, (a - b) / 2), rel=1e-9)
 
 
 def test_a_line_is_both_in_equal_parts():

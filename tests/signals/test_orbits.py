@@ -39,8 +39,7 @@ def test_an_ellipse_that_goes_with_the_shaft_has_its_axes_phase_and_sense():
     for sense in (1, -1):
         w = 1e-5 - 3e-5j + np.exp(1j * lean) * (a * np.cos(turn) + sense * 1j * b * np.sin(turn))
         found = moved(w).filtered()
-        assert found.major == pytest.approx(a, rel=1e-6)
-        assert found.minor == pytest.approx(b, rel=1e-6)
+        assert (found.major, found.minor) == pytest.approx((a, b), rel=1e-6)
         assert found.inclination == pytest.approx(lean, abs=1e-6)
         assert found.sense == pytest.approx(sense * 2 * a * b / (a**2 + b**2), rel=1e-6)
         assert found.centre == pytest.approx(1e-5 - 3e-5j, rel=1e-6)

@@ -17,8 +17,7 @@ def test_report_of_runs(tmp_path, capsys, monkeypatch):
     assert main([*arguments, "--out", str(out)]) == 0
     printed = json.loads(capsys.readouterr().out)
     smc, model = printed["runs"]
-    assert model["peak_e_y"] < smc["peak_e_y"]
-    assert printed["timing"]["smc"]["median"] > 0
+    assert model["peak_e_y"] < smc["peak_e_y"] and printed["timing"]["smc"]["median"] > 0
     assert json.loads((out / "summary.json").read_text())["runs"] == printed["runs"]
     with (out / "histories_smc-cm.csv").open(encoding="utf-8") as file:
         errors = [abs(float(row["e_y_m"])) for row in csv.DictReader(file)]
@@ -26,8 +25,7 @@ def test_report_of_runs(tmp_path, capsys, monkeypatch):
     page = (out / "report.html").read_text(encoding="utf-8")
     own = page.replace("/*! https://github.com/leeoniya/uPlot (v1.6.32) */", "")  # a comment of the charts' code
     names = ("http://www.w3.org", "http://purl.org", "http://creativecommons.org")  # of formats
-    assert "http" not in re.sub("|".join(map(re.escape, names)), "", own)
-    assert "SMC-CM" in page
+    assert "http" not in re.sub("|".join(map(re.escape, names)), "", own) and "SMC-CM" in page
     assert all((out / "figures" / f"{name}.png").read_bytes()[:4] == b"\x89PNG" for name in ("paths", "histories"))
 
 

@@ -105,8 +105,7 @@ def test_limits_are_never_exceeded(controller):
         changes.append(abs(command - last))
         angles.append(abs(command))
         last = command
-    assert max(angles) <= np.radians(3.0)
-    assert max(changes) <= 0.2 * task.period + 1e-12
+    assert max(angles) <= np.radians(3.0) and max(changes) <= 0.2 * task.period + 1e-12
     assert max(changes) > 0.19 * task.period  # the limit was met
 
 

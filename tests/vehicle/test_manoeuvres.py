@@ -33,8 +33,7 @@ def test_gates_of_part_2():
     assert [gate.width for gate in (first, second, third)] == pytest.approx([2.23, 2.8, 3.0])
     assert iso3888_2_gates(2.2)[2].width == pytest.approx(1.3 * 2.2 + 0.25)
     edges = [(gate.centre - gate.width / 2, gate.centre + gate.width / 2) for gate in (first, second, third)]
-    assert edges[1][0] - edges[0][1] == pytest.approx(1.0)
-    assert edges[2][0] == pytest.approx(edges[0][0])
+    assert (edges[1][0] - edges[0][1], edges[2][0]) == pytest.approx((1.0, edges[0][0]))
 
 
 @pytest.mark.parametrize(("path", "gates", "room"), [

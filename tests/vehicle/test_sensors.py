@@ -88,8 +88,7 @@ def test_age_of_the_newest_value(delay):
         newest = message.read(k * PERIOD) or newest
         ages.append((k - newest) * PERIOD)
     mean, deviation = age(delay, PERIOD)
-    assert np.mean(ages[10:]) == pytest.approx(mean, abs=2e-4)
-    assert np.std(ages[10:]) == pytest.approx(deviation, abs=2e-4)
+    assert (np.mean(ages[10:]), np.std(ages[10:])) == pytest.approx((mean, deviation), abs=2e-4)
 
 
 def test_position_fixes():
@@ -148,8 +147,7 @@ def test_observer_sees_better_than_a_fix():
     case = Case("smc-cm", 72.0, sensors=Recorded(), seed=100)
     follow_path(MultiBody(), case.steering, case.tuned_controller, case.task, case.sensors, case.seed)
     rms = np.sqrt(np.mean(np.square(errors), axis=0))
-    assert rms[1] < 0.014
-    assert rms[2] < np.radians(0.12)
+    assert rms[1] < 0.014 and rms[2] < np.radians(0.12)
     assert rms[4] < np.radians(0.3)
 
 
