@@ -69,8 +69,7 @@ def test_a_sound_bench_gives_no_words_and_costs_nothing(sound, monkeypatch):
     update = update_rig(sound, as_drawn=True)
     monkeypatch.setattr("clearance_mj.identify.structure.faults.assessment.update_from", None)  # no hypothesis is tried
     found = diagnose(update)
-    assert found.words == ()
-    assert found.update is update
+    assert found.words == () and found.update is update
 
 
 @pytest.mark.slow
@@ -78,8 +77,7 @@ def test_wrong_sign(sound):
     found = diagnosed(scaled(sound, (4, "acceleration"), -1.0))
     (fault,) = found.faults
     assert fault.cause == "accelerometer 4:+Z reads with the wrong sign"
-    assert fault.factor == -1.0
-    assert not found.unexplained
+    assert fault.factor == -1.0 and not found.unexplained
 
 
 @pytest.mark.slow
@@ -104,8 +102,7 @@ def test_probe_in_millimetres(sound):
 ])  # fmt: skip
 def test_signs_and_units(sound, channel, factor, cause):
     (fault,) = diagnosed(scaled(sound, channel, factor)).faults
-    assert fault.cause == cause
-    assert fault.factor == pytest.approx(1 / factor)
+    assert fault.cause == cause and fault.factor == pytest.approx(1 / factor)
 
 
 def test_records_of_two_rigs_are_refused_and_records_at_two_levels_are_not():

@@ -165,8 +165,7 @@ def test_gap_offset_and_stiffness_are_those_of_the_force(rig, name, measured):
                    "prescribed", rel=0.01)  # fmt: skip
     assert value["grease stiffness"] == pytest.approx(K, rel=2e-3)
     assert value["grease damping"] == pytest.approx(C, rel=0.01)
-    assert value["grease film height"] == pytest.approx(HEIGHT, rel=0.02)
-    assert found.misfit < 0.1
+    assert value["grease film height"] == pytest.approx(HEIGHT, rel=0.02) and found.misfit < 0.1
 
 
 @pytest.mark.parametrize(
@@ -176,8 +175,7 @@ def test_the_family_that_made_the_forces_is_preferred(rig, contact, slips):
     families = fit_families(motion(rig, contact, slips))
     assert families[0].contact == contact
     assert families[0].grease == ("Maxwell-slip" if slips else "linear")
-    assert families[0].weight > 0.9
-    assert sum(f.weight for f in families) == pytest.approx(1.0)
+    assert families[0].weight > 0.9 and sum(f.weight for f in families) == pytest.approx(1.0)
     assert max(families[0].misfit, families[0].held_out) < 0.1
 
 
@@ -210,8 +208,7 @@ def test_several_short_records_are_enough(rig):
     of_records = motion(rig, "linear", records=(1.25, 1.5, 1.25))
     found = fit_force(of_records, CONTACT_FAMILIES["linear"], FILLING_FAMILIES["linear"])
     assert found.bushing.gap == pytest.approx(GAP, rel=3e-3)
-    assert found.bushing.offset == pytest.approx(OFFSET, abs=1e-6)
-    assert found.held_out < 0.1
+    assert found.bushing.offset == pytest.approx(OFFSET, abs=1e-6) and found.held_out < 0.1
     assert of_records.fitted.size + of_records.held_out.size == pytest.approx((0.65 + 0.9 + 0.65) * FS / 2, abs=6)
 
 

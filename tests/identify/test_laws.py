@@ -33,8 +33,7 @@ from ..conftest import ROOT, SMALL_LAW, record_of
 def test_nominal_law_is_the_datasheet(rig):
     law = nominal_law(rig)
     assert law.k.tolist() == [b.contact.stiffness for b in rig.bushings]
-    assert law.c.tolist() == [b.contact.damping for b in rig.bushings]
-    assert law.grease is None
+    assert law.c.tolist() == [b.contact.damping for b in rig.bushings] and law.grease is None
 
 
 @pytest.mark.slow
@@ -46,8 +45,7 @@ def test_constants_are_recovered_and_validation_records_stay_closed(small_datase
     names = ("contact k (N/m)", "contact c (N s/m)", "grease k (N/m)", "grease c (N s/m)")
     for name, found, known, limit in zip(names, fit.estimates.value, truth, (0.02, 0.1, 0.01, 0.05)):
         measured.equal(f"constants by output error: {name}", found, known, "the law of the simulation", rel=limit)
-    assert fit.residual_db < 0.3
-    assert [r.opened for r in dataset.validate] == [False] * 4
+    assert fit.residual_db < 0.3 and [r.opened for r in dataset.validate] == [False] * 4
     assert all(r.opened for r in dataset.identify)
 
 
@@ -115,8 +113,7 @@ def test_a_parameter_that_no_record_tells_stays_where_it_is_believed(small_datas
     fit = fit_law(dataset.rig, evidence(dataset.identify), [told, untold], law)
     assert fit.estimates.value == pytest.approx([SMALL_LAW.grease[0].stiffness, 3.0], rel=5e-3)
     std = fit.estimates.varied_std
-    assert std[1] > 30 * std[0]
-    assert fit.estimates.identifiable.tolist() == [True, False]
+    assert std[1] > 30 * std[0] and fit.estimates.identifiable.tolist() == [True, False]
 
 
 def test_random_error_of_a_piece_is_its_scatter(rng, measured):

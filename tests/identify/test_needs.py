@@ -43,8 +43,7 @@ def allowed(dataset):
 
 def test_methods_that_need_probes_are_refused_and_say_which_are_left(whole, rig, monkeypatch):
     bare = Dataset(rig, (without(whole, "displacement", {7}),))
-    assert allowed(Dataset(rig, (whole,))) == OWN
-    assert allowed(bare) == NO_PROBES
+    assert allowed(Dataset(rig, (whole,))) == OWN and allowed(bare) == NO_PROBES
     monkeypatch.setattr(type(bare.records[0]), "response", None)  # no sample is looked at
     words = r'method "amplitude": it needs a displacement probe at every bushing, and record "bare" has none at '
     with pytest.raises(RecordError, match=words + r"bushings\[1\] \(displacement at node 7\); these records allow"):

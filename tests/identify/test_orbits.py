@@ -78,12 +78,10 @@ def found(rubbing):
 
 def test_a_gap_that_is_met_is_found_with_an_interval_that_holds(found):
     (clearance,) = found.clearances
-    assert clearance.seen
-    assert clearance.touches
+    assert clearance.seen and clearance.touches
     assert clearance.gap == pytest.approx(GAP, rel=0.03)
     low, high = clearance.interval
-    assert low < GAP < high < 1.2 * low
-    assert found.rig.bushings[0].gap == clearance.gap
+    assert low < GAP < high < 1.2 * low and found.rig.bushings[0].gap == clearance.gap
     assert clearance.contact == "linear"
     np.testing.assert_allclose(clearance.rest, 0.0, atol=1e-5)
 
@@ -95,8 +93,7 @@ def test_a_wall_of_which_one_side_is_met_tells_the_gap_and_the_middle():
     records = [recorded(*which, nominal=drawn) for which in (("slow", real, SLOW, 3.5), ("run_up", real, RUN_UP, 6.5))]
     (clearance,) = cm.identify.orbits(records).clearances
     low, high = clearance.interval
-    assert low < GAP < high
-    assert clearance.gap == pytest.approx(GAP, rel=0.02)
+    assert low < GAP < high and clearance.gap == pytest.approx(GAP, rel=0.02)
     np.testing.assert_allclose(clearance.rest, (0.0, -0.75 * GAP), atol=4e-6)
     assert clearance.gap - np.hypot(*clearance.rest) == pytest.approx(0.25 * GAP, rel=0.02)
     assert clearance.arc < np.pi
@@ -112,8 +109,7 @@ def test_a_contact_that_is_not_linear_is_found_with_its_exponent(tmp_path):
     plan = ("slow", SLOW, 3.5), ("middle", MIDDLE, 3.5), ("run_up", RUN_UP, 6.5)
     fit = cm.identify.orbits([recorded(n, rotor(), spin, s, nominal=drawn, law=law) for n, spin, s in plan])
     (clearance,) = fit.clearances
-    assert clearance.contact == "power law"
-    assert clearance.gap == pytest.approx(GAP, rel=0.005)
+    assert clearance.contact == "power law" and clearance.gap == pytest.approx(GAP, rel=0.005)
     assert clearance.contact_model.force(depth, 0.0) == pytest.approx(0.3 * CONTACT * depth, rel=0.1)
     fit.save(tmp_path)
     assert Model.load(tmp_path).law == fit.model.law
@@ -143,8 +139,7 @@ def test_a_rig_file_without_spin_and_unbalance_gets_both(rubbing):
     """An unbalance acts on a shaft that turns: of a file that says of no speed, that of the fastest record is taken."""
     plain = rotor(1.15 * GAP).replace(unbalances=(), spin=None)
     rig = cm.identify.orbits([dataclasses.replace(record, rig=plain) for record in rubbing]).rig
-    assert rig.spin == RUN_UP
-    assert rig.unbalances[0].moment == pytest.approx(1e-4, rel=0.05)
+    assert rig.spin == RUN_UP and rig.unbalances[0].moment == pytest.approx(1e-4, rel=0.05)
 
 
 def test_examples_that_the_orbits_do_not_tell_stay_and_are_said(found):
@@ -163,10 +158,8 @@ def test_results_are_words_rows_and_a_figure(found, tmp_path):
 def test_a_gap_that_is_never_met_is_not_seen_and_is_wider_than_the_motion():
     records = [recorded("slow", rotor(), SLOW, 3.5), recorded("middle", rotor(), MIDDLE, 3.5)]
     (clearance,) = cm.identify.orbits(records).clearances
-    assert not clearance.seen
-    assert not clearance.touches
-    assert 0 < clearance.at_least < GAP
-    assert clearance.interval == (clearance.at_least, np.inf)
+    assert not clearance.seen and not clearance.touches
+    assert 0 < clearance.at_least < GAP and clearance.interval == (clearance.at_least, np.inf)
     assert "not seen" in clearance.words
 
 
@@ -203,16 +196,14 @@ def rub_begins():
 def test_the_twin_sees_a_rub_within_seconds_of_its_onset(rub_begins, found):
     twin = cm.identify.follow_orbits(rub_begins, found)
     rubs = [a for a in twin.alarms if a.quantity == "rub"]
-    assert len(rubs) == 1
-    assert BEGINS < rubs[0].time < BEGINS + 3.0
+    assert len(rubs) == 1 and BEGINS < rubs[0].time < BEGINS + 3.0
     assert "rubs since" in str(rubs[0])
     gap, missed = twin.plot().axes
     assert (gap.get_title(loc="left"), gap.get_ylabel()) == ("bushing 1", "Gap (mm)")
     assert [(line.get_xdata()[0], line.get_linestyle()) for line in missed.lines[1:]] == [(rubs[0].time, "-")]
     assert twin.words()[0].startswith("bushings[0] at 24 s: gap 0.2 mm ± ") and twin.words()[0].endswith("% (95 %)")
     quiet = cm.identify.follow_orbits(recorded("a", rotor(), MIDDLE, BEGINS), found)
-    assert not quiet.alarms
-    assert quiet.value("gap")[-1, 0] == pytest.approx(GAP, rel=0.05)
+    assert not quiet.alarms and quiet.value("gap")[-1, 0] == pytest.approx(GAP, rel=0.05)
 
 
 def test_the_command_follows_later_records(rubbing, rub_begins, found, tmp_path, monkeypatch, answer, refused):

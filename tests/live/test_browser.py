@@ -268,8 +268,7 @@ def test_an_orbit_is_drawn_where_a_clearance_has_two_directions(browser, page, t
         drawn = np.array(other.evaluate("live.charts.portrait.plot.data.slice(1).map((d) => d[0])"))
         np.testing.assert_array_equal((x, y), drawn)
         box = other.locator("#orbit .u-over").bounding_box()
-        assert box["width"] == pytest.approx(box["height"], rel=0.02)
-        assert errors == []
+        assert box["width"] == pytest.approx(box["height"], rel=0.02) and errors == []
         other.context.close()
 
 

@@ -50,8 +50,7 @@ def full_rig():
 )
 def test_toml_round_trip(tmp_path, rig):
     rig.save(tmp_path / "rig.toml")
-    assert Rig.load(tmp_path / "rig.toml") == rig
-    assert Rig.from_dict(rig.to_dict()) == rig
+    assert Rig.load(tmp_path / "rig.toml") == rig and Rig.from_dict(rig.to_dict()) == rig
     again = tmp_path / "again.toml"
     Rig.load(tmp_path / "rig.toml").save(again)
     assert again.read_bytes() == (tmp_path / "rig.toml").read_bytes()

@@ -29,19 +29,16 @@ def test_all_quantities_come_back_from_a_file(tmp_path: Path) -> None:
                  Sensor(13, 0.2, quantity="velocity", relative_to="base")),
     )  # fmt: skip
     rig.save(tmp_path / "rig.toml")
-    assert Rig.load(tmp_path / "rig.toml") == rig
-    assert clearance_of(rig, rig.sensors[-3]) == 1
+    assert Rig.load(tmp_path / "rig.toml") == rig and clearance_of(rig, rig.sensors[-3]) == 1
     assert sensor_points(rig)[-3] == rig.bushings[1].position
     labels = {s.quantity: s.label for s in sensors}
-    assert labels["angle"] == "10:+RY"
-    assert labels["strain"] == "10:+Z"
+    assert labels["angle"] == "10:+RY" and labels["strain"] == "10:+Z"
 
 
 def test_a_probe_on_the_shaft_is_not_that_of_the_clearance() -> None:
     probe = Sensor(6, TABLE1.bushings[0].position, quantity="displacement")
     rig = TABLE1.replace(sensors=(*TABLE1.sensors, probe))
-    assert probe.label == "6:+Z"
-    assert rig.probe_labels == ["301:+Z", "7:+Z"]
+    assert probe.label == "6:+Z" and rig.probe_labels == ["301:+Z", "7:+Z"]
 
 
 @pytest.mark.parametrize(

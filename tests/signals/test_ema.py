@@ -95,8 +95,7 @@ def test_noise_alone_has_no_modes(seed, sensors):
     rng = np.random.default_rng(seed)
     noise = rng.standard_normal((sensors, F.size)) + 1j * rng.standard_normal((sensors, F.size))
     modes = extract_modes(FRF(F, noise))
-    assert modes.frequency.size == 0
-    assert modes.shape.shape == (sensors, 0)
+    assert modes.frequency.size == 0 and modes.shape.shape == (sensors, 0)
 
 
 def test_eight_modes_and_the_modes_outside_the_band():
@@ -185,8 +184,7 @@ def test_a_clearance_raises_the_frequencies_towards_those_in_contact():
     closed, _, _ = true_modes(k=K + np.diag([0, 2e5]))
     low, high = (extract_modes(estimate_frf(bumping(level)), n_modes=2) for level in (0.5, 20.0))
     np.testing.assert_allclose(low.frequency, free, rtol=3e-3)
-    assert high.frequency.size == 2
-    assert np.all(high.frequency > 1.01 * low.frequency)
+    assert high.frequency.size == 2 and np.all(high.frequency > 1.01 * low.frequency)
     assert np.all(high.frequency < closed)
 
 

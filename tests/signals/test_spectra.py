@@ -46,8 +46,7 @@ def test_cut_and_picked(rng):
 def test_labelled_arrays(rng, factor):
     spectra = dataclasses.replace(auto(rng), value=factor * auto(rng).value, kind="cross spectrum")
     ds = spectra.to_xarray()
-    assert ds["value"].dims == ("function", "abscissa")
-    assert Spectra.from_xarray(ds) == spectra
+    assert ds["value"].dims == ("function", "abscissa") and Spectra.from_xarray(ds) == spectra
     with pytest.raises(RecordError, match='holds "spectra", needs "frf"'):
         FRF.from_xarray(ds)
 

@@ -17,8 +17,7 @@ def record(peaks):
 def test_clusters_end_where_it_stays_below_for_a_run():
     value = np.array([0, 3, 1, 5, 0, 0, 0, 4, 0, 0, 6, 2], dtype=float)
     assert decluster(value, 2.5, 2).tolist() == [5, 4, 6]
-    assert decluster(value, 2.5, 3).tolist() == [5, 6]
-    assert decluster(value, 6.0, 2).size == 0
+    assert decluster(value, 2.5, 3).tolist() == [5, 6] and decluster(value, 6.0, 2).size == 0
 
 
 def test_interval_holds_the_largest_value_nine_times_in_ten():

@@ -62,7 +62,5 @@ def test_bad_input(bad, tmp_path, capsys):
     arguments, words = BAD[bad]
     assert main(["vehicle", *arguments, "--out", str(tmp_path / "out")]) == 2
     captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.count("\n") == 1
-    assert words in captured.err
-    assert not (tmp_path / "out").exists()
+    assert captured.out == "" and captured.err.count("\n") == 1
+    assert words in captured.err and not (tmp_path / "out").exists()

@@ -34,8 +34,7 @@ def test_side_follows_the_aligning_moment():
 def test_frozen_while_the_side_is_not_known():
     estimate = ClearanceModel(H, threshold=20.0).start(TASK)
     assert estimate(1e-4, at()) == 0.0  # 0.6 N m: not known yet
-    assert estimate(0.01, at()) == -H
-    assert estimate(-1e-4, at()) == -H
+    assert estimate(0.01, at()) == -H and estimate(-1e-4, at()) == -H
     assert estimate(-0.01, at()) == H
 
 
@@ -72,8 +71,7 @@ def test_direction_is_deaf_to_noise():
     ramp = np.concatenate((np.linspace(0, 1, 200), np.linspace(1, -1, 400)))
     direction = Direction(0.1)
     signs = np.array([direction.advance(value) for value in ramp + rng.uniform(-0.04, 0.04, ramp.size)])
-    assert np.count_nonzero(np.diff(signs[signs != 0])) == 1
-    assert signs[-1] == -1
+    assert np.count_nonzero(np.diff(signs[signs != 0])) == 1 and signs[-1] == -1
 
 
 @pytest.mark.parametrize("settings", [{"half_gap": -0.1}, {"half_gap": 0.1, "friction": -1.0}])

@@ -53,8 +53,7 @@ def test_offset_of_the_wheels_is_taken_out(controller):
     for k in range(1500):
         command = run.command(Observation(SPEED * k * task.period, *x[:4], SPEED))
         x = A @ x + B * (command + offset)
-    assert command == pytest.approx(-offset, rel=1e-3)
-    assert abs(x[0]) < 1e-3
+    assert command == pytest.approx(-offset, rel=1e-3) and abs(x[0]) < 1e-3
 
 
 def test_under_the_sensors_of_a_car():

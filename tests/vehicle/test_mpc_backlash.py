@@ -34,8 +34,7 @@ def test_modes_are_all_with_at_most_one_crossing():
     """From the next period on; the lost motion of the present one is known."""
     found = {tuple(row[1:]) for row in modes(7)}
     expected = {one for one in itertools.product((-1.0, 1.0), repeat=6) if np.count_nonzero(np.diff(one)) <= 1}
-    assert found == expected
-    assert len(modes(7)) == len(expected)
+    assert found == expected and len(modes(7)) == len(expected)
 
 
 def simulated(clearance, servo, moment):

@@ -53,8 +53,7 @@ def test_same_seed_same_run():
         IdealSensors.inertial(),
     )
     first, again, other = (follow_path(*arguments, seed=seed) for seed in (3, 3, 4))
-    assert same(first, again)
-    assert not same(first, other)
+    assert same(first, again) and not same(first, other)
 
 
 def test_steady_turn():
@@ -76,8 +75,7 @@ def test_metrics_of_known_histories():
     assert (metrics["peak_steer_rate"], metrics["steer_variation"]) == pytest.approx((2.0, 0.04))
     assert metrics["contact_reversals"] == 2
     assert metrics["servo_rms_rate"] == pytest.approx(2 * np.sqrt((1 + 4 + 1) / 4))
-    assert metrics["servo_reversals"] == 1
-    assert metrics["outside_layer"] == pytest.approx(2 / 5)
+    assert metrics["servo_reversals"] == 1 and metrics["outside_layer"] == pytest.approx(2 / 5)
 
 
 def test_lost_vehicle():

@@ -37,8 +37,7 @@ def test_reaches_the_boundary_layer_and_stays():
     values, errors = slide(law, disturbance=0.3)
     assert values[0] > law.layer
     reached = np.argmax(np.abs(values) < law.layer)
-    assert 0 < reached < 100
-    assert np.all(np.abs(values[reached:]) < law.layer)
+    assert 0 < reached < 100 and np.all(np.abs(values[reached:]) < law.layer)
     assert abs(errors[-1]) < 0.05
 
 
@@ -67,8 +66,7 @@ def test_time_to_the_layer_on_a_double_integrator(disturbance):
 def test_depth_is_that_in_layers():
     run = SlidingMode(layer=0.2).start(Task(LINEAR, straight(300.0), SPEED))
     run.command(Observation(10.0, 0.3, 0.01, 0.1, 0.0, SPEED))
-    assert run.depth == pytest.approx(abs(run.sliding) / 0.2)
-    assert run.depth > 1
+    assert run.depth == pytest.approx(abs(run.sliding) / 0.2) and run.depth > 1
 
 
 def test_tight_turns_do_not_saturate_the_loop():

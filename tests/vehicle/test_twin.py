@@ -63,8 +63,7 @@ def test_a_half_gap_that_grows_is_told_from_one_that_is_wrong():
             run.advance(Signals(0.0, float(servo[begin + k + 1]), float(out[0, k]), float(out[1, k]), 20.0))
         truth[N_PARAMETERS:] = out[2:5, -1]
     wear, low, high = run.wear
-    assert wear == pytest.approx(rate, rel=0.1)
-    assert low < rate < high
+    assert wear == pytest.approx(rate, rel=0.1) and low < rate < high
     assert run.lost_motion.half_gap == pytest.approx(GAP + rate * t[-1], rel=0.01)
 
 

@@ -40,8 +40,7 @@ def test_names_order_signs_and_units_that_say_nothing():
     """The truth is that of the drawn logger."""
     channels, truth = logged(said=0.0)
     found = cm.map_channels(channels, bench()[0])
-    assert dict(found.channels) == truth
-    assert found.undecided == ()
+    assert dict(found.channels) == truth and found.undecided == ()
 
 
 def test_swapped_and_inverted_channels_are_found_whatever_the_file_says():
@@ -56,8 +55,7 @@ def test_swapped_and_inverted_channels_are_found_whatever_the_file_says():
 
     found = cm.map_channels(changed(records, lying), rig)
     expected = {"base": "base", "acc:4": "acc:1:-Z", "acc:1": "acc:4", "acc:2": "acc:2", "acc:3": "acc:3"}
-    assert dict(found.channels) == expected
-    assert "the file says node 4" in found.reasons["acc:4"]
+    assert dict(found.channels) == expected and "the file says node 4" in found.reasons["acc:4"]
 
 
 @pytest.mark.parametrize("wrong", [["base", "2:+Z"], None], ids=["base and one sensor", "every acceleration"])
@@ -101,8 +99,7 @@ def test_channels_that_are_no_vibration_of_the_rig_are_left_out():
     found = cm.map_channels([more(channels) for channels in records], rig)
     assert found.channels["Temp"] == found.channels["Clock"] == "skip"
     assert "moves with no other channel" in found.reasons["Temp"]
-    assert "clock" in found.reasons["Clock"]
-    assert found.undecided == ()
+    assert "clock" in found.reasons["Clock"] and found.undecided == ()
 
 
 @pytest.mark.slow
@@ -131,16 +128,14 @@ def test_without_the_excitation_everything_is_asked_for():
     rig, records = bench()
     without = [[c for c in channels if c.node != 100] for channels in records]
     found = cm.map_channels(without, rig)
-    assert len(found.undecided) == 4
-    assert "was its excitation recorded" in found.notes[0]
+    assert len(found.undecided) == 4 and "was its excitation recorded" in found.notes[0]
 
 
 @pytest.mark.slow
 def test_a_wrong_sampling_rate_is_named():
     rig, records = bench()
     found = cm.map_channels(changed(records, lambda c: dataclasses.replace(c, fs=c.fs / 2)), rig)
-    assert len(found.undecided) == 5
-    assert "2048 Hz instead of 1024 Hz" in found.notes[0]
+    assert len(found.undecided) == 5 and "2048 Hz instead of 1024 Hz" in found.notes[0]
 
 
 @pytest.mark.slow
@@ -206,8 +201,7 @@ def test_units_of_gains():
     """Readings in g over a base in mm/s²; a probe in m tells the base's unit."""
     gains = [1e-3 / 9.80665, 1e-3, 1e-3]  # over what one unit of the base's would be
     found = decide_units(["acceleration", "displacement", "acceleration"], [False, True, False], gains, 1000.0, True)
-    assert found.label == ("g", "", "mm/s2")
-    assert found.sure
+    assert found.label == ("g", "", "mm/s2") and found.sure
     assert not any(found.contradicts)
 
 
