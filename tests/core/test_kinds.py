@@ -7,6 +7,8 @@ import pytest
 import clearance_mj as cm
 from clearance_mj.core.kinds import ArgumentError, checks_kinds
 
+from ..refusals import assert_refused
+
 RIG, LAW = cm.Rig.load("models/table1_rig.toml"), cm.ConstantLaw(1e4, 1.0)
 NOISE = cm.excitation.random(0.1, 2048.0)
 
@@ -29,8 +31,7 @@ NOISE = cm.excitation.random(0.1, 2048.0)
     (lambda: cm.statistics.contact_statistics(NOISE), "response must be a Response"),
 ])  # fmt: skip
 def test_public_calls(call, words):
-    with pytest.raises(ArgumentError, match=re.escape(words)):
-        call()
+    assert_refused(ArgumentError, re.escape(words), call)
 
 
 def test_it_is_both_kinds_of_error():
@@ -44,5 +45,4 @@ def test_only_what_is_listed_is_looked_at():
         return number
 
     assert add(None, "a text") == "a text" and add(rig=RIG, number=2.0, law=LAW) == 2.0
-    with pytest.raises(ArgumentError, match="law must be a Law"):
-        add(None, 1.0, law=None)
+    assert_refused(ArgumentError, "law must be a Law", add, None, 1.0, law=None)

@@ -17,6 +17,7 @@ from clearance_mj.core.drawing import canvas, envelope
 from clearance_mj.core.overview import Overview
 
 from ..processes import run
+from ..refusals import assert_refused
 
 F = np.arange(5.0, 100.0)
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -144,8 +145,7 @@ def test_an_frf_draws_what_it_holds():
     assert [text.get_text() for text in figure.legends[0].texts] == ["this FRF", "model"]
     assert magnitude.get_ylabel().endswith("(dB re 1)") and coherence.get_xlabel() == "Frequency (Hz)"
     assert len(one.plot().subfigs) == 4  # three functions in two lines of two
-    with pytest.raises(cm.RecordError, match=r"rows must be between 0 and 2, got \[3\]"):
-        one.plot([3])
+    assert_refused(cm.RecordError, r"rows must be between 0 and 2, got \[3\]", one.plot, [3])
     with pytest.raises(cm.RecordError, match=r"model is acceleration/force at 1:\+Z"):
         one.plot(model=frf(quantity="acceleration/force"))
 
@@ -195,10 +195,8 @@ def test_a_law_draws_its_cycles(rig):
     assert c.get_xlabel() == "" and law.plot(rig, [2e-4], 50.0).axes[3].get_xlabel() == "Displacement (mm)"
     times = cm.TimeLaw([0, 1], [1e3, 2e3], [3, 4]).plot(rig).axes
     assert times[-1].get_xlabel() == "Time (s)" and list(times[1].lines[0].get_ydata()) == [3, 4]
-    with pytest.raises(cm.LawError, match="has no bushings"):
-        law.plot(rig.replace(bushings=()))
-    with pytest.raises(cm.LawError, match=r"must be > 0, got \[-0.001\] m"):
-        law.plot(rig, [-1e-3])
+    assert_refused(cm.LawError, "has no bushings", law.plot, rig.replace(bushings=()))
+    assert_refused(cm.LawError, r"must be > 0, got \[-0.001\] m", law.plot, rig, [-1e-3])
 
 
 def test_contact_models_draw_their_equivalents(rig):

@@ -11,6 +11,7 @@ from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.output_folder import WORK, OutputFolder, output_folder
 
 from ..processes import FORK, content, ended, kill
+from ..refusals import assert_refused
 
 FOREIGN = {
     "thesis.tex": b"\x00precious",
@@ -112,8 +113,7 @@ def test_a_file_that_was_removed_is_written_again(out):
 ])  # fmt: skip
 def test_a_file_that_is_in_the_way_is_not_replaced(out, name, words):
     """Such as a report of a version that wrote no manifest: nothing says that nobody changed it."""
-    with pytest.raises(ClearanceError, match=f"paper/{words}"):
-        run(out, "report.html", name)
+    assert_refused(ClearanceError, f"paper/{words}", run, out, "report.html", name)
     assert shown(out) == FOREIGN
 
 
@@ -121,8 +121,7 @@ def test_links_in_place_of_our_files_are_not_followed(out, tmp_path):
     run(out, *FIRST)
     (out / "report.html").rename(tmp_path / "report.html")
     (out / "report.html").symlink_to(tmp_path / "report.html")
-    with pytest.raises(ClearanceError, match="was changed after"):
-        run(out, *SECOND)
+    assert_refused(ClearanceError, "was changed after", run, out, *SECOND)
 
 
 def leading(name):
@@ -138,8 +137,7 @@ def test_a_damaged_manifest(tmp_path, text, words):
     run(tmp_path / "out", *FIRST)
     before = shown(tmp_path / "out")
     (tmp_path / "out" / WORK / "manifest.json").write_text(text)
-    with pytest.raises(ClearanceError, match=rf"manifest\.json: is damaged{words}"):
-        run(tmp_path / "out", *SECOND)
+    assert_refused(ClearanceError, rf"manifest\.json: is damaged{words}", run, tmp_path / "out", *SECOND)
     assert shown(tmp_path / "out") == before
 
 
@@ -171,8 +169,7 @@ def test_a_refusal_leaves_no_trace(out, tmp_path):
 
 def test_a_hidden_folder_of_somebody_else(tmp_path):
     write(tmp_path, {f"{WORK}/diary.txt": b"dear"})
-    with pytest.raises(ClearanceError, match=r"\.clearance-mj is not a working folder of clearance-mj"):
-        run(tmp_path, *FIRST)
+    assert_refused(ClearanceError, r"\.clearance-mj is not a working folder of clearance-mj", run, tmp_path, *FIRST)
     assert content(tmp_path) == {f"{WORK}/diary.txt": b"dear"}
 
 

@@ -17,6 +17,7 @@ from clearance_mj.model import Model
 from clearance_mj.signals.channel_check import check_channel
 
 from ..conftest import ROOT, SMALL_LAW, record_of
+from ..refusals import assert_refused
 from .records import FS, with_channel
 
 TIME = np.arange(int(6 * FS)) / FS
@@ -70,14 +71,12 @@ CLIPPED = {
 
 @pytest.mark.parametrize("name", CLIPPED)
 def test_clipped_channels_are_found(rng, name):
-    with pytest.raises(RecordError, match="channel is clipped at"):
-        check_channel("channel", CLIPPED[name](rng), FS)
+    assert_refused(RecordError, "channel is clipped at", check_channel, "channel", CLIPPED[name](rng), FS)
 
 
 def test_instant_and_level_of_clipping():
     signal = np.minimum(np.sin(2 * np.pi * 4.0 * TIME), 0.5)  # passes 0.5 first at 1/48 s
-    with pytest.raises(RecordError, match=r"clipped at 0\.5 from 0\.0209961 s on"):
-        check_channel("channel", signal, FS)
+    assert_refused(RecordError, r"clipped at 0\.5 from 0\.0209961 s on", check_channel, "channel", signal, FS)
 
 
 def test_shipped_records_pass():
@@ -101,9 +100,7 @@ DAMAGE = {"is constant": lambda value: 0 * value + 0.25, "is clipped": clipped(0
 def test_damaged_channels_are_named_with_what_is_left(record, channel, damage):
     node, quantity, words = CHANNELS[channel]
     damaged = with_channel(record, node, quantity, DAMAGE[damage])
-    with pytest.raises(RecordError, match=f'record "{record.name}": {words}') as error:
-        check_records([damaged])
-    assert damage in str(error.value)
+    assert damage in assert_refused(RecordError, f'record "{record.name}": {words}', check_records, [damaged])
     with pytest.raises(RecordError, match=r'without it, the rest \("sound"\) can be identified from'):
         check_records([dataclasses.replace(damaged, name="damaged"), record])
 
@@ -111,8 +108,7 @@ def test_damaged_channels_are_named_with_what_is_left(record, channel, damage):
 @pytest.mark.parametrize("method", ["constant", "ridge", "force-balance", "amplitude", "output-error"])
 def test_every_method_checks_its_records(record, method):
     damaged = with_channel(record, 100, "acceleration", DAMAGE["is clipped"])
-    with pytest.raises(RecordError, match="excitation is clipped at"):
-        identify.law(Dataset(record.rig, (damaged,)), method)
+    assert_refused(RecordError, "excitation is clipped at", identify.law, Dataset(record.rig, (damaged,)), method)
 
 
 def test_a_sample_that_is_no_number_is_named(record):

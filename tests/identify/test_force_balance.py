@@ -22,6 +22,7 @@ from clearance_mj.signals import compare, estimate_frf
 from clearance_mj.signals.excitation import hammer, level_ramp, random
 
 from ..conftest import ROOT
+from ..refusals import assert_refused
 from .records import FS, record_of, with_channel
 
 SIMULATION = "the simulation, 1 % noise on its channels"
@@ -253,13 +254,10 @@ def test_gap_larger_than_the_motion(quiet, rig):
     pattern = (
         r"no contact, .* only the grease: bushings\[0\]: moves up to .* in a gap of 0.3 mm, grease (39|40)\d\d N/m"
     )
-    with pytest.raises(RecordError, match=pattern):
-        contact_parameters(restoring_force(quiet))
+    assert_refused(RecordError, pattern, contact_parameters, restoring_force(quiet))
     for law in (amplitude_law, force_balance_law):
-        with pytest.raises(RecordError, match="no contact"):
-            law(Dataset(rig, (quiet,)))
-    with pytest.raises(RecordError, match="nowhere reach past a gap"):
-        ridge_law(Dataset(rig, (quiet,)))
+        assert_refused(RecordError, "no contact", law, Dataset(rig, (quiet,)))
+    assert_refused(RecordError, "nowhere reach past a gap", ridge_law, Dataset(rig, (quiet,)))
 
 
 @pytest.mark.parametrize(("node", "quantity", "change", "message"), [
@@ -286,8 +284,7 @@ def test_bad_windows(forces):
     with pytest.raises(RecordError, match="window 7 s must be > 0 and within half of the record"):
         contact_parameters(force, window=7.0)
     pressed = dataclasses.replace(force, ends=np.full_like(force.ends, 1e-3))
-    with pytest.raises(RecordError, match=r"in contact at bushings\[0\] nearly all the time"):
-        grease_parameters(pressed)
+    assert_refused(RecordError, r"in contact at bushings\[0\] nearly all the time", grease_parameters, pressed)
 
 
 def test_bad_records(quiet, rig):
@@ -297,11 +294,9 @@ def test_bad_records(quiet, rig):
                 quiet, channels=[dataclasses.replace(c, value=c.value[:1024].copy()) for c in quiet.channels]
             )
         )
-    with pytest.raises(RecordError, match=r"band up to 1500 Hz must end in 0\.\.1024 Hz"):
-        restoring_force(quiet, high=1500.0)
+    assert_refused(RecordError, r"band up to 1500 Hz must end in 0\.\.1024 Hz", restoring_force, quiet, high=1500.0)
     with pytest.raises(RecordError, match="has no bushings"):
         restoring_force(dataclasses.replace(quiet, rig=dataclasses.replace(rig, bushings=())))
     validate = Dataset(rig, (dataclasses.replace(quiet, role="validate"),))
     for law in (amplitude_law, force_balance_law, ridge_law):
-        with pytest.raises(RecordError, match='no record has role "identify"'):
-            law(validate)
+        assert_refused(RecordError, 'no record has role "identify"', law, validate)

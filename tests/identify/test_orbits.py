@@ -20,6 +20,8 @@ from clearance_mj.model import Model
 from clearance_mj.rig import OilFilm, Spin, Unbalance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
+from ..refusals import assert_refused
+
 FS = 1024.0
 STEEL = Material(2.1e11, 7800.0)
 GAP, CONTACT = 2e-4, 1e6
@@ -226,21 +228,16 @@ def test_the_command_follows_later_records(rubbing, rub_begins, found, tmp_path,
 
 def test_bad_input_is_refused_in_one_line(rubbing, found):
     rig = rotor()
-    with pytest.raises(RecordError, match="there are no records"):
-        cm.identify.orbits([])
-    with pytest.raises(RecordError, match="has no bushings"):
-        cm.identify.orbits(rubbing, rig.replace(bushings=()))
+    assert_refused(RecordError, "there are no records", cm.identify.orbits, [])
+    assert_refused(RecordError, "has no bushings", cm.identify.orbits, rubbing, rig.replace(bushings=()))
     planar = rig.replace(spin=None, unbalances=(), sensors=(Sensor(1, 0.35),)).with_shape(None)
-    with pytest.raises(RecordError, match="moves in a plane and has no orbits"):
-        cm.identify.orbits(rubbing, planar)
+    assert_refused(RecordError, "moves in a plane and has no orbits", cm.identify.orbits, rubbing, planar)
     short = recorded("short", rig, MIDDLE, 1.0)
-    with pytest.raises(RecordError, match="orbits are looked at in windows"):
-        cm.identify.orbits([short])
+    assert_refused(RecordError, "orbits are looked at in windows", cm.identify.orbits, [short])
     still = [dataclasses.replace(c, value=0 * c.value) if c.quantity == "displacement" else c for c in short.channels]
     with pytest.raises(RecordError, match="no probe moves; needs orbits"):
         cm.identify.orbits([dataclasses.replace(short, channels=still)])
-    with pytest.raises(RecordError, match="a twin learns from"):
-        cm.identify.follow_orbits(short, found)
+    assert_refused(RecordError, "a twin learns from", cm.identify.follow_orbits, short, found)
 
 
 @pytest.mark.slow

@@ -11,6 +11,8 @@ from clearance_mj.clearance import KelvinVoigt
 from clearance_mj.core.errors import LawError, RigError
 from clearance_mj.core.units import si_value
 
+from ..refusals import assert_refused
+
 TABLE1 = Rig.load("models/table1_rig.toml")  # gaps of 0.3 mm at 6:+Z and 7:+Z
 
 
@@ -43,14 +45,12 @@ def test_gaps_that_can_be_given(gap, expected):
     ({"9:+Z": 1e-4}, '"9:+Z": no one bushing has this name; the rig has 6:+Z, 7:+Z'),
 ])  # fmt: skip
 def test_gaps_that_cannot(gap, words):
-    with pytest.raises(RigError, match=re.escape(words)):
-        TABLE1.with_gap(gap)
+    assert_refused(RigError, re.escape(words), TABLE1.with_gap, gap)
 
 
 def test_a_shaft_that_would_not_stand_in_its_bushing():
     rig = TABLE1.replace(bushings=(replace(TABLE1.bushings[0], offset=2e-4),))
-    with pytest.raises(RigError, match=r"bushings\[0\].*lies beyond the gap 0.00015 m"):
-        rig.with_gap("x0.5")
+    assert_refused(RigError, r"bushings\[0\].*lies beyond the gap 0.00015 m", rig.with_gap, "x0.5")
 
 
 @pytest.mark.parametrize("text, quantity, expected", [
@@ -67,5 +67,4 @@ def test_a_model_keeps_its_law_and_its_draws():
     half = Model(TABLE1, law, lambda n, seed: drawn[:n]).with_gap("x0.5")
     assert half == Model(TABLE1.with_gap(1.5e-4), law)
     np.testing.assert_allclose([gaps(model.rig)[0] for model in half.draw(2)], [1.55e-4, 1.45e-4])
-    with pytest.raises(LawError, match="no posterior"):
-        Model(TABLE1, AmplitudeLaw([1e-4], [2e4], [3.0])).with_gap(1e-4).draw(1)
+    assert_refused(LawError, "no posterior", Model(TABLE1, AmplitudeLaw([1e-4], [2e4], [3.0])).with_gap(1e-4).draw, 1)

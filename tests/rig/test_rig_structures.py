@@ -15,6 +15,7 @@ from clearance_mj.core.validation import Text, checked
 from clearance_mj.rig import Beam, Contact, Grease, Rig, Sensor
 from clearance_mj.structure import Assembly, Structure
 
+from ..refusals import assert_refused
 from .rig_changes import FILE, NUMBER, SHAFT, STEEL, TABLES, refused
 
 # Structures
@@ -98,8 +99,7 @@ def test_content_is_that_of_the_files(tmp_path, read_from_file):
     (tmp_path / "model.npz").write_bytes(b"2")
     assert copied.content() != rig.content()
     (tmp_path / "model.npz").unlink()
-    with pytest.raises(RigError, match=r"model\.npz: cannot be read \(No such file or directory\)"):
-        rig.content()
+    assert_refused(RigError, r"model\.npz: cannot be read \(No such file or directory\)", rig.content)
 
 
 def test_a_structure_is_none_without_a_kind():
@@ -121,8 +121,7 @@ def test_a_structure_is_none_without_a_kind():
      "contact.dampng is not a known key; known: stiffness, damping, bearable_depth; did"),
 ])  # fmt: skip
 def test_elements_check_themselves(make, message):
-    with pytest.raises(RigError, match=f"^{re.escape(message)}"):
-        make()
+    assert_refused(RigError, f"^{re.escape(message)}", make)
 
 
 # Files

@@ -8,6 +8,8 @@ import pytest
 from clearance_mj.core.errors import RecordError
 from clearance_mj.signals import FRF, accelerance, align, convert_quantity
 
+from ..refusals import assert_refused
+
 LINES = np.arange(5.0, 100.0, 0.5)
 DOFS = ("1:+Z", "2:+Z", "3:+Z")
 
@@ -47,8 +49,7 @@ def test_no_division_by_zero_hertz():
 
 @pytest.mark.parametrize("wanted", ["acceleration/acceleration", "force/force", "acceleration"])
 def test_quantities_that_no_power_of_jw_connects(wanted):
-    with pytest.raises(RecordError, match=r"cannot be (made|converted)"):
-        convert_quantity(oscillator(), wanted)
+    assert_refused(RecordError, r"cannot be (made|converted)", convert_quantity, oscillator(), wanted)
 
 
 def test_the_same_functions_measured_differently_are_the_same():
@@ -113,16 +114,14 @@ def test_responses_without_a_partner_are_named():
     ({"quantity": "acceleration/acceleration"}, "over a motion"),
 ])  # fmt: skip
 def test_functions_that_cannot_be_compared(changes, part):
-    with pytest.raises(RecordError, match=part):
-        align(oscillator(), dataclasses.replace(oscillator(), **changes))
+    assert_refused(RecordError, part, align, oscillator(), dataclasses.replace(oscillator(), **changes))
 
 
 def test_a_hole_is_not_interpolated_over():
     model = oscillator(frequency=np.arange(5.0, 100.0, 0.25))
     value = model.value.copy()
     value[1, 0, 40] = np.nan
-    with pytest.raises(RecordError, match="not finite at 15 Hz"):
-        align(oscillator(), dataclasses.replace(model, value=value))
+    assert_refused(RecordError, "not finite at 15 Hz", align, oscillator(), dataclasses.replace(model, value=value))
 
 
 # Several references

@@ -7,6 +7,8 @@ from clearance_mj.core.errors import RecordError
 from clearance_mj.signals import excitation
 from clearance_mj.signals.channel_check import check_channel
 
+from ..refusals import assert_refused
+
 FS = 2048.0
 TIME = np.arange(round(12 * FS)) / FS
 
@@ -28,8 +30,7 @@ def test_the_same_beyond_a_range_is(share):
     for seed in range(10):
         signal = pressed(np.random.default_rng(seed))
         limit = share * signal.max()
-        with pytest.raises(RecordError, match=f"clipped at {limit:g}"):
-            check_channel("probe", np.minimum(signal, limit), FS)
+        assert_refused(RecordError, f"clipped at {limit:g}", check_channel, "probe", np.minimum(signal, limit), FS)
 
 
 def test_a_limit_need_not_be_one_number():
@@ -37,5 +38,4 @@ def test_a_limit_need_not_be_one_number():
     for seed in range(10):
         wave = excitation.random(10.0, FS, (5.0, 220.0), rms=1.0, seed=seed).value
         limit = 3.0 * (1 + 1e-4 * np.random.default_rng(seed).standard_normal(wave.size))
-        with pytest.raises(RecordError, match="clipped at"):
-            check_channel("accelerometer", np.clip(wave, -limit, limit), FS)
+        assert_refused(RecordError, "clipped at", check_channel, "accelerometer", np.clip(wave, -limit, limit), FS)

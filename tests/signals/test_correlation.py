@@ -21,6 +21,8 @@ from clearance_mj.signals.correlation import (
     rmse_db,
 )
 
+from ..refusals import assert_refused
+
 of_every_criterion = pytest.mark.parametrize(
     "criterion", [frac, csac, csf, mre, rmse_db, csac_per_sensor, csf_per_sensor]
 )
@@ -122,33 +124,26 @@ def test_bounds(seed, n_resp, n_f):
 def test_of_one_response_csac_is_refused_and_csf_compares_levels():
     """CSAC is 1 whatever the FRFs are; CSF is 2ab / (a² + b²) of the magnitudes a, b."""
     test, model = frfs(n_resp=1)
-    with pytest.raises(RecordError, match=r"CSAC .* at least 2, got 1; use csac_per_sensor"):
-        csac(test, model)
+    assert_refused(RecordError, r"CSAC .* at least 2, got 1; use csac_per_sensor", csac, test, model)
     a, b = np.abs(test[0]), np.abs(model[0])
     np.testing.assert_allclose(csf(test, model), 2 * a * b / (a**2 + b**2), rtol=1e-12)
 
 
 @of_every_criterion
 def test_shapes_that_differ_are_refused(criterion):
-    with pytest.raises(RecordError, match=r"\(4, 30\) and \(4, 29\)"):
-        criterion(np.ones((4, 30)), np.ones((4, 29)))
-    with pytest.raises(RecordError, match=r"\(30,\) and \(30,\)"):
-        criterion(np.ones(30), np.ones(30))
+    assert_refused(RecordError, r"\(4, 30\) and \(4, 29\)", criterion, np.ones((4, 30)), np.ones((4, 29)))
+    assert_refused(RecordError, r"\(30,\) and \(30,\)", criterion, np.ones(30), np.ones(30))
 
 
 def test_modes_that_do_not_fit_are_refused():
-    with pytest.raises(RecordError, match=r"\(8, 4\) and \(7, 4\)"):
-        mac(np.ones((8, 4)), np.ones((7, 4)))
-    with pytest.raises(RecordError, match=r"\(8,\) and \(8,\)"):
-        mac(np.ones(8), np.ones(8))
-    with pytest.raises(RecordError, match=r"\(4,\) and \(3,\)"):
-        relative_error(np.ones(4), np.ones(3))
+    assert_refused(RecordError, r"\(8, 4\) and \(7, 4\)", mac, np.ones((8, 4)), np.ones((7, 4)))
+    assert_refused(RecordError, r"\(8,\) and \(8,\)", mac, np.ones(8), np.ones(8))
+    assert_refused(RecordError, r"\(4,\) and \(3,\)", relative_error, np.ones(4), np.ones(3))
 
 
 @pytest.mark.parametrize("window", [1, 8, -3])
 def test_windows_without_a_centre_are_refused(window):
-    with pytest.raises(RecordError, match=f"odd number of lines >= 3, got {window}"):
-        csac_per_sensor(*frfs(), window)
+    assert_refused(RecordError, f"odd number of lines >= 3, got {window}", csac_per_sensor, *frfs(), window)
 
 
 @of_every_criterion

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from clearance_mj.core.errors import ExcitationError
 from clearance_mj.signals import Excitation, excitation
 
+from ..refusals import assert_refused
+
 FS = 512.0
 
 
@@ -176,8 +178,7 @@ def test_the_description_names_the_generator_and_is_plain_data(name):
     ({"kind": "voltage"}, 'kind "voltage" is unknown'),
 ])  # fmt: skip
 def test_what_no_generator_can_do_is_refused_by_name(name, changes, message):
-    with pytest.raises(ExcitationError, match=message):
-        getattr(excitation, name)(**{"duration": 4.0, "fs": FS, **changes})
+    assert_refused(ExcitationError, message, getattr(excitation, name), **{"duration": 4.0, "fs": FS, **changes})
 
 
 NEEDED = {"stepped_sine": {"frequency": 5.0, "amplitude": 1.0}, "hammer": {"peak": 1.0, "width": 0.01, "times": (1.0,)}}
@@ -231,5 +232,4 @@ def test_impossible_parameters_are_refused_by_name(name, changes, message):
     ({"band": (5, 60)}, "fs 100 Hz is below twice the band's upper end 60 Hz"),
 ])  # fmt: skip
 def test_an_impossible_excitation_is_refused(fields, message):
-    with pytest.raises(ExcitationError, match=message):
-        Excitation(**{"value": [0.0, 1.0], "fs": 100.0, **fields})
+    assert_refused(ExcitationError, message, Excitation, **{"value": [0.0, 1.0], "fs": 100.0, **fields})

@@ -1,10 +1,11 @@
 """Frequency and damping over amplitude from a free decay. Of signals whose frequency and damping are known formulas."""
 
 import numpy as np
-import pytest
 
 from clearance_mj import RecordError, identify
 from clearance_mj.signals.free_decay import decay
+
+from ..refusals import assert_refused
 
 FS = 2048.0
 TIME = np.arange(8192) / FS
@@ -46,7 +47,5 @@ def test_what_the_impact_leaves_averages_out():
 
 def test_refused():
     line = identify.ridge(np.exp(-TIME) * np.cos(2 * np.pi * 80 * TIME), FS, (70, 90))
-    with pytest.raises(RecordError, match="at least 8 are needed"):
-        decay(line, 0.001, FS)
-    with pytest.raises(RecordError, match="as long as a window"):
-        decay(line, 5.0, FS)
+    assert_refused(RecordError, "at least 8 are needed", decay, line, 0.001, FS)
+    assert_refused(RecordError, "as long as a window", decay, line, 5.0, FS)

@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from clearance_mj.core.errors import RecordError
 from clearance_mj.signals import FRF, Response, estimate_frf
 
+from ..refusals import assert_refused
+
 FS = 512.0
 
 
@@ -134,8 +136,7 @@ def test_a_line_without_excitation_is_nan():
     ({"band": (20.1, 20.2)}, "no line between 20.1 and 20.2 Hz"),
 ])  # fmt: skip
 def test_impossible_arguments_are_refused(arguments, message):
-    with pytest.raises(RecordError, match=message):
-        estimate_frf(record(), **arguments)
+    assert_refused(RecordError, message, estimate_frf, record(), **arguments)
 
 
 @pytest.mark.parametrize(("excitation", "acceleration", "message"), [
@@ -147,8 +148,7 @@ def test_impossible_arguments_are_refused(arguments, message):
     (np.arange(1024.0), np.ones(1024), r"\(1024,\) and \(1024,\)"),
 ])  # fmt: skip
 def test_records_that_hold_no_frf_are_refused(excitation, acceleration, message):
-    with pytest.raises(RecordError, match=message):
-        estimate_frf(Response(FS, excitation, acceleration))
+    assert_refused(RecordError, message, estimate_frf, Response(FS, excitation, acceleration))
 
 
 @pytest.mark.parametrize(("fields", "message"), [
@@ -158,5 +158,4 @@ def test_records_that_hold_no_frf_are_refused(excitation, acceleration, message)
     ({"responses": ("1:+Z",)}, "1 response labels for 2 responses"),
 ])  # fmt: skip
 def test_frf_fields_must_fit(fields, message):
-    with pytest.raises(RecordError, match=message):
-        FRF(**{"frequency": np.arange(3.0), "value": np.ones((2, 3)), **fields})
+    assert_refused(RecordError, message, FRF, **{"frequency": np.arange(3.0), "value": np.ones((2, 3)), **fields})

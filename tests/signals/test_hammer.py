@@ -16,6 +16,8 @@ from clearance_mj.core.notes import RecordNote
 from clearance_mj.signals import Response, hammer_frf, join_references
 from clearance_mj.signals.hits import is_impulsive
 
+from ..refusals import assert_refused
+
 FS, UP, MASS = 2048.0, 8, 2.0
 FREQUENCY, DAMPING = 18.0 * np.arange(1, 4) ** 2, np.array([0.008, 0.006, 0.005])
 PLACE = {"1:+Z": 0.15, "2:+Z": 0.3, "3:+Z": 0.45}
@@ -232,11 +234,9 @@ def test_what_is_no_hits(rng):
     ({"block": 30.0}, "does not hold its block of 30 s"),
 ])  # fmt: skip
 def test_impossible_settings(beam_test, given, message):
-    with pytest.raises(cm.RecordError, match=message):
-        hammer_frf(beam_test, **given)
+    assert_refused(cm.RecordError, message, hammer_frf, beam_test, **given)
 
 
 def test_a_pair_that_comes_twice_is_refused(beam_test):
     frf = hammer_frf(beam_test).frf
-    with pytest.raises(cm.RecordError, match=r"the FRF of 1:.Z to 2:.Z comes twice"):
-        join_references([frf, frf])
+    assert_refused(cm.RecordError, r"the FRF of 1:.Z to 2:.Z comes twice", join_references, [frf, frf])

@@ -9,6 +9,8 @@ import clearance_mj as cm
 from clearance_mj.core.errors import RecordError
 from clearance_mj.signals import Response, orbits_by_turn, shaft_angle
 
+from ..refusals import assert_refused
+
 FS = 2000.0
 TIME = np.arange(4000) / FS
 RAMP = 2 * np.pi * (8 + 6 * TIME)  # rad/s: from 8 to 20 turns a second in 2 s, 28 turns
@@ -80,14 +82,11 @@ def test_the_last_turns_and_their_marks():
 
 def test_what_has_no_turns_is_refused():
     still = np.zeros(4000)
-    with pytest.raises(RecordError, match="does not turn in one sense"):
-        orbits_by_turn(still, still, FS, np.cos(4 * TIME))
+    assert_refused(RecordError, "does not turn in one sense", orbits_by_turn, still, still, FS, np.cos(4 * TIME))
     with pytest.raises(RecordError, match="makes no whole turn from mark to mark in 2 s"):
         orbits_by_turn(still, still, FS, 0.1 + TIME)
-    with pytest.raises(RecordError, match="a turn has less than 4 samples"):
-        orbits_by_turn(still, still, FS, 4000 * TIME)
-    with pytest.raises(RecordError, match="order 64: must be 1 to 63"):
-        moved(np.exp(1j * ANGLE)).filtered(64)
+    assert_refused(RecordError, "a turn has less than 4 samples", orbits_by_turn, still, still, FS, 4000 * TIME)
+    assert_refused(RecordError, "order 64: must be 1 to 63", moved(np.exp(1j * ANGLE)).filtered, 64)
 
 
 def test_the_figure_shows_wall_orbit_marks_and_ellipse_in_micrometres():

@@ -9,6 +9,8 @@ import scipy.stats
 import clearance_mj as cm
 from clearance_mj.signals.psd import PSD
 
+from ..refusals import assert_refused
+
 BREAKPOINTS = PSD([10.0, 50.0, 100.0, 400.0], [2.0, 8.0, 8.0, 0.5])
 
 
@@ -86,9 +88,8 @@ LINES = [f"{f:g},1" for f in np.arange(10.0, 30.0, 0.5)]
 def test_refuses_in_one_line_that_names_the_file(tmp_path, text, words):
     path = tmp_path / "road.csv"
     path.write_text(text)
-    with pytest.raises(cm.ClearanceError) as error:
-        PSD.load(path)
-    assert str(error.value).startswith(f"{path}: ") and words in str(error.value) and "\n" not in str(error.value)
+    message = assert_refused(cm.ClearanceError, None, PSD.load, path)
+    assert message.startswith(f"{path}: ") and words in message
 
 
 def test_refuses_a_band_beyond_the_rate_and_one_between_two_lines():
@@ -96,5 +97,4 @@ def test_refuses_a_band_beyond_the_rate_and_one_between_two_lines():
         cm.excitation.from_psd(BREAKPOINTS, 10.0, 512.0)
     with pytest.raises(cm.ExcitationError, match="puts no line of 1 Hz into the band"):
         cm.excitation.from_psd(PSD([10.2, 10.8], [1.0, 1.0]), 1.0, 512.0)
-    with pytest.raises(cm.ExcitationError, match="rms 0: must be > 0"):
-        BREAKPOINTS.scaled(0)
+    assert_refused(cm.ExcitationError, "rms 0: must be > 0", BREAKPOINTS.scaled, 0)

@@ -6,6 +6,8 @@ import pytest
 from clearance_mj import RecordError, identify
 from clearance_mj.signals.wavelet import scalogram
 
+from ..refusals import assert_refused
+
 FS = 2048.0
 TIME = np.arange(8192) / FS
 
@@ -120,9 +122,7 @@ def noisy(signal, index, value):
     (np.zeros((3, 100)), r"one row of samples, got shape \(3, 100\)"),
 ])  # fmt: skip
 def test_bad_signals(signal, message):
-    with pytest.raises(RecordError, match=message) as caught:
-        identify.ridge(signal, FS, (50, 110))
-    assert "\n" not in str(caught.value)
+    assert_refused(RecordError, message, identify.ridge, signal, FS, (50, 110))
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
@@ -133,8 +133,7 @@ def test_bad_signals(signal, message):
     ((FS, (50, 110), 2.0), "omega0 must be >= 4"),
 ])  # fmt: skip
 def test_bad_arguments(arguments, message):
-    with pytest.raises(RecordError, match=message):
-        identify.ridge(decay(), *arguments)
+    assert_refused(RecordError, message, identify.ridge, decay(), *arguments)
 
 
 def test_coarse_converter_is_not_clipping():

@@ -13,6 +13,7 @@ from clearance_mj.core.errors import RigError
 from clearance_mj.rig import Shaker
 from clearance_mj.structure import Matrices
 
+from ..refusals import assert_refused
 from .small_matrices import MASS_2, STIFFNESS_2, cantilever, frequencies, held, small
 
 # What is refused
@@ -71,8 +72,7 @@ def test_impossible_matrices_are_refused_in_one_line(message):
     (0.5, r'sensors\[0\].position "0.5" is no degree of freedom, a text such as "1:Z"'),
 ])  # fmt: skip
 def test_points_that_do_not_exist_are_refused(position, message):
-    with pytest.raises(RigError, match=message):
-        held(cantilever(), (position,))
+    assert_refused(RigError, message, held, cantilever(), (position,))
 
 
 def test_mechanism_has_modes_but_no_static_deflection():
@@ -123,8 +123,7 @@ def test_damaged_sparse_matrices_are_refused(tmp_path, part, value, message):
     np.savez(
         tmp_path / "a.npz", K=STIFFNESS_2, dofs=["1:X", "2:X"], **{f"M_{name}": held for name, held in mass.items()}
     )
-    with pytest.raises(RigError, match=rf"a.npz.*{message}"):
-        Matrices(file=tmp_path / "a.npz", units="m-kg-s")
+    assert_refused(RigError, rf"a.npz.*{message}", Matrices, file=tmp_path / "a.npz", units="m-kg-s")
 
 
 @pytest.mark.parametrize("dofs", [["1:X", "2:X"], np.array(["1:X", "2:X"], dtype=object), [[1.0, 1.0], [2.0, 1.0]]])

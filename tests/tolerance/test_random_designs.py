@@ -17,6 +17,8 @@ from clearance_mj.tolerance import (
 )
 from clearance_mj.tolerance.peaks import noise_of, peaks_over_an_hour
 
+from ..refusals import assert_refused
+
 RIG = cm.Rig.load("models/table1_rig.toml")
 PSD = cm.PSD([5.0, 20.0, 80.0, 220.0], [0.5, 1.0, 1.0, 0.2])
 DESIGNS = [RIG.with_gap(gap) for gap in np.linspace(2.5e-4, 3.5e-4, 10)]
@@ -83,10 +85,8 @@ def test_designs_with_too_few_peaks_widen_the_interval():
     [([], [1.0], "one model or more"), ([RIG], [], "one level or more"), ([RIG], [0.0], "rms 0.0: must be > 0")],
 )
 def test_refuses(models, levels, words):
-    with pytest.raises(cm.ClearanceError, match=words):
-        peaks_of_designs(models, Noise(PSD, levels), runner=ALONE)
-    with pytest.raises(cm.ClearanceError, match="no design"):
-        peaks_over_production([])
+    assert_refused(cm.ClearanceError, words, peaks_of_designs, models, Noise(PSD, levels), runner=ALONE)
+    assert_refused(cm.ClearanceError, "no design", peaks_over_production, [])
 
 
 def test_a_production_goes_on_where_it_stopped(tmp_path):

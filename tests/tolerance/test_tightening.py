@@ -34,6 +34,7 @@ from clearance_mj.tolerance import (
     tighten,
 )
 
+from ..refusals import assert_refused
 from .oscillator import GAP, STIFFNESS, oscillator
 
 SLOW, ALONE = 0.01, Runner(1)  # Hz
@@ -90,8 +91,7 @@ def test_sobol_indices_are_those_of_salib():
 def test_correlated_numbers_have_one_index():
     pair = Correlation(tuple(SIZES), 0.5)
     scatter = dataclasses.replace(scattered(), correlations=(pair,))
-    with pytest.raises(ClearanceError, match="power of 2"):
-        rattle_sensitivity(spring(), scatter, Sines([3 * FORCE], [SLOW]), 12)
+    assert_refused(ClearanceError, "power of 2", rattle_sensitivity, spring(), scatter, Sines([3 * FORCE], [SLOW]), 12)
     found = rattle_sensitivity(spring(), scatter, Sines([3 * FORCE], [SLOW]), 64, runner=ALONE)
     assert found.parameter == (", ".join(SIZES),)
     assert_allclose(found.total, 1.0, atol=0.05)
@@ -195,8 +195,7 @@ def test_the_legend_lies_over_no_label(tightened):
 
 
 def test_what_cannot_be_tightened_is_one_line():
-    with pytest.raises(ClearanceError, match="share between 0 and 1"):
-        tighten(spring(), scattered(), Sines([FORCE], [SLOW]), 1.0)
+    assert_refused(ClearanceError, "share between 0 and 1", tighten, spring(), scattered(), Sines([FORCE], [SLOW]), 1.0)
     with pytest.raises(ClearanceError, match="too few for 2 numbers"):
         tighten(spring(), scattered(), Sines([FORCE], [SLOW]), n_designs=8, runner=ALONE)
 

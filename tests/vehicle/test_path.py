@@ -15,6 +15,8 @@ from clearance_mj.vehicle.manoeuvres import (
     straight,
 )  # fmt: skip
 
+from ..refusals import assert_refused
+
 PATHS = {
     "double lane change": double_lane_change(),
     "long double lane change": double_lane_change(2.5),
@@ -125,8 +127,7 @@ def test_gates_of_part_1(factor):
 @pytest.mark.parametrize("make", [double_lane_change, iso_lane_change, straight, clothoid_arc])
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
 def test_impossible_sizes(make, value):
-    with pytest.raises(ManoeuvreError, match="must be > 0"):
-        make(value)
+    assert_refused(ManoeuvreError, "must be > 0", make, value)
 
 
 INFEASIBLE = r"30\.1 m/s² at 120 km/h.*allows 10\.3; drive at most 70 km/h"
@@ -142,5 +143,4 @@ INFEASIBLE = r"30\.1 m/s² at 120 km/h.*allows 10\.3; drive at most 70 km/h"
 ])  # fmt: skip
 def test_refusals(refused, message):
     check_feasible(double_lane_change(), 15.0, 1.0489)
-    with pytest.raises(ManoeuvreError, match=message):
-        refused()
+    assert_refused(ManoeuvreError, message, refused)

@@ -20,6 +20,8 @@ from clearance_mj.vehicle.commonroad import (
 from clearance_mj.vehicle.nominal import Vehicle
 from clearance_mj.vehicle.plant import STEP, MultiBody, SingleTrackDrift, Spread
 
+from ..refusals import assert_refused
+
 PLANTS = {plant.name: plant for plant in (MultiBody(), SingleTrackDrift())}
 every_plant = pytest.mark.parametrize("plant", PLANTS.values(), ids=PLANTS)
 RIGHT_HAND_SIDES = {
@@ -193,20 +195,17 @@ def test_spread_is_seeded():
 
 
 def test_impossible_spread():
-    with pytest.raises(ManoeuvreError, match=r"spread\.friction is a factor in 0\.2\.\.2, got 0"):
-        Spread(friction=0.0)
+    assert_refused(ManoeuvreError, r"spread\.friction is a factor in 0\.2\.\.2, got 0", Spread, friction=0.0)
 
 
 def test_roll_over():
     """Beyond the acceleration at which a wheel lifts off the library's tyres divide by their load."""
-    with pytest.raises(SimulationError, match="a wheel left the ground"):
-        drive(MultiBody(), np.full(4000, 0.2))
+    assert_refused(SimulationError, "a wheel left the ground", drive, MultiBody(), np.full(4000, 0.2))
 
 
 @every_plant
 def test_motion_that_is_not_finite(plant):
-    with pytest.raises(SimulationError, match="no longer finite"):
-        plant.advance(plant.start(20.0), [0.0, np.nan])
+    assert_refused(SimulationError, "no longer finite", plant.advance, plant.start(20.0), [0.0, np.nan])
 
 
 @every_plant

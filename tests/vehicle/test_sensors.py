@@ -16,6 +16,8 @@ from clearance_mj.vehicle.run import follow_path, nominal_task
 from clearance_mj.vehicle.sensors import SENSORS, CarSensors, IdealSensors, Sensors, get_sensors
 from clearance_mj.vehicle.sensors.bus import Message, age
 
+from ..refusals import assert_refused
+
 SPEED, PERIOD = 20.0, 0.01
 TASK = nominal_task(straight(1000.0), SPEED)
 
@@ -154,8 +156,7 @@ def test_observer_sees_better_than_a_fix():
 def test_names_of_sensors():
     assert get_sensors("car") is SENSORS["car"]
     assert get_sensors(SENSORS["ideal"]) is SENSORS["ideal"]
-    with pytest.raises(ManoeuvreError, match='sensors "lidar" are unknown; known: ideal, car'):
-        get_sensors("lidar")
+    assert_refused(ManoeuvreError, 'sensors "lidar" are unknown; known: ideal, car', get_sensors, "lidar")
 
 
 @pytest.mark.parametrize(("change", "words"), [
@@ -164,10 +165,8 @@ def test_names_of_sensors():
     ({"position_rate": 0.0}, "CarSensors.position_rate must be > 0 Hz"),
 ])  # fmt: skip
 def test_impossible_sensors(change, words):
-    with pytest.raises(ManoeuvreError, match=words):
-        CarSensors(**change)
+    assert_refused(ManoeuvreError, words, CarSensors, **change)
 
 
 def test_fixes_come_at_most_once_a_period():
-    with pytest.raises(ManoeuvreError, match="at most 100 Hz"):
-        dataclasses.replace(CarSensors(), position_rate=200.0).start(TASK)
+    assert_refused(ManoeuvreError, "at most 100 Hz", dataclasses.replace(CarSensors(), position_rate=200.0).start, TASK)

@@ -12,6 +12,8 @@ from clearance_mj.vehicle.controllers.smc import SlidingMode
 from clearance_mj.vehicle.experiment import LENGTH_FACTORS, Case, drive
 from clearance_mj.vehicle.tune import MANOEUVRES, Course, cost, tunable, tune
 
+from ..refusals import assert_refused
+
 FOUND = {
     (tuned, name): found
     for path in dict.fromkeys(known.settings_file for known in CONTROLLERS.values())
@@ -81,7 +83,5 @@ def test_leaving_the_path_costs_most():
 
 
 def test_what_cannot_be_tuned():
-    with pytest.raises(ManoeuvreError, match='"pid" is unknown; use smc, smc-cm, mpc'):
-        tune("pid")
-    with pytest.raises(ManoeuvreError, match='"smc-inverse" has no bounds'):
-        tune("smc-inverse")
+    assert_refused(ManoeuvreError, '"pid" is unknown; use smc, smc-cm, mpc', tune, "pid")
+    assert_refused(ManoeuvreError, '"smc-inverse" has no bounds', tune, "smc-inverse")

@@ -15,6 +15,8 @@ from clearance_mj.vehicle.signals import Signals
 from clearance_mj.vehicle.steering import Steering
 from clearance_mj.vehicle.twin import N_PARAMETERS, N_STATES, SteeringTwin, simulate, twin_of
 
+from ..refusals import assert_refused
+
 GAP = math.radians(0.2)
 REGIMES = {"torque": (0.0, 0.045), "friction": (30.0, 0.005)}
 
@@ -106,17 +108,13 @@ def test_the_half_gap_wears():
 
 
 def test_what_a_twin_cannot_begin_with():
-    with pytest.raises(ManoeuvreError, match="half-gap"):
-        SteeringTwin(Vehicle.bmw320i(), told(1.0, 0.0)._replace(half_gap=0.0))
-    with pytest.raises(ManoeuvreError, match="window"):
-        SteeringTwin(Vehicle.bmw320i(), told(1.0, 0.0), window=0.0)
-    with pytest.raises(ManoeuvreError, match="wear"):
-        Steering(GAP, wear=1e-6, fidelity="modal")
+    assert_refused(ManoeuvreError, "half-gap", SteeringTwin, Vehicle.bmw320i(), told(1.0, 0.0)._replace(half_gap=0.0))
+    assert_refused(ManoeuvreError, "window", SteeringTwin, Vehicle.bmw320i(), told(1.0, 0.0), window=0.0)
+    assert_refused(ManoeuvreError, "wear", Steering, GAP, wear=1e-6, fidelity="modal")
     task = nominal_task(single_lane_change(), 20.0)
     known = CONTROLLERS["smc-twin"]
     run = known.informed(known.tuned_controller(), task, ClearancePrior(GAP, 0.0, 0.0)).start(task)
-    with pytest.raises(ManoeuvreError, match="signals"):
-        run.command(Observation(0.0, 0.0, 0.0, 0.0, 0.0, 20.0))
+    assert_refused(ManoeuvreError, "signals", run.command, Observation(0.0, 0.0, 0.0, 0.0, 0.0, 20.0))
 
 
 @pytest.mark.slow

@@ -18,6 +18,8 @@ from clearance_mj.io.columns import channel_name
 from experiments.benches.logger import as_logged, drawn_bench, measured
 from experiments.benches.mapping import map_drawn_bench
 
+from ...refusals import assert_refused
+
 TABLE1 = Path(__file__).parents[3] / "data" / "table1_rig"
 FOUR_ACCELEROMETERS = 11  # seed of a bench with one bushing, four accelerometers and no probe
 
@@ -193,8 +195,7 @@ def test_a_stepped_sine_of_many_steps_is_mapped():
 ])  # fmt: skip
 def test_refused(files, message):
     rig, records = bench()
-    with pytest.raises(cm.RecordError, match=message):
-        cm.map_channels(files(records), rig)
+    assert_refused(cm.RecordError, message, cm.map_channels, files(records), rig)
 
 
 def test_units_of_gains():
@@ -227,8 +228,7 @@ def test_identification_refuses_records_whose_channels_are_something_else(lie):
     """Before anything is fitted: the fit would be to other sensors."""
     rig, records = bench()
     change, message = LABELLED[lie]
-    with pytest.raises(cm.RecordError, match=message):
-        cm.identify.fit_bench(dataset_of(rig, changed(records, change)))
+    assert_refused(cm.RecordError, message, cm.identify.fit_bench, dataset_of(rig, changed(records, change)))
 
 
 def test_all_accelerations_in_g_are_warned_of():
