@@ -134,16 +134,11 @@ found = {each.__name__: value(each, Pair(a=1.0, b=2.0) if each is of_pair else 1
 print(json.dumps({"values": found, "compiled": compiled}))
 """
 EDITS = {
-    "FACTOR, TABLE = 2.0, (1.0, 5.0)": "FACTOR, TABLE = 2.5, (1.0, 5.5)",
-    "3.0 * x": "3.5 * x",
-    "4.0 * x": "4.5 * x",
-    "6.0 * x": "6.5 * x",
-    "7.0 * x": "7.5 * x",
-    "float64, 8.0": "float64, 8.5",
-    "return size * x": "return (size + 0.5) * x",
-    "    a: float\n    b: float": "    b: float\n    a: float",
+    "FACTOR, TABLE = 2.0, (1.0, 5.0)": "FACTOR, TABLE = 2.5, (1.0, 5.5)", "3.0 * x": "3.5 * x", "4.0 * x": "4.5 * x",
+    "6.0 * x": "6.5 * x", "7.0 * x": "7.5 * x", "float64, 8.0": "float64, 8.5",
+    "return size * x": "return (size + 0.5) * x", "    a: float\n    b: float": "    b: float\n    a: float",
     '"python"': '"numpy"',
-}
+}  # fmt: skip
 BEFORE = {
     "of_called": 3.0, "of_closure": 9.0, "of_constant": 2.0, "of_helper": 6.0, "of_inlined": 4.0, "of_intrinsic": 8.0,
     "of_module": 4.0, "of_options": "ZeroDivisionError", "of_overloaded": 7.0, "of_pair": 1.0, "of_table": 5.0,

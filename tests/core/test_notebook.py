@@ -95,13 +95,10 @@ def test_a_law_shows_its_numbers(law, parts):
 def test_signals_show_sizes_units_and_peaks():
     text = repr(frf(responses=("3:+Z", "4:+Z", "9:-Y"), quantity="acceleration/force"))
     assert text.split("\n") == [
-        "FRF of 3 responses to 100:+Z",
-        "  quantity   acceleration/force, m/s²/N",
-        "  lines      95: 5 to 99 Hz, 1 Hz apart",
-        "  responses  3:+Z, 4:+Z, 9:-Y",
-        "  largest    40 at 20 Hz, 4:+Z",
+        "FRF of 3 responses to 100:+Z", "  quantity   acceleration/force, m/s²/N",
+        "  lines      95: 5 to 99 Hz, 1 Hz apart", "  responses  3:+Z, 4:+Z, 9:-Y", "  largest    40 at 20 Hz, 4:+Z",
         "  coherence  median 0.750",
-    ]
+    ]  # fmt: skip
     text = repr(response(provenance={"rig": {"name": "mine"}, "engine": "modal"}))
     assert text.startswith("Response of 2 sensors, 10 s at 1000 Hz\n")
     assert "base acceleration at 100:+Z, 2 m/s² RMS, 5 to 220 Hz" in text

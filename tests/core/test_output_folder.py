@@ -14,14 +14,9 @@ from ..processes import FORK, content, ended, kill
 from ..refusals import assert_refused
 
 FOREIGN = {
-    "thesis.tex": b"\x00precious",
-    ".DS_Store": b"\x01",
-    "figures/photo.png": b"not a png",
-    "tables/raw.csv": b"1,2\n",
-    "laws/deep/er/notes.txt": b"",
-    "new": b"a file of this name",
-    "cache/data.nc": b"mine",
-}
+    "thesis.tex": b"\x00precious", ".DS_Store": b"\x01", "figures/photo.png": b"not a png", "tables/raw.csv": b"1,2\n",
+    "laws/deep/er/notes.txt": b"", "new": b"a file of this name", "cache/data.nc": b"mine",
+}  # fmt: skip
 BESIDE = {"paper.old/report.html": b"old", "paper.partial/cache/x.nc": b"partial", "paper.partial/lock": b""}
 
 

@@ -34,17 +34,15 @@ LONGER = {
     "motion": "motion rig.toml --engine modal --duration 0.1 --fs 1024 --levels 1 --sine 50 --out out",
     "modes": "modes modal.uff --modes 2 --out out",
     "calibrate": "calibrate rig.toml frequencies.csv --free beam.length=0.9:1.1 --starts 1 --out out",
-    "update-rig": "update-rig bench --out out",
-    "law": "identify bench --method constant --out out/found",
-    "bench": "identify bench --out out",
-    "sweep": "sweep plan.toml --workers 1 --out out",
+    "update-rig": "update-rig bench --out out", "law": "identify bench --method constant --out out/found",
+    "bench": "identify bench --out out", "sweep": "sweep plan.toml --workers 1 --out out",
     "response": "response rig.toml --level 1 --from 8 --to 9 --harmonics 1 --modes 2 --out out",
     "backbone": "backbone rig.toml --harmonics 1 --modes 2 --from 1e-5 --to 2e-5 --out out",
     "rattle-map": "rattle-map rig.toml --levels 1 --from 8 --to 9 --steps 2 --harmonics 1 --modes 2 --out out",
     "twin": "twin bench/ramp.uff --rig bench/rig.toml --learn 2 --window 1 --rig-exact --out out",
     "study": "study bench --engines modal --methods nominal --out out",
     "vehicle": "vehicle --controller smc --manoeuvre slalom --speed 60 --plant single-track --out out",
-}
+}  # fmt: skip
 OF_A_SWEEP = {"plan.json", "results.nc.sha256", "lock"}  # its own keeping
 
 
@@ -135,16 +133,8 @@ def test_a_stale_or_foreign_file_is_noticed(world, capsys):
     ]
     capsys.readouterr()
     simulate = [
-        "simulate",
-        "bench",
-        "--law",
-        "out/found/law.json",
-        "--engine",
-        "modal",
-        "--duration",
-        "0.05",
-        "--quiet",
-    ]
+        "simulate", "bench", "--law", "out/found/law.json", "--engine", "modal", "--duration", "0.05", "--quiet",
+    ]  # fmt: skip
     assert main([*simulate, "--out", "s.nc"]) == 0
     said = capsys.readouterr().err.splitlines()
     assert said[0] == (

@@ -27,12 +27,10 @@ from .records import record_of, with_channel
 
 STIFFNESS, GAP = 2e4, 2e-4
 RIG = Rig(
-    name="small",
-    beam=Beam(length=0.6, young_modulus=2.1e11, density=7850.0, diameter=0.008, rayleigh=(1.0, 2e-5)),
+    name="small", beam=Beam(length=0.6, young_modulus=2.1e11, density=7850.0, diameter=0.008, rayleigh=(1.0, 2e-5)),
     bushings=(Bushing(0.4, GAP, 0.01, Grease(3000.0, 3.0), Contact(STIFFNESS, 5.0)),),
-    sensors=tuple(Sensor(i, x) for i, x in enumerate((0.15, 0.3, 0.45, 0.6), 1)),
-    masses=(PointMass(0.6, 0.2),),
-)
+    sensors=tuple(Sensor(i, x) for i, x in enumerate((0.15, 0.3, 0.45, 0.6), 1)), masses=(PointMass(0.6, 0.2),),
+)  # fmt: skip
 PROBE = (301, "displacement")
 
 

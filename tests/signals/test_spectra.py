@@ -25,11 +25,8 @@ def test_labels_and_defaults(rng):
     assert spectra.labels == ("3:+Z", "b") and spectra.references == ("0:S", "0:S")
     plain = Spectra("spectrum", LINES, rng.random((1, 32)), ("3:+Z",), ("5:+Z",))
     assert (plain.labels, plain.quantities, plain.units, plain.names) == (
-        ("3:+Z/5:+Z",),
-        ("unknown",),
-        ("",),
-        ("3:+Z",),
-    )
+        ("3:+Z/5:+Z",), ("unknown",), ("",), ("3:+Z",),
+    )  # fmt: skip
     assert plain.value.dtype == float and not plain.value.flags.writeable
     assert Spectra("spectrum", LINES, plain.value + 0j, ("3:+Z",)).value.dtype == float  # no phase
     assert Spectra("spectrum", LINES, plain.value * 1j, ("3:+Z",)).value.dtype == complex

@@ -36,12 +36,9 @@ def cantilever(n=6, **changes):
     sigma = (np.cosh(root) + np.cos(root)) / (np.sinh(root) + np.sin(root))
     participation = np.sqrt(MASS) * 2 * sigma / root  # ∫Y dx / l = 2 σ / λ
     fields = {
-        "frequencies": tuple(omega / (2 * np.pi)),
-        "damping_ratios": (0.01,),
-        "dofs": DOFS,
-        "shapes": tuple(map(tuple, shapes)),
-        "participation": tuple((0.0, 0.0, g) for g in participation),
-    }
+        "frequencies": tuple(omega / (2 * np.pi)), "damping_ratios": (0.01,), "dofs": DOFS,
+        "shapes": tuple(map(tuple, shapes)), "participation": tuple((0.0, 0.0, g) for g in participation),
+    }  # fmt: skip
     return ModalStructure(**fields | changes)
 
 
@@ -95,11 +92,9 @@ def test_frf_in_the_gap_is_that_of_the_shaft():
     structure = cantilever(10, damping_ratios=ratios, residual_flexibility=residual(cantilever(10)))
     modes, positions = rig_of(structure), {f"{i + 1}:+Z": x for i, x in enumerate(X)}
     shaft = TABLE1.replace(
-        masses=(),
-        bushings=(dataclasses.replace(modes.bushings[0], position=X[2]),),
-        sensors=tuple(Sensor(s.node, positions[s.position]) for s in modes.sensors),
-        shaker=Shaker("force", X[1]),
-    )
+        masses=(), bushings=(dataclasses.replace(modes.bushings[0], position=X[2]),),
+        sensors=tuple(Sensor(s.node, positions[s.position]) for s in modes.sensors), shaker=Shaker("force", X[1]),
+    )  # fmt: skip
     for kind in ("force", "base"):
         driven = [r.replace(shaker=dataclasses.replace(r.shaker, kind=kind)) for r in (modes, shaft)]
         found, expected = (np.abs(linear_frf(r, np.linspace(1.0, 200.0, 400))) for r in driven)

@@ -98,11 +98,9 @@ def test_short_sections(length):
 def test_mass():
     """Round, a tube, a truncated cone (Δ = π l (D² + D d + d²)/12), a rectangle, each of its material; discs."""
     sections = (
-        Section(0.2, 0.03),
-        Section(0.3, 0.05, 0.04, material=Material(70e9, 2700.0)),
-        Section(0.1, (0.04, 0.02)),
+        Section(0.2, 0.03), Section(0.3, 0.05, 0.04, material=Material(70e9, 2700.0)), Section(0.1, (0.04, 0.02)),
         Section(0.4, width=0.02, height=(0.03, 0.01)),
-    )
+    )  # fmt: skip
     steel = np.pi * (0.2 * 0.03**2 / 4 + 0.1 * (0.04**2 + 0.04 * 0.02 + 0.02**2) / 12) + 0.4 * 0.02 * 0.02
     tube = 2700 * 0.3 * np.pi * (0.05**2 - 0.04**2) / 4
     shaft = simple(sections=sections, discs=(Disc(0.5, 2.5, 0.01),))

@@ -21,12 +21,9 @@ LINEAR = dataclasses.replace(VEHICLE, tyre=VEHICLE.tyre._replace(friction=1e6))
 """Its tyres never slip away: controllers are those of the linear model"""
 MODEL = DesignModel(VEHICLE, Servo(), SPEED, 0.01)
 CONTROLLERS = (
-    SlidingMode(),
-    SuperTwisting(),
-    ModelPredictive(),
-    Compensated(SlidingMode(), ClearanceModel(np.radians(0.4))),
+    SlidingMode(), SuperTwisting(), ModelPredictive(), Compensated(SlidingMode(), ClearanceModel(np.radians(0.4))),
     Compensated(ModelPredictive(), BacklashInverse(np.radians(0.4))),
-)
+)  # fmt: skip
 
 
 def right_hand_side(x, command, curvature):

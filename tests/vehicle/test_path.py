@@ -18,12 +18,9 @@ from clearance_mj.vehicle.manoeuvres import (
 from ..refusals import assert_refused
 
 PATHS = {
-    "double lane change": double_lane_change(),
-    "long double lane change": double_lane_change(2.5),
-    "ISO 3888-1": iso_lane_change(),
-    "clothoid-arc": clothoid_arc(),
-    "straight": straight(80.0),
-}
+    "double lane change": double_lane_change(), "long double lane change": double_lane_change(2.5),
+    "ISO 3888-1": iso_lane_change(), "clothoid-arc": clothoid_arc(), "straight": straight(80.0),
+}  # fmt: skip
 every_path = pytest.mark.parametrize("path", PATHS.values(), ids=PATHS)
 
 

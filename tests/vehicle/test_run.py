@@ -46,12 +46,8 @@ def test_clearance_model_takes_out_most_of_the_gap():
 
 def test_same_seed_same_run():
     arguments = (
-        MultiBody(),
-        Steering(half_gap=GAP, road_moment=5.0),
-        SlidingMode(),
-        LANE_CHANGE,
-        IdealSensors.inertial(),
-    )
+        MultiBody(), Steering(half_gap=GAP, road_moment=5.0), SlidingMode(), LANE_CHANGE, IdealSensors.inertial(),
+    )  # fmt: skip
     first, again, other = (follow_path(*arguments, seed=seed) for seed in (3, 3, 4))
     assert same(first, again) and not same(first, other)
 
