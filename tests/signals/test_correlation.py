@@ -9,17 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.signals.correlation import (
-    csac,
-    csac_per_sensor,
-    csf,
-    csf_per_sensor,
-    frac,
-    mac,
-    mre,
-    relative_error,
-    rmse_db,
-)
+from clearance_mj.signals import relative_error
+from clearance_mj.signals.correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mac, mre, rmse_db
 
 from ..refusals import assert_refused
 

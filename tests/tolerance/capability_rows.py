@@ -10,18 +10,9 @@ from clearance_mj.engines import static_equilibrium
 from clearance_mj.rig import Plate, Sensor
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.sound import radiate
-from clearance_mj.tolerance import (
-    Noise,
-    Runner,
-    Scatter,
-    Scattered,
-    Sines,
-    draw_designs,
-    peaks_over_an_hour,
-    production,
-    random_production,
-    tighten,
-)
+from clearance_mj.tolerance import Runner, Scatter, Scattered, Sines, peaks_over_an_hour, production, tighten
+from clearance_mj.tolerance.random_designs import Noise, random_production
+from clearance_mj.tolerance.scatter import draw_designs
 from clearance_mj.wear import Marched, Sine, predict_life
 from tests.periodic.capability_rows import excited, kind_of, weightless
 

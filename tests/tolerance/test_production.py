@@ -19,19 +19,9 @@ from clearance_mj.periodic.level_branches import level_branches
 from clearance_mj.periodic.map_rows import solver_at
 from clearance_mj.rig import Grease, Tolerance
 from clearance_mj.signals.excitation import stepped_sine
-from clearance_mj.tolerance import (
-    Correlation,
-    Limit,
-    Noise,
-    Runner,
-    Scatter,
-    Scattered,
-    Sines,
-    draw_designs,
-    production,
-    random_production,
-)
+from clearance_mj.tolerance import Limit, Noise, Runner, Scatter, Sines, draw_designs, production, random_production
 from clearance_mj.tolerance.rattling import branches_of
+from clearance_mj.tolerance.scattered import Correlation, Scattered
 from clearance_mj.tolerance.sines import settings_of
 
 from ..conftest import ROOT, TABLE1

@@ -5,17 +5,9 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.statistics import share_interval
-from clearance_mj.tolerance import (
-    DesignPeaks,
-    Noise,
-    Runner,
-    Scatter,
-    Scattered,
-    peaks_of_designs,
-    peaks_over_production,
-    random_production,
-)
+from clearance_mj.tolerance import DesignPeaks, Noise, Runner, Scatter, Scattered, peaks_of_designs, random_production
 from clearance_mj.tolerance.peaks import noise_of, peaks_over_an_hour
+from clearance_mj.tolerance.random_designs import peaks_over_production
 
 from ..refusals import assert_refused
 

@@ -19,20 +19,9 @@ from clearance_mj.report.tightening import draw_tightening, tightening_words
 from clearance_mj.rig import Contact, Grease
 from clearance_mj.statistics.sobol import sobol_indices
 from clearance_mj.structure import Matrices
-from clearance_mj.tolerance import (
-    Correlation,
-    DesignPeaks,
-    Noise,
-    Runner,
-    Scatter,
-    Scattered,
-    Sines,
-    peaks_over_production,
-    production,
-    random_tightening,
-    rattle_sensitivity,
-    tighten,
-)
+from clearance_mj.tolerance import Runner, Scatter, Sines, production, random_tightening, rattle_sensitivity, tighten
+from clearance_mj.tolerance.random_designs import DesignPeaks, Noise, peaks_over_production
+from clearance_mj.tolerance.scattered import Correlation, Scattered
 
 from ..refusals import assert_refused
 from .oscillator import GAP, STIFFNESS, oscillator
