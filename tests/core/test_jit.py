@@ -16,45 +16,35 @@ from typing import NamedTuple
 from numba import types
 from numba.extending import intrinsic, overload, register_jitable
 from clearance_mj.core.jit import jit
-
 FACTOR, TABLE = 2.0, (1.0, 5.0)
-
 class Pair(NamedTuple):
     a: float
     b: float
-
 @jit
 def called(x):
     '''Docstring.'''
     return 3.0 * x
-
 @jit(inline="always")
 def inlined(x):
     return 4.0 * x  # comment
-
 @register_jitable
 def helper(x):
     return 6.0 * x
-
 def overloaded(x):
     return x
-
 @overload(overloaded)
 def _overloaded(x):
     return lambda x: 7.0 * x
-
 @intrinsic
 def built(typing, x):
     def generate(context, builder, signature, values):
         return builder.fmul(values[0], context.get_constant(types.float64, 8.0))
     return types.float64(types.float64), generate
-
 def made(size):
     @jit
     def closed(x):
         return size * x
     return closed
-
 OPTIONS = {"error_model": "python"}
 """
 LOOP = """
@@ -63,72 +53,55 @@ import part
 from numba.core import event
 from part import FACTOR, OPTIONS, TABLE, Pair, built, called, helper, inlined, made, overloaded
 from clearance_mj.core.jit import jit
-
 compiled = []
-
 @jit
 def unrelated(x):
     return 10.0 * x
-
 class Listener(event.Listener):
     def on_start(self, happened):
         compiled.append(happened.data["dispatcher"].py_func.__name__)
     def on_end(self, happened):
         pass
-
 event.register("numba:compile", Listener())
 within = made(9.0)
-
 @jit
 def of_constant(x):
     return FACTOR * x
-
 @jit
 def of_table(x):
     return TABLE[1] * x
-
 @jit
 def of_called(x):
     return called(x)
-
 @jit
 def of_inlined(x):
     return inlined(x)
-
 @jit
 def of_helper(x):
     return helper(x)
-
 @jit
 def of_overloaded(x):
     return overloaded(x)
-
 @jit
 def of_intrinsic(x):
     return built(x)
-
 @jit
 def of_closure(x):
     return within(x)
-
 @jit
 def of_module(x):
     return part.called(x) + 1.0
-
 @jit
 def of_pair(pair):
     return pair.a
-
 @jit(**OPTIONS)
 def of_options(x):
     return x / 0.0
-
 def value(function, x):
     try:
         return function(x)
     except ZeroDivisionError:
         return "ZeroDivisionError"
-
 functions = [each for name, each in sorted(globals().items()) if name.startswith("of_")]
 found = {each.__name__: value(each, Pair(a=1.0, b=2.0) if each is of_pair else 1.0) for each in functions}
 print(json.dumps({"values": found, "compiled": compiled}))
@@ -204,12 +177,10 @@ from clearance_mj.identify.laws.grease import _bouc_wen
 from experiments.joints.hysteresis import loop_force
 from clearance_mj.vehicle.lost_motion import LostMotion
 from clearance_mj.vehicle.steering import _lost_motion
-
 def digest_of(name):
     module, _, function = name.rpartition(".") if ":" not in name else name.partition(":")
     module = module if module.startswith("experiments.") else "clearance_mj." + module
     return digest(operator.attrgetter(function)(importlib.import_module(module)))
-
 x = np.linspace(0.0, 1e-4, 9)
 play = LostMotion(half_gap=1e-3, stiffness=1e4, damping=5.0)
 print(json.dumps({

@@ -15,23 +15,17 @@ from clearance_mj.identify import METHODS, get_method
 from clearance_mj.study import Study
 
 PLUGIN = '''"""Contact of the datasheet on a linear grease whose stiffness a probe and an accelerometer give."""
-
 import numpy as np
-
 from functools import partial
 from clearance_mj import ConstantLaw
 from clearance_mj.identify import Identified, fitted_model, register
 from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.estimate.estimates import Estimates
 from clearance_mj.rig import Grease
-
-
 def softened(rig, stiffness):
     contacts = [b.contact for b in rig.bushings]
     grease = Grease(float(stiffness), rig.bushings[0].grease.damping)
     return ConstantLaw([c.stiffness for c in contacts], [c.damping for c in contacts], grease=grease)
-
-
 @register("half-grease", "the rig file only: half of its grease, to a tenth", shortest=lambda rig: 1.0)
 def half_grease(dataset, progress=None):
     """Take half of the datasheet's grease."""

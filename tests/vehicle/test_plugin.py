@@ -20,32 +20,22 @@ from ..processes import run
 
 PLUGIN = '''
 """Proportional control of a point ahead of the vehicle, with the steady turn's angle."""
-
 from dataclasses import dataclass
-
 from clearance_mj.vehicle.controllers import Controller, ControllerRun, Registration, limited, register
-
-
 @dataclass(frozen=True)
 class Proportional(Controller):
     gain: float = 0.05  # rad/m
     look_ahead: float = 15.0  # m
-
     def start(self, task):
         return ProportionalRun(self, task)
-
-
 class ProportionalRun(ControllerRun):
     def __init__(self, settings, task):
         self.settings, self.task, self.last = settings, task, 0.0
-
     def command(self, seen):
         turn = self.task.vehicle.wheelbase * float(self.task.curvature(seen, self.task.servo.lag))
         angle = turn - self.settings.gain * (seen.e_y + self.settings.look_ahead * seen.e_psi)
         self.last = limited(angle, self.last, self.task)
         return self.last
-
-
 BOUNDS = {"gain": (1e-3, 0.1), "look_ahead": (2.0, 50.0)}
 register(Registration("proportional", "Proportional", Proportional, bounds=BOUNDS, colour="#117733", line=":"))
 '''
