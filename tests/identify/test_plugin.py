@@ -1,14 +1,12 @@
 """A method from one file outside of the package: known to the library, the command line, the study and its report."""
 
 import importlib
-import json
 import sys
 
 import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.cli import main
 from clearance_mj.cli.options import load_plugin
 from clearance_mj.core.cache import ResultCache
 from clearance_mj.identify import METHODS, get_method
@@ -46,10 +44,9 @@ def plugin(tmp_path, monkeypatch):
     sys.modules.pop("half_grease", None)
 
 
-def test_on_the_command_line_and_in_the_library(plugin, small_dataset, tmp_path, capsys):
-    options = ["--plugin", str(plugin), "--method", "half-grease", "--out", str(tmp_path / "found")]
-    assert main(["identify", str(small_dataset), *options, "--no-figures", "--json", "--quiet"]) == 0
-    (row,) = json.loads(capsys.readouterr().out)["parameters"]
+def test_on_the_command_line_and_in_the_library(plugin, small_dataset, tmp_path, answer):
+    options = ["--plugin", plugin, "--method", "half-grease", "--out", tmp_path / "found", "--no-figures", "--quiet"]
+    (row,) = answer("identify", small_dataset, *options)["parameters"]
     dataset = cm.Dataset.load(small_dataset)
     half = 0.5 * dataset.rig.bushings[0].grease.stiffness
     assert (row["name"], row["value"], row["std"]) == ("grease stiffness", half, pytest.approx(0.1 * half))
@@ -61,10 +58,10 @@ def test_on_the_command_line_and_in_the_library(plugin, small_dataset, tmp_path,
 
 
 @pytest.mark.slow
-def test_in_a_study_and_its_report(plugin, small_dataset, tmp_path, capsys):
-    options = ["--plugin", str(plugin), "--engines", "modal", "--methods", "nominal,half-grease", "--figures", "pdf"]
-    assert main(["study", str(small_dataset), *options, "--out", str(tmp_path / "out"), "--json", "--quiet"]) == 0
-    assert {row["law"] for row in json.loads(capsys.readouterr().out)["results"]} >= {"nominal", "half-grease"}
+def test_in_a_study_and_its_report(plugin, small_dataset, tmp_path, answer):
+    options = ["--plugin", plugin, "--engines", "modal", "--methods", "nominal,half-grease", "--figures", "pdf"]
+    rows = answer("study", small_dataset, *options, "--out", tmp_path / "out", "--quiet")["results"]
+    assert {row["law"] for row in rows} >= {"nominal", "half-grease"}
     figures = tmp_path / "out" / "figures"
     assert {path.stem for path in figures.glob("*.pdf")} == {path.stem for path in figures.glob("*.png")} != set()
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
@@ -86,6 +83,5 @@ def test_an_edited_plugin_is_not_answered_from_the_cache(plugin, small_dataset, 
     assert share() == 0.125
 
 
-def test_a_file_that_cannot_be_used(small_dataset, tmp_path, capsys):
-    assert main(["identify", str(small_dataset), "--plugin", str(tmp_path / "none.py")]) == 2
-    assert "none.py: no such file" in capsys.readouterr().err
+def test_a_file_that_cannot_be_used(small_dataset, tmp_path, refused):
+    assert "none.py: no such file" in refused("identify", small_dataset, "--plugin", tmp_path / "none.py")

@@ -8,7 +8,6 @@ import warnings
 import pytest
 
 from clearance_mj import Rig
-from clearance_mj.cli import main
 from clearance_mj.rig import Sensor
 from clearance_mj.rig.plausible import ImplausibleRig
 from clearance_mj.structure import Material, Section, Shaft, Support
@@ -33,13 +32,12 @@ def saved(tmp_path, length, diameter, gap=1e-4):
     (0.62, 0.01, 0.18, "gap 0.18 m is wider than the shaft's radius, 0.005 m, at x = 0.31 m: gaps are radial, in "
      "metres, and 0.18 mm is 0.00018"),
 ])  # fmt: skip
-def test_millimetres(tmp_path, capsys, length, diameter, gap, words):
+def test_millimetres(tmp_path, refused, length, diameter, gap, words):
     """A warning in Python, a refusal on the command line. Mass: 7850 kg/m³ π d²/4 L."""
     path = saved(tmp_path, length, diameter, gap)
     with pytest.warns(ImplausibleRig, match=re.escape(words)):
         Rig.load(path)
-    assert main(["simulate", str(path), "--out", str(tmp_path / "out.nc")]) == 2
-    assert words in capsys.readouterr().err
+    assert words in refused("simulate", path, "--out", tmp_path / "out.nc")
 
 
 @pytest.mark.parametrize("length, diameter, what", [

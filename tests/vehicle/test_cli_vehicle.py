@@ -6,16 +6,14 @@ import re
 
 import pytest
 
-from clearance_mj.cli import main
 from clearance_mj.core import tasks
 
 
-def test_report_of_runs(tmp_path, capsys, monkeypatch):
+def test_report_of_runs(tmp_path, answer, monkeypatch):
     monkeypatch.setattr(tasks, "_on_processes", tasks._on_threads)
     out = tmp_path / "out"
-    arguments = ["vehicle", "--speed", "72", "--controller", "smc,smc-cm", "--gap", "0.2deg", "--json", "--quiet"]
-    assert main([*arguments, "--out", str(out)]) == 0
-    printed = json.loads(capsys.readouterr().out)
+    case = ("--speed", "72", "--controller", "smc,smc-cm", "--gap", "0.2deg")
+    printed = answer("vehicle", *case, "--quiet", "--out", out)
     smc, model = printed["runs"]
     assert model["peak_e_y"] < smc["peak_e_y"] and printed["timing"]["smc"]["median"] > 0
     assert json.loads((out / "summary.json").read_text())["runs"] == printed["runs"]
@@ -29,11 +27,10 @@ def test_report_of_runs(tmp_path, capsys, monkeypatch):
     assert all((out / "figures" / f"{name}.png").read_bytes()[:4] == b"\x89PNG" for name in ("paths", "histories"))
 
 
-def test_manoeuvre_at_its_own_speed(tmp_path, capsys):
+def test_manoeuvre_at_its_own_speed(tmp_path, answer):
     """The crowned road at 100 km/h: gravity's share is held off by the wheels, and the page names the manoeuvre."""
     out = tmp_path / "out"
-    assert main(["vehicle", "--manoeuvre", "on-centre", "--controller", "smc", "--json", "--out", str(out)]) == 0
-    run = json.loads(capsys.readouterr().out)["runs"][0]
+    run = answer("vehicle", "--manoeuvre", "on-centre", "--controller", "smc", "--out", out)["runs"][0]
     assert (run["manoeuvre"], run["speed"]) == ("on-centre", 100.0)
     assert run["peak_lateral_acceleration"] > 0.025 * 9.81
     assert "Straight, crowned road, 100 km/h" in (out / "report.html").read_text(encoding="utf-8")
@@ -58,9 +55,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("bad", BAD)
-def test_bad_input(bad, tmp_path, capsys):
+def test_bad_input(bad, tmp_path, refused):
     arguments, words = BAD[bad]
-    assert main(["vehicle", *arguments, "--out", str(tmp_path / "out")]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == "" and captured.err.count("\n") == 1
-    assert words in captured.err and not (tmp_path / "out").exists()
+    assert words in refused("vehicle", *arguments, "--out", tmp_path / "out")
+    assert not (tmp_path / "out").exists()

@@ -34,8 +34,7 @@ def test_side_follows_the_aligning_moment():
 def test_frozen_while_the_side_is_not_known():
     estimate = ClearanceModel(H, threshold=20.0).start(TASK)
     assert estimate(1e-4, at()) == 0.0  # 0.6 N m: not known yet
-    assert estimate(0.01, at()) == -H and estimate(-1e-4, at()) == -H
-    assert estimate(-0.01, at()) == H
+    assert [estimate(angle, at()) for angle in (0.01, -1e-4, -0.01)] == [-H, -H, H]
 
 
 def test_side_follows_the_motion_where_friction_prevails():
@@ -48,8 +47,7 @@ def test_side_follows_the_motion_where_friction_prevails():
 def test_moment_is_limited_by_friction_of_the_road():
     """A slip far beyond the tyre's: the force is at most μ times the front axle's load."""
     largest = VEHICLE.tyre.friction * VEHICLE.mass * 9.81 * VEHICLE.lr / VEHICLE.wheelbase
-    lost = ClearanceModel(0.0, compliance=1e-5).start(TASK)(0.5, at())
-    assert lost == pytest.approx(-1e-5 * VEHICLE.trail * largest)
+    assert ClearanceModel(0.0, compliance=1e-5).start(TASK)(0.5, at()) == pytest.approx(-1e-5 * VEHICLE.trail * largest)
 
 
 @pytest.mark.parametrize("law", [SlidingMode(), ModelPredictive()], ids=repr)

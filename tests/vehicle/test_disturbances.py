@@ -43,8 +43,8 @@ def test_first_motion_is_that_of_the_linear_single_track(plant, force, moment, g
     for steps in (1, 20) if plant.name == "multi-body" else (1, 20, 60):
         after = plant.measure(plant.advance(plant.start(SPEED), np.zeros(steps), rows(steps, force, moment, gravity)))
         expected = scipy.linalg.expm(1e-3 * steps * rates)[:2, 2]
-        found = after.lateral_speed, after.yaw_rate
-        np.testing.assert_allclose(found, expected, rtol=0.03, atol=0.02 * np.abs(expected).max())
+        motion, atol = (after.lateral_speed, after.yaw_rate), 0.02 * np.abs(expected).max()
+        np.testing.assert_allclose(motion, expected, rtol=0.03, atol=atol)
 
 
 @every_plant

@@ -18,6 +18,12 @@ PATH = straight(100.0)
 SEEN = Observation(40.0, 0.4, 0.03, -0.2, 0.1, SPEED)
 
 
+def steady_turn(curvature):
+    """State, with the command, that holds a curvature: of the equations of motion."""
+    A, B, E = MODEL.continuous
+    return np.append(0.0, np.linalg.solve(np.column_stack((A[:, 1:], B)), -E)) * curvature
+
+
 def regulator(law):
     """Model with the command as a state, outputs, their weights, and the cost without limits (Riccati equation)."""
     A6, B6, E6 = MODEL.discrete
@@ -34,9 +40,7 @@ def dense(law, seen, curvature, task):
     The model, the cost and the terminal cost (SciPy's Riccati equation) are written anew here.
     """
     A, B, E, C, W, V = regulator(law)
-    Ac, Bc, Ec = MODEL.continuous
-    turn = np.append(0.0, np.linalg.solve(np.column_stack((Ac[:, 1:], Bc)), -Ec)) * curvature[-1]
-    x0 = np.array([seen.e_y, seen.e_psi, seen.lateral_speed, seen.yaw_rate, 0, 0, 0])
+    turn, x0 = steady_turn(curvature[-1]), np.array([seen.e_y, seen.e_psi, seen.lateral_speed, seen.yaw_rate, 0, 0, 0])
 
     def total(changes):
         x, J = x0, 0.0
@@ -155,7 +159,6 @@ def test_lost_motion_that_changes():
 
 def test_linearised_anew_when_the_speed_changes():
     """After a change of speed the commands are those of a program made at that speed."""
-    slow = SEEN._replace(speed=20.0)
-    changed = LAW.start(Task(LINEAR, straight(300.0), SPEED))
-    made = LAW.start(Task(LINEAR, straight(300.0), 20.0))
-    assert changed.command(slow) == pytest.approx(made.command(slow), abs=1e-6)
+    runs = (LAW.start(Task(LINEAR, straight(300.0), speed)) for speed in (SPEED, 20.0))
+    changed, made = (run.command(SEEN._replace(speed=20.0)) for run in runs)
+    assert changed == pytest.approx(made, abs=1e-6)

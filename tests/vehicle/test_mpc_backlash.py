@@ -14,8 +14,8 @@ from clearance_mj.vehicle.experiment import GAP, Case, get_controller
 from clearance_mj.vehicle.lost_motion import LostMotion, lost_motion_step
 from clearance_mj.vehicle.manoeuvres import clothoid_arc, straight
 
-from .test_controller import MODEL, SPEED, VEHICLE, solved
-from .test_mpc import regulator
+from .test_controller import SPEED, VEHICLE, solved
+from .test_mpc import regulator, steady_turn
 
 PATH = clothoid_arc()
 LAW = BacklashPredictive(half_gap=GAP, friction=30.0)
@@ -77,8 +77,6 @@ def rolled_out(plan, x, lost, curvature, task):
     """Cost of a plan, written anew: the play of a friction-driven clearance on the test's own model."""
     A, B, E, C, W, V = regulator(LAW)
     D = np.append(solved([0, 0, 0, 0, 1.0, 0], 1.0, 0.0, 0.01)[:4], np.zeros(3))
-    Ac, Bc, Ec = MODEL.continuous
-    turn = np.append(0.0, np.linalg.solve(np.column_stack((Ac[:, 1:], Bc)), -Ec)) * curvature[-1]
     J, d = 0.0, lost
     for change, kappa in zip(plan, curvature):
         y = C @ x - np.array([0, 0, SPEED * kappa])
@@ -86,7 +84,7 @@ def rolled_out(plan, x, lost, curvature, task):
         after = A @ x + B * change + E * kappa + D * d
         d = np.clip(d - (after[4] - x[4]), -GAP, GAP)
         x = after
-    x = x - turn + d * np.array([0, 0, 0, 0, 1, 0, 1.0])
+    x = x - steady_turn(curvature[-1]) + d * np.array([0, 0, 0, 0, 1, 0, 1.0])
     return J + x @ V @ x
 
 

@@ -59,12 +59,8 @@ def held(duration):
 
 def noise_covariance():
     """∫ exp(A t) G Gᵀ exp(Aᵀ t) dt over a period, by quadrature."""
-
-    def integrand(t):
-        spread = scipy.linalg.expm(A * t) @ G
-        return spread @ spread.T
-
-    return scipy.integrate.quad_vec(integrand, 0, PERIOD)[0]
+    growth = lambda t: scipy.linalg.expm(A * t)  # noqa: E731
+    return scipy.integrate.quad_vec(lambda t: growth(t) @ G @ G.T @ growth(t).T, 0, PERIOD)[0]
 
 
 def test_model_is_that_of_the_equations_of_motion():

@@ -73,11 +73,10 @@ def test_runge_kutta_with_the_librarys_right_hand_side(plant):
 
     for angle in angles:
         x[2] = angle
-        k1 = rate(x)
-        k2 = rate(x + STEP / 2 * k1)
-        k3 = rate(x + STEP / 2 * k2)
-        k4 = rate(x + STEP * k3)
-        x += STEP / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        slopes = [rate(x)]
+        for share in (0.5, 0.5, 1.0):
+            slopes.append(rate(x + share * STEP * slopes[-1]))
+        x += STEP / 6 * np.dot([1, 2, 2, 1], slopes)
     np.testing.assert_allclose(plant.advance(state, angles)[:-1], x, rtol=1e-11, atol=1e-12)
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearance_mj.cli import main
 from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.report.vehicle import CYCLE, histories, look, write_report
 from clearance_mj.vehicle import tune as tuning
@@ -120,11 +119,10 @@ def test_on_the_command_line(tmp_path):
     ("json.py", "", "another module has this name"),
     ("wrong_plugin.py", "1 / 0", "ZeroDivisionError: division by zero"),
 ])  # fmt: skip
-def test_file_that_cannot_be_used(name, text, words, tmp_path, capsys, monkeypatch):
+def test_file_that_cannot_be_used(name, text, words, tmp_path, refused, monkeypatch):
     monkeypatch.setattr(sys, "path", list(sys.path))
     (tmp_path / name).write_text(text, encoding="utf-8")
-    assert main(["vehicle", "--plugin", str(tmp_path / name), "--out", str(tmp_path / "out")]) == 2
-    assert words in capsys.readouterr().err
+    assert words in refused("vehicle", "--plugin", tmp_path / name, "--out", tmp_path / "out")
 
 
 def test_impossible_registrations():

@@ -25,8 +25,7 @@ TASK = nominal_task(straight(1000.0), SPEED)
 def still(k):
     """Truth and measurement of a vehicle that drives along the x axis, at sample k."""
     x = SPEED * PERIOD * k
-    now = Measurement(x, 0.0, 0.0, SPEED, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return Observation(x, 0.0, 0.0, 0.0, 0.0, SPEED), now
+    return Observation(x, 0.0, 0.0, 0.0, 0.0, SPEED), Measurement(x, 0.0, 0.0, SPEED, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def signals(sensors, samples, seed=0, servo=lambda k: 0.0):
@@ -65,17 +64,22 @@ def test_steering_angle_is_quantised():
     assert np.mean((seen - true) ** 2) == pytest.approx(step**2 / 12, rel=0.02)
 
 
-def test_messages_keep_their_order_and_ages():
-    """Delays of 10 to 30 ms read each 10 ms: a value is 20 or 30 ms old, each with the probability 1/2."""
-    message, n = Message((0.01, 0.03), np.random.default_rng(0)), 20000
-    newest, ages = -1, []
+def ages_of(delay, seed, n):
+    """Ages, in periods, of the newest value of a message that is sent and read n times; values keep their order."""
+    message, newest, ages = Message(delay, np.random.default_rng(seed)), -1, []
     for k in range(n):
         message.send(k * PERIOD, k)
         arrived = message.read(k * PERIOD)
         assert arrived is None or arrived > newest
         newest = newest if arrived is None else arrived
         ages.append(k - newest)
-    shares = np.bincount(ages[10:]) / len(ages[10:])
+    return ages[10:]
+
+
+def test_messages_keep_their_order_and_ages():
+    """Delays of 10 to 30 ms read each 10 ms: a value is 20 or 30 ms old, each with the probability 1/2."""
+    n = 20000
+    shares = np.bincount(ages_of((0.01, 0.03), 0, n)) / (n - 10)
     assert shares.size == 4 and shares[:2].sum() == 0
     assert shares[2] == pytest.approx(0.5, abs=4 * 0.5 / math.sqrt(n))
     assert age((0.01, 0.03), PERIOD) == pytest.approx((0.025, 0.005))
@@ -84,13 +88,8 @@ def test_messages_keep_their_order_and_ages():
 @pytest.mark.parametrize("delay", [(0.0, 0.0), (0.02, 0.02), (0.025, 0.025), (0.0, 0.01), (0.03, 0.09)])
 def test_age_of_the_newest_value(delay):
     """Closed form against reading a message whose delays are drawn."""
-    message, newest, ages = Message(delay, np.random.default_rng(1)), 0, []
-    for k in range(20000):
-        message.send(k * PERIOD, k)
-        newest = message.read(k * PERIOD) or newest
-        ages.append((k - newest) * PERIOD)
-    mean, deviation = age(delay, PERIOD)
-    assert (np.mean(ages[10:]), np.std(ages[10:])) == pytest.approx((mean, deviation), abs=2e-4)
+    ages = PERIOD * np.array(ages_of(delay, 1, 20000))
+    assert (ages.mean(), ages.std()) == pytest.approx(age(delay, PERIOD), abs=2e-4)
 
 
 def test_position_fixes():
@@ -149,8 +148,7 @@ def test_observer_sees_better_than_a_fix():
     case = Case("smc-cm", 72.0, sensors=Recorded(), seed=100)
     follow_path(MultiBody(), case.steering, case.tuned_controller, case.task, case.sensors, case.seed)
     rms = np.sqrt(np.mean(np.square(errors), axis=0))
-    assert rms[1] < 0.014 and rms[2] < np.radians(0.12)
-    assert rms[4] < np.radians(0.3)
+    assert np.all(rms[[1, 2, 4]] < (0.014, np.radians(0.12), np.radians(0.3)))
 
 
 def test_names_of_sensors():

@@ -26,24 +26,22 @@ def first(seen, path):
     return LAW.start(AnswersAtOnce(CAR, path, seen.speed, largest_rate=1e3)).command(seen)
 
 
-def test_lateral_error():
-    """1 m left of a straight at 18 m/s: -atan(5 · 1/(2 + 18)) = -atan(0.25)."""
-    seen = Observation(50.0, 1.0, 0.0, 0.0, 0.0, 18.0)
-    assert first(seen, straight(200.0)) == pytest.approx(-math.atan(0.25), rel=1e-9)
+def test_lateral_error_heading_error_and_yaw_rate():
+    """1 m left of a straight at 18 m/s: -atan(5 · 1/(2 + 18)) = -atan(0.25).
 
-
-def test_heading_error_and_yaw_rate():
-    """0.1 rad to the left and turning at 0.3 rad/s: -0.1 - atan(0.25 · 1.2 sin 0.1) - 0.2 · 0.3."""
-    seen = Observation(50.0, 0.0, 0.1, 0.0, 0.3, 18.0)
-    expected = -0.1 - math.atan(0.25 * 1.2 * math.sin(0.1)) - 0.06
-    assert first(seen, straight(200.0)) == pytest.approx(expected, rel=1e-9)
+    0.1 rad to the left and turning at 0.3 rad/s: -0.1 - atan(0.25 · 1.2 sin 0.1) - 0.2 · 0.3.
+    """
+    turned = -0.1 - math.atan(0.25 * 1.2 * math.sin(0.1)) - 0.06
+    for errors, expected in (((1.0, 0.0, 0.0, 0.0), -math.atan(0.25)), ((0.0, 0.1, 0.0, 0.3), turned)):
+        assert first(Observation(50.0, *errors, 18.0), straight(200.0)) == pytest.approx(expected, rel=1e-9)
 
 
 def test_steady_turn():
     """On an arc of 200 m at 18 m/s, where front axle and yaw rate follow it: l_f κ + 1500 · 1.8 · 18² κ/(3 · 9e4)."""
-    seen = Observation(140.0, 0.0, 0.0, 0.0, 18.0 / 200, 18.0)
     expected = (1.2 + 1500 * 1.8 * 18**2 / (3 * 9e4)) / 200
-    assert first(seen, clothoid_arc()) == pytest.approx(expected, rel=1e-3)
+    assert first(Observation(140.0, 0.0, 0.0, 0.0, 18.0 / 200, 18.0), clothoid_arc()) == pytest.approx(
+        expected, rel=1e-3
+    )
 
 
 def test_change_of_the_servo_is_damped():

@@ -31,9 +31,7 @@ def test_repeated_on_any_number_of_processes(monkeypatch):
     one, two = (tune("smc", generations=1, population=5, workers=n) for n in (1, 2))
     assert one == two and one["evaluations"] == 10
     assert cost(SMC, SlidingMode(**one["settings"])) == pytest.approx(one["cost"], abs=1e-6)
-    assert one["cost"] < cost(
-        SMC, SlidingMode(look_ahead=1.0, convergence=1.0, reaching=0.5, switching=0.05, layer=2.0)
-    )
+    assert one["cost"] < cost(SMC, SlidingMode(1.0, 1.0, 0.5, 0.05, 2.0))
 
 
 def test_same_budget_for_all():
