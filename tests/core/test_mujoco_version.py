@@ -12,6 +12,7 @@ import pytest
 from clearance_mj.core import mujoco_version
 
 from ..processes import run
+from ..refusals import assert_refused
 
 ROOT = Path(__file__).parents[2]
 
@@ -37,20 +38,17 @@ def test_a_mujoco_that_will_do(monkeypatch, versions):
 
 def test_none_and_one_that_is_too_old(monkeypatch):
     installed(monkeypatch, mujoco="3.9.0")
-    with pytest.raises(
-        ImportError, match=r'^clearance_mj needs MuJoCo 3.10 or newer, not 3.9.0: pip install "mujoco-core'
-    ):
-        mujoco_version.check()
+    old = '^clearance_mj needs MuJoCo 3.10 or newer, not 3.9.0: pip install "mujoco-core'
+    assert_refused(ImportError, old, mujoco_version.check)
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(ImportError, match=r'^clearance_mj needs MuJoCo: pip install .*, or a "mujoco" from 3.10 on'):
-        mujoco_version.check()
+    none = '^clearance_mj needs MuJoCo: pip install .*, or a "mujoco" from 3.10 on'
+    assert_refused(ImportError, none, mujoco_version.check)
 
 
 def test_a_version_that_is_known_to_be_wrong(monkeypatch):
     installed(monkeypatch, mujoco="4.0.0", mujoco_core="4.0.0")
-    with pytest.warns(
-        UserWarning, match='^MuJoCo 4.0.0: its sparse Cholesky factorisation is wrong .*; pip install "mujoco-core'
-    ):
+    words = '^MuJoCo 4.0.0: its sparse Cholesky factorisation is wrong .*; pip install "mujoco-core'
+    with pytest.warns(UserWarning, match=words):
         mujoco_version.check()
     installed(monkeypatch, mujoco="4.0.0", mujoco_core="4.0.1")
     with warnings.catch_warnings():

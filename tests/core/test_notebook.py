@@ -184,9 +184,8 @@ def test_a_law_draws_its_cycles(rig):
     gap, law = rig.bushings[0].gap, cm.ConstantLaw(8e3, 0.0, grease=cm.Grease(stiffness=4e3))
     force, k, c = law.plot(rig).axes[:3]
     x, f = force.lines[0].get_data()  # the largest cycle comes first: 2.5 gaps; without damping two straight lines
-    np.testing.assert_allclose(
-        f, 4e3 * 1e-3 * x + 8e3 * 1e-3 * np.sign(x) * np.maximum(abs(x) - 1e3 * gap, 0), atol=1e-6
-    )
+    expected = 4e3 * 1e-3 * x + 8e3 * 1e-3 * np.sign(x) * np.maximum(abs(x) - 1e3 * gap, 0)
+    np.testing.assert_allclose(f, expected, atol=1e-6)
     assert max(x) == pytest.approx(2.5e3 * gap) and set(k.lines[0].get_ydata()) == {8e3}
     assert [line.get_xdata()[0] for line in force.lines[3:]] == pytest.approx([-1e3 * gap, 1e3 * gap])
     assert c.get_xlabel() == "" and law.plot(rig, [2e-4], 50.0).axes[3].get_xlabel() == "Displacement (mm)"

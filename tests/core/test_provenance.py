@@ -128,18 +128,13 @@ def test_a_stale_or_foreign_file_is_noticed(world, capsys):
         f"{table} was changed after clearance-mj place wrote it",
         f"{table} was made from another {world / 'rig.toml'} than is there now",
     ]
-    assert stale([world / "out" / "a.csv"]) == [
-        f"{world / 'out' / 'a.csv'} was changed after clearance-mj convert wrote it"
-    ]
+    converted = world / "out" / "a.csv"
+    assert stale([converted]) == [f"{converted} was changed after clearance-mj convert wrote it"]
     capsys.readouterr()
-    simulate = [
-        "simulate", "bench", "--law", "out/found/law.json", "--engine", "modal", "--duration", "0.05", "--quiet",
-    ]  # fmt: skip
-    assert main([*simulate, "--out", "s.nc"]) == 0
-    said = capsys.readouterr().err.splitlines()
-    assert said[0] == (
-        f"clearance-mj: note: out/found/law.json was made from another {world / 'bench' / 'rig.toml'} than is there now"
-    )
+    simulate = "simulate bench --law out/found/law.json --engine modal --duration 0.05 --quiet --out s.nc"
+    assert main(simulate.split()) == 0
+    said, rig = capsys.readouterr().err.splitlines(), world / "bench" / "rig.toml"
+    assert said[0] == f"clearance-mj: note: out/found/law.json was made from another {rig} than is there now"
 
 
 def test_a_dataset_to_which_a_record_was_added_is_no_other(tmp_path):

@@ -20,10 +20,9 @@ def record_of(rig, excitation, law, engine="modal", noise=0.01, name="simulated"
 def noisy(rig, response, noise=0.01, name="simulated"):
     """A record of what a rig's sensors and probes would measure of a response, with white noise on every channel."""
     rng = np.random.default_rng(7)
-    channels = [
-        dataclasses.replace(c, value=c.value + noise * c.value.std() * rng.standard_normal(c.size))
-        for c in to_channels(response, rig)
-    ]
+    channels = to_channels(response, rig)
+    values = (c.value + noise * c.value.std() * rng.standard_normal(c.size) for c in channels)
+    channels = [dataclasses.replace(c, value=value) for c, value in zip(channels, values)]
     return Record(name, "identify", rig, response.fs, channels, response.kind, band=response.band)
 
 

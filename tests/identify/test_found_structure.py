@@ -83,9 +83,8 @@ def test_what_flanks_add_to_a_windowed_motion():
     """The transform of (f y)¨ is s² that of f y, and (f y)¨ = f ÿ + 2 ḟ ẏ + f̈ y."""
     fs, decay, omega = 2048.0, 0.4, 2 * np.pi * np.array([5.0, 40.0])
     motion = np.exp((1j * omega - decay) * (np.arange(8192)[:, None] / fs))  # goes on where the record ends
-    (frequency, of_motion), (_, of_acceleration) = (
-        complex_spectra(y.real, fs, (3.0, 60.0), 500) for y in (motion, (1j * omega - decay) ** 2 * motion)
-    )
+    histories = motion.real, ((1j * omega - decay) ** 2 * motion).real
+    (frequency, of_motion), (_, of_acceleration) = (complex_spectra(y, fs, (3.0, 60.0), 500) for y in histories)
     s = 1j * complex_frequency(frequency, 4.0)[:, None]
     added = flank_spectra(motion.real, fs, frequency)
     np.testing.assert_allclose(of_acceleration + added, s**2 * of_motion, atol=1e-4 * np.abs(s**2 * of_motion).max())
@@ -152,9 +151,8 @@ def test_a_structure_is_found_on_foreign_physics_and_its_numbers_are_right(name,
     assert one.name == name and one.confirmed > 0
     rig, real = found.rig, bench.structure
     if name == "housing":
-        assert [b.housing.stiffness for b in rig.bushings] == pytest.approx(
-            [h.stiffness for h in real.housings], rel=0.1
-        )
+        stiffness = [housing.stiffness for housing in real.housings]
+        assert [b.housing.stiffness for b in rig.bushings] == pytest.approx(stiffness, rel=0.1)
     elif name == "spring":
         assert len(real.springs) == len(rig.springs) == 1
         ((place, stiffness, damping),) = real.springs

@@ -51,9 +51,8 @@ def left_out(records):
 
 def without_sensor(record):
     """The record on a rig that never had the sensor."""
-    return dataclasses.replace(
-        record, left_out=(), rig=RIG.replace(sensors=tuple(s for s in RIG.sensors if s.node != 3))
-    )
+    lacking = RIG.replace(sensors=tuple(s for s in RIG.sensors if s.node != 3))
+    return dataclasses.replace(record, left_out=(), rig=lacking)
 
 
 def test_refused_with_the_way_out_and_then_taken(records, left_out):

@@ -47,14 +47,10 @@ def recorded(name, rig, spin, seconds=8.0, noise=2e-7, nominal=None, law=None):
     time = np.arange(moved.shape[1]) / FS
     angle = spin.angle_at(time + lead)
     rng = np.random.default_rng(len(name))
-    shown = [
-        each + 3e-6 * np.cos(angle - turn) + noise * rng.standard_normal(time.size)
-        for each, turn in zip(moved, (0.0, np.pi / 2))
-    ]
+    run_out = 3e-6 * np.array([np.cos(angle), np.cos(angle - np.pi / 2)])
+    shown = moved + run_out + noise * rng.standard_normal((2, time.size))
     pulses = 5.0 * (np.cos(angle + np.pi / 3) > 0.5)
-    channels = [
-        Channel(f"probe {axis}", 301, f"+{axis}", "displacement", value, FS) for axis, value in zip("YZ", shown)
-    ]
+    channels = [Channel(f"probe {way}", 301, f"+{way}", "displacement", value, FS) for way, value in zip("YZ", shown)]
     channels.append(Channel("keyphasor", 400, "S", "unknown", pulses, FS, unit="V"))
     return Record(name, "orbit", nominal or rig, FS, channels, "spin", spin=spin)
 
@@ -188,10 +184,8 @@ def rub_begins():
     """A record that goes on with that of a narrower gap: its orbit of 13 µm meets a wall at 4 µm."""
     later = Spin(MIDDLE.speed, angle=MIDDLE.speed * BEGINS % (2 * np.pi))
     before, after = recorded("a", rotor(), MIDDLE, BEGINS), recorded("a", rotor(4e-6), later, BEGINS)
-    joined = [
-        dataclasses.replace(c, value=np.concatenate((c.value, d.value)))
-        for c, d in zip(before.channels, after.channels)
-    ]
+    pairs = zip(before.channels, after.channels)
+    joined = [dataclasses.replace(c, value=np.concatenate((c.value, d.value))) for c, d in pairs]
     return Record("on", "orbit", before.rig, FS, joined, "spin", spin=MIDDLE)
 
 

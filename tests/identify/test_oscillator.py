@@ -34,9 +34,8 @@ def test_working_conditions(number, snr, measured):
         errors.append([rms_error(getattr(result, name), getattr(decay, name), result.valid) for name in "kc"])
         assert result.valid.mean() > 0.95
     for name, error, limit in zip("kc", np.max(errors, axis=0), TARGETS[snr]):
-        measured.below(
-            f"working condition {number}, {snr} dB: RMS error of {name}", error, limit, f"the decay's {name}(t)"
-        )
+        what = f"working condition {number}, {snr} dB: RMS error of {name}"
+        measured.below(what, error, limit, f"the decay's {name}(t)")
 
 
 @pytest.mark.parametrize("number", CONDITIONS)

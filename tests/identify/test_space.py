@@ -131,10 +131,8 @@ def test_what_the_unbalance_moves_in_the_slow_roll_is_not_lost():
 
     Its moment is found all the same, and the motion given back to the probes.
     """
-    slow, fast = (
-        turning_record("slow", "identify", Spin(40.0)),
-        turning_record("fast", "identify", Spin(140.0), "z", 1.0),
-    )
+    slow, fast = (turning_record(name, "identify", *of) for name, *of in
+                  (("slow", Spin(40.0)), ("fast", Spin(140.0), "z", 1.0)))  # fmt: skip
     _, less = prepare_turning(Dataset(RIG, (slow, fast)))
     found = find_turning_loads(RIG, (less,), {})
     assert found.rig.unbalances[0].moment == pytest.approx(1e-4, rel=0.01)

@@ -34,9 +34,8 @@ def of_supports(rig):
 def test_pins_are_stiff_springs_within_decades():
     """So stiff at first that the lowest frequency of a slender shaft changes by less than 1 %."""
     found = of_supports(stepped(*PINS))
-    assert set(found) == {
-        f"structure.supports[{i}].{name}" for i in (0, 1) for name in ("translation", "translation_damping")
-    }
+    names = "translation", "translation_damping"
+    assert set(found) == {f"structure.supports[{i}].{name}" for i in (0, 1) for name in names}
     assert all(p.prior_std == pytest.approx(math.log(10)) for p in found.values())
     rig = stepped(*PINS)
     assert natural_frequencies(prepared_rig(rig), 1) == pytest.approx(natural_frequencies(rig, 1), rel=0.01)

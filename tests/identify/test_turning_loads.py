@@ -78,10 +78,8 @@ def record(name, speed, seed, **loads):
     signals += [(*label.split(":"), "displacement", x) for label, x in zip(RIG.probe_labels, (seen.real, seen.imag))]
     noisy = [(*at, x + 0.01 * np.std(x) * rng.standard_normal(x.size)) for *at, x in signals]
     noisy.append((400, "S", "unknown", keyphasor(angle)))
-    channels = [
-        Channel(f"{node}{way}", int(node), way, what, value, FS, unit="V" if what == "unknown" else "")
-        for node, way, what, value in noisy
-    ]
+    units = {"unknown": "V"}
+    channels = [Channel(f"{at}{way}", int(at), way, of, x, FS, unit=units.get(of, "")) for at, way, of, x in noisy]
     return Record(name, "identify", RIG, FS, channels, "spin", "", None, None, None, {}, None, spin)
 
 

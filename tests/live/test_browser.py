@@ -17,9 +17,7 @@ from ..contrast import FAINT_TEXTS, contrast
 from .browser import CHROMIUM, chromium, opened, served, settled, slide, until
 
 pytest.importorskip("playwright", reason='needs Playwright: pip install "clearance-mj[browser]"')
-pytestmark = [
-    pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium"),
-]  # fmt: skip
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")]
 
 LAW = ConstantLaw(7.8e3, 4.0)
 MARKUP = "<img src=x onerror=alert(1)> & <b>rig</b>"
@@ -105,9 +103,8 @@ def test_overlay_of_a_record(page, folder):
     settled(page)
     test = np.abs(estimate_frf(Dataset.load(folder).records[3].response()).value[:, 0])
     np.testing.assert_allclose(shown(page, 9), test[0], rtol=1e-6)
-    assert "CSAC" in page.inner_text("#at") and page.inner_text("#sensors tbody tr:first-child td:last-child").endswith(
-        "dB"
-    )
+    assert "CSAC" in page.inner_text("#at")
+    assert page.inner_text("#sensors tbody tr:first-child td:last-child").endswith("dB")
     page.select_option('[id="c-excitation"]', "record: level_4_1")
     settled(page)
     law = Model.load(folder).law
@@ -138,10 +135,8 @@ def test_a_and_b_are_heard_at_one_full_scale(page):
     for slot in "AB":
         page.click(f"#hear-{slot}")
         said.append(page.inner_text("#status"))
-    assert [words.partition(" peak")[0] for words in said] == [
-        said[0].partition(" peak")[0],
-        "B" + said[0].partition(" peak")[0][1:],
-    ]
+    first, second = (words.partition(" peak")[0] for words in said)
+    assert second == "B" + first[1:]
     peaks = page.evaluate("[...'AB'].map((s) => Math.max(...live.state.memory[s].sound.samples.map(Math.abs)))")
     assert float(said[0].partition("full scale ")[2].split()[0]) == pytest.approx(max(peaks), rel=0.01)
 
@@ -215,28 +210,14 @@ def test_keyboard(page):
     page.keyboard.press("0")
     assert page.evaluate("live.charts.magnitude.plot.scales.x.max") == x[-1]
     # everything that can be pressed or moved is reached by Tab
-    reached, wanted = (
-        set(),
-        page.evaluate("document.querySelectorAll('button:enabled, input:enabled, select, .chart').length"),
-    )
+    wanted = page.evaluate("document.querySelectorAll('button:enabled, input:enabled, select, .chart').length")
+    reached, name = set(), "(e => e.id || (e.getAttribute('aria-label') || e.textContent))(document.activeElement)"
     page.evaluate("document.activeElement.blur()")
     for _ in range(wanted + 40):
         page.keyboard.press("Tab")
-        reached.add(
-            page.evaluate("(e => e.id || (e.getAttribute('aria-label') || e.textContent))(document.activeElement)")
-        )
-    assert {
-        "reset",
-        "keep-A",
-        "export",
-        "c-excitation",
-        "c-bushings[1].gap",
-        "magnitude",
-        "history",
-        "play",
-        "s-7",
-        "branch-go",
-    } <= reached
+        reached.add(page.evaluate(name))
+    named = "reset keep-A export c-excitation c-bushings[1].gap magnitude history play s-7 branch-go"
+    assert set(named.split()) <= reached
 
 
 def stepped(page):

@@ -179,9 +179,8 @@ def test_orbits_join_two_directions_of_a_clearance():
     assert figures.orbits(pump) == [(0, 1, False)] and figures.orbits(TABLE1) == []
 
 
-WRITTEN = re.findall(
-    r"```toml\n(name = .*?)```", (ROOT / "docs" / "structures.md").read_text(encoding="utf-8"), re.DOTALL
-)
+STRUCTURES = (ROOT / "docs" / "structures.md").read_text(encoding="utf-8")
+WRITTEN = re.findall(r"```toml\n(name = .*?)```", STRUCTURES, re.DOTALL)
 
 
 @pytest.mark.parametrize("kind", ["pump_frame", "stepped_shaft", *range(len(WRITTEN))])
@@ -205,10 +204,8 @@ def test_overlay_measures_agreement(small_dataset):
     numbers = session.show(session.setting({"excitation": "record: level_4_1"}))
     numbers.add(session.overlay("level_4_1", 0.5))
     record = dataset.records[3]
-    test, model = (
-        estimate_frf(record.response()),
-        estimate_frf(simulate(dataset.rig, record.excitation(), LAW, "modal")),
-    )
+    responses = record.response(), simulate(dataset.rig, record.excitation(), LAW, "modal")
+    test, model = map(estimate_frf, responses)
     np.testing.assert_array_equal(numbers.arrays["test_magnitude"], np.abs(test.value[:, 0]))
     pair = test.value[:, 0], model.value[:, 0]
     assert numbers.facts["agreement"]["rmse_db"] == pytest.approx(rmse_db(*pair).tolist())

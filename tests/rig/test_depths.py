@@ -16,9 +16,8 @@ TABLE_1 = Rig.load(ROOT / "models" / "table1_rig.toml")
 def test_walls_of_an_offset_and_of_one_side():
     """Gap 0.3 mm. At rest 0.1 mm above the middle: walls at 0.2 and -0.4 mm; a lower stop alone has none above."""
     first, second = TABLE_1.bushings
-    rig = TABLE_1.replace(
-        bushings=(dataclasses.replace(first, offset=1e-4), dataclasses.replace(second, stops="lower"))
-    )
+    walls = dataclasses.replace(first, offset=1e-4), dataclasses.replace(second, stops="lower")
+    rig = TABLE_1.replace(bushings=walls)
     moved = np.array([[2.5e-4, -4.2e-4, 0.0], [9e-4, -2e-4, 0.0]])
     assert wall_depths(rig, moved) == pytest.approx([5e-5, 0.0])
 
@@ -43,6 +42,5 @@ def test_what_is_too_deep_is_said():
     assert first.startswith(
         "clearance 6:+Z: the shaft is 0.061 mm deep in the wall, beyond a fifth of the gap (0.3 mm)"
     )
-    assert second.startswith(
-        "clearance 7:+Z: the shaft is 0.011 mm deep in the wall, and from 0.01 mm on the bushing yields"
-    )
+    words = "clearance 7:+Z: the shaft is 0.011 mm deep in the wall, and from 0.01 mm on the bushing yields"
+    assert second.startswith(words)

@@ -56,9 +56,9 @@ def test_the_same_functions_measured_differently_are_the_same():
     """Receptances, other order, one sensor and the reference the other way round, lines of half the distance."""
     test = oscillator("acceleration/force")
     model = oscillator(frequency=np.arange(4.0, 120.0, 0.25), responses=("1:+Z", "2:+Z", "3:-Z"))
-    model = dataclasses.replace(model, value=model.value * [[[-1]], [[-1]], [[1]]], references=("200:-Z",))
-    order = [2, 0, 1]
-    model = dataclasses.replace(model, value=model.value[order], responses=tuple(model.responses[i] for i in order))
+    turned, order = model.value * [[[-1]], [[-1]], [[1]]], [2, 0, 1]
+    responses = tuple(model.responses[i] for i in order)
+    model = dataclasses.replace(model, value=turned[order], responses=responses, references=("200:-Z",))
     got = align(test, model)
     assert (got.model.responses, got.model.reference, got.model.quantity) == (DOFS, "200:+Z", "acceleration/force")
     np.testing.assert_array_equal(got.test.value, test.value)
@@ -148,10 +148,8 @@ def test_responses_and_references_are_aligned_each_for_itself():
     np.testing.assert_allclose(got.model.value, got.test.value, rtol=1e-14)
     assert got.only_test == ("2:+Z/1:+Z", "2:+Z/5:+Z", "1:+Z/9:+X", "2:+Z/9:+X", "3:+Z/9:+X")
     assert got.only_model == ("3:+Z/8:+Z", "1:-Z/8:+Z")
-    assert got.notes == (
-        "the model's references are turned: 5:-Z to 5:+Z",
-        "the model's responses are turned: 1:-Z to 1:+Z",
-    )
+    turned = ("references", 5), ("responses", 1)
+    assert got.notes == tuple(f"the model's {what} are turned: {i}:-Z to {i}:+Z" for what, i in turned)
 
 
 def test_one_reference_of_several():

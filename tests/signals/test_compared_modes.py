@@ -35,7 +35,7 @@ def test_a_mode_is_known_as_well_as_repeated_noise_shows(rng, measured):
 
 def test_a_mode_in_the_noise_is_hardly_extracted_or_not_found(rng):
     """Where the third mode is seen at all, its row says why it is not compared, and holds no error and no MAC."""
-    seen = 0
+    seen, reasons = 0, ("not found in the test's FRFs between 10", "hardly extracted from the te")
     for _ in range(8):
         test, model = noisy(rng, (1, 1, HIDDEN)), modal_frf(participation=(1, 1, HIDDEN))
         for _, row in compare_modes(test, model, 3).iterrows():
@@ -43,10 +43,7 @@ def test_a_mode_in_the_noise_is_hardly_extracted_or_not_found(rng):
                 continue
             seen += 1
             assert np.isnan(row["relative_error"]) == np.isnan(row["mac"]) == bool(row["why"])
-            if row["why"]:
-                assert row["why"].startswith(
-                    ("not found in the test's FRFs between 10", "hardly extracted from the te")
-                )
+            assert not row["why"] or row["why"].startswith(reasons)
     assert seen >= 8
 
 
@@ -66,8 +63,7 @@ def test_two_poles_of_one_peak_are_one_mode():
 
 
 def test_modes_that_one_record_lacks_or_hides_are_left_out_of_all(rng):
-    names = ("a", "b")
-    whole, two = noisy(rng, (1, 1, 1)), modal_frf(RATES[:2], SHAPES[:, :2], (1, 1))
+    names, whole, two = ("a", "b"), noisy(rng, (1, 1, 1)), modal_frf(RATES[:2], SHAPES[:, :2], (1, 1))
     modes, said = common_modes([whole, two], names, 3)
     assert [m.frequency.size for m in modes] == [2, 2]
     np.testing.assert_allclose(modes[0].frequency, modes[1].frequency, rtol=0.01)
@@ -81,9 +77,8 @@ def test_rows_of_records_with_poor_modes_stay_within_what_they_can_be(seed):
     """Two levels of two records, of laws good and poor, with modes from plain to hidden."""
     rng = np.random.default_rng(seed)
     participation = (1, *(10.0 ** rng.uniform(-3, 0, 2)))
-    tests = {
-        level: [noisy(rng, participation, noise=noise) for _ in "ab"] for level, noise in ((1.0, 0.05), (4.0, 0.3))
-    }
+    noises = {1.0: 0.05, 4.0: 0.3}
+    tests = {level: [noisy(rng, participation, noise=noise) for _ in "ab"] for level, noise in noises.items()}
     modes = {level: common_modes(records, ("a", "b"), 4)[0] for level, records in tests.items()}
     for rates in (RATES, tuple(1.05 * f for f in RATES), (27.0, 100.0, 140.0)):
         by_level, model = {}, modal_frf(rates, participation=participation)

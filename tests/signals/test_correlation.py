@@ -14,9 +14,8 @@ from clearance_mj.signals.correlation import csac, csac_per_sensor, csf, csf_per
 
 from ..refusals import assert_refused
 
-of_every_criterion = pytest.mark.parametrize(
-    "criterion", [frac, csac, csf, mre, rmse_db, csac_per_sensor, csf_per_sensor]
-)
+CRITERIA = frac, csac, csf, mre, rmse_db, csac_per_sensor, csf_per_sensor
+of_every_criterion = pytest.mark.parametrize("criterion", CRITERIA)
 
 
 def frfs(seed=0, n_resp=4, n_f=30):

@@ -41,9 +41,8 @@ def beam(times=TIMES, peaks=PEAKS, at="2:+Z", responses=("1:+Z", "2:+Z"), durati
         inside = (time > start) & (time < start + 0.002)
         force[inside] += peak * np.sin(np.pi * (time[inside] - start) / 0.002) ** 2
     motion = 0.0
-    for wn, ratio, of_hammer, of_sensors in zip(
-        2 * np.pi * FREQUENCY, damping, shape(at), np.transpose([shape(r) for r in responses])
-    ):
+    of_responses = np.transpose([shape(r) for r in responses])
+    for wn, ratio, of_hammer, of_sensors in zip(2 * np.pi * FREQUENCY, damping, shape(at), of_responses):
         system = [[0, 1], [-(wn**2), -2 * ratio * wn]], [[0], [of_hammer]], [[-(wn**2), -2 * ratio * wn]], [[of_hammer]]
         system = tuple(map(np.array, system))
         up, down = scipy.signal.ss2tf(*scipy.signal.cont2discrete(system, 1 / (FS * UP), "foh")[:4])

@@ -103,9 +103,8 @@ def test_the_figure_shows_wall_orbit_marks_and_ellipse_in_micrometres():
 def test_a_response_in_space_names_its_rows_and_keeps_its_spin():
     rows = 1e-5 * np.arange(4.0)[:, None] * np.ones(100)
     spin = np.linspace(10.0, 20.0, 100)
-    found = Response(
-        FS, np.zeros(100), np.zeros((1, 100)), rows, 0 * rows, 0 * rows, contact_share=np.zeros(2), spin=spin
-    )
+    still = np.zeros((1, 100))
+    found = Response(FS, still[0], still, rows, 0 * rows, 0 * rows, contact_share=np.zeros(2), spin=spin)
     assert found.clearance_rows == [slice(0, 2), slice(2, 4)]
     again = Response.from_xarray(found.to_xarray())
     assert again == found and again.clearance_rows == found.clearance_rows

@@ -52,10 +52,8 @@ def held(structure, sensors=("9:Z",), **more):
 
 
 def cantilever(**changes):
-    mass, stiffness = hermite()
-    return Matrices(
-        **({"mass": mass, "stiffness": stiffness, "dofs": MOVES, "units": "m-kg-s", "fixed": ("1",)} | changes)
-    )
+    given = dict(zip(("mass", "stiffness"), hermite())) | {"dofs": MOVES, "units": "m-kg-s", "fixed": ("1",)}
+    return Matrices(**(given | changes))
 
 
 def frequencies(structure, n=4, at="9:Z"):

@@ -108,9 +108,8 @@ def test_free_gears_turn_on_under_a_torque():
     during, turns = time < 0.04, 2 * np.pi * time / 0.04
     read = [("1:RX", "angle"), ("1:RX", "angular velocity"), ("1:RX", "acceleration"), ("1:-X", "acceleration")]
     sensors = tuple(Sensor(i, at, quantity=what) for i, (at, what) in enumerate([*read, ("2:X", "velocity")], 1))
-    angle, speed, turned, moved, other = cm.simulate(
-        gearbox(bushings=(mesh(gap=1.0),), sensors=sensors), torque
-    ).channels
+    free = gearbox(bushings=(mesh(gap=1.0),), sensors=sensors)
+    angle, speed, turned, moved, other = cm.simulate(free, torque).channels
     known = 0.01 / (2 * I1) * (time**2 / 2 - (1 - np.cos(turns)) * (0.04 / (2 * np.pi)) ** 2)
     assert_allclose(angle[during], known[during], rtol=0, atol=1e-4 * np.max(angle))
     assert_allclose(speed[~during][5:], 0.01 * 0.04 / (2 * I1), rtol=1e-5)
@@ -119,9 +118,8 @@ def test_free_gears_turn_on_under_a_torque():
     assert not other.any()
     dragged = gearbox(Gears((Inertia(1, I1, R1, drag=0.5),)), ())
     a, b, w = 0.5 / I1, 0.01 / (2 * I1), 2 * np.pi / 0.04  # ẏ + a y = b (1 - cos ωt), from 0
-    known = b / a * (1 - np.exp(-a * time)) - b * (a * np.cos(turns) + w * np.sin(turns) - a * np.exp(-a * time)) / (
-        a**2 + w**2
-    )
+    fade = np.exp(-a * time)
+    known = b / a * (1 - fade) - b * (a * np.cos(turns) + w * np.sin(turns) - a * fade) / (a**2 + w**2)
     slowed = cm.simulate(dragged, torque).channels[1]
     assert_allclose(slowed[during], known[during], rtol=0, atol=1e-3 * np.max(known[during]))
 
@@ -167,13 +165,12 @@ def test_the_gear_pair_of_kahraman_and_singh(omega):
     torque = MEAN * k * GAP * R1
     ripple = RIPPLE * k * GAP * I1 / (MASS * R1)  # on the pinion alone, whose inertia takes a share
     order, spans = 5.0, {1.0: 0.0, 0.6: 2.0}
-    ramp = (
-        {"rate": (omega - 1.0) * NATURAL / order / spans[omega], "until": omega * NATURAL / order} if omega < 1 else {}
-    )
+    begin, until = NATURAL / order, omega * NATURAL / order
+    ramp = {"rate": (until - begin) / spans[omega], "until": until} if omega < 1 else {}
     pair = gearbox(
         bushings=(mesh(stiffness=k, damping=0.0, grease=Grease(0.0, 2 * ZETA * MASS * NATURAL)),),
         loads=(Load("1:RX", torque=torque), Load("2:RX", torque=-torque * R2 / R1)),
-        spin=Spin(NATURAL / order, **ramp), orders=(Order("1:RX", order, torque=ripple),),
+        spin=Spin(begin, **ramp), orders=(Order("1:RX", order, torque=ripple),),
     )  # fmt: skip
     response = cm.simulate(pair, still(spans[omega] + 0.5, 4e4))
     assert response.spin[-1] * order == pytest.approx(omega * NATURAL)

@@ -120,9 +120,8 @@ def test_damaged_files_are_refused(tmp_path, name, content, message):
 def test_damaged_sparse_matrices_are_refused(tmp_path, part, value, message):
     """Compiled functions would follow them anywhere."""
     mass = {"data": [2.0, 1.0], "indices": [0, 1], "indptr": [0, 1, 2], "shape": [2, 2]} | {part: value}
-    np.savez(
-        tmp_path / "a.npz", K=STIFFNESS_2, dofs=["1:X", "2:X"], **{f"M_{name}": held for name, held in mass.items()}
-    )
+    parts = {f"M_{name}": value for name, value in mass.items()}
+    np.savez(tmp_path / "a.npz", K=STIFFNESS_2, dofs=["1:X", "2:X"], **parts)
     assert_refused(RigError, rf"a.npz.*{message}", Matrices, file=tmp_path / "a.npz", units="m-kg-s")
 
 

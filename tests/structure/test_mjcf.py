@@ -53,10 +53,8 @@ def test_double_pendulum(tmp_path, keyframe):
     np.testing.assert_allclose(model.omega**2, 9.81 * (2 + np.array([-1, 1]) * np.sqrt(2)), rtol=2e-8)
     assert structure.total_mass == 2.0
     np.testing.assert_allclose(structure.coordinates("tip:+X"), [0.0, 0.0, -2.0], atol=1e-8)
-    influence = structure.assemble(
-        (), 8
-    ).influence  # about Y: M R of X is -(2 + 1) and -1 for angles from above to below
-    np.testing.assert_allclose(np.abs(influence), [[3, 0, 0], [1, 0, 0]], atol=1e-8)
+    # About Y: M R of X is -(2 + 1) and -1 for angles from above to below.
+    np.testing.assert_allclose(np.abs(structure.assemble((), 8).influence), [[3, 0, 0], [1, 0, 0]], atol=1e-8)
 
 
 def test_masses_on_springs_are_the_same_as_their_matrices(tmp_path):
@@ -65,10 +63,8 @@ def test_masses_on_springs_are_the_same_as_their_matrices(tmp_path):
         mass=[[2.0, 0.0], [0.0, 1.0]], stiffness=[[400.0, -100.0], [-100.0, 100.0]], damping=[[0.5, 0.0], [0.0, 0.0]],
         dofs=["1:Z", "2:Z"], units="m-kg-s",
     )  # fmt: skip
-    models = [
-        cm.linear_model(rig_of(chain, "m2:+Z", shaker=Shaker("force", "m1:Z"))),
-        cm.linear_model(rig_of(lumped, "2:+Z", shaker=Shaker("force", "1:Z"))),
-    ]
+    cases = ((chain, "m2:+Z", "m1:Z"), (lumped, "2:+Z", "1:Z"))
+    models = [cm.linear_model(rig_of(of, sensor, shaker=Shaker("force", at))) for of, sensor, at in cases]
     omega = np.array([3.0, 9.0, 20.0])
     for kind in ("base", "force"):
         found, expected = (m.responses(m.at_sensors, m.input(kind)[:, None], omega) for m in models)
@@ -95,10 +91,8 @@ def test_small_motions_marched_by_mujoco(tmp_path):
         return np.concatenate((state[2:], np.linalg.solve(linear.mass, force)))
 
     times = np.arange(1, 4001) * model.opt.timestep
-    expected = (
-        row
-        @ scipy.integrate.solve_ivp(motion, (0, times[-1]), np.zeros(4), "DOP853", times, rtol=1e-10, atol=1e-16).y[:2]
-    )
+    options = {"method": "DOP853", "t_eval": times, "rtol": 1e-10, "atol": 1e-16}
+    expected = row @ scipy.integrate.solve_ivp(motion, (0, times[-1]), np.zeros(4), **options).y[:2]
     at_rest = structure.coordinates("tip:+X")[0]
     data.qpos[:] = equilibrium(structure)
     found = []
@@ -135,9 +129,7 @@ def test_clearance_between_sites_in_a_rig_file(tmp_path):
     """The same contact as with the closed form's matrices: M = 1, K = g/l [[3, -1], [-1, 1]] for horizontal motions."""
     structure = structure_of(tmp_path, DOUBLE_PENDULUM.format(spring=""))
     bushing = Bushing("tip:+X", 1e-3, 0.0, Grease(0.0), Contact(1e4, 1.0), to="elbow:+X")
-    rig = Rig(
-        "backlash", None, (bushing,), (Sensor(1, "tip:+X"),), structure=structure, shaker=Shaker(direction=(1, 0, 0))
-    )
+    rig = rig_of(structure, shaker=Shaker(direction=(1, 0, 0))).replace(bushings=(bushing,))
     rig.save(tmp_path / "rig.toml")
     assert 'file = "model.xml"' in (tmp_path / "rig.toml").read_text(encoding="utf-8")
     read = Rig.load(tmp_path / "rig.toml")

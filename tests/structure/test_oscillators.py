@@ -56,6 +56,5 @@ def test_an_arm_feels_the_slope_where_it_is_fixed(fixture: tuple) -> None:
     expected = free + np.einsum("pqf,q,f->pf", pulled, arm, force)
     found = linear_frf(rig.replace(oscillators=(hung,)), FREQUENCY, MODES)
     assert np.abs(found - expected).max() < 5e-3 * np.abs(expected).max()
-    assert (
-        np.abs(found - linear_frf(rig.replace(oscillators=(HUNG,)), FREQUENCY, MODES)).max() > np.abs(free).max() / 20
-    )
+    without = linear_frf(rig.replace(oscillators=(HUNG,)), FREQUENCY, MODES)
+    assert np.abs(found - without).max() > np.abs(free).max() / 20

@@ -128,10 +128,8 @@ def test_automatic_theory(diameter, supports, theory):
 def test_timoshenko_tends_to_euler():
     """For a slenderness of 2000, by (1 + E/κG)(nπ/s)²/2."""
     pins = Support(0.0, "pinned"), Support(1.0, "pinned")
-    found = [
-        beam.natural_frequencies(rig(simple(*pins, sections=(Section(1.0, 0.002),), theory=theory)), 6)
-        for theory in ("euler", "timoshenko")
-    ]
+    thin = (rig(simple(*pins, sections=(Section(1.0, 0.002),), theory=theory)) for theory in ("euler", "timoshenko"))
+    found = [beam.natural_frequencies(each, 6) for each in thin]
     ratio = 2 * (1 + 0.3) * (7 + 6 * 0.3) / (6 * (1 + 0.3))  # E/κG
     lowered = (1 + ratio) * (np.arange(1, 7) * np.pi / 2000) ** 2 / 2
     np.testing.assert_allclose(1 - found[1] / found[0], lowered, rtol=1e-3)

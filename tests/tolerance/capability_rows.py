@@ -85,9 +85,8 @@ def tightened(rig):
 def peaks(rig):
     """As many impacts as by `links`, and forces as large."""
     psd = BAND.scaled(RMS.get(kind_of(rig), 15.0))
-    links, modal = (
-        peaks_over_an_hour(shaken(rig), psd, 1.0, settling=0.5, engine=engine) for engine in ("links", "modal")
-    )
+    given, engines = (shaken(rig), psd, 1.0), ("links", "modal")
+    links, modal = (peaks_over_an_hour(*given, settling=0.5, engine=engine) for engine in engines)
     assert modal.impacts_per_second.sum() > 0
     np.testing.assert_allclose(modal.impacts_per_second, links.impacts_per_second, rtol=0.05)
     np.testing.assert_allclose(modal.observed, links.observed, rtol=0.02)
@@ -112,10 +111,8 @@ def life(rig):
     )
     model, frequency, levels = case(rig.replace(bushings=tuple(bushings)))
     march = cm.excitation.stepped_sine(400 / frequency, 8192.0, frequency, levels[-1], "force")
-    found, known = (
-        predict_life(model, each, "x2", hours=1e-3).rubbing[0]
-        for each in (Sine(frequency, levels[-1]), Marched(march, 350 / frequency))
-    )
+    drives = Sine(frequency, levels[-1]), Marched(march, 350 / frequency)
+    found, known = (predict_life(model, each, "x2", hours=1e-3).rubbing[0] for each in drives)
     assert found.max() > 0
     np.testing.assert_allclose(found, known, rtol=0.02, atol=0.02 * found.max())
 

@@ -41,9 +41,8 @@ def test_a_shaft_that_rests_leaves_its_wall_as_often_as_rice_says():
     """
     bushing = dataclasses.replace(RIG.bushings[0], length=0.0, gap=1e-5, grease=cm.rig.Grease(0.0))
     rig = RIG.replace(bushings=(bushing,), gravity=(0.0, 0.0, -9.81))
-    held = dataclasses.replace(
-        bushing, gap=0.1, grease=cm.rig.Grease(bushing.contact.stiffness, bushing.contact.damping)
-    )
+    spring = cm.rig.Grease(bushing.contact.stiffness, bushing.contact.damping)
+    held = dataclasses.replace(bushing, gap=0.1, grease=spring)
     sensor = cm.rig.Sensor(1, bushing.position)
     frequency, step = np.arange(5.0, 220.0, 0.01), 0.01
     of_wall = cm.beam.linear_frf(rig.replace(bushings=(held,), sensors=(sensor,)), frequency)[0]

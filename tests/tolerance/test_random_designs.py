@@ -53,9 +53,8 @@ def test_designs_that_share_their_fate_count_as_one():
 
 
 def test_levels_and_quantiles_over_designs():
-    found = peaks_over_production(
-        [design(i, level, median=float(i), rate=2.0 * i) for level in (3, 1) for i in range(21)]
-    )
+    designs = [design(i, level, median=float(i), rate=2.0 * i) for level in (3, 1) for i in range(21)]
+    found = peaks_over_production(designs)
     assert [(each.level, each.designs) for each in found] == [(1, 21), (3, 21)]
     assert found[0].largest[0] == pytest.approx([1.0, 10.0, 19.0])
     assert found[0].impacts_per_second[0] == pytest.approx([2.0, 20.0, 38.0])

@@ -64,9 +64,8 @@ def test_sobol_indices_are_those_of_salib():
     """Of Ishigami's function of the same designs, in SALib's order: A_i, AB_i of each number, B_i."""
     a, b = np.split(qmc.Sobol(6, rng=np.random.default_rng(0)).random(1024), 2, axis=1)
     blocks = [a, b, *(np.where(np.arange(3) == i, b, a) for i in range(3))]
-    values = [
-        np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x) for x, y, z in (np.pi * (2 * c.T - 1) for c in blocks)
-    ]
+    angles = (np.pi * (2 * block.T - 1) for block in blocks)
+    values = [np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x) for x, y, z in angles]
     first, total, *_ = sobol_indices(np.concatenate(values)[:, None], 3)
     problem = {"num_vars": 3, "names": ["x", "y", "z"], "bounds": [[0, 1]] * 3}
     whole = np.stack((values[0], *values[2:], values[1]), axis=1).ravel()
@@ -115,12 +114,9 @@ def test_the_cheapest_set_does_at_the_lowest_price(tightened, measured, tmp_path
 
     best = minimize_scalar(cost, bounds=(0.05, min(1.0, needed() / s1)), method="bounded").fun
     measured.below("price of the cheapest set of two tolerances", abs(tightened.cost / best - 1), 0.05, "closed form")
-    again = production(
-        spring(), tightened.scatter, Sines([FORCE * np.exp(-BELOW)], [SLOW]), 1024, seed=7, runner=ALONE
-    ).contact[0, 0]
-    measured.below(
-        "share that touches of the tightened production, beside 5 %", abs(again - ALLOWED), 0.01, "brute force"
-    )
+    sines = Sines([FORCE * np.exp(-BELOW)], [SLOW])
+    off = production(spring(), tightened.scatter, sines, 1024, seed=7, runner=ALONE).contact[0, 0] - ALLOWED
+    measured.below("share that touches of the tightened production, beside 5 %", abs(off), 0.01, "brute force")
     path = tmp_path / "tightened.toml"
     tightened.scatter.save(path)
     assert Scatter.load(path) == tightened.scatter
@@ -192,9 +188,8 @@ def test_what_cannot_be_tightened_is_one_line():
 def test_where_enough_designs_do_nothing_is_tightened():
     found = tighten(spring(), scattered(), Sines([FORCE * np.exp(-0.5)], [SLOW]), ALLOWED, 64, runner=ALONE)
     assert found.share == 0 and np.all(found.width == 1) and not found.cheapest and np.isnan(found.cost)
-    far = tighten(
-        spring(), scattered(), Sines([0.01], [SLOW]), ALLOWED, 64, runner=ALONE
-    )  # none touches at three times that
+    # None touches at three times that.
+    far = tighten(spring(), scattered(), Sines([0.01], [SLOW]), ALLOWED, 64, runner=ALONE)
     assert far.share == 0 and np.all(far.width == 1) and not np.any(far.share_without)
     assert tightening_words(far)[1:] == tightening_words(found)[1:] == ["The tolerances do as they are."]
     draw_tightening(far)

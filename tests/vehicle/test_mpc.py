@@ -98,10 +98,8 @@ def test_solution_without_limits_is_that_of_osqp(solved_by_osqp):
     for _ in range(10):
         free = found.free(rng.normal(scale=0.1, size=6), 0.02, rng.normal(scale=0.005, size=21))
         rate = np.abs(free).max() / 0.01
-        wide, narrow = (
-            LimitedPlan(Task(LINEAR, PATH, SPEED, largest_angle=10.0, largest_rate=factor * rate), found.hessian)
-            for factor in (1.0001, 0.9999)
-        )
+        limits = ({"largest_angle": 10.0, "largest_rate": factor * rate} for factor in (1.0001, 0.9999))
+        wide, narrow = (LimitedPlan(Task(LINEAR, PATH, SPEED, **each), found.hessian) for each in limits)
         assert wide.best(free, 0.02) is free
         np.testing.assert_allclose(narrow.best(free, 0.02), free, atol=1e-5 + 1e-3 * np.abs(free).max())
     assert len(solved_by_osqp) == 10

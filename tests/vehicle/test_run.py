@@ -19,9 +19,8 @@ LANE_CHANGE = nominal_task(double_lane_change(1.75), 20.0)
 
 
 def same(one, other):
-    return all(
-        np.array_equal(getattr(one, n), getattr(other, n), equal_nan=True) for n in vars(one) if n != "controller_time"
-    )
+    names = vars(one).keys() - {"controller_time"}
+    return all(np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True) for name in names)
 
 
 @pytest.mark.parametrize("controller", [SlidingMode(), ModelPredictive()], ids=repr)

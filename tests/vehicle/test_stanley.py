@@ -9,9 +9,8 @@ from clearance_mj.vehicle.controllers.stanley import Stanley
 from clearance_mj.vehicle.manoeuvres import clothoid_arc, straight
 from clearance_mj.vehicle.nominal import Tyre, Vehicle
 
-CAR = Vehicle(
-    mass=1500.0, yaw_inertia=2500.0, lf=1.2, lr=1.8, cornering_front=9e4, cornering_rear=9e4, tyre=Tyre(20.0, 1e6, 1.35)
-)
+AXLES = {"lf": 1.2, "lr": 1.8, "cornering_front": 9e4, "cornering_rear": 9e4}
+CAR = Vehicle(mass=1500.0, yaw_inertia=2500.0, tyre=Tyre(20.0, 1e6, 1.35), **AXLES)
 LAW = Stanley(gain=5.0, softening=2.0, yaw=0.2, steer=0.5)
 
 
@@ -38,10 +37,8 @@ def test_lateral_error_heading_error_and_yaw_rate():
 
 def test_steady_turn():
     """On an arc of 200 m at 18 m/s, where front axle and yaw rate follow it: l_f κ + 1500 · 1.8 · 18² κ/(3 · 9e4)."""
-    expected = (1.2 + 1500 * 1.8 * 18**2 / (3 * 9e4)) / 200
-    assert first(Observation(140.0, 0.0, 0.0, 0.0, 18.0 / 200, 18.0), clothoid_arc()) == pytest.approx(
-        expected, rel=1e-3
-    )
+    seen, expected = Observation(140.0, 0.0, 0.0, 0.0, 0.09, 18.0), (1.2 + 1500 * 1.8 * 18**2 / (3 * 9e4)) / 200
+    assert first(seen, clothoid_arc()) == pytest.approx(expected, rel=1e-3)
 
 
 def test_change_of_the_servo_is_damped():

@@ -136,9 +136,8 @@ def test_modal_tends_to_play(friction, moment):
     phase = 2 * np.pi * 0.1 * 0.01 * np.arange(1000)
     lost = {}
     for fidelity in FIDELITIES:
-        wheel, servo, contact = steer(
-            Steering(HALF_GAP, fidelity, friction), 0.05 * np.sin(phase), moment * np.sin(phase + 0.3)
-        )
+        steering = Steering(HALF_GAP, fidelity, friction)
+        wheel, servo, contact = steer(steering, 0.05 * np.sin(phase), moment * np.sin(phase + 0.3))
         lost[fidelity] = wheel - servo
         assert set(contact) == {-1, 0, 1}
     assert np.sqrt(np.mean((lost["modal"] - lost["play"]) ** 2)) < 0.03 * np.sqrt(np.mean(lost["play"] ** 2))
