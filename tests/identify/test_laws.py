@@ -28,6 +28,7 @@ from clearance_mj.signals import Response, csac, csf, estimate_frf, frac, rmse_d
 from experiments.testrig import Truth
 
 from ..conftest import ROOT, SMALL_LAW, record_of
+from ..refusals import assert_refused
 
 
 def test_nominal_law_is_the_datasheet(rig):
@@ -59,20 +60,14 @@ def test_start_values_are_worse_than_the_fit(small_dataset):
 
 
 def test_unknown_method_lists_the_known(small_dataset):
-    with pytest.raises(ClearanceError, match='method "guess" is unknown; use nominal, constant, ridge'):
-        identify.law(Dataset.load(small_dataset), "guess")
+    words = 'method "guess" is unknown; use nominal, constant, ridge'
+    assert_refused(ClearanceError, words, identify.law, Dataset.load(small_dataset), "guess")
 
 
 def test_nothing_to_identify_from(small_dataset):
     dataset = Dataset.load(small_dataset)
-    with pytest.raises(RecordError, match='no record has role "identify"'):
-        identify.law(dataclasses.replace(dataset, records=dataset.validate), "constant")
-
-
-def test_record_shorter_than_a_piece(rig):
-    short = record_of(rig, "short", "identify", 1.0, 5, duration=2.0)
-    with pytest.raises(RecordError, match=r'"short", lasts 2 s; this method needs 5 s; long enough for ridge'):
-        identify.law(Dataset(rig, (short,)), "constant")
+    alone = dataclasses.replace(dataset, records=dataset.validate)
+    assert_refused(RecordError, 'no record has role "identify"', identify.law, alone, "constant")
 
 
 def test_the_quiet_part_ends_before_the_first_touch(small_dataset):
@@ -173,13 +168,15 @@ def test_physical_law_of_the_virtual_rig(measured):
 
 def test_a_law_alone_is_not_given_where_the_rig_is_found_too(small_dataset):
     """Its law belongs to that rig."""
-    with pytest.raises(
-        ClearanceError, match=r'method "bench" finds the rig too, .* identify.identify\(dataset, "bench"\)'
-    ):
-        identify.law(Dataset.load(small_dataset), "bench")
+    words = r'method "bench" finds the rig too, .* identify.identify\(dataset, "bench"\)'
+    assert_refused(ClearanceError, words, identify.law, Dataset.load(small_dataset), "bench")
 
 
-def test_a_method_that_is_called_by_itself_checks_the_records(rig):
-    short = record_of(rig, "short", "identify", 1.0, 5, duration=1.0)
-    with pytest.raises(RecordError, match=r"lasts 1 s; this method needs 1\.2 s"):
-        identify.fit_bench(Dataset(rig, (short,)))
+@pytest.mark.parametrize(("method", "duration", "words"), [
+    (lambda short: identify.law(short, "constant"), 2.0,
+     '"short", lasts 2 s; this method needs 5 s; long enough for ridge'),
+    (identify.fit_bench, 1.0, r"lasts 1 s; this method needs 1\.2 s"),
+], ids=["by name", "called by itself"])  # fmt: skip
+def test_a_record_that_is_too_short_for_the_method(rig, method, duration, words):
+    short = record_of(rig, "short", "identify", 1.0, 5, duration=duration)
+    assert_refused(RecordError, words, method, Dataset(rig, (short,)))

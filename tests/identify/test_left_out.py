@@ -56,9 +56,8 @@ def without_sensor(record):
 
 
 def test_refused_with_the_way_out_and_then_taken(records, left_out):
-    with pytest.raises(
-        RecordError, match=r'"loud-2": accelerometer 3:\+Z is clipped .* left_out = \["3:\+Z"\] for this'
-    ):
+    words = r'"loud-2": accelerometer 3:\+Z is clipped .* left_out = \["3:\+Z"\] for this'
+    with pytest.raises(RecordError, match=words):
         check_records(records)
     assert [record.absent for record in check_records(left_out)] == [(), ("accelerometer 3:+Z",)]
 
@@ -78,8 +77,7 @@ def test_as_if_no_record_had_the_sensor(left_out):
     lacking = without_sensor(left_out[1])
     expected = update_rig(Dataset(lacking.rig, (lacking,)), as_drawn=True)
     names = [n for n in expected.estimates.names if not n.startswith("sensors")]
-    for name in names:
-        assert alone.values[name] == pytest.approx(expected.values[name], rel=1e-4), name
+    assert [alone.values[name] for name in names] == pytest.approx([expected.values[name] for name in names], rel=1e-4)
     assert "sensors[2].gain" in alone.only_prior
     assert alone.relative_error[2] == 0 and np.all(np.delete(alone.relative_error, 2) > 0)
     assert diagnose(alone).faults == ()
@@ -91,8 +89,7 @@ def test_what_the_channel_holds_does_not_matter(left_out):
     noisy = with_channel(left_out[1], 3, "acceleration", lambda value: noise(value.size))
     silent = with_channel(left_out[1], 3, "acceleration", None)
     of_all = [prepare([record])[0].signals for record in (left_out[1], noisy, silent)]
-    np.testing.assert_array_equal(of_all[0], of_all[1])
-    np.testing.assert_array_equal(of_all[0], of_all[2])
+    np.testing.assert_array_equal(of_all[1:], [of_all[0]] * 2)
 
 
 def test_restoring_forces_are_those_without_the_sensor(left_out):

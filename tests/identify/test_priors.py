@@ -27,8 +27,7 @@ def test_defaults(rig):
         "sensors[2].position": 2e-3, "sensors[2].gain": 0.01, "beam.damping_ratios[0]": math.log(2),
         "bushings[0].gap": 0.2, "bushings[0].offset": 0.3 * rig.bushings[0].gap,
     }  # fmt: skip
-    for name, std in stds.items():
-        assert found[name].prior_std == pytest.approx(std), name
+    assert {name: found[name].prior_std for name in stds} == pytest.approx(stds)
 
 
 def test_the_clamp_gives_as_a_length_uniform_from_0_to_two_diameters(rig):
@@ -111,8 +110,7 @@ def test_a_shaft_of_sections():
         "structure.material.young_modulus": 0.03, "structure.sections[1].material.density": 0.01,
         "structure.discs[0].mass": 0.05, "structure.supports[0].rotation": 0.2, "masses[0].mass": 0.05,
     }  # fmt: skip
-    for name, std in expected.items():
-        assert found[name].prior_std == pytest.approx(std), name
+    assert {name: found[name].prior_std for name in expected} == pytest.approx(expected)
     assert found["sensors[1].position"].high == 1.0
     changed = rig_with(rig, {"structure.supports[0].rotation": 900.0, "structure.discs[0].mass": 0.31})
     assert changed.structure.supports[0].rotation == 900.0

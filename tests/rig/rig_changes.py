@@ -5,10 +5,10 @@ import re
 import tomllib
 from pathlib import Path
 
-import pytest
-
 from clearance_mj.core.errors import RigError
 from clearance_mj.rig import Rig
+
+from ..refusals import assert_refused
 
 FILE = Path(__file__).parents[2] / "models" / "table1_rig.toml"
 
@@ -37,10 +37,7 @@ def changed(path, value):
 
 def refused(path, value):
     """Return the message, one line, of a rig with another value at a path."""
-    with pytest.raises(RigError) as caught:
-        Rig.from_dict(changed(path, value))
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
+    return assert_refused(RigError, None, Rig.from_dict, changed(path, value))
 
 
 NUMBER = "must be a plain number in SI units, got"

@@ -18,6 +18,7 @@ from clearance_mj.rig.depths import wall_depths
 from clearance_mj.signals.response import Response
 from clearance_mj.statistics import contact_statistics
 from tests.conftest import ROOT
+from tests.refusals import assert_refused
 
 TABLE1 = cm.Rig.load(ROOT / "models" / "table1_rig.toml")
 ROUND, SLOT = TABLE1.with_shape("round").bushings[0], TABLE1.bushings[1]
@@ -71,9 +72,8 @@ def test_slots_may_stand_in_a_rig_that_moves_along_y():
     ({"position": "@0.77:Y", "shape": "round"}, "bushings[2].position names Y, but it moves along y and z"),
 ])  # fmt: skip
 def test_what_a_slot_cannot_have_is_refused_beside_round_ones(change, words):
-    with pytest.raises(RigError) as error:
-        BOTH.replace(bushings=(ROUND, TEETH, dataclasses.replace(SLOT, **change)))
-    assert words in str(error.value) and "\n" not in str(error.value)
+    changed = lambda: BOTH.replace(bushings=(ROUND, TEETH, dataclasses.replace(SLOT, **change)))  # noqa: E731
+    assert words in assert_refused(RigError, None, changed)
 
 
 def response():
@@ -112,6 +112,6 @@ def test_records_have_a_channel_for_every_row(tmp_path):
 
 
 def test_what_knows_slots_alone_says_so_in_one_line():
-    made = Record("r", "identify", BOTH, 64.0, to_channels(response(), BOTH))
-    with pytest.raises(ClearanceError, match=r'method "constant" knows planar rigs, and rig .* moves in space'):
-        cm.identify.identify(Dataset(BOTH, [made]), "constant")
+    dataset = Dataset(BOTH, [Record("r", "identify", BOTH, 64.0, to_channels(response(), BOTH))])
+    words = r'method "constant" knows planar rigs, and rig .* moves in space'
+    assert_refused(ClearanceError, words, cm.identify.identify, dataset, "constant")

@@ -137,9 +137,5 @@ def test_a_planar_file_says_nothing_of_space(tmp_path: Path) -> None:
 def test_what_knows_the_plane_alone_says_so() -> None:
     rig = everything()
     dataset: Any = cm.Dataset.load(TABLE1.parents[1] / "data" / "table1_rig")
-    calls = (
-        lambda: cm.identify.identify(dataclasses.replace(dataset, rig=rig), "constant"),
-        lambda: cm.identify.law(dataclasses.replace(dataset, rig=rig), "output-error"),
-    )
-    for call in calls:
-        assert_refused(ClearanceError, r"planar|alone", call)
+    for call, method in ((cm.identify.identify, "constant"), (cm.identify.law, "output-error")):
+        assert_refused(ClearanceError, "planar|alone", call, dataclasses.replace(dataset, rig=rig), method)

@@ -68,10 +68,9 @@ def test_two_degrees_of_freedom_without_noise(frf):
     np.testing.assert_allclose(modes.shape, shape / largest, atol=1e-7)
 
 
-@pytest.mark.parametrize(
-    ("share", "proportional", "of_frequency", "of_damping", "least_mac"),
-    [(0.01, False, 1e-3, 0.03, 0.9999), (0.01, True, 1e-3, 0.03, 0.9999), (0.3, False, 0.01, 0.5, 0.99)],
-)
+@pytest.mark.parametrize(("share", "proportional", "of_frequency", "of_damping", "least_mac"), [
+    (0.01, False, 1e-3, 0.03, 0.9999), (0.01, True, 1e-3, 0.03, 0.9999), (0.3, False, 0.01, 0.5, 0.99),
+])  # fmt: skip
 @pytest.mark.parametrize("seed", range(3))
 def test_noise(seed, share, proportional, of_frequency, of_damping, least_mac):
     frequency, damping, shape = true_modes()

@@ -1,6 +1,7 @@
 """Structures given by modes, against the closed form of the cantilever and modes written by pyuff."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -110,9 +111,8 @@ def test_participation_of_lumped_masses():
 
 def test_shaken_base_without_participation():
     rig = rig_of(cantilever(participation=None), shaker=Shaker())
-    with pytest.raises(ExcitationError, match=r"participation of the modes is not known.*dof_masses") as caught:
-        simulate(rig, random(0.1, 2048.0, (5, 200), 1.0), ConstantLaw(1e4, 1.0), "modal")
-    assert "\n" not in str(caught.value)
+    case = rig, random(0.1, 2048.0, (5, 200), 1.0), ConstantLaw(1e4, 1.0), "modal"
+    assert_refused(ExcitationError, r"participation of the modes is not known.*dof_masses", simulate, *case)
     assert_refused(RigError, "participation", linear_frf, rig, [10.0])
 
 
@@ -277,6 +277,5 @@ def test_impossible_modes(changes, message):
     (0.3, 'a text such as "1:Z"'),
 ])  # fmt: skip
 def test_unknown_degree_of_freedom(point, said):
-    with pytest.raises(RigError, match=said) as caught:
-        rig_of(cantilever(), shaker=Shaker("force", point))
-    assert str(caught.value).startswith(f'shaker.position "{point}"') and "\n" not in str(caught.value)
+    words = rf'^shaker\.position "{re.escape(str(point))}".*{said}'
+    assert_refused(RigError, words, rig_of, cantilever(), shaker=Shaker("force", point))

@@ -40,9 +40,8 @@ def simple(*supports, **more):
     ({"theory": "bernoulli"}, 'theory "bernoulli" is unknown; use auto, euler or timoshenko'),
 ])  # fmt: skip
 def test_refused(changes, message):
-    with pytest.raises(RigError) as caught:
-        dataclasses.replace(simple(), **changes)
-    assert str(caught.value).removeprefix("shaft.").removeprefix("shaft: ") == message
+    found = assert_refused(RigError, None, dataclasses.replace, simple(), **changes)
+    assert found.removeprefix("shaft.").removeprefix("shaft: ") == message
 
 
 @pytest.mark.parametrize(("fields", "message"), [

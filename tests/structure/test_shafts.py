@@ -14,6 +14,8 @@ from clearance_mj.linear import linear_model
 from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.structure import Material, Section, Shaft, Shafts, Spring, Support
 
+from ..refusals import assert_refused
+
 STEEL = Material(210e9, 7850.0)
 PINS = Support(0.0, "pinned"), Support(1.0, "pinned")
 
@@ -43,14 +45,13 @@ def rig(structure, at="inner@0.5", bushings=(), **more):
      "springs[0].to is the spring's own position; give another point"),
 ])  # fmt: skip
 def test_refused(changes, message):
-    with pytest.raises(RigError) as caught:
-        dataclasses.replace(PAIR, **changes)
-    assert str(caught.value).removeprefix("shafts.").removeprefix("shafts: ") == message
+    found = assert_refused(RigError, None, dataclasses.replace, PAIR, **changes)
+    assert found.removeprefix("shafts.").removeprefix("shafts: ") == message
 
 
 def test_points_name_their_shaft():
-    with pytest.raises(RigError, match=r'sensors\[0\].position "mid@0.5" is on none of the shafts: name one, "inner@'):
-        rig(PAIR, at="mid@0.5")
+    words = r'sensors\[0\].position "mid@0.5" is on none of the shafts: name one, "inner@'
+    assert_refused(RigError, words, rig, PAIR, at="mid@0.5")
     assert [shaft.name for shaft in PAIR.shafts] == ["inner", "outer"]
     assert PAIR.total_mass == pytest.approx(2 * 7850 * np.pi * 0.02**2 / 4)
 
@@ -105,5 +106,4 @@ def test_clearance_reaches_past_the_other_shaft():
     outer = part("outer", (Support(0.2, "pinned"), Support(1.2, "pinned")), start=0.2)
     bushing = Bushing("inner@0.205", 1e-3, 0.02, Grease(0.0), Contact(1e5), to="outer@0.205")
     message = r'bushings\[0\].length 0.02 m makes it reach from 0.195 to 0.215 m, past the shaft "outer" \(0.2 <= x <='
-    with pytest.raises(RigError, match=message):
-        rig(Shafts((part("inner"), outer)), bushings=(bushing,))
+    assert_refused(RigError, message, rig, Shafts((part("inner"), outer)), bushings=(bushing,))
