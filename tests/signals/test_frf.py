@@ -148,7 +148,7 @@ def test_impossible_arguments_are_refused(arguments, message):
     (np.arange(1024.0), np.ones(1024), r"\(1024,\) and \(1024,\)"),
 ])  # fmt: skip
 def test_records_that_hold_no_frf_are_refused(excitation, acceleration, message):
-    assert_refused(RecordError, message, estimate_frf, Response(FS, excitation, acceleration))
+    assert_refused(RecordError, message, lambda: estimate_frf(Response(FS, excitation, acceleration)))
 
 
 @pytest.mark.parametrize(("fields", "message"), [
