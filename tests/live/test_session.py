@@ -111,7 +111,7 @@ def test_every_number_of_a_law_can_be_moved():
     ({"band_low": 300.0}, "band"),
 ])  # fmt: skip
 def test_impossible_settings_say_what_is_wrong(session, changes, words):
-    assert_refused(ClearanceError, words, session.simulated, session.setting(SHORT | changes))
+    assert_refused(ClearanceError, words, lambda: session.simulated(session.setting(SHORT | changes)))
 
 
 def test_a_simulation_that_diverges_leaves_the_session_working(session):
