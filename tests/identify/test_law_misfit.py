@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from clearance_mj.engines import simulate
 from clearance_mj.identify.laws.law_misfit import law_misfit
 from clearance_mj.identify.records.prepared import prepared
 from clearance_mj.io.dataset import BASE_NODE
@@ -94,8 +95,6 @@ def test_decays_are_compared_from_hit_to_hit():
     value = np.zeros(int(4 * 2048.0))
     value[[1024, 5120]] = 60.0, 120.0
     hits = record_of(TABLE1, "hits", "identify", 1.0, 1, 4.0)
-    from clearance_mj.engines import simulate
-
     response = simulate(TABLE1, Excitation(value, 2048.0, "base"), SMALL_LAW, "modal")
     signals = {BASE_NODE: value} | {s.node: a for s, a in zip(TABLE1.sensors, response.acceleration)}
     channels = [

@@ -12,15 +12,8 @@ from clearance_mj.clearance import nominal_law
 from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.engines import simulate
 from clearance_mj.estimate.parameter import Parameter
-from clearance_mj.identify.laws.output_error import (
-    ResponseFeatures,
-    ResponseResiduals,
-    before_contact,
-    evidence,
-    features,
-    fit_law,
-    piece_features,
-)
+from clearance_mj.identify.laws import output_error
+from clearance_mj.identify.laws.output_error import Sight, before_contact, evidence, features
 from clearance_mj.identify.methods.constant import fit_constant
 from clearance_mj.identify.methods.physical import fit_output_error
 from clearance_mj.io.dataset import Dataset
@@ -53,7 +46,7 @@ def test_constants_are_recovered_and_validation_records_stay_closed(small_datase
 def test_start_values_are_worse_than_the_fit(small_dataset):
     """The datasheet misses the same residual by far: the fit is what brings it down."""
     dataset = Dataset.load(small_dataset)
-    compared = ResponseResiduals(
+    compared = output_error.Comparison(
         dataset.rig, evidence(dataset.identify), lambda: nominal_law(dataset.rig), math.inf, None
     )
     assert np.sqrt(np.mean(compared.residuals(np.empty((1, 0)))[0][: compared.frf_size] ** 2)) > 1.0
@@ -105,7 +98,7 @@ def test_a_parameter_that_no_record_tells_stays_where_it_is_believed(small_datas
         grease = dataclasses.replace(SMALL_LAW.grease[0], stiffness=float(stiffness))
         return dataclasses.replace(SMALL_LAW, grease=(grease,))
 
-    fit = fit_law(dataset.rig, evidence(dataset.identify), [told, untold], law)
+    fit = output_error.fit_law(dataset.rig, evidence(dataset.identify), [told, untold], law)
     assert fit.estimates.value == pytest.approx([SMALL_LAW.grease[0].stiffness, 3.0], rel=5e-3)
     std = fit.estimates.varied_std
     assert std[1] > 30 * std[0] and fit.estimates.identifiable.tolist() == [True, False]
@@ -117,7 +110,7 @@ def test_random_error_of_a_piece_is_its_scatter(rng, measured):
     size = int(5 * fs)
     x, noise = rng.standard_normal((2, pieces * size))
     response = Response(fs, x, (2 * x + 2 * noise)[None], band=(20, 200))
-    found = [piece_features(response, slice(i * size, (i + 1) * size)) for i in range(pieces)]
+    found = [output_error.piece_features(response, slice(i * size, (i + 1) * size)) for i in range(pieces)]
     scatter = np.std([20 * np.log10(frf) for frf, *_ in found], axis=0)
     told = np.sqrt(np.mean([error**2 for _, _, error, *_ in found], axis=0))
     what, source = "random error of an FRF of half-overlapping segments over its scatter", "repeated records"

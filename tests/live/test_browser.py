@@ -1,5 +1,6 @@
 """The live page in a browser: what its figures hold, its buttons, keys, two users, and how it looks."""
 
+import dataclasses
 import json
 import zipfile
 
@@ -30,15 +31,9 @@ def folder(small_dataset, tmp_path_factory):
     dataset = Dataset.load(small_dataset)
     path = tmp_path_factory.mktemp("live") / "dataset"
     rig = dataset.rig.replace(name=MARKUP)
-    write_dataset(path, rig, [_renamed(record, rig) for record in dataset.records])
+    write_dataset(path, rig, [dataclasses.replace(r, rig=rig, channels=tuple(r.channels)) for r in dataset.records])
     LAW.save(path / "law.json")
     return path
-
-
-def _renamed(record, rig):
-    import dataclasses
-
-    return dataclasses.replace(record, rig=rig, channels=tuple(record.channels))
 
 
 @pytest.fixture(scope="module")
@@ -73,8 +68,6 @@ def put(page, name, value):
 
 
 def expected(gap, level=2.0):
-    import dataclasses
-
     first, *others = TABLE1.bushings
     rig = TABLE1.replace(bushings=(dataclasses.replace(first, gap=gap), *others))
     return np.abs(estimate_frf(simulate(rig, excitation.random(10, 2048.0, rms=level), LAW, "modal")).value[:, 0])
@@ -152,8 +145,8 @@ def test_export(page, tmp_path):
         archive.extractall(tmp_path / "state")
     assert "test, same colours" in (tmp_path / "state" / "frf.svg").read_text()
     model = Model.load(tmp_path / "state")
-    rig, law = model.rig, model.law
-    assert rig.bushings[0].gap == 2e-4 and law.table(2).parameters[0].tolist() == [[7.8e3, 4.0], [7.8e3, 4.0]]
+    assert model.rig.bushings[0].gap == 2e-4
+    assert model.law.table(2).parameters[0].tolist() == [[7.8e3, 4.0], [7.8e3, 4.0]]
     assert json.loads((tmp_path / "state" / "setting.json").read_text())["engine"] == "modal"
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import periodic
+from clearance_mj.beam import linear_frf
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley
 from clearance_mj.core.errors import ClearanceError, SimulationError
 from clearance_mj.engines import simulate
@@ -43,12 +44,12 @@ def test_figures_hold_what_the_library_gives(session):
     numbers = session.show(session.setting(SHORT | {"bushings[0].gap": 1.5e-4, "level": 3.0, "seed": 4}))
     response = simulate(with_gap(TABLE1, 1.5e-4), excitation.random(4.0, 2048.0, rms=3.0, seed=4), LAW, "modal")
     frf = estimate_frf(response)
-    np.testing.assert_array_equal(numbers.arrays["magnitude"], np.abs(frf.value[:, 0]))
-    np.testing.assert_array_equal(numbers.arrays["coherence"], frf.coherence[:, 0])
-    np.testing.assert_array_equal(numbers.arrays["frequency"], frf.frequency)
-    x = numbers.arrays["displacement"]
-    np.testing.assert_array_equal(x.max(axis=1), response.displacement.max(axis=1))
-    np.testing.assert_array_equal(x.min(axis=1), response.displacement.min(axis=1))
+    known = {"magnitude": np.abs(frf.value[:, 0]), "coherence": frf.coherence[:, 0], "frequency": frf.frequency}
+    for name, expected in known.items():
+        np.testing.assert_array_equal(numbers.arrays[name], expected)
+    for extreme in (np.max, np.min):
+        drawn, x = (extreme(each, axis=1) for each in (numbers.arrays["displacement"], response.displacement))
+        np.testing.assert_array_equal(drawn, x)
     # the natural frequencies of docs/theory.md, which the rig reproduces
     np.testing.assert_allclose(numbers.facts["natural"][:4], [9.25, 39.75, 92.85, 188.85], rtol=1e-4)
     assert numbers.facts["walls"][0] == [-1.5e-4, 1.5e-4]
@@ -83,11 +84,10 @@ def test_every_number_of_a_law_can_be_moved():
     law = ContactLaw(HuntCrossley(5e5, 0.6), grease=Grease(4e3, 5.0, film_height=3.5e-4))
     session = Session(Model(TABLE1, law))
     moved = {"contact.restitution": 0.3, "grease.film_height": 4e-4, "offset": 1e-4}
-    model = build_model(Model(TABLE1, law), session.setting({f"bushings[1].{k}": v for k, v in moved.items()}))
-    rig, new = model.rig, model.law
-    assert new.contact == (HuntCrossley(5e5, 0.6), HuntCrossley(5e5, 0.3))
-    assert [g.film_height for g in new.grease] == [3.5e-4, 4e-4]
-    assert [b.offset for b in rig.bushings] == [0.0, 1e-4]
+    model = built(Model(TABLE1, law), session.setting({f"bushings[1].{k}": v for k, v in moved.items()}))
+    assert model.law.contact == (HuntCrossley(5e5, 0.6), HuntCrossley(5e5, 0.3))
+    assert [g.film_height for g in model.law.grease] == [3.5e-4, 4e-4]
+    assert [b.offset for b in model.rig.bushings] == [0.0, 1e-4]
     factors = Session(Model(TABLE1, AmplitudeLaw([1e-4, 5e-4], [6e3, 8e3], [3.0, 9.0])))
     assert factors.controls["bushings[0].contact.k"].unit == "×"
     twice = build_model(factors.model, factors.setting({"bushings[0].contact.k": 2.0})).law
@@ -131,11 +131,8 @@ def test_kinds_of_excitation(session):
     ]  # fmt: skip
 
 
-def test_a_sine_shows_amplitudes():
+def test_a_sine_shows_amplitudes(session):
     """Below contact the tip of the linear rig moves as `linear_frf` says."""
-    from clearance_mj.beam import linear_frf
-
-    session = Session(Model(TABLE1, LAW))
     setting = {"excitation": "sine", "frequency": 20.0, "level": 0.1, "duration": 20.0}
     numbers = session.show(session.setting(setting))
     assert numbers.facts["spectrum"] and numbers.facts["clearances"][1]["rattle"] == "free"
@@ -145,11 +142,8 @@ def test_a_sine_shows_amplitudes():
 
 
 @pytest.mark.parametrize("kind", ["impacts", "burst random", "multisine"])
-def test_frfs_of_segments_without_a_window(kind):
+def test_frfs_of_segments_without_a_window(session, kind):
     """Below contact they are those of `linear_frf`, once a segment holds a whole decay or a whole period."""
-    from clearance_mj.beam import linear_frf
-
-    session = Session(Model(TABLE1, LAW))
     setting = {"excitation": kind, "level": 0.05, "peak": 0.5, "duration": 40.0, "resolution": 0.2}
     numbers = session.show(session.setting(setting))
     x, frequency = numbers.arrays["displacement"], numbers.arrays["frequency"]
@@ -269,8 +263,7 @@ def test_export_goes_on_where_the_page_was(session, tmp_path):
     with zipfile.ZipFile(io.BytesIO(exported(session.shown))) as archive:
         archive.extractall(tmp_path)
     model = Model.load(tmp_path)
-    rig, law = model.rig, model.law
-    assert rig == with_gap(TABLE1, 2e-4) and law == ConstantLaw([7.8e3, 9e3], [4.0, 4.0])
+    assert model.rig == with_gap(TABLE1, 2e-4) and model.law == ConstantLaw([7.8e3, 9e3], [4.0, 4.0])
     assert json.loads((tmp_path / "setting.json").read_text())["bushings[0].gap"] == 2e-4
     table = np.genfromtxt(tmp_path / "frf.csv", delimiter=",", names=True, deletechars="")
     np.testing.assert_allclose(table["8:+Z_magnitude"], np.abs(session.shown.frf.value[7, 0]), rtol=1e-9)

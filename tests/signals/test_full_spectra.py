@@ -6,6 +6,8 @@ import pytest
 from clearance_mj.core.errors import RecordError
 from clearance_mj.signals import full_spectrum, speed_cascade
 
+from ..refusals import assert_refused
+
 FS = 2048.0
 TIME = np.arange(4 * 2048) / FS
 
@@ -55,18 +57,18 @@ def test_a_circle_that_speeds_up_lies_on_the_line_of_the_spin():
     assert np.isnan(found.order(20)[-1])  # 1000 Hz are above half the samples per second
 
 
-def test_what_cannot_be_had_is_refused_in_one_line():
-    y = np.zeros(1000)
-    with pytest.raises(RecordError, match=r"resolution 1 Hz needs windows of 1 s, and there are 0\.488281 s; give at"):
-        full_spectrum(y, y, FS)
-    with pytest.raises(RecordError, match='window "hanning" is unknown; use flattop, hann, boxcar'):
-        full_spectrum(y, y, FS, 10.0, "hanning")
-    with pytest.raises(RecordError, match="one value for each sample"):
-        full_spectrum(y, y[:-1], FS)
-    with pytest.raises(RecordError, match="sample 3 is not a finite number"):
-        full_spectrum(y, np.where(np.arange(1000) == 3, np.nan, 0.0), FS, 10.0)
-    with pytest.raises(RecordError, match="speed must have a value for each of the 1000 samples"):
-        speed_cascade(y, y, FS, np.zeros(3), 10.0)
+Y, HOLED = np.zeros(1000), np.where(np.arange(1000) == 3, np.nan, 0.0)
+
+
+@pytest.mark.parametrize(("call", "arguments", "words"), [
+    (full_spectrum, (Y, Y, FS), r"resolution 1 Hz needs windows of 1 s, and there are 0\.488281 s; give at"),
+    (full_spectrum, (Y, Y, FS, 10.0, "hanning"), 'window "hanning" is unknown; use flattop, hann, boxcar'),
+    (full_spectrum, (Y, Y[:-1], FS), "one value for each sample"),
+    (full_spectrum, (Y, HOLED, FS, 10.0), "sample 3 is not a finite number"),
+    (speed_cascade, (Y, Y, FS, np.zeros(3), 10.0), "speed must have a value for each of the 1000 samples"),
+])  # fmt: skip
+def test_what_cannot_be_had_is_refused_in_one_line(call, arguments, words):
+    assert_refused(RecordError, words, call, *arguments)
 
 
 def test_the_figures_say_what_is_on_their_axes():

@@ -19,20 +19,8 @@ from clearance_mj.structure import Matrices
 from experiments.space_frame import export, pump_frame
 
 from ..refusals import assert_refused
-from .small_matrices import (
-    BENDING,
-    LENGTH,
-    LINE_MASS,
-    MASS_2,
-    MOVES,
-    STIFFNESS_2,
-    cantilever,
-    frequencies,
-    held,
-    hermite,
-    in_millimetres,
-    small,
-)
+from . import small_matrices
+from .small_matrices import MASS_2, MOVES, STIFFNESS_2, cantilever, frequencies, held, hermite, in_millimetres, small
 
 MODELS = Path(__file__).parents[2] / "models"
 
@@ -84,11 +72,13 @@ def test_units_of_fe_programs(units, mass, stiffness):
     m, k = hermite()
     structure = cantilever(mass=in_millimetres(m, mass), stiffness=in_millimetres(k, stiffness), units=units)
     np.testing.assert_allclose(frequencies(structure), frequencies(cantilever()), rtol=1e-10)
-    assert structure.total_mass == pytest.approx(LINE_MASS * LENGTH)
+    assert structure.total_mass == pytest.approx(small_matrices.LINE_MASS * small_matrices.LENGTH)
     tip = Rig("tip", None, (), (Sensor(1, "9:Z"),), structure=structure, shaker=Shaker("force", "9:Z"))
     model = cm.linear_model(tip)
     compliance = model.static_deflection(["9:Z", "9:RY"], model.shapes(["9:Z"]))[:, 0]
-    np.testing.assert_allclose(compliance, [1 / (3 * BENDING), 1 / (2 * BENDING)], rtol=1e-8)  # l³/3EI and l²/2EI
+    np.testing.assert_allclose(
+        compliance, [1 / (3 * small_matrices.BENDING), 1 / (2 * small_matrices.BENDING)], rtol=1e-8
+    )  # l³/3EI and l²/2EI
 
 
 def test_inches_and_pounds():

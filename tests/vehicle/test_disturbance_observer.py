@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj.vehicle.controllers import DesignModel, Observation, Task
-from clearance_mj.vehicle.controllers.disturbance_observer import (
-    PredictiveWithObserver,
-    SlidingWithObserver,
-    YawObserver,
-)
+from clearance_mj.vehicle.controllers import DesignModel, Observation, Task, disturbance_observer
 from clearance_mj.vehicle.experiment import Case, run_case
 from clearance_mj.vehicle.manoeuvres import straight
 from clearance_mj.vehicle.nominal import Servo
@@ -20,7 +15,7 @@ def observed(model, bandwidth, disturbance, seconds):
     """Estimates while the single track drives with held wheels and an unknown steering angle, rad, on top."""
     A, B, _ = model.discrete
     wheel = 0.01 + disturbance
-    observer, x, found = YawObserver(model, bandwidth), np.array([0, 0, 0, 0, wheel, 0.0]), []
+    observer, x, found = disturbance_observer.YawObserver(model, bandwidth), np.array([0, 0, 0, 0, wheel, 0.0]), []
     for _ in range(round(seconds / model.period)):
         found.append(observer.advance(x[3], x[2], 0.01))
         x = A @ x + B * wheel
@@ -42,7 +37,9 @@ def test_step_response(bandwidth):
     np.testing.assert_allclose(observed(model, bandwidth, 1e-3, 1.0) / 1e-3, expected, atol=5e-3)
 
 
-@pytest.mark.parametrize("controller", [SlidingWithObserver(), PredictiveWithObserver()], ids=repr)
+@pytest.mark.parametrize(
+    "controller", [disturbance_observer.SlidingWithObserver(), disturbance_observer.PredictiveWithObserver()], ids=repr
+)
 def test_offset_of_the_wheels_is_taken_out(controller):
     """The linear model with wheels that stand 0.3° off: the command ends at -0.3° and the vehicle on its path."""
     task = Task(VEHICLE, straight(600.0), SPEED)

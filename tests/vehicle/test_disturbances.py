@@ -7,10 +7,10 @@ import scipy.linalg
 from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.vehicle.disturbances import Crosswind, CrownedRoad
 from clearance_mj.vehicle.nominal import Vehicle
-from clearance_mj.vehicle.plant import MultiBody, SingleTrackDrift
+from clearance_mj.vehicle.plant import SingleTrackDrift
 
-PLANTS = {plant.name: plant for plant in (MultiBody(), SingleTrackDrift())}
-every_plant = pytest.mark.parametrize("plant", PLANTS.values(), ids=PLANTS)
+from .test_plant import every_plant
+
 SPEED = 25.0
 PERIOD = 1 << 16  # steps after which noise repeats
 

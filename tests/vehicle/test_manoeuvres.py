@@ -6,18 +6,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.core.errors import ManoeuvreError
+from clearance_mj.vehicle import manoeuvres
 from clearance_mj.vehicle.experiment import Case, check
-from clearance_mj.vehicle.manoeuvres import (
-    MANOEUVRES,
-    get_manoeuvre,
-    iso3888_2_gates,
-    iso3888_gates,
-    iso_lane_change,
-    obstacle_avoidance,
-    single_lane_change,
-    slalom,
-    swift_obstacle_avoidance,
-)
 from clearance_mj.vehicle.nominal import Vehicle
 from clearance_mj.vehicle.path import lane_changes
 
@@ -26,21 +16,21 @@ WIDTH, LENGTH = 1.61, 4.508  # m, of the vehicle
 
 def test_gates_of_part_2():
     """ISO 3888-2:2011, table 1: 12, 13.5, 11, 12.5 and 12 m, 61 m in all; 1 m between the first two gates' edges."""
-    first, second, third = iso3888_2_gates(1.8)
-    borders = [first.start, first.end, second.start, second.end, third.start, third.end]
+    first, second, third = manoeuvres.iso3888_2_gates(1.8)
+    borders = [border for gate in (first, second, third) for border in (gate.start, gate.end)]
     np.testing.assert_allclose(np.diff(borders), [12, 13.5, 11, 12.5, 12])
     assert third.end - first.start == 61
     assert [gate.width for gate in (first, second, third)] == pytest.approx([2.23, 2.8, 3.0])
-    assert iso3888_2_gates(2.2)[2].width == pytest.approx(1.3 * 2.2 + 0.25)
+    assert manoeuvres.iso3888_2_gates(2.2)[2].width == pytest.approx(1.3 * 2.2 + 0.25)
     edges = [(gate.centre - gate.width / 2, gate.centre + gate.width / 2) for gate in (first, second, third)]
     assert (edges[1][0] - edges[0][1], edges[2][0]) == pytest.approx((1.0, edges[0][0]))
 
 
 @pytest.mark.parametrize(("path", "gates", "room"), [
-    (iso_lane_change(), iso3888_gates(WIDTH), 0.0),
-    (iso_lane_change(2.0), iso3888_gates(WIDTH, 2.0), 0.0),
-    (obstacle_avoidance(), iso3888_2_gates(WIDTH), 0.0),
-    (swift_obstacle_avoidance(), iso3888_2_gates(WIDTH), 0.1),
+    (manoeuvres.iso_lane_change(), manoeuvres.iso3888_gates(WIDTH), 0.0),
+    (manoeuvres.iso_lane_change(2.0), manoeuvres.iso3888_gates(WIDTH, 2.0), 0.0),
+    (manoeuvres.obstacle_avoidance(), manoeuvres.iso3888_2_gates(WIDTH), 0.0),
+    (manoeuvres.swift_obstacle_avoidance(), manoeuvres.iso3888_2_gates(WIDTH), 0.1),
 ], ids=["part 1", "part 1 x 2", "part 2", "part 2, swift"])  # fmt: skip
 def test_corners_stay_within_the_gates(path, gates, room):
     """A vehicle that follows the path exactly keeps its four corners at least so far from every cone."""
@@ -58,7 +48,7 @@ def test_corners_stay_within_the_gates(path, gates, room):
 
 
 def test_slalom_passes_beside_the_cones():
-    path = slalom(30.0, 1.5, 4)
+    path = manoeuvres.slalom(30.0, 1.5, 4)
     for cone in range(4):
         _, off, heading, curvature = path.locate(30.0 * cone, (-1) ** cone * 1.5)
         assert abs(off) < 1e-8 and abs(heading) < 1e-8
@@ -67,7 +57,7 @@ def test_slalom_passes_beside_the_cones():
 
 def test_paths_have_no_corner():
     """Heading and curvature are continuous: between samples 5 mm apart they change by what their slopes allow."""
-    for name, manoeuvre in MANOEUVRES.items():
+    for name, manoeuvre in manoeuvres.MANOEUVRES.items():
         path = manoeuvre.path()
         s = np.arange(0, path.length, 0.005)
         np.testing.assert_allclose(np.diff(path.heading(s)), 0.005 * path.curvature(s[:-1] + 0.0025), atol=1e-7)
@@ -85,10 +75,10 @@ CLOSED_FORMS = {
 }
 
 
-@pytest.mark.parametrize("name", MANOEUVRES)
+@pytest.mark.parametrize("name", manoeuvres.MANOEUVRES)
 def test_needed_accelerations(name):
     """κ v² with the largest curvature of the closed form, which the friction of the worst vehicle's tyres allows."""
-    manoeuvre = MANOEUVRES[name]
+    manoeuvre = manoeuvres.MANOEUVRES[name]
     needed, tolerance = CLOSED_FORMS[name]
     found = manoeuvre.path().needed_acceleration(manoeuvre.speed / 3.6)
     assert found == pytest.approx(needed, rel=tolerance)
@@ -97,13 +87,13 @@ def test_needed_accelerations(name):
 
 
 @pytest.mark.parametrize(("refused", "message"), [
-    (lambda: get_manoeuvre("moose"), 'manoeuvre "moose" is unknown; use lane-change, slalom, obstacle-40'),
+    (lambda: manoeuvres.get_manoeuvre("moose"), 'manoeuvre "moose" is unknown; use lane-change, slalom, obstacle-40'),
     (lambda: check(Case("smc", 80.0, manoeuvre="moose")), 'manoeuvre "moose" is unknown'),
     (lambda: check(Case("smc", 80.0, manoeuvre="slalom", length_factor=2.0)), 'manoeuvre "slalom" has none'),
     (lambda: check(Case("smc", 160.0, manoeuvre="slalom")), r"path 'slalom' needs .* 18\.\d m/s²"),
-    (lambda: single_lane_change(0.0), "length must be > 0"),
-    (lambda: slalom(amplitude=-1.0), "amplitude must be > 0"),
-    (lambda: iso3888_2_gates(0.0), "width must be > 0"),
+    (lambda: manoeuvres.single_lane_change(0.0), "length must be > 0"),
+    (lambda: manoeuvres.slalom(amplitude=-1.0), "amplitude must be > 0"),
+    (lambda: manoeuvres.iso3888_2_gates(0.0), "width must be > 0"),
     (lambda: lane_changes("back", [(0, 10, 1), (5, 20, 0)], -5, 30), "no lane change from X = 5 to 20 m after 10"),
 ])  # fmt: skip
 def test_refusals(refused, message):

@@ -6,14 +6,8 @@ from scipy.integrate import quad
 from scipy.special import fresnel
 
 from clearance_mj.core.errors import ManoeuvreError
-from clearance_mj.vehicle.manoeuvres import (
-    check_feasible,
-    clothoid_arc,
-    double_lane_change,
-    iso3888_gates,
-    iso_lane_change,
-    straight,
-)  # fmt: skip
+from clearance_mj.vehicle import manoeuvres
+from clearance_mj.vehicle.manoeuvres import clothoid_arc, double_lane_change, iso3888_gates, iso_lane_change, straight
 
 from ..refusals import assert_refused
 
@@ -131,13 +125,13 @@ INFEASIBLE = r"30\.1 m/s² at 120 km/h.*allows 10\.3; drive at most 70 km/h"
 
 
 @pytest.mark.parametrize(("refused", "message"), [
-    (lambda: check_feasible(double_lane_change(), 120 / 3.6, 1.0489), INFEASIBLE),
+    (lambda: manoeuvres.check_feasible(double_lane_change(), 120 / 3.6, 1.0489), INFEASIBLE),
     *(
-        (lambda v=v: check_feasible(straight(10.0), v, 1.0), "speed must be in 18..180")
+        (lambda v=v: manoeuvres.check_feasible(straight(10.0), v, 1.0), "speed must be in 18..180")
         for v in (0, -3, 100, np.nan)
     ),
     (lambda: straight(10.0).locate(float("nan"), 0.0), "not finite"),
 ])  # fmt: skip
 def test_refusals(refused, message):
-    check_feasible(double_lane_change(), 15.0, 1.0489)
+    manoeuvres.check_feasible(double_lane_change(), 15.0, 1.0489)
     assert_refused(ManoeuvreError, message, refused)

@@ -10,13 +10,8 @@ from vehiclemodels.vehicle_dynamics_std import vehicle_dynamics_std
 from vehiclemodels.vehicle_parameters import setup_vehicle_parameters
 
 from clearance_mj.core.errors import ManoeuvreError, SimulationError
-from clearance_mj.vehicle.commonroad import (
-    SHIFT_PARAMETERS,
-    compiled_parameters,
-    multi_body,
-    parameters,
-    single_track_drift,
-)
+from clearance_mj.vehicle import commonroad
+from clearance_mj.vehicle.commonroad import compiled_parameters, multi_body, parameters, single_track_drift
 from clearance_mj.vehicle.nominal import Vehicle
 from clearance_mj.vehicle.plant import STEP, MultiBody, SingleTrackDrift, Spread
 
@@ -99,7 +94,7 @@ def test_why_the_shifts_are_zeroed():
 
     y = [state[1] for state in drive(Shipped(), np.zeros(10_000), 120 / 3.6)]
     assert np.ptp(y) > 0.01
-    assert any(getattr(setup_vehicle_parameters(2).tire, name) for name in SHIFT_PARAMETERS)
+    assert any(getattr(setup_vehicle_parameters(2).tire, name) for name in commonroad.SHIFT_PARAMETERS)
 
 
 @every_plant
