@@ -175,9 +175,10 @@ def test_one_process_at_a_time(tmp_path):
         run(tmp_path, *SECOND)
 
 
-@pytest.mark.parametrize(
-    "call", [1, 5, *(pytest.param(call, marks=pytest.mark.slow) for call in (2, 3, 4, *range(6, 12)))]
-)
+CALLS = [1, 5, *(pytest.param(call, marks=pytest.mark.slow) for call in (2, 3, 4, *range(6, 12)))]
+
+
+@pytest.mark.parametrize("call", CALLS)
 def test_killed_while_it_publishes(out, call, monkeypatch):
     """Before each file that it removes or moves. The report goes first and comes last; the next command finishes."""
     run(out, *FIRST)

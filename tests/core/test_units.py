@@ -29,23 +29,21 @@ CUSTOMARY = {
 }
 
 
+LABELS = [(quantity, *each) for quantity, units in CUSTOMARY.items() for each in units.items()]
+
+
 @pytest.mark.parametrize(
-    "label, quantity, factor",
-    [
-        (label, quantity, factor)
-        for quantity, units in CUSTOMARY.items()
-        for factor, labels in units.items()
-        for label in labels.split()
-    ],
+    "quantity, factor, label", [(*each, label) for *each, text in LABELS for label in text.split()]
 )
-def test_us_customary_units_of_channels(label, quantity, factor):
+def test_us_customary_units_of_channels(quantity, factor, label):
     assert quantity_of(label) == (quantity, pytest.approx(factor, rel=1e-12))
     assert unit_factor(label, quantity) == pytest.approx(factor, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    "label", ["", "-", "1", "%", "V", "mV", "G", "M", "T", "nm", "Hz", "kg", "t", "psi", "lbf in", "((", ")"]
-)
+OF_NO_CHANNEL = ["", "-", "1", "%", "V", "mV", "G", "M", "T", "nm", "Hz", "kg", "t", "psi", "lbf in", "((", ")"]
+
+
+@pytest.mark.parametrize("label", OF_NO_CHANNEL)
 def test_labels_that_are_of_no_channel(label):
     """Nothing that is measured in motion or force; capitals count: G is gauss, M a million."""
     assert quantity_of(label) is None

@@ -184,9 +184,10 @@ def test_correction_moves_samples_between_channels(sound):
     np.testing.assert_array_equal(after, [-before[2], before[1], 0.5 * before[0], before[3]])
 
 
-@pytest.mark.parametrize(
-    ("gain", "read"), [(1.03, 1.0), (-0.9, -1.0), (0.11, 1 / 9.80665), (-1100.0, -1e3), (2.0344, 2.03)]
-)
+GAINS = [(1.03, 1.0), (-0.9, -1.0), (0.11, 1 / 9.80665), (-1100.0, -1e3), (2.0344, 2.03)]
+
+
+@pytest.mark.parametrize(("gain", "read"), GAINS)
 def test_gains_near_a_unit_are_that_units(gain, read):
     assert nearest_unit_gain(gain, "accelerometer") == read
 

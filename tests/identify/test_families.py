@@ -168,9 +168,10 @@ def test_gap_offset_and_stiffness_are_those_of_the_force(rig, name, measured):
     assert value["grease film height"] == pytest.approx(HEIGHT, rel=0.02) and found.misfit < 0.1
 
 
-@pytest.mark.parametrize(
-    ("contact", "slips"), [pytest.param("linear", False, marks=pytest.mark.slow), ("power law", True)]
-)
+PREFERRED = [pytest.param("linear", False, marks=pytest.mark.slow), ("power law", True)]
+
+
+@pytest.mark.parametrize(("contact", "slips"), PREFERRED)
 def test_the_family_that_made_the_forces_is_preferred(rig, contact, slips):
     families = fit_families(motion(rig, contact, slips))
     assert families[0].contact == contact

@@ -138,11 +138,11 @@ def recorded(bench):
     return Dataset(bench.rig, tuple(records))
 
 
+BENCH_SEEDS = [("housing", 41), ("mass", 11), ("spring", 205), pytest.param("clamp", 41, marks=pytest.mark.release)]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "seed"),
-    [("housing", 41), ("mass", 11), ("spring", 205), pytest.param("clamp", 41, marks=pytest.mark.release)],
-)
+@pytest.mark.parametrize(("name", "seed"), BENCH_SEEDS)
 def test_a_structure_is_found_on_foreign_physics_and_its_numbers_are_right(name, seed):
     """The mass of seed 41 is 2 cm from a bushing: what it does is a force there, which is unknown anyway."""
     bench = make_bench(seed, structure=(name,))

@@ -129,9 +129,10 @@ def test_a_coupling_comes_twice_per_turn_both_ways_round():
     assert loads.rig.unbalances[0].moment == pytest.approx(MOMENT, rel=0.01)
 
 
-@pytest.mark.parametrize(
-    ("turns", "size", "told"), [(-1, 1.1, True), (1, 1.1, False), (-1, 0.3, False), (0, 1.1, False)]
-)
+WHIRLS = [(-1, 1.1, True), (1, 1.1, False), (-1, 0.3, False), (0, 1.1, False)]
+
+
+@pytest.mark.parametrize(("turns", "size", "told"), WHIRLS)
 def test_dry_whirl_goes_backwards_round_the_wall(turns, size, told):
     """Forwards, well within the gap, or to and fro along a line it is none. Two seconds of eight whirl here."""
     whole = prepared(record("any", 60.0, 1))

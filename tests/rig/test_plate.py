@@ -16,9 +16,10 @@ def test_rigs_without_one_are_as_they_were():
     assert "plate" not in Rig.from_dict(TABLES).to_dict()
 
 
-@pytest.mark.parametrize(
-    "more", [{}, {"radiation_efficiency": 0.3}, {"radiation_efficiency": [0.1, 0.5], "frequencies": [100.0, 1000.0]}]
-)
+EFFICIENCIES = [{}, {"radiation_efficiency": 0.3}, {"radiation_efficiency": [0.1, 0.5], "frequencies": [100.0, 1000.0]}]
+
+
+@pytest.mark.parametrize("more", EFFICIENCIES)
 def test_it_comes_back_from_a_file(tmp_path, more):
     rig = Rig.from_dict(TABLES | {"plate": PLATE | more})
     rig.save(tmp_path / "rig.toml")

@@ -45,9 +45,10 @@ def full_rig():
     )
 
 
-@pytest.mark.parametrize(
-    "rig", [Rig.load(FILE), full_rig(), Rig("min", Beam(1.0, 1.0, 1.0, 1.0), (), (Sensor(1, 1.0),))]
-)
+RIGS = [Rig.load(FILE), full_rig(), Rig("min", Beam(1.0, 1.0, 1.0, 1.0), (), (Sensor(1, 1.0),))]
+
+
+@pytest.mark.parametrize("rig", RIGS)
 def test_toml_round_trip(tmp_path, rig):
     rig.save(tmp_path / "rig.toml")
     assert Rig.load(tmp_path / "rig.toml") == rig and Rig.from_dict(rig.to_dict()) == rig

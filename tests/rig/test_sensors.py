@@ -63,9 +63,10 @@ def test_refused_on_a_shaft(sensor: dict, part: str) -> None:
     assert part in assert_refused(RigError, None, lambda: TABLE1.replace(sensors=(Sensor(**given),)))
 
 
-@pytest.mark.parametrize(
-    ("quantity", "part"), [("strain", "has no fibres: a strain gauge needs a shaft"), ("angle", "is no rotation")]
-)
+MATRICES_REFUSE = [("strain", "has no fibres: a strain gauge needs a shaft"), ("angle", "is no rotation")]
+
+
+@pytest.mark.parametrize(("quantity", "part"), MATRICES_REFUSE)
 def test_refused_on_matrices(quantity: str, part: str) -> None:
     sensor = Sensor(1, PUMP.sensors[0].position, quantity=quantity)
     assert_refused(RigError, part, PUMP.replace, sensors=(sensor,))

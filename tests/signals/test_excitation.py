@@ -26,13 +26,7 @@ def outside(value, band, fs=FS):
 
 
 @settings(max_examples=25, deadline=None)
-@given(
-    duration=st.floats(1, 9),
-    low=st.floats(0, 100),
-    width=st.floats(2, 150),
-    level=st.floats(1e-6, 1e6),
-    seed=st.integers(0, 2**32),
-)
+@given(st.floats(1, 9), st.floats(0, 100), st.floats(2, 150), st.floats(1e-6, 1e6), st.integers(0, 2**32))
 def test_random_has_its_rms_exactly_and_nothing_outside_its_band(duration, low, width, level, seed):
     shake = excitation.random(duration, FS, (low, low + width), level, seed)
     assert shake.value.size == round(duration * FS)

@@ -63,10 +63,10 @@ def test_files_of_every_kind_hold_the_same_cantilever(tmp_path, kind):
     np.testing.assert_allclose(frequencies(structure), exact[:4], rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "units, mass, stiffness",
-    [("mm-t-s", 1e3, 1e3), ("mm-kg-ms", 1.0, 1e6), ("mm-kg-s", 1.0, 1.0), ("mm-g-ms", 1e-3, 1e3)],
-)
+UNITS = [("mm-t-s", 1e3, 1e3), ("mm-kg-ms", 1.0, 1e6), ("mm-kg-s", 1.0, 1.0), ("mm-g-ms", 1e-3, 1e3)]
+
+
+@pytest.mark.parametrize("units, mass, stiffness", UNITS)
 def test_units_of_fe_programs(units, mass, stiffness):
     """1 t/mm² ... of rotary inertia, 1 t mm/s² = 1 N: kg, N/m and rad from each system."""
     m, k = hermite()

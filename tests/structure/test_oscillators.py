@@ -23,9 +23,10 @@ def apparent_mass(hung: Oscillator, frequency: np.ndarray) -> np.ndarray:
     return hung.mass * spring / (spring - hung.mass * omega**2)
 
 
-@pytest.mark.parametrize(
-    "changes", [{}, {"fixture": (FixtureMode(170.0, 0.03, 0.4, 0.1),)}, {"planes": Planes(0.05, 0.5)}], ids=str
-)
+ATTACHED = [{}, {"fixture": (FixtureMode(170.0, 0.03, 0.4, 0.1),)}, {"planes": Planes(0.05, 0.5)}]
+
+
+@pytest.mark.parametrize("changes", ATTACHED, ids=str)
 @pytest.mark.parametrize("kind", ["base", "force"])
 def test_it_answers_with_its_apparent_mass(kind: str, changes: dict) -> None:
     rig = TABLE1.replace(**changes)

@@ -71,10 +71,10 @@ def test_designs_with_too_few_peaks_widen_the_interval():
     assert np.isnan(no_limit.exceeds).all()
 
 
-@pytest.mark.parametrize(
-    ("models", "levels", "words"),
-    [([], [1.0], "one model or more"), ([RIG], [], "one level or more"), ([RIG], [0.0], "rms 0.0: must be > 0")],
-)
+REFUSED = [([], [1.0], "one model or more"), ([RIG], [], "one level or more"), ([RIG], [0.0], "rms 0.0: must be > 0")]
+
+
+@pytest.mark.parametrize(("models", "levels", "words"), REFUSED)
 def test_refuses(models, levels, words):
     assert_refused(cm.ClearanceError, words, lambda: peaks_of_designs(models, Noise(PSD, levels), runner=ALONE))
     assert_refused(cm.ClearanceError, "no design", peaks_over_production, [])

@@ -50,10 +50,11 @@ def test_moment_is_limited_by_friction_of_the_road():
     assert ClearanceModel(0.0, compliance=1e-5).start(TASK)(0.5, at()) == pytest.approx(-1e-5 * VEHICLE.trail * largest)
 
 
+WITHOUT_GAP = [ClearanceModel(0.0), ClearanceModel(0.0, friction=100.0), BacklashInverse(0.0)]
+
+
 @pytest.mark.parametrize("law", [SlidingMode(), ModelPredictive()], ids=repr)
-@pytest.mark.parametrize(
-    "lost_motion", [ClearanceModel(0.0), ClearanceModel(0.0, friction=100.0), BacklashInverse(0.0)]
-)
+@pytest.mark.parametrize("lost_motion", WITHOUT_GAP)
 def test_without_a_gap_nothing_is_compensated(law, lost_motion):
     task = Task(VEHICLE, clothoid_arc(), 30.0)
     plain, compensated = law.start(task), Compensated(law, lost_motion).start(task)

@@ -37,9 +37,10 @@ def test_step_response(bandwidth):
     np.testing.assert_allclose(observed(model, bandwidth, 1e-3, 1.0) / 1e-3, expected, atol=5e-3)
 
 
-@pytest.mark.parametrize(
-    "controller", [disturbance_observer.SlidingWithObserver(), disturbance_observer.PredictiveWithObserver()], ids=repr
-)
+CONTROLLERS = [disturbance_observer.SlidingWithObserver(), disturbance_observer.PredictiveWithObserver()]
+
+
+@pytest.mark.parametrize("controller", CONTROLLERS, ids=repr)
 def test_offset_of_the_wheels_is_taken_out(controller):
     """The linear model with wheels that stand 0.3° off: the command ends at -0.3° and the vehicle on its path."""
     task = Task(VEHICLE, straight(600.0), SPEED)

@@ -32,9 +32,10 @@ def augmented_gain():
     return K
 
 
-@pytest.mark.parametrize(
-    ("path", "s"), [(clothoid_arc(), 60.0), (double_lane_change(2.5), 60.0), (double_lane_change(2.5), 100.0)]
-)
+PLACES = [(clothoid_arc(), 60.0), (double_lane_change(2.5), 60.0), (double_lane_change(2.5), 100.0)]
+
+
+@pytest.mark.parametrize(("path", "s"), PLACES)
 def test_first_command(path, s):
     seen = Observation(s, 0.03, -0.004, 0.05, 0.02, SPEED)
     task = Task(LINEAR, path, SPEED, largest_rate=10.0)

@@ -13,9 +13,10 @@ COMBINED = ("mpc-cm", "mpc-twin", "mpc-dob", "mpc-cm-dob", "mpc-twin-dob", "smc-
 """Of parts that others have, each by itself or with the controller in sliding mode"""
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in COMBINED else ()) for name in CONTROLLERS]
-)
+DRIVEN = [pytest.param(name, marks=pytest.mark.slow if name in COMBINED else ()) for name in CONTROLLERS]
+
+
+@pytest.mark.parametrize("name", DRIVEN)
 def test_drives_a_lane_change(name):
     """Within 0.2 m of a lane change at 72 km/h without clearance."""
     assert run_case(Case(name, 72.0, half_gap=0.0)).run.metrics()["peak_e_y"] < 0.2

@@ -45,10 +45,10 @@ def play(servo, half_gap):
     return wheel
 
 
-@pytest.mark.parametrize(
-    ("text", "radians"),
-    [("0.2deg", np.pi / 900), ("3.5mrad", 3.5e-3), ("0.15mm", 0.15e-3 / 0.1), (" 1e-3 rad", 1e-3), ("100µm", 1e-3)],
-)
+GAPS = [("0.2deg", np.pi / 900), ("3.5mrad", 3.5e-3), ("0.15mm", 0.15e-3 / 0.1), (" 1e-3 rad", 1e-3), ("100µm", 1e-3)]
+
+
+@pytest.mark.parametrize(("text", "radians"), GAPS)
 def test_gap_with_a_unit(text, radians):
     assert parse_gap(text, lever_arm=0.1) == pytest.approx(radians, rel=1e-12)
 
