@@ -35,11 +35,8 @@ def updated(bench, seconds=7.0):
 def truth_of(bench):
     shaft = bench.shaft
     compliance = 1 / shaft.clamp.rotation if shaft.clamp else 0.0
-    return {
-        "beam.young_modulus": shaft.young_modulus,
-        "masses[0].mass": shaft.masses[0][1],
-        "1/beam.clamp.rotation": compliance,
-    }
+    names = "beam.young_modulus", "masses[0].mass", "1/beam.clamp.rotation"
+    return dict(zip(names, (shaft.young_modulus, shaft.masses[0][1], compliance)))
 
 
 def distances(bench, found):
@@ -108,18 +105,17 @@ def test_forces_at_the_ends_of_a_long_bushing(rig):
     """Two short bushings 30 mm apart, grease six times as stiff in one, that the rig file takes for one of 30 mm."""
     one = dataclasses.replace(rig.bushings[0], position=0.7, length=0.03)
     told = rig.replace(bushings=(one,), sensors=tuple(s for s in rig.sensors if s.node != 7))
-    short = [
-        dataclasses.replace(one, position=x, length=0.0, gap=gap, grease=dataclasses.replace(one.grease, stiffness=k))
-        for x, gap, k in ((0.685, 2.5e-4, 2000.0), (0.715, 3.5e-4, 12000.0))
-    ]
+    short = []
+    for x, gap, k in ((0.685, 2.5e-4, 2000.0), (0.715, 3.5e-4, 12000.0)):
+        grease = dataclasses.replace(one.grease, stiffness=k)
+        short.append(dataclasses.replace(one, position=x, length=0.0, gap=gap, grease=grease))
     beam = dataclasses.replace(rig.beam, young_modulus=0.96 * rig.beam.young_modulus)
     real = told.replace(bushings=tuple(short), beam=beam)
     loud = excitation.random(6.0, FS, (5.0, 220.0), rms=5.0, seed=1)
     record, _ = record_of(real, loud, ConstantLaw(np.full(2, 1e4), np.full(2, 4.0)))
     channels = [c for c in record.channels if c.quantity == "acceleration"]
-    found = update_rig(
-        Dataset(told, (Record("loud", "identify", told, FS, channels, band=(5.0, 220.0)),)), as_drawn=True
-    )
+    record = Record("loud", "identify", told, FS, channels, band=(5.0, 220.0))
+    found = update_rig(Dataset(told, (record,)), as_drawn=True)
     error = linear_model(found.rig, 16).omega[:5] / linear_model(real, 16).omega[:5] - 1
     assert abs(error[0]) < 5e-3 and np.abs(error[1:]).max() < 2e-3
 

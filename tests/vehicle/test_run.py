@@ -64,11 +64,12 @@ def test_metrics_of_known_histories():
     contact = np.array([0, 1, 0, -1, 1])
     depth = np.array([0.2, 1.5, 0.9, 3.0, 1.0])
     metrics = Run(t, np.zeros((5, 2)), zero, e_y, -e_y, *[zero] * 5, 2 * wheel, wheel, contact, depth, zero).metrics()
-    assert (metrics["peak_e_y"], metrics["rms_e_psi"]) == pytest.approx((0.04, 0.05 / np.sqrt(5)))
-    assert (metrics["peak_steer_rate"], metrics["steer_variation"]) == pytest.approx((2.0, 0.04))
-    assert metrics["contact_reversals"] == 2
-    assert metrics["servo_rms_rate"] == pytest.approx(2 * np.sqrt((1 + 4 + 1) / 4))
-    assert metrics["servo_reversals"] == 1 and metrics["outside_layer"] == pytest.approx(2 / 5)
+    known = {
+        "peak_e_y": 0.04, "rms_e_psi": 0.05 / np.sqrt(5), "peak_steer_rate": 2.0, "steer_variation": 0.04,
+        "contact_reversals": 2, "servo_rms_rate": 2 * np.sqrt((1 + 4 + 1) / 4), "servo_reversals": 1,
+        "outside_layer": 2 / 5,
+    }  # fmt: skip
+    assert {name: metrics[name] for name in known} == pytest.approx(known)
 
 
 def test_lost_vehicle():

@@ -29,6 +29,16 @@ def bench():
     return found.rig, [*measured(found).values()]
 
 
+@pytest.fixture
+def rig():
+    return bench()[0]
+
+
+@pytest.fixture
+def records():
+    return bench()[1]
+
+
 def logged(said=1.0):
     return as_logged(bench()[1], FOUR_ACCELEROMETERS, said)
 
@@ -44,8 +54,7 @@ def test_names_order_signs_and_units_that_say_nothing():
     assert dict(found.channels) == truth and found.undecided == ()
 
 
-def test_swapped_and_inverted_channels_are_found_whatever_the_file_says():
-    rig, records = bench()
+def test_swapped_and_inverted_channels_are_found_whatever_the_file_says(rig, records):
     places = {"1:+Z": (4, "-Z"), "4:+Z": (1, "+Z")}  # the file takes 1 for 4, which is the other way round, and 4 for 1
 
     def lying(channel):
@@ -60,9 +69,8 @@ def test_swapped_and_inverted_channels_are_found_whatever_the_file_says():
 
 
 @pytest.mark.parametrize("wrong", [["base", "2:+Z"], None], ids=["base and one sensor", "every acceleration"])
-def test_a_unit_that_is_not_that_of_the_file_is_asked_for(wrong):
+def test_a_unit_that_is_not_that_of_the_file_is_asked_for(rig, records, wrong):
     """Numbers in g that are read as m/s²: transfer functions tell those of some, motion in the gap those of all."""
-    rig, records = bench()
     wrong = ["100:+Z" if one == "base" else one for one in wrong] if wrong else None
 
     def in_g(channel):
@@ -76,8 +84,7 @@ def test_a_unit_that_is_not_that_of_the_file_is_asked_for(wrong):
     assert all("[g]" in found.reasons[name] for name in asked)
 
 
-def test_what_no_unit_explains_is_asked_for():
-    rig, records = bench()
+def test_what_no_unit_explains_is_asked_for(rig, records):
     double = changed(records, lambda c: dataclasses.replace(c, value=2 * c.value) if c.node == 2 else c)
     found = cm.map_channels(double, rig)
     (name,) = found.undecided
@@ -88,8 +95,7 @@ def test_what_no_unit_explains_is_asked_for():
 
 
 @pytest.mark.slow
-def test_channels_that_are_no_vibration_of_the_rig_are_left_out():
-    rig, records = bench()
+def test_channels_that_are_no_vibration_of_the_rig_are_left_out(rig, records):
     noise = np.random.default_rng(0).standard_normal(records[0][0].size)
 
     def more(channels):
@@ -123,23 +129,20 @@ def test_records_that_drift_alone_are_refused():
     assert_refused(cm.RecordError, words, cm.map_channels, [channels], cm.Rig.load(TABLE1 / "rig.toml"))
 
 
-def test_without_the_excitation_everything_is_asked_for():
-    rig, records = bench()
+def test_without_the_excitation_everything_is_asked_for(rig, records):
     without = [[c for c in channels if c.node != 100] for channels in records]
     found = cm.map_channels(without, rig)
     assert len(found.undecided) == 4 and "was its excitation recorded" in found.notes[0]
 
 
 @pytest.mark.slow
-def test_a_wrong_sampling_rate_is_named():
-    rig, records = bench()
+def test_a_wrong_sampling_rate_is_named(rig, records):
     found = cm.map_channels(changed(records, lambda c: dataclasses.replace(c, fs=c.fs / 2)), rig)
     assert len(found.undecided) == 5 and "2048 Hz instead of 1024 Hz" in found.notes[0]
 
 
 @pytest.mark.slow
-def test_voltages_are_asked_for():
-    rig, records = bench()
+def test_voltages_are_asked_for(rig, records):
     volts = changed(records, lambda c: dataclasses.replace(c, quantity=UNKNOWN, unit="V", value=c.value * 0.0102))
     found = cm.map_channels(volts, rig)
     assert all('its unit "V"' in found.reasons[name] for name in found.channels)
@@ -167,9 +170,8 @@ def test_the_excitation_of_a_stepped_sine_is_taken_for_what_it_is():
     channels = cm.read(TABLE1 / "sine_1.uff")
     three = [dataclasses.replace(c, node=0, direction="S", value=c.value[: int(4.5 * c.fs)]) for c in channels]
     found = cm.map_channels([three], rig)
-    assert not any(
-        "not of this rig" in words or "sampling rate" in words for words in (*found.reasons.values(), *found.notes)
-    )
+    said = "\n".join((*found.reasons.values(), *found.notes))
+    assert "not of this rig" not in said and "sampling rate" not in said
     (base,) = [c.name for c in channels if c.node == 100]
     assert found.channels[base] == "base" or found.reasons[base].endswith("likeliest base")
     assert "the records are under a stepped sine alone" in found.notes[0]
@@ -190,8 +192,7 @@ def test_a_stepped_sine_of_many_steps_is_mapped():
     (lambda r: [[dataclasses.replace(c, name="A") for c in r[0]]], 'two channels have the name "A"'),
     (lambda r: [], "no file to map"),
 ])  # fmt: skip
-def test_refused(files, message):
-    rig, records = bench()
+def test_refused(rig, records, files, message):
     assert_refused(cm.RecordError, message, cm.map_channels, files(records), rig)
 
 
@@ -221,42 +222,35 @@ LABELLED = {
 
 
 @pytest.mark.parametrize("lie", LABELLED)
-def test_identification_refuses_records_whose_channels_are_something_else(lie):
+def test_identification_refuses_records_whose_channels_are_something_else(rig, records, lie):
     """Before anything is fitted: the fit would be to other sensors."""
-    rig, records = bench()
     change, message = LABELLED[lie]
     assert_refused(cm.RecordError, message, cm.identify.fit_bench, dataset_of(rig, changed(records, change)))
 
 
-def test_all_accelerations_in_g_are_warned_of():
-    rig, records = bench()
+def test_all_accelerations_in_g_are_warned_of(rig, records):
     in_g = changed(records, lambda c: dataclasses.replace(c, value=c.value / 9.80665))
     with pytest.warns(UserWarning, match="accelerations may be in g"):
         check_places(prepare(dataset_of(rig, in_g)))
 
 
-def test_records_that_are_what_they_say_pass():
-    rig, records = bench()
+def test_records_that_are_what_they_say_pass(rig, records):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_places(prepare(dataset_of(rig, records)))
 
 
 def dataset_of(rig, records):
-    taken = [
-        cm.Record(f"r{i}", "identify", rig, channels[0].fs, channels, band=(5.0, 220.0))
-        for i, channels in enumerate(records)
-    ]
-    return cm.Dataset(rig, tuple(taken), None)
+    cases = ((f"r{i}", "identify", rig, channels[0].fs, channels) for i, channels in enumerate(records))
+    return cm.Dataset(rig, tuple(cm.Record(*case, band=(5.0, 220.0)) for case in cases), None)
 
 
 @pytest.mark.parametrize("late", [
     {"3": -2.5},
     *(pytest.param(each, marks=pytest.mark.slow) for each in ({"3": 1.0}, {"100": 3.0}, {"1": 4.0, "2": 1.5})),
 ], ids=str)  # fmt: skip
-def test_late_channels_are_named(late):
+def test_late_channels_are_named(rig, records, late):
     """Samples by which channels of a sound bench are moved: these come back, and every place and sign as without."""
-    rig, records = bench()
     sound = cm.map_channels(changed(records, lambda channel: channel), rig)
 
     def moved(channel):
@@ -275,8 +269,7 @@ def test_late_channels_are_named(late):
         assert ("early" if samples < 0 else "late") in words
 
 
-def test_a_clipped_channel_of_one_file_is_named():
-    rig, records = bench()
+def test_a_clipped_channel_of_one_file_is_named(rig, records):
 
     def clipped(channel):
         top = 0.5 * np.abs(channel.value).max()
