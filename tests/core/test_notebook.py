@@ -221,8 +221,7 @@ def test_a_figure_takes_colours_and_background_of_the_page():
     assert "#000000" not in outside and "#ffffff" not in outside
     assert re.search(r'fill: #123456"', outside)  # of a scale: as it is
     assert "stroke: #882255; stroke: color-mix(in srgb, #882255 70%, currentColor)" in outside
-    image = Image.open(io.BytesIO(page_figure()._repr_png_())).convert("RGB")
-    assert image.getpixel((0, 0)) == (255, 255, 255)
+    assert Image.open(io.BytesIO(page_figure()._repr_png_())).convert("RGB").getpixel((0, 0)) == (255, 255, 255)
 
 
 @pytest.mark.slow

@@ -85,8 +85,7 @@ def test_noise_of_each_channel_is_found(ramp, forces):
 def test_force_drives_as_well_as_base(rig):
     """The same, with a force at the tip in place of the base's motion."""
     shaken = dataclasses.replace(rig, shaker=dataclasses.replace(rig.shaker, kind="force", position=1.0))
-    excitation = random(6.0, FS, rms=2.0, seed=3, kind="force")
-    base, response = record_of(shaken, excitation, ConstantLaw(8000.0, 4.0))
+    base, response = record_of(shaken, random(6.0, FS, rms=2.0, seed=3, kind="force"), ConstantLaw(8000.0, 4.0))
     force = dataclasses.replace(base.channels[0], node=200, quantity="force")
     found = restoring_force(dataclasses.replace(base, channels=[force, *base.channels[1:]], excitation_kind="force"))
     truth = response.contact_force + response.grease_force
@@ -216,8 +215,7 @@ def test_force_balance_law_is_recovered(rig, measured):
 def test_ridge_law_in_a_free_decay(rig, measured):
     """There the frequency of the supported shaft tells the contact: k = 6000 N/m within 5 %."""
     grease = Grease(4369.0, 0.3)
-    bushings = tuple(dataclasses.replace(b, grease=grease) for b in rig.bushings)
-    rig = dataclasses.replace(rig, bushings=bushings)
+    rig = dataclasses.replace(rig, bushings=tuple(dataclasses.replace(b, grease=grease) for b in rig.bushings))
     hit = hammer(6.0, FS, peak=100.0, width=0.04, times=[0.1])
     dataset = Dataset(rig, (record_of(rig, hit, ConstantLaw(6000.0, 2.0), noise=0.001)[0],))
     law = ridge_law(dataset)

@@ -46,6 +46,5 @@ def test_a_march_that_overflows_is_no_model(rig, monkeypatch):
         return np.full_like(found, np.nan) if ratio < 0.0 else found
 
     monkeypatch.setattr(grease, "_columns", overflowing)
-    fit = grease.grease_parameters(restoring_force(record_of(rig, "quiet", "identify", 0.3, 3)))
-    for found in fit.grease:
+    for found in grease.grease_parameters(restoring_force(record_of(rig, "quiet", "identify", 0.3, 3))).grease:
         assert (found.stiffness, found.damping) == pytest.approx((4000.0, 5.0), rel=0.01)

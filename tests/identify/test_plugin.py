@@ -64,8 +64,7 @@ def test_in_a_study_and_its_report(plugin, small_dataset, tmp_path, answer):
     assert {row["law"] for row in rows} >= {"nominal", "half-grease"}
     figures = tmp_path / "out" / "figures"
     assert {path.stem for path in figures.glob("*.pdf")} == {path.stem for path in figures.glob("*.png")} != set()
-    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "half of its grease, to a tenth" in page
+    assert "half of its grease, to a tenth" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert (tmp_path / "out" / "laws" / "half-grease.json").is_file()
 
 

@@ -107,8 +107,7 @@ def test_restoring_forces_of_a_stepped_shaft(of_stepped):
 
 def test_clearances_that_no_record_tells_apart():
     """Two of them between the same two points."""
-    twice = chain(bushings=2 * chain().bushings[1:])
-    record, _ = record_of(twice, random(2.0, FS, rms=1.0, seed=5), LAW, Modal())
+    record, _ = record_of(chain(bushings=2 * chain().bushings[1:]), random(2.0, FS, rms=1.0, seed=5), LAW, Modal())
     with pytest.raises(RecordError, match="do not tell the forces in the clearances from each other"):
         restoring_force(record)
 
@@ -168,8 +167,7 @@ def test_output_error(make, band):
 def test_ridge_in_a_free_decay(make):
     """While the motion fills the gap twice: k = 6000 N/m within 3 %."""
     rig = make()
-    bushings = tuple(dataclasses.replace(b, grease=Grease(3000.0, 0.3)) for b in rig.bushings)
-    rig = rig.replace(bushings=bushings)
+    rig = rig.replace(bushings=tuple(dataclasses.replace(b, grease=Grease(3000.0, 0.3)) for b in rig.bushings))
     hit = hammer(4.0, FS, peak=100.0, width=0.04, times=[0.1])
     law = ridge_law(Dataset(rig, (record_of(rig, hit, ConstantLaw(6e3, 2.0), noise=0.001)[0],)))
     np.testing.assert_allclose(np.median(law.k[(law.t > 0.4) & (law.t < 0.8)], axis=0), 6e3, rtol=0.03)
@@ -187,8 +185,7 @@ def test_ridge_band_of_structures_with_few_modes_or_none_below():
 
 def test_a_rig_without_clearances_has_nothing_to_identify():
     rig = chain(bushings=())
-    response = simulate(rig, random(1.0, FS, seed=1), ConstantLaw(0.0, 0.0), "modal")
-    dataset = Dataset(rig, (noisy(rig, response),))
+    dataset = Dataset(rig, (noisy(rig, simulate(rig, random(1.0, FS, seed=1), ConstantLaw(0.0, 0.0), "modal")),))
     for method in ("constant", "output-error", "force-balance", "ridge"):
         with pytest.raises(RecordError, match="'chain' has no bushings, so there is no clearance to identify"):
             get_method(method).find(dataset, None)

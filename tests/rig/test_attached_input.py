@@ -39,6 +39,5 @@ def test_one_line_says_what_is_wrong(added: str, said: str, tmp_path: Path):
 def test_a_housing_has_no_negative_mass(tmp_path: Path):
     housing = "[[bushings]]\nhousing = {stiffness = 1e5, mass = -0.1, damping = 1.0}"
     path = tmp_path / "rig.toml"
-    text = TABLE1.read_text(encoding="utf-8").replace("[[bushings]]", housing, 1)
-    path.write_text(text, encoding="utf-8")
+    path.write_text(TABLE1.read_text(encoding="utf-8").replace("[[bushings]]", housing, 1), encoding="utf-8")
     assert_refused(RigError, r"bushings\[0\]\.housing\.mass must be > 0, got -0.1 \(kg", Rig.load, path)

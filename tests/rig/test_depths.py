@@ -18,8 +18,7 @@ def test_walls_of_an_offset_and_of_one_side():
     first, second = TABLE_1.bushings
     walls = dataclasses.replace(first, offset=1e-4), dataclasses.replace(second, stops="lower")
     rig = TABLE_1.replace(bushings=walls)
-    moved = np.array([[2.5e-4, -4.2e-4, 0.0], [9e-4, -2e-4, 0.0]])
-    assert wall_depths(rig, moved) == pytest.approx([5e-5, 0.0])
+    assert wall_depths(rig, np.array([[2.5e-4, -4.2e-4, 0.0], [9e-4, -2e-4, 0.0]])) == pytest.approx([5e-5, 0.0])
 
 
 def test_an_orbit_in_space():

@@ -56,8 +56,7 @@ def test_what_is_built(tmp_path, length, diameter, what):
 
 
 def test_each_section_has_its_own_radius(tmp_path):
-    sections = Section(0.3, 0.04), Section(0.3, 0.004)
-    shaft = Shaft(sections, (Support(0.0, "clamped"),), material=STEEL, name="rod")
+    shaft = Shaft((Section(0.3, 0.04), Section(0.3, 0.004)), (Support(0.0, "clamped"),), material=STEEL, name="rod")
     bushings = tuple(dataclasses.replace(TABLE1.bushings[0], position=x, gap=3e-3, length=0.0) for x in (0.1, 0.5))
     rig = TABLE1.replace(beam=None, structure=shaft, masses=(), bushings=bushings[:1], sensors=(Sensor(1, 0.6),))
     rig.save(tmp_path / "thick.toml")

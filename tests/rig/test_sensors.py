@@ -68,8 +68,7 @@ MATRICES_REFUSE = [("strain", "has no fibres: a strain gauge needs a shaft"), ("
 
 @pytest.mark.parametrize(("quantity", "part"), MATRICES_REFUSE)
 def test_refused_on_matrices(quantity: str, part: str) -> None:
-    sensor = Sensor(1, PUMP.sensors[0].position, quantity=quantity)
-    assert_refused(RigError, part, PUMP.replace, sensors=(sensor,))
+    assert_refused(RigError, part, PUMP.replace, sensors=(Sensor(1, PUMP.sensors[0].position, quantity=quantity),))
 
 
 def test_two_sensors_of_one_node_and_axis_differ_in_quantity() -> None:

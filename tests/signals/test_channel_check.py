@@ -16,8 +16,7 @@ TIME = np.arange(round(12 * FS)) / FS
 def pressed(rng):
     """A sine that a wall flattens a little, with noise of 0.7 % of its size: what probes read under a stepped sine."""
     sine = np.sin(2 * np.pi * 11.5 * TIME) * np.minimum(TIME, 1.0)
-    wave = sine - 0.3 * np.maximum(np.abs(sine) - 0.6, 0.0) * np.sign(sine)
-    return wave + 0.007 * rng.standard_normal(TIME.size)
+    return sine - 0.3 * np.maximum(np.abs(sine) - 0.6, 0.0) * np.sign(sine) + 0.007 * rng.standard_normal(TIME.size)
 
 
 def test_noise_on_flat_peaks_is_no_clipping():

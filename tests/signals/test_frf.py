@@ -41,8 +41,7 @@ def test_estimators_and_coherence_are_those_of_the_welch_spectra():
     np.testing.assert_allclose(h1.coherence[:, 0], np.abs(syx) ** 2 / (sxx * syy), rtol=1e-11)
     np.testing.assert_allclose(h1.frequency, np.arange(257), rtol=1e-14)
     for o in range(3):
-        matrix = np.array([[sxx, syx[o].conj()], [syx[o], syy[o]]]).transpose(2, 0, 1)
-        smallest = np.linalg.eigh(matrix)[1][:, :, 0]
+        smallest = np.linalg.eigh(np.array([[sxx, syx[o].conj()], [syx[o], syy[o]]]).transpose(2, 0, 1))[1][:, :, 0]
         np.testing.assert_allclose(hv.functions[o], -(smallest[:, 0] / smallest[:, 1]).conj(), rtol=1e-8)
 
 

@@ -135,8 +135,7 @@ def test_harmonics_of_every_step_have_amplitude_and_phase():
     found = stepped_harmonics(wave**3 + 0.7, 1024, frequency, n_harmonics=4, settle=0.3)
     first, third = np.array([1.0, 8.0]) * 3 / 4, np.array([1.0, 8.0]) / 4
     phase = np.exp(1j * np.array([0.4, -1.0]))
-    expected = np.array([first * phase, [0, 0], third * phase**3, [0, 0]]).T
-    np.testing.assert_allclose(found, expected, atol=1e-9)
+    np.testing.assert_allclose(found, np.array([first * phase, [0, 0], third * phase**3, [0, 0]]).T, atol=1e-9)
 
 
 @pytest.mark.parametrize(("arguments", "message"), [

@@ -37,8 +37,7 @@ def test_mode_shape_along_local_axes():
     """Node 3's x is the global y, its y the global -x; -Z turns the sign; a rotation moves nothing."""
     responses = ("1:-Z", "3:+X", "3:+Y", "2:+RX", "7:+Z")
     modes = Modes([10.0], [0.01], np.array([[1.0], [2.0], [3.0], [4.0], [5.0]]), responses)
-    moved = square().displacement(modes, 1)
-    np.testing.assert_array_equal(moved, [[0, 0, -1], [0, 0, 0], [-3, 2, 0], [0, 0, 0]])
+    np.testing.assert_array_equal(square().displacement(modes, 1), [[0, 0, -1], [0, 0, 0], [-3, 2, 0], [0, 0, 0]])
     assert square().missing(responses) == ("7:+Z",)
     (ax,) = square().plot(modes, scale=1.0).axes
     assert ax.get_title() == "mode 1: 10 Hz, damping 1 %; without a place: 7:+Z"
@@ -55,8 +54,7 @@ def test_shape_is_drawn_at_its_largest_phase():
     shape = np.array([[1.0], [-0.5]])
     for factor in (1.0, 1j):
         (ax,) = square().plot(Modes([1.0], [0.0], factor * shape, ("1:+Z", "2:+Z"))).axes
-        drawn = np.abs(np.array(ax.lines[-1].get_data_3d())[2, :2])
-        np.testing.assert_allclose(drawn, [0.2, 0.1], rtol=1e-12)
+        np.testing.assert_allclose(np.abs(np.array(ax.lines[-1].get_data_3d())[2, :2]), [0.2, 0.1], rtol=1e-12)
 
 
 def test_labelled_arrays_and_files(tmp_path):

@@ -46,8 +46,7 @@ def files_of(folder, kind, mass, stiffness):
         parts = {f"M_{part}": getattr(sparse, part) for part in ("data", "indices", "indptr", "shape")}
         np.savez(folder / "all.npz", K=stiffness, dofs=np.array(MOVES), **parts)
     elif kind == "mat":
-        cells = np.array(MOVES, dtype=object)
-        variables = {"M": scipy.sparse.csc_matrix(mass), "K": stiffness, "dofs": cells}
+        variables = {"M": scipy.sparse.csc_matrix(mass), "K": stiffness, "dofs": np.array(MOVES, dtype=object)}
         scipy.io.savemat(folder / "all.mat", variables)
     elif kind == "mat with numbers":
         numbers = [[int(name.split(":")[0]), 3 if ":Z" in name else 5] for name in MOVES]
@@ -183,8 +182,7 @@ def test_base_moves_in_any_direction():
     names = ("1:X", "1:Y", "1:Z", "1:RX")
     mass = np.diag([2.0, 3.0, 4.0, 0.5])
     mass[1, 3] = mass[3, 1] = 0.3
-    structure = Matrices(mass=mass, stiffness=np.eye(4), dofs=names, units="m-kg-s")
-    influence = structure.assemble((), 4).influence
+    influence = Matrices(mass=mass, stiffness=np.eye(4), dofs=names, units="m-kg-s").assemble((), 4).influence
     np.testing.assert_array_equal(influence, [[2, 0, 0], [0, 3, 0], [0, 0, 4], [0, 0.3, 0]])
 
 

@@ -128,8 +128,7 @@ def test_engines_run_and_files_keep_it(tmp_path):
     first, second, mujoco = (simulate(r, force, law, engine) for r, engine in runs)
     np.testing.assert_array_equal(first.acceleration, second.acceleration)
     assert np.abs(first.contact_force).max() > 0.1
-    error = np.sqrt(np.mean((mujoco.displacement - first.displacement) ** 2)) / first.displacement.std()
-    assert error < 0.01
+    assert np.sqrt(np.mean((mujoco.displacement - first.displacement) ** 2)) / first.displacement.std() < 0.01
 
 
 # Files
@@ -174,8 +173,7 @@ def write(path, sets):
 def test_modes_with_modal_masses(tmp_path, kind):
     """Written by pyuff in mm and N, whose unit of mass is 1000 kg."""
     expected = cantilever()
-    sets = [units(1e3, 1.0), *normal_modes(expected, kind, 1e3)]
-    got = ModalStructure(file=str(write(tmp_path / "m.uff", sets)))
+    got = ModalStructure(file=str(write(tmp_path / "m.uff", [units(1e3, 1.0), *normal_modes(expected, kind, 1e3)])))
     assert got.file is None and got.dofs == tuple(f"{i}:+Z" for i in (1, 2, 3, 4))
     np.testing.assert_allclose(got.frequencies, expected.frequencies, rtol=1e-5)
     np.testing.assert_allclose(got.ratios, 0.01)

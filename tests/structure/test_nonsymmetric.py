@@ -75,8 +75,7 @@ def test_attached_masses_keep_the_cross_stiffness():
     rig = jeffcott(3e4, gyroscopic=40.0, shape="slot", oscillators=(Oscillator("1:Z", 1.0, 1e5, 0.0),))
     mass = np.diag([MASS, MASS + 1.0])
     k, c = np.array(rig.structure.stiffness), np.array(rig.structure.damping)
-    zero = np.zeros((2, 2))
-    state = np.block([[zero, np.eye(2)], [-np.linalg.solve(mass, k), -np.linalg.solve(mass, c)]])
+    state = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(mass, k), -np.linalg.solve(mass, c)]])
     found = linear_model(rig).poles().value
     found = found[np.argsort(np.abs(found))][:4]
     np.testing.assert_allclose(_sorted(found), _sorted(np.linalg.eigvals(state)), rtol=1e-5)

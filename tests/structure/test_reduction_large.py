@@ -41,8 +41,7 @@ def loads_of(size):
 
 
 def receptance_of_all(mass, stiffness, loads, omega):
-    solve = scipy.sparse.linalg.splu(scipy.sparse.csc_array(stiffness - omega**2 * mass)).solve
-    return loads @ solve(loads.T)
+    return loads @ scipy.sparse.linalg.splu(scipy.sparse.csc_array(stiffness - omega**2 * mass)).solve(loads.T)
 
 
 def receptance(found, loads, omega):

@@ -26,8 +26,7 @@ def test_a_design_is_as_it_is_alone_under_the_noise_of_its_eight():
     found = peaks_of_designs(DESIGNS, NOISE, 7, ALONE)
     assert [(each.level, each.design) for each in found] == [(level, i) for level in (2.0, 4.0) for i in range(10)]
     for i, eight in ((3, 0), (9, 1)):
-        noise = noise_of(PSD.scaled(4.0), 4.0, [7, eight])
-        alone = peaks_over_an_hour(DESIGNS[i], noise, settling=1.0, limit=2.0)
+        alone = peaks_over_an_hour(DESIGNS[i], noise_of(PSD.scaled(4.0), 4.0, [7, eight]), settling=1.0, limit=2.0)
         assert found[10 + i].median == pytest.approx(alone.median.tolist(), rel=1e-6, nan_ok=True)
         assert found[10 + i].exceeded == pytest.approx(alone.exceeded.tolist(), rel=1e-6, nan_ok=True)
         assert found[10 + i].impacts_per_second == tuple(alone.impacts_per_second)

@@ -63,8 +63,7 @@ def test_sobol_indices_are_shares_of_the_variance(measured):
 def test_sobol_indices_are_those_of_salib():
     """Of Ishigami's function of the same designs, in SALib's order: A_i, AB_i of each number, B_i."""
     a, b = np.split(qmc.Sobol(6, rng=np.random.default_rng(0)).random(1024), 2, axis=1)
-    blocks = [a, b, *(np.where(np.arange(3) == i, b, a) for i in range(3))]
-    angles = (np.pi * (2 * block.T - 1) for block in blocks)
+    angles = (np.pi * (2 * block.T - 1) for block in [a, b, *(np.where(np.arange(3) == i, b, a) for i in range(3))])
     values = [np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x) for x, y, z in angles]
     first, total, *_ = sobol_indices(np.concatenate(values)[:, None], 3)
     problem = {"num_vars": 3, "names": ["x", "y", "z"], "bounds": [[0, 1]] * 3}

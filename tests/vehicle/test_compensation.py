@@ -25,10 +25,8 @@ def test_side_follows_the_aligning_moment():
     """T = t C_f (δ - (v_y + l_f r)/v): the wheel is h + T c behind on the side of T."""
     estimate = ClearanceModel(H, compliance=1e-5).start(TASK)
     for angle, lateral_speed, yaw_rate in ((0.01, 0.0, 0.0), (0.01, 0.5, 0.2), (-0.004, 0.1, 0.0)):
-        slip = angle - (lateral_speed + VEHICLE.lf * yaw_rate) / 30.0
-        moment = VEHICLE.trail * VEHICLE.cornering_front * slip
-        lost = estimate(angle, at(lateral_speed, yaw_rate))
-        assert lost == pytest.approx(-H * np.sign(moment) - 1e-5 * moment)
+        moment = VEHICLE.trail * VEHICLE.cornering_front * (angle - (lateral_speed + VEHICLE.lf * yaw_rate) / 30.0)
+        assert estimate(angle, at(lateral_speed, yaw_rate)) == pytest.approx(-H * np.sign(moment) - 1e-5 * moment)
 
 
 def test_frozen_while_the_side_is_not_known():

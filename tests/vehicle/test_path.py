@@ -60,8 +60,7 @@ def test_heading_and_curvature_by_finite_differences(path):
     dx, dy = (path.position(s + h) - path.position(s - h)) / (2 * h)
     np.testing.assert_allclose(np.hypot(dx, dy), 1, atol=1e-6)
     np.testing.assert_allclose(np.arctan2(dy, dx), path.heading(s), atol=1e-6)
-    bend = (path.heading(s + h) - path.heading(s - h)) / (2 * h)
-    np.testing.assert_allclose(bend, path.curvature(s), atol=1e-6)
+    np.testing.assert_allclose((path.heading(s + h) - path.heading(s - h)) / (2 * h), path.curvature(s), atol=1e-6)
 
 
 def test_clothoid_is_fresnels():

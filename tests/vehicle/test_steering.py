@@ -72,8 +72,7 @@ def test_servo_step(frequency, damping):
     _, servo, _ = steer(Steering(frequency=frequency, damping=damping), np.full(50, 1e-3), 0.0)
     natural = 2 * np.pi * frequency
     system = scipy.signal.lti([natural**2], [1, 2 * damping * natural, natural**2])
-    time = STEP * np.arange(1, servo.size + 1)
-    expected = scipy.signal.step(system, T=np.concatenate(([0], time)))[1][1:]
+    expected = scipy.signal.step(system, T=np.concatenate(([0], STEP * np.arange(1, servo.size + 1))))[1][1:]
     np.testing.assert_allclose(servo, 1e-3 * expected, atol=1e-14)
 
 
@@ -116,8 +115,7 @@ def test_torque_driven_follows_the_moment(fidelity, moment):
     wheel, servo, contact = steer(Steering(HALF_GAP, fidelity), np.zeros(100), moment)
     side = np.sign(moment)
     assert contact[-1] == side
-    expected = -HALF_GAP * side - (moment - 0.13 * side) / COLUMN
-    assert wheel[-1] - servo[-1] == pytest.approx(expected, abs=1e-5)
+    assert wheel[-1] - servo[-1] == pytest.approx(-HALF_GAP * side - (moment - 0.13 * side) / COLUMN, abs=1e-5)
 
 
 def test_crossing_the_play():
