@@ -220,10 +220,8 @@ def test_two_workers_of_a_cluster_find_the_same_as_this_process():
 
 def test_of_several_tolerances_of_a_number_the_last_one_counts():
     given = (
-        Tolerance("bushings.gap", "5 %"),
-        Tolerance("bushings[1].gap", "2 %"),
-        Tolerance("bushings[1].offset", "1 um"),
-    )
+        Tolerance("bushings.gap", "5 %"), Tolerance("bushings[1].gap", "2 %"), Tolerance("bushings[1].offset", "1 um"),
+    )  # fmt: skip
     found = Scatter.of_rig(TABLE1.replace(tolerances=given))
     assert [(each.of, each.std) for each in found.numbers] == [
         ("bushings[0].gap", "5 %"), ("bushings[1].gap", "2 %"), ("bushings[1].offset", "1 um"),
