@@ -284,12 +284,9 @@ def test_bad_windows(forces):
 
 
 def test_bad_records(quiet, rig):
-    with pytest.raises(RecordError, match=r"lasts 0\.5 s, force balance needs more than 1\.2 s"):
-        restoring_force(
-            dataclasses.replace(
-                quiet, channels=[dataclasses.replace(c, value=c.value[:1024].copy()) for c in quiet.channels]
-            )
-        )
+    brief = [dataclasses.replace(c, value=c.value[:1024].copy()) for c in quiet.channels]
+    words = r"lasts 0\.5 s, force balance needs more than 1\.2 s"
+    assert_refused(RecordError, words, restoring_force, dataclasses.replace(quiet, channels=brief))
     assert_refused(RecordError, r"band up to 1500 Hz must end in 0\.\.1024 Hz", restoring_force, quiet, high=1500.0)
     with pytest.raises(RecordError, match="has no bushings"):
         restoring_force(dataclasses.replace(quiet, rig=dataclasses.replace(rig, bushings=())))

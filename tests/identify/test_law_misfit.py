@@ -96,12 +96,8 @@ def test_decays_are_compared_from_hit_to_hit():
     value[[1024, 5120]] = 60.0, 120.0
     hits = record_of(TABLE1, "hits", "identify", 1.0, 1, 4.0)
     response = simulate(TABLE1, Excitation(value, 2048.0, "base"), SMALL_LAW, "modal")
-    signals = {BASE_NODE: value} | {s.node: a for s, a in zip(TABLE1.sensors, response.acceleration)}
-    channels = [
-        dataclasses.replace(c, value=2.0 * signals[c.node] if c.node != BASE_NODE else value)
-        for c in hits.channels
-        if c.quantity == "acceleration"
-    ]
+    signals = {BASE_NODE: value} | {s.node: 2.0 * a for s, a in zip(TABLE1.sensors, response.acceleration)}
+    channels = [dataclasses.replace(c, value=signals[c.node]) for c in hits.channels if c.quantity == "acceleration"]
     record = dataclasses.replace(hits, channels=channels, band=None, level=None)
     found = law_misfit([prepared(record)], Model(TABLE1, SMALL_LAW))
     assert found.stretches == () and found.widening == 1.0 and found.warnings == ()

@@ -62,11 +62,8 @@ def rubbing():
     soft = dataclasses.replace(drawn.bushings[0], contact=Contact(0.3 * CONTACT, 50.0))
     examples = "bushings.contact.stiffness", "structure.material.density"
     drawn = drawn.replace(bushings=(soft,), examples=examples)
-    return [
-        recorded("slow", rotor(), SLOW, 3.5, nominal=drawn),
-        recorded("middle", rotor(), MIDDLE, 3.5, nominal=drawn),
-        recorded("run_up", rotor(), RUN_UP, 6.5, nominal=drawn),
-    ]
+    plan = ("slow", SLOW, 3.5), ("middle", MIDDLE, 3.5), ("run_up", RUN_UP, 6.5)
+    return [recorded(name, rotor(), spin, seconds, nominal=drawn) for name, spin, seconds in plan]
 
 
 @pytest.fixture(scope="module")

@@ -104,12 +104,8 @@ def test_the_smallest_circle():
 @pytest.fixture(scope="module")
 def turning():
     """Records of a shaft that never touches: slow, along y at another speed, and fast, with a run-out once per turn."""
-    records = [
-        turning_record("slow", "identify", Spin(6.0)),
-        turning_record("ramp_y", "identify", Spin(60.0), "y", 1.0, 1),
-        turning_record("ramp_z", "identify", Spin(140.0), "z", 1.0, 2),
-    ]
-    return Dataset(RIG, tuple(records))
+    cases = ("slow", Spin(6.0)), ("ramp_y", Spin(60.0), "y", 1.0, 1), ("ramp_z", Spin(140.0), "z", 1.0, 2)
+    return Dataset(RIG, tuple(turning_record(name, "identify", *of) for name, *of in cases))
 
 
 def test_run_out(turning):

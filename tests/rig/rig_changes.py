@@ -46,8 +46,5 @@ NUMBER = "must be a plain number in SI units, got"
 STEEL = {"young_modulus": 210e9, "density": 7850.0}
 
 
-SHAFT = {
-    "kind": "shaft",
-    "material": STEEL,
-    "sections": [{"length": 0.6, "diameter": 0.01}, {"length": 0.4, "diameter": 0.02}],
-}
+SECTIONS = [{"length": 0.6, "diameter": 0.01}, {"length": 0.4, "diameter": 0.02}]
+SHAFT = {"kind": "shaft", "material": STEEL, "sections": SECTIONS}

@@ -43,11 +43,9 @@ def spring() -> cm.Model:
 
 
 def scattered() -> Scatter:
+    stds = {name: f"{100 * np.expm1(size):.12f} %" for name, size in SIZES.items()}
     return Scatter(
-        tuple(
-            Scattered(name, std=f"{100 * np.expm1(size):.12f} %", distribution="lognormal", price=PRICES[name])
-            for name, size in SIZES.items()
-        )
+        tuple(Scattered(of, std=std, distribution="lognormal", price=PRICES[of]) for of, std in stds.items())
     )
 
 

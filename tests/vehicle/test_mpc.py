@@ -113,14 +113,10 @@ def test_plan_with_limits_is_that_of_a_dense_solver():
     plan = LimitedPlan(task, found.hessian).best(free, 0.0)
     scale = np.linalg.norm(found.hessian, 2)
     expected = scipy.optimize.minimize(
-        lambda z: (z - free) @ found.hessian @ (z - free) / scale,
-        np.zeros(20),
-        jac=lambda z: 2 * found.hessian @ (z - free) / scale,
-        bounds=[(-step, step)] * 20,
-        constraints=scipy.optimize.LinearConstraint(np.tri(20), -largest, largest),
-        method="SLSQP",
-        options={"maxiter": 1000, "ftol": 1e-16},
-    ).x
+        lambda z: (z - free) @ found.hessian @ (z - free) / scale, np.zeros(20), method="SLSQP",
+        jac=lambda z: 2 * found.hessian @ (z - free) / scale, options={"maxiter": 1000, "ftol": 1e-16},
+        bounds=[(-step, step)] * 20, constraints=scipy.optimize.LinearConstraint(np.tri(20), -largest, largest),
+    ).x  # fmt: skip
     np.testing.assert_allclose(plan, expected, atol=2e-5)
     assert np.abs(plan.cumsum()).max() == pytest.approx(largest, abs=1e-5)
 

@@ -26,20 +26,18 @@ def linear_model():
         front = p.cornering_front * (angle - (v_y + p.lf * r) / v) + unknown_front
         rear = -p.cornering_rear * (v_y - p.lr * r) / v + unknown_rear
         noise = KNOWN.force * np.sqrt(2 / KNOWN.force_time)
-        return np.array(
-            [
-                v * e_psi + v_y,
-                r,
-                (front + rear) / p.mass - v * r,
-                (p.lf * front - p.lr * rear) / p.yaw_inertia,
-                turning,
-                natural**2 * (command - angle) - 2 * 0.7 * natural * turning + KNOWN.servo * w[2],
-                0.0,
-                KNOWN.offset_drift * w[3],
-                -unknown_front / KNOWN.force_time + noise * w[0],
-                -unknown_rear / KNOWN.force_time + noise * w[1],
-            ]
-        )
+        return np.array([
+            v * e_psi + v_y,
+            r,
+            (front + rear) / p.mass - v * r,
+            (p.lf * front - p.lr * rear) / p.yaw_inertia,
+            turning,
+            natural**2 * (command - angle) - 2 * 0.7 * natural * turning + KNOWN.servo * w[2],
+            0.0,
+            KNOWN.offset_drift * w[3],
+            -unknown_front / KNOWN.force_time + noise * w[0],
+            -unknown_rear / KNOWN.force_time + noise * w[1],
+        ])  # fmt: skip
 
     A = np.column_stack([rates(e, 0.0, np.zeros(4)) for e in np.eye(10)])
     G = np.column_stack([rates(np.zeros(10), 0.0, w) for w in np.eye(4)])
