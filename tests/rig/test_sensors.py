@@ -68,7 +68,8 @@ MATRICES_REFUSE = [("strain", "has no fibres: a strain gauge needs a shaft"), ("
 
 @pytest.mark.parametrize(("quantity", "part"), MATRICES_REFUSE)
 def test_refused_on_matrices(quantity: str, part: str) -> None:
-    assert_refused(RigError, part, PUMP.replace, sensors=(Sensor(1, PUMP.sensors[0].position, quantity=quantity),))
+    at = PUMP.sensors[0].position
+    assert_refused(RigError, part, lambda: PUMP.replace(sensors=(Sensor(1, at, quantity=quantity),)))
 
 
 def test_two_sensors_of_one_node_and_axis_differ_in_quantity() -> None:
