@@ -108,7 +108,7 @@ def test_contact_is_at_the_ends_of_the_length_that_a_bushing_has():
     )
     law = ContactLaw([KelvinVoigt(1e4)], [dataclasses.replace(TABLE1.bushings[0].grease, stiffness=1e-9, damping=0.0)])
     bushing = dataclasses.replace(TABLE1.bushings[0], gap=3e-4, length=0.004)
-    (force,) = law_forces([path], np.array([0.0, 1.0, 0.0]), 1, [Case(bushing, law)]).T
+    (force,) = law_forces([path], np.array([0.0, 1.0, 0.0]), 1, [ClearanceWithLaw(bushing, law)]).T
     by_hand = np.zeros(time.size)
     for lever in (1 - 0.1 / 3, 1 + 0.1 / 3):
         place = lever * middle

@@ -13,7 +13,7 @@ from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.engines import simulate
 from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify.laws import output_error
-from clearance_mj.identify.laws.output_error import Sight, before_contact, evidence, features
+from clearance_mj.identify.laws.output_error import ResponseFeatures, before_contact, evidence, features
 from clearance_mj.identify.methods.constant import fit_constant
 from clearance_mj.identify.methods.physical import fit_output_error
 from clearance_mj.io.dataset import Dataset
@@ -46,7 +46,7 @@ def test_constants_are_recovered_and_validation_records_stay_closed(small_datase
 def test_start_values_are_worse_than_the_fit(small_dataset):
     """The datasheet misses the same residual by far: the fit is what brings it down."""
     dataset = Dataset.load(small_dataset)
-    compared = output_error.Comparison(
+    compared = output_error.ResponseResiduals(
         dataset.rig, evidence(dataset.identify), lambda: nominal_law(dataset.rig), math.inf, None
     )
     assert np.sqrt(np.mean(compared.residuals(np.empty((1, 0)))[0][: compared.frf_size] ** 2)) > 1.0

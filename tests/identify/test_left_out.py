@@ -65,7 +65,7 @@ def test_refused_with_the_way_out_and_then_taken(records, left_out):
 def test_the_rig_is_found_and_the_sensor_known_from_the_other_record(left_out):
     found = update_rig(Dataset(RIG, left_out), as_drawn=True)
     np.testing.assert_allclose(natural_frequencies(found.rig, 4), natural_frequencies(REAL, 4), rtol=3e-3)
-    assert np.all(found.share < 0.05)
+    assert np.all(found.relative_error < 0.05)
     assert dict(zip(found.estimates.names, found.estimates.posterior_over_prior))["sensors[2].gain"] < 0.3
     assert "accelerometer 3:+Z" in found.to_dict()["records"][0]["misfit"]
     assert "accelerometer 3:+Z" not in found.to_dict()["records"][1]["misfit"]

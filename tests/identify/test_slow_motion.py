@@ -51,7 +51,7 @@ def test_slow_motion_of_a_linear_clearance_is_that_of_springs_and_dampers():
     impedance = np.array(k) + 1j * omega[:, None] * np.array(c)
     inverse = np.linalg.inv(np.eye(2) - gains[:, :, :2] * impedance[:, None, :])
     expected = (inverse @ (gains[:, :, 2:] * driven[:, None, None]))[:, :, 0]
-    error = np.linalg.norm(slow.found[0][1:] - expected) / np.linalg.norm(expected)
+    error = np.linalg.norm(slow.spectra[0][1:] - expected) / np.linalg.norm(expected)
     assert 0.1 < omega[-1] / (2 * np.pi * NO_PROBES_BAND) <= 1.0 and error < 0.02
     # The fit of one bushing alone, the other on its tangent, begins there and stays there.
     for j, motion in enumerate(motions):

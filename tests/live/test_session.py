@@ -84,7 +84,7 @@ def test_every_number_of_a_law_can_be_moved():
     law = ContactLaw(HuntCrossley(5e5, 0.6), grease=Grease(4e3, 5.0, film_height=3.5e-4))
     session = Session(Model(TABLE1, law))
     moved = {"contact.restitution": 0.3, "grease.film_height": 4e-4, "offset": 1e-4}
-    model = built(Model(TABLE1, law), session.setting({f"bushings[1].{k}": v for k, v in moved.items()}))
+    model = build_model(Model(TABLE1, law), session.setting({f"bushings[1].{k}": v for k, v in moved.items()}))
     assert model.law.contact == (HuntCrossley(5e5, 0.6), HuntCrossley(5e5, 0.3))
     assert [g.film_height for g in model.law.grease] == [3.5e-4, 4e-4]
     assert [b.offset for b in model.rig.bushings] == [0.0, 1e-4]

@@ -87,7 +87,7 @@ def test_identified_settings_are_the_rig_that_was_given(session, rig):
     assert build_model(other.model, other.identified).rig == ramp
     down = build_model(other.model, other.setting({"spin.until": 10.0, "spin.rate": 5.0})).rig
     assert down.spin == Spin(50.0, -5.0, 10.0)
-    assert built(other.model, other.setting({"spin.until": 50.0})).rig.spin == Spin(50.0)
+    assert build_model(other.model, other.setting({"spin.until": 50.0})).rig.spin == Spin(50.0)
 
 
 def test_what_the_plane_alone_knows_is_refused_and_sweeps_go_on(session):

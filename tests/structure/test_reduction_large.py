@@ -12,8 +12,8 @@ import scipy.sparse.linalg
 from clearance_mj.linear import linear_model
 from clearance_mj.rig import Contact, Grease, PointMass
 from clearance_mj.structure import Assembly, reduction
-from clearance_mj.structure.large import lowest
-from clearance_mj.structure.reduction import Modes, reduced
+from clearance_mj.structure.large import lowest_modes
+from clearance_mj.structure.reduction import MassNormalisedModes, reduced
 from experiments.space_frame import Bar, Frame
 from tests.structures import chain
 
@@ -82,7 +82,7 @@ def test_static_shapes_make_a_held_structure_exact_at_rest(sparse):
 @pytest.mark.parametrize("held", [True, False])
 @pytest.mark.parametrize("route", ["dense", "sparse"])
 def test_residual_flexibility_against_the_whole_model(held, route, monkeypatch):
-    """Between the lowest resonances of bending; modes alone miss a hundred times as much."""
+    """Between the lowest_modes resonances of bending; modes alone miss a hundred times as much."""
     monkeypatch.setattr(reduction, "MAX_DENSE", 0 if route == "sparse" else 1500)
     mass, stiffness = lattice(9, 8, held)
     loads = loads_of(mass.shape[0])
