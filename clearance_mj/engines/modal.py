@@ -26,7 +26,7 @@ from ..signals.sampling import lowpass
 from .base import Engine, SeveralRuns, SimulationRun, diverged, in_columns, register
 from .energies import NOTHING, StepRecords, columns_of
 from .equilibrium import rest_of
-from .modal_loop import RATE, SPIN, ModalState, advance, advance_whole
+from .modal_loop import RATE, SPIN, LaneState, advance, advance_whole
 from .scheme import at_spin, linear_part, pack, packed_part, places_of, slide_rows
 from .turning import SPIN_STEPS, as_probes, turning_of
 
@@ -87,7 +87,7 @@ class ModalRun(SimulationRun):
             self.rest.begin(self.clearance)
             q = self.rest.coordinates
         turning = turning_of(rig)
-        self.motion = ModalState(q, leaving(q, self.linear.flow), q, turning)
+        self.motion = LaneState(q, leaving(q, self.linear.flow), q, turning)
         self.changes = bool(turning[RATE] or turning[-1]) and bool(
             self.model.gyroscopic.size or self.model.circulatory.size or self.model.bearings
         )
@@ -95,7 +95,7 @@ class ModalRun(SimulationRun):
         self.columns = len(rig.sensors) + 3 * rig.n_rows + len(rig.bushings) + int(rig.spin is not None)
         self.alone = SideBySide([self])
         modes = [part.ravel()[: q.size] for part in self.alone.motion[:3]]
-        self.motion = ModalState(modes[0], modes[1], modes[2], self.alone.motion.turning[:, 0])
+        self.motion = LaneState(modes[0], modes[1], modes[2], self.alone.motion.turning[:, 0])
         """state changed by the loop, one number for each mode"""
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
@@ -150,7 +150,7 @@ class SideBySide(SeveralRuns):
         self.turns = first.rig.spin is not None
         self.linear = packed_part([run.linear for run in runs])
         q, v, q_before = (pack([run.motion[i] for run in runs]) for i in range(3))
-        self.motion = ModalState(q, v, q_before, np.stack([run.motion.turning for run in runs], axis=-1))
+        self.motion = LaneState(q, v, q_before, np.stack([run.motion.turning for run in runs], axis=-1))
         self.clearance = side_by_side([run.clearance for run in runs], laws_of(first.rig, first.law))
         self.places = places_of(first.rig)
 

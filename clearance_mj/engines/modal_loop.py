@@ -29,7 +29,7 @@ from .interact import (
 )  # fmt: skip
 
 __all__ = [
-    "ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "SWEEPS", "ModalEquations", "ModalState", "advance",
+    "ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "SWEEPS", "LaneState", "ModalEquations", "advance",
     "advance_whole", "turn_forces", "turn_on",
 ]  # fmt: skip
 
@@ -59,7 +59,7 @@ class ModalEquations(NamedTuple):
     readings: np.ndarray  # (n_sensors, 2, n) readings of other sensors per coordinate and velocity; (0, 2, n) without
 
 
-class ModalState(NamedTuple):
+class LaneState(NamedTuple):
     """State of the loop, changed in place."""
 
     q: np.ndarray  # (n) coordinates now, packed, as the next two
@@ -71,7 +71,7 @@ class ModalState(NamedTuple):
 @jit(**OPTIONS)
 def advance(
     steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool, linear: ModalEquations,
-    motion: ModalState,
+    motion: LaneState,
     clearance: Clearance, places: np.ndarray, kept: StepRecords, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
@@ -319,7 +319,7 @@ def _store_clearances(
 @jit(**OPTIONS)
 def advance_whole(
     excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool,
-    linear: ModalEquations, motion: ModalState, clearance: Clearance, places: np.ndarray, kept: StepRecords,
+    linear: ModalEquations, motion: LaneState, clearance: Clearance, places: np.ndarray, kept: StepRecords,
     before: np.ndarray,
     out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
