@@ -58,7 +58,7 @@ def write_identification(
     writer, pages = ReportWriter(folder, progress), dict(fit.pages)
     forces = pages.pop("forces")() if "forces" in pages else []
     sections = [
-        html.PageSection("rattling_section", "Does it rattle?", rattling_section(fit, dataset, writer, workers)),
+        html.PageSection("rattling", "Does it rattle?", rattling_section(fit, dataset, writer, workers)),
         html.PageSection("summary", "What was found", _summary_html(fit, dataset, shown)),
     ]
     if forces:

@@ -119,4 +119,4 @@ def _rattle_table(rattle: RattleMap) -> Table:
         "Under a sine of each amplitude: lowest frequency at which a wall is touched, share of the band in which one "
         "is, and the largest contact force and penetration over the band; for the gaps found, and for half of them."
     )
-    return Table("rattling_section", caption, tuple(columns), tuple(cells))
+    return Table("rattling", caption, tuple(columns), tuple(cells))

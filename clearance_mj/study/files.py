@@ -133,7 +133,7 @@ def _periodic_summary(study: Study) -> dict:
         "stepped_sines": [
             {"record": name}
             | {key: getattr(steps, key).tolist() for key in ("frequency", "level", "upwards", "acceleration")}
-            | {"amplitude_error": amplitude_error(periodic.branches, steps).tolist() if periodic.branches else None}
+            | {"missed": amplitude_error(periodic.branches, steps).tolist() if periodic.branches else None}
             for name, steps in study.sine_steps.items()
         ],
     }
