@@ -2,6 +2,7 @@
 
 import ast
 import re
+from collections import Counter
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -108,6 +109,28 @@ def test_a_name_with_an_underscore_stays_in_its_file():
         if re.search(r"(^|\.)_(?!_)", name)
     ]
     assert not imported
+
+
+def test_a_class_name_stands_in_one_file():
+    names = Counter(
+        node.name
+        for path in sources(("clearance_mj",))
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.ClassDef)
+    )
+    assert not [name for name, count in names.items() if count > 1]
+
+
+def test_the_glossary_has_at_most_60_terms():
+    lines = (PACKAGE.parent / "docs" / "glossary.md").read_text(encoding="utf-8").splitlines()
+    assert sum(line.startswith("- ") for line in lines) <= 60
+
+
+def test_the_core_knows_neither_vehicles_nor_sound():
+    """Only what shows results imports them, and the commands; both need extras."""
+    users = {name.split(".")[1] for name, targets in imports().items() if "." in name for target in targets
+             if target.startswith(("clearance_mj.vehicle", "clearance_mj.sound"))}  # fmt: skip
+    assert users <= {"vehicle", "sound", "report", "cli", "live", "study"}
 
 
 def test_no_file_is_longer_than_400_lines():
