@@ -10,7 +10,7 @@ from .channels.mapping import map_channels
 from .follow.alarms import Alarm
 from .follow.bench_twin import twin
 from .follow.history import Twin
-from .in_operation.found import OrbitFit
+from .in_operation.orbit_fit import OrbitFit
 from .in_operation.orbits import orbits
 from .in_operation.twin import follow_orbits
 from .laws.comparison import FamilyFit

@@ -21,9 +21,9 @@ from ..io.dataset import Dataset, Record
 from ..statistics.intervals import Interval
 from . import html
 from .contact import contact_drawings
-from .found_structure import structure_section
 from .identification_figures import draw_forces, draw_misfit
 from .rattling import rattling_section
+from .structure_section import structure_section
 from .tables import Column, Table
 from .updated_rig import draw_parameters, draw_spectra
 from .writer import ReportWriter

@@ -23,8 +23,8 @@ from ..laws.rest import rests_of
 from ..records.prepared import PreparedRecord, prepared, require_one_mark
 from ..structure.priors import priors, rig_with
 from .contacts import with_likeliest_contacts
-from .found import ClearanceInOperation, OrbitFit
 from .gains import places_of_unbalance
+from .orbit_fit import ClearanceInOperation, OrbitFit
 from .problem import ClearanceFamilies, LawProblem, law_parameters, places_of
 from .search import FIRST, fit_contact_law, fit_without_contact
 from .windows import BandLimits, bands_of, linear_parameters, select_windows

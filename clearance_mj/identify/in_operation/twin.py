@@ -20,7 +20,7 @@ from ..follow.follower import Label, SequentialPosterior
 from ..follow.history import Twin
 from ..records.prepared import prepared
 from .forces import ForceReconstruction, forces_in
-from .found import OrbitFit
+from .orbit_fit import OrbitFit
 from .problem import LawProblem, acts_without_contact, places_of, real
 from .windows import LENGTH, RecordWindow, windows_of
 

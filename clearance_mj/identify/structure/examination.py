@@ -1,6 +1,6 @@
 """The linear rig from records, with missing parts or gross faults of its file: whichever explains the records better.
 
-Missing parts (`with_found_structure`) and gross faults of channels and dimensions (`diagnose`) are rivals: a missing
+Missing parts (`with_accepted_parts`) and gross faults of channels and dimensions (`diagnose`) are rivals: a missing
 mass is compensated by a wrong density, a wrong length by a compliant clamp. Both are compared by the same cost.
 """
 
@@ -16,7 +16,7 @@ from .faults.assessment import Assessment
 from .faults.diagnosis import Diagnosis, diagnose, misfit_alone
 from .faults.of_records import require_one_rig
 from .rig_update import RigUpdate
-from .selection import with_found_structure
+from .selection import with_accepted_parts
 from .updating import update_from
 
 __all__ = ["examine", "update_rig"]
@@ -75,7 +75,7 @@ def examine(rig: Rig, records: Sequence[PreparedRecord], progress: bool = False)
     """
     require_one_rig(rig, records)
     drawn = update_from(rig, records)
-    with_parts = with_found_structure(drawn, progress)
+    with_parts = with_accepted_parts(drawn, progress)
     before, after = Assessment(drawn), Assessment(with_parts)
     if not with_parts.structure.accepted or not after.unexplained:
         return with_parts, diagnose(with_parts)

@@ -12,7 +12,7 @@ from ...estimate.estimates import Estimates
 from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
-from .found_structure import FoundStructure
+from .accepted_parts import AcceptedParts
 from .misfit import RecordMisfit, rms_relative_error
 from .priors import CRITICAL, rig_with, unsaid_words
 
@@ -43,7 +43,7 @@ class RigUpdate:
     """True if displacement probes took part"""
     clearance_priors: tuple[Parameter, ...]
     """open parameters of the clearances, which the update leaves as they are"""
-    structure: FoundStructure = field(default_factory=FoundStructure)
+    structure: AcceptedParts = field(default_factory=AcceptedParts)
     """hypotheses tried beyond the structure in the rig file"""
 
     @property

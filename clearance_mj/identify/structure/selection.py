@@ -23,14 +23,14 @@ from ...estimate.solver import Solution
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from . import hypotheses  # noqa: F401 - registers them
+from .accepted_parts import Accepted, AcceptedParts, Tried
 from .faults.assessment import Assessment
-from .found_structure import Accepted, FoundStructure, Tried
 from .hypotheses.candidate import HYPOTHESES, Bench, Candidate
 from .priors import rig_with
 from .rig_fit import RigFit
 from .rig_update import RigUpdate
 
-__all__ = ["with_found_structure"]
+__all__ = ["with_accepted_parts"]
 
 MIN_GAIN = 3.0  # of log evidence, for a hypothesis to be accepted
 MIN_SCORE = 1.5  # of log likelihood by the score test, for a candidate to be fitted
@@ -72,7 +72,7 @@ def _fitted_additions(rig: Rig, coarse: RigFit, fixed: Mapping[str, float]) -> d
     return fit.named(solve(fit.problem, [fit.problem.at({})], stop=OWN_STOP).values)
 
 
-def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate:
+def with_accepted_parts(update: RigUpdate, progress: bool = False) -> RigUpdate:
     """Return an updated rig with the parts that its records show beyond the structure in its rig file.
 
     Parameters
@@ -82,7 +82,7 @@ def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate
     progress : bool
         Show a progress bar.
     """
-    drawn, parts = update, FoundStructure(as_drawn=update.misfit, parameters=update.estimates.names)
+    drawn, parts = update, AcceptedParts(as_drawn=update.misfit, parameters=update.estimates.names)
     candidates: list[Candidate] = []
     optima: list[tuple[float, Mapping[str, float]]] = []
     while len(parts.accepted) < MOST:

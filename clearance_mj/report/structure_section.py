@@ -6,7 +6,7 @@ import numpy as np
 from markupsafe import escape
 from matplotlib.colors import LogNorm
 
-from ..identify.structure.found_structure import FoundStructure
+from ..identify.structure.accepted_parts import AcceptedParts
 from ..identify.structure.misfit import RecordMisfit
 from ..identify.structure.rig_update import RigUpdate
 from . import html
@@ -46,7 +46,7 @@ def _capital(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _hypothesis_table(structure: FoundStructure) -> Table:
+def _hypothesis_table(structure: AcceptedParts) -> Table:
     columns = (
         Column("Beside"), Column("Hypothesis"), Column("Gain", "ln evidence", ".1f"), Column("Fitted"),
         Column("Accepted"),

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clearance_mj.report.found_structure import draw_misfits
+from clearance_mj.report.structure_section import draw_misfits
 
 
 @pytest.mark.parametrize("count", [2, 5])

@@ -8,7 +8,7 @@ from typing import Any
 
 from .misfit import RecordMisfit
 
-__all__ = ["Accepted", "FoundStructure", "Tried"]
+__all__ = ["Accepted", "AcceptedParts", "Tried"]
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Accepted:
 
 
 @dataclass(frozen=True, eq=False)
-class FoundStructure:
+class AcceptedParts:
     """Hypotheses tried beyond the structure as it is drawn."""
 
     accepted: tuple[Accepted, ...] = ()

@@ -11,7 +11,7 @@ from clearance_mj.identify import update_rig
 from clearance_mj.identify.laws.case import ClearanceWithLaw
 from clearance_mj.identify.laws.forces_in_lanes import BushingMotion, law_forces
 from clearance_mj.identify.records.prepared import prepare
-from clearance_mj.identify.structure.found_structure import Accepted
+from clearance_mj.identify.structure.accepted_parts import Accepted
 from clearance_mj.identify.structure.hypotheses.candidate import HYPOTHESES, Bench
 from clearance_mj.identify.structure.priors import priors, rig_with
 from clearance_mj.identify.structure.rig_fit import RigFit
