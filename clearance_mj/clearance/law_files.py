@@ -55,6 +55,8 @@ def law_from_dict(data: dict[str, Any]) -> Law:
         known: dict[str, Mapping[str, type]] = {"grease": {"bouc-wen": Grease, **GREASES}, "contact": CONTACTS}
         for name, models in known.items():
             if values.get(name) is not None:
+                if isinstance(values[name], Mapping):
+                    raise LawError(f'"{name}" must be a list, of one model or one for each bushing')
                 default = "bouc-wen" if name == "grease" else None
                 parts = enumerate(values[name])
                 values[name] = tuple(_model(part, f"{name}[{i}]", models, default) for i, part in parts)

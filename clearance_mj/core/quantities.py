@@ -49,6 +49,10 @@ class Quantity:
     motion: str = ""
     """what it is a time derivative of; "" of a quantity that is converted into no other"""
 
+    def __post_init__(self) -> None:
+        if self.order not in (0, 1, 2):  # what sensors of a rig compute from displacements and velocities
+            raise ValueError(f"a quantity in {self.unit}: order is {self.order}, must be 0, 1 or 2")
+
     @property
     def ascii_unit(self) -> str:
         """Unit without other characters, such as "m/s^2"."""

@@ -197,6 +197,7 @@ def test_save_and_load(law, tmp_path):
     ('{"kind": "constant", "k": [1.0], "c": [1.0], "grease": [{"stifness": 1}]}', r"grease\[0\].stifness"),
     ('{"kind": "constant", "k": [1.0], "c": [1.0], "grease": 3}', "not a whole law file of kind constant"),
     ('{"kind": "contact", "contact": [{"model": "glue"}]}', r"contact\[0\].model 'glue' is unknown; use .*flores"),
+    ('{"kind": "contact", "contact": {"model": "flores"}}', '"contact" must be a list, of one model or one for each'),
     ('{"kind": "contact", "contact": [7]}', r"contact\[0\] must be a table of keys, got 7"),
     ('{"kind": "constant", "k": [1], "c": [1], "grease": [{"model": "tar"}]}', r"grease\[0\].model 'tar' is unknown"),
     ('{"kind": "constant", "k": [1], "c": 1, "grease": [{"model": "maxwell-slip", "springs": 3, "forces": 1}]}',

@@ -26,6 +26,11 @@ MANY = cm.Response(
 )  # fmt: skip
 
 
+def test_a_derivative_that_engines_do_not_compute_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"a quantity in m/s³: order is 3, must be 0, 1 or 2"):
+        dataclasses.replace(QUANTITIES["acceleration"], unit="m/s³", order=3)
+
+
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_a_channel_comes_back_with_its_type(tmp_path: Path, quantity: str) -> None:
     cm.write_uff(tmp_path / "one.uff", [cm.Channel("one", 3, "+RY", quantity, NOISE[0], 512.0)])
