@@ -5,8 +5,10 @@ from dataclasses import asdict
 
 import numpy as np
 
-from clearance_mj import Excitation, ExcitationError, Response, Rig, RigError, SimulationError, __version__
-from clearance_mj.signals import sampling
+from clearance_mj.core.errors import ExcitationError, RigError, SimulationError
+from clearance_mj.rig import Rig
+from clearance_mj.signals import Excitation, Response, sampling
+from clearance_mj.version import __version__
 from experiments.testrig import integrator
 from experiments.testrig.fem import FiniteElements
 from experiments.testrig.rigs import Truth

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearance_mj import Beam, PointMass, RigError
+from clearance_mj.core.errors import RigError
+from clearance_mj.rig import Beam, PointMass
 
 _STIFFNESS = np.array([[12.0, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
 _MASS = np.array([[156.0, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420

@@ -10,8 +10,11 @@ from typing import Literal
 import numpy as np
 from tqdm import tqdm
 
-from clearance_mj import Channel, Excitation, Record, Response, Rig, excitation, write_dataset
 from clearance_mj.core.quantities import QUANTITIES
+from clearance_mj.io.channels import Channel
+from clearance_mj.io.dataset import Record, write_dataset
+from clearance_mj.rig import Rig
+from clearance_mj.signals import Excitation, Response, excitation
 from experiments.testrig.bench import simulate_rig
 from experiments.testrig.rigs import RIGS, Truth
 

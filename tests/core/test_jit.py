@@ -151,7 +151,7 @@ PAIRS = {
         "clearance.greases.maxwell_slip:MaxwellSlip.law"
     ],
     ("clearance/kernel.py", "depth = larger(load(numbers", "depth = smaller(load(numbers"): [
-        "clearance.along._fill",
+        "clearance.along._fill_forces",
         "engines.interact.find_contacts",
     ],
     ("periodic/loops.py", "SLOW = 0.1", "SLOW = 0.2"): ["periodic.solver:Solver.loops.onwards"],
@@ -163,10 +163,10 @@ PAIRS = {
     ("clearance/lanes.py", "larger(b * log2, -1020.0)", "larger(b * log2, -1000.0)"): ["engines.modal_loop.advance"],
     ("clearance/pointers.py", "builder.gep(view.data, [values[1]])", "view.data"): ["periodic.forces._add_element"],
     ("periodic/harmonic_balance.py", "+= re * c + im * s", "-= re * c + im * s"): ["periodic.balance.residual"],
-    ("vehicle/lost_motion.py", "push = p.damping", "push = -p.damping"): ["vehicle.steering._lost_motion",
+    ("vehicle/lost_motion.py", "torque = p.damping", "torque = -p.damping"): ["vehicle.steering._lost_motion",
                                                                           "vehicle.twin.simulate"],
     ("vehicle/magic_formula.py", "z = B * slip", "z = -B * slip"): ["vehicle.commonroad.multi_body"],
-    ("physical/library.py", "n, np.float64", "n + 1, np.float64"): ["physical.softener_loop._follow"],
+    ("physical/library.py", "n, np.float64", "n + 1, np.float64"): ["physical.softener_loop._apply_law"],
 }  # fmt: skip
 
 NUMBERS = """

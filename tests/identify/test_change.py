@@ -21,7 +21,8 @@ def test_observed_and_fused_are_the_kalman_filters_update():
     assert told.precision == pytest.approx(rows.T @ rows, rel=1e-8)
     assert told.weighted == pytest.approx(rows.T @ data, rel=1e-7)
     again = fused(before, told)
-    assert (again.mean, again.covariance) == pytest.approx((after.mean, after.covariance), rel=1e-8)
+    assert again.mean == pytest.approx(after.mean, rel=1e-8)
+    assert again.covariance == pytest.approx(after.covariance, rel=1e-8)
 
 
 def test_a_step_has_the_likelihood_ratio_of_two_means():
