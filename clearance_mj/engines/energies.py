@@ -121,7 +121,7 @@ def clearance_energies(
 ) -> None:  # fmt: skip
     """Fill in the energies stored and lost in each clearance, then each end, in a step in which rows travel ``way``.
 
-    Contacts and fillings have moved already; their states before are those of `keep_step`.
+    Contacts and fillings have moved already; their states before are those of `save_previous_state`.
     """
     n, whole = bushings.size, at(energies, row * energies.shape[1])
     for j in range(n):

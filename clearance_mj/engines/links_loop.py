@@ -55,7 +55,7 @@ class Maps(NamedTuple):
     places: np.ndarray  # (n_bushings, 5) as of `interact`
     at_sensors: np.ndarray  # (n_sensors, nv) for accelerometers; zeros for others
     influence: np.ndarray  # (nv, 2) force of a unit gravity along y and z
-    turning: np.ndarray  # (n_turning, nv) as of `modal_loop.Linear`
+    turning: np.ndarray  # (n_turning, nv) as of `modal_loop.ModalEquations`
     orders: np.ndarray  # (n_orders,) k
     viscous: np.ndarray  # (nv, nv) damping beyond joints and springs; (0, 0) without
     circulatory: np.ndarray  # (nv, nv) H; (0, 0) if there is none
@@ -86,7 +86,7 @@ class VelocityPredictor(NamedTuple):
     of_position: np.ndarray  # (nv, nv) change of the velocity over half a step by springs
     of_velocity: np.ndarray  # (nv, nv) the velocity with its dampers'
     of_force: np.ndarray  # (nv, nv) per unit of other forces
-    compliance: np.ndarray  # (n_rows, rows, 1) as of `modal_loop.Linear`
+    compliance: np.ndarray  # (n_rows, rows, 1) as of `modal_loop.ModalEquations`
     known: np.ndarray  # (n_bushings, 2) as of `sweep`: forces that do not act at that velocity
     contact: np.ndarray  # (n_middles, nv) contact forces of the clearances per the constraint's; (0, nv): unknown
 

@@ -277,7 +277,7 @@ def _continue_over(
     model: Model, over: str, ends: tuple[float, float], frequency: float, levels: Sequence[complex], kind: str | None,
     setting: BranchSettings,
 ) -> Branch:  # fmt: skip
-    """Follow the response at one frequency over a field of a `State`: a factor, 1 for the rig as it is, or the spin."""
+    """Follow the response at one frequency over a field of an `OperatingPoint`: a factor of the rig, or the spin."""
     ExcitationError.require_positive(" Hz", frequency=frequency)
     harmonics, counts = resolution(setting.harmonics, setting.samples, len(levels), setting.modes)
     kind = excited_by(model, kind) if kind == UNBALANCE else excitation_kind(model.rig, kind)

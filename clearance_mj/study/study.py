@@ -76,10 +76,8 @@ class Study:
         cache: ResultCache | None = None, workers: int | None = None, progress: bool = False,
     ):  # fmt: skip
         require_comparable(dataset)
-        self.dataset, self._engines = (
-            single_input_dataset(dataset),
-            tuple(get_engine(engine).name for engine in engines or ()),
-        )
+        self.dataset = single_input_dataset(dataset)
+        self._engines = tuple(get_engine(engine).name for engine in engines or ())
         self.studied_laws = StudiedLaws(dataset, methods, cache, progress)
         """the laws"""
         self.condition: Condition | None = None
@@ -88,7 +86,7 @@ class Study:
         self._tests: dict[str, FRF] = {}
         self._cases: dict[tuple[str, str, str], StudyCase] = {}
         self.motions: dict[tuple[str, str, str], PlacedWhirl] = {}
-        """of the shaft in records of its turning alone, by law, engine and record, as `Turning` finds them"""
+        """of the shaft in records of its turning alone, by law, engine and record, as `TurningComparison` finds them"""
 
     @functools.cached_property
     def parts(self) -> tuple[Study, ...]:
@@ -101,7 +99,7 @@ class Study:
         """Return the study of some of the validation records, with the same results."""
         others = tuple(r for r in self.dataset.records if r.role != "validate")
         dataset = dataclasses.replace(self.dataset, records=(*others, *records))
-        part = Study(dataset, engines=self._engines, workers=self._workers, progress=self._progress)
+        part = Study(dataset, (), self._engines, workers=self._workers, progress=self._progress)
         part.studied_laws, part.condition = self.studied_laws, condition
         part._tests, part._cases = self._tests, self._cases
         return part

@@ -164,7 +164,7 @@ def random_production(designs: Designs, noise: Noise, seed: int = 0, runner: Run
     Parameters
     ----------
     designs : Designs
-        Designs, drawn by `Scatter.draw` or `draw_posterior`.
+        Such as drawn by `Scatter.draw`.
     noise, seed, runner
         As in `peaks_of_designs`.
 

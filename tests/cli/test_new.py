@@ -209,7 +209,7 @@ def test_schema_of_datasets(tmp_path):
     ("rotor --unbalance 0.3 1e-4", "give [spin]"), ("rotor --friction -1", "must be >= 0, got -1"),
     ("rotor --spin 9 --unbalance 0.3 1mm", 'unit "mm" of kg m is unknown'),
     ("rotor --section 5mm 8mm --spin 30rpm", "as stiff in every direction"),
-    ("rotor --shape slot --friction 0.1", "nothing slides along the wall"),
+    ("rotor --shape slot --friction 0.1", 'bushings[0].friction.along "@0.55:Y": nothing slides along the wall'),
     ("mine --length 620 --diameter 10", "lengths are in metres, and 620 mm is 0.62"),
     ("mine --gap 0.18", "wider than the shaft's radius, 0.005 m"),
     ("mine --mass 0.5 1st", 'unit "st" of mass is unknown; use kg, g, t'),

@@ -249,7 +249,9 @@ def test_laws_predict_the_rig_and_open_no_validation_record(measured):
 
 def test_gap_larger_than_the_motion(quiet, rig):
     """What can still be told is the grease."""
-    pattern = r"no contact, .* only the grease: bushings\[0\]: moves up to .* gap of 0.3 mm, grease (39|40)\d\d N/m"
+    pattern = (
+        r"no contact, .* only the grease: bushings\[0\]: moves up to .* in a gap of 0.3 mm, grease (39|40)\d\d N/m"
+    )
     assert_refused(RecordError, pattern, contact_parameters, restoring_force(quiet))
     for law in (amplitude_law, force_balance_law):
         assert_refused(RecordError, "no contact", law, Dataset(rig, (quiet,)))

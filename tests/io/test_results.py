@@ -151,7 +151,8 @@ def test_files_that_are_no_results(tmp_path):
         (tmp_path / name).write_bytes(content)
         refused(tmp_path / name, "not a whole NetCDF file of results")
     xr.Dataset({"a": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="scipy")
-    refused(tmp_path / "other.nc", "no results of clearance_mj; needs the attribute clearance_mj = frf or response")
+    words = "holds no results of clearance_mj; needs the attribute clearance_mj = frf or response"
+    refused(tmp_path / "other.nc", words)
 
 
 @pytest.mark.parametrize("sent, change, part", [

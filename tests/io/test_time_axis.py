@@ -272,7 +272,9 @@ def test_a_channel_of_time_has_its_unit(tmp_path, said):
 # MDF
 
 
-@pytest.mark.parametrize("kind, part", [(2, "is over angle, not over time"), (0, "does not say its sampling interval")])
+@pytest.mark.parametrize("kind, part", [
+    (2, "is over angle, not over time"), (0, "does not say its sampling interval or rate"),
+])  # fmt: skip
 def test_masters_that_are_no_time(tmp_path, kind, part):
     """A group without a master has no times, which asammdf counts from 0; one over an angle is no record."""
     path = mdf(tmp_path, [Signal(np.ones(50), np.arange(50) / 64, "g", "A")])

@@ -17,7 +17,7 @@ Object.assign(globalThis, { matchMedia: () => ({}), getComputedStyle: () => ({ g
 globalThis.uPlot = function (options) { this.over = host; globalThis.drawn = options; };
 const read = (path) => require("fs").readFileSync(path, "utf8");
 require("vm").runInThisContext(process.argv.slice(1).map(read).join("") + `;
-new Chart("any", { logY: true }).show([{}], [[1, 2], [1e-6, 1e-4]]);
+new LiveChart("any", { logY: true }).show([{}], [[1, 2], [1e-6, 1e-4]]);
 console.log(JSON.stringify(drawn.axes[1].values(null, [1e-7, 1e-6, null, 1e-4, 0.1, 1000])));`);
 """
 

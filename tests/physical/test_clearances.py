@@ -154,7 +154,10 @@ REFUSED = {
     "stiffness": (lambda s: physical.add_backlash(s, "elbow", GAP, 0.0, C), "k = 0"),
     "twice": (lambda s: [physical.add_backlash(s, "elbow", GAP, K, C, 1.0) for _ in "ab"], '"elbow" has backlash al'),
     "model": (lambda s: physical.add_backlash(s.compile(), "elbow", GAP, K, C), "a compiled model cannot get new"),
-    "free": (lambda s: physical.add_backlash(s, flying(s), GAP, K, C), '"flying" is free; backlash needs a hinge or'),
+    "free": (
+        lambda s: physical.add_backlash(s, flying(s), GAP, K, C),
+        'joint "flying" is free; backlash needs a hinge or slide',
+    ),
     "site": (lambda s: physical.add_annular_clearance(s, "tip", "hole", GAP, K, C), 'no site "hole"'),
     "one body": (lambda s: physical.add_annular_clearance(s, "tip", "wrist", GAP, K, C), "are on one rigid body"),
     "no gap": (lambda s: physical.add_annular_clearance(s, "tip", "tip", np.nan, K, C), "gap nan must be > 0"),

@@ -1,6 +1,7 @@
 """Studies of a rig in space: FRFs, directional FRFs and orbits whose agreement is known."""
 
 import dataclasses
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.engines.equilibrium import static_equilibrium
+from clearance_mj.identify.records.checks import IdentifiabilityWarning
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.linear import linear_model
 from clearance_mj.model import Model
@@ -41,6 +43,14 @@ def test_repeats_are_paired_by_direction_and_spin(study):
     }  # fmt: skip
     groups = {round(c.spin.speed): [r.name for r in found] for c, found in TurningComparison(study).speeds.items()}
     assert groups == {60: ["orbit_60_a", "orbit_60_b"], 100: ["orbit_100_a", "orbit_100_b"]}
+
+
+def test_parts_of_a_study_share_its_laws_and_ask_the_records_for_no_other():
+    dataset = turning_dataset()
+    study = Study(dataclasses.replace(dataset, records=dataset.validate), ("nominal",))  # "bench" could not be had
+    with warnings.catch_warnings(action="error", category=IdentifiabilityWarning):
+        parts = study.parts
+    assert all(part.studied_laws is study.studied_laws for part in parts) and len(parts) == 2
 
 
 def test_a_model_under_its_own_records_has_no_error(study):

@@ -54,7 +54,7 @@ const padded = (u, low, high) => {
   return [low, high];
 };
 
-class Chart {
+class LiveChart {
   // options: label, x, y (axis labels), height, square, logX, logY, free (points in any order), sync, range, angle, onCursor, onZoom
   constructor(id, options) {
     this.host = document.getElementById(id);
@@ -139,7 +139,7 @@ class Chart {
 }
 
 // The shafts, bending, and the walls of their clearances.
-class Shaft {
+class ShaftView {
   constructor() {
     this.canvas = document.getElementById("shaft");
     this.slider = document.getElementById("picture");

@@ -158,17 +158,17 @@ function figures(head, arrays) {
 function build() {
   const cursor = (idx) => reading(idx);
   const unit = () => state.last && state.last.head.spectrum ? "Amplitude (m/s²)" : state.last && state.last.head.kind === "force" ? "|H| ((m/s²)/N)" : "|H| (1)";
-  charts.magnitude = new Chart("magnitude", { label: "Magnitude of the frequency response functions over frequency", x: "Frequency (Hz)", get y() { return unit(); }, height: 290, logY: true, sync: "f", onCursor: cursor });
-  charts.phase = new Chart("phase", { label: "Phase over frequency", x: "Frequency (Hz)", y: "Phase (°)", height: 170, sync: "f", range: [-190, 190], angle: true });
-  charts.coherence = new Chart("coherence", { label: "Coherence over frequency", x: "Frequency (Hz)", y: "Coherence", height: 140, sync: "f", range: [0, 1.03] });
-  charts.history = new Chart("history", { label: "Displacement at the clearances over time", x: "Time (s)", y: "Displacement (mm)", height: 230, onZoom: finely });
-  charts.portrait = new Chart("portrait", { label: "Velocity over displacement at the clearances", x: "Displacement (mm)", y: "Velocity (mm/s)", height: 260, free: true });
+  charts.magnitude = new LiveChart("magnitude", { label: "Magnitude of the frequency response functions over frequency", x: "Frequency (Hz)", get y() { return unit(); }, height: 290, logY: true, sync: "f", onCursor: cursor });
+  charts.phase = new LiveChart("phase", { label: "Phase over frequency", x: "Frequency (Hz)", y: "Phase (°)", height: 170, sync: "f", range: [-190, 190], angle: true });
+  charts.coherence = new LiveChart("coherence", { label: "Coherence over frequency", x: "Frequency (Hz)", y: "Coherence", height: 140, sync: "f", range: [0, 1.03] });
+  charts.history = new LiveChart("history", { label: "Displacement at the clearances over time", x: "Time (s)", y: "Displacement (mm)", height: 230, onZoom: finely });
+  charts.portrait = new LiveChart("portrait", { label: "Velocity over displacement at the clearances", x: "Displacement (mm)", y: "Velocity (mm/s)", height: 260, free: true });
   $("orbits").hidden = !state.orbits.length;
-  charts.orbit = new Chart("orbit", { label: "Displacement over displacement in two directions", get x() { return `${orbitOf(0)} (mm)`; }, get y() { return `${orbitOf(1)} (mm)`; }, square: true, free: true, range: () => [-charts.orbit.reach, charts.orbit.reach] });
-  charts.branch = new Chart("branch", { label: "Amplitude of the periodic vibration over frequency", x: "Frequency (Hz)", y: "Amplitude (m/s²)", height: 260, free: true, logY: true });
-  charts.share = new Chart("sweep-share", { label: "Share of time in contact over the swept value", get x() { return state.sweptLabel || ""; }, y: "In contact (%)", height: 180, free: true });
-  charts.rms = new Chart("sweep-rms", { label: "RMS of the acceleration over the swept value", get x() { return state.sweptLabel || ""; }, y: "RMS (m/s²)", height: 180, free: true, logY: true });
-  shaft = new Shaft();
+  charts.orbit = new LiveChart("orbit", { label: "Displacement over displacement in two directions", get x() { return `${orbitOf(0)} (mm)`; }, get y() { return `${orbitOf(1)} (mm)`; }, square: true, free: true, range: () => [-charts.orbit.reach, charts.orbit.reach] });
+  charts.branch = new LiveChart("branch", { label: "Amplitude of the periodic vibration over frequency", x: "Frequency (Hz)", y: "Amplitude (m/s²)", height: 260, free: true, logY: true });
+  charts.share = new LiveChart("sweep-share", { label: "Share of time in contact over the swept value", get x() { return state.sweptLabel || ""; }, y: "In contact (%)", height: 180, free: true });
+  charts.rms = new LiveChart("sweep-rms", { label: "RMS of the acceleration over the swept value", get x() { return state.sweptLabel || ""; }, y: "RMS (m/s²)", height: 180, free: true, logY: true });
+  shaft = new ShaftView();
   for (const [id, key] of [["log-x", "logX"], ["log-y", "logY"]])
     $(id).addEventListener("change", () => {
       for (const name of key === "logX" ? ["magnitude", "phase", "coherence"] : ["magnitude"]) charts[name].options[key] = $(id).checked;
