@@ -68,5 +68,5 @@ def _predict(options: Options, model: Model, operation: Operation) -> Life | Liv
         return predict_remaining(model, operation, history, limit, seed=options.seed, progress=progress)
     if not options.draws:
         return predict_life(model, operation, limit, options.hours, progress=progress)
-    runner = Runner(options.workers, progress=progress, results_folder=options.out / "draws")
+    runner = Runner(options.workers, progress=progress, kept=options.out / "draws")
     return predict_lives(model, operation, limit, options.draws, options.seed, options.hours, runner=runner)

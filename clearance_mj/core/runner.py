@@ -50,12 +50,12 @@ class Runner:
     """what computes instead, of any library; it is left open"""
     progress: bool = False
     """whether to show a bar with the time left, and to say before how long it takes"""
-    results_folder: Path | None = None
+    kept: Path | None = None
     """folder of finished results, for several calls if needed; it is made if it is not there"""
 
     @functools.cached_property
     def _cache(self) -> ResultCache | None:
-        return ResultCache(self.results_folder) if self.results_folder else None
+        return ResultCache(self.kept) if self.kept else None
 
     def run(
         self, name: str, function: Callable[[Task], Arrays], tasks: Sequence[Task], inputs: Callable[[Task], object],

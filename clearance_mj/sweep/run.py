@@ -75,11 +75,11 @@ def run_sweep(plan: Plan, out: str | Path, runner: Runner = ALL_CORES) -> xr.Dat
         remove_leftovers(out, FILES)
         results = out / RESULTS
         if not is_sealed(results):
-            values = _compute_all(plan, replace(runner, results_folder=out / CASES))
+            values = _compute_all(plan, replace(runner, kept=out / CASES))
             with replacing(results) as temporary:
                 labelled(plan, values).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
             seal(results)
-        Runner(results_folder=out / CASES).drop_unused()
+        Runner(kept=out / CASES).drop_unused()
         with contextlib.suppress(OSError):  # it does not exist, or somebody put something else into it
             (out / CASES).rmdir()
     return xr.load_dataset(results, engine="scipy")

@@ -164,14 +164,14 @@ def test_a_branch_that_long_steps_lose_is_followed_with_shorter_ones(monkeypatch
 def test_any_number_of_workers_finds_the_same_and_goes_on_where_it_stopped(tmp_path):
     scatter = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
     asked = scatter, Sines([5.0, 9.0, 12.0], [LOW, 14.0], "contact_force > 5 N")
-    alone = production(oscillator(), *asked, n_designs=20, runner=Runner(1, results_folder=tmp_path))
+    alone = production(oscillator(), *asked, n_designs=20, runner=Runner(1, kept=tmp_path))
     with ThreadPoolExecutor(2) as pool:
         assert production(oscillator(), *asked, n_designs=20, runner=Runner(executor=pool)) == alone
     kept = sorted(tmp_path.glob("*.npz"))
     assert len(kept) == 20  # one by one, as they are few
     kept[0].unlink()
     written = {path: path.stat().st_mtime_ns for path in kept[1:]}
-    assert production(oscillator(), *asked, n_designs=20, runner=Runner(1, results_folder=tmp_path)) == alone
+    assert production(oscillator(), *asked, n_designs=20, runner=Runner(1, kept=tmp_path)) == alone
     assert all(path.stat().st_mtime_ns == time for path, time in written.items())
     more = production(oscillator(), *asked, n_designs=24, runner=ALONE)
     assert_array_equal(more.first_contact[:20], alone.first_contact)
@@ -186,7 +186,7 @@ def test_another_version_of_a_plugin_is_computed_anew(tmp_path, monkeypatch):
     asked = Scatter((Scattered("bushings.gap", within="0.1 mm"),)), Sines([9.0], [LOW])
     for count, text in enumerate(("stiff = 1", "stiff = 1", "stiff = 2")):
         Path(plugin.__file__).write_text(text)
-        production(oscillator(), *asked, n_designs=1, runner=Runner(1, results_folder=tmp_path))
+        production(oscillator(), *asked, n_designs=1, runner=Runner(1, kept=tmp_path))
         assert len([*tmp_path.glob("*.npz")]) == max(count, 1)
 
 

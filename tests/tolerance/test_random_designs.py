@@ -82,11 +82,11 @@ def test_refuses(models, levels, words):
 def test_a_production_goes_on_where_it_stopped(tmp_path):
     """What is kept is not marched again, also where more levels are asked for; what is damaged is."""
     designs = Scatter((Scattered("bushings.gap", within="0.05 mm"),)).draw(cm.Model(RIG), 9)
-    found = random_production(designs, Noise(PSD, [1.0, 3.0], 6.0), 0, Runner(1, results_folder=tmp_path))
+    found = random_production(designs, Noise(PSD, [1.0, 3.0], 6.0), 0, Runner(1, kept=tmp_path))
     kept = sorted(tmp_path.glob("random_excitation_*.npz"))
     assert len(kept) == 4 and [each.designs for each in found] == [9, 9]
     kept[0].write_bytes(kept[0].read_bytes()[:200])
     written = {path: path.stat().st_mtime_ns for path in kept[1:]}
-    again = random_production(designs, Noise(PSD, [0.5, 1.0, 3.0], 6.0), 0, Runner(1, results_folder=tmp_path))
+    again = random_production(designs, Noise(PSD, [0.5, 1.0, 3.0], 6.0), 0, Runner(1, kept=tmp_path))
     assert repr(again[1:]) == repr(found)
     assert all(path.stat().st_mtime_ns == time for path, time in written.items())

@@ -31,9 +31,9 @@ def uncertain(**changes) -> Model:
 def test_lives_scatter_as_the_coefficient_does(tmp_path):
     """A life goes with 1/K, so the logarithms of lives have the spread of those of K; kept lives are not found anew."""
     folder = tmp_path / "draws"
-    found = predict_lives(uncertain(), SINE, "0.45 mm", n=4, accuracy=0.02, runner=Runner(1, results_folder=folder))
+    found = predict_lives(uncertain(), SINE, "0.45 mm", n=4, accuracy=0.02, runner=Runner(1, kept=folder))
     kept = sorted(path.stat().st_mtime_ns for path in folder.glob("lives_*.npz"))
-    again = predict_lives(uncertain(), SINE, "0.45 mm", n=4, accuracy=0.02, runner=Runner(1, results_folder=folder))
+    again = predict_lives(uncertain(), SINE, "0.45 mm", n=4, accuracy=0.02, runner=Runner(1, kept=folder))
     assert again == found and sorted(path.stat().st_mtime_ns for path in folder.glob("lives_*.npz")) == kept
     drawn = np.array([each.rig.bushings[1].wear for each in drawn_models(uncertain(), 4, 0)])
     np.testing.assert_allclose(found.life, found.nominal.life * 1e-12 / drawn, rtol=2e-3)
