@@ -25,10 +25,10 @@ def main():
         parser.error(f"unknown: {', '.join(sorted(unknown))}; known: {', '.join(PARTS)}")
     machine = {"processors": os.cpu_count(), "machine": platform.machine(), "python": platform.python_version()}
     for name in given.parts or PARTS:
-        found = importlib.import_module(f"benchmarks.{name}").measure()
+        measured = importlib.import_module(f"benchmarks.{name}").measure()
         kept = json.loads(given.out.read_text()) if given.out.exists() else {}
         with replacing(given.out) as temporary:
-            text = json.dumps(kept | {"version": __version__, **machine, name: found}, indent=1)
+            text = json.dumps(kept | {"version": __version__, **machine, name: measured}, indent=1)
             temporary.write_text(text + "\n")
         print(f"{name}: written to {given.out}")
 

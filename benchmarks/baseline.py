@@ -49,28 +49,32 @@ WITHIN = {"slot": 1e-12, "round": 1e-9, "periodic": 1e-6, "bench": 1e-12, "study
 """Distance over an array's largest value up to which two of them are the same, by the first word of their names"""
 
 
-def motion(found):
+def motion(run):
     """Arrays of a response."""
     names = ("acceleration", "displacement", "contact_force", "grease_force")
-    return {name: value for name in names if (value := getattr(found, name)) is not None}
+    return {name: value for name in names if (value := getattr(run, name)) is not None}
 
 
-def energies(found):
+def energies(balance):
     """Arrays of an energy balance."""
-    return {"put_in": found.put_in, "contact_loss": found.contact_loss, "impacts": [i.time for i in found.impacts]}
+    return {
+        "put_in": balance.put_in,
+        "contact_loss": balance.contact_loss,
+        "impacts": [i.time for i in balance.impacts],
+    }
 
 
-def points(found):
+def points(branch):
     """Arrays of a branch: where something special is, and where it ends; its points are where the steps led it."""
-    special = [(p.frequency, p.level) for p in found.special]
-    ends = [np.ravel(axis)[[0, -1]] for axis in (found.frequency, found.level)]
+    special = [(p.frequency, p.level) for p in branch.special]
+    ends = [np.ravel(axis)[[0, -1]] for axis in (branch.frequency, branch.level)]
     return {"special": np.reshape(special, (-1, 2)), "ends": np.concatenate(ends)}
 
 
 def rattling(model):
     """Arrays of a rattle map."""
-    found = periodic.map_rattle(model, (2.0, 4.0, 6.0), np.linspace(40, 49, 10), workers=1, **PERIODIC)
-    return {"share": found.contact_share, "first_contact": found.first_contact}
+    rattle_map = periodic.map_rattle(model, (2.0, 4.0, 6.0), np.linspace(40, 49, 10), workers=1, **PERIODIC)
+    return {"share": rattle_map.contact_share, "first_contact": rattle_map.first_contact}
 
 
 def tables(folder):
@@ -135,7 +139,7 @@ def parts():
 
 def compute(only):
     """Arrays by name, with seconds of the first and of a second call."""
-    found = {}
+    results = {}
     for name, call in parts():
         if only and not name.startswith(tuple(only)):
             continue
@@ -144,10 +148,10 @@ def compute(only):
             began = time.perf_counter()
             arrays = call()
             seconds.append(time.perf_counter() - began)
-        found |= {f"{name}: {key}": np.asarray(value) for key, value in arrays.items()}
-        found[f"seconds {name}"] = np.array(seconds)
+        results |= {f"{name}: {key}": np.asarray(value) for key, value in arrays.items()}
+        results[f"seconds {name}"] = np.array(seconds)
         print(f"{name}: {len(arrays)} arrays, {', '.join(f'{s:.2f}' for s in seconds)} s", flush=True)
-    return found
+    return results
 
 
 def differences(old, new):

@@ -71,7 +71,7 @@ def _model(form, mass):
 
 def _stiffness(form, mass):
     """Return the stiffness (6,) that a bushing shows at rest, N/m and N m/rad."""
-    model, found = _model(form, mass), np.zeros(6)
+    model, stiffness = _model(form, mass), np.zeros(6)
     with physical.Softener(model) if form == "bushing" else contextlib.nullcontext():
         for axis, load in enumerate(1e-4 * K):  # 0.1 mm and 0.1 mrad, if the stiffness is right
             data = mujoco.MjData(model)
@@ -81,8 +81,8 @@ def _stiffness(form, mass):
                 data.qvel[:] *= 0.5
             turned = np.zeros(3)
             mujoco.mju_quat2Vel(turned, data.qpos[3:7], 1.0)
-            found[axis] = load / np.concatenate((data.qpos[:3], turned))[axis]
-    return found
+            stiffness[axis] = load / np.concatenate((data.qpos[:3], turned))[axis]
+    return stiffness
 
 
 def _march(model):

@@ -62,7 +62,7 @@ def compare_folders(before: Path, after: Path) -> list[dict]:
 def _common_rows(before, after):
     """Rows of both tables, where they have other numbers of rows, and a note on the others."""
     lengths = [{len(values) for values in table.values()} for table in (before, after)]
-    if lengths[0] == lengths[1] or any(len(found) != 1 for found in lengths):
+    if lengths[0] == lengths[1] or any(len(counts) != 1 for counts in lengths):
         return before, after, ""
     old, new = pd.DataFrame(before), pd.DataFrame(after)
     shared = [name for name in old if name in new]

@@ -92,7 +92,7 @@ def error(engine):
     """Return how far the trunk and the joints are from the CPU's at most, m and rad, after COMPARED steps."""
     model = robot("physical")
     data, wanted = standing(model), controls(COMPARED)
-    found = engine.positions(model, data, wanted)
+    positions = engine.positions(model, data, wanted)
     model.opt.iterations = model.opt.ls_iterations = 100  # the CPU has rows of friction, which need more of them
     expected = []
     with physical.Softener(model):
@@ -100,7 +100,7 @@ def error(engine):
             data.ctrl[:] = control
             mujoco.mj_step(model, data)
             expected.append(data.qpos.copy())
-    away = np.abs(found - np.array(expected)).max(axis=0)
+    away = np.abs(positions - np.array(expected)).max(axis=0)
     return away[:3].max(), away[7:].max()
 
 
@@ -121,9 +121,9 @@ def measure(counts, engine):
                 begun = time.perf_counter()
                 run()
                 spent[form].append(time.perf_counter() - begun)
-        own = spent["physical"]
-        costs = [statistics.median(a / b for a, b in zip(own, spent[form])) for form in ("pressing", "mujoco")]
-        rate = count * STEPS / statistics.median(own)
+        seconds = spent["physical"]
+        costs = [statistics.median(a / b for a, b in zip(seconds, spent[form])) for form in ("pressing", "mujoco")]
+        rate = count * STEPS / statistics.median(seconds)
         print(
             f"{count} environments: {rate:.0f} steps/s, {costs[0]:.2f} times those without friction and drives, "
             f"{costs[1]:.2f} times those with MuJoCo's friction",

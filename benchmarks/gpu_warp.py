@@ -16,19 +16,19 @@ def positions(model, data, wanted):
     """Return the positions (steps, nq) of one world with friction and drives, under controls (steps, nu)."""
     m, _ = physical_warp.put_model(model)
     d = mjw.put_data(model, data)
-    found = []
+    recorded = []
     for control in wanted:
         d.ctrl.assign(control[None])
         mjw.step(m, d)
-        found.append(d.qpos.numpy()[0].copy())
-    return np.array(found)
+        recorded.append(d.qpos.numpy()[0].copy())
+    return np.array(recorded)
 
 
 def runner(model, data, wanted, count, with_physical):
     """Return a function that lets worlds take steps under controls (steps, nu), from the same state each time."""
     m = physical_warp.put_model(model)[0] if with_physical else mjw.put_model(model)
     d = mjw.put_data(model, data, nworld=count)
-    state = [(own, wp.clone(own)) for own in (d.time, d.qpos, d.qvel, d.act, d.userdata, d.qacc_warmstart)]
+    state = [(array, wp.clone(array)) for array in (d.time, d.qpos, d.qvel, d.act, d.userdata, d.qacc_warmstart)]
     of_worlds = wp.array(np.repeat(wanted[:, None], count, axis=1), dtype=float)
     mjw.step(m, d)  # loads the kernels
     graph = None
@@ -38,8 +38,8 @@ def runner(model, data, wanted, count, with_physical):
         graph = capture.graph
 
     def run():
-        for own, begin in state:
-            wp.copy(own, begin)
+        for array, begin in state:
+            wp.copy(array, begin)
         for i in range(len(wanted)):
             wp.copy(d.ctrl, of_worlds[i])
             if graph:

@@ -22,7 +22,7 @@ SLIDERS = ("bushings[0].gap", "bushings[1].gap", "bushings[1].contact.k", "level
 
 def measured(repeats: int) -> dict[str, list[float]]:
     """Milliseconds of every repeat."""
-    found: dict[str, list[float]] = {"step": [], "drag": []}
+    times: dict[str, list[float]] = {"step": [], "drag": []}
     with tempfile.TemporaryDirectory() as folder, served(Path(folder), DATASET) as address, chromium() as browser:
         page, errors = opened(browser, address, viewport={"width": 1280, "height": 900})
         page.select_option("#record", "level_2_a")
@@ -31,15 +31,15 @@ def measured(repeats: int) -> dict[str, list[float]]:
             name = SLIDERS[i % len(SLIDERS)]
             slide(page, name, 380 + 37 * i % 240)
             settled(page)
-            found["step"].append(page.evaluate("live.milliseconds"))
+            times["step"].append(page.evaluate("live.milliseconds"))
             for place in range(350, 650, 15):
                 slide(page, name, place)
                 page.wait_for_timeout(30)
             slide(page, name, 655 + i)
             settled(page)
-            found["drag"].append(page.evaluate("live.milliseconds"))
+            times["drag"].append(page.evaluate("live.milliseconds"))
         assert not errors, errors
-    return found
+    return times
 
 
 def main() -> None:
@@ -48,11 +48,11 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=30)
     parser.add_argument("--json", action="store_true", help="print every number")
     options = parser.parse_args()
-    found = measured(options.repeats)
+    times = measured(options.repeats)
     if options.json:
-        print(json.dumps(found))
+        print(json.dumps(times))
         return
-    for name, values in found.items():
+    for name, values in times.items():
         late = statistics.quantiles(values, n=10)[-1]
         print(f"{name}: median {statistics.median(values):.0f} ms, 90 % {late:.0f} ms, largest {max(values):.0f} ms")
 

@@ -59,10 +59,10 @@ def lsoda(modes, tolerance, excitation, factor=8):
 
     time = np.arange(drive.size) / rate
     scale = np.repeat((1e-4, 1e-1), n)  # sqrt(kg) m and sqrt(kg) m/s, the size of the motion
-    found = scipy.integrate.solve_ivp(
+    solution = scipy.integrate.solve_ivp(
         slope, (0, time[-1]), np.zeros(2 * n), "LSODA", time, rtol=tolerance, atol=tolerance * scale
     )
-    motion = zip(found.y[:n].T, found.y[n:].T, drive)
+    motion = zip(solution.y[:n].T, solution.y[n:].T, drive)
     out = np.array([equations.acceleration(q, v, a) for q, v, a in motion])
     return _response(excitation, out @ equations.at_sensors.T + drive[:, None], factor)
 

@@ -145,19 +145,19 @@ def _profile(engine):
     drive = excitation()
     run = engine.start(RIG, LAW, "base", 1 / (FS * factor))
     model, data = run.model, run.data
-    found = dict.fromkeys(STAGES, 0.0) | {"mj_step": 0.0}
+    times = dict.fromkeys(STAGES, 0.0) | {"mj_step": 0.0}
     blocks = np.array_split(interpolate(drive.value, factor)[: round(0.5 * FS * factor)], STATES)
     for block in blocks:
         run.advance(block)
         state = data.qpos.copy(), data.qvel.copy(), data.time
-        for stage in found:
+        for stage in times:
             mujoco.mj_forward(model, data)
             seconds, _ = timed(partial(_calls(stage), model._address, data._address, CALLS))
-            found[stage] += seconds / CALLS / STATES * 1e6
+            times[stage] += seconds / CALLS / STATES * 1e6
             data.qpos[:], data.qvel[:], data.time = state
             data.qacc_warmstart[:] = 0
     seconds, _ = timed(lambda: cm.simulate(RIG, drive, LAW, engine))
-    return found | {"engine": seconds / SECONDS / FS / factor * 1e6}
+    return times | {"engine": seconds / SECONDS / FS / factor * 1e6}
 
 
 _COMPILED = {}

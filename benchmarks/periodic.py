@@ -41,7 +41,7 @@ def measure():
             rows.append(row(f"one-sided spring, {name}", rates, "points/s", ""))
             top = runs[0]["amplitude"].argmax()
             peaks[name] = {"omega": runs[0]["omega"][top], "amplitude": runs[0]["amplitude"][top]}
-        ratios = [_rate(own) / _rate(other) for own, other in pairs]
+        ratios = [_rate(ours) / _rate(other) for ours, other in pairs]
         rows.append(row("one-sided spring, clearance_mj / pyHarm", ratios, "x", ">= 10"))
         peaks["largest difference of amplitudes"] = _apart(*pairs[0])
     rows.append(row("rattle map, 50 levels, 400 frequencies, 3 gaps", [_map()], "s", "<= 60"))
@@ -87,14 +87,14 @@ def _pyharm():
             [_interpreter(), "-W", "ignore", script, json.dumps(case)],
             capture_output=True, text=True, check=True, env=os.environ | one, cwd=folder,
         )  # fmt: skip
-    found = json.loads(run.stdout.splitlines()[-1])
-    return {name: np.array(value) for name, value in found.items()}
+    answer = json.loads(run.stdout.splitlines()[-1])
+    return {name: np.array(value) for name, value in answer.items()}
 
 
-def _apart(own, other):
+def _apart(ours, other):
     """Largest relative distance in amplitude of pyHarm's points from the curve through ours, which may be steep."""
-    scale = np.array([HIGH - LOW, own["amplitude"].max()])
-    corners = np.column_stack((own["omega"], own["amplitude"])) / scale
+    scale = np.array([HIGH - LOW, ours["amplitude"].max()])
+    corners = np.column_stack((ours["omega"], ours["amplitude"])) / scale
     way = np.cumsum(np.append(0.0, np.linalg.norm(np.diff(corners, axis=0), axis=1)))
     fine = CubicSpline(way, corners)(np.linspace(0, way[-1], 100_000))
     inside = (other["omega"] >= LOW) & (other["omega"] <= HIGH)

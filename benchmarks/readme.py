@@ -43,7 +43,7 @@ def _put(path, blocks):
     for name, block in blocks.items():
         if block:
             pattern = re.compile(f"(<!-- {name} -->\n).*?(<!-- /{name} -->)", re.DOTALL)
-            text = pattern.sub(lambda found, block=block: f"{found[1]}\n{block}\n{found[2]}", text)
+            text = pattern.sub(lambda match, block=block: f"{match[1]}\n{block}\n{match[2]}", text)
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 

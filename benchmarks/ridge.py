@@ -16,8 +16,8 @@ LIMITS = {"seconds": 10.0, "peak": 1e9}
 def measure():
     """Return seconds and peak bytes, and what they should stay below."""
     command = [sys.executable, "-m", "benchmarks.ridge"]
-    found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
-    return {"channels": CHANNELS, "duration": DURATION, "fs": FS, **found, "limits": LIMITS}
+    result = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    return {"channels": CHANNELS, "duration": DURATION, "fs": FS, **result, "limits": LIMITS}
 
 
 def _ridges():

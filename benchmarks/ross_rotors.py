@@ -23,7 +23,7 @@ LATERAL = (0, 1, 3, 4)  # of a node's x, y, z and rotations about them
 
 
 def main(speeds, modes, bearings, rub):
-    found = {}
+    rotors = {}
     for name in EXAMPLES:
         with contextlib.redirect_stdout(io.StringIO()):
             rotor = _example(name)
@@ -31,8 +31,8 @@ def main(speeds, modes, bearings, rub):
         poles = [_lateral(rotor, speed, modes) for speed in speeds]
         seconds = time.process_time() - begun
         finer = [_lateral(_finer(rotor, PIECES), speed, modes) for speed in speeds]
-        found[name] = _plain(rotor) | {"poles": poles, "finer": finer, "seconds": seconds}
-    answer = {"rotors": found, "bearings": [_coefficients(**case) for case in bearings], "rub": _rubbing(**rub)}
+        rotors[name] = _plain(rotor) | {"poles": poles, "finer": finer, "seconds": seconds}
+    answer = {"rotors": rotors, "bearings": [_coefficients(**case) for case in bearings], "rub": _rubbing(**rub)}
     json.dump(answer, sys.stdout)
 
 
@@ -54,12 +54,12 @@ def _rubbing(name, node, gap, stiffness, moment, phase, speed, seconds, steps):
             ).yout[:, rotor.number_dof * node :][:, :2]  # fmt: skip
 
         run(steps[0], 5)  # compiles
-        found = []
+        runs = []
         for step in steps:
             begun = time.process_time()
             motion = run(step, round(seconds / step)).tolist()
-            found.append({"motion": motion, "seconds": time.process_time() - begun})
-    return found
+            runs.append({"motion": motion, "seconds": time.process_time() - begun})
+    return runs
 
 
 def _coefficients(spin, load, viscosity, radius, length, clearance):

@@ -51,20 +51,20 @@ def measure():
     for name, data in answer["rotors"].items():
         begun = time.process_time()
         shaft = turning_shaft(_rig(name, data), 20)
-        own = [shaft.poles(speed).value for speed in SPEEDS]
+        ours = [shaft.poles(speed).value for speed in SPEEDS]
         seconds = time.process_time() - begun
-        own = _frequencies(own)
+        ours = _frequencies(ours)
         other, finer = (_frequencies([np.array(at) @ [1, 1j] for at in data[mesh]]) for mesh in ("poles", "finer"))
         for mesh, of in (("one element a section", other), ("three elements a section", finer)):
-            apart = 100 * np.abs(own / of - 1).max()
+            apart = 100 * np.abs(ours / of - 1).max()
             rows.append(row(f"{name}, {mesh}: frequencies", [apart], "%", "<= 0.1"))
         rows.append(row(f"{name}, time of ROSS / clearance_mj", [data["seconds"] / seconds], "x", ""))
-        frequencies[name] = {"clearance_mj": own.tolist(), "ROSS": other.tolist(), "ROSS, finer": finer.tolist()}
+        frequencies[name] = {"clearance_mj": ours.tolist(), "ROSS": other.tolist(), "ROSS, finer": finer.tolist()}
     rows += _rub(answer["rotors"][RUB["name"]], answer["rub"])
     return {"rows": rows, "speeds": SPEEDS, "frequencies": frequencies, "skipped": {}}
 
 
-def _rub(data, found):
+def _rub(data, of_ross):
     """Rows of a shaft that rubs from rest on, beside ROSS' motion in its smaller step and extrapolated to none.
 
     ROSS' rubbing force is that of the step before, so its error falls with the step.
@@ -78,25 +78,25 @@ def _rub(data, found):
     still, law = excitation.still(RUB["seconds"], 1 / RUB["steps"][0]), nominal_law(rig)
     simulate(rig, still, law, engine="modal")  # compiles
     begun = time.process_time()
-    own = simulate(rig, still, law, engine="modal").displacement
+    ours = simulate(rig, still, law, engine="modal").displacement
     seconds = time.process_time() - begun
     coarse, fine = (
-        np.array(run["motion"])[:: round(RUB["steps"][0] / step)].T for run, step in zip(found, RUB["steps"])
+        np.array(run["motion"])[:: round(RUB["steps"][0] / step)].T for run, step in zip(of_ross, RUB["steps"])
     )
     for words, of, target in (
         (f"in steps of {1e6 * RUB['steps'][1]:g} µs", fine, ""),
         ("extrapolated to step 0", 2 * fine - coarse, "<= 2"),
     ):
-        apart = 100 * np.linalg.norm(own - of) / np.linalg.norm(of)
+        apart = 100 * np.linalg.norm(ours - of) / np.linalg.norm(of)
         yield row(f"rub, ROSS {words}: RMS difference", [apart], "%", target)
-    yield row("rub, time of ROSS / clearance_mj", [found[1]["seconds"] / seconds], "x", ">= 20")
+    yield row("rub, time of ROSS / clearance_mj", [of_ross[1]["seconds"] / seconds], "x", ">= 20")
 
 
 def _film_apart(case, other):
     """Largest difference of a bearing's coefficients from ROSS', over the largest of their kind."""
     film = ShortBearing(**{name: case[name] for name in OIL})
-    own = film.coefficients(film.equilibrium([0.0, -case["load"]], case["spin"]), case["spin"])
-    return max(np.abs(mine - theirs).max() / np.abs(theirs).max() for mine, theirs in zip(own, np.array(other)))
+    ours = film.coefficients(film.equilibrium([0.0, -case["load"]], case["spin"]), case["spin"])
+    return max(np.abs(mine - theirs).max() / np.abs(theirs).max() for mine, theirs in zip(ours, np.array(other)))
 
 
 def _frequencies(poles):

@@ -19,12 +19,12 @@ ENGINES = ("links", "modal")
 def measure():
     """Return series: values, seconds, and the exponent of the straight line through their logarithms."""
     series = [*_links(), *_bushings(), *_modes(), *_batch(), *_duration(), *_threads()]
-    found = []
+    rows = []
     for name, unit, values, cost in tqdm(series, desc="scaling", unit="series"):
         seconds = [cost(value) for value in values]
-        found.append({"name": name, "unit": unit, "values": values, "seconds": seconds})
-        found[-1]["exponent"] = float(np.polyfit(np.log(values), np.log(seconds), 1)[0])
-    return {"series": found, "steps": _steps()}
+        rows.append({"name": name, "unit": unit, "values": values, "seconds": seconds})
+        rows[-1]["exponent"] = float(np.polyfit(np.log(values), np.log(seconds), 1)[0])
+    return {"series": rows, "steps": _steps()}
 
 
 def _links():
@@ -96,8 +96,8 @@ def _batch_time(drive, n, engine, workers):
 def _with_bushings(n):
     """The rig with n bushings from 0.4 m to 0.9 m that share the stiffness of two."""
     _, bushing = RIG.bushings
-    share = {"stiffness": bushing.grease.stiffness * 2 / n, "damping": bushing.grease.damping * 2 / n}
-    bushing = dataclasses.replace(bushing, grease=dataclasses.replace(bushing.grease, **share))
+    of_one = {"stiffness": bushing.grease.stiffness * 2 / n, "damping": bushing.grease.damping * 2 / n}
+    bushing = dataclasses.replace(bushing, grease=dataclasses.replace(bushing.grease, **of_one))
     positions = np.linspace(0.4, 0.9, n).tolist() if n > 1 else [0.7918]
     rig = RIG.replace(bushings=tuple(dataclasses.replace(bushing, position=x) for x in positions))
     return rig, cm.ConstantLaw(np.full(n, LAW.k[0] * 2 / n), np.full(n, LAW.c[0] * 2 / n))

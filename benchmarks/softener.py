@@ -29,11 +29,11 @@ def measure():
     """Return rows as of `periodic`, and which models are not there."""
     rows, skipped = [], {}
     for name in FOREIGN:
-        found = f"gymnasium {name}"
-        if path_of(found):
-            rows += _of(found, load(found), "floor")
+        label = f"gymnasium {name}"
+        if path_of(label):
+            rows += _of(label, load(label), "floor")
         else:
-            skipped[found] = "not installed (make test-models)"
+            skipped[label] = "not installed (make test-models)"
     arm = mujoco.MjSpec.from_file(str(Path("models/robot_arm.xml")))
     for joint in ("roll", "pitch", "spin"):
         physical.add_backlash(arm, joint, 2e-3, 3000.0, 0.1)
@@ -56,8 +56,8 @@ def _of(name, spec, floor):
         plain = _march(constant)[0]
         with softener:
             costs["mj_step"].append(100 * (_march(following)[0] / plain - 1))
-        own = _loop(constant, None)
-        costs["update"].append(100 * (_loop(following, softener) / own - 1))
+        loop_alone = _loop(constant, None)
+        costs["update"].append(100 * (_loop(following, softener) / loop_alone - 1))
     with softener:
         times = [[_batch(following, threads) for threads in (1, 2)] for _ in range(5)]
     costs["threads"] = [one / two for one, two in times]

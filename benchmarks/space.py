@@ -52,12 +52,12 @@ def _agreement():
     """RMSE of FRFs of links beside modal: in the gap; in contact, compared with that of another seed."""
     for name, rms, target in (("in the gap", 0.3, "<= 0.3"), ("in contact", 4.0, "<= another seed's")):
         drives = [cm.excitation.random(16.0, 2048.0, band=(5, 220), rms=rms, seed=seed) for seed in (1, 2)]
-        told, other = (_frf(cm.simulate(SPACE, drive, engine="modal")) for drive in drives)
-        found = _frf(cm.simulate(SPACE, drives[0], engine="links"))
+        modal, other = (_frf(cm.simulate(SPACE, drive, engine="modal")) for drive in drives)
+        links = _frf(cm.simulate(SPACE, drives[0], engine="links"))
         yield row(
-            f"links against modal in space, {name}: RMSE", [float(np.mean(cm.rmse_db(told, found)))], "dB", target
+            f"links against modal in space, {name}: RMSE", [float(np.mean(cm.rmse_db(modal, links)))], "dB", target
         )
-        yield row(f"another seed, {name}: RMSE", [float(np.mean(cm.rmse_db(told, other)))], "dB", "")
+        yield row(f"another seed, {name}: RMSE", [float(np.mean(cm.rmse_db(modal, other)))], "dB", "")
 
 
 def _frf(response):
@@ -68,8 +68,8 @@ def _periodic():
     model, rates = cm.Model(SPACE), []
     for _ in range(REPEATS + 1):
         begun = time.perf_counter()
-        found = cm.periodic.follow_response(model, 6.0, (25.0, 60.0), stability=False)
-        rates.append(found.frequency.size / (time.perf_counter() - begun))
+        branch = cm.periodic.follow_response(model, 6.0, (25.0, 60.0), stability=False)
+        rates.append(branch.frequency.size / (time.perf_counter() - begun))
     return row("periodic points in a second, one core", rates[1:], "1/s", ">= 300")
 
 

@@ -93,9 +93,9 @@ def driven_loop(rig, law, engine, excitation):
     drive = interpolate(excitation.value, factor)
 
     def run():
-        own = copy.copy(model)  # a loop writes the gravity of its model
-        data = mujoco.MjData(own)
-        _drive(own._address, data._address, own.opt.gravity, drive)
+        model_copy = copy.copy(model)  # a loop writes the gravity of its model
+        data = mujoco.MjData(model_copy)
+        _drive(model_copy._address, data._address, model_copy.opt.gravity, drive)
 
     return run
 

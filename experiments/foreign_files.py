@@ -56,17 +56,17 @@ def row(path: Path) -> tuple[str, str, str, str]:
 
 def _writer(path: Path) -> str:
     head = path.read_bytes()[:3000]
-    found = [name for mark, name in WRITERS.items() if mark in head or mark in path.name.lower().encode()]
-    return found[0] if found else ""
+    writers = [name for mark, name in WRITERS.items() if mark in head or mark in path.name.lower().encode()]
+    return writers[0] if writers else ""
 
 
 def _held(path: Path) -> str:
     """Data sets of a universal file, with the function types among them."""
     if path.suffix.lower() not in UNIVERSAL:
         return f"{path.suffix[1:].upper()}, {len(path.read_bytes())} bytes"
-    found = scan(contents(path), cm.universal.fields.SI)
-    types = dict.fromkeys(f"{function.type_name} ({function.kind})" for function in found.functions)
-    sets = named_sets(block.kind for block in found.blocks)
+    file_contents = scan(contents(path), cm.universal.fields.SI)
+    types = dict.fromkeys(f"{function.type_name} ({function.kind})" for function in file_contents.functions)
+    sets = named_sets(block.kind for block in file_contents.blocks)
     return ", ".join(filter(None, [f"58: {', '.join(types)}" if types else "", sets]))
 
 
@@ -98,9 +98,9 @@ def summary(rows: Sequence[tuple[str, str, str, str]]) -> str:
 
 def _objects(read: str) -> Counter[str]:
     """Kinds of the objects that are read of a file, and how many there are of each."""
-    found = re.findall(r"(?:^|; )(?:(\d+) ([a-zA-Z ]+)|(geometry)): ", read)
-    kinds = (re.sub("spectra$", "spectrum", kind).removesuffix("s") or other for _, kind, other in found)
-    return Counter({kind: int(number or 1) for kind, (number, _, _) in zip(kinds, found)})
+    matches = re.findall(r"(?:^|; )(?:(\d+) ([a-zA-Z ]+)|(geometry)): ", read)
+    kinds = (re.sub("spectra$", "spectrum", kind).removesuffix("s") or other for _, kind, other in matches)
+    return Counter({kind: int(number or 1) for kind, (number, _, _) in zip(kinds, matches)})
 
 
 def _plural(kind: str) -> str:

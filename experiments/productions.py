@@ -68,28 +68,28 @@ def write_map(number: int) -> None:
     path = OUT / "maps" / f"{number:04d}.npz"
     if path.exists():
         return
-    found = map_rattle(
+    rattle = map_rattle(
         designs().model(number), LEVELS, FREQUENCIES, n_harmonics=HARMONICS, n_samples=SAMPLES, workers=1
     )
     with replacing(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(
-            file, touches=found.rattles[0], vibrations=found.vibrations[0],
-            contact_force=np.nanmax(found.contact_force[:, 0], axis=(0, -1)).astype(np.float32),
-            acceleration=np.nanmax(found.acceleration[:, 0], axis=(0, -1)).astype(np.float32),
+            file, touches=rattle.rattles[0], vibrations=rattle.vibrations[0],
+            contact_force=np.nanmax(rattle.contact_force[:, 0], axis=(0, -1)).astype(np.float32),
+            acceleration=np.nanmax(rattle.acceleration[:, 0], axis=(0, -1)).astype(np.float32),
         )  # fmt: skip
 
 
 def over_level(number: int) -> dict[str, np.ndarray]:
     """Return the same of a design by branches over the level, (n_levels, n_frequencies)."""
-    model, found = designs().model(number), {}
+    model, by_name = designs().model(number), {}
     for name in ("contact_force", "acceleration"):
         settings = settings_of(MODEL, Sines(LEVELS, FREQUENCIES, Limit(name, 1.0)))
         cells = [branch.crossings(LEVELS) for branch in branches_of(settings, model)]
-        found[name] = np.array([values for _, _, (_, values) in cells]).T
+        by_name[name] = np.array([values for _, _, (_, values) in cells]).T
         if name == "contact_force":
-            found["vibrations"] = np.array([count for count, _, _ in cells]).T
-            found["touches"] = np.array([depth > 0 for _, depth, _ in cells]).T
-    return found
+            by_name["vibrations"] = np.array([count for count, _, _ in cells]).T
+            by_name["touches"] = np.array([depth > 0 for _, depth, _ in cells]).T
+    return by_name
 
 
 def known() -> list[int]:
@@ -151,7 +151,9 @@ def judge(workers: int | None) -> None:
         where = np.argwhere(cells)
         chosen = where[rng.permutation(len(where))[:JUDGED]]
         tasks = [(int(kept["number"][i]), int(level), int(frequency)) for i, level, frequency in chosen]
-        several = sum(found for _, found in run_tasks(differ, tasks, workers, processes=True, progress=name))
+        several = sum(
+            differences for _, differences in run_tasks(differ, tasks, workers, processes=True, progress=name)
+        )
         print(f"several vibrations by {name}: {len(where)} cells; marches find several in {several} of {len(chosen)}")
 
 
@@ -168,11 +170,11 @@ def swept_to(model: cm.Model, level: int, i: int, sweep: tuple[float, float], du
     frequency, (of_frequency, of_level) = float(FREQUENCIES[i]), sweep
     counted = COUNTED / frequency
     t = np.arange(int((duration + max(JUDGED_PERIODS / frequency, LEAST) + counted) * RATE)) / RATE
-    share = np.minimum(t / duration, 1.0)
-    phase = 2 * np.pi * np.cumsum(frequency * (of_frequency + (1 - of_frequency) * share)) / RATE
-    value = LEVELS[level] * (of_level + (1 - of_level) * share) * np.sin(phase)
-    found = cm.simulate(model, cm.Excitation(value, RATE), engine="modal").contact_force
-    return np.abs(found[:, -int(counted * RATE) :]).max(axis=1)
+    fraction = np.minimum(t / duration, 1.0)
+    phase = 2 * np.pi * np.cumsum(frequency * (of_frequency + (1 - of_frequency) * fraction)) / RATE
+    value = LEVELS[level] * (of_level + (1 - of_level) * fraction) * np.sin(phase)
+    force = cm.simulate(model, cm.Excitation(value, RATE), engine="modal").contact_force
+    return np.abs(force[:, -int(counted * RATE) :]).max(axis=1)
 
 
 def counts_of(number: int) -> np.ndarray:
@@ -184,33 +186,33 @@ def counts_of(number: int) -> np.ndarray:
 def touching(task: tuple[int, list[tuple[int, int]]]) -> np.ndarray:
     """Return in which cells the marches of a design touch if raised from rest, and at all, (2, n_cells)."""
     number, cells = task
-    model, found = designs().model(number), np.zeros((2, len(cells)), dtype=bool)
+    model, touches = designs().model(number), np.zeros((2, len(cells)), dtype=bool)
     for k, (level, i) in enumerate(cells):
         slow = max(RAISED, 2 * JUDGED_PERIODS / FREQUENCIES[i])
-        found[0, k] = swept_to(model, level, i, SWEEPS[0], slow).any()
-        found[1, k] = found[0, k] or any(swept_to(model, level, i, sweep, slow).any() for sweep in SWEEPS[1:])
-    return found
+        touches[0, k] = swept_to(model, level, i, SWEEPS[0], slow).any()
+        touches[1, k] = touches[0, k] or any(swept_to(model, level, i, sweep, slow).any() for sweep in SWEEPS[1:])
+    return touches
 
 
 def rest(workers: int | None, n_designs: int) -> None:
     """Print how far shares that touch are from those of marches, in cells in which some of the designs do."""
     ours = np.empty((n_designs, 3, LEVELS.size, FREQUENCIES.size), dtype=bool)
-    for number, found in run_tasks(counts_of, range(n_designs), workers, processes=True, progress="branches"):
-        ours[number] = found
+    for number, counts in run_tasks(counts_of, range(n_designs), workers, processes=True, progress="branches"):
+        ours[number] = counts
     known, *touch = ours.sum(axis=0)
     some = (known == n_designs) & np.any([(n > 0.05 * n_designs) & (n < 0.95 * n_designs) for n in touch], axis=0)
     cells = np.random.default_rng(SEED).choice(np.argwhere(some), RESTED, replace=False).tolist()
     marched, tasks = np.empty((n_designs, 2, len(cells)), dtype=bool), [(i, cells) for i in range(n_designs)]
-    for (number, _), found in run_tasks(touching, tasks, workers, processes=True, progress="marches"):
-        marched[number] = found
+    for (number, _), counts in run_tasks(touching, tasks, workers, processes=True, progress="marches"):
+        marched[number] = counts
     for k, name in enumerate(("can touch", "touch if raised from rest")):
         by_branches = np.array([ours[:, 1 + k, level, i] for level, i in cells]).T
         by_marches = marched[:, 1 - k]
-        share, other = by_branches.mean(axis=0), by_marches.mean(axis=0)
-        low, high = share_interval(share, n_designs)
+        fraction, other = by_branches.mean(axis=0), by_marches.mean(axis=0)
+        low, high = share_interval(fraction, n_designs)
         off = np.sum((other < low) | (other > high))
         print(f"{name}: {off} of {len(cells)} cells off by more than their intervals; {n_designs} designs, largest "
-              f"difference {100 * np.abs(share - other).max():.1f} points, branches and marches differ in "
+              f"difference {100 * np.abs(fraction - other).max():.1f} points, branches and marches differ in "
               f"{np.sum(by_branches != by_marches)} of {by_marches.size} motions "
               f"({np.sum(by_branches & ~by_marches)} touch by branches alone)")  # fmt: skip
     with replacing(OUT / "rest.npz") as temporary, temporary.open("wb") as file:
@@ -222,15 +224,15 @@ def march(number: int) -> np.ndarray:
     rng, model = np.random.default_rng([SEED, number]), designs().model(number)
     low, high = FREQUENCIES < LOW, (FREQUENCIES >= LOW) & (FREQUENCIES < HIGHEST)
     columns = [("design", int), ("level", int), ("frequency", int), ("contact_force", float)]
-    found = np.empty(2 * CELLS, dtype=columns)
+    records = np.empty(2 * CELLS, dtype=columns)
     chosen = [i for band in (low, high) for i in rng.choice(np.flatnonzero(band), CELLS)]
     for cell, i in enumerate(chosen):
         level, frequency = int(rng.integers(LEVELS.size)), float(FREQUENCIES[i])
         duration = max(STEADY / frequency, LEAST) + COUNTED / frequency
         sine = cm.excitation.stepped_sine(duration, RATE, frequency, float(LEVELS[level]))
         force = cm.simulate(model, sine, engine="modal").contact_force[:, -int(COUNTED / frequency * RATE) :]
-        found[cell] = number, level, i, np.abs(force).max()
-    return found
+        records[cell] = number, level, i, np.abs(force).max()
+    return records
 
 
 def main(
@@ -247,7 +249,7 @@ def main(
         for _ in run_tasks(write_map, range(designs), workers, processes=True, progress="rattle maps"):
             pass
     else:
-        cells = [found for _, found in run_tasks(march, known(), workers, processes=True, progress="marches")]
+        cells = [rows for _, rows in run_tasks(march, known(), workers, processes=True, progress="marches")]
         with replacing(OUT / "marched.npz") as temporary, temporary.open("wb") as file:
             np.savez_compressed(file, cells=np.concatenate(cells))
 

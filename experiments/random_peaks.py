@@ -50,15 +50,15 @@ def marched_hour(seed: int) -> pd.DataFrame:
     """Return impacts and largest values of an hour: a row per level, quantity and bushing or sensor."""
     cases = [rig_and_law(RIG.with_gap(RIG.bushings[0].gap / level)) for level in LEVELS]
     noise = cm.excitation.from_psd_blocks(SPECTRUM.scaled(1.0), HOUR + SETTLING, FS, seed)
-    found: dict[tuple[int, str], np.ndarray] = {}
+    peaks: dict[tuple[int, str], np.ndarray] = {}
     for blocks in march(cases, noise, cm.Modal(), SETTLING):
         for lane, block in enumerate(blocks):
             for name, kept in QUANTITIES.items():
                 largest = getattr(block, kept).max(axis=1, initial=-np.inf)
-                found[lane, name] = np.maximum(found.get((lane, name), -np.inf), largest)
-            found[lane, "impacts"] = found.get((lane, "impacts"), 0) + block.impacts.sum(axis=1)
+                peaks[lane, name] = np.maximum(peaks.get((lane, name), -np.inf), largest)
+            peaks[lane, "impacts"] = peaks.get((lane, "impacts"), 0) + block.impacts.sum(axis=1)
     rows = []
-    for (lane, name), values in found.items():
+    for (lane, name), values in peaks.items():
         scale = 1.0 if name == "impacts" else LEVELS[lane]
         rows += [(seed, LEVELS[lane], name, i, scale * float(v)) for i, v in enumerate(values)]
     return pd.DataFrame(rows, columns=["seed", "level", "quantity", "row", "value"])
@@ -85,10 +85,10 @@ def predicted() -> pd.DataFrame:
         noise = noise_of(SPECTRUM.scaled(level), RECORD + SETTLING, seed)
         blocks = [block for (block,) in march([(rig, law)], [noise], cm.Modal(), SETTLING)]
         for name in QUANTITIES:
-            found = peaks_of_record(rig, law, blocks, noise, name, 1.0)
-            fits = zip(found.median, *found.interval.T)
+            prediction = peaks_of_record(rig, law, blocks, noise, name, 1.0)
+            fits = zip(prediction.median, *prediction.interval.T)
             rows += [(seed, level, name, i, *fit) for i, fit in enumerate(fits)]
-        rows += [(seed, level, "impacts", i, r.value, r.low, r.high) for i, r in enumerate(found.impacts)]
+        rows += [(seed, level, "impacts", i, r.value, r.low, r.high) for i, r in enumerate(prediction.impacts)]
     return pd.DataFrame(rows, columns=["seed", "level", "quantity", "row", "median", "low", "high"])
 
 
@@ -108,10 +108,10 @@ def rare_contact() -> pd.DataFrame:
             minutes = force[: force.size // round(RECORD * FS) * round(RECORD * FS)].reshape(-1, round(RECORD * FS))
             fits[j] += [largest_value(minute, run, HOUR / RECORD, 0.0) for minute in minutes]
     rows = []
-    for (level, row), largest, found in zip(RARE, hours, fits):
-        median, low, high = np.array([(fit.median, fit.low, fit.high) for fit in found if fit.peaks >= LEAST_PEAKS]).T
+    for (level, row), largest, group in zip(RARE, hours, fits):
+        median, low, high = np.array([(fit.median, fit.low, fit.high) for fit in group if fit.peaks >= LEAST_PEAKS]).T
         rows.append({
-            "level": level, "row": row, "records": len(found), "without": len(found) - median.size,
+            "level": level, "row": row, "records": len(group), "without": len(group) - median.size,
             "hours_least": largest.min(), "hours_median": np.median(largest), "hours_largest": largest.max(),
             "median": np.median(median), "error": 1.25 * median.std() / np.sqrt(median.size),
             "inside": share((low[:, None] <= largest) & (largest <= high[:, None])),
@@ -157,14 +157,14 @@ def drawn(hours: pd.DataFrame, records: pd.DataFrame) -> Figure:
     figure = canvas(2.6)
     for i, (ax, level) in enumerate(zip(figure.subplots(1, len(LEVELS)), LEVELS)):
         of_level = {"level": level, "quantity": "contact_force", "row": 1}
-        marched, found = (
+        marched, predicted = (
             frame[np.all([frame[name] == value for name, value in of_level.items()], axis=0)]
             for frame in (hours, records)
         )
-        ax.hlines(marched["value"], 0.5, len(found) + 0.5, color=REPEAT, lw=0.8)
-        place = np.arange(1, len(found) + 1)
-        ax.vlines(place, found["low"], found["high"], color=COLOURS[0], lw=1.2)
-        ax.plot(place, found["median"], "o", ms=3, color=COLOURS[0])
+        ax.hlines(marched["value"], 0.5, len(predicted) + 0.5, color=REPEAT, lw=0.8)
+        place = np.arange(1, len(predicted) + 1)
+        ax.vlines(place, predicted["low"], predicted["high"], color=COLOURS[0], lw=1.2)
+        ax.plot(place, predicted["median"], "o", ms=3, color=COLOURS[0])
         tidy(ax, f"{level:g} m/s²", "" if i else "Largest contact force of an hour (N)", "Record of 60 s")
         ax.set_ylim(0)
     looks = {

@@ -58,7 +58,7 @@ def seen(rig):
     waterfall, bode = draw_over_speed(whirl(rig, response), 2.0)
     drawn = {
         "rig": rig_drawing(rig).figure,
-        "orbits": orbit_figure({words: found.orbits(0).last(10) for words, found in steady.items()}, gaps),
+        "orbits": orbit_figure({words: response.orbits(0).last(10) for words, response in steady.items()}, gaps),
         "full_spectrum": full_spectrum_figure({"bounces": steady["bounces"].full_spectrum(0)}, SPEEDS["bounces"]),
         "unbalance": unbalance_response(rig, np.linspace(0.0, 600.0, 1001), operating).plot(),
         "running_clearance": criterion.plot(run_up), "waterfall": waterfall.figure, "bode": bode.figure,

@@ -27,8 +27,8 @@ def motions(rig, law, engine, frequency, out, name):
         excitations = [cm.excitation.stepped_sine(12.0, FS, frequency, 2**0.5 * level) for level in LEVELS]
     else:
         excitations = [cm.excitation.random(24.0, FS, rms=level) for level in LEVELS]
-    found = dict(zip(LEVELS, cm.simulate_batch(rig, excitations, law, engine, progress=True)))
-    for drawing in motion.drawings(rig, found, frequency, 6.0):
+    responses = dict(zip(LEVELS, cm.simulate_batch(rig, excitations, law, engine, progress=True)))
+    for drawing in motion.drawings(rig, responses, frequency, 6.0):
         with replacing(out / f"see_it_{name}_{drawing.name}.png") as temporary:
             temporary.write_bytes(drawing.png())
 

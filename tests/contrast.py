@@ -9,8 +9,8 @@ def contrast(*colours: str) -> float:
     """Ratio of the luminances of two colours, rgb(...) as browsers give them."""
     bright = []
     for colour in colours:
-        share = np.array([int(v) / 255 for v in re.findall(r"\d+", colour)[:3]])
-        linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+        value = np.array([int(v) / 255 for v in re.findall(r"\d+", colour)[:3]])
+        linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
         bright.append(float(linear @ (0.2126, 0.7152, 0.0722)))
     return (max(bright) + 0.05) / (min(bright) + 0.05)
 

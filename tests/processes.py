@@ -67,10 +67,10 @@ def started(*arguments, out=DEVNULL, error=None, interrupts=signal.default_int_h
 def wait_for(condition, patience=PATIENCE):
     """Wait until a function returns something true, and return that."""
     end = time.monotonic() + patience
-    while not (found := condition()):
+    while not (outcome := condition()):
         assert time.monotonic() < end, "it took too long"
         time.sleep(0.02)
-    return found
+    return outcome
 
 
 class Apart:

@@ -18,10 +18,10 @@ PACKAGE = Path(clearance_mj.__file__).parent
 @functools.cache
 def code() -> str:
     """Digest of all Python sources of the package."""
-    found = hashlib.sha256()
+    hasher = hashlib.sha256()
     for path in sorted(PACKAGE.rglob("*.py")):
-        found.update(str(path.relative_to(PACKAGE)).encode() + b"\0" + path.read_bytes())
-    return found.hexdigest()
+        hasher.update(str(path.relative_to(PACKAGE)).encode() + b"\0" + path.read_bytes())
+    return hasher.hexdigest()
 
 
 def shared_folder(tmp_path_factory) -> Path:
@@ -32,8 +32,8 @@ def shared_folder(tmp_path_factory) -> Path:
 
 def content(folder: Path) -> dict[str, tuple[int, int]]:
     """Size and time of change of each file."""
-    found = {str(p.relative_to(folder)): p.stat() for p in folder.rglob("*") if p.is_file()}
-    return {name: (stat.st_size, stat.st_mtime_ns) for name, stat in found.items()}
+    stats = {str(p.relative_to(folder)): p.stat() for p in folder.rglob("*") if p.is_file()}
+    return {name: (stat.st_size, stat.st_mtime_ns) for name, stat in stats.items()}
 
 
 @contextmanager

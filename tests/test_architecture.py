@@ -51,15 +51,15 @@ def _name(path) -> str:
 
 def _imported(name, path, files, tops=OUTSIDE | {"clearance_mj"}) -> set[str]:
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
-    found = set()
+    modules = set()
     for node in nodes(path):
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            modules |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             module = ".".join((*package[: len(package) - node.level + 1], *filter(None, [node.module])))
             module = module if node.level else node.module
-            found |= {inner if (inner := f"{module}.{a.name}") in files else module for a in node.names}
-    return {module for module in found if module.split(".")[0] in tops} - {name}
+            modules |= {inner if (inner := f"{module}.{a.name}") in files else module for a in node.names}
+    return {module for module in modules if module.split(".")[0] in tops} - {name}
 
 
 def test_the_page_has_every_module_in_one_layer():
@@ -145,14 +145,14 @@ def test_only_the_helper_with_a_limit_starts_processes():
 
 def test_one_decorator_compiles():
     """`core.jit` alone knows what machine code on disk is made from; the ufuncs of the walls call nothing."""
-    found = {
+    compiling = {
         (path.relative_to(PACKAGE.parent).as_posix(), node.attr)
         for path in sources(("clearance_mj", "experiments", "tests"))
         for node in nodes(path)
         if isinstance(node, ast.Attribute) and node.attr in ("njit", "jit", "vectorize", "guvectorize", "cfunc")
         if node.value.id == "numba"
     }
-    assert found == {
+    assert compiling == {
         ("clearance_mj/core/jit.py", "njit"),
         ("clearance_mj/clearance/walls/slot.py", "vectorize"),
         ("clearance_mj/engines/mujoco_step.py", "cfunc"),

@@ -115,11 +115,11 @@ def in_lanes(rig):
     factors = (0.9, 1.0, 1.1, 1.2)
     cases = [(rig.with_gap(f"x{f}"), cm.ConstantLaw([f * b.contact.stiffness for b in rig.bushings],
               [b.contact.damping for b in rig.bushings])) for f in factors]  # fmt: skip
-    for (case, law), found in zip(cases, simulate_together(cases, pushes(rig))):
+    for (case, law), together in zip(cases, simulate_together(cases, pushes(rig))):
         alone = cm.simulate(case, pushes(rig), law, engine="modal")
         for name in ("channels", "displacement", "contact_force", "grease_force"):
             right = getattr(alone, name)
-            np.testing.assert_allclose(getattr(found, name), right, rtol=0, atol=1e-9 * np.abs(right).max())
+            np.testing.assert_allclose(getattr(together, name), right, rtol=0, atol=1e-9 * np.abs(right).max())
 
 
 def energies_of_modes(rig):
@@ -159,9 +159,9 @@ def along_a_motion(rig):
         size *= 0.35 if bushing.film else 0.9 * math.sqrt(3 - bushing.n_coordinates)
         x, v = size * np.sin(time[:, None] * omega), size * omega * np.cos(time[:, None] * omega)
         records = clearance_records(SimpleNamespace(bushings=rig.bushings, linear=rig.linear), datasheet(rig), 1e-5)
-        found = forces_along(records, j, *(np.repeat(part[:, None], 3, axis=1) for part in (x, v)), spin)
+        forces = forces_along(records, j, *(np.repeat(part[:, None], 3, axis=1) for part in (x, v)), spin)
         known = np.array([law_of(bushing, *each, spin) for each in zip(x, v)])
-        np.testing.assert_allclose(found, known, rtol=0, atol=1e-6 * np.abs(known).max())
+        np.testing.assert_allclose(forces, known, rtol=0, atol=1e-6 * np.abs(known).max())
 
 
 def datasheet(rig):
@@ -257,8 +257,8 @@ def driven_by_turning(rig):
         order = 2 if "R" in label else 1
         base = [f(k * speed * times) for k in (1, 2) for f in (np.cos, np.sin)]
         fitted = np.linalg.lstsq(np.stack([*base, np.ones(times.size)], axis=1), x[-times.size :], rcond=None)[0]
-        found = np.hypot(*fitted[2 * order - 2 : 2 * order])
-        assert found == pytest.approx(angle if order == 2 else planes[label], rel=1e-2)
+        fitted_order = np.hypot(*fitted[2 * order - 2 : 2 * order])
+        assert fitted_order == pytest.approx(angle if order == 2 else planes[label], rel=1e-2)
 
 
 def pictures(rig):

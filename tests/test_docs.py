@@ -59,8 +59,8 @@ def run_python(page, folder):
 
 def test_what_the_page_of_datasets_calls_lists_the_priors():
     call = re.search(r"`clearance_mj\.(\S+)\(rig\)` lists", (DOCS / "dataset.md").read_text(encoding="utf-8"))[1]
-    found = operator.attrgetter(call)(cm)(Rig.load(ROOT / "models" / "table1_rig.toml"))
-    assert {"beam.young_modulus", "bushings[0].gap"} <= {parameter.name for parameter in found}
+    parameters = operator.attrgetter(call)(cm)(Rig.load(ROOT / "models" / "table1_rig.toml"))
+    assert {"beam.young_modulus", "bushings[0].gap"} <= {parameter.name for parameter in parameters}
     assert cm.Channel is Channel
 
 
@@ -71,8 +71,8 @@ def test_physical(clone):
     assert len([line for line in printed if re.fullmatch(r"stable below [\d.e-]+ s; no warning", line)]) == 1
     compared = [re.search(r" (-?[\d.]+)\D* expected (-?[\d.]+)", line) for line in printed if "expected" in line]
     assert len(compared) == 11
-    for found, expected in (map(float, match.groups()) for match in compared):
-        assert found == pytest.approx(expected, rel=2e-4)
+    for printed_number, expected in (map(float, match.groups()) for match in compared):
+        assert printed_number == pytest.approx(expected, rel=2e-4)
 
 
 @pytest.mark.slow
@@ -170,9 +170,9 @@ def test_gears(clone):
     shown = re.findall(r"^prints\n\n((?:    .+\n)+)", page, re.MULTILINE)
     assert run_python("gears.md", clone) == textwrap.dedent("".join(shown))
     (of_page,) = (tomllib.loads(text) for language, text in blocks("gears.md") if language == "toml")
-    found, shipped = Rig.from_dict(of_page), Rig.load(ROOT / "models" / "gear_pair.toml")
+    rig, shipped = Rig.from_dict(of_page), Rig.load(ROOT / "models" / "gear_pair.toml")
     loads = tuple(dataclasses.replace(load, name="") for load in shipped.loads)
-    assert found == shipped.replace(description="", loads=loads)
+    assert rig == shipped.replace(description="", loads=loads)
 
 
 @pytest.mark.slow
@@ -286,8 +286,8 @@ def test_tutorial_of_the_stepped_shaft(clone):
     for printed, line in zip(out.splitlines(), shown.splitlines(), strict=True):
         if line.startswith("gap"):
             assert words(printed) == words(line)
-            (gap, share, *rest), (of_page, known, *others) = numbers(printed), numbers(line)
-            assert gap == of_page and rest == others and abs(share - known) <= 1  # point, which rounding moves it by
+            (gap, touched, *rest), (of_page, known, *others) = numbers(printed), numbers(line)
+            assert gap == of_page and rest == others and abs(touched - known) <= 1  # point, which rounding moves it by
         else:
             assert printed == line
     for path in ("rig.png", "motion/waterfall.png", "comparison"):
@@ -364,6 +364,6 @@ def test_every_page_with_python_is_run():
 def test_hammer(tmp_path):
     """The modes that the page states of its beam are found."""
     out = run_python("hammer.md", tmp_path)
-    found = [float(number) for number in re.findall(r"[\d.]+", out)]
-    assert found[::2] == pytest.approx([18, 72, 162, 288], rel=1e-3)
-    assert found[1::2] == pytest.approx([0.8, 0.6, 0.5, 0.7], rel=0.03)
+    printed_numbers = [float(number) for number in re.findall(r"[\d.]+", out)]
+    assert printed_numbers[::2] == pytest.approx([18, 72, 162, 288], rel=1e-3)
+    assert printed_numbers[1::2] == pytest.approx([0.8, 0.6, 0.5, 0.7], rel=0.03)

@@ -34,11 +34,11 @@ def commands(text):
 
 def flags(command):
     """Flags that the help of a command names."""
-    told = io.StringIO()
-    with contextlib.redirect_stdout(told), pytest.raises(SystemExit) as ended:
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output), pytest.raises(SystemExit) as ended:
         main([command, "--help"])
     assert ended.value.code == 0
-    return set(re.findall(r"--[a-z][\w-]*", told.getvalue()))
+    return set(re.findall(r"--[a-z][\w-]*", output.getvalue()))
 
 
 def unknown(words):
@@ -118,9 +118,9 @@ def keywords_of(function):
 def test_names_of_python_are_there(page):
     """Its code, which the slow tests run: blocks parse, what they name is there, and functions take their keywords."""
     blocks = re.findall(r"^```python\n(.*?)^```$", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
-    own = {name for block in blocks for name in re.findall(r"^# (\w+)\.py$", block, re.MULTILINE)}
+    modules = {name for block in blocks for name in re.findall(r"^# (\w+)\.py$", block, re.MULTILINE)}
     for block in blocks:
-        assert own.issuperset(wrong_names(block)), block
+        assert modules.issuperset(wrong_names(block)), block
 
 
 def test_wrong_names_of_python_are_found():

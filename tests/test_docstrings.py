@@ -35,8 +35,8 @@ def exported(module):
 
 def defined(module):
     """Functions and classes without a leading underscore that a module defines, by name."""
-    found = {name: value for name, value in vars(module).items() if not name.startswith("_")}
-    return {name: value for name, value in found.items() if getattr(value, "__module__", "") == module.__name__}
+    public = {name: value for name, value in vars(module).items() if not name.startswith("_")}
+    return {name: value for name, value in public.items() if getattr(value, "__module__", "") == module.__name__}
 
 
 def plain(value):

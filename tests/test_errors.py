@@ -51,8 +51,8 @@ def frf(frequency=FIVE, value=1.0, **fields):
 
 def test_every_error_is_of_one_family():
     """One except clause catches what bad input causes."""
-    found = [c for _, c in inspect.getmembers(errors, inspect.isclass)]
-    assert len(found) > 5 and all(issubclass(c, ClearanceError) for c in found)
+    error_classes = [c for _, c in inspect.getmembers(errors, inspect.isclass)]
+    assert len(error_classes) > 5 and all(issubclass(c, ClearanceError) for c in error_classes)
 
 
 # Values that are impossible
@@ -227,8 +227,8 @@ def test_contact_too_short_to_identify_its_stiffness(small_dataset, monkeypatch)
     parameters = force_balance.contact_parameters
 
     def short(*arguments):
-        found = parameters(*arguments)
-        return dataclasses.replace(found, k=np.full_like(found.k, np.nan))
+        contact_fit = parameters(*arguments)
+        return dataclasses.replace(contact_fit, k=np.full_like(contact_fit.k, np.nan))
 
     monkeypatch.setattr(force_balance, "contact_parameters", short)
     with pytest.raises(RecordError, match="contact is too short in every record"):

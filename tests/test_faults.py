@@ -258,9 +258,9 @@ def test_a_simulation_stops_at_nan(rig, engine, bushings):
     run = engine.start(rig, law, "base", step)
     with pytest.raises(SimulationError, match=f"the {engine.name} simulation diverged at t = ") as caught:
         run.advance(drive)
-    found = float(str(caught.value).split("t = ")[1].split()[0])
+    stopped = float(str(caught.value).split("t = ")[1].split()[0])
     latest = begun * step + 1e-3 if bushings else drive.size * step
-    assert begun * step - 1e-6 <= found <= latest + 1e-6
+    assert begun * step - 1e-6 <= stopped <= latest + 1e-6
     assert ("bushings[" if bushings else "at the tip") in str(caught.value)
 
 

@@ -73,8 +73,8 @@ def prepared(request, tmp_path, small_dataset, monkeypatch):
 
 def shown(out):
     """What is not in the hidden folder, nor of the sweep's own keeping."""
-    found = {name: data for name, data in content(out).items() if not name.startswith(WORK)}
-    return {name: data for name, data in found.items() if name != "lock" and name not in INSIDE}
+    files = {name: data for name, data in content(out).items() if not name.startswith(WORK)}
+    return {name: data for name, data in files.items() if name != "lock" and name not in INSIDE}
 
 
 def apart(job, folder, out, moment=None):

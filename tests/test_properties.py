@@ -26,7 +26,7 @@ from .clearance.test_law import values
 
 FS = 512.0
 positive = st.floats(1e-6, 1e6)
-share = st.floats(0.01, 0.99)
+fractions = st.floats(0.01, 0.99)
 text = st.text(max_size=20)
 
 
@@ -70,11 +70,11 @@ def rigs(draw):
         name=draw(st.text(min_size=1, max_size=20)),
         beam=Beam(length, draw(positive), draw(positive), **section, rayleigh=draw(st.tuples(positive, positive))),
         bushings=tuple(bushings),
-        sensors=tuple(Sensor(node, draw(share) * length, draw(st.floats(0, 10))) for node in nodes),
+        sensors=tuple(Sensor(node, draw(fractions) * length, draw(st.floats(0, 10))) for node in nodes),
         masses=tuple(
-            PointMass(draw(share) * length, draw(positive), draw(text)) for _ in range(draw(st.integers(0, 2)))
+            PointMass(draw(fractions) * length, draw(positive), draw(text)) for _ in range(draw(st.integers(0, 2)))
         ),
-        shaker=Shaker(kind, draw(optional | share.map(lambda part: part * length))),
+        shaker=Shaker(kind, draw(optional | fractions.map(lambda part: part * length))),
         description=draw(text),
     )
 
@@ -137,10 +137,13 @@ def test_a_law_stays_between_its_rows_and_is_never_negative(law, points):
     table = law.table(2)
     for j in range(2):
         rows = table.parameters[:, j]
-        found = np.array([values(law, 2, abs(at))[:, j] for at in [*points, *table.abscissa]])
-        assert np.all((found >= rows.min(axis=0) * (1 - 1e-12)) & (found <= rows.max(axis=0) * (1 + 1e-12)))
-        assert np.all(found >= 0)
-        np.testing.assert_array_equal(found[-len(rows) :], rows)  # at a row, the row
+        interpolated_values = np.array([values(law, 2, abs(at))[:, j] for at in [*points, *table.abscissa]])
+        assert np.all(
+            (interpolated_values >= rows.min(axis=0) * (1 - 1e-12))
+            & (interpolated_values <= rows.max(axis=0) * (1 + 1e-12))
+        )
+        assert np.all(interpolated_values >= 0)
+        np.testing.assert_array_equal(interpolated_values[-len(rows) :], rows)  # at a row, the row
 
 
 # Criteria.

@@ -19,15 +19,15 @@ COUNTS = {"harmonics", "modes", "samples", "starts", "tries", "draws", "orders"}
 
 def public():
     """Every function that the package or a part of it exports, by the shortest name that users call it by."""
-    found = {}
+    functions = {}
     for part in ["", *PARTS]:
         module = importlib.import_module(f"clearance_mj.{part}".rstrip("."))
         for name in getattr(module, "__all__", ()):
             value = getattr(module, name)
             value = inspect.unwrap(getattr(value, "py_func", value)) if callable(value) else value
             if inspect.isfunction(value) and value.__module__.startswith("clearance_mj"):
-                found.setdefault(value, f"{part}.{name}".lstrip("."))
-    return {name: inspect.signature(function) for function, name in found.items()}
+                functions.setdefault(value, f"{part}.{name}".lstrip("."))
+    return {name: inspect.signature(function) for function, name in functions.items()}
 
 
 def returned(signature):

@@ -64,6 +64,6 @@ def test_scripts_are_checked_strictly(tmp_path):
     (tmp_path / "wrong.py").write_text(WRONG, encoding="utf-8")
     command = ("-m", "mypy", "--strict", "--follow-imports=silent", "--config-file=", "right.py", "wrong.py")
     done = run(*command, patience=600, cwd=tmp_path, env={"MYPYPATH": str(ROOT)})
-    found = re.findall(r"^(\w+)\.py:(\d+): error: .*\[([\w-]+)\]$", done.stdout, re.MULTILINE)
+    matches = re.findall(r"^(\w+)\.py:(\d+): error: .*\[([\w-]+)\]$", done.stdout, re.MULTILINE)
     expected = [("4", "arg-type"), ("5", "attr-defined"), ("6", "arg-type"), ("7", "arg-type"), ("7", "arg-type")]
-    assert [*found] == [("wrong", *each) for each in [*expected, ("8", "arg-type")]], done.stdout
+    assert [*matches] == [("wrong", *each) for each in [*expected, ("8", "arg-type")]], done.stdout

@@ -25,5 +25,5 @@ def test_wheel(tmp_path):
     assert done.returncode == 0, done.stderr
     done = run("-m", "clearance_mj", "place", "rig.toml", "--out", "page", **options)
     assert done.returncode == 0, done.stderr
-    found = run("-c", "import clearance_mj; print(clearance_mj.__file__)", **options)
-    assert found.stdout.strip() == str(site / "clearance_mj" / "__init__.py")
+    process = run("-c", "import clearance_mj; print(clearance_mj.__file__)", **options)
+    assert process.stdout.strip() == str(site / "clearance_mj" / "__init__.py")

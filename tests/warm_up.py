@@ -146,8 +146,8 @@ def main() -> None:
     workers = os.cpu_count() or 1
     began = time.perf_counter()
     with ProcessPoolExecutor(workers, multiprocessing.get_context("fork")) as pool:
-        for told in pool.map(run, [task.__name__ for task in TASKS]):
-            print(told, flush=True)
+        for line in pool.map(run, [task.__name__ for task in TASKS]):
+            print(line, flush=True)
     print(f"compiled in {time.perf_counter() - began:.0f} s")
 
 

@@ -41,11 +41,11 @@ def run(item: Item, rig: Rig, quick: bool, starts: int = 32, step: float = 0.01,
     """
     starts, step = (starts // 4, 3 * step) if quick else (starts, step)
     target = _target()
-    found = calibrate(_started(rig), [target], EQUAL, starts, seed)
-    family = _family(found, target, step)
-    material = calibrate(found.rig, [target], MATERIAL, 1)
-    with_shapes = calibrate(found.rig, [_with_shapes(found.rig, target)], DIAMETER | EQUAL, 1)
-    parameters, members = _parameters(rig, found), pd.DataFrame(_member(found, member) for member in family)
+    fit = calibrate(_started(rig), [target], EQUAL, starts, seed)
+    family = _family(fit, target, step)
+    material = calibrate(fit.rig, [target], MATERIAL, 1)
+    with_shapes = calibrate(fit.rig, [_with_shapes(fit.rig, target)], DIAMETER | EQUAL, 1)
+    parameters, members = _parameters(rig, fit), pd.DataFrame(_member(fit, member) for member in family)
     return Result(
         method=(
             "Free: positions of the two bushings, their grease stiffness (the same in both) and the mass at the tip; "
@@ -53,10 +53,10 @@ def run(item: Item, rig: Rig, quick: bool, starts: int = 32, step: float = 0.01,
             f"{starts} starts (Latin hypercube, seed {seed}). Standard deviation of a frequency: rounding to {STEP:g} "
             f"Hz, {STEP / 12**0.5:.4f} Hz. For the family the diameter is free too."
         ),
-        shows=_shows(found, parameters, members, material, with_shapes),
-        drawings=(replace(draw(found), name=item.name), _draw_family(rig, found, members)),
+        shows=_shows(fit, parameters, members, material, with_shapes),
+        drawings=(replace(draw(fit), name=item.name), _draw_family(rig, fit, members)),
         data={
-            item.name: parameters, f"{item.name}_starts": _starts(found), f"{item.name}_family": members,
+            item.name: parameters, f"{item.name}_starts": _starts(fit), f"{item.name}_family": members,
         },
         tables=(_table(parameters, with_shapes), _family_table(members)),
     )  # fmt: skip
@@ -76,12 +76,12 @@ def _started(rig) -> Rig:
     return rig.replace(bushings=bushings, masses=(replace(rig.masses[0], mass=START["masses[0].mass"]),))
 
 
-def _family(found, target, step) -> list[Calibration]:
+def _family(fit, target, step) -> list[Calibration]:
     """Rigs that fit, by the position of the first bushing, outwards from the one that was found."""
     free = DIAMETER | {path: bounds for path, bounds in EQUAL.items() if path != HELD}
-    middle = round(found.estimates.value[0], 2)
+    middle = round(fit.estimates.value[0], 2)
     ways = np.arange(middle + step, SEARCHED[1], step), np.arange(middle, SEARCHED[0], -step)
-    members = [m for way in ways for m in _while_fitting(profile(found.rig, [target], free, HELD, way, 1))]
+    members = [m for way in ways for m in _while_fitting(profile(fit.rig, [target], free, HELD, way, 1))]
     return sorted(members, key=lambda m: value_of(m.rig, HELD))
 
 
@@ -95,37 +95,37 @@ def _with_shapes(rig, target) -> ModalTarget:
     return replace(target, shape=mode_shapes(rig, positions, len(target.mode)), nodes=nodes, shape_std=SHAPE_STD)
 
 
-def _parameters(rig, found) -> pd.DataFrame:
+def _parameters(rig, fit) -> pd.DataFrame:
     return pd.DataFrame(
-        {"parameter": path, "start": value_of(found.start, path), "calibrated": value, "std": std,
+        {"parameter": path, "start": value_of(fit.start, path), "calibrated": value, "std": std,
          "shipped_rig": value_of(rig, path)}
-        for path, value, std in zip(found.estimates.names, found.estimates.value, found.estimates.std)
+        for path, value, std in zip(fit.estimates.names, fit.estimates.value, fit.estimates.std)
     )  # fmt: skip
 
 
-def _starts(found) -> pd.DataFrame:
-    values = pd.DataFrame([solution.value for solution in found.solutions], columns=found.estimates.names)
-    chi2 = np.array([solution.chi2 for solution in found.solutions])
+def _starts(fit) -> pd.DataFrame:
+    values = pd.DataFrame([solution.value for solution in fit.solutions], columns=fit.estimates.names)
+    chi2 = np.array([solution.chi2 for solution in fit.solutions])
     return values.assign(chi2=chi2, fits=chi2 <= FITS)
 
 
-def _member(found, member) -> dict:
-    x = [s.position for s in found.rig.sensors]
-    alike = mac(mode_shapes(found.rig, x, 4), mode_shapes(member.rig, x, 4)).diagonal()
+def _member(fit, member) -> dict:
+    x = [s.position for s in fit.rig.sensors]
+    alike = mac(mode_shapes(fit.rig, x, 4), mode_shapes(member.rig, x, 4)).diagonal()
     paths = (HELD, *member.estimates.names)
     values = {path: value_of(member.rig, path) for path in paths}
     fifth = natural_frequencies(member.rig, 5)[4]
     return values | {"chi2": member.chi2, "fifth_hz": float(fifth), "least_mac": float(alike.min())}
 
 
-def _shows(found, parameters, members, material, with_shapes) -> str:
-    fitting = sum(s.chi2 <= FITS for s in found.solutions)
-    positions = "; ".join(f"bushings at {s.value[0]:.4f} and {s.value[1]:.4f} m" for s in found.distinct)
+def _shows(fit, parameters, members, material, with_shapes) -> str:
+    fitting = sum(s.chi2 <= FITS for s in fit.solutions)
+    positions = "; ".join(f"bushings at {s.value[0]:.4f} and {s.value[1]:.4f} m" for s in fit.distinct)
     away = ((parameters["calibrated"] - parameters["shipped_rig"]).abs() / parameters["std"]).max()
     count = len(with_shapes.estimates.names)
     spread = 100 * (members["fifth_hz"].max() / members["fifth_hz"].min() - 1)
     return (
-        f"{fitting} of {len(found.solutions)} starts end in {len(found.distinct)} different rigs with exactly the four "
+        f"{fitting} of {len(fit.solutions)} starts end in {len(fit.distinct)} different rigs with exactly the four "
         f"frequencies ({positions}); the others stop in local minima. The rig of the table, the one nearest to the "
         f"start, is at most {away:.2f} standard deviations from the shipped rig. With the diameter free, a family of "
         f"rigs fits as well; their fifth frequencies differ by up to {spread:.1f} %, and the least MAC with the "
@@ -156,7 +156,7 @@ def _family_table(members) -> Table:
     return to_table("family", "Some rigs of the family with the same four natural frequencies", columns, shown)
 
 
-def _draw_family(rig, found, members) -> Drawing:
+def _draw_family(rig, fit, members) -> Drawing:
     figure = sheet(4.2)
     units = {
         "beam.diameter": ("mm", 1e3), "bushings[1].position": ("m", 1), "bushings.grease.stiffness": ("kN/m", 1e-3),
@@ -164,10 +164,10 @@ def _draw_family(rig, found, members) -> Drawing:
     units |= {"masses[0].mass": ("kg", 1), "fifth_hz": ("Hz", 1), "least_mac": ("1", 1)}
     for ax, (name, (unit, scale)) in zip(figure.subplots(2, 3, sharex=True).flat, units.items()):
         ax.plot(members[HELD], scale * members[name], color=BLUE, marker="o", ms=3, lw=1)
-        names = found.estimates.names
+        names = fit.estimates.names
         if name in names or name in DIAMETER:
             i = names.index(name) if name in names else None
-            for s in found.distinct:
+            for s in fit.distinct:
                 y = value_of(rig, name) if i is None else s.value[i]
                 ax.plot(s.value[0], scale * y, "D", color=VERMILION, ms=6, label="found with the diameter given")
             ax.plot(value_of(rig, HELD), scale * value_of(rig, name), "x", color=BLACK, ms=6, label="shipped rig")

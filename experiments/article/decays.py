@@ -32,9 +32,9 @@ def working_condition(item: Item, quick: bool, number: int, snrs: Sequence[float
     """
     clean = free_decay(CONDITIONS[number])
     noises = range(1 if quick else seeds)
-    found = {snr: [_identify(clean.with_noise(snr, seed)) for seed in noises] for snr in snrs}
-    errors = _errors(clean, found)
-    first = {snr: runs[0] for snr, runs in found.items()}
+    identified = {snr: [_identify(clean.with_noise(snr, seed)) for seed in noises] for snr in snrs}
+    errors = _errors(clean, identified)
+    first = {snr: runs[0] for snr, runs in identified.items()}
     caption = (
         f"(a), (b): corrected form at {' and '.join(f'{snr:g}' for snr in snrs)} dB; (c), (d): every form at "
         f"{snrs[0]:g} dB, where Eq. 17 as printed is twice the known damping. Curves of one noise."
@@ -58,14 +58,14 @@ def _identify(decay: Decay) -> dict:
     return {form: sdof(decay.signal, decay.fs, decay.mass, BAND, **options) for form, options in FORMS.items()}
 
 
-def _errors(clean: Decay, found: dict) -> pd.DataFrame:
+def _errors(clean: Decay, identified: dict) -> pd.DataFrame:
     def worst(snr, quantity, form):
-        results = [run[form] for run in found[snr]]
+        results = [run[form] for run in identified[snr]]
         return 100 * max(rms_error(getattr(r, quantity), getattr(clean, quantity), r.valid) for r in results)
 
     return pd.DataFrame(
         {"snr_db": snr, "quantity": quantity, "form": form, "largest_rms_error_percent": worst(snr, quantity, form)}
-        for snr in found
+        for snr in identified
         for quantity in QUANTITIES
         for form in FORMS
     )

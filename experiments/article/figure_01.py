@@ -36,10 +36,10 @@ def dimensions(rig: Rig) -> pd.DataFrame:
     """Return what a rig is made of: quantity, value, unit."""
     beam = rig.beam
     sides = {name: getattr(beam, name) for name in ("diameter", "width", "height")}
-    found = [("length l", beam.length, "m"), *((name, size, "m") for name, size in sides.items() if size)]
-    found += [("Young's modulus E", beam.young_modulus, "Pa"), ("density ρ", beam.density, "kg/m³")]
+    rows = [("length l", beam.length, "m"), *((name, size, "m") for name, size in sides.items() if size)]
+    rows += [("Young's modulus E", beam.young_modulus, "Pa"), ("density ρ", beam.density, "kg/m³")]
     for i, b in enumerate(rig.bushings, 1):
-        found += [
+        rows += [
             (f"position of clearance l{i}", b.position, "m"),
             (f"radial clearance d{i}", b.gap, "m"),
             (f"length of bushing {i}", b.length, "m"),
@@ -48,8 +48,8 @@ def dimensions(rig: Rig) -> pd.DataFrame:
             (f"contact stiffness kd{i}, datasheet", b.contact.stiffness, "N/m"),
             (f"contact damping cd{i}, datasheet", b.contact.damping, "N s/m"),
         ]
-    found += [(f"{mass.name or 'mass'} at {mass.position:g} m", mass.mass, "kg") for mass in rig.masses]
-    return pd.DataFrame(found, columns=["quantity", "value", "unit"])
+    rows += [(f"{mass.name or 'mass'} at {mass.position:g} m", mass.mass, "kg") for mass in rig.masses]
+    return pd.DataFrame(rows, columns=["quantity", "value", "unit"])
 
 
 def _shows(rig: Rig) -> str:

@@ -27,25 +27,28 @@ ROOM = 3.0  # dB
 def overlay(item: Item, study: Study, nodes: Sequence[int], columns: int, level: float | None = None) -> Result:
     """Overlay the FRFs of test and models at some sensors in so many columns; default: at the middle level."""
     level = study.main_level if level is None else level
-    found, test = cases(study, level), decibel(study.test(study.records(level)[0]))
+    all_cases, test = cases(study, level), decibel(study.test(study.records(level)[0]))
     of_rig = [s.node for s in study.dataset.rig.sensors]
     rows = [of_rig.index(node) for node in nodes]
-    errors, words = _errors(study, found, level, nodes, rows), test_words(study, level)
+    errors, words = _errors(study, all_cases, level, nodes, rows), test_words(study, level)
     caption = (
         f"Magnitude of acceleration over base acceleration, engine {study.engines[0]}; test: {words}. Closest to the "
         f"test: {_closest(errors, study.engines[0])}."
     )
     alt = f"FRF magnitudes of test and models at sensors {', '.join(map(str, nodes))}."
-    levels = {"test_db": test, "repeat_db": decibel(found[-1].frf)}
-    levels |= {f"{case.law} {case.engine}_db": decibel(case.frf) for case in found[:-1]}
+    levels = {"test_db": test, "repeat_db": decibel(all_cases[-1].frf)}
+    levels |= {f"{case.law} {case.engine}_db": decibel(case.frf) for case in all_cases[:-1]}
     return Result(
         method=(
             f"Every model is driven by the measured base acceleration of {words}, which no law has seen. H1 with Hann "
             "window, half overlap, lines every 0.5 Hz from 5 to 220 Hz, for test and models alike."
         ),
         shows=_overlay_shows(errors, study.engines[0]),
-        drawings=(Drawing(item.name, _draw_overlay(study, found, test, rows, columns), caption, alt),),
-        data={item.name: _over_frequency(nodes, rows, found[0].frf.frequency, levels), f"{item.name}_errors": errors},
+        drawings=(Drawing(item.name, _draw_overlay(study, all_cases, test, rows, columns), caption, alt),),
+        data={
+            item.name: _over_frequency(nodes, rows, all_cases[0].frf.frequency, levels),
+            f"{item.name}_errors": errors,
+        },
         tables=(_error_table(errors, nodes),),
         prior_information=prior_information(study),
     )
@@ -61,13 +64,13 @@ def _over_frequency(nodes: Sequence[int], rows: Sequence[int], frequency: np.nda
 
 
 def _errors(
-    study: Study, found: list[StudyCase], level: float, nodes: Sequence[int], rows: Sequence[int]
+    study: Study, all_cases: list[StudyCase], level: float, nodes: Sequence[int], rows: Sequence[int]
 ) -> pd.DataFrame:
     """RMSE in dB of every model, and of the test's repeat, at the sensors: whole band, modes 1-2, modes 3-4."""
     test = study.test(study.records(level)[0])
     bands = {"": test.frequency > 0, "_below_65_hz": test.frequency < SPLIT, "_above_65_hz": test.frequency >= SPLIT}
     frames = []
-    for case in found:
+    for case in all_cases:
         errors = {
             f"rmse_db{band}": rmse_db(test.functions[rows][:, lines], case.frf.functions[rows][:, lines])
             for band, lines in bands.items()
@@ -76,12 +79,14 @@ def _errors(
     return pd.concat(frames, ignore_index=True)
 
 
-def _draw_overlay(study: Study, found: list[StudyCase], test: np.ndarray, rows: Sequence[int], columns: int) -> Figure:
+def _draw_overlay(
+    study: Study, all_cases: list[StudyCase], test: np.ndarray, rows: Sequence[int], columns: int
+) -> Figure:
     lines = -(-len(rows) // columns)
     figure = sheet(0.5 + (2.6 if columns == 1 else 1.9) * lines)
     axes = figure.subplots(lines, columns, sharex=True, squeeze=False)
-    frequency, repeat = found[0].frf.frequency, decibel(found[-1].frf)
-    curves = {case.law: decibel(case.frf) for case in main_cases(found)}
+    frequency, repeat = all_cases[0].frf.frequency, decibel(all_cases[-1].frf)
+    curves = {case.law: decibel(case.frf) for case in main_cases(all_cases)}
     for i, (ax, row) in enumerate(zip(axes.flat, rows)):
         ax.plot(frequency, test[row], **TEST)
         ax.plot(frequency, repeat[row], **REPEAT)
@@ -124,8 +129,8 @@ def _error_table(errors: pd.DataFrame, nodes: Sequence[int]) -> Table:
     columns = (Column("Model"), Column("Engine"), *(Column(f"sensor {n}", "", ".3f", "RMSE, dB (ours)") for n in nodes))
     sensors = Printed.load(2).numbers.loc[[str(node) for node in nodes]]
     rows = [(f"article, {kind} (unit not given)", "", *sensors[f"{kind}_rmse"]) for kind in ARTICLE_MODELS]
-    for (law, engine), found in errors.groupby(["law", "engine"], sort=False):
-        rows.append((name_of(law), engine, *found["rmse_db"]))
+    for (law, engine), of_model in errors.groupby(["law", "engine"], sort=False):
+        rows.append((name_of(law), engine, *of_model["rmse_db"]))
     return to_table("errors", "RMSE of the FRF: published (Table 2) and ours", columns, rows)
 
 
@@ -135,15 +140,15 @@ def _error_table(errors: pd.DataFrame, nodes: Sequence[int]) -> Table:
 def criterion(item: Item, study: Study, criterion: str, level: float | None = None) -> Result:
     """Draw "csac" or "csf" over frequency for every sensor; default: at the middle level."""
     level = study.main_level if level is None else level
-    found, label, words = cases(study, level), criterion.upper(), test_words(study, level)
-    means, nodes = _means(study, found, criterion), [s.node for s in study.dataset.rig.sensors]
+    all_cases, label, words = cases(study, level), criterion.upper(), test_words(study, level)
+    means, nodes = _means(study, all_cases, criterion), [s.node for s in study.dataset.rig.sensors]
     caption = (
         f"{label} over a window of nine lines (4 Hz), engine {study.engines[0]}; test: {words}. 1 is full agreement."
     )
-    curves = {_column(case): _per_sensor(case, criterion) for case in (found[-1], *found[:-1])}
+    curves = {_column(case): _per_sensor(case, criterion) for case in (all_cases[-1], *all_cases[:-1])}
     alone = "1 by definition" if criterion == "csac" else "a ratio of magnitudes only"
-    drawing = Drawing(item.name, _draw_criterion(study, found, criterion), caption, f"{label} of each sensor.")
-    frequency = found[0].comparison.frequency
+    drawing = Drawing(item.name, _draw_criterion(study, all_cases, criterion), caption, f"{label} of each sensor.")
+    frequency = all_cases[0].comparison.frequency
     return Result(
         method=(
             f"{label} sums over responses, and one response alone gives {alone}. For one sensor a window of nine lines "
@@ -165,7 +170,7 @@ def _per_sensor(case: StudyCase, criterion: str) -> np.ndarray:
     return getattr(case.comparison, f"{criterion}_per_sensor")
 
 
-def _means(study: Study, found: list[StudyCase], criterion: str) -> pd.DataFrame:
+def _means(study: Study, all_cases: list[StudyCase], criterion: str) -> pd.DataFrame:
     """Mean over the lines of each model and sensor, the article's first."""
     published, nodes = Printed.load(2).numbers, [str(s.node) for s in study.dataset.rig.sensors]
     rows = [
@@ -173,7 +178,7 @@ def _means(study: Study, found: list[StudyCase], criterion: str) -> pd.DataFrame
         | {f"sensor_{node}": value for node, value in published[f"{kind}_{criterion}"].items()}
         for kind in ARTICLE_MODELS
     ]
-    for case in found:
+    for case in all_cases:
         means = _per_sensor(case, criterion).mean(axis=1)
         row = {"law": case.law, "engine": case.engine} | {f"sensor_{n}": m for n, m in zip(nodes, means)}
         row |= {"sensor_mean": means.mean(), "over_all_sensors": getattr(case.comparison, criterion).mean()}
@@ -181,13 +186,13 @@ def _means(study: Study, found: list[StudyCase], criterion: str) -> pd.DataFrame
     return pd.DataFrame(rows)
 
 
-def _draw_criterion(study: Study, found: list[StudyCase], criterion: str) -> Figure:
-    n, columns, frequency = len(study.dataset.rig.sensors), 2, found[0].comparison.frequency
+def _draw_criterion(study: Study, all_cases: list[StudyCase], criterion: str) -> Figure:
+    n, columns, frequency = len(study.dataset.rig.sensors), 2, all_cases[0].comparison.frequency
     figure = sheet(0.5 + 1.35 * -(-n // columns))
     axes = figure.subplots(-(-n // columns), columns, sharex=True, sharey=True)
     for row, ax in zip(range(n), axes.flat):
-        ax.plot(frequency, _per_sensor(found[-1], criterion)[row], **REPEAT)
-        _draw_models(ax, frequency, {c.law: _per_sensor(c, criterion)[row] for c in main_cases(found)})
+        ax.plot(frequency, _per_sensor(all_cases[-1], criterion)[row], **REPEAT)
+        _draw_models(ax, frequency, {c.law: _per_sensor(c, criterion)[row] for c in main_cases(all_cases)})
         label = f"{criterion.upper()} (1)" if row % columns == 0 else ""
         _title(ax, study, row, row, row >= n - columns, label)
         ax.set(xlim=(0, frequency[-1]), ylim=(0, 1.05))

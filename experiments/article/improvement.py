@@ -26,20 +26,20 @@ def improvements(study: Study, quantities: Sequence[str]) -> tuple[pd.DataFrame,
         for basis, changes in (("as printed", IMPROVEMENTS), ("recomputed", recomputed()))
         for quantity, change in changes.items()
     ]
-    found = pd.concat([pd.DataFrame(rows), frames.improvements(study)], ignore_index=True)
-    found = found[found["quantity"].str.startswith(tuple(quantities))]
+    gains = pd.concat([pd.DataFrame(rows), frames.improvements(study)], ignore_index=True)
+    gains = gains[gains["quantity"].str.startswith(tuple(quantities))]
     base = study.base_law
     after = study.methods[study.methods.index(base) + 1 :]
-    shown = found[(found["level"] == study.main_level) & found["law"].isin(after) | found["level"].isna()]
+    shown = gains[(gains["level"] == study.main_level) & gains["law"].isin(after) | gains["level"].isna()]
     cells = {
         (r.law, r.quantity): Interval(r.change_pct, r.change_pct_low, r.change_pct_high) for r in shown.itertuples()
     }
     laws = shown["law"].unique()
     columns = [Column("Quantity"), *(Column(name_of(law), "%", "+.1f") for law in laws)]
-    body = [(q, *(cells.get((law, q)) for law in laws)) for q in found["quantity"].unique()]
+    body = [(q, *(cells.get((law, q)) for law in laws)) for q in gains["quantity"].unique()]
     caption = (
         f"Change from the initial to the updated model in percent of the initial value; ours over {name_of(base)} at "
         f"{study.main_level:g} m/s², engine {study.engines[0]}, with 95 % intervals. The article's changes of MAC, "
         "FRAC, CSAC and CSF are relative to the new value."
     )
-    return found, to_table("improvements", caption, columns, body)
+    return gains, to_table("improvements", caption, columns, body)

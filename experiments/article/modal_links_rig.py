@@ -78,7 +78,7 @@ def run(item: Item, study: Study, quick: bool, setup: Setup | None = None) -> Re
     rig, law = study.dataset.rig, study.laws[-1]
     row, systems = _row(rig, BUSHING), _systems(rig, law.law, setup)
     approximations = _approximations(systems, setup)
-    modes = {key: extract_modes(found.frf, N_MODES) for key, found in approximations.items()}
+    modes = {key: extract_modes(bla.frf, N_MODES) for key, bla in approximations.items()}
     backbones, macs = _backbones(approximations, setup), _macs(modes)
     harmonics, jumps = _harmonics(rig, systems, law.law, setup), _jumps(systems, setup)
     figures = {
@@ -134,8 +134,8 @@ def _engine(rig: Rig, law: Law, engine: str) -> System:
 
 def _shake(jobs: Sequence[tuple[System, Excitation, int]]) -> list[Response]:
     """Responses in the jobs' order; compiled loops release the interpreter's lock."""
-    found = dict(run_tasks(lambda i: jobs[i][0](*jobs[i][1:]), range(len(jobs))))
-    return [found[i] for i in range(len(jobs))]
+    results = dict(run_tasks(lambda i: jobs[i][0](*jobs[i][1:]), range(len(jobs))))
+    return [results[i] for i in range(len(jobs))]
 
 
 def _approximations(systems: Mapping[tuple[str, str], System], setup: Setup) -> Approximations:
@@ -146,7 +146,7 @@ def _approximations(systems: Mapping[tuple[str, str], System], setup: Setup) -> 
     records: dict[tuple[str, float], list[Response]] = {}
     for (name, level, _), response in zip(shakes, responses):
         records.setdefault((name, level), []).append(response)
-    return {key: best_linear(found, PERIOD, setup.drop) for key, found in records.items()}
+    return {key: best_linear(record, PERIOD, setup.drop) for key, record in records.items()}
 
 
 def _multisine(level: float, seed: int, setup: Setup) -> Excitation:
@@ -199,8 +199,8 @@ def _row(rig: Rig, bushing: int) -> int:
 def _backbones(approximations: Approximations, setup: Setup) -> pd.DataFrame:
     """Frequency and damping of each mode over level, paired with the rig's modes at the lowest level."""
     reference, frames = approximations["rig", setup.levels[0]].frf, []
-    for (name, level), found in approximations.items():
-        of = compare_modes(reference, found.frf, N_MODES).dropna(subset="test_hz")
+    for (name, level), bla in approximations.items():
+        of = compare_modes(reference, bla.frf, N_MODES).dropna(subset="test_hz")
         frames.append(of.assign(system=name, level_m_s2=level))
     new = {"model_hz": "frequency_hz", "model_damping": "damping", "mac": "mac_with_rig_at_lowest"}
     return pd.concat(frames, ignore_index=True)[["system", "level_m_s2", "mode", *new]].rename(columns=new)
@@ -209,10 +209,10 @@ def _backbones(approximations: Approximations, setup: Setup) -> pd.DataFrame:
 def _macs(modes: Mapping[tuple[str, float], Modes]) -> pd.DataFrame:
     """MAC of every system's modes with the rig's, and of the rig's with themselves, at each level."""
     rows = []
-    for (name, level), found in modes.items():
+    for (name, level), extracted in modes.items():
         rig = modes["rig", level]
-        for (i, j), value in np.ndenumerate(mac(rig.shape, found.shape)):
-            rows.append((level, name, i + 1, j + 1, rig.frequency[i], found.frequency[j], value))
+        for (i, j), value in np.ndenumerate(mac(rig.shape, extracted.shape)):
+            rows.append((level, name, i + 1, j + 1, rig.frequency[i], extracted.frequency[j], value))
     columns = ["level_m_s2", "system", "rig_mode", "system_mode", "rig_hz", "system_hz", "mac"]
     return pd.DataFrame(rows, columns=columns)
 
@@ -220,24 +220,24 @@ def _macs(modes: Mapping[tuple[str, float], Modes]) -> pd.DataFrame:
 def _over_frequency(approximations: Approximations, setup: Setup, rig: Rig) -> pd.DataFrame:
     """The drawn approximations and the standard deviations of their scatter at the sensors in the bushings."""
     frames = []
-    for (name, level), found in approximations.items():
+    for (name, level), bla in approximations.items():
         for i in (_row(rig, bushing) for bushing in range(len(rig.bushings)) if level in setup.shown):
             curves = {
-                "magnitude": np.abs(found.frf.functions[i]),
-                "noise_std_of_mean": np.sqrt(found.noise_variance[i, 0]),
-                "distortion_std_of_one": np.sqrt(found.distortion_variance[i, 0]),
+                "magnitude": np.abs(bla.frf.functions[i]),
+                "noise_std_of_mean": np.sqrt(bla.noise_variance[i, 0]),
+                "distortion_std_of_one": np.sqrt(bla.distortion_variance[i, 0]),
             }
-            frame = rounded(pd.DataFrame({"frequency_hz": found.frf.frequency} | curves), 6)
+            frame = rounded(pd.DataFrame({"frequency_hz": bla.frf.frequency} | curves), 6)
             for column, value in (("sensor", rig.sensors[i].node), ("level_m_s2", level), ("system", name)):
                 frame.insert(0, column, value)
             frames.append(frame)
     return pd.concat(frames, ignore_index=True)
 
 
-def _scatter(found: BestLinear, row: int) -> tuple[float, float]:
+def _scatter(bla: BestLinear, row: int) -> tuple[float, float]:
     """Noise of the mean and distortion of one realisation at a sensor, over the band, in dB of the FRF."""
-    power = np.sum(np.abs(found.frf.functions[row]) ** 2)
-    sums = np.sum(found.noise_variance[row]), np.sum(found.distortion_variance[row])
+    power = np.sum(np.abs(bla.frf.functions[row]) ** 2)
+    sums = np.sum(bla.noise_variance[row]), np.sum(bla.distortion_variance[row])
     return tuple(float(10 * np.log10(max(value, 1e-30) / power)) for value in sums)
 
 
@@ -246,9 +246,9 @@ def _hysteresis(jumps: pd.DataFrame) -> pd.DataFrame:
     keys = ["grease", "system"]
     wide = jumps.pivot(index=[*keys, "frequency_hz"], columns="direction", values="displacement_m")
     ratio = np.maximum(wide["up"] / wide["down"], wide["down"] / wide["up"]).rename("ratio").reset_index()
-    found = ratio.groupby(keys)["ratio"].max().to_frame()
-    found[["low", "high"]] = ratio[ratio["ratio"] > 1.2].groupby(keys)["frequency_hz"].agg(["min", "max"])
-    return found.reindex(pd.MultiIndex.from_frame(jumps[keys].drop_duplicates()))
+    largest_ratio = ratio.groupby(keys)["ratio"].max().to_frame()
+    largest_ratio[["low", "high"]] = ratio[ratio["ratio"] > 1.2].groupby(keys)["frequency_hz"].agg(["min", "max"])
+    return largest_ratio.reindex(pd.MultiIndex.from_frame(jumps[keys].drop_duplicates()))
 
 
 # Words and tables.
@@ -301,9 +301,9 @@ def _shapes_in_words(macs: pd.DataFrame, setup: Setup) -> str:
 
 
 def _backbones_in_words(backbones: pd.DataFrame, setup: Setup) -> str:
-    found = backbones.set_index(["system", "level_m_s2", "mode"])
-    low, high = (found.loc[("rig", level, 1)] for level in (setup.levels[0], setup.levels[-1]))
-    hz = found["frequency_hz"]
+    indexed = backbones.set_index(["system", "level_m_s2", "mode"])
+    low, high = (indexed.loc[("rig", level, 1)] for level in (setup.levels[0], setup.levels[-1]))
+    hz = indexed["frequency_hz"]
     errors = {engine: 100 * (hz[engine] / hz["rig"] - 1).abs().max() for engine in setup.engines}
     worst = ", ".join(f"{engine} {error:.2f} %" for engine, error in errors.items())
     return (
@@ -345,7 +345,7 @@ def _scatter_table(approximations: Approximations, setup: Setup, row: int) -> Ta
         Column("Distortion of one realisation", "dB", ".1f"),
     )  # fmt: skip
     ends = setup.levels[0], setup.levels[-1]
-    rows = [(*key, *_scatter(found, row)) for key, found in approximations.items() if key[1] in ends]
+    rows = [(*key, *_scatter(bla, row)) for key, bla in approximations.items() if key[1] in ends]
     return to_table("scatter", "Scatter of the FRF in bushing 2 over the band, relative to the FRF", columns, rows)
 
 

@@ -74,15 +74,15 @@ def draw_backbones(rows: pd.DataFrame) -> Figure:
     figure, modes = sheet(4.4), sorted(rows["mode"].unique())
     axes = figure.subplots(2, len(modes), sharex=True, squeeze=False)
     for i, mode in enumerate(modes):
-        for name, found in rows[rows["mode"] == mode].groupby("system", sort=False):
+        for name, of_system in rows[rows["mode"] == mode].groupby("system", sort=False):
             style = {"marker": MARKERS[name], "ms": 3.5} | LOOKS[name]
-            axes[0, i].semilogx(found["level_m_s2"], found["frequency_hz"], **style)
-            axes[1, i].semilogx(found["level_m_s2"], 100 * found["damping"], **style)
+            axes[0, i].semilogx(of_system["level_m_s2"], of_system["frequency_hz"], **style)
+            axes[1, i].semilogx(of_system["level_m_s2"], 100 * of_system["damping"], **style)
         panel(axes[0, i], f"({chr(97 + i)}) mode {mode}", "", "Natural frequency (Hz)")
         letter = chr(97 + i + len(modes))
         panel(axes[1, i], f"({letter}) mode {mode}", "Level (m/s² RMS)", "Damping ratio (%)")
         axes[1, i].set_ylim(bottom=0)
-        _level_ticks(axes[1, i], found["level_m_s2"].tolist())
+        _level_ticks(axes[1, i], of_system["level_m_s2"].tolist())
     _legend(figure, rows["system"].unique())
     return figure
 
@@ -98,9 +98,9 @@ def draw_harmonics(rows: pd.DataFrame, gap: float) -> Figure:
     figure, orders = sheet(2.8), sorted(rows["harmonic"].unique())
     axes = figure.subplots(1, len(orders), sharex=True, sharey=True)
     for order, ax in zip(orders, axes):
-        for name, found in rows[rows["harmonic"] == order].groupby("system", sort=False):
+        for name, of_system in rows[rows["harmonic"] == order].groupby("system", sort=False):
             style = {"marker": MARKERS[name], "ms": 3} | LOOKS[name]
-            ax.loglog(found["amplitude_m_s2"], 1e3 * found["displacement_m"], **style)
+            ax.loglog(of_system["amplitude_m_s2"], 1e3 * of_system["displacement_m"], **style)
         ax.axhline(1e3 * gap, color=GREY, lw=0.7)
         label = "Motion in bushing 2 (mm)" if order == 1 else ""
         panel(ax, f"({chr(96 + order)}) harmonic {order}", "Amplitude (m/s²)", label)
@@ -119,8 +119,8 @@ def draw_jumps(rows: pd.DataFrame) -> Figure:
         for j, name in enumerate(names):
             ax = axes[i, j]
             for direction, style in (("up", {"color": BLUE, "marker": "o"}), ("down", OPEN)):
-                found = of_state[(of_state["system"] == name) & (of_state["direction"] == direction)]
-                ax.plot(found["frequency_hz"], 1e3 * found["displacement_m"], ms=3.5, lw=1, label=direction, **style)
+                branch = of_state[(of_state["system"] == name) & (of_state["direction"] == direction)]
+                ax.plot(branch["frequency_hz"], 1e3 * branch["displacement_m"], ms=3.5, lw=1, label=direction, **style)
             letter = chr(97 + i * len(names) + j)
             panel(ax, f"({letter}) {name}", "Frequency (Hz)", f"Motion, grease {state} (mm)" if j == 0 else "")
         axes[i, 0].set_ylim(0, 1.08e3 * of_state["displacement_m"].max())
@@ -135,8 +135,8 @@ def draw_best_linear(approximations: Mapping, levels: Sequence[float], row: int,
     axes = figure.subplots(len(names), len(levels), sharex=True, sharey=True, squeeze=False)
     for i, name in enumerate(names):
         for j, level in enumerate(levels):
-            ax, found = axes[i, j], approximations[name, level]
-            _bands(ax, found, row, LOOKS[name]["color"])
+            ax, bla = axes[i, j], approximations[name, level]
+            _bands(ax, bla, row, LOOKS[name]["color"])
             if name != "rig":
                 rig = approximations["rig", level].frf
                 ax.plot(rig.frequency, _decibel(rig.functions[row]), color=BLACK, lw=0.8, alpha=0.6)
@@ -157,10 +157,10 @@ def draw_best_linear(approximations: Mapping, levels: Sequence[float], row: int,
     return figure
 
 
-def _bands(ax, found, row, colour):
+def _bands(ax, bla, row, colour):
     """Magnitude with its bands, and their levels by themselves."""
-    hz, size = found.frf.frequency, np.abs(found.frf.functions[row])
-    noise, distortion = (np.sqrt(_smooth(v[row, 0])) for v in (found.noise_variance, found.distortion_variance))
+    hz, size = bla.frf.frequency, np.abs(bla.frf.functions[row])
+    noise, distortion = (np.sqrt(_smooth(v[row, 0])) for v in (bla.noise_variance, bla.distortion_variance))
     for spread, alpha in ((distortion, 0.3), (noise, 0.7)):
         low, high = (_decibel(np.maximum(size + s * spread, 0.05 * size)) for s in (-1, 1))
         ax.fill_between(hz, low, high, color=colour, alpha=alpha, lw=0)

@@ -76,14 +76,14 @@ def cases(study: Study, level: float) -> list[StudyCase]:
     return [*study.simulated(records=[first]), repeat]
 
 
-def main_cases(found: list[StudyCase]) -> list[StudyCase]:
+def main_cases(all_cases: list[StudyCase]) -> list[StudyCase]:
     """Return the cases of the main engine, which is the first, one for each law, without the repeat."""
-    return [case for case in found if case.engine == found[0].engine]
+    return [case for case in all_cases if case.engine == all_cases[0].engine]
 
 
-def rows_of(found: list[StudyCase], table: str) -> pd.DataFrame:
+def rows_of(all_cases: list[StudyCase], table: str) -> pd.DataFrame:
     """Return ``per_mode`` or ``per_sensor`` of the cases' comparisons in one frame, with law and engine in front."""
-    frames = [getattr(case.comparison, table).assign(law=case.law, engine=case.engine) for case in found]
+    frames = [getattr(case.comparison, table).assign(law=case.law, engine=case.engine) for case in all_cases]
     return pd.concat(frames, ignore_index=True)
 
 

@@ -85,18 +85,18 @@ def prior_information(names: Sequence[str] = COMPARED) -> dict[str, str]:
 
 def histories_of(item: Item, runs: Runs, speed: float, controllers: Sequence[str], quantities: Sequence[str]) -> Result:
     """Draw quantities over time of some controllers at a speed in km/h."""
-    found = {(o.case.controller, o.case.regime): o for o in runs(comparison(speeds=(speed,)))}
+    by_case = {(o.case.controller, o.case.regime): o for o in runs(comparison(speeds=(speed,)))}
     drawings, data = [], {}
     for regime in REGIMES:
-        outcomes = [found[name, regime] for name in controllers]
+        outcomes = [by_case[name, regime] for name in controllers]
         drawing = histories(outcomes, f"{item.name}_{regime}", quantities)
         caption = f"{regime.capitalize()}-driven; bottom panel: side of the clearance in contact."
         drawings.append(replace(drawing, caption=caption))
         data[f"{item.name}_{regime}"] = _over_time(outcomes, quantities)
-    data[f"{item.name}_metrics"] = pd.DataFrame(o.row() for o in found.values())
+    data[f"{item.name}_metrics"] = pd.DataFrame(o.row() for o in by_case.values())
     return Result(
         method=f"{setting(speed)} {regimes()} Nominal vehicle, seed 0.",
-        shows=_peaks_in_words(found, controllers, quantities), drawings=drawings, data=data,
+        shows=_peaks_in_words(by_case, controllers, quantities), drawings=drawings, data=data,
         prior_information=prior_information(),
     )  # fmt: skip
 
@@ -108,13 +108,13 @@ def _over_time(outcomes: Sequence[Outcome], quantities: Sequence[str]) -> pd.Dat
     return rounded(pd.DataFrame(columns), 7)
 
 
-def _peaks_in_words(found: Mapping, controllers: Sequence[str], quantities: Sequence[str]) -> str:
+def _peaks_in_words(by_case: Mapping, controllers: Sequence[str], quantities: Sequence[str]) -> str:
     words = []
     for regime in REGIMES:
         for q in quantities:
             metric = METRICS[f"peak_{q}"]
             peaks = (
-                f"{CONTROLLERS[c].label} {metric.scale * found[c, regime].run.metrics()[f'peak_{q}']:{metric.form}}"
+                f"{CONTROLLERS[c].label} {metric.scale * by_case[c, regime].run.metrics()[f'peak_{q}']:{metric.form}}"
                 for c in controllers
             )
             words.append(f"{metric.label} ({metric.unit}, {regime}-driven): {', '.join(peaks)}.")
@@ -169,8 +169,8 @@ def seeds_table(rows: pd.DataFrame, name: str) -> Table:
             cells = [regime, CONTROLLERS[controller].label]
             for metric in SHOWN:
                 q = METRICS[metric]
-                found = median(q.scale * over_seeds(rows, controller, regime, metric))
-                cells += [found.value, f"{found.low:{q.form}} to {found.high:{q.form}}"]
+                interval = median(q.scale * over_seeds(rows, controller, regime, metric))
+                cells += [interval.value, f"{interval.low:{q.form}} to {interval.high:{q.form}}"]
             body.append(cells)
     n = rows["seed"].nunique()
     return to_table(name, f"Medians over {n} vehicles and noises, with 95 % intervals", columns, body)
@@ -191,8 +191,8 @@ def _beside(rows: pd.DataFrame, printed: pd.DataFrame, metrics: Mapping[str, str
         body.append((label, "article", *values, *below))
         for regime in REGIMES:
             ours = [q.scale * float(np.median(over_seeds(rows, n, regime, metric))) for n in names]
-            found = [median(reduction(rows, "smc-cm", n, regime, metric)) for n in others]
-            body.append((label, f"ours, {regime}-driven", *ours, *(Interval(*m) for m in found)))
+            intervals = [median(reduction(rows, "smc-cm", n, regime, metric)) for n in others]
+            body.append((label, f"ours, {regime}-driven", *ours, *(Interval(*m) for m in intervals)))
     caption = "The article's numbers and ours: medians over seeds, reductions with 95 % intervals"
     return to_table("beside", caption, columns, body)
 

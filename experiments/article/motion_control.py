@@ -34,7 +34,7 @@ def run(item: Item, study: Study, runs: Runs, quick: bool) -> Result:
     sweeps = {
         "gap": _sweep(runs, CONTROLLERS_SWEPT, "half_gap", [float(np.radians(gap)) for gap in GAPS[::-step]]),
         "assumed_gap": _sweep(
-            runs, ("smc-cm", "mpc-cm"), "assumed_gap", [share * GAP for share in ASSUMED[:: step // 2 or 1]],
+            runs, ("smc-cm", "mpc-cm"), "assumed_gap", [fraction * GAP for fraction in ASSUMED[:: step // 2 or 1]],
             range(1 if quick else NOISES),
         ),
         "preview": _sweep(runs, CONTROLLERS_SWEPT, "preview", PREVIEWS[::step]),
@@ -90,10 +90,10 @@ def _laws(study: Study) -> dict[str, float]:
 def _identified(runs: Runs, study: Study) -> pd.DataFrame:
     laws = _laws(study)
     *_, true = laws.values()
-    assumed = {"": ("smc", 1.0)} | {name: ("smc-cm", share) for name, share in laws.items()}
+    assumed = {"": ("smc", 1.0)} | {name: ("smc-cm", fraction) for name, fraction in laws.items()}
     frames = []
-    for name, (controller, share) in assumed.items():
-        cases = comparison((controller,), stiffness=true, assumed_stiffness=share)
+    for name, (controller, fraction) in assumed.items():
+        cases = comparison((controller,), stiffness=true, assumed_stiffness=fraction)
         frames.append(pd.DataFrame(outcome.row() for outcome in runs(cases)).assign(law=name))
     return pd.concat(frames, ignore_index=True)
 
@@ -123,8 +123,8 @@ def _assumed_table(rows: pd.DataFrame) -> Table:
     columns = [Column("Speed", "km/h", "g"), Column("Regime"), Column("Controller")]
     columns += [Column(f"{ratio:g}", "mm", ".1f") for ratio in ratios]
     body = []
-    for (speed, regime, controller), found in rows.groupby(["speed", "regime", "controller"], sort=False):
-        peaks = 1e3 * found.groupby("assumed")["peak_e_y"].median()
+    for (speed, regime, controller), of_controller in rows.groupby(["speed", "regime", "controller"], sort=False):
+        peaks = 1e3 * of_controller.groupby("assumed")["peak_e_y"].median()
         body.append((speed, regime, CONTROLLERS[controller].label, *peaks))
     caption = f"Peak e_y by the assumed over the true gap; medians over noises ({rows['seed'].nunique()})"
     return to_table("assumed_gap", caption, columns, body)
@@ -142,9 +142,9 @@ def _identified_table(rows: pd.DataFrame) -> Table:
     columns = [Column("Controller"), Column("Assumed law"), Column("Stiffness over datasheet", "", ".2f")]
     columns += [Column(f"{speed:g} km/h, {regime}", q.unit, q.form) for speed, regime in runs]
     body = []
-    for (controller, law), found in rows.groupby(["controller", "law"], sort=False):
-        peaks = found.set_index(["speed", "regime"])["peak_e_y"]
-        assumed = found["assumed_stiffness"].iloc[0] if law else None
+    for (controller, law), of_law in rows.groupby(["controller", "law"], sort=False):
+        peaks = of_law.set_index(["speed", "regime"])["peak_e_y"]
+        assumed = of_law["assumed_stiffness"].iloc[0] if law else None
         cells = (q.scale * peaks[run] for run in runs)
         body.append((CONTROLLERS[controller].label, name_of(law) if law else "none", assumed, *cells))
     return to_table("identified", "Peak e_y with identified laws as the clearance model", columns, body)

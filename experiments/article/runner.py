@@ -110,10 +110,10 @@ def _write_index(out: Path, dataset: Path, quick: bool, digests: Mapping[str, st
 def _digests(dataset: Path, quick: bool) -> dict[str, str]:
     """Of all that each item is computed from: package, libraries, these sources, the article's tables, the records."""
     sources = [*SOURCES.rglob("*.py"), SOURCES / "texts.toml", *FOLDER.glob("*.csv")]
-    own, records = (
+    data, records = (
         sorted((file.name, sha256(file)) for file in files if file.is_file()) for files in (sources, dataset.glob("*"))
     )
     return {
-        item.name: digest(code(()), item.name, quick, own, records if {"rig", "study"} & set(item.needs) else [])
+        item.name: digest(code(()), item.name, quick, data, records if {"rig", "study"} & set(item.needs) else [])
         for item in ITEMS.values()
     }

@@ -33,9 +33,9 @@ def run(item: Item, rig: Rig, sensors: int = 8, count: int = 24, modes=(1, 2, 3,
         "exchange, one in each bushing": _with_bushings(rig, x, at_bushings, sensors, modes).position,
         "rig file": np.array([s.position for s in rig.sensors]),
     }
-    found = {name: evaluate(judge, np.searchsorted(every, position)) for name, position in layouts.items()}
-    rows = pd.DataFrame(_row(name, layout, found[BEST], len(modes)) for name, layout in found.items())
-    ours = replace(draw(rig, places, found[OURS], modes), name=item.name)
+    judged = {name: evaluate(judge, np.searchsorted(every, position)) for name, position in layouts.items()}
+    rows = pd.DataFrame(_row(name, layout, judged[BEST], len(modes)) for name, layout in judged.items())
+    ours = replace(draw(rig, places, judged[OURS], modes), name=item.name)
     return Result(
         method=(
             f"{count} candidates, evenly spaced outside the bushings, modes {', '.join(map(str, modes))} in the gap, "
@@ -44,15 +44,15 @@ def run(item: Item, rig: Rig, sensors: int = 8, count: int = 24, modes=(1, 2, 3,
             "adds one after the other, exchange improves both by single exchanges; all layouts are tried as well. "
             "Every layout is judged by the same information, without disturbing modes."
         ),
-        shows=_shows(rows, found),
-        drawings=(ours, _draw_layouts(rig, rows, found)),
+        shows=_shows(rows, judged),
+        drawings=(ours, _draw_layouts(rig, rows, judged)),
         data={
             item.name: pd.concat(
-                [layout.table.assign(layout=name).set_index("layout").reset_index() for name, layout in found.items()]
+                [layout.table.assign(layout=name).set_index("layout").reset_index() for name, layout in judged.items()]
             ),
             f"{item.name}_layouts": rows,
         },
-        tables=(_layout_table(rows), _sensor_table(found[OURS])),
+        tables=(_layout_table(rows), _sensor_table(judged[OURS])),
     )
 
 
@@ -63,22 +63,22 @@ def _with_bushings(rig, x, at_bushings, sensors, modes) -> Placement:
 
 
 def _row(name, layout, best, modes) -> dict:
-    share = layout.determinant / best.determinant
+    ratio = layout.determinant / best.determinant
     return {
-        "layout": name, "positions_m": " ".join(f"{x:.4f}" for x in layout.position), "determinant_over_best": share,
-        "efficiency": share ** (1 / modes), "trace": layout.trace, "condition": layout.condition,
+        "layout": name, "positions_m": " ".join(f"{x:.4f}" for x in layout.position), "determinant_over_best": ratio,
+        "efficiency": ratio ** (1 / modes), "trace": layout.trace, "condition": layout.condition,
         "worst_mac": layout.worst_mac, "worst_growth": float(layout.std_growth.max()),
     }  # fmt: skip
 
 
-def _shows(rows, found) -> str:
-    share = 100 * rows.set_index("layout")["determinant_over_best"]
-    ours, own = found[OURS], found["rig file"]
+def _shows(rows, judged) -> str:
+    percent = 100 * rows.set_index("layout")["determinant_over_best"]
+    ours, drawn = judged[OURS], judged["rig file"]
     most, least = int(np.argmax(ours.contribution)), int(np.argmin(ours.contribution))
     return (
         f"The sensor at {ours.position[most]:.3f} m contributes most, the one at {ours.position[least]:.3f} m least. "
-        f"The layout of the rig file has {share['rig file']:.0f} % of the best determinant; in it the sensor at "
-        f"{own.position[np.argmax(own.contribution)]:.4g} m contributes most."
+        f"The layout of the rig file has {percent['rig file']:.0f} % of the best determinant; in it the sensor at "
+        f"{drawn.position[np.argmax(drawn.contribution)]:.4g} m contributes most."
     )
 
 
@@ -101,19 +101,19 @@ def _sensor_table(layout) -> Table:
     return to_table("sensors", caption, columns, layout.table)
 
 
-def _draw_layouts(rig, rows, found) -> Drawing:
+def _draw_layouts(rig, rows, judged) -> Drawing:
     figure = sheet(3.2)
     shaft, bars = figure.subplots(1, 2, sharey=True, width_ratios=(1.6, 1))
     for bushing in rig.bushings:
         shaft.axvspan(*bushing.ends, color=GREY, alpha=0.4, lw=0)
     lines = np.arange(len(rows))[::-1]
-    for line, layout in zip(lines, found.values()):
+    for line, layout in zip(lines, judged.values()):
         shaft.plot([0, rig.beam.length], [line] * 2, color=GREY, lw=0.6)
         shaft.scatter(layout.position, np.full(layout.position.size, line), 200 * layout.contribution**2, color=BLUE)
     shares = rows["determinant_over_best"]
     bars.barh(lines, shares, 0.55, color=BLUE)
-    for line, share in zip(lines, shares):
-        bars.text(share + 0.02, line, f"{share:.3f}", va="center", fontsize=7, color=BLACK)
+    for line, ratio in zip(lines, shares):
+        bars.text(ratio + 0.02, line, f"{ratio:.3f}", va="center", fontsize=7, color=BLACK)
     panel(shaft, "sensors; area: contribution squared", "Distance from the clamp (m)")
     panel(bars, "determinant", "Determinant over the best (1)")
     shaft.set_yticks(lines, rows["layout"], fontsize=7)

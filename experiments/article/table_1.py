@@ -45,14 +45,14 @@ def run(item: Item, study: Study, levels: Sequence[float] | None = None) -> Resu
 def _published() -> pd.DataFrame:
     modes, frames = Printed.load(1).numbers, []
     for kind in MODELS:
-        found = modes[["test_hz", f"{kind}_hz", f"{kind}_re_pct", f"{kind}_mac"]].set_axis(COLUMNS[4:], axis=1)
-        frames.append(found.assign(law=f"article {kind}", engine="", mode=modes.index.astype(int)))
+        of_kind = modes[["test_hz", f"{kind}_hz", f"{kind}_re_pct", f"{kind}_mac"]].set_axis(COLUMNS[4:], axis=1)
+        frames.append(of_kind.assign(law=f"article {kind}", engine="", mode=modes.index.astype(int)))
     return pd.concat(frames, ignore_index=True).reindex(columns=COLUMNS)
 
 
 def _rows(study: Study, level: float) -> pd.DataFrame:
-    found = rows_of(cases(study, level), "per_mode")
-    return found.assign(level=level, relative_error_percent=100 * found["relative_error"])[COLUMNS]
+    rows = rows_of(cases(study, level), "per_mode")
+    return rows.assign(level=level, relative_error_percent=100 * rows["relative_error"])[COLUMNS]
 
 
 def _shows(study: Study, rows: pd.DataFrame, published: pd.DataFrame) -> str:
@@ -75,12 +75,12 @@ def _draw(study: Study, rows: pd.DataFrame) -> Figure:
     figure = sheet(3.0)
     left, right = figure.subplots(1, 2)
     models = list(rows[rows["engine"].isin(("", study.engines[0]))].groupby("law", sort=False))
-    for i, (law, found) in enumerate(models):
-        found = found[found["engine"].isin(("", study.engines[0]))]
-        abscissa = found["mode"] + 0.09 * (i - (len(models) - 1) / 2)
+    for i, (law, of_law) in enumerate(models):
+        of_law = of_law[of_law["engine"].isin(("", study.engines[0]))]
+        abscissa = of_law["mode"] + 0.09 * (i - (len(models) - 1) / 2)
         style = {"ls": "none", "ms": 5, "label": name_of(law)} | look(law)
-        left.semilogy(abscissa, found["relative_error_percent"], **style)
-        right.semilogy(abscissa, 1 - found["mac"], **style)
+        left.semilogy(abscissa, of_law["relative_error_percent"], **style)
+        right.semilogy(abscissa, 1 - of_law["mac"], **style)
     for ax, title, label in ((left, "(a)", "Relative error of frequency (%)"), (right, "(b)", "1 - MAC (1)")):
         panel(ax, title, "Mode (number)", label)
         ax.set_xticks(np.unique(rows["mode"]))
@@ -95,8 +95,8 @@ def _table(rows: pd.DataFrame) -> Table:
         *(Column(f"MAC {mode}", "", ".5f") for mode in modes),
     )  # fmt: skip
     shown = [
-        (name_of(law), engine, *(value for name in values for value in found.set_index("mode")[name].reindex(modes)))
-        for (law, engine), found in rows.groupby(["law", "engine"], sort=False)
+        (name_of(law), engine, *(value for name in values for value in of_case.set_index("mode")[name].reindex(modes)))
+        for (law, engine), of_case in rows.groupby(["law", "engine"], sort=False)
     ]
     caption = "Relative error of the natural frequency and MAC of each mode: published and ours"
     return to_table("modes", caption, columns, shown)

@@ -47,16 +47,16 @@ def run(item: Item, study: Study, levels: Sequence[float] | None = None) -> Resu
 def _published() -> pd.DataFrame:
     sensors, frames = Printed.load(2).numbers, []
     for kind in MODELS:
-        found = sensors[[f"{kind}_{key.removesuffix('_db')}" for key in KEYS]].set_axis(KEYS, axis=1)
-        frames.append(found.assign(law=f"article {kind}", engine="", sensor=sensors.index))
+        of_kind = sensors[[f"{kind}_{key.removesuffix('_db')}" for key in KEYS]].set_axis(KEYS, axis=1)
+        frames.append(of_kind.assign(law=f"article {kind}", engine="", sensor=sensors.index))
     return pd.concat(frames, ignore_index=True).reindex(columns=COLUMNS)
 
 
 def _rows(study: Study, level: float) -> pd.DataFrame:
-    found = rows_of(cases(study, level), "per_sensor")
-    found["sensor"] = [s.node for s in study.dataset.rig.sensors] * (len(found) // len(study.dataset.rig.sensors))
+    rows = rows_of(cases(study, level), "per_sensor")
+    rows["sensor"] = [s.node for s in study.dataset.rig.sensors] * (len(rows) // len(study.dataset.rig.sensors))
     frames = []
-    for (law, engine), of_case in found.groupby(["law", "engine"], sort=False):
+    for (law, engine), of_case in rows.groupby(["law", "engine"], sort=False):
         means = pd.DataFrame([of_case[KEYS].mean().to_dict() | {"law": law, "engine": engine, "sensor": "mean"}])
         frames.append(pd.concat([of_case.astype({"sensor": str}), means]).assign(level=level))
     return pd.concat(frames)[COLUMNS]
@@ -79,10 +79,10 @@ def _draw(study: Study, rows: pd.DataFrame) -> Figure:
     axes = figure.subplots(2, 3).ravel()
     shown = rows[rows["engine"].isin(("", study.engines[0], "rig")) & (rows["sensor"] != "mean")]
     for ax, letter, measure in zip(axes, "abcde", MEASURES):
-        for law, found in shown.groupby("law", sort=False):
+        for law, of_law in shown.groupby("law", sort=False):
             style = {"ls": "-", "lw": 0.7, "ms": 4, "label": name_of(law)} | look(law)
-            values = found[measure.key] if measure.perfect == 0 else 1 - found[measure.key]
-            ax.semilogy(found["sensor"].astype(int), values, **style)
+            values = of_law[measure.key] if measure.perfect == 0 else 1 - of_law[measure.key]
+            ax.semilogy(of_law["sensor"].astype(int), values, **style)
         label = measure.label if measure.perfect == 0 else f"1 - {measure.label}"
         panel(ax, f"({letter})", "Sensor (number)", f"{label} ({measure.unit or '1'})")
         ax.set_xticks(range(1, len(study.dataset.rig.sensors) + 1))

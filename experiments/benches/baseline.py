@@ -34,9 +34,9 @@ def judge(folder: Path, methods: Sequence[str]) -> pd.DataFrame:
         seconds[method] = round(time.perf_counter() - start, 1)
     rows = pd.DataFrame(study.rows())[["level", "law", "rmse_db", "frac"]]
     repeat = rows[rows["law"] == "repeat"].drop(columns="law")
-    found = rows[rows["law"] != "repeat"].merge(repeat, on="level", suffixes=("", "_of_repeat"))
-    found = found.rename(columns={"rmse_db_of_repeat": "repeat_rmse_db", "frac_of_repeat": "repeat_frac"})
-    return found.assign(bench=folder.name, seconds=found["law"].map(seconds))[list(COLUMNS)]
+    judged = rows[rows["law"] != "repeat"].merge(repeat, on="level", suffixes=("", "_of_repeat"))
+    judged = judged.rename(columns={"rmse_db_of_repeat": "repeat_rmse_db", "frac_of_repeat": "repeat_frac"})
+    return judged.assign(bench=folder.name, seconds=judged["law"].map(seconds))[list(COLUMNS)]
 
 
 def markdown(rows: pd.DataFrame) -> str:

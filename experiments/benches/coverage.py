@@ -62,10 +62,10 @@ def _frequencies(rig: Rig, truth: dict) -> Iterator[dict]:
         yield {"what": f"frequency {i + 1}", "value": value, "truth": exact}
 
 
-def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict]:
+def _frfs(fit: BenchFit, dataset: Dataset) -> Iterator[dict]:
     """Of each level's first record: ``value`` is the RMSE in dB, ``truth`` that of the repeat, ``held`` a share."""
     for level, first, second in repeats(dataset):
-        band = frf_band(found.model, first.excitation(), found.draw(DRAWN), resolution=RESOLUTION, misfit=found.misfit)
+        band = frf_band(fit.model, first.excitation(), fit.draw(DRAWN), resolution=RESOLUTION, misfit=fit.misfit)
         band = replace(band, confidence=CONFIDENCE)
         test, repeat = (estimate_frf(r.response(), resolution=RESOLUTION) for r in (first, second))
         held = inside(band.limits, test)

@@ -46,14 +46,14 @@ def main(out: Path = Path("results/benches"), first: int = FIRST, count: int = C
         spent, best = time.perf_counter() - start, [of_one[0] for of_one in families]
         truth = WORDS.get(contact, contact), WORDS.get(grease, grease)
         for likeliest, of_one, *errors in zip(best, families, *_missed(best, folder)):
-            own = next((f for f in of_one if (f.contact, f.grease) == truth), None)
+            true_family = next((f for f in of_one if (f.contact, f.grease) == truth), None)
             names = likeliest.contact, likeliest.grease
             right.append([names[0] == truth[0], names[1] == truth[1]])
             shown = " / ".join(f if r else f"**{f}**" for f, r in zip(names, right[-1]))
             row = [
                 f"{name}{' ~' * wrong}, {likeliest.bushing + 1}", shown, f"{likeliest.weight:.2f}",
-                f"{own.weight:.2f}" if own else "not tried", f"{likeliest.held_out:.3f}",
-                f"{own.held_out:.3f}" if own else "", *errors, f"{spent:.0f}",
+                f"{true_family.weight:.2f}" if true_family else "not tried", f"{likeliest.held_out:.3f}",
+                f"{true_family.held_out:.3f}" if true_family else "", *errors, f"{spent:.0f}",
             ]  # fmt: skip
             print(f"| {' | '.join(row)} |", flush=True)
     contacts, greases = np.sum(right, axis=0)
@@ -64,8 +64,8 @@ def _missed(best: Sequence[FamilyFit], folder: Path) -> tuple[list[str], list[st
     """Errors of the gaps and offsets of all bushings."""
     truth = tomllib.loads((folder / "truth.toml").read_text(encoding="utf-8"))["bushings"]
     pairs = [(family.fit.bushing, real) for family, real in zip(best, truth)]
-    gaps = [f"{100 * (found.gap / real['gap'] - 1):+.1f}" for found, real in pairs]
-    offsets = [f"{1e6 * (found.offset - real['offset']):+.1f}" for found, real in pairs]
+    gaps = [f"{100 * (fitted.gap / real['gap'] - 1):+.1f}" for fitted, real in pairs]
+    offsets = [f"{1e6 * (fitted.offset - real['offset']):+.1f}" for fitted, real in pairs]
     return gaps, offsets
 
 

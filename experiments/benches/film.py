@@ -39,9 +39,9 @@ def grid(eccentricity: float, width: float, grooves: tuple[float, ...] = (), gro
     between = (1 - eccentricity * np.cos(angle + step / 2)) ** 3
     ring = scipy.sparse.diags_array(between) @ (scipy.sparse.eye_array(AROUND).tocsr()[np.roll(range(AROUND), -1)])
     around = (ring + ring.T - scipy.sparse.diags_array(between + np.roll(between, 1))) / step**2
-    diagonal, beside = np.full(ALONG, -2.0), np.ones(ALONG - 1)
+    diagonal, neighbours = np.full(ALONG, -2.0), np.ones(ALONG - 1)
     diagonal[[0, -1]] = -1.0, -3.0  # the middle is a line of symmetry; the edge is half a cell away
-    along = scipy.sparse.diags_array((diagonal, beside, beside), offsets=(0, 1, -1)) / (width * across) ** 2
+    along = scipy.sparse.diags_array((diagonal, neighbours, neighbours), offsets=(0, 1, -1)) / (width * across) ** 2
     full = scipy.sparse.kron(around, scipy.sparse.eye_array(ALONG))
     full += scipy.sparse.kron(scipy.sparse.diags_array(cube), along)
     apart = np.abs((angle[:, None] - np.array(grooves) + np.pi) % (2 * np.pi) - np.pi)
@@ -51,19 +51,19 @@ def grid(eccentricity: float, width: float, grooves: tuple[float, ...] = (), gro
 def pressure(on: Grid, psi: float, cavitated: bool = True) -> np.ndarray:
     """Return P (AROUND, ALONG) of one half of the bearing; without cavitation it may be negative."""
     wedge = np.repeat(np.sin(on.angle - psi), ALONG)
-    held, found = ~on.open, np.zeros(wedge.size)
+    held, solution = ~on.open, np.zeros(wedge.size)
     for _ in range(MAX_ITERATIONS):
         free = np.flatnonzero(~held)
-        found = np.zeros(wedge.size)
-        found[free] = scipy.sparse.linalg.spsolve(on.operator[free][:, free].tocsc(), wedge[free])
+        solution = np.zeros(wedge.size)
+        solution[free] = scipy.sparse.linalg.spsolve(on.operator[free][:, free].tocsc(), wedge[free])
         if not cavitated:
             break
         # A cell is held where P would be negative, and let go where the film would push against its being held.
-        following = ~on.open | np.where(held, on.operator @ found <= wedge, found < 0)
+        following = ~on.open | np.where(held, on.operator @ solution <= wedge, solution < 0)
         if np.array_equal(following, held):
             break
         held = following
-    return found.reshape(AROUND, ALONG)
+    return solution.reshape(AROUND, ALONG)
 
 
 def force(on: Grid, psi: float, cavitated: bool = True) -> tuple[float, float]:

@@ -42,19 +42,19 @@ def drawn_bench(seed: int) -> Bench:
 
 def measured(bench: Bench, names: Sequence[str] = ("ramp", "level_1_a")) -> dict[str, list[Channel]]:
     """Return the channels of some of a bench's short records, the base first, then accelerometers, then probes."""
-    found = {}
+    values = {}
     for i, (name, _, base, _, _) in enumerate(plans(bench, short=True)):
         if name in names:
             rng = np.random.default_rng((bench.seed, STREAM, i))
             labels = (bench.rig.shaker.label("base"), *bench.rig.sensor_labels, *bench.rig.probe_labels)
-            found[name] = [
+            values[name] = [
                 replace(
                     c, name=c.name.partition(",")[0], node=int(label.partition(":")[0]),
                     direction=label.partition(":")[2],
                 )
                 for c, label in zip(measure_channels(bench, base.value, rng), labels)
             ]  # fmt: skip
-    return found
+    return values
 
 
 def as_logged(

@@ -291,16 +291,16 @@ def said(dataset: Dataset) -> list[str]:
             words = (*map(str, update.structure.accepted), *diagnosis.words)
         except ClearanceError as error:
             return [f"refused: {error}"]
-    found = [str(w.message) for w in caught if isinstance(w.message, IdentifiabilityWarning)]
-    return [*dict.fromkeys([*found, *words])]
+    warned = [str(w.message) for w in caught if isinstance(w.message, IdentifiabilityWarning)]
+    return [*dict.fromkeys([*warned, *words])]
 
 
 def predicted(dataset: Dataset, validate: Sequence[Record]) -> float:
     """Return by how many dB FRFs are missed that rig and law identified from a dataset predict, RMS over records."""
-    found = fit_bench(dataset)
+    fit = fit_bench(dataset)
     missed = []
     for record in validate:
-        model = simulate(found.rig, record.excitation(), found.law, "modal")
+        model = simulate(fit.rig, record.excitation(), fit.law, "modal")
         frfs = [estimate_frf(response, resolution=0.5) for response in (record.response(), model)]
         low, high = record.band or (5.0, 220.0)
         test, ours = (f.value[:, 0, (f.frequency >= low) & (f.frequency <= high)] for f in frfs)

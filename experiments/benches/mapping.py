@@ -34,18 +34,18 @@ def map_drawn_bench(seed: int) -> Mapped:
     """Map the channels of one drawn bench."""
     bench = drawn_bench(seed)
     logged, truth = as_logged([*measured(bench).values()], seed)
-    found = map_channels(logged, bench.rig).channels
-    asked = tuple(name for name in truth if found[name] == UNDECIDED)
-    wrong = tuple(name for name, what in truth.items() if found[name] not in (what, UNDECIDED))
+    channels = map_channels(logged, bench.rig).channels
+    asked = tuple(name for name in truth if channels[name] == UNDECIDED)
+    wrong = tuple(name for name, what in truth.items() if channels[name] not in (what, UNDECIDED))
     return Mapped(seed, len(truth), wrong, asked)
 
 
-def rows(found: Sequence[Mapped]) -> Iterator[tuple[str, ...]]:
+def rows(mapped: Sequence[Mapped]) -> Iterator[tuple[str, ...]]:
     """Return the table's head and its row."""
-    channels = sum(one.channels for one in found)
+    channels = sum(one.channels for one in mapped)
     yield "benches", "channels", "mapped wrongly without a question", "benches without any question"
-    free, wrong = sum(not one.asked for one in found), sum(len(one.wrong) for one in found)
-    yield str(len(found)), str(channels), str(wrong), f"{free} ({100 * free / len(found):.0f} %)"
+    free, wrong = sum(not one.asked for one in mapped), sum(len(one.wrong) for one in mapped)
+    yield str(len(mapped)), str(channels), str(wrong), f"{free} ({100 * free / len(mapped):.0f} %)"
 
 
 def main(benches: int = 60, first: int = 1, page: Path | None = None) -> None:

@@ -65,7 +65,7 @@ def scheme(bench: Bench, step: float) -> Scheme:
 
     def rows(positions: Sequence[float], curved: bool = False) -> np.ndarray:
         of_housings = np.zeros((len(positions), len(structure.housings)))
-        return np.hstack([*(share * modes.at(positions, curved) for modes, share in planes), of_housings])
+        return np.hstack([*(cosine * modes.at(positions, curved) for modes, cosine in planes), of_housings])
 
     shaft, held = rows([*middles, *ends.ravel()]), structure.housings
     sensors, read = bench.rig.sensors[: len(accelerometers)], rows(accelerometers)
@@ -79,13 +79,13 @@ def scheme(bench: Bench, step: float) -> Scheme:
             watched[j, count + j] = -unit
     omega = np.concatenate([*(m.omega for m, _ in planes), [2 * np.pi * h.frequency for h in held]])
     ratios = np.concatenate([*(m.damping for m, _ in planes), [h.ratio for h in held]])
-    along = np.concatenate([*(share * m.participation for m, share in planes), [np.sqrt(h.mass) for h in held]])
+    along = np.concatenate([*(cosine * m.participation for m, cosine in planes), [np.sqrt(h.mass) for h in held]])
     turned = np.concatenate(
-        [*(share * m.turning for m, share in planes), [x * np.sqrt(h.mass) for h, x in zip(held, middles)]]
+        [*(cosine * m.turning for m, cosine in planes), [x * np.sqrt(h.mass) for h, x in zip(held, middles)]]
     )
     state, forced = np.empty((2, 4, omega.size))
-    for k, (own, ratio) in enumerate(zip(omega, ratios)):
-        state[:, k], forced[:, k] = exact_step(own, ratio, step)
+    for k, (frequency, ratio) in enumerate(zip(omega, ratios)):
+        state[:, k], forced[:, k] = exact_step(frequency, ratio, step)
     return Scheme(
         step, state, forced, omega**2, 2 * ratios * omega, -np.column_stack((along, turned)), np.array(accelerometers),
         shaft, shaft * forced[1] @ shaft.T, shaft * forced[3] @ shaft.T, read,
@@ -114,8 +114,8 @@ def at_rest(scheme: Scheme, bushings: Bushings) -> tuple[State, Bushings]:
     free, force = np.repeat(np.abs(bushings.offset) - bushings.gap, 2), np.zeros(2 * n)
     for _ in range(200):
         depth = free - side * (static @ (side * force))
-        found = [physics.contact(d, 0.0, bushings.contact, p // 2)[:2] for p, d in enumerate(depth)]
-        wanted, slope = np.reshape(found, (-1, 2)).T
+        pairs = [physics.contact(d, 0.0, bushings.contact, p // 2)[:2] for p, d in enumerate(depth)]
+        wanted, slope = np.reshape(pairs, (-1, 2)).T
         jacobian = np.eye(2 * n) + slope[:, None] * static * np.outer(side, side)
         change = np.linalg.solve(jacobian, wanted - force)
         force = force + change

@@ -40,14 +40,14 @@ def contact(depth: float, speed: float, p: np.ndarray, j: int) -> tuple[float, f
     first = p[j, 0] * depth if p[j, 1] == 1.0 else p[j, 0] * depth ** p[j, 1]
     third = p[j, 2] * depth * depth * depth
     damped = 1.0 + p[j, 3] * speed
-    share = min(depth / ENGAGED, 1.0)
-    force = (first + third) * damped + p[j, 4] * share * speed
+    engaged = min(depth / ENGAGED, 1.0)
+    force = (first + third) * damped + p[j, 4] * engaged * speed
     if force <= 0.0:
         return 0.0, 0.0, 0.0
     slope = (p[j, 1] * first + 3.0 * third) / depth * damped
-    if share < 1.0:
+    if engaged < 1.0:
         slope += p[j, 4] / ENGAGED * speed
-    return 0.5 * force, 0.5 * slope, 0.5 * (p[j, 3] * (first + third) + p[j, 4] * share)
+    return 0.5 * force, 0.5 * slope, 0.5 * (p[j, 3] * (first + third) + p[j, 4] * engaged)
 
 
 @jit

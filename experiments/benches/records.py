@@ -99,8 +99,8 @@ def shake(bench: Bench, base: np.ndarray, fs: float = FS, factor: int = FACTOR) 
             raise SimulationError(f"bench {bench.name}: no convergence at {(start + done) * scheme.step:.6f} s")
         out[:, len(accelerometers) :] -= rest
         slow.append(decimator.push(out))
-    found = np.concatenate((*slow, decimator.flush()))[: base.size].T
-    return found[: len(accelerometers)], found[len(accelerometers) :]
+    samples = np.concatenate((*slow, decimator.flush()))[: base.size].T
+    return samples[: len(accelerometers)], samples[len(accelerometers) :]
 
 
 def measure_channels(

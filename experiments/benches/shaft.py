@@ -113,8 +113,8 @@ class Shaft(Round):
         for i, strip in enumerate(self.strips):
             root, first = 2 * int(np.argmin(np.abs(x - strip.place))), 2 * x.size + 2 * STRIP_ELEMENTS * i
             at = np.array([root, root + 1, *range(first, first + 2 * STRIP_ELEMENTS)])
-            for whole, own in zip((mass, stiffness), strip.elements()):
-                whole[np.ix_(at, at)] += own
+            for whole, of_element in zip((mass, stiffness), strip.elements()):
+                whole[np.ix_(at, at)] += of_element
             places.append(strip.place + strip.length * np.arange(1, STRIP_ELEMENTS + 1) / STRIP_ELEMENTS)
         if self.clamp:
             stiffness[0, 0] += self.clamp.translation

@@ -97,7 +97,7 @@ class Structure:
             return [(shaft.modes(nodes), 1.0)]
         difference, angle = self.planes
         both = [(1 + difference / 2, math.cos(angle)), (1 - difference / 2, math.sin(angle))]
-        return [(shaft.replace(young_modulus=f * shaft.young_modulus).modes(nodes), share) for f, share in both]
+        return [(shaft.replace(young_modulus=f * shaft.young_modulus).modes(nodes), cosine) for f, cosine in both]
 
 
 Draw = Callable[[np.random.Generator, Rig], Structure]
@@ -201,14 +201,14 @@ HARD |= {"strip": strip, "near_spring": near_spring}
 
 def draw_structure(names: Sequence[str], seed: int, rig: Rig) -> Structure:
     """Draw the structure of all classes named; a ClearanceError for an unknown one."""
-    found, known = Structure(), CLASSES | HARD
+    structure, known = Structure(), CLASSES | HARD
     for name in names:
         if name not in known:
             raise ClearanceError(f"structure {name} is unknown; known: {', '.join(known)}")
         drawn = known[name](np.random.default_rng((seed, 31, list(known).index(name))), rig)
-        own = {f.name: value for f in dataclasses.fields(drawn) if (value := getattr(drawn, f.name))}
-        found = replace(found, **own | {"base": (*found.base, *drawn.base)})
-    return found
+        drawn_fields = {f.name: value for f in dataclasses.fields(drawn) if (value := getattr(drawn, f.name))}
+        structure = replace(structure, **drawn_fields | {"base": (*structure.base, *drawn.base)})
+    return structure
 
 
 def written(structure: Structure, rig: Rig, fs: float) -> Rig:

@@ -53,18 +53,18 @@ def judge(names: tuple[str, ...], seed: int, probes: bool = True) -> dict:
         dataset = Dataset.load(folder)
         truth = exact(tomllib.loads((Path(folder) / "truth.toml").read_text(encoding="utf-8")))
         start = time.perf_counter()
-        found = fit_bench(dataset)
-        seconds, rows = time.perf_counter() - start, _frfs(found, dataset)
+        fit = fit_bench(dataset)
+        seconds, rows = time.perf_counter() - start, _frfs(fit, dataset)
         rig = written(bench.structure, bench.rig, FS)
-        told = Dataset(rig, tuple(replace(r, rig=rig) for r in dataset.records), dataset.path)
-        known = _frfs(fit_bench(told), dataset) if names else rows
+        corrected = Dataset(rig, tuple(replace(r, rig=rig) for r in dataset.records), dataset.path)
+        known = _frfs(fit_bench(corrected), dataset) if names else rows
     for row, best in zip(rows, known):
         row["known"] = best["rmse_db"]
     return {
         "bench": bench.name, "classes": [HYPOTHESIS[name] for name in names],
-        "named": [one.name for one in found.update.structure.accepted], "seconds": seconds, "frfs": rows,
-        "parameters": list(parameter_rows(found, truth, JUDGED)), "probes": probes,
-        "families": {f"{j + 1}: {f.name}": f.weight for j, of_one in enumerate(found.families) for f in of_one},
+        "named": [one.name for one in fit.update.structure.accepted], "seconds": seconds, "frfs": rows,
+        "parameters": list(parameter_rows(fit, truth, JUDGED)), "probes": probes,
+        "families": {f"{j + 1}: {f.name}": f.weight for j, of_one in enumerate(fit.families) for f in of_one},
     }  # fmt: skip
 
 
@@ -73,11 +73,11 @@ def _name(names: tuple[str, ...], seed: int, probes: bool) -> str:
     return " ".join(filter(None, (words, "" if probes else "no probes", str(seed))))
 
 
-def _frfs(found: BenchFit, dataset: Dataset) -> list[dict]:
+def _frfs(fit: BenchFit, dataset: Dataset) -> list[dict]:
     """Of each level RMSE in dB, and that of the bench's own repeat."""
     rows = []
     for level, first, second in repeats(dataset):
-        model = simulate(found.model, first.excitation(), engine="modal")
+        model = simulate(fit.model, first.excitation(), engine="modal")
         test, repeat, ours = (
             estimate_frf(x, resolution=RESOLUTION) for x in (first.response(), second.response(), model)
         )
@@ -86,15 +86,15 @@ def _frfs(found: BenchFit, dataset: Dataset) -> list[dict]:
 
 
 def _kind(row: dict) -> str:
-    found = " + ".join(row["classes"]) or "sound"
+    words = " + ".join(row["classes"]) or "sound"
     near = " near a bushing" if row["bench"].startswith("near") else ""
-    return found + near + ("" if row.get("probes", True) else ", without probes")
+    return words + near + ("" if row.get("probes", True) else ", without probes")
 
 
 def named_rightly(row: dict) -> bool:
     """Whether what was named is what is there, and nothing else; what does not bend of a strip is a mass."""
-    beside = {"mass"} if "oscillator" in row["classes"] else set()
-    return set(row["named"]) - beside == set(row["classes"])
+    excused = {"mass"} if "oscillator" in row["classes"] else set()
+    return set(row["named"]) - excused == set(row["classes"])
 
 
 def markdown(rows: Sequence[dict]) -> str:

@@ -70,15 +70,15 @@ def bench_record(bench: Bench, level: float, duration: float) -> Record:
     return Record(f"bench_{bench.seed}", "identify", bench.rig, FS, channels, level=level, band=BAND)
 
 
-def rows_of(found: Twin, truth: Callable[[int, float], tuple[float, float, float]], **about: object) -> list[dict]:
+def rows_of(estimates: Twin, truth: Callable[[int, float], tuple[float, float, float]], **about: object) -> list[dict]:
     """A row for each clearance whose gap is known at the end: errors, in % and in standard deviations."""
     rows = []
-    for j, depth in enumerate(found.depth):
-        if np.isnan(found.mean[0, -1, j]):
+    for j, depth in enumerate(estimates.depth):
+        if np.isnan(estimates.mean[0, -1, j]):
             continue
-        doubted = any(words.startswith(f"bushings[{j}]: the likeliest law misses") for words in found.warnings)
-        row: dict = about | {"bushing": j, "doubted": doubted, "alarms": sum(a.bushing == j for a in found.alarms)}
-        for q, value, mean, std in zip(QUANTITIES, truth(j, depth), found.mean[:, -1, j], found.std[:, -1, j]):
+        doubted = any(words.startswith(f"bushings[{j}]: the likeliest law misses") for words in estimates.warnings)
+        row: dict = about | {"bushing": j, "doubted": doubted, "alarms": sum(a.bushing == j for a in estimates.alarms)}
+        for q, value, mean, std in zip(QUANTITIES, truth(j, depth), estimates.mean[:, -1, j], estimates.std[:, -1, j]):
             error = mean - math.log(value)
             row |= {f"{q}_error_%": 100 * error, f"{q}_std_%": 100 * std, f"{q}_z": error / std}
         rows.append(row)
@@ -114,18 +114,18 @@ def of_rigs(seeds: Sequence[int]) -> Iterator[dict]:
         record = shaken(seed, LEVELS[seed % 3], DURATION)
         for exact in (True, False):
             start = time.process_time()
-            found = twin(record, rig_exact=exact)
+            estimates = twin(record, rig_exact=exact)
             about = {"kind": "rig exact" if exact else "rig", "seed": seed, "level": LEVELS[seed % 3]}
-            yield from rows_of(found, of_rig([(1.0, 1.0)] * 2), **about, cpu_s=time.process_time() - start)
+            yield from rows_of(estimates, of_rig([(1.0, 1.0)] * 2), **about, cpu_s=time.process_time() - start)
 
 
 def of_benches(seeds: Sequence[int]) -> Iterator[dict]:
     """Rows of records of virtual benches without a change."""
     for seed in tqdm(seeds, desc="benches"):
         bench, start = make_bench(seed), time.process_time()
-        found = twin(bench_record(bench, LEVELS[seed % 3], DURATION))
+        estimates = twin(bench_record(bench, LEVELS[seed % 3], DURATION))
         took = time.process_time() - start
-        yield from rows_of(found, of_bench(bench), kind="bench", seed=seed, level=LEVELS[seed % 3], cpu_s=took)
+        yield from rows_of(estimates, of_bench(bench), kind="bench", seed=seed, level=LEVELS[seed % 3], cpu_s=took)
 
 
 def of_changes(seeds: Sequence[int], out: Path) -> Iterator[dict]:
@@ -133,14 +133,14 @@ def of_changes(seeds: Sequence[int], out: Path) -> Iterator[dict]:
     kinds = [*CHANGES, "wear 10 %"]
     for i, seed in enumerate(tqdm(seeds, desc="changes")):
         change = kinds[i % len(kinds)]
-        found = twin(shaken(seed, 5.0, CHANGED, change))
-        seen = [a for a in found.alarms if a.bushing == 1]
-        about = {"seed": seed, "change": change, "all_alarms": len(found.alarms)}
+        estimates = twin(shaken(seed, 5.0, CHANGED, change))
+        seen = [a for a in estimates.alarms if a.bushing == 1]
+        about = {"seed": seed, "change": change, "all_alarms": len(estimates.alarms)}
         about |= {"first": seen[0].time, "since": seen[0].since, "quantity": seen[0].quantity} if seen else {}
         about |= {"size_%": 100 * (seen[0].after / seen[0].before - 1)} if seen else {}
-        yield from rows_of(found, of_rig([(1.0, 1.0), CHANGES.get(change, (WEAR, 1.0))]), **about)[-1:]
+        yield from rows_of(estimates, of_rig([(1.0, 1.0), CHANGES.get(change, (WEAR, 1.0))]), **about)[-1:]
         if i == 0:
-            draw(found).write(out)
+            draw(estimates).write(out)
 
 
 def main(

@@ -39,17 +39,17 @@ def model(gear: Gear, fit: DriveFit) -> mujoco.MjModel:
     return physical.compile(spec)
 
 
-def follow(found: mujoco.MjModel, drive_ratio: float, record: DriveRecord, torque: float) -> np.ndarray:
+def follow(model: mujoco.MjModel, drive_ratio: float, record: DriveRecord, torque: float) -> np.ndarray:
     """Return motor's angle and torque, load's angle and torque (n, 4) of a motor that follows a record's."""
-    data, wanted = mujoco.MjData(found), smooth(smooth(record.motor_angle))
+    data, wanted = mujoco.MjData(model), smooth(smooth(record.motor_angle))
     data.qpos[0], data.qfrc_applied[0] = drive_ratio * wanted[0], -torque
     out, steps = np.empty((wanted.size, 4)), round(1 / (FS * STEP))
-    with physical.Softener(found):
+    with physical.Softener(model):
         for i, (begin, end) in enumerate(zip(wanted, np.append(wanted[1:], wanted[-1]))):
-            for share in np.arange(steps) / steps:
-                data.ctrl[0] = begin + share * (end - begin)
-                mujoco.mj_step(found, data)
-            state = physical.drive_state(found, data.act, "motor")
+            for fraction in np.arange(steps) / steps:
+                data.ctrl[0] = begin + fraction * (end - begin)
+                mujoco.mj_step(model, data)
+            state = physical.drive_state(model, data.act, "motor")
             out[i] = state.angle / drive_ratio, state.motor_torque * drive_ratio, data.qpos[0], state.load_torque
     return out
 
@@ -68,10 +68,10 @@ def judge(seed: int) -> dict[str, float]:
     motor, torque, load, carried = follow(model(gear, fit), d.ratio, record, OTHER * gear.usual).T
     lacking = smooth(load - d.ratio * motor) - smooth(record.load_angle - d.zero - d.ratio * record.motor_angle)
     row = {"drive": seed, "play over noise": rms(lacking) / (NOISE * np.ptp(record.load_angle))}
-    for what, found, measured in (
+    for what, predicted, measured in (
         ("motor's torque", torque, record.motor_torque), ("load's torque", carried, record.load_torque)
     ):  # fmt: skip
-        row[what] = rms(smooth(found) - smooth(measured)) / np.ptp(smooth(measured)[round(WARM * FS) :])
+        row[what] = rms(smooth(predicted) - smooth(measured)) / np.ptp(smooth(measured)[round(WARM * FS) :])
     return row
 
 

@@ -44,22 +44,22 @@ SMOOTHED = 31  # samples, over which angles are smoothed for the speeds that pie
 GENERATIONS = 40  # of BAM's search, with 16 points each
 ITERATIONS = 25  # of mujoco.sysid at most
 Values = dict[str, float]
-Found = tuple[Values, np.ndarray]  # numbers, and the load's angle (n,) that is predicted
+Answer = tuple[Values, np.ndarray]  # numbers, and the load's angle (n,) that is predicted
 LACKS = {
     "fit_model": "-", "BAM, M2": "play, teeth", "mujoco.sysid, one joint": "play, teeth, Stribeck's curve",
     "mujoco.sysid, two joints": "Stribeck's curve",
 }  # fmt: skip
 
 
-def of_fit_model(servo: Servo, start: Servo, log: ModelRecord, other: ModelRecord) -> Found:
+def of_fit_model(servo: Servo, start: Servo, log: ModelRecord, other: ModelRecord) -> Answer:
     """Find a servo by `fit_model`."""
     fit = fit_model(start.model(), log, [f"servo.{name}" for name in WANTED])
-    told = fit.predict(other).sensors["load"]
+    predicted = fit.predict(other).sensors["load"]
     values = {name.removeprefix("servo."): value for name, value in fit.values.items()}
-    return values, np.concatenate((np.full(other.size - told.size, math.nan), told))
+    return values, np.concatenate((np.full(other.size - predicted.size, math.nan), predicted))
 
 
-def of_bam(servo: Servo, start: Servo, log: ModelRecord, other: ModelRecord) -> Found:
+def of_bam(servo: Servo, start: Servo, log: ModelRecord, other: ModelRecord) -> Answer:
     """Find a servo by BAM's model M2, a generation of its search at once, for BAM takes arrays."""
     from bam.actuator import CurrentControlledActuator
     from bam.model import Model
@@ -104,8 +104,8 @@ def of_bam(servo: Servo, start: Servo, log: ModelRecord, other: ModelRecord) -> 
         ]
         length = INERTIA / MASS_MOMENT
         bench = {"mass": MASS_MOMENT / length, "arm_mass": 0.0, "length": length, "kp": 1.0}
-        found = Simulator(model).rollout_log(bench | {"dt": 1 / record.fs, "entries": entries}, reset_period=reset)
-        return np.array(found[0])
+        logs = Simulator(model).rollout_log(bench | {"dt": 1 / record.fs, "entries": entries}, reset_period=reset)
+        return np.array(logs[0])
 
     search = CMA(
         mean=np.full(4, 0.5), sigma=0.25, bounds=np.array([[0.0, 1.0]] * 4), population_size=16, seed=0
@@ -121,7 +121,7 @@ def of_bam(servo: Servo, start: Servo, log: ModelRecord, other: ModelRecord) -> 
     return values, rollout(other, best[1][None], None)[:, 0]
 
 
-def of_sysid(servo: Servo, start: Servo, log: ModelRecord, other: ModelRecord, play: bool) -> Found:
+def of_sysid(servo: Servo, start: Servo, log: ModelRecord, other: ModelRecord, play: bool) -> Answer:
     """Find a servo by mujoco.sysid: of one rigid joint, or of rotor and load with play between them."""
     from mujoco import rollout, sysid
 
@@ -162,8 +162,8 @@ def of_sysid(servo: Servo, start: Servo, log: ModelRecord, other: ModelRecord, p
         models_sequences=[sequences], build_model=lambda given, _spec: built(values_of(given))
     )
     with contextlib.redirect_stdout(io.StringIO()):  # it prints every iteration
-        found, _ = sysid.optimize(wanted, residual, verbose=False, max_iters=ITERATIONS)
-    values = values_of(found)
+        optimum, _ = sysid.optimize(wanted, residual, verbose=False, max_iters=ITERATIONS)
+    values = values_of(optimum)
     model = built(values)
     current = np.repeat(np.asarray(other.control["servo"]), SUBSTEPS)[None, :, None]
     _, seen = rollout.rollout(model, mujoco.MjData(model), states(model, other, 0)[None], current)
@@ -195,15 +195,15 @@ def _smooth(record: ModelRecord, sensor: str) -> tuple[np.ndarray, np.ndarray]:
     return tuple(scipy.signal.savgol_filter(x, SMOOTHED, 3, deriv, 1 / record.fs) for deriv in (0, 1))  # type: ignore[return-value]
 
 
-def methods() -> dict[str, Callable[..., Found]]:
+def methods() -> dict[str, Callable[..., Answer]]:
     """Return the programs that are installed."""
-    found: dict[str, Callable[..., Found]] = {"fit_model": of_fit_model}
+    by_name: dict[str, Callable[..., Answer]] = {"fit_model": of_fit_model}
     if importlib.util.find_spec("bam") and importlib.util.find_spec("cmaes"):
-        found["BAM, M2"] = of_bam
+        by_name["BAM, M2"] = of_bam
     if importlib.util.find_spec("mujoco.sysid") and hasattr(importlib.import_module("mujoco.sysid"), "optimize"):
-        found["mujoco.sysid, one joint"] = lambda *given: of_sysid(*given, play=False)
-        found["mujoco.sysid, two joints"] = lambda *given: of_sysid(*given, play=True)
-    return found
+        by_name["mujoco.sysid, one joint"] = lambda *given: of_sysid(*given, play=False)
+        by_name["mujoco.sysid, two joints"] = lambda *given: of_sysid(*given, play=True)
+    return by_name
 
 
 def judge(seed: int) -> list[dict]:
@@ -212,10 +212,13 @@ def judge(seed: int) -> list[dict]:
     rng = np.random.default_rng((seed, 11))
     start = replace(servo, **{name: getattr(servo, name) * START ** rng.uniform(-1, 1) for name in WANTED})
     log, other, rows = servo.log(seed), servo.log(1000 + seed), []
-    for name, found in methods().items():
+    for name, method in methods().items():
         begun = time.perf_counter()
-        values, told = found(servo, start, log, other)
-        seconds, left = time.perf_counter() - begun, (told - np.asarray(other.sensors["load"]))[round(PIECE / LOOP) :]
+        values, predicted = method(servo, start, log, other)
+        seconds, left = (
+            time.perf_counter() - begun,
+            (predicted - np.asarray(other.sensors["load"]))[round(PIECE / LOOP) :],
+        )
         errors = {what: values[what] / getattr(servo, what) - 1 if what in values else math.nan for what in WANTED}
         rows.append({"servo": seed, "program": name, **errors, "prediction": 1e3 * float(np.sqrt(np.nanmean(left**2))),
                      "seconds": seconds})  # fmt: skip
@@ -228,10 +231,10 @@ def main(out: Path = Path("results/others.csv"), first: int = 20, seeds: int = 2
     table = pd.DataFrame([row for i in range(seeds) for row in judge(first + i)])
     write_csv(out, table)
     print("| program | cannot represent |", " | ".join(WANTED), "| prediction, mrad | seconds |")
-    for program, own in table.groupby("program", sort=False):
-        cells = [_cell(own[what].abs()) for what in WANTED]
+    for program, rows in table.groupby("program", sort=False):
+        cells = [_cell(rows[what].abs()) for what in WANTED]
         print(f"| {program} | {LACKS[str(program)]} |", " | ".join(cells), end=" | ")
-        print(f"{own.prediction.median():.2g} (largest {own.prediction.max():.2g}) | {own.seconds.median():.0f} |")
+        print(f"{rows.prediction.median():.2g} (largest {rows.prediction.max():.2g}) | {rows.seconds.median():.0f} |")
 
 
 def _cell(errors: pd.Series) -> str:

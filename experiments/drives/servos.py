@@ -96,11 +96,11 @@ class Servo:
 
     def bare(self) -> mujoco.MjSpec:
         """Return a MuJoCo model of the pendulum and its motor, without a drive."""
-        arm, own = 0.1, INERTIA - MASS_MOMENT * 0.1
+        arm, inertia = 0.1, INERTIA - MASS_MOMENT * 0.1
         return mujoco.MjSpec.from_string(f"""
 <mujoco><compiler angle="radian"/><option timestep="2.5e-4"/><worldbody><body>
   <joint name="joint" axis="0 1 0" damping="{DRAG}"/>
-  <inertial pos="0 0 {-arm}" mass="{MASS_MOMENT / arm}" diaginertia="{own} {own} {own}"/></body></worldbody>
+  <inertial pos="0 0 {-arm}" mass="{MASS_MOMENT / arm}" diaginertia="{inertia} {inertia} {inertia}"/></body></worldbody>
   <actuator><motor name="servo" joint="joint"/></actuator>
   <sensor><jointpos name="load" joint="joint"/></sensor></mujoco>""")
 
@@ -175,18 +175,18 @@ def main(out: Path = Path("results/servos.csv"), first: int = 0, seeds: int = 10
     """Judge servos and print what is on target."""
     rows: list[dict] = []
     for seed in range(first, first + seeds):
-        found, fit = judge(seed, lossy)
-        rows += found
-        print(f"servo {seed}, {found[0]['seconds']:.0f} s", fit, sep="\n", flush=True)
+        judged, fit = judge(seed, lossy)
+        rows += judged
+        print(f"servo {seed}, {judged[0]['seconds']:.0f} s", fit, sep="\n", flush=True)
     table = pd.DataFrame(rows)
     write_csv(out, table)
-    for what, own in table.groupby("what", sort=False):
-        error, told = (own.value / own.truth - 1).abs(), own.told
+    for what, group in table.groupby("what", sort=False):
+        error, known = (group.value / group.truth - 1).abs(), group.told
         target = TARGETS.get(str(what))
-        near = f", within {target:g}: {np.mean(error[told] <= target):.0%}" if target else ""
+        near = f", within {target:g}: {np.mean(error[known] <= target):.0%}" if target else ""
         print(
-            f"{what}: told for {told.sum()} of {len(own)}, median error {error[told].median():.3g}, largest "
-            f"{error[told].max():.3g}{near}; {CONFIDENCE:.0%} intervals hold {own.held.mean():.0%}"
+            f"{what}: told for {known.sum()} of {len(group)}, median error {error[known].median():.3g}, largest "
+            f"{error[known].max():.3g}{near}; {CONFIDENCE:.0%} intervals hold {group.held.mean():.0%}"
         )
 
 

@@ -69,12 +69,12 @@ class Gear:
         at = np.arange(round(SECONDS * FS * FINE)) / (FS * FINE)
         rates, phases = 2 * np.pi * np.array([0.2, 0.33, 0.9]) * rng.uniform(0.8, 1.2, 3), rng.uniform(0, 6, 3)
         wanted = np.sum(np.array([0.5, 0.3, 0.05])[:, None] * np.sin(rates[:, None] * at + phases[:, None]), axis=0)
-        found = _march(
+        motion = _march(
             wanted / self.ratio, 1 / (FS * FINE), FINE, self.ratio, self.play, self.stiffness, self.efficiency,
             load * self.usual, 0.5 * self.usual, *self.friction, *self.presliding, *self.drag, *self.inertia,
         )  # fmt: skip
-        noise = NOISE * np.ptp(found, axis=0) * rng.normal(size=found.shape)
-        return DriveRecord(name, FS, *(found + noise).T)
+        noise = NOISE * np.ptp(motion, axis=0) * rng.normal(size=motion.shape)
+        return DriveRecord(name, FS, *(motion + noise).T)
 
 
 @jit
@@ -120,12 +120,12 @@ def judge(seed: int) -> list[dict]:
     d, e = fit.drive, fit.estimates
     std, n = dict(zip(e.names, e.varied_std)), abs(d.ratio)
 
-    def ratio_to(name: str, share: float) -> float:
+    def ratio_to(name: str, relative_std: float) -> float:
         """Return the relative standard deviation of efficiency over a number whose own is given, as they correlate."""
         rho = e.correlation[e.names.index(name)][e.names.index("efficiency")]
-        return float(np.sqrt(share**2 + std["efficiency"] ** 2 - 2 * rho * share * std["efficiency"]))
+        return float(np.sqrt(relative_std**2 + std["efficiency"] ** 2 - 2 * rho * relative_std * std["efficiency"]))
 
-    found = {
+    estimates = {
         "play": (n * d.backlash, gear.play, n * std.get("backlash", np.inf)),
         "stiffness": (
             d.efficiency / (n**2 * d.compliance) if d.compliance else np.inf, gear.stiffness,
@@ -139,7 +139,7 @@ def judge(seed: int) -> list[dict]:
     rows = [
         {"drive": seed, "what": what, "value": value, "truth": truth, "z": (value - truth) / spread,
          "held": abs(value - truth) < CONFIDENCE * spread, "parts": ", ".join(fit.parts)}
-        for what, (value, truth, spread) in found.items()
+        for what, (value, truth, spread) in estimates.items()
     ]  # fmt: skip
     other = gear.run("other", OTHER, 10 * seed + 9)
     for what, error, channel in zip(("angle", "torque"), d.errors(other), (other.load_angle, other.load_torque)):
@@ -175,23 +175,23 @@ def main(
     table = pd.DataFrame([row for i in range(seeds) for row in judged(first + i)])
     write_csv(out, table)
     for what, target in TARGETS.items():
-        own = table[table.what == what]
+        rows = table[table.what == what]
         if side == "motor":
-            every, own = own, own[own.claimed]
-            print(f"{what}: not claimed for {len(every) - len(own)} of {len(every)} drives")
-            if own.empty:
+            every, rows = rows, rows[rows.claimed]
+            print(f"{what}: not claimed for {len(every) - len(rows)} of {len(every)} drives")
+            if rows.empty:
                 continue
-        error = (own.value - own.truth).abs() / (1 if what == "efficiency" else own.truth)
+        error = (rows.value - rows.truth).abs() / (1 if what == "efficiency" else rows.truth)
         print(
             f"{what}: median error {error.median():.3g}, largest {error.max():.3g}, within {target:g}: "
-            f"{np.mean(error <= target):.0%}, 90 % intervals hold {own.held.mean():.0%}"
+            f"{np.mean(error <= target):.0%}, 90 % intervals hold {rows.held.mean():.0%}"
         )
     if side == "motor":
         print(f"seconds of a fit: median {table.seconds.median():.3g}, largest {table.seconds.max():.3g}")
         return 0
     for what in ("angle", "torque"):
-        own = table[table.what == what]
-        print(f"{what} of another load over noise: median {(own.value / own.truth).median():.2f}")
+        rows = table[table.what == what]
+        print(f"{what} of another load over noise: median {(rows.value / rows.truth).median():.2f}")
 
 
 if __name__ == "__main__":

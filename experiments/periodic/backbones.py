@@ -21,9 +21,9 @@ def cycles(signal: np.ndarray, fs: float) -> tuple[np.ndarray, np.ndarray]:
     """Amplitude of the fundamental and frequency, Hz, of each cycle between upward zero crossings."""
     up = np.flatnonzero((signal[:-1] < 0) & (signal[1:] >= 0))
     begun = up - signal[up] / (signal[up + 1] - signal[up])
-    share = np.arange(512) / 512
-    rows = np.interp(begun[:-1, None] + share * np.diff(begun)[:, None], np.arange(signal.size), signal)
-    return 2 * np.abs(rows @ np.exp(-2j * np.pi * share)) / share.size, fs / np.diff(begun)
+    fraction = np.arange(512) / 512
+    rows = np.interp(begun[:-1, None] + fraction * np.diff(begun)[:, None], np.arange(signal.size), signal)
+    return 2 * np.abs(rows @ np.exp(-2j * np.pi * fraction)) / fraction.size, fs / np.diff(begun)
 
 
 def decay(rig: cm.Rig, curve: cm.periodic.Backbone) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -37,10 +37,10 @@ def decay(rig: cm.Rig, curve: cm.periodic.Backbone) -> tuple[np.ndarray, np.ndar
     t = np.arange(int((swept + 4) * fs)) / fs
     frequency = np.minimum(8.5 + (resonance - 8.5) * t / swept, resonance)
     base = level * np.minimum(t, 1) * np.cos(2 * np.pi * np.cumsum(frequency) / fs) * (t < swept)
-    found = cm.simulate(rig, cm.Excitation(base, fs), LAW, "modal")
+    response = cm.simulate(rig, cm.Excitation(base, fs), LAW, "modal")
     rest = slice(int(swept * fs), None)
-    amplitude, pace = cycles(found.displacement[curve.clearance, rest], fs)
-    acceleration, tips = cycles(found.acceleration[TIP, rest], fs)
+    amplitude, pace = cycles(response.displacement[curve.clearance, rest], fs)
+    acceleration, tips = cycles(response.acceleration[TIP, rest], fs)
     count = min(amplitude.size, tips.size)
     action = np.log(acceleration[:count] ** 2 / tips[:count] ** 3)
     return amplitude[4 : count - 4], pace[4 : count - 4], ((action[:-8] - action[8:]) / (8 * 4 * np.pi))

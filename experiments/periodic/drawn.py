@@ -119,8 +119,10 @@ def marches(branch: cm.periodic.Branch | Vibration, i: int, resolution: float, b
     run = engine.start(rig, law, branch.kind, step)
     q, v, a = state(branch, i, start)
     model = linear_model(rig, branch.n_modes)
-    own = 0.0 if model.coupling.size or model.bearings else model.damping  # damping that the modes' own motion has
-    kick = a + own * v + model.omega**2 * q
+    modal_damping = (
+        0.0 if model.coupling.size or model.bearings else model.damping
+    )  # damping that the modes' own motion has
+    kick = a + modal_damping * v + model.omega**2 * q
     run.motion.q[:], run.motion.v[:] = q, v - step / 2 * kick  # velocities are those before the kick of the step
     run.motion.q_before[:] = state(branch, i, 2 * start - angle[1])[0]
     excitation = np.tile(history(np.pad(branch.level[i], (1, 0))[None], angle)[0], block)
@@ -128,16 +130,16 @@ def marches(branch: cm.periodic.Branch | Vibration, i: int, resolution: float, b
     size = sizes(branch, known)
     n = len(rig.sensors)
     while True:
-        found = run.advance(excitation)[-steps:, n : n + len(known)].T
-        yield float(np.max(np.abs(found - known).max(axis=1) / size))
+        marched = run.advance(excitation)[-steps:, n : n + len(known)].T
+        yield float(np.max(np.abs(marched - known).max(axis=1) / size))
 
 
 def sizes(branch: cm.periodic.Branch | Vibration, known: np.ndarray) -> np.ndarray:
     """Half of the way (n_rows,) of each clearance, of both coordinates the larger one, at least a hundredth of it."""
     rig, half = branch.model.rig, np.ptp(known, axis=1) / 2
-    own = np.concatenate([np.full(len(half[rows]), max(half[rows].max(), 0.01 * b.gap))
+    scales = np.concatenate([np.full(len(half[rows]), max(half[rows].max(), 0.01 * b.gap))
                           for b, rows in zip(rig.bushings, rig.clearance_rows)])  # fmt: skip
-    return own
+    return scales
 
 
 def compared(drawn: Drawn, number: int, branch: cm.periodic.Branch, i: int) -> Compared | None:
@@ -149,10 +151,10 @@ def compared(drawn: Drawn, number: int, branch: cm.periodic.Branch, i: int) -> C
     for resolution in RESOLUTIONS:
         blocks = [periods] if multiplier < 1 else [BLOCK] * (LEAVES_IN // BLOCK)
         for done, off in zip(np.cumsum(blocks), marches(branch, i, resolution, blocks[0])):
-            found = Compared(drawn.kind, number, i, multiplier, off, int(done))
-            if found.passes:
-                return found
-    return found
+            comparison = Compared(drawn.kind, number, i, multiplier, off, int(done))
+            if comparison.passes:
+                return comparison
+    return comparison
 
 
 def outcome(number: int, seed: int = 0) -> Outcome:

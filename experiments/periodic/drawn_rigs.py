@@ -98,8 +98,8 @@ def on_chain(rng: np.random.Generator, kind: str) -> Drawn:
     bushings = []
     for place in places:
         stops = str(rng.choice(["upper", "lower"])) if kind == "one-sided stop" else "both"
-        own = Grease(0.0) if teeth else grease
-        bushings.append(Bushing(str(place), length=0.0, grease=own, contact=Contact(1e5), stops=stops,
+        bushing_grease = Grease(0.0) if teeth else grease
+        bushings.append(Bushing(str(place), length=0.0, grease=bushing_grease, contact=Contact(1e5), stops=stops,
                                 **gap_and_offset(rng)))  # fmt: skip
     if teeth:
         law = ContactLaw(KelvinVoigt(float(rng.uniform(2e4, 6e4)), float(rng.uniform(2, 10))))
@@ -123,16 +123,16 @@ def on_shaft(rng: np.random.Generator, kind: str) -> Drawn:
     shapes = {"shape": "round"} if across else {}
     bushings = []
     for x in np.sort(rng.choice([0.35, 0.45, 0.6, 0.7], count, replace=False)) * length:
-        own = {**gap_and_offset(rng), **shapes}
+        fields = {**gap_and_offset(rng), **shapes}
         if across:
-            own["offset_y"] = 0.2 * own["gap"]
+            fields["offset_y"] = 0.2 * fields["gap"]
         if kind == "round turning with friction":
-            own["friction"] = friction
+            fields["friction"] = friction
         if kind == "round turning with film":
-            film = OilFilm(float(rng.uniform(1e-3, 5e-3)), cavitated=False, asperities=0.2 * own["gap"])
-            own |= {"length": 0.01, "film": film}
+            film = OilFilm(float(rng.uniform(1e-3, 5e-3)), cavitated=False, asperities=0.2 * fields["gap"])
+            fields |= {"length": 0.01, "film": film}
         bushings.append(Bushing(float(x), contact=Contact(10 * stiffness, 5.0), **{
-            "length": 0.0, "grease": Grease(0.0) if "film" in own else grease, **own
+            "length": 0.0, "grease": Grease(0.0) if "film" in fields else grease, **fields
         }))  # fmt: skip
     if kind == "round turning with film":
         law = None

@@ -23,10 +23,10 @@ def main(out: Path = ROOT / "docs" / "gear_rattle.png", workers: int = 2) -> Non
     model = cm.Model(rig.replace(bushings=(replace(rig.bushings[0], contact=softer),)))
     turns = [rig.spin.speed / (2 * np.pi)]
     begun = time.perf_counter()
-    found = cm.periodic.map_impacts(model, RIPPLES, turns, LOADS, workers=workers)
+    rattle = cm.periodic.map_impacts(model, RIPPLES, turns, LOADS, workers=workers)
     seconds = time.perf_counter() - begun
-    print(f"{found.vibrations.size} cells in {seconds:.1f} s on {workers} processes, {found.unknown:.2%} unknown")
-    found.plot().savefig(out, dpi=90)
+    print(f"{rattle.vibrations.size} cells in {seconds:.1f} s on {workers} processes, {rattle.unknown:.2%} unknown")
+    rattle.plot().savefig(out, dpi=90)
 
 
 if __name__ == "__main__":

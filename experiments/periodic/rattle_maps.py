@@ -19,13 +19,13 @@ def main(out: Path = ROOT / "docs" / "rattle_map.png", workers: int = 2) -> None
     """Make the figure of docs/periodic.md."""
     rig = cm.Rig.load(ROOT / "models" / "table1_rig.toml")
     begun = time.perf_counter()
-    found = cm.periodic.map_rattle(cm.Model(rig, LAW), LEVELS, FREQUENCIES, GAPS, workers=workers)
+    rattle_map = cm.periodic.map_rattle(cm.Model(rig, LAW), LEVELS, FREQUENCIES, GAPS, workers=workers)
     seconds = time.perf_counter() - begun
-    cells = found.vibrations.size
-    print(f"{cells} cells in {seconds:.1f} s on {workers} processes, {found.unknown:.2%} unknown")
-    for words in found.ended:
+    cells = rattle_map.vibrations.size
+    print(f"{cells} cells in {seconds:.1f} s on {workers} processes, {rattle_map.unknown:.2%} unknown")
+    for words in rattle_map.ended:
         print(words)
-    found.plot().savefig(out, dpi=90)
+    rattle_map.plot().savefig(out, dpi=90)
 
 
 if __name__ == "__main__":

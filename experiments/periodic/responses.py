@@ -51,8 +51,8 @@ def draw(rig: cm.Rig) -> Figure:
         amplitude = np.abs(branch.clearance_displacement[:, 0, 1]) / rig.bushings[0].gap
         curve(left, branch, branch.frequency, amplitude, f"C{i}", f"{level:g} m/s²")
     for marker, steps in (("4", np.arange(42.0, 49.0, 0.5)), ("3", np.arange(48.5, 41.9, -0.5))):
-        found = stepped(rig, steps) / rig.bushings[0].gap
-        left.plot(steps, found, marker, color="k", ms=6, label="marched up" if marker == "4" else "marched down")
+        marched = stepped(rig, steps) / rig.bushings[0].gap
+        left.plot(steps, marched, marker, color="k", ms=6, label="marched up" if marker == "4" else "marched down")
     left.set(xlabel="frequency (Hz)", ylabel="displacement at the first bushing over its gap")
     left.legend(fontsize=7)
     turn = 2 * np.pi

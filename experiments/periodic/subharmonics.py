@@ -50,14 +50,14 @@ def _isolas(upper, lower) -> None:
     branch = cm.periodic.follow_response(
         cm.Model(between_walls(), cm.ConstantLaw(3.0, 0.0)), 8.0, (2 / TURN, 9 / TURN), 13
     )
-    found = cm.periodic.find_isolas(branch, n_starts=32, frequencies=16, progress=True)
-    base = np.zeros(found.frequency.size)
-    for i, (each, share) in enumerate(zip((branch, *found.branches), found.basins.T)):
+    isolas = cm.periodic.find_isolas(branch, n_starts=32, frequencies=16, progress=True)
+    base = np.zeros(isolas.frequency.size)
+    for i, (each, fraction) in enumerate(zip((branch, *isolas.branches), isolas.basins.T)):
         print(f"between walls, {each.periods} periods: {each.frequency.min():.4f} to {each.frequency.max():.4f} Hz")
         name = "period of the force" if each is branch else f"{each.periods} of them"
         curve(upper, each, each.frequency, each.amplitude("displacement")[:, 0], f"C{i}", name)
-        lower.bar(found.frequency, share, 0.035, base, color=f"C{i}")
-        base = base + share
+        lower.bar(isolas.frequency, fraction, 0.035, base, color=f"C{i}")
+        base = base + fraction
     upper.set(yscale="log", ylabel="amplitude (m)")
     upper.legend()
     lower.set(xlabel="frequency (Hz)", ylabel="share of starts", ylim=(0, 1))

@@ -115,16 +115,16 @@ def steep(branch: cm.periodic.Branch) -> np.ndarray:
 def marched(branch: cm.periodic.Branch, i: int) -> dict:
     """Return how far a stable point is from its march, by finer steps if it is not close."""
     for resolution in RESOLUTIONS:
-        found = march(branch, i, resolution)
-        fundamental = np.abs(fundamentals(branch, i) / found.fundamental - 1).max()
+        settled_motion = march(branch, i, resolution)
+        fundamental = np.abs(fundamentals(branch, i) / settled_motion.fundamental - 1).max()
         if fundamental < CLOSE or steep(branch)[i]:
             break
-    own, n = histories(branch, i, found.history.shape[1]), len(branch.model.rig.sensors)
-    off = np.linalg.norm(own - found.history, axis=1) / np.linalg.norm(found.history, axis=1)
+    predicted, n = histories(branch, i, settled_motion.history.shape[1]), len(branch.model.rig.sensors)
+    off = np.linalg.norm(predicted - settled_motion.history, axis=1) / np.linalg.norm(settled_motion.history, axis=1)
     return {
         "frequency": branch.frequency[i], "multiplier": abs(branch.multipliers[i, 0]), "steep": bool(steep(branch)[i]),
         "resolution": resolution, "fundamental": fundamental, "acceleration": off[:n].max(),
-        "displacement": off[n:].max(), "periods": found.periods, "settled": found.settled,
+        "displacement": off[n:].max(), "periods": settled_motion.periods, "settled": settled_motion.settled,
     }  # fmt: skip
 
 
@@ -143,8 +143,8 @@ def by_links(branch: cm.periodic.Branch, i: int) -> float:
     frequency = np.concatenate((np.full(grow, start), np.linspace(start, target, move), np.full(hold, target)))
     level = branch.level[i, 0].real * np.minimum(np.arange(frequency.size) / grow, 1)
     excitation = cm.Excitation(level * np.cos(2 * np.pi * np.cumsum(frequency) / fs), fs, kind=branch.kind)
-    found = cm.simulate(branch.model.rig, excitation, branch.model.law, cm.Links(24))
-    rows = np.vstack((found.acceleration, found.displacement))[:, -48 * 60 : -48 * 20]
+    response = cm.simulate(branch.model.rig, excitation, branch.model.law, cm.Links(24))
+    rows = np.vstack((response.acceleration, response.displacement))[:, -48 * 60 : -48 * 20]
     return float(np.abs(fundamentals(branch, i) / (2 * np.abs(np.fft.rfft(rows)[:, 40]) / rows.shape[1]) - 1).max())
 
 
@@ -254,13 +254,13 @@ def main(
 ) -> None:  # fmt: skip
     """Print both tables; write every figure of them to a JSON file, and draw that of docs/periodic.md."""
     rig = cm.Rig.load(ROOT / "models" / "table1_rig.toml")
-    found = {}
+    results = {}
     if "folds" in parts:
-        found["folds"] = compare_folds(rig, figure)
+        results["folds"] = compare_folds(rig, figure)
     if "marches" in parts:
-        found["marches"] = compare(rig)
+        results["marches"] = compare(rig)
     out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(json.dumps(found, indent=1, default=float) + "\n")
+    out.write_text(json.dumps(results, indent=1, default=float) + "\n")
 
 
 if __name__ == "__main__":

@@ -72,21 +72,21 @@ def draw_tube() -> Figure:
     )
     ours, boxes = tube(), tube(default=True)
     start, speed = (-0.8e-3, 0.0), (0.08, 0.16)
-    found, usual = orbit(ours, start, speed, 0.2), orbit(boxes, start, speed, 0.2)
+    annular, usual = orbit(ours, start, speed, 0.2), orbit(boxes, start, speed, 0.2)
     fall = figure.add_subplot(layout[0], projection="3d")
     above, depth = figure.add_subplot(layout[1]), figure.add_subplot(layout[2])
-    _draw_fall(fall, found)
-    _draw_above(above, found, usual)
+    _draw_fall(fall, annular)
+    _draw_above(above, annular, usual)
     _draw_depth(depth, ours, boxes)
-    radius, frequency = whirl(found.momentum[0, 0])
-    for name, way in (("annular clearance", found), ("boxes", usual)):
+    radius, frequency = whirl(annular.momentum[0, 0])
+    for name, way in (("annular clearance", annular), ("boxes", usual)):
         print(f"tube, {name}: radius {1e3 * way.radius[0]:.6f} mm, {way.frequency[0]:.5f} Hz; closed form "
               f"{1e3 * radius:.6f} mm, {frequency:.5f} Hz")  # fmt: skip
     return figure
 
 
-def _draw_fall(axes, found: Orbit) -> None:
-    x, y, z = 1e3 * found.place[0].T
+def _draw_fall(axes, tube: Orbit) -> None:
+    x, y, z = 1e3 * tube.place[0].T
     axes.plot(x, y, z, ASKED, linewidth=1)
     turn = np.linspace(0, 2 * np.pi, 60)
     for height in (z.min(), 0):
@@ -98,8 +98,8 @@ def _draw_fall(axes, found: Orbit) -> None:
     axes.set_box_aspect((1, 1, 1.7), zoom=0.88)
 
 
-def _draw_above(axes, found: Orbit, usual: Orbit) -> None:
-    for way, colour, name in ((usual, DEFAULT, f"{STAVES} boxes, default solref"), (found, ASKED, "annular clearance")):
+def _draw_above(axes, tube: Orbit, usual: Orbit) -> None:
+    for way, colour, name in ((usual, DEFAULT, f"{STAVES} boxes, default solref"), (tube, ASKED, "annular clearance")):
         axes.plot(*(1e3 * way.place[0, :, :2].T), colour, linewidth=0.8, label=name)
     turn = np.linspace(0, 2 * np.pi, 200)
     axes.plot(np.cos(turn), np.sin(turn), "k:", linewidth=1, label="where the ball touches")
@@ -120,7 +120,7 @@ def _draw_depth(axes, ours, boxes) -> None:
         reach = np.hypot(*np.moveaxis(way.place[..., :2], -1, 0)).max(axis=1) - TUBE_GAP
         axes.loglog(speeds / TUBE_GAP / (2 * np.pi), 1e6 * reach, "s", color=colour, label=name)
     frequency = np.geomspace(2, 240, 50)
-    share = BALL * (2 * np.pi * frequency) ** 2 / TUBE_K
-    axes.plot(frequency, 1e6 * TUBE_GAP * share / (1 - share), "k:", label="m ω² R / k")
+    ratio = BALL * (2 * np.pi * frequency) ** 2 / TUBE_K
+    axes.plot(frequency, 1e6 * TUBE_GAP * ratio / (1 - ratio), "k:", label="m ω² R / k")
     axes.set(xlabel="whirl frequency (Hz)", ylabel="depth in the wall (µm)", title="pressed out by the whirl")
     axes.legend()

@@ -83,12 +83,14 @@ def draw_latch() -> Figure:
 
 
 def _draw_motion(axes, first: float) -> None:
-    for default, share, colour, name in (
+    for default, fraction, colour, name in (
         (False, 0.9, "0.4", ""), (True, 2.0, DEFAULT, ", default solref"), (False, 2.0, ASKED, ", physical.contact")
     ):  # fmt: skip
-        motion = rattle(latch(default), [share * first], 2.0)
+        motion = rattle(latch(default), [fraction * first], 2.0)
         late = motion.time > 1.5
-        axes.plot(motion.time[late] - 1.5, 1e3 * bolt(motion)[0, late], colour, label=f"{share * first:.0f} Pa{name}")
+        axes.plot(
+            motion.time[late] - 1.5, 1e3 * bolt(motion)[0, late], colour, label=f"{fraction * first:.0f} Pa{name}"
+        )
     for side in (-1, 1):
         axes.axhspan(side * 1e3 * LATCH_GAP, side * 5, color="0.92", linewidth=0)
     axes.text(0.004, 2.9, "stop", va="top")
@@ -113,12 +115,12 @@ def _draw_pressed(axes) -> None:
     depth, frequency = pressed_expected()
     for default, colour, name in ((False, ASKED, "physical.contact"), (True, DEFAULT, "default solref")):
         tapped, deep, heard = pressed(default)
-        told = f"{heard:.2f} Hz" if np.isfinite(heard) else "does not ring"
+        pitch = f"{heard:.2f} Hz" if np.isfinite(heard) else "does not ring"
         axes.plot(
             1e3 * tapped.time, 1e6 * (bolt(tapped)[0] - LATCH_GAP - deep), colour,
-            label=f"{name}: {told}, {1e6 * deep:.1f} µm deep",
+            label=f"{name}: {pitch}, {1e6 * deep:.1f} µm deep",
         )  # fmt: skip
-        print(f"latch, {name}: {1e6 * deep:.6g} µm deep, {1e6 * depth:.6g} asked; {told}, {frequency:.5g} Hz asked")
+        print(f"latch, {name}: {1e6 * deep:.6g} µm deep, {1e6 * depth:.6g} asked; {pitch}, {frequency:.5g} Hz asked")
     axes.plot([], [], " ", label=f"closed form: {frequency:.2f} Hz, {1e6 * depth:.1f} µm deep")
     axes.set(xlabel="time (ms)", ylabel="bolt, about its rest (µm)", title="pressed on the stop by 60 Pa and tapped")
     axes.set_ylim(-0.6, 4.2)

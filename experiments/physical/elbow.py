@@ -118,8 +118,8 @@ def torques(time: np.ndarray, seed: int) -> np.ndarray:
     levels = rng.uniform(0.5, 3.0, 201) * np.where(np.arange(201) % 2, -1, 1)
     steps = levels[np.searchsorted(edges, time)]
     raw = np.stack((shoulder, elbow + steps), axis=1) * np.minimum(time / 0.5, 1.0)[:, None]
-    share = 1 - np.exp(-GRID / LAG)
-    return scipy.signal.lfilter([share], [1, share - 1], raw, axis=0)
+    weight = 1 - np.exp(-GRID / LAG)
+    return scipy.signal.lfilter([weight], [1, weight - 1], raw, axis=0)
 
 
 def _multisine(time: np.ndarray, rng: np.random.Generator, low: float, high: float, rms: float) -> np.ndarray:
@@ -252,8 +252,8 @@ def draw(rows: list[dict[str, Any]], fit: ModelFit, prediction: Any) -> Figure:
         for i, colour in enumerate(colours):
             axes[key].errorbar(i, error[i], 1.96 * std[i], fmt="o", color=colour, ms=4)
         axes[key].axhline(0, color="k", lw=0.8)
-        beside = " (green: encoder at the motor)" if "C2" in colours else ""
-        axes[key].set(xlabel=f"record{beside}", ylabel="error (%)", title=title)
+        note = " (green: encoder at the motor)" if "C2" in colours else ""
+        axes[key].set(xlabel=f"record{note}", ylabel="error (%)", title=title)
     return figure
 
 

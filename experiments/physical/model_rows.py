@@ -34,8 +34,8 @@ _BITS = mujoco.mjtDisableBit
 def path_of(name: str) -> Path | None:
     """Where a model is; None if its package is not installed."""
     package, _, rest = MODELS[name].partition("/")
-    found = importlib.util.find_spec(package)
-    return Path(found.submodule_search_locations[0]) / rest if found else None
+    spec = importlib.util.find_spec(package)
+    return Path(spec.submodule_search_locations[0]) / rest if spec else None
 
 
 def load(name: str) -> mujoco.MjSpec:
@@ -161,12 +161,12 @@ _TYPES = {
 
 def active(model: mujoco.MjModel, data: mujoco.MjData, row: Row) -> list[int]:
     """Rows of the solver that a limit or contact has now."""
-    found = np.flatnonzero(data.efc_type == _TYPES[row.kind])
+    rows = np.flatnonzero(data.efc_type == _TYPES[row.kind])
     if row.kind != "pair":
-        return [r for r in found if data.efc_id[r] == _id(model, row)]
+        return [r for r in rows if data.efc_id[r] == _id(model, row)]
     pair = _id(model, row)
     geoms = {int(model.pair_geom1[pair]), int(model.pair_geom2[pair])}
-    return [r for r in found if set(data.contact[data.efc_id[r]].geom.tolist()) == geoms]
+    return [r for r in rows if set(data.contact[data.efc_id[r]].geom.tolist()) == geoms]
 
 
 def length_of(model: mujoco.MjModel, data: mujoco.MjData, row: Row, side: int) -> tuple[float, np.ndarray, float]:

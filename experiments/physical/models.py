@@ -153,10 +153,10 @@ class Errors:
 
 def measure(model: mujoco.MjModel, rows: list[Row], count: int, ringing: bool = True) -> dict[str, Errors]:
     """Largest relative errors of the static force and of the ringing frequency, by kind of row."""
-    found = {kind: Errors() for kind in ("joint", "tendon", "pair")}
+    errors_by_kind = {kind: Errors() for kind in ("joint", "tendon", "pair")}
     data, places = mujoco.MjData(model), list(poses(model, count))
     for row in rows:
-        cases, errors = 0, found[row.kind]
+        cases, errors = 0, errors_by_kind[row.kind]
         for n, pose in enumerate(places):
             side = 1 if n % 2 else -1
             mujoco.mj_resetData(model, data)
@@ -171,7 +171,7 @@ def measure(model: mujoco.MjModel, rows: list[Row], count: int, ringing: bool = 
                 errors.ringing = max(errors.ringing, abs(rings[0] / rings[1] - 1))
             cases += 1
         errors.rows, errors.cases = errors.rows + bool(cases), errors.cases + cases
-    return found
+    return errors_by_kind
 
 
 def teeth(model: mujoco.MjModel, row: Row, pose: np.ndarray, side: int) -> tuple[float, float]:
@@ -193,7 +193,7 @@ def teeth(model: mujoco.MjModel, row: Row, pose: np.ndarray, side: int) -> tuple
 
 def measure_backlash(name: str, count: int) -> dict[str, float]:
     """Largest errors of stiffness and play over poses and over links ten times as heavy; and what the recipe gives."""
-    found = {"joints": 0, "stiffness": 0.0, "play": 0.0, "ringing": 0.0}
+    result = {"joints": 0, "stiffness": 0.0, "play": 0.0, "ringing": 0.0}
     values: dict[str, list[float]] = {}
     for scale in (1.0, 10.0):
         for recipe in (False, True):
@@ -206,13 +206,13 @@ def measure_backlash(name: str, count: int) -> dict[str, float]:
                     if recipe:
                         values.setdefault(row.name, []).append(stiffness / row.k)
                         continue
-                    found["stiffness"] = max(found["stiffness"], abs(stiffness / row.k - 1))
-                    found["play"] = max(found["play"], abs(play / GAP - 1))
+                    result["stiffness"] = max(result["stiffness"], abs(stiffness / row.k - 1))
+                    result["play"] = max(result["play"], abs(play / GAP - 1))
             if not recipe and scale == 1:
-                found["joints"] = len(rows)
-                found["ringing"] = max((e.ringing for e in measure(model, rows, count).values()), default=0.0)
+                result["joints"] = len(rows)
+                result["ringing"] = max((e.ringing for e in measure(model, rows, count).values()), default=0.0)
     ratios = [max(v) / min(v) for v in values.values()]
-    return found | {"two hinges, stiffest over softest": max(ratios, default=np.nan)}
+    return result | {"two hinges, stiffest over softest": max(ratios, default=np.nan)}
 
 
 def defaults(name: str, count: int) -> dict[str, float]:
@@ -220,7 +220,7 @@ def defaults(name: str, count: int) -> dict[str, float]:
     model, rows = softened(name)
     rows = [row for row in rows if row.kind == "joint"]
     model.jnt_solref[:], model.jnt_solimp[:] = (0.02, 1), (0.9, 0.95, 0.001, 0.5, 2)
-    model, found = alone_in_force(model), []
+    model, stiffnesses = alone_in_force(model), []
     data = mujoco.MjData(model)
     for row in rows:
         for pose in poses(model, count):
@@ -228,8 +228,8 @@ def defaults(name: str, count: int) -> dict[str, float]:
             data.qpos[:] = pose
             r = violate(model, data, row, 1e-3, 1)
             if r is not None:
-                found.append(static_force(model, data, row, r) / 1e-3)
-    return {"softest": min(found, default=np.nan), "stiffest": max(found, default=np.nan)}
+                stiffnesses.append(static_force(model, data, row, r) / 1e-3)
+    return {"softest": min(stiffnesses, default=np.nan), "stiffest": max(stiffnesses, default=np.nan)}
 
 
 def table(models: dict[str, dict]) -> str:
@@ -252,18 +252,18 @@ def table(models: dict[str, dict]) -> str:
 
 def main(out: Path = Path("results/physical_models"), poses: int = 20, models: Sequence[str] = tuple(MODELS)) -> None:
     out.mkdir(parents=True, exist_ok=True)
-    found: dict[str, dict] = {}
+    results: dict[str, dict] = {}
     for name in models:
         if not path_of(name):
             print(f"{name}: its package is not installed")
             continue
         rows = {kind: vars(errors) for kind, errors in measure(*softened(name), poses).items()}
-        found[name] = {
+        results[name] = {
             "rows": rows, "backlash": measure_backlash(name, poses), "default": defaults(name, poses)
         }  # fmt: skip
-        (out / "physical_models.json").write_text(json.dumps(found, indent=1, default=float))
-        (out / "physical_models.md").write_text(table(found))
-        print(name, found[name], flush=True)
+        (out / "physical_models.json").write_text(json.dumps(results, indent=1, default=float))
+        (out / "physical_models.md").write_text(table(results))
+        print(name, results[name], flush=True)
 
 
 if __name__ == "__main__":

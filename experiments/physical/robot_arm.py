@@ -57,12 +57,12 @@ def _second_hinge(spec: mujoco.MjSpec, joint: str, gap: float) -> None:
 
 def angles(model: mujoco.MjModel, joint: str) -> np.ndarray:
     """(2, nq) matrix that makes the angles of drive and load, rad, of a pose."""
-    found, known = np.zeros((2, model.nq)), [model.joint(i).name for i in range(model.njnt)]
+    directions, known = np.zeros((2, model.nq)), [model.joint(i).name for i in range(model.njnt)]
     drive = f"{joint} drive" if f"{joint} drive" in known else joint
-    found[0, model.joint(drive).qposadr] = 1
+    directions[0, model.joint(drive).qposadr] = 1
     for part in {joint, f"{joint} play"} & set(known):
-        found[1, model.joint(part).qposadr] = 1
-    return found
+        directions[1, model.joint(part).qposadr] = 1
+    return directions
 
 
 def reversal(model: mujoco.MjModel, period: float = 20.0, joint: str = "spin") -> tuple[np.ndarray, np.ndarray]:
@@ -113,12 +113,12 @@ def hunting(model: mujoco.MjModel, seconds: float = 1.5) -> tuple[np.ndarray, np
     """Time, drive and load of the spin joint, whose servo sees the load's angle instead of its own."""
     data, servo, both = mujoco.MjData(model), model.actuator("spin").id, angles(model, "spin")
     data.joint("spin").qvel = 0.5
-    found = np.zeros((round(seconds / model.opt.timestep), 2))
-    for row in found:
+    samples = np.zeros((round(seconds / model.opt.timestep), 2))
+    for row in samples:
         drive, moved = row[:] = both @ data.qpos
         data.ctrl[servo] = drive - moved
         mujoco.mj_step(model, data)
-    return (np.arange(len(found)) * model.opt.timestep, *found.T)
+    return (np.arange(len(samples)) * model.opt.timestep, *samples.T)
 
 
 class Loop(NamedTuple):
@@ -264,9 +264,9 @@ def lost_motion(drive: np.ndarray, moved: np.ndarray) -> float:
 
 def _draw_sag(axes, arm) -> None:
     joints = list(TEETH)[1:5]
-    place, found, usual = np.arange(4), sag(robot()), sag(robot(recipe=True))
+    place, ours, usual = np.arange(4), sag(robot()), sag(robot(recipe=True))
     bars = (
-        ("gap + torque / k", found.expected, "0.7"), ("add_backlash", found.measured, ASKED),
+        ("gap + torque / k", ours.expected, "0.7"), ("add_backlash", ours.measured, ASKED),
         ("two hinges", usual.measured, DEFAULT),
     )  # fmt: skip
     for i, (name, values, colour) in enumerate(bars):
@@ -276,11 +276,11 @@ def _draw_sag(axes, arm) -> None:
     axes.set_ylim(0, 14)
     axes.legend(loc="upper left", ncols=2)
     arm.text(
-        0.97, 0.06, f"tip off by {1e3 * found.tip:.2f} mm\nclosed form {1e3 * found.tip_expected:.2f} mm\n"
+        0.97, 0.06, f"tip off by {1e3 * ours.tip:.2f} mm\nclosed form {1e3 * ours.tip_expected:.2f} mm\n"
         f"two hinges {1e3 * usual.tip:.2f} mm", transform=arm.transAxes, va="bottom", ha="right",
     )  # fmt: skip
-    off = np.nanmax(np.abs(found.measured / found.expected - 1))
-    print(f"sag: off by {off:.1e}; tip {1e3 * found.tip:.4f} mm, closed form {1e3 * found.tip_expected:.4f} mm, "
+    off = np.nanmax(np.abs(ours.measured / ours.expected - 1))
+    print(f"sag: off by {off:.1e}; tip {1e3 * ours.tip:.4f} mm, closed form {1e3 * ours.tip_expected:.4f} mm, "
           f"two hinges {1e3 * usual.tip:.4f} mm")  # fmt: skip
 
 
@@ -289,8 +289,8 @@ def _draw_hunting(axes) -> None:
         time, _, moved = hunting(robot(recipe, OTHERS, 5e-5))
         late = time > time[-1] - 0.2
         axes.plot(1e3 * (time[late] - time[late][0]), moved[late] / ARCMIN, colour, label=name)
-        found = rings(time[late], moved[late] - moved[late].mean()), np.ptp(moved[late]) / 2 / ARCMIN
-        print(f"hunting, {name}: {found[0]:.3f} Hz, ±{found[1]:.3f}'")
+        ringing = rings(time[late], moved[late] - moved[late].mean()), np.ptp(moved[late]) / 2 / ARCMIN
+        print(f"hunting, {name}: {ringing[0]:.3f} Hz, ±{ringing[1]:.3f}'")
     for (frequency, amplitude), style, name in (
         (limit_cycle(), "-", "exact"), (first_harmonic(), ":", "describing function")
     ):  # fmt: skip

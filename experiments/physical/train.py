@@ -48,10 +48,10 @@ class ServoArm(gymnasium.Env):
         super().reset(seed=seed)
         drive = next(iter(physical.drives.drives(self.model))).numbers(self.model)
         drive["gap"], drive["k"] = np.deg2rad(self.np_random.uniform(*GAP)) / 2, self.np_random.uniform(*STIFFNESS)
-        share = (0.5 + self.np_random.uniform(*LOAD)) / self._mass
+        fraction = (0.5 + self.np_random.uniform(*LOAD)) / self._mass
         self.model.body_mass[self._body], self.model.body_inertia[self._body] = (
-            share * self._mass,
-            share * self._inertia,
+            fraction * self._mass,
+            fraction * self._inertia,
         )
         mujoco.mj_resetData(self.model, self.data)
         self.target, self._left = self.np_random.uniform(-1.0, 1.0), self.steps
@@ -99,9 +99,9 @@ def train(seconds: float, seed: int = 0, population: int = 12, episodes: int = 6
         mean, spread, generation = best.mean(axis=0), best.std(axis=0) + 2e-3, generation + 1
         print(f"generation {generation}: {min(costs):.3f}° off")
     unseen = 10**6
-    found = play(env, np.zeros(4), 20, unseen), play(env, mean, 20, unseen)
+    scores = play(env, np.zeros(4), 20, unseen), play(env, mean, 20, unseen)
     env.close()
-    return found
+    return scores
 
 
 def main(seconds: float = 60.0) -> None:

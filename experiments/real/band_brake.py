@@ -84,11 +84,11 @@ class BandBrakeFit:
     nrmse: float = 0.0  #: RMS of the residual over the RMS of the measured force about its mean, over the samples used
 
     @classmethod
-    def of(cls, value: ArrayLike, speed_over: float = 0.0, **found: Any) -> BandBrakeFit:
+    def of(cls, value: ArrayLike, speed_over: float = 0.0, **fields: Any) -> BandBrakeFit:
         """Take the parameters (17,) in the order of `NAMES`."""
         pull, push, others = np.split(np.asarray(value, dtype=float), (5, 10))
         rest = dict(zip(REST, others.tolist()))
-        return cls(BrakeSide(*pull.tolist()), BrakeSide(*push.tolist()), speed_over=speed_over, **rest, **found)
+        return cls(BrakeSide(*pull.tolist()), BrakeSide(*push.tolist()), speed_over=speed_over, **rest, **fields)
 
     @property
     def value(self) -> np.ndarray:
@@ -180,9 +180,9 @@ def band_brake(
     whole = np.array([held.get(name, 0.0) for name in NAMES])
 
     def full(value: np.ndarray) -> np.ndarray:
-        found = whole.copy()
-        found[free] = value
-        return found
+        complete = whole.copy()
+        complete[free] = value
+        return complete
 
     every = [_parameters(records, measured, motions, *start) for start in STARTS]
     parameters = [p for p, is_free in zip(every[0], free) if is_free]
@@ -216,7 +216,7 @@ def _used(use: Any, records: Sequence[tuple[np.ndarray, ...]]) -> list[np.ndarra
 
 
 def _parameters(
-    records: Sequence[tuple[np.ndarray, ...]], measured: np.ndarray, motions: Sequence[tuple[Any, ...]], share: float,
+    records: Sequence[tuple[np.ndarray, ...]], measured: np.ndarray, motions: Sequence[tuple[Any, ...]], ratio: float,
     charge: float,
 ) -> tuple[Parameter, ...]:  # fmt: skip
     """Starts and bounds from the ranges of the records; share: travel over half the range of the displacement."""
@@ -225,13 +225,13 @@ def _parameters(
     v = max(np.abs(v).max() for _, v, _ in motions)
     shape = {
         "slide": (0.8 * f, 0.1 * f, 5 * f, "log"), "start": (0.3, 0.0, 1.0, "linear"),
-        "rise": (1.5, 1.0, 4.0, "linear"), "elastic": (0.5 * share * x, 1e-3 * x, 3 * x, "log"),
+        "rise": (1.5, 1.0, 4.0, "linear"), "elastic": (0.5 * ratio * x, 1e-3 * x, 3 * x, "log"),
         "exponent": (1.7, 1.0, 4.0, "linear"),
     }  # fmt: skip
     rest = {
-        "gap": (0.25 * share * x, 0.0, x, "linear"), "dead_stiffness": (0.1 * f / x, 0.0, 10 * f / x, "linear"),
+        "gap": (0.25 * ratio * x, 0.0, x, "linear"), "dead_stiffness": (0.1 * f / x, 0.0, 10 * f / x, "linear"),
         "damping": (0.03 * f / v, 0.0, f / v, "linear"), "friction": (0.02 * f, 0.0, 0.5 * f, "linear"),
-        "force_zero": (0.0, -0.3 * f, 0.3 * f, "linear"), "charge_travel": (0.25 * share * x, 1e-3 * x, x, "log"),
+        "force_zero": (0.0, -0.3 * f, 0.3 * f, "linear"), "charge_travel": (0.25 * ratio * x, 1e-3 * x, x, "log"),
         "charge": (charge, 0.0, 1.0, "linear"),
     }  # fmt: skip
     bounds = [*shape.values(), *shape.values(), *rest.values()]
@@ -255,7 +255,7 @@ def band_brake_force(
     force = np.empty(x.size)
     f = first - zero - damping * speed[0]
     z = _deflection(f, gap, soft, pull) if f >= 0.0 else -_deflection(-f, gap, soft, push)
-    beside, last = 0.0, x[0]
+    bristle, last = 0.0, x[0]
     for i in range(x.size):
         step = x[i] - last
         last = x[i]
@@ -268,9 +268,9 @@ def band_brake_force(
             slip = _slip(-z, 1.0 - charge, gap, soft, travel, push)
             z += slip
             charge = max(charge - slip / travel, 0.0)
-        beside = min(max(beside + step / (STICK * travel), -1.0), 1.0)
+        bristle = min(max(bristle + step / (STICK * travel), -1.0), 1.0)
         elastic = _spring(z, gap, soft, pull) if z > 0.0 else -_spring(-z, gap, soft, push)
-        force[i] = elastic + damping * speed[i] + friction * beside + zero
+        force[i] = elastic + damping * speed[i] + friction * bristle + zero
     return force
 
 

@@ -36,11 +36,11 @@ LAW = "#d55e00"
 
 def decays_of(record: HammerRecord) -> dict[int, Decay]:
     """Amplitude (m/s²), frequency and damping over time by accelerometer."""
-    found = {}
+    decays = {}
     for sensor, (omega0, window) in SENSORS.items():
         line = ridge(record.acceleration[sensor - 1], record.fs, BAND if omega0 < 20 else (76.0, 85.0), omega0)
-        found[sensor] = decay(line, window, record.fs)
-    return found
+        decays[sensor] = decay(line, window, record.fs)
+    return decays
 
 
 def ratio(decays: dict[int, Decay], sensor: int) -> float:
@@ -51,9 +51,9 @@ def ratio(decays: dict[int, Decay], sensor: int) -> float:
     )
 
 
-def in_metres(found: Decay, factor: float) -> Decay:
+def in_metres(free_decay: Decay, factor: float) -> Decay:
     """Displacements at the first accelerometer."""
-    return replace(found, amplitude=factor * found.amplitude / (2 * np.pi * found.frequency) ** 2)
+    return replace(free_decay, amplitude=factor * free_decay.amplitude / (2 * np.pi * free_decay.frequency) ** 2)
 
 
 def as_curve(sine: SteppedSine) -> ForcedCurve:
@@ -117,12 +117,12 @@ def rows_of(
     low, high = np.nanpercentile(lines, CONFIDENCE, axis=0)
     ends = np.nanpercentile(peaks, CONFIDENCE, axis=0)
     names = ("peak_amplitude", "peak_frequency", "peak_force")
-    own = {"control": sine.control, "index": sine.index, "fitted": sine is known}
+    about = {"control": sine.control, "index": sine.index, "fitted": sine is known}
     model = dict(zip(names, peak(sine, best, fit.mode, fit.test)))
     bands = {f"{n}_{end}": float(v) for end, values in zip(("low", "high"), ends) for n, v in zip(names, values)}
     beyond = {"beyond_decay": bool(model["peak_amplitude"] > reached)}
-    rows = [own | {"source": "measured"} | dict(zip(names, measured_peak(sine))),
-            own | {"source": "predicted"} | model | bands | beyond]  # fmt: skip
+    rows = [about | {"source": "measured"} | dict(zip(names, measured_peak(sine))),
+            about | {"source": "predicted"} | model | bands | beyond]  # fmt: skip
     table = pd.DataFrame(
         {"control": sine.control, "index": sine.index, "frequency_Hz": sine.frequency, "force_N": sine.force,
          "amplitude_m_s2": sine.amplitude, "predicts": "force_N" if held(sine) else "amplitude_m_s2",
@@ -134,12 +134,12 @@ def rows_of(
 def along_decay(decays: dict[int, Decay], fit: JointedModeFit) -> pd.DataFrame:
     """Measured and modelled frequency and damping, accelerometer by accelerometer."""
     parts = []
-    for sensor, found in decays.items():
-        frequency, damping = fit.mode.backbone(in_metres(found, ratio(decays, sensor)).amplitude)
+    for sensor, free_decay in decays.items():
+        frequency, damping = fit.mode.backbone(in_metres(free_decay, ratio(decays, sensor)).amplitude)
         parts.append(pd.DataFrame(
-            {"accelerometer": sensor, "time_s": found.time, "amplitude_m_s2": found.amplitude,
-             "at_first_m_s2": found.amplitude * ratio(decays, sensor), "frequency_Hz": found.frequency,
-             "damping": found.damping, "law_frequency_Hz": frequency, "law_damping": damping}
+            {"accelerometer": sensor, "time_s": free_decay.time, "amplitude_m_s2": free_decay.amplitude,
+             "at_first_m_s2": free_decay.amplitude * ratio(decays, sensor), "frequency_Hz": free_decay.frequency,
+             "damping": free_decay.damping, "law_frequency_Hz": frequency, "law_damping": damping}
         ))  # fmt: skip
     return pd.concat(parts, ignore_index=True)
 
@@ -174,12 +174,12 @@ def analyse(folder: Path) -> dict:
 
 def misses(result: dict) -> dict[int, tuple[float, float]]:
     """Largest error of the law along each fitted decay: frequency, Hz, and damping ratio."""
-    table, found = result["along"], {}
+    table, worst = result["along"], {}
     for sensor in FITTED:
         part = table[table["accelerometer"] == sensor]
         frequency, damping = part["law_frequency_Hz"] - part["frequency_Hz"], part["law_damping"] - part["damping"]
-        found[sensor] = float(frequency.abs().max()), float(damping.abs().max())
-    return found
+        worst[sensor] = float(frequency.abs().max()), float(damping.abs().max())
+    return worst
 
 
 def draw_decay(result: dict) -> Figure:
@@ -191,10 +191,10 @@ def draw_decay(result: dict) -> Figure:
     every = np.array([fit.mode.backbone(metres), *(mode.backbone(metres) for mode, _ in result["draws"])])
     for ax, values, column, factor in zip(axes, np.moveaxis(every, 1, 0), ("frequency_Hz", "damping"), (1, 100)):
         for sensor, part in result["along"].groupby("accelerometer"):
-            share = f" x {ratio(result['decays'], sensor):.3g}" if sensor != FITTED[0] else ""
+            scaled = f" x {ratio(result['decays'], sensor):.3g}" if sensor != FITTED[0] else ""
             ax.semilogx(part["at_first_m_s2"], factor * part[column], "." if sensor in FITTED else "x", ms=4,
                         color=COLORS[sensor], zorder=2 if sensor in FITTED else 3,
-                        label=f"accelerometer {sensor}{share}")  # fmt: skip
+                        label=f"accelerometer {sensor}{scaled}")  # fmt: skip
         ax.fill_between(grid, *(factor * np.percentile(values[1:], CONFIDENCE, axis=0)), color=LAW, alpha=0.2, lw=0)
         ax.plot(grid, factor * values[0], color=LAW, lw=1, label="law, 95 %")
         ax.set_xlabel("amplitude at accelerometer 1 (m/s²)")

@@ -129,13 +129,13 @@ def doubts(brake: BandBrakeFit, target: DamperRecord) -> dict:
 def left_out(records: Sequence[DamperRecord], reach: float) -> dict[str, dict[str, tuple[float, float]]]:
     """NRMSE of each record predicted from the others, by element: within reach of a reversal, and of all of it."""
     tasks = [Task(e, [r for r in records if r is not out], [out], reach) for e in ELEMENTS for out in records]
-    found: dict[str, dict[str, tuple[float, float]]] = {e: {} for e in ELEMENTS}
+    errors: dict[str, dict[str, tuple[float, float]]] = {e: {} for e in ELEMENTS}
     for task, (_, (force,)) in run_tasks(fit_and_predict, tasks):
         (out,) = task.targets
         near = travel_since_reversal(out.displacement, REVERSAL) <= reach
         name = next(n for n, r in zip(CHARACTERISATION, records) if r is out)
-        found[task.element][name] = nrmse(force[near], out.force[near]), nrmse(force, out.force)
-    return found
+        errors[task.element][name] = nrmse(force[near], out.force[near]), nrmse(force, out.force)
+    return errors
 
 
 def analyse(folder: Path) -> dict:
@@ -147,9 +147,9 @@ def analyse(folder: Path) -> dict:
     errors = left_out(records, reach)
     means = {e: np.mean([errors[e][n] for n in CHARACTERISATION], axis=0) for e in ELEMENTS}
     chosen = min(ELEMENTS, key=lambda e: means[e][0])
-    found = {t.element: done for t, done in run_tasks(
+    results = {t.element: done for t, done in run_tasks(
         fit_and_predict, [Task(e, records, [target, *records], reach) for e in ELEMENTS])}  # fmt: skip
-    predictions = {e: found[e][1][0] for e in ELEMENTS}
+    predictions = {e: results[e][1][0] for e in ELEMENTS}
     draws = block_bootstrap(predictions, target)
     rows = []
     for name in ELEMENTS:
@@ -160,8 +160,8 @@ def analyse(folder: Path) -> dict:
                      "above_chosen_low": more, "above_chosen_high": most})  # fmt: skip
     shares, early = error_shares(predictions[chosen], target)
     return {"records": records, "target": target, "motions": motions, "left_out": errors, "chosen": chosen,
-            "found": found, "rows": rows, "shares": shares, "share_of_first_pulls": early,
-            "doubts": doubts(found["band brake"][0], target)}  # fmt: skip
+            "found": results, "rows": rows, "shares": shares, "share_of_first_pulls": early,
+            "doubts": doubts(results["band brake"][0], target)}  # fmt: skip
 
 
 def draw(result) -> Figure:

@@ -77,13 +77,13 @@ def plateaus(record: DropbearRecord) -> list[Plateau]:
     still = scipy.signal.medfilt(np.pad(still.astype(float), half, mode="edge"), 2 * half + 1)[half:-half] > 0.5
     edges = np.flatnonzero(np.diff(np.concatenate(([0], still, [0])))).reshape(-1, 2)
     settle = round(SETTLE * record.fs)
-    found = []
+    segments = []
     for start, stop in edges[edges[:, 0] > 0] + [settle, -settle]:
         if stop - start >= SHORTEST * record.fs:
             at = float(np.median(record.position[start:stop]))
             frequency = [spectrum_peak(record.acceleration[start:stop], record.fs, band) for band in BANDS]
-            found.append(Plateau(int(start), int(stop), at, np.array(frequency)))
-    return found
+            segments.append(Plateau(int(start), int(stop), at, np.array(frequency)))
+    return segments
 
 
 def spectrum_peak(signal, fs, band) -> float:
@@ -175,14 +175,14 @@ def median_error(rows, record, mode, column, against="spectrum_Hz") -> float:
     return float(np.nanmedian(errors))
 
 
-def moving(found, name, mode) -> dict:
+def moving(results, name, mode) -> dict:
     """Tracked against predicted frequency while the roller moves: median error and lag, and how much the mask keeps.
 
     Every move knocks the beam, so the ridge's mask keeps little of it; the errors are therefore given of all samples
     ("error") and of those within the mask ("valid_error").
     """
-    record, line = found["records"][name], found["ridges"][name][mode]
-    predicted = np.interp(record.time, record.time[::10], found["curves"][name][:, mode])
+    record, line = results["records"][name], results["ridges"][name][mode]
+    predicted = np.interp(record.time, record.time[::10], results["curves"][name][:, mode])
     moves = np.abs(np.gradient(smooth_position(record), record.time)) > MOVING
     tracked = line.omega / (2 * np.pi)
     error = np.abs(tracked / predicted - 1)
@@ -193,36 +193,36 @@ def moving(found, name, mode) -> dict:
     }  # fmt: skip
 
 
-def draw(found) -> Figure:
+def draw(results) -> Figure:
     figure = Figure(figsize=(10, 9), layout="constrained")
-    axes = figure.subplots(len(found["records"]), 2, squeeze=False)
-    for row, (name, record) in zip(axes, found["records"].items()):
+    axes = figure.subplots(len(results["records"]), 2, squeeze=False)
+    for row, (name, record) in zip(axes, results["records"].items()):
         for mode, ax in enumerate(row):
-            line = found["ridges"][name][mode]
+            line = results["ridges"][name][mode]
             frequency = np.where(line.valid, line.omega / (2 * np.pi), np.nan)
             ax.plot(record.time, line.omega / (2 * np.pi), color="#8c8c8c", lw=0.5, label="outside its mask")
             ax.plot(record.time, frequency, color="#0072b2", lw=0.8, label="wavelet ridge")
-            ax.plot(record.time[::10], found["curves"][name][:, mode], color="#d55e00", lw=0.8,
+            ax.plot(record.time[::10], results["curves"][name][:, mode], color="#d55e00", lw=0.8,
                     label="predicted from position", zorder=3)  # fmt: skip
-            spectra = [r for r in found["rows"] if r["record"] == name and r["mode"] == mode + 1]
+            spectra = [r for r in results["rows"] if r["record"] == name and r["mode"] == mode + 1]
             ax.plot([(r["from_s"] + r["to_s"]) / 2 for r in spectra], [r["spectrum_Hz"] for r in spectra], "k.",
                     label="plateau spectrum")  # fmt: skip
             ax.set(title=f"{name}, mode {mode + 1}", xlabel="time (s)", ylabel="frequency (Hz)")
-            ax.set_ylim(found["curves"][name][:, mode].min() * 0.9, found["curves"][name][:, mode].max() * 1.1)
+            ax.set_ylim(results["curves"][name][:, mode].min() * 0.9, results["curves"][name][:, mode].max() * 1.1)
     axes[0, 0].legend(fontsize=7, loc="lower center")
     return figure
 
 
-def write(found: dict, out: Path) -> None:
+def write(results: dict, out: Path) -> None:
     """Write the table and the figure into a folder and print what was found."""
     out.mkdir(parents=True, exist_ok=True)
-    pd.DataFrame(found["rows"]).to_csv(out / "dropbear.csv", index=False)
-    draw(found).savefig(out / "dropbear.png", dpi=120)
-    print(found["model"])
-    for name in found["records"]:
+    pd.DataFrame(results["rows"]).to_csv(out / "dropbear.csv", index=False)
+    draw(results).savefig(out / "dropbear.png", dpi=120)
+    print(results["model"])
+    for name in results["records"]:
         for mode in (0, 1):
-            rows, motion = found["rows"], moving(found, name, mode)
-            middle = np.median(found["curves"][name][:, mode])
+            rows, motion = results["rows"], moving(results, name, mode)
+            middle = np.median(results["curves"][name][:, mode])
             print(
                 f"{name} mode {mode + 1}: predicted {100 * median_error(rows, name, mode + 1, 'predicted_Hz'):.2f} %, "
                 f"ridge on plateaus {100 * median_error(rows, name, mode + 1, 'ridge_Hz'):.2f} %, while moving "

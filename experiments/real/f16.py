@@ -76,14 +76,14 @@ class Levels:
         """FRFs (3, lines) that stand for a level, made of other levels, and which these are."""
         ranked = sorted(known, key=lambda k: self.rms[k])
         nearest = min(known, key=lambda k: abs(self.rms[k] - self.rms[level]))
-        found = {"linear": (self.frf(ranked[0]), [ranked[0]]), "nearest": (self.frf(nearest), [nearest])}
+        predictions = {"linear": (self.frf(ranked[0]), [ranked[0]]), "nearest": (self.frf(nearest), [nearest])}
         below = [k for k in ranked if self.rms[k] < self.rms[level]]
         above = [k for k in ranked if self.rms[k] > self.rms[level]]
         if below and above:
             a, b = below[-1], above[0]
-            share = (self.rms[level] - self.rms[a]) / (self.rms[b] - self.rms[a])
-            found["interpolation"] = ((1 - share) * self.frf(a) + share * self.frf(b), [a, b])
-        return found
+            fraction = (self.rms[level] - self.rms[a]) / (self.rms[b] - self.rms[a])
+            predictions["interpolation"] = ((1 - fraction) * self.frf(a) + fraction * self.frf(b), [a, b])
+        return predictions
 
 
 def rms_of(spectra: np.ndarray) -> np.ndarray:

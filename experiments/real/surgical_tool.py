@@ -31,10 +31,10 @@ COLUMNS = {
 def runs_of(folder: Path, tool: str, frequencies: Sequence[str]) -> list[DriveRecord]:
     """Runs of a tool at frequencies that are named by their digits."""
     folder = folder / "surgical_tool" if (folder / "surgical_tool").is_dir() else folder
-    found = sorted(path for f in frequencies for path in (folder / tool).glob(f"{f}[0-9].csv.gz"))
-    if not found:
+    files = sorted(path for f in frequencies for path in (folder / tool).glob(f"{f}[0-9].csv.gz"))
+    if not files:
         raise RecordError(f"{folder / tool}: No such file: runs {', '.join(f'{f}0.csv.gz ...' for f in frequencies)}")
-    return [DriveRecord.read(path, COLUMNS) for path in found]
+    return [DriveRecord.read(path, COLUMNS) for path in files]
 
 
 def analyse(folder: Path, identify: str = "0,2,4", predict: str = "1,3") -> dict:
@@ -43,15 +43,15 @@ def analyse(folder: Path, identify: str = "0,2,4", predict: str = "1,3") -> dict
     for tool in TOOLS:
         fits[tool] = fit_drive(runs_of(folder, tool, identify.split(",")))
     for tool in TOOLS:
-        told = runs_of(folder, tool, predict.split(","))
-        shown[tool] = told[-1]
-        for record in told:
+        validation = runs_of(folder, tool, predict.split(","))
+        shown[tool] = validation[-1]
+        for record in validation:
             angle, torque = fits[tool].drive.errors(record)
             rows.append({
                 "tool": tool, "run": record.name, "angle_rms_deg": math.degrees(angle), "torque_rms_mNm": 1e3 * torque
             })  # fmt: skip
         for other in TOOLS:
-            errors = [_errors_of_another(fits[other], other, tool, record) for record in told]
+            errors = [_errors_of_another(fits[other], other, tool, record) for record in validation]
             angle, torque = np.sqrt(np.mean(np.square(errors), axis=0))
             across.append({
                 "drive of": other, "runs of": tool, "angle_rms_deg": math.degrees(angle), "torque_rms_mNm": 1e3 * torque
@@ -76,10 +76,10 @@ def draw(result: dict) -> Figure:
         record = result["shown"][tool]
         draw_loops(row, record, result["fits"][tool].drive)
         row[0].set_title(f"{tool}, run {record.name}", fontsize=9)
-        own = [r for r in result["rows"] if r["tool"] == tool]
-        names = [r["run"] for r in own]
-        row[2].bar(names, [r["angle_rms_deg"] for r in own], width=0.4, align="edge", label="angle, degrees RMS")
-        row[2].bar(names, [r["torque_rms_mNm"] for r in own], width=-0.4, align="edge", label="torque, mN m RMS")
+        of_tool = [r for r in result["rows"] if r["tool"] == tool]
+        names = [r["run"] for r in of_tool]
+        row[2].bar(names, [r["angle_rms_deg"] for r in of_tool], width=0.4, align="edge", label="angle, degrees RMS")
+        row[2].bar(names, [r["torque_rms_mNm"] for r in of_tool], width=-0.4, align="edge", label="torque, mN m RMS")
         row[2].set_title("errors of runs that the drive was not found from", fontsize=9)
     for ax in axes[-1, :2]:
         ax.set_xlabel("motor's angle, degrees")
@@ -99,8 +99,8 @@ def write(result: dict, folder: Path) -> None:
     with replacing(folder / "tool.png") as path:
         draw(result).savefig(path, format="png", dpi=110)
     for tool in TOOLS:
-        own = [(r["angle_rms_deg"], r["torque_rms_mNm"]) for r in result["rows"] if r["tool"] == tool]
-        angle, torque = np.sqrt(np.mean(np.square(own), axis=0))
+        errors = [(r["angle_rms_deg"], r["torque_rms_mNm"]) for r in result["rows"] if r["tool"] == tool]
+        angle, torque = np.sqrt(np.mean(np.square(errors), axis=0))
         size = result["fits"][tool].estimates.value.size
         print(f"{tool}: angle {angle:.2f} degrees, torque {torque:.2f} mN m RMS, {size} parameters")
 

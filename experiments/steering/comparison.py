@@ -71,8 +71,8 @@ def run_all(groups: list[Group], folder: Path, workers: int | None = None) -> pd
     for group, rows in run_tasks(run_group, missing, workers, processes=True, progress="groups", done=known):
         with replacing(files[group]) as temporary:
             rows.to_csv(temporary, index=False)
-    found = [pd.read_csv(file, keep_default_na=False) for file in files.values()]
-    return pd.concat(found, ignore_index=True).fillna(np.inf)  # of controllers that never reached the end
+    tables = [pd.read_csv(file, keep_default_na=False) for file in files.values()]
+    return pd.concat(tables, ignore_index=True).fillna(np.inf)  # of controllers that never reached the end
 
 
 def main(

@@ -25,9 +25,9 @@ def peaks(rows: pd.DataFrame, regime: str) -> Drawing:
     axes = figure.subplots(lines, 3, squeeze=False, sharey=True)
     for ax, manoeuvre in zip(axes.flat, there):
         for i, name in enumerate(names):
-            found = median(1e3 * values(rows, manoeuvre, regime, name, "peak_e_y"))
-            value, low, high = (min(v, WIDEST) for v in found)
-            marker = "o" if found.value < WIDEST else ">"
+            interval = median(1e3 * values(rows, manoeuvre, regime, name, "peak_e_y"))
+            value, low, high = (min(v, WIDEST) for v in interval)
+            marker = "o" if interval.value < WIDEST else ">"
             ax.plot([low, high], [i, i], color=look(name)["color"], lw=1.6)
             ax.plot(value, i, marker=marker, color=look(name)["color"], ms=4)
         panel(ax, MANOEUVRES[manoeuvre].label)
@@ -49,15 +49,15 @@ def peaks(rows: pd.DataFrame, regime: str) -> Drawing:
     )
 
 
-def worth(found: list[Paired]) -> Drawing:
+def worth(comparisons: list[Paired]) -> Drawing:
     """By how much each controller with the clearance model is below that with a disturbance observer."""
-    pairs = list(dict.fromkeys((p.new, p.old) for p in found))
-    there = list(dict.fromkeys(p.manoeuvre for p in found))
+    pairs = list(dict.fromkeys((p.new, p.old) for p in comparisons))
+    there = list(dict.fromkeys(p.manoeuvre for p in comparisons))
     figure = sheet(0.14 * len(pairs) * len(there) + 0.9)
     axes = figure.subplots(1, len(REGIMES), squeeze=False, sharey=True, sharex=True)[0]
     for ax, regime in zip(axes, REGIMES):
         for j, (new, old) in enumerate(pairs):
-            here = [p for p in found if (p.regime, p.new, p.old) == (regime, new, old)]
+            here = [p for p in comparisons if (p.regime, p.new, p.old) == (regime, new, old)]
             y = np.arange(len(here)) + (j - (len(pairs) - 1) / 2) * 0.8 / len(pairs)
             value, low, high = np.clip([p.below for p in here], -100, 100).T
             label = f"{CONTROLLERS[new].label} below {CONTROLLERS[old].label}"

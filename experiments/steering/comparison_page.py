@@ -28,22 +28,22 @@ EFFORT = ("servo_rms_rate", "servo_fast_rate", "servo_reversals")
 
 def write_page(rows: pd.DataFrame, sensors: str, folder: Path) -> None:
     """Write the page and its figures into a folder."""
-    found = paired(rows)
-    drawings = [*(peaks(rows, regime) for regime in REGIMES), worth(found), chatter(rows)]
+    comparisons = paired(rows)
+    drawings = [*(peaks(rows, regime) for regime in REGIMES), worth(comparisons), chatter(rows)]
     for drawing in drawings:
         drawing.write(folder)
-    write_text(folder / f"{PAGE}.md", "\n\n".join(_page(rows, sensors, found, drawings)) + "\n")
+    write_text(folder / f"{PAGE}.md", "\n\n".join(_page(rows, sensors, comparisons, drawings)) + "\n")
 
 
-def _page(rows: pd.DataFrame, sensors: str, found: list[Paired], drawings: Sequence[Drawing]) -> Iterator[str]:
+def _page(rows: pd.DataFrame, sensors: str, comparisons: list[Paired], drawings: Sequence[Drawing]) -> Iterator[str]:
     yield "# Steering controllers compared"
     yield _method(rows, sensors)
     yield "## Where does the clearance model pay?"
     *errors, pairs, effort = drawings
-    if found:
-        yield markdown_table(_counts(rows, found))
+    if comparisons:
+        yield markdown_table(_counts(rows, comparisons))
         yield _shown(pairs)
-        yield markdown_table(_pairs_table(rows, found))
+        yield markdown_table(_pairs_table(rows, comparisons))
     yield "## Lateral error"
     for drawing in errors:
         yield _shown(drawing)
@@ -81,8 +81,8 @@ def _number(value: float, form: str) -> str:
     return "left" if np.isinf(value) else format(value, form)
 
 
-def _interval(found: Median, form: str) -> str:
-    return f"{_number(found.value, form)} ({_number(found.low, form)}…{_number(found.high, form)})"
+def _interval(interval: Median, form: str) -> str:
+    return f"{_number(interval.value, form)} ({_number(interval.low, form)}…{_number(interval.high, form)})"
 
 
 def _both(numbers: Iterable[str]) -> str:
@@ -90,14 +90,14 @@ def _both(numbers: Iterable[str]) -> str:
     return "/".join(numbers)
 
 
-def _counts(rows: pd.DataFrame, found: list[Paired]) -> Table:
+def _counts(rows: pd.DataFrame, comparisons: list[Paired]) -> Table:
     """How often a clearance model is below both observers, and the verdicts of its pairs."""
-    total, pairs = rows["manoeuvre"].nunique(), list(dict.fromkeys((p.new, p.old) for p in found))
+    total, pairs = rows["manoeuvre"].nunique(), list(dict.fromkeys((p.new, p.old) for p in comparisons))
     columns = [Column("Controller"), *(Column(f"{regime}-driven", f"of {total}") for regime in REGIMES)]
-    columns += [Column(verdict.capitalize(), f"of {len(found) // len(pairs)}") for verdict in VERDICTS]
+    columns += [Column(verdict.capitalize(), f"of {len(comparisons) // len(pairs)}") for verdict in VERDICTS]
     body = []
     for new, old in pairs:
-        verdicts = [p.verdict for p in found if (p.new, p.old) == (new, old)]
+        verdicts = [p.verdict for p in comparisons if (p.new, p.old) == (new, old)]
         cells = [*(_below_both(rows, regime, new) for regime in REGIMES), *(str(verdicts.count(v)) for v in VERDICTS)]
         body.append([CONTROLLERS[new].label, *cells])
     caption = (
@@ -113,13 +113,13 @@ def _below_both(rows: pd.DataFrame, regime: str, controller: str) -> str:
     return "{} ({})".format(*below_both(rows, regime, controller))
 
 
-def _pairs_table(rows: pd.DataFrame, found: list[Paired]) -> Table:
+def _pairs_table(rows: pd.DataFrame, comparisons: list[Paired]) -> Table:
     """How much lower the peak error is than with an observer; twins are in the figure."""
-    pairs = [pair for pair in dict.fromkeys((p.new, p.old) for p in found) if "twin" not in pair[0]]
+    pairs = [pair for pair in dict.fromkeys((p.new, p.old) for p in comparisons) if "twin" not in pair[0]]
     columns = [Column("Manoeuvre"), Column("Regime"), *(Column(CONTROLLERS[new].label, "%") for new, _ in pairs)]
     body = []
     for manoeuvre, regime in product(rows["manoeuvre"].unique(), REGIMES):
-        here = {(p.new, p.old): p for p in found if (p.manoeuvre, p.regime) == (manoeuvre, regime)}
+        here = {(p.new, p.old): p for p in comparisons if (p.manoeuvre, p.regime) == (manoeuvre, regime)}
         body.append([MANOEUVRES[manoeuvre].label, regime, *(_reduction(here[pair]) for pair in pairs)])
     caption = (
         "Reduction of the peak error against the disturbance observer (SMC-DOB or MPC-DOB) on the same vehicle and "
@@ -171,8 +171,8 @@ def _effort_table(rows: pd.DataFrame) -> Table:
 def _layer_in_words(rows: pd.DataFrame) -> str:
     """How much of the time sliding modes are outside their boundary layer, of runs that reached their end."""
     percent = 100 * rows["outside_layer"].replace(np.inf, np.nan)
-    found = percent.groupby([rows["controller"], rows["manoeuvre"], rows["regime"]]).median()
-    outside = {name: found[name] for name in names_of(rows) if found[name].max() > LAYER_LIMIT}
+    medians = percent.groupby([rows["controller"], rows["manoeuvre"], rows["regime"]]).median()
+    outside = {name: medians[name] for name in names_of(rows) if medians[name].max() > LAYER_LIMIT}
     words = "".join(f"{CONTROLLERS[n].label} {of.min():.0f} to {of.max():.0f} %; " for n, of in outside.items())
     return (
         "Fraction of the time outside the boundary layer of the sliding mode, medians over vehicles: "

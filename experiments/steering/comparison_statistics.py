@@ -60,15 +60,15 @@ def below(new: np.ndarray, old: np.ndarray) -> np.ndarray:
 
 def paired(rows: pd.DataFrame) -> list[Paired]:
     """Compare the pairs on every manoeuvre in every regime."""
-    there, found = set(rows["controller"]), []
+    there, comparisons = set(rows["controller"]), []
     for manoeuvre, regime, (new, old) in product(rows["manoeuvre"].unique(), REGIMES, PAIRS):
         if {new, old} <= there:
             peaks = [values(rows, manoeuvre, regime, name, "peak_e_y") for name in (new, old)]
             turns = [values(rows, manoeuvre, regime, name, "servo_reversals") for name in (new, old)]
             whole = np.isfinite(turns).all(axis=0)
             more = float(np.median(turns[0][whole] - turns[1][whole])) if whole.any() else np.inf
-            found.append(Paired(manoeuvre, regime, new, old, median(below(*peaks)), more))
-    return found
+            comparisons.append(Paired(manoeuvre, regime, new, old, median(below(*peaks)), more))
+    return comparisons
 
 
 def below_both(rows: pd.DataFrame, regime: str, controller: str) -> tuple[int, int]:

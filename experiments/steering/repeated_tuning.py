@@ -37,10 +37,10 @@ REPEATS = (
     Repeat("seed 2", 2, 7),
     Repeat("256 evaluations", 0, 15),
 )  # the stored tuning and those that it is compared with
-Found = Mapping[str, Mapping[str, Mapping[str, Any]]]  # results by label of the repetition and name of the controller
+Tunings = Mapping[str, Mapping[str, Mapping[str, Any]]]  # results by label of the repetition and name of the controller
 
 
-def repeat(folder: Path, names: list[str], search: Callable[[str, Repeat], dict[str, Any]]) -> Found:
+def repeat(folder: Path, names: list[str], search: Callable[[str, Repeat], dict[str, Any]]) -> Tunings:
     """Tune controllers again by each of `REPEATS`; what a folder holds already is not searched for again."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "tuning.toml"
@@ -48,9 +48,9 @@ def repeat(folder: Path, names: list[str], search: Callable[[str, Repeat], dict[
         for name in names:
             if name not in _read(path).get(each.label, {}):
                 store(path, each.label, name, search(name, each))
-    found = _read(path)
-    (folder / "tuning.md").write_text(table(found), encoding="utf-8")
-    return found
+    tunings = _read(path)
+    (folder / "tuning.md").write_text(table(tunings), encoding="utf-8")
+    return tunings
 
 
 def _read(path: Path) -> dict[str, dict[str, Any]]:
@@ -59,42 +59,42 @@ def _read(path: Path) -> dict[str, dict[str, Any]]:
 
 def at_bounds(name: str, settings: Mapping[str, float]) -> list[str]:
     """Return the settings of a controller that lie at an end of their range."""
-    found = []
+    at_bound = []
     for key, (low, high) in CONTROLLERS[name].bounds.items():
-        share = math.log(settings[key] / low) / math.log(high / low)
-        if min(share, 1 - share) < BOUND_MARGIN:
-            found.append(key)
-    return found
+        fraction = math.log(settings[key] / low) / math.log(high / low)
+        if min(fraction, 1 - fraction) < BOUND_MARGIN:
+            at_bound.append(key)
+    return at_bound
 
 
-def rank_correlations(found: Found) -> dict[tuple[str, str], float]:
+def rank_correlations(tunings: Tunings) -> dict[tuple[str, str], float]:
     """Kendall's τ between the rankings by cost of each two repetitions."""
-    labels = list(found)
-    names = list(found[labels[0]])
-    costs = {label: [found[label][name]["cost"] for name in names] for label in labels}
+    labels = list(tunings)
+    names = list(tunings[labels[0]])
+    costs = {label: [tunings[label][name]["cost"] for name in names] for label in labels}
     pairs = [(one, other) for i, one in enumerate(labels) for other in labels[i + 1 :]]
     return {(one, other): float(scipy.stats.kendalltau(costs[one], costs[other]).statistic) for one, other in pairs}
 
 
-def table(found: Found) -> str:
+def table(tunings: Tunings) -> str:
     """Return costs and ranks of each repetition, τ, and settings with those at a bound marked, as Markdown."""
-    labels = list(found)
-    names = sorted(found[labels[0]], key=lambda name: found[labels[0]][name]["cost"])
-    costs = np.array([[found[label][name]["cost"] for label in labels] for name in names])
+    labels = list(tunings)
+    names = sorted(tunings[labels[0]], key=lambda name: tunings[labels[0]][name]["cost"])
+    costs = np.array([[tunings[label][name]["cost"] for label in labels] for name in names])
     ranks = scipy.stats.rankdata(costs, axis=0).astype(int)
     rows = [("controller", *(f"{label}: cost (rank)" for label in labels), "spread")]
     settings = [("controller", "settings of each repetition, * at a bound")]
     for name, cost, rank in zip(names, costs, ranks):
         cells = (f"{value:.3f} ({place})" for value, place in zip(cost, rank))
         rows.append((CONTROLLERS[name].label, *cells, f"{100 * np.ptp(cost) / np.mean(cost):.0f} %"))
-        settings.append((CONTROLLERS[name].label, "; ".join(_settings(name, found[label][name]) for label in labels)))
-    taus = (f"- {one}, {other}: {tau:.2f}\n" for (one, other), tau in rank_correlations(found).items())
+        settings.append((CONTROLLERS[name].label, "; ".join(_settings(name, tunings[label][name]) for label in labels)))
+    taus = (f"- {one}, {other}: {tau:.2f}\n" for (one, other), tau in rank_correlations(tunings).items())
     return f"{markdown_table(rows)}\nKendall's τ between rankings:\n{''.join(taus)}\n{markdown_table(settings)}"
 
 
-def _settings(name: str, found: Mapping[str, Any]) -> str:
-    ends = at_bounds(name, found["settings"])
-    values = {key: found["settings"][key] for key in CONTROLLERS[name].bounds}
+def _settings(name: str, tuning: Mapping[str, Any]) -> str:
+    ends = at_bounds(name, tuning["settings"])
+    values = {key: tuning["settings"][key] for key in CONTROLLERS[name].bounds}
     return ", ".join(f"{key} {value:.3g}{'*' if key in ends else ''}" for key, value in values.items())
 
 

@@ -79,8 +79,8 @@ def peaks(vehicles: int, workers: int) -> pd.DataFrame:
         for sensors in [sweep.sensors(value)]
     }  # what a car has comes up in every sweep and runs once
     with ProcessPoolExecutor(workers) as pool:
-        found = pool.map(peak, cases.values(), chunksize=4)
-        known = dict(zip(cases, tqdm(found, total=len(cases), unit="run", desc="lane changes")))
+        results = pool.map(peak, cases.values(), chunksize=4)
+        known = dict(zip(cases, tqdm(results, total=len(cases), unit="run", desc="lane changes")))
     rows = [
         {"sweep": sweep.label, "value": value, "regime": regime, "vehicle": seed}
         | {name: known[sweep.sensors(value), regime, seed, name] for name in CONTROLLERS}
@@ -92,9 +92,9 @@ def peaks(vehicles: int, workers: int) -> pd.DataFrame:
         for regime in REGIMES
         for seed in range(vehicles)
     ]
-    found = pd.DataFrame(rows + ideal)
-    found["gain"] = 100 * (1 - found["smc-cm"] / found["smc"])  # of the same vehicle and noise
-    return found
+    results = pd.DataFrame(rows + ideal)
+    results["gain"] = 100 * (1 - results["smc-cm"] / results["smc"])  # of the same vehicle and noise
+    return results
 
 
 def quantiles(table: pd.DataFrame, column: str) -> np.ndarray:
@@ -102,12 +102,12 @@ def quantiles(table: pd.DataFrame, column: str) -> np.ndarray:
     return table.groupby("value")[column].quantile([0.5, 0.25, 0.75]).unstack().to_numpy().T
 
 
-def draw(found: pd.DataFrame) -> Figure:
+def draw(results: pd.DataFrame) -> Figure:
     """Peaks of both controllers in both regimes, and below the gain, over each property."""
     figure = Figure(figsize=(11, 7.2), layout="constrained")
     axes = figure.subplots(3, len(SWEEPS), sharex="col", sharey="row")
     for column, sweep in zip(axes.T, SWEEPS):
-        table = found[found["sweep"] == sweep.label]
+        table = results[results["sweep"] == sweep.label]
         for ax, regime in zip(column, REGIMES):
             here = table[table["regime"] == regime]
             for name in CONTROLLERS:
@@ -133,12 +133,12 @@ def draw(found: pd.DataFrame) -> Figure:
     return figure
 
 
-def markdown(found: pd.DataFrame) -> str:
+def markdown(results: pd.DataFrame) -> str:
     """Medians of the peaks and of the gain, with quartiles, of a car's sensors and of the ends of the sweeps."""
     sweeps = {sweep.label: sweep for sweep in SWEEPS}
     lines = [("", "torque-driven: SMC/SMC-CM, mm", "gain, %", "friction-driven: SMC/SMC-CM, mm", "gain, %")]
     named: dict[str, pd.DataFrame] = {}
-    for (label, value), table in found.groupby(["sweep", "value"], sort=False):
+    for (label, value), table in results.groupby(["sweep", "value"], sort=False):
         if not (sweep := sweeps.get(label)):
             named["ideal sensors"] = table
         elif value == sweep.usual:
@@ -159,10 +159,10 @@ def markdown(found: pd.DataFrame) -> str:
 
 def main(page: Path = PAGE, vehicles: int = 10, workers: int | None = None) -> None:
     """Make the figure and the table."""
-    found = peaks(vehicles, workers)
-    put_between_marks(page, "table", f"\n{markdown(found)}\n")
-    draw(found).savefig(page.with_name("vehicle_sensors.png"), dpi=100)
-    print(markdown(found))
+    results = peaks(vehicles, workers)
+    put_between_marks(page, "table", f"\n{markdown(results)}\n")
+    draw(results).savefig(page.with_name("vehicle_sensors.png"), dpi=100)
+    print(markdown(results))
 
 
 if __name__ == "__main__":

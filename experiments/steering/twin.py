@@ -26,28 +26,28 @@ def main(
     page: Path = PAGE, vehicles: int = 30, compared: int = 8, minutes: float = 60.0, workers: int | None = None
 ) -> None:
     """Make the figures and tables; ``compared``: vehicles on which controllers are, ``minutes``: drives with wear."""
-    names = [(f"{base}-{kind}", told) for base in ("smc", "mpc") for kind, told in
+    names = [(f"{base}-{kind}", assumed) for base in ("smc", "mpc") for kind, assumed in
              (("cm", 1.0), ("cm", 0.5), ("cm", 1.5), ("twin", 1.0), ("twin", 0.5), ("twin", 1.5))]  # fmt: skip
     jobs: list[tuple[Callable[..., Any], Any]] = [
         *((wear, (regime, seed, minutes)) for seed in range(3) for regime in REGIMES),
         *((converge, (regime, seed)) for regime in REGIMES for seed in range(vehicles)),
         *(
-            (control, (name, regime, seed, told))
+            (control, (name, regime, seed, assumed))
             for regime in REGIMES
-            for name, told in names
+            for name, assumed in names
             for seed in range(compared)
         ),
     ]
     with ProcessPoolExecutor(workers) as pool:
         waiting = [pool.submit(function, job) for function, job in jobs]
         done = [future.result() for future in tqdm(waiting, desc="drives", unit="drive")]
-    found: dict[Callable[..., Any], list[Any]] = {wear: [], converge: [], control: []}
+    results: dict[Callable[..., Any], list[Any]] = {wear: [], converge: [], control: []}
     for (function, _), result in zip(jobs, done):
-        found[function] += result if function is converge else [result]
-    controlled, counts = pd.DataFrame(found[control]), twin_page.counted(found[converge])
-    rate = np.median([h.rate for *_, h in found[converge]])
+        results[function] += result if function is converge else [result]
+    controlled, counts = pd.DataFrame(results[control]), twin_page.counted(results[converge])
+    rate = np.median([h.rate for *_, h in results[converge]])
     tables = {
-        "convergence": twin_page.convergence_table(counts), "wear": twin_page.wear_table(found[wear]),
+        "convergence": twin_page.convergence_table(counts), "wear": twin_page.wear_table(results[wear]),
         "control": twin_page.control_table(controlled),
         "rate": f"The twin ran {rate:.0f} times faster than real time on one core (median over the drives).",
     }  # fmt: skip
@@ -55,8 +55,8 @@ def main(
         print(f"{table}\n")
         put_between_marks(page, name, f"\n{table.rstrip()}\n\n")
     figures = {
-        "": twin_page.convergence_figure(found[converge]),
-        "_wear": twin_page.wear_figure(found[wear]),
+        "": twin_page.convergence_figure(results[converge]),
+        "_wear": twin_page.wear_figure(results[wear]),
         "_control": twin_page.control_figure(controlled),
     }
     for name, figure in figures.items():

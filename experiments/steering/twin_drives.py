@@ -55,13 +55,13 @@ class _RecordedRun(ControllerRun):
 
 
 def drive(
-    name: str, path: Road, regime: str, seed: int, told: float = 1.0, wear: float = 0.0
+    name: str, path: Road, regime: str, seed: int, assumed: float = 1.0, wear: float = 0.0
 ) -> tuple[Run, list[Signals]]:
     """Drive a vehicle drawn from the seed; a controller that takes the half-gap is told so many times the true one."""
     friction, trail = REGIMES[regime]
     task = nominal_task(path, SPEED / 3.6, trail)
     steering = Steering(GAP, friction=friction, road_moment=ROAD_MOMENT, wear=wear)
-    prior = ClearancePrior(told * GAP, friction, 0.0, steering.lost_motion.stiffness)
+    prior = ClearancePrior(assumed * GAP, friction, 0.0, steering.lost_motion.stiffness)
     known = get_controller(name)
     controller = Recorded(known.informed(known.tuned_controller("car"), task, prior))
     run = follow_path(MultiBody(Spread.random(seed), trail), steering, controller, task, CarSensors(), seed)
@@ -73,10 +73,10 @@ def twin(regime: str, seed: int, start: float) -> SteeringTwin:
     friction, trail = REGIMES[regime]
     draws = np.random.default_rng([seed, 3]).standard_normal(2)
     true = Steering(start * GAP, friction=friction).lost_motion
-    told = true._replace(
+    assumed = true._replace(
         stiffness=true.stiffness * math.exp(TOLD_STD * draws[0]), friction=friction * (1 + TOLD_STD * draws[1])
     )
-    return twin_of(nominal_task(road(1), SPEED / 3.6, trail).vehicle, told, true.stiffness + true.shaft_stiffness)
+    return twin_of(nominal_task(road(1), SPEED / 3.6, trail).vehicle, assumed, true.stiffness + true.shaft_stiffness)
 
 
 class History(NamedTuple):
@@ -95,8 +95,8 @@ def follow(settings: SteeringTwin, signals: Iterable[Signals]) -> History:
     began = time.process_time()
     for seen in signals:
         if run.advance(seen):
-            found = run.estimates
-            values = np.vstack((found.value[:3], found.interval()[:, :3]))
+            estimates = run.estimates
+            values = np.vstack((estimates.value[:3], estimates.interval()[:, :3]))
             rows.append((seen.time, *np.column_stack((values, run.wear))))
             last = seen.time
     rate = last / (time.process_time() - began)
@@ -120,8 +120,8 @@ def wear(job: tuple[str, int, float]) -> tuple[str, int, History]:
 
 def control(job: tuple[str, str, int, float]) -> dict[str, Any]:
     """Two passes of a double lane change: the peak error of each, mm."""
-    name, regime, seed, told = job
-    run, _ = drive(name, road(4), regime, seed, told)
+    name, regime, seed, assumed = job
+    run, _ = drive(name, road(4), regime, seed, assumed)
     second = run.s > 205.0  # m: a pass is 180 m long
     peaks = [1e3 * np.abs(run.e_y[part]).max() for part in (~second, second)]
-    return {"controller": name, "regime": regime, "seed": seed, "told": told, "first": peaks[0], "second": peaks[1]}
+    return {"controller": name, "regime": regime, "seed": seed, "told": assumed, "first": peaks[0], "second": peaks[1]}

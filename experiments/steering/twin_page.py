@@ -18,10 +18,10 @@ REGIME_COLOURS = {"torque": "#0072b2", "friction": "#d55e00"}
 START_STYLES = {0.5: "-", 1.5: (0, (4, 1.5))}
 
 
-def counted(found: list[tuple[str, int, float, History]]) -> pd.DataFrame:
+def counted(runs: list[tuple[str, int, float, History]]) -> pd.DataFrame:
     """One row for each twin and time: the errors of the half-gap and whether the 95 % intervals hold the truth."""
     rows = []
-    for regime, seed, start, history in found:
+    for regime, seed, start, history in runs:
         true = np.array([GAP, Steering().lost_motion.stiffness, REGIMES[regime].friction])
         for at in TIMES:
             i = int(np.argmin(np.abs(history.time - at)))
@@ -48,11 +48,11 @@ def convergence_table(table: pd.DataFrame) -> str:
     return markdown_table(lines)
 
 
-def wear_table(found: list[tuple[str, int, History]]) -> str:
+def wear_table(runs: list[tuple[str, int, History]]) -> str:
     """Return rates of wear as the twin estimates them on the way, as Markdown."""
-    times = found[0][2].time[-1] / 60 * np.array([0.25, 0.5, 1.0])
+    times = runs[0][2].time[-1] / 60 * np.array([0.25, 0.5, 1.0])
     lines = [("regime", "vehicle", *(f"after {at:.0f} min" for at in times), "error of the half-gap, %")]
-    for regime, seed, h in found:
+    for regime, seed, h in runs:
         cells = []
         for at in times:
             i = int(np.argmin(np.abs(h.time - 60 * at)))
@@ -77,12 +77,12 @@ def control_table(table: pd.DataFrame) -> str:
     return markdown_table(lines)
 
 
-def convergence_figure(found: list[tuple[str, int, float, History]]) -> Figure:
+def convergence_figure(runs: list[tuple[str, int, float, History]]) -> Figure:
     """Half-gap over time: median and 5th to 95th percentile over the vehicles, from both starts."""
     figure = Figure(figsize=(9, 3.6), layout="constrained")
     for ax, regime in zip(figure.subplots(1, 2, sharey=True), REGIMES):
         for start in STARTS:
-            here = [h for r, _, s, h in found if (r, s) == (regime, start)]
+            here = [h for r, _, s, h in runs if (r, s) == (regime, start)]
             length = min(h.time.size for h in here)
             ratio = np.array([h.value[:length, 0] for h in here]) / GAP
             t = here[0].time[:length]
@@ -101,7 +101,7 @@ def convergence_figure(found: list[tuple[str, int, float, History]]) -> Figure:
     return figure
 
 
-def wear_figure(found: list[tuple[str, int, History]]) -> Figure:
+def wear_figure(runs: list[tuple[str, int, History]]) -> Figure:
     """Half-gap and its growth over a long drive, with the twin's own 95 % intervals."""
     figure = Figure(figsize=(9, 6), layout="constrained")
     kinds = (
@@ -110,7 +110,7 @@ def wear_figure(found: list[tuple[str, int, History]]) -> Figure:
     )
     for row, (which, unit, limits, label) in zip(figure.subplots(2, 2, sharex=True, sharey="row"), kinds):
         for ax, regime in zip(row, REGIMES):
-            for r, seed, h in found:
+            for r, seed, h in runs:
                 if r != regime:
                     continue
                 t, low, high = h.time / 60, unit * h.low[:, which], unit * h.high[:, which]

@@ -154,12 +154,12 @@ def _move_freely(scheme: Scheme, motion: Motion, excitation: float) -> None:
     """Leave Newmark's predictors of displacement and velocity, and the acceleration without point forces."""
     u, v, a, w = motion.displacement, motion.velocity, motion.acceleration, motion.work
     h, n = scheme.step, u.size
-    pull, push, share = h * h * (0.5 - scheme.beta), h * (1 - scheme.gamma), scheme.stiffness_share / scheme.mass_share
+    pull, push, ratio = h * h * (0.5 - scheme.beta), h * (1 - scheme.gamma), scheme.stiffness_share / scheme.mass_share
     for i in range(n):
         u[i] += h * v[i] + pull * a[i]
         v[i] += push * a[i]
         damped = scheme.eta1 * v[i]
-        w[i + 3] = share * damped - u[i] - scheme.eta2 * v[i]
+        w[i + 3] = ratio * damped - u[i] - scheme.eta2 * v[i]
         a[i] = scheme.drive[i] * excitation - damped / scheme.mass_share
     rows, lower, upper, pivot = scheme.rows, scheme.lower, scheme.upper, scheme.pivot
     y1 = y2 = y3 = 0.0
@@ -228,17 +228,17 @@ def _grease(
     greases: Greases, motion: Motion, point: int, j: int, x: float, v: float, time_step: float, state: np.ndarray
 ) -> tuple[float, float, float]:
     """Force and derivatives of the grease at one point; row j of ``state`` becomes what it remembers of the step."""
-    own, before, step = greases.parameters[j], motion.hysteresis[j], x - motion.at_points[point]
+    values, before, step = greases.parameters[j], motion.hysteresis[j], x - motion.at_points[point]
     bristle = bristle_dv = 0.0
     if greases.model[j] == physics.BOUC_WEN:
-        z, dz = physics.bouc_wen(step, before[0], own[0], own[1], own[2], int(own[3]))
+        z, dz = physics.bouc_wen(step, before[0], values[0], values[1], values[2], int(values[3]))
         state[j, 0] = z
     elif greases.model[j] == physics.IWAN:
         n = greases.states[j]
-        z, dz = physics.iwan(step, before[:n], own[:n], state[j, :n])
+        z, dz = physics.iwan(step, before[:n], values[:n], state[j, :n])
     else:
-        z, dz, rate, rate_dv = physics.lugre(step, time_step, v, before[0], own[0], own[1], own[2])
-        state[j, 0], bristle, bristle_dv = z, own[3] * rate, own[3] * rate_dv
+        z, dz, rate, rate_dv = physics.lugre(step, time_step, v, before[0], values[0], values[1], values[2])
+        state[j, 0], bristle, bristle_dv = z, values[3] * rate, values[3] * rate_dv
     film, film_dx, film_dv = physics.squeeze_film(
         x + greases.offset[j], v, greases.damping[j], greases.film_height[j], greases.film_limit[j]
     )

@@ -48,9 +48,9 @@ def draw(rows: pd.DataFrame) -> Figure:
     panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
     for ax, name in zip(panels, names):
         for (law, engine), style in lines.items():
-            found = rows[(rows["rig"] == name) & (rows["law"] == law) & (rows["engine"] == engine)]
-            if len(found):
-                ax.loglog(found["level"], found["rmse_db"], **style)
+            of_case = rows[(rows["rig"] == name) & (rows["law"] == law) & (rows["engine"] == engine)]
+            if len(of_case):
+                ax.loglog(of_case["level"], of_case["rmse_db"], **style)
         ax.set_title(f'rig "{name}"', fontsize=9, loc="left")
         ax.set_xlabel("level (m/s² RMS)")
         ax.minorticks_off()

@@ -53,29 +53,29 @@ def fe_modes(rig, n):
 
 def test_young_modulus_and_its_deviation_in_closed_form():
     """ln f = ln E / 2 + ..., so n frequencies of relative deviation s tell ln E to 2 s / √n."""
-    found = calibrate(BARE, [modes_of(bare_frequencies(1.9e11, 4))], {"beam.young_modulus": None}, n_starts=3)
-    assert found.estimates.value[0] == pytest.approx(1.9e11, rel=1e-6)
-    assert found.estimates.varied_std[0] == pytest.approx(2 * 1e-3 / np.sqrt(4), rel=1e-4)
-    assert found.rig.beam.young_modulus == found.estimates.value[0]
-    assert found.warnings == ()
+    calibration = calibrate(BARE, [modes_of(bare_frequencies(1.9e11, 4))], {"beam.young_modulus": None}, n_starts=3)
+    assert calibration.estimates.value[0] == pytest.approx(1.9e11, rel=1e-6)
+    assert calibration.estimates.varied_std[0] == pytest.approx(2 * 1e-3 / np.sqrt(4), rel=1e-4)
+    assert calibration.rig.beam.young_modulus == calibration.estimates.value[0]
+    assert calibration.warnings == ()
 
 
 def test_only_the_ratio_of_modulus_and_density_is_identified():
     """Frequencies go with E/ρ: the product is not identifiable, with equal exponents; the ratio is."""
     free = {"beam.young_modulus": None, "beam.density": None}
-    found = calibrate(BARE, [modes_of(bare_frequencies(1.9e11, 4))], free, n_starts=2)
-    (combination,) = found.unidentified
+    calibration = calibrate(BARE, [modes_of(bare_frequencies(1.9e11, 4))], free, n_starts=2)
+    (combination,) = calibration.unidentified
     assert combination.exponent == pytest.approx(dict.fromkeys(free, 0.5**0.5), abs=1e-6)
-    assert "beam.young_modulus^+0.71 × beam.density^+0.71" in found.warnings[0]
-    assert np.divide(*found.estimates.value) == pytest.approx(1.9e11 / 7800, rel=1e-6)
-    assert found.estimates.correlation[0, 1] == pytest.approx(1.0, abs=1e-6)
-    assert any("2 different rigs fit equally well" in w for w in found.warnings)
+    assert "beam.young_modulus^+0.71 × beam.density^+0.71" in calibration.warnings[0]
+    assert np.divide(*calibration.estimates.value) == pytest.approx(1.9e11 / 7800, rel=1e-6)
+    assert calibration.estimates.correlation[0, 1] == pytest.approx(1.0, abs=1e-6)
+    assert any("2 different rigs fit equally well" in w for w in calibration.warnings)
 
 
 def test_damping_is_not_identified_by_frequencies(rig):
     free = {"beam.rayleigh[0]": None, "masses[0].mass": None}
-    found = calibrate(rig, [modes_of(natural_frequencies(rig, 4))], free, n_starts=1)
-    assert [list(c.exponent) for c in found.unidentified] == [["beam.rayleigh[0]"]]
+    calibration = calibrate(rig, [modes_of(natural_frequencies(rig, 4))], free, n_starts=1)
+    assert [list(c.exponent) for c in calibration.unidentified] == [["beam.rayleigh[0]"]]
 
 
 def test_deviations_are_those_of_repeated_tests():
@@ -86,10 +86,10 @@ def test_deviations_are_those_of_repeated_tests():
     chi2 = 0.0
     for _ in range(40):
         target = ModalTarget(clean * (1 + 2e-3 * noise.standard_normal(4)), np.arange(1, 5), 2e-3 * clean)
-        found = calibrate(truth, [target], free, n_starts=1)
+        calibration = calibrate(truth, [target], free, n_starts=1)
         # without the allowance for errors of the model
-        covariance = found.estimates.covariance / max(1.0, found.chi2 / 2)
-        away = np.log(found.estimates.value / [2e11, 0.2])
+        covariance = calibration.estimates.covariance / max(1.0, calibration.chi2 / 2)
+        away = np.log(calibration.estimates.value / [2e11, 0.2])
         chi2 += away @ np.linalg.solve(covariance, away)
     assert 44 < chi2 < 125
 
@@ -102,13 +102,13 @@ def test_recovers_the_rig_of_table_1():
     far = json.loads(json.dumps(rig.to_dict()).replace("4369.0", "3000.0").replace("0.434", "0.3"))
     far["bushings"][0]["position"], far["bushings"][1]["position"] = 0.5, 0.85
     far = Rig.from_dict(far)
-    found = calibrate(far, [target], dict.fromkeys(EQUAL), n_starts=2, seed=3)
-    np.testing.assert_allclose(natural_frequencies(found.rig, 4), [9.25, 39.75, 92.85, 188.85], rtol=1e-6)
-    assert np.all(np.abs(found.estimates.value - [0.5484, 0.7918, 4369.0, 0.434]) < found.estimates.std)
-    assert np.all(found.estimates.varied_std < 0.02)
-    assert len({b.grease.stiffness for b in found.rig.bushings}) == 1
+    calibration = calibrate(far, [target], dict.fromkeys(EQUAL), n_starts=2, seed=3)
+    np.testing.assert_allclose(natural_frequencies(calibration.rig, 4), [9.25, 39.75, 92.85, 188.85], rtol=1e-6)
+    assert np.all(np.abs(calibration.estimates.value - [0.5484, 0.7918, 4369.0, 0.434]) < calibration.estimates.std)
+    assert np.all(calibration.estimates.varied_std < 0.02)
+    assert len({b.grease.stiffness for b in calibration.rig.bushings}) == 1
     again = calibrate(far, [target], dict.fromkeys(EQUAL), n_starts=2, seed=3)
-    assert again.to_dict() == found.to_dict()
+    assert again.to_dict() == calibration.to_dict()
 
 
 def test_other_rigs_fit_table_1_as_well():
@@ -130,9 +130,9 @@ def test_shapes_tell_what_frequencies_leave_open(rig):
     target = modes_of(frequency, shape=-3 * shape, nodes=nodes)
     free = dict.fromkeys(("beam.diameter", *EQUAL))
     start = rig.replace(masses=(PointMass(1.0, 0.5),))
-    found = calibrate(start, [target], free, n_starts=1)
-    np.testing.assert_allclose(found.estimates.value, [0.0086166, 0.5484, 0.7918, 4369.0, 0.434], rtol=2e-3)
-    assert found.unidentified == ()
+    calibration = calibrate(start, [target], free, n_starts=1)
+    np.testing.assert_allclose(calibration.estimates.value, [0.0086166, 0.5484, 0.7918, 4369.0, 0.434], rtol=2e-3)
+    assert calibration.unidentified == ()
     assert target.size == 4 + 7 * 4
 
 
@@ -143,15 +143,15 @@ def test_frf_tells_damping(rig):
     noise = 1 + 0.02 * np.random.default_rng(1).standard_normal((8, lines.size))
     target = FRFTarget(FRF(lines, linear_frf(truth, lines) * noise), std=20 * np.log10(1.02))
     free = {"bushings.grease.damping": None, "bushings.grease.stiffness": None}
-    found = calibrate(rig, [target], free, n_starts=1)
-    assert np.all(np.abs(found.estimates.value - [6.5, 4369.0]) < 3 * found.estimates.std)
-    assert found.estimates.std[0] < 0.05
-    assert found.chi2 == pytest.approx(target.size, rel=0.1)
+    calibration = calibrate(rig, [target], free, n_starts=1)
+    assert np.all(np.abs(calibration.estimates.value - [6.5, 4369.0]) < 3 * calibration.estimates.std)
+    assert calibration.estimates.std[0] < 0.05
+    assert calibration.chi2 == pytest.approx(target.size, rel=0.1)
 
 
 def test_bushings_keep_their_order(rig):
-    found = calibrate(rig, [modes_of(natural_frequencies(rig, 4))], dict.fromkeys(EQUAL), n_starts=3, seed=2)
-    assert all(s.value[0] < s.value[1] for s in found.solutions)
+    calibration = calibrate(rig, [modes_of(natural_frequencies(rig, 4))], dict.fromkeys(EQUAL), n_starts=3, seed=2)
+    assert all(s.value[0] < s.value[1] for s in calibration.solutions)
 
 
 # Rigs of other structures.
@@ -192,11 +192,11 @@ def test_diameter_of_a_pinned_shaft_and_its_deviation_in_closed_form():
     target = modes_of(1.05 * np.arange(1, 5) ** 2 * np.pi / 2 * np.sqrt(BENDING / PER_LENGTH) / 0.8**2)
     halves = (Section(0.3, diameter=0.01), Section(0.5, diameter=0.01))
     for path, sections in (("structure.sections[0].diameter", (ROD,)), ("structure.sections.diameter", halves)):
-        found = calibrate(shaft_rig(supports, (), sections), [target], {path: None}, n_starts=1)
-        assert found.estimates.value[0] == pytest.approx(0.0105, rel=1e-6)
-        assert found.estimates.varied_std[0] == pytest.approx(1e-3 / np.sqrt(4), rel=1e-4)
-        assert {s.diameter for s in found.rig.structure.sections} == {(found.estimates.value[0],) * 2}
-        assert found.estimates.parameters[0].unit == "m"
+        calibration = calibrate(shaft_rig(supports, (), sections), [target], {path: None}, n_starts=1)
+        assert calibration.estimates.value[0] == pytest.approx(0.0105, rel=1e-6)
+        assert calibration.estimates.varied_std[0] == pytest.approx(1e-3 / np.sqrt(4), rel=1e-4)
+        assert {s.diameter for s in calibration.rig.structure.sections} == {(calibration.estimates.value[0],) * 2}
+        assert calibration.estimates.parameters[0].unit == "m"
 
 
 @pytest.mark.parametrize(
@@ -215,10 +215,10 @@ def test_diameter_of_a_pinned_shaft_and_its_deviation_in_closed_form():
 )  # fmt: skip
 def test_supports_and_discs_are_found_from_the_roots_of_their_equations(rig, free, characteristic, value, unit):
     frequency = characteristic_frequencies(characteristic(value), 4)
-    found = calibrate(rig, [modes_of(frequency)], free, n_starts=2)
-    assert found.estimates.value[0] == pytest.approx(value, rel=1e-5)
-    assert found.estimates.parameters[0].unit == unit
-    assert found.warnings == ()
+    calibration = calibrate(rig, [modes_of(frequency)], free, n_starts=2)
+    assert calibration.estimates.value[0] == pytest.approx(value, rel=1e-5)
+    assert calibration.estimates.parameters[0].unit == unit
+    assert calibration.warnings == ()
 
 
 def test_positions_on_any_shaft():
@@ -231,10 +231,10 @@ def test_positions_on_any_shaft():
     assert value_of(rig, "bushings[0].position") == 0.4
     target = modes_of(natural_frequencies(rig, 4))
     away = rig.replace(bushings=(dataclasses.replace(bushings[0], position="inner@0.35"),))
-    found = calibrate(away, [target], {"bushings[0].position": None}, n_starts=1)
-    assert found.rig.bushings[0].position.startswith("inner@0.")
-    assert found.estimates.value[0] == pytest.approx(0.4, rel=1e-5)
-    (parameter,) = found.estimates.parameters
+    calibration = calibrate(away, [target], {"bushings[0].position": None}, n_starts=1)
+    assert calibration.rig.bushings[0].position.startswith("inner@0.")
+    assert calibration.estimates.value[0] == pytest.approx(0.4, rel=1e-5)
+    (parameter,) = calibration.estimates.parameters
     assert (parameter.low, parameter.high, parameter.unit) == (pytest.approx(0.016), 0.8, "m")
     end = calibrate(rig, [target], {"bushings[0].to": None}, n_starts=1).estimates.parameters[0]
     assert (end.low, end.high) == (pytest.approx(0.21), 0.7)
@@ -252,9 +252,9 @@ def test_shapes_of_sensors_in_any_direction(tmp_path):
     rows = [f"{f},{a},{b}" for f, (a, b) in zip(np.sqrt(square) / (2 * np.pi), shape.T)]
     (tmp_path / "modes.csv").write_text("\n".join((heading, *rows)))
     target = read_frequencies(tmp_path / "modes.csv")
-    found = calibrate(rig, [target], {"masses[0].mass": None}, n_starts=1)
-    assert found.estimates.value[0] == pytest.approx(0.5, rel=1e-6)
-    assert np.abs(found.residual).max() < 1e-6
+    calibration = calibrate(rig, [target], {"masses[0].mass": None}, n_starts=1)
+    assert calibration.estimates.value[0] == pytest.approx(0.5, rel=1e-6)
+    assert np.abs(calibration.residual).max() < 1e-6
     with pytest.raises(RecordError, match=r"degree of freedom 2:\+Z is no sensor of rig 'masses': 1:\+X, 2:-X"):
         calibrate(rig, [modes_of([9.0], shape=np.ones((1, 1)), nodes=("2:+Z",))], {"masses[0].mass": None})
 

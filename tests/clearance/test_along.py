@@ -47,8 +47,8 @@ def test_a_round_clearance_moved_on_a_line_is_a_slot(contact, filling):
     for angle in (np.pi / 2, 0.7):
         to = np.array([np.cos(angle), np.sin(angle)])
         place = {"offset_y": 4e-5 * to[0], "offset": 4e-5 * to[1], "friction": Friction(0.2)}
-        found = along(bushing(shape="round", **place), law, x[..., None] * to, v[..., None] * to)
-        np.testing.assert_allclose(found, slot[:, None] * to, rtol=0, atol=1e-12 * np.abs(slot).max())
+        force = along(bushing(shape="round", **place), law, x[..., None] * to, v[..., None] * to)
+        np.testing.assert_allclose(force, slot[:, None] * to, rtol=0, atol=1e-12 * np.abs(slot).max())
 
 
 @pytest.mark.parametrize("law", [
@@ -58,8 +58,8 @@ def test_a_round_clearance_moved_on_a_line_is_a_slot(contact, filling):
 def test_laws_over_time_and_amplitude_on_a_line(law):
     x, v = (np.ascontiguousarray(each[..., None]) for each in on_a_line())
     slot, to = along(bushing(), law, x, v), np.array([0.6, 0.8])
-    found = along(bushing(shape="round"), law, x * to, v * to)
-    np.testing.assert_allclose(found, slot * to, rtol=0, atol=1e-12 * np.abs(slot).max())
+    force = along(bushing(shape="round"), law, x * to, v * to)
+    np.testing.assert_allclose(force, slot * to, rtol=0, atol=1e-12 * np.abs(slot).max())
 
 
 def test_friction_of_a_slot_acts_across_its_coordinate():
@@ -76,11 +76,11 @@ def test_the_depth_in_an_oval_wall_is_the_distance_to_its_nearest_point(rng):
     radius = GAP + wide * np.cos(2 * angle) + across * np.sin(2 * angle)
     wall = np.stack((radius * np.cos(angle), radius * np.sin(angle)), axis=1)
     model, out = Oval(wide, across), [0.0] * 3
-    for share, at in rng.uniform((0.6, 0.0), (1.6, 2 * np.pi), (200, 2)):
-        r = share * GAP * np.array([np.cos(at), np.sin(at)])
+    for fraction, at in rng.uniform((0.6, 0.0), (1.6, 2 * np.pi), (200, 2)):
+        r = fraction * GAP * np.array([np.cos(at), np.sin(at)])
         side, to = np.diff(wall, axis=0), r - wall[:-1]
-        share = np.clip(np.sum(side * to, axis=1) / np.sum(side**2, axis=1), 0.0, 1.0)[:, None]
-        away = to - share * side
+        fraction = np.clip(np.sum(side * to, axis=1) / np.sum(side**2, axis=1), 0.0, 1.0)[:, None]
+        away = to - fraction * side
         distance = np.hypot(*away.T)
         beyond = np.hypot(*r) > np.interp(at, angle, np.hypot(*wall.T))
         model.law(model.parameters(GAP), tuple(r.tolist()), out)
@@ -123,10 +123,10 @@ def test_elastic_hertz_contact_by_quadrature(measured):
     def mean(power, a):
         return scipy.integrate.quad(lambda p: (a * np.cos(p) - GAP) ** power, 0, np.arccos(GAP / a))[0]
 
-    for a, found in zip(amplitudes, k.ravel()):
+    for a, value in zip(amplitudes, k.ravel()):
         what = f"equivalent stiffness of Hertz contact, amplitude {a / GAP:g} gaps (N/m)"
         known = stiffness * mean(2.5, a) / mean(2, a)
-        measured.equal(what, found, known, "∫K δ^2.5 dφ / ∫δ² dφ by quadrature", rel=1e-4)
+        measured.equal(what, value, known, "∫K δ^2.5 dφ / ∫δ² dφ by quadrature", rel=1e-4)
     np.testing.assert_allclose(c.ravel(), 0, atol=1e-9)
 
 

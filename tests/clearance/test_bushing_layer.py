@@ -90,14 +90,14 @@ def test_elastic_foundation_around_the_shaft():
 
 def test_what_is_proposed_lies_between_light_and_full_loads():
     """Of a bushing of bronze, 2 mm thick: about 5e8 N/m, not the 1e4 of an example; steel on rubber would be softer."""
-    found = layer_contact("bronze", 2e-3, 0.012, 5e-3, 3e-4)
-    assert found.bearable_force / found.bearable_depth > found.stiffness
+    layer = layer_contact("bronze", 2e-3, 0.012, 5e-3, 3e-4)
+    assert layer.bearable_force / layer.bearable_depth > layer.stiffness
     p = YIELDS_AT * LAYER_MATERIALS["bronze"].yield_strength
     light, full = (pressed_layer(x * p, LAYER_MATERIALS["bronze"], 2e-3, 5e-3, 3e-4) for x in (0.1, 1.0))
     secant = 0.012 * light[0] / light[1], 0.012 * full[0] / full[1]
-    assert secant[0] < found.stiffness < secant[1] and secant[1] / secant[0] < np.exp(2 * found.spread)
-    assert found.bearable_depth == full[1] and found.bearable_force == 0.012 * full[0]
-    assert layer_contact("pom", 2e-3, 0.012, 5e-3, 3e-4).stiffness < found.stiffness / 5
+    assert secant[0] < layer.stiffness < secant[1] and secant[1] / secant[0] < np.exp(2 * layer.spread)
+    assert layer.bearable_depth == full[1] and layer.bearable_force == 0.012 * full[0]
+    assert layer_contact("pom", 2e-3, 0.012, 5e-3, 3e-4).stiffness < layer.stiffness / 5
 
 
 @pytest.mark.parametrize(("changes", "words"), [

@@ -46,10 +46,10 @@ def test_any_motion_is_that_of_reynolds_equation_on_a_grid(width: float, cavitat
     size, turned = [], []
     for ratio in (0.05, 0.37, 0.62, 0.83, 0.9):
         on = grid(ratio, width)
-        told = np.array([complex(*force(on, float(each), cavitated)) for each in psi])
-        found = over_scale(bearing(width, cavitated), ratio, psi)
-        size.append(np.abs(np.abs(found / told) - 1).max())
-        turned.append(np.degrees(np.abs(np.angle(found / told)).max()))
+        reference = np.array([complex(*force(on, float(each), cavitated)) for each in psi])
+        computed = over_scale(bearing(width, cavitated), ratio, psi)
+        size.append(np.abs(np.abs(computed / reference) - 1).max())
+        turned.append(np.degrees(np.abs(np.angle(computed / reference)).max()))
     what = f"finite film, L/D = {width:g}{'' if cavitated else ', uncavitated'}, ε 0.05 to 0.9"
     measured.below(f"{what}: force", 100 * max(size), 1.0, "Reynolds' equation on a grid", "%")
     measured.below(f"{what}: direction", max(turned), 0.5, "Reynolds' equation on a grid", "°")
@@ -62,18 +62,18 @@ def test_a_narrow_bearing_is_ocvirks(ratio: float, cavitated: bool) -> None:
     values = 0.02, 0.025, 0.001, 5e-5, 0.0, cavitated
     finite, short = FiniteBearing(*values), ShortBearing(*values)
     at = [0.6 * ratio * 5e-5, 0.8 * ratio * 5e-5]
-    told = short.force(at, [0.0, 0.0], SPIN)
-    assert_allclose(finite.force(at, [0.0, 0.0], SPIN), told, atol=2e-3 * np.hypot(*told))
-    for found, known in zip(finite.coefficients(at, SPIN), short.coefficients(at, SPIN)):
-        assert_allclose(found, known, atol=5e-3 * np.abs(known).max())
+    ocvirk = short.force(at, [0.0, 0.0], SPIN)
+    assert_allclose(finite.force(at, [0.0, 0.0], SPIN), ocvirk, atol=2e-3 * np.hypot(*ocvirk))
+    for computed, known in zip(finite.coefficients(at, SPIN), short.coefficients(at, SPIN)):
+        assert_allclose(computed, known, atol=5e-3 * np.abs(known).max())
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.5, 0.9])
 def test_a_long_whole_film_is_sommerfelds(ratio: float) -> None:
     """W/(12 μ A R L (R/C)²) with A = ε Ω/2 is 2π / ((2 + ε²) √(1 - ε²)), across the displacement."""
-    found = over_scale(bearing(400.0, cavitated=False), ratio, np.zeros(1))[0]
+    force = over_scale(bearing(400.0, cavitated=False), ratio, np.zeros(1))[0]
     want = 2 * np.pi / ((2 + ratio**2) * np.sqrt(1 - ratio**2))
-    assert abs(found - 1j * want) < 5e-3 * want
+    assert abs(force - 1j * want) < 5e-3 * want
 
 
 @pytest.mark.parametrize("width, ratio, sommerfeld, attitude", [
@@ -97,12 +97,12 @@ def test_a_turned_motion_has_the_turned_force_and_a_faster_one_more() -> None:
     """Forces are homogeneous of degree one in velocity and spin together."""
     b, r, v, angle = bearing(0.5), np.array([2e-5, 1.5e-5]), np.array([-3e-3, 4e-3]), 0.8
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    told = b.force(r, v, SPIN)
-    assert_allclose(b.force(turn @ r, turn @ v, SPIN), turn @ told, rtol=1e-11)
-    assert_allclose(b.force(r, 3.5 * v, 3.5 * SPIN), 3.5 * told, rtol=1e-11)
+    force = b.force(r, v, SPIN)
+    assert_allclose(b.force(turn @ r, turn @ v, SPIN), turn @ force, rtol=1e-11)
+    assert_allclose(b.force(r, 3.5 * v, 3.5 * SPIN), 3.5 * force, rtol=1e-11)
     # A motion and its image in a mirror.
     mirror = np.array([1.0, -1.0])
-    assert_allclose(b.force(mirror * r, mirror * v, -SPIN), mirror * told, rtol=1e-11)
+    assert_allclose(b.force(mirror * r, mirror * v, -SPIN), mirror * force, rtol=1e-11)
 
 
 def test_coefficients_are_slopes_of_the_force() -> None:
@@ -149,15 +149,15 @@ def threshold(b: OilBearing, ratio: float, near: float) -> tuple[float, float]:
         values = np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [-k / mass, -c / mass]]))
         return complex(max(values[values.imag > 0], key=lambda value: value.real)) / spin
 
-    found = scipy.optimize.brentq(lambda p: largest(p).real, 0.8 * near, 1.2 * near)
-    return found, largest(found).imag
+    root = scipy.optimize.brentq(lambda p: largest(p).real, 0.8 * near, 1.2 * near)
+    return root, largest(root).imag
 
 
 @pytest.mark.parametrize("ratio, speed, whirl", [(0.1, 2.741, 0.503), (0.3, 2.607, 0.519), (0.6, 2.707, 0.473)])
 def test_a_narrow_bearing_whirls_as_ocvirks(ratio: float, speed: float, whirl: float, measured: Measured) -> None:
-    found = threshold(bearing(0.02), ratio, speed)
-    measured.equal(f"narrow finite film, ε = {ratio:g}: Ω √(C/g) at the threshold", found[0], speed, CHILDS, rel=0.01)
-    measured.equal(f"narrow finite film, ε = {ratio:g}: whirl ratio", found[1], whirl, CHILDS, rel=0.01)
+    onset = threshold(bearing(0.02), ratio, speed)
+    measured.equal(f"narrow finite film, ε = {ratio:g}: Ω √(C/g) at the threshold", onset[0], speed, CHILDS, rel=0.01)
+    measured.equal(f"narrow finite film, ε = {ratio:g}: whirl ratio", onset[1], whirl, CHILDS, rel=0.01)
 
 
 def in_finite_oil(ratio: float, speed: float, **changes: float) -> tuple[Rig, FiniteBearing]:
@@ -173,14 +173,14 @@ def test_a_released_journal_settles_where_it_rests() -> None:
     speed = 1.5 * np.sqrt(GRAVITY / CLEARANCE)
     rig, b = in_finite_oil(0.7, speed, asperities=1e-6)
     assert fillings_of(rig, cm.clearance.nominal_law(rig)) == [b, b]
-    told = b.equilibrium([0.0, -rig.total_mass * GRAVITY / 2], speed)
-    assert_allclose(static_equilibrium(rig).displacement, np.tile(told, 2), rtol=1e-5, atol=1e-5 * CLEARANCE)
+    resting = b.equilibrium([0.0, -rig.total_mass * GRAVITY / 2], speed)
+    assert_allclose(static_equilibrium(rig).displacement, np.tile(resting, 2), rtol=1e-5, atol=1e-5 * CLEARANCE)
     law, engine = cm.clearance.nominal_law(rig), Modal(modes=2)
     run = engine.start(rig, law, "force", engine.largest_step(rig, law))
     run.motion.v[:] += 3e-3 * np.linalg.pinv(run.model.at_bushings) @ [1.0, 0.5, 1.0, 0.5]
-    found = run.advance(np.zeros(int(0.3 / run.step)))
-    assert np.ptp(found[:, 1]) > 0.05 * CLEARANCE
-    assert_allclose(found[-1, 1:5], np.tile(told, 2), atol=1e-3 * CLEARANCE)
+    motion = run.advance(np.zeros(int(0.3 / run.step)))
+    assert np.ptp(motion[:, 1]) > 0.05 * CLEARANCE
+    assert_allclose(motion[-1, 1:5], np.tile(resting, 2), atol=1e-3 * CLEARANCE)
 
 
 def test_whirl_begins_where_the_coefficients_say() -> None:
@@ -190,9 +190,9 @@ def test_whirl_begins_where_the_coefficients_say() -> None:
     dimensionless, whirl = threshold(b, ratio, 2.55)
     speed = dimensionless * np.sqrt(GRAVITY / CLEARANCE)
     rig, _ = in_finite_oil(ratio, speed)
-    found = periodic.find_whirl_onset(cm.Model(rig), (0.8 * speed, 1.2 * speed), 2)
-    assert_allclose(found.speed, speed, rtol=2e-3)
-    assert_allclose(2 * np.pi * found.frequency / found.speed, whirl, rtol=2e-3)
+    onset = periodic.find_whirl_onset(cm.Model(rig), (0.8 * speed, 1.2 * speed), 2)
+    assert_allclose(onset.speed, speed, rtol=2e-3)
+    assert_allclose(2 * np.pi * onset.frequency / onset.speed, whirl, rtol=2e-3)
 
 
 def test_films_in_files_and_what_they_refuse() -> None:

@@ -53,7 +53,7 @@ def test_response_against_marching(measured):
     springs, forces = np.array([1e4, 1e4, 1e4]), np.array([0.3, 1.5, 6.0])
     for omega in (440.0, 462.0, 480.0):
         stiffness = slip_stiffness(GRID, springs, forces) + elastic + 1j * omega * damping
-        [found] = periodic_amplitudes(GRID, stiffness, mass, omega, force)
+        [amplitude] = periodic_amplitudes(GRID, stiffness, mass, omega, force)
         per_period, periods = 256, 250
         step = 2 * np.pi / omega / per_period
         x = before = 0.0
@@ -69,20 +69,20 @@ def test_response_against_marching(measured):
             path[i] = x
         marched = 2 * np.abs(np.mean(path[-per_period:] * np.exp(-2j * np.pi * np.arange(per_period) / per_period)))
         what = f"oscillator with three sliders at {omega:g} rad/s: amplitude by harmonic balance, relative error"
-        measured.below(what, abs(found / marched - 1), 0.01, "marched over 250 periods")
+        measured.below(what, abs(amplitude / marched - 1), 0.01, "marched over 250 periods")
 
 
 def test_a_linear_oscillator_has_one_amplitude():
     """F / |k - m ω² + jωc|"""
-    [found] = periodic_amplitudes(GRID, np.full(GRID.shape, 100 + 3j), 1.0, 9.0, 2.0)
-    assert found == pytest.approx(2.0 / abs(19 + 3j), rel=1e-6)
+    [amplitude] = periodic_amplitudes(GRID, np.full(GRID.shape, 100 + 3j), 1.0, 9.0, 2.0)
+    assert amplitude == pytest.approx(2.0 / abs(19 + 3j), rel=1e-6)
 
 
 def test_a_bent_resonance_has_three():
     """Duffing's softening k (1 - X²): where F is large enough for the fold, three solutions of the same equation."""
-    found = periodic_amplitudes(GRID, 1 - 0.75 * GRID**2 + 0.02j, 1.0, 0.95, 0.01)
-    assert found.size == 3
-    np.testing.assert_allclose(np.abs(1 - 0.75 * found**2 + 0.02j - 0.95**2) * found, 0.01, rtol=1e-3)
+    amplitudes = periodic_amplitudes(GRID, 1 - 0.75 * GRID**2 + 0.02j, 1.0, 0.95, 0.01)
+    assert amplitudes.size == 3
+    np.testing.assert_allclose(np.abs(1 - 0.75 * amplitudes**2 + 0.02j - 0.95**2) * amplitudes, 0.01, rtol=1e-3)
 
 
 @pytest.mark.parametrize(("call", "message"), [

@@ -102,20 +102,20 @@ def bushings(**fields):
     return [Bushing(0.5, 2e-4 + 1e-5 * i, 0.01, offset=2e-5 * (i - 4), **fields) for i in range(8)]
 
 
-def compared(own, laws, spin=30.0):
+def compared(clearances, laws, spin=30.0):
     """Forces in lanes and of each by itself, over the largest, and the records of the lanes."""
-    d = own[0].n_coordinates
+    d = clearances[0].n_coordinates
     x, v = motion(d)
-    rigs = [SimpleNamespace(bushings=(bushing,)) for bushing in own]
+    rigs = [SimpleNamespace(bushings=(bushing,)) for bushing in clearances]
     parts = [clearance_records(rig, law, STEP) for rig, law in zip(rigs, laws)]
     records = side_by_side(parts, laws_of(rigs[0], laws[0]))
-    found, known = np.zeros((2, len(x), d, 8))
+    computed, known = np.zeros((2, len(x), d, 8))
     rows = [np.ascontiguousarray(each.reshape(len(x), 3 * d, 8)) for each in (x, v)]
-    (slots_together if d == 1 else rounds_together)(EIGHT, *records, *rows, spin, found)
+    (slots_together if d == 1 else rounds_together)(EIGHT, *records, *rows, spin, computed)
     for lane, part in enumerate(parts):
         known[:, :, lane] = forces_along(part, 0, *(np.ascontiguousarray(each[..., lane]) for each in (x, v)), spin)
-    assert np.all(np.linalg.norm(x[:, 1:], axis=2).max(axis=(0, 1)) > [bushing.gap for bushing in own])
-    return np.abs(found - known).max() / np.abs(known).max(), records.bushings[0]
+    assert np.all(np.linalg.norm(x[:, 1:], axis=2).max(axis=(0, 1)) > [bushing.gap for bushing in clearances])
+    return np.abs(computed - known).max() / np.abs(known).max(), records.bushings[0]
 
 
 def each(make):
@@ -152,8 +152,8 @@ CLOSE = 1e-13  # of the largest force
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_contacts_in_lanes(shape, contact):
-    own, laws = bushings(**SHAPES[shape]), [models.ContactLaw(c, Grease(0.0)) for c in CONTACTS[contact]]
-    error, record = compared(own, laws)
+    clearances, laws = bushings(**SHAPES[shape]), [models.ContactLaw(c, Grease(0.0)) for c in CONTACTS[contact]]
+    error, record = compared(clearances, laws)
     assert error < CLOSE
     assert not record["contact_by_lane"]
 
@@ -167,11 +167,11 @@ def test_fillings_in_lanes(shape, filling):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_laws_over_time_and_amplitude_in_lanes(shape):
-    own = bushings(**SHAPES[shape])
+    clearances = bushings(**SHAPES[shape])
     over_time = each(lambda f: models.TimeLaw([0.0, 0.1 * f], [1e4, 3e4], [3.0, 9.0 * f], FILM))
     amplitude = each(lambda f: models.AmplitudeLaw([1e-4, 5e-4], [1e4, 3e4 * f], [3.0, 9.0], grease=FILM))
     for laws in (over_time, amplitude):
-        error, record = compared(own, laws)
+        error, record = compared(clearances, laws)
         assert error < CLOSE
         assert record["contact_by_lane"]
 
@@ -202,8 +202,8 @@ def test_contacts_of_arrays(contact, rng):
     for i in range(9):
         one = [0.0, 0.0]
         model.law(model.parameters(), float(depth[i]), -float(impact[i]), float(impact[i]), one)
-        for found, told in zip(both, one):
-            assert np.broadcast_to(found, 9)[i] == pytest.approx(told, rel=1e-13)
+        for value, scalar in zip(both, one):
+            assert np.broadcast_to(value, 9)[i] == pytest.approx(scalar, rel=1e-13)
 
 
 @pytest.mark.parametrize("size", [1, 2])
@@ -214,8 +214,8 @@ def test_fillings_of_arrays(filling, size, rng):
     memory, both = list(states), [0.0] * (size + size**2)
     model.law(np.array(model.parameters()), memory, tuple(places), tuple(ways), 0.0, STEP, both)
     for i in range(9):
-        own, one = states[:, i].tolist(), [0.0] * (size + size**2)
+        state, one = states[:, i].tolist(), [0.0] * (size + size**2)
         given = tuple(places[:, i].tolist()), tuple(ways[:, i].tolist())
-        model.law(model.parameters(), own, *given, 0.0, STEP, one)
-        for found, told in zip((*both, *memory), (*one, *own)):
-            assert np.broadcast_to(found, 9)[i] == pytest.approx(told, rel=1e-13, abs=1e-18)
+        model.law(model.parameters(), state, *given, 0.0, STEP, one)
+        for value, scalar in zip((*both, *memory), (*one, *state)):
+            assert np.broadcast_to(value, 9)[i] == pytest.approx(scalar, rel=1e-13, abs=1e-18)

@@ -24,13 +24,13 @@ def test_pairs_in_contact():
     """Two pairs for the share ε - 1 of 2π/(z Ω), their mean the file's stiffness; what is no mesh stays."""
     law = mesh_law(IDLER, 20, (1.6, 1.4), (0.0, 0.25), rise=0.01)
     assert law.period == pytest.approx(2 * np.pi / (20 * 80.0))
-    share = (np.arange(20000) + 0.5) / 20000
-    k = np.array([np.interp(share * law.period, law.t, row, period=law.period) for row in law.k.T])
+    turn = (np.arange(20000) + 0.5) / 20000
+    k = np.array([np.interp(turn * law.period, law.t, row, period=law.period) for row in law.k.T])
     for row, mean, ratio, phase in zip(k[[0, 2]], (1e8, 6e7), (1.6, 1.4), (0.0, 0.25)):
         assert_allclose([row.min(), row.max(), row.mean()], np.array([1, 2, ratio]) * mean / ratio, rtol=1e-4)
-        double = (share - phase) % 1 < ratio - 1
-        far = np.abs((share - phase + 0.5) % 1 - 0.5) > 0.005
-        far &= np.abs((share - phase - ratio + 1.5) % 1 - 0.5) > 0.005
+        double = (turn - phase) % 1 < ratio - 1
+        far = np.abs((turn - phase + 0.5) % 1 - 0.5) > 0.005
+        far &= np.abs((turn - phase - ratio + 1.5) % 1 - 0.5) > 0.005
         assert_allclose(row[far], np.where(double, 2, 1)[far] * mean / ratio, rtol=1e-12)
     assert np.all(k[1] == 1e4)
     assert_allclose(law.c, np.tile([300.0, 0.5, 200.0], (len(law.t), 1)))

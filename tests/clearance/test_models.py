@@ -99,8 +99,8 @@ def test_adams_impact():
     assert models.AdamsImpact(2e4, 1.0, 6.0, 1e-9).force(1e-4, 0.05) == models.KelvinVoigt(2e4, 6.0).force(1e-4, 0.05)
     x, v = motion()
     side, depth = np.sign(x), np.maximum(np.abs(x) - GAP, 0)
-    share = np.minimum(depth / 1e-4, 1)
-    expected = side * np.maximum(4e6 * depth**1.5 + 40 * share**2 * (3 - 2 * share) * side * v, 0)
+    ramp = np.minimum(depth / 1e-4, 1)
+    expected = side * np.maximum(4e6 * depth**1.5 + 40 * ramp**2 * (3 - 2 * ramp) * side * v, 0)
     np.testing.assert_allclose(loop(models.ContactLaw(IMPACT), x, v), expected, rtol=1e-12, atol=1e-12)
 
 
@@ -141,16 +141,16 @@ def test_restitution_of_hunt_crossley_1975(exponent, measured):
 
 def test_maxwell_slip_is_the_test_rig_s_iwan():
     """Elements of equal stiffness whose yields are evenly spread, with a squeeze film, at unlike steps."""
-    n, largest, k, share, height = 12, 3e-4, 5200.0, 0.6, 6e-4
+    n, largest, k, ratio, height = 12, 3e-4, 5200.0, 0.6, 6e-4
     yields = largest * (np.arange(n) + 0.5) / n
-    spring = (1 - share) * k / n
-    slip = models.MaxwellSlip((spring,) * n, tuple(spring * yields), share * k, 3.0, height, 0.2)
+    spring = (1 - ratio) * k / n
+    slip = models.MaxwellSlip((spring,) * n, tuple(spring * yields), ratio * k, 3.0, height, 0.2)
     x, v = motion(400)
     state, before, expected = np.zeros(n), 0.0, []
     for a, b in zip(x, v):
         z, _ = physics.iwan(a - before, state.copy(), yields, state)
         before = a
-        expected.append(k * (share * a + (1 - share) * z) + physics.squeeze_film(a, b, 3.0, height, 0.2)[0])
+        expected.append(k * (ratio * a + (1 - ratio) * z) + physics.squeeze_film(a, b, 3.0, height, 0.2)[0])
     np.testing.assert_allclose(loop(models.ConstantLaw(0.0, 0.0), x, v, slip), expected, rtol=1e-10, atol=1e-12)
 
 
@@ -174,11 +174,11 @@ def test_maxwell_slip_loop(measured):
     slip = models.MaxwellSlip(SLIP.springs, SLIP.forces, SLIP.elastic)
     force = loop(models.ConstantLaw(0.0, 0.0), x, v, slip, time[1])
     last = slice(2 * 4000 - 1, 3 * 4000)
-    found = np.sum((force[last][1:] + force[last][:-1]) / 2 * np.diff(x[last]))
+    loss = np.sum((force[last][1:] + force[last][:-1]) / 2 * np.diff(x[last]))
     springs, forces = np.array(SLIP.springs), np.array(SLIP.forces)
     assert list(amplitude > forces / springs) == [True, True, True]
     exact = np.sum(4 * forces * (amplitude - forces / springs))
-    measured.equal("Maxwell-slip loop: energy of a cycle, J", found, exact, "Σ 4 Wᵢ (X - Wᵢ/kᵢ)", rel=1e-5)
+    measured.equal("Maxwell-slip loop: energy of a cycle, J", loss, exact, "Σ 4 Wᵢ (X - Wᵢ/kᵢ)", rel=1e-5)
     assert force.max() == pytest.approx(forces.sum() + 500.0 * amplitude, rel=1e-6)
     state, before, out, lost = [0.0] * 3, [0.0] * 3, [0.0, 0.0], 0.0
     for a, b in zip(x[1:], x[:-1]):

@@ -59,7 +59,7 @@ class Maxwell(grease.GreaseModel):
 
 
 @pytest.fixture
-def own(tmp_path, monkeypatch):
+def plugin(tmp_path, monkeypatch):
     (tmp_path / "own_models.py").write_text(OWN, encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.delitem(sys.modules, "own_models", raising=False)
@@ -69,9 +69,11 @@ def own(tmp_path, monkeypatch):
     cm.clearance.contact.CONTACTS.pop("sinh"), cm.clearance.grease.GREASES.pop("maxwell")
 
 
-def test_models_of_ones_own(rig, own, tmp_path, capsys):
+def test_models_of_ones_own(rig, plugin, tmp_path, capsys):
     """Beside a model of the package in the other bushing; the energies balance as those of the package's models do."""
-    law = cm.ContactLaw((own.Sinh(2e4, 3e-4, 4.0), cm.clearance.Cubic(1e4, 1e10, 2.0)), own.Maxwell(3000, 1500, 3e-3))
+    law = cm.ContactLaw(
+        (plugin.Sinh(2e4, 3e-4, 4.0), cm.clearance.Cubic(1e4, 1e10, 2.0)), plugin.Maxwell(3000, 1500, 3e-3)
+    )
     law.save(tmp_path / "law.json")
     assert cm.load_law(tmp_path / "law.json") == law
     noise, spread = cm.excitation.random(0.5, 2048.0, rms=6.0, seed=0), []
@@ -81,16 +83,16 @@ def test_models_of_ones_own(rig, own, tmp_path, capsys):
         assert balance.imbalance < 1e-3 and min(balance.summary()["impacts"]) > 5 and balance.hysteresis[:, -1].all()
         spread.append(response.acceleration.std(axis=-1))
     np.testing.assert_allclose(spread, [spread[0]] * 2, rtol=0.1)
-    plugin = ["--plugin", str(tmp_path / "own_models.py"), "--law", str(tmp_path / "law.json"), "--json"]
+    given = ["--plugin", str(tmp_path / "own_models.py"), "--law", str(tmp_path / "law.json"), "--json"]
     short = ["--engine", "modal", "--duration", "0.2", "--quiet", "--out", str(tmp_path / "r.nc")]
-    assert main(["simulate", str(ROOT / "models" / "table1_rig.toml"), *plugin, *short]) == 0
+    assert main(["simulate", str(ROOT / "models" / "table1_rig.toml"), *given, *short]) == 0
     assert json.loads(capsys.readouterr().out)["acceleration_rms"]
 
 
-def test_refusals_name_the_place(own):
+def test_refusals_name_the_place(plugin):
     with pytest.raises(cm.LawError, match=r"contact\.depth must be > 0, got -1"):
-        own.Sinh(1e4, -1.0)
-    data = cm.ContactLaw(own.Sinh(1e4, 1e-4)).to_dict()
+        plugin.Sinh(1e4, -1.0)
+    data = cm.ContactLaw(plugin.Sinh(1e4, 1e-4)).to_dict()
     data["contact"][0]["stifness"] = 1.0
     with pytest.raises(cm.LawError, match=r"contact\[0\].stifness is not a known key; .* did you mean stiffness"):
         cm.clearance.law_files.law_from_dict(data)

@@ -39,15 +39,15 @@ def pressed(bearing: ShortBearing, ratio: float, approach: float, whirl: float) 
 def test_a_steady_film_is_that_of_reynolds_equation(bearing: ShortBearing, ratio: float) -> None:
     at = [ratio * bearing.clearance, 0.0]
     whirl = 40.0
-    found = bearing.force(at, [0.0, at[0] * whirl], SPIN)
-    assert_allclose(found, pressed(bearing, ratio, 0.0, whirl), rtol=1e-5, atol=1e-6)
+    force = bearing.force(at, [0.0, at[0] * whirl], SPIN)
+    assert_allclose(force, pressed(bearing, ratio, 0.0, whirl), rtol=1e-5, atol=1e-6)
 
 
 def test_an_uncavitated_film_is_that_of_reynolds_equation_in_any_motion() -> None:
     approach, whirl, ratio = 70.0, 220.0, 0.6
     at = ratio * FULL.clearance
-    found = FULL.force([at, 0.0], [FULL.clearance * approach, at * whirl], SPIN)
-    assert_allclose(found, pressed(FULL, ratio, approach, whirl), rtol=1e-6)
+    force = FULL.force([at, 0.0], [FULL.clearance * approach, at * whirl], SPIN)
+    assert_allclose(force, pressed(FULL, ratio, approach, whirl), rtol=1e-6)
 
 
 @pytest.mark.parametrize("bearing, half", [(FULL, 1.0), (BEARING, 0.5)])
@@ -82,8 +82,8 @@ def test_a_loaded_journal_lies_on_ocvirks_locus(ratio: float, measured: Measured
     y, z = b.equilibrium([0.0, -load], SPIN)
     measured.equal(f"Ocvirk's locus, ε = {ratio:g}: ε", np.hypot(y, z) / b.clearance, ratio, "closed form", rel=1e-9)
     attitude = np.arctan(np.pi * np.sqrt(1 - ratio**2) / (4 * ratio))
-    found = np.degrees(np.angle(complex(y, z) / -1j))
-    measured.equal(f"Ocvirk's locus, ε = {ratio:g}: φ (°)", found, np.degrees(attitude), "closed form", rel=1e-9)
+    angle = np.degrees(np.angle(complex(y, z) / -1j))
+    measured.equal(f"Ocvirk's locus, ε = {ratio:g}: φ (°)", angle, np.degrees(attitude), "closed form", rel=1e-9)
     if ratio == 0.5:
         assert round(np.degrees(attitude), 2) == 53.68
     assert_allclose(b.force([y, z], [0.0, 0.0], SPIN), [0.0, load], rtol=1e-9, atol=1e-9 * load)
@@ -134,13 +134,13 @@ def test_a_rigid_rotor_begins_to_whirl_at_the_known_speed(
 
     threshold = scipy.optimize.brentq(lambda p: largest(p).real, 0.8 * speed, 1.2 * speed)
     measured.equal(f"rigid rotor in oil, ε = {ratio:g}: Ω √(C/g) at the threshold", threshold, speed, CHILDS, rel=0.01)
-    found = largest(threshold).imag
-    measured.equal(f"rigid rotor in oil, ε = {ratio:g}: whirl ratio", found, whirl, CHILDS, abs=1.5e-3)
+    whirl_ratio = largest(threshold).imag
+    measured.equal(f"rigid rotor in oil, ε = {ratio:g}: whirl ratio", whirl_ratio, whirl, CHILDS, abs=1.5e-3)
     k, c, mass, spin = bearing(threshold)
     together = k[0, 0] * c[1, 1] + k[1, 1] * c[0, 0] - k[0, 1] * c[1, 0] - k[1, 0] * c[0, 1]
     of_whirl = together / np.trace(c)
     squared = np.linalg.det(of_whirl * np.eye(2) - k) / np.linalg.det(c)
-    assert_allclose(found, np.sqrt(squared) / spin, rtol=1e-6)
+    assert_allclose(whirl_ratio, np.sqrt(squared) / spin, rtol=1e-6)
     assert_allclose(of_whirl, mass * squared, rtol=1e-6)
 
 

@@ -62,13 +62,13 @@ def test_record_shorter_than_one_segment(rig, tmp_path, refused):
 
 def test_simulate_writes_a_response(answer, tmp_path):
     out = tmp_path / "response.nc"
-    found = answer("simulate", RIG, "--engine", "modal", "--duration", 2, "--rms", 2, "--out", out)
-    rms = found["acceleration_rms"]
-    assert found["contact_share"] == load(out).contact_share.tolist() and max(found["contact_share"]) > 0.01
+    result = answer("simulate", RIG, "--engine", "modal", "--duration", 2, "--rms", 2, "--out", out)
+    rms = result["acceleration_rms"]
+    assert result["contact_share"] == load(out).contact_share.tolist() and max(result["contact_share"]) > 0.01
     assert list(rms) == [f"{n}:+Z" for n in range(1, 9)]
     assert rms["8:+Z"] == pytest.approx(load(out).acceleration[7].std())
     beyond = np.abs(load(out).displacement).max(axis=1) - 3e-4  # the gaps
-    assert found["depth"] == pytest.approx(np.maximum(beyond, 0.0), abs=1e-9) and max(found["depth"]) > 1e-5
+    assert result["depth"] == pytest.approx(np.maximum(beyond, 0.0), abs=1e-9) and max(result["depth"]) > 1e-5
 
 
 def test_a_force_says_how_deep_it_presses(rig, capsys):
@@ -84,9 +84,9 @@ def test_a_force_says_how_deep_it_presses(rig, capsys):
 
 def test_simulate_takes_a_folder_with_rig_and_law(answer, rig, tmp_path):
     """A rig of another gap and its law, as an identification leaves them; with another law; or the datasheet's."""
-    found = rig.replace(bushings=tuple(dataclasses.replace(b, gap=2 * b.gap, offset=5e-5) for b in rig.bushings))
+    changed = rig.replace(bushings=tuple(dataclasses.replace(b, gap=2 * b.gap, offset=5e-5) for b in rig.bushings))
     law, other = ConstantLaw(6e3, 12.0), ConstantLaw(9e3, 1.0)
-    found.save(tmp_path / "rig.toml")
+    changed.save(tmp_path / "rig.toml")
     law.save(tmp_path / "law.json")
     other.save(tmp_path / "other.json")
 
@@ -96,11 +96,11 @@ def test_simulate_takes_a_folder_with_rig_and_law(answer, rig, tmp_path):
 
     excited = excitation.random(1.0, 2048.0, (5.0, 220.0), 5.0, 0)
     of_folder = simulated(tmp_path)
-    np.testing.assert_array_equal(of_folder.displacement, simulate(found, excited, law, "modal").displacement)
+    np.testing.assert_array_equal(of_folder.displacement, simulate(changed, excited, law, "modal").displacement)
     assert of_folder == simulated(tmp_path / "rig.toml", "--law", tmp_path / "law.json")
     assert simulated(tmp_path, "--law", tmp_path / "other.json").provenance["law"] == other.to_dict()
     (tmp_path / "law.json").unlink()
-    assert simulated(tmp_path).provenance["law"] == nominal_law(found).to_dict()
+    assert simulated(tmp_path).provenance["law"] == nominal_law(changed).to_dict()
 
 
 @pytest.mark.parametrize("arguments, words", [

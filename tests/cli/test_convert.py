@@ -147,9 +147,9 @@ def test_one_sensor_is_left_out_of_one_record(tmp_path, bench, columns, record, 
     flat = dataclasses.replace(record.channels[3], node=3, value=np.ones(record.size))
     formats.write(tmp_path / "flat.uff", [*lacking, flat])
     answer("convert", tmp_path / "flat.uff", "--out", folder, "--leave-out", "3:+Z")
-    found = Dataset.load(folder).records
-    assert [len(r.response().responses) for r in found] == [8, 7, 7]
-    assert "3:+Z" not in found[2].response().responses
+    records = Dataset.load(folder).records
+    assert [len(r.response().responses) for r in records] == [8, 7, 7]
+    assert "3:+Z" not in records[2].response().responses
     assert "--leave-out are for a dataset folder" in refused("convert", uff, tmp_path / "x.csv", "--leave-out", "3:+Z")
 
 

@@ -28,14 +28,14 @@ def logs(tmp_path):
 def test_a_drive_and_a_run_that_is_predicted(logs, tmp_path, answer):
     out = tmp_path / "out"
     given = ["--column", "time=t", "--column", "motor_torque=-tau", "--predict", str(logs[2]), "--out", str(out)]
-    told = answer("drive", logs[0], logs[1], *given)
-    assert told["table"]["ratio"] == pytest.approx(-0.5, rel=1e-2)
-    (row,) = told["predicted"]
+    result = answer("drive", logs[0], logs[1], *given)
+    assert result["table"]["ratio"] == pytest.approx(-0.5, rel=1e-2)
+    (row,) = result["predicted"]
     assert row["run"] == "log_2" and row["angle_rms_deg"] == pytest.approx(np.degrees(1e-3), rel=0.2)
     page = (out / "index.html").read_text()
     assert all(words in page for words in ("lost motion at 3 % of the torque", "log_2", "Posterior over prior", "95 %"))
     assert {f.name for f in (out / "figures").iterdir()} == {"hysteresis.png", "runs.png"}
-    assert json.loads((out / "drive.json").read_text())["drive"]["ratio"] == told["table"]["ratio"]
+    assert json.loads((out / "drive.json").read_text())["drive"]["ratio"] == result["table"]["ratio"]
 
 
 def test_a_run_to_predict_that_has_the_load_angle_alone(logs, tmp_path, capsys):
@@ -72,8 +72,8 @@ def test_logs_of_the_motor_alone(logs, tmp_path, capsys, answer):
     for path in logs:
         table = np.loadtxt(path, delimiter=",", skiprows=1)
         np.savetxt(path, table[:, :3], "%.7f", ",", header="t,motor_angle,tau", comments="")
-    told = answer("drive", *logs[:2], *columns, "--out", out)
-    assert told["table"]["play to either side, rad"] > 0 and not told["predicted"]
+    result = answer("drive", *logs[:2], *columns, "--out", out)
+    assert result["table"]["play to either side, rad"] > 0 and not result["predicted"]
     assert "The ratio to the load" in (out / "index.html").read_text()
     given = ["--predict", str(logs[2]), "--out", str(tmp_path / "other")]
     assert main(["drive", *map(str, logs[:2]), *columns, *given]) == 2

@@ -55,8 +55,8 @@ def test_every_command_says_the_next(folder, capsys):
     assert status == 0
     following = shlex.split(re.search(r"^next: clearance-mj (.*)$", text, re.MULTILINE)[1])
     assert following[0] == "convert"
-    found = cm.ChannelMap.load(folder / "map.toml")
-    assert dict(found.channels) == {"Plate": "base", "A2": "acc:2", "A4": "acc:4:-Z", "A1": "acc:1", "A3": "acc:3"}
+    mapped = cm.ChannelMap.load(folder / "map.toml")
+    assert dict(mapped.channels) == {"Plate": "base", "A2": "acc:2", "A4": "acc:4:-Z", "A1": "acc:1", "A3": "acc:3"}
     status, text = said(capsys, *following)
     assert status == 0 and "next: clearance-mj identify bench" in text
     records = cm.Dataset.load("bench").records
@@ -123,8 +123,8 @@ def test_the_page_runs_from_the_top(tmp_path, monkeypatch, capsys):
     for command in COMMANDS:
         status, text = said(capsys, *command)
         assert status == 0, text
-    found = cm.Model.load(tmp_path / "daq" / "identified")
-    assert found.rig.bushings[0].gap == pytest.approx(TRUE_GAP, rel=0.05)
+    model = cm.Model.load(tmp_path / "daq" / "identified")
+    assert model.rig.bushings[0].gap == pytest.approx(TRUE_GAP, rel=0.05)
     shares = [cm.read(f"daq/{name}.nc").contact_share[0] for name in ("as_it_is", "half_the_gap")]
     assert 0 < shares[0] < shares[1] and (tmp_path / "daq" / "study" / "report.html").exists()
 
@@ -133,12 +133,12 @@ def test_the_page_runs_from_the_top(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize("suffix", ["csv", "lvm", "tdms"])
 def test_files_of_a_bench_of_foreign_physics(tmp_path, suffix):
     """Written as a logger does, they are mapped as what they are."""
-    found = drawn_bench(11)
-    logged, truth = as_logged([*measured_on(found).values()], 11, said=1.0)
+    bench = drawn_bench(11)
+    logged, truth = as_logged([*measured_on(bench).values()], 11, said=1.0)
     paths = [tmp_path / f"{i}.{suffix}" for i in range(len(logged))]
     for path, channels in zip(paths, logged, strict=True):
         cm.write(path, channels)
-    assert dict(cm.map_channels(paths, found.rig).channels) == truth
+    assert dict(cm.map_channels(paths, bench.rig).channels) == truth
 
 
 @pytest.mark.slow

@@ -27,8 +27,8 @@ def test_simulate_with_half_the_gap(answer, tmp_path):
 
 def test_backbones_and_maps_know_it_too(answer, tmp_path):
     answer("backbone", RIG, "--gap", "0.2mm", "--harmonics", 3, "--out", tmp_path / "b")
-    found = json.loads((tmp_path / "b" / "backbone.json").read_text())
-    assert [b["gap"] for b in found["rig"]["bushings"]] == [2e-4, 2e-4]
+    written = json.loads((tmp_path / "b" / "backbone.json").read_text())
+    assert [b["gap"] for b in written["rig"]["bushings"]] == [2e-4, 2e-4]
 
 
 def test_options_take_units():

@@ -74,9 +74,9 @@ def test_hammer_and_shaken_base_in_one_dataset(tmp_path, rng, answer, refused):
         values = np.column_stack((time, rng.standard_normal((2048, 2))))
         np.savetxt(tmp_path / f"{name}.csv", values, "%.8g", ",", header=f"time,{header},acc:1", comments="")
     answer("convert", tmp_path / "shaken.csv", tmp_path / "hit.csv", tmp_path / "set", "--rig", rig)
-    found = cm.Dataset.load(tmp_path / "set").records
-    assert [(r.name, r.excitation_kind) for r in found] == [("shaken", "base"), ("hit", "force")]
-    assert found[1].response().reference == "200:+Z"
+    records = cm.Dataset.load(tmp_path / "set").records
+    assert [(r.name, r.excitation_kind) for r in records] == [("shaken", "base"), ("hit", "force")]
+    assert records[1].response().reference == "200:+Z"
     asked = ("convert", tmp_path / "hit.csv", tmp_path / "set", "--kind", "base")
     assert 'the excitation of a record of kind "base"' in refused(*asked)
     rig.write_text(RIG.replace('position = "1:+Z"\n[[', "[["))

@@ -97,20 +97,20 @@ def seen():
 
 
 def same_channels(dataset, record):
-    (found,) = dataset.identify
-    assert found.fs == record.fs
-    assert [(c.label, c.quantity) for c in found.channels] == [(c.label, c.quantity) for c in record.channels]
-    for a, b in zip(found.channels, record.channels):
+    (stored,) = dataset.identify
+    assert stored.fs == record.fs
+    assert [(c.label, c.quantity) for c in stored.channels] == [(c.label, c.quantity) for c in record.channels]
+    for a, b in zip(stored.channels, record.channels):
         np.testing.assert_allclose(a.value, b.value, rtol=1e-8)
-    return found
+    return stored
 
 
 def test_universal_file_and_csv_are_the_record(seen, ramp, csv_file, tmp_path, capsys):
     write_uff(tmp_path / "ramp.uff", ramp)
     for path in (tmp_path / "ramp.uff", csv_file):
         run(capsys, path, "--rig", RIG, "--method", "known", "--no-figures", "--out", tmp_path / "found")
-        found = same_channels(seen.pop(), ramp)
-        assert (found.name, found.provenance) == ("ramp", {"file": path.name})
+        stored = same_channels(seen.pop(), ramp)
+        assert (stored.name, stored.provenance) == ("ramp", {"file": path.name})
     assert not (tmp_path / "found" / "figures").exists()
 
 
@@ -155,13 +155,13 @@ def test_what_was_found_is_kept_where_it_cannot_be_drawn(seen, small_dataset, tm
         monkeypatch.setattr("clearance_mj.cli.identify.write_identification", fails)
     else:
         monkeypatch.setattr(Model, "drawn", fails)
-    found = tmp_path / "found"
-    assert main(["identify", str(small_dataset), "--method", "known", "--out", str(found), "--quiet"]) == 2
+    folder = tmp_path / "found"
+    assert main(["identify", str(small_dataset), "--method", "known", "--out", str(folder), "--quiet"]) == 2
     captured = capsys.readouterr()
-    assert captured.err == f"clearance-mj: {found}: what was found is kept, and drawing it failed: no such axis\n"
+    assert captured.err == f"clearance-mj: {folder}: what was found is kept, and drawing it failed: no such axis\n"
     assert "contact stiffness" in captured.out
-    assert {"rig.toml", "law.json", "identified.json"} == {p.name for p in found.iterdir() if p.is_file()}
-    assert Model.load(found).rig.name == "table1"
+    assert {"rig.toml", "law.json", "identified.json"} == {p.name for p in folder.iterdir() if p.is_file()}
+    assert Model.load(folder).rig.name == "table1"
 
 
 def test_refused(small_dataset, ramp, csv_file, tmp_path, refused):

@@ -40,10 +40,10 @@ def test_two_designs_have_one_full_scale(tmp_path, answer):
     assert 0.5 < max(np.abs(wav.value).max() for wav in wavs) / wavs[0].full_scale <= 1
     model = Model(Rig.load(RIG))
     for name, design in (("A", model), ("B", model.with_gap("x0.5"))):
-        found = loudness_over_level(design, noise(1.0), (1, 4), PLATE, method="stationary")
+        loudness = loudness_over_level(design, noise(1.0), (1, 4), PLATE, method="stationary")
         rows = [row for row in stored["loudness"] if row["design"] == name]
-        assert [row["loudness_n5_sone"] for row in rows] == pytest.approx(found.n5, rel=1e-9)
-        assert [row["sound_pressure_level_db"] for row in rows] == pytest.approx(found.pressure_level, abs=1e-6)
+        assert [row["loudness_n5_sone"] for row in rows] == pytest.approx(loudness.n5, rel=1e-9)
+        assert [row["sound_pressure_level_db"] for row in rows] == pytest.approx(loudness.pressure_level, abs=1e-6)
     assert [row["level"] for row in csv_rows(out / "loudness.csv")] == ["1.0", "4.0", "1.0", "4.0"]
     assert (out / "loudness.png").stat().st_size > 10_000
 
@@ -57,8 +57,8 @@ def test_the_loudness_of_a_road_has_an_interval_over_noises_and_designs(tmp_path
     given = [*QUICK, *OF_PLATE, *road, "--levels", 2, "--realisations", 3, "--method", "stationary"]
     designs = Scatter.load(scatter).draw(Model(Rig.load(RIG)), 3)
     for more, models in (([], [Model(Rig.load(RIG))] * 3), (["--scatter", scatter], map(designs.model, range(3)))):
-        found = answer("listen", RIG, *given, *more, "--out", tmp_path / f"out{len(more)}")
-        rows = [{key: float(value) for key, value in row.items() if "sone" in key} for row in found["loudness"]]
+        result = answer("listen", RIG, *given, *more, "--out", tmp_path / f"out{len(more)}")
+        rows = [{key: float(value) for key, value in row.items() if "sone" in key} for row in result["loudness"]]
         n5 = []
         for seed, model in enumerate(models):
             noise = from_psd(road_psd("C", 80 / 3.6, at="body").scaled(2.0), 1.5, 4096.0, seed)
@@ -67,7 +67,7 @@ def test_the_loudness_of_a_road_has_an_interval_over_noises_and_designs(tmp_path
         low, high = scipy.stats.t.interval(0.95, 2, np.mean(n5), scipy.stats.sem(n5))
         known = {"mean_n5_sone": np.mean(n5), "mean_n5_low_sone": max(low, 0), "mean_n5_high_sone": high}
         assert all({key: row[key] for key in known} == pytest.approx(known) for row in rows)
-        assert [file.rpartition("/")[2] for file in found["files"]] == ["A_2.wav"]  # one is to be audible_sound
+        assert [file.rpartition("/")[2] for file in result["files"]] == ["A_2.wav"]  # one is to be audible_sound
 
 
 def test_a_rig_with_a_plate_needs_no_options_and_another_file_is_b(tmp_path, answer):
@@ -75,9 +75,9 @@ def test_a_rig_with_a_plate_needs_no_options_and_another_file_is_b(tmp_path, ans
     for file, area in zip(files, (0.1, 0.4)):
         file.write_text(tomli_w.dumps(TABLES | {"plate": {"sensor": 8, "area": area, "distance": 1.0}}))
     given = [*QUICK, "--levels", 0.01, "--method", "none", "--full-scale", 1, "--out", tmp_path / "out"]
-    found = answer("listen", files[0], "--against", files[1], *given)
-    assert "loudness" not in found
-    a, b = (read_wav(file).value for file in found["files"])
+    result = answer("listen", files[0], "--against", files[1], *given)
+    assert "loudness" not in result
+    a, b = (read_wav(file).value for file in result["files"])
     assert b == pytest.approx(2 * a, abs=2**-22)  # four times the area is twice the pressure
 
 
@@ -85,17 +85,17 @@ def test_accelerations_and_records(tmp_path, answer, small_dataset):
     """A record of a dataset in the place of a simulation; its accelerations come back in m/s²."""
     record = small_dataset / "level_4_1.uff"
     given = [*OF_PLATE, "--record", record, "--record", record, "--method", "none", "--quiet"]
-    found = answer("listen", RIG, *given, "--what", "acceleration", "--out", tmp_path / "a")
-    assert [file.rpartition("/")[2] for file in found["files"]] == ["A_level_4_1.wav", "A_level_4_1_2.wav"]
-    wav = read_wav(found["files"][0])
+    result = answer("listen", RIG, *given, "--what", "acceleration", "--out", tmp_path / "a")
+    assert [file.rpartition("/")[2] for file in result["files"]] == ["A_level_4_1.wav", "A_level_4_1_2.wav"]
+    wav = read_wav(result["files"][0])
     assert wav.unit == "m/s2" and wav.name == "acceleration 8:+Z"
     from clearance_mj.io.formats import read_record
 
     response = read_record(record, Rig.load(RIG), "validate").response()
     assert wav.value.std() == pytest.approx(response.acceleration[7].std(), rel=0.01)
-    found = answer("listen", RIG, *given, "--out", tmp_path / "s")
+    result = answer("listen", RIG, *given, "--out", tmp_path / "s")
     audible_sound = radiate(response, Rig.load(RIG), PLATE).pressure
-    assert read_wav(found["files"][0]).value.std() == pytest.approx(audible_sound.std(), rel=0.01)
+    assert read_wav(result["files"][0]).value.std() == pytest.approx(audible_sound.std(), rel=0.01)
 
 
 @pytest.mark.parametrize("arguments, words", [

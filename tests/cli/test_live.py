@@ -26,14 +26,14 @@ def test_the_address_is_told_until_the_page_ends(monkeypatch, capsys, tmp_path, 
 
     monkeypatch.setattr("clearance_mj.live.server.serve", serve)
     SMALL_LAW.save(tmp_path / "law.json")
-    told = ["live", str(small_dataset), "--law", str(tmp_path / "law.json"), "--no-browser", "--out"]
-    printed = output_of(*told, tmp_path / "address").out
+    arguments = ["live", str(small_dataset), "--law", str(tmp_path / "law.json"), "--no-browser", "--out"]
+    printed = output_of(*arguments, tmp_path / "address").out
     assert seen["text"] == seen["page"].address + "\n" and f"live: {seen['text']}" in printed
     assert seen["mode"] == 0o600 and not (tmp_path / "address").exists()
     (tmp_path / "address").write_text("http://127.0.0.1:1/of-a-page-that-was-killed/")  # readable to all
-    assert main([*told, str(tmp_path / "address")]) == 0 and seen["mode"] == 0o600
+    assert main([*arguments, str(tmp_path / "address")]) == 0 and seen["mode"] == 0o600
     os.mkfifo(tmp_path / "pipe")
-    assert main([*told, str(tmp_path / "pipe")]) == 2 and (tmp_path / "pipe").is_fifo()
+    assert main([*arguments, str(tmp_path / "pipe")]) == 2 and (tmp_path / "pipe").is_fifo()
     assert "pipe: is a pipe, not a file; give another name" in capsys.readouterr().err
     session = seen["page"].session()
     assert session.model.law == SMALL_LAW and session.dataset.path == small_dataset  # the rig's folder is a dataset's

@@ -49,10 +49,10 @@ def test_a_rig_in_space(tmp_path):
 
 
 def test_what_is_told_is_in_the_file(tmp_path):
-    told = ["--length", 0.8, "--section", 0.02, 0.01, "--young-modulus", 70e9, "--density", 2700, "--rayleigh", 0.1, 0]
-    told += ["--bushings", 0.3, 0.6, "--gap", 1.25e-4, "--bushing-length", 0.02, "--contact", 2e4, 1.5]
-    told += ["--grease", 4369, 2, "--mass", 0.8, 0.4, "--mass", 0.5, 0.1, "--sensors", 0.3, 0.6, 0.8, "--force-at", 0.1]
-    rig = new(tmp_path, "mine", *told)
+    args = ["--length", 0.8, "--section", 0.02, 0.01, "--young-modulus", 70e9, "--density", 2700, "--rayleigh", 0.1, 0]
+    args += ["--bushings", 0.3, 0.6, "--gap", 1.25e-4, "--bushing-length", 0.02, "--contact", 2e4, 1.5]
+    args += ["--grease", 4369, 2, "--mass", 0.8, 0.4, "--mass", 0.5, 0.1, "--sensors", 0.3, 0.6, 0.8, "--force-at", 0.1]
+    rig = new(tmp_path, "mine", *args)
     bushings = tuple(Bushing(x, 1.25e-4, 0.02, Grease(4369.0, 2.0), Contact(2e4, 1.5)) for x in (0.3, 0.6))
     beam = Beam(0.8, 70e9, 2700.0, width=0.02, height=0.01, rayleigh=(0.1, 0.0))
     sensors = (Sensor(1, 0.3), Sensor(2, 0.6), Sensor(3, 0.8))
@@ -70,10 +70,10 @@ def test_comments_hold_the_defaults(tmp_path):
     """Every key that has a default is in the file; without the # before it the rig stays the same."""
     rig = new(tmp_path, "mine", "--mass", 1, 0.4)
     text = (tmp_path / "rig.toml").read_text(encoding="utf-8")
-    found = tomllib.loads(re.sub(r"(?m)^# (\w+ = [^ ])", r"\1", text))
-    assert Rig.from_dict(found) == rig
+    table = tomllib.loads(re.sub(r"(?m)^# (\w+ = [^ ])", r"\1", text))
+    assert Rig.from_dict(table) == rig
     unset = re.findall(r"(?m)^# (\w+) = +#", text)
-    given = {*found, *found["beam"], *found["bushings"][0], *found["bushings"][0]["grease"], *found["shaker"]}
+    given = {*table, *table["beam"], *table["bushings"][0], *table["bushings"][0]["grease"], *table["shaker"]}
     assert set(unset) == {
         "width", "height", "damping_ratios", "clamp", "film_height", "to", "position", "direction", "also",
         "bearable_depth", "housing", "planes", "stiffness", "damping", "friction", "film", "radius", "gravity", "spin",
@@ -289,15 +289,15 @@ def test_schema_refuses(path, value):
 
 def test_numbers_with_units(tmp_path):
     """The same rig in mm, g and GPa as in SI."""
-    told = "--length", "620mm", "--diameter", "10 mm", "--young-modulus", "210GPa", "--mass", "310mm", "450 g"
-    told += "--bushings", "0.31m", "--gap", "0.18mm", "--bushing-length", "1cm", "--sensors", "155mm", "0.62"
-    found = new(tmp_path, "mine", *told)
+    args = "--length", "620mm", "--diameter", "10 mm", "--young-modulus", "210GPa", "--mass", "310mm", "450 g"
+    args += "--bushings", "0.31m", "--gap", "0.18mm", "--bushing-length", "1cm", "--sensors", "155mm", "0.62"
+    rig = new(tmp_path, "mine", *args)
     si = ["--length", 0.62, "--diameter", 0.01, "--young-modulus", 210e9, "--mass", 0.31, 0.45]
     si += ["--bushings", 0.31, "--gap", 1.8e-4, "--bushing-length", 0.01, "--sensors", 0.155, 0.62]
     (tmp_path / "si").mkdir()
     expected = new(tmp_path / "si", "mine", *si)
-    assert found.beam == expected.beam and found.point_masses == expected.point_masses
-    np.testing.assert_allclose(found.bushings[0].gap, expected.bushings[0].gap, rtol=1e-12)
+    assert rig.beam == expected.beam and rig.point_masses == expected.point_masses
+    np.testing.assert_allclose(rig.bushings[0].gap, expected.bushings[0].gap, rtol=1e-12)
 
 
 def test_sensors_of_another_quantity(tmp_path):

@@ -23,8 +23,8 @@ def test_gears(tmp_path):
     balance = energy_balance(example, still(0.3, 8192.0, "force"))
     assert {impact.side for impact in balance.impacts} == {"upper", "lower"}
     assert {"orders.order", "spin.speed", "structure.inertias.base_radius"} <= {*example.examples}
-    told = "--inertias 2e-3 8e-3 --base-radii 40mm 80mm --backlash 0.1mm --contact 1e8 500 --torque 5 --ripple 2"
-    rig = new(tmp_path / "told", "mine", *told.split(), "--teeth", 28, "--spin", "1000rpm", "--sensors", "2:RX",
+    given = "--inertias 2e-3 8e-3 --base-radii 40mm 80mm --backlash 0.1mm --contact 1e8 500 --torque 5 --ripple 2"
+    rig = new(tmp_path / "told", "mine", *given.split(), "--teeth", 28, "--spin", "1000rpm", "--sensors", "2:RX",
               "--reads", "angle")  # fmt: skip
     assert rig.structure == Gears(
         (Inertia(1, 2e-3, 0.04, name="driving gear"), Inertia(2, 8e-3, 0.08, name="loose gear"))

@@ -54,8 +54,8 @@ def test_examples_are_what_nobody_gave(tmp_path, capsys):
     assert list(rig.examples) == examples == [tolerance.of for tolerance in rig.tolerances]
     assert main(["new", "mine", *map(str, GIVEN), "--contact", "2e6", "9", "--out", str(tmp_path / "own.toml")]) == 0
     assert "nobody gave" not in capsys.readouterr().out
-    own = Rig.load(tmp_path / "own.toml")
-    assert own.examples == () == own.tolerances
+    bare = Rig.load(tmp_path / "own.toml")
+    assert bare.examples == () == bare.tolerances
 
 
 def test_a_mass_says_that_it_has_no_inertia(tmp_path, capsys):
@@ -67,10 +67,10 @@ def test_a_contact_of_material_and_thickness(tmp_path):
     """Stiffness, depth that is borne and tolerance are those of `layer_contact`, of the section in the bushing."""
     steps = "--step 0.3 20mm --step 0.2 16mm --bushings 0.4 --gap 0.1mm --bushing-length 12mm".split()
     rig = new(tmp_path, "mine", *steps, "--bushing-material", "pom", "--bushing-thickness", "2mm")
-    found = layer_contact("pom", 2e-3, 0.012, 8e-3, 1e-4)
+    layer = layer_contact("pom", 2e-3, 0.012, 8e-3, 1e-4)
     contact = rig.bushings[0].contact
-    assert contact.stiffness == pytest.approx(found.stiffness, rel=5e-3)
-    assert contact.bearable_depth == pytest.approx(found.bearable_depth, rel=5e-3)
+    assert contact.stiffness == pytest.approx(layer.stiffness, rel=5e-3)
+    assert contact.bearable_depth == pytest.approx(layer.bearable_depth, rel=5e-3)
     std = {tolerance.of: tolerance.size for tolerance in rig.tolerances}["bushings.contact.stiffness"]
-    assert std == pytest.approx(found.spread, abs=5e-3)
+    assert std == pytest.approx(layer.spread, abs=5e-3)
     assert "bushings.contact.stiffness" not in rig.examples

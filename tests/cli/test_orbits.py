@@ -37,8 +37,8 @@ def rig(tmp_path):
 
 
 def test_a_rig_is_simulated_and_its_1x_is_that_of_the_linear_theory(rig, tmp_path, answer):
-    found = answer("orbits", tmp_path / "rotor.toml", "--duration", 6, "--fs", 1024, "--out", tmp_path / "out")
-    (of,) = found["bushings"]
+    result = answer("orbits", tmp_path / "rotor.toml", "--duration", 6, "--fs", 1024, "--out", tmp_path / "out")
+    (of,) = result["bushings"]
     shaft = turning_shaft(rig, 8)
     y, z = (shaft.shapes([0.6]) @ shaft.under_unbalances([SPIN]))[0, :, 0]
     forward, backward = (y + 1j * z) / 2, np.conj((y - 1j * z) / 2)
@@ -50,7 +50,7 @@ def test_a_rig_is_simulated_and_its_1x_is_that_of_the_linear_theory(rig, tmp_pat
     assert of["spin"] == pytest.approx(SPIN, rel=1e-6) and of["turns"] == 8
     assert sorted(p.name for p in (tmp_path / "out").glob("[!.]*")) == ["full_spectra.png", "orbits.json", "orbits.png"]
     stored = json.loads((tmp_path / "out" / "orbits.json").read_text(encoding="utf-8"))
-    assert stored["bushings"] == found["bushings"] and stored["rig"] == rig.to_dict()
+    assert stored["bushings"] == result["bushings"] and stored["rig"] == rig.to_dict()
     assert "rotor.toml" in str(stored["provenance"]["inputs"])
 
 
@@ -58,11 +58,11 @@ def test_a_response_of_a_run_up_is_drawn_over_its_speed(rig, tmp_path, answer, r
     rig.replace(spin=Spin(40.0, 30.0, 130.0)).save(tmp_path / "up.toml")
     given = ["--rms", 0, "--engine", "modal", "--duration", 4, "--fs", 1024, "--out", tmp_path / "up.nc"]
     answer("simulate", tmp_path / "up.toml", *given)
-    found = answer("orbits", tmp_path / "up.nc", "--turns", 5, "--out", tmp_path / "out")
+    result = answer("orbits", tmp_path / "up.nc", "--turns", 5, "--out", tmp_path / "out")
     names = ["orbits.png", "full_spectra.png", "waterfall.png", "bode.png"]
-    assert found["figures"] == [str(tmp_path / "out" / name) for name in names]
-    assert all(np.ptp(matplotlib.image.imread(path)) > 0.5 for path in found["figures"])
-    assert found["bushings"][0]["spin"] == pytest.approx(130.0, rel=1e-3)
+    assert result["figures"] == [str(tmp_path / "out" / name) for name in names]
+    assert all(np.ptp(matplotlib.image.imread(path)) > 0.5 for path in result["figures"])
+    assert result["bushings"][0]["spin"] == pytest.approx(130.0, rel=1e-3)
     assert "simulated already; leave it out" in refused("orbits", tmp_path / "up.nc", "--gap", "x0.5")
     assert "--drop 9: must be in 0 to less than" in refused("orbits", tmp_path / "up.nc", "--drop", "9")
     assert "--turns 0: must be at least 1" in refused("orbits", tmp_path / "up.nc", "--turns", "0")
@@ -77,14 +77,14 @@ def test_what_has_no_orbits_is_refused_before_anything_is_computed(rig, tmp_path
 
 def test_campbell_writes_what_the_call_finds(rig, tmp_path, answer, refused):
     given = ["--speeds", "0", "9000rpm", "--points", 11, "--n", 4, "--out", tmp_path / "out"]
-    found = answer("campbell", tmp_path / "rotor.toml", *given)
+    result = answer("campbell", tmp_path / "rotor.toml", *given)
     expected = campbell(rig, np.linspace(0.0, 300 * np.pi, 11), 4)
     criticals = expected.criticals
-    assert [row["whirl"] for row in found["critical_speeds"]] == list(criticals.whirl) and len(criticals) >= 2
-    speeds = [row["spin_rad_s"] for row in found["critical_speeds"]]
+    assert [row["whirl"] for row in result["critical_speeds"]] == list(criticals.whirl) and len(criticals) >= 2
+    speeds = [row["spin_rad_s"] for row in result["critical_speeds"]]
     np.testing.assert_allclose(speeds, criticals.spin_rad_s, rtol=1e-12)
     assert [float(row["spin_rad_s"]) for row in csv_rows(tmp_path / "out" / "critical_speeds.csv")] == speeds
-    assert found["threshold"] is None and found["operating"] == [SPIN, SPIN]  # of the rig's spin
+    assert result["threshold"] is None and result["operating"] == [SPIN, SPIN]  # of the rig's spin
     rows = csv_rows(tmp_path / "out" / "campbell.csv")
     np.testing.assert_allclose([float(r["frequency_hz"]) for r in rows], expected.frequency.ravel(), rtol=1e-12)
     assert [int(r["mode"]) for r in rows] == list(np.repeat([1, 2, 3, 4], 11))
@@ -108,9 +108,9 @@ def test_campbell_writes_what_the_call_finds(rig, tmp_path, answer, refused):
 
 def test_unbalance_writes_what_the_call_finds(rig, tmp_path, answer, refused, output_of):
     given = "--speeds", 0, 300, "--points", 50, "--out", tmp_path / "out"
-    found = answer("unbalance", tmp_path / "rotor.toml", *given)
+    result = answer("unbalance", tmp_path / "rotor.toml", *given)
     expected = unbalance_response(rig, np.linspace(0.0, 300.0, 50), (SPIN, SPIN))  # margins count from the rig's spin
-    assert found["critical_speeds"] == expected.criticals.to_dict("records")
+    assert result["critical_speeds"] == expected.criticals.to_dict("records")
     rows = csv_rows(tmp_path / "out" / "unbalance.csv")
     assert [r["probe"] for r in rows[:: expected.speed.size]] == ["1:+Z", "301:+Y", "301:+Z"]
     for name, want in (("amplitude_um_pp", 1e6 * expected.amplitude), ("phase_lag_deg", expected.phase_lag)):

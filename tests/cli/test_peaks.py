@@ -25,12 +25,12 @@ def test_files_hold_what_the_call_finds(psd, tmp_path, answer):
     printed = answer("peaks", RIG, "--psd", psd, "--rms", 3, "--limit", 2, "--duration", 5, "--seed", 3, "--out", out)
     stored = json.loads((out / "peaks.json").read_text(encoding="utf-8"))
     assert printed == stored | {"out": str(out)}
-    found = peaks_over_an_hour(cm.Rig.load(RIG), cm.PSD.load(psd).scaled(3.0), 5.0, 3, limit=2.0)
-    assert [each["median"] for each in stored["largest"]] == pytest.approx(found.median.tolist())
-    assert [each["value"] for each in stored["impacts_per_second"]] == found.impacts_per_second.tolist()
+    peaks = peaks_over_an_hour(cm.Rig.load(RIG), cm.PSD.load(psd).scaled(3.0), 5.0, 3, limit=2.0)
+    assert [each["median"] for each in stored["largest"]] == pytest.approx(peaks.median.tolist())
+    assert [each["value"] for each in stored["impacts_per_second"]] == peaks.impacts_per_second.tolist()
     rows = csv_rows(out / "peaks.csv")
-    assert [(row["place"], row["what"]) for row in rows[2:]] == [(name, "largest contact_force") for name in found.rows]
-    assert [float(row["exceeded"]) for row in rows[2:]] == pytest.approx(found.exceeded.tolist())
+    assert [(row["place"], row["what"]) for row in rows[2:]] == [(name, "largest contact_force") for name in peaks.rows]
+    assert [float(row["exceeded"]) for row in rows[2:]] == pytest.approx(peaks.exceeded.tolist())
     assert (out / "peaks.png").stat().st_size > 5000
 
 
@@ -39,8 +39,8 @@ def test_a_road_is_that_of_the_call(tmp_path, answer):
     stored = answer("peaks", RIG, *given, "--out", tmp_path)
     psd = road_psd("A", 10.0, at="body")
     assert stored["psd"]["value"] == pytest.approx(psd.value.tolist(), rel=1e-12)
-    found = peaks_over_an_hour(cm.Rig.load(RIG), psd, 20.0, quantity="acceleration")
-    assert [each["median"] for each in stored["largest"]] == pytest.approx(found.median.tolist())
+    peaks = peaks_over_an_hour(cm.Rig.load(RIG), psd, 20.0, quantity="acceleration")
+    assert [each["median"] for each in stored["largest"]] == pytest.approx(peaks.median.tolist())
 
 
 @pytest.mark.parametrize("given, words", [

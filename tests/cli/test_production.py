@@ -24,15 +24,15 @@ def test_files_hold_what_the_calls_find(tmp_path, answer):
     made_from = {"version", "code", "rig", "law", "scatter", "seed", "frequency", "provenance"}
     assert made_from <= stored.keys() and stored["scatter"] == Scatter.load(SCATTER).to_dict()
     assert printed == stored | {"out": str(out)}
-    found = production(
+    run = production(
         cm.Model(cm.Rig.load(RIG)), Scatter.load(SCATTER),
         Sines([1.4, 2.0], np.linspace(36, 44, 3), "contact_force > 0.5 N"), 24, runner=Runner(1),
     )  # fmt: skip
-    assert stored["over_level"] == found.over_level("contact").tolist()
-    assert stored["exceeding_over_level"] == found.over_level("exceeding").tolist()
-    assert 0 < found.over_level("contact")[0] < 1
+    assert stored["over_level"] == run.over_level("contact").tolist()
+    assert stored["exceeding_over_level"] == run.over_level("exceeding").tolist()
+    assert 0 < run.over_level("contact")[0] < 1
     rows = csv_rows(out / "production.csv")
-    assert [float(row["share_contact"]) for row in rows] == pytest.approx(found.contact.ravel().tolist())
+    assert [float(row["share_contact"]) for row in rows] == pytest.approx(run.contact.ravel().tolist())
     assert {row["number"] for row in stored["tightening"]["numbers"]} >= {"bushings.gap", "beam.young_modulus"}
     assert {row["parameter"] for row in stored["sensitivity"]} >= {"bushings[0].gap, bushings[1].gap"}
     page = (out / "index.html").read_text(encoding="utf-8")
@@ -78,9 +78,9 @@ def test_which_tolerance_to_tighten_is_said_of_a_road_too(tmp_path, answer, caps
     given = ("--scatter", scatter, "--designs", 20, *road, "--allowed", 0.1, "--workers", 1)
     out = tmp_path / "out"
     stored = answer("production", RIG, *given, "--out", out)
-    found = stored["tightening_random"]
-    assert found["what"] == "contact within 1 h" and found["level"] == pytest.approx(0.1) and "tightening" not in stored
-    assert found["share"] == 1.0 and found["gap_factor"] > 2 and found["gaps"] == [3e-4 * found["gap_factor"]] * 2
+    plan = stored["tightening_random"]
+    assert plan["what"] == "contact within 1 h" and plan["level"] == pytest.approx(0.1) and "tightening" not in stored
+    assert plan["share"] == 1.0 and plan["gap_factor"] > 2 and plan["gaps"] == [3e-4 * plan["gap_factor"]] * 2
     page = (out / "index.html").read_text(encoding="utf-8")
     assert "Which tolerance to tighten: contact within 1 h" in page and "nominal gap" in page
     assert (out / "figures" / "tightening_random.png").exists()

@@ -25,9 +25,9 @@ def test_files_hold_what_the_call_finds(law, tmp_path, answer, capsys):
     stored = json.loads((out / "rattle_map.json").read_text(encoding="utf-8"))
     assert printed == stored | {"out": str(out)}
     settings = {"n_harmonics": 7, "workers": 1}
-    found = periodic.map_rattle(Model(Rig.load(RIG), LAW), LEVELS, FREQUENCIES, GAPS, **settings)
+    rattle = periodic.map_rattle(Model(Rig.load(RIG), LAW), LEVELS, FREQUENCIES, GAPS, **settings)
     assert stored["law"] == LAW.to_dict() and stored["level"] == list(LEVELS) and stored["unknown"] == 0
-    np.testing.assert_allclose(np.array(stored["first_contact"], dtype=float), found.first_contact, rtol=1e-12)
+    np.testing.assert_allclose(np.array(stored["first_contact"], dtype=float), rattle.first_contact, rtol=1e-12)
     jumps = {(j["gap"], j["level"], j["sweep"]): j["frequency"] for j in stored["jumps"]}
     assert jumps[0, 6.0, "up"] == pytest.approx(46.9, abs=0.1)
     assert jumps[0, 6.0, "down"] == pytest.approx(45.7, abs=0.1)
@@ -35,8 +35,8 @@ def test_files_hold_what_the_call_finds(law, tmp_path, answer, capsys):
     assert len(rows) == 2 * 2 * 3 * 19
     of = [r for r in rows if (r["gap_7:+Z_m"], r["level"], r["sweep"]) == ("0.0006", "3.5", "down")]
     np.testing.assert_allclose([float(r["frequency_hz"]) for r in of], FREQUENCIES)
-    np.testing.assert_allclose([float(r["displacement_6:+Z_m"]) for r in of], found.displacement[1, 1, 1, :, 0], 1e-12)
-    np.testing.assert_allclose([float(r["contact_share_7:+Z"]) for r in rows], found.contact_share[..., 1].flat, 1e-12)
+    np.testing.assert_allclose([float(r["displacement_6:+Z_m"]) for r in of], rattle.displacement[1, 1, 1, :, 0], 1e-12)
+    np.testing.assert_allclose([float(r["contact_share_7:+Z"]) for r in rows], rattle.contact_share[..., 1].flat, 1e-12)
     assert (out / "rattle_map.png").stat().st_size > 20_000
 
 
@@ -57,16 +57,16 @@ def test_contacts_as_soft_and_as_stiff_as_their_tolerance_says(tmp_path, answer,
     rig = rig.replace(tolerances=(*rig.tolerances, Tolerance("bushings.contact.stiffness", "50 %")))
     rig.save(tmp_path / "rig.toml")
     given = ["--levels", "2,6", "--from", 40, "--to", 44, "--steps", 3, "--harmonics", 3, "--workers", 1, "--quiet"]
-    found = answer("rattle-map", tmp_path / "rig.toml", *given, "--contact-spread", "--out", tmp_path / "out")
+    result = answer("rattle-map", tmp_path / "rig.toml", *given, "--contact-spread", "--out", tmp_path / "out")
     for name, factor in (("softer", 1 / 1.5), ("stiffer", 1.5)):
         other = periodic.map_rattle(
             Model(with_values(rig, {("bushings", i, "contact", "stiffness"): factor * 7.8e3 for i in range(2)})),
             (2.0, 6.0), np.linspace(40, 44, 3), n_harmonics=3, workers=1,
         )  # fmt: skip
         largest = np.nanmax(other.contact_force, axis=(0, 2, 3))
-        np.testing.assert_allclose(found[name]["largest_force"], largest, rtol=1e-4)
-        np.testing.assert_allclose(found[name]["first_contact"], found["first_contact"], rtol=1e-6)
-    soft, as_drawn, stiff = (np.array(each["largest_depth"]) for each in (found["softer"], found, found["stiffer"]))
+        np.testing.assert_allclose(result[name]["largest_force"], largest, rtol=1e-4)
+        np.testing.assert_allclose(result[name]["first_contact"], result["first_contact"], rtol=1e-6)
+    soft, as_drawn, stiff = (np.array(each["largest_depth"]) for each in (result["softer"], result, result["stiffer"]))
     assert np.all(soft > as_drawn) and np.all(as_drawn > stiff) and np.all(stiff > 0)
     words = 'no tolerance of "bushings.contact.stiffness" says how far'
     assert words in refused("rattle-map", RIG, *given, "--contact-spread", "--out", tmp_path / "no")
@@ -91,9 +91,9 @@ def test_a_map_over_speed_and_unbalance(tmp_path, answer, capsys):
     unbalanced(jeffcott()).replace(spin=Spin(FREQUENCY, rate=5.0)).save(tmp_path / "rotor.toml")
     out, hz = tmp_path / "out", FREQUENCY / (2 * np.pi)
     given = ["--kind", "unbalance", "--levels", "0.25,1", "--from", 0.9 * hz, "--to", 4.6 * hz, "--steps", 30]
-    found = answer("rattle-map", tmp_path / "rotor.toml", *given, "--harmonics", 1, "--workers", 1, "--out", out)
-    assert found["kind"] == "unbalance" and found["unknown"] == 0
-    jumps = {jump["sweep"]: jump["frequency"] / hz for jump in found["jumps"]}
+    result = answer("rattle-map", tmp_path / "rotor.toml", *given, "--harmonics", 1, "--workers", 1, "--out", out)
+    assert result["kind"] == "unbalance" and result["unknown"] == 0
+    jumps = {jump["sweep"]: jump["frequency"] / hz for jump in result["jumps"]}
     assert jumps == pytest.approx({"up": 4.328, "down": 1.1032}, rel=1e-3)
     rows = csv_rows(out / "rattle_map.csv")
     assert {row["level_unit"] for row in rows} == {"× unbalance"} and "displacement_1:+Z_m" in rows[0]

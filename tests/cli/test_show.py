@@ -22,8 +22,8 @@ def several(tmp_path):
         cm.Channel("mic", 0, "S", "unknown", t, 1024.0, unit="Pa"),
     )
     geometry = cm.Geometry((6, 7), [(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)], ((6, 7),))
-    found = FileContents(records, (samples.frf(),), (samples_uff.spectra(),), (samples.modes(),), geometry)
-    cm.write(tmp_path / "several.uff", found)
+    contents = FileContents(records, (samples.frf(),), (samples_uff.spectra(),), (samples.modes(),), geometry)
+    cm.write(tmp_path / "several.uff", contents)
     return tmp_path / "several.uff"
 
 
@@ -45,9 +45,9 @@ def test_table(several, output_of):
 
 
 def test_json_and_a_part(several, answer):
-    (found,) = answer("show", several, "--what", "frf")["files"].values()
-    assert found["holds"] == {"FRF": 2} and found["hint"] is None
-    one = found["functions"][0]
+    (shown,) = answer("show", several, "--what", "frf")["files"].values()
+    assert shown["holds"] == {"FRF": 2} and shown["hint"] is None
+    one = shown["functions"][0]
     assert (one["name"], one["quantity"], one["unit"]) == ("6:+Z/100:+Z", "acceleration/acceleration", "1")
     assert (one["size"], one["rate"], one["peak"]) == (4, "1 Hz", pytest.approx(1.0))
 
@@ -107,5 +107,5 @@ def test_warning_names_the_file(tmp_path, capsys, output_of):
 def test_with_a_map(several, tmp_path, answer):
     """Places and units of a map of channels; what is skipped is not shown."""
     (tmp_path / "map.toml").write_text('[channels]\ntip = "acc:4:-Z"\nmic = "skip"\n')
-    (found,) = answer("show", several, "--map", tmp_path / "map.toml")["files"].values()
-    assert [(one["name"], one["place"]) for one in found["functions"]] == [("tip", "4:-Z")]
+    (shown,) = answer("show", several, "--map", tmp_path / "map.toml")["files"].values()
+    assert [(one["name"], one["place"]) for one in shown["functions"]] == [("tip", "4:-Z")]

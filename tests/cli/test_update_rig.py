@@ -46,8 +46,8 @@ def test_spectra_have_an_axis_in_words():
         record="ramp", level=lines, duration=4.0, frequency=np.array([5.0, 50.0, 200.0]), measured=lines,
         before=2 * lines, fitted=lines, relative_error=np.zeros(2), is_whole=True,
     )  # fmt: skip
-    found = SimpleNamespace(misfit=[piece], channels=("base", "accelerometer 1:+Z"), rig=SimpleNamespace(name="mine"))
-    assert {ax.get_ylabel() for ax in draw_spectra(found).figure.axes} == {"Spectrum (dB)"}
+    update = SimpleNamespace(misfit=[piece], channels=("base", "accelerometer 1:+Z"), rig=SimpleNamespace(name="mine"))
+    assert {ax.get_ylabel() for ax in draw_spectra(update).figure.axes} == {"Spectrum (dB)"}
 
 
 def test_the_datasets_rig_is_not_replaced(folder, refused):

@@ -197,7 +197,7 @@ print(json.dumps({
 def test_an_edit_of_a_file_reaches_the_machine_code_of_others(tmp_path):
     shutil.copytree(PACKAGE, tmp_path / "clearance_mj", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "numbers_of.py").write_text(NUMBERS)
-    names = sorted({name for found in PAIRS.values() for name in found})
+    names = sorted({name for pair in PAIRS.values() for name in pair})
     before = computed(tmp_path, "-m", "numbers_of", *names)
     for file, old, new in PAIRS:
         path = tmp_path / "clearance_mj" / file

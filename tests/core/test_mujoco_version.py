@@ -77,9 +77,9 @@ from clearance_mj import physical
 physical.Softener
 print(*sorted({name.partition(".")[0] for name in sys.modules} - before - set(sys.stdlib_module_names)))
 """
-    found = run("-c", program)
-    assert found.returncode == 0, found.stderr
-    assert {name for name in found.stdout.split() if not name.startswith("_")} - allowed == {"clearance_mj"}
+    process = run("-c", program)
+    assert process.returncode == 0, process.stderr
+    assert {name for name in process.stdout.split() if not name.startswith("_")} - allowed == {"clearance_mj"}
     whole = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert set(names) <= set(whole["dependencies"])
     assert not any("mujoco" in name for name in (*names, *whole["dependencies"]))

@@ -72,10 +72,10 @@ def test_every_output_says_what_it_comes_from(name, world):
     line = (QUICK | LONGER)[name].split()
     known = {digest(path) for path in world.rglob("*") if path.is_file()}
     assert main([*line, "--quiet"]) == 0
-    found = [path for path in (world / "out").rglob("*") if path.is_file() and WORK not in path.parts]
-    found += [path for path in world.glob("*_figures/*.png")]
-    assert found
-    for path in found:
+    outputs = [path for path in (world / "out").rglob("*") if path.is_file() and WORK not in path.parts]
+    outputs += [path for path in world.glob("*_figures/*.png")]
+    assert outputs
+    for path in outputs:
         text = path.read_bytes().decode("latin-1")
         of_itself = '"libraries"' in text.replace('\\"', '"') and any(one in text for one in known)
         if name == "vehicle":
@@ -88,8 +88,8 @@ def _beside(path, name):
     """Whether another file says it, with the digest of this one."""
     if path.name.endswith(BESIDE):
         return True
-    if (beside := path.with_name(path.name + BESIDE)).exists():
-        made = json.loads(beside.read_text())
+    if (sidecar := path.with_name(path.name + BESIDE)).exists():
+        made = json.loads(sidecar.read_text())
         return made["sha256"] == digest(path) and made["libraries"] and made["inputs"]
     for folder in path.parents:
         if (folder / MANIFEST).exists():

@@ -120,5 +120,5 @@ def test_options_with_units(text, quantity, value):
 
 @given(st.text(max_size=60))
 def test_any_label_is_a_unit_or_none(label):
-    found = quantity_of(label)
-    assert found is None or math.isfinite(found[1])
+    quantity = quantity_of(label)
+    assert quantity is None or math.isfinite(quantity[1])

@@ -38,7 +38,7 @@ def march(wanted, fine):
 
 @pytest.fixture(scope="module")
 def runs():
-    time, found = np.arange(10000) * 1e-3, []
+    time, records = np.arange(10000) * 1e-3, []
     for seed in range(2):
         rng = np.random.default_rng(seed)
         wanted = np.repeat(rng.uniform(-0.25, 0.25, 13), 800)[: time.size]
@@ -46,8 +46,8 @@ def runs():
             wanted = wanted + a * np.sin(2 * np.pi * f * time + rng.uniform(0, 6.28))
         states = march(wanted, 50)
         states[:, [0, 2]] = COUNT * np.round(states[:, [0, 2]] / COUNT)
-        found.append(DriveRecord(f"run {seed}", 1000.0, *states.T))
-    return found
+        records.append(DriveRecord(f"run {seed}", 1000.0, *states.T))
+    return records
 
 
 def test_both_ends_of_fast_motion_are_not_told(runs):

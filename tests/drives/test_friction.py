@@ -55,7 +55,7 @@ def test_what_a_load_makes_the_motor_feel():
 def test_presliding():
     """A sliding element of width w: x/w from rest, 1 - (x₀ - x)/w after a reversal at x₀, until it slides."""
     x = np.concatenate([np.linspace(0, 1, 101), np.linspace(1, 0, 101), np.linspace(0, 1, 101)])
-    share = presliding(x, 0.2)
+    presliding_ratio = presliding(x, 0.2)
     expected = np.interp(np.arange(150, 303), [150, 202, 202 + 40, 302], [-1, -1, 1, 1])
-    np.testing.assert_allclose(share[150:], expected, atol=0.03)
-    np.testing.assert_allclose(share[101:142], 1 - (1 - x[101:142]) / 0.2, atol=1e-12)
+    np.testing.assert_allclose(presliding_ratio[150:], expected, atol=0.03)
+    np.testing.assert_allclose(presliding_ratio[101:142], 1 - (1 - x[101:142]) / 0.2, atol=1e-12)

@@ -70,10 +70,10 @@ def test_what_hides_within_a_tick(tmp_path):
 def test_command(tmp_path, capsys):
     path, out = log(tmp_path / "log.csv"), tmp_path / "out"
     assert main(["drive", str(path), "--out", str(out), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    (servo,) = told["servos"]
+    result = json.loads(capsys.readouterr().out)
+    (servo,) = result["servos"]
     assert servo["stretched"]["rad"] == pytest.approx(servo["stretched"]["ticks"] * 2 * np.pi / 4096)
-    assert "not told apart" in told["not_told"][0]
+    assert "not told apart" in result["not_told"][0]
     assert "Between the pulls to both sides" in (out / "index.html").read_text()
     assert main(["drive", str(tmp_path / "none.csv"), "--out", str(tmp_path / "other")]) == 2
     assert "none.csv: cannot be read" in capsys.readouterr().err

@@ -72,9 +72,9 @@ def test_teeth_without_play_are_a_rigid_drive():
         "inertia": 0.02, "load inertia": 0.03, "play": 1e-9, "stiffness": 1e6, "teeth's damping": 1e3,
         "efficiency": 1.0, "turnover": 1.0, "width": 1.0, "load width": 1.0,
     }  # fmt: skip
-    found, teeth, _ = predict_teeth(angle, torque, 1 / 500.0, np.array([values[name] for name in NUMBERS]), 8)
+    predicted, teeth, _ = predict_teeth(angle, torque, 1 / 500.0, np.array([values[name] for name in NUMBERS]), 8)
     begun = (angle[20] - angle[0]) / 0.04  # the speed that the motion is taken to begin with
-    assert found == pytest.approx(angle + begun * time, abs=2e-3)
+    assert predicted == pytest.approx(angle + begun * time, abs=2e-3)
     assert teeth[50:] == pytest.approx(0.2 * 0.03 / 0.05, rel=1e-3)
 
 

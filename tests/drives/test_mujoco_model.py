@@ -19,9 +19,9 @@ FOUND = Drive(
 )  # fmt: skip
 
 
-def model(kind, gains, found=FOUND, **options):
+def model(kind, gains, drive=FOUND, **options):
     spec = mujoco.MjSpec.from_string(AXLE.format(actuator=kind, more=gains))
-    left = add_found_drive(spec, "motor", found, 4.0, c=1.0, **options)
+    left = add_found_drive(spec, "motor", drive, 4.0, c=1.0, **options)
     return physical.compile(spec), left
 
 
@@ -53,11 +53,11 @@ def test_stiffness_and_lost_motion_of_a_held_motor():
 
 def test_a_spring_at_the_motor_is_one_at_the_joint():
     """About the load's angle at angle 0 of the motor, in whichever unit the specification has angles."""
-    found = Drive(0.1, 0.2, 0.05, (Strand(1.0, 0.1),), stiffness=0.03, inertia=1e-4)
+    drive = Drive(0.1, 0.2, 0.05, (Strand(1.0, 0.1),), stiffness=0.03, inertia=1e-4)
     for degree in (True, False):
         spec = mujoco.MjSpec.from_string(AXLE.format(actuator="motor", more=""))
         spec.compiler.degree = degree
-        add_found_drive(spec, "motor", found, 4.0)
+        add_found_drive(spec, "motor", drive, 4.0)
         made = physical.compile(spec)
         assert (made.jnt_stiffness[0], made.qpos_spring[0]) == pytest.approx((0.03 / 0.1**2, 0.2))
 

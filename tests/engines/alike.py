@@ -11,11 +11,11 @@ GREASED = ContactLaw(HuntCrossley1975(2e6, 4e5), MaxwellSlip((2000.0, 900.0), (0
 HISTORIES = ("acceleration", "displacement", "contact_force", "grease_force")
 
 
-def assert_alike(found, expected, share, names=HISTORIES):
+def assert_alike(value, expected, limit, names=HISTORIES):
     """Each history differs by less than a share of its largest expected value."""
     for name in names:
         known = getattr(expected, name)
-        np.testing.assert_allclose(getattr(found, name), known, rtol=0, atol=share * np.abs(known).max(), err_msg=name)
+        np.testing.assert_allclose(getattr(value, name), known, rtol=0, atol=limit * np.abs(known).max(), err_msg=name)
 
 
 def with_bushings(rig, **fields):

@@ -47,10 +47,10 @@ def test_it_rests_in_its_teeth_under_the_torque():
     polar = np.pi / 32 * np.array([0.024**4 - 0.018**4, 0.018**4])
     soft = 1 / teeth.contact.stiffness + np.sum(np.array([0.42, 0.38]) / (shear * polar))
     pressed = (torque - hands * teeth.gap) / (1 + hands * soft)
-    found = static_equilibrium(COLUMN)
-    assert found.contact_force[TEETH] == pytest.approx(pressed, rel=1e-6)
-    assert found.displacement[TEETH] == pytest.approx(teeth.gap + pressed / teeth.contact.stiffness, rel=1e-6)
-    assert not found.contact_force[STOP] and found.contact_force[1] < -5.0  # the wheel lies in the upper bushing
+    rest = static_equilibrium(COLUMN)
+    assert rest.contact_force[TEETH] == pytest.approx(pressed, rel=1e-6)
+    assert rest.displacement[TEETH] == pytest.approx(teeth.gap + pressed / teeth.contact.stiffness, rel=1e-6)
+    assert not rest.contact_force[STOP] and rest.contact_force[1] < -5.0  # the wheel lies in the upper bushing
 
 
 def test_both_engines_tell_the_same(modal):
@@ -60,9 +60,9 @@ def test_both_engines_tell_the_same(modal):
     """
     links = cm.simulate(COLUMN, shaken(), engine="links")
     for name in ("channels", "displacement", "contact_force"):
-        found, known = (np.sqrt(np.mean(getattr(of, name) ** 2, axis=1)) for of in (links, modal))
+        computed, known = (np.sqrt(np.mean(getattr(of, name) ** 2, axis=1)) for of in (links, modal))
         rows = slice(None) if name != "contact_force" else slice(0, STOP)
-        np.testing.assert_allclose(found[rows], known[rows], rtol=0.02)
+        np.testing.assert_allclose(computed[rows], known[rows], rtol=0.02)
     np.testing.assert_allclose(links.contact_share, modal.contact_share, atol=0.01)
     assert 0 < modal.contact_share[3] < 0.05 < modal.contact_share[:3].min()
 
@@ -72,14 +72,14 @@ def test_energy_is_kept_and_side_by_side_it_moves_the_same(modal):
     assert balance.imbalance < 1e-3 and {impact.bushing for impact in balance.impacts} == {0, 1, 2, 3}
     wider = COLUMN.replace(bushings=(*COLUMN.bushings[:3], dataclasses.replace(COLUMN.bushings[3], gap=2e-4)))
     law = cm.Model(COLUMN).law
-    found, _ = simulate_together([(COLUMN, law), (wider, law)], shaken())
-    assert_alike(found, modal, 1e-10, ("channels", *HISTORIES[1:]))
+    in_lanes, _ = simulate_together([(COLUMN, law), (wider, law)], shaken())
+    assert_alike(in_lanes, modal, 1e-10, ("channels", *HISTORIES[1:]))
 
 
 def test_the_shape_follows_from_the_forces(modal):
     """It passes the bushings and the stop as recorded, along y and z, and begins with the sag under the weight."""
-    found = deflection(COLUMN, modal, [0.1, 0.6, 0.03])
-    places = np.vstack((found[:, :, 0].T, found[:, :, 1].T, found[:, 1, 2]))
+    moved = deflection(COLUMN, modal, [0.1, 0.6, 0.03])
+    places = np.vstack((moved[:, :, 0].T, moved[:, :, 1].T, moved[:, 1, 2]))
     np.testing.assert_allclose(places, modal.displacement[[0, 1, 2, 3, STOP]], atol=1e-9)
     assert whirl(COLUMN, modal).names == ["bushing 1, x = 0.1 m", "bushing 2, x = 0.6 m"]
 
@@ -111,12 +111,12 @@ def test_it_is_drawn_and_animated(modal, tmp_path):
 def test_it_is_on_the_live_page_and_heard(modal):
     session = Session(cm.Model(COLUMN))
     numbers = session.show(session.setting({"level": 40.0, "duration": 4.0, "fs": FS}))
-    told = session.described()
-    assert told["rows"] == [
+    described = session.described()
+    assert described["rows"] == [
         "clearance 1, x = 0.1 m, y", "clearance 1, x = 0.1 m, z", "clearance 2, x = 0.6 m, y",
         "clearance 2, x = 0.6 m, z", "clearance 3, @0.80:RX (mrad)", "clearance 4, x = 0.03 m",
     ]  # fmt: skip
-    assert told["orbits"] == [(0, 1, True), (2, 3, True)]
+    assert described["orbits"] == [(0, 1, True), (2, 3, True)]
     assert [row["row"] for row in numbers.facts["clearances"]] == [0, 2, 4, 5]
     assert numbers.facts["clearances"][3]["rattle"] == "touches one wall"
     shaft = numbers.facts["shaft"]  # from the side bushings and stop, from above the bushings
@@ -131,5 +131,5 @@ def test_its_commands(tmp_path, answer):
     given = ROOT / "models" / "column.toml", "--rms", 40, "--out"
     assert answer("simulate", *given, tmp_path / "response.nc", "--duration", 1)
     short = "--duration", 0.5, "--seconds", 0.02, "--slow", 10
-    found = answer("animate", *given, tmp_path / "column.gif", *short)
-    assert found["renderer"] == "matplotlib" and len(found["peak_contact_force"]) == 4
+    result = answer("animate", *given, tmp_path / "column.gif", *short)
+    assert result["renderer"] == "matplotlib" and len(result["peak_contact_force"]) == 4

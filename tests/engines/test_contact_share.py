@@ -23,9 +23,9 @@ DRIVE = random(3.0, FS, rms=2.0, seed=0)
 def at_every_step(rig, engine):
     """The same simulation, its response undecimated: the excitation is sampled at the engine's steps."""
     factor = round(1 / (FS * simulate(rig, DRIVE, LAW, engine).provenance["step"]))
-    found = simulate(rig, Excitation(interpolate(DRIVE.value, factor), factor * FS), LAW, engine)
-    assert factor > 4 and found.provenance["step"] * factor * FS == pytest.approx(1)
-    return found
+    response = simulate(rig, Excitation(interpolate(DRIVE.value, factor), factor * FS), LAW, engine)
+    assert factor > 4 and response.provenance["step"] * factor * FS == pytest.approx(1)
+    return response
 
 
 @pytest.mark.parametrize("engine", ["modal", "links"])
@@ -49,8 +49,8 @@ def test_either_end_of_a_long_bushing_counts(engine):
     engine = get_engine(engine)
     step = engine.largest_step(rig, LAW)
     drive = 20 * np.sin(2 * np.pi * 38 * step * np.arange(4000))
-    found, works = engine.start(rig, LAW, "base", step).balanced(drive)
-    touches, middles, gap = found[:, -2:], np.abs(found[:, len(rig.sensors) :][:, :2]), rig.bushings[0].gap
+    rows, works = engine.start(rig, LAW, "base", step).balanced(drive)
+    touches, middles, gap = rows[:, -2:], np.abs(rows[:, len(rig.sensors) :][:, :2]), rig.bushings[0].gap
     depths = works[:, len(OF_RIG) + 2 * len(OF_CLEARANCE) :].reshape(len(drive), 2, 2, len(OF_END))[..., 0]
     np.testing.assert_array_equal(touches, (depths > 0).any(axis=2))
     assert np.all(np.mean(touches, axis=0) > np.mean(middles > gap, axis=0) + 0.01)
@@ -60,10 +60,10 @@ def test_blocks_lanes_files_and_statistics_hold_the_same(tmp_path):
     response = simulate(TABLE1, DRIVE, LAW, "modal")
     blocks = list(simulate_blocks(TABLE1, DRIVE, LAW, "modal"))
     weights = [block.excitation.size for block in blocks]
-    share = np.average([block.contact_share for block in blocks], axis=0, weights=weights)
-    np.testing.assert_allclose(share, response.contact_share)
-    (beside,) = simulate_together([(TABLE1, LAW)], DRIVE)
-    np.testing.assert_allclose(beside.contact_share, response.contact_share, rtol=1e-9)
+    fraction = np.average([block.contact_share for block in blocks], axis=0, weights=weights)
+    np.testing.assert_allclose(fraction, response.contact_share)
+    (in_lanes,) = simulate_together([(TABLE1, LAW)], DRIVE)
+    np.testing.assert_allclose(in_lanes.contact_share, response.contact_share, rtol=1e-9)
     formats.write(tmp_path / "a.nc", response)
     assert formats.read(tmp_path / "a.nc") == response
     assert contact_statistics(response)["contact_share"] == response.contact_share.tolist()
@@ -81,5 +81,5 @@ def test_an_engine_that_does_not_tell(monkeypatch):
 @pytest.mark.parametrize("gravity", [None, (0.0, 1.0, 0.0)])
 def test_a_rig_without_bushings_has_no_numbers_of_any(gravity):
     rig = TABLE1.replace(bushings=(), gravity=gravity)
-    found = contact_statistics(simulate(rig, random(0.1, 2048.0, seed=0), engine="modal"))
-    assert found.pop("step") > 0 and set(map(tuple, found.values())) == {()}
+    statistics = contact_statistics(simulate(rig, random(0.1, 2048.0, seed=0), engine="modal"))
+    assert statistics.pop("step") > 0 and set(map(tuple, statistics.values())) == {()}

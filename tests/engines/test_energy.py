@@ -38,9 +38,9 @@ def kept(rig):
 def test_within_empty_gaps_energies_close_to_rounding(rig, engine, kind):
     """M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/2h + K q = b a times the travel (q₊ - q₋)/2; links also turn as they sag."""
     rig = with_bushings(rig.replace(shaker=Shaker(kind, 0.9)), grease=Grease(0.0))
-    found = energy_balance(rig, random(0.3, 2048.0, rms=0.02, seed=0, kind=kind), LAW, engine)
-    assert not found.response.contact_force.any() and found.input[-1] > 0 and not found.film.any()
-    assert found.imbalance < (1e-9 if engine == "modal" else 1e-5)
+    balance = energy_balance(rig, random(0.3, 2048.0, rms=0.02, seed=0, kind=kind), LAW, engine)
+    assert not balance.response.contact_force.any() and balance.input[-1] > 0 and not balance.film.any()
+    assert balance.imbalance < (1e-9 if engine == "modal" else 1e-5)
 
 
 def test_response_is_that_of_simulate(rig, engine):
@@ -77,10 +77,10 @@ def test_columns_and_summary(kept):
     assert all(value.shape == kept.time.shape for value in columns.values())
     left = columns["input"] - sum(v for k, v in columns.items() if k not in ("time", "input", "residual"))
     np.testing.assert_allclose(left, columns["residual"], atol=1e-12)
-    found = kept.summary()
-    assert found["energy"]["input"] == kept.input[-1]
-    assert sum(found["impacts"]) == len(kept.impacts)
-    assert json.loads(json.dumps(found)) == found
+    summary = kept.summary()
+    assert summary["energy"]["input"] == kept.input[-1]
+    assert sum(summary["impacts"]) == len(kept.impacts)
+    assert json.loads(json.dumps(summary)) == summary
 
 
 def test_a_rig_without_bushings(rig, engine):
@@ -130,14 +130,14 @@ def command(tmp_path, *more):
 def test_command(tmp_path, capsys):
     folder = tmp_path / "energy"
     assert command(tmp_path, "--energy", str(folder), "--json") == 0
-    found = json.loads(capsys.readouterr().out)["energy"]
+    printed = json.loads(capsys.readouterr().out)["energy"]
     assert {p.name for p in folder.iterdir()} == {".clearance-mj", "energy.csv", "energy_balance.png", "impacts.csv"}
     energy = np.genfromtxt(folder / "energy.csv", delimiter=",", names=True)
     assert energy.size == 1024
-    assert energy["input"][-1] == pytest.approx(found["energy"]["input"], rel=1e-8)
+    assert energy["input"][-1] == pytest.approx(printed["energy"]["input"], rel=1e-8)
     with (folder / "impacts.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert [sum(int(row["bushing"]) == j for row in rows) for j in range(2)] == found["impacts"]
+    assert [sum(int(row["bushing"]) == j for row in rows) for j in range(2)] == printed["impacts"]
     assert float(rows[0]["restitution"]) == pytest.approx(float(rows[0]["v_out"]) / float(rows[0]["v_in"]))
 
 

@@ -66,5 +66,5 @@ def test_a_strong_dashpot_is_stable_and_exact(measured):
 def test_dashpots_of_links():
     """Within the gaps as the modal engine has them."""
     base = random(0.3, 2048.0, rms=0.05, seed=3)
-    found, expected = (simulate(damped(200.0), base, LAW, engine).displacement for engine in (Links(40), "modal"))
-    assert np.abs(found - expected).max() < 0.006 * np.abs(expected).max()
+    computed, expected = (simulate(damped(200.0), base, LAW, engine).displacement for engine in (Links(40), "modal"))
+    assert np.abs(computed - expected).max() < 0.006 * np.abs(expected).max()

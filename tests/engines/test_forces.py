@@ -50,9 +50,9 @@ def simulate(engine, law, duration=0.4, level=8.0, rig=RIG):
     return motion
 
 
-def assert_close(found, expected, tolerance, norm=np.max):
+def assert_close(computed, expected, tolerance, norm=np.max):
     for j in range(2):
-        assert norm(np.abs(found - expected)[:, j]) < tolerance * norm(np.abs(expected)[:, j])
+        assert norm(np.abs(computed - expected)[:, j]) < tolerance * norm(np.abs(expected)[:, j])
 
 
 def rms(values):

@@ -36,10 +36,10 @@ def test_compliance_is_that_of_the_linear_model(plant):
     """Displacements of all rows under forces in all clearances, which both have exactly: the middles end elements."""
     rows, whole, modal = plant.maps.at_rows[: MIXED.n_rows], plant.whole, linear_model(MIXED)
     assert MIXED.n_rows == 6 and rows.shape == (6, 16 + 16 + 16)
-    found = rows @ np.linalg.solve(whole.whole_stiffness, rows.T)
-    told = (modal.at_bushings / modal.omega**2) @ modal.at_bushings.T
-    scale = np.sqrt(np.outer(told.diagonal(), told.diagonal()))
-    np.testing.assert_allclose(found / scale, told / scale, rtol=0, atol=1e-12)
+    compliance = rows @ np.linalg.solve(whole.whole_stiffness, rows.T)
+    reference = (modal.at_bushings / modal.omega**2) @ modal.at_bushings.T
+    scale = np.sqrt(np.outer(reference.diagonal(), reference.diagonal()))
+    np.testing.assert_allclose(compliance / scale, reference / scale, rtol=0, atol=1e-12)
 
 
 def test_coordinates_stand_by_axis(plant):

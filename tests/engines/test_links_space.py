@@ -41,10 +41,10 @@ def still(seconds: float, kind: str = "base") -> cm.Excitation:
     return cm.Excitation(np.zeros(int(seconds * FREQUENCY)), FREQUENCY, kind)
 
 
-def close(found: np.ndarray | None, told: np.ndarray | None, share: float) -> None:
+def close(computed: np.ndarray | None, reference: np.ndarray | None, tolerance: float) -> None:
     """Two histories differ by less than a share of the largest value of the second one."""
-    assert found is not None and told is not None
-    assert_allclose(found, told, rtol=0, atol=share * np.abs(told).max())
+    assert computed is not None and reference is not None
+    assert_allclose(computed, reference, rtol=0, atol=tolerance * np.abs(reference).max())
 
 
 def started(rig: Rig, links: int = 16) -> LinksRun:
@@ -55,26 +55,26 @@ def started(rig: Rig, links: int = 16) -> LinksRun:
     return run
 
 
-@pytest.mark.parametrize(("level", "law", "share"), [(0.05, None, 1e-10), (3.0, None, 1e-4), (3.0, GREASED, 1e-3)])
-def test_a_motion_in_the_plane_is_the_planar_one(level: float, law: cm.ContactLaw | None, share: float) -> None:
+@pytest.mark.parametrize(("level", "law", "tolerance"), [(0.05, None, 1e-10), (3.0, None, 1e-4), (3.0, GREASED, 1e-3)])
+def test_a_motion_in_the_plane_is_the_planar_one(level: float, law: cm.ContactLaw | None, tolerance: float) -> None:
     """To rounding in the gap; impacts magnify what distance and height of a point on the links differ by."""
     plane, space = (cm.simulate(rig, noise(level), law, "links") for rig in (TABLE1, SPACE))
     assert plane.contact_force is not None and plane.contact_force.any() == (level > 1)
-    close(space.acceleration, plane.acceleration, share)
+    close(space.acceleration, plane.acceleration, tolerance)
     for name in ("displacement", "contact_force", "grease_force"):
-        found, told = getattr(space, name), getattr(plane, name)
-        close(found[1::2], told, share)
-        assert not found[::2].any()
+        computed, reference = getattr(space, name), getattr(plane, name)
+        close(computed[1::2], reference, tolerance)
+        assert not computed[::2].any()
 
 
 def test_a_turned_excitation_gives_the_turned_response() -> None:
     across, along = np.sin(0.7), np.cos(0.7)
     turned = SPACE.replace(shaker=Shaker(direction=(0.0, across, along)))
-    straight, found = (cm.simulate(rig, noise(3.0, 0.25), GREASED, "links") for rig in (SPACE, turned))
+    straight, response = (cm.simulate(rig, noise(3.0, 0.25), GREASED, "links") for rig in (SPACE, turned))
     for name in ("displacement", "contact_force", "grease_force"):
-        told = getattr(straight, name)[1::2]
-        close(getattr(found, name)[::2] / across, told, 2e-3)
-        close(getattr(found, name)[1::2] / along, told, 2e-3)
+        reference = getattr(straight, name)[1::2]
+        close(getattr(response, name)[::2] / across, reference, 2e-3)
+        close(getattr(response, name)[1::2] / along, reference, 2e-3)
 
 
 def test_frequency_responses_in_the_gap_are_those_of_modes() -> None:
@@ -89,9 +89,9 @@ def test_frequency_responses_in_the_gap_are_those_of_modes() -> None:
         links, modal = np.abs(np.fft.rfft(both, 8192))[..., band]
         return np.asarray(20 * np.log10(links / modal))
 
-    found = differences(space)
-    assert_allclose(found, differences(TABLE1), rtol=0, atol=1e-6)
-    assert np.sqrt(np.mean(found**2)) < 0.1
+    error = differences(space)
+    assert_allclose(error, differences(TABLE1), rtol=0, atol=1e-6)
+    assert np.sqrt(np.mean(error**2)) < 0.1
 
 
 def _along_y(rig: Rig) -> tuple[Sensor, ...]:
@@ -201,10 +201,10 @@ def test_a_force_pushes_in_its_direction() -> None:
 def test_a_rig_at_rest_stays_there(rig: Rig) -> None:
     """It begins where it rests in MuJoCo's own geometry: nothing accelerates."""
     run = started(rig)
-    found, before = run.advance(np.zeros(4000)), run.before()
+    motion, before = run.advance(np.zeros(4000)), run.before()
     n = len(rig.sensors)
-    assert np.abs(found[:, :n]).max() < 1e-4 * 9.81
-    assert_allclose(found[:, n:], np.tile(before[n:], (4000, 1)), rtol=0, atol=2e-4 * max(1e-9, np.abs(before).max()))
+    assert np.abs(motion[:, :n]).max() < 1e-4 * 9.81
+    assert_allclose(motion[:, n:], np.tile(before[n:], (4000, 1)), rtol=0, atol=2e-4 * max(1e-9, np.abs(before).max()))
 
 
 def test_a_cantilever_sags_under_its_weight() -> None:
@@ -267,12 +267,12 @@ def test_whirl_of_an_overhung_disc(spin: float) -> None:
     rig = overhung(spin)
     run = started(rig, 8)
     run.data.qvel[run.maps.order] = 1e-3 * np.random.default_rng(0).standard_normal(run.model.nv)
-    found = run.advance(np.zeros(int(2.0 / run.step)))
-    motion = (found[:, 0] + 1j * found[:, 1]) * np.hanning(len(found))
+    rows = run.advance(np.zeros(int(2.0 / run.step)))
+    motion = (rows[:, 0] + 1j * rows[:, 1]) * np.hanning(len(rows))
     diagram = campbell(rig, [spin], 4)
     for frequency, sense in zip(diagram.frequency[:, 0], diagram.sense[:, 0]):
         near = np.sign(sense) * frequency * np.linspace(0.97, 1.03, 601)
-        time = np.arange(len(found)) * run.step
+        time = np.arange(len(rows)) * run.step
         lines = np.abs([motion[::8] @ np.exp(-2j * np.pi * f * time[::8]) for f in near])
         assert 0 < lines.argmax() < 600
         assert_allclose(abs(near[lines.argmax()]), frequency, rtol=1e-3)
@@ -305,9 +305,9 @@ def test_the_model_in_a_file_has_the_datasheet_softness_and_both_planes() -> Non
     assert_allclose(model.tendon_range, [[0.0, 3e-4]] * 4)
     data = mujoco.MjData(model)
     mass = mass_matrix(model, data)
-    found = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(mass, np.diag(model.jnt_stiffness))).real)[:6])
+    omega = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(mass, np.diag(model.jnt_stiffness))).real)[:6])
     modes = linear_model(SPACE.replace(bushings=(), gravity=(0.0, 1.0, 0.0)), 8)
-    assert_allclose(found, np.sort(modes.omega)[:6], rtol=3e-3)
+    assert_allclose(omega, np.sort(modes.omega)[:6], rtol=3e-3)
     staves = [model.geom(f"bushing0_{stave}") for stave in range(24)]
     inner = [np.hypot(*stave.pos[1:]) - stave.size[1] for stave in staves]
     assert TABLE1.beam is not None and TABLE1.beam.diameter is not None
@@ -354,8 +354,8 @@ def test_a_chain_is_made_once() -> None:
 
 def test_a_spring_beside_a_shaft_acts_in_space_as_in_the_plane() -> None:
     """Stiff enough to raise the first frequency, and without it another motion."""
-    beside = TABLE1.replace(springs=(Spring(0.5, 3e4, damping=5.0),))
-    plane, space = (cm.simulate(beside.with_shape(shape), noise(0.5), engine="links") for shape in (None, "round"))
+    with_spring = TABLE1.replace(springs=(Spring(0.5, 3e4, damping=5.0),))
+    plane, space = (cm.simulate(with_spring.with_shape(shape), noise(0.5), engine="links") for shape in (None, "round"))
     close(space.acceleration, plane.acceleration, 1e-6)
     without = cm.simulate(SPACE, noise(0.5), engine="links")
     assert np.std(without.acceleration - space.acceleration) > 0.1 * np.std(space.acceleration)

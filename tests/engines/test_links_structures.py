@@ -32,7 +32,7 @@ DISCS = Disc(0.0, 1.0, 1e-3), Disc(0.4, 1.0, 2e-3)
 FREE = Shaft((Section(0.4, 0.02),), PINS, DISCS, STEEL, (1.0, 1e-6), theory="euler")
 
 
-@pytest.mark.parametrize(("shaft", "bushing", "at", "torque", "share"), [
+@pytest.mark.parametrize(("shaft", "bushing", "at", "torque", "tolerance"), [
     (CANTILEVER, Bushing("@0.6:RY", 2e-3, 0.0, Grease(2.0, 0.01), Contact(300.0, 0.05)), 0.4, (), 0.03),
     (CANTILEVER, Bushing("@0.5:Z", 2e-3, 0.0, Grease(200.0, 0.1), Contact(3e4, 5.0)), 0.4, (), 0.01),
     (
@@ -40,12 +40,12 @@ FREE = Shaft((Section(0.4, 0.02),), PINS, DISCS, STEEL, (1.0, 1e-6), theory="eul
         (Load("@0.0:RX", torque=0.5),), 1e-3,
     ),
 ], ids=["slope", "along z", "teeth alone hold a shaft"])  # fmt: skip
-def test_slots_with_directions_move_as_modes_do(shaft, bushing, at, torque, share):
+def test_slots_with_directions_move_as_modes_do(shaft, bushing, at, torque, tolerance):
     """Limits of what the point names, in contact; root mean squares of differences."""
     rig = Rig("slot", None, (bushing,), (Sensor(1, 0.3),), structure=shaft, shaker=Shaker("force", at), loads=torque)
     band, level = ((5, 60), 2.0) if torque else ((20, 500), 20.0)
     drive = cm.excitation.random(0.3, 8192.0, band=band, rms=level, seed=1, kind="force")
     links, modal = (cm.simulate(rig, drive, engine=e) for e in ("links", "modal"))
     for name in ("displacement", "contact_force"):
-        found, expected = getattr(links, name), getattr(modal, name)
-        assert np.abs(expected).max() > 1e-3 and np.std(found - expected) < share * np.std(expected)
+        computed, expected = getattr(links, name), getattr(modal, name)
+        assert np.abs(expected).max() > 1e-3 and np.std(computed - expected) < tolerance * np.std(expected)

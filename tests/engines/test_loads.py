@@ -59,8 +59,8 @@ def test_two_inputs_do_what_the_sum_of_each_does(motion, engine, within):
     """Exactly where the structure is linear; chains of links turn by angles."""
     both, summed = added(moving(motion, shakers=(PUSHED,)), (noise(1), noise(2, "force", 0.3)), engine)
     assert both.references == ("100:+Z", "201:+Z") and both.kinds == ("base", "force") and both.kind == "mixed"
-    for found, expected in zip(histories(both), summed):
-        assert_allclose(found, expected, rtol=0, atol=within * np.abs(summed).max())
+    for computed, expected in zip(histories(both), summed):
+        assert_allclose(computed, expected, rtol=0, atol=within * np.abs(summed).max())
 
 
 def test_a_base_moves_along_y_and_z_at_once():
@@ -120,10 +120,10 @@ def test_a_cantilever_is_bent_by_a_load_at_its_tip_and_stays_there(motion, engin
     rig, length = held(motion, BEAM.length, -0.05), BEAM.length
     tip = -0.05 * length**3 / (3 * BEAM.bending_stiffness)
     assert_allclose(static_equilibrium(rig).deflection([length, length / 2])[:, 1], [tip, 5 / 16 * tip], rtol=1e-9)
-    found = cm.simulate(rig, STILL, cm.ConstantLaw(1.0, 0.0, grease=Grease(0.0)), engine)
-    assert_allclose(found.displacement[-1], 5 / 16 * tip, rtol=1e-9 if engine == "modal" else 1e-3)
-    assert np.ptp(found.displacement[-1]) < 1e-7 * abs(tip)
-    assert np.abs(found.acceleration).max() < 1e-6
+    response = cm.simulate(rig, STILL, cm.ConstantLaw(1.0, 0.0, grease=Grease(0.0)), engine)
+    assert_allclose(response.displacement[-1], 5 / 16 * tip, rtol=1e-9 if engine == "modal" else 1e-3)
+    assert np.ptp(response.displacement[-1]) < 1e-7 * abs(tip)
+    assert np.abs(response.acceleration).max() < 1e-6
 
 
 @pytest.mark.parametrize("motion", ["planar", "spatial"])
@@ -138,9 +138,9 @@ def test_a_shaft_is_pressed_against_a_wall(motion):
     rest = static_equilibrium(rig)
     assert_allclose(rest.displacement[-1], x, rtol=1e-9)
     assert_allclose(rest.contact_force[-1], k * (x - gap), rtol=1e-9)
-    found = cm.simulate(rig, STILL, cm.ConstantLaw(k, 0.0), "modal")
-    assert_allclose(found.displacement[-1], x, rtol=1e-9)
-    assert found.contact_share == 1.0
+    response = cm.simulate(rig, STILL, cm.ConstantLaw(k, 0.0), "modal")
+    assert_allclose(response.displacement[-1], x, rtol=1e-9)
+    assert response.contact_share == 1.0
 
 
 def test_a_slot_rests_where_a_round_clearance_does():
@@ -165,8 +165,8 @@ def test_a_torque_twists_a_shaft():
     rig = Rig("twisted", None, (), (Sensor(1, "@1.0:RX"),), **given)
     twist = 5.0 * 0.6 / (2.1e11 / 2.6 * np.pi * 0.02**4 / 32)
     assert_allclose(at_rest(rig, ["@0.3:RX", "@0.6:RX", "@1.0:-RX", 1.0]), [twist / 2, twist, -twist, 0.0], rtol=1e-9)
-    found = cm.simulate(rig, cm.excitation.still(0.1, 2048.0, "force"))
-    assert found.provenance["engine"] == "modal" and np.abs(found.acceleration).max() < 1e-6
+    response = cm.simulate(rig, cm.excitation.still(0.1, 2048.0, "force"))
+    assert response.provenance["engine"] == "modal" and np.abs(response.acceleration).max() < 1e-6
 
 
 def lumped(dofs, k, **changes):
@@ -185,8 +185,8 @@ def test_a_mass_sags_on_its_spring_and_a_torque_twists_one():
         loads = Load(position, "gear", torque=4.0), Load("1:Z", force=(0.0, 0.0, 3.0))
         rig = lumped(["1:Z", "1:RX"], 500.0, loads=loads)
         assert_allclose(at_rest(rig, ["1:Z", "1:RX"]), [3 / 500, 4 / 500], rtol=1e-12)
-        found = cm.simulate(rig, cm.excitation.still(0.2, 512.0, "force"), engine="modal")
-        assert np.abs(found.acceleration).max() < 1e-9
+        response = cm.simulate(rig, cm.excitation.still(0.2, 512.0, "force"), engine="modal")
+        assert np.abs(response.acceleration).max() < 1e-9
 
 
 def jeffcott(**changes):
@@ -207,18 +207,18 @@ def test_an_order_turns_a_rotor_at_a_multiple_of_its_spin(side_by_side, way):
     still = cm.excitation.still(1.5, 2048.0, "force")
     law = cm.clearance.nominal_law(rig)
     together = simulate_together([(rig, law)] * 2, still, LIGHT) if side_by_side else ()
-    found = together[1] if side_by_side else cm.simulate(rig, still, law, LIGHT)
-    late = found.time > 1.0
-    r = found.displacement[0] + 1j * found.displacement[1]
-    expected = force * gain * np.exp(1j * (2 * way * spin * found.time + 0.4))
+    response = together[1] if side_by_side else cm.simulate(rig, still, law, LIGHT)
+    late = response.time > 1.0
+    r = response.displacement[0] + 1j * response.displacement[1]
+    expected = force * gain * np.exp(1j * (2 * way * spin * response.time + 0.4))
     assert_allclose(r[late], expected[late], rtol=0, atol=2e-3 * force * abs(gain))
 
 
 def test_harmonic_balance_turns_an_order_against_the_spin():
     """What is along z has the other sign, and along y none, where nothing touches."""
     rigs = [jeffcott(orders=(Order(0.5, order, 0.3, phase=0.2 * order),)) for order in (2.0, -2.0)]
-    found = [cm.periodic.follow_unbalance(cm.Model(r, cm.clearance.nominal_law(r)), (50.0, 60.0), 15) for r in rigs]
-    with_spin, against = (each.clearance_displacement[-1] for each in found)
+    branches = [cm.periodic.follow_unbalance(cm.Model(r, cm.clearance.nominal_law(r)), (50.0, 60.0), 15) for r in rigs]
+    with_spin, against = (each.clearance_displacement[-1] for each in branches)
     assert_allclose(against, with_spin * [[1.0], [-1.0]], rtol=0, atol=1e-6 * np.abs(with_spin).max())
 
 
@@ -274,8 +274,8 @@ def test_energies_of_a_slot_under_weight_close():
     """Put in is what is lost and stored, to the error of the step: 1e-3 of the largest energy."""
     drive = cm.excitation.random(0.5, 2048.0, band=(5, 220), rms=4.0, seed=1)
     for engine in ("modal", "links"):
-        found = cm.energy_balance(TABLE1.replace(gravity=(0.0, 0.0, -9.81)), drive, engine=engine)
-        assert found.imbalance < 1e-3 and np.ptp(found.weight) > 0
+        balance = cm.energy_balance(TABLE1.replace(gravity=(0.0, 0.0, -9.81)), drive, engine=engine)
+        assert balance.imbalance < 1e-3 and np.ptp(balance.weight) > 0
 
 
 def test_frfs_of_two_inputs_at_once_are_told_apart(tmp_path):
@@ -303,8 +303,8 @@ def test_frfs_of_two_inputs_at_once_are_told_apart(tmp_path):
 
 def test_a_sum_of_loads_is_drawn_where_the_shaft_rests():
     rig, tip = held("planar", BEAM.length, -0.05), -0.05 * BEAM.length**3 / (3 * BEAM.bending_stiffness)
-    found = cm.simulate(rig, STILL, cm.ConstantLaw(1.0, 0.0, grease=Grease(0.0)), "modal")
-    assert_allclose(deflection(rig, found, [BEAM.length])[[0, -1], 0], tip, rtol=1e-6)
+    response = cm.simulate(rig, STILL, cm.ConstantLaw(1.0, 0.0, grease=Grease(0.0)), "modal")
+    assert_allclose(deflection(rig, response, [BEAM.length])[[0, -1], 0], tip, rtol=1e-6)
 
 
 def test_orders_beside_an_excitation_are_no_periodic_vibration():

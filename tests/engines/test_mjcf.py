@@ -38,8 +38,8 @@ def test_links_model():
     model, data = load()
     assert (model.nv, model.npair) == (16, 8)
     square = np.linalg.eigvals(np.linalg.solve(mass_matrix(model, data), np.diag(model.jnt_stiffness)))
-    found = np.sqrt(np.sort(square)[:4]) / (2 * np.pi)
-    np.testing.assert_allclose(found, natural_frequencies(RIG.replace(bushings=()), 4), rtol=3e-3)
+    frequency = np.sqrt(np.sort(square)[:4]) / (2 * np.pi)
+    np.testing.assert_allclose(frequency, natural_frequencies(RIG.replace(bushings=()), 4), rtol=3e-3)
 
 
 def test_timestep_is_stable():

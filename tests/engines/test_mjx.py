@@ -45,9 +45,9 @@ def off_centre(rig):
     return rig.replace(bushings=(dataclasses.replace(first, offset=1e-4, **fields), *others))
 
 
-def furthest(found, told):
+def furthest(computed, reference):
     """Largest difference of everything that two responses hold, as a share of the largest value there is of it."""
-    parts = [(getattr(found, name), getattr(told, name)) for name in HISTORIES]
+    parts = [(getattr(computed, name), getattr(reference, name)) for name in HISTORIES]
     return max(np.abs(a - b).max() / np.abs(b).max() for a, b in parts if np.abs(b).max(initial=0.0) > ROUNDING)
 
 
@@ -126,13 +126,13 @@ def test_a_case_that_diverges_stops_no_other_one():
         engine=cm.engines.get_engine("mjx"), design=Design(),
     )  # fmt: skip
     links = dataclasses.replace(plan, engine=cm.engines.get_engine("links"))
-    for case, found in enumerate(plan.evaluate_all(range(4))):
-        told = links.evaluate(case)
-        if isinstance(told, str):
-            assert "diverged" in found
+    for case, outcome in enumerate(plan.evaluate_all(range(4))):
+        reference = links.evaluate(case)
+        if isinstance(reference, str):
+            assert "diverged" in outcome
             continue
-        np.testing.assert_allclose(found["acceleration_rms"], told["acceleration_rms"], rtol=0.02)
-        np.testing.assert_allclose(found["natural_frequency"], told["natural_frequency"])
+        np.testing.assert_allclose(outcome["acceleration_rms"], reference["acceleration_rms"], rtol=0.02)
+        np.testing.assert_allclose(outcome["natural_frequency"], reference["natural_frequency"])
 
 
 @pytest.mark.parametrize(("rig", "law", "message"), [

@@ -44,9 +44,9 @@ def drive(t):
     return 0.2 * np.sqrt(2 / 30) * tones * np.sin(np.pi / 2 * np.minimum(t / 0.05, 1)) ** 2
 
 
-def error(found, expected):
+def error(computed, expected):
     """RMS of the difference over RMS, all channels together; without the end, where a cut excitation rings."""
-    return np.sqrt(np.mean((found - expected)[..., :-40] ** 2) / np.mean(expected[..., :-40] ** 2))
+    return np.sqrt(np.mean((computed - expected)[..., :-40] ** 2) / np.mean(expected[..., :-40] ** 2))
 
 
 TOLERANCE = {"links": 3e-2, "modal": 1e-3}
@@ -66,11 +66,11 @@ def expected(rig):
 @pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS.keys())
 def test_motion_in_the_gap(rig, engine):
     excitation, acceleration, displacement = expected(rig)
-    found = simulate(rig, excitation, LAW, engine)
-    assert error(found.acceleration, acceleration) < TOLERANCE[engine]
-    assert found.displacement.shape == displacement.shape
-    assert not np.any(found.contact_force)
-    assert not rig.bushings or error(found.displacement, displacement) < TOLERANCE[engine]
+    response = simulate(rig, excitation, LAW, engine)
+    assert error(response.acceleration, acceleration) < TOLERANCE[engine]
+    assert response.displacement.shape == displacement.shape
+    assert not np.any(response.contact_force)
+    assert not rig.bushings or error(response.displacement, displacement) < TOLERANCE[engine]
 
 
 @pytest.mark.parametrize("engine", [Links(6), Modal(1)], ids=ENGINES)
@@ -81,9 +81,9 @@ def test_accelerometers_read_the_absolute_acceleration(engine):
     rig = Rig("stout", shaft, (bushing,), (Sensor(1, 0.03), Sensor(2, 0.1)))
     t = np.arange(400) / FS
     base = 10 * np.sin(2 * np.pi * 30 * t) * np.minimum(t / 0.05, 1) ** 2
-    found = simulate(rig, Excitation(base, FS), LAW, engine)
-    assert np.max(np.abs(found.acceleration - base)[:, :-40]) < 1e-3 * 10
-    assert np.max(np.abs(found.displacement)) < 1e-7  # the base's own is 0.3 mm
+    response = simulate(rig, Excitation(base, FS), LAW, engine)
+    assert np.max(np.abs(response.acceleration - base)[:, :-40]) < 1e-3 * 10
+    assert np.max(np.abs(response.displacement)) < 1e-7  # the base's own is 0.3 mm
 
 
 def test_acceleration_is_that_of_the_displacement(engine):
@@ -131,5 +131,5 @@ def test_engines_agree_on_a_clamp_that_gives():
     beam = dataclasses.replace(TABLE1.beam, clamp=Clamp(rotation=800.0, translation=2e6), damping_ratios=(0.01,))
     rig = TABLE1.replace(beam=beam)
     excitation = random(2.0, 2048, rms=0.5, seed=3)
-    found, expected = (simulate(rig, excitation, LAW, e).displacement for e in ("links", "modal"))
-    assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
+    computed, expected = (simulate(rig, excitation, LAW, e).displacement for e in ("links", "modal"))
+    assert np.abs(computed - expected).max() < 0.03 * np.abs(expected).max()

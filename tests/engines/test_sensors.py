@@ -55,20 +55,20 @@ def steady(rig: Rig, engine: str, harmonics: int = 100) -> tuple[np.ndarray, np.
 
 @pytest.mark.parametrize("engine", ["modal", "links"])
 def test_accelerations_are_what_they_are_without_other_sensors(engine: str) -> None:
-    alone, beside = (cm.simulate(rig, NOISE, LAW, engine) for rig in (TABLE1, MIXED))
+    alone, mixed = (cm.simulate(rig, NOISE, LAW, engine) for rig in (TABLE1, MIXED))
     assert alone.quantities == ("acceleration",) * 8
     assert alone.acceleration is alone.channels
-    assert_array_equal(beside.acceleration[:8], alone.acceleration)
-    assert_array_equal(beside.contact_force, alone.contact_force)
+    assert_array_equal(mixed.acceleration[:8], alone.acceleration)
+    assert_array_equal(mixed.contact_force, alone.contact_force)
 
 
 @pytest.mark.parametrize("engine", ["modal", "links"])
 def test_force_and_displacement_in_a_clearance_are_the_clearances_own(engine: str) -> None:
-    found = cm.simulate(MIXED, NOISE, LAW, engine)
-    assert found.contact_force is not None and found.contact_force.any()
-    whole = found.contact_force + found.grease_force
-    assert_allclose(rows(found, FORCES), [whole[0], 2 * whole[1]], rtol=0, atol=1e-12)
-    assert_allclose(rows(found, MIDDLES), found.displacement, rtol=0, atol=1e-15)
+    response = cm.simulate(MIXED, NOISE, LAW, engine)
+    assert response.contact_force is not None and response.contact_force.any()
+    whole = response.contact_force + response.grease_force
+    assert_allclose(rows(response, FORCES), [whole[0], 2 * whole[1]], rtol=0, atol=1e-12)
+    assert_allclose(rows(response, MIDDLES), response.displacement, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("engine", ["modal", "links"])
@@ -76,8 +76,8 @@ def test_force_and_displacement_in_a_clearance_are_the_clearances_own(engine: st
 def test_motions_are_derivatives_of_each_other(engine: str, kind: str) -> None:
     sensors = AT_ONE_PLACE if kind == "base" else (*AT_ONE_PLACE[:2], *AT_ONE_PLACE[3:])
     free = in_the_gap(*sensors).replace(shaker=Shaker(kind, None if kind == "base" else 0.5))
-    omega, drive, found, h = steady(free, engine)
-    by_time = dict(zip(((s.quantity, s.moves_with_base) for s in sensors), found))
+    omega, drive, channels, h = steady(free, engine)
+    by_time = dict(zip(((s.quantity, s.moves_with_base) for s in sensors), channels))
     for against in (False, True):
         acceleration, velocity = by_time["acceleration", against], by_time["velocity", against]
         of_steps = (omega * h / 2) / np.tan(omega * h / 2)  # (q₊ - q₋)/(2h) over (q₊ - 2q + q₋)/h², times iω
@@ -87,11 +87,11 @@ def test_motions_are_derivatives_of_each_other(engine: str, kind: str) -> None:
     off = np.abs(by_time["velocity", True] / (1j * np.sin(omega * h) / h) - displacement).max()
     assert off < 1e-6 * np.abs(displacement).max()
     of_base = by_time["acceleration", False] - by_time["acceleration", True]
-    told = drive if kind == "base" else 0 * drive
-    assert np.abs(of_base - told).max() < 5e-4 * np.abs(drive).max()  # of interpolation and decimation
+    expected_base = drive if kind == "base" else 0 * drive
+    assert np.abs(of_base - expected_base).max() < 5e-4 * np.abs(drive).max()  # of interpolation and decimation
     low, wanted = omega < 2 * np.pi * 80, [s.quantity != "displacement" or s.moves_with_base for s in sensors]
     gains = linear_model(free).channel_gains(np.zeros((0, linear_model(free).size)), kind, omega[low])[:, :-1, -1].T
-    for seen, gain in zip((found / drive)[:, low][wanted], gains[wanted]):
+    for seen, gain in zip((channels / drive)[:, low][wanted], gains[wanted]):
         assert_allclose(seen, gain, atol=6e-2 * np.abs(gain).max())
 
 
@@ -99,11 +99,11 @@ def test_the_base_moves_by_the_running_integral_of_its_acceleration() -> None:
     """A point of a rigid part of the base, u = ∬ a from rest: here of one sine, a ω⁻² (ωt - sin ωt)."""
     omega, time = 2 * np.pi * 20.0, np.arange(2048) / 2048.0
     held = TABLE1.replace(bushings=(), sensors=AT_ONE_PLACE)
-    found = cm.simulate(held, cm.Excitation(np.sin(omega * time), 2048.0, "base"), cm.ConstantLaw(0.0, 0.0), "modal")
-    of_base = found.channels[:3] - found.channels[3:]
+    response = cm.simulate(held, cm.Excitation(np.sin(omega * time), 2048.0, "base"), cm.ConstantLaw(0.0, 0.0), "modal")
+    of_base = response.channels[:3] - response.channels[3:]
     inside = slice(100, 1900)  # the filters look ahead of the beginning and beyond the end
-    told = np.sin(omega * time), (1 - np.cos(omega * time)) / omega, time / omega - np.sin(omega * time) / omega**2
-    for got, closed in zip(of_base, told):
+    exact = np.sin(omega * time), (1 - np.cos(omega * time)) / omega, time / omega - np.sin(omega * time) / omega**2
+    for got, closed in zip(of_base, exact):
         assert_allclose(got[inside], closed[inside], atol=2e-4 * np.abs(closed).max())
 
 
@@ -121,21 +121,21 @@ def test_lanes_read_what_one_simulation_reads() -> None:
 def test_in_space_sensors_read_what_they_read_in_the_plane(engine: str) -> None:
     turned = [dataclasses.replace(s, node=s.node + 50, direction=(0.0, 0.6, 0.8)) for s in (*FORCES, *MIDDLES)]
     space = MIXED.with_shape("round").replace(sensors=(*MIXED.sensors, *turned))
-    plane, found = (cm.simulate(rig, NOISE, LAW, engine) for rig in (MIXED, space))
+    plane, in_space = (cm.simulate(rig, NOISE, LAW, engine) for rig in (MIXED, space))
     size = np.abs(plane.channels).max(axis=1, keepdims=True)
     limit, part = (1e-6, slice(None)) if engine == "modal" else (2e-2, slice(900))  # links: until contact is chaotic
-    assert_allclose((found.channels[: len(size)] / size)[:, part], (plane.channels / size)[:, part], atol=limit)
-    assert_allclose(rows(found, tuple(turned)), 0.8 * rows(found, (*FORCES, *MIDDLES)), atol=1e-6)
+    assert_allclose((in_space.channels[: len(size)] / size)[:, part], (plane.channels / size)[:, part], atol=limit)
+    assert_allclose(rows(in_space, tuple(turned)), 0.8 * rows(in_space, (*FORCES, *MIDDLES)), atol=1e-6)
 
 
 @pytest.mark.parametrize("engine", ["modal", "links"])
 def test_a_probe_reads_the_sag_of_a_shaft_that_rests(engine: str) -> None:
     heavy = MIXED.with_shape("round").replace(gravity=(0.0, 0.0, -9.81))
-    found = cm.simulate(heavy, cm.Excitation(np.zeros(256), 2048.0, "base"), LAW, engine)
-    assert np.abs(found.displacement).max() > 1e-4
-    assert_allclose(rows(found, MIDDLES), found.displacement[1::2], rtol=1e-6)
-    whole = (found.contact_force + found.grease_force)[1::2]
-    assert_allclose(rows(found, FORCES), [whole[0], 2 * whole[1]], atol=1e-9)
+    response = cm.simulate(heavy, cm.Excitation(np.zeros(256), 2048.0, "base"), LAW, engine)
+    assert np.abs(response.displacement).max() > 1e-4
+    assert_allclose(rows(response, MIDDLES), response.displacement[1::2], rtol=1e-6)
+    whole = (response.contact_force + response.grease_force)[1::2]
+    assert_allclose(rows(response, FORCES), [whole[0], 2 * whole[1]], atol=1e-9)
 
 
 STEEL = Material(210e9, 7850.0)
@@ -186,8 +186,8 @@ def test_strain_and_angle_under_a_static_force(rig: Rig) -> None:
     """At x from the clamp ε = 6 F (L - x)/(b h² E) of the upper fibre, and w' = F (L x - x²/2)/(E I)."""
     strain = -6 * (LENGTH - np.array([1e-3, AT])) / (WIDTH * HEIGHT**2 * 210e9)
     angle = -(LENGTH * AT - AT**2 / 2) / (210e9 * INERTIA)  # RY lowers what lies ahead
-    told = [*strain, 0.4 * strain[1], angle, LENGTH**3 / (3 * 210e9 * INERTIA)]
-    assert_allclose(gains_of(rig, 1e-4).real, told, rtol=1e-6)
+    closed_form = [*strain, 0.4 * strain[1], angle, LENGTH**3 / (3 * 210e9 * INERTIA)]
+    assert_allclose(gains_of(rig, 1e-4).real, closed_form, rtol=1e-6)
 
 
 @pytest.mark.parametrize("rig", [CANTILEVER, AS_SHAFT], ids=["beam", "shaft"])
@@ -202,10 +202,10 @@ def test_strain_at_resonance_is_that_of_the_mode(rig: Rig) -> None:
 @pytest.mark.parametrize("engine", ["modal", "links"])
 def test_strain_and_angle_over_time_are_those_of_the_gains(engine: str) -> None:
     rig = in_the_gap(GAUGES[1], GAUGES[3])
-    omega, drive, found, _ = steady(rig, engine)
+    omega, drive, channels, _ = steady(rig, engine)
     model, low = linear_model(rig), omega < 2 * np.pi * 60
     gains = model.channel_gains(np.zeros((0, model.size)), "base", omega[low])[:, :-1, -1].T
-    for seen, gain in zip((found / drive)[:, low], gains):
+    for seen, gain in zip((channels / drive)[:, low], gains):
         assert_allclose(seen, gain, atol=3e-2 * np.abs(gain).max())
 
 

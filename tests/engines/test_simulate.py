@@ -39,8 +39,8 @@ def outputs(response):
     return [getattr(response, name) for name in HISTORIES]
 
 
-def assert_equal(found, expected):
-    for one, other in zip(outputs(found), outputs(expected)):
+def assert_equal(computed, expected):
+    for one, other in zip(outputs(computed), outputs(expected)):
         np.testing.assert_array_equal(one, other)
 
 
@@ -66,8 +66,8 @@ def test_response(engine):
 
 def test_response_says_what_the_rig_file_does_not():
     """The theory that "auto" took, of each shaft; what modes that are left out cost."""
-    found = simulate(stepped(), noise(0.05), ConstantLaw(8e3, 5.0), "modal").provenance
-    assert found["bending_theory"] == ["euler"] and "truncation" not in found
+    provenance = simulate(stepped(), noise(0.05), ConstantLaw(8e3, 5.0), "modal").provenance
+    assert provenance["bending_theory"] == ["euler"] and "truncation" not in provenance
     modes = ModalStructure((20.0, 90.0, 200.0), (0.01,), ("1:+Z",), ((0.5, 0.4, 0.3),))
     bushing = Bushing("1:+Z", 3e-4, 0.0, Grease(0.0), Contact(1e5))
     rig = Rig("modes", None, (bushing,), (Sensor(1, "1:+Z"),), shaker=Shaker("force", "1:+Z"), structure=modes)
@@ -115,18 +115,18 @@ def test_batch_on_an_executor_that_is_given():
     """Bit-identical in another process; the pool is left open."""
     excitations = [noise(0.05, seed=s) for s in (1, 2, 3)]
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-        found = simulate_batch(RIG, excitations, LAW, "modal", workers=2, executor=pool)
+        responses = simulate_batch(RIG, excitations, LAW, "modal", workers=2, executor=pool)
         assert pool.submit(int, "3").result() == 3
-    for a, b in zip(found, simulate_batch(RIG, excitations, LAW, "modal"), strict=True):
+    for a, b in zip(responses, simulate_batch(RIG, excitations, LAW, "modal"), strict=True):
         assert_equal(a, b)
 
 
 def test_batch_spreads_single_values():
     """One rig and one law for all excitations; many rigs for one excitation."""
-    found = simulate_batch(RIG, [noise(0.05, seed=s) for s in (1, 2)], LAW, "modal")
-    assert [r.provenance["law"] for r in found] == [LAW.to_dict()] * 2
-    found = simulate_batch([RIG, BARE], noise(0.05), LAW, "modal")
-    assert [r.provenance["rig"]["name"] for r in found] == ["table1", "bare"]
+    responses = simulate_batch(RIG, [noise(0.05, seed=s) for s in (1, 2)], LAW, "modal")
+    assert [r.provenance["law"] for r in responses] == [LAW.to_dict()] * 2
+    responses = simulate_batch([RIG, BARE], noise(0.05), LAW, "modal")
+    assert [r.provenance["rig"]["name"] for r in responses] == ["table1", "bare"]
     assert len(simulate_batch(RIG, noise(0.05), LAW, Modal(4))) == 1
 
 
@@ -236,6 +236,6 @@ def test_impossible_settings(make, name):
 def test_progress_over_the_seconds_of_the_record(monkeypatch, capsys):
     monkeypatch.setattr("clearance_mj.engines.simulation.DELAY", 0.0)
     push = Excitation(np.ones(2048), 1024.0)
-    quiet, told = simulate(RIG, push, LAW, "modal"), simulate(RIG, push, LAW, "modal", progress=True)
-    np.testing.assert_array_equal(quiet.acceleration, told.acceleration)
+    quiet, with_progress = simulate(RIG, push, LAW, "modal"), simulate(RIG, push, LAW, "modal", progress=True)
+    np.testing.assert_array_equal(quiet.acceleration, with_progress.acceleration)
     assert "simulating: 100%" in (words := capsys.readouterr().err) and "2.0/2.0" in words

@@ -69,7 +69,7 @@ def test_forced_vibration_with_dry_friction(ratio):
 def test_static_friction_holds_what_is_weaker():
     """Below μ N the bristles alone bend, as a spring of 1e4 N/m beside that of the mass; beyond, it slides."""
     limit = COEFFICIENT * NORMAL
-    held, slides = (forced(share * limit, 0.5, 6, damping=150.0, lag=np.pi / 2)[0] for share in (0.9, 1.5))
+    held, slides = (forced(ratio * limit, 0.5, 6, damping=150.0, lag=np.pi / 2)[0] for ratio in (0.9, 1.5))
     assert np.abs(held).max() == pytest.approx(0.9 * limit / np.abs(1e4 + 1 - 0.5**2 + 75j), rel=1e-3)
     assert np.abs(slides).max() > 0.1
 
@@ -112,8 +112,8 @@ def test_lanes_rub_alike():
     cases = [(rig, cm.ConstantLaw(5e4, 5.0)) for rig in rigs]
     together = cm.engines.simulate_together(cases, push)
     assert np.ptp([each.channels[0].std() for each in together]) > 1e-2 * together[0].channels[0].std()
-    for (case, law), found in zip(cases, together):
-        assert_alike(found, cm.simulate(case, push, law, engine="modal"), 1e-9, ("channels", "contact_force"))
+    for (case, law), in_lanes in zip(cases, together):
+        assert_alike(in_lanes, cm.simulate(case, push, law, engine="modal"), 1e-9, ("channels", "contact_force"))
 
 
 def test_a_file_comes_back(tmp_path):

@@ -31,23 +31,23 @@ def test_a_motion_in_the_plane_is_the_planar_one(law: cm.ContactLaw | None, meas
     plane, space = (cm.simulate(rig, NOISE, law, "modal") for rig in (TABLE1, SPACE))
     assert plane.contact_force is not None and plane.contact_force.any()
     for name in HISTORIES:
-        found, told = getattr(space, name), getattr(plane, name)
-        found = found if name == "acceleration" else found[1::2]
+        value, known = getattr(space, name), getattr(plane, name)
+        value = value if name == "acceleration" else value[1::2]
         what = f"motion in a plane, {'greased' if law else 'nominal law'}: {name.replace('_', ' ')}, largest difference"
-        measured.below(what, np.abs(found - told).max() / np.abs(told).max(), 1e-9, "the planar engine")
+        measured.below(what, np.abs(value - known).max() / np.abs(known).max(), 1e-9, "the planar engine")
     assert not space.displacement[::2].any()
     assert_allclose(space.contact_share, plane.contact_share, atol=1e-9)
 
 
 def test_a_motion_in_the_plane_is_the_planar_one_on_housings_with_springs_and_oscillators() -> None:
-    beside = with_bushings(TABLE1, housing=Housing(4e5, 0.12, 4.0))
-    beside = beside.replace(
+    attached = with_bushings(TABLE1, housing=Housing(4e5, 0.12, 4.0))
+    attached = attached.replace(
         springs=(Spring(0.5, 300.0, damping=0.5),), oscillators=(Oscillator(0.7, 0.05, 90.0, 0.03, 0.05),)
     )
-    plane, space = (cm.simulate(beside.with_shape(shape), NOISE, engine="modal") for shape in (None, "round"))
+    plane, space = (cm.simulate(attached.with_shape(shape), NOISE, engine="modal") for shape in (None, "round"))
     assert plane.contact_force is not None and plane.contact_force.any()
-    for found, told in ((space.acceleration, plane.acceleration), (space.displacement[1::2], plane.displacement)):
-        assert_allclose(found, told, rtol=0, atol=1e-9 * np.abs(told).max())
+    for value, known in ((space.acceleration, plane.acceleration), (space.displacement[1::2], plane.displacement)):
+        assert_allclose(value, known, rtol=0, atol=1e-9 * np.abs(known).max())
     assert not space.displacement[::2].any()
 
 
@@ -55,12 +55,12 @@ def test_a_motion_in_the_plane_is_the_planar_one_on_housings_with_springs_and_os
 def test_a_turned_excitation_gives_the_turned_response(law: cm.ContactLaw | None, measured: Measured) -> None:
     angle = 0.7
     turned = SPACE.replace(shaker=Shaker(direction=(0.0, np.sin(angle), np.cos(angle))))
-    straight, found = (cm.simulate(rig, NOISE, law, "modal") for rig in (SPACE, turned))
+    straight, directed = (cm.simulate(rig, NOISE, law, "modal") for rig in (SPACE, turned))
     for name in ("displacement", "contact_force", "grease_force"):
-        told = np.exp(1j * (np.pi / 2 - angle)) * getattr(straight, name)[1::2]
-        places = getattr(found, name)[::2] + 1j * getattr(found, name)[1::2]
+        known = np.exp(1j * (np.pi / 2 - angle)) * getattr(straight, name)[1::2]
+        places = getattr(directed, name)[::2] + 1j * getattr(directed, name)[1::2]
         what = f"turned excitation, {'greased' if law else 'nominal law'}: {name.replace('_', ' ')}, largest difference"
-        measured.below(what, np.abs(places - told).max() / np.abs(told).max(), 1e-9, "the turned response")
+        measured.below(what, np.abs(places - known).max() / np.abs(known).max(), 1e-9, "the turned response")
 
 
 def test_probes_may_be_turned() -> None:
@@ -131,8 +131,8 @@ def started(rig: Rig, place: complex, speed: complex, engine: Modal = LIGHT) -> 
 
 def path(run: ModalRun, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Displacements y + i z of the first bushing over steps, m, and whether it touches."""
-    found = run.advance(np.zeros(int(seconds / run.step)))
-    return found[:, 1] + 1j * found[:, 2], found[:, 1 + 6 * len(run.rig.bushings)]
+    path = run.advance(np.zeros(int(seconds / run.step)))
+    return path[:, 1] + 1j * path[:, 2], path[:, 1 + 6 * len(run.rig.bushings)]
 
 
 def turning(rig: Rig, speed: float, eccentricity: float = 0.2) -> Rig:
@@ -183,13 +183,13 @@ def test_a_shaft_rolls_in_its_bushing(friction: float, rolls: bool, measured: Me
     way, _ = path(run, 20 * 2 * np.pi / whirl)
     last = way[-way.size // 5 :]
     turned = np.unwrap(np.angle(last))
-    found = -(turned[-1] - turned[0]) / ((last.size - 1) * run.step)
+    rate = -(turned[-1] - turned[0]) / ((last.size - 1) * run.step)
     if rolls:
         closed = "ω r = Ω R, m ω² = k + k_c (1 - δ/r)"
-        measured.equal("rolling whirl: ω", found / FREQUENCY, 4.387, closed, rel=1e-3)
+        measured.equal("rolling whirl: ω", rate / FREQUENCY, 4.387, closed, rel=1e-3)
         measured.equal("rolling whirl: radius in gaps", np.abs(last).mean() / GAP, 11.40, closed, rel=1e-3)
     else:
-        assert abs(found / whirl - 1) > 1e-3 or abs(np.abs(last).mean() / radius - 1) > 1e-3
+        assert abs(rate / whirl - 1) > 1e-3 or abs(np.abs(last).mean() / radius - 1) > 1e-3
 
 
 def resting(**changes: object) -> Rig:
@@ -206,7 +206,7 @@ def test_a_shaft_swings_in_its_bushings(measured: Measured) -> None:
     mass, surface = slides.total_mass, 0.015
     rolls = rubbing(resting(spin=Spin(0.0, inertia=mass * surface**2 / 2)), 0.3, stiffness=2e7, damping=2e3)
     sunk = mass * 9.81 / 4e7
-    for rig, told in ((slides, np.sqrt(9.81 / GAP)), (rolls, np.sqrt(2 * 9.81 / (3 * GAP)))):
+    for rig, known in ((slides, np.sqrt(9.81 / GAP)), (rolls, np.sqrt(2 * 9.81 / (3 * GAP)))):
         assert_allclose(static_equilibrium(rig).displacement, 2 * [0.0, -GAP - sunk], rtol=1e-6, atol=1e-9)
         run = started(rig, 0.0, 1e-4 + 0j, Modal(modes=4))
         way, touches = path(run, 0.25)
@@ -214,9 +214,9 @@ def test_a_shaft_swings_in_its_bushings(measured: Measured) -> None:
         period = np.diff(np.flatnonzero(np.diff(np.sign(smooth)) > 0)).mean() * run.step
         assert touches.all()
         # The circle that its middle swings on is wider by what the contact gives.
-        found, told = 1 / period, told / (2 * np.pi) * np.sqrt(GAP / (GAP + sunk))
+        frequency, known = 1 / period, known / (2 * np.pi) * np.sqrt(GAP / (GAP + sunk))
         how = "slides, √(g/δ)" if rig is slides else "rolls, √(2g/3δ)"
-        measured.equal(f"shaft that rests in a bushing and {how} (Hz)", found, told, "closed form", rel=3e-3)
+        measured.equal(f"shaft that rests in a bushing and {how} (Hz)", frequency, known, "closed form", rel=3e-3)
 
 
 def test_damping_that_turns_with_the_shaft() -> None:
@@ -225,8 +225,8 @@ def test_damping_that_turns_with_the_shaft() -> None:
     rig = jeffcott().replace(bushings=())
     shaft = dataclasses.replace(rig.structure, rayleigh=(outer, inner))
     threshold = FREQUENCY * (1 + 0.02 / 0.01)
-    for share, grows in ((0.97, False), (1.03, True)):
-        run = begun(rig.replace(structure=shaft, spin=Spin(share * threshold)), LIGHT)
+    for ratio, grows in ((0.97, False), (1.03, True)):
+        run = begun(rig.replace(structure=shaft, spin=Spin(ratio * threshold)), LIGHT)
         run.motion.q[[0, 2]] = 1e-5
         run.advance(np.zeros(int(2.0 / run.step)))
         first = np.abs(run.motion.q[0] + 1j * run.motion.q[2])
@@ -249,11 +249,11 @@ def test_gyroscopic_moments_keep_the_energy(measured: Measured) -> None:
     measured.below("gyroscopic moments, 1000 periods: change of energy", abs(energy() / start - 1), 1e-6, "no work")
 
 
-@pytest.mark.parametrize(("share", "grows"), [(0.97, False), (1.03, True)])
-def test_a_journal_whirls_in_oil(share: float, grows: bool) -> None:
+@pytest.mark.parametrize(("ratio", "grows"), [(0.97, False), (1.03, True)])
+def test_a_journal_whirls_in_oil(ratio: float, grows: bool) -> None:
     """A rigid rotor in two short bearings is stable at ε = 0.5 up to Ω √(C/g) = 2.54 (2.539, Childs 1993)."""
     clearance, g = 5e-5, 9.81
-    speed = share * 2.54 * np.sqrt(g / clearance)
+    speed = ratio * 2.54 * np.sqrt(g / clearance)
     base = resting(bushings=())
     mass, surface, length = base.total_mass, 0.015, 0.01
     # Ocvirk: S (L/D)² = (1-ε²)²/(π ε √(π² (1-ε²) + 16 ε²)), S = μ N L D/W (R/C)²
@@ -285,11 +285,11 @@ def test_friction_slows_a_shaft_that_coasts() -> None:
     """What friction takes from the turning, ½ I Ω², is what it and all else lose."""
     rig = rubbing(resting(spin=Spin(60.0, inertia=2e-4)), 0.1)
     quiet = cm.excitation.random(0.4, 4096.0, band=(5, 200), rms=1e-6, seed=0, kind="force")
-    found = cm.simulate(rig, quiet, engine="modal")
-    assert found.spin is not None
+    response = cm.simulate(rig, quiet, engine="modal")
+    assert response.spin is not None
     # μ m g R/I rad/s² while it slides; the rest about which it slides changes with nothing.
     slowing = 0.1 * rig.total_mass * 9.81 * 0.015 / 2e-4 * np.cos(np.arctan(0.1))
-    assert_allclose(found.spin[0] - found.spin[800], slowing * 800 / 4096.0, rtol=1e-3)
+    assert_allclose(response.spin[0] - response.spin[800], slowing * 800 / 4096.0, rtol=1e-3)
 
 
 def test_rigs_side_by_side_are_each_what_they_are_alone() -> None:

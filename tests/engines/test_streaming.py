@@ -36,9 +36,9 @@ def test_interpolation_does_not_depend_on_the_blocks(n, factor, edges):
     value = np.random.default_rng(n).standard_normal(n)
     interpolator, half = Interpolator(factor), lowpass(factor).size // 2
     blocks = [*cut(value, np.minimum(edges, n)), np.zeros(interpolator.ahead)]
-    found = np.concatenate([interpolator.push(block) for block in blocks])
+    interpolated = np.concatenate([interpolator.push(block) for block in blocks])
     whole = scipy.signal.upfirdn(factor * lowpass(factor), value, up=factor)
-    np.testing.assert_array_equal(found, whole[half : half + n * factor])
+    np.testing.assert_array_equal(interpolated, whole[half : half + n * factor])
 
 
 def test_blocks_are_the_response(rig, engine):
@@ -49,8 +49,8 @@ def test_blocks_are_the_response(rig, engine):
     pieces = [dataclasses.replace(drive, value=value) for value in cut(drive.value, (1, 5, 700, 701, 1900))]
     blocks = list(simulate_blocks(rig, pieces, law, engine))
     for name in HISTORIES:
-        found = np.concatenate([getattr(block, name) for block in blocks], axis=-1)
-        np.testing.assert_array_equal(found, getattr(whole, name))
+        joined = np.concatenate([getattr(block, name) for block in blocks], axis=-1)
+        np.testing.assert_array_equal(joined, getattr(whole, name))
     assert all(0 < block.duration < 0.3 for block in blocks)
     assert blocks[-1].provenance == whole.provenance
 
@@ -72,12 +72,12 @@ def test_frf_of_blocks_is_that_of_the_record(rng, estimator, overlap, window):
     pieces = zip(*(cut(each, (100, 101, 2600)) for each in (x, y.T)))
     blocks = [dataclasses.replace(whole, excitation=a, channels=b.T) for a, b in pieces]
     arguments = {"estimator": estimator, "resolution": 1.0, "overlap": overlap, "band": (5, 200), "window": window}
-    expected, found = estimate_frf(whole, **arguments), estimate_frf_blocks(blocks, **arguments)
-    np.testing.assert_array_equal(found.frequency, expected.frequency)
-    np.testing.assert_allclose(found.value, expected.value, rtol=1e-10)
-    np.testing.assert_allclose(found.coherence, expected.coherence, rtol=1e-10)
+    expected, by_blocks = estimate_frf(whole, **arguments), estimate_frf_blocks(blocks, **arguments)
+    np.testing.assert_array_equal(by_blocks.frequency, expected.frequency)
+    np.testing.assert_allclose(by_blocks.value, expected.value, rtol=1e-10)
+    np.testing.assert_allclose(by_blocks.coherence, expected.coherence, rtol=1e-10)
     labels = ("responses", "reference", "quantity")
-    assert [getattr(found, name) for name in labels] == [getattr(expected, name) for name in labels]
+    assert [getattr(by_blocks, name) for name in labels] == [getattr(expected, name) for name in labels]
 
 
 @pytest.mark.parametrize("arguments, message", [
@@ -161,10 +161,10 @@ def test_blocks_are_written_as_they_pass(rig, tmp_path):
     next(blocks)
     assert not path.exists()
     assert 0 < sum(1 for _ in blocks) < 20
-    found = load(path)
+    stored = load(path)
     for name in (*HISTORIES, "time"):
-        np.testing.assert_array_equal(getattr(found, name), getattr(whole, name))
-    assert found.provenance == whole.provenance
+        np.testing.assert_array_equal(getattr(stored, name), getattr(whole, name))
+    assert stored.provenance == whole.provenance
     with pytest.raises(RecordError, match="blocks are appended to HDF5 only"):
         next(save_blocks(tmp_path / "run.nc", []))
     with pytest.raises(RecordError, match="no block to write"):

@@ -43,13 +43,13 @@ def test_frfs_to_a_base_or_forces_in_any_direction(kind):
     assert (frf.responses, frf.reference) == (("1:+X", "2:-Z"), reference)
     frequency = np.fft.rfftfreq(pulse.value.size, 1 / pulse.fs)
     near = (frequency > 3) & (frequency < 40)
-    found = np.fft.rfft(response.acceleration)[:, near] / np.fft.rfft(pulse.value)[near]
+    marched = np.fft.rfft(response.acceleration)[:, near] / np.fft.rfft(pulse.value)[near]
     omega = 2 * np.pi * frequency[near][:, None, None]
     between = np.outer((-1.0, 0, 1.0, 0), (-1.0, 0, 1.0, 0))
     stiffness, damping = STIFFNESS + GREASE.stiffness * between, DAMPING + GREASE.damping * between
     moved = np.linalg.solve(stiffness + 1j * omega * damping - omega**2 * MASS, load[:, None])[..., 0]
     known = (-(omega[:, 0] ** 2) * moved) @ SENSED.T + on_base
-    assert np.all(np.abs(found - known.T).max(axis=1) < 0.005 * np.abs(known).max(axis=0))
+    assert np.all(np.abs(marched - known.T).max(axis=1) < 0.005 * np.abs(known).max(axis=0))
 
 
 def test_a_batch_is_its_simulations():

@@ -35,9 +35,9 @@ def other_rig():
 def test_what_each_is_alone(count):
     cases = [(other_rig() if i % 3 == 1 else TABLE1, LAWS[i % 4]) for i in range(count)]
     drive = random(0.5, 2048.0, rms=8.0, seed=3)
-    found = simulate_together(cases, drive)
-    assert len(found) == count
-    for (rig, law), response in zip(cases, found):
+    responses = simulate_together(cases, drive)
+    assert len(responses) == count
+    for (rig, law), response in zip(cases, responses):
         alone = simulate(rig, drive, law, "modal")
         assert np.any(alone.contact_force) and response.provenance == alone.provenance
         assert_alike(response, alone, 1e-9)

@@ -29,15 +29,15 @@ ONE_INERTIA = Matrices("m-kg-s", None, ((INERTIA,),), ((STIFFNESS,),), None, ("1
 ONE = rig(ONE_INERTIA, "1:RX")
 
 
-@pytest.mark.parametrize(("engine", "share"), [("modal", 5e-3), ("links", 1e-2)])
-def test_teeth_are_those_of_one_inertia(engine, share):
+@pytest.mark.parametrize(("engine", "tolerance"), [("modal", 5e-3), ("links", 1e-2)])
+def test_teeth_are_those_of_one_inertia(engine, tolerance):
     torque = cm.excitation.random(0.1, 81920, band=(20, 400), rms=3.0, seed=1, kind="force")
     law = ConstantLaw(CONTACT.stiffness, CONTACT.damping)
     twisted, one = cm.simulate(SHAFT, torque, law, engine=engine), cm.simulate(ONE, torque, law, engine="modal")
     assert SHAFT.probe_labels == ["1:+RX"] and np.abs(one.contact_force).max() > 1.0
     size = np.abs(one.displacement).max()
     assert size > 1e-3
-    np.testing.assert_allclose(twisted.displacement, one.displacement, atol=share * size)  # of steps that differ
+    np.testing.assert_allclose(twisted.displacement, one.displacement, atol=tolerance * size)  # of steps that differ
 
 
 def test_modes_are_the_default_engine():

@@ -52,9 +52,9 @@ def test_intervals_cover_and_innovations_are_chi_squared():
     inside, innovation = [], []
     for seed in range(400):
         rows, prior, truth, rng = problem(seed, m=40)
-        found = refine(prior, regression(rows, rows @ truth + rng.standard_normal(40)))
-        inside.append(np.abs(found.belief.mean - truth) < 1.96 * found.belief.std)
-        innovation.append(found.innovation)
+        refined = refine(prior, regression(rows, rows @ truth + rng.standard_normal(40)))
+        inside.append(np.abs(refined.belief.mean - truth) < 1.96 * refined.belief.std)
+        innovation.append(refined.innovation)
     assert 0.93 < np.mean(inside) < 0.97  # 1200 of 0.95: standard deviation 0.0063
     assert scipy.stats.kstest(innovation, scipy.stats.chi2(40).cdf).pvalue > 0.01
 
@@ -66,8 +66,8 @@ def test_residuals_that_hang_together_widen_the_intervals(block, low, high):
         rng = np.random.default_rng(seed)
         # AR(1) errors, variance 1, correlation 0.9 from one to the next: of 2000 only 105 count.
         errors = scipy.signal.lfilter([np.sqrt(1 - 0.81)], [1.0, -0.9], rng.standard_normal(2200))[200:]
-        found = refine(Belief.independent([0.0], [10.0]), lambda x, e=errors: x + e, block)
-        inside.append(abs(found.belief.mean[0]) < 1.96 * found.belief.std[0])
+        refined = refine(Belief.independent([0.0], [10.0]), lambda x, e=errors: x + e, block)
+        inside.append(abs(refined.belief.mean[0]) < 1.96 * refined.belief.std[0])
     assert low < np.mean(inside) < high
 
 
@@ -80,14 +80,14 @@ def test_a_kinked_model_is_fitted():
 
     truth = np.log([0.31, 50.0])
     for start in (np.log([0.15, 80.0]), np.log([0.6, 30.0])):
-        found = refine(Belief.independent(start, [1.0, 1.0]), lambda p: (force(p) - force(truth[None])) / 1e-4)
-        assert found.belief.mean == pytest.approx(truth, abs=1e-6)
+        refined = refine(Belief.independent(start, [1.0, 1.0]), lambda p: (force(p) - force(truth[None])) / 1e-4)
+        assert refined.belief.mean == pytest.approx(truth, abs=1e-6)
 
 
 def test_what_is_known_exactly_stays():
-    found = refine(Belief.independent([1.0, 2.0], [0.0, 1.0]), lambda x: x - [[5.0, 5.0]])
-    assert found.belief.mean == pytest.approx([1.0, 3.5])
-    assert found.belief.std == pytest.approx([0.0, np.sqrt(0.5)])
+    refined = refine(Belief.independent([1.0, 2.0], [0.0, 1.0]), lambda x: x - [[5.0, 5.0]])
+    assert refined.belief.mean == pytest.approx([1.0, 3.5])
+    assert refined.belief.std == pytest.approx([0.0, np.sqrt(0.5)])
 
 
 def test_beliefs_of_parameters_and_their_estimates():

@@ -61,10 +61,10 @@ def test_robust_fits_with_errors_that_blocks_share():
     values, robust, independent = [], [], []
     for _ in range(250):
         noise = 0.5 * (rng.standard_normal(40)[block] + rng.standard_normal(1000))
-        found = solve(Problem(parameters, lambda x, e=noise: x @ design.T - e, loss=SoftL1()))
-        values.append(found.values)
-        robust.append(jackknife(found.rows, found.scores, block, found.prior))
-        independent.append(found.covariance * found.cost / 998)
+        fit = solve(Problem(parameters, lambda x, e=noise: x @ design.T - e, loss=SoftL1()))
+        values.append(fit.values)
+        robust.append(jackknife(fit.rows, fit.scores, block, fit.prior))
+        independent.append(fit.covariance * fit.cost / 998)
     scatter = np.diag(np.cov(np.transpose(values)))
     # σ of a variance out of 250 fits: 9 %; the jackknife is on the safe side by some per cent.
     np.testing.assert_allclose(np.diag(np.mean(robust, axis=0)) / scatter, 1.08, atol=0.2)

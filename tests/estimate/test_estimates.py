@@ -12,10 +12,10 @@ COVARIANCE = np.array([[0.04, 0.003], [0.003, 0.0009]])
 
 
 def test_deviations_and_intervals_by_transform():
-    found = Estimates.of((K, X), [200.0, 0.4], COVARIANCE)
-    assert found.std == pytest.approx([200 * 0.2, 0.03])  # to first order
-    assert found.correlation[0, 1] == pytest.approx(0.5)
-    low, high = found.interval(0.95)
+    estimates = Estimates.of((K, X), [200.0, 0.4], COVARIANCE)
+    assert estimates.std == pytest.approx([200 * 0.2, 0.03])  # to first order
+    assert estimates.correlation[0, 1] == pytest.approx(0.5)
+    low, high = estimates.interval(0.95)
     assert low == pytest.approx([200 * np.exp(-1.959964 * 0.2), 0.4 - 1.959964 * 0.03], rel=1e-6)
     assert high == pytest.approx([200 * np.exp(1.959964 * 0.2), 0.4 + 1.959964 * 0.03], rel=1e-6)
 
@@ -33,17 +33,17 @@ def test_draws_have_the_covariance_and_stay_within_the_bounds():
                                                    ((0.0, np.inf), (False, False))])  # fmt: skip
 def test_identifiable_is_what_the_data_halve(std, identifiable):
     """Known before: ln k uniform over ln 1e4, a standard deviation of 9.21/√12 = 2.66; x by its prior, 0.1."""
-    found = Estimates((K, X), np.array([200.0, 0.4]), np.array(std), np.eye(2))
-    assert found.identifiable.tolist() == list(identifiable)
-    assert np.isinf(found.std).tolist() == [s in (0.0, np.inf) for s in std]
+    estimates = Estimates((K, X), np.array([200.0, 0.4]), np.array(std), np.eye(2))
+    assert estimates.identifiable.tolist() == list(identifiable)
+    assert np.isinf(estimates.std).tolist() == [s in (0.0, np.inf) for s in std]
 
 
 def test_rows_and_back():
     prior = Parameter("c", "N s/m", 3.0, 0.1, 50.0, prior_std=0.5)
-    found = Estimates.of((prior, X), [4.0, 0.4], COVARIANCE)
-    again = Estimates.from_rows(found.rows())
-    assert again.rows() == found.rows()
-    np.testing.assert_array_equal(again.draw(3), found.draw(3))
+    estimates = Estimates.of((prior, X), [4.0, 0.4], COVARIANCE)
+    again = Estimates.from_rows(estimates.rows())
+    assert again.rows() == estimates.rows()
+    np.testing.assert_array_equal(again.draw(3), estimates.draw(3))
 
 
 def test_a_product_that_the_data_do_not_identify():

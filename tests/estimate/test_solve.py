@@ -36,13 +36,13 @@ def test_linear_regression_with_a_prior_is_solved_in_one_step(lanes):
     rows, data = line()
     parameters = [free("a", 0.5, prior_std=0.1), free("b")]
     problem = Problem(parameters, lambda x: x @ rows.T - data, lanes=lanes)
-    found = solve(problem, stop=EXACT)
+    solution = solve(problem, stop=EXACT)
     precision = rows.T @ rows + np.diag([100.0, 0.0])
     expected = np.linalg.solve(precision, rows.T @ data + [50.0, 0.0])
-    assert found.values == pytest.approx(expected, rel=1e-9)
-    assert found.estimates(found.covariance).covariance == pytest.approx(np.linalg.inv(precision), rel=1e-6)
+    assert solution.values == pytest.approx(expected, rel=1e-9)
+    assert solution.estimates(solution.covariance).covariance == pytest.approx(np.linalg.inv(precision), rel=1e-6)
     left = rows @ expected - data
-    assert found.cost == pytest.approx(left @ left + ((expected[0] - 0.5) / 0.1) ** 2)
+    assert solution.cost == pytest.approx(left @ left + ((expected[0] - 0.5) / 0.1) ** 2)
 
 
 @pytest.mark.parametrize("lanes", [True, False])
@@ -54,9 +54,9 @@ def test_rosenbrock(lanes, high):
         lambda p: np.stack((1 - p[:, 0], 10 * (p[:, 1] - p[:, 0] ** 2)), axis=1),
         step=1e-6, central=True, lanes=lanes,
     )  # fmt: skip
-    found = solve(problem, stop=EXACT)
-    assert found.values == pytest.approx([min(high, 1.0), min(high, 1.0) ** 2], abs=1e-7)
-    assert found.at_bound.tolist() == [high < 1, False]
+    solution = solve(problem, stop=EXACT)
+    assert solution.values == pytest.approx([min(high, 1.0), min(high, 1.0) ** 2], abs=1e-7)
+    assert solution.at_bound.tolist() == [high < 1, False]
 
 
 def test_soft_l1_is_that_of_scipy():
@@ -66,21 +66,21 @@ def test_soft_l1_is_that_of_scipy():
     expected = scipy_optimize.least_squares(
         lambda x: rows @ x - data, np.zeros(2), loss="soft_l1", f_scale=0.5, xtol=1e-14, ftol=1e-14, gtol=1e-14
     )
-    found = solve(Problem([free("a"), free("b")], lambda x: x @ rows.T - data, loss=SoftL1(0.5)), stop=EXACT)
-    assert found.values == pytest.approx(expected.x, rel=1e-6)
-    assert found.cost == pytest.approx(2 * expected.cost, rel=1e-10)
-    assert found.rows.T @ found.rows == pytest.approx(expected.jac.T @ expected.jac, rel=1e-4)
+    solution = solve(Problem([free("a"), free("b")], lambda x: x @ rows.T - data, loss=SoftL1(0.5)), stop=EXACT)
+    assert solution.values == pytest.approx(expected.x, rel=1e-6)
+    assert solution.cost == pytest.approx(2 * expected.cost, rel=1e-10)
+    assert solution.rows.T @ solution.rows == pytest.approx(expected.jac.T @ expected.jac, rel=1e-4)
 
 
 def test_grouped_huber_of_complex_residuals_is_a_weighted_mean():
     """One mean of complex pairs; of the outlying pair the distance counts, not its square."""
     data = np.array([1.0 + 1j, 1.2 + 1j, 0.9 + 1.1j, 1.0 + 0.9j, 9.0 + 1j, 9.0 + 1j])
     loss = GroupedHuber(np.full(3, 1.0))
-    found = solve(Problem([free("m")], lambda x: x + 1j - data, loss=loss), stop=EXACT)
-    size = np.linalg.norm((found.values[0] + 1j - data).reshape(3, 2), axis=1)
+    solution = solve(Problem([free("m")], lambda x: x + 1j - data, loss=loss), stop=EXACT)
+    size = np.linalg.norm((solution.values[0] + 1j - data).reshape(3, 2), axis=1)
     weight = np.repeat(np.minimum(1 / size, 1), 2)
-    assert found.values[0] == pytest.approx(np.sum(weight * data.real) / weight.sum(), rel=1e-6)
-    assert found.cost == pytest.approx(np.sum(size[:2] ** 2) + 2 * size[2] - 1)
+    assert solution.values[0] == pytest.approx(np.sum(weight * data.real) / weight.sum(), rel=1e-6)
+    assert solution.cost == pytest.approx(np.sum(size[:2] ** 2) + 2 * size[2] - 1)
 
 
 def test_errors_of_unknown_size_with_equal_neighbours():
@@ -89,11 +89,11 @@ def test_errors_of_unknown_size_with_equal_neighbours():
     rows = rng.standard_normal((400, 1)).repeat(5, axis=0)
     data = rows[:, 0] + 1e-2 * rng.standard_normal(400).repeat(5)
     loss = UnknownScale(np.arange(0, 2000, 5))
-    found = solve(Problem([free("a", 0.8, prior_std=1.0)], lambda x: (x @ rows.T - data) / 3e-2, loss=loss))
-    assert found.loss.correlated == pytest.approx(5, rel=0.2)
-    std = float(found.covariance[0, 0] ** 0.5)
+    solution = solve(Problem([free("a", 0.8, prior_std=1.0)], lambda x: (x @ rows.T - data) / 3e-2, loss=loss))
+    assert solution.loss.correlated == pytest.approx(5, rel=0.2)
+    std = float(solution.covariance[0, 0] ** 0.5)
     assert std == pytest.approx(1e-2 / np.sqrt(400), rel=0.25)  # soft L1 of normal errors is a little less efficient
-    assert abs(found.values[0] - 1) < 4 * std
+    assert abs(solution.values[0] - 1) < 4 * std
 
 
 def test_points_without_a_model_are_avoided():
@@ -115,9 +115,9 @@ def test_starts_are_compared_and_the_best_searched_from():
     problem = Problem([free("x")], lambda x: np.hstack((x**2 - 1, np.sqrt(0.1) * (x - 1))))
     starts = [[-1.3], [0.4], [-0.9]]
     assert solve(problem, starts, n_best=1).values[0] < 0  # begins where the cost is least
-    found = solve(problem, starts, n_best=3)
-    assert found.values == pytest.approx([1.0], abs=1e-3)
-    assert [s.values[0] < 0 for s in found.others] == [True, True]
+    solution = solve(problem, starts, n_best=3)
+    assert solution.values == pytest.approx([1.0], abs=1e-3)
+    assert [s.values[0] < 0 for s in solution.others] == [True, True]
 
 
 def test_logarithms_and_names():

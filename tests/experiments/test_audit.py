@@ -23,9 +23,9 @@ def claims():
 
 
 def verdicts(claims, text, where=""):
-    found = [c.verdict.split("; elsewhere")[0] for c in claims if text in c.text and where in c.where]
-    assert found, text
-    return found
+    matching = [c.verdict.split("; elsewhere")[0] for c in claims if text in c.text and where in c.where]
+    assert matching, text
+    return matching
 
 
 def recomputed(claims, text):
@@ -90,8 +90,8 @@ def test_verdict(claims, text, where, expected):
     ],
 )
 def test_recomputed(claims, text, values):
-    found = recomputed(claims, text)
-    assert found[: len(values)] == values
+    recomputed_values = recomputed(claims, text)
+    assert recomputed_values[: len(values)] == values
 
 
 def test_places_that_contradict_each_other_say_so(claims):
@@ -122,9 +122,9 @@ CHANGES = [
 def test_a_changed_table_changes_the_verdict(claims, tmp_path, file, row, column, value, text, where, verdict):
     shutil.copytree(TABLES, tmp_path / "tables")
     change(tmp_path / "tables" / file, row, column, value)
-    found = verdicts(audit(tmp_path / "tables"), text, where)[0]
-    assert found == verdict
-    assert found != verdicts(claims, text, where)[0]
+    changed_verdict = verdicts(audit(tmp_path / "tables"), text, where)[0]
+    assert changed_verdict == verdict
+    assert changed_verdict != verdicts(claims, text, where)[0]
 
 
 def change(path, row, column, value):

@@ -49,22 +49,22 @@ def test_how_far_a_short_bearing_is_from_one_of_finite_width():
     for width, ratios in rows:
         for eccentricity, ratio in zip((0.2, 0.5, 0.8, 0.9), ratios.split("|")[1:]):
             finite = force(grid(eccentricity, float(width)), 0.0)
-            found = np.hypot(*short(eccentricity, float(width), 0.0)) / np.hypot(*finite)
-            assert found == pytest.approx(float(ratio), abs=0.0051)
+            load_ratio = np.hypot(*short(eccentricity, float(width), 0.0)) / np.hypot(*finite)
+            assert load_ratio == pytest.approx(float(ratio), abs=0.0051)
 
 
 def test_two_grooves_beside_lund_and_thomsen():
     """L/D = 1, grooves of 20° across the load, S = 0.235: ε = 0.460, attitude 49.27° (Lund & Thomsen, 1978)."""
 
-    def found(attitude, eccentricity):
+    def load_and_attitude(attitude, eccentricity):
         across = np.pi / 2 * np.array((1, -1)) - attitude  # the load acts at -attitude
         on = grid(eccentricity, 1.0, tuple(across), np.radians(20))
         outwards, along = force(on, 0.0)
         return np.hypot(outwards, along), np.arctan2(along, -outwards)
 
     eccentricity = 0.460
-    attitude = scipy.optimize.brentq(lambda at: found(at, eccentricity)[1] - at, 0.3, 1.4, xtol=1e-3)
-    load = 12 * found(attitude, eccentricity)[0] * eccentricity / 2  # W / (μ Ω R L (R/C)²)
+    attitude = scipy.optimize.brentq(lambda at: load_and_attitude(at, eccentricity)[1] - at, 0.3, 1.4, xtol=1e-3)
+    load = 12 * load_and_attitude(attitude, eccentricity)[0] * eccentricity / 2  # W / (μ Ω R L (R/C)²)
     sommerfeld = 2 / (2 * np.pi * load)  # S = μ N D L (R/C)² / W
     assert np.degrees(attitude) == pytest.approx(49.27, rel=0.02)
     assert sommerfeld == pytest.approx(0.235, rel=0.02)

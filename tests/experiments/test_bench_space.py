@@ -59,13 +59,13 @@ def run(rotor, holes=(), load=None, probes=(), spin=0.0, seconds=1.0, force=None
 def lines(signal, count):
     """Frequencies in rad/s, > 0 forward, of the largest lines of y + i z, between the lines of its spectrum."""
     spectrum = np.abs(np.fft.fft(signal * scipy.signal.windows.blackmanharris(signal.size)))
-    found = []
+    peaks = []
     for _ in range(count):
         k = int(np.argmax(spectrum))
         a, b, c = np.log(spectrum[[k - 1, k, (k + 1) % signal.size]])
-        found.append(k + 0.5 * (a - c) / (a - 2 * b + c))
+        peaks.append(k + 0.5 * (a - c) / (a - 2 * b + c))
         spectrum[[i % signal.size for i in range(k - 12, k + 13)]] = 1e-300
-    turns = np.array(found)
+    turns = np.array(peaks)
     return 2 * np.pi * np.where(turns > signal.size / 2, turns - signal.size, turns) / (signal.size * STEP)
 
 
@@ -130,8 +130,8 @@ def test_gyroscopic_pairs_of_an_overhung_disc(spin):
     exact = np.sort(np.linalg.eigvals(system).real)
     kick = np.full(10, 50.0)
     load = motion.Load(hammer=1.0)
-    (found,), _ = run(overhung, load=load, probes=[1.0], spin=spin, seconds=8.0, force={0: kick})
-    np.testing.assert_allclose(np.sort(lines(np.diff(found[0] + 1j * found[1]), 4)), exact, rtol=1e-3, atol=0.02)
+    (path,), _ = run(overhung, load=load, probes=[1.0], spin=spin, seconds=8.0, force={0: kick})
+    np.testing.assert_allclose(np.sort(lines(np.diff(path[0] + 1j * path[1]), 4)), exact, rtol=1e-3, atol=0.02)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.4])
@@ -139,9 +139,9 @@ def test_unbalance_of_a_jeffcott_rotor(ratio):
     """r = u ω² / (k - m ω² + i c ω), as seen from the unbalance."""
     spin, moment = ratio * OMEGA, 1e-5
     load = motion.Load(unbalances=((0.5, moment * np.exp(0.7j)),))
-    (found,), _ = run(JEFFCOTT, load=load, probes=[0.5], spin=spin, seconds=4.0)
-    angle = spin * STEP * np.arange(found.shape[1])
-    orbit = ((found[0] + 1j * found[1]) * np.exp(-1j * angle))[-1000:]
+    (path,), _ = run(JEFFCOTT, load=load, probes=[0.5], spin=spin, seconds=4.0)
+    angle = spin * STEP * np.arange(path.shape[1])
+    orbit = ((path[0] + 1j * path[1]) * np.exp(-1j * angle))[-1000:]
     exact = moment * np.exp(0.7j) * spin**2 / (STIFFNESS - MASS * spin**2 + 2j * 0.05 * OMEGA * MASS * spin)
     np.testing.assert_allclose(orbit, exact, rtol=2e-3)
 
@@ -157,7 +157,7 @@ def test_synchronous_rub(friction):
     smooth = hole(0.5, gap, contact=(20 * STIFFNESS, 0.0, 0.0, 0.0), bristle=20 * STIFFNESS)
     _, state = run(JEFFCOTT, [smooth], load, [0.5], OMEGA, 40 * turn)
     rubbing = dataclasses.replace(smooth, friction=friction)
-    (found,), _ = run(JEFFCOTT, [rubbing], load, [0.5], OMEGA, 100 * turn, start=state)
+    (path,), _ = run(JEFFCOTT, [rubbing], load, [0.5], OMEGA, 100 * turn, start=state)
 
     def over(r):
         return (20 * (r - 1)) ** 2 + (0.1 * r + 20 * friction * (r - 1)) ** 2 - 0.04
@@ -165,7 +165,7 @@ def test_synchronous_rub(friction):
     radius = scipy.optimize.brentq(over, 1.0, 1.1)
     if not friction:
         assert radius == pytest.approx(1.008635, abs=2e-6)
-    np.testing.assert_allclose(np.hypot(*found)[-3000:] / gap - 1, radius - 1, rtol=0.01)
+    np.testing.assert_allclose(np.hypot(*path)[-3000:] / gap - 1, radius - 1, rtol=0.01)
 
 
 def test_a_block_slides_in_its_bushing():
@@ -174,9 +174,9 @@ def test_a_block_slides_in_its_bushing():
     bushing = hole(0.05, gap, offset_z=-gap, contact=(2e8, 0.0, 0.0, 5e3))
     load = motion.Load((0.0, -9.81), 0.05)
     _, state = run(BLOCK, [bushing], load, [0.05], seconds=0.2)
-    (found,), _ = run(BLOCK, [bushing], load, [0.05], seconds=2.0, force={0: np.full(10, 5.0)}, start=state)
-    frequency = np.abs(lines(found[0] - found[0].mean(), 1)[0]) / (2 * np.pi)
-    assert np.abs(found[0]).max() < 0.1 * gap
+    (path,), _ = run(BLOCK, [bushing], load, [0.05], seconds=2.0, force={0: np.full(10, 5.0)}, start=state)
+    frequency = np.abs(lines(path[0] - path[0].mean(), 1)[0]) / (2 * np.pi)
+    assert np.abs(path[0]).max() < 0.1 * gap
     assert frequency == pytest.approx(np.sqrt(9.81 / gap + SPRINGS / BLOCK_MASS) / (2 * np.pi), rel=5e-3)
 
 
@@ -187,11 +187,11 @@ def test_a_journal_finds_its_place_in_the_oil(tmp_path, monkeypatch):
     monkeypatch.setattr(table, "ANGLES", 9)
     radius, length, gap, viscosity, spin = 0.025, 0.0125, 1e-4, 0.02, 200.0
     oil = hole(0.05, gap, length=length, radius=radius, viscosity=viscosity, contact=(1e7, 0.0, 0.0, 0.0))
-    (found,), _ = run(BLOCK, [oil], motion.Load((0.0, -9.81)), [0.05], spin, 1.5)
-    y, z = found[:, -1]
+    (path,), _ = run(BLOCK, [oil], motion.Load((0.0, -9.81)), [0.05], spin, 1.5)
+    y, z = path[:, -1]
     e = np.hypot(y, z) / gap
     assert 0.1 < e < 0.95
-    np.testing.assert_allclose(found[:, -3000:].T, [[y, z]] * 3000, atol=1e-3 * gap)
+    np.testing.assert_allclose(path[:, -3000:].T, [[y, z]] * 3000, atol=1e-3 * gap)
     outwards, along = film.force(film.grid(e, 0.25), 0.0)
     scale = 12 * viscosity * radius * length * (radius / gap) ** 2 * e * spin / 2
     pushed = scale * (outwards + 1j * along) * (y + 1j * z) / np.hypot(y, z)
@@ -234,7 +234,7 @@ def test_slip_elements_have_no_axis_and_lose_what_a_slider_loses():
     path = a * np.exp(0j) * np.sin(np.linspace(0, 4 * np.pi, 2001))
 
     def forces(path):
-        before, after, found = np.zeros((1, 1, 2)), np.zeros((1, 1, 2)), []
+        before, after, values = np.zeros((1, 1, 2)), np.zeros((1, 1, 2)), []
         for was, now in zip(path[:-1], path[1:]):
             to, step = np.zeros((1, 10)), now - was
             physics.grease(
@@ -242,8 +242,8 @@ def test_slip_elements_have_no_axis_and_lose_what_a_slider_loses():
                 to, 0,
             )  # fmt: skip
             before[:] = after
-            found.append(complex(*to[0, :2]))
-        return np.array(found)
+            values.append(complex(*to[0, :2]))
+        return np.array(values)
 
     along = forces(path)
     lost = np.sum(along[1000:].real * np.diff(path)[1000:].real)
@@ -276,15 +276,15 @@ def test_forces_and_their_derivatives():
         return to[0]
 
     at, small = np.array([1.02e-4, 4.5e-5, 0.03, -0.02]), np.array([1e-10, 1e-10, 1e-6, 1e-6])
-    share = {"film": np.array([0.4, 0.5])}
+    scales = {"film": np.array([0.4, 0.5])}
     for what in ("contact", "grease", "film"):
-        found = total(at, what)[2:].reshape(2, 2, 2)
+        jacobian = total(at, what)[2:].reshape(2, 2, 2)
         for i in range(4):
             step = small[i] * np.eye(4)[i]
             slope = (total(at + step, what) - total(at - step, what))[:2] / (2 * small[i])
-            factor = share.get(what, np.ones(2))[i] if i < 2 else 1.0
-            size = 1e-4 * np.abs(found[i // 2]).max()
-            np.testing.assert_allclose(found[i // 2, :, i % 2] * factor, slope, atol=size)
+            factor = scales.get(what, np.ones(2))[i] if i < 2 else 1.0
+            size = 1e-4 * np.abs(jacobian[i // 2]).max()
+            np.testing.assert_allclose(jacobian[i // 2, :, i % 2] * factor, slope, atol=size)
 
 
 def test_the_mark_passes_at_the_angle_zero():
@@ -310,9 +310,9 @@ def test_what_is_drawn_for_one_ignorance_does_not_depend_on_the_others(kind):
 def test_a_dataset_is_read_by_the_package(tmp_path):
     bench = make_bench(3, "rotor")
     write_bench(bench, tmp_path, short=True, roles=("orbit",))
-    found = Dataset.load(tmp_path)
-    assert len(found.records) == 3
-    record = found.records[1]
+    dataset = Dataset.load(tmp_path)
+    assert len(dataset.records) == 3
+    record = dataset.records[1]
     response, turning = record.response(), record.turning()
     assert response.displacement.shape == (2, record.size)
     assert turning.mean_speed == pytest.approx(record.spin.speed, rel=1e-3)

@@ -83,13 +83,13 @@ def test_a_block_in_grease_has_the_transfer_functions_of_block_and_housing(struc
     inverse = np.linalg.inv(m * s[:, None, None] ** 2 + c * s[:, None, None] + k)
     shaken, hit = -(inverse @ m.sum(axis=1)).T, inverse[:, :, 0].T
     along_y, along_z = spectra(moved.displacement[0]) / spectra(pulse)
-    for found, expected in (
+    for computed, expected in (
         (along_y, shaken[0] - shaken[1]),
         (along_z, hit[0] - hit[1]),
         (spectra(moved.acceleration[0, 0]) / spectra(pulse), 1 + s**2 * shaken[0]),
         (spectra(moved.acceleration[0, 1]) / spectra(pulse), s**2 * hit[0]),
     ):
-        assert np.linalg.norm(found - expected) < 3e-3 * np.linalg.norm(expected)
+        assert np.linalg.norm(computed - expected) < 3e-3 * np.linalg.norm(expected)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -100,10 +100,10 @@ def test_a_housing_that_does_not_give_changes_nothing(kind):
     base = 5.0 * np.random.default_rng(1).standard_normal((2, 256))
     spin = Spin(0.3 * bench.top_speed)
     without = simulate(bench, base, spin=spin)
-    found = simulate(dataclasses.replace(bench, structure=Structure(housings=stiff)), base, spin=spin)
+    simulated = simulate(dataclasses.replace(bench, structure=Structure(housings=stiff)), base, spin=spin)
     for name in ("acceleration", "displacement", "rest"):
         expected = getattr(without, name)
-        np.testing.assert_allclose(getattr(found, name), expected, atol=1e-3 * np.abs(expected).max(), rtol=0)
+        np.testing.assert_allclose(getattr(simulated, name), expected, atol=1e-3 * np.abs(expected).max(), rtol=0)
 
 
 def test_frequencies_of_a_pinned_shaft_with_a_mass_and_a_spring():
@@ -112,19 +112,21 @@ def test_frequencies_of_a_pinned_shaft_with_a_mass_and_a_spring():
     place, mass, stiffness = 0.37, 0.015, 60.0
     n = np.arange(1, 201)
     shape = np.sqrt(2 / pinned.mass_per_length) * np.sin(n * np.pi * place)
-    own = (n * np.pi) ** 4 * pinned.bending_stiffness / pinned.mass_per_length
+    pinned_square = (n * np.pi) ** 4 * pinned.bending_stiffness / pinned.mass_per_length
     for structure, m, k in (
         (Structure(masses=(Disc(place, mass),)), mass, 0.0),
         (Structure(springs=(Spring(place, stiffness, 0.0),)), 0.0, stiffness),
     ):
         square = np.linalg.eigvals(
-            np.linalg.solve(np.eye(n.size) + m * np.outer(shape, shape), np.diag(own) + k * np.outer(shape, shape))
+            np.linalg.solve(
+                np.eye(n.size) + m * np.outer(shape, shape), np.diag(pinned_square) + k * np.outer(shape, shape)
+            )
         )
         exact = np.sqrt(np.sort(square.real)[:3]) / (2 * np.pi)
         np.testing.assert_allclose(structure.shaft(pinned).frequencies(3), exact, rtol=1e-3)
 
 
-def turned(structure, share, times):
+def turned(structure, ratio, times):
     """Amplitudes (forward, backward) of y + i z of a turning Jeffcott rotor's disc at a multiple of its turns."""
     plain = make_bench(1, "rotor", ())
     probe = ProbePair(0.5, 0.0, (1.0, 1.0), ())
@@ -132,30 +134,30 @@ def turned(structure, share, times):
         plain, rig=plain.rig.replace(gravity=None), rotor=JEFFCOTT, holes=(), stations=(), probes=(probe,),
         unbalances=(), structure=structure,
     )  # fmt: skip
-    speed = share * JEFFCOTT.modes().omega[0]
+    speed = ratio * JEFFCOTT.modes().omega[0]
     ((y, z),) = simulate(bench, spin=Spin(speed), size=round(3 * FS)).displacement
     time = np.arange(y.size) / FS
     late, waves = time > 1.5, np.exp(1j * times * speed * np.outer(time, (1, -1)))
     return np.linalg.lstsq(waves[late], (y + 1j * z)[late], rcond=None)[0]
 
 
-@pytest.mark.parametrize("share", [0.3, 0.8, 1.6])
-def test_a_bent_jeffcott_rotor(share):
+@pytest.mark.parametrize("ratio", [0.3, 0.8, 1.6])
+def test_a_bent_jeffcott_rotor(ratio):
     """b/(1 - r² + 2iζr) (Nicholas, Gunter & Allaire, J. Eng. Power 98, 1976), a bow of any shape by its size there."""
     bend = Bend(0.5, 0.2, 2e-5, 0.7)
-    known = 2e-5 * np.exp(0.7j) / (1 - share**2 + 2j * 0.05 * share)
-    forward, backward = turned(Structure(bends=(bend,)), share, 1)
+    known = 2e-5 * np.exp(0.7j) / (1 - ratio**2 + 2j * 0.05 * ratio)
+    forward, backward = turned(Structure(bends=(bend,)), ratio, 1)
     assert abs(forward - known) < 0.01 * abs(known) and abs(backward) < 0.01 * abs(known)
 
 
-@pytest.mark.parametrize("share", [0.2, 0.45, 0.9])
-def test_a_coupling_on_a_jeffcott_rotor(share):
+@pytest.mark.parametrize("ratio", [0.2, 0.45, 0.9])
+def test_a_coupling_on_a_jeffcott_rotor(ratio):
     """A moment M on the end bends the middle by M L²/(16 E I); it turns with ±2 Ω."""
     moments = 0.02 * np.exp(0.4j), 0.005 * np.exp(-1j)
     still = 1 / (16 * JEFFCOTT.bending_stiffness)
-    known = [m * still / (1 - 4 * share**2 + way * 4j * 0.05 * share) for m, way in zip(moments, (1, -1))]
-    found = turned(Structure(couplings=(Coupling(*moments),)), share, 2)
-    np.testing.assert_allclose(found, known, rtol=0.01)
+    known = [m * still / (1 - 4 * ratio**2 + way * 4j * 0.05 * ratio) for m, way in zip(moments, (1, -1))]
+    orders = turned(Structure(couplings=(Coupling(*moments),)), ratio, 2)
+    np.testing.assert_allclose(orders, known, rtol=0.01)
 
 
 def test_a_speed_creeps_where_it_is_said_to_be_steady():
@@ -169,13 +171,13 @@ def test_a_speed_creeps_where_it_is_said_to_be_steady():
 @pytest.mark.parametrize("name", ["mass", "spring"])
 def test_drawn_masses_and_springs_are_seen(kind, name):
     """Rayleigh's quotient of the drawn shaft's first mode is an upper bound, and near."""
-    plain, found = make_bench(2, kind), make_bench(2, kind, structure=[name])
+    plain, structured = make_bench(2, kind), make_bench(2, kind, structure=[name])
     modes = plain.rotor.modes()
-    mass = sum(m.mass * modes.at([m.position])[0, 0] ** 2 for m in found.structure.masses)
-    spring = sum(s.stiffness * modes.at([s.position])[0, 0] ** 2 for s in found.structure.springs)
+    mass = sum(m.mass * modes.at([m.position])[0, 0] ** 2 for m in structured.structure.masses)
+    spring = sum(s.stiffness * modes.at([s.position])[0, 0] ** 2 for s in structured.structure.springs)
     first = modes.omega[0] ** 2
     quotient = (first + spring) / (1 + mass)
-    square = found.scheme(1e-4).square[0]
+    square = structured.scheme(1e-4).square[0]
     assert 0.98 * quotient < square < quotient * (1 + 1e-9)
     assert abs(square / first - 1) > 0.01
 
@@ -183,14 +185,14 @@ def test_drawn_masses_and_springs_are_seen(kind, name):
 @pytest.mark.parametrize("name", CLASSES)
 @pytest.mark.parametrize("kind", KINDS)
 def test_all_else_is_drawn_as_without_a_structure(kind, name):
-    plain, found = make_bench(3, kind), find_bench(f"{kind}-3-{name}")
-    assert dataclasses.replace(found, structure=Structure(), name=plain.name) == plain
+    plain, structured = make_bench(3, kind), find_bench(f"{kind}-3-{name}")
+    assert dataclasses.replace(structured, structure=Structure(), name=plain.name) == plain
     assert "structure" not in plain.truth()
-    [(part, hidden)] = found.truth()["structure"].items()
+    [(part, hidden)] = structured.truth()["structure"].items()
     assert part == PARTS[name]
     if isinstance(hidden, list):
         assert len(hidden) == (len(plain.holes) if name == "housing" else 1)
-    assert found.structure == make_bench(3, kind, (), structure=[name]).structure != make_bench(4, kind).structure
+    assert structured.structure == make_bench(3, kind, (), structure=[name]).structure != make_bench(4, kind).structure
 
 
 def test_draws_without_a_structure_are_those_of_old():
@@ -203,8 +205,8 @@ def test_draws_without_a_structure_are_those_of_old():
     for kind, numbers in old.items():
         bench = make_bench(3, kind)
         hole = bench.holes[0]
-        found = hole.gap, hole.offset_z, bench.rotor.young_modulus, bench.stations[0].position
-        assert found == pytest.approx(numbers, rel=1e-12)
+        drawn = hole.gap, hole.offset_z, bench.rotor.young_modulus, bench.stations[0].position
+        assert drawn == pytest.approx(numbers, rel=1e-12)
 
 
 def test_names_of_structures(capsys, tmp_path):

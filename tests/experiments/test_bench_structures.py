@@ -30,8 +30,8 @@ def transfer_functions(rig):
     system = state_space(rig, 24)
     s = DECAY + 2j * np.pi * np.fft.rfftfreq(int(SECONDS * FS), 1 / FS)[LINES]
     identity = np.eye(system.nstates)
-    found = np.array([system.C @ np.linalg.solve(each * identity - system.A, system.B) + system.D for each in s])
-    return found[:, :, 0].T * np.exp(-np.outer([*(x.delay for x in rig.sensors), *(0 for _ in rig.bushings)], s))
+    transfer = np.array([system.C @ np.linalg.solve(each * identity - system.A, system.B) + system.D for each in s])
+    return transfer[:, :, 0].T * np.exp(-np.outer([*(x.delay for x in rig.sensors), *(0 for _ in rig.bushings)], s))
 
 
 @pytest.mark.slow
@@ -49,9 +49,9 @@ def test_a_bench_and_the_package_agree_about_every_structure(names, on_base):
     accelerations, displacements = shake(bench, base)
     if late := structure.late:
         accelerations[late[0]] = later(accelerations[late[0]], late[1])
-    found = spectra(np.vstack((accelerations, displacements))) / spectra(base)
+    frf = spectra(np.vstack((accelerations, displacements))) / spectra(base)
     rig = exact_rig(bench)
     bushings = [dataclasses.replace(b, grease=Grease(h.elastic, h.film[1])) for b, h in zip(rig.bushings, bench.holes)]
     expected = transfer_functions(rig.replace(bushings=tuple(bushings)))
-    error = np.linalg.norm(found - expected, axis=1) / np.linalg.norm(expected, axis=1)
+    error = np.linalg.norm(frf - expected, axis=1) / np.linalg.norm(expected, axis=1)
     assert error.max() < 3e-3

@@ -168,10 +168,10 @@ def test_linear_bench_against_its_frequency_response():
     b = bench(*holes, clamp=Clamp.longer(EI, 0.01))
     frequency, n = 32.0, 8192
     base = np.sin(2 * np.pi * frequency * np.arange(n) / FS)
-    found, _ = shake(b, base)
+    response, _ = shake(b, base)
     window = slice(n - 2048, n - 512)
     tone = np.exp(-2j * np.pi * frequency * np.arange(n) / FS)[window]
-    value = 2j * np.mean(found[:, window] * tone, axis=1)
+    value = 2j * np.mean(response[:, window] * tone, axis=1)
     modes = b.shaft.modes([h.position for h in holes])
     omega = 2 * np.pi * frequency
     rows = modes.at([h.position for h in holes])
@@ -305,9 +305,9 @@ def test_dataset(tmp_path, monkeypatch, capsys):
 def test_sines_to_identify_from_go_through_the_band_both_ways(kind):
     """Frequencies by the zeros of the records; what validates a bench stays."""
     bench = make_bench(17)
-    found, before = (records.plans(bench, True, sine) for sine in (kind, ""))
-    assert [p[0] for p in found if p[1] == "validate"] == [p[0] for p in before if p[1] == "validate"]
-    runs = [p for p in found if p[1] == "identify"]
+    plans, before = (records.plans(bench, True, sine) for sine in (kind, ""))
+    assert [p[0] for p in plans if p[1] == "validate"] == [p[0] for p in before if p[1] == "validate"]
+    runs = [p for p in plans if p[1] == "identify"]
     assert [p[4] for p in runs] == [0.5, 1.0, 2.0, 5.0]
     upwards = []
     for _, _, shake_, _, level in runs:
@@ -357,9 +357,9 @@ def test_benches_of_other_sensors_read_what_the_package_predicts(name, quantity)
     greases = [Grease(h.small_motion, h.film[1]) for h in bench.holes]
     bushings = [dataclasses.replace(b, grease=g) for b, g in zip(bench.rig.bushings, greases)]
     rig = bench.rig.replace(bushings=tuple(bushings))
-    told = simulate(rig, excitation.Excitation(base, FS, "base"), engine="modal").channels
-    for one, other, sensor in zip(read, told, rig.sensors):
-        rests = np.std(other) < 0.1 * np.std(told, axis=1).max()  # as a gauge at the free end does
+    predicted = simulate(rig, excitation.Excitation(base, FS, "base"), engine="modal").channels
+    for one, other, sensor in zip(read, predicted, rig.sensors):
+        rests = np.std(other) < 0.1 * np.std(predicted, axis=1).max()  # as a gauge at the free end does
         if sensor.quantity == quantity and quantity != "force" and not rests:  # the grease's force is another
             assert np.corrcoef(one, other)[0, 1] > 0.97
             assert np.std(one) == pytest.approx(np.std(other), rel=0.25)

@@ -13,11 +13,11 @@ from experiments.script import run
 def test_errors_of_a_program_that_is_off_by_a_hundredth(tmp_path, monkeypatch, capsys):
     """Of a program without teeth, whose prediction is 2 mrad too large everywhere."""
 
-    def found(servo, start, log, other):
+    def program(servo, start, log, other):
         values = {name: 1.01 * getattr(servo, name) for name in WANTED if name not in ("gap", "k", "c")}
         return values, np.asarray(other.sensors["load"]) + 2e-3
 
-    monkeypatch.setattr(others, "methods", lambda: {"BAM, M2": found})
+    monkeypatch.setattr(others, "methods", lambda: {"BAM, M2": program})
     assert run(others.main, None, ["--seeds", "1", "--out", str(tmp_path / "others.csv")]) == 0
     (row,) = pd.read_csv(tmp_path / "others.csv").to_dict("records")
     assert row["gain"] == pytest.approx(0.01) and np.isnan(row["gap"]) and row["prediction"] == pytest.approx(2.0)

@@ -19,11 +19,11 @@ decay = functools.cache(free_decay)
 
 
 def test_free_decay_against_the_exact_solution():
-    found = free_decay(Condition(lambda t: 8000.0, lambda t: 0.02), duration=2.0)
+    decay = free_decay(Condition(lambda t: 8000.0, lambda t: 0.02), duration=2.0)
     rate = 0.02 / (2 * 0.025)
     omega = np.sqrt(8000 / 0.025 - rate**2)
-    exact = np.exp(-rate * found.time) * (np.cos(omega * found.time) + rate / omega * np.sin(omega * found.time))
-    np.testing.assert_allclose(found.signal, exact, atol=1e-7)
+    exact = np.exp(-rate * decay.time) * (np.cos(omega * decay.time) + rate / omega * np.sin(omega * decay.time))
+    np.testing.assert_allclose(decay.signal, exact, atol=1e-7)
 
 
 def test_noise_has_the_power_it_says():
@@ -40,8 +40,8 @@ def test_best_single_scale_is_that_of_the_ridge(measured):
     error = dict(zip(exponents, np.median([[result.c_error for result in run] for run in runs], axis=0)))
     source = "best near ω0/ω = 2^-6.82"
     measured.below("Figure 4, scale 2^-6.8: error of c, median of 4 noises", error[-6.8], 1e-3, source)
-    share = error[-6.8] / min(error.values())
-    measured.below("Figure 4, scale 2^-6.8: error of c over the least of 7 scales", share, 1.2, source)
+    ratio = error[-6.8] / min(error.values())
+    measured.below("Figure 4, scale 2^-6.8: error of c over the least of 7 scales", ratio, 1.2, source)
     assert max(error[-7.0], error[-6.5]) < 2.5 * error[-6.8]
     assert min(error[-8.0], error[-6.25]) > 2 * error[-6.8]
     assert error[-6.0] > 50 * error[-6.8]
@@ -51,16 +51,16 @@ def test_best_single_scale_is_that_of_the_ridge(measured):
 def test_translations_of_a_scale(measured):
     """50 T/a + 1 for T = 1, whole ones; the article prints 3200, 3800, 4400, 5200, 6400"""
     clean = decay(SCALE_CONDITION, duration=4.55, fs=1024)
-    found = scale_study(clean, SCALE_SEQUENCES[1])
-    assert [result.points for result in found] == [3201, 3806, 4526, 5382, 6401]
-    for result, scale in zip(found, SCALE_SEQUENCES[1]):
+    results = scale_study(clean, SCALE_SEQUENCES[1])
+    assert [result.points for result in results] == [3201, 3806, 4526, 5382, 6401]
+    for result, scale in zip(results, SCALE_SEQUENCES[1]):
         what = f"translations at scale 2^{np.log2(scale):g}"
         measured.equal(what, result.points, 50 / scale + 1, "50 T/a + 1, T = 1", abs=1)
     # a fixed rate of samples makes the shorter wavelets of smaller scales as much cheaper as there are more of them
-    products = [result.products for result in found]
+    products = [result.products for result in results]
     assert max(products) / min(products) < 1.01
     ratio = 5.0**2 * 0.025 / 8000
-    assert [result.k_error for result in found] == pytest.approx([abs(ratio / s**2 - 1) for s in SCALE_SEQUENCES[1]])
+    assert [result.k_error for result in results] == pytest.approx([abs(ratio / s**2 - 1) for s in SCALE_SEQUENCES[1]])
 
 
 def test_decay_too_short_for_the_scales():

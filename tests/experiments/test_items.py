@@ -56,9 +56,9 @@ def test_figures_are_whole_and_axes_have_quantity_and_unit(name, result):
 
 @pytest.mark.parametrize("name", each(NAMES))
 def test_numbers_and_words_are_there(name, result):
-    found, item = result(name), ITEMS[name]
-    assert name in found.data and not any(frame.empty for frame in found.data.values())
-    for words in (item.title, item.texts["article"], found.method, found.shows, item.texts["differs"]):
+    reproduced, item = result(name), ITEMS[name]
+    assert name in reproduced.data and not any(frame.empty for frame in reproduced.data.values())
+    for words in (item.title, item.texts["article"], reproduced.method, reproduced.shows, item.texts["differs"]):
         assert words and "nan" not in words.split()
 
 
@@ -179,15 +179,15 @@ def test_csv_rows_are_the_same_again(name, result):
 
 def numbers(page):
     """Numbers with a decimal point of a page's tables, by the caption and by what else is in the row."""
-    found, caption = {}, ""
+    table_numbers, caption = {}, ""
     for line in page.splitlines():
         cells = line.strip("| ").split(" | ")
         values = [cell for cell in cells if re.fullmatch(r"-?\d+\.\d+(e[-+]\d+)?", cell)]
         if line.startswith("|") and values:
-            found[caption, *(cell for cell in cells if cell not in values)] = [float(value) for value in values]
+            table_numbers[caption, *(cell for cell in cells if cell not in values)] = [float(value) for value in values]
         if line and not line.startswith("|"):
             caption = line
-    return found
+    return table_numbers
 
 
 @pytest.mark.parametrize(
@@ -205,8 +205,8 @@ def test_the_documentation_shows_these_numbers(name, result):
 
 def test_calibration_finds_the_shipped_rig_and_a_family(result):
     """From a quarter of 8 starts, 4.5 cm between the rigs of the family."""
-    found = result("calibrate_table1", starts=8, step=0.015).data
-    rows, family = found["calibrate_table1"], found["calibrate_table1_family"]
+    data = result("calibrate_table1", starts=8, step=0.015).data
+    rows, family = data["calibrate_table1"], data["calibrate_table1_family"]
     assert (abs(rows["calibrated"] - rows["shipped_rig"]) < rows["std"]).all()
     assert len(family) >= 5 and (family["chi2"] < 1e-6).all()
     assert family["masses[0].mass"].max() > 2 * family["masses[0].mass"].min()
@@ -215,9 +215,9 @@ def test_calibration_finds_the_shipped_rig_and_a_family(result):
 
 
 def test_sensor_placement_reaches_brute_force_and_its_page_says_so(result, frame_of):
-    share = frame_of("sensor_placement", "sensor_placement_layouts").set_index("layout")["determinant_over_best"]
-    assert share["exchange"] >= 0.99
-    assert share["rig file"] < share["exchange"]
+    ratio = frame_of("sensor_placement", "sensor_placement_layouts").set_index("layout")["determinant_over_best"]
+    assert ratio["exchange"] >= 0.99
+    assert ratio["rig file"] < ratio["exchange"]
     assert frame_of("sensor_placement").query("layout == 'rig file'")["contribution"].sum() == pytest.approx(4)
     page = (ROOT / "docs" / "experiments" / "sensor_placement.md").read_text(encoding="utf-8")
     assert page == markdown(ITEMS["sensor_placement"], result("sensor_placement"))

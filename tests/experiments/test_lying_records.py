@@ -22,7 +22,7 @@ def test_no_lie_passes_in_silence():
     assert [*LIES] == [*ROWS]
     silent = {lie: re.search(r"within ([0-9.]+) dB", words) for lie, words in ROWS.items() if words[:7] == "nothing"}
     assert "none" in silent
-    assert all(float(found[1]) < float(silent["none"][1]) + MATTERS for found in silent.values())
+    assert all(float(row[1]) < float(silent["none"][1]) + MATTERS for row in silent.values())
 
 
 @pytest.mark.slow

@@ -39,43 +39,43 @@ def by(rows, value, *keys):
 def test_backbones_of_rig_and_engine(result):
     """Frequency within 0.5 % and damping within 10 % at each level, and both go up with level in mode 1."""
     for quantity, tolerance in (("frequency_hz", 0.005), ("damping", 0.1)):
-        found = by(result.data[NAME], quantity, "system", "level_m_s2", "mode")
-        assert len(found) == 2 * 2 * 4
-        for (system, level, mode), value in found.items():
-            assert value == pytest.approx(found["rig", level, mode], rel=tolerance), system
-        assert found["rig", 4.0, 1] > 1.05 * found["rig", 0.5, 1]
+        values = by(result.data[NAME], quantity, "system", "level_m_s2", "mode")
+        assert len(values) == 2 * 2 * 4
+        for (system, level, mode), value in values.items():
+            assert value == pytest.approx(values["rig", level, mode], rel=tolerance), system
+        assert values["rig", 4.0, 1] > 1.05 * values["rig", 0.5, 1]
 
 
 def test_backbones_start_at_the_natural_frequencies_in_the_gap(result):
-    found = by(result.data[NAME], "frequency_hz", "system", "level_m_s2", "mode")
-    measured = [found["rig", 0.5, mode] for mode in range(1, 5)]
+    values = by(result.data[NAME], "frequency_hz", "system", "level_m_s2", "mode")
+    measured = [values["rig", 0.5, mode] for mode in range(1, 5)]
     np.testing.assert_allclose(measured, [9.25, 39.75, 92.85, 188.85], rtol=0.01)
 
 
 def test_shapes(result):
-    found = by(result.data[f"{NAME}_mac"], "mac", "system", "level_m_s2", "rig_mode", "system_mode")
+    values = by(result.data[f"{NAME}_mac"], "mac", "system", "level_m_s2", "rig_mode", "system_mode")
     for level in SETUP.levels:
-        assert min(found["modal", level, mode, mode] for mode in range(1, 5)) > 0.99
-        assert all(found["rig", level, mode, mode] == pytest.approx(1) for mode in range(1, 5))
+        assert min(values["modal", level, mode, mode] for mode in range(1, 5)) > 0.99
+        assert all(values["rig", level, mode, mode] == pytest.approx(1) for mode in range(1, 5))
 
 
 def test_harmonics(result):
     """Odd ones alone by symmetry; contact limits the motion that the grease alone would allow."""
-    found = by(result.data[f"{NAME}_harmonics"], "displacement_m", "system", "amplitude_m_s2", "harmonic")
+    values = by(result.data[f"{NAME}_harmonics"], "displacement_m", "system", "amplitude_m_s2", "harmonic")
     for order in (1, 3):
-        assert found["modal", 3.2, order] == pytest.approx(found["rig", 3.2, order], rel=0.05)
-    assert found["modal", 3.2, 2] < 1e-3 * found["modal", 3.2, 1]
-    assert found[GREASE_ONLY, 3.2, 1] > 1.2 * found["modal", 3.2, 1]
-    assert found[GREASE_ONLY, 0.05, 1] == pytest.approx(found["modal", 0.05, 1], rel=1e-6)
+        assert values["modal", 3.2, order] == pytest.approx(values["rig", 3.2, order], rel=0.05)
+    assert values["modal", 3.2, 2] < 1e-3 * values["modal", 3.2, 1]
+    assert values[GREASE_ONLY, 3.2, 1] > 1.2 * values["modal", 3.2, 1]
+    assert values[GREASE_ONLY, 0.05, 1] == pytest.approx(values["modal", 0.05, 1], rel=1e-6)
 
 
 def test_two_motions_at_one_frequency_with_reduced_grease(result):
     keys = "grease", "system", "frequency_hz", "direction"
-    found = by(result.data[f"{NAME}_jumps"], "displacement_m", *keys)
+    values = by(result.data[f"{NAME}_jumps"], "displacement_m", *keys)
     for system in ("rig", "modal"):
-        assert found["reduced", system, 9.75, "up"] > 2 * found["reduced", system, 9.75, "down"]
+        assert values["reduced", system, 9.75, "up"] > 2 * values["reduced", system, 9.75, "down"]
         for state, frequency in (("reduced", 11.0), ("as it is", 9.0), ("as it is", 12.0)):
-            up, down = (found[state, system, frequency, way] for way in ("up", "down"))
+            up, down = (values[state, system, frequency, way] for way in ("up", "down"))
             assert up == pytest.approx(down, rel=0.05)
 
 

@@ -24,9 +24,9 @@ def rows(value):
 
 def test_reduction_is_of_the_same_seed():
     """SMC scatters from seed to seed, SMC-CM is 20 % below it under each."""
-    found = rows(lambda c, s: (0.8 if c == "smc-cm" else 1.0) * (1 + s))
-    np.testing.assert_allclose(over_seeds(found, "smc", "torque", "peak_e_y"), 1 + np.arange(30))
-    np.testing.assert_allclose(reduction(found, "smc-cm", "smc", "friction", "peak_e_y"), 20.0)
+    peaks = rows(lambda c, s: (0.8 if c == "smc-cm" else 1.0) * (1 + s))
+    np.testing.assert_allclose(over_seeds(peaks, "smc", "torque", "peak_e_y"), 1 + np.arange(30))
+    np.testing.assert_allclose(reduction(peaks, "smc-cm", "smc", "friction", "peak_e_y"), 20.0)
 
 
 def test_table_of_medians():
@@ -44,7 +44,7 @@ def test_comparison_has_each_once():
 
 def test_median_and_interval():
     """Of 1 … 30: order statistics 10 and 21 enclose the median with 95 % (binomial, e.g. Conover 1999, 3.2)."""
-    found = median(np.arange(1.0, 31.0))
-    assert found.value == 15.5
-    assert (found.low, found.high) == (10.0, 21.0)
+    interval = median(np.arange(1.0, 31.0))
+    assert interval.value == 15.5
+    assert (interval.low, interval.high) == (10.0, 21.0)
     assert scipy.stats.binom.cdf(20, 30, 0.5) - scipy.stats.binom.cdf(9, 30, 0.5) >= 0.95

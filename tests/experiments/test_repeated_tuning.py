@@ -15,14 +15,14 @@ def middle(name):
     return {key: math.sqrt(low * high) for key, (low, high) in CONTROLLERS[name].bounds.items()}
 
 
-def found(costs):
+def tunings_of(costs):
     return {name: {"cost": cost, "settings": middle(name)} for name, cost in zip(NAMES, costs)}
 
 
 def test_rank_correlation():
     """Kendall's τ of three ranks: 1 for the same order, 1/3 with one of three pairs turned round, -1 reversed."""
-    costs = {"a": found([1.0, 2.0, 3.0]), "b": found([2.0, 1.0, 3.0]), "c": found([9.0, 5.0, 1.0])}
-    tau = rank_correlations({**costs, "d": found([10.0, 20.0, 30.0])})
+    costs = {"a": tunings_of([1.0, 2.0, 3.0]), "b": tunings_of([2.0, 1.0, 3.0]), "c": tunings_of([9.0, 5.0, 1.0])}
+    tau = rank_correlations({**costs, "d": tunings_of([10.0, 20.0, 30.0])})
     assert tau["a", "d"] == pytest.approx(1.0)
     assert tau["a", "b"] == pytest.approx(1 / 3)
     assert tau["a", "c"] == pytest.approx(-1.0)
@@ -62,5 +62,5 @@ def test_goes_on_where_it_was_stopped(tmp_path):
 
 def test_table_says_how_far_costs_spread():
     """Costs 1, 1.5 and 2: (2 - 1)/1.5."""
-    page = table({"a": found([1.0, 5.0, 9.0]), "b": found([1.5, 5.0, 9.0]), "c": found([2.0, 5.0, 9.0])})
+    page = table({"a": tunings_of([1.0, 5.0, 9.0]), "b": tunings_of([1.5, 5.0, 9.0]), "c": tunings_of([2.0, 5.0, 9.0])})
     assert "| SMC | 1.000 (1) | 1.500 (1) | 2.000 (1) | 67 % |" in page

@@ -14,8 +14,8 @@ from experiments.steering.comparison_statistics import below, below_both, paired
 
 def test_medians_with_runs_that_left_the_path():
     """Eleven of thirty did: order statistics 10 and 21 of 1 ... 19 and infinities (Conover 1999, 3.2)."""
-    found = median(np.r_[np.arange(1.0, 20.0), np.full(11, np.inf)])
-    assert found == (15.5, 10.0, np.inf)
+    interval = median(np.r_[np.arange(1.0, 20.0), np.full(11, np.inf)])
+    assert interval == (15.5, 10.0, np.inf)
     assert median(np.full(30, np.inf)) == (np.inf, np.inf, np.inf)
 
 
@@ -43,9 +43,9 @@ def test_pairs_are_of_the_same_vehicle():
     worth = {"smc-cm": 0.75, "mpc-cm": 1.0}
     rows = made_rows(lambda name, seed: worth.get(name, 1.0) * (1 + seed), lambda name: 4.0 + (name == "smc-cm"))
     np.testing.assert_array_equal(values(rows, "slalom", "torque", "smc", "peak_e_y"), 1 + np.arange(30))
-    found = {(one.regime, one.new): one for one in paired(rows)}
-    assert set(found) == {(regime, new) for regime in REGIMES for new in worth}
-    sliding, predictive = found["friction", "smc-cm"], found["friction", "mpc-cm"]
+    comparisons = {(one.regime, one.new): one for one in paired(rows)}
+    assert set(comparisons) == {(regime, new) for regime in REGIMES for new in worth}
+    sliding, predictive = comparisons["friction", "smc-cm"], comparisons["friction", "mpc-cm"]
     np.testing.assert_allclose(sliding.below, 25.0)
     assert sliding.reversals == 1.0
     assert sliding.verdict == "better, more reversals"

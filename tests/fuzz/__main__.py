@@ -54,13 +54,13 @@ def main() -> int:
 
 def table(readers) -> str:
     """Rows of Markdown, one for each reader, then the sums; what all of them together took."""
-    rows = {name: [*(found[key] for key in COLUMNS[:3]), sum(found[key] for key in FINDINGS)]
-            for name, found in readers.items()}  # fmt: skip
+    rows = {name: [*(counts[key] for key in COLUMNS[:3]), sum(counts[key] for key in FINDINGS)]
+            for name, counts in readers.items()}  # fmt: skip
     sums = [sum(column) for column in zip(*rows.values())]
     lines = [f"| reader | {' | '.join(COLUMNS)} |", f"|---|{'---:|' * len(COLUMNS)}"]
     lines += [f"| {name} | {' | '.join(f'{v:,}' for v in row)} |" for name, row in (*rows.items(), ("sum", sums))]
-    distinct = sum(found["distinct"] for found in readers.values())
-    growth = max(found["memory_growth_mb"] for found in readers.values())
+    distinct = sum(counts["distinct"] for counts in readers.values())
+    growth = max(counts["memory_growth_mb"] for counts in readers.values())
     total = f"{distinct:,} inputs are distinct; the memory of a process grew by at most {growth:,} MB."
     return "\n" + "\n".join([*lines, "", total]) + "\n\n"
 

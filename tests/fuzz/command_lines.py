@@ -246,13 +246,13 @@ def _hostile(world: Path) -> None:
 
 def _kept(world: Path) -> dict[str, bytes]:
     """What no command may change: all that was there, but what is this program's own output."""
-    found = {}
+    content = {}
     for path in world.rglob("*"):
         name = str(path.relative_to(world))
         if path.is_symlink():
-            found[name] = os.readlink(path).encode()
+            content[name] = os.readlink(path).encode()
         elif path.is_file() and name != "huge.csv":
-            found[name] = path.read_bytes()
+            content[name] = path.read_bytes()
         else:
-            found[name] = str(os.lstat(path).st_mode).encode()
-    return found
+            content[name] = str(os.lstat(path).st_mode).encode()
+    return content

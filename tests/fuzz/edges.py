@@ -89,10 +89,10 @@ def make(rng) -> bytes:
 def run(path: Path, rng) -> None:
     """Run a command; ClearanceError if it is refused in one line, as it should be where it cannot be done."""
     drawn = json.loads(path.read_bytes())
-    own = random.Random(drawn["seed"])
+    choices = random.Random(drawn["seed"])
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), contextlib.suppress(RigError):
-        EDGES[drawn["edge"]](_new(drawn["rig"]), own).save("rig.toml")
-        _record(_new(drawn["rig"]), drawn, own)
+        EDGES[drawn["edge"]](_new(drawn["rig"]), choices).save("rig.toml")
+        _record(_new(drawn["rig"]), drawn, choices)
         command_lines.judge(path, *command_lines.typed([*drawn["line"].split(), "--quiet"]))
 
 
@@ -117,17 +117,17 @@ def _new(kind: str) -> Rig:
         return Rig.load(path)
 
 
-def _record(rig: Rig, drawn: dict, own: random.Random) -> None:
+def _record(rig: Rig, drawn: dict, choices: random.Random) -> None:
     """Write a record of some of the rig's sensors and probes, with columns of a logger's names or of this program's."""
-    rng, fs = np.random.default_rng(drawn["seed"]), own.choice((512.0, 2048.0))
-    time = np.arange(int(fs * own.choice((0.1, 1.0, 2.0)))) / fs
+    rng, fs = np.random.default_rng(drawn["seed"]), choices.choice((512.0, 2048.0))
+    time = np.arange(int(fs * choices.choice((0.1, 1.0, 2.0)))) / fs
     x = EXCITATIONS[drawn["excitation"]](rng, time)
-    columns = {"time": time, own.choice(("base", "force", "Ref [g]")): x}
-    for label in rig.sensor_labels[: own.choice((1, 2, 5, 20))]:
+    columns = {"time": time, choices.choice(("base", "force", "Ref [g]")): x}
+    for label in rig.sensor_labels[: choices.choice((1, 2, 5, 20))]:
         ring = rng.standard_normal(30) * np.exp(-np.arange(30) / 9)
-        name = own.choice((f"acc:{label}", f"A{label.partition(':')[0]} [g]"))
-        columns[name] = np.convolve(x, ring)[: time.size] + own.choice((0.0, 0.01)) * rng.standard_normal(time.size)
-    for label in rig.probe_labels[: own.choice((0, 1, 9))]:
+        name = choices.choice((f"acc:{label}", f"A{label.partition(':')[0]} [g]"))
+        columns[name] = np.convolve(x, ring)[: time.size] + choices.choice((0.0, 0.01)) * rng.standard_normal(time.size)
+    for label in rig.probe_labels[: choices.choice((0, 1, 9))]:
         columns[f"disp:{label}"] = 1e-5 * np.cumsum(rng.standard_normal(time.size))
     header, rows = ",".join(columns), np.column_stack([*columns.values()])
     np.savetxt("r.csv", rows, "%.8g", ",", header=header, comments="")

@@ -53,7 +53,7 @@ def tdms() -> list[bytes]:
     wave = {"wf_increment": 1 / 64, "wf_start_offset": 0.25, "unit_string": "g"}
     scale = {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Linear", "NI_Scale[0]_Linear_Slope": 0.5,
              "NI_Scale[0]_Linear_Y_Intercept": 1.0}  # fmt: skip
-    found = []
+    files = []
     for objects in (
         [ChannelObject("g", "Accel 1", np.arange(6.0), wave),
          ChannelObject("g", "U", np.arange(6, dtype="i2"), wave | scale)],
@@ -64,13 +64,13 @@ def tdms() -> list[bytes]:
         with TdmsWriter(file) as writer:
             writer.write_segment(objects)
             writer.write_segment(objects[:1])
-        found.append(file.getvalue())
-    return found
+        files.append(file.getvalue())
+    return files
 
 
 def mdf() -> list[bytes]:
     """Two groups of other rates, a conversion, a compressed file."""
-    found = []
+    files = []
     with tempfile.TemporaryDirectory() as folder:
         for compression in (0, 2):
             with MDF(version="4.10") as file:
@@ -80,5 +80,5 @@ def mdf() -> list[bytes]:
                 file.append([Signal(np.arange(3.0), np.arange(3.0), "V", "U")])
                 path = Path(folder) / "a.mf4"
                 file.save(path, overwrite=True, compression=compression)
-            found.append(path.read_bytes())
-    return found
+            files.append(path.read_bytes())
+    return files

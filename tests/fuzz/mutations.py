@@ -69,10 +69,10 @@ def _put_in(rng, data, _):
 
 def _number(rng, data, _):
     """Another number in the columns of one."""
-    found = list(_NUMBER.finditer(data))
-    if not found:
+    matches = list(_NUMBER.finditer(data))
+    if not matches:
         return data
-    begin, end = rng.choice(found).span()
+    begin, end = rng.choice(matches).span()
     new = rng.choice(NUMBERS)
     if len(new) <= end - begin or rng.random() < 0.5:
         return data[:begin] + new.rjust(end - begin) + data[end:]

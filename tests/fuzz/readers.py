@@ -90,13 +90,13 @@ def read_any_uff(path, rng):
         raise refusals[0]
 
 
-def shown_and_written(path, found):
+def shown_and_written(path, held):
     """What was read shows itself; what is written of it, unless that is refused, is read again."""
-    repr(found)
-    if isinstance(found, list) and not isinstance(found[0], Channel):
+    repr(held)
+    if isinstance(held, list) and not isinstance(held[0], Channel):
         return  # headers
     with contextlib.suppress(ClearanceError):
-        formats.write(path, found)
+        formats.write(path, held)
         formats.read(path)
 
 
@@ -317,7 +317,7 @@ def readers() -> dict[str, Reader]:
                   "modes (UFF)": ("modes.uff", make_text, samples_uff.modes_uff, 6_000),
                   "modes (CSV)": ("modes.csv", make_text, lambda: samples.MODES_CSV, 6_000),
                   "MuJoCo model": ("model.xml", make_text, lambda: samples.MJCF, 6_000)}  # fmt: skip
-    found = [
+    all_readers = [
         *(of_format(known) for known in dict.fromkeys(FORMATS.values()) if known.name not in ("TOML", "JSON")),
         Reader("rig (TOML)", "rig.toml", rigs, read_rig, 20_000),
         Reader("rig of a structure (TOML)", "rig.toml", make_plain(samples.structure_rigs(), toml), read_rig, 10_000),
@@ -336,7 +336,7 @@ def readers() -> dict[str, Reader]:
                command_lines.prepare),
         Reader("rig at an edge", "edge.json", edges.make, edges.run, 2_000, dict, 2**30, 60.0, edges.prepare),
     ]  # fmt: skip
-    return {reader.name: reader for reader in found}
+    return {reader.name: reader for reader in all_readers}
 
 
 def generator(reader: Reader, seed: int, index: int) -> random.Random:

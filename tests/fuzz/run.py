@@ -64,18 +64,18 @@ class Outcome:
             "kinds_of_refusal": len(self.messages),
             **{what: kinds[what] for what in FINDINGS},
             "memory_growth_mb": round(self.growth / 2**20),
-            "findings": [dict(zip(("index", "what", "detail", "file"), found)) for found in self.findings],
+            "findings": [dict(zip(("index", "what", "detail", "file"), finding)) for finding in self.findings],
         }
 
 
 class _Batch:
     """A process that reads inputs one after another and sends what came of each."""
 
-    def __init__(self, reader: Reader, first: int, last: int, seed: int, found: Path):
-        self.reader, self.last, self.seed, self.found = reader, last, seed, found
+    def __init__(self, reader: Reader, first: int, last: int, seed: int, kept_in: Path):
+        self.reader, self.last, self.seed, self.found = reader, last, seed, kept_in
         self.folder = tempfile.TemporaryDirectory(prefix="fuzz_")
         self.results, send = FORK.Pipe(duplex=False)
-        arguments = (reader, first, last, seed, Path(self.folder.name), found, send)
+        arguments = (reader, first, last, seed, Path(self.folder.name), kept_in, send)
         self.process = FORK.Process(target=_work, args=arguments, daemon=True)
         self.process.start()
         self.begin(first)
@@ -107,14 +107,14 @@ class _Batch:
         self.folder.cleanup()
 
 
-def fuzz(readers, seed, folder, share=1.0, workers=2, first=0, count=None, progress=True) -> dict[str, Outcome]:
+def fuzz(readers, seed, folder, fraction=1.0, workers=2, first=0, count=None, progress=True) -> dict[str, Outcome]:
     """Run inputs ``first`` to ``first + count`` of each reader (default: ``share`` of its own number)."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     outcomes = {reader.name: Outcome() for reader in readers}
     queue, running = collections.deque(), {}
     for reader in readers:
-        last = first + (count if count is not None else round(share * reader.inputs))
+        last = first + (count if count is not None else round(fraction * reader.inputs))
         reader.prepare(reader.make(generator(reader, seed, i)) for i in range(first, min(last, first + BATCH)))
         queue.extend((reader, begin, min(begin + BATCH, last)) for begin in range(first, last, BATCH))
     with tqdm(total=sum(last - begin for _, begin, last in queue), unit="input", disable=not progress) as bar:
@@ -156,7 +156,7 @@ def _kept(reader, seed, index, data, what, detail, folder):
     return index, what, detail, path.name
 
 
-def _work(reader, first, last, seed, folder, found, send):
+def _work(reader, first, last, seed, folder, kept_in, send):
     """The process of a batch."""
     warnings.simplefilter("ignore")
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -170,7 +170,7 @@ def _work(reader, first, last, seed, folder, found, send):
         path = folder / reader.file
         path.write_bytes(data)
         read, message, finding = _one(reader, path, rng)
-        kept = _kept(reader, seed, index, data, *finding, found) if finding else None
+        kept = _kept(reader, seed, index, data, *finding, kept_in) if finding else None
         send.send((read, message, kept, _digest(data), max(0, _peak() - before)))
 
 

@@ -114,13 +114,13 @@ def whole(known: Format) -> list[bytes]:
         cm.Spectra: [samples_uff.spectra(), samples_uff.spectra(turning=True)], cm.Geometry: [samples_uff.geometry()],
         cm.Response: [response()], cm.Rig: [RIG], cm.Law: LAWS,
     }  # fmt: skip
-    found = list(BY_HAND.get(known.name, list)())
+    files = list(BY_HAND.get(known.name, list)())
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"a{known.suffixes[0]}"
         for obj in (obj for held in known.holds for obj in objects[held] if known.write):
             formats.write(path, obj, RIG if known.geometry and isinstance(obj, Modes) else None)
-            found.append(path.read_bytes())
-    return found
+            files.append(path.read_bytes())
+    return files
 
 
 def csv() -> list[bytes]:
@@ -138,12 +138,12 @@ def lvm() -> list[bytes]:
 
 
 def sheets() -> list[bytes]:
-    found = []
+    files = []
     with tempfile.TemporaryDirectory() as folder:
         for write in (xlsx, ods):
             write(Path(folder) / "a", Notes=[["a note"]], Data=SHEET[:9])
-            found.append((Path(folder) / "a").read_bytes())
-    return found
+            files.append((Path(folder) / "a").read_bytes())
+    return files
 
 
 def mat() -> list[bytes]:
@@ -292,8 +292,8 @@ def written(write_to) -> bytes:
 def matrix_market() -> list[bytes]:
     """Dense and sparse, whole and one half."""
     forms = (MASS, scipy.sparse.coo_array(MASS), scipy.sparse.coo_array(STIFFNESS))
-    found = [written(functools.partial(scipy.io.mmwrite, a=form, symmetry="general")) for form in forms]
-    return [*found, written(functools.partial(scipy.io.mmwrite, a=forms[2], symmetry="symmetric"))]
+    files = [written(functools.partial(scipy.io.mmwrite, a=form, symmetry="general")) for form in forms]
+    return [*files, written(functools.partial(scipy.io.mmwrite, a=forms[2], symmetry="symmetric"))]
 
 
 @functools.cache

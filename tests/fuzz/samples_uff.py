@@ -84,4 +84,4 @@ def modes_uff() -> list[bytes]:
     complex_modes = [mode | from_a | {r: mode[r] * (1 + 0.1j) for r in ("r1", "r2", "r3")} for mode in normal[55]]
     with tempfile.TemporaryDirectory() as name:
         sets = ([units(1e3), *normal[55]], [units(1e3), *normal[2414]], [units(), *complex_modes], normal[55])
-        return [write(Path(name) / "m.uff", found).read_bytes() for found in sets]
+        return [write(Path(name) / "m.uff", mode_set).read_bytes() for mode_set in sets]

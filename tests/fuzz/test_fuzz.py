@@ -105,8 +105,8 @@ def test_what_no_reader_may_do_is_found_and_kept(tmp_path, monkeypatch):
 
 
 def test_table_of_the_page():
-    found = {"read": 1, "refused": 2000, "memory_growth_mb": 4}
-    summary = {name: run.Outcome(inputs=n).summary() | found for name, n in (("A", 2001), ("B", 1))}
+    row = {"read": 1, "refused": 2000, "memory_growth_mb": 4}
+    summary = {name: run.Outcome(inputs=n).summary() | row for name, n in (("A", 2001), ("B", 1))}
     *_, sums, _, total = table(summary).strip().splitlines()
     assert sums == "| sum | 2,002 | 2 | 4,000 | 0 |"
     assert total == "0 inputs are distinct; the memory of a process grew by at most 4 MB."

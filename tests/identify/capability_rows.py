@@ -65,15 +65,15 @@ def recorded(rig):
 
 
 @functools.cache
-def found_by_bench(rig):
+def fit_of_bench(rig):
     dataset, true = recorded(rig)
     return cm.identify.identify(dataset, "bench"), true
 
 
 def identified(rig):
-    found, true = found_by_bench(rig)
-    value, std = (dict(zip(found.estimates.names, of)) for of in (found.estimates.value, found.estimates.std))
-    for j, (b, rest, of_one) in enumerate(zip(true.bushings, rests_of(true), found.families)):
+    fit, true = fit_of_bench(rig)
+    value, std = (dict(zip(fit.estimates.names, of)) for of in (fit.estimates.value, fit.estimates.std))
+    for j, (b, rest, of_one) in enumerate(zip(true.bushings, rests_of(true), fit.families)):
         case = of_one[0].fit.case
         if b.is_round:
             assert case.bushing.gap == pytest.approx(b.gap, rel=0.03)

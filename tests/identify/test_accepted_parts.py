@@ -45,10 +45,10 @@ def test_candidates_are_rigs_with_open_parameters_that_a_file_can_hold(name, tmp
         rig = candidate.make(1.0)
         rig.save(tmp_path / "rig.toml")
         assert Rig.load(tmp_path / "rig.toml") == rig
-        own = [p for p in priors(rig, 300.0, True) if p.name not in before]
-        assert own
-        further = {p.name: p.from_varied(p.to_varied(p.start) + 0.1 * p.prior_std) for p in own}
-        moved = rig_with(rig, {p.name: float(np.clip(further[p.name], p.low, p.high)) for p in own})
+        opened = [p for p in priors(rig, 300.0, True) if p.name not in before]
+        assert opened
+        further = {p.name: p.from_varied(p.to_varied(p.start) + 0.1 * p.prior_std) for p in opened}
+        moved = rig_with(rig, {p.name: float(np.clip(further[p.name], p.low, p.high)) for p in opened})
         assert candidate.words(moved) != candidate.words(rig)
 
 
@@ -146,10 +146,10 @@ BENCH_SEEDS = [("housing", 41), ("mass", 11), ("spring", 205), pytest.param("cla
 def test_a_structure_is_found_on_foreign_physics_and_its_numbers_are_right(name, seed):
     """The mass of seed 41 is 2 cm from a bushing: what it does is a force there, which is unknown anyway."""
     bench = make_bench(seed, structure=(name,))
-    found = update_rig(recorded(bench))
-    (one,) = found.structure.accepted
+    update = update_rig(recorded(bench))
+    (one,) = update.structure.accepted
     assert one.name == name and one.confirmed > 0
-    rig, real = found.rig, bench.structure
+    rig, real = update.rig, bench.structure
     if name == "housing":
         stiffness = [housing.stiffness for housing in real.housings]
         assert [b.housing.stiffness for b in rig.bushings] == pytest.approx(stiffness, rel=0.1)
@@ -164,7 +164,9 @@ def test_a_structure_is_found_on_foreign_physics_and_its_numbers_are_right(name,
     else:
         assert rig.beam.clamp.mass == pytest.approx(real.clamp.mass, rel=0.15)
     if name not in ("mass", "spring"):  # as drawn, wrong numbers make good for most of a mass
-        before, after = (max(m.relative_error.max() for m in part) for part in (found.structure.as_drawn, found.misfit))
+        before, after = (
+            max(m.relative_error.max() for m in part) for part in (update.structure.as_drawn, update.misfit)
+        )
         assert after < 0.6 * before
 
 
@@ -173,14 +175,14 @@ def test_a_mode_without_a_name_is_found_where_it_is():
     """An elastic strip as finite elements; what does not bend of it is a mass."""
     bench = make_bench(26, structure=("strip",))
     (strip,) = bench.structure.strips
-    found = update_rig(recorded(bench))
-    assert [one.name for one in found.structure.accepted] == ["oscillator", "mass"]
-    (hung,) = found.rig.oscillators
+    update = update_rig(recorded(bench))
+    assert [one.name for one in update.structure.accepted] == ["oscillator", "mass"]
+    (hung,) = update.rig.oscillators
     assert hung.frequency == pytest.approx(strip.frequency, rel=0.01)
     assert hung.position == pytest.approx(strip.place, abs=0.01)
     assert hung.lever == pytest.approx(0.726 * strip.length, rel=0.1)  # of a cantilever's first mode
     assert hung.mass == pytest.approx(0.613 * strip.mass, rel=0.2)
-    assert "a mode at 113" in found.structure.accepted[0].words
+    assert "a mode at 113" in update.structure.accepted[0].words
 
 
 @pytest.mark.slow

@@ -17,10 +17,10 @@ def test_observed_and_fused_are_the_kalman_filters_update():
     rows, data = rng.standard_normal((40, 3)), rng.standard_normal(40)
     before = Belief.independent([1.0, -1.0, 0.3], [0.5, 2.0, 1.0])
     after = refine(before, lambda x: x @ rows.T - data).belief
-    told = observed(before, after)
-    assert told.precision == pytest.approx(rows.T @ rows, rel=1e-8)
-    assert told.weighted == pytest.approx(rows.T @ data, rel=1e-7)
-    again = fused(before, told)
+    update = observed(before, after)
+    assert update.precision == pytest.approx(rows.T @ rows, rel=1e-8)
+    assert update.weighted == pytest.approx(rows.T @ data, rel=1e-7)
+    again = fused(before, update)
     assert again.mean == pytest.approx(after.mean, rel=1e-8)
     assert again.covariance == pytest.approx(after.covariance, rel=1e-8)
 

@@ -29,8 +29,8 @@ def record(rig):
     return record_of(rig, "sound", "identify", 8.0, 1)
 
 
-def clipped(share):
-    return lambda value: np.clip(value, -share * np.abs(value).max(), share * np.abs(value).max())
+def clipped(fraction):
+    return lambda value: np.clip(value, -fraction * np.abs(value).max(), fraction * np.abs(value).max())
 
 
 def quantised(value, bits):
@@ -144,8 +144,8 @@ def test_short_records_name_the_methods_they_serve(record, method, duration):
 def test_no_contact_is_a_warning_and_the_grease_still_is_identified(rig):
     dataset = Dataset(rig, (record_of(rig, "quiet", "identify", 0.3, 3),))
     with pytest.warns(IdentifiabilityWarning, match=r"no contact: bushings\[0\] .* in a gap of 0\.3 mm, bushings\[1\]"):
-        found = identify.law(dataset, "constant")
-    (grease,), (known,) = found.grease, SMALL_LAW.grease
+        law = identify.law(dataset, "constant")
+    (grease,), (known,) = law.grease, SMALL_LAW.grease
     assert grease.stiffness == pytest.approx(known.stiffness, rel=0.005)
     assert grease.damping == pytest.approx(known.damping, rel=0.02)
     with pytest.warns(IdentifiabilityWarning, match="no contact"):

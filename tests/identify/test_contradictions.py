@@ -17,7 +17,7 @@ from clearance_mj.signals import excitation
 
 from ..conftest import ROOT
 from .records import record_of, with_channel
-from .test_diagnosis import PROBE, RIG, STIFFNESS, beam, told
+from .test_diagnosis import PROBE, RIG, STIFFNESS, beam, with_rig
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def test_nothing_contradicts_a_rig_that_is_told_exactly(exact):
 
 def test_without_more_sensors_than_clearances_nothing_can_be_said(exact):
     bare = RIG.replace(sensors=RIG.sensors[:1])
-    record = with_channel(told(exact, bare).records[0], *PROBE, None)
+    record = with_channel(with_rig(exact, bare).records[0], *PROBE, None)
     with pytest.raises(RecordError, match="needs more sensors than clearances"):
         rig_file_misfit(bare, prepare([record]))
     assert contradictions_of_rig(bare, prepare([record])) == ()
@@ -50,7 +50,7 @@ def test_without_more_sensors_than_clearances_nothing_can_be_said(exact):
 
 @pytest.mark.parametrize(("lie", "words"), [
     pytest.param(reversed_probe, "probe 301:+Z reads with the wrong sign", marks=pytest.mark.slow),
-    pytest.param(lambda d: told(d, beam(diameter=0.0092)), "beam.diameter is 0.008", marks=pytest.mark.slow),
+    pytest.param(lambda d: with_rig(d, beam(diameter=0.0092)), "beam.diameter is 0.008", marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_a_method_for_an_exact_rig_says_it(exact, lie, words):
     with warnings.catch_warnings(record=True) as said:

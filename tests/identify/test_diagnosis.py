@@ -47,7 +47,7 @@ def scaled(dataset, channel, factor):
     return Dataset(dataset.rig, (with_channel(dataset.records[0], *channel, lambda value: factor * value),))
 
 
-def told(dataset, rig):
+def with_rig(dataset, rig):
     return Dataset(rig, (dataclasses.replace(dataset.records[0], rig=rig),))
 
 
@@ -66,16 +66,16 @@ def diagnosed(dataset):
 def test_a_sound_bench_gives_no_words_and_costs_nothing(sound, monkeypatch):
     update = update_rig(sound, as_drawn=True)
     monkeypatch.setattr("clearance_mj.identify.structure.faults.assessment.update_from", None)  # no hypothesis is tried
-    found = diagnose(update)
-    assert found.words == () and found.update is update
+    diagnosis = diagnose(update)
+    assert diagnosis.words == () and diagnosis.update is update
 
 
 @pytest.mark.slow
 def test_wrong_sign(sound):
-    found = diagnosed(scaled(sound, (4, "acceleration"), -1.0))
-    (fault,) = found.faults
+    diagnosis = diagnosed(scaled(sound, (4, "acceleration"), -1.0))
+    (fault,) = diagnosis.faults
     assert fault.cause == "accelerometer 4:+Z reads with the wrong sign"
-    assert fault.factor == -1.0 and not found.unexplained
+    assert fault.factor == -1.0 and not diagnosis.unexplained
 
 
 @pytest.mark.slow
@@ -108,8 +108,8 @@ def test_records_of_two_rigs_are_refused_and_records_at_two_levels_are_not():
 
     def record(name, real, level):
         push = excitation.random(4.0, 512.0, (5.0, 100.0), rms=level, seed=2)
-        found, _ = record_of(real, push, ConstantLaw(np.array([STIFFNESS]), np.array([5.0])), name=name)
-        return dataclasses.replace(found, rig=RIG)
+        synthetic, _ = record_of(real, push, ConstantLaw(np.array([STIFFNESS]), np.array([5.0])), name=name)
+        return dataclasses.replace(synthetic, rig=RIG)
 
     records = [record("quiet", RIG, 0.3), record("loud", RIG, 6.0)]
     assert require_one_rig(RIG, prepare(Dataset(RIG, tuple(records)))) is None
@@ -125,7 +125,7 @@ def test_records_of_two_rigs_are_refused_and_records_at_two_levels_are_not():
 @pytest.mark.slow
 @pytest.mark.parametrize(("factor", "words"), [(1 / 3, "small"), (3.0, "large")])
 def test_gap_told_wrong(sound, factor, words):
-    (fault,) = diagnosed(told(sound, gap(factor))).faults
+    (fault,) = diagnosed(with_rig(sound, gap(factor))).faults
     assert fault.cause.startswith("bushings[0].gap is ")
     assert f"too {words} in the rig file" in fault.cause
     assert fault.factor == pytest.approx(1 / factor, rel=0.15)  # of the bend, on a grid of 12 %
@@ -138,15 +138,15 @@ def test_a_wall_that_an_offset_brings_near_is_no_gap_told_wrong(gap_factor, leve
     real = dataclasses.replace(RIG.bushings[0], gap=gap_factor * GAP, offset=0.5 * gap_factor * GAP)
     push = excitation.level_ramp(6.0, 512.0, (5.0, 100.0), start_rms=0.3, end_rms=level, seed=1)
     record, _ = record_of(RIG.replace(bushings=(real,)), push, ConstantLaw(np.array([STIFFNESS]), np.array([5.0])))
-    (found,) = prepare(Dataset(RIG, (dataclasses.replace(record, rig=RIG),)))
-    faults = gap_faults(update_from(RIG, [found if probes else found.without_probes()]))
+    (prepared_record,) = prepare(Dataset(RIG, (dataclasses.replace(record, rig=RIG),)))
+    faults = gap_faults(update_from(RIG, [prepared_record if probes else prepared_record.without_probes()]))
     assert [fault.factor for fault in faults] == ([pytest.approx(gap_factor, rel=0.15)] if said else [])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("factor", "words"), [(1 / 3, "small"), (3.0, "large")])
 def test_gap_told_wrong_without_probes(sound, factor, words):
-    wrong = told(sound, gap(factor))
+    wrong = with_rig(sound, gap(factor))
     (fault,) = diagnosed(Dataset(wrong.rig, (with_channel(wrong.records[0], *PROBE, None),))).faults
     assert f"too {words} in the rig file" in fault.cause
     assert fault.factor == pytest.approx(1 / factor, rel=0.3)
@@ -171,10 +171,10 @@ def test_a_record_that_is_loud_from_the_start_has_no_fault(sound):
     (beam(diameter=0.0092), "beam.diameter is {} m", 0.008),
 ])  # fmt: skip
 def test_wrong_rig_file(sound, rig, cause, value):
-    (fault,) = diagnosed(told(sound, rig)).faults
-    found = re.match(re.escape(cause).replace(r"\{\}", "([0-9.]+)"), fault.cause)
-    assert found
-    assert float(found[1]) == pytest.approx(value, rel=0.02)  # the modulus, known to 3 %, is 2.4 % off
+    (fault,) = diagnosed(with_rig(sound, rig)).faults
+    match = re.match(re.escape(cause).replace(r"\{\}", "([0-9.]+)"), fault.cause)
+    assert match
+    assert float(match[1]) == pytest.approx(value, rel=0.02)  # the modulus, known to 3 %, is 2.4 % off
 
 
 def test_correction_moves_samples_between_channels(sound):
@@ -208,8 +208,8 @@ def test_restoring_force_bends_at_each_wall(walls):
     v = np.gradient(x, t)
     f = 4e3 * x + 3 * v + 1e4 * (np.maximum(x - walls[0], 0) - np.maximum(-x - walls[1], 0))
     f += 0.02 * f.std() * np.random.default_rng(0).standard_normal(t.size)
-    found = bends_of(Force(x[None], v[None], f[None], np.ones(t.size, dtype=bool)), 0)
-    assert found == pytest.approx(walls, rel=0.1)  # the grid's step is 12 %
+    bends = bends_of(Force(x[None], v[None], f[None], np.ones(t.size, dtype=bool)), 0)
+    assert bends == pytest.approx(walls, rel=0.1)  # the grid's step is 12 %
 
 
 def late(value):

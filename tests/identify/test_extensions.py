@@ -57,9 +57,9 @@ def test_extensions_are_identified_and_preferred(rig, extensions):
     assert (best.contact, best.grease) == ("hyperbolic", "Maxwell element")
     assert best.weight > 0.9
     assert {other.contact for other in others} == {*family.CONTACT_FAMILIES}
-    found = dict(zip(best.fit.estimates.names, best.fit.estimates.value))
-    assert found["contact stiffness"] == pytest.approx(STIFFNESS, rel=0.05)
-    assert found["contact depth"] == pytest.approx(DEPTH, rel=0.05)
-    assert found["grease stiffness"] == pytest.approx(K, rel=0.02)
-    assert found["grease relaxation time"] == pytest.approx(TAU, rel=0.05)
+    values = dict(zip(best.fit.estimates.names, best.fit.estimates.value))
+    assert values["contact stiffness"] == pytest.approx(STIFFNESS, rel=0.05)
+    assert values["contact depth"] == pytest.approx(DEPTH, rel=0.05)
+    assert values["grease stiffness"] == pytest.approx(K, rel=0.02)
+    assert values["grease relaxation time"] == pytest.approx(TAU, rel=0.05)
     assert math.isclose(sum(f.weight for f in (best, *others)), 1.0)

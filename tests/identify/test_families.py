@@ -126,11 +126,11 @@ def film(x, v):
 
 def sliding(x, springs, yields):
     """Force of springs in series with sliders."""
-    z, found = np.zeros(len(springs)), np.empty(x.shape[1])
+    z, force = np.zeros(len(springs)), np.empty(x.shape[1])
     for i, dx in enumerate(np.diff(x[0], prepend=0.0)):
         z = np.minimum(np.maximum(z + dx, -yields), yields)
-        found[i] = springs @ z
-    return found
+        force[i] = springs @ z
+    return force
 
 
 CONTACT_FORCES = {
@@ -141,7 +141,7 @@ CONTACT_FORCES = {
 
 
 def motion(rig, contact, slips=False, level=1e-3, noise=2e-3, records=(SECONDS,), low=0.0):
-    found = []
+    bands = []
     for seed, seconds in enumerate(records, 1):
         x, v = shaken(level, seed, seconds)
         force = K * x[0] + film(x, v) + wall_force(x, v, CONTACT_FORCES[contact])
@@ -150,22 +150,22 @@ def motion(rig, contact, slips=False, level=1e-3, noise=2e-3, records=(SECONDS,)
         spectrum = np.fft.rfft(force)
         spectrum[: int(np.ceil(low * seconds))] = 0
         whole = recorded(x, v, np.fft.irfft(spectrum), noise)
-        found.append(dataclasses.replace(whole, band=(low, whole.band[1])))
-    return MeasuredMotion(found, rig.replace(bushings=(NOMINAL,)), 0, GAPS)
+        bands.append(dataclasses.replace(whole, band=(low, whole.band[1])))
+    return MeasuredMotion(bands, rig.replace(bushings=(NOMINAL,)), 0, GAPS)
 
 
 @pytest.mark.parametrize("name", CONTACT_FORCES)
 def test_gap_offset_and_stiffness_are_those_of_the_force(rig, name, measured):
-    found = fit_force(motion(rig, name), CONTACT_FAMILIES[name], FILLING_FAMILIES["linear"])
-    value = dict(zip(found.estimates.names, found.estimates.value))
+    fit = fit_force(motion(rig, name), CONTACT_FAMILIES[name], FILLING_FAMILIES["linear"])
+    value = dict(zip(fit.estimates.names, fit.estimates.value))
     of = f"of a {name} contact, from forces along a motion"
-    measured.equal(f"gap {of} (m)", found.bushing.gap, GAP, "prescribed", rel=3e-3)
-    measured.equal(f"offset {of} (m)", found.bushing.offset, OFFSET, "prescribed", abs=1e-6)
-    measured.equal(f"force at 0.3 mm {of} (N)", found.law.contact[0].force(3e-4, 0), CONTACT_FORCES[name](3e-4, 0),
+    measured.equal(f"gap {of} (m)", fit.bushing.gap, GAP, "prescribed", rel=3e-3)
+    measured.equal(f"offset {of} (m)", fit.bushing.offset, OFFSET, "prescribed", abs=1e-6)
+    measured.equal(f"force at 0.3 mm {of} (N)", fit.law.contact[0].force(3e-4, 0), CONTACT_FORCES[name](3e-4, 0),
                    "prescribed", rel=0.01)  # fmt: skip
     assert value["grease stiffness"] == pytest.approx(K, rel=2e-3)
     assert value["grease damping"] == pytest.approx(C, rel=0.01)
-    assert value["grease film height"] == pytest.approx(HEIGHT, rel=0.02) and found.misfit < 0.1
+    assert value["grease film height"] == pytest.approx(HEIGHT, rel=0.02) and fit.misfit < 0.1
 
 
 PREFERRED = [pytest.param("linear", False, marks=pytest.mark.slow), ("power law", True)]
@@ -184,42 +184,42 @@ def test_a_fit_that_misses_more_than_a_rival_begins_again_from_there(rig):
     """Contact linear + cubic holds the linear one that made the forces, so it need not miss more."""
     here, grease = motion(rig, "linear"), FILLING_FAMILIES["linear"]
     rival = fit_force(here, CONTACT_FAMILIES["linear"], grease)
-    found = fit_force(here, CONTACT_FAMILIES["linear + cubic"], grease)
-    wrong = dataclasses.replace(found.bushing, gap=1.3 * GAP)
-    stuck = dataclasses.replace(found, bushing=wrong, misfit=2 * rival.misfit)
+    fit = fit_force(here, CONTACT_FAMILIES["linear + cubic"], grease)
+    wrong = dataclasses.replace(fit.bushing, gap=1.3 * GAP)
+    stuck = dataclasses.replace(fit, bushing=wrong, misfit=2 * rival.misfit)
     assert fit_from_rival(here, stuck, rival).bushing.gap == pytest.approx(GAP, rel=3e-3)
-    assert fit_from_rival(here, dataclasses.replace(found, misfit=rival.misfit), rival).point is found.point
+    assert fit_from_rival(here, dataclasses.replace(fit, misfit=rival.misfit), rival).point is fit.point
 
 
 def test_what_never_met_a_wall_keeps_its_prior_and_a_gap_beyond_its_reach(rig):
-    found = fit_force(motion(rig, "linear", level=2.4e-4), CONTACT_FAMILIES["linear"], FILLING_FAMILIES["linear"])
-    value, std = found.estimates.value, found.estimates.varied_std
-    gap, _, k, *_ = found.estimates.parameters
+    fit = fit_force(motion(rig, "linear", level=2.4e-4), CONTACT_FAMILIES["linear"], FILLING_FAMILIES["linear"])
+    value, std = fit.estimates.value, fit.estimates.varied_std
+    gap, _, k, *_ = fit.estimates.parameters
     assert value[2] == pytest.approx(k.start, rel=1e-3)
     assert std[2] == pytest.approx(k.prior_std, rel=0.05)
     ends = shaken(2.4e-4, 1, SECONDS)[0][1:]
     assert gap.low == pytest.approx(0.5 * (ends.max() - ends.min()), rel=1e-3)
-    assert found.estimates.interval(0.99)[0, 0] == pytest.approx(gap.low)
-    assert found.estimates.draw(50)[:, 0].min() == pytest.approx(gap.low)
-    assert np.isfinite(found.log_evidence(found.correlation_length))
+    assert fit.estimates.interval(0.99)[0, 0] == pytest.approx(gap.low)
+    assert fit.estimates.draw(50)[:, 0].min() == pytest.approx(gap.low)
+    assert np.isfinite(fit.log_evidence(fit.correlation_length))
 
 
 def test_several_short_records_are_enough(rig):
     """1.25 s of which 0.3 s at both ends do not count, and a part is held out."""
     of_records = motion(rig, "linear", records=(1.25, 1.5, 1.25))
-    found = fit_force(of_records, CONTACT_FAMILIES["linear"], FILLING_FAMILIES["linear"])
-    assert found.bushing.gap == pytest.approx(GAP, rel=3e-3)
-    assert found.bushing.offset == pytest.approx(OFFSET, abs=1e-6) and found.held_out < 0.1
+    fit = fit_force(of_records, CONTACT_FAMILIES["linear"], FILLING_FAMILIES["linear"])
+    assert fit.bushing.gap == pytest.approx(GAP, rel=3e-3)
+    assert fit.bushing.offset == pytest.approx(OFFSET, abs=1e-6) and fit.held_out < 0.1
     assert of_records.fitted.size + of_records.held_out.size == pytest.approx((0.65 + 0.9 + 0.65) * FS / 2, abs=6)
 
 
 def test_forces_that_are_not_known_at_rest_still_tell_gap_and_offset(rig):
     """Without what is below 2 Hz, as of records without probes."""
     of_record = motion(rig, "linear", low=2.0)
-    found = fit_force(of_record, CONTACT_FAMILIES["linear"], FILLING_FAMILIES["linear"])
-    assert found.bushing.gap == pytest.approx(GAP, rel=3e-3)
-    assert found.bushing.offset == pytest.approx(OFFSET, abs=1e-6)
-    spectrum = np.abs(np.fft.rfft(of_record.forces([found.case])[:, 0]))
+    fit = fit_force(of_record, CONTACT_FAMILIES["linear"], FILLING_FAMILIES["linear"])
+    assert fit.bushing.gap == pytest.approx(GAP, rel=3e-3)
+    assert fit.bushing.offset == pytest.approx(OFFSET, abs=1e-6)
+    spectrum = np.abs(np.fft.rfft(of_record.forces([fit.case])[:, 0]))
     assert spectrum[: int(2.0 * SECONDS)].max() < 1e-9 * spectrum.max()
 
 
@@ -233,6 +233,6 @@ class Forceless:
 @pytest.mark.parametrize("stiffness", [4000.0, 0.0])
 def test_a_search_begins_somewhere_where_neither_the_record_nor_the_rig_file_knows_a_grease(stiffness):
     """Springs have logarithms: a thousandth of the file's, or of a tenth of the contact's where it has none."""
-    found = slip_start(dataclasses.replace(NOMINAL, grease=Grease(stiffness)), Forceless())
-    assert all(np.isfinite(value) and value > 0 for value in found.values())
-    assert found["grease stiffness"] == pytest.approx(1e-3 * (stiffness or 0.1 * NOMINAL.contact.stiffness))
+    start = slip_start(dataclasses.replace(NOMINAL, grease=Grease(stiffness)), Forceless())
+    assert all(np.isfinite(value) and value > 0 for value in start.values())
+    assert start["grease stiffness"] == pytest.approx(1e-3 * (stiffness or 0.1 * NOMINAL.contact.stiffness))

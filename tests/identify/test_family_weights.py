@@ -20,6 +20,8 @@ def test_what_rivals_differ_by_is_in_the_interval():
     gap = Parameter("bushings[0].gap", "m", 3e-4, 1e-4, 6e-4, 0.2, "log")
     offset = Parameter("bushings[0].offset", "m", 0.0, -1e-4, 1e-4, 1e-5)
     likeliest = Estimates.of([gap, offset], np.array([3e-4, 1e-5]), np.diag([1e-4, 1e-12]))
-    found = likeliest.with_rivals([(0.2, {gap.name: 3.75e-4, "bushings[1].gap": 1.0})])
-    assert found.covariance == pytest.approx(np.diag([1e-4 + 0.2 * np.log(1.25) ** 2, 1e-12]), rel=1e-9, abs=1e-20)
-    assert found.value.tolist() == likeliest.value.tolist()
+    with_rivals = likeliest.with_rivals([(0.2, {gap.name: 3.75e-4, "bushings[1].gap": 1.0})])
+    assert with_rivals.covariance == pytest.approx(
+        np.diag([1e-4 + 0.2 * np.log(1.25) ** 2, 1e-12]), rel=1e-9, abs=1e-20
+    )
+    assert with_rivals.value.tolist() == likeliest.value.tolist()

@@ -64,15 +64,15 @@ def forces(ramp, scheduled):
 def test_restoring_force_is_that_of_the_simulation(which, allowed, forces, request, measured):
     """Error of the stated size, a little more for the chain, which is another shaft, and below 3 % of the force."""
     _, response = request.getfixturevalue(which)
-    found = forces[which]
-    use, truth = found.valid, (response.contact_force + response.grease_force).T
-    error = rms(found.force.T[use] - truth[use])
+    force = forces[which]
+    use, truth = force.valid, (response.contact_force + response.grease_force).T
+    error = rms(force.force.T[use] - truth[use])
     for j in range(2):
         what, source = f"restoring force, {which} record, bushings[{j}]", SIMULATION
-        measured.below(f"{what}: RMS error over what is stated", error[j] / found.force_std[j], allowed, source)
+        measured.below(f"{what}: RMS error over what is stated", error[j] / force.force_std[j], allowed, source)
         measured.below(f"{what}: RMS error over RMS", error[j] / rms(truth[use])[j], 0.03, source)
-    error = rms((found.displacement - response.displacement).T[use])
-    np.testing.assert_array_less(error, allowed * found.displacement_std)
+    error = rms((force.displacement - response.displacement).T[use])
+    np.testing.assert_array_less(error, allowed * force.displacement_std)
 
 
 def test_noise_of_each_channel_is_found(ramp, forces):
@@ -87,9 +87,9 @@ def test_force_drives_as_well_as_base(rig):
     shaken = dataclasses.replace(rig, shaker=dataclasses.replace(rig.shaker, kind="force", position=1.0))
     base, response = record_of(shaken, random(6.0, FS, rms=2.0, seed=3, kind="force"), ConstantLaw(8000.0, 4.0))
     force = dataclasses.replace(base.channels[0], node=200, quantity="force")
-    found = restoring_force(dataclasses.replace(base, channels=[force, *base.channels[1:]], excitation_kind="force"))
+    estimate = restoring_force(dataclasses.replace(base, channels=[force, *base.channels[1:]], excitation_kind="force"))
     truth = response.contact_force + response.grease_force
-    assert np.all(rms((found.force - truth).T[found.valid]) < 1.25 * found.force_std)
+    assert np.all(rms((estimate.force - truth).T[estimate.valid]) < 1.25 * estimate.force_std)
 
 
 def test_a_probe_s_gain_counts_and_the_rig_known_now_may_have_other_probe_labels(quiet):
@@ -131,8 +131,8 @@ def test_bouc_wen_grease_is_recovered_inside_the_gap(forces, measured):
     names = fit.estimates[0].names
     assert names == ("k", "λ", "z", "γ/β", "c", "d/h")
     error = np.abs([e.value for e in fit.estimates] - np.array(truth))
-    for name, found, limit in zip(names, np.max(error / truth, axis=0), (0.01, 0.03, 0.05, 0.5, 0.02, 0.02)):
-        measured.below(f"Bouc-Wen grease inside the gap: larger error of {name}", found, limit, SIMULATION)
+    for name, value, limit in zip(names, np.max(error / truth, axis=0), (0.01, 0.03, 0.05, 0.5, 0.02, 0.02)):
+        measured.below(f"Bouc-Wen grease inside the gap: larger error of {name}", value, limit, SIMULATION)
     np.testing.assert_array_less(error, [5 * e.std for e in fit.estimates])
 
 
@@ -144,22 +144,22 @@ def test_linear_grease_is_recovered_without_contact(quiet, measured):
     assert fit.grease[0].elastic_ratio == 1.0
 
 
-def errors(found, bushing):
+def errors(identified, bushing):
     """Errors of k and c over the instants with values, relative, and in stated standard deviations."""
-    use = np.isfinite(found.k[:, bushing])
-    truth = [np.interp(found.time[use], TIME, v[:, 0]) for v in (SCHEDULE.k, SCHEDULE.c)]
-    error = [getattr(found, name)[use, bushing] - v for name, v in zip("kc", truth)]
-    std = [getattr(found, name)[use, bushing] for name in ("k_std", "c_std")]
+    use = np.isfinite(identified.k[:, bushing])
+    truth = [np.interp(identified.time[use], TIME, v[:, 0]) for v in (SCHEDULE.k, SCHEDULE.c)]
+    error = [getattr(identified, name)[use, bushing] - v for name, v in zip("kc", truth)]
+    std = [getattr(identified, name)[use, bushing] for name in ("k_std", "c_std")]
     return use.mean(), [rms(e / v) for e, v in zip(error, truth)], [rms(e / v) for e, v in zip(error, std)]
 
 
 def test_closed_loop_contact_over_time(forces, measured):
     """The target of the identification: k within 5 %, c within 15 % RMS in contact; the chain reaches 1 and 2 %."""
-    found = contact_parameters(forces["scheduled"])
+    identified = contact_parameters(forces["scheduled"])
     for j in range(2):
-        share, (k, c), _ = errors(found, j)
+        fraction, (k, c), _ = errors(identified, j)
         what, source = f"closed loop, contact over time, 20 links at half their step, bushings[{j}]", SIMULATION
-        measured.above(f"{what}: share of the instants with values", share, 0.9, source)
+        measured.above(f"{what}: share of the instants with values", fraction, 0.9, source)
         measured.below(f"{what}: RMS error of k", k, 0.02, source)
         measured.below(f"{what}: RMS error of c", c, 0.03, source)
 
@@ -167,9 +167,9 @@ def test_closed_loop_contact_over_time(forces, measured):
 def test_stated_uncertainty_of_contact_is_that_of_its_errors(rig, measured):
     """On the modal engine, whose shaft is the identifier's: what remains is noise."""
     record, _ = record_of(rig, random(12.0, FS, rms=8.0, seed=4), SCHEDULE)
-    found = contact_parameters(restoring_force(record))
+    identified = contact_parameters(restoring_force(record))
     for j in range(2):
-        _, (k, c), deviations = errors(found, j)
+        _, (k, c), deviations = errors(identified, j)
         what, source = f"closed loop, contact over time, modal, bushings[{j}]", SIMULATION
         measured.below(f"{what}: RMS error of k", k, 0.02, source)
         measured.below(f"{what}: RMS error of c", c, 0.03, source)
@@ -179,10 +179,10 @@ def test_stated_uncertainty_of_contact_is_that_of_its_errors(rig, measured):
 
 def test_no_values_where_there_is_no_contact(forces):
     """The ramp begins in the gap."""
-    found = contact_parameters(forces["ramp"])
-    assert np.isnan(found.k[found.time < 1]).all()
-    assert np.isfinite(found.k[found.time > 18, 1]).mean() > 0.8
-    assert np.nanmin(found.amplitude) > 2.9e-4
+    identified = contact_parameters(forces["ramp"])
+    assert np.isnan(identified.k[identified.time < 1]).all()
+    assert np.isfinite(identified.k[identified.time > 18, 1]).mean() > 0.8
+    assert np.nanmin(identified.amplitude) > 2.9e-4
 
 
 def test_envelope_holds_peaks_and_releases():
@@ -200,8 +200,10 @@ def test_amplitude_law_is_recovered(ramp, rig, measured):
     a = np.linspace(4e-4, 8e-4, 5)
     for name, tolerance in (("k", 0.05), ("c", 0.15)):
         truth = np.interp(a, RISING.amplitude, getattr(RISING, name)[:, 0])
-        found = np.interp(a, law.amplitude, getattr(law, name)[:, 1])
-        measured.below(f"contact over amplitude: RMS error of {name}", rms(found / truth - 1), tolerance, SIMULATION)
+        interpolated = np.interp(a, law.amplitude, getattr(law, name)[:, 1])
+        measured.below(
+            f"contact over amplitude: RMS error of {name}", rms(interpolated / truth - 1), tolerance, SIMULATION
+        )
 
 
 def test_force_balance_law_is_recovered(rig, measured):

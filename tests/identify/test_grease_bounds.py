@@ -12,14 +12,14 @@ from ..conftest import record_of
 @pytest.fixture
 def looked_at(monkeypatch):
     """Yield displacement over the gap, γ/β and d/h of every model that a fit looks at."""
-    found, columns = [], grease._columns
+    cases, columns = [], grease._columns
 
     def watched(force, bushing, yield_, ratio, film):
-        found.append((yield_ / force.rig.bushings[bushing].gap, ratio, film))
+        cases.append((yield_ / force.rig.bushings[bushing].gap, ratio, film))
         return columns(force, bushing, yield_, ratio, film)
 
     monkeypatch.setattr(grease, "_columns", watched)
-    return found
+    return cases
 
 
 def test_differences_at_a_bound_stay_within_it(rig, looked_at):
@@ -32,8 +32,8 @@ def test_differences_at_a_bound_stay_within_it(rig, looked_at):
     yields, ratio, film = np.array([each for each in looked_at if np.isfinite(each[0])]).T
     assert yields.max() == pytest.approx(10.0, abs=1e-9) and ratio.max() <= 1.0 + 1e-9
     assert yields.min() >= 0.03 * (1 - 1e-12) and ratio.min() >= -0.9 and film.max() <= 0.9
-    for found in fit.grease:
-        assert (found.stiffness, found.damping) == pytest.approx((4000.0, 5.0), rel=0.01)
+    for filling in fit.grease:
+        assert (filling.stiffness, filling.damping) == pytest.approx((4000.0, 5.0), rel=0.01)
     assert not any(np.isnan(estimates.std).any() for estimates in fit.estimates)
 
 
@@ -42,9 +42,9 @@ def test_a_march_that_overflows_is_no_model(rig, monkeypatch):
     columns = grease._columns
 
     def overflowing(force, bushing, yield_, ratio, film):
-        found = columns(force, bushing, yield_, ratio, film)
-        return np.full_like(found, np.nan) if ratio < 0.0 else found
+        series = columns(force, bushing, yield_, ratio, film)
+        return np.full_like(series, np.nan) if ratio < 0.0 else series
 
     monkeypatch.setattr(grease, "_columns", overflowing)
-    for found in grease.grease_parameters(restoring_force(record_of(rig, "quiet", "identify", 0.3, 3))).grease:
-        assert (found.stiffness, found.damping) == pytest.approx((4000.0, 5.0), rel=0.01)
+    for filling in grease.grease_parameters(restoring_force(record_of(rig, "quiet", "identify", 0.3, 3))).grease:
+        assert (filling.stiffness, filling.damping) == pytest.approx((4000.0, 5.0), rel=0.01)

@@ -19,9 +19,9 @@ def test_values_come_back(rig, contact, grease):
     split = len(contact.parameters(bushing))
     numbers = list(values.values())
     law = ContactLaw(contact.make(bushing, *numbers[:split]), grease.make(bushing, *numbers[split:]))
-    found = families_of(law, rig)
-    assert [(c.name, g.name) for c, g, _ in found] == [(contact.name, grease.name)] * 2
-    assert found[1][2] == pytest.approx(values, rel=1e-12)
+    families = families_of(law, rig)
+    assert [(c.name, g.name) for c, g, _ in families] == [(contact.name, grease.name)] * 2
+    assert families[1][2] == pytest.approx(values, rel=1e-12)
 
 
 def test_a_constant_law_is_a_spring_and_damper(rig):

@@ -39,18 +39,18 @@ def ramp():
 
 def test_a_gain_is_missed_at_its_sensor_and_said(ramp):
     node = TABLE1.sensors[2].node
-    found = law_misfit([prepared(changed(ramp, {node: 10 ** (GAIN / 20)}, 0.01))], Model(TABLE1, SMALL_LAW))
-    assert [s.duration for s in found.stretches] == [5.0, 5.0]
-    missed = np.array([s.missed for s in found.stretches])
+    misfit = law_misfit([prepared(changed(ramp, {node: 10 ** (GAIN / 20)}, 0.01))], Model(TABLE1, SMALL_LAW))
+    assert [s.duration for s in misfit.stretches] == [5.0, 5.0]
+    missed = np.array([s.missed for s in misfit.stretches])
     # The typical size of a constant difference counts 1.48 times, as the standard deviation of a normal one.
     assert missed[:, 2] == pytest.approx(1.4826 * GAIN, rel=0.05)
-    others = np.delete(np.array([s.ratio for s in found.stretches]), 2, axis=1)
+    others = np.delete(np.array([s.ratio for s in misfit.stretches]), 2, axis=1)
     assert np.sqrt(np.mean(others**2)) == pytest.approx(1.0, abs=0.3)  # noise alone: as much as it explains
-    (words,) = found.warnings
+    (words,) = misfit.warnings
     label = TABLE1.sensor_labels[2]
     begin = "the law misses FRFs between 5 and 220 Hz by more than 3 times their random error at sensors"
     assert words.startswith(f"{begin} {label}, at ")
-    assert f"most at sensor {label}, by 3" in words and found.widening > 3
+    assert f"most at sensor {label}, by 3" in words and misfit.widening > 3
 
 
 def test_bands_of_few_lines_are_beyond_their_random_error_as_seldom_as_any_other():
@@ -64,12 +64,12 @@ def test_bands_of_few_lines_are_beyond_their_random_error_as_seldom_as_any_other
 
 
 def test_noise_is_no_misfit_and_its_error_falls_with_the_duration(ramp):
-    found = law_misfit([prepared(changed(ramp, noise=0.05))], Model(TABLE1, SMALL_LAW))
-    assert found.warnings == () and found.widening < 1.3
-    line, level = np.array([100.0]), found.stretches[0].level
-    short, long = (found.spread(line, level, duration, 1.0) for duration in (5.0, 80.0))
-    s = found.stretches[0]
-    band = np.searchsorted(found.edges, 100.0) - 1
+    misfit = law_misfit([prepared(changed(ramp, noise=0.05))], Model(TABLE1, SMALL_LAW))
+    assert misfit.warnings == () and misfit.widening < 1.3
+    line, level = np.array([100.0]), misfit.stretches[0].level
+    short, long = (misfit.spread(line, level, duration, 1.0) for duration in (5.0, 80.0))
+    s = misfit.stretches[0]
+    band = np.searchsorted(misfit.edges, 100.0) - 1
     beyond = np.maximum(0, s.missed**2 - s.random**2)[:, band]
     assert (8.6859 * short[:, 0]) ** 2 == pytest.approx(beyond + s.random[:, band] ** 2, rel=1e-3)
     assert (8.6859 * long[:, 0]) ** 2 == pytest.approx(beyond + s.random[:, band] ** 2 / 16, rel=1e-3)
@@ -85,10 +85,10 @@ def test_channels_across_the_excitation_hold_noise_unless_they_are_coherent_with
         dataclasses.replace(c, value=1e-2 * rng.standard_normal(c.size) + (c.node == 1) * cross * moved["+Z"])
         if c.direction == "+Y" and c.quantity == "acceleration" else c for c in record.channels
     ]  # fmt: skip
-    found = law_misfit([prepared(dataclasses.replace(record, channels=channels))], Model(still))
-    assert len(found.warnings) == bool(said)
-    assert all(words in found.warnings[0] for words in said)
-    assert np.isfinite(found.widening) and (found.widening > 3) == bool(said)
+    misfit = law_misfit([prepared(dataclasses.replace(record, channels=channels))], Model(still))
+    assert len(misfit.warnings) == bool(said)
+    assert all(words in misfit.warnings[0] for words in said)
+    assert np.isfinite(misfit.widening) and (misfit.widening > 3) == bool(said)
 
 
 def test_decays_are_compared_from_hit_to_hit():
@@ -99,10 +99,10 @@ def test_decays_are_compared_from_hit_to_hit():
     signals = {BASE_NODE: value} | {s.node: 2.0 * a for s, a in zip(TABLE1.sensors, response.acceleration)}
     channels = [dataclasses.replace(c, value=signals[c.node]) for c in hits.channels if c.quantity == "acceleration"]
     record = dataclasses.replace(hits, channels=channels, band=None, level=None)
-    found = law_misfit([prepared(record)], Model(TABLE1, SMALL_LAW))
-    assert found.stretches == () and found.widening == 1.0 and found.warnings == ()
-    assert [(d.start, d.peak) for d in found.decays] == [(0.5, 60.0), (2.5, 120.0)]
-    for decay in found.decays:
+    misfit = law_misfit([prepared(record)], Model(TABLE1, SMALL_LAW))
+    assert misfit.stretches == () and misfit.widening == 1.0 and misfit.warnings == ()
+    assert [(d.start, d.peak) for d in misfit.decays] == [(0.5, 60.0), (2.5, 120.0)]
+    for decay in misfit.decays:
         assert decay.missed == pytest.approx(-6.0206, abs=1e-3)  # the record is twice the model
 
 
@@ -114,15 +114,15 @@ def test_lines_that_a_sine_passes_once_are_no_average(shake):
     """A gain of 2 dB, with noise: of one segment the coherence is 1, whatever noise there is."""
     record, _ = simulated(TABLE1, shake, SMALL_LAW)
     record = changed(record, {3: 1.26}, 0.1)
-    found = law_misfit([prepared(record)], Model(TABLE1, SMALL_LAW))
-    assert not any(np.isfinite(s.ratio).any() for s in found.stretches)
-    assert (found.widening, found.warnings) == (1.0, ())
+    misfit = law_misfit([prepared(record)], Model(TABLE1, SMALL_LAW))
+    assert not any(np.isfinite(s.ratio).any() for s in misfit.stretches)
+    assert (misfit.widening, misfit.warnings) == (1.0, ())
 
 
 def test_lines_of_a_long_step_alone_are_compared():
     record, _ = simulated(TABLE1, stepped_sine(10.0, FS, [40.0, 90.0], 1.0), SMALL_LAW)
-    found = law_misfit([prepared(changed(record, {3: 1.26}, 0.01))], Model(TABLE1, SMALL_LAW))
-    for stretch, step in zip(found.stretches, (40.0, 90.0)):
+    misfit = law_misfit([prepared(changed(record, {3: 1.26}, 0.01))], Model(TABLE1, SMALL_LAW))
+    for stretch, step in zip(misfit.stretches, (40.0, 90.0)):
         (band,) = np.flatnonzero(np.isfinite(stretch.missed[2]))
-        assert found.edges[band] <= step <= found.edges[band + 1]
+        assert misfit.edges[band] <= step <= misfit.edges[band + 1]
         assert stretch.missed[2, band] == pytest.approx(1.4826 * 20 * np.log10(1.26), rel=0.1)

@@ -37,8 +37,8 @@ def test_constants_are_recovered_and_validation_records_stay_closed(small_datase
     truth = [SMALL_LAW.k[0], SMALL_LAW.c[0], SMALL_LAW.grease[0].stiffness, SMALL_LAW.grease[0].damping]
     # Single impacts are chaotic: below about 2 % of a contact parameter the residuals are rough.
     names = ("contact k (N/m)", "contact c (N s/m)", "grease k (N/m)", "grease c (N s/m)")
-    for name, found, known, limit in zip(names, fit.estimates.value, truth, (0.02, 0.1, 0.01, 0.05)):
-        measured.equal(f"constants by output error: {name}", found, known, "the law of the simulation", rel=limit)
+    for name, value, known, limit in zip(names, fit.estimates.value, truth, (0.02, 0.1, 0.01, 0.05)):
+        measured.equal(f"constants by output error: {name}", value, known, "the law of the simulation", rel=limit)
     assert fit.residual_db < 0.3 and [r.opened for r in dataset.validate] == [False] * 4
     assert all(r.opened for r in dataset.identify)
 
@@ -91,14 +91,14 @@ def test_physical_law_without_probes(rig):
 def test_a_parameter_that_no_record_tells_stays_where_it_is_believed(small_dataset):
     """Without its spread, its column of the Jacobian is zero; with it, its standard deviation is large, not nought."""
     dataset = Dataset.load(small_dataset)
-    told = Parameter("grease stiffness", "N/m", 4040.0, 1e3, 1e5)
+    informed = Parameter("grease stiffness", "N/m", 4040.0, 1e3, 1e5)
     untold = Parameter("colour", "1", 3.0, 1.0, 9.0, prior_std=0.5)
 
     def law(stiffness, _):
         grease = dataclasses.replace(SMALL_LAW.grease[0], stiffness=float(stiffness))
         return dataclasses.replace(SMALL_LAW, grease=(grease,))
 
-    fit = output_error.fit_law(dataset.rig, evidence(dataset.identify), [told, untold], law)
+    fit = output_error.fit_law(dataset.rig, evidence(dataset.identify), [informed, untold], law)
     assert fit.estimates.value == pytest.approx([SMALL_LAW.grease[0].stiffness, 3.0], rel=5e-3)
     std = fit.estimates.varied_std
     assert std[1] > 30 * std[0] and fit.estimates.identifiable.tolist() == [True, False]
@@ -110,11 +110,11 @@ def test_random_error_of_a_piece_is_its_scatter(rng, measured):
     size = int(5 * fs)
     x, noise = rng.standard_normal((2, pieces * size))
     response = Response(fs, x, (2 * x + 2 * noise)[None], band=(20, 200))
-    found = [output_error.piece_features(response, slice(i * size, (i + 1) * size)) for i in range(pieces)]
-    scatter = np.std([20 * np.log10(frf) for frf, *_ in found], axis=0)
-    told = np.sqrt(np.mean([error**2 for _, _, error, *_ in found], axis=0))
+    features = [output_error.piece_features(response, slice(i * size, (i + 1) * size)) for i in range(pieces)]
+    scatter = np.std([20 * np.log10(frf) for frf, *_ in features], axis=0)
+    stated = np.sqrt(np.mean([error**2 for _, _, error, *_ in features], axis=0))
     what, source = "random error of an FRF of half-overlapping segments over its scatter", "repeated records"
-    measured.equal(what, np.median(scatter / told), 1.0, source, rel=0.05)
+    measured.equal(what, np.median(scatter / stated), 1.0, source, rel=0.05)
 
 
 @pytest.mark.parametrize("probes", [True, False])
@@ -140,12 +140,12 @@ def test_physical_law_of_the_virtual_rig(measured):
     truth = Truth()
     assert len(fit.law.grease) == 2
     source = "the virtual rig's own parameters"
-    for j, found in enumerate(fit.law.grease):
+    for j, filling in enumerate(fit.law.grease):
         what = f"output error, bushings[{j}]"
-        measured.equal(f"{what}: k (N/m)", found.stiffness, truth.grease_stiffness, source, rel=0.02)
-        measured.equal(f"{what}: λ", found.elastic_ratio, truth.elastic_ratio, source, abs=0.03)
-        measured.equal(f"{what}: film c (N s/m)", found.damping, truth.film_damping, source, rel=0.05)
-        measured.equal(f"{what}: film h (m)", found.film_height, truth.film_height, source, rel=0.05)
+        measured.equal(f"{what}: k (N/m)", filling.stiffness, truth.grease_stiffness, source, rel=0.02)
+        measured.equal(f"{what}: λ", filling.elastic_ratio, truth.elastic_ratio, source, abs=0.03)
+        measured.equal(f"{what}: film c (N s/m)", filling.damping, truth.film_damping, source, rel=0.05)
+        measured.equal(f"{what}: film h (m)", filling.film_height, truth.film_height, source, rel=0.05)
     tests = {r.name: estimate_frf(r.response()) for r in dataset.validate}
     for record in dataset.validate:
         model = estimate_frf(simulate(dataset.rig, record.excitation(), fit.law, "modal")).value

@@ -36,12 +36,12 @@ def clipped(value):
 @pytest.fixture(scope="module")
 def records():
     """Two loud records; an accelerometer of the second is clipped."""
-    found = []
+    both = []
     for seed in (1, 2):
         loud = excitation.random(6.0, FS, (5.0, 220.0), rms=8.0, seed=seed)
         record, _ = record_of(REAL, loud, LAW, name=f"loud-{seed}")
-        found.append(dataclasses.replace(record, rig=RIG))
-    return found[0], with_channel(found[1], 3, "acceleration", clipped)
+        both.append(dataclasses.replace(record, rig=RIG))
+    return both[0], with_channel(both[1], 3, "acceleration", clipped)
 
 
 @pytest.fixture(scope="module")
@@ -63,12 +63,12 @@ def test_refused_with_the_way_out_and_then_taken(records, left_out):
 
 
 def test_the_rig_is_found_and_the_sensor_known_from_the_other_record(left_out):
-    found = update_rig(Dataset(RIG, left_out), as_drawn=True)
-    np.testing.assert_allclose(natural_frequencies(found.rig, 4), natural_frequencies(REAL, 4), rtol=3e-3)
-    assert np.all(found.relative_error < 0.05)
-    assert dict(zip(found.estimates.names, found.estimates.posterior_over_prior))["sensors[2].gain"] < 0.3
-    assert "accelerometer 3:+Z" in found.to_dict()["records"][0]["misfit"]
-    assert "accelerometer 3:+Z" not in found.to_dict()["records"][1]["misfit"]
+    update = update_rig(Dataset(RIG, left_out), as_drawn=True)
+    np.testing.assert_allclose(natural_frequencies(update.rig, 4), natural_frequencies(REAL, 4), rtol=3e-3)
+    assert np.all(update.relative_error < 0.05)
+    assert dict(zip(update.estimates.names, update.estimates.posterior_over_prior))["sensors[2].gain"] < 0.3
+    assert "accelerometer 3:+Z" in update.to_dict()["records"][0]["misfit"]
+    assert "accelerometer 3:+Z" not in update.to_dict()["records"][1]["misfit"]
 
 
 def test_as_if_no_record_had_the_sensor(left_out):
@@ -93,10 +93,10 @@ def test_what_the_channel_holds_does_not_matter(left_out):
 
 
 def test_restoring_forces_are_those_without_the_sensor(left_out):
-    found, expected = restoring_force(left_out[1]), restoring_force(without_sensor(left_out[1]))
-    np.testing.assert_allclose(found.force, expected.force, rtol=1e-9, atol=1e-9 * np.abs(expected.force).max())
-    assert np.isinf(found.noise[2])
-    np.testing.assert_allclose(np.delete(found.noise, 2), expected.noise)
+    force, expected = restoring_force(left_out[1]), restoring_force(without_sensor(left_out[1]))
+    np.testing.assert_allclose(force.force, expected.force, rtol=1e-9, atol=1e-9 * np.abs(expected.force).max())
+    assert np.isinf(force.noise[2])
+    np.testing.assert_allclose(np.delete(force.noise, 2), expected.noise)
 
 
 def test_a_law_is_judged_by_the_other_sensors(left_out):

@@ -31,14 +31,14 @@ def without(record, quantity, nodes=None):
 
 def allowed(dataset):
     """Those of the package: experiments that other tests import register more."""
-    found = set()
+    names = set()
     for name in OWN:
         try:
             require(name, dataset)
         except RecordError:
             continue
-        found.add(name)
-    return found
+        names.add(name)
+    return names
 
 
 def test_methods_that_need_probes_are_refused_and_say_which_are_left(whole, rig, monkeypatch):

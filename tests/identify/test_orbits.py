@@ -67,16 +67,16 @@ def rubbing():
 
 
 @pytest.fixture(scope="module")
-def found(rubbing):
+def known_gaps(rubbing):
     return cm.identify.orbits(rubbing)
 
 
-def test_a_gap_that_is_met_is_found_with_an_interval_that_holds(found):
-    (clearance,) = found.clearances
+def test_a_gap_that_is_met_is_found_with_an_interval_that_holds(known_gaps):
+    (clearance,) = known_gaps.clearances
     assert clearance.seen and clearance.touches
     assert clearance.gap == pytest.approx(GAP, rel=0.03)
     low, high = clearance.interval
-    assert low < GAP < high < 1.2 * low and found.rig.bushings[0].gap == clearance.gap
+    assert low < GAP < high < 1.2 * low and known_gaps.rig.bushings[0].gap == clearance.gap
     assert clearance.contact == "linear"
     np.testing.assert_allclose(clearance.rest, 0.0, atol=1e-5)
 
@@ -110,16 +110,16 @@ def test_a_contact_that_is_not_linear_is_found_with_its_exponent(tmp_path):
     assert Model.load(tmp_path).law == fit.model.law
 
 
-def test_a_found_unbalance_is_the_one_that_acts(found):
-    values = dict(zip(found.estimates.names, found.estimates.value))
+def test_a_found_unbalance_is_the_one_that_acts(known_gaps):
+    values = dict(zip(known_gaps.estimates.names, known_gaps.estimates.value))
     along, across = (values[f"unbalances[0] {part} the mark"] for part in ("along", "across"))
     # The mark passes where the pulses rise, which the records' angle begins at.
     assert np.hypot(along, across) == pytest.approx(1e-4, rel=0.05)
 
 
-def test_the_rig_that_is_saved_predicts_with_what_was_found(found, tmp_path):
+def test_the_rig_that_is_saved_predicts_with_what_was_found(known_gaps, tmp_path):
     """Contact and unbalance, too: its file had contact at 0.3 of what it is, and no angle from the keyphasor's mark."""
-    found.save(tmp_path)
+    known_gaps.save(tmp_path)
     rig = Rig.load(tmp_path / "rig.toml")
     assert rig.bushings[0].contact.stiffness == pytest.approx(CONTACT, rel=0.1)
     (unbalance,) = rig.unbalances
@@ -137,17 +137,17 @@ def test_a_rig_file_without_spin_and_unbalance_gets_both(rubbing):
     assert rig.spin == RUN_UP and rig.unbalances[0].moment == pytest.approx(1e-4, rel=0.05)
 
 
-def test_examples_that_the_orbits_do_not_tell_stay_and_are_said(found):
-    assert found.rig.examples == ("structure.material.density",)
-    assert found.warnings[-1].startswith("of the rig file, 1 number is an example that nobody gave")
+def test_examples_that_the_orbits_do_not_tell_stay_and_are_said(known_gaps):
+    assert known_gaps.rig.examples == ("structure.material.density",)
+    assert known_gaps.warnings[-1].startswith("of the rig file, 1 number is an example that nobody gave")
 
 
-def test_results_are_words_rows_and_a_figure(found, tmp_path):
-    assert found.words()[0].startswith("bushings[0]: gap ") or "gap " in found.words()[0]
-    assert found.rows()[0]["seen"] is True
-    found.save(tmp_path)
+def test_results_are_words_rows_and_a_figure(known_gaps, tmp_path):
+    assert known_gaps.words()[0].startswith("bushings[0]: gap ") or "gap " in known_gaps.words()[0]
+    assert known_gaps.rows()[0]["seen"] is True
+    known_gaps.save(tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["law.json", "orbits.json", "rig.toml"]
-    assert len(found.plot().axes) == 1
+    assert len(known_gaps.plot().axes) == 1
 
 
 def test_a_gap_that_is_never_met_is_not_seen_and_is_wider_than_the_motion():
@@ -166,7 +166,7 @@ def test_without_contact_oil_alone_knows_where_the_wall_is():
         (place,) = places_of(rotor().replace(bushings=(bushing,)))
         gap = Parameter("bushings[0].gap", "m", GAP, GAP / 2, 2 * GAP, 0.2)
         both = (law_parameters(place, [gap], (0.0, 0.0), True, 1.0, touching) for touching in (False, True))
-        left[name], all_ = ({p.name.partition("].")[2] for p in found} for found in both)
+        left[name], all_ = ({p.name.partition("].")[2] for p in parameters} for parameters in both)
         assert all_ > left[name] | {"contact stiffness", "friction", "out_of_round_y", "out_of_round_yz"}
     at_rest = {"force at rest y", "force at rest z"}
     assert left["oil"] == {"gap", "rest_y", "rest_z", "grease viscosity"} | at_rest
@@ -186,8 +186,8 @@ def rub_begins():
     return Record("on", "orbit", before.rig, FS, joined, "spin", spin=MIDDLE)
 
 
-def test_the_twin_sees_a_rub_within_seconds_of_its_onset(rub_begins, found):
-    twin = cm.identify.follow_orbits(rub_begins, found)
+def test_the_twin_sees_a_rub_within_seconds_of_its_onset(rub_begins, known_gaps):
+    twin = cm.identify.follow_orbits(rub_begins, known_gaps)
     rubs = [a for a in twin.alarms if a.quantity == "rub"]
     assert len(rubs) == 1 and BEGINS < rubs[0].time < BEGINS + 3.0
     assert "rubs since" in str(rubs[0])
@@ -195,21 +195,21 @@ def test_the_twin_sees_a_rub_within_seconds_of_its_onset(rub_begins, found):
     assert (gap.get_title(loc="left"), gap.get_ylabel()) == ("bushing 1", "Gap (mm)")
     assert [(line.get_xdata()[0], line.get_linestyle()) for line in missed.lines[1:]] == [(rubs[0].time, "-")]
     assert twin.words()[0].startswith("bushings[0] at 24 s: gap 0.2 mm ± ") and twin.words()[0].endswith("% (95 %)")
-    quiet = cm.identify.follow_orbits(recorded("a", rotor(), MIDDLE, BEGINS), found)
+    quiet = cm.identify.follow_orbits(recorded("a", rotor(), MIDDLE, BEGINS), known_gaps)
     assert not quiet.alarms and quiet.value("gap")[-1, 0] == pytest.approx(GAP, rel=0.05)
 
 
-def test_the_command_follows_later_records(rubbing, rub_begins, found, tmp_path, monkeypatch, answer, refused):
+def test_the_command_follows_later_records(rubbing, rub_begins, known_gaps, tmp_path, monkeypatch, answer, refused):
     """No gap is found from them; what is found from the others is known here."""
     taken = []
-    fake = lambda records, rig: taken.extend(r.name for r in records) or found  # noqa: E731
+    fake = lambda records, rig: taken.extend(r.name for r in records) or known_gaps  # noqa: E731
     monkeypatch.setattr("clearance_mj.cli.orbit_gaps.orbits", fake)
     later = dataclasses.replace(rub_begins, rig=rubbing[0].rig)
     cm.write_dataset(tmp_path / "machine", rubbing[0].rig, [*rubbing, later])
-    told = answer("orbit-gaps", tmp_path / "machine", "--follow", "on", "--out", tmp_path / "out")
+    result = answer("orbit-gaps", tmp_path / "machine", "--follow", "on", "--out", tmp_path / "out")
     assert taken == ["slow", "middle", "run_up"]
-    assert told["clearances"][0]["gap"] == found.clearances[0].gap
-    assert [words.split("since")[0] for words in told["alarms"]["on"] if "rubs" in words]
+    assert result["clearances"][0]["gap"] == known_gaps.clearances[0].gap
+    assert [words.split("since")[0] for words in result["alarms"]["on"] if "rubs" in words]
     written = sorted(p.name for p in (tmp_path / "out").glob("[!.]*"))
     assert written == ["followed_on.json", "followed_on.png", "law.json", "orbits.json", "orbits.png", "rig.toml"]
     assert "provenance" in json.loads((tmp_path / "out" / "law.json").read_text())
@@ -217,7 +217,7 @@ def test_the_command_follows_later_records(rubbing, rub_begins, found, tmp_path,
     assert "--follow off" in error and "has no such record; it has slow, middle, run_up, on" in error
 
 
-def test_bad_input_is_refused_in_one_line(rubbing, found):
+def test_bad_input_is_refused_in_one_line(rubbing, known_gaps):
     rig = rotor()
     assert_refused(RecordError, "there are no records", cm.identify.orbits, [])
     assert_refused(RecordError, "has no bushings", cm.identify.orbits, rubbing, rig.replace(bushings=()))
@@ -228,7 +228,7 @@ def test_bad_input_is_refused_in_one_line(rubbing, found):
     still = [dataclasses.replace(c, value=0 * c.value) if c.quantity == "displacement" else c for c in short.channels]
     with pytest.raises(RecordError, match="no probe moves; needs orbits"):
         cm.identify.orbits([dataclasses.replace(short, channels=still)])
-    assert_refused(RecordError, "a twin learns from", cm.identify.follow_orbits, short, found)
+    assert_refused(RecordError, "a twin learns from", cm.identify.follow_orbits, short, known_gaps)
 
 
 @pytest.mark.slow

@@ -41,9 +41,9 @@ def test_working_conditions(number, snr, measured):
 @pytest.mark.parametrize("number", CONDITIONS)
 def test_equation_17_as_printed_is_twice_the_damping(number, measured):
     result = identified(known(number).with_noise(100), damping="as-printed")
-    found = rms_error(result.c, known(number).c, result.valid)
+    error = rms_error(result.c, known(number).c, result.valid)
     what = f"working condition {number}, Eq. 17 as printed: RMS error of c"
-    measured.equal(what, found, 1.0, "4mωζ = 2c", abs=0.001)
+    measured.equal(what, error, 1.0, "4mωζ = 2c", abs=0.001)
 
 
 def test_equation_12_as_printed_is_biased_by_the_change_of_frequency(measured):
@@ -86,11 +86,11 @@ def test_parameters_that_swing():
 
 
 def test_standard_errors_are_those_found_over_noises():
-    found = [identified(known(2).with_noise(20, seed)) for seed in range(12)]
-    valid = np.all([result.valid for result in found], axis=0)
+    runs = [identified(known(2).with_noise(20, seed)) for seed in range(12)]
+    valid = np.all([result.valid for result in runs], axis=0)
     for name in ("k", "c"):
-        deviation = np.array([(getattr(result, name) - getattr(known(2), name))[valid] for result in found])
-        stated = np.array([getattr(result, f"{name}_error")[valid] for result in found])
+        deviation = np.array([(getattr(result, name) - getattr(known(2), name))[valid] for result in runs])
+        stated = np.array([getattr(result, f"{name}_error")[valid] for result in runs])
         assert 0.6 < rms(deviation) / rms(stated) < 1.6
 
 

@@ -72,14 +72,14 @@ def test_an_edited_plugin_is_not_answered_from_the_cache(plugin, small_dataset, 
     dataset, cache = cm.Dataset.load(small_dataset), ResultCache(tmp_path / "cache")
     fresh = dataset.rig.bushings[0].grease.stiffness
 
-    def share():
+    def contact_ratio():
         return Study(dataset, ["half-grease"], cache=cache).law("half-grease").law.grease[0].stiffness / fresh
 
     load_plugin(plugin)
-    assert share() == share() == 0.5 and len(list(cache.folder.glob("*.json"))) == 1
+    assert contact_ratio() == contact_ratio() == 0.5 and len(list(cache.folder.glob("*.json"))) == 1
     plugin.write_text(PLUGIN.replace("stiffness = 0.5 *", "stiffness = 0.125 *"), encoding="utf-8")
     importlib.reload(sys.modules["half_grease"])
-    assert share() == 0.125
+    assert contact_ratio() == 0.125
 
 
 def test_a_file_that_cannot_be_used(small_dataset, tmp_path, refused):

@@ -21,13 +21,13 @@ def by_name(rig, **options):
 
 
 def test_defaults(rig):
-    found = by_name(rig)
+    prior_of = by_name(rig)
     stds = {
         "beam.young_modulus": 0.03, "beam.density": 0.01, "masses[0].mass": 0.05, "bushings[1].position": 2e-3,
         "sensors[2].position": 2e-3, "sensors[2].gain": 0.01, "beam.damping_ratios[0]": math.log(2),
         "bushings[0].gap": 0.2, "bushings[0].offset": 0.3 * rig.bushings[0].gap,
     }  # fmt: skip
-    assert {name: found[name].prior_std for name in stds} == pytest.approx(stds)
+    assert {name: prior_of[name].prior_std for name in stds} == pytest.approx(stds)
 
 
 def test_the_clamp_gives_as_a_length_uniform_from_0_to_two_diameters(rig):
@@ -41,36 +41,36 @@ def test_the_clamp_gives_as_a_length_uniform_from_0_to_two_diameters(rig):
 
 
 def test_tolerances_go_before_defaults(rig):
-    told = (
+    tolerances = (
         Tolerance("bushings.gap", "5 %"), Tolerance("sensors[0].position", "1 mm"), Tolerance("masses[0].mass", "0 %"),
         Tolerance("beam.clamp.rotation", "3 mm"), Tolerance("beam.clamp.translation", "0 mm"),
         Tolerance("beam.length", "1 mm"), Tolerance("bushings[0].offset", "10 %"),
     )  # fmt: skip
-    found = by_name(rig.replace(tolerances=told))
-    assert found["bushings[0].gap"].prior_std == found["bushings[1].gap"].prior_std == pytest.approx(0.05)
-    assert found["sensors[0].position"].prior_std == pytest.approx(1e-3)
-    assert found["sensors[1].position"].prior_std == pytest.approx(2e-3)
-    assert "masses[0].mass" not in found and "1/beam.clamp.translation" not in found
-    rotation = found["1/beam.clamp.rotation"]
+    prior_of = by_name(rig.replace(tolerances=tolerances))
+    assert prior_of["bushings[0].gap"].prior_std == prior_of["bushings[1].gap"].prior_std == pytest.approx(0.05)
+    assert prior_of["sensors[0].position"].prior_std == pytest.approx(1e-3)
+    assert prior_of["sensors[1].position"].prior_std == pytest.approx(2e-3)
+    assert "masses[0].mass" not in prior_of and "1/beam.clamp.translation" not in prior_of
+    rotation = prior_of["1/beam.clamp.rotation"]
     assert (rotation.start, rotation.prior_std) == (0.0, pytest.approx(3e-3 / rig.beam.bending_stiffness))
-    assert (found["beam.length"].prior_std, found["beam.length"].transform) == (pytest.approx(1e-3), "linear")
-    assert found["bushings[0].offset"].prior_std == pytest.approx(0.1 * rig.bushings[0].gap)
+    assert (prior_of["beam.length"].prior_std, prior_of["beam.length"].transform) == (pytest.approx(1e-3), "linear")
+    assert prior_of["bushings[0].offset"].prior_std == pytest.approx(0.1 * rig.bushings[0].gap)
 
 
 def test_values_stand_in_the_rig(rig):
     values = {"beam.young_modulus": 2e11, "bushings[1].position": 0.8, "sensors[0].gain": 1.02, "probes[0].gain": 1.1}
-    found = rig_with(rig, values | {"1/beam.clamp.rotation": 2e-5, "1/beam.clamp.translation": 0.0})
-    assert found.beam.young_modulus == 2e11
-    assert (found.beam.clamp.rotation, found.beam.clamp.translation) == (pytest.approx(5e4), None)
-    assert (found.bushings[1].position, found.sensors[0].gain) == (0.8, 1.02)
-    assert rig_with(found, {"1/beam.clamp.rotation": 0.0}).beam.clamp is None
-    kept = rig_with(found, {"1/beam.clamp.translation": 1e-9}).beam.clamp
+    changed = rig_with(rig, values | {"1/beam.clamp.rotation": 2e-5, "1/beam.clamp.translation": 0.0})
+    assert changed.beam.young_modulus == 2e11
+    assert (changed.beam.clamp.rotation, changed.beam.clamp.translation) == (pytest.approx(5e4), None)
+    assert (changed.bushings[1].position, changed.sensors[0].gain) == (0.8, 1.02)
+    assert rig_with(changed, {"1/beam.clamp.rotation": 0.0}).beam.clamp is None
+    kept = rig_with(changed, {"1/beam.clamp.translation": 1e-9}).beam.clamp
     assert (kept.rotation, kept.translation) == (pytest.approx(5e4), pytest.approx(1e9))
 
 
 def test_every_start_is_the_rig_file(rig):
-    found = priors(rig, probes=True)
-    assert rig_with(rig, {p.name: p.start for p in found if not p.name.startswith("1/")}) == prepared_rig(rig)
+    parameters = priors(rig, probes=True)
+    assert rig_with(rig, {p.name: p.start for p in parameters if not p.name.startswith("1/")}) == prepared_rig(rig)
 
 
 def test_damping_ratios_are_those_of_rayleigh(rig):
@@ -89,8 +89,8 @@ def test_no_mode_is_damped_more_than_critically(rig):
     lines = np.ones((1, 3), dtype=complex)
     missed = RecordMisfit("run", damped, "base", 1.0, np.arange(3.0), rms(lines.T), lines, lines, lines)
     for value, said in ((1.0, True), (0.5, False)):
-        found = Estimates.of(parameters, np.array([value]), np.array([[0.01]]))
-        words = " ".join(RigUpdate(damped, damped, (), found, (missed,), ("1:+Z",), True, ()).warnings)
+        estimates = Estimates.of(parameters, np.array([value]), np.array([[0.01]]))
+        words = " ".join(RigUpdate(damped, damped, (), estimates, (missed,), ("1:+Z",), True, ()).warnings)
         assert ("damped critically (beam.damping_ratios[0] = 1)" in words and "g for m/s²" in words) == said
 
 
@@ -105,13 +105,13 @@ def test_a_shaft_of_sections():
         "stepped", None, (Bushing(0.6, 3e-4, 0.01, Grease(4e3, 3.0), Contact(1e4)),), (Sensor(1, 0.3), Sensor(2, 1.0)),
         (PointMass(1.0, 0.2),), structure=shaft, tolerances=(Tolerance("structure.supports[0].rotation", "20 %"),),
     )  # fmt: skip
-    found = by_name(rig)
+    prior_of = by_name(rig)
     expected = {
         "structure.material.young_modulus": 0.03, "structure.sections[1].material.density": 0.01,
         "structure.discs[0].mass": 0.05, "structure.supports[0].rotation": 0.2, "masses[0].mass": 0.05,
     }  # fmt: skip
-    assert {name: found[name].prior_std for name in expected} == pytest.approx(expected)
-    assert found["sensors[1].position"].high == 1.0
+    assert {name: prior_of[name].prior_std for name in expected} == pytest.approx(expected)
+    assert prior_of["sensors[1].position"].high == 1.0
     changed = rig_with(rig, {"structure.supports[0].rotation": 900.0, "structure.discs[0].mass": 0.31})
     assert changed.structure.supports[0].rotation == 900.0
     assert changed.structure.discs[0].mass == 0.31

@@ -44,6 +44,6 @@ def test_the_rig_is_found_from_sensors_of_five_quantities(tmp_path: Path) -> Non
     masses = (dataclasses.replace(MIXED.masses[0], mass=1.05 * MIXED.masses[0].mass), *MIXED.masses[1:])
     wrong = MIXED.replace(beam=beam, masses=masses)
     write_dataset(tmp_path / "set", wrong, [dataclasses.replace(r, rig=wrong) for r in records])
-    found = cm.identify.update_rig(Dataset.load(tmp_path / "set"), as_drawn=True).rig
-    assert found.beam.young_modulus == pytest.approx(MIXED.beam.young_modulus, rel=0.01)
-    assert found.masses[0].mass == pytest.approx(MIXED.masses[0].mass, rel=0.01)
+    updated = cm.identify.update_rig(Dataset.load(tmp_path / "set"), as_drawn=True).rig
+    assert updated.beam.young_modulus == pytest.approx(MIXED.beam.young_modulus, rel=0.01)
+    assert updated.masses[0].mass == pytest.approx(MIXED.masses[0].mass, rel=0.01)

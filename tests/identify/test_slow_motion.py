@@ -55,12 +55,12 @@ def test_slow_motion_of_a_linear_clearance_is_that_of_springs_and_dampers():
     assert 0.1 < omega[-1] / (2 * np.pi * NO_PROBES_BAND) <= 1.0 and error < 0.02
     # The fit of one bushing alone, the other on its tangent, begins there and stays there.
     for j, motion in enumerate(motions):
-        own = motion.slow[0]
+        first = motion.slow[0]
         (alone,) = motion.slow_forces(
-            [ClearanceWithLaw(bushings[j], ContactLaw(KelvinVoigt(1.0), greases[j]))], [own.x[:, None]]
+            [ClearanceWithLaw(bushings[j], ContactLaw(KelvinVoigt(1.0), greases[j]))], [first.x[:, None]]
         )
-        again = own.free - own.compliance * (alone[:, 0] - own.stiffness * own.x)
-        assert np.linalg.norm(again - own.x) < 0.02 * np.linalg.norm(own.x)
+        again = first.free - first.compliance * (alone[:, 0] - first.stiffness * first.x)
+        assert np.linalg.norm(again - first.x) < 0.02 * np.linalg.norm(first.x)
 
 
 def test_what_walls_and_fillings_leave_open_of_the_mean_motion():
@@ -87,7 +87,7 @@ def test_what_walls_and_fillings_leave_open_of_the_mean_motion():
     for j, (bushing, *_) in enumerate(cases):
         x = motions[j].paths[0].x[:: motions[j].factor, 0, 0]
         rms = [np.sqrt(np.mean(block**2)) for block in np.split(x, 8)]  # 16 s by 2 s
-        fallen[j] = np.mean([max(rms[: i + 1]) - own for i, own in enumerate(rms)])
+        fallen[j] = np.mean([max(rms[: i + 1]) - level for i, level in enumerate(rms)])
         x = x + scipy.fft.irfft(slow.spectra[0][:, j], x.size)
         lower, upper = bushing.walls
         means[j] = x.mean()

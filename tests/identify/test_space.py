@@ -39,9 +39,9 @@ def test_gains_of_a_turning_shaft(spin):
     model = linear_model(RIG, 6)
     omega = 2 * np.pi * np.array([3.0, 40.0, 71.0, 200.0])
     driven, mean = model.driven(tested)
-    found = driven.displacement_gains(model.at_sensors, "base", omega, spin=mean)
+    responses = driven.displacement_gains(model.at_sensors, "base", omega, spin=mean)
     inputs = np.vstack((-model.at_bushings, -model.influence[:, 1])).T
-    for w, gains in zip(omega, found):
+    for w, gains in zip(omega, responses):
         dynamic = np.diag(model.omega**2 - w**2 + 1j * w * model.damping)
         dynamic = dynamic + spin * (1j * w * model.gyroscopic + model.circulatory)
         known = model.at_sensors @ np.linalg.solve(dynamic, inputs)
@@ -65,10 +65,10 @@ def test_forces_on_a_circle():
     """On a circle of radius r the wall pushes with k (r - gap), and rubs with μ of that once its bristles slide."""
     angle, r, rate = np.linspace(0, 2 * np.pi, 629), 1.2 * GAP, 100.0
     normal, along = np.stack((np.cos(angle), np.sin(angle)), axis=1), np.stack((-np.sin(angle), np.cos(angle)), axis=1)
-    found = forces_along(r * normal, r * rate * along, friction=MU, spin=30.0)[300:]
+    force = forces_along(r * normal, r * rate * along, friction=MU, spin=30.0)[300:]
     size = K * (r - GAP)
-    np.testing.assert_allclose(np.sum(found * normal[300:], axis=1), size, rtol=1e-9)
-    np.testing.assert_allclose(np.sum(found * along[300:], axis=1), MU * size, rtol=1e-9)
+    np.testing.assert_allclose(np.sum(force * normal[300:], axis=1), size, rtol=1e-9)
+    np.testing.assert_allclose(np.sum(force * along[300:], axis=1), MU * size, rtol=1e-9)
 
 
 def test_a_wall_out_of_round_does_no_work():
@@ -81,15 +81,15 @@ def test_a_wall_out_of_round_does_no_work():
     assert np.abs(force - forces_along(place, np.zeros_like(place))).max() > 0.05 * np.abs(force).max()
 
 
-@pytest.mark.parametrize(("wide", "told"), [(2.4e-6, False), (2.5e-6, True)])
-def test_a_hole_is_oval_where_its_estimates_say_so(wide, told):
+@pytest.mark.parametrize(("wide", "identified"), [(2.4e-6, False), (2.5e-6, True)])
+def test_a_hole_is_oval_where_its_estimates_say_so(wide, identified):
     """x' C^-1 x > 5.99, 95 % of the χ² of two: with a σ of 1 µm each from 2.447 µm on; else it stays round."""
     names = [f"bushings[1].{name}" for name in HOLE]
     parameters = [Parameter(name, "m", 0.0, -1e-4, 1e-4, 1e-5, "linear") for name in names]
-    found = hole_of(Bushing(0.5, GAP, 0.01, Grease(0.0), Contact(K), shape="round"), GAP,
+    hole = hole_of(Bushing(0.5, GAP, 0.01, Grease(0.0), Contact(K), shape="round"), GAP,
                     Estimates.of(parameters, [wide, 0.0], 1e-12 * np.eye(2)), "bushings[1].")  # fmt: skip
     wall = {"wide": pytest.approx(wide), "across": 0.0}
-    assert found == ({"shape": "oval", "wall": wall} if told else {"shape": "round", "wall": None})
+    assert hole == ({"shape": "oval", "wall": wall} if identified else {"shape": "round", "wall": None})
 
 
 def test_the_smallest_circle():
@@ -111,15 +111,15 @@ def turning():
 def test_run_out(turning):
     """What a probe shows of a slowly turning shaft once per turn is its run-out."""
     slow = prepared(turning.records[0])
-    found = run_out(slow.turning.angle, slow.displacement)
-    np.testing.assert_allclose(np.hypot(*found[[0, len(found) // 2]]), RUN_OUT, rtol=0.02)
+    harmonics = run_out(slow.turning.angle, slow.displacement)
+    np.testing.assert_allclose(np.hypot(*harmonics[[0, len(harmonics) // 2]]), RUN_OUT, rtol=0.02)
 
 
 def test_unbalance(turning):
     """An unbalance of 1e-4 kg m at 0 rad, found from a prior of another moment and phase."""
     start = RIG.replace(unbalances=(dataclasses.replace(RIG.unbalances[0], moment=3e-4, phase=1.0),))
-    (found,) = find_turning_loads(start, prepare_turning(turning), {}).rig.unbalances
-    assert found.moment == pytest.approx(1e-4, rel=0.02) and found.phase == pytest.approx(0.0, abs=0.02)
+    (unbalance,) = find_turning_loads(start, prepare_turning(turning), {}).rig.unbalances
+    assert unbalance.moment == pytest.approx(1e-4, rel=0.02) and unbalance.phase == pytest.approx(0.0, abs=0.02)
 
 
 def test_what_the_unbalance_moves_in_the_slow_roll_is_not_lost():
@@ -130,12 +130,12 @@ def test_what_the_unbalance_moves_in_the_slow_roll_is_not_lost():
     slow, fast = (turning_record(name, "identify", *of) for name, *of in
                   (("slow", Spin(40.0)), ("fast", Spin(140.0), "z", 1.0)))  # fmt: skip
     _, less = prepare_turning(Dataset(RIG, (slow, fast)))
-    found = find_turning_loads(RIG, (less,), {})
-    assert found.rig.unbalances[0].moment == pytest.approx(1e-4, rel=0.01)
+    loads = find_turning_loads(RIG, (less,), {})
+    assert loads.rig.unbalances[0].moment == pytest.approx(1e-4, rel=0.01)
     whole = prepared(fast)
     angle = whole.turning.angle
     moved = whole.displacement - RUN_OUT * np.array([np.cos(angle), np.sin(angle)])
-    assert np.std(found.with_slow_roll_restored(less, {}).displacement - moved) < 0.1 * np.std(
+    assert np.std(loads.with_slow_roll_restored(less, {}).displacement - moved) < 0.1 * np.std(
         less.displacement - moved
     )
 
@@ -159,21 +159,21 @@ def touching_below(bushing, rest, rig, seconds=8.0, fs=2048.0):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("share", [0.7, 1.3])
-def test_a_gap_that_is_touched_on_one_side_alone_is_found_along_its_valley(share):
+@pytest.mark.parametrize("ratio", [0.7, 1.3])
+def test_a_gap_that_is_touched_on_one_side_alone_is_found_along_its_valley(ratio):
     """From a rig file whose gap is wrong and whose wall below is right, a search ends 7 to 16 % from the gap."""
     gap, rest = 2e-4, np.array([3e-5, -1.2e-4])
     bushing = Bushing(0.56, gap, grease=Grease(0.0), contact=Contact(K), radius=RADIUS, length=0.0, shape="round")
-    rig = RIG.replace(spin=None, unbalances=(), bushings=(dataclasses.replace(bushing, gap=share * gap),))
-    nearer = rest * (1 + (share - 1) * gap / math.hypot(*rest))
+    rig = RIG.replace(spin=None, unbalances=(), bushings=(dataclasses.replace(bushing, gap=ratio * gap),))
+    nearer = rest * (1 + (ratio - 1) * gap / math.hypot(*rest))
     known = [p for p in priors(rig) if p.name == "bushings[0].gap"]
     opened = open_parameters(0, nominal_of(rig, 0), known, tuple(nearer))
     motion = MeasuredMotion([touching_below(bushing, tuple(rest), rig)], rig, 0, opened)
     first = fit_force(motion, CONTACT_FAMILIES["linear + cubic"], ROUND_FILLING_FAMILIES["long film"])
-    found = along_valley(first, motion)
+    fit = along_valley(first, motion)
     assert abs(first.bushing.gap / gap - 1) > 0.05
-    assert found.bushing.gap == pytest.approx(gap, rel=0.01)
-    np.testing.assert_allclose(found.case.rest, rest, atol=0.01 * gap)
+    assert fit.bushing.gap == pytest.approx(gap, rel=0.01)
+    np.testing.assert_allclose(fit.case.rest, rest, atol=0.01 * gap)
 
 
 def test_a_gap_may_be_drawn_smaller_than_the_offset_was():
@@ -189,18 +189,18 @@ def test_an_unbalance_beside_a_known_one(turning):
     """Of 1e-4 kg m at one place, of which the rig file knows 4e-5, 6e-5 are left."""
     known = dataclasses.replace(RIG.unbalances[0], moment=4e-5)
     start = RIG.replace(unbalances=(known, known))
-    found, kept = find_turning_loads(start, prepare_turning(turning), {}).rig.unbalances
+    added, kept = find_turning_loads(start, prepare_turning(turning), {}).rig.unbalances
     assert kept == known
-    assert found.moment == pytest.approx(6e-5, rel=0.03) and found.phase == pytest.approx(0.0, abs=0.03)
+    assert added.moment == pytest.approx(6e-5, rel=0.03) and added.phase == pytest.approx(0.0, abs=0.03)
 
 
 def test_no_force_where_nothing_touches(turning):
     """Turning, run-out and unbalance leave no force in a clearance that is never used up."""
     for record in prepare(turning):
-        found = restoring_force(record, rig=RIG)
-        moved = np.std(found.displacement[:, found.valid])
+        force = restoring_force(record, rig=RIG)
+        moved = np.std(force.displacement[:, force.valid])
         shaft = 48 * 2.1e11 * math.pi * 0.03**4 / 64 / SHAFT.length**3
-        assert np.std(found.force[:, found.valid]) < 0.01 * shaft * moved
+        assert np.std(force.force[:, force.valid]) < 0.01 * shaft * moved
 
 
 def test_a_body_s_polar_inertia_is_at_most_twice_that_about_a_diameter():
@@ -214,10 +214,10 @@ def test_a_body_s_polar_inertia_is_at_most_twice_that_about_a_diameter():
 def test_what_is_open_in_space():
     """Cross-axis sensitivity, turned probes, both offsets, supports and friction are open beside the planar numbers."""
     rig = RIG.replace(bushings=(dataclasses.replace(RIG.bushings[0], friction=Friction(0.1)),))
-    found = {p.name: p for p in priors(rig, 250.0, probes=True)}
+    parameters = {p.name: p for p in priors(rig, 250.0, probes=True)}
     opened = ("sensors[0].direction[2]", "sensors[1].direction[1]", "bushings[0].probe_angle", "bushings[0].offset_y",
               "bushings[0].friction.coefficient", "structure.supports[0].translation", "probes[1].gain")  # fmt: skip
-    assert set(opened) <= set(found)
+    assert set(opened) <= set(parameters)
     changed = rig_with(rig, {"sensors[0].direction[2]": 0.02, "bushings[0].probe_angle": 0.03})
     assert changed.sensors[0].unit_direction == pytest.approx([0.0, 1.0, 0.02], abs=3e-4)
     assert changed.bushings[0].probe_angle == 0.03
@@ -232,10 +232,10 @@ def test_a_mass_that_the_rig_file_forgets_is_found_in_space(tmp_path):
     bench = make_bench(51, "rotor", structure=["mass"])
     write_bench(bench, tmp_path, short=True, roles=("identify",), kinds=("base", "force"))
     (true,) = bench.structure.masses
-    found = update_rig(Dataset.load(tmp_path))
-    assert [one.name for one in found.structure.accepted] == ["mass"]
-    assert found.rig.masses[-1].mass == pytest.approx(true.mass, rel=0.15)
-    assert found.rig.masses[-1].position == pytest.approx(true.position, abs=0.04)
+    update = update_rig(Dataset.load(tmp_path))
+    assert [one.name for one in update.structure.accepted] == ["mass"]
+    assert update.rig.masses[-1].mass == pytest.approx(true.mass, rel=0.15)
+    assert update.rig.masses[-1].position == pytest.approx(true.position, abs=0.04)
 
 
 @pytest.mark.slow
@@ -246,8 +246,8 @@ def test_clearances_are_where_their_forces_act(tmp_path):
 
     bench = make_bench(49, "steering")
     write_bench(bench, tmp_path, roles=("identify",), kinds=("base", "force"))
-    found = update_rig(Dataset.load(tmp_path), as_drawn=True).estimates
-    value, std = (dict(zip(found.names, of)) for of in (found.value, found.std))
+    estimates = update_rig(Dataset.load(tmp_path), as_drawn=True).estimates
+    value, std = (dict(zip(estimates.names, of)) for of in (estimates.value, estimates.std))
     for j, true in enumerate(bench.truth()["bushings"]):
         name = f"bushings[{j}].position"
         assert abs(value[name] - true["position"]) < 2 * std[name] < 4e-3
@@ -259,10 +259,10 @@ def test_the_shipped_turning_rig():
     from experiments.benches.space.shipped import shipped_bench
 
     (true,) = shipped_bench().truth()["bushings"]
-    found = cm.identify.identify(Dataset.load("data/turning_rig"), "bench")
-    (bushing,) = found.rig.bushings
+    fit = cm.identify.identify(Dataset.load("data/turning_rig"), "bench")
+    (bushing,) = fit.rig.bushings
     known = {p.name: (value, std) for p, value, std in
-             zip(found.estimates.parameters, found.estimates.value, found.estimates.varied_std)}  # fmt: skip
+             zip(fit.estimates.parameters, fit.estimates.value, fit.estimates.varied_std)}  # fmt: skip
     assert bushing.gap == pytest.approx(true["gap"], rel=0.03)
     assert bushing.film.viscosity == pytest.approx(true["viscosity"], rel=0.05)
     assert (bushing.offset_y, bushing.offset) == pytest.approx((true["offset_y"], true["offset_z"]), abs=2e-5)

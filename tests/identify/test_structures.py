@@ -100,9 +100,9 @@ def of_stepped():
 def test_restoring_forces_of_a_stepped_shaft(of_stepped):
     """Against those that were simulated with fewer modes: 3 % of their RMS, as for the cantilever."""
     record, response = of_stepped
-    found = restoring_force(record)
-    truth = (response.contact_force + response.grease_force)[:, found.valid]
-    assert np.all((found.force[:, found.valid] - truth).std(axis=1) < 0.03 * truth.std(axis=1))
+    force = restoring_force(record)
+    truth = (response.contact_force + response.grease_force)[:, force.valid]
+    assert np.all((force.force[:, force.valid] - truth).std(axis=1) < 0.03 * truth.std(axis=1))
 
 
 def test_clearances_that_no_record_tells_apart():
@@ -134,8 +134,8 @@ def test_best_constants_of_the_chain(measured):
     record = noisy(chain(), marched(chain(), WITHIN_BAND, ConstantLaw([8e3] * 2, [10.0] * 2)))
     fit = fit_constant(Dataset(record.rig, (record,)))
     limits = (8e3, 0.02), (10.0, 0.1), (2500.0, 0.01), (6.0, 0.05)
-    for name, found, (known, limit) in zip("kckc", fit.estimates.value, limits):
-        measured.equal(f"constants by output error, chain: {name}", found, known, "Runge-Kutta march", rel=limit)
+    for name, value, (known, limit) in zip("kckc", fit.estimates.value, limits):
+        measured.equal(f"constants by output error, chain: {name}", value, known, "Runge-Kutta march", rel=limit)
     assert fit.residual_db < 0.3
 
 
@@ -156,11 +156,11 @@ def test_output_error(make, band):
     law = ConstantLaw(6e3, 10.0, grease=GREASE)
     record, _ = record_of(make(), level_ramp(20.0, FS, start_rms=0.5, end_rms=8.0, seed=5, band=band), law)
     fit = fit_output_error(Dataset(record.rig, (record,)))
-    found = dict(zip((p["name"] for p in fit.parameters), fit.estimates.value))
+    values = dict(zip((p["name"] for p in fit.parameters), fit.estimates.value))
     for j in range(2):
-        assert found[f"contact force at one gap, bushings[{j}]"] == pytest.approx(6e3 * 3e-4, rel=0.06)
-        assert found[f"contact exponent, bushings[{j}]"] == pytest.approx(1.0, abs=0.05)
-        assert found[f"grease stiffness, bushings[{j}]"] == pytest.approx(2500.0, rel=0.05)
+        assert values[f"contact force at one gap, bushings[{j}]"] == pytest.approx(6e3 * 3e-4, rel=0.06)
+        assert values[f"contact exponent, bushings[{j}]"] == pytest.approx(1.0, abs=0.05)
+        assert values[f"grease stiffness, bushings[{j}]"] == pytest.approx(2500.0, rel=0.05)
 
 
 @pytest.mark.parametrize("make", [stepped, chain])

@@ -33,10 +33,10 @@ def of_supports(rig):
 
 def test_pins_are_stiff_springs_within_decades():
     """So stiff at first that the lowest frequency of a slender shaft changes by less than 1 %."""
-    found = of_supports(stepped(*PINS))
+    opened = of_supports(stepped(*PINS))
     names = "translation", "translation_damping"
-    assert set(found) == {f"structure.supports[{i}].{name}" for i in (0, 1) for name in names}
-    assert all(p.prior_std == pytest.approx(math.log(10)) for p in found.values())
+    assert set(opened) == {f"structure.supports[{i}].{name}" for i in (0, 1) for name in names}
+    assert all(p.prior_std == pytest.approx(math.log(10)) for p in opened.values())
     rig = stepped(*PINS)
     assert natural_frequencies(prepared_rig(rig), 1) == pytest.approx(natural_frequencies(rig, 1), rel=0.01)
 
@@ -44,8 +44,8 @@ def test_pins_are_stiff_springs_within_decades():
 def test_a_clamp_of_a_shaft_may_turn():
     """Of a cantilever, whose tip rests on a spring: deflection and rotation of the root are open."""
     rig = stepped(Support(0.0, "clamped"), Support(0.6, translation=1e4))
-    found = of_supports(rig)
-    assert "structure.supports[0].rotation" in found and "structure.supports[1].translation_damping" not in found
+    opened = of_supports(rig)
+    assert "structure.supports[0].rotation" in opened and "structure.supports[1].translation_damping" not in opened
     assert natural_frequencies(prepared_rig(rig), 1) == pytest.approx(natural_frequencies(rig, 1), rel=0.02)
 
 
@@ -96,11 +96,11 @@ def test_soft_supports_are_found_and_nothing_is_invented(exact):
     tolerances = (Tolerance("structure.supports.translation", "0 %"),) if exact else ()
     drawn, built = stepped(*PINS, tolerances=tolerances), stepped(*truth)
     records = [noisy(drawn, cm.simulate(built, drive, engine="modal"), name=f"r{i}") for i, drive in enumerate(drives)]
-    found = cm.identify.update_rig(Dataset(drawn, tuple(records), "bench"))
-    assert [one.name for one in found.structure.accepted] == ["support"] * 2 * exact
-    assert not found.rig.tolerances
-    for support, true in zip(found.rig.structure.supports, truth):
+    update = cm.identify.update_rig(Dataset(drawn, tuple(records), "bench"))
+    assert [one.name for one in update.structure.accepted] == ["support"] * 2 * exact
+    assert not update.rig.tolerances
+    for support, true in zip(update.rig.structure.supports, truth):
         assert support.translation == pytest.approx(true.translation, rel=0.2)
         assert support.translation_damping == pytest.approx(true.translation_damping, rel=0.5)
-    moved = [a.position - b.position for a, b in zip(found.rig.sensors, drawn.sensors)]
+    moved = [a.position - b.position for a, b in zip(update.rig.sensors, drawn.sensors)]
     assert max(map(abs, moved)) < 8e-3

@@ -83,25 +83,25 @@ def record(name, speed, seed, **loads):
     return Record(name, "identify", RIG, FS, channels, "spin", "", None, None, None, {}, None, spin)
 
 
-def found(**loads):
+def identified_loads(**loads):
     speeds = 0.05, 0.35, 0.6, 0.8, 1.3
-    records = [record(f"at_{share:g}", share * NATURAL, i, **loads) for i, share in enumerate(speeds)]
+    records = [record(f"at_{ratio:g}", ratio * NATURAL, i, **loads) for i, ratio in enumerate(speeds)]
     turning = prepare_turning(Dataset(RIG, tuple(records)))
     loads = find_turning_loads(RIG, turning, {})
     return loads, dict(zip(loads.estimates.names, zip(loads.estimates.value, loads.estimates.varied_std))), turning
 
 
 def test_a_straight_shaft_has_its_unbalance_alone():
-    loads, estimates, _ = found()
+    loads, estimates, _ = identified_loads()
     assert loads.warnings == () and loads.rig.orders == ()
-    (moment, share), (phase, std) = estimates["unbalances[0].moment"], estimates["unbalances[0].phase"]
-    assert moment == pytest.approx(MOMENT, rel=5e-3) and abs(math.log(moment / MOMENT)) < 3 * share < 0.1
+    (moment, moment_std), (phase, std) = estimates["unbalances[0].moment"], estimates["unbalances[0].phase"]
+    assert moment == pytest.approx(MOMENT, rel=5e-3) and abs(math.log(moment / MOMENT)) < 3 * moment_std < 0.1
     assert phase == pytest.approx(PHASE, abs=5e-3) and abs(phase - PHASE) < 3 * std < 0.1
     assert set(estimates) == {"unbalances[0].moment", "unbalances[0].phase"}
 
 
 def test_a_bent_shaft_is_told_from_run_out():
-    loads, estimates, turning = found(bow=BOW)
+    loads, estimates, turning = identified_loads(bow=BOW)
     (words,) = loads.warnings
     assert "is bent" in words and "20" in words
     assert estimates["bend of the shaft"][0] == pytest.approx(abs(BOW), rel=0.02)
@@ -116,7 +116,7 @@ def test_a_bent_shaft_is_told_from_run_out():
 
 
 def test_a_coupling_comes_twice_per_turn_both_ways_round():
-    loads, estimates, _ = found(coupling=(FORWARD, BACKWARD))
+    loads, estimates, _ = identified_loads(coupling=(FORWARD, BACKWARD))
     assert ["twice per turn" in words for words in loads.warnings] == [True, True]
     for way, true in (("with", FORWARD), ("against", BACKWARD)):
         model = cm.linear_model(loads.rig)
@@ -132,8 +132,8 @@ def test_a_coupling_comes_twice_per_turn_both_ways_round():
 WHIRLS = [(-1, 1.1, True), (1, 1.1, False), (-1, 0.3, False), (0, 1.1, False)]
 
 
-@pytest.mark.parametrize(("turns", "size", "told"), WHIRLS)
-def test_dry_whirl_goes_backwards_round_the_wall(turns, size, told):
+@pytest.mark.parametrize(("turns", "size", "informative"), WHIRLS)
+def test_dry_whirl_goes_backwards_round_the_wall(turns, size, informative):
     """Forwards, well within the gap, or to and fro along a line it is none. Two seconds of eight whirl here."""
     whole = prepared(record("any", 60.0, 1))
     time = np.arange(len(whole.signals)) / FS
@@ -143,7 +143,7 @@ def test_dry_whirl_goes_backwards_round_the_wall(turns, size, told):
     signals[:, -3:-1] = np.column_stack((moved.real, moved.imag))
     whole = dataclasses.replace(whole, signals=signals)
     left = without_dry_whirl(whole)
-    if told:
+    if informative:
         assert 4.8 < left.duration < 6 and np.array_equal(left.signals, signals[: len(left.signals)])
         assert without_dry_whirl(whole.part(slice(round(4 * FS), None))) is None
     else:

@@ -42,40 +42,40 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def found(folder):
+def histories(folder):
     with xr.open_dataset(folder / "twin.nc", engine="scipy") as stored:
         return stored.load()
 
 
 @pytest.fixture(scope="module")
-def told(folder):
+def twin_json(folder):
     return json.loads((folder / "twin.json").read_text(encoding="utf-8"))
 
 
-def test_gaps_of_the_virtual_rig(found, told):
+def test_gaps_of_the_virtual_rig(histories, twin_json):
     """0.3 mm in both bushings; 95 % bands that hold it are narrower than 8 %, and nothing changed."""
-    assert told["alarms"] == []
-    value, low, high = found["gap"].isel(time=-1).sel(limit=["value", "low", "high"]).values
+    assert twin_json["alarms"] == []
+    value, low, high = histories["gap"].isel(time=-1).sel(limit=["value", "low", "high"]).values
     assert np.all((low < 3e-4) & (high > 3e-4)) and np.all(high / low < 1.08)
     assert value[1] == pytest.approx(3e-4, rel=0.01)
 
 
-def test_contact_is_hertzs_law_at_the_depth(found, told):
+def test_contact_is_hertzs_law_at_the_depth(histories, twin_json):
     """F = 3e5 N/m^1.5 δ^1.5 (1 + 2.25 s/m δ̇) in the virtual rig: the second bushing touches most of the time."""
-    depth, last = told["depth"][1], found.isel(time=-1).sel(limit="value")
+    depth, last = twin_json["depth"][1], histories.isel(time=-1).sel(limit="value")
     force = 3e5 * depth**1.5
     assert last["stiffness"].values[1] == pytest.approx(force / depth, rel=0.03)
     assert last["damping"].values[1] == pytest.approx(2.25 * force, rel=0.15)
     assert last["contact"].values[1] > 0.5 > last["contact"].values[0]
 
 
-def test_histories_are_the_same_in_all_files(found, told, folder):
+def test_histories_are_the_same_in_all_files(histories, twin_json, folder):
     rows = pd.read_csv(folder / "twin.csv")
     last = rows[rows["time_s"] == rows["time_s"].max()]
     assert list(last["bushing"]) == [0, 1]
-    assert last["gap_high_m"].values == pytest.approx(found["gap"].isel(time=-1).sel(limit="high").values)
-    assert [row["stiffness_low_N/m"] for row in told["last"]] == pytest.approx(last["stiffness_low_N/m"].values)
-    assert told["record"] == "level_8_a" and told["law"] == LAW.to_dict()
+    assert last["gap_high_m"].values == pytest.approx(histories["gap"].isel(time=-1).sel(limit="high").values)
+    assert [row["stiffness_low_N/m"] for row in twin_json["last"]] == pytest.approx(last["stiffness_low_N/m"].values)
+    assert twin_json["record"] == "level_8_a" and twin_json["law"] == LAW.to_dict()
     assert "Twin of rig" in (folder / "index.html").read_text(encoding="utf-8")
 
 
@@ -90,8 +90,8 @@ def test_too_little_to_follow_is_refused(record):
 
 
 def test_a_folder_of_records_is_refused(refused):
-    told = refused("twin", DATA, "--rig", DATA / "rig.toml")
-    assert told.endswith("is a folder; give the file of one record, such as level_5_a.uff in it\n")
+    message = refused("twin", DATA, "--rig", DATA / "rig.toml")
+    assert message.endswith("is a folder; give the file of one record, such as level_5_a.uff in it\n")
 
 
 def test_families_that_are_not_excluded_widen_bands():
@@ -106,22 +106,22 @@ STEPS = [("gap +20 %", "gap", 1.2), ("stiffness -20 %", "stiffness", 0.8)]
 @pytest.mark.parametrize(("change", "quantity", "factor"), STEPS)
 def test_a_step_is_one_alarm(change, quantity, factor):
     """At 30 s of 60: seen within two windows, and the size within 4 %."""
-    found = twin(shaken(50, 5.0, 60.0, change))
-    (alarm,) = found.alarms
+    followed = twin(shaken(50, 5.0, 60.0, change))
+    (alarm,) = followed.alarms
     assert (alarm.bushing, alarm.quantity) == (1, quantity)
     assert 30.0 < alarm.time < 34.5 and abs(alarm.since - 30.0) < 2.5
     assert alarm.after / alarm.before == pytest.approx(factor, rel=0.04)
-    assert found.value(quantity)[-1, 1] / found.value(quantity)[10, 1] == pytest.approx(factor, rel=0.02)
+    assert followed.value(quantity)[-1, 1] / followed.value(quantity)[10, 1] == pytest.approx(factor, rel=0.02)
 
 
 @pytest.mark.slow
 def test_wear_is_seen_and_followed():
     """The gap grows by 10 % over 30 s: an alarm once it passed 3 %, and the end within 2 %."""
-    found = twin(shaken(51, 5.0, 60.0, "wear 10 %"))
-    assert [a.quantity for a in found.alarms] in (["gap"], ["gap", "gap"])
-    assert 38.0 < found.alarms[0].time < 55.0
-    worn = 3e-4 * (1 + 0.1 * (found.time[-1] - 1.0 - 30.0) / 30.0)  # in the middle of the last window
-    assert found.value("gap")[-1, 1] == pytest.approx(worn, rel=0.02)
+    followed = twin(shaken(51, 5.0, 60.0, "wear 10 %"))
+    assert [a.quantity for a in followed.alarms] in (["gap"], ["gap", "gap"])
+    assert 38.0 < followed.alarms[0].time < 55.0
+    worn = 3e-4 * (1 + 0.1 * (followed.time[-1] - 1.0 - 30.0) / 30.0)  # in the middle of the last window
+    assert followed.value("gap")[-1, 1] == pytest.approx(worn, rel=0.02)
 
 
 @pytest.mark.slow

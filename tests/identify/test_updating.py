@@ -39,9 +39,9 @@ def truth_of(bench):
     return dict(zip(names, (shaft.young_modulus, shaft.masses[0][1], compliance)))
 
 
-def distances(bench, found):
+def distances(bench, update):
     """Errors in posterior standard deviations."""
-    fit = found.estimates
+    fit = update.estimates
     at = {p.name: (p, v, s) for p, v, s in zip(fit.parameters, fit.value, fit.varied_std)}
     return {
         name: float((p.to_varied(v) - p.to_varied(true)) / s)
@@ -61,26 +61,26 @@ def everything():
 
 
 def test_frequencies_of_a_bench_that_the_rig_file_describes_badly(everything):
-    bench, found = everything
+    bench, update = everything
     assert np.abs(frequency_errors(bench, bench.rig)).min() > 0.02
-    assert np.abs(frequency_errors(bench, found.rig)).max() < 0.002
+    assert np.abs(frequency_errors(bench, update.rig)).max() < 0.002
 
 
 def test_what_the_records_told(everything):
-    bench, found = everything
-    assert all(abs(z) < 3 for z in distances(bench, found).values())
-    told = dict(zip(found.estimates.names, found.estimates.posterior_over_prior))
-    assert told["masses[0].mass"] < 0.3 and told["beam.young_modulus"] < 0.5
-    assert "1/beam.clamp.translation" in found.only_prior  # moves frequencies by less than 0.01 %
+    bench, update = everything
+    assert all(abs(z) < 3 for z in distances(bench, update).values())
+    ratios = dict(zip(update.estimates.names, update.estimates.posterior_over_prior))
+    assert ratios["masses[0].mass"] < 0.3 and ratios["beam.young_modulus"] < 0.5
+    assert "1/beam.clamp.translation" in update.only_prior  # moves frequencies by less than 0.01 %
     assert any("the records say nothing about" in words and "compliance of the clamp's translation" in words
-               for words in found.warnings)  # fmt: skip
-    assert np.all(found.estimates.posterior_over_prior < 1.001)
+               for words in update.warnings)  # fmt: skip
+    assert np.all(update.estimates.posterior_over_prior < 1.001)
 
 
 def test_gains_are_found(everything):
-    bench, found = everything
+    bench, update = everything
     real = np.array([a.gain for a in bench.accelerometers])
-    gains = np.array([s.gain for s in found.rig.sensors])
+    gains = np.array([s.gain for s in update.rig.sensors])
     assert np.sqrt(np.mean((gains / real - 1) ** 2)) < 0.6 * np.sqrt(np.mean((real - 1) ** 2))
 
 
@@ -96,27 +96,27 @@ def test_a_loud_record_tells_as_much_as_a_quiet_one(rig):
     loud = excitation.random(6.0, FS, (5.0, 220.0), rms=8.0, seed=1)
     record, response = record_of(real, loud, ConstantLaw(np.full(2, 1e4), np.full(2, 4.0)))
     assert np.abs(response.displacement).max(axis=1).min() > 1.3 * max(b.gap for b in rig.bushings)
-    found = update_rig(Dataset(rig, (dataclasses.replace(record, rig=rig),)), as_drawn=True)
-    np.testing.assert_allclose(natural_frequencies(found.rig, 4), natural_frequencies(real, 4), rtol=3e-3)
-    assert np.all(found.relative_error < 0.05)
+    update = update_rig(Dataset(rig, (dataclasses.replace(record, rig=rig),)), as_drawn=True)
+    np.testing.assert_allclose(natural_frequencies(update.rig, 4), natural_frequencies(real, 4), rtol=3e-3)
+    assert np.all(update.relative_error < 0.05)
 
 
 def test_forces_at_the_ends_of_a_long_bushing(rig):
     """Two short bushings 30 mm apart, grease six times as stiff in one, that the rig file takes for one of 30 mm."""
     one = dataclasses.replace(rig.bushings[0], position=0.7, length=0.03)
-    told = rig.replace(bushings=(one,), sensors=tuple(s for s in rig.sensors if s.node != 7))
+    drawn = rig.replace(bushings=(one,), sensors=tuple(s for s in rig.sensors if s.node != 7))
     short = []
     for x, gap, k in ((0.685, 2.5e-4, 2000.0), (0.715, 3.5e-4, 12000.0)):
         grease = dataclasses.replace(one.grease, stiffness=k)
         short.append(dataclasses.replace(one, position=x, length=0.0, gap=gap, grease=grease))
     beam = dataclasses.replace(rig.beam, young_modulus=0.96 * rig.beam.young_modulus)
-    real = told.replace(bushings=tuple(short), beam=beam)
+    real = drawn.replace(bushings=tuple(short), beam=beam)
     loud = excitation.random(6.0, FS, (5.0, 220.0), rms=5.0, seed=1)
     record, _ = record_of(real, loud, ConstantLaw(np.full(2, 1e4), np.full(2, 4.0)))
     channels = [c for c in record.channels if c.quantity == "acceleration"]
-    record = Record("loud", "identify", told, FS, channels, band=(5.0, 220.0))
-    found = update_rig(Dataset(told, (record,)), as_drawn=True)
-    error = linear_model(found.rig, 16).omega[:5] / linear_model(real, 16).omega[:5] - 1
+    record = Record("loud", "identify", drawn, FS, channels, band=(5.0, 220.0))
+    update = update_rig(Dataset(drawn, (record,)), as_drawn=True)
+    error = linear_model(update.rig, 16).omega[:5] / linear_model(real, 16).omega[:5] - 1
     assert abs(error[0]) < 5e-3 and np.abs(error[1:]).max() < 2e-3
 
 
@@ -135,11 +135,11 @@ def test_no_more_sensors_than_clearances_is_refused(rig):
 def test_other_benches(name):
     """As on the whole bench."""
     bench = NAMED[name]()
-    found = updated(bench, 12.0)
-    errors = np.abs(frequency_errors(bench, found.rig))
+    update = updated(bench, 12.0)
+    errors = np.abs(frequency_errors(bench, update.rig))
     assert errors[0] < 0.005 and errors[1:].max() < 0.002
-    assert found.probes == bool(bench.probes)
-    assert bool(bench.probes) != any("without probes" in words for words in found.warnings)
+    assert update.probes == bool(bench.probes)
+    assert bool(bench.probes) != any("without probes" in words for words in update.warnings)
 
 
 @pytest.mark.slow
@@ -150,11 +150,11 @@ def test_force_excitation(rig):
     push = excitation.random(8.0, FS, (5.0, 220.0), rms=0.3, seed=2, kind="force")
     record, _ = record_of(real.replace(beam=beam), push, ConstantLaw(np.full(2, 1e4), np.zeros(2)))
     record = Record("ramp", "identify", real, FS, record.channels, "force", band=(5.0, 220.0))
-    found = update_rig(Dataset(real, (record,)), as_drawn=True)
+    update = update_rig(Dataset(real, (record,)), as_drawn=True)
     truth = natural_frequencies(real.replace(beam=beam), 4)
-    np.testing.assert_allclose(natural_frequencies(found.rig, 4), truth, rtol=6e-3)
-    distance = np.log(found.values["beam.young_modulus"] / beam.young_modulus)
-    std = dict(zip(found.estimates.names, found.estimates.varied_std))["beam.young_modulus"]
+    np.testing.assert_allclose(natural_frequencies(update.rig, 4), truth, rtol=6e-3)
+    distance = np.log(update.values["beam.young_modulus"] / beam.young_modulus)
+    std = dict(zip(update.estimates.names, update.estimates.varied_std))["beam.young_modulus"]
     assert abs(distance) < 2 * std < 0.02
 
 

@@ -23,7 +23,7 @@ def test_windows_are_pieces_of_the_record(record):
         first = round(SETTLE * record.fs) + i * windows.step
         part = slice(first, first + windows.step)
         for name in ("displacement", "velocity", "force", "ends"):
-            own, all_ = getattr(force, name)[..., force.valid], getattr(whole, name)[..., part]
-            error = np.sqrt(np.mean((own - all_) ** 2) / np.mean(all_**2))
+            window, all_ = getattr(force, name)[..., force.valid], getattr(whole, name)[..., part]
+            error = np.sqrt(np.mean((window - all_) ** 2) / np.mean(all_**2))
             assert error < 5e-3, (name, i)
         assert force.force_std == pytest.approx(whole.force_std, rel=0.1)

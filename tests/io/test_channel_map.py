@@ -16,8 +16,8 @@ def raw(name, quantity=UNKNOWN, unit=""):
 
 
 def test_units_places_and_signs():
-    found = cm.ChannelMap({"A": "acc:3:-Z [g]", "B": "base", "T": "skip", "P": "disp:6 [0.5 mm]"})
-    a, b, p = found.apply([raw("A"), raw("B", "acceleration"), raw("T"), raw("P")])
+    channels = cm.ChannelMap({"A": "acc:3:-Z [g]", "B": "base", "T": "skip", "P": "disp:6 [0.5 mm]"})
+    a, b, p = channels.apply([raw("A"), raw("B", "acceleration"), raw("T"), raw("P")])
     assert (a.label, a.quantity, a.value.tolist()) == ("3:-Z", "acceleration", (9.80665 * VALUE).tolist())
     assert (b.label, b.value.tolist()) == ("100:+Z", VALUE.tolist())
     assert (p.label, p.quantity, p.value.tolist()) == ("6:+Z", "displacement", (0.5e-3 * VALUE).tolist())
@@ -26,8 +26,8 @@ def test_units_places_and_signs():
 def test_a_unit_of_the_map_goes_before_that_of_the_file():
     """Numbers that the file says to be in mm/s², read as SI units, are in g."""
     read = dataclasses.replace(raw("A", "acceleration", "mm/s^2"), value=VALUE * 1e-3)
-    (found,) = cm.ChannelMap({"A": "acc:1 [g]"}).apply([read])
-    assert np.allclose(found.value, 9.80665 * VALUE, rtol=1e-15)
+    (channel,) = cm.ChannelMap({"A": "acc:1 [g]"}).apply([read])
+    assert np.allclose(channel.value, 9.80665 * VALUE, rtol=1e-15)
 
 
 def test_the_file_holds_names_and_reasons(tmp_path):

@@ -19,7 +19,7 @@ TIME = np.arange(N) / FS
 VALUE = np.sin(np.arange(3 * N)).reshape(3, N)
 
 
-def told(channels):
+def described(channels):
     return [(c.name, c.quantity, c.unit, c.fs, c.start, c.size) for c in channels]
 
 
@@ -41,7 +41,7 @@ def test_signals_of_simcenter(tmp_path):
          "Signal_1": simcenter(VALUE[0], "lbf")},
     )  # fmt: skip
     channels = cm.read(tmp_path / "a.mat")
-    assert told(channels) == [
+    assert described(channels) == [
         *((f"P1:+{axis}", "acceleration", "", FS, 0.5, N) for axis in "XYZ"), ("Signal_1", "force", "", FS, 0.5, N),
     ]  # fmt: skip
     np.testing.assert_allclose([c.value for c in channels[:3]], G * VALUE, rtol=1e-15)
@@ -71,7 +71,7 @@ def test_channels_of_bruel_and_kjaer(tmp_path):
         held |= {f"Channel_{i}_Header": {"SignalName": name, "Unit": unit}, f"Channel_{i}_Data": VALUE[i]}
     scipy.io.savemat(tmp_path / "a.mat", held)
     channels = cm.read(tmp_path / "a.mat")
-    assert told(channels) == [("Hammer", "force", "", FS, 0.0, N), ("Tip", "acceleration", "", FS, 0.0, N)]
+    assert described(channels) == [("Hammer", "force", "", FS, 0.0, N), ("Tip", "acceleration", "", FS, 0.0, N)]
     np.testing.assert_array_equal([c.value for c in channels], VALUE[1:])
 
 
@@ -93,16 +93,16 @@ def test_a_structure_for_each_channel(tmp_path, rate, many):
             array[i] = tuple(channel.values())
         held = {"channels": array}
     scipy.io.savemat(tmp_path / "a.mat", held)
-    found = cm.read(tmp_path / "a.mat")
-    assert told(found) == [("A 1", "acceleration", "", FS, 0.0, N), ("F", "force", "", FS, 0.0, N)]
-    np.testing.assert_allclose(found[0].value, G * VALUE[0], rtol=1e-15)
+    read = cm.read(tmp_path / "a.mat")
+    assert described(read) == [("A 1", "acceleration", "", FS, 0.0, N), ("F", "force", "", FS, 0.0, N)]
+    np.testing.assert_allclose(read[0].value, G * VALUE[0], rtol=1e-15)
 
 
 def test_a_structure_of_vectors_with_one_time(tmp_path):
     scipy.io.savemat(
         tmp_path / "a.mat", {"run": {"time": 1 + TIME, "Acc": VALUE[0], "Prox": VALUE[1], "limits": [0.0, 1.0]}}
     )
-    assert told(cm.read(tmp_path / "a.mat")) == [
+    assert described(cm.read(tmp_path / "a.mat")) == [
         ("Acc", "unknown", "", FS, 1.0, N),
         ("Prox", "unknown", "", FS, 1.0, N),
     ]
@@ -111,7 +111,7 @@ def test_a_structure_of_vectors_with_one_time(tmp_path):
 def test_a_structure_without_a_rate(tmp_path):
     scipy.io.savemat(tmp_path / "a.mat", {"run": {"data": VALUE[0], "unit": "g"}})
     assert_refused(r'"run": does not say its sampling interval or rate; give .* \(--fs\)', cm.read, tmp_path / "a.mat")
-    assert told(cm.read(tmp_path / "a.mat", fs=FS)) == [("run", "acceleration", "", FS, 0.0, N)]
+    assert described(cm.read(tmp_path / "a.mat", fs=FS)) == [("run", "acceleration", "", FS, 0.0, N)]
 
 
 def test_other_programs_hdf5(tmp_path):
@@ -125,9 +125,9 @@ def test_other_programs_hdf5(tmp_path):
         slow["time"].attrs["units"], slow["F"].attrs["units"] = "ms", np.bytes_("lbf")
         file["text"] = "a note"
     with pytest.warns(RecordNote, match="several rates"):
-        found = cm.read(tmp_path / "a.h5")
-    assert told(found) == [("A 1", "acceleration", "", FS, 0.0, N), ("F", "force", "", FS / 2, 0.0, N // 2)]
-    np.testing.assert_allclose(found[1].value, 4.4482216152605 * VALUE[1, ::2], rtol=1e-12)
+        channels = cm.read(tmp_path / "a.h5")
+    assert described(channels) == [("A 1", "acceleration", "", FS, 0.0, N), ("F", "force", "", FS / 2, 0.0, N // 2)]
+    np.testing.assert_allclose(channels[1].value, 4.4482216152605 * VALUE[1, ::2], rtol=1e-12)
 
 
 def test_hdf5_without_time_records(tmp_path):
@@ -158,12 +158,12 @@ def rattlesnake(path):
 def test_rattlesnake(tmp_path):
     """Channels are placed by the table of channels; what was wanted is none."""
     rattlesnake(tmp_path / "a.nc4")
-    found = cm.read(tmp_path / "a.nc4")
-    assert [(c.label, c.quantity, c.unit, c.fs) for c in found] == [
+    channels = cm.read(tmp_path / "a.nc4")
+    assert [(c.label, c.quantity, c.unit, c.fs) for c in channels] == [
         ("101:+Z", "acceleration", "", FS), ("102:-X", "acceleration", "", FS), ("0:S", "unknown", "V", FS),
     ]  # fmt: skip
-    np.testing.assert_allclose([c.value for c in found], VALUE * [[G], [1], [1]], rtol=1e-15)
-    assert found[2].name == "drive"
+    np.testing.assert_allclose([c.value for c in channels], VALUE * [[G], [1], [1]], rtol=1e-15)
+    assert channels[2].name == "drive"
 
 
 def test_what_we_write_as_nc4_is_ours(tmp_path):
@@ -184,7 +184,7 @@ def test_sep005_out_and_in():
         assert held.fs == FS
     assert [(one["name"], one["unit_str"]) for one in series] == [("acc:3:-Z", "m/s2"), ("U", "V")]
     back = from_sep005(series)
-    assert told(back) == [("acc:3:-Z", "acceleration", "", FS, 0.25, N), ("U", "unknown", "V", FS, 0.25, N)]
+    assert described(back) == [("acc:3:-Z", "acceleration", "", FS, 0.25, N), ("U", "unknown", "V", FS, 0.25, N)]
     assert back[0].label == "3:-Z"
     np.testing.assert_array_equal([c.value for c in back], VALUE[:2])
 
@@ -202,7 +202,7 @@ def test_sep005_of_others(when):
         }
     ]
     (channel,) = from_sep005(series)
-    assert told([channel]) == [("Prox X", "displacement", "", FS, 0.0, N)]
+    assert described([channel]) == [("Prox X", "displacement", "", FS, 0.0, N)]
     np.testing.assert_allclose(channel.value, 2.54e-5 * VALUE[0], rtol=1e-12)
     with pytest.raises(cm.RecordError, match='"Prox X": does not say its sampling interval or rate'):
         from_sep005([{"data": VALUE[0], "name": "Prox X", "unit_str": "mil"}])

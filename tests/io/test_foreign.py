@@ -21,9 +21,9 @@ WHY = f"no folder of files of other programs at {FOLDER}; CLEARANCE_FOREIGN_FILE
 
 def holding(*kinds):
     """Files with data sets of some kinds, all without one."""
-    found = [path for path in FILES if not kinds or kinds_of(path) & {*kinds}]
-    found = found or [pytest.param(None, marks=pytest.mark.skip(reason=WHY))]
-    return pytest.mark.parametrize("path", found, ids=lambda path: path and path.name)
+    paths = [path for path in FILES if not kinds or kinds_of(path) & {*kinds}]
+    paths = paths or [pytest.param(None, marks=pytest.mark.skip(reason=WHY))]
+    return pytest.mark.parametrize("path", paths, ids=lambda path: path and path.name)
 
 
 def kinds_of(path):
@@ -39,14 +39,14 @@ def parts(path):
     """Everything that is read of a file, by kind."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FileWarning)
-        found = cm.read(path)
-    if isinstance(found, FileContents):
-        return found
-    name = {list: "channels", cm.FRF: "frfs"}.get(type(found), type(found).__name__.lower())
-    values = {"channels": tuple(found)} if isinstance(found, list) else {}
+        contents = cm.read(path)
+    if isinstance(contents, FileContents):
+        return contents
+    name = {list: "channels", cm.FRF: "frfs"}.get(type(contents), type(contents).__name__.lower())
+    values = {"channels": tuple(contents)} if isinstance(contents, list) else {}
     names = {"frfs": "frfs", "spectra": "spectra", "modes": "mode_sets"}
-    values |= {names[name]: (found,)} if name in names else {}
-    values |= {"geometry": found} if name == "geometry" else {}
+    values |= {names[name]: (contents,)} if name in names else {}
+    values |= {"geometry": contents} if name == "geometry" else {}
     return FileContents(**values)
 
 
@@ -74,21 +74,21 @@ def test_everything_that_can_be_used_is_read(path):
             cm.read(path)
         assert all(f"{kind} (" in str(caught.value) for kind in kinds)
         return
-    found = parts(path)
-    count = len(found.channels) + sum(len(f.functions) for f in found.frfs) + sum(len(s.value) for s in found.spectra)
-    coherences = sum(np.isfinite(f.coherence).any(axis=2).sum() for f in found.frfs if f.coherence is not None)
-    assert count + coherences == len(functions) and bool(found.mode_sets) == modal
-    assert (found.geometry is not None) == bool(kinds & GEOMETRY)
+    read = parts(path)
+    count = len(read.channels) + sum(len(f.functions) for f in read.frfs) + sum(len(s.value) for s in read.spectra)
+    coherences = sum(np.isfinite(f.coherence).any(axis=2).sum() for f in read.frfs if f.coherence is not None)
+    assert count + coherences == len(functions) and bool(read.mode_sets) == modal
+    assert (read.geometry is not None) == bool(kinds & GEOMETRY)
 
 
-def numbers(found):
+def numbers(contents):
     """Every function that was read: abscissa (None: of a record, whose rate is rounded) and values."""
-    yield from ((None, channel.value) for channel in found.channels)
-    for frf in found.frfs:
+    yield from ((None, channel.value) for channel in contents.channels)
+    for frf in contents.frfs:
         yield from ((frf.frequency, value) for value in frf.functions)
         coherences = () if frf.coherence is None else frf.coherence[:, 0]
         yield from ((frf.frequency, value) for value in coherences)
-    yield from ((spectra.abscissa, value) for spectra in found.spectra for value in spectra.value)
+    yield from ((spectra.abscissa, value) for spectra in contents.spectra for value in spectra.value)
 
 
 def same(ours, theirs):
@@ -111,53 +111,53 @@ def test_functions_are_pyuffs(path):
     ours = [*numbers(parts(path))]
     for one, function in zip(theirs, functions):
         value = one["data"][: function.size]
-        found = next((x for x, y in ours if same(y, value)), False)
-        assert found is not False, f"data set {function.number}"
-        if found is not None and one["x"] is not None:
+        match = next((x for x, y in ours if same(y, value)), False)
+        assert match is not False, f"data set {function.number}"
+        if match is not None and one["x"] is not None:
             # pyuff adds up the steps of even abscissas in another order.
-            np.testing.assert_allclose(found, one["x"][: function.size], rtol=1e-12, atol=1e-12)
+            np.testing.assert_allclose(match, one["x"][: function.size], rtol=1e-12, atol=1e-12)
 
 
 @holding(*GEOMETRY)
 def test_geometry_is_pyuffs(path):
     sets = [one for one in pyuffs(path) if one["type"] in GEOMETRY]
-    found = parts(path).geometry
+    geometry = parts(path).geometry
     nodes = [one for one in sets if one["type"] in (15, 2411)]
     numbers_of_nodes = np.concatenate([np.ravel(one["node_nums"]) for one in nodes]) if nodes else []
-    np.testing.assert_array_equal(found.numbers, numbers_of_nodes)
+    np.testing.assert_array_equal(geometry.numbers, numbers_of_nodes)
     if nodes:  # every system of definition in these files is the global one
         position = np.concatenate([np.stack([one[axis] for axis in "xyz"], axis=1) for one in nodes])
-        np.testing.assert_array_equal(found.position, position)
+        np.testing.assert_array_equal(geometry.position, position)
     lines = [one for one in sets if one["type"] == 82]
-    assert [line for line in found.lines] == [tuple(map(int, one["nodes"][: int(one["n_nodes"])])) for one in lines]
+    assert [line for line in geometry.lines] == [tuple(map(int, one["nodes"][: int(one["n_nodes"])])) for one in lines]
     elements = {
         (e["element_nums"], e["fe_descriptor"], *e["nodes_nums"])
         for one in sets if one["type"] == 2412
         for kind, of_kind in one.items() if isinstance(kind, int) for e in of_kind
     }  # fmt: skip
-    assert {(e.number, e.kind, *e.nodes) for e in found.elements} == elements
+    assert {(e.number, e.kind, *e.nodes) for e in geometry.elements} == elements
     local = [one for one in sets if one["type"] == 18]
-    assert [s.origin for s in found.systems if local] == [tuple(o) for one in local for o in one["ref_o"]]
+    assert [s.origin for s in geometry.systems if local] == [tuple(o) for one in local for o in one["ref_o"]]
     for one in sets:
         if one["type"] == 2420:
-            np.testing.assert_array_equal([np.vstack((s.axes, s.origin)) for s in found.systems], one["CS_matrices"])
+            np.testing.assert_array_equal([np.vstack((s.axes, s.origin)) for s in geometry.systems], one["CS_matrices"])
 
 
 @holding(55)
 def test_modes_are_pyuffs(path):
     """Translations of data sets 55; pyuff has the eigenvalue of complex modes, and 2414 as one array at each node."""
     sets = [one for one in pyuffs(path) if one["type"] == 55 and one["analysis_type"] in (2, 3, 7)]
-    (found,) = parts(path).mode_sets
+    (modes,) = parts(path).mode_sets
 
     def of(one):
         return abs(one["eig"]) / 2 / np.pi if "eig" in one else one["freq"]
 
     sets.sort(key=of)
-    np.testing.assert_allclose(found.frequency, [of(one) for one in sets], rtol=1e-14)
-    for column, one in zip(found.shape.T, sets):
+    np.testing.assert_allclose(modes.frequency, [of(one) for one in sets], rtol=1e-14)
+    for column, one in zip(modes.shape.T, sets):
         their = {f"{int(node)}:+{axis}": one[f"r{i}"][row]
                  for row, node in enumerate(one["node_nums"]) for i, axis in enumerate("XYZ", 1)}  # fmt: skip
-        np.testing.assert_array_equal(column, [their[dof] for dof in found.responses])
+        np.testing.assert_array_equal(column, [their[dof] for dof in modes.responses])
 
 
 @pytest.mark.skipif(not FILES, reason=WHY)

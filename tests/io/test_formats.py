@@ -88,12 +88,12 @@ def matrix(rng, coherence=True):
 def parts(rng, coherence=True):
     """One for each reference."""
     responses = {"5:+Z": ("1:+Z", "2:-X", "5:+Z"), "7:-Z": ("5:+Z", "2:-X"), "200:+Z": ("9:+Z",)}
-    found = []
+    all_parts = []
     for reference, labels in responses.items():
         value = rng.standard_normal((len(labels), 30)) + 1j * rng.standard_normal((len(labels), 30))
         known = rng.random(value.shape) if coherence else None
-        found.append(FRF(np.geomspace(5, 220, 30), value, known, labels, (reference,), "acceleration/force"))
-    return found
+        all_parts.append(FRF(np.geomspace(5, 220, 30), value, known, labels, (reference,), "acceleration/force"))
+    return all_parts
 
 
 @pytest.mark.parametrize("coherence", [True, False])

@@ -51,14 +51,14 @@ def silent(tmp_path, recwarn):
     return silent
 
 
-def told(channels):
+def described(channels):
     return [(c.name, c.quantity, c.unit) for c in channels]
 
 
 def test_raw_channels_have_their_names_and_the_quantity_of_their_unit(silent):
     head = ["Time (s),Accel_X (m/s^2),Accel 3 [g],F [kN],probe (µm),v / (mm/s),U [mV],Trigger"]
     channels = silent(lines(TIME, *6 * [A], B, head=head))
-    assert told(channels) == [
+    assert described(channels) == [
         ("Accel_X", "acceleration", ""), ("Accel 3", "acceleration", ""), ("F", "force", ""),
         ("probe", "displacement", ""), ("v", "velocity", ""), ("U", "unknown", "mV"), ("Trigger", "unknown", ""),
     ]  # fmt: skip
@@ -118,7 +118,7 @@ def test_german_logger(read, encoding, said, end):
     text = lines(*map(commas, (TIME, A, B)), separator=";", head=[*METADATA, "Zeit;Kanal 1;Kanal 2", "s;m/s²;°C"])
     text = text.replace("\n", end)
     channels, note = read("\ufeff" * (encoding == "utf-16-be") + text, encoding)
-    assert told(channels) == [("Kanal 1", "acceleration", ""), ("Kanal 2", "unknown", "°C")]
+    assert described(channels) == [("Kanal 1", "acceleration", ""), ("Kanal 2", "unknown", "°C")]
     np.testing.assert_array_equal([c.value for c in channels], [FIRST, SECOND])
     assert channels[0].fs == 2048.0
     assert note == f"{said}decimal commas; separator ';'; header in line 5; units in line 6"
@@ -224,7 +224,7 @@ def test_time_stamps(read, name):
 
 def test_date_beside_a_clock_time(read):
     channels, note = read(lines(N * ["10/23/2023"], [f"10:00:{i:02}.5" for i in range(N)], A, head=["Date,Time,A [g]"]))
-    assert (told(channels), channels[0].fs) == ([("A", "acceleration", "")], 1.0)
+    assert (described(channels), channels[0].fs) == ([("A", "acceleration", "")], 1.0)
     assert note == 'time begins at 10:00:00.5; left out "Date", which is dates or clock times'
 
 
@@ -232,7 +232,7 @@ def test_what_is_no_channel_is_left_out_and_said(read):
     slow = ["20.1" if i % 10 == 0 else "" for i in range(N)]
     text = lines(map(str, range(N)), TIME, A, N * ["OK"], slow, N * [""], N * [""], head=["No.,Time,A,State,Temp,Gap,"])
     channels, note = read(text)
-    assert told(channels) == [("A", "unknown", "")]
+    assert described(channels) == [("A", "unknown", "")]
     assert note == (
         'left out "No.", which counts the samples; left out "State", which is text; left out "Temp", which lacks 36 '
         'of 40 numbers, the first in line 3; left out "Gap", which is empty'
@@ -240,7 +240,7 @@ def test_what_is_no_channel_is_left_out_and_said(read):
 
 
 def test_trailing_separators_are_no_columns(silent):
-    assert told(silent(lines(TIME, A, N * [""], N * [""], head=["Time,A"]))) == [("A", "unknown", "")]
+    assert described(silent(lines(TIME, A, N * [""], N * [""], head=["Time,A"]))) == [("A", "unknown", "")]
 
 
 @pytest.mark.parametrize("end", ["0.8,3", "\nEnd of data", "Mean,1.5"])

@@ -24,7 +24,7 @@ VALUE = np.sin(np.arange(N))
 WAVE = {"wf_increment": 1 / 2048, "wf_start_offset": 0.25, "unit_string": "g"}
 
 
-def told(channels):
+def described(channels):
     return [(c.name, c.quantity, c.unit, c.fs, c.start, c.size) for c in channels]
 
 
@@ -32,7 +32,7 @@ def test_waveforms_of_a_tdms_file(tmp_path):
     path = tdms(tmp_path, ChannelObject("bench", "Accel 3", VALUE, WAVE),
                 ChannelObject("bench", "U", VALUE.astype("f4"), WAVE | {"unit_string": "mV"}))  # fmt: skip
     accel, voltage = cm.read(path)
-    assert told((accel, voltage)) == [
+    assert described((accel, voltage)) == [
         ("Accel 3", "acceleration", "", 2048.0, 0.25, N), ("U", "unknown", "mV", 2048.0, 0.25, N),
     ]  # fmt: skip
     assert (accel.node, accel.direction) == NOWHERE
@@ -57,7 +57,7 @@ def test_groups_of_other_rates_and_a_channel_of_time(tmp_path):
                 ChannelObject("timed", "words", ["one", "two"]))  # fmt: skip
     with pytest.warns(RecordNote) as said:
         channels = cm.read(path)
-    assert told(channels) == [
+    assert described(channels) == [
         ("fast/A", "acceleration", "", 2048.0, 0.25, N), ("slow/A", "force", "", 10.0, 0.25, 5),
         ("B", "unknown", "", 8.0, 0.0, 4),
     ]  # fmt: skip
@@ -81,7 +81,7 @@ def test_groups_and_conversions_of_an_mdf_file(tmp_path):
     path = mdf(tmp_path, fast, [Signal(VALUE[:5], slow, "°C", "Oil")])
     with pytest.warns(RecordNote, match="channels of several rates or lengths: 1 at 10 Hz, 2 at 2048 Hz"):
         accel, force, oil = cm.read(path)
-    assert told((accel, force, oil)) == [
+    assert described((accel, force, oil)) == [
         ("Accel 3", "acceleration", "", 2048.0, 0.25, N), ("F", "force", "", 2048.0, 0.25, N),
         ("Oil", "unknown", "°C", 10.0, 0.0, 5),
     ]  # fmt: skip
@@ -102,7 +102,7 @@ def test_mdf_at_uneven_times(tmp_path):
 def test_other_versions_of_mdf(tmp_path, version):
     group = [Signal(VALUE, np.arange(N) / 64, "g", "A"), Signal(np.arange(N, dtype="u2"), np.arange(N) / 64, "V", "B")]
     one, other = cm.read(mdf(tmp_path, group, version=version))
-    assert told((one, other)) == [("A", "acceleration", "", 64.0, 0.0, N), ("B", "unknown", "V", 64.0, 0.0, N)]
+    assert described((one, other)) == [("A", "acceleration", "", 64.0, 0.0, N), ("B", "unknown", "V", 64.0, 0.0, N)]
     np.testing.assert_array_equal(one.value, 9.80665 * VALUE)
     np.testing.assert_array_equal(other.value, np.arange(N))
 
@@ -190,13 +190,13 @@ UNITS = {"acceleration": "m/s2", "force": "N", "displacement": "m", "unknown": "
 def drawn(seed):
     rng = np.random.default_rng(seed)
     fs, start = rng.choice([1.0, 512.0, 1000 / 3, 2048.0, 51200.0]), rng.choice([0.0, 0.25, 1e4])
-    size, found = rng.integers(4, 500), []
+    size, channels = rng.integers(4, 500), []
     for i in range(rng.integers(1, 6)):
         quantity = str(rng.choice([*UNITS]))
         place = (i + 1, "+Z") if quantity != "unknown" and rng.random() < 0.5 else NOWHERE
         value, unit = rng.standard_normal(size) * 10.0 ** rng.uniform(-12, 12), "mV" * (quantity == "unknown")
-        found.append(cm.Channel(f"Sensor {i}, ä", *place, quantity, value, float(fs), float(start), unit))
-    return found
+        channels.append(cm.Channel(f"Sensor {i}, ä", *place, quantity, value, float(fs), float(start), unit))
+    return channels
 
 
 def of_csv(path):
@@ -224,14 +224,14 @@ def of_hdf5(path):
 
 
 def of_tdms(path):
-    found = TdmsFile.read(path).groups()[0].channels()
-    return [c[:] for c in found], found[0].time_track()
+    channels = TdmsFile.read(path).groups()[0].channels()
+    return [c[:] for c in channels], channels[0].time_track()
 
 
 def of_mdf(path):
     with MDF(path) as file:
-        found = [*file.iter_channels()]
-        return [signal.samples.copy() for signal in found], found[0].timestamps.copy()
+        channels = [*file.iter_channels()]
+        return [signal.samples.copy() for signal in channels], channels[0].timestamps.copy()
 
 
 OTHERS = {"csv": of_csv, "mat": of_mat, "nc": of_netcdf, "h5": of_hdf5, "tdms": of_tdms, "mf4": of_mdf}
@@ -246,8 +246,8 @@ def test_others_read_what_we_write(tmp_path, suffix, seed):
     values, time = OTHERS[suffix](path)
     np.testing.assert_allclose(time, channels[0].time, rtol=1e-14 * (suffix == "tdms"))
     again = formats.read(path)
-    for found in (values, [c.value for c in again]):
-        np.testing.assert_array_equal(found, [c.value for c in channels])
+    for by_other in (values, [c.value for c in again]):
+        np.testing.assert_array_equal(by_other, [c.value for c in channels])
     assert [(c.label, c.quantity, c.unit) for c in again] == [(c.label, c.quantity, c.unit) for c in channels]
     assert [c.fs for c in again] == pytest.approx([c.fs for c in channels], rel=1e-6)
 
@@ -257,8 +257,8 @@ def test_units_are_where_others_look_for_them(tmp_path):
                 cm.Channel("U", *NOWHERE, "unknown", VALUE, 64.0, 0, "mV")]  # fmt: skip
     for suffix in ("tdms", "mf4"):
         formats.write(tmp_path / f"a.{suffix}", channels)
-    found = TdmsFile.read(tmp_path / "a.tdms").groups()[0].channels()
-    assert [(c.name, c.properties["unit_string"], c.properties["wf_increment"]) for c in found] == [
+    read = TdmsFile.read(tmp_path / "a.tdms").groups()[0].channels()
+    assert [(c.name, c.properties["unit_string"], c.properties["wf_increment"]) for c in read] == [
         ("A", "m/s2", 1 / 64), ("U", "mV", 1 / 64),
     ]  # fmt: skip
     with MDF(tmp_path / "a.mf4") as file:

@@ -34,9 +34,9 @@ def test_a_derivative_that_engines_do_not_compute_is_refused() -> None:
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_a_channel_comes_back_with_its_type(tmp_path: Path, quantity: str) -> None:
     cm.write_uff(tmp_path / "one.uff", [cm.Channel("one", 3, "+RY", quantity, NOISE[0], 512.0)])
-    (found,) = cm.read_uff(tmp_path / "one.uff")
-    assert (found.quantity, found.label) == (quantity, "3:+RY")
-    assert_allclose(found.value, NOISE[0], rtol=1e-6)
+    (channel,) = cm.read_uff(tmp_path / "one.uff")
+    assert (channel.quantity, channel.label) == (quantity, "3:+RY")
+    assert_allclose(channel.value, NOISE[0], rtol=1e-6)
     header = (tmp_path / "one.uff").read_bytes().decode("latin-1").splitlines()
     line = next(i for i, text in enumerate(header) if text.startswith("        17"))  # of the abscissa
     assert int(header[line + 1][:10]) == CODES[quantity]
@@ -50,16 +50,16 @@ def test_a_channel_comes_back_with_its_type(tmp_path: Path, quantity: str) -> No
 def test_a_header_with_a_unit_says_the_quantity(tmp_path: Path, label: str, quantity: str, size: float) -> None:
     assert quantity_of(label) == (quantity, pytest.approx(size))
     (tmp_path / "log.csv").write_text(f"time [s],CH1 [{label}]\n0.0,1.0\n0.1,2.0\n0.2,3.0\n", encoding="utf-8")
-    (found,) = read_csv(tmp_path / "log.csv")
-    assert found.quantity == quantity
-    assert_allclose(found.value, size * np.array([1.0, 2.0, 3.0]))
+    (channel,) = read_csv(tmp_path / "log.csv")
+    assert channel.quantity == quantity
+    assert_allclose(channel.value, size * np.array([1.0, 2.0, 3.0]))
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".mat", ".uff", ".nc"])
 def test_a_response_of_every_quantity_comes_back(tmp_path: Path, suffix: str) -> None:
     formats.write(tmp_path / f"all{suffix}", MANY)
-    found = cm.read(tmp_path / f"all{suffix}")
-    channels = formats.to_channels(found) if isinstance(found, cm.Response) else found
+    contents = cm.read(tmp_path / f"all{suffix}")
+    channels = formats.to_channels(contents) if isinstance(contents, cm.Response) else contents
     assert [c.quantity for c in channels] == ["force", *QUANTITIES]
     assert_allclose([c.value for c in channels[1:]], NOISE, rtol=1e-5)
     if suffix == ".csv":
@@ -67,7 +67,7 @@ def test_a_response_of_every_quantity_comes_back(tmp_path: Path, suffix: str) ->
         assert all(f"{known.prefix}:{i + 1} [{next(iter(UNITS[name]))}]" in header
                    for i, (name, known) in enumerate(QUANTITIES.items()))  # fmt: skip
     if suffix == ".nc":
-        assert found == MANY
+        assert contents == MANY
 
 
 def test_a_response_of_accelerations_is_written_as_before() -> None:
@@ -84,12 +84,12 @@ def test_each_response_of_an_frf_has_its_quantity(tmp_path: Path, suffix: str) -
     assert dict(zip(QUANTITIES, frf.units))["velocity"] == "m/s/N"
     assert dict(zip(QUANTITIES, frf.units))["strain"] == "m/m/N"
     formats.write(tmp_path / f"frf{suffix}", frf)
-    found = cm.read(tmp_path / f"frf{suffix}")
-    if isinstance(found, cm.FRF):  # a universal file holds them one by one
-        assert found.row_quantities == frf.row_quantities
-        assert_allclose(found.functions, frf.functions, rtol=1e-9)
+    contents = cm.read(tmp_path / f"frf{suffix}")
+    if isinstance(contents, cm.FRF):  # a universal file holds them one by one
+        assert contents.row_quantities == frf.row_quantities
+        assert_allclose(contents.functions, frf.functions, rtol=1e-9)
     else:
-        assert {part.quantity for part in found.frfs} == {*frf.row_quantities}
+        assert {part.quantity for part in contents.frfs} == {*frf.row_quantities}
 
 
 def test_mobility_and_receptance_are_accelerance_over_frequency() -> None:

@@ -37,12 +37,12 @@ def channels(rig, angle, without=()):
 def test_the_angle_of_a_shaft(rate):
     """Pulses of a known ramp give its angle within 0.2 degrees, and its speed, between the first and the last mark."""
     angle = 1.0 + 40.0 * TIME + rate / 2 * TIME**2
-    found = turning_of_pulses(3.0 * pulses(angle) - 1.0, FS)
-    inside = (TIME >= found.marks[0]) & (TIME <= found.marks[-1])
-    error = found.angle - angle
+    rotation = turning_of_pulses(3.0 * pulses(angle) - 1.0, FS)
+    inside = (TIME >= rotation.marks[0]) & (TIME <= rotation.marks[-1])
+    error = rotation.angle - angle
     assert np.abs(error - 2 * np.pi * np.round(error[inside].mean() / (2 * np.pi)))[inside].max() < 0.2 * np.pi / 180
-    assert np.abs(found.speed - 40.0 - rate * TIME)[inside].max() < 0.1
-    assert np.array_equal(turning_of_pulses(pulses(angle), FS, -1.0).angle, -found.angle)
+    assert np.abs(rotation.speed - 40.0 - rate * TIME)[inside].max() < 0.1
+    assert np.array_equal(turning_of_pulses(pulses(angle), FS, -1.0).angle, -rotation.angle)
 
 
 def test_a_record_along_y_of_a_shaft_that_turns(rig, tmp_path):
@@ -118,10 +118,10 @@ def test_several_pulses_in_a_turn(rig, slots, uneven, spin):
     """The angle between marks is that of the shaft, wherever the slots are."""
     angle = 1.0 + spin.angle_at(TIME)
     several = sum(pulses(angle - 2 * np.pi * k / slots - uneven * (k == 1)) for k in range(slots))
-    found = turning(rig, several, dataclasses.replace(spin, pulses=slots))
-    inside = (TIME >= found.marks[0]) & (TIME <= found.marks[-1])
-    assert np.ptp((found.angle - angle)[inside]) < 0.4 * np.pi / 180
-    assert np.abs(found.speed - spin.speed_at(TIME))[inside].max() < 0.02 * spin.fastest
+    rotation = turning(rig, several, dataclasses.replace(spin, pulses=slots))
+    inside = (TIME >= rotation.marks[0]) & (TIME <= rotation.marks[-1])
+    assert np.ptp((rotation.angle - angle)[inside]) < 0.4 * np.pi / 180
+    assert np.abs(rotation.speed - spin.speed_at(TIME))[inside].max() < 0.02 * spin.fastest
 
 
 @pytest.mark.parametrize("spin", [RAMP, Spin(60.0), Spin(-60.0)])

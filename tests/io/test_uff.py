@@ -88,8 +88,8 @@ def test_other_data_sets_are_passed_over(write):
     assert tip.label == "3:+Z"
     path = write(others + nodes + by_hand(ROWS, kind=2, axis=18) + by_hand(ROWS))
     (tip,) = read_uff(path)
-    found = read(path)
-    assert [*found.parts] == ["channels", "spectra", "geometry"] and found.channels[0].label == "3:+Z"
+    contents = read(path)
+    assert [*contents.parts] == ["channels", "spectra", "geometry"] and contents.channels[0].label == "3:+Z"
 
 
 def test_units_of_the_file_are_brought_to_si(write):
@@ -183,9 +183,9 @@ def test_reference_of_a_coherence(write):
     """Beside FRFs to one reference it need not be told; beside several it stands alone if it is none of theirs."""
     one = frf_by_hand() + coherence_by_hand(8, 0)
     assert read_uff(write(one)).coherence.shape == (1, 1, 2)
-    found = read(write(one + frf_by_hand(dof=(8, 3, 6, 3))))
-    assert found.frf.coherence is None and found.frf.references == ("5:+Z", "6:+Z")
-    assert (found.spectra[0].kind, found.spectra[0].labels) == ("coherence", ("8:+Z",))
+    contents = read(write(one + frf_by_hand(dof=(8, 3, 6, 3))))
+    assert contents.frf.coherence is None and contents.frf.references == ("5:+Z", "6:+Z")
+    assert (contents.spectra[0].kind, contents.spectra[0].labels) == ("coherence", ("8:+Z",))
 
 
 def test_coherence_of_some_responses_only(write):

@@ -138,11 +138,11 @@ def test_lines_of_a_sweep_down(write):
     layout = {"spacing": 0, "count": 3, "axis": 18, "dof": (8, 3, 5, 3), "denominator": 13}
     frf = by_hand(rows, kind=4, ordinate=6, **layout)
     coherence = by_hand(["".join(f"{f:13.5E}{f / 10:13.5E}" for f in (9.0, 4.0, 1.0))], kind=6, **layout)
-    found = cm.read(write(frf + coherence + by_hand(rows, kind=12, ordinate=6, **layout)))
-    np.testing.assert_array_equal(found.frf.frequency, [1.0, 4.0, 9.0])
-    np.testing.assert_array_equal(found.frf.functions, [[1 - 1j, 4 - 4j, 9 - 9j]])
-    np.testing.assert_array_equal(found.frf.coherence[0], [[0.1, 0.4, 0.9]])
-    np.testing.assert_array_equal(found.spectra[0].value, [[1 - 1j, 4 - 4j, 9 - 9j]])
+    contents = cm.read(write(frf + coherence + by_hand(rows, kind=12, ordinate=6, **layout)))
+    np.testing.assert_array_equal(contents.frf.frequency, [1.0, 4.0, 9.0])
+    np.testing.assert_array_equal(contents.frf.functions, [[1 - 1j, 4 - 4j, 9 - 9j]])
+    np.testing.assert_array_equal(contents.frf.coherence[0], [[0.1, 0.4, 0.9]])
+    np.testing.assert_array_equal(contents.spectra[0].value, [[1 - 1j, 4 - 4j, 9 - 9j]])
 
 
 def test_uneven_and_complex_time(write):
@@ -198,40 +198,40 @@ def test_units_that_the_user_names(write):
 def test_functions_that_do_not_fit_each_other(write):
     """Other lines, another quantity, a pair that comes twice: several FRFs, in the order of the file."""
     others = [{"dof": (7, 3, 5, 3), "step": "2.00000E-02"}, {"dof": (7, 3, 5, 3), "numerator": 8}, {}]
-    found = cm.read_uff(write(b"".join(frf_by_hand(**changes) for changes in ({}, *others))))
-    assert [(f.responses, f.quantity) for f in found.frfs] == [
+    contents = cm.read_uff(write(b"".join(frf_by_hand(**changes) for changes in ({}, *others))))
+    assert [(f.responses, f.quantity) for f in contents.frfs] == [
         (("8:+Z",), "acceleration/force"), (("7:+Z",), "acceleration/force"),
         (("7:+Z",), "displacement/force"), (("8:+Z",), "acceleration/force"),
     ]  # fmt: skip
     with pytest.raises(cm.RecordError, match='holds several "frf"; choose one of "frf 1"'):
-        _ = found.frf
-    assert found.pick("frf 3") is found.frfs[2]
+        _ = contents.frf
+    assert contents.pick("frf 3") is contents.frfs[2]
 
 
 def test_what_a_file_holds_and_how_to_choose(tmp_path, write):
     spectrum = by_hand(ROWS, kind=9, axis=18, unit="g^2/Hz")
     path = write(by_hand(ROWS) + frf_by_hand() + coherence_by_hand(8, 5) + spectrum)
-    found = cm.read(path)
-    assert [*found.parts] == ["channels", "frf", "spectra"]
+    contents = cm.read(path)
+    assert [*contents.parts] == ["channels", "frf", "spectra"]
     for text in ('cm.read(path, what="channels")', "1 time records: tip", "density, 1 functions, 12 lines"):
-        assert text in repr(found)
-    assert cm.read(path, what="frf") == formats.read_frf(path) == found.frf
-    assert found.frf.coherence is not None
+        assert text in repr(contents)
+    assert cm.read(path, what="frf") == formats.read_frf(path) == contents.frf
+    assert contents.frf.coherence is not None
     assert formats.read_channels(path)[0].name == cm.read(path, what="channels")[0].name == "tip"
     words = r'holds no "modes"; choose one of "channels" \(1 time records: tip\), "frf"'
     assert_refused(words, cm.read, path, what="modes")
     assert_refused('holds no "modes"; it holds "rig"', cm.read, "models/table1_rig.toml", what="modes")
-    cm.write(tmp_path / "all.uff", found)
+    cm.write(tmp_path / "all.uff", contents)
     again = cm.read(tmp_path / "all.uff")
-    assert [*again.parts] == [*found.parts] and again.frf == found.frf
-    placed = dataclasses.replace(found, geometry=cm.Geometry((7,), [(0.0, 0.0, 0.0)]))
-    assert placed.unplaced == ("8:+Z",) and "without a place  8:+Z" in repr(placed) and not found.unplaced
-    np.testing.assert_allclose(again.spectra[0].value, found.spectra[0].value, rtol=1e-15)
-    cm.write(tmp_path / "channels.mat", found.channels)
+    assert [*again.parts] == [*contents.parts] and again.frf == contents.frf
+    placed = dataclasses.replace(contents, geometry=cm.Geometry((7,), [(0.0, 0.0, 0.0)]))
+    assert placed.unplaced == ("8:+Z",) and "without a place  8:+Z" in repr(placed) and not contents.unplaced
+    np.testing.assert_allclose(again.spectra[0].value, contents.spectra[0].value, rtol=1e-15)
+    cm.write(tmp_path / "channels.mat", contents.channels)
     with pytest.raises(
         cm.RecordError, match=r'NetCDF files take one of "channels", "frf", "spectra"; choose it \(what=, --'
     ):
-        cm.write(tmp_path / "one.nc", found)
+        cm.write(tmp_path / "one.nc", contents)
 
 
 def test_what_is_there_where_nothing_is_read(write):

@@ -39,8 +39,8 @@ def test_pyuff_reads_our_frf(tmp_path):
         scan_uff(tmp_path / "h.uff")
     functions = pyuff.UFF(str(tmp_path / "h.uff")).read_sets()[2:]
     assert [f["func_type"] for f in functions] == [4, 4, 4, 6, 6, 6] * 2
-    found = [(f["ref_node"], f["ref_dir"], f["rsp_node"]) for f in functions if f["func_type"] == 4]
-    assert found == [*product((100, 5), (3,), (1, 2, 8))]
+    frfs = [(f["ref_node"], f["ref_dir"], f["rsp_node"]) for f in functions if f["func_type"] == 4]
+    assert frfs == [*product((100, 5), (3,), (1, 2, 8))]
     assert {(f["ordinate_spec_data_type"], f["orddenom_spec_data_type"]) for f in functions[:3]} == {(12, 12)}
 
 

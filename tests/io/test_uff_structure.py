@@ -161,12 +161,12 @@ def test_pyuff_reads_our_modes(tmp_path, rig):
 def test_we_read_pyuffs_modes(tmp_path, kind):
     """Analysis type 2 holds frequency and damping ratio, 3 and 7 the eigenvalue -ζω + jω√(1-ζ²)."""
     omega, zeta = 2 * np.pi * 50.0, 0.02
-    own = {"freq": 50.0, "modal_m": 1.0, "modal_damp_vis": zeta, "modal_damp_his": 0.0}
+    fields = {"freq": 50.0, "modal_m": 1.0, "modal_damp_vis": zeta, "modal_damp_his": 0.0}
     shape = np.array([1.0, -0.5])
     if kind != 2:
-        own, shape = {"eig": omega * complex(-zeta, np.sqrt(1 - zeta**2))}, shape * (1 + 1j)
+        fields, shape = {"eig": omega * complex(-zeta, np.sqrt(1 - zeta**2))}, shape * (1 + 1j)
     sets = {"type": 55, "model_type": 1, "analysis_type": kind, "data_ch": 2, "spec_data_type": 8, "load_case": 1,
-            "mode_n": 1, "node_nums": [4, 7], "r1": 0 * shape, "r2": shape, "r3": 0 * shape, **own}  # fmt: skip
+            "mode_n": 1, "node_nums": [4, 7], "r1": 0 * shape, "r2": shape, "r3": 0 * shape, **fields}  # fmt: skip
     pyuff.UFF(str(tmp_path / "m.uff")).write_sets([sets], mode="overwrite")
     got = read_uff(tmp_path / "m.uff")
     assert got.frequency == pytest.approx([50.0], rel=1e-5)

@@ -94,7 +94,7 @@ def columns(record, *ends, of=int):
 
 def walk(data):
     """Types of the data sets that UFFFiles.jl finds, in its way; fails where it would."""
-    found, at = [], 0
+    kinds, at = [], 0
 
     def line():
         nonlocal at
@@ -105,8 +105,8 @@ def walk(data):
     while at < len(data):
         assert line() == b"    -1"
         head = line()
-        found.append(head[:7].strip().decode())
-        if found[-1] == "58b":
+        kinds.append(head[:7].strip().decode())
+        if kinds[-1] == "58b":
             order, layout, lines, size = columns(head, (7, 13), (13, 19), (19, 31), (31, 43))
             assert (order, layout, lines) == (1, 2, 11)
             records = [line() for _ in range(lines)]
@@ -118,9 +118,9 @@ def walk(data):
             assert line() == b"    -1"
             continue
         body = [*iter(line, b"    -1")]
-        if found[-1] == "2412":
+        if kinds[-1] == "2412":
             elements(body)
-    return found
+    return kinds
 
 
 def elements(body):
@@ -138,10 +138,10 @@ def elements(body):
 @everything
 def test_ufffiles_reads_it(tmp_path, name):
     cm.write_uff(tmp_path / "a.uff", WRITTEN[name])
-    found = walk((tmp_path / "a.uff").read_bytes())
+    kinds = walk((tmp_path / "a.uff").read_bytes())
     theirs = pyuff.UFF(str(tmp_path / "a.uff")).read_sets()
-    assert [int(kind.rstrip("b")) for kind in found] == [one["type"] for one in theirs]
-    assert found[:2] == ["151", "164"] and "58" not in found
+    assert [int(kind.rstrip("b")) for kind in kinds] == [one["type"] for one in theirs]
+    assert kinds[:2] == ["151", "164"] and "58" not in kinds
 
 
 @everything

@@ -103,8 +103,8 @@ def test_a_filling_that_holds_the_twist():
     assert np.abs(np.sqrt(np.linalg.eigvalsh(filled.stiff())) / known - 1).min() < 1e-4  # in modes of the free end
     inertia, light = 4e-3, dataclasses.replace(STEEL, density=1e-3)
     disc = dataclasses.replace(SHAFT, material=light, discs=(Disc(LENGTH, 5.0, inertia / 2, polar_inertia=inertia),))
-    found = linear_model(rig(ROUND, TEETH, structure=disc), 12).omega
-    assert np.abs(found / np.sqrt(SHEAR * POLAR / LENGTH / inertia) - 1).min() < 1e-8
+    omega = linear_model(rig(ROUND, TEETH, structure=disc), 12).omega
+    assert np.abs(omega / np.sqrt(SHEAR * POLAR / LENGTH / inertia) - 1).min() < 1e-8
 
 
 @pytest.mark.parametrize("spin", [0.0, 400.0])
@@ -121,9 +121,9 @@ def test_twist_and_whirl_do_not_know_each_other(spin):
     omega, damping = still.omega[twists][:3], still.damping[twists][:3]
     of_twist = -damping / 2 + 1j * np.sqrt(omega**2 - damping**2 / 4)
     known = np.concatenate((sorted(alone.poles(spin).value, key=np.abs)[:12], of_twist))
-    found = mixed.poles(spin).value
+    poles = mixed.poles(spin).value
     for pole in known:
-        assert np.abs(found / pole - 1).min() < 1e-8
+        assert np.abs(poles / pole - 1).min() < 1e-8
     if spin:
         assert np.ptp(np.abs(sorted(alone.poles(spin).value, key=np.abs)[:4])) > 1.0  # forward and backward whirl
 
@@ -131,14 +131,14 @@ def test_twist_and_whirl_do_not_know_each_other(spin):
 def test_the_unbalance_response_leaves_angles_out():
     """Probes of round clearances and slots across the shaft are in µm; those of teeth and of twist are none."""
     turning = rig(ROUND, TEETH, ACROSS, spin=Spin(50.0), unbalances=(Unbalance(0.8, 1e-4),))
-    found = unbalance_response(turning, np.linspace(10.0, 60.0, 6))
-    assert list(found.planes) == ["1:+Z", "301:+Y", "301:+Z", "302:-Y"]
+    curves = unbalance_response(turning, np.linspace(10.0, 60.0, 6))
+    assert list(curves.planes) == ["1:+Z", "301:+Y", "301:+Z", "302:-Y"]
     model = turning_shaft(turning, 16).model
     force = 30.0**2 * (model.unbalance[0] - 1j * model.unbalance[1])
     known = np.vstack((model.moved([LENGTH])[0, 1], model.at_bushings[[0, 1, 3]])) @ np.linalg.solve(
         model.dynamic(30.0, 30.0), force
     )
-    assert_allclose(found.motion[:, np.flatnonzero(np.isclose(found.speed, 30.0))[0]], known, rtol=1e-9)
+    assert_allclose(curves.motion[:, np.flatnonzero(np.isclose(curves.speed, 30.0))[0]], known, rtol=1e-9)
 
 
 def test_a_slot_between_two_shafts_takes_their_relative_motion():

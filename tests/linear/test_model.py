@@ -43,11 +43,11 @@ def test_a_slot_is_a_round_clearance_on_a_line():
     """A round shaft shaken along z moves along z alone: gains of sensors and probes are those of the plane."""
     slot, space = model_of(PLANE), model_of(SPACE)
     plane = slot.channel_gains(slot.at_probes({}), "base", OMEGA)
-    found = space.channel_gains(space.at_probes({}), "base", OMEGA)
+    gains = space.channel_gains(space.at_probes({}), "base", OMEGA)
     sensors, n = len(PLANE.sensors), len(PLANE.bushings)
     kept = [*range(sensors), *range(sensors + 1, sensors + 2 * n, 2), sensors + 2 * n]
-    assert_allclose(found[:, kept][:, :, [*range(1, 2 * n, 2), 2 * n]], plane, rtol=1e-9, atol=1e-12)
-    assert np.abs(found[:, sensors : sensors + 2 * n : 2, -1]).max() < 1e-15
+    assert_allclose(gains[:, kept][:, :, [*range(1, 2 * n, 2), 2 * n]], plane, rtol=1e-9, atol=1e-12)
+    assert np.abs(gains[:, sensors : sensors + 2 * n : 2, -1]).max() < 1e-15
 
 
 @pytest.mark.parametrize("spin", [0.0, 300.0])
@@ -67,10 +67,10 @@ def test_poles_and_gains_are_those_of_the_equation_of_motion(spin):
         assert np.linalg.norm(sum(terms)) < 1e-9 * sum(map(np.linalg.norm, terms))
     gains = model.displacement_gains(model.at_sensors, "base", OMEGA, spin=spin)
     inputs = np.vstack((-rows, model.input("base"))).T
-    for omega, found in zip(OMEGA, gains):
+    for omega, computed_gains in zip(OMEGA, gains):
         dynamic = stiffness - omega**2 * np.eye(n) + 1j * omega * viscous
         known = model.at_sensors @ np.linalg.solve(dynamic, inputs)
-        assert_allclose(found, known, rtol=1e-9, atol=1e-9 * np.abs(known).max())
+        assert_allclose(computed_gains, known, rtol=1e-9, atol=1e-9 * np.abs(known).max())
         assert_allclose(model.dynamic(omega, spin), dynamic, rtol=1e-12, atol=1e-9 * stiffness.max())
 
 

@@ -40,12 +40,12 @@ def chromium():
 def until(page, expression: str):
     """Wait until a JavaScript expression is true, and return it; the page's policy allows no eval of Playwright's."""
     end = time.monotonic() + PATIENCE
-    while not (found := page.evaluate(expression)):
+    while not (answer := page.evaluate(expression)):
         if time.monotonic() > end:
             seen = page.evaluate("[live.drawn, live.state.order, document.visibilityState]")
             pytest.fail(f"{expression}: {seen}, {page.inner_text('#status')}, {page.inner_text('#problem')}")
         page.wait_for_timeout(10)
-    return found
+    return answer
 
 
 def opened(browser, address: str, **options):
@@ -55,8 +55,8 @@ def opened(browser, address: str, **options):
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.on("console", lambda message: message.type == "error" and errors.append(message.text))
-    own = (address, "data:", "blob:")
-    page.on("request", lambda request: request.url.startswith(own) or errors.append(request.url))
+    allowed = (address, "data:", "blob:")
+    page.on("request", lambda request: request.url.startswith(allowed) or errors.append(request.url))
     page.goto(address)
     until(page, "Boolean(window.live && live.drawn)")
     return page, errors

@@ -38,21 +38,21 @@ def folder(small_dataset, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def address(folder, tmp_path_factory):
-    with served(tmp_path_factory.mktemp("address"), folder) as found:
-        yield found
+    with served(tmp_path_factory.mktemp("address"), folder) as url:
+        yield url
 
 
 @pytest.fixture(scope="module")
 def browser():
-    with chromium() as found:
-        yield found
+    with chromium() as chrome:
+        yield chrome
 
 
 @pytest.fixture
 def page(browser, address):
-    found, errors = opened(browser, address)
-    yield found
-    found.context.close()
+    loaded, errors = opened(browser, address)
+    yield loaded
+    loaded.context.close()
     assert errors == []
 
 
@@ -247,8 +247,8 @@ def test_an_orbit_is_drawn_where_a_clearance_has_two_directions(browser, page, t
 
 
 def test_phases_of_another_grid_go_the_shorter_way_round(page):
-    found = page.evaluate("Array.from(onGrid([1, 1.5, 2], [1, 2], [170, -170], true))")
-    assert found[0] == 170 and abs(found[1]) == 180 and found[2] == -170
+    on_grid = page.evaluate("Array.from(onGrid([1, 1.5, 2], [1, 2], [170, -170], true))")
+    assert on_grid[0] == 170 and abs(on_grid[1]) == 180 and on_grid[2] == -170
 
 
 def test_branch_with_progress_and_cancel(page):
@@ -273,7 +273,7 @@ def test_looks(browser, address, tmp_path, width, scheme):
     stepped(page)
     assert page.evaluate("document.documentElement.scrollWidth") <= width  # nothing sticks out
     assert page.evaluate(FAINT_TEXTS) == []
-    assert [found for found in page.evaluate(STROKES) if contrast(*found) < 3] == []  # 1.4.11
+    assert [stroke for stroke in page.evaluate(STROKES) if contrast(*stroke) < 3] == []  # 1.4.11
     page.screenshot(path=tmp_path / f"live_{width}_{scheme}.png", full_page=True)
     assert errors == []
     page.context.close()

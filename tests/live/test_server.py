@@ -82,18 +82,18 @@ def talk(page, *messages, until=1, origin=None, token=None, **headers):
 
     async def run():
         socket = await connected(page, origin, token, **headers)
-        found = [unpacked(await socket.read_message())]
+        heads = [unpacked(await socket.read_message())]
         for message in messages:
             await socket.write_message(message if isinstance(message, str | bytes) else json.dumps(message))
-        while len(found) <= until:
+        while len(heads) <= until:
             data = await socket.read_message()
             if data is None:
-                found.append(None)
+                heads.append(None)
                 break
             if (head := unpacked(data))["type"] != "progress":
-                found.append(head)
+                heads.append(head)
         socket.close()
-        return found
+        return heads
 
     return limited(run())
 
@@ -119,17 +119,17 @@ def test_only_this_machine_is_listened_to(page):
 
 
 def test_who_is_refused(page):
-    own = f"/{page.token}/"
+    prefix = f"/{page.token}/"
     for path in ("/", "//", "/x/", "/live.js", f"/{page.token[:-1]}/", f"/{page.token}", "/%C3%A9/"):
         assert fetched(page, path)[0] == 403
     origins = [{"Origin": origin} for origin in ("http://evil.example", "null")]
     hosts = [{"Host": host} for host in ("evil.example", f"evil.example:{page.port}")]
     for headers in (*hosts, *origins, {"Sec_Fetch_Site": "cross-site"}):
-        assert fetched(page, own, **headers)[0] == 403
-    assert fetched(page, own, Host=f"localhost:{page.port}", Origin=f"http://localhost:{page.port}")[0] == 200
-    assert fetched(page, own, "POST")[0] == 405
-    assert fetched(page, own, "POST", b"x" * 100_000)[0] in (0, 400, 413)
-    assert fetched(page, own, X="x" * 100_000)[0] in (0, 400, 431)
+        assert fetched(page, prefix, **headers)[0] == 403
+    assert fetched(page, prefix, Host=f"localhost:{page.port}", Origin=f"http://localhost:{page.port}")[0] == 200
+    assert fetched(page, prefix, "POST")[0] == 405
+    assert fetched(page, prefix, "POST", b"x" * 100_000)[0] in (0, 400, 413)
+    assert fetched(page, prefix, X="x" * 100_000)[0] in (0, 400, 431)
 
 
 @pytest.mark.parametrize(
@@ -162,14 +162,14 @@ def one_by_one(page, *messages):
     async def run():
         socket = await connected(page)
         await socket.read_message()
-        found = []
+        heads = []
         for message in messages:
             await socket.write_message(json.dumps(message))
             while (head := unpacked(await socket.read_message()))["type"] == "progress":
                 pass
-            found.append(head)
+            heads.append(head)
         socket.close()
-        return found
+        return heads
 
     return limited(run())
 
@@ -181,17 +181,19 @@ def test_what_is_shown_can_be_heard(page):
     assert (early["text"], none["text"]) == ("nothing is shown yet", "there is no sensor 9 to hear")
     session = page.session()
     shown = session.simulated(session.setting(SET["values"]))
-    own = shown.response.acceleration[7]
-    expected = resampled(Sound(own - own.mean(), shown.response.fs).faded(0.02).pressure, shown.response.fs, 16000.0)
+    recorded = shown.response.acceleration[7]
+    expected = resampled(
+        Sound(recorded - recorded.mean(), shown.response.fs).faded(0.02).pressure, shown.response.fs, 16000.0
+    )
     np.testing.assert_allclose(answer["samples"], expected, rtol=1e-5, atol=1e-5)
     facts = {"slot": "A", "unit": "m/s²", "rate": 16000.0, "of": "the acceleration 8:+Z", "values": shown.values}
     assert {key: answer[key] for key in facts} == facts
     rig = TABLE1.replace(plate=Plate(sensor=8, area=0.1, distance=1.0))
     of_plate = Session(Model(rig, LAW))
     shown = of_plate.simulated(of_plate.setting({"duration": 8.0}))
-    found, whole = heard(shown, 0), radiate(shown.response, rig)
-    assert found.facts["unit"] == "Pa" and found.arrays["samples"].size == 6 * 16000
-    assert found.arrays["samples"].std() == pytest.approx(whole.between(2.0).faded(0.02).pressure.std(), rel=1e-3)
+    sound, whole = heard(shown, 0), radiate(shown.response, rig)
+    assert sound.facts["unit"] == "Pa" and sound.arrays["samples"].size == 6 * 16000
+    assert sound.arrays["samples"].std() == pytest.approx(whole.between(2.0).faded(0.02).pressure.std(), rel=1e-3)
 
 
 MALFORMED = [

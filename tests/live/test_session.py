@@ -155,17 +155,17 @@ def test_frfs_of_segments_without_a_window(session, kind):
 def test_a_sine_stepped_up_and_down_jumps_at_the_folds(session):
     """docs/periodic.md: at 6 m/s² upwards at 46.91 Hz, downwards at 45.67 Hz, on steps 0.25 Hz apart."""
     values = session.setting({"level": 6.0 / np.sqrt(2)})
-    numbers = on_demand.steps(session, values, 45.0, 48.0, 13, 3.0, lambda share: None)
+    numbers = on_demand.steps(session, values, 45.0, 48.0, 13, 3.0, lambda progress: None)
     assert numbers.arrays["up"].shape == numbers.arrays["down"].shape == (8, 13)
     assert numbers.facts["differ"] == [45.75, 46.75] and numbers.facts["level"] == pytest.approx(6.0, rel=1e-3)
-    branch = on_demand.branch(session, values, 45.0, 48.0, lambda share: None)
+    branch = on_demand.branch(session, values, 45.0, 48.0, lambda progress: None)
     at, amplitude = branch.arrays["frequency"], branch.arrays["amplitude"]
     for i, way in ((0, "up"), (-1, "down"), (-1, "up")):
         nearest = np.argmin(np.abs(at - numbers.arrays["frequency"][i]))
         np.testing.assert_allclose(numbers.arrays[way][:, i], amplitude[:, nearest], rtol=0.03)
     for low, high, count, hold, words in ((48, 45, 5, 1, "rising"), (1, 2, 5, 1, "cycles"), (5, 50, 200, 9, "samples")):
         with pytest.raises(ClearanceError, match=words):
-            on_demand.steps(session, values, low, high, count, hold, lambda share: None)
+            on_demand.steps(session, values, low, high, count, hold, lambda progress: None)
 
 
 def test_orbits_join_two_directions_of_a_clearance():
@@ -211,10 +211,10 @@ def test_overlay_measures_agreement(small_dataset):
 def test_thinned_keeps_peaks():
     values = np.zeros((2, 100_001))
     values[0, 77_777], values[1, 33_333], values[1, 100_000] = 5.0, -3.0, 7.0
-    places, found = thinned(values, 1000)
-    assert found.shape[1] == places.size <= 1000 and np.all(np.diff(places) > 0)
-    assert (found[0].max(), found[1].min(), found[1].max()) == (5.0, -3.0, 7.0)
-    assert places[found[0].argmax()] == pytest.approx(77_777, abs=101)
+    places, thinned_values = thinned(values, 1000)
+    assert thinned_values.shape[1] == places.size <= 1000 and np.all(np.diff(places) > 0)
+    assert (thinned_values[0].max(), thinned_values[1].min(), thinned_values[1].max()) == (5.0, -3.0, 7.0)
+    assert places[thinned_values[0].argmax()] == pytest.approx(77_777, abs=101)
     same_places, same = thinned(values[:, :1000], 1000)
     assert same.shape == (2, 1000) and same_places[-1] == 999
 
@@ -237,7 +237,7 @@ def test_branch_is_that_of_periodic_response_and_can_be_cancelled(session):
     assert [p["kind"] for p in numbers.facts["special"]] == [p.kind for p in branch.special]
     assert 0 <= min(heard) and max(heard) <= 1 and len(heard) > 5
 
-    def stop(share):
+    def stop(progress):
         raise KeyError
 
     with pytest.raises(KeyError):
@@ -246,16 +246,16 @@ def test_branch_is_that_of_periodic_response_and_can_be_cancelled(session):
 
 def test_sweep_over_gap(session):
     """A wider gap is touched less; far beyond the motion, never."""
-    numbers = on_demand.sweep(session, session.setting(SHORT), "bushings[1].gap", 2e-4, 2e-2, 3, lambda share: None)
+    numbers = on_demand.sweep(session, session.setting(SHORT), "bushings[1].gap", 2e-4, 2e-2, 3, lambda progress: None)
     np.testing.assert_allclose(numbers.arrays["at"], [2e-4, 2e-3, 2e-2])
-    share = numbers.arrays["share"][1]
-    assert share[0] > share[1] >= share[2] == 0
+    contact = numbers.arrays["share"][1]
+    assert contact[0] > contact[1] >= contact[2] == 0
     rms = simulate(TABLE1, excitation.random(4.0, 2048.0, rms=2.0), LAW, "modal").acceleration.std(axis=1)
-    again = on_demand.sweep(session, session.setting(SHORT), "level", 2.0, 4.0, 2, lambda share: None)
+    again = on_demand.sweep(session, session.setting(SHORT), "level", 2.0, 4.0, 2, lambda progress: None)
     np.testing.assert_allclose(again.arrays["rms"][:, 0], rms)
     for name, count in (("engine", 3), ("nothing", 3), ("level", 1), ("level", 1000)):
         with pytest.raises(ClearanceError, match=r"swept|sweep has"):
-            on_demand.sweep(session, session.identified, name, 1.0, 2.0, count, lambda share: None)
+            on_demand.sweep(session, session.identified, name, 1.0, 2.0, count, lambda progress: None)
 
 
 def test_export_goes_on_where_the_page_was(session, tmp_path):

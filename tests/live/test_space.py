@@ -54,9 +54,9 @@ def test_figures_hold_what_the_library_gives(session, rig):
     poles = turning_shaft(changed).poles(100.0).value.imag / (2 * np.pi)
     np.testing.assert_allclose(numbers.facts["natural"][:2], poles[:2], rtol=1e-9)
     assert numbers.facts["spectrum"]  # without an excitation there is no FRF
-    told = session.described()
-    assert told["orbits"] == [(0, 1, True)]
-    assert told["rows"] == ["clearance 1, x = 0.6 m, y", "clearance 1, x = 0.6 m, z"]
+    described = session.described()
+    assert described["orbits"] == [(0, 1, True)]
+    assert described["rows"] == ["clearance 1, x = 0.6 m, y", "clearance 1, x = 0.6 m, z"]
 
 
 def test_the_shaft_is_seen_from_the_side_and_from_above(session):
@@ -76,8 +76,8 @@ def test_whether_it_leans_or_rattles(session):
     leaning = session.show(session.setting(SHORT | {"unbalances[0].moment": 2e-6, "gravity": 19.6}))
     around = session.show(session.setting(SHORT | {"unbalances[0].moment": 1e-3, "gravity": 0.0}))
     free = session.show(session.setting(SHORT | {"unbalances[0].moment": 2e-6, "gravity": 0.0}))
-    found = [numbers.facts["clearances"][0]["rattle"] for numbers in (leaning, around, free)]
-    assert found == ["touches one side", "rattles", "free"]
+    states = [numbers.facts["clearances"][0]["rattle"] for numbers in (leaning, around, free)]
+    assert states == ["touches one side", "rattles", "free"]
 
 
 def test_identified_settings_are_the_rig_that_was_given(session, rig):
@@ -92,9 +92,9 @@ def test_identified_settings_are_the_rig_that_was_given(session, rig):
 
 def test_what_the_plane_alone_knows_is_refused_and_sweeps_go_on(session):
     with pytest.raises(ClearanceError, match="branch of periodic vibrations knows planar rigs"):
-        on_demand.branch(session, session.setting(SHORT), 5.0, 20.0, lambda share: None)
-    found = on_demand.sweep(session, session.setting(SHORT), "gravity", 1.0, 20.0, 2, lambda share: None)
-    assert found.facts["failed"] == "" and found.arrays["share"].shape == (1, 2)
-    assert found.arrays["share"][0, 1] > found.arrays["share"][0, 0]
+        on_demand.branch(session, session.setting(SHORT), 5.0, 20.0, lambda progress: None)
+    sweep = on_demand.sweep(session, session.setting(SHORT), "gravity", 1.0, 20.0, 2, lambda progress: None)
+    assert sweep.facts["failed"] == "" and sweep.arrays["share"].shape == (1, 2)
+    assert sweep.arrays["share"][0, 1] > sweep.arrays["share"][0, 0]
     session.show(session.setting(SHORT))
     assert exported(session.shown)[:2] == b"PK"

@@ -64,9 +64,9 @@ def followed(rig, level, ends, harmonics=HARMONICS, samples=SAMPLES, **settings)
 
 def stays(branch, i):
     """A stable point stays when it is marched, an unstable one leaves: see `experiments.periodic.drawn`."""
-    found = compared(Drawn("", branch.model, abs(branch.level[i, 0]), branch.frequency[i]), 0, branch, i)
-    assert found is not None, "its transient lasts for too long"
-    assert found.passes, f"{found.off:.1e} after {found.periods} periods"
+    comparison = compared(Drawn("", branch.model, abs(branch.level[i, 0]), branch.frequency[i]), 0, branch, i)
+    assert comparison is not None, "its transient lasts for too long"
+    assert comparison.passes, f"{comparison.off:.1e} after {comparison.periods} periods"
 
 
 def steadiest(branch, points):
@@ -109,13 +109,13 @@ def follows_over(rig, over, ends, changed):
 
 
 def over_loads(rig):
-    rig, share = excited(rig), 1.1
+    rig, factor = excited(rig), 1.1
     loads = tuple(
-        dataclasses.replace(load, **{name: tuple(share * np.array(value)) if name == "force" else share * value})
+        dataclasses.replace(load, **{name: tuple(factor * np.array(value)) if name == "force" else factor * value})
         for load in rig.loads for name in ("force", "torque") if (value := getattr(load, name))
     )  # fmt: skip
-    gravity = rig.gravity and tuple(share * np.array(rig.gravity))
-    follows_over(rig, "load", (1.0, share), rig.replace(loads=loads, gravity=gravity))
+    gravity = rig.gravity and tuple(factor * np.array(rig.gravity))
+    follows_over(rig, "load", (1.0, factor), rig.replace(loads=loads, gravity=gravity))
 
 
 def over_gaps(rig):
@@ -164,16 +164,16 @@ def first_contact(rig):
     if static_equilibrium(model.rig).contact_force.any():
         np.testing.assert_array_equal(periodic.find_first_contact(model, frequencies, **settings).value, 0.0)
     free = excited(rig, gravity=None, loads=())
-    found = periodic.find_first_contact(cm.Model(free), frequencies, **settings).value
+    contacts = periodic.find_first_contact(cm.Model(free), frequencies, **settings).value
     if kind_of(rig) == "film":
-        for frequency, level in zip(frequencies, found):
-            assert [touched(free, share * level, frequency) for share in (0.99, 1.01)] == [False, True]
+        for frequency, level in zip(frequencies, contacts):
+            assert [touched(free, fraction * level, frequency) for fraction in (0.99, 1.01)] == [False, True]
         return
     linear = linear_model(free, MODES).filled(
         *np.transpose([(b.grease.stiffness, b.grease.damping) for b in rig.bushings])
     )
     angle = 2 * np.pi * np.arange(4096) / 4096
-    for frequency, level in zip(frequencies, found):
+    for frequency, level in zip(frequencies, contacts):
         omega = 2 * np.pi * frequency
         moved = linear.at_bushings @ np.linalg.solve(linear.dynamic(omega), linear.input("force"))
         reached = []
@@ -190,15 +190,15 @@ def touched(rig, level, frequency, periods=60):
     count = 400
     time = np.arange(count * periods) / (count * frequency)
     push = cm.Excitation(level * np.cos(2 * np.pi * frequency * time), count * frequency, "force")
-    found = cm.simulate(rig, push, engine=cm.Modal(MODES, 0.1))
-    return bool(found.contact_force[:, -5 * count :].any())
+    response = cm.simulate(rig, push, engine=cm.Modal(MODES, 0.1))
+    return bool(response.contact_force[:, -5 * count :].any())
 
 
 def folds_over_level(rig):
     """The uppermost fold of the branch at a level a fifth larger."""
     level, ends = FOLDED[kind_of(rig)]
     jumps = lively(rig, **weightless(rig))
-    branch, known = (followed(jumps, share * level, ends, samples=4 * SAMPLES, stability=False) for share in (1.0, 1.2))
+    branch, known = (followed(jumps, ratio * level, ends, samples=4 * SAMPLES, stability=False) for ratio in (1.0, 1.2))
     fold, other = (max((p for p in b.special if p.kind == "fold"), key=lambda p: p.frequency) for b in (branch, known))
     curve = periodic.follow_folds(branch, fold, 1.2 * level)
     assert not curve.ended
@@ -230,12 +230,12 @@ def isolas(rig):
     kind, light = kind_of(rig), lively(rig)
     level, frequency = DOUBLED.get(kind, DRIVEN[kind])
     branch = followed(light, level, (0.9 * frequency, 1.1 * frequency), **FINER.get(kind, {}))
-    found = periodic.find_isolas(branch, n_starts=4, frequencies=[frequency], workers=1)
-    assert np.isclose(found.basins.sum(), 1)
+    isolas = periodic.find_isolas(branch, n_starts=4, frequencies=[frequency], workers=1)
+    assert np.isclose(isolas.basins.sum(), 1)
     if kind not in DOUBLED:
-        assert not found.branches and found.basins[0, -1] == 0
+        assert not isolas.branches and isolas.basins[0, -1] == 0
         return
-    (new,) = (each for each in found.branches if each.periods == 2)
+    (new,) = (each for each in isolas.branches if each.periods == 2)
     at = [i for i in np.flatnonzero(new.stable) if abs(new.frequency[i] / frequency - 1) < 0.05]
     stays(new, steadiest(new, at))
 
@@ -244,12 +244,12 @@ def rattle_map(rig):
     """A cell beside the branch that comes to it from below."""
     level, frequency = DRIVEN[kind_of(rig)]
     ends = frequency, 1.02 * frequency
-    found = periodic.map_rattle(
+    rattle = periodic.map_rattle(
         cm.Model(excited(rig)), (level,), ends, n_harmonics=HARMONICS, n_samples=SAMPLES, n_modes=MODES, workers=1
     )
     known = followed(excited(rig), level, ends, stability=False)
-    assert found.rattles.all()
-    np.testing.assert_allclose(found.displacement[0, 0, 0, -1], known.excursion()[-1], rtol=1e-3, atol=1e-9)
+    assert rattle.rattles.all()
+    np.testing.assert_allclose(rattle.displacement[0, 0, 0, -1], known.excursion()[-1], rtol=1e-3, atol=1e-9)
 
 
 ROWS = {

@@ -125,19 +125,19 @@ class Oscillator:
         """Return the periodic motion near a guess of its start, by Newton's method."""
         start = np.asarray(guess, dtype=float)
         for _ in range(60):
-            found = self.period(omega, start, periods)
-            left = found.start - start
+            step = self.period(omega, start, periods)
+            left = step.start - start
             if np.abs(left).max() < EXACT:
-                return Orbit(start, found.monodromy, found.time, found.place, found.pieces, found.lowest, found.highest)
-            start = start + np.linalg.solve(np.eye(2) - found.monodromy, left)
+                return Orbit(start, step.monodromy, step.time, step.place, step.pieces, step.lowest, step.highest)
+            start = start + np.linalg.solve(np.eye(2) - step.monodromy, left)
         raise ArithmeticError(f"no periodic motion at {omega}")
 
     def branch(self, omegas: np.ndarray, guess: np.ndarray) -> list[Orbit]:
         """Return the orbits at frequencies, each found from the one before."""
-        found: list[Orbit] = []
+        orbits: list[Orbit] = []
         for omega in omegas:
-            found.append(self.orbit(omega, found[-1].start if found else guess))
-        return found
+            orbits.append(self.orbit(omega, orbits[-1].start if orbits else guess))
+        return orbits
 
     def where(self, value: float, omega: float, orbit: Orbit) -> tuple[float, Orbit]:
         """Return frequency and orbit where a multiplier has a value: 1 at a fold, -1 where the period doubles."""

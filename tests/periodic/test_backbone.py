@@ -134,10 +134,10 @@ def cycles(signal, fs):
     """Amplitude of the fundamental and frequency, Hz, of each cycle between upward zero crossings."""
     up = np.flatnonzero((signal[:-1] < 0) & (signal[1:] >= 0))
     begun = up - signal[up] / (signal[up + 1] - signal[up])
-    share = np.arange(512) / 512
-    at = begun[:-1, None] + share * np.diff(begun)[:, None]
+    fraction = np.arange(512) / 512
+    at = begun[:-1, None] + fraction * np.diff(begun)[:, None]
     rows = np.interp(at, np.arange(signal.size), signal)
-    return 2 * np.abs(rows @ np.exp(-2j * np.pi * share)) / share.size, fs / np.diff(begun)
+    return 2 * np.abs(rows @ np.exp(-2j * np.pi * fraction)) / fraction.size, fs / np.diff(begun)
 
 
 @pytest.mark.slow
@@ -153,14 +153,14 @@ def test_a_free_decay_follows_it(measured):
     time = np.arange(int((swept + 2) * fs)) / fs
     frequency = np.minimum(8.5 + (resonance - 8.5) * time / swept, resonance)
     base = level * np.minimum(time, 1) * np.cos(TURN * np.cumsum(frequency) / fs) * (time < swept)
-    found = simulate(TABLE1, Excitation(base, fs), LAW, Modal(resolution=0.25))
+    response = simulate(TABLE1, Excitation(base, fs), LAW, Modal(resolution=0.25))
     rest = slice(int(swept * fs), None)
-    amplitude, pace = cycles(found.displacement[curve.clearance, rest], fs)
+    amplitude, pace = cycles(response.displacement[curve.clearance, rest], fs)
     known = np.interp(amplitude, fundamental(curve, curve.clearance), curve.frequency)
     assert amplitude[0] > 2 * TABLE1.bushings[0].gap > 3 * amplitude[-1]
     off = np.abs(pace / known - 1).max()
     measured.below("backbone of mode 1: frequency of a free decay", off, 5e-3, "modal engine's march")
-    acceleration, pace = cycles(found.acceleration[7, rest], fs)
+    acceleration, pace = cycles(response.acceleration[7, rest], fs)
     tip = acceleration / (TURN * pace) ** 2
     of_curve = np.abs(curve.displacement[:, 7, 1])
     beyond = int(np.sum(np.interp(tip, of_curve, fundamental(curve, curve.clearance)) > TABLE1.bushings[0].gap))
@@ -232,7 +232,7 @@ def test_figure_and_dataset():
     assert below.get_xlabel() == "amplitude of the acceleration of 8:+Z (m/s²)"
     with pytest.raises(ClearanceError, match="rows must be between 0 and 1"):
         curve.plot(row=2)
-    found = curve.to_xarray()
-    assert found.displacement.dims == ("point", "response", "harmonic")
-    assert found.sel(response="8:+Z", harmonic=1).displacement.values == pytest.approx(curve.displacement[:, 7, 1])
-    assert found.level.attrs["units"] == "m s-2" and found.attrs["of"] == curve.clearances[curve.clearance]
+    labelled = curve.to_xarray()
+    assert labelled.displacement.dims == ("point", "response", "harmonic")
+    assert labelled.sel(response="8:+Z", harmonic=1).displacement.values == pytest.approx(curve.displacement[:, 7, 1])
+    assert labelled.level.attrs["units"] == "m s-2" and labelled.attrs["of"] == curve.clearances[curve.clearance]

@@ -75,8 +75,8 @@ class TestAsTeeth:
 
 
 def test_teeth_under_load_touch_at_rest():
-    found = cm.periodic.find_first_contact(PAIR, [0.1, 0.2])
-    np.testing.assert_array_equal(found.value, 0)
+    contact = cm.periodic.find_first_contact(PAIR, [0.1, 0.2])
+    np.testing.assert_array_equal(contact.value, 0)
 
 
 def test_an_idler_rests_between_its_mates():
@@ -136,12 +136,12 @@ def test_orders_and_mesh_have_a_common_period():
 def test_the_law_follows_the_speed():
     """A law given at another speed of the same gear is the same law."""
     t, k = np.array([0.0, 0.4, 0.5, 0.9]), np.array([[1.2], [1.2], [0.8], [0.8]])
-    found = []
+    orbits_at = []
     for speed in (1.0, 3.0):
         law = TimeLaw(t * TURN / speed, k, np.zeros((4, 1)), period=TURN / speed)
         model = cm.Model(gears(spin=Spin(speed)), law)
-        found.append(cm.periodic.follow_unbalance(model, (3.0, 2.5), 15).clearance_displacement[-1, 0])
-    np.testing.assert_allclose(found[0], found[1], atol=1e-9)
+        orbits_at.append(cm.periodic.follow_unbalance(model, (3.0, 2.5), 15).clearance_displacement[-1, 0])
+    np.testing.assert_allclose(orbits_at[0], orbits_at[1], atol=1e-9)
 
 
 def test_a_law_over_time_turns_with_the_shaft():
@@ -194,10 +194,10 @@ def test_impacts_begin_where_the_vibration_about_the_rest_loses_the_flank(mapped
 
 def test_over_speed_and_ripple():
     """Without load the teeth cross the backlash; orders come twice in a turn."""
-    found = cm.periodic.map_impacts(ORDERS, np.linspace(0.1, 4.0, 12), np.linspace(0.2, 1.0, 9) / TURN, workers=1)
-    assert found.kind == "unbalance" and set(np.unique(found.impacts)) >= {1, 2, 3}
-    force = cm.periodic.map_impacts(PAIR, LOUD * torque(found.level), 2 * found.frequency, workers=1)
-    np.testing.assert_array_equal(found.impacts, force.impacts)
-    data = found.to_xarray()
+    impact_map = cm.periodic.map_impacts(ORDERS, np.linspace(0.1, 4.0, 12), np.linspace(0.2, 1.0, 9) / TURN, workers=1)
+    assert impact_map.kind == "unbalance" and set(np.unique(impact_map.impacts)) >= {1, 2, 3}
+    force = cm.periodic.map_impacts(PAIR, LOUD * torque(impact_map.level), 2 * impact_map.frequency, workers=1)
+    np.testing.assert_array_equal(impact_map.impacts, force.impacts)
+    data = impact_map.to_xarray()
     assert data.impacts.sel(sweep="up", load=1.0).shape == (12, 9) and len(IMPACTS) == 4
-    assert found.plot("down").axes
+    assert impact_map.plot("down").axes

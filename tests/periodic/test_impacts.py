@@ -31,9 +31,9 @@ OSCILLATOR = Rig(
 def test_contact_begins_where_the_linear_motion_grazes_the_stop(omega):
     """Amplitude F/|1 - Ω² + iδΩ| = gap; to 1e-4 of the level."""
     grazing = GAP * abs(1 - omega**2 + 1j * DAMPING * omega)
-    for share, touches in ((1 - 1e-4, False), (1 + 1e-4, True)):
+    for ratio, touches in ((1 - 1e-4, False), (1 + 1e-4, True)):
         branch = periodic.follow_response(
-            Model(OSCILLATOR, ConstantLaw(100.0, 2.0)), share * grazing, (omega / TURN, 1.001 * omega / TURN), 21, 2048,
+            Model(OSCILLATOR, ConstantLaw(100.0, 2.0)), ratio * grazing, (omega / TURN, 1.001 * omega / TURN), 21, 2048,
             stability=False,
         )  # fmt: skip
         assert bool(branch.contact_force[0].any()) == touches
@@ -85,12 +85,12 @@ def test_one_impact_in_every_period(ratio, softest, bound, measured):
     Stiffness over mass and Ω². The two restitutions' limits are 2 % apart.
     """
     ((known, _),) = impacting(FORCE, OMEGA, RESTITUTION[ratio])
-    found = [
+    impacts = [
         with_stiff_stop(k * OMEGA**2, ratio, FORCE, OMEGA, int(4.2 * np.sqrt(k)))
         for k in (softest, 4 * softest, 16 * softest)
     ]
-    assert np.all(np.diff(np.abs(found - known.min())) < 0)
-    limits = 2 * np.array(found[1:]) - found[:-1]
+    assert np.all(np.diff(np.abs(impacts - known.min())) < 0)
+    limits = 2 * np.array(impacts[1:]) - impacts[:-1]
     limit = (4 * limits[1] - limits[0]) / 3
     what = f"harmonic balance, one impact on a rigid stop in a period, ζ = {ratio}: depth"
     measured.below(what, abs(limit / known.min() - 1), bound, "closed form, Shaw & Holmes 1983")

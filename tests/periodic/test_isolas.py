@@ -31,8 +31,8 @@ def test_the_third_order_subharmonic_of_duffings_oscillator():
 
     (1 - ω² + iδω) a + ¾ κ (a |a|² + 2 a |b|² + b ā²) = 0, (1 - Ω² + iδΩ) b + ¼ κ (3 b |b|² + 6 b |a|² + a³) = F
     """
-    found = searched(1, 16)
-    (isola,) = found.branches
+    isolas = searched(1, 16)
+    (isola,) = isolas.branches
     assert isola.periods == 3 and isola.ended == "it comes back to its beginning"
     np.testing.assert_allclose(isola.displacement[0], isola.displacement[-1], atol=1e-6)
     a, b = isola.displacement[:, 0, 1], isola.displacement[:, 0, 3]
@@ -53,14 +53,14 @@ def test_the_third_order_subharmonic_of_duffings_oscillator():
     middle = np.flatnonzero(np.diff(np.sign(isola.frequency - 4.4 / TURN)))
     assert list(isola.stable[middle[np.argsort(size[middle])]]) == [False, True]
     # Starts come to the known branch or to this one.
-    known, new, none = found.basins[0]
+    known, new, none = isolas.basins[0]
     assert known + new == 1 and known > 0 and new > 0 and none == 0
 
 
 def test_an_isola_is_what_long_marches_come_to(measured):
     """With 21 harmonics of a third of the excitation's frequency, at both ends of its stable half."""
-    found = searched(7, 96)
-    (isola,) = found.branches
+    isolas = searched(7, 96)
+    (isola,) = isolas.branches
     off = []
     for index in np.flatnonzero(isola.stable)[[4, -4]]:
         known = marched(isola, index)
@@ -72,8 +72,8 @@ def test_an_isola_is_what_long_marches_come_to(measured):
 
 
 def test_what_has_not_settled_is_counted():
-    found = searched(1, 16, longest=1)
-    assert not found.branches and found.basins.tolist() == [[0, 1]]
+    isolas = searched(1, 16, longest=1)
+    assert not isolas.branches and isolas.basins.tolist() == [[0, 1]]
 
 
 def marched(isola, index):
@@ -117,13 +117,13 @@ def test_known_branches_are_of_one_excitation():
 
 
 def test_figure_and_dataset():
-    found = searched(1, 16)
-    upper, lower = found.plot("displacement").axes
-    np.testing.assert_array_equal(upper.lines[2].get_ydata(), found.branches[0].amplitude("displacement")[:, 0])
+    isolas = searched(1, 16)
+    upper, lower = isolas.plot("displacement").axes
+    np.testing.assert_array_equal(upper.lines[2].get_ydata(), isolas.branches[0].amplitude("displacement")[:, 0])
     heights = [bar.get_height() for bar in lower.patches]
-    assert heights == pytest.approx([*found.basins[0, :2], 0])
+    assert heights == pytest.approx([*isolas.basins[0, :2], 0])
     with pytest.raises(ClearanceError, match="row must be between 0 and 0, got 1"):
-        found.plot(row=1)
-    data = found.to_xarray()
-    assert data.basin.sel(attractor="new 1").values == pytest.approx(found.basins[:, 1])
+        isolas.plot(row=1)
+    data = isolas.to_xarray()
+    assert data.basin.sel(attractor="new 1").values == pytest.approx(isolas.basins[:, 1])
     assert data.branch.shape == (1, 16)

@@ -82,10 +82,10 @@ def test_the_free_period_is_what_an_ode_solver_finds(turn):
         return state[1]
 
     slows.direction = -1
-    found = solve_ivp(rate, (0, 8), (turn, 0.0), "DOP853", events=slows, rtol=1e-11, atol=1e-12, max_step=0.01)
-    back = next(t for t in found.t_events[0] if t > 0.1)
+    solution = solve_ivp(rate, (0, 8), (turn, 0.0), "DOP853", events=slows, rtol=1e-11, atol=1e-12, max_step=0.01)
+    back = next(t for t in solution.t_events[0] if t > 0.1)
     assert free_period(turn, near, far, spring, contact) == pytest.approx(back, rel=1e-7)
-    assert -found.y[0].min() == pytest.approx(other_turn(turn, near, far, spring, contact), rel=1e-4)
+    assert -solution.y[0].min() == pytest.approx(other_turn(turn, near, far, spring, contact), rel=1e-4)
 
 
 @pytest.mark.parametrize("offset", [3e-4, -3e-4])
@@ -121,8 +121,8 @@ def meissner(omega, depth, damping):
     whole = np.eye(2)
     for stiffness in (1 + depth, 1 - depth):
         decay, time = damping / 2, np.pi / omega
-        own = np.sqrt(complex(stiffness - decay**2))
-        c, s = np.cos(own * time), np.sin(own * time) / own
+        root_ = np.sqrt(complex(stiffness - decay**2))
+        c, s = np.cos(root_ * time), np.sin(root_ * time) / root_
         piece = np.array([[c + decay * s, s], [-stiffness * s, c - decay * s]])
         whole = np.exp(-decay * time) * piece.real @ whole
     return whole
@@ -191,9 +191,9 @@ def test_a_pair_of_teeth_with_two_stiffnesses_loses_its_stability_where_meissner
     measured.below(
         f"harmonic balance, teeth of stiffness 1 ± {depth:g}: ends of the tongue", off, 1e-5, "Meissner 1918"
     )
-    for frequency, found in zip(branch.frequency, branch.multipliers):
+    for frequency, multipliers in zip(branch.frequency, branch.multipliers):
         known = np.linalg.eigvals(meissner(TURN * frequency, depth, damping))
-        np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(known), atol=1e-5)
+        np.testing.assert_allclose(np.sort_complex(multipliers), np.sort_complex(known), atol=1e-5)
 
 
 # A spring with a slider
@@ -220,8 +220,8 @@ def test_the_harmonic_of_a_slider_is_that_of_its_loop():
         for place in x:
             slid = min(max(slid, place - limit / spring), place + limit / spring)
             force.append(spring * (place - slid))
-        found = np.mean(np.array(force[2**16 :]) * np.exp(-1j * angle)) * 2 / amplitude
-        assert found == pytest.approx(complex(jenkins(np.array([amplitude]), spring, limit)[0]), abs=1e-6)
+        describing = np.mean(np.array(force[2**16 :]) * np.exp(-1j * angle)) * 2 / amplitude
+        assert describing == pytest.approx(complex(jenkins(np.array([amplitude]), spring, limit)[0]), abs=1e-6)
 
 
 @pytest.mark.parametrize(("spring", "limit"), [(1.0, 0.3), (10.0, 0.6), (0.3, 0.1)])

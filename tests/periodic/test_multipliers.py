@@ -78,11 +78,11 @@ def test_a_one_sided_spring_by_an_ode_solver(damping):
         time, touching = 0.0, state[0] > 1.0
         while True:
             wall.direction = -1 if touching else 1
-            found = solve_ivp(
+            solution = solve_ivp(
                 rate, (time, TURN / omega), state, "DOP853", events=wall, args=(omega, touching), rtol=1e-9, atol=1e-12
             )
-            time, state = found.t[-1], found.y[:, -1]
-            if found.status == 0:
+            time, state = solution.t[-1], solution.y[:, -1]
+            if solution.status == 0:
                 return state
             touching = not touching
 
@@ -117,6 +117,6 @@ def test_table1_by_differences_of_marches():
     law = ContactLaw(HuntCrossley1975(3e5, 6.75e5))
     branch = periodic.follow_response(Model(TABLE1, law), 6.0, (40, 52))
     for i in three_points(branch):
-        known, found = leading(by_march(branch, i), 6), branch.multipliers[i, :6]
-        np.testing.assert_allclose(np.sort(np.abs(found)), np.sort(np.abs(known)), rtol=5e-3)
-        assert (np.abs(found) > 1).sum() == (np.abs(known) > 1).sum()
+        known, multipliers = leading(by_march(branch, i), 6), branch.multipliers[i, :6]
+        np.testing.assert_allclose(np.sort(np.abs(multipliers)), np.sort(np.abs(known)), rtol=5e-3)
+        assert (np.abs(multipliers) > 1).sum() == (np.abs(known) > 1).sum()

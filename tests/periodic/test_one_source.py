@@ -14,13 +14,13 @@ from ..conftest import TABLE1
 
 @pytest.mark.parametrize("frequency, folds", [(11.0, True), (30.0, False), (45.0, True)])
 def test_motions_are_those_that_are_followed_in_python(frequency, folds):
-    omega, most, found = 2 * np.pi * frequency, 60, []
+    omega, most, motions = 2 * np.pi * frequency, 60, []
     for made in (None, loops(residual, deepest_penetration, False)):
         solver = solver_at(cm.Model(TABLE1), "base", 1.0, omega, 13, 256, 8)
         solver.tolerance, solver.bent, solver.longest = 1e-10, 0.01, 0.1
         solver.loops = made or solver.loops
-        found.append(solver.followed(solver.growing(omega), most, 5e-3, (0.0, np.inf), np.inf, np.inf))
-    compiled, known = found
+        motions.append(solver.followed(solver.growing(omega), most, 5e-3, (0.0, np.inf), np.inf, np.inf))
+    compiled, known = motions
     assert compiled.parameter.size == known.parameter.size > most / 2
     assert bool(np.any(np.diff(known.parameter) < 0)) is folds
     assert_allclose(compiled.parameter, known.parameter, rtol=1e-5)

@@ -78,16 +78,16 @@ def test_folds_over_gaps_are_those_over_level():
     assert len(shares) == 2 and shares == pytest.approx(6.0 / np.array(levels), rel=1e-5)
 
 
-@pytest.mark.parametrize("share", [0.6, 1.4])
-def test_another_gap_is_that_of_another_rig(share):
+@pytest.mark.parametrize("ratio", [0.6, 1.4])
+def test_another_gap_is_that_of_another_rig(ratio):
     """Of walls, and of oil, whose stiffness and damping follow the gap too; multipliers as well."""
     film = jeffcott(spin=Spin(20.0), **DOWN)
     film = film.replace(bushings=(replace(film.bushings[0], length=0.01, film=OilFilm(0.02)),))
     for rig, law in ((TABLE1, LAW), (film, None)):
         model = Model(rig, law) if law else Model(rig)
         at = (40.0, 4.0, 5) if law else (0.5 * HZ, 20.0, 5)
-        branch = periodic.follow_response_over(model, "gap", (1.0, share), *at, 128)
-        other = model.with_gap([share * b.gap for b in rig.bushings])
+        branch = periodic.follow_response_over(model, "gap", (1.0, ratio), *at, 128)
+        other = model.with_gap([ratio * b.gap for b in rig.bushings])
         known = periodic.follow_response(other, at[1], (at[0], 1.001 * at[0]), 5, 128)
         same(branch, -1, known)
 

@@ -74,10 +74,10 @@ HARDENING = ConstantLaw(0.0, 0.0, grease=CubicSpring(0.1))
 
 def distances(branch, sensor, omega, amplitude):
     """Relative distance in amplitude of points from the curve through a branch, which may be steep."""
-    found = np.column_stack((TURN * branch.frequency, np.abs(branch.displacement[:, sensor, 1])))
+    orbit = np.column_stack((TURN * branch.frequency, np.abs(branch.displacement[:, sensor, 1])))
     scale = np.array([np.ptp(omega), np.ptp(amplitude)])
-    way = np.cumsum(np.append(0, np.linalg.norm(np.diff(found / scale, axis=0), axis=1)))
-    fine = CubicSpline(way, found)(np.linspace(0, way[-1], 200_000)) / scale
+    way = np.cumsum(np.append(0, np.linalg.norm(np.diff(orbit / scale, axis=0), axis=1)))
+    fine = CubicSpline(way, orbit)(np.linspace(0, way[-1], 200_000)) / scale
     points = np.column_stack((omega, amplitude)) / scale
     nearest = [np.min(np.sum((fine - point) ** 2, axis=1)) for point in points]
     return np.sqrt(nearest) * scale[1] / amplitude
@@ -115,10 +115,10 @@ def test_where_it_doubles_its_period_and_becomes_quasiperiodic():
         near = (TURN * branch.frequency - row["angular_frequency"]) ** 2 + (
             amplitude - row["fundamental_amplitude_2"]
         ) ** 2
-        found = branch.multipliers[np.argmin(near), 0]
+        multiplier = branch.multipliers[np.argmin(near), 0]
         known = row["floquet_real"] + 1j * abs(row["floquet_imag"])
-        assert abs(found.real + 1j * abs(found.imag)) == pytest.approx(abs(known), rel=0.1)
-        assert (abs(found) > 1) == (row["stable"] == 0)
+        assert abs(multiplier.real + 1j * abs(multiplier.imag)) == pytest.approx(abs(known), rel=0.1)
+        assert (abs(multiplier) > 1) == (row["stable"] == 0)
 
 
 def test_duffing(measured):

@@ -19,62 +19,62 @@ FREQUENCIES = np.sort(np.append(np.linspace(30, 60, 31), (46.2, 46.8)))
 
 
 @pytest.fixture(scope="module")
-def found():
+def rattle():
     return periodic.map_rattle(Model(TABLE1, LAW), LEVELS, FREQUENCIES, workers=1)
 
 
 @pytest.mark.parametrize("frequency", [36.0, 46.2, 46.8])
-def test_a_cell_is_what_a_branch_comes_to(found, frequency, measured):
+def test_a_cell_is_what_a_branch_comes_to(rattle, frequency, measured):
     """From below for a sweep upwards, from above for one downwards: branches end where they leave their range."""
     i = np.flatnonzero(FREQUENCIES == frequency)[0]
     off = []
     for sweep, start in enumerate((30, 60)):
         branch = periodic.follow_response(Model(TABLE1, LAW), 6.0, (start, frequency), stability=False)
         for name in ("acceleration", "clearance_displacement"):
-            of_map = getattr(found, name.replace("clearance_", ""))[sweep, 0, 1, i]
+            of_map = getattr(rattle, name.replace("clearance_", ""))[sweep, 0, 1, i]
             off.append(np.abs(of_map / branch.amplitude(name)[-1] - 1).max())
     what = f"rattle map at {frequency:g} Hz: amplitudes beside those of the branch"
     measured.below(what, max(off), 1e-3, "harmonic balance")
 
 
-def test_it_rattles_where_the_linear_response_fills_the_gap(found):
+def test_it_rattles_where_the_linear_response_fills_the_gap(rattle):
     """At 1 m/s² nowhere; at 6 m/s² within the curve of first contact, and beyond it as far as the jump."""
-    assert not found.rattles[0, 0].any() and found.unknown == 0 and not found.ended
-    inside = found.first_contact[0] < 6.0
-    jump = max(jump.frequency for jump in found.jumps)
-    np.testing.assert_array_equal(found.rattles[0, 1], inside | ((FREQUENCIES > 40) & (FREQUENCIES < jump)))
+    assert not rattle.rattles[0, 0].any() and rattle.unknown == 0 and not rattle.ended
+    inside = rattle.first_contact[0] < 6.0
+    jump = max(jump.frequency for jump in rattle.jumps)
+    np.testing.assert_array_equal(rattle.rattles[0, 1], inside | ((FREQUENCIES > 40) & (FREQUENCIES < jump)))
     known = linear_frf(TABLE1, FREQUENCIES[:5]).T
-    np.testing.assert_allclose(found.acceleration[0, 0, 0, :5], np.abs(known), rtol=1e-3)
+    np.testing.assert_allclose(rattle.acceleration[0, 0, 0, :5], np.abs(known), rtol=1e-3)
 
 
-def test_it_jumps_where_the_branch_folds(found):
+def test_it_jumps_where_the_branch_folds(rattle):
     branch = periodic.follow_response(Model(TABLE1, LAW), 6.0, (30, 60), stability=False)
     up, down = (point.frequency for point in branch.special if point.kind == "fold")
-    jumps = {jump.sweep: jump for jump in found.jumps}
+    jumps = {jump.sweep: jump for jump in rattle.jumps}
     assert jumps["up"].frequency == pytest.approx(up, rel=1e-4) and jumps["up"].level == 6.0
     assert jumps["down"].frequency == pytest.approx(down, rel=1e-4)
     between = (FREQUENCIES > down) & (FREQUENCIES < up)
-    np.testing.assert_array_equal(found.vibrations[0, 1], np.where(between, 3, 1))
+    np.testing.assert_array_equal(rattle.vibrations[0, 1], np.where(between, 3, 1))
     np.testing.assert_array_equal(
-        np.any(found.penetration[0] != found.penetration[1], axis=-1)[0, 1], between
+        np.any(rattle.penetration[0] != rattle.penetration[1], axis=-1)[0, 1], between
     )  # a sweep upwards rattles there, one downwards does not
-    assert found.contact_share[0, 0, 1, between].all() and not found.contact_share[1, 0, 1, between].any()
+    assert rattle.contact_share[0, 0, 1, between].all() and not rattle.contact_share[1, 0, 1, between].any()
 
 
-def test_figure_and_dataset(found):
-    axes = found.plot().axes
+def test_figure_and_dataset(rattle):
+    axes = rattle.plot().axes
     assert axes[0].get_title() == "gap 0.3 mm" and axes[0].get_xlabel() == "frequency (Hz)"
-    np.testing.assert_array_equal(axes[0].lines[0].get_ydata(), found.first_contact[0])
+    np.testing.assert_array_equal(axes[0].lines[0].get_ydata(), rattle.first_contact[0])
     with pytest.raises(ClearanceError, match='quantity "speed" is unknown'):
-        found.plot("speed")
+        rattle.plot("speed")
     with pytest.raises(ClearanceError, match="row must be between 0 and 7"):
-        found.plot("acceleration", row=8)
+        rattle.plot("acceleration", row=8)
     with pytest.raises(ClearanceError, match='sweep must be "up", "down" or "larger"'):
-        found.plot(sweep="left")
-    data = found.to_xarray()
+        rattle.plot(sweep="left")
+    data = rattle.to_xarray()
     assert data.acceleration.dims == ("sweep", "gaps", "level", "frequency", "response")
     assert data.sel(sweep="down", level=6.0, response="8:+Z").acceleration.values[0] == pytest.approx(
-        found.acceleration[1, 0, 1, :, 7]
+        rattle.acceleration[1, 0, 1, :, 7]
     )
 
 
@@ -107,6 +107,6 @@ def test_refusals(change, error, words):
 
 def test_a_level_at_which_no_vibration_is_found():
     """Contacts of 8000 N/m, without damping, at a billion g: the map says where the row ends, and the others stay."""
-    found = periodic.map_rattle(Model(RIG), (1.0, 1e11), (8.0, 9.0), n_harmonics=1, n_modes=2, workers=1)
-    assert np.isnan(found.acceleration[:, :, 1]).all() and np.isfinite(found.acceleration[:, :, 0]).all()
-    assert found.ended and all("level 1e+11 m/s²: no further periodic vibration" in words for words in found.ended)
+    rattle = periodic.map_rattle(Model(RIG), (1.0, 1e11), (8.0, 9.0), n_harmonics=1, n_modes=2, workers=1)
+    assert np.isnan(rattle.acceleration[:, :, 1]).all() and np.isfinite(rattle.acceleration[:, :, 0]).all()
+    assert rattle.ended and all("level 1e+11 m/s²: no further periodic vibration" in words for words in rattle.ended)

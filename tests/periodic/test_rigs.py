@@ -170,11 +170,11 @@ def test_figure_and_dataset():
         branch.plot("speed")
     with pytest.raises(ClearanceError, match="rows must be between 0 and 1"):
         branch.plot("contact_force", rows=[2])
-    found = branch.to_xarray()
-    assert found.acceleration.dims == ("point", "response", "harmonic")
-    assert found.sel(response="8:+Z", harmonic=1).displacement.values == pytest.approx(branch.displacement[:, 7, 1])
-    assert list(found.special.values[[p.index for p in branch.special]]) == [p.kind for p in branch.special]
-    assert found.acceleration.attrs["units"] == "m s-2" and found.attrs["kind"] == "base"
+    labelled = branch.to_xarray()
+    assert labelled.acceleration.dims == ("point", "response", "harmonic")
+    assert labelled.sel(response="8:+Z", harmonic=1).displacement.values == pytest.approx(branch.displacement[:, 7, 1])
+    assert list(labelled.special.values[[p.index for p in branch.special]]) == [p.kind for p in branch.special]
+    assert labelled.acceleration.attrs["units"] == "m s-2" and labelled.attrs["kind"] == "base"
 
 
 def test_results_carry_the_rig_s_own_unique_names_of_clearances():
@@ -184,9 +184,9 @@ def test_results_carry_the_rig_s_own_unique_names_of_clearances():
     names = ("1:X bushings[0]", "1:X bushings[1]")
     model = Model(rig, ConstantLaw(1e4, 1.0))
     branch = periodic.follow_response(model, 1.0, (9, 10), 3, stability=False)
-    found = periodic.map_rattle(model, [1.0], [9.0, 10.0], n_harmonics=3, workers=1)
+    rattle = periodic.map_rattle(model, [1.0], [9.0, 10.0], n_harmonics=3, workers=1)
     curve = periodic.follow_backbone(model, n_harmonics=3)
-    assert branch.clearances == found.clearances == curve.clearances == names
+    assert branch.clearances == rattle.clearances == curve.clearances == names
     assert tuple(branch.to_xarray().clearance.values) == names
     assert TABLE1.clearance_labels == ["6:+Z", "7:+Z"]
     assert rig.replace(bushings=(upper,)).clearance_labels == [upper.position]

@@ -25,8 +25,8 @@ def marched(rig, frequency, level, periods=200, resolution=0.1):
     """Displacements (2 n_bushings, samples) of the last of so many periods, begun at rest, and those of all."""
     time = np.arange(PER_PERIOD * periods) / (PER_PERIOD * frequency)
     excitation = cm.excitation.Excitation(level * np.cos(2 * np.pi * frequency * time), PER_PERIOD * frequency)
-    found = cm.simulate(cm.Model(rig), excitation, engine=Modal(resolution=resolution)).displacement
-    return found[:, -PER_PERIOD:], found
+    response = cm.simulate(cm.Model(rig), excitation, engine=Modal(resolution=resolution)).displacement
+    return response[:, -PER_PERIOD:], response
 
 
 def history(branch, index):
@@ -44,12 +44,12 @@ def test_a_vibration_in_a_plane_is_the_planar_one():
     angle = 0.7
     turned = SPACE.replace(shaker=Shaker(direction=(0.0, np.sin(angle), np.cos(angle))))
     for rig, y, z in ((SPACE, 0.0, 1.0), (turned, np.sin(angle), np.cos(angle))):
-        found = periodic.follow_response(cm.Model(rig), 6.0, (40.0, 48.0), stability=False)
-        assert_allclose([p.frequency for p in found.special if p.kind == "fold"], folds, rtol=1e-7)
-        sideways, told = (each.amplitude("clearance_displacement")[-1] for each in (found, plane))
-        assert_allclose(sideways[::2], y * told, rtol=1e-6, atol=1e-12)
-        assert_allclose(found.clearance_displacement[-1, 1::2], z * plane.clearance_displacement[-1], atol=1e-9)
-    assert found.clearances == tuple(turned.probe_labels)
+        in_plane = periodic.follow_response(cm.Model(rig), 6.0, (40.0, 48.0), stability=False)
+        assert_allclose([p.frequency for p in in_plane.special if p.kind == "fold"], folds, rtol=1e-7)
+        sideways, upright = (each.amplitude("clearance_displacement")[-1] for each in (in_plane, plane))
+        assert_allclose(sideways[::2], y * upright, rtol=1e-6, atol=1e-12)
+        assert_allclose(in_plane.clearance_displacement[-1, 1::2], z * plane.clearance_displacement[-1], atol=1e-9)
+    assert in_plane.clearances == tuple(turned.probe_labels)
 
 
 def test_a_vibration_in_a_plane_may_leave_it():
@@ -84,11 +84,11 @@ def test_a_vibration_in_a_plane_may_leave_it():
 def test_a_march_comes_to_the_same_orbit(rig, periods, measured):
     """Whole orbits of both bushings, over their largest radius, sag included: 0.1 %."""
     branch = periodic.follow_response(cm.Model(rig), 6.0, (38.0, 40.0), stability=False)
-    told, _ = marched(rig, 40.0, 6.0, periods, 0.3)
-    found = history(branch, -1)
-    scale = np.abs(found - found.mean(axis=1, keepdims=True)).max()
+    march, _ = marched(rig, 40.0, 6.0, periods, 0.3)
+    orbit = history(branch, -1)
+    scale = np.abs(orbit - orbit.mean(axis=1, keepdims=True)).max()
     measured.below(
-        "harmonic balance in space, orbits", np.abs(found - told).max() / scale, 1e-3, "modal engine's march"
+        "harmonic balance in space, orbits", np.abs(orbit - march).max() / scale, 1e-3, "modal engine's march"
     )
 
 
@@ -103,20 +103,20 @@ def test_every_stable_vibration_stays_when_marched(name, measured):
     worst = 0.0
     for index in range(0, first, max(first // 10, 1)):
         assert branch.stable[index]
-        told = np.fft.rfft(marched(rig, branch.frequency[index], 6.0, 800, 0.3)[0])[:, 1] * 2 / PER_PERIOD
-        found = branch.clearance_displacement[index, :, 1]
-        worst = max(worst, np.abs(found - told).max() / np.abs(told).max())
+        march = np.fft.rfft(marched(rig, branch.frequency[index], 6.0, 800, 0.3)[0])[:, 1] * 2 / PER_PERIOD
+        orbit = branch.clearance_displacement[index, :, 1]
+        worst = max(worst, np.abs(orbit - march).max() / np.abs(march).max())
     measured.below(f"harmonic balance in space, {name}: fundamental of orbits", worst, 1e-3, "modal engine's march")
 
 
 def test_a_round_wall_is_an_oval_one_without_lobes():
     """The nearest point of a circle, by the oval's search."""
     circle = replaced(SPACE, offset_y=1e-4, shape="oval", wall={"wide": 0.0, "across": 0.0})
-    found, told = (
+    round_wall, oval_wall = (
         periodic.follow_response(cm.Model(rig.replace(**ASKEW)), 6.0, (38.0, 39.0), stability=False)
         for rig in (circle, replaced(circle, shape="round", wall=None))
     )
-    assert_allclose(found.clearance_displacement[-1], told.clearance_displacement[-1], atol=1e-10)
+    assert_allclose(round_wall.clearance_displacement[-1], oval_wall.clearance_displacement[-1], atol=1e-10)
 
 
 def test_unbalances_beside_an_excitation_and_changing_speeds_are_refused():
@@ -134,9 +134,9 @@ def test_unbalances_beside_an_excitation_and_changing_speeds_are_refused():
 
 def test_a_branch_in_space_as_a_labelled_dataset():
     turns = SPACE.replace(spin=Spin(20.0))
-    found = periodic.follow_response(cm.Model(turns), 1.0, (30.0, 31.0), 3).to_xarray()
-    assert list(found.clearance.values) == turns.probe_labels
-    assert_allclose(found.spin, 20.0)
+    labelled = periodic.follow_response(cm.Model(turns), 1.0, (30.0, 31.0), 3).to_xarray()
+    assert list(labelled.clearance.values) == turns.probe_labels
+    assert_allclose(labelled.spin, 20.0)
 
 
 def test_an_end_without_length_is_like_both():

@@ -42,56 +42,58 @@ def swept(request):
 
 
 def test_first_contact_is_that_of_the_free_circle(swept):
-    _, found = swept
+    _, swept_map = swept
     free = ECCENTRICITY * SPEEDS**2 / np.hypot(1 - SPEEDS**2, DAMPING * SPEEDS)
-    assert_allclose(found.first_contact[0], 1 / free, rtol=1e-6)
-    above = found.first_contact[0] - 1.0
+    assert_allclose(swept_map.first_contact[0], 1 / free, rtol=1e-6)
+    above = swept_map.first_contact[0] - 1.0
     at = np.flatnonzero(above[1:] * above[:-1] < 0)
     crossed = SPEEDS[at] - above[at] * np.diff(SPEEDS)[at] / np.diff(above)[at]
     assert_allclose(crossed, FILLED, rtol=1e-4)
-    assert not found.rattles[0, 0].any()
-    assert_allclose(found.displacement[:, 0, 0, :, 0], np.tile(0.05 * free * GAP, (2, 1)), rtol=1e-4)
+    assert not swept_map.rattles[0, 0].any()
+    assert_allclose(swept_map.displacement[:, 0, 0, :, 0], np.tile(0.05 * free * GAP, (2, 1)), rtol=1e-4)
 
 
 def test_a_synchronous_rub_is_a_circle(swept):
     """At ω = 1 and all along the upper branch; what touches, touches all the time, with k_c (r - δ)."""
-    friction, found = swept
+    friction, swept_map = swept
     i = int(np.searchsorted(SPEEDS, 1.0))
     radius, end = RUBS[friction]
-    assert_allclose(found.displacement[:, 0, 1, i, 0] / GAP, radius, rtol=5e-5)
+    assert_allclose(swept_map.displacement[:, 0, 1, i, 0] / GAP, radius, rtol=5e-5)
     rubs = (SPEEDS > 0.93) & (SPEEDS < 0.99 * end)
     rig = unbalanced(jeffcott(friction=friction))
-    told = synchronous_rub(rig, SPEEDS[rubs] * FREQUENCY, 0.5, ECCENTRICITY * MASS * GAP, friction, n_modes=8)
-    upper = np.nanmax(told.radius, axis=1)
-    assert_allclose(found.displacement[0, 0, 1, rubs, 0], upper, rtol=5e-5)
-    assert_allclose(found.penetration[0, 0, 1, rubs, 0], upper - GAP, atol=5e-5 * upper[-1])
-    assert_allclose(found.acceleration[0, 0, 1, rubs, 0], upper * (SPEEDS[rubs] * FREQUENCY) ** 2, rtol=1.5 * SAMPLED)
+    rub = synchronous_rub(rig, SPEEDS[rubs] * FREQUENCY, 0.5, ECCENTRICITY * MASS * GAP, friction, n_modes=8)
+    upper = np.nanmax(rub.radius, axis=1)
+    assert_allclose(swept_map.displacement[0, 0, 1, rubs, 0], upper, rtol=5e-5)
+    assert_allclose(swept_map.penetration[0, 0, 1, rubs, 0], upper - GAP, atol=5e-5 * upper[-1])
+    assert_allclose(
+        swept_map.acceleration[0, 0, 1, rubs, 0], upper * (SPEEDS[rubs] * FREQUENCY) ** 2, rtol=1.5 * SAMPLED
+    )
     pushed = CONTACT * STIFFNESS * (upper - GAP) * np.hypot(1, friction)
-    assert_allclose(found.contact_force[0, 0, 1, rubs, 0], pushed, atol=CONTACT * STIFFNESS * 5e-5 * upper[-1])
-    assert np.all(found.contact_share[0, 0, 1, rubs] == 1)
+    assert_allclose(swept_map.contact_force[0, 0, 1, rubs, 0], pushed, atol=CONTACT * STIFFNESS * 5e-5 * upper[-1])
+    assert np.all(swept_map.contact_share[0, 0, 1, rubs] == 1)
 
 
 def test_sweeps_jump_where_the_rub_ends_and_where_the_free_circle_fills_the_gap(swept):
-    friction, found = swept
-    jumps = {jump.sweep: jump for jump in found.jumps}
-    assert len(found.jumps) == 2 and {jump.level for jump in found.jumps} == {1.0}
+    friction, swept_map = swept
+    jumps = {jump.sweep: jump for jump in swept_map.jumps}
+    assert len(swept_map.jumps) == 2 and {jump.level for jump in swept_map.jumps} == {1.0}
     end = RUBS[friction][1]
     assert_allclose(jumps["up"].frequency / HZ, end, rtol=3e-4)
     assert_allclose(jumps["down"].frequency / HZ, FILLED[1], rtol=1e-4)
-    assert found.unknown == 0 and not found.ended
-    touches = found.contact_share[:, 0, 1, :, 0] > 0
+    assert swept_map.unknown == 0 and not swept_map.ended
+    touches = swept_map.contact_share[:, 0, 1, :, 0] > 0
     clear = np.abs(SPEEDS[:, None] - np.array((*FILLED, end))).min(axis=1) > 2e-3
     assert_array_equal(touches[0][clear], ((SPEEDS > FILLED[0]) & (SPEEDS < end))[clear])
     assert_array_equal(touches[1][clear], ((SPEEDS > FILLED[0]) & (SPEEDS < FILLED[1]))[clear])
-    assert_array_equal(found.vibrations[0, 1][clear], np.where((SPEEDS > FILLED[1]) & (SPEEDS < end), 3, 1)[clear])
+    assert_array_equal(swept_map.vibrations[0, 1][clear], np.where((SPEEDS > FILLED[1]) & (SPEEDS < end), 3, 1)[clear])
 
 
 def test_figure_and_dataset_say_what_unbalance_is(swept):
-    _, found = swept
-    (axes, *_) = found.plot().axes
+    _, swept_map = swept
+    (axes, *_) = swept_map.plot().axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("turns in a second (Hz)", "unbalance over the rig's")
-    assert found.kind == "unbalance" and found.to_xarray().first_contact.attrs["units"] == "1"
-    assert found.clearances == ("1:+Z",) and found.displacement.shape == (2, 1, 2, SPEEDS.size, 1)
+    assert swept_map.kind == "unbalance" and swept_map.to_xarray().first_contact.attrs["units"] == "1"
+    assert swept_map.clearances == ("1:+Z",) and swept_map.displacement.shape == (2, 1, 2, SPEEDS.size, 1)
 
 
 def test_first_contact_of_an_orbit_beside_the_middle():
@@ -121,11 +123,11 @@ def test_a_planar_rig_in_space_has_the_planar_map():
     assert [jump[:2] + jump[3:] for jump in space.jumps] == [jump[:2] + jump[3:] for jump in plane.jumps]
     assert_allclose([j.frequency for j in space.jumps], [j.frequency for j in plane.jumps], rtol=1e-5)
     for name in ("contact_share", "penetration", "contact_force", "displacement", "acceleration"):
-        told = getattr(plane, name)
-        atol = 1e-3 * np.nanmax(np.abs(told))  # between the points of branches whose steps differ
+        plane_map = getattr(plane, name)
+        atol = 1e-3 * np.nanmax(np.abs(plane_map))  # between the points of branches whose steps differ
         if name == "contact_share":
             atol = 2.01 / 128  # of 128 samples, of which one at either end of a contact is by chance
-        assert_allclose(getattr(space, name), told, atol=atol, err_msg=name)
+        assert_allclose(getattr(space, name), plane_map, atol=atol, err_msg=name)
 
 
 def test_a_cell_is_what_a_branch_comes_to():
@@ -133,19 +135,19 @@ def test_a_cell_is_what_a_branch_comes_to():
     rig = replaced(TABLE1.with_shape("round"), offset_y=1e-4, friction=Friction(0.2))
     rig = rig.replace(gravity=(0.0, 2.0, -9.81), spin=Spin(50.0))
     frequencies = np.linspace(36.0, 40.0, 5)
-    found = periodic.map_rattle(cm.Model(rig), (6.0,), frequencies, n_harmonics=5, workers=1)
+    rattle = periodic.map_rattle(cm.Model(rig), (6.0,), frequencies, n_harmonics=5, workers=1)
     branch = periodic.follow_response(cm.Model(rig), 6.0, (36.0, 39.0), 5, stability=False)
-    assert_allclose(found.displacement[0, 0, 0, 3], branch.excursion()[-1], rtol=1e-3)
-    assert_allclose(found.acceleration[0, 0, 0, 3], branch.amplitude()[-1], rtol=5e-3, atol=1e-3)
-    assert found.rattles[0, 0, 3]
+    assert_allclose(rattle.displacement[0, 0, 0, 3], branch.excursion()[-1], rtol=1e-3)
+    assert_allclose(rattle.acceleration[0, 0, 0, 3], branch.amplitude()[-1], rtol=5e-3, atol=1e-3)
+    assert rattle.rattles[0, 0, 3]
 
 
 def test_a_shaft_that_rests_on_its_bushing():
     """models/rotor.toml, both of whose ends touch at rest: its place is that of the static equilibrium."""
     rig = cm.Rig.load(ROOT / "models" / "rotor.toml")
-    found = periodic.map_rattle(cm.Model(rig), (0.01,), (14.0, 16.0), n_harmonics=3, workers=1)
-    assert found.rattles.all() and not found.ended
-    assert_array_equal(found.first_contact, 0.0)
+    rattle = periodic.map_rattle(cm.Model(rig), (0.01,), (14.0, 16.0), n_harmonics=3, workers=1)
+    assert rattle.rattles.all() and not rattle.ended
+    assert_array_equal(rattle.first_contact, 0.0)
     speed = 2 * np.pi * 15.0
     rest = static_equilibrium(rig.replace(spin=Spin(speed))).displacement
     branch = periodic.follow_unbalance(cm.Model(rig), (speed, 1.01 * speed), 3, stability=False, factor=1e-3)

@@ -76,8 +76,8 @@ def test_a_slider_of_any_stiffness_begins(cases):
 def test_it_vibrates_as_in_small_time_steps(case, omega, measured):
     ends = omega / (2 * np.pi), (omega + 0.02) / (2 * np.pi)
     branch = periodic.follow_response(with_slider(*case), 1.0, ends, n_harmonics=41, n_samples=2048, stability=False)
-    found = abs(branch.clearance_displacement[0, 0, 1]), branch.excursion()[0, 0]
-    off = np.abs(np.divide(found, in_small_steps(*case, omega)) - 1).max()
+    extents = abs(branch.clearance_displacement[0, 0, 1]), branch.excursion()[0, 0]
+    off = np.abs(np.divide(extents, in_small_steps(*case, omega)) - 1).max()
     measured.below("harmonic balance with a slider: fundamental and extent", off, 1e-3, "small time steps")
 
 
@@ -91,8 +91,8 @@ def test_a_round_clearance_with_a_stiff_slider_begins():
         plane = periodic.follow_response(with_slider(spring, 0.02, force), 1.0, BAND, 7, 256, stability=False)
         assert not whole.ended and whole.frequency[-1] == pytest.approx(ends[1])
         for at in (0, -1):
-            found = STIFFNESS * abs(whole.clearance_displacement[at, 1, 1])
-            assert found == pytest.approx(abs(plane.clearance_displacement[at, 0, 1]), rel=1e-3)
+            orbit = STIFFNESS * abs(whole.clearance_displacement[at, 1, 1])
+            assert orbit == pytest.approx(abs(plane.clearance_displacement[at, 0, 1]), rel=1e-3)
 
 
 # Ways to a first motion, each alone.
@@ -128,8 +128,8 @@ def test_one_way_after_the_other_is_tried(monkeypatch):
     model = Model(TABLE1, ConstantLaw(8e3, 2.0))
     known = periodic.follow_response(model, 6.0, (25.0, 26.0), stability=False)
     monkeypatch.setattr(Solver, "first", refuse)
-    found = periodic.follow_response(model, 6.0, (25.0, 26.0), stability=False)
-    np.testing.assert_allclose(found.clearance_displacement[0], known.clearance_displacement[0], atol=1e-9)
+    branch = periodic.follow_response(model, 6.0, (25.0, 26.0), stability=False)
+    np.testing.assert_allclose(branch.clearance_displacement[0], known.clearance_displacement[0], atol=1e-9)
     monkeypatch.setattr(Start, "_solve_after_march", refuse)
     with pytest.raises(ClearanceError, match=r"no periodic vibration was found at 25 Hz .* other numbers of harmonics"):
         periodic.follow_response(model, 6.0, (25.0, 26.0), stability=False)
@@ -145,10 +145,10 @@ def test_marches_in_space_come_to_the_orbits():
     for branch, level, spin in ((shaken, 6.0, 50.0), (swung, 1.3, omega)):
         system = condensed(branch.model, branch.kind, [level], 21, 8, speed=spin)
         x = marched(system, omega, 256)[: branch.clearance_displacement.shape[1]]
-        found = np.fft.rfft(x, axis=1)[:, :3] / x.shape[1]
-        found[:, 1:] *= 2
-        told = branch.clearance_displacement[0, :, :3]
-        np.testing.assert_allclose(found, told, atol=2e-3 * np.abs(told[:, 1]).max())
+        orbit = np.fft.rfft(x, axis=1)[:, :3] / x.shape[1]
+        orbit[:, 1:] *= 2
+        march = branch.clearance_displacement[0, :, :3]
+        np.testing.assert_allclose(orbit, march, atol=2e-3 * np.abs(march[:, 1]).max())
 
 
 # Branches that leave their range where they began.

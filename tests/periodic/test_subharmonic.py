@@ -82,8 +82,8 @@ def marched(force, branch, index, mass_of, vibrations):
 
     period, samples = TURN / omega, 64
     times = (vibrations - 1 + np.arange(samples) / samples) * period
-    found = solve_ivp(rate, (0, times[-1]), start, "DOP853", times, rtol=1e-9, atol=1e-10)
-    return 2 / samples * np.fft.fft(found.y[:n])[:, :3]
+    solution = solve_ivp(rate, (0, times[-1]), start, "DOP853", times, rtol=1e-9, atol=1e-10)
+    return 2 / samples * np.fft.fft(solution.y[:n])[:, :3]
 
 
 def test_two_terms_of_a_quadratic_oscillator():

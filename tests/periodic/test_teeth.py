@@ -85,11 +85,11 @@ def test_shooting_is_what_an_ode_solver_finds(level, omega):
         return v, MEAN + level * np.cos(omega * time) - DAMPING * v - np.sign(x) * max(abs(x) - 1, 0)
 
     start, end = exact(level)[omega].start, TURN / omega
-    found = solve_ivp(
+    solution = solve_ivp(
         rate, (0, end), start, "DOP853", np.linspace(0, end, 200_001), rtol=1e-11, atol=1e-13, max_step=0.02
     )
-    np.testing.assert_allclose(found.y[:, -1], start, atol=1e-9)
-    assert (found.y[0].min(), found.y[0].max()) == pytest.approx(TABLES[level][omega], abs=1e-6)
+    np.testing.assert_allclose(solution.y[:, -1], start, atol=1e-9)
+    assert (solution.y[0].min(), solution.y[0].max()) == pytest.approx(TABLES[level][omega], abs=1e-6)
 
 
 @pytest.mark.parametrize("level", TABLES)

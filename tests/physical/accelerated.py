@@ -84,13 +84,13 @@ def controls(model, steps):
 
 def on_cpu(model, data, steps=STEPS):
     """States (steps, nq + nv) with a Softener."""
-    found = []
+    moved_on_cpu = []
     with physical.Softener(model):
         for control in controls(model, steps):
             data.ctrl[:] = control
             mujoco.mj_step(model, data)
-            found.append(np.concatenate((data.qpos, data.qvel)))
-    return np.array(found)
+            moved_on_cpu.append(np.concatenate((data.qpos, data.qvel)))
+    return np.array(moved_on_cpu)
 
 
 def refused(engine):

@@ -58,8 +58,8 @@ def test_a_force_along_or_about_an_axis_moves_that_axis_alone(axis, free):
                 data.qvel[:] *= 0.9
     moved, turned = between(data)
     angle = np.linalg.norm(turned)
-    found = np.append(moved, turned * (2 * np.sin(angle / 2) / angle if angle else 1.0))
-    np.testing.assert_allclose(found, wanted / K, atol=2e-3 * (wanted / K).max())
+    turned_back = np.append(moved, turned * (2 * np.sin(angle / 2) / angle if angle else 1.0))
+    np.testing.assert_allclose(turned_back, wanted / K, atol=2e-3 * (wanted / K).max())
 
 
 @pytest.mark.parametrize("frame", [0.5, 50.0])

@@ -57,8 +57,8 @@ def test_a_cable_holds_between_its_capstans():
     """T e^{-μφ} to T e^{μφ} of the motor's torque hold a load T; a hundredth beyond either end it goes."""
     wrap, load = 0.3, 2.0
     model = axle(DriveFriction(1e4, 5.0, efficiency=Efficiency.capstan(wrap)))
-    for angle, share, moves in ((-wrap, 0.99, -1), (-wrap, 1.01, 0), (wrap, 0.99, 0), (wrap, 1.01, 1)):
-        torque = share * load * math.exp(angle)
+    for angle, fraction, moves in ((-wrap, 0.99, -1), (-wrap, 1.01, 0), (wrap, 0.99, 0), (wrap, 1.01, 1)):
+        torque = fraction * load * math.exp(angle)
         state, _, speed = run(model, torque, -load, 6.0)
         assert np.sign(np.round(speed, 6)) == moves
         assert state.motor_torque == pytest.approx(torque)
@@ -76,18 +76,18 @@ def budget(model, p, motor, external, speed):
     """Friction of M1 to M6 as in section III of arXiv 2410.08650 (and, with it, of its published code)."""
     number = int(model[1])
     rest = math.exp(-(abs(speed / p["dtheta_stribeck"]) ** p["alpha"])) if number in (2, 4, 5, 6) else 0.0
-    found = p["friction_base"] + rest * p["friction_stribeck"] + p["friction_viscous"] * abs(speed)
+    limit = p["friction_base"] + rest * p["friction_stribeck"] + p["friction_viscous"] * abs(speed)
     if number in (3, 4):
-        found += (p["load_friction_base"] + rest * p["load_friction_stribeck"]) * abs(external - motor)
+        limit += (p["load_friction_base"] + rest * p["load_friction_stribeck"]) * abs(external - motor)
     if number in (5, 6):
-        found += abs(external * p["load_friction_external"] - motor * p["load_friction_motor"])
-        found += rest * abs(external * p["load_friction_external_stribeck"] - motor * p["load_friction_motor_stribeck"])
+        limit += abs(external * p["load_friction_external"] - motor * p["load_friction_motor"])
+        limit += rest * abs(external * p["load_friction_external_stribeck"] - motor * p["load_friction_motor_stribeck"])
     if number == 6 and np.sign(external) != np.sign(motor):
         if abs(external) < abs(motor):
-            found += rest * p["load_friction_external_quad"] * external**2
+            limit += rest * p["load_friction_external_quad"] * external**2
         elif abs(external) > abs(motor):
-            found += rest * p["load_friction_motor_quad"] * motor**2
-    return found
+            limit += rest * p["load_friction_motor_quad"] * motor**2
+    return limit
 
 
 @pytest.mark.parametrize("name", ["m1", "m2", "m3", "m4", "m5", "m6"])

@@ -83,18 +83,18 @@ def test_the_motion_is_that_of_two_joints(actuator):
     joints = rolled(two, controls)
     load, motor = (joints[:, 1 + two.joint(name).qposadr[0]] for name in ("elbow", "elbow drive"))
     with physical.Softener(one):
-        found = rolled(one, controls)
-    state = drive_state(one, found[:, -one.na :], "motor")
+        rolled_path = rolled(one, controls)
+    state = drive_state(one, rolled_path[:, -one.na :], "motor")
     assert np.ptp(np.sign(np.round(motor - load, 4))) == 2, "the teeth change sides"
-    for ours, theirs in ((found[:, 1], load), (state.angle, motor)):
+    for ours, theirs in ((rolled_path[:, 1], load), (state.angle, motor)):
         assert np.sqrt(np.mean((ours - theirs) ** 2) / np.mean(theirs**2)) < 1e-3
-    play, expected = state.angle - found[:, 1], motor - load
+    play, expected = state.angle - rolled_path[:, 1], motor - load
     assert np.sqrt(np.mean((play - expected) ** 2) / np.mean(expected**2)) < 3e-3
 
 
 def test_a_robot_of_six_axes_moves_as_with_two_joints_in_its_wrist():
     """The gallery's arm, play in three of its joints, all six servos at work: each joint within 0.1 % over a second."""
-    wrist, found = ("roll", "pitch", "spin"), []
+    wrist, paths_of_models = ("roll", "pitch", "spin"), []
     rates, steps = 2 * np.pi * np.array([0.7, 0.9, 1.1, 1.3, 0.8, 1.7]), 10_000
     for inside in (False, True):
         spec = mujoco.MjSpec.from_file(str(ROOT / "models" / "robot_arm.xml"))
@@ -109,8 +109,10 @@ def test_a_robot_of_six_axes_moves_as_with_two_joints_in_its_wrist():
         controls = 0.5 * np.sin(np.arange(steps)[:, None] * 1e-4 * rates)
         with physical.Softener(model) if inside else contextlib.nullcontext():
             path = rolled(model, controls)
-        found.append(path[:, 1:][:, [model.joint(name).qposadr[0] for name in ("base", "shoulder", "elbow", *wrist)]])
-    two, one = found
+        paths_of_models.append(
+            path[:, 1:][:, [model.joint(name).qposadr[0] for name in ("base", "shoulder", "elbow", *wrist)]]
+        )
+    two, one = paths_of_models
     assert np.all(np.sqrt(np.mean((one - two) ** 2, axis=0) / np.mean(two**2, axis=0)) < 1e-3)
 
 
@@ -118,11 +120,11 @@ def test_every_way_to_step_gives_the_same_numbers():
     """mj_step, a loop of one's own, rollout in two calls, and a batch on two threads, to the last bit."""
     model = driven(friction=DriveFriction(500.0, 0.5, coulomb=0.2), hysteresis=[(300.0, 0.1)])
     controls, softener = wave(3000, 1e-3), physical.Softener(model)
-    data, own = mujoco.MjData(model), []
+    data, by_hand = mujoco.MjData(model), []
     for control in controls:
         data.ctrl[0] = control
         step_by_hand(model, data, softener)
-        own.append([data.time, *data.qpos, *data.qvel, *data.act])
+        by_hand.append([data.time, *data.qpos, *data.qvel, *data.act])
     begin = np.zeros((1, mujoco.mj_stateSize(model, STATE)))
     mujoco.mj_getState(model, mujoco.MjData(model), begin[0], STATE)
     with softener:
@@ -133,7 +135,7 @@ def test_every_way_to_step_gives_the_same_numbers():
         for control in controls:
             batch.ctrl[:] = control
             batch.step()
-    np.testing.assert_array_equal(own, stepped)
+    np.testing.assert_array_equal(by_hand, stepped)
     np.testing.assert_array_equal(np.concatenate((first[0], second[0])), stepped)
     np.testing.assert_array_equal(batch.act, np.tile(stepped[-1, -model.na :], (4, 1)))
 
@@ -234,8 +236,8 @@ def test_the_longest_stable_step_is_known(actuator, integrator):
     physical.add_drive(spec, "motor", 0.0, K, C)
     model = physical.compile(spec)
     longest = physical.largest_step(model)
-    for share, holds in ((0.999, True), (1.001, False)):
-        model.opt.timestep = share * longest
+    for fraction, holds in ((0.999, True), (1.001, False)):
+        model.opt.timestep = fraction * longest
         data = mujoco.MjData(model)
         with physical.Softener(model):
             mujoco.mj_step(model, data)

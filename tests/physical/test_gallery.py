@@ -31,20 +31,20 @@ def test_lost_motion():
 
 def test_sag():
     """Loads rest gap + torque/k behind their drives, and the tip where that puts it; not so with two hinges."""
-    found, usual = robot_arm.sag(robot_arm.robot(), 2.0), robot_arm.sag(robot_arm.robot(recipe=True), 2.0)
+    with_backlash, usual = robot_arm.sag(robot_arm.robot(), 2.0), robot_arm.sag(robot_arm.robot(recipe=True), 2.0)
     loaded = slice(1, 5)  # the other axes are vertical, or hold a tool that is round
-    np.testing.assert_allclose(found.measured[loaded], found.expected[loaded], rtol=1e-5)
-    assert found.tip == pytest.approx(found.tip_expected, rel=1e-5)
-    assert np.all(np.abs(usual.measured[loaded] / found.expected[loaded] - 1) > 0.05)
+    np.testing.assert_allclose(with_backlash.measured[loaded], with_backlash.expected[loaded], rtol=1e-5)
+    assert with_backlash.tip == pytest.approx(with_backlash.tip_expected, rel=1e-5)
+    assert np.all(np.abs(usual.measured[loaded] / with_backlash.expected[loaded] - 1) > 0.05)
 
 
 def test_servo_that_hunts():
     """Limit cycle by matrix exponentials; the describing function is near it."""
     time, _, load = robot_arm.hunting(robot_arm.robot(braked=robot_arm.OTHERS, timestep=5e-5), 0.8)
     late = time > 0.5
-    found = scene.rings(time[late], load[late] - load[late].mean()), np.ptp(load[late]) / 2
-    np.testing.assert_allclose(found, robot_arm.limit_cycle(), rtol=3e-3)
-    np.testing.assert_allclose(found, robot_arm.first_harmonic(), rtol=0.05)
+    cycle = scene.rings(time[late], load[late] - load[late].mean()), np.ptp(load[late]) / 2
+    np.testing.assert_allclose(cycle, robot_arm.limit_cycle(), rtol=3e-3)
+    np.testing.assert_allclose(cycle, robot_arm.first_harmonic(), rtol=0.05)
 
 
 def test_describing_function_of_a_load_without_friction():

@@ -68,16 +68,16 @@ def test_gap_and_stiffness_from_wrong_starts(record):
     """Both starts off by half and more; the record is of another integrator."""
     start = drive(1.5 * GAP, K / 2.5, timestep=2.5e-4)
     fit = identification.fit_model(start, record, ["joint backlash.gap", "joint backlash.k"])
-    found = fit.values
-    assert found["joint backlash.gap"] == pytest.approx(GAP, rel=0.01)
-    assert found["joint backlash.k"] == pytest.approx(K, rel=0.03)
+    fitted_values = fit.values
+    assert fitted_values["joint backlash.gap"] == pytest.approx(GAP, rel=0.01)
+    assert fitted_values["joint backlash.k"] == pytest.approx(K, rel=0.03)
     assert_intervals_hold(fit, [GAP, K])
     assert np.all(fit.estimates.varied_std < 0.05)
     assert fit.noise["angle"] == pytest.approx(NOISE, rel=0.1)
     assert "joint backlash.gap" in fit.summary()
     assert fit.misfit["angle"] < 1.5
     assert fit.starts == 1 and not fit.notes
-    assert physical.compile(fit.spec).tendon_range[0, 1] == pytest.approx(found["joint backlash.gap"])
+    assert physical.compile(fit.spec).tendon_range[0, 1] == pytest.approx(fitted_values["joint backlash.gap"])
 
 
 @pytest.mark.parametrize(("names", "says"), [
@@ -193,8 +193,8 @@ def test_csv(tmp_path, record):
 def inside(gap=GAP, k=K, c=C, **friction):
     """The load with the drive inside its actuator."""
     spec = load()
-    own = physical.DriveFriction(200.0, viscous=0.05, **friction)
-    physical.add_drive(spec, "motor", gap, k, c, inertia=DRIVE, friction=own)
+    drive_friction = physical.DriveFriction(200.0, viscous=0.05, **friction)
+    physical.add_drive(spec, "motor", gap, k, c, inertia=DRIVE, friction=drive_friction)
     return spec
 
 

@@ -25,19 +25,19 @@ def mass_on_floor(**options):
 def test_a_contact_is_backward_eulers(k):
     c, mass, gravity = 40.0, 2.0, 9.81
     model = mass_on_floor(k=k, c=c, implicit=True)
-    data, found = mujoco.MjData(model), []
+    data, positions = mujoco.MjData(model), []
     data.qpos[0], data.qvel[0] = -5 * mass * gravity / k, 0.0
     z, v, expected = data.qpos[0], 0.0, []
     for _ in range(200):
         mujoco.mj_step(model, data)
-        found.append(data.qpos[0])
+        positions.append(data.qpos[0])
         # m (v₊ - v) = h f - h m g, f = max(-k (z + h v₊) - c v₊, 0), and the surfaces touch where z < 0
         v_free = v - STEP * gravity
         pressed = (mass * v_free - STEP * k * z) / (mass + STEP * c + STEP**2 * k)
         v = max(v_free, pressed) if z < 0 else v_free
         z += STEP * v
         expected.append(z)
-    np.testing.assert_allclose(found, expected, rtol=0, atol=3e-6 * abs(expected[-1]) + 1e-15)
+    np.testing.assert_allclose(positions, expected, rtol=0, atol=3e-6 * abs(expected[-1]) + 1e-15)
     mujoco.mj_step(model, data, 3000)
     np.testing.assert_allclose(data.qpos[0], -mass * gravity / k, rtol=1e-5)
 
@@ -56,14 +56,14 @@ def test_teeth_with_rotor_and_load_are_backward_eulers(k):
     c, gap, rotor, load = 0.08, 5e-3, 0.005, 0.002
     model = two_inertias(k, c, gap)
     assert not physical.check(model)
-    data, found = mujoco.MjData(model), []
+    data, positions = mujoco.MjData(model), []
     q, v, expected = np.zeros(2), np.zeros(2), []  # load, rotor
     inertias, towards = np.array([load, rotor]), np.array([1.0, -1.0])
     for i in range(300):
         torque = 0.3 * np.sin(0.05 * i)
         data.ctrl[0] = torque
         mujoco.mj_step(model, data)
-        found.append((data.joint("j").qpos[0], data.joint("j drive").qpos[0]))
+        positions.append((data.joint("j").qpos[0], data.joint("j drive").qpos[0]))
         free = v + STEP * np.array([0.0, torque]) / inertias
         apart = towards @ q
         side = np.sign(apart) if abs(apart) > gap else 0.0
@@ -74,7 +74,7 @@ def test_teeth_with_rotor_and_load_are_backward_eulers(k):
         q = q + STEP * v
         expected.append(q)
     assert np.ptp(np.diff(expected, axis=1)) > 1.5 * gap, "the teeth have not met on both sides"
-    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-5 * np.abs(expected).max())
+    np.testing.assert_allclose(positions, expected, rtol=0, atol=2e-5 * np.abs(expected).max())
 
 
 def test_at_rest_the_step_does_not_matter():

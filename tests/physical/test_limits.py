@@ -35,8 +35,8 @@ def test_joint_limit(kind, flag, integrator):
     limit, mass = np.deg2rad(90), model.jnt_solimp[1, 0] / (1 - model.jnt_solimp[1, 0]) / model.dof_invweight0[1]
     assert 1e-4 <= model.jnt_solimp[1, 0] <= 2e-4
     for depth, speed, shoulder in ((1e-3, 0.0, 0.0), (0.2, 0.3, 1.0), (0.05, -0.5, -0.7)):
-        found, acceleration = torque(model, limit + depth, speed, shoulder)
-        assert found == pytest.approx(-(K * depth + C * speed) - mass * acceleration, rel=1e-6)
+        moment, acceleration = torque(model, limit + depth, speed, shoulder)
+        assert moment == pytest.approx(-(K * depth + C * speed) - mass * acceleration, rel=1e-6)
     assert torque(model, limit - 1e-6)[0] == 0
 
 
@@ -144,9 +144,9 @@ def test_largest_step(damping):
     assert physical.largest_step(model, model.qpos0) == pytest.approx(expected, rel=1e-6)
     bent[1] = np.deg2rad(90)
     largest, grown, rest = physical.largest_step(model, bent), [], bent[1] + 1e-3
-    for share in (0.99, 1.01):
+    for fraction in (0.99, 1.01):
         data = mujoco.MjData(model)
-        model.opt.timestep, model.opt.integrator = share * largest, mujoco.mjtIntegrator.mjINT_EULER
+        model.opt.timestep, model.opt.integrator = fraction * largest, mujoco.mjtIntegrator.mjINT_EULER
         model.dof_damping[:] = 0
         data.qpos[1], data.qfrc_applied[1] = rest + 1e-6, 1e5 * 1e-3
         swing = []
@@ -311,6 +311,6 @@ import clearance_mj as cm
 assert cm.physical.joint_limit and cm.solref_solimp(1.0, 1.0, 1.0)
 print(*sorted({n.split(".")[1] for n in sys.modules if n.startswith("clearance_mj.")}))
 """
-    found = run("-c", program)
-    assert found.returncode == 0, found.stderr
-    assert found.stdout.split() == ["core", "physical", "version"]
+    process = run("-c", program)
+    assert process.returncode == 0, process.stderr
+    assert process.stdout.split() == ["core", "physical", "version"]

@@ -30,8 +30,8 @@ def in_mjx(mx, parameters, dx, state, wanted):
         return (dx, state), jp.concatenate((dx.qpos, dx.qvel))
 
     carry, first = one((dx, state), wanted[0])  # MJX changes types of integers in the first step in double precision
-    carry, found = jax.lax.scan(one, carry, wanted[1:])
-    return jp.concatenate((first[None], found)), carry
+    carry, states_after = jax.lax.scan(one, carry, wanted[1:])
+    return jp.concatenate((first[None], states_after)), carry
 
 
 @pytest.mark.parametrize("double", [False, True], ids=["single", "double"])
@@ -43,11 +43,11 @@ def test_everything_moves_as_with_a_softener(make, speeds, double):
     with jax.enable_x64(double):
         mx, parameters = pmjx.put_model(model)
         dx, state = pmjx.init(model, data)
-        found, (dx, state) = jax.jit(in_mjx)(mx, parameters, dx, state, jp.array(controls(model, STEPS)))
-    assert found.dtype == (np.float64 if double else np.float32)
+        states_after, (dx, state) = jax.jit(in_mjx)(mx, parameters, dx, state, jp.array(controls(model, STEPS)))
+    assert states_after.dtype == (np.float64 if double else np.float32)
     expected = on_cpu(model, data)
-    np.testing.assert_allclose(found[:, : model.nq], expected[:, : model.nq], atol=2e-6)
-    np.testing.assert_allclose(found[:, model.nq :], expected[:, model.nq :], atol=2e-4)
+    np.testing.assert_allclose(states_after[:, : model.nq], expected[:, : model.nq], atol=2e-6)
+    np.testing.assert_allclose(states_after[:, model.nq :], expected[:, model.nq :], atol=2e-4)
     for name in parameters.drives.names:
         np.testing.assert_allclose(
             pmjx.drive_state(mx, parameters, state, name), physical.drive_state(model, data.act, name), rtol=1e-3
@@ -110,17 +110,17 @@ def test_stiffness_differs_between_environments():
     @jax.jit
     @jax.vmap
     def run(k, teeth, mu):
-        own = mx.replace(pair_solref=pmjx.pair_solref(k, 150.0, behind)[None])
+        soft_pairs = mx.replace(pair_solref=pmjx.pair_solref(k, 150.0, behind)[None])
         drives = dataclasses.replace(parameters.drives, numbers=parameters.drives.numbers | {"k": jp.full(2, teeth)})
         pairs = dataclasses.replace(parameters.pairs, coefficient=mu[None])
-        return in_mjx(own, dataclasses.replace(parameters, drives=drives, pairs=pairs), *start, wanted)[0]
+        return in_mjx(soft_pairs, dataclasses.replace(parameters, drives=drives, pairs=pairs), *start, wanted)[0]
 
-    found = np.array(run(*(jp.array(values) for values in (k, teeth, mu))))
-    assert np.ptp(found[:, -1, 0]) > 1e-3
+    states_after = np.array(run(*(jp.array(values) for values in (k, teeth, mu))))
+    assert np.ptp(states_after[:, -1, 0]) > 1e-3
     for i in range(0, count, 9):
         varied = leg(k=k[i], teeth=teeth[i], mu=mu[i])
         expected = on_cpu(varied, mujoco.MjData(varied), steps)
-        np.testing.assert_allclose(found[i, :, : model.nq], expected[:, : model.nq], atol=1e-5)
+        np.testing.assert_allclose(states_after[i, :, : model.nq], expected[:, : model.nq], atol=1e-5)
 
 
 def test_gradients_are_those_of_differences():
@@ -135,12 +135,14 @@ def test_gradients_are_those_of_differences():
         @jax.value_and_grad
         def place(numbers):
             k, teeth, gap, mu = numbers
-            own = mx.replace(pair_solref=pmjx.pair_solref(k, 150.0, behind)[None])
+            soft_pairs = mx.replace(pair_solref=pmjx.pair_solref(k, 150.0, behind)[None])
             changed = parameters.drives.numbers | {"k": jp.full(2, teeth), "gap": jp.full(2, gap)}
             drives = dataclasses.replace(parameters.drives, numbers=changed)
             pairs = dataclasses.replace(parameters.pairs, coefficient=mu[None])
-            found, _ = in_mjx(own, dataclasses.replace(parameters, drives=drives, pairs=pairs), *start, wanted)
-            return found[-1, 0]
+            states_after, _ = in_mjx(
+                soft_pairs, dataclasses.replace(parameters, drives=drives, pairs=pairs), *start, wanted
+            )
+            return states_after[-1, 0]
 
         numbers = np.array([2e4, 600.0, 0.01, 0.3])
         _, gradient = place(jp.array(numbers))
@@ -173,5 +175,5 @@ def test_the_page(capsys):
     exec(re.search(r"^```py\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)[1], {})
     pairs = re.findall(r" (-?[\d.]+) m/s, expected (-?[\d.]+)", capsys.readouterr().out)
     assert len(pairs) == 2
-    for found, expected in pairs:
-        assert float(found) == pytest.approx(float(expected), rel=1e-3)
+    for printed_value, expected in pairs:
+        assert float(printed_value) == pytest.approx(float(expected), rel=1e-3)

@@ -28,8 +28,10 @@ def test_times_that_jitter_are_brought_to_even_ones(hold):
     if hold == "zero":
         impulse = np.cumsum(held[:-1] * np.diff(time))
         evenly = np.append(0, np.cumsum(record.control["motor"])[:-1] / record.fs)
-        found = np.interp(time[1:-1] - even[0], record.time, evenly)
-        np.testing.assert_allclose(found, impulse[:-1], atol=4e-3)  # within a step of 2 ms and a torque of 2
+        resampled_impulse = np.interp(time[1:-1] - even[0], record.time, evenly)
+        np.testing.assert_allclose(
+            resampled_impulse, impulse[:-1], atol=4e-3
+        )  # within a step of 2 ms and a torque of 2
     else:
         np.testing.assert_allclose(record.control["motor"], np.interp(even, time, held))
 
@@ -56,8 +58,8 @@ def test_units_of_csv(tmp_path, header, si):
     np.savetxt(path, table, delimiter=",", header=f"time [ms],{header},acc[0] [g]", comments="")
     read = identification.ModelRecord.read_csv(path, mujoco.MjSpec.from_string(UNITS))
     assert read.fs == pytest.approx(500.0)
-    (found,) = [v for k, v in (*read.control.items(), *read.sensors.items()) if k != "acc"]
-    np.testing.assert_allclose(found, si * values, rtol=1e-12)
+    (read_values,) = [v for k, v in (*read.control.items(), *read.sensors.items()) if k != "acc"]
+    np.testing.assert_allclose(read_values, si * values, rtol=1e-12)
     np.testing.assert_allclose(read.sensors["acc"], 9.80665 * values, rtol=1e-12)
 
 
@@ -113,6 +115,6 @@ def test_step_of_a_sensor_that_counts_is_seen():
     """Of 4096 counts per turn."""
     step = 2 * np.pi / 4096
     counted = step * np.round(0.2 * np.sin(3 * TIME) / step)
-    found = identification.ModelRecord(FS, {}, {"counted": counted, "other": np.sin(TIME)}).quantisation
-    assert found["counted"] == pytest.approx(step)
-    assert found["other"] == 0
+    quantisation = identification.ModelRecord(FS, {}, {"counted": counted, "other": np.sin(TIME)}).quantisation
+    assert quantisation["counted"] == pytest.approx(step)
+    assert quantisation["other"] == 0

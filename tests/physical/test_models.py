@@ -103,5 +103,5 @@ def test_step_of_a_foreign_model(name):
         assert not model.jnt_stiffness.any() and not model.actuator_biasprm[:, 1:3].any()
         return
     size = np.abs if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4 else lambda values: -values.real
-    below, at, above = (size(eigenvalues(model, share * step)).max() for share in (0.99, 1.0, 1.01))
+    below, at, above = (size(eigenvalues(model, fraction * step)).max() for fraction in (0.99, 1.0, 1.01))
     assert at == pytest.approx(1, abs=1e-5) and below < 1 + 1e-5 < 1.01 < above

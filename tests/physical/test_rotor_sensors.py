@@ -38,11 +38,11 @@ def test_a_sensor_shows_the_rotors_angle():
     assert shown[1:] == expected[1:]
     assert np.ptp(shown) > 0.03
     assert data.sensor("servo rotor").data[0] == shown[-1]
-    own = mujoco.MjData(model)
-    own.qpos[0], own.ctrl[0] = 0.3, 1.0
+    held_data = mujoco.MjData(model)
+    held_data.qpos[0], held_data.ctrl[0] = 0.3, 1.0
     for _ in range(200):
-        step_by_hand(model, own, softener)
-    assert own.sensor("encoder").data[0] == shown[-1]
+        step_by_hand(model, held_data, softener)
+    assert held_data.sensor("encoder").data[0] == shown[-1]
     assert mujoco.get_mjcb_sensor() is None
     mujoco.set_mjcb_sensor(lambda model, data, stage: None)
     try:

@@ -134,13 +134,13 @@ def test_the_modal_engine_moves_so(law):
     expected = Modal(modes=1).start(rig, law, "force", step).advance(force)[:, 1]
     model = slide(law, step, damping=4.0)
     model.jnt_stiffness[0] = 5e3
-    data, found = mujoco.MjData(model), np.zeros(steps)
+    data, positions = mujoco.MjData(model), np.zeros(steps)
     with physical.Softener(model):
         for i in range(steps):
-            found[i], data.qfrc_applied[0] = data.qpos[0], force[i]
+            positions[i], data.qfrc_applied[0] = data.qpos[0], force[i]
             mujoco.mj_step(model, data)
     assert np.abs(expected).max() > 1.1 * GAP
-    assert np.abs(found - expected).max() < 2e-3 * np.abs(expected).max()
+    assert np.abs(positions - expected).max() < 2e-3 * np.abs(expected).max()
 
 
 def threefold():
@@ -173,8 +173,10 @@ def test_loops_callbacks_batches_and_threads_are_one_simulation():
     for threads in (1, 2):
         with softener:
             workers, control = [mujoco.MjData(model) for _ in range(threads)], np.full((n, steps, 1), 0.5)
-            found, _ = mujoco.rollout.rollout([model] * n, workers, np.array(starts), nstep=steps, control=control)
-        np.testing.assert_array_equal(found[:, -1, 1 : places[-1]], np.array(ends)[:, : model.nq + model.nv])
+            states_after, _ = mujoco.rollout.rollout(
+                [model] * n, workers, np.array(starts), nstep=steps, control=control
+            )
+        np.testing.assert_array_equal(states_after[:, -1, 1 : places[-1]], np.array(ends)[:, : model.nq + model.nv])
     with softener:
         data = mujoco.MjData(model)
         mujoco.mj_setState(model, data, starts[3], state)

@@ -55,7 +55,7 @@ def test_servo(integrator, kv):
     """A position servo on 2 kg: gains through the gear, its damper explicit or implicit."""
     model, expected = mujoco.MjModel.from_xml_string(SLIDE.format(integrator, kv)), EXPECTED[integrator, kv]
     assert physical.largest_step(model) == pytest.approx(expected, rel=1e-7)
-    assert [diverges(model, (0.0,), share * expected) for share in (0.99, 1.01)] == [False, True]
+    assert [diverges(model, (0.0,), fraction * expected) for fraction in (0.99, 1.01)] == [False, True]
 
 
 GAINS = {0.2: (0.7, 50, 2), 0.1: (5, 1e2, 0), TOUCHES: (0.7, 5e3, 0)}
@@ -69,7 +69,7 @@ def test_arm(integrator, shoulder):
     gains = dict(zip(("tendon", "kp", "kv"), GAINS[shoulder]))
     model, pose = mujoco.MjModel.from_xml_string(ARM.format(integrator, **gains)), (shoulder, 0.3, 0.1)
     step = physical.largest_step(model, pose)
-    assert [diverges(model, pose, share * step) for share in (0.98, 1.03)] == [False, True]
+    assert [diverges(model, pose, fraction * step) for fraction in (0.98, 1.03)] == [False, True]
 
 
 def test_what_is_disabled_does_not_count():
@@ -94,6 +94,6 @@ def test_time_constants_without_refsafe():
     model.opt.disableflags = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
     step = physical.largest_step(model, pose)
     assert 0.01 < step < 0.02
-    assert [diverges(model, pose, share * step) for share in (0.95, 1.05)] == [False, True]
+    assert [diverges(model, pose, fraction * step) for fraction in (0.95, 1.05)] == [False, True]
     model.opt.timestep = 0.02
     assert 'timestep 0.02 s is too long: joint "z" is stable below 0.016' in physical.check(model)[0]

@@ -20,18 +20,18 @@ pytestmark = pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarn
 
 def in_warp(m, d, wanted):
     """States (steps, nworld, nq + nv) of all worlds with the same controls (steps, nu)."""
-    found = []
+    states_after = []
     for control in wanted:
         d.ctrl.assign(np.tile(control, (d.nworld, 1)).astype(np.float32))
         mjw.step(m, d)
-        found.append(np.concatenate((d.qpos.numpy(), d.qvel.numpy()), axis=1))
-    return np.array(found)
+        states_after.append(np.concatenate((d.qpos.numpy(), d.qvel.numpy()), axis=1))
+    return np.array(states_after)
 
 
-def assert_alike(model, found, expected):
+def assert_alike(model, states_after, expected):
     """Compare states with those of the CPU, m and rad, m/s and rad/s."""
-    np.testing.assert_allclose(found[:, : model.nq], expected[:, : model.nq], atol=2e-6)
-    np.testing.assert_allclose(found[:, model.nq :], expected[:, model.nq :], atol=2e-4)
+    np.testing.assert_allclose(states_after[:, : model.nq], expected[:, : model.nq], atol=2e-6)
+    np.testing.assert_allclose(states_after[:, model.nq :], expected[:, model.nq :], atol=2e-4)
 
 
 @pytest.mark.parametrize("make, speeds", [(machines, [-3] + 9 * [0]), (feet, 2 * [0.3, 0.1, 0, 0, 0, 8])])
@@ -40,10 +40,10 @@ def test_everything_moves_as_with_a_softener(make, speeds):
     data.qvel[:] = speeds
     m, parameters = pwarp.put_model(model)
     d = mjw.put_data(model, data, nworld=2)
-    found = in_warp(m, d, controls(model, STEPS))
+    states_after = in_warp(m, d, controls(model, STEPS))
     expected = on_cpu(model, data)
-    np.testing.assert_array_equal(found[:, 0], found[:, 1])
-    assert_alike(model, found[:, 1], expected)
+    np.testing.assert_array_equal(states_after[:, 0], states_after[:, 1])
+    assert_alike(model, states_after[:, 1], expected)
     for name in parameters.drive_names:
         np.testing.assert_allclose(
             physical.drive_state(model, d.act.numpy()[1], name), physical.drive_state(model, data.act, name), rtol=1e-3
@@ -65,12 +65,12 @@ def test_numbers_differ_between_worlds():
         numbers = array.numpy()
         numbers[name] = values[:, None]
         array.assign(numbers)
-    found = in_warp(m, mjw.make_data(model, nworld=count), controls(model, steps))
-    assert np.ptp(found[-1, :, 0]) > 1e-3
+    states_after = in_warp(m, mjw.make_data(model, nworld=count), controls(model, steps))
+    assert np.ptp(states_after[-1, :, 0]) > 1e-3
     for i in range(0, count, 9):
         varied = leg(k=k[i], teeth=teeth[i], mu=mu[i])
         expected = on_cpu(varied, mujoco.MjData(varied), steps)
-        np.testing.assert_allclose(found[:, i, : model.nq], expected[:, : model.nq], atol=1e-5)
+        np.testing.assert_allclose(states_after[:, i, : model.nq], expected[:, : model.nq], atol=1e-5)
 
 
 def test_worlds_begin_anew_and_steps_may_be_asked_for_again():
@@ -81,14 +81,14 @@ def test_worlds_begin_anew_and_steps_may_be_asked_for_again():
     m, _ = pwarp.put_model(model)
     once = in_warp(m, mjw.make_data(model, nworld=2), wanted)
     d = mjw.make_data(model, nworld=2)
-    found = []
+    positions = []
     for control in wanted:
         d.ctrl.assign(np.tile(control, (2, 1)).astype(np.float32))
         for _ in range(3):
             mjw.forward(m, d)
         mjw.step(m, d)
-        found.append(d.qpos.numpy().copy())
-    np.testing.assert_array_equal(np.array(found), once[..., : model.nq])
+        positions.append(d.qpos.numpy().copy())
+    np.testing.assert_array_equal(np.array(positions), once[..., : model.nq])
     mjw.reset_data(m, d, wp.array([True, False], dtype=bool))
     again = in_warp(m, d, wanted)
     np.testing.assert_array_equal(again[:, 0], once[:, 0])
@@ -112,10 +112,10 @@ def test_conveyors_and_sparse_rows_in_any_cone(cone):
     model = feet(conveyor)
     m, _ = pwarp.put_model(model)
     data = mujoco.MjData(model)
-    found = in_warp(m, mjw.put_data(model, data), np.zeros((STEPS, 0)))[:, 0]
-    assert np.abs(found[-1, model.nq]) > 0.1  # it has been carried along
+    states_after = in_warp(m, mjw.put_data(model, data), np.zeros((STEPS, 0)))[:, 0]
+    assert np.abs(states_after[-1, model.nq]) > 0.1  # it has been carried along
     model.opt.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL  # the elliptic one's rows of friction differ by 4e-6 on the CPU
-    assert_alike(model, found, on_cpu(model, data))
+    assert_alike(model, states_after, on_cpu(model, data))
 
 
 def test_what_cannot_be_in_warp_is_refused():
@@ -140,5 +140,5 @@ def test_what_cannot_be_in_warp_is_refused():
 def test_the_page(capsys):
     page = (Path(__file__).parents[2] / "docs" / "physical.md").read_text(encoding="utf-8")
     exec(re.search(r"^```py\n(import mujoco\n.*?)^```$", page, re.DOTALL | re.MULTILINE)[1], {})
-    found, expected = re.search(r" (-?[\d.]+) m/s, expected (-?[\d.]+)", capsys.readouterr().out).groups()
-    assert float(found) == pytest.approx(float(expected), rel=1e-3)
+    printed_value, expected = re.search(r" (-?[\d.]+) m/s, expected (-?[\d.]+)", capsys.readouterr().out).groups()
+    assert float(printed_value) == pytest.approx(float(expected), rel=1e-3)

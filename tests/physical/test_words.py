@@ -131,8 +131,8 @@ def test_native_friction_of_a_joint():
     model, data = with_data(physical.compile(spec))
     for torque in (0.4, 0.8, 1.4):
         before = data.ctrl[1]
-        for share in np.linspace(0, 1, 100):
-            data.ctrl[1] = before + share * (torque - before)
+        for fraction in np.linspace(0, 1, 100):
+            data.ctrl[1] = before + fraction * (torque - before)
             mujoco.mj_step(model, data, 10)
         mujoco.mj_step(model, data, 4000)
         if torque < 1:

@@ -27,8 +27,8 @@ def white(shapes, position=None):
 def random_places(seed, n=12, modes=3, correlated=False):
     rng = np.random.default_rng(seed)
     disturbance = rng.standard_normal((n, 2)) if correlated else np.zeros((n, 2))
-    shapes, own = rng.standard_normal((n, modes)), np.diag(rng.uniform(0.5, 2, n))
-    return Candidates(np.arange(n), shapes, own + disturbance @ disturbance.T)
+    shapes, covariance = rng.standard_normal((n, modes)), np.diag(rng.uniform(0.5, 2, n))
+    return Candidates(np.arange(n), shapes, covariance + disturbance @ disturbance.T)
 
 
 def by_brute_force(places, n, criterion=np.linalg.det):
@@ -52,10 +52,10 @@ def test_eight_of_24_sensors_on_the_rig(rig):
     layouts = np.fromiter((i for c in combinations(range(24), 8) for i in c), dtype=np.int8).reshape(-1, 8)
     determinant = sum(minors[number[tuple(layouts[:, c].T)]] for c in combinations(range(8), 4))
     best = determinant.max()
-    found = {m: place_sensors(places, 8, method=m).determinant for m in HEURISTICS}
-    assert found["exchange"] >= 0.99 * best
-    assert max(found.values()) <= best * (1 + 1e-9)
-    assert found["exchange"] >= max(found["backward"], found["forward"])
+    determinants = {m: place_sensors(places, 8, method=m).determinant for m in HEURISTICS}
+    assert determinants["exchange"] >= 0.99 * best
+    assert max(determinants.values()) <= best * (1 + 1e-9)
+    assert determinants["exchange"] >= max(determinants["backward"], determinants["forward"])
 
 
 @pytest.mark.parametrize("correlated", [False, True])
@@ -74,35 +74,35 @@ def test_trace_is_exact_without_correlation(method):
     """The trace is a sum over sensors: every method finds its largest."""
     places = random_places(7)
     best, chosen = by_brute_force(places, 5, np.trace)
-    found = place_sensors(places, 5, "trace", method)
-    assert (found.chosen, found.trace) == (chosen, pytest.approx(best))
+    placement = place_sensors(places, 5, "trace", method)
+    assert (placement.chosen, placement.trace) == (chosen, pytest.approx(best))
 
 
 def test_orthogonal_rows():
     """Rows s_i e_i: each sensor sees one coordinate. The best of each are chosen; each loss loses its coordinate."""
     rows = np.vstack((np.diag([3.0, 2.0, 1.0]), np.diag([1.0, 1.5, 4.0])))
-    found = place_sensors(white(rows), 3)
-    assert set(found.chosen) == {0, 1, 5}
-    assert found.determinant == pytest.approx((3 * 2 * 4) ** 2)
-    np.testing.assert_allclose(found.contribution, 1)
-    np.testing.assert_allclose(found.std, [1 / 3, 1 / 2, 1 / 4])
-    assert np.isinf(found.std_after_loss).all()
-    assert (found.worst_mac, found.trace) == (pytest.approx(0, abs=1e-12), pytest.approx(29))
+    placement = place_sensors(white(rows), 3)
+    assert set(placement.chosen) == {0, 1, 5}
+    assert placement.determinant == pytest.approx((3 * 2 * 4) ** 2)
+    np.testing.assert_allclose(placement.contribution, 1)
+    np.testing.assert_allclose(placement.std, [1 / 3, 1 / 2, 1 / 4])
+    assert np.isinf(placement.std_after_loss).all()
+    assert (placement.worst_mac, placement.trace) == (pytest.approx(0, abs=1e-12), pytest.approx(29))
 
 
 def test_hadamard_bound():
     """Four of the rows (1, ±1, ±1, ±1): no determinant exceeds 4⁴ (Hadamard), reached by a half fraction 2³⁻¹."""
     rows = [(1, *signs) for signs in product((-1, 1), repeat=3)]
-    found = place_sensors(white(rows), 4)
-    assert found.determinant == pytest.approx(256)
-    assert found.condition == pytest.approx(1)
+    placement = place_sensors(white(rows), 4)
+    assert placement.determinant == pytest.approx(256)
+    assert placement.condition == pytest.approx(1)
 
 
 def test_cubic_polynomial_wants_gauss_lobatto_points():
     """Four readings tell a cubic best at ±1 and ±1/√5 (Guest, Annals of Mathematical Statistics 29, 1958)."""
     x = np.linspace(-1, 1, 401)
-    found = place_sensors(white(np.vander(x, 4), x), 4)
-    np.testing.assert_allclose(found.position, [-1, -(5**-0.5), 5**-0.5, 1], atol=0.005)
+    placement = place_sensors(white(np.vander(x, 4), x), 4)
+    np.testing.assert_allclose(placement.position, [-1, -(5**-0.5), 5**-0.5, 1], atol=0.005)
 
 
 def test_backward_is_effective_independence():
@@ -112,11 +112,11 @@ def test_backward_is_effective_independence():
     while len(left) > 6:
         rows = places.shapes[left]
         del left[int(np.argmin(np.diag(rows @ np.linalg.inv(rows.T @ rows) @ rows.T)))]
-    found = place_sensors(places, 6, method="backward")
-    assert list(found.chosen) == left
+    placement = place_sensors(places, 6, method="backward")
+    assert list(placement.chosen) == left
     rows = places.shapes[left]
-    np.testing.assert_allclose(found.contribution, np.diag(rows @ np.linalg.inv(rows.T @ rows) @ rows.T))
-    assert found.contribution.sum() == pytest.approx(4)
+    np.testing.assert_allclose(placement.contribution, np.diag(rows @ np.linalg.inv(rows.T @ rows) @ rows.T))
+    assert placement.contribution.sum() == pytest.approx(4)
 
 
 @pytest.mark.parametrize("correlated", [False, True])
@@ -132,12 +132,12 @@ def test_loss_of_a_sensor_is_the_layout_without_it(correlated):
 def test_deviations_are_those_of_an_estimate():
     """Weighted least squares of 20000 noisy readings scatters as the layout says (standard error of each 0.5 %)."""
     places, rng = random_places(5, correlated=True), np.random.default_rng(0)
-    found = evaluate(places, range(6))
+    evaluation = evaluate(places, range(6))
     noise = places.noise[:6, :6]
     readings = np.linalg.cholesky(noise) @ rng.standard_normal((6, 20000))
     weighted = np.linalg.solve(noise, places.shapes[:6])
     estimates = np.linalg.solve(weighted.T @ places.shapes[:6], weighted.T @ readings)
-    np.testing.assert_allclose(estimates.std(axis=1), found.std, rtol=0.02)
+    np.testing.assert_allclose(estimates.std(axis=1), evaluation.std, rtol=0.02)
 
 
 def test_candidates_of_the_rig(rig):
@@ -160,8 +160,8 @@ def test_candidates_of_other_structures():
     points = grid(two_shafts(), 16).tolist()
     assert [sum(p.startswith(name) for p in points) for name in ("inner", "outer")] == [9, 7]
     assert points[0] != "inner@0" and "outer@0.25" in points and "outer@0.95" in points
-    found = place_sensors(candidates(two_shafts(), points), 6)
-    assert set(found.position) <= set(points)
+    placement = place_sensors(candidates(two_shafts(), points), 6)
+    assert set(placement.position) <= set(points)
     named = candidates(chain(), ["1:+Z", "2:-Z", "3:+Z"], (1, 2))
     assert evaluate(named, [0, 1]).labels == ["1:+Z", "2:-Z"]
     with pytest.raises(ClearanceError, match="no shaft to spread candidates over"):

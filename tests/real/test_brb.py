@@ -86,11 +86,11 @@ def test_what_is_left(result):
 
 def test_tables_and_figures(result, tmp_path, capsys):
     brb.write(result, tmp_path)
-    found = json.loads((tmp_path / "brb.json").read_text())
-    assert {(r["control"], r["index"], r["source"]) for r in found} == {
+    saved = json.loads((tmp_path / "brb.json").read_text())
+    assert {(r["control"], r["index"], r["source"]) for r in saved} == {
         (s.control, s.index, source) for s in result["sines"] for source in ("measured", "predicted")
     }
-    assert all(r["peak_amplitude"] > 0 and r["peak_frequency"] > 79 for r in found)
+    assert all(r["peak_amplitude"] > 0 and r["peak_frequency"] > 79 for r in saved)
     assert len((tmp_path / "brb_forced.csv").read_text().splitlines()) == sum(s.force.size for s in result["sines"]) + 1
     for name in ("decay", "forced", "seen"):
         assert (tmp_path / f"brb_{name}.png").read_bytes()[:4] == b"\x89PNG"

@@ -10,13 +10,13 @@ from experiments.real import cantilever
 def test_impact_spectrum(real_data, measured):
     """Authors: 6.62, 41.4, 117.5 Hz; a line is 0.085 Hz wide."""
     result = cantilever.analyse(real_data)
-    for i, (found, known) in enumerate(zip(result["read"], cantilever.READ_BY_AUTHORS), 1):
-        measured.equal(f"f{i} in the impact spectrum (Hz)", found, known, "README of the records", rel=0.005)
+    for i, (measured_hz, known) in enumerate(zip(result["read"], cantilever.READ_BY_AUTHORS), 1):
+        measured.equal(f"f{i} in the impact spectrum (Hz)", measured_hz, known, "README of the records", rel=0.005)
     mass, model = result["models"][cantilever.YOUNG]
     assert 0.05 < mass < 0.15
-    for i, (found, known) in enumerate(zip(model, result["read"]), 1):
+    for i, (measured_hz, known) in enumerate(zip(model, result["read"]), 1):
         what, source = f"f{i} of the cantilever with a mass at its end (Hz)", "impact spectrum; mass fitted to f1"
-        measured.equal(what, found, known, source, rel=0.02)
+        measured.equal(what, measured_hz, known, source, rel=0.02)
     assert np.all(np.abs(result["bare"] / result["read"] - 1) > 0.09)  # without the mass
 
 

@@ -8,13 +8,13 @@ from experiments.real import dropbear
 
 
 @pytest.fixture(scope="module")
-def found(real_data):
+def result(real_data):
     return dropbear.analyse(real_data)
 
 
-def test_seen_frequencies(found, measured):
+def test_seen_frequencies(result, measured):
     """README of the records: first 26.4, 33.9, 42.0 Hz at 1.227, 2.50, 3.37 V; second 160.5, 214, 269 Hz."""
-    rows = [r for r in found["rows"] if r["record"] == "steps10_test0"]
+    rows = [r for r in result["rows"] if r["record"] == "steps10_test0"]
     for position, known in ((1.227, (26.4, 160.5)), (2.50, (33.9, 214.0)), (3.37, (42.0, 269.0))):
         for mode in (1, 2):
             at = [r["spectrum_Hz"] for r in rows if r["mode"] == mode and abs(r["position_V"] - position) < 0.02]
@@ -23,10 +23,10 @@ def test_seen_frequencies(found, measured):
 
 
 @pytest.mark.parametrize(("record", "count"), [("steps10_test1", 10), ("random_dwell_set0_test0", 7)])
-def test_predicted_from_the_position_alone(found, record, count, measured):
-    assert sum(r["record"] == record and r["mode"] == 1 for r in found["rows"]) >= count
+def test_predicted_from_the_position_alone(result, record, count, measured):
+    assert sum(r["record"] == record and r["mode"] == 1 for r in result["rows"]) >= count
     for mode in (1, 2):
-        error = dropbear.median_error(found["rows"], record, mode, "predicted_Hz")
+        error = dropbear.median_error(result["rows"], record, mode, "predicted_Hz")
         what, source = (
             f"{record}: f{mode} from the roller's position, median error",
             "spectrum; fitted on steps10_test0",
@@ -35,15 +35,15 @@ def test_predicted_from_the_position_alone(found, record, count, measured):
 
 
 @pytest.mark.parametrize("record", ["steps10_test0", "steps10_test1", "random_dwell_set0_test0"])
-def test_ridge_against_plateau_spectrum(found, record, measured):
+def test_ridge_against_plateau_spectrum(result, record, measured):
     for mode in (1, 2):
-        error = dropbear.median_error(found["rows"], record, mode, "ridge_Hz")
+        error = dropbear.median_error(result["rows"], record, mode, "ridge_Hz")
         measured.below(f"{record}: f{mode} by the ridge, median error", error, 0.005, "spectrum of the plateaus")
 
 
 @pytest.mark.parametrize("mode", [0, 1])
-def test_tracked_while_the_roller_moves(found, mode, measured):
-    moving = dropbear.moving(found, "random_dwell_set0_test0", mode)
+def test_tracked_while_the_roller_moves(result, mode, measured):
+    moving = dropbear.moving(result, "random_dwell_set0_test0", mode)
     what, source = f"random_dwell, roller moving: f{mode} by the ridge", "model at the roller's position"
     measured.below(f"{what}, error", moving["error"], 0.05, source)
     measured.below(f"{what}, error where valid", moving["valid_error"], 0.02, source)
@@ -72,8 +72,8 @@ def test_cantilever_limits():
     np.testing.assert_allclose(propped, [3.926602**2, 7.068583**2], rtol=2e-3)
 
 
-def test_table_and_figure(found, tmp_path, capsys):
-    dropbear.write(found, tmp_path)
+def test_table_and_figure(result, tmp_path, capsys):
+    dropbear.write(result, tmp_path)
     assert (tmp_path / "dropbear.png").read_bytes()[:4] == b"\x89PNG"
-    assert len((tmp_path / "dropbear.csv").read_text().splitlines()) == len(found["rows"]) + 1
+    assert len((tmp_path / "dropbear.csv").read_text().splitlines()) == len(result["rows"]) + 1
     assert capsys.readouterr().out.count("bandwidth") == 6

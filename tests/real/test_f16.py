@@ -26,11 +26,11 @@ def test_synthesis_of_the_modes_between_2_and_15_hertz(real_data):
     value = np.fft.rfft(acceleration)[:, lines] / np.fft.rfft(force)[:, lines]
     frequency = np.arange(8192)[lines] * record["Fs"].item() / 8192
     frf = FRF(frequency, value, None, ("1:+Z", "2:+Z", "3:+Z"), "1:+Z", "acceleration/force")
-    found = modes_from_frf(frf)
-    assert len(found.summary()["frequency"]) >= 6 and not found.left_out
-    assert found.collinearity.min() > 0.98
-    assert found.frac.min() > 0.98
-    assert found.rmse_db[0] < 0.6 and found.rmse_db.max() < 2.5
+    modal = modes_from_frf(frf)
+    assert len(modal.summary()["frequency"]) >= 6 and not modal.left_out
+    assert modal.collinearity.min() > 0.98
+    assert modal.frac.min() > 0.98
+    assert modal.rmse_db[0] < 0.6 and modal.rmse_db.max() < 2.5
 
 
 @pytest.mark.slow
@@ -91,7 +91,7 @@ def test_interpolation_between_levels(tmp_path):
                          {"Force": force, "Acceleration": np.tile(level * force, (3, 1)), "Fs": 400})  # fmt: skip
         records[level] = f16.record_of(tmp_path, f16.MULTISINE, level)
     levels = f16.Levels(records)
-    found = levels.by_frfs(2, [1, 3])
-    np.testing.assert_allclose(found["interpolation"][0], 2.0, rtol=1e-12)
-    np.testing.assert_allclose(found["linear"][0], 1.0, rtol=1e-12)
-    assert found["interpolation"][1] == [1, 3] and "interpolation" not in levels.by_frfs(3, [1, 2])
+    predictions = levels.by_frfs(2, [1, 3])
+    np.testing.assert_allclose(predictions["interpolation"][0], 2.0, rtol=1e-12)
+    np.testing.assert_allclose(predictions["linear"][0], 1.0, rtol=1e-12)
+    assert predictions["interpolation"][1] == [1, 3] and "interpolation" not in levels.by_frfs(3, [1, 2])

@@ -47,15 +47,15 @@ def test_the_shape_is_the_engines_own(engine, k, c, grease, position):
     law = cm.ConstantLaw([k, k, 0.0], [c, c, 0.0], grease=(grease, grease, cm.Grease(0.0)))
     probed = cm.simulate(rig, noise(), law, engine)
     fields = {name: getattr(probed, name)[:2] for name in ("displacement", "contact_force", "grease_force")}
-    found, tip = deflection(RIG, dataclasses.replace(probed, **fields), [position, RIG.beam.length]).T
+    shape, tip = deflection(RIG, dataclasses.replace(probed, **fields), [position, RIG.beam.length]).T
     touches = np.abs(probed.contact_force).max(axis=1)
     assert touches[:2].min() > 5 and touches[2] < 1e-3 * touches.max()  # links infers them from joint forces
-    assert (found - probed.displacement[2]).std() < 0.01 * tip.std()
+    assert (shape - probed.displacement[2]).std() < 0.01 * tip.std()
 
 
 def test_the_shape_passes_through_the_recorded_displacements(response):
-    found = deflection(RIG, response, [b.position for b in RIG.bushings])
-    np.testing.assert_allclose(found, response.displacement.T, atol=1e-7)
+    shape = deflection(RIG, response, [b.position for b in RIG.bushings])
+    np.testing.assert_allclose(shape, response.displacement.T, atol=1e-7)
 
 
 def test_the_shape_moves_as_the_accelerometers_say(response):
@@ -63,8 +63,8 @@ def test_the_shape_moves_as_the_accelerometers_say(response):
     shape = deflection(RIG, response, [s.position for s in RIG.sensors])
     accelerations = np.gradient(np.gradient(shape, 1 / FS, axis=0), 1 / FS, axis=0) + response.excitation[:, None]
     frequency = np.fft.rfftfreq(len(shape), 1 / FS)
-    found, recorded = (np.fft.rfft(a, axis=0)[frequency < 220] for a in (accelerations, response.acceleration.T))
-    assert np.linalg.norm(found - recorded) < 0.03 * np.linalg.norm(recorded)
+    spectrum_, recorded = (np.fft.rfft(a, axis=0)[frequency < 220] for a in (accelerations, response.acceleration.T))
+    assert np.linalg.norm(spectrum_ - recorded) < 0.03 * np.linalg.norm(recorded)
 
 
 def test_a_shaft_without_clearance_forces_hangs_as_a_cantilever_in_steady_acceleration():
@@ -163,8 +163,8 @@ def test_strokes_are_drawn_to_scale():
     (image,), reason = render('<mujoco><statistic extent="1000"/></mujoco>', [view], strokes)
     assert reason == ""
     for column, slack in ((50, 2), (150, 4), (250, 2)):
-        found = image[:, column - 5 : column + 5].astype(int)
-        rows = np.nonzero((found[..., 0] > found[..., 1] + 40).any(axis=1))[0]
+        patch = image[:, column - 5 : column + 5].astype(int)
+        rows = np.nonzero((patch[..., 0] > patch[..., 1] + 40).any(axis=1))[0]
         assert rows[0] == pytest.approx(10, abs=slack) and rows[-1] == pytest.approx(80, abs=slack)
 
 

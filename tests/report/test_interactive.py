@@ -41,19 +41,19 @@ def figure() -> Figure:
     return drawn
 
 
-def arrays(found) -> list[np.ndarray]:
-    planes = np.frombuffer(zlib.decompress(base64.b64decode(found["numbers"])), np.uint8).reshape(4, -1)
+def arrays(chart_data) -> list[np.ndarray]:
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(chart_data["numbers"])), np.uint8).reshape(4, -1)
     numbers = planes.T.copy().view("<f4")[:, 0]
     return [
         numbers[a["at"] : a["at"] + a["n"]] if "at" in a else a["from"] + a["step"] * np.arange(a["n"])
-        for a in found["arrays"]
+        for a in chart_data["arrays"]
     ]
 
 
 def test_a_chart_is_the_figure():
-    found = chart(figure())
-    assert [cell["title"] for cell in found["cells"]] == ["sensor a", "sensor b"]
-    for cell in found["cells"]:
+    chart_data = chart(figure())
+    assert [cell["title"] for cell in chart_data["cells"]] == ["sensor a", "sensor b"]
+    for cell in chart_data["cells"]:
         magnitude, phase = cell["panels"]
         assert (magnitude["y"], phase["y"], phase["x"]) == ("|H| (dB re 1)", "Phase (°)", "Frequency (Hz)")
         assert magnitude["x"] == "Frequency (Hz)", "of the panel below"
@@ -62,11 +62,11 @@ def test_a_chart_is_the_figure():
         assert magnitude["marks"] == [{"x": 20.0, "colour": "#ff0000"}]
         for panel, expected in ((magnitude, np.sin(X / 4)), (phase, 90 * np.cos(X / 4))):
             line = panel["lines"][1]
-            np.testing.assert_array_equal(arrays(found)[line["x"]], X)
-            np.testing.assert_array_equal(arrays(found)[line["y"]], expected.astype(np.float32))
-            assert found["series"][line["series"]]["label"] == "test"
-            assert found["series"][line["series"]]["colour"] == "#ff7f0e"
-    assert len(found["arrays"]) == 5, "the same numbers are stored once"
+            np.testing.assert_array_equal(arrays(chart_data)[line["x"]], X)
+            np.testing.assert_array_equal(arrays(chart_data)[line["y"]], expected.astype(np.float32))
+            assert chart_data["series"][line["series"]]["label"] == "test"
+            assert chart_data["series"][line["series"]]["colour"] == "#ff7f0e"
+    assert len(chart_data["arrays"]) == 5, "the same numbers are stored once"
 
 
 def test_a_phase_has_its_value_where_it_wraps():
@@ -97,8 +97,8 @@ def test_a_line_that_steps_back_is_refused():
         chart(drawn)
     drawn = Figure()
     drawn.subplots().plot([0, 1, 0.5], [0, 1, 2], ".", label="points")
-    found = chart(drawn)
-    assert [list(values) for values in arrays(found)] == [[0, 0.5, 1], [0, 2, 1]]
+    chart_data = chart(drawn)
+    assert [list(values) for values in arrays(chart_data)] == [[0, 0.5, 1], [0, 2, 1]]
 
 
 def test_decimation_keeps_extremes_and_gaps():
@@ -197,7 +197,7 @@ def panel(page, number=0, figure=FIGURE):
     return over
 
 
-def told(page, figure=FIGURE) -> tuple[str, dict[str, list[str]]]:
+def described(page, figure=FIGURE) -> tuple[str, dict[str, list[str]]]:
     """Where the cursor is, and what it reads of every curve."""
     rows = page.locator(f"{figure} .chart-read tbody tr").all()
     cells = [row.locator("th, td").all_inner_texts() for row in rows]
@@ -228,7 +228,7 @@ def frequency(words) -> float:
 def test_the_cursor_reads_what_the_data_have(study, page):
     for x in (150, 400, 777):
         panel(page).hover(position={"x": x, "y": 40})
-        words, rows = told(page)
+        words, rows = described(page)
         assert words.startswith("(a) sensor 2, bushing 1")
         for name, value in expected(study, frequency(words)).items():
             known = decibel(value), np.degrees(np.angle(value))
@@ -245,7 +245,7 @@ def test_the_cursor_reads_a_phase_where_it_wraps(study, page):
     for at in wraps[:3].tolist():
         page.evaluate("([figure, at]) => { const {chart} = document.querySelector(figure);"
                       " chart.point(chart.panels[0], at); }", [FIGURE, at])  # fmt: skip
-        words, rows = told(page)
+        words, rows = described(page)
         assert (frequency(words), float(rows["test"][1])) == (test.frequency[at], pytest.approx(angle[at], rel=1e-4))
 
 
@@ -257,7 +257,7 @@ def test_arrow_keys_move_the_cursor_line_by_line(study, page):
     for times, key, hz in moves:
         for _ in range(times):
             cell.press(key)
-        words, rows = told(page)
+        words, rows = described(page)
         assert frequency(words) == hz
         assert float(rows["test"][0]) == pytest.approx(decibel(expected(study, hz)["test"]), rel=1e-4)
     page.wait_for_function("figure => document.querySelector(figure + ' .chart-spoken').textContent", arg=FIGURE)
@@ -318,12 +318,12 @@ def test_axes_turn_logarithmic_and_linear(study, page):
     width, read = panel(page).bounding_box()["width"], []
     for _ in range(2):
         panel(page).hover(position={"x": width / 2, "y": 30})
-        read.append(frequency(told(page)[0]))
+        read.append(frequency(described(page)[0]))
         page.locator(f"{FIGURE} .chart-x").click()
     assert read == pytest.approx([np.sqrt(5 * 220), (5 + 220) / 2], abs=0.51)
     page.locator(f"{FIGURE} .chart-y").click()
     panel(page).hover(position={"x": width / 3, "y": 30})
-    words, rows = told(page)
+    words, rows = described(page)
     assert float(rows["test"][0]) == pytest.approx(abs(expected(study, frequency(words))["test"]), rel=1e-4)
     assert "|H| (1)" in page.locator(f"{FIGURE} .chart-read thead").inner_text()
 
@@ -349,7 +349,7 @@ def test_markup_in_names_shows_as_text(tmp_path, opened):
     path.write_text(page_of(drawing, drawing.svg()), encoding="utf-8")
     page = opened(path)
     page.locator(".u-over").first.hover()
-    assert told(page, "#figure-p")[1].keys() == {MARKUP, "test"}
+    assert described(page, "#figure-p")[1].keys() == {MARKUP, "test"}
     assert page.locator("figure b").count() == 1, "of the figure's number"
 
 

@@ -61,8 +61,8 @@ def test_players_hold_what_was_heard_at_one_full_scale(heard, tmp_path):
         (tmp_path / "one.wav").write_bytes(base64.b64decode(address))
         sounds.append(read_wav(tmp_path / "one.wav"))
     assert len({sound.full_scale for sound in sounds}) == 1
-    found = StudySounds(study).over_level
-    expected = [found[name].sound[i] for i in (0, 1) for name in ("test", "constant")]  # a row for each level
+    over_level = StudySounds(study).over_level
+    expected = [over_level[name].sound[i] for i in (0, 1) for name in ("test", "constant")]  # a row for each level
     for player, sound in zip(sounds, expected):
         assert isinstance(sound, Sound)
         assert player.value.std() == pytest.approx(sound.pressure.std(), rel=0.05)

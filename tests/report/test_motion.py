@@ -35,21 +35,21 @@ def swinging(order) -> cm.Response:
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_a_subharmonic_motion_has_as_many_states_as_its_order(order):
     """At t = k/f: x = a sin(2πk/order) + b and v = a ω/order cos(2πk/order)."""
-    found = motion.stroboscopic(swinging(order), HZ, drop=1.0)
-    assert found.shape == (2, 22, 2)  # periods 8 to 29 end within 1 to 4 s less a sample
+    section = motion.stroboscopic(swinging(order), HZ, drop=1.0)
+    assert section.shape == (2, 22, 2)  # periods 8 to 29 end within 1 to 4 s less a sample
     phase = 2 * np.pi * np.arange(8, 30)[:, None] / order
-    np.testing.assert_allclose(found[0], 3e-4 * np.sin(phase) + [1e-4, 2e-4], atol=1e-9)
+    np.testing.assert_allclose(section[0], 3e-4 * np.sin(phase) + [1e-4, 2e-4], atol=1e-9)
     velocity = 3e-4 * 2 * np.pi * HZ / order * np.cos(phase)
-    np.testing.assert_allclose(found[1], np.broadcast_to(velocity, (22, 2)), atol=2e-6)
-    assert len(np.unique((found[..., 0] / [[3e-4], [3e-4 * 2 * np.pi * HZ]]).round(3), axis=1).T) == order
+    np.testing.assert_allclose(section[1], np.broadcast_to(velocity, (22, 2)), atol=2e-6)
+    assert len(np.unique((section[..., 0] / [[3e-4], [3e-4 * 2 * np.pi * HZ]]).round(3), axis=1).T) == order
 
 
 def test_turning_points_are_where_the_velocity_is_zero():
     """x = a cos(ωt + 0.3) turns at ±a, by turns; two turns a period."""
-    found = motion.turning_points(response(2e-4 * np.cos(2 * np.pi * HZ * TIME + 0.3) * [[1], [1]]), 0, drop=0.5)
-    assert len(found) == pytest.approx(2 * HZ * (TIME[-1] - 0.5), abs=1)
-    np.testing.assert_allclose(np.abs(found), 2e-4, rtol=1e-5)
-    assert np.all(found[1:] * found[:-1] < 0)
+    turning = motion.turning_points(response(2e-4 * np.cos(2 * np.pi * HZ * TIME + 0.3) * [[1], [1]]), 0, drop=0.5)
+    assert len(turning) == pytest.approx(2 * HZ * (TIME[-1] - 0.5), abs=1)
+    np.testing.assert_allclose(np.abs(turning), 2e-4, rtol=1e-5)
+    assert np.all(turning[1:] * turning[:-1] < 0)
 
 
 def test_what_has_no_displacements_or_no_period_is_refused():

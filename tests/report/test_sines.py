@@ -118,9 +118,9 @@ def test_a_step_between_folds_is_compared_with_the_vibration_its_sweep_is_on():
 
 
 def test_a_stepped_sine_is_drawn_and_said(study, tmp_path):
-    beside = study_of(study.dataset, study.laws, periodic=under_sines())
-    beside.sine_steps = {"sine_4": steps_of(under_sines().branches[1], [10.0, 20.0, 80.0], 1 / 1.05)}
-    said = text_of(beside, tmp_path)
+    with_sines = study_of(study.dataset, study.laws, periodic=under_sines())
+    with_sines.sine_steps = {"sine_4": steps_of(under_sines().branches[1], [10.0, 20.0, 80.0], 1 / 1.05)}
+    said = text_of(with_sines, tmp_path)
     assert "record sine_4, 3 steps of 4 m/s²" in said and "by 5 % in the median" in said
     assert "Triangles: the synthetic test under a stepped sine" in said
 
@@ -156,12 +156,12 @@ def test_the_law_is_the_best_one_that_has_periodic_vibrations(study, monkeypatch
 
 
 def test_the_summary_holds_jumps_and_first_contact(study):
-    found = json.loads(to_json(study_summary(study)))["periodic"]
-    folds = [point["frequency"] for point in found["branches"][1]["special"]]
+    summary = json.loads(to_json(study_summary(study)))["periodic"]
+    folds = [point["frequency"] for point in summary["branches"][1]["special"]]
     assert folds == [point.frequency for point in under_sines().branches[1].special]
-    assert found["law"] == "constant" and found["missing"] == "" and not found["branches"][0]["floquet"]
+    assert summary["law"] == "constant" and summary["missing"] == "" and not summary["branches"][0]["floquet"]
     known = under_sines().map.first_contact
-    np.testing.assert_allclose(np.array(found["rattle_map"]["first_contact"], dtype=float), known)
+    np.testing.assert_allclose(np.array(summary["rattle_map"]["first_contact"], dtype=float), known)
 
 
 def test_a_study_keeps_them_in_its_cache(study, monkeypatch, tmp_path):
@@ -181,9 +181,9 @@ def test_of_a_law(known, monkeypatch):
     for name, value in {"HARMONICS": 3, "MAP_HARMONICS": 2, "MAP_LEVELS": 2, "MAP_FREQUENCIES": 4}.items():
         monkeypatch.setattr(of_study, name, value)
     band = (60.0, 70.0) if known == "levels" else (60.0, 60.0)
-    found = of_study.periodic_vibrations("constant", Model(RIG, LAW), [1.0, 4.0], band, "base", 2)
+    vibrations = of_study.periodic_vibrations("constant", Model(RIG, LAW), [1.0, 4.0], band, "base", 2)
     if known == "refused":
-        assert found.map is None and found.branches == () and "frequency_range must be" in found.missing
+        assert vibrations.map is None and vibrations.branches == () and "frequency_range must be" in vibrations.missing
         return
-    assert [abs(branch.level[0, 0]) for branch in found.branches] == [1.0, 4.0, 6.0]
-    assert found.map.level.tolist() == [1.0, 6.0] and found.map.frequency[[0, -1]] == pytest.approx(band)
+    assert [abs(branch.level[0, 0]) for branch in vibrations.branches] == [1.0, 4.0, 6.0]
+    assert vibrations.map.level.tolist() == [1.0, 6.0] and vibrations.map.frequency[[0, -1]] == pytest.approx(band)

@@ -40,27 +40,27 @@ RUBBED = cm.Bushing(
 @pytest.fixture(scope="module")
 def simulated():
     """A response of the rubbing rotor, and the disc's motion as the engine had it."""
-    found = cm.simulate(rotor(RUBBED, WATCHED), cm.excitation.still(1.0, FS), engine="modal")
-    parts = {name: getattr(found, name)[:2] for name in ("displacement", "contact_force", "grease_force")}
-    seen = dataclasses.replace(found, **parts, contact_share=found.contact_share[:1])
-    return rotor(RUBBED), seen, found.displacement[2:]
+    response = cm.simulate(rotor(RUBBED, WATCHED), cm.excitation.still(1.0, FS), engine="modal")
+    parts = {name: getattr(response, name)[:2] for name in ("displacement", "contact_force", "grease_force")}
+    seen = dataclasses.replace(response, **parts, contact_share=response.contact_share[:1])
+    return rotor(RUBBED), seen, response.displacement[2:]
 
 
 def test_the_shape_is_the_engines_own(simulated):
     """Within 1 % (RMS), as in the plane; the bushing's own place is exact."""
     rig, response, disc = simulated
     assert response.contact_share[0] > 0.1
-    found = deflection(rig, response, [0.35, 0.6])
-    assert np.sqrt(np.mean((found[:, :, 0].T - disc) ** 2)) < 0.01 * np.sqrt(np.mean(disc**2))
-    np.testing.assert_allclose(found[:, :, 1].T, response.displacement, atol=1e-12)
+    shape = deflection(rig, response, [0.35, 0.6])
+    assert np.sqrt(np.mean((shape[:, :, 0].T - disc) ** 2)) < 0.01 * np.sqrt(np.mean(disc**2))
+    np.testing.assert_allclose(shape[:, :, 1].T, response.displacement, atol=1e-12)
 
 
 def test_it_begins_with_the_sag(simulated):
     """At rest the disc hangs by the static deflection under its weight, the grease's spring included."""
     rig, response, disc = simulated
-    found = deflection(rig, response, [0.35])
-    np.testing.assert_allclose(found[0, :, 0], disc[:, 0], atol=1e-7)
-    assert found[0, 1, 0] < -5e-5
+    shape = deflection(rig, response, [0.35])
+    np.testing.assert_allclose(shape[0, :, 0], disc[:, 0], atol=1e-7)
+    assert shape[0, 1, 0] < -5e-5
 
 
 def test_a_clip_is_cut_as_asked(simulated):
@@ -106,8 +106,8 @@ def _outlines(stage):
 def test_the_animation_of_the_command_line_is_a_picture_after_the_other(tmp_path, answer):
     rotor(RUBBED).save(tmp_path / "rotor.toml")
     given = ["--rms", 0, "--duration", 0.5, "--seconds", 0.05, "--slow", 10, "--out", tmp_path / "whirl.gif"]
-    found = answer("animate", tmp_path / "rotor.toml", *given)
-    assert (found["pictures"], found["renderer"]) == (10, "matplotlib")
+    result = answer("animate", tmp_path / "rotor.toml", *given)
+    assert (result["pictures"], result["renderer"]) == (10, "matplotlib")
     with Image.open(tmp_path / "whirl.gif") as image:
         assert (image.n_frames, image.size[0]) == (10, 720)
         first = np.array(image.convert("RGB"), dtype=float)

@@ -84,9 +84,9 @@ def test_the_shape_is_the_engines_own(make, point):
     law = ConstantLaw([8e3, 8e3, 0.0], [5.0, 5.0, 0.0])
     response = simulate(probed, random(1.0, FS, rms=8.0, seed=3), law, "modal")
     fields = {name: getattr(response, name)[:2] for name in ("displacement", "contact_force", "grease_force")}
-    found = deflection(rig, dataclasses.replace(response, **fields), [point])[:, 0]
+    shape = deflection(rig, dataclasses.replace(response, **fields), [point])[:, 0]
     assert np.abs(response.contact_force[:2]).max(axis=1).min() > 0.5
-    assert (found - response.displacement[2]).std() < 0.01 * response.displacement[:2].std()
+    assert (shape - response.displacement[2]).std() < 0.01 * response.displacement[:2].std()
 
 
 def test_animation_of_two_shafts(tmp_path):

@@ -43,9 +43,9 @@ def test_limits_of_a_criterion_are_those_of_its_distance_from_one(study):
     def distance(logit):
         return 1 / (1 + np.exp(-logit))
 
-    found = [c for c in study.cases if (c.law, c.engine) == ("nominal", "links")]
+    of_level = [c for c in study.cases if (c.law, c.engine) == ("nominal", "links")]
     logarithms = {
-        v: -np.log([1 / (1 - c.comparison.summary()["frac"]) - 1 for c in found if c.record.level == v])
+        v: -np.log([1 / (1 - c.comparison.summary()["frac"]) - 1 for c in of_level if c.record.level == v])
         for v in (1.0, LEVEL)
     }
     variance = np.mean([np.var(x, ddof=1) for x in logarithms.values()])
@@ -61,9 +61,11 @@ def test_limits_of_a_criterion_are_those_of_its_distance_from_one(study):
 
 def test_improvements_are_changes_of_the_means(study):
     rows = {r["law"]: r for r in study.rows() if (r["level"], r["engine"]) == (LEVEL, "links")}
-    found = [r for r in frames.improvements(study).to_dict("records") if r["level"] == LEVEL]
-    ours = {r["quantity"]: r for r in found}
-    assert {(r["law"], r["over"]) for r in found} == {("nominal", "constant")} and list(ours) == list(frames.IMPROVED)
+    improvements = [r for r in frames.improvements(study).to_dict("records") if r["level"] == LEVEL]
+    ours = {r["quantity"]: r for r in improvements}
+    assert {(r["law"], r["over"]) for r in improvements} == {("nominal", "constant")} and list(ours) == list(
+        frames.IMPROVED
+    )
     for quantity, key in (("RMSE", "rmse_db"), ("FRAC", "frac"), ("CSAC", "csac_per_sensor")):
         change = 100 * (rows["nominal"][key] / rows["constant"][key] - 1)
         assert ours[quantity]["change_pct"] == pytest.approx(change)
@@ -74,32 +76,32 @@ def test_improvements_are_shown_of_the_laws_that_follow_the_base(study):
     turned = changed(study, laws=study.laws[::-1])
     shown = modes_and_sensors.improvement_table(turned, LEVEL)
     assert [(c.label, c.group) for c in shown.columns] == [("Quantity", ""), ("nominal", "over constant")]
-    found = {
+    improvements = {
         r["quantity"]: r["change_pct"] for r in frames.improvements(turned).to_dict("records") if r["level"] == LEVEL
     }
-    assert {row[0]: row[1].value for row in shown.rows} == found
+    assert {row[0]: row[1].value for row in shown.rows} == improvements
 
 
 def test_natural_frequencies_are_those_of_the_comparisons(study):
     shown = modes_and_sensors.mode_table(study, LEVEL)
     assert [row[0] for row in shown.rows] == ["test", "nominal", "constant", "repeat"]
     assert column(shown, "f", "Mode 2") == pytest.approx([40 * 0.94 * 1.001, 40, 40 * 0.955, 40 * 0.94 * 1.002])
-    found = [c for c in study.cases if (c.law, c.engine, c.record.level) == ("constant", "links", LEVEL)]
+    of_level = [c for c in study.cases if (c.law, c.engine, c.record.level) == ("constant", "links", LEVEL)]
     for i in range(4):
-        error = np.mean([100 * c.comparison.per_mode["relative_error"][i] for c in found])
-        mac = np.mean([c.comparison.per_mode["mac"][i] for c in found])
+        error = np.mean([100 * c.comparison.per_mode["relative_error"][i] for c in of_level])
+        mac = np.mean([c.comparison.per_mode["mac"][i] for c in of_level])
         assert column(shown, "RE", f"Mode {i + 1}")[2].value == pytest.approx(error)
         assert column(shown, "MAC", f"Mode {i + 1}")[2].value == pytest.approx(mac)
 
 
 def test_sensor_tables_are_means_over_the_records_of_the_level(study):
-    found = [c for c in study.cases if (c.law, c.engine, c.record.level) == ("nominal", "links", LEVEL)]
-    assert len(found) == 2
+    of_level = [c for c in study.cases if (c.law, c.engine, c.record.level) == ("nominal", "links", LEVEL)]
+    assert len(of_level) == 2
     shown_tables = {t.name: t for t in modes_and_sensors.sensor_tables(study, LEVEL)}
     assert list(shown_tables) == [f"{key}_level_4" for key in ("mre", "rmse_db", "frac", "csac", "csf")]
     for measure in tables.MEASURES:
         shown = shown_tables[f"{measure.key}_level_4"]
-        expected = np.mean([c.comparison.per_sensor[measure.key] for c in found], axis=0)
+        expected = np.mean([c.comparison.per_sensor[measure.key] for c in of_level], axis=0)
         assert values(column(shown, "nominal")) == pytest.approx([*expected, expected.mean()])
         floor = study.repeatability[LEVEL].per_sensor[measure.key]
         assert values(column(shown, "repeat")[:-1]) == pytest.approx(list(floor))
@@ -217,24 +219,24 @@ def test_the_report_says_which_rig_each_law_was_simulated_on(study, tmp_path):
         for contact, weight in (("power law", 0.9), ("linear", 0.1))
     )
     nominal, constant = study.laws
-    own = dataclasses.replace(constant, model=Model(study.dataset.rig.replace(bushings=(bushing,)), constant.model.law),
-                              finds_rig=True, parameters=rows, families=families)  # fmt: skip
-    found = changed(study, laws=(nominal, own))
-    caption = summary.agreement_table(found, "links").caption
+    model = Model(study.dataset.rig.replace(bushings=(bushing,)), constant.model.law)
+    own_rig = dataclasses.replace(constant, model=model, finds_rig=True, parameters=rows, families=families)
+    with_own_rig = changed(study, laws=(nominal, own_rig))
+    caption = summary.agreement_table(with_own_rig, "links").caption
     assert caption.endswith(
         "Law “constant” is simulated on the rig that was identified with it, all others on the rig file’s."
     )
     assert summary.agreement_table(study, "links").caption.endswith("on the rig file’s rig.")
-    assert frames.laws(found)["simulated_on"].tolist() == ["the rig file’s rig", "the rig identified with it"]
-    contact = frames.contact(found).groupby("law")["gap_m"].unique()
+    assert frames.laws(with_own_rig)["simulated_on"].tolist() == ["the rig file’s rig", "the rig identified with it"]
+    contact = frames.contact(with_own_rig).groupby("law")["gap_m"].unique()
     assert {law: list(gaps) for law, gaps in contact.items()} == {
         "nominal": [3e-4], "constant": [3.6e-4], "test": [3e-4],
     }  # fmt: skip
-    shown = frames.parameters(found)
+    shown = frames.parameters(with_own_rig)
     assert shown["standard_deviation"].tolist() == pytest.approx([4e-6, 3.6e-6, 300, 30])
     assert shown["relative_std_pct"].tolist() == pytest.approx([20, 1, 10, 10])
     assert shown["rig_file"].tolist() == pytest.approx([math.nan, 3e-4, 4000, math.nan], nan_ok=True)
     sections, writer = dict(registered_sections()), ReportWriter(tmp_path)
-    page = sections["about"].write(found, writer) + sections["bushings"].write(found, writer)
+    page = sections["about"].write(with_own_rig, writer) + sections["bushings"].write(with_own_rig, writer)
     assert "what each model was allowed to know" in page and "the rig identified with it" in page
     assert "Families of laws" in page and "<td>power law</td>" in page

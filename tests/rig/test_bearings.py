@@ -26,10 +26,10 @@ def write(folder: Path, text: str, name: str = "seal.csv") -> Path:
 
 
 def test_a_table_has_a_row_for_every_spin(tmp_path: Path) -> None:
-    found = read_bearing_table(write(tmp_path, HEAD + "1000,1e6,2e5,-2e5,1.1e6,100,110\n2000,2e6,4e5,-4e5,2e6,90,95\n"))
-    assert_allclose(found["spin"], np.array([1000, 2000]) * np.pi / 30)
-    assert found["stiffness"] == [[1e6, 2e5, -2e5, 1.1e6], [2e6, 4e5, -4e5, 2e6]]
-    assert found["damping"] == [[100.0, 0.0, 0.0, 110.0], [90.0, 0.0, 0.0, 95.0]]
+    table = read_bearing_table(write(tmp_path, HEAD + "1000,1e6,2e5,-2e5,1.1e6,100,110\n2000,2e6,4e5,-4e5,2e6,90,95\n"))
+    assert_allclose(table["spin"], np.array([1000, 2000]) * np.pi / 30)
+    assert table["stiffness"] == [[1e6, 2e5, -2e5, 1.1e6], [2e6, 4e5, -4e5, 2e6]]
+    assert table["damping"] == [[100.0, 0.0, 0.0, 110.0], [90.0, 0.0, 0.0, 95.0]]
 
 
 def test_units_may_stand_beneath_or_above_and_directions_may_be_those_of_a_shaft_along_z(tmp_path: Path) -> None:
@@ -37,10 +37,10 @@ def test_units_may_stand_beneath_or_above_and_directions_may_be_those_of_a_shaft
     beneath = read_bearing_table(write(tmp_path, "frequency;kxx;kxy;cxx\nrpm;lbf/in;lbf/in;lbf-s/in\n60;100;10;1\n"))
     above = read_bearing_table(write(tmp_path, "in rpm,and lb\nSpeed,Kxx,Kxy,Cxx\n60,100,10,1\n"))
     factor = 4.4482216152605 / 0.0254
-    for found in (beneath, above):
-        assert_allclose(found["spin"], [2 * np.pi])
-        assert_allclose(found["stiffness"], [[100 * factor, 10 * factor, 0, 100 * factor]])
-        assert_allclose(found["damping"], [[factor, 0, 0, factor]])
+    for table in (beneath, above):
+        assert_allclose(table["spin"], [2 * np.pi])
+        assert_allclose(table["stiffness"], [[100 * factor, 10 * factor, 0, 100 * factor]])
+        assert_allclose(table["damping"], [[factor, 0, 0, factor]])
 
 
 @pytest.mark.parametrize("writer", [xlsx, ods])
@@ -54,16 +54,16 @@ def test_sheets_are_read_as_ross_reads_them(tmp_path: Path, writer: Callable[...
     ]  # fmt: skip
     path = tmp_path / f"bearing.{writer.__name__}"
     writer(path, Bearing=rows)
-    found = read_bearing_table(path)
-    assert_allclose(found["spin"], np.array([1000, 2000]) * np.pi / 30)
-    assert found["stiffness"] == [[1e7, 2e6, -3e6, 1.5e7], [2e7, 3e6, -4e6, 2.5e7]]
-    assert found["damping"] == [[1e4, 10.0, 20.0, 2e4], [3e4, 30.0, 40.0, 4e4]]
+    table = read_bearing_table(path)
+    assert_allclose(table["spin"], np.array([1000, 2000]) * np.pi / 30)
+    assert table["stiffness"] == [[1e7, 2e6, -3e6, 1.5e7], [2e7, 3e6, -4e6, 2.5e7]]
+    assert table["damping"] == [[1e4, 10.0, 20.0, 2e4], [3e4, 30.0, 40.0, 4e4]]
 
 
 def test_what_ross_saved_is_read(tmp_path: Path) -> None:
     text = "[Other_0]\nn = 1\n\n[BearingElement_seal]\nn = 6\nkxx = [1e6, 2e6]\nkyx = [1.0, 2.0]\ncxx = [3.0, 4.0]\n"
-    found = read_bearing_table(write(tmp_path, text + "frequency = [10.0, 20.0]\n", "seal.toml"))
-    assert found == {
+    table = read_bearing_table(write(tmp_path, text + "frequency = [10.0, 20.0]\n", "seal.toml"))
+    assert table == {
         "spin": [10.0, 20.0], "stiffness": [[1e6, 0.0, 1.0, 1e6], [2e6, 0.0, 2.0, 2e6]],
         "damping": [[3.0, 0.0, 0.0, 3.0], [4.0, 0.0, 0.0, 4.0]],
     }  # fmt: skip

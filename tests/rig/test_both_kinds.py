@@ -86,13 +86,13 @@ def response():
 
 
 def test_a_response_knows_the_rows_of_each_clearance():
-    found = response()
-    assert found.clearance_rows == BOTH.clearance_rows
-    assert Response.from_xarray(found.to_xarray()).clearance_rows == BOTH.clearance_rows
-    statistics = contact_statistics(found)
+    both_kinds = response()
+    assert both_kinds.clearance_rows == BOTH.clearance_rows
+    assert Response.from_xarray(both_kinds.to_xarray()).clearance_rows == BOTH.clearance_rows
+    statistics = contact_statistics(both_kinds)
     np.testing.assert_allclose(statistics["displacement_peak"], [np.hypot(1e-6, 2e-6), 3e-6, 4e-6])
     np.testing.assert_allclose(statistics["contact_peak"], [np.hypot(1.0, 2.0), 3.0, 4.0])
-    axes = {ax.get_ylabel(): ax for ax in found.plot().axes}
+    axes = {ax.get_ylabel(): ax for ax in both_kinds.plot().axes}
     names = [line.get_label() for line in axes["Contact force (N)"].get_lines()]
     assert names == ["bushing 1, y", "bushing 1, z", "bushing 2", "bushing 3"]
     depth = wall_depths(BOTH, np.tile(np.array([[3e-4], [4e-4], [-2e-3], [1e-4]]), 5))

@@ -44,10 +44,10 @@ def test_identification_says_what_the_records_do_not_tell():
     """The nominal law is the rig file's own: all examples stay, in the model and among the warnings."""
     known = Dataset.load(ROOT / "data" / "table1_rig")
     rig = known.rig.replace(examples=("beam.length", "bushings.contact.stiffness"))
-    found = identify(Dataset(rig, known.records, known.path), "nominal")
-    (words,) = (words for words in found.warnings if "nobody gave" in words)
+    identified = identify(Dataset(rig, known.records, known.path), "nominal")
+    (words,) = (words for words in identified.warnings if "nobody gave" in words)
     assert words.startswith("of the rig file, 2 numbers are examples") and "beam.length, bushings.contact" in words
-    assert found.rig.examples == rig.examples
+    assert identified.rig.examples == rig.examples
 
 
 def test_pages_name_them():

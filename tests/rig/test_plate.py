@@ -28,8 +28,8 @@ def test_it_comes_back_from_a_file(tmp_path, more):
 
 def test_efficiency_is_straight_over_logarithms_and_held_beyond_its_ends():
     plate = Plate(8, 0.1, 1.0, (0.01, 1.0), (100.0, 1000.0))
-    found = plate.efficiency(np.array([0.0, 100.0, math.sqrt(1e5), 1000.0, 9000.0]))
-    assert found == pytest.approx([0.01, 0.01, 0.1, 1.0, 1.0])
+    efficiency = plate.efficiency(np.array([0.0, 100.0, math.sqrt(1e5), 1000.0, 9000.0]))
+    assert efficiency == pytest.approx([0.01, 0.01, 0.1, 1.0, 1.0])
     assert Plate(8, 0.1, 1.0, 0.3).efficiency(np.array([0.0, 50.0])) == pytest.approx([0.3, 0.3])
     assert plate.solid_angle == pytest.approx(2 * math.pi)
 

@@ -22,8 +22,8 @@ UNBALANCE = "\n[[unbalances]]\nposition = 0.5\nmoment = 1e-4\n"
 
 
 def text(head: str = SPACE, tail: str = "", of_bushing: str = "") -> str:
-    found = head + TABLE1.read_text(encoding="utf-8")
-    return found.replace("[[bushings]]", f"[[bushings]]\n{of_bushing}", 1) + tail
+    lines = head + TABLE1.read_text(encoding="utf-8")
+    return lines.replace("[[bushings]]", f"[[bushings]]\n{of_bushing}", 1) + tail
 
 
 @pytest.mark.parametrize(("file", "said"), [

@@ -44,24 +44,24 @@ def constant(x: float, cross: float) -> Bearing:
 def test_the_threshold_of_a_cross_coupled_bearing() -> None:
     """A Jeffcott rotor whirls by itself where k_yz = c ω: in a seal where half of the fluid turns, at twice ω."""
     shaft = turning_shaft(rotor(of_seal(0.0, 3 * OMEGA), of_seal(1.0, 3 * OMEGA), density=1e-3))
-    found = shaft.threshold(np.linspace(0.5, 2.9, 25) * OMEGA)
-    assert found is not None
-    assert_allclose(found, 2 * OMEGA, rtol=1e-4)
+    threshold = shaft.threshold(np.linspace(0.5, 2.9, 25) * OMEGA)
+    assert threshold is not None
+    assert_allclose(threshold, 2 * OMEGA, rtol=1e-4)
     poles = shaft.poles(2.2 * OMEGA)
     assert shaft.sense(poles.motion[:, [int(np.argmax(poles.value.real))]]) == pytest.approx([1.0], abs=1e-6)  # forward
 
 
-@pytest.mark.parametrize("share", [0.8, 1.2])
-def test_the_modal_engine_grows_and_decays_as_the_poles_do(share: float) -> None:
+@pytest.mark.parametrize("ratio", [0.8, 1.2])
+def test_the_modal_engine_grows_and_decays_as_the_poles_do(ratio: float) -> None:
     lowest = turning_shaft(rotor(constant(0.0, 0.0), constant(1.0, 0.0))).poles(100.0).value[0].imag
-    cross = share * DAMPING * lowest
+    cross = ratio * DAMPING * lowest
     rig = rotor(constant(0.0, cross), constant(1.0, cross), spin=Spin(100.0))
     value = turning_shaft(rig).poles(100.0).value
     slowest = value[np.argmax(value.real)]
-    assert np.sign(slowest.real) == np.sign(share - 1)
+    assert np.sign(slowest.real) == np.sign(ratio - 1)
     fs = 8192.0
-    found = cm.simulate(rig, _hit(fs), engine="modal").acceleration[0]
-    late = found[int(0.2 * fs) :]  # the other whirl has died out
+    response = cm.simulate(rig, _hit(fs), engine="modal").acceleration[0]
+    late = response[int(0.2 * fs) :]  # the other whirl has died out
     peaks = np.flatnonzero((late[1:-1] > late[:-2]) & (late[1:-1] > late[2:])) + 1
     slope = np.polyfit(peaks / fs, np.log(late[peaks]), 1)[0]
     assert_allclose(slope, slowest.real, rtol=2e-2)
@@ -124,9 +124,9 @@ def test_critical_speeds_in_bearings_that_stiffen_with_the_spin() -> None:
     for cross in (0.0, 3e5):
         rows = [(STIFFNESS + slope * s, cross, -cross, STIFFNESS + slope * s) for s in speeds]
         held = [Bearing(x, rows, DAMPING, tuple(speeds.tolist())) for x in (0.0, 1.0)]  # type: ignore[arg-type]
-        found = turning_shaft(rotor(*held, density=1e-3)).critical_speeds
-        assert_allclose(found[:2], expected, rtol=1e-5)  # backward and forward alike: the disc does not tilt
-        assert found.max() <= 2000.0
+        critical = turning_shaft(rotor(*held, density=1e-3)).critical_speeds
+        assert_allclose(critical[:2], expected, rtol=1e-5)  # backward and forward alike: the disc does not tilt
+        assert critical.max() <= 2000.0
 
 
 def test_commands_of_rotors_take_a_table_of_a_bearing(tmp_path: Path) -> None:

@@ -46,27 +46,27 @@ def test_first_contact(measured: Measured) -> None:
     """The free motion reaches the gap at ω = 0.9252, and leaves it at 1.1032."""
     speeds = np.linspace(0.9, 1.15, 25001)
     beyond = speeds[rub(speeds[::10]).free.repeat(10)[: speeds.size] > GAP]
-    for value, told in zip((beyond[0], beyond[-1]), (0.9252, 1.1032)):
-        measured.equal("first contact of a Jeffcott rotor, closed form, ω", value, told, CIRCLE, rel=1e-4)
+    for value, known_onset in zip((beyond[0], beyond[-1]), (0.9252, 1.1032)):
+        measured.equal("first contact of a Jeffcott rotor, closed form, ω", value, known_onset, CIRCLE, rel=1e-4)
 
 
 @pytest.mark.parametrize("friction, radius", [(0.0, 1.008635), (0.1, 1.008109)])
 def test_the_radius_of_a_synchronous_rub(friction: float, radius: float, measured: Measured) -> None:
-    found = rub([1.0], friction)
+    synchronous = rub([1.0], friction)
     what = f"synchronous rub, μ = {friction:g}: radius in gaps"
-    measured.equal(what, found.radius[0, 1] / GAP, radius, CIRCLE, rel=1e-6)
-    assert found.stable[0, 1] == (friction < 0.1 * np.sqrt(21.0) / 20.0)  # the threshold of dry whirl, below
+    measured.equal(what, synchronous.radius[0, 1] / GAP, radius, CIRCLE, rel=1e-6)
+    assert synchronous.stable[0, 1] == (friction < 0.1 * np.sqrt(21.0) / 20.0)  # the threshold of dry whirl, below
 
 
 @pytest.mark.parametrize("friction, end", [(0.0, 4.328), (0.05, 3.715), (0.1, 2.999)])
 def test_where_the_branch_ends(friction: float, end: float, measured: Measured) -> None:
     speeds = np.arange(end - 0.05, end + 0.05, 2e-4)
-    found = rub(speeds, friction)
-    (ends,) = found.ends / FREQUENCY
+    synchronous = rub(speeds, friction)
+    (ends,) = synchronous.ends / FREQUENCY
     measured.equal(f"synchronous rub, μ = {friction:g}: end of the branch, ω", ends, end, CIRCLE, rel=1e-3)
-    last = np.flatnonzero(np.isfinite(found.radius[:, 1]))[-1]
+    last = np.flatnonzero(np.isfinite(synchronous.radius[:, 1]))[-1]
     # Both branches meet there (what is left is the square root of the way to the end).
-    assert_allclose(found.radius[last, 0], found.radius[last, 1], rtol=2e-2)
+    assert_allclose(synchronous.radius[last, 0], synchronous.radius[last, 1], rtol=2e-2)
 
 
 def marched(damping: float, contact: float, friction: float, start: np.ndarray, time: np.ndarray, force=0.0, spin=1.0):
@@ -82,40 +82,40 @@ def marched(damping: float, contact: float, friction: float, start: np.ndarray, 
 
 
 def test_a_rub_is_where_a_march_settles() -> None:
-    found = rub([1.4], 0.01)
-    radius = found.radius[0, 1] / GAP
+    synchronous = rub([1.4], 0.01)
+    radius = synchronous.radius[0, 1] / GAP
     time = np.linspace(0.0, 250.0, 2501)
     path = marched(0.1, 20.0, 0.01, np.array([radius + 0.01, 1.4j * radius]), time, 0.2, 1.4)
     settled = np.abs(path[0, -500:])
-    assert found.stable[0, 1] and np.ptp(settled) < 1e-5
+    assert synchronous.stable[0, 1] and np.ptp(settled) < 1e-5
     assert_allclose(settled, radius, rtol=1e-5)
 
 
 def test_friction_makes_a_rub_unstable() -> None:
     """Where it is told unstable, a march that begins on the circle leaves it; where stable, it stays."""
-    told = {}
+    stable = {}
     for friction in (0.01, 0.1):
-        found = rub([2.0], friction, eccentricity=0.6)
-        radius = found.radius[0, 1] / GAP
+        synchronous = rub([2.0], friction, eccentricity=0.6)
+        radius = synchronous.radius[0, 1] / GAP
         gain = 1 + 20 * (1 - 1 / radius) * (1 + 1j * friction) - 4 + 0.2j
         phase = 0.6 * 4 / (gain * radius)
         start = radius * phase * np.array([1.0, 2.0j]) * (1 + 1e-4)
         path = marched(0.1, 20.0, friction, start, np.linspace(0, 150, 1501), 0.6, 2.0)
         stays = np.abs(np.abs(path[0, -300:]) / radius - 1).max() < 1e-4
-        told[friction] = bool(found.stable[0, 1])
-        assert stays == told[friction]
-    assert set(told.values()) == {True, False}
+        stable[friction] = bool(synchronous.stable[0, 1])
+        assert stays == stable[friction]
+    assert set(stable.values()) == {True, False}
 
 
 def test_dry_whirl(measured: Measured) -> None:
     """ω* = [c/μ + √((c/μ)² + 4 m k)]/2m, r* = δ/(1 - c ω*/(μ k_c)): 1.10499 and 1.01117; begun faster it grows."""
-    (found,) = dry_whirls(jeffcott(0.02), 0.1, n_modes=4)
-    measured.equal("dry whirl: ω", found.whirl / FREQUENCY, 1.10499, WHIRL, rel=1e-5)
-    measured.equal("dry whirl: radius in gaps", found.radius / GAP, 1.01117, WHIRL, rel=1e-5)
-    assert_allclose(found.whirl / FREQUENCY, (0.2 + np.sqrt(0.04 + 4)) / 2, rtol=1e-6)
+    (whirl,) = dry_whirls(jeffcott(0.02), 0.1, n_modes=4)
+    measured.equal("dry whirl: ω", whirl.whirl / FREQUENCY, 1.10499, WHIRL, rel=1e-5)
+    measured.equal("dry whirl: radius in gaps", whirl.radius / GAP, 1.01117, WHIRL, rel=1e-5)
+    assert_allclose(whirl.whirl / FREQUENCY, (0.2 + np.sqrt(0.04 + 4)) / 2, rtol=1e-6)
     # With another sense of rotation of force and friction, the same equations in time.
     for faster, grows in ((1.03, True), (0.97, False)):
-        w, r = found.whirl / FREQUENCY * faster, found.radius / GAP
+        w, r = whirl.whirl / FREQUENCY * faster, whirl.radius / GAP
         path = marched(0.02, 20.0, 0.1, np.array([r, -1j * w * r]), np.linspace(0, 200, 2001))
         assert (np.abs(path[0, -200:]).max() > 1.005 * r) == grows
 
@@ -133,11 +133,11 @@ def test_a_shaft_rolls_in_its_bushing(measured: Measured) -> None:
     rig = jeffcott(0.0)
     radius = rig.structure.sections[0].diameter[0] / 2
     spin = 50 * FREQUENCY * GAP / radius
-    (found,) = rolling_whirls(rig, 0.1, spin, n_modes=4)
-    measured.equal("rolling whirl: ω", found.whirl / FREQUENCY, 4.387, ROLLING, rel=1e-4)
-    measured.equal("rolling whirl: radius in gaps", found.radius / GAP, 11.40, ROLLING, rel=1e-3)
-    assert_allclose(found.friction, 0.0, atol=1e-9)
-    omega = found.whirl / FREQUENCY
+    (whirl,) = rolling_whirls(rig, 0.1, spin, n_modes=4)
+    measured.equal("rolling whirl: ω", whirl.whirl / FREQUENCY, 4.387, ROLLING, rel=1e-4)
+    measured.equal("rolling whirl: radius in gaps", whirl.radius / GAP, 11.40, ROLLING, rel=1e-3)
+    assert_allclose(whirl.friction, 0.0, atol=1e-9)
+    omega = whirl.whirl / FREQUENCY
     assert_allclose(omega**2, 1 + 20 * (1 - omega / 50), rtol=1e-4)
     (damped,) = rolling_whirls(jeffcott(0.2), 0.1, spin, n_modes=4)
     assert_allclose(damped.friction, 0.2 * omega / (20 * (1 - omega / 50)), rtol=1e-3)

@@ -36,18 +36,18 @@ def radius(spin):
 def test_a_jeffcott_rotor():
     """Its orbit is a circle of r = m e Ω²/|k - m Ω² + i Ω c|; the limit is 25.4 µm at these speeds."""
     operating = 1.3 * JEFFCOTT, 1.8 * JEFFCOTT
-    found = running_clearance(rotor(), SPEEDS, operating)
-    assert_allclose(found.major[0], 2 * radius(SPEEDS), rtol=1e-4)
-    assert_allclose(found.vibration[0], 2 * radius(SPEEDS), rtol=1e-4)
+    check = running_clearance(rotor(), SPEEDS, operating)
+    assert_allclose(check.major[0], 2 * radius(SPEEDS), rtol=1e-4)
+    assert_allclose(check.vibration[0], 2 * radius(SPEEDS), rtol=1e-4)
     limit = 25.4e-6  # the shaft turns slower than 12000 rev/min
     assert operating[1] * 30 / math.pi < 12000
     within = SPEEDS[(operating[0] <= SPEEDS) & (operating[1] >= SPEEDS)]
     scale = limit / (2 * radius(within).max())
-    assert found.limit == pytest.approx(limit) and found.scale == pytest.approx(scale, rel=1e-4)
-    assert found.allowed == pytest.approx([1.5 * GAP])
-    assert_allclose(found.used[0], scale * radius(SPEEDS) / (0.75 * GAP), rtol=2e-4)
-    assert found.holds.tolist() == [scale * radius(SPEEDS).max() < 0.75 * GAP]
-    assert sum(u.moment for u in found.scaled_rig.unbalances) == pytest.approx(scale * MOMENT, rel=1e-4)
+    assert check.limit == pytest.approx(limit) and check.scale == pytest.approx(scale, rel=1e-4)
+    assert check.allowed == pytest.approx([1.5 * GAP])
+    assert_allclose(check.used[0], scale * radius(SPEEDS) / (0.75 * GAP), rtol=2e-4)
+    assert check.holds.tolist() == [scale * radius(SPEEDS).max() < 0.75 * GAP]
+    assert sum(u.moment for u in check.scaled_rig.unbalances) == pytest.approx(scale * MOMENT, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -56,16 +56,16 @@ def test_a_jeffcott_rotor():
 def test_the_limit_is_one_mil_at_most(rpm, limit):
     """min(25.4, 25.4 √(12000/N)) µm: API 617, 9th edition, 6.8.2.11, as petrobras/ross #1377 has it."""
     speeds = np.array([1.0, rpm * math.pi / 30])
-    found = running_clearance(rotor(Unbalance(0.5, 1e-6)), speeds, (0.5, speeds[-1]))
-    assert found.limit == pytest.approx(limit, rel=1e-4)
-    assert found.scale == pytest.approx(np.clip(limit / (2 * 1e-6 / MOMENT * radius(speeds).max()), 0.5, 6.0), rel=1e-3)
+    check = running_clearance(rotor(Unbalance(0.5, 1e-6)), speeds, (0.5, speeds[-1]))
+    assert check.limit == pytest.approx(limit, rel=1e-4)
+    assert check.scale == pytest.approx(np.clip(limit / (2 * 1e-6 / MOMENT * radius(speeds).max()), 0.5, 6.0), rel=1e-3)
 
 
 @pytest.mark.parametrize(("moment", "scale"), [(1e-8, 6.0), (1.0, 0.5)])
 def test_the_scale_has_bounds(moment, scale):
-    found = running_clearance(rotor(Unbalance(0.5, moment)), SPEEDS, (1.3 * JEFFCOTT, 1.8 * JEFFCOTT))
-    assert found.scale == scale
-    assert found.holds[0] == (scale > 1)
+    check = running_clearance(rotor(Unbalance(0.5, moment)), SPEEDS, (1.3 * JEFFCOTT, 1.8 * JEFFCOTT))
+    assert check.scale == scale
+    assert check.holds[0] == (scale > 1)
 
 
 def test_the_major_axis_is_that_of_a_simulation_that_does_not_touch():
@@ -73,28 +73,28 @@ def test_the_major_axis_is_that_of_a_simulation_that_does_not_touch():
     centred = dataclasses.replace(rig.bushings[0], offset=0.0, length=0.0)
     light = Unbalance(0.35, 2e-5, 1.0)
     rig = rig.replace(gravity=None, bushings=(centred,), spin=Spin(170.0), unbalances=(light,))
-    found = running_clearance(rig, [100.0, 170.0], (100.0, 170.0))
+    check = running_clearance(rig, [100.0, 170.0], (100.0, 170.0))
     seen = whirl(rig, simulate(rig, excitation.still(6.0, 1024), engine="modal")).between(4.0)
-    assert 2 * seen.orbits(0).filtered().major == pytest.approx(found.major[0, -1], rel=2e-3)
+    assert 2 * seen.orbits(0).filtered().major == pytest.approx(check.major[0, -1], rel=2e-3)
 
 
 def test_files_figure_and_words(tmp_path, answer):
     given = "--speeds", 10, "4200rpm", "--operating", "1800rpm", "3820rpm", "--points", 200, "--run-up", 0.5
-    told = answer("running-clearance", ROOT / "models" / "rotor.toml", *given, "--out", tmp_path / "out")
+    reported = answer("running-clearance", ROOT / "models" / "rotor.toml", *given, "--out", tmp_path / "out")
     turned = np.pi / 30
     operating = 1800 * turned, 3820 * turned
     speeds = np.union1d(np.linspace(10, 4200 * turned, 200), operating)
-    found = running_clearance(Rig.load(ROOT / "models" / "rotor.toml"), speeds, operating)
-    assert told["scale"] == pytest.approx(found.scale) and told["used"] == pytest.approx([found.used.max()])
-    assert told["at_speed"] == pytest.approx([found.speed[found.used[0].argmax()]]) and told["holds"] == [False]
+    check = running_clearance(Rig.load(ROOT / "models" / "rotor.toml"), speeds, operating)
+    assert reported["scale"] == pytest.approx(check.scale) and reported["used"] == pytest.approx([check.used.max()])
+    assert reported["at_speed"] == pytest.approx([check.speed[check.used[0].argmax()]]) and reported["holds"] == [False]
     with (tmp_path / "out" / "running_clearance.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert [float(row["major_axis_m"]) for row in rows] == pytest.approx((found.scale * found.major[0]).tolist())
+    assert [float(row["major_axis_m"]) for row in rows] == pytest.approx((check.scale * check.major[0]).tolist())
     assert (tmp_path / "out" / "running_clearance.png").stat().st_size > 10_000
     rig = Rig.load(ROOT / "models" / "rotor.toml")  # runs up to 400 rad/s: without options it operates there
-    told = answer("running-clearance", ROOT / "models" / "rotor.toml", "--points", 100, "--out", tmp_path / "out")
-    found = running_clearance(rig, np.union1d(np.linspace(0.0, 440.0, 100), 400.0), (400.0, 400.0))
-    assert told["scale"] == pytest.approx(found.scale) and told["used"] == pytest.approx([found.used.max()])
+    reported = answer("running-clearance", ROOT / "models" / "rotor.toml", "--points", 100, "--out", tmp_path / "out")
+    check = running_clearance(rig, np.union1d(np.linspace(0.0, 440.0, 100), 400.0), (400.0, 400.0))
+    assert reported["scale"] == pytest.approx(check.scale) and reported["used"] == pytest.approx([check.used.max()])
 
 
 def test_a_command_that_asks_for_what_cannot_be_is_refused(refused):

@@ -60,14 +60,14 @@ def test_the_gyroscopic_pairs_of_an_overhung_disc(polar: float, spin: float, spr
     roots = np.roots(np.polysub(np.polymul(translation, tilt), [k[0, 1] ** 2])).real
     rig = overhung(polar_inertia=polar)
     shaft = turning_shaft(rig.replace(springs=(Spring(0.3, spring),)) if spring else rig)
-    found = shaft.poles(spin)
+    poles = shaft.poles(spin)
     want = roots[np.argsort(np.abs(roots))]
-    apart = np.abs(found.value.imag[:4] / np.abs(want) - 1).max()
+    apart = np.abs(poles.value.imag[:4] / np.abs(want) - 1).max()
     held = f", {spring:g} N/m to the base" if spring else ""
     what = f"overhung disc, J {polar:g} kg m², {spin:g} rad/s{held}: four frequencies, error"
     measured.below(what, apart, 1e-4, "2 x 2 closed form")
     if spin:
-        assert_allclose(shaft.sense(found.motion[:, :4]), np.sign(want), atol=1e-6)
+        assert_allclose(shaft.sense(poles.motion[:, :4]), np.sign(want), atol=1e-6)
 
 
 def test_critical_speeds_are_where_the_campbell_diagram_meets_the_spin() -> None:
@@ -101,10 +101,10 @@ def test_supports_that_differ_split_the_planes_and_hold_back_the_whirl() -> None
     """k of each plane: shaft and supports in series; unequal ones raise the threshold (Tondl, 1965)."""
     stiff, soft = 4e5, 1e5
     rig = jeffcott(translation=stiff, translation_y=soft)
-    own = 48 * BENDING
-    want = [np.sqrt(1 / (1 / own + 1 / (2 * k)) / 3.0) for k in (soft, stiff)]
-    found = turning_shaft(rig).poles(0.0)
-    assert_allclose(found.value.imag[:2], want, rtol=1e-4)
+    stiffness = 48 * BENDING
+    want = [np.sqrt(1 / (1 / stiffness + 1 / (2 * k)) / 3.0) for k in (soft, stiff)]
+    poles = turning_shaft(rig).poles(0.0)
+    assert_allclose(poles.value.imag[:2], want, rtol=1e-4)
     assert_allclose(natural_frequencies(rig, 1), want[1] / (2 * np.pi), rtol=1e-4)
     damped = turning_shaft(jeffcott(translation=1e9, translation_damping=0.0, translation_damping_y=2e3)).poles(0.0)
     assert (np.abs(damped.value.real[:2]) > 1e-6).tolist() in ([True, False], [False, True])
@@ -136,8 +136,8 @@ def test_unbalance_of_a_jeffcott_rotor(spin: float) -> None:
     want = moment * omega**2 / (3.0 * (JEFFCOTT**2 - omega**2 + 1j * outer * omega))
     turning = {"spin": Spin(omega), "unbalances": (Unbalance(0.5, moment),)}
     shaft = turning_shaft(jeffcott((outer, 2e-5)).replace(**turning))
-    found = (shaft.shapes([0.5]) @ shaft.under_unbalances([omega]))[0, :, 0]
-    assert_allclose(found, [want, -1j * want], rtol=1e-4)
+    shape_under = (shaft.shapes([0.5]) @ shaft.under_unbalances([omega]))[0, :, 0]
+    assert_allclose(shape_under, [want, -1j * want], rtol=1e-4)
 
 
 def test_a_shaft_at_rest_has_the_planar_modes_twice() -> None:
@@ -180,25 +180,25 @@ def test_critical_speeds_of_an_overhung_disc_by_their_whirl() -> None:
     """det [k11 - m Ω², k12; k12, k22 - (I ∓ J) Ω²] = 0: forward and backward whirl with the spin, Ω = ω."""
     length, mass, polar = 0.3, 2.0, 0.01
     k = BENDING * np.array([[12 / length**3, -6 / length**2], [-6 / length**2, 4 / length]])
-    found = campbell(overhung(polar_inertia=polar), [0.0, 5000.0], n=4).criticals
+    criticals = campbell(overhung(polar_inertia=polar), [0.0, 5000.0], n=4).criticals
     for whirl, sign in (("forward", -1), ("backward", 1)):
         want = np.sqrt(scipy.linalg.eigvalsh(k, np.diag([mass, INERTIA + sign * polar])))
-        assert_allclose(found.spin_rad_s[found.whirl == whirl], want, rtol=1e-4)
-        assert (found.amplification_factor[found.whirl == whirl] > 0).all() == (whirl == "forward")
+        assert_allclose(criticals.spin_rad_s[criticals.whirl == whirl], want, rtol=1e-4)
+        assert (criticals.amplification_factor[criticals.whirl == whirl] > 0).all() == (whirl == "forward")
 
 
 def test_amplification_and_margin_of_a_critical_speed() -> None:
     """A Jeffcott rotor has ζ = c/(2 m ω) and AF = 1/(2 ζ); API 617 then requires 17 (1 - 1/(AF - 1.5)) %."""
     outer = 0.2 * JEFFCOTT
-    (found,) = campbell(
+    (critical_speed,) = campbell(
         jeffcott((outer, 0.0)), [0.0, 2 * JEFFCOTT], n=2, operating=(1.2 * JEFFCOTT, 1.5 * JEFFCOTT)
     ).criticals.query("whirl == 'forward'").to_dict("records")  # fmt: skip
     want = {
         "spin_rad_s": JEFFCOTT, "damping_ratio": 0.1, "amplification_factor": 5.0,
         "separation_margin_percent": 100 * 0.2 / 1.2, "required_margin_percent": 17 * (1 - 1 / 3.5),
     }  # fmt: skip
-    assert {name: found[name] for name in want} == pytest.approx(want, rel=1e-3)
-    assert found["margin"] == "met"
+    assert {name: critical_speed[name] for name in want} == pytest.approx(want, rel=1e-3)
+    assert critical_speed["margin"] == "met"
 
 
 def test_what_does_not_turn_is_refused() -> None:
@@ -226,5 +226,5 @@ def test_what_does_not_turn_is_refused() -> None:
 
 def test_bushings_hold_the_shaft_in_both_planes() -> None:
     filled = Bushing(0.5, 1e-3, 0.0, Grease(2e5, 0.0), Contact(1e6), shape="round")
-    found = turning_shaft(jeffcott().replace(bushings=(filled,))).poles(100.0).value.imag[:2]
-    assert_allclose(found, np.sqrt((48 * BENDING + 2e5) / 3.0), rtol=1e-4)
+    squares = turning_shaft(jeffcott().replace(bushings=(filled,))).poles(100.0).value.imag[:2]
+    assert_allclose(squares, np.sqrt((48 * BENDING + 2e5) / 3.0), rtol=1e-4)

@@ -27,29 +27,29 @@ def damped(zeta, **changes):
 
 def test_amplitude_and_phase_of_a_jeffcott_rotor():
     """r = e Ω²/(ω² - Ω² + 2 i ζ ω Ω), peak to peak 2 |r|; z comes a quarter of a turn after y."""
-    found = unbalance_response(damped(ZETA), SPEEDS)
-    r = MOMENT / 3.0 * found.speed**2 / (JEFFCOTT**2 - found.speed**2 + 2j * ZETA * JEFFCOTT * found.speed)
-    assert found.planes == {"1:+Z": "node 1, x = 0.5 m", "1:+Y": "node 1, x = 0.5 m"}
-    assert_allclose(found.amplitude, [2 * np.abs(r)] * 2, rtol=2e-4)
+    sweep = unbalance_response(damped(ZETA), SPEEDS)
+    r = MOMENT / 3.0 * sweep.speed**2 / (JEFFCOTT**2 - sweep.speed**2 + 2j * ZETA * JEFFCOTT * sweep.speed)
+    assert sweep.planes == {"1:+Z": "node 1, x = 0.5 m", "1:+Y": "node 1, x = 0.5 m"}
+    assert_allclose(sweep.amplitude, [2 * np.abs(r)] * 2, rtol=2e-4)
     moving = slice(1, None)  # at rest there is no phase
     lag = np.degrees(-np.angle(r) - PHASE)[moving]
-    apart = (found.phase_lag[:, moving] - [lag + 90, lag] + 180) % 360 - 180
+    apart = (sweep.phase_lag[:, moving] - [lag + 90, lag] + 180) % 360 - 180
     assert np.abs(apart).max() < 0.1
 
 
 @pytest.mark.parametrize("zeta", [1e-3, 0.02, 0.05, 0.12])
 def test_amplification_factor_of_a_jeffcott_rotor(zeta):
     """The peak is at ω/√(1 - 2ζ²), 2 e/(2ζ √(1 - ζ²)) high; half-power points solve a quadratic equation in Ω²."""
-    found = unbalance_response(damped(zeta), np.linspace(0.0, 4.0 * JEFFCOTT, 51)).criticals
+    peaks = unbalance_response(damped(zeta), np.linspace(0.0, 4.0 * JEFFCOTT, 51)).criticals
     at, height = 1 / math.sqrt(1 - 2 * zeta**2), 1 / (2 * zeta * math.sqrt(1 - zeta**2))
-    assert list(found.probe) == ["1:+Z", "1:+Y"]
-    assert_allclose(found.spin_rad_s, at * JEFFCOTT, rtol=2e-3)
-    assert_allclose(found.amplitude_um_pp, 2e6 * MOMENT / 3.0 * height, rtol=1e-3)
+    assert list(peaks.probe) == ["1:+Z", "1:+Y"]
+    assert_allclose(peaks.spin_rad_s, at * JEFFCOTT, rtol=2e-3)
+    assert_allclose(peaks.amplitude_um_pp, 2e6 * MOMENT / 3.0 * height, rtol=1e-3)
     # x⁴/((1 - x²)² + 4ζ²x²) = h²/2
     low, high = np.sort(np.sqrt(np.roots([1 - 2 / height**2, 4 * zeta**2 - 2, 1.0])))
-    assert_allclose(found.amplification_factor, at / (high - low), rtol=0.01)
-    assert_allclose(found.amplification_factor, 1 / (2 * zeta), rtol=0.1)  # what it is near enough
-    assert "margin" not in found
+    assert_allclose(peaks.amplification_factor, at / (high - low), rtol=0.01)
+    assert_allclose(peaks.amplification_factor, 1 / (2 * zeta), rtol=0.1)  # what it is near enough
+    assert "margin" not in peaks
 
 
 @pytest.mark.parametrize("last", [1.1, 4.0])
@@ -65,14 +65,14 @@ def test_probes_see_the_critical_speeds_of_their_own_planes():
     """Supports that are softer along y: shaft and springs in series, each probe with one peak, nearly undamped."""
     stiff, soft = 4e5, 1e5
     supports = jeffcott((1.0, 0.0), translation=stiff, translation_y=soft).structure
-    found = unbalance_response(rotor(structure=supports), SPEEDS).criticals.set_index("probe").spin_rad_s
+    peaks = unbalance_response(rotor(structure=supports), SPEEDS).criticals.set_index("probe").spin_rad_s
     for probe, support in (("1:+Y", soft), ("1:+Z", stiff)):
-        assert found[probe] == pytest.approx(math.sqrt(1 / (1 / (48 * BENDING) + 1 / (2 * support)) / 3.0), rel=1e-3)
+        assert peaks[probe] == pytest.approx(math.sqrt(1 / (1 / (48 * BENDING) + 1 / (2 * support)) / 3.0), rel=1e-3)
 
 
 def test_a_resonance_whose_half_power_points_are_not_seen_has_no_factor():
-    found = unbalance_response(damped(ZETA), np.linspace(0.0, 1.02 * JEFFCOTT, 51), (500.0, 600.0)).criticals
-    assert np.isnan(found.amplification_factor).all() and set(found.margin) == {"not known"}
+    peaks = unbalance_response(damped(ZETA), np.linspace(0.0, 1.02 * JEFFCOTT, 51), (500.0, 600.0)).criticals
+    assert np.isnan(peaks.amplification_factor).all() and set(peaks.margin) == {"not known"}
 
 
 @pytest.mark.parametrize(
@@ -92,10 +92,10 @@ def test_a_resonance_whose_half_power_points_are_not_seen_has_no_factor():
 def test_separation_margins_of_api_617(rpm, factor, actual, required, margin):
     """Operating speeds from 5000 to 8000 rev/min."""
     given = pd.DataFrame({"spin_rad_s": [rpm * math.pi / 30], "amplification_factor": [factor]})
-    found = with_margins(given, (5000 * math.pi / 30, 8000 * math.pi / 30)).iloc[0]
-    assert found.separation_margin_percent == pytest.approx(actual)
-    assert found.required_margin_percent == pytest.approx(required, nan_ok=True)
-    assert found.margin == margin
+    peaks = with_margins(given, (5000 * math.pi / 30, 8000 * math.pi / 30)).iloc[0]
+    assert peaks.separation_margin_percent == pytest.approx(actual)
+    assert peaks.required_margin_percent == pytest.approx(required, nan_ok=True)
+    assert peaks.margin == margin
 
 
 def test_the_response_is_drawn_with_what_it_is_judged_by():

@@ -34,8 +34,8 @@ def response(rig, displacement, spin):
 def test_the_1x_orbit_of_an_unbalance_is_that_of_the_linear_theory():
     """Ellipse of (ω² - Ω² + iΩ(C + ΩG)) q = Ω² f, y and z its real parts times e^(iθ): turning.under_unbalances."""
     rig = rotor()
-    found = cm.simulate(rig, cm.excitation.still(6.0, FS), engine="modal")
-    orbit = whirl(rig, found).between(4.0).orbits(0).filtered()
+    response = cm.simulate(rig, cm.excitation.still(6.0, FS), engine="modal")
+    orbit = whirl(rig, response).between(4.0).orbits(0).filtered()
     shaft = turning_shaft(rig, 8)
     y, z = (shaft.shapes([0.6]) @ shaft.under_unbalances([90.0]))[0, :, 0]
     assert orbit.y == pytest.approx(y, rel=2e-3)
@@ -52,36 +52,36 @@ def test_places_are_from_the_bushings_middle_along_y_and_z_whatever_the_probes()
     y, z = 3e-5 * np.cos(60 * time), 2e-5 * np.sin(60 * time)
     cos, sin = np.cos(np.pi / 6), np.sin(np.pi / 6)
     read = np.array([cos * y + sin * z, cos * z - sin * y])
-    found = whirl(rig, response(rig, read, np.full(2048, 60.0)))
-    np.testing.assert_allclose(found.position[0], [y + 1e-4, z - 2e-4], atol=1e-18)
-    assert found.names == ["bushing 1, x = 0.6 m"]
-    assert found.is_steady
+    orbits_of = whirl(rig, response(rig, read, np.full(2048, 60.0)))
+    np.testing.assert_allclose(orbits_of.position[0], [y + 1e-4, z - 2e-4], atol=1e-18)
+    assert orbits_of.names == ["bushing 1, x = 0.6 m"]
+    assert orbits_of.is_steady
 
 
 def test_the_end_at_one_speed_and_the_part_that_changes():
     """A ramp from 50 to 100 rad/s in 2 s, then 2 s at 100: half a percent below it is reached at 1.98 s."""
     rig = rotor(spin=Spin(50.0, 25.0, 100.0))
     time = np.arange(4096) / FS
-    found = whirl(rig, response(rig, np.zeros((2, 4096)), rig.spin.speed_at(time)))
-    np.testing.assert_allclose(found.angle, rig.spin.angle_at(time), atol=1e-5)
-    assert not found.is_steady
-    assert found.ending(0.5).time[0] == pytest.approx(1.98, abs=2e-3)
-    assert found.ending(3.0).time[0] == pytest.approx(time[-1] - 3.0, abs=2e-3)
-    assert found.ending(0.1, turns=40).orbits(0).time.size >= 40
-    assert found.changing.time[[0, -1]] == pytest.approx([0.0, 2.0], abs=2e-3)
-    marks = found.orbits(0).time
-    cut = found.between(1.0)
+    orbits_of = whirl(rig, response(rig, np.zeros((2, 4096)), rig.spin.speed_at(time)))
+    np.testing.assert_allclose(orbits_of.angle, rig.spin.angle_at(time), atol=1e-5)
+    assert not orbits_of.is_steady
+    assert orbits_of.ending(0.5).time[0] == pytest.approx(1.98, abs=2e-3)
+    assert orbits_of.ending(3.0).time[0] == pytest.approx(time[-1] - 3.0, abs=2e-3)
+    assert orbits_of.ending(0.1, turns=40).orbits(0).time.size >= 40
+    assert orbits_of.changing.time[[0, -1]] == pytest.approx([0.0, 2.0], abs=2e-3)
+    marks = orbits_of.orbits(0).time
+    cut = orbits_of.between(1.0)
     assert cut.orbits(0).time[0] == pytest.approx(marks[marks >= 1.0][0], abs=1e-9)  # the marks stay where they are
     with pytest.raises(RecordError, match=r"7 to inf s: no samples; there are some from 0 to 3\.99902 s"):
-        found.between(7.0)
+        orbits_of.between(7.0)
 
 
 def test_what_has_no_orbits_is_refused():
     still = rotor(spin=None, unbalances=())
     rig = rotor()
-    found = whirl(still, response(still, np.zeros((2, 64)), None))
+    orbits_of = whirl(still, response(still, np.zeros((2, 64)), None))
     with pytest.raises(RecordError, match="rig 'rotor' does not turn, and has no orbits by turn"):
-        found.orbits(0)
+        orbits_of.orbits(0)
     with pytest.raises(RecordError, match=r"has 1 rows of displacements; 1 bushings need 301:\+Y, 301:\+Z"):
         whirl(rig, response(rig, np.zeros((1, 64)), None))
     with pytest.raises(RecordError, match='moves along z alone and has no orbits; give its bushings shape = "round"'):

@@ -73,8 +73,8 @@ def test_dimensions_have_names():
         "Comparison": {"csac_per_sensor": ("response", "frequency"), "per_sensor_frac": ("response",)},
     }
     for name, expected in dims.items():
-        found = MAKE[name]().to_xarray()
-        assert {variable: found[variable].dims for variable in expected} == expected
+        array = MAKE[name]().to_xarray()
+        assert {variable: array[variable].dims for variable in expected} == expected
 
 
 def test_a_response_whose_time_comes_first_is_still_read():

@@ -24,11 +24,11 @@ def test_noise_on_flat_peaks_is_no_clipping():
         check_channel("probe", pressed(np.random.default_rng(seed)), FS)
 
 
-@pytest.mark.parametrize("share", [0.6, 0.9, 0.97])
-def test_the_same_beyond_a_range_is(share):
+@pytest.mark.parametrize("ratio", [0.6, 0.9, 0.97])
+def test_the_same_beyond_a_range_is(ratio):
     for seed in range(10):
         signal = pressed(np.random.default_rng(seed))
-        limit = share * signal.max()
+        limit = ratio * signal.max()
         assert_refused(RecordError, f"clipped at {limit:g}", check_channel, "probe", np.minimum(signal, limit), FS)
 
 

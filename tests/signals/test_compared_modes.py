@@ -23,14 +23,14 @@ def noisy(rng, participation, rates=RATES, noise=0.02):
 
 def test_a_mode_is_known_as_well_as_repeated_noise_shows(rng, measured):
     """Over 24 FRFs: the standard deviation of the first natural frequency, and that of its shape."""
-    found = [(frf, distinct_modes(frf, 3)) for frf in (noisy(rng, (1, 1, 1)) for _ in range(24))]
-    told = [mode_errors(*each) for each in found]
-    scatter = np.std([np.log(modes.frequency[0]) for _, modes in found])
+    noisy_modes = [(frf, distinct_modes(frf, 3)) for frf in (noisy(rng, (1, 1, 1)) for _ in range(24))]
+    errors = [mode_errors(*each) for each in noisy_modes]
+    scatter = np.std([np.log(modes.frequency[0]) for _, modes in noisy_modes])
     measured.equal(
-        "relative standard deviation of a natural frequency", float(np.mean([t.frequency[0] for t in told])), scatter,
+        "relative standard deviation of a natural frequency", float(np.mean([t.frequency[0] for t in errors])), scatter,
         "its scatter over 24 FRFs with noise", rel=0.4,
     )  # fmt: skip
-    assert not any(t.hardly.any() for t in told)
+    assert not any(t.hardly.any() for t in errors)
 
 
 def test_a_mode_in_the_noise_is_hardly_extracted_or_not_found(rng):
@@ -50,8 +50,8 @@ def test_a_mode_in_the_noise_is_hardly_extracted_or_not_found(rng):
 def test_a_mode_that_the_model_lacks_is_said_with_where_it_was_looked_for():
     """Two modes of one shape are a pair up to a ratio of exp(0.15 √(2 ln 20)) = 1.44."""
     test, model = modal_frf(), modal_frf(RATES[:2], SHAPES[:, :2], (1, 1))
-    found = compare_modes(test, model, 3)
-    assert found["why"].tolist() == ["", "", "not found in the model's FRFs between 104 and 217 Hz"]
+    comparison = compare_modes(test, model, 3)
+    assert comparison["why"].tolist() == ["", "", "not found in the model's FRFs between 104 and 217 Hz"]
 
 
 def test_two_poles_of_one_peak_are_one_mode():

@@ -42,12 +42,12 @@ def force_frf(place, frequency=F, m=M, c=C, k=K):
     return FRF(frequency, (-(w**2) * receptance)[..., 0].T, quantity="acceleration/force")
 
 
-def with_noise(frf, share, seed, proportional=False):
+def with_noise(frf, ratio, seed, proportional=False):
     """Complex Gaussian noise: a share of the root mean square of each response, or of each value."""
     rng = np.random.default_rng(seed)
     noise = (rng.standard_normal(frf.value.shape) + 1j * rng.standard_normal(frf.value.shape)) / np.sqrt(2)
     level = frf.value if proportional else np.sqrt(np.mean(np.abs(frf.value) ** 2, axis=2, keepdims=True))
-    return FRF(frf.frequency, frf.value + share * noise * level)
+    return FRF(frf.frequency, frf.value + ratio * noise * level)
 
 
 def chain(n):
@@ -67,13 +67,13 @@ def test_two_degrees_of_freedom_without_noise(frf):
     np.testing.assert_allclose(modes.shape, shape / shape[np.argmax(np.abs(shape), axis=0), [0, 1]], atol=1e-7)
 
 
-@pytest.mark.parametrize(("share", "proportional", "of_frequency", "of_damping", "least_mac"), [
+@pytest.mark.parametrize(("ratio", "proportional", "of_frequency", "of_damping", "least_mac"), [
     (0.01, False, 1e-3, 0.03, 0.9999), (0.01, True, 1e-3, 0.03, 0.9999), (0.3, False, 0.01, 0.5, 0.99),
 ])  # fmt: skip
 @pytest.mark.parametrize("seed", range(3))
-def test_noise(seed, share, proportional, of_frequency, of_damping, least_mac):
+def test_noise(seed, ratio, proportional, of_frequency, of_damping, least_mac):
     frequency, damping, shape = true_modes()
-    modes = extract_modes(with_noise(base_frf(), share, seed, proportional), n_modes=4)
+    modes = extract_modes(with_noise(base_frf(), ratio, seed, proportional), n_modes=4)
     np.testing.assert_allclose(modes.frequency, frequency, rtol=of_frequency)
     np.testing.assert_allclose(modes.damping, damping, rtol=of_damping)
     assert np.all(np.diag(mac(modes.shape, shape)) > least_mac)

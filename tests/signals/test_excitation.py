@@ -150,11 +150,11 @@ GENERATORS = {
 
 @pytest.mark.parametrize("name", GENERATORS)
 def test_the_description_names_the_generator_and_is_plain_data(name):
-    arguments, told = GENERATORS[name]
+    arguments, expected_fields = GENERATORS[name]
     shake = getattr(excitation, name)(4.0, FS, **arguments, kind="force")
     description = json.loads(json.dumps(shake.description))
     assert description == shake.description
-    expected = {"generator": name, "duration": 4.0, "fs": FS, "kind": "force", **told}
+    expected = {"generator": name, "duration": 4.0, "fs": FS, "kind": "force", **expected_fields}
     assert {key: description[key] for key in expected} == expected
     assert (shake.kind, shake.fs, shake.value.size) == ("force", FS, 2048)
     assert shake.band == (None if name in ("hammer", "stepped_sine") else (5.0, 220.0))

@@ -26,12 +26,12 @@ def estimated(rng, coherence, seconds, **options):
 def test_what_the_random_error_alone_makes_of_an_rmse_in_db_is_what_200_records_show(rng, coherence, measured):
     """Of the true coherence, which a long record has; each estimate is of 15 half-overlapping segments, 1 s long."""
     frfs = [estimated(rng, coherence, 8.0) for _ in range(200)]
-    found = np.sqrt(np.mean([(20 * np.log10(np.abs(frf.value) / 2.0)) ** 2 for frf in frfs]))
+    rms = np.sqrt(np.mean([(20 * np.log10(np.abs(frf.value) / 2.0)) ** 2 for frf in frfs]))
     known = dataclasses.replace(frfs[0], coherence=np.full(frfs[0].value.shape, coherence))
     what = f"RMS of 20 lg of an estimated over the true FRF, coherence {coherence:g}, dB"
-    measured.equal(what, float(random_db(known)[0, 0, 0]), found, "Gaussian noise, 200 records", rel=0.04)
-    told = np.sqrt(np.mean([random_db(frf) ** 2 for frf in frfs]))  # of estimated coherences
-    assert told == pytest.approx(found, rel=0.15 if coherence > 0.3 else 0.35)
+    measured.equal(what, float(random_db(known)[0, 0, 0]), rms, "Gaussian noise, 200 records", rel=0.04)
+    stated_db = np.sqrt(np.mean([random_db(frf) ** 2 for frf in frfs]))  # of estimated coherences
+    assert stated_db == pytest.approx(rms, rel=0.15 if coherence > 0.3 else 0.35)
 
 
 def test_a_small_error_is_that_of_bendat_and_piersol():

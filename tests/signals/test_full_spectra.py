@@ -21,11 +21,11 @@ def at(spectrum, hz):
 def test_a_circle_shows_its_radius_on_one_side_alone(hz):
     """Whether or not its frequency is that of a line: a flat-top window's gain varies by less than 0.2 %."""
     w = 3e-5 * np.exp(2j * np.pi * hz * TIME + 0.4j)
-    found = full_spectrum(w.real + 2e-4, w.imag - 1e-4, FS)
-    assert at(found, hz) == pytest.approx(3e-5, rel=2e-3)
-    assert found.frequency[np.argmax(found.amplitude)] == pytest.approx(hz, abs=0.5)
-    assert at(found, -hz) < 1e-4 * 3e-5 and (found.resolution, found.averages) == (1.0, 13)
-    np.testing.assert_array_equal(found.frequency, -found.frequency[::-1])
+    spectrum = full_spectrum(w.real + 2e-4, w.imag - 1e-4, FS)
+    assert at(spectrum, hz) == pytest.approx(3e-5, rel=2e-3)
+    assert spectrum.frequency[np.argmax(spectrum.amplitude)] == pytest.approx(hz, abs=0.5)
+    assert at(spectrum, -hz) < 1e-4 * 3e-5 and (spectrum.resolution, spectrum.averages) == (1.0, 13)
+    np.testing.assert_array_equal(spectrum.frequency, -spectrum.frequency[::-1])
 
 
 def test_an_ellipse_is_half_the_sum_and_half_the_difference_of_its_axes():
@@ -33,14 +33,14 @@ def test_an_ellipse_is_half_the_sum_and_half_the_difference_of_its_axes():
     a, b, lean = 5e-5, 2e-5, np.exp(0.7j)
     turn = 2 * np.pi * 30 * TIME
     w = lean * (a * np.cos(turn) + 1j * b * np.sin(turn))
-    found = full_spectrum(w.real, w.imag, FS, window="hann")
-    assert (at(found, 30), at(found, -30)) == pytest.approx(((a + b) / 2, (a - b) / 2), rel=1e-9)
+    spectrum = full_spectrum(w.real, w.imag, FS, window="hann")
+    assert (at(spectrum, 30), at(spectrum, -30)) == pytest.approx(((a + b) / 2, (a - b) / 2), rel=1e-9)
 
 
 def test_a_line_is_both_in_equal_parts():
     y = 4e-5 * np.cos(2 * np.pi * 30 * TIME)
-    found = full_spectrum(y, -0.5 * y, FS, window="boxcar")
-    np.testing.assert_allclose([at(found, 30), at(found, -30)], np.hypot(1, 0.5) * 4e-5 / 2, rtol=1e-9)
+    spectrum = full_spectrum(y, -0.5 * y, FS, window="boxcar")
+    np.testing.assert_allclose([at(spectrum, 30), at(spectrum, -30)], np.hypot(1, 0.5) * 4e-5 / 2, rtol=1e-9)
 
 
 def test_a_circle_that_speeds_up_lies_on_the_line_of_the_spin():
@@ -48,13 +48,13 @@ def test_a_circle_that_speeds_up_lies_on_the_line_of_the_spin():
     time = np.arange(40 * 1024) / 1024.0
     spin = 2 * np.pi * (10 + time)
     w = 1e-5 * np.exp(2j * np.pi * (10 * time + time**2 / 2))
-    found = speed_cascade(w.real, w.imag, 1024.0, spin, resolution=2.0, window="flattop", n_windows=21)
-    np.testing.assert_allclose(found.speed, 2 * np.pi * (10 + found.time), rtol=1e-9)
-    peak = found.frequency[np.argmax(found.amplitude, axis=1)]
-    np.testing.assert_allclose(peak, found.speed / (2 * np.pi), atol=1.01)
-    np.testing.assert_allclose(found.order(1), 1e-5, rtol=0.01)
-    assert found.order(-1).max() < 1e-7
-    assert np.isnan(found.order(20)[-1])  # 1000 Hz are above half the samples per second
+    cascade = speed_cascade(w.real, w.imag, 1024.0, spin, resolution=2.0, window="flattop", n_windows=21)
+    np.testing.assert_allclose(cascade.speed, 2 * np.pi * (10 + cascade.time), rtol=1e-9)
+    peak = cascade.frequency[np.argmax(cascade.amplitude, axis=1)]
+    np.testing.assert_allclose(peak, cascade.speed / (2 * np.pi), atol=1.01)
+    np.testing.assert_allclose(cascade.order(1), 1e-5, rtol=0.01)
+    assert cascade.order(-1).max() < 1e-7
+    assert np.isnan(cascade.order(20)[-1])  # 1000 Hz are above half the samples per second
 
 
 Y, HOLED = np.zeros(1000), np.where(np.arange(1000) == 3, np.nan, 0.0)

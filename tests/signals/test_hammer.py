@@ -63,9 +63,9 @@ def faults(test):
 
 
 def modes_are_right(frf, damping=DAMPING):
-    found = cm.extract_modes(frf, 3, band=(5, 250))
-    np.testing.assert_allclose(found.frequency, FREQUENCY, rtol=1e-3)
-    np.testing.assert_allclose(found.damping, damping, rtol=0.03)
+    modes = cm.extract_modes(frf, 3, band=(5, 250))
+    np.testing.assert_allclose(modes.frequency, FREQUENCY, rtol=1e-3)
+    np.testing.assert_allclose(modes.damping, damping, rtol=0.03)
 
 
 def test_frfs_coherence_and_modes_of_a_clean_test(beam_test):
@@ -131,10 +131,10 @@ def test_the_rate_of_the_window_stays_with_the_frfs(tmp_path, beam_test):
         assert cm.read(tmp_path / name).window_rate == pytest.approx(frf.window_rate, rel=1e-8)
     with pytest.warns(RecordNote, match="no place for the exponential window"):
         cm.write(tmp_path / "a.csv", frf)
-    found = cm.structure.modes_from_frf(frf, 3, band=(5, 250))
-    np.testing.assert_allclose(found.structure.frequencies[-3:], FREQUENCY, rtol=1e-3)
-    np.testing.assert_allclose(found.structure.ratios[-3:], DAMPING, rtol=0.03)
-    np.testing.assert_allclose(np.abs(np.transpose(found.structure.shapes)[-3:, 1]), np.abs(shape("2:+Z")), rtol=0.03)
+    modal = cm.structure.modes_from_frf(frf, 3, band=(5, 250))
+    np.testing.assert_allclose(modal.structure.frequencies[-3:], FREQUENCY, rtol=1e-3)
+    np.testing.assert_allclose(modal.structure.ratios[-3:], DAMPING, rtol=0.03)
+    np.testing.assert_allclose(np.abs(np.transpose(modal.structure.shapes)[-3:, 1]), np.abs(shape("2:+Z")), rtol=0.03)
 
 
 def test_double_hits_and_clipped_hits_are_left_out():

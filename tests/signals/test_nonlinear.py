@@ -45,27 +45,27 @@ def test_cube_before_a_filter():
     """x + a x³, then a filter H: the best linear approximation is H (1 + 3 a σ²) (Bussgang), the stochastic
     distortion |H|² a² of the cube's; a multisine of F lines has 1 - 1/(2F) of the 3 σ² of a Gaussian signal."""
     a, rms, count = 0.4, 1.3, 40
-    found = best_linear(list(realisations(lambda x: filtered(x + a * x**3), count, rms=rms)), PERIOD)
+    bla = best_linear(list(realisations(lambda x: filtered(x + a * x**3), count, rms=rms)), PERIOD)
     gain = 1 + 3 * a * rms**2 * (1 - 0.5 / LINES.size)
-    np.testing.assert_allclose(found.frf.frequency, LINES / PERIOD)
+    np.testing.assert_allclose(bla.frf.frequency, LINES / PERIOD)
     expected = np.abs(transfer(LINES)) ** 2 * a**2 * distortion_of_cube(rms)
-    normal = np.abs(found.frf.functions[0] - gain * transfer(LINES)) ** 2 / (expected / count)
+    normal = np.abs(bla.frf.functions[0] - gain * transfer(LINES)) ** 2 / (expected / count)
     assert np.mean(normal) == pytest.approx(1, abs=4 / np.sqrt(LINES.size))  # exponential with mean 1
-    ratio = found.distortion_variance[0, 0] / expected
+    ratio = bla.distortion_variance[0, 0] / expected
     assert np.mean(ratio) == pytest.approx(1, abs=4 / np.sqrt(LINES.size * (count - 1)))
-    assert np.all(found.noise_variance < 1e-20)
+    assert np.all(bla.noise_variance < 1e-20)
 
 
 def test_linear_system_with_noise_has_no_distortion():
     """White noise σ has the spectral variance N σ² at each line; over P periods and M realisations / (P M)."""
     periods, count, sigma = 4, 10, 0.05
-    found = best_linear(list(realisations(filtered, count, periods, sigma, drop=2)), PERIOD, drop=2)
+    bla = best_linear(list(realisations(filtered, count, periods, sigma, drop=2)), PERIOD, drop=2)
     expected = SAMPLES * sigma**2 / (SAMPLES**2 / (2 * LINES.size)) / (periods * count)
-    for variance, freedom in ((found.noise_variance, count * (periods - 1)), (found.total_variance, count - 1)):
+    for variance, freedom in ((bla.noise_variance, count * (periods - 1)), (bla.total_variance, count - 1)):
         assert np.mean(variance) / expected == pytest.approx(1, abs=4 / np.sqrt(LINES.size * freedom))
-    excess = np.mean(found.total_variance - found.noise_variance) / expected
+    excess = np.mean(bla.total_variance - bla.noise_variance) / expected
     assert abs(excess) < 4 / np.sqrt(LINES.size * (count - 1))
-    normal = np.abs(found.frf.functions[0] - transfer(LINES)) ** 2 / expected
+    normal = np.abs(bla.frf.functions[0] - transfer(LINES)) ** 2 / expected
     assert np.mean(normal) == pytest.approx(1, abs=4 / np.sqrt(LINES.size))
 
 
@@ -85,10 +85,10 @@ def test_noise_on_the_excitation_counts():
     for seed, record in enumerate(realisations(filtered, count, periods, drop=1)):
         noise = sigma * np.random.default_rng((seed, 8)).standard_normal(record.excitation.size)
         records.append(Response(FS, record.excitation + noise, record.acceleration, band=BAND))
-    found = best_linear(records, PERIOD)
+    bla = best_linear(records, PERIOD)
     expected = np.abs(transfer(LINES)) ** 2 * sigma**2 * 2 * LINES.size / SAMPLES / (periods * count)
     tolerance = 4 / np.sqrt(LINES.size * count * (periods - 1))
-    assert np.mean(found.noise_variance[0, 0] / expected) == pytest.approx(1, abs=tolerance)
+    assert np.mean(bla.noise_variance[0, 0] / expected) == pytest.approx(1, abs=tolerance)
 
 
 def test_the_transient_is_dropped():
@@ -132,10 +132,10 @@ def test_harmonics_of_every_step_have_amplitude_and_phase():
     """cos³ = 3/4 cos + 1/4 cos 3φ; the phase counts from the start of the record."""
     frequency, time = (5.3, 11.0), np.arange(4096) / 1024
     wave = np.where(time < 2, np.cos(2 * np.pi * 5.3 * time + 0.4), 2 * np.cos(2 * np.pi * 11.0 * time - 1.0))
-    found = stepped_harmonics(wave**3 + 0.7, 1024, frequency, n_harmonics=4, settle=0.3)
+    harmonics = stepped_harmonics(wave**3 + 0.7, 1024, frequency, n_harmonics=4, settle=0.3)
     first, third = np.array([1.0, 8.0]) * 3 / 4, np.array([1.0, 8.0]) / 4
     phase = np.exp(1j * np.array([0.4, -1.0]))
-    np.testing.assert_allclose(found, np.array([first * phase, [0, 0], third * phase**3, [0, 0]]).T, atol=1e-9)
+    np.testing.assert_allclose(harmonics, np.array([first * phase, [0, 0], third * phase**3, [0, 0]]).T, atol=1e-9)
 
 
 @pytest.mark.parametrize(("arguments", "message"), [

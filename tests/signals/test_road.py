@@ -51,8 +51,8 @@ def test_transfer_is_that_of_newtons_equations_marched(car):
         last = slice(-400 * 4, None)
         turning = np.exp(-2j * np.pi * frequency * time[last])
         ratio = (heights[last].T @ turning) / (np.sin(2 * np.pi * frequency * time[last]) @ turning)
-        found = [car.transfer(frequency, at) for at in ("hub", "body")]
-        assert found == pytest.approx(ratio.tolist(), rel=1e-4)  # the rate's straight pieces: (2π/400)²/12 = 2e-5
+        transfers = [car.transfer(frequency, at) for at in ("hub", "body")]
+        assert transfers == pytest.approx(ratio.tolist(), rel=1e-4)  # the rate's straight pieces: (2π/400)²/12 = 2e-5
 
 
 def test_acceleration_is_that_of_the_car_over_a_road_of_random_height():

@@ -55,12 +55,12 @@ def test_interpolation_keeps_the_samples():
 
 
 @pytest.mark.parametrize("factor", [2, 5, 24])
-@pytest.mark.parametrize("share", [0.0, 0.1, 0.25, 0.35, 0.4])
-def test_decimation_is_flat(factor, share):
+@pytest.mark.parametrize("ratio", [0.0, 0.1, 0.25, 0.35, 0.4])
+def test_decimation_is_flat(factor, ratio):
     """Up to 0.4 fs: 0.01 dB and zero delay."""
-    frequency = share * FS
+    frequency = ratio * FS
     slow = decimate(tone(frequency, FS * factor, 4096 * factor, 0.0)[:, None], factor)[:, 0]
-    gain = np.mean(slow[1000:3000]) if share == 0 else measured(slow, frequency, FS, 0.0)
+    gain = np.mean(slow[1000:3000]) if ratio == 0 else measured(slow, frequency, FS, 0.0)
     assert abs(decibel(gain)) < 0.01 and abs(np.angle(gain)) < 1e-9
 
 

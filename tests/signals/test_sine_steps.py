@@ -23,24 +23,24 @@ def record(noise, seed=0):
 
 def test_frequencies_levels_and_amplitudes_come_back():
     """A squared sine of amplitude a lies between 0 and a²."""
-    found = sine_steps(record(0.01))
-    np.testing.assert_allclose(found.frequency, FREQUENCIES, rtol=1e-3)
-    np.testing.assert_allclose(found.level, LEVELS, rtol=2e-3)
-    np.testing.assert_allclose(found.acceleration[:, 0], 3 * np.array(LEVELS), rtol=5e-3)
-    np.testing.assert_allclose(found.acceleration[:, 1], np.square(LEVELS) / 2, rtol=2e-2)
-    assert found.upwards.tolist() == [True] * 6 + [False] * 2 and found.displacement is None
+    steps = sine_steps(record(0.01))
+    np.testing.assert_allclose(steps.frequency, FREQUENCIES, rtol=1e-3)
+    np.testing.assert_allclose(steps.level, LEVELS, rtol=2e-3)
+    np.testing.assert_allclose(steps.acceleration[:, 0], 3 * np.array(LEVELS), rtol=5e-3)
+    np.testing.assert_allclose(steps.acceleration[:, 1], np.square(LEVELS) / 2, rtol=2e-2)
+    assert steps.upwards.tolist() == [True] * 6 + [False] * 2 and steps.displacement is None
 
 
 def test_without_noise_they_are_exact():
-    found = sine_steps(record(0.0))
-    np.testing.assert_allclose(found.frequency, FREQUENCIES, rtol=1e-8)
-    np.testing.assert_allclose(found.level, LEVELS, rtol=1e-7)
+    steps = sine_steps(record(0.0))
+    np.testing.assert_allclose(steps.frequency, FREQUENCIES, rtol=1e-8)
+    np.testing.assert_allclose(steps.level, LEVELS, rtol=1e-7)
 
 
 @pytest.mark.parametrize("signal", [random(4.0, 2048.0, (5, 220), 1.0, 1).value, np.zeros(4096), np.ones(100)])
 def test_what_is_no_stepped_sine_has_no_steps(signal):
-    found = sine_steps(Response(2048.0, signal, np.array([signal, signal])))
-    assert found.frequency.size == 0 and found.acceleration.shape == (0, 2)
+    steps = sine_steps(Response(2048.0, signal, np.array([signal, signal])))
+    assert steps.frequency.size == 0 and steps.acceleration.shape == (0, 2)
 
 
 @pytest.mark.parametrize(

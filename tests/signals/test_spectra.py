@@ -96,20 +96,20 @@ def measured(rng, n_inputs=1, noise=0.0, n=32768):
     frequency = spectrum(x[0], x[0])[0][1:]
     rows = np.array([spectrum(signals[d], signals[d])[1][1:].real for d in dofs])
     quantities = tuple("force" if d in inputs else "acceleration" for d in dofs)
-    own = Spectra("auto spectrum", frequency, rows, tuple(dofs), (), (), quantities)
+    auto = Spectra("auto spectrum", frequency, rows, tuple(dofs), (), (), quantities)
     pairs = [(a, b) for b in inputs for a in dofs if a not in inputs[: inputs.index(b) + 1]]
     rows = np.array([spectrum(signals[a], signals[b])[1][1:] for a, b in pairs])
-    return own, Spectra("cross spectrum", frequency, rows, *zip(*pairs)), signals
+    return auto, Spectra("cross spectrum", frequency, rows, *zip(*pairs)), signals
 
 
 @pytest.mark.parametrize("estimator", ["H1", "H2", "Hv"])
 def test_one_reference_is_that_of_the_records(rng, estimator):
     """Against `estimate_frf` of the same records and segments, with noise on the responses."""
-    own, cross, signals = measured(rng, noise=0.3)
+    auto, cross, signals = measured(rng, noise=0.3)
     resp = Response(512.0, signals["200:+Z"], np.stack([signals["1:+Z"], signals["2:+Z"]]), kind="force",
                     responses=("1:+Z", "2:+Z"), reference="200:+Z")  # fmt: skip
     expected = estimate_frf(resp, estimator, 1.0)
-    got = frf_from_spectra(own, cross, estimator)
+    got = frf_from_spectra(auto, cross, estimator)
     assert (got.quantity, got.responses, got.reference) == ("acceleration/force", ("1:+Z", "2:+Z"), "200:+Z")
     inner = slice(1, -1)  # scipy doubles all lines but the last
     np.testing.assert_allclose(got.functions[:, inner], expected.functions[:, 1:][:, inner], rtol=1e-9)
@@ -119,36 +119,41 @@ def test_one_reference_is_that_of_the_records(rng, estimator):
 @pytest.mark.parametrize("estimator", ["H1", "Hv"])
 def test_two_references_give_the_known_system(rng, estimator):
     """Y1 = (1 - 0.5 e^{-jωT}) X1 + 3 X2, Y2 = 2 X1; exact where there is no noise but for leakage of the delay."""
-    own, cross, _ = measured(rng, n_inputs=2)
-    got = frf_from_spectra(own, cross, estimator)
+    auto, cross, _ = measured(rng, n_inputs=2)
+    got = frf_from_spectra(auto, cross, estimator)
     assert (got.responses, got.references) == (("1:+Z", "2:+Z"), ("200:+Z", "201:+Z"))
     first = 1 - 0.5 * np.exp(-2j * np.pi * got.frequency / 512)
     known = np.array([[first, np.full_like(first, 3)], [np.full_like(first, 2), np.zeros_like(first)]])
     np.testing.assert_allclose(got.value, known, atol=0.02)
     assert got.coherence is None
-    assert_refused(RecordError, "H2 needs one reference; use H1 or Hv with several", frf_from_spectra, own, cross, "H2")
+    assert_refused(
+        RecordError, "H2 needs one reference; use H1 or Hv with several", frf_from_spectra, auto, cross, "H2"
+    )
 
 
 def test_the_other_order_of_a_pair_is_its_conjugate(rng):
-    own, cross, _ = measured(rng)
+    auto, cross, _ = measured(rng)
     swapped = {"responses": cross.references, "references": cross.responses}
     turned = dataclasses.replace(cross, value=cross.value.conj(), **swapped)
-    got = frf_from_spectra(own, turned, references=("200:+Z",))
-    np.testing.assert_allclose(got.value, frf_from_spectra(own, cross).value, rtol=1e-12)
+    got = frf_from_spectra(auto, turned, references=("200:+Z",))
+    np.testing.assert_allclose(got.value, frf_from_spectra(auto, cross).value, rtol=1e-12)
 
 
 def test_spectra_that_make_no_frf(rng):
-    own, cross, _ = measured(rng)
+    auto, cross, _ = measured(rng)
     cases = (
-        ((own.pick([1, 2]), cross), r"there is no auto spectrum of 200:\+Z"),
-        ((own, own), "FRFs need auto and cross spectra, got auto spectrum and auto spectrum"),
-        ((own.within((5, 50)), cross), "are not on the same lines"),
-        ((own, dataclasses.replace(cross, value=2 * cross.value)), "coherence would be 4 at .*not scaled alike"),
-        ((own, dataclasses.replace(cross, responses=("0:S", "2:+Z"))), 'cross spectrum "1:.Z" does not say where'),
-        ((own, dataclasses.replace(cross, responses=("2:+Z",) * 2)), r"cross spectrum of 2:\+Z to 200:\+Z comes twice"),
-        ((own.pick([0, 1]), cross, "Hv"), r"there is no auto spectrum of 2:\+Z"),
-        ((own, cross, "H3"), 'estimator "H3" is unknown; use H1, H2, Hv'),
-        ((own, cross, "H1", ("1:+Z", "2:+Z", "200:+Z")), r"there is no response beside the references"),
+        ((auto.pick([1, 2]), cross), r"there is no auto spectrum of 200:\+Z"),
+        ((auto, auto), "FRFs need auto and cross spectra, got auto spectrum and auto spectrum"),
+        ((auto.within((5, 50)), cross), "are not on the same lines"),
+        ((auto, dataclasses.replace(cross, value=2 * cross.value)), "coherence would be 4 at .*not scaled alike"),
+        ((auto, dataclasses.replace(cross, responses=("0:S", "2:+Z"))), 'cross spectrum "1:.Z" does not say where'),
+        (
+            (auto, dataclasses.replace(cross, responses=("2:+Z",) * 2)),
+            r"cross spectrum of 2:\+Z to 200:\+Z comes twice",
+        ),
+        ((auto.pick([0, 1]), cross, "Hv"), r"there is no auto spectrum of 2:\+Z"),
+        ((auto, cross, "H3"), 'estimator "H3" is unknown; use H1, H2, Hv'),
+        ((auto, cross, "H1", ("1:+Z", "2:+Z", "200:+Z")), r"there is no response beside the references"),
     )
     for arguments, part in cases:
         assert_refused(RecordError, part, frf_from_spectra, *arguments)

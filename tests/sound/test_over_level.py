@@ -30,13 +30,13 @@ def test_a_shaft_that_touches_nothing_is_linear(model):
 def test_rattle_is_louder_than_its_level_says(model):
     """Impacts bring in frequencies that are heard: loudness grows by more than the sound pressure's own growth."""
     pytest.importorskip("mosqito")
-    found = loudness_over_level(model, NOISE, (0.05, 5.0), PLATE, method="stationary")
-    assert found.level == (0.05, 5.0)
+    by_level = loudness_over_level(model, NOISE, (0.05, 5.0), PLATE, method="stationary")
+    assert by_level.level == (0.05, 5.0)
     rattles = audible_sound(model.simulate(random(1.5, 4096.0, rms=5.0, seed=3), "modal"), model.rig, PLATE)
-    assert np.allclose(found.sound[1].pressure, rattles.pressure, atol=1e-9)
-    assert found.n5[1] > found.n5[0]
-    assert found.pressure_level[1] == pytest.approx(rattles.level)
-    assert "5 " in repr(found) and "sone" in repr(found)
+    assert np.allclose(by_level.sound[1].pressure, rattles.pressure, atol=1e-9)
+    assert by_level.n5[1] > by_level.n5[0]
+    assert by_level.pressure_level[1] == pytest.approx(rattles.level)
+    assert "5 " in repr(by_level) and "sone" in repr(by_level)
 
 
 @pytest.mark.parametrize(

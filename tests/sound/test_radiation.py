@@ -71,8 +71,8 @@ def test_the_filter_is_integration_and_butterworth_of_continuous_time():
     pulse = np.exp(-(((time - 0.1) / 2e-3) ** 2)) * np.sin(2 * np.pi * 300 * (time - 0.1))
     b, a = scipy.signal.butter(4, 2 * np.pi * 20.0, "high", analog=True)
     _, expected, _ = scipy.signal.lsim((b[:-1], a), pulse, time)  # over s: the numerator's last zero is at rest
-    found = velocity(pulse[::fine], FS, 20.0)
-    assert np.abs(found - expected[::fine]).max() < 1e-4 * np.abs(expected).max()
+    filtered = velocity(pulse[::fine], FS, 20.0)
+    assert np.abs(filtered - expected[::fine]).max() < 1e-4 * np.abs(expected).max()
 
 
 def test_nothing_is_heard_before_an_impact():

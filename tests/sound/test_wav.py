@@ -21,12 +21,12 @@ TONE = 1.5 * np.sin(2 * np.pi * 200 * TIME)
 def test_a_sound_comes_back_in_pascal(tmp_path, encoding, bits):
     path = tmp_path / "sound.wav"
     write_wav(path, Sound(TONE, FS, "plate at 8:+Z"), full_scale=2.0, encoding=encoding)
-    found = read_wav(path)
-    assert (found.fs, found.unit, found.full_scale, found.name) == (48000.0, "Pa", 2.0, "plate at 8:+Z")
+    wav = read_wav(path)
+    assert (wav.fs, wav.unit, wav.full_scale, wav.name) == (48000.0, "Pa", 2.0, "plate at 8:+Z")
     step = 2.0 * (2.0**-24 if encoding == "FLOAT" else 2.0 ** (1 - bits))
     expected = resampled(TONE, FS, 48000.0)
-    assert np.abs(found.value[0] - expected).max() <= step
-    assert np.array_equal(found.sound.pressure, found.value[0])
+    assert np.abs(wav.value[0] - expected).max() <= step
+    assert np.array_equal(wav.sound.pressure, wav.value[0])
 
 
 def test_other_readers_read_it(tmp_path):
@@ -52,11 +52,11 @@ def test_the_full_scale_is_in_the_file(tmp_path):
     data = path.read_bytes()
     assert struct.unpack("<I", data[4:8])[0] == len(data) - 8
     assert b"LIST" in data and b"ICMT" in data and b"full_scale=100 unit=m/s2\0" in data
-    found = read_wav(path)
-    assert (found.unit, found.full_scale, found.name) == ("m/s2", 100.0, "acceleration 2:+Z")
-    assert np.abs(found.value[0]).max() == pytest.approx(1.5, rel=1e-3)
+    wav = read_wav(path)
+    assert (wav.unit, wav.full_scale, wav.name) == ("m/s2", 100.0, "acceleration 2:+Z")
+    assert np.abs(wav.value[0]).max() == pytest.approx(1.5, rel=1e-3)
     with pytest.raises(RecordError, match="is no sound pressure; needs Pa"):
-        _ = found.sound
+        _ = wav.sound
 
 
 def test_clipping_is_refused_with_a_full_scale_that_does(tmp_path):
@@ -78,12 +78,12 @@ def test_resampling_keeps_tones_and_adds_none(fs):
     """Within 0.01 dB up to 0.4 of the lower rate, and images 80 dB down, of a whole number of periods."""
     n = int(fs * 1.0)
     frequency = round(0.35 * min(fs, 48000.0))
-    found = resampled(np.sin(2 * np.pi * frequency * np.arange(n) / fs), fs, 48000.0)
-    time = np.arange(found.size) / 48000.0
+    resampled_sound = resampled(np.sin(2 * np.pi * frequency * np.arange(n) / fs), fs, 48000.0)
+    time = np.arange(resampled_sound.size) / 48000.0
     inner = (time > 0.2) & (time < 0.8)
-    error = found[inner] - np.sin(2 * np.pi * frequency * time[inner])
+    error = resampled_sound[inner] - np.sin(2 * np.pi * frequency * time[inner])
     assert np.abs(error).max() < 2e-3
-    spectrum = np.abs(np.fft.rfft(found[inner] * scipy.signal.windows.blackmanharris(inner.sum())))
+    spectrum = np.abs(np.fft.rfft(resampled_sound[inner] * scipy.signal.windows.blackmanharris(inner.sum())))
     at = np.fft.rfftfreq(int(inner.sum()), 1 / 48000.0)
     assert spectrum[np.abs(at - frequency) > 20].max() < 1e-4 * spectrum.max()
 
@@ -91,9 +91,9 @@ def test_resampling_keeps_tones_and_adds_none(fs):
 def test_foreign_and_damaged_files(tmp_path):
     path = tmp_path / "foreign.wav"
     scipy.io.wavfile.write(path, 44100, np.array([[0, 16384], [-32768, 1]], dtype=np.int16))
-    found = read_wav(path)
-    assert (found.unit, found.fs) == ("", 44100.0)
-    assert found.value.tolist() == [[0.0, -1.0], [0.5, 1 / 32768]]
+    wav = read_wav(path)
+    assert (wav.unit, wav.fs) == ("", 44100.0)
+    assert wav.value.tolist() == [[0.0, -1.0], [0.5, 1 / 32768]]
     scipy.io.wavfile.write(path, 8000, np.array([0, 128, 192], dtype=np.uint8))
     assert read_wav(path).value.tolist() == [[-1.0, 0.0, 0.5]]
     for damaged in (b"", b"RIFF", path.read_bytes()[:20], b"\0" * 100):

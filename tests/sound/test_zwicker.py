@@ -20,8 +20,8 @@ PULSE_FLANK = 2e-3
 """s, of raised cosine: the standard states only how long a pulse is and how loud; between half heights here"""
 
 
-def within(found, expected):
-    return abs(found - expected) <= max(0.05 * expected, 0.1)
+def within(calculated, expected):
+    return abs(calculated - expected) <= max(0.05 * expected, 0.1)
 
 
 def tone(frequency, level, time):
@@ -64,11 +64,11 @@ def test_pink_noise():
 
 def test_one_sone_is_one_kilohertz_at_40_db():
     """The definition of the sone (ISO 532-1:2017, 3.17)."""
-    found = loudness(steady(1000, 40, 0.4))
-    assert found.maximum == pytest.approx(1.0, abs=0.005)
-    assert found.specific.shape[0] == found.bark.size == 240
-    assert found.bark[found.specific[:, -1].argmax()] == pytest.approx(8.5, abs=0.6)  # 1 kHz is at 8.5 Bark
-    assert loudness_level(found.maximum) == pytest.approx(40, abs=0.1)
+    perceived = loudness(steady(1000, 40, 0.4))
+    assert perceived.maximum == pytest.approx(1.0, abs=0.005)
+    assert perceived.specific.shape[0] == perceived.bark.size == 240
+    assert perceived.bark[perceived.specific[:, -1].argmax()] == pytest.approx(8.5, abs=0.6)  # 1 kHz is at 8.5 Bark
+    assert loudness_level(perceived.maximum) == pytest.approx(40, abs=0.1)
 
 
 @pytest.mark.parametrize(
@@ -86,9 +86,9 @@ def test_tone_pulses(seconds, maximum, n5):
     window[:flank] = 0.5 - 0.5 * np.cos(np.pi * np.arange(flank) / flank)
     window[-flank:] = window[:flank][::-1]
     pressure[9600 : 9600 + n] = window * tone(1000, 70, np.arange(n) / FS)
-    found = loudness(Sound(pressure, FS))
-    assert within(found.maximum, maximum)
-    assert within(found.n5, n5)
+    perceived = loudness(Sound(pressure, FS))
+    assert within(perceived.maximum, maximum)
+    assert within(perceived.n5, n5)
 
 
 @pytest.mark.release
@@ -104,10 +104,10 @@ def test_tones_whose_level_rises(frequency, maximum, n5):
     time, flank = np.arange(10 * FS) / FS, FS // 200
     rising = tone(frequency, 30 + 5 * time, time)
     rising[-flank:] *= 0.5 + 0.5 * np.cos(np.pi * np.arange(flank) / flank)
-    found = loudness(Sound(np.concatenate((np.zeros(FS // 10), rising, np.zeros(FS // 2))), FS))
-    heard = (found.time > 0.0999) & (found.time < 10.0981)
-    assert within(found.maximum, maximum)
-    assert within(float(np.percentile(found.sone[heard], 95)), n5)
+    perceived = loudness(Sound(np.concatenate((np.zeros(FS // 10), rising, np.zeros(FS // 2))), FS))
+    heard = (perceived.time > 0.0999) & (perceived.time < 10.0981)
+    assert within(perceived.maximum, maximum)
+    assert within(float(np.percentile(perceived.sone[heard], 95)), n5)
 
 
 def test_any_sampling_rate():

@@ -56,16 +56,16 @@ def test_drawn_laws_have_the_covariance(rig):
     correlation = np.eye(4)
     correlation[0, 1] = correlation[1, 0] = -0.9
     std = np.array((0.2, 0.1, 0.05, 0.3))
-    found = fitted((7e3, 4.0, 4e3, 3.0), std, correlation)
-    drawn = logarithms(found.draw(4000, seed=2))
+    fit = fitted((7e3, 4.0, 4e3, 3.0), std, correlation)
+    drawn = logarithms(fit.draw(4000, seed=2))
     # Standard errors of 4000 draws: σ/√4000 of a mean, about 2 % of a covariance's scale.
     np.testing.assert_allclose(drawn.mean(axis=0), np.log((7e3, 4.0, 4e3, 3.0)), atol=4 * 0.3 / np.sqrt(4000))
     np.testing.assert_allclose(np.cov(drawn.T) / np.outer(std, std), correlation, atol=0.08)
 
 
 def test_same_seed_same_laws_within_the_bounds(rig):
-    found = fitted((7e3, 4.0, 4e3, 3.0), (0.5, 0.5, 0.5, 0.5), low=2.9, high=7.1e3)
-    laws, again = (logarithms(found.draw(50, seed=4)) for _ in range(2))
+    fit = fitted((7e3, 4.0, 4e3, 3.0), (0.5, 0.5, 0.5, 0.5), low=2.9, high=7.1e3)
+    laws, again = (logarithms(fit.draw(50, seed=4)) for _ in range(2))
     np.testing.assert_array_equal(laws, again)
     assert laws.min() == pytest.approx(np.log(2.9))
     assert laws.max() == pytest.approx(np.log(7.1e3))
@@ -73,10 +73,10 @@ def test_same_seed_same_laws_within_the_bounds(rig):
 
 def test_band_of_a_linear_rig(rig):
     """Below contact only the grease stiffness matters: the magnitudes that go into the band are in closed form."""
-    found = fitted((7e3, 4.0, 4369.0, 3.0), (1e-9, 1e-9, 0.04, 1e-9))
-    laws = found.draw(30, seed=1)
+    fit = fitted((7e3, 4.0, 4369.0, 3.0), (1e-9, 1e-9, 0.04, 1e-9))
+    laws = fit.draw(30, seed=1)
     drive = multisine(8.0, 1024.0, band=(5, 220), rms=0.02, period=2.0)
-    band = frf_band(found.model, drive, laws)
+    band = frf_band(fit.model, drive, laws)
 
     def exact(k):
         grease = Grease(k, damping=3.0)
@@ -97,9 +97,9 @@ def test_band_of_a_linear_rig(rig):
 def test_methods_without_covariance_and_parameters_that_are_not_identifiable(rig):
     with pytest.raises(LawError, match="the model has no posterior to draw from"):
         Model(rig).draw(10)
-    found = fitted((7e3, 4.0, 4e3, 3.0), (0.1, np.inf, 0.1, 0.1))
+    fit = fitted((7e3, 4.0, 4e3, 3.0), (0.1, np.inf, 0.1, 0.1))
     with pytest.raises(LawError, match="do not identify the contact damping"):
-        found.draw(10)
+        fit.draw(10)
 
 
 def test_figure_holds_bands_and_test(rig):
@@ -117,8 +117,8 @@ def test_figure_holds_bands_and_test(rig):
 def test_bands_of_a_study(small_dataset, tmp_path):
     """Of the laws that have a covariance, at the middle level's first record; the second time out of the cache."""
     dataset = Dataset.load(small_dataset)
-    found = fitted((7e3, 4.0, 4e3, 3.0), (0.1, 0.1, 0.02, 0.1))
-    constant = IdentifiedModel.of("constant", found)
+    fit = fitted((7e3, 4.0, 4e3, 3.0), (0.1, 0.1, 0.02, 0.1))
+    constant = IdentifiedModel.of("constant", fit)
     laws = (constant, IdentifiedModel("nominal", Model(dataset.rig)))
     (record,) = (r for r in dataset.validate if r.name == "level_4_1")
     assert study_bands(study_of(dataset, laws[1:])) == []
@@ -133,9 +133,9 @@ def test_bands_of_a_study(small_dataset, tmp_path):
     assert again == band
     np.testing.assert_array_equal(error_again, error)
     (drawing,) = study_bands(study)
-    share = 100 * inside(band.limits, estimate_frf(record.response(), resolution=0.5))
+    inside_percent = 100 * inside(band.limits, estimate_frf(record.response(), resolution=0.5))
     assert f"constant: parameters alone ±{np.mean(band.half_width_db):.2g} dB" in drawing.caption
-    assert f"inside at {share:.0f} %" in drawing.caption
+    assert f"inside at {inside_percent:.0f} %" in drawing.caption
 
 
 def test_limits_hold_another_draw_as_often_as_they_say(rng):
@@ -166,8 +166,8 @@ def records(rng, n, shared, noise, size=8192):
 def test_band_of_a_bench_holds_what_the_records_missed(rig):
     """All drawn benches are the found one: half a width is 1.96 times what was missed, 0.3 dB beyond random error."""
     ones = np.ones((len(rig.sensors), 1))
-    found = Stretch("ramp", 0.0, 5.0, 1.0, 0.5 * ones, 0.4 * ones)
-    misfit = LawMisfit(tuple(rig.sensor_labels), "m/s²", np.array([5.0, 220.0]), (found,), ())
+    stretch = Stretch("ramp", 0.0, 5.0, 1.0, 0.5 * ones, 0.4 * ones)
+    misfit = LawMisfit(tuple(rig.sensor_labels), "m/s²", np.array([5.0, 220.0]), (stretch,), ())
     case = Model(rig, SMALL_LAW)
     band = frf_band(case, random(5.0, 2048.0, (5, 220), 1.0, 1), [case] * 3, resolution=1.0, misfit=misfit)
     assert band.half_width_db == pytest.approx(1.959964 * 0.5, rel=1e-6)  # as long as the stretch, as many averages
@@ -179,8 +179,8 @@ def test_random_error_is_the_scatter_from_record_to_record(rng):
     """Of 150 records of 8 s, 15 half-overlapping segments, coherence 1/2 or so: σ of log |H|."""
     frfs = [estimate_frf(test, resolution=1.0) for test, _ in records(rng, 150, 0.0, 1.0)]
     scatter = np.std([np.log(np.abs(frf.value[0])) for frf in frfs], axis=0)
-    told = np.sqrt(np.mean([random_error(frf)[0] ** 2 for frf in frfs], axis=0))
-    assert np.median(scatter / told) == pytest.approx(1.0, abs=0.05)
+    stated = np.sqrt(np.mean([random_error(frf)[0] ** 2 for frf in frfs], axis=0))
+    assert np.median(scatter / stated) == pytest.approx(1.0, abs=0.05)
     with pytest.raises(RecordError, match="no coherence"):  # as of one segment
         random_error(dataclasses.replace(frfs[0], coherence=None))
 
@@ -193,15 +193,15 @@ def test_paired_error_leaves_out_what_model_and_test_share(rng):
         ratios.append(np.log(np.abs(frfs[0].value / frfs[1].value))[0])
         paired.append(paired_error(test, model, 1.0)[0] ** 2)
         alone.append(random_error(frfs[0])[0] ** 2)
-    told = np.sqrt(np.mean(paired, axis=0))
-    assert np.median(np.std(ratios, axis=0) / told) == pytest.approx(1.0, abs=0.05)
-    assert np.median(np.sqrt(np.mean(alone, axis=0)) / told) > 3
+    stated = np.sqrt(np.mean(paired, axis=0))
+    assert np.median(np.std(ratios, axis=0) / stated) == pytest.approx(1.0, abs=0.05)
+    assert np.median(np.sqrt(np.mean(alone, axis=0)) / stated) > 3
 
 
 def test_a_model_can_be_drawn_from_its_folder(tmp_path):
     """A folder keeps 64 draws: their scatter is that of the covariance, their order that of the seed."""
-    found = fitted((7e3, 4.0, 4e3, 3.0), (0.2, 0.1, 0.05, 0.3)).model
-    found.save(tmp_path)
+    fit = fitted((7e3, 4.0, 4e3, 3.0), (0.2, 0.1, 0.05, 0.3)).model
+    fit.save(tmp_path)
     again = Model.load(tmp_path)
     drawn = logarithms(again.draw(64))
     np.testing.assert_allclose(np.std(drawn, axis=0), (0.2, 0.1, 0.05, 0.3), rtol=0.3)
@@ -218,9 +218,9 @@ def test_limits_of_the_share_of_contact_hold_the_next_one_as_often_as_they_say()
     """Shares whose arcsin √ is normal, as that of counted ones nearly is: 90 % of 2000 next ones, of 12 drawn laws."""
     rng, held = np.random.default_rng(8), []
     for _ in range(2000):
-        share = np.sin(np.clip(rng.normal([0.15, 0.7], [0.05, 0.1], (14, 2)), 0, np.pi / 2)) ** 2
-        low, high = Band(None, np.ones((12, 1, 1, 1)), confidence=0.9, contact=share[:13]).contact_limits
-        held.append((low <= share[13]) & (share[13] <= high))
+        of_contact = np.sin(np.clip(rng.normal([0.15, 0.7], [0.05, 0.1], (14, 2)), 0, np.pi / 2)) ** 2
+        low, high = Band(None, np.ones((12, 1, 1, 1)), confidence=0.9, contact=of_contact[:13]).contact_limits
+        held.append((low <= of_contact[13]) & (of_contact[13] <= high))
     assert np.mean(held, axis=0) == pytest.approx([0.9, 0.9], abs=0.03)
 
 

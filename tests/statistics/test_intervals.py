@@ -42,27 +42,27 @@ def test_errors_of_a_frequency_whose_sign_is_lost_are_held_as_well(rng):
 
 def test_by_hand():
     """Logarithms 0, 2 ln 1.1 and 1, 1: s² = ((ln 1.1)² · 2) / 2, ν = 2, t = 4.302653 (tables)."""
-    found = over_seeds({1.0: [1.0, 1.21], 2.0: [math.e, math.e]})
+    means = over_seeds({1.0: [1.0, 1.21], 2.0: [math.e, math.e]})
     s2 = math.log(1.1) ** 2
-    assert found.scatter == pytest.approx(math.sqrt(s2)) and found.freedom == 2
+    assert means.scatter == pytest.approx(math.sqrt(s2)) and means.freedom == 2
     half = 4.302653 * math.sqrt(s2 / 2 + s2**2 / 4)
-    assert found.means[2.0].value == pytest.approx(math.e)
-    assert found.means[2.0].low == pytest.approx(math.exp(1 + s2 / 2 - half))
-    assert found.means[1.0].value == pytest.approx(1.105)
-    assert found.means[1.0].high == pytest.approx(math.exp(math.log(1.1) + s2 / 2 + half))
+    assert means.means[2.0].value == pytest.approx(math.e)
+    assert means.means[2.0].low == pytest.approx(math.exp(1 + s2 / 2 - half))
+    assert means.means[1.0].value == pytest.approx(1.105)
+    assert means.means[1.0].high == pytest.approx(math.exp(math.log(1.1) + s2 / 2 + half))
 
 
 def test_cochrans_limit_is_that_of_the_tables(rng):
     """ISO 5725-2, table 4: 0.841 for five levels of two, 0.684 for five of three."""
     for n, limit in ((2, 0.841), (3, 0.684)):
-        found = over_seeds({level: rng.lognormal(size=n) for level in LEVELS})
-        assert found.cochran_limit == pytest.approx(limit, abs=5e-4)
+        means = over_seeds({level: rng.lognormal(size=n) for level in LEVELS})
+        assert means.cochran_limit == pytest.approx(limit, abs=5e-4)
 
 
 def test_cochran_refuses_equal_scatter_5_times_in_100_and_sees_one_level_that_scatters_more(rng):
     def refused(scatter):
-        found = over_seeds({level: np.exp(s * rng.standard_normal(2)) for level, s in zip(LEVELS, scatter)})
-        return found.cochran > found.cochran_limit
+        means = over_seeds({level: np.exp(s * rng.standard_normal(2)) for level, s in zip(LEVELS, scatter)})
+        return means.cochran > means.cochran_limit
 
     assert 0.03 < np.mean([refused([0.1] * 5) for _ in range(REPEATS)]) < 0.07
     assert np.mean([refused([0.1, 0.1, 0.1, 0.1, 10.0]) for _ in range(200)]) > 0.9
@@ -75,9 +75,9 @@ def test_intervals_are_doubtful_where_one_level_scatters_far_more():
 
 
 def test_a_lost_value_and_a_single_seed_are_borne():
-    found = over_seeds({1.0: [1.0, 2.0], 2.0: [math.nan, 3.0], 4.0: [math.nan, math.nan], 8.0: [2.0, 3.0]})
-    assert found.means[2.0].value == 3 and found.means[2.0].low < 3 < found.means[2.0].high
-    assert math.isnan(found.means[4.0].value) and math.isnan(found.means[4.0].low)
+    means = over_seeds({1.0: [1.0, 2.0], 2.0: [math.nan, 3.0], 4.0: [math.nan, math.nan], 8.0: [2.0, 3.0]})
+    assert means.means[2.0].value == 3 and means.means[2.0].low < 3 < means.means[2.0].high
+    assert math.isnan(means.means[4.0].value) and math.isnan(means.means[4.0].low)
 
 
 @pytest.mark.parametrize("errors", [{1.0: [1.0], 2.0: [3.0]}, {2.0: [3.0, 3.1]}])
@@ -90,13 +90,13 @@ def test_with_one_degree_of_freedom_or_none_there_is_no_interval_and_it_is_said(
 
 def test_an_interval_that_would_say_nothing_is_not_given():
     """Modes that were hardly extracted: errors of 1e-9 in one record and 0.3 in the other."""
-    found = over_seeds({1.0: [1e-9, 0.3], 2.0: [0.01, 0.012]}).means[2.0]
-    assert math.isnan(found.low) and "scatters too much from record to record" in found.missing
+    mean = over_seeds({1.0: [1e-9, 0.3], 2.0: [0.01, 0.012]}).means[2.0]
+    assert math.isnan(mean.low) and "scatters too much from record to record" in mean.missing
 
 
 def test_three_seeds_at_one_level_are_enough():
-    found = over_seeds({2.0: [3.0, 3.1, 3.2]}).means[2.0]
-    assert not found.missing and 2.5 < found.low < 3.0 < 3.2 < found.high < 3.7
+    mean = over_seeds({2.0: [3.0, 3.1, 3.2]}).means[2.0]
+    assert not mean.missing and 2.5 < mean.low < 3.0 < 3.2 < mean.high < 3.7
 
 
 LOGITS = st.lists(st.floats(1e-15, 1.0), min_size=2, max_size=3)
@@ -104,10 +104,10 @@ LOGITS = st.lists(st.floats(1e-15, 1.0), min_size=2, max_size=3)
 
 @given(st.dictionaries(st.floats(0.1, 100.0), LOGITS, min_size=2, max_size=5))
 def test_the_interval_of_an_error_that_cannot_exceed_1_stays_within_0_and_1(errors):
-    for found in over_seeds(errors, largest=1.0).means.values():
-        assert found.missing or 0 <= found.low <= found.high <= 1
-    for found in on_power_law({level: values[0] for level, values in errors.items()}, largest=1.0).values():
-        assert found.missing or 0 <= found.low <= found.value <= found.high <= 1
+    for mean in over_seeds(errors, largest=1.0).means.values():
+        assert mean.missing or 0 <= mean.low <= mean.high <= 1
+    for mean in on_power_law({level: values[0] for level, values in errors.items()}, largest=1.0).values():
+        assert mean.missing or 0 <= mean.low <= mean.value <= mean.high <= 1
 
 
 @pytest.mark.parametrize("scatter", [0.1, 0.5, 1.0])
@@ -134,8 +134,8 @@ def test_one_value_a_level_on_a_power_law_is_held_at_least_95_times_in_100(rng):
     """The residuals share their scatter with the values, so that the intervals are a little wide."""
     hits = []
     for _ in range(REPEATS):
-        found = on_power_law({level: level**1.2 * math.exp(0.2 * rng.standard_normal()) for level in LEVELS})
-        hits += [found[level].low <= level**1.2 <= found[level].high for level in LEVELS]
+        law_of_level = on_power_law({level: level**1.2 * math.exp(0.2 * rng.standard_normal()) for level in LEVELS})
+        hits += [law_of_level[level].low <= level**1.2 <= law_of_level[level].high for level in LEVELS]
     assert 0.95 < np.mean(hits) < 0.99
 
 
@@ -150,8 +150,8 @@ def test_ratio_of_independent_means_is_held_95_times_in_100(rng):
             over_seeds({level: factor * np.exp(0.2 * rng.standard_normal(2)) for level in LEVELS}).means[1.0]
             for factor in (0.5, 2.0)
         )
-        found = ratio(new, old)
-        hits.append(found.low <= 0.25 <= found.high)
+        interval = ratio(new, old)
+        hits.append(interval.low <= 0.25 <= interval.high)
     assert 0.94 < np.mean(hits) < 0.98
 
 

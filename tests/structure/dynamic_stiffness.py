@@ -48,8 +48,8 @@ def frequencies(chains, n, fixed=(), springs=(), masses=(), joints=()):
         matrix, inside, first = np.zeros((len(omega), size, size)), 0, 0
         for chain in chains:
             for piece in chain:
-                own, more = _condensed(piece, omega)
-                matrix[:, first : first + 4, first : first + 4] += own
+                piece_matrix, more = _condensed(piece, omega)
+                matrix[:, first : first + 4, first : first + 4] += piece_matrix
                 inside, first = inside + more, first + 2
             first += 2
         for at, value in springs:

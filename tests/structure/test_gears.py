@@ -140,17 +140,17 @@ def test_energies_close(loads):
         Gears(inertias, (Spring("2:RX", 2e4, "3:RX", 0.1),)), spin=Spin(100.0),
         orders=(Order("1:RX", 6.0, torque=30.0),), loads=loads,
     )  # fmt: skip
-    found = cm.energy_balance(box, still(0.2, 4e4), engine=Modal(resolution=0.3))
-    assert found.imbalance < 1e-3
-    assert {impact.side for impact in found.impacts} == {"upper", "lower"}
+    balance = cm.energy_balance(box, still(0.2, 4e4), engine=Modal(resolution=0.3))
+    assert balance.imbalance < 1e-3
+    assert {impact.side for impact in balance.impacts} == {"upper", "lower"}
 
 
 def test_energies_of_a_mesh_that_stiffens_and_softens():
     """What the change of stiffness puts in, the mesh's damping takes out once the vibration is periodic."""
     pair = gearbox(loads=BALANCED, spin=Spin(2 * np.pi * 512 / 28))  # a mesh period is 128 samples
-    found = cm.energy_balance(pair, still(0.25, 65536.0), cm.clearance.mesh_law(pair, 28, 1.6))
-    put_in, lost = (part[0, 120 * 128] - part[0, 40 * 128] for part in (found.law_work, found.contact_loss))
-    assert found.imbalance < 1e-3 and put_in == pytest.approx(lost, rel=1e-3)
+    balance = cm.energy_balance(pair, still(0.25, 65536.0), cm.clearance.mesh_law(pair, 28, 1.6))
+    put_in, lost = (part[0, 120 * 128] - part[0, 40 * 128] for part in (balance.law_work, balance.contact_loss))
+    assert balance.imbalance < 1e-3 and put_in == pytest.approx(lost, rel=1e-3)
 
 
 ZETA, MEAN, RIPPLE, NATURAL = 0.05, 0.1, 0.05, 1e3  # rad/s, of the pair about its mesh
@@ -204,8 +204,8 @@ def test_meshes_side_by_side():
     """Lanes with periods of their own are the cases one by one."""
     cases = [(rig, cm.clearance.mesh_law(rig, 28, 1.6)) for rig in
              (gearbox(loads=BALANCED, spin=Spin(speed)) for speed in (90.0, 120.0, 150.0, 170.0))]  # fmt: skip
-    for (rig, law), found in zip(cases, cm.engines.simulate_together(cases, still(0.02, 2e4))):
-        assert_allclose(found.displacement, cm.simulate(rig, still(0.02, 2e4), law).displacement, rtol=1e-9)
+    for (rig, law), together in zip(cases, cm.engines.simulate_together(cases, still(0.02, 2e4))):
+        assert_allclose(together.displacement, cm.simulate(rig, still(0.02, 2e4), law).displacement, rtol=1e-9)
 
 
 def test_files_and_labels(tmp_path):

@@ -172,10 +172,10 @@ def test_free_matrices_with_fixed_nodes_are_shaken_as_clamped_ones_in_relative_c
     model = cm.linear_model(rig, 30)
     relative = model.responses(model.at_sensors, -model.participation[:, None], 2 * np.pi * frequency)[:, :, 0]
     absolute = 1 - (2 * np.pi * frequency[:, None]) ** 2 * relative  # per unit base acceleration
-    for f, found in zip(frequency, absolute):
+    for f, in_coordinates in zip(frequency, absolute):
         dynamic = stiffness - (2 * np.pi * f) ** 2 * mass
         expected = np.linalg.solve(dynamic[2:, 2:], -dynamic[2:, 0])  # node 1 moves by 1 along Z and does not turn
-        np.testing.assert_allclose(found, expected[[14, 4]], rtol=1e-8)
+        np.testing.assert_allclose(in_coordinates, expected[[14, 4]], rtol=1e-8)
 
 
 def test_base_moves_in_any_direction():
@@ -214,9 +214,9 @@ def test_free_frame_in_twelve_digits():
     mass, stiffness = (scipy.io.mmread(folder / name).toarray() for name in ("M.mtx", "K.mtx"))
     squares = scipy.linalg.eigvalsh(stiffness, mass)
     assert squares[0] < 0
-    found = frequencies(free, 10, "18:Z")
-    assert np.all(found[:6] < 0.01)
-    np.testing.assert_allclose(found[6:], np.sqrt(squares[6:10]) / (2 * np.pi), rtol=1e-6)
+    hz = frequencies(free, 10, "18:Z")
+    assert np.all(hz[:6] < 0.01)
+    np.testing.assert_allclose(hz[6:], np.sqrt(squares[6:10]) / (2 * np.pi), rtol=1e-6)
 
 
 def test_the_shipped_frame_is_what_its_script_writes(tmp_path):

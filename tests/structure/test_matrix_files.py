@@ -128,8 +128,8 @@ def test_matlab_files_of_scipy(tmp_path, dofs, packed):
     """Sparse mass, full stiffness; degrees of freedom as rows of characters, cells, numbers."""
     held = {"M": scipy.sparse.csc_array(np.array(MASS_2)), "K": np.array(STIFFNESS_2), "dofs": dofs}
     scipy.io.savemat(tmp_path / "a.mat", held, do_compression=packed)
-    found = Matrices(file=tmp_path / "a.mat", units="m-kg-s")
-    np.testing.assert_allclose(frequencies(found, 2, "1:X"), frequencies(small(), 2, "1:X"), rtol=1e-14)
+    matrices = Matrices(file=tmp_path / "a.mat", units="m-kg-s")
+    np.testing.assert_allclose(frequencies(matrices, 2, "1:X"), frequencies(small(), 2, "1:X"), rtol=1e-14)
 
 
 @pytest.mark.parametrize("table, message", [

@@ -53,15 +53,15 @@ def test_shapes_of_unit_modal_mass(references, noise, close):
 
     The reference 2:-Z pushes downwards.
     """
-    found = modes_from_frf(frf(references, noise))
-    structure = found.structure
-    assert structure.dofs == ("1:+Z", "2:+Z", "3:+Z", "4:+Z") and not found.left_out
+    modal = modes_from_frf(frf(references, noise))
+    structure = modal.structure
+    assert structure.dofs == ("1:+Z", "2:+Z", "3:+Z", "4:+Z") and not modal.left_out
     assert len(structure.frequencies) == 4
     np.testing.assert_allclose(structure.frequencies, OMEGA[:4] / (2 * np.pi), rtol=1e-3)
     np.testing.assert_allclose(structure.ratios, ZETA, rtol=0.05)
     assert np.abs(aligned(structure) - SHAPES[:, :4]).max() < close * np.abs(SHAPES).max()
-    assert found.collinearity.min() > 0.99 and found.frac.min() > 0.99
-    assert rmse_db(frf(references).functions, found.synthesised.functions).max() < 0.7
+    assert modal.collinearity.min() > 0.99 and modal.frac.min() > 0.99
+    assert rmse_db(frf(references).functions, modal.synthesised.functions).max() < 0.7
 
 
 def test_residual_flexibility_of_the_modes_above_the_band():
@@ -76,25 +76,25 @@ def test_residual_flexibility_of_the_modes_above_the_band():
 
 def test_modes_below_the_band():
     """From 20 Hz on, the first mode is a mass to the FRFs; the structure has a mode below the band for it."""
-    found = modes_from_frf(frf((3,)), band=(20.0, 250.0))
-    assert found.below == 1 and found.structure.frequencies[0] < 20.0
-    np.testing.assert_allclose(found.structure.frequencies[1:], OMEGA[1:4] / (2 * np.pi), rtol=1e-3)
-    assert found.frac.min() > 0.99
+    modal = modes_from_frf(frf((3,)), band=(20.0, 250.0))
+    assert modal.below == 1 and modal.structure.frequencies[0] < 20.0
+    np.testing.assert_allclose(modal.structure.frequencies[1:], OMEGA[1:4] / (2 * np.pi), rtol=1e-3)
+    assert modal.frac.min() > 0.99
 
 
 def test_receptance_and_poles_of_another_program():
     """sdypy-EMA's nat_freq and nat_xi, say; receptance is turned into accelerance."""
     poles = OMEGA[:4] / (2 * np.pi), np.full(4, ZETA)
-    found = modes_from_frf(frf((3,), quantity="displacement/force"), poles=poles)
-    assert np.abs(aligned(found.structure) - SHAPES[:, :4]).max() < 5e-3 * np.abs(SHAPES).max()
+    modal = modes_from_frf(frf((3,), quantity="displacement/force"), poles=poles)
+    assert np.abs(aligned(modal.structure) - SHAPES[:, :4]).max() < 5e-3 * np.abs(SHAPES).max()
 
 
 def test_driving_point_with_another_name():
     renamed = dataclasses.replace(frf((3,)), references=("200:+Z",))
     words = r"no response is where a force acts \(200:\+Z\).*measure a driving point"
     assert_refused(RecordError, words, modes_from_frf, renamed)
-    found = modes_from_frf(renamed, driving_points={"200:+Z": "4:+Z"})
-    np.testing.assert_array_equal(found.structure.unit_shapes, modes_from_frf(frf((3,))).structure.unit_shapes)
+    modal = modes_from_frf(renamed, driving_points={"200:+Z": "4:+Z"})
+    np.testing.assert_array_equal(modal.structure.unit_shapes, modes_from_frf(frf((3,))).structure.unit_shapes)
 
 
 def test_what_cannot_be_a_structure():

@@ -67,8 +67,8 @@ def test_masses_on_springs_are_the_same_as_their_matrices(tmp_path):
     models = [cm.linear_model(rig_of(of, sensor, shaker=Shaker("force", at))) for of, sensor, at in cases]
     omega = np.array([3.0, 9.0, 20.0])
     for kind in ("base", "force"):
-        found, expected = (m.responses(m.at_sensors, m.input(kind)[:, None], omega) for m in models)
-        np.testing.assert_allclose(found, expected, rtol=1e-8)
+        transfer_, expected = (m.responses(m.at_sensors, m.input(kind)[:, None], omega) for m in models)
+        np.testing.assert_allclose(transfer_, expected, rtol=1e-8)
 
 
 def test_small_motions_marched_by_mujoco(tmp_path):
@@ -95,14 +95,14 @@ def test_small_motions_marched_by_mujoco(tmp_path):
     expected = row @ scipy.integrate.solve_ivp(motion, (0, times[-1]), np.zeros(4), **options).y[:2]
     at_rest = structure.coordinates("tip:+X")[0]
     data.qpos[:] = equilibrium(structure)
-    found = []
+    places = []
     for t in times:
         model.opt.gravity[0] = -shaken(t - model.opt.timestep / 2)  # RK4 holds gravity over its stages
         mujoco.mj_step(model, data)
         mujoco.mj_kinematics(model, data)
-        found.append(data.site("tip").xpos[0] - at_rest)
+        places.append(data.site("tip").xpos[0] - at_rest)
     assert abs(at_rest) > 0.2
-    assert np.abs(np.array(found) - expected).max() < 3e-4 * np.abs(expected).max()
+    assert np.abs(np.array(places) - expected).max() < 3e-4 * np.abs(expected).max()
 
 
 def equilibrium(structure):

@@ -98,8 +98,8 @@ def test_frf_in_the_gap_is_that_of_the_shaft():
     )  # fmt: skip
     for kind in ("force", "base"):
         driven = [r.replace(shaker=dataclasses.replace(r.shaker, kind=kind)) for r in (modes, shaft)]
-        found, expected = (np.abs(linear_frf(r, np.linspace(1.0, 200.0, 400))) for r in driven)
-        assert np.sqrt(np.mean((20 * np.log10(found / expected)) ** 2)) < 0.05
+        magnitude, expected = (np.abs(linear_frf(r, np.linspace(1.0, 200.0, 400))) for r in driven)
+        assert np.sqrt(np.mean((20 * np.log10(magnitude / expected)) ** 2)) < 0.05
 
 
 def test_participation_of_lumped_masses():
@@ -228,10 +228,10 @@ def test_file_is_found_beside_the_rig_file(tmp_path):
     rig.save(tmp_path / "whole.toml")
     text = (tmp_path / "whole.toml").read_text().partition("[structure]")[0]
     (tmp_path / "rig.toml").write_text(text + '[structure]\nkind = "modes"\nfile = "modes.csv"\n')
-    found = Rig.load(tmp_path / "rig.toml")
-    np.testing.assert_array_equal(found.structure.unit_shapes, rig.structure.unit_shapes)
-    found.save(tmp_path / "elsewhere" / "rig.toml")  # with the numbers
-    assert Rig.load(tmp_path / "elsewhere" / "rig.toml") == found
+    reloaded = Rig.load(tmp_path / "rig.toml")
+    np.testing.assert_array_equal(reloaded.structure.unit_shapes, rig.structure.unit_shapes)
+    reloaded.save(tmp_path / "elsewhere" / "rig.toml")  # with the numbers
+    assert Rig.load(tmp_path / "elsewhere" / "rig.toml") == reloaded
 
 
 # What is refused

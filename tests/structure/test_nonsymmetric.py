@@ -37,23 +37,23 @@ def test_poles_of_a_jeffcott_rotor():
     """m s² + c s + k ± i k_xy = 0; unstable where k_xy > c ω_n (Childs, Turbomachinery Rotordynamics, 1993, 1.5)."""
     for cross in (0.0, 0.9 * THRESHOLD, 1.1 * THRESHOLD):
         exact = np.concatenate([np.roots([MASS, DAMPING, STIFFNESS + 1j * sign * cross]) for sign in (1, -1)])
-        found = linear_model(jeffcott(cross)).poles().value
-        np.testing.assert_allclose(_sorted(found), _sorted(exact), rtol=1e-9)
-        assert (found.real.max() > 0) == (cross > THRESHOLD)
+        poles = linear_model(jeffcott(cross)).poles().value
+        np.testing.assert_allclose(_sorted(poles), _sorted(exact), rtol=1e-9)
+        assert (poles.real.max() > 0) == (cross > THRESHOLD)
 
 
 @pytest.mark.parametrize("shape", ["round", "slot"])
-@pytest.mark.parametrize("share", [0.9, 1.1])
-def test_simulated_decay_and_growth(share, shape):
+@pytest.mark.parametrize("ratio", [0.9, 1.1])
+def test_simulated_decay_and_growth(ratio, shape):
     """A kick grows or decays as e^(Re s t) of the least damped pole, in both loops of the modal engine."""
-    rig = jeffcott(share * THRESHOLD, shape=shape)
+    rig = jeffcott(ratio * THRESHOLD, shape=shape)
     fs, n = 4096.0, 8192
     kick = cm.Excitation(np.where(np.arange(n) < 8, 1.0, 0.0), fs, "force")
     moved = cm.simulate(rig, kick, ConstantLaw(0.0, 0.0), engine="modal").displacement
     size = np.sqrt(np.mean(np.reshape(moved[-1], (8, -1)) ** 2, axis=1))  # of eight pieces
     rate = np.polyfit(np.arange(4, 8) * n / 8 / fs, np.log(size[4:]), 1)[0]
     least = linear_model(rig).poles().value.real.max()
-    assert (rate > 0) == (share > 1)
+    assert (rate > 0) == (ratio > 1)
     np.testing.assert_allclose(rate, least, rtol=0.02, atol=0.01)
 
 
@@ -76,9 +76,9 @@ def test_attached_masses_keep_the_cross_stiffness():
     mass = np.diag([MASS, MASS + 1.0])
     k, c = np.array(rig.structure.stiffness), np.array(rig.structure.damping)
     state = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(mass, k), -np.linalg.solve(mass, c)]])
-    found = linear_model(rig).poles().value
-    found = found[np.argsort(np.abs(found))][:4]
-    np.testing.assert_allclose(_sorted(found), _sorted(np.linalg.eigvals(state)), rtol=1e-5)
+    poles = linear_model(rig).poles().value
+    poles = poles[np.argsort(np.abs(poles))][:4]
+    np.testing.assert_allclose(_sorted(poles), _sorted(np.linalg.eigvals(state)), rtol=1e-5)
 
 
 def test_rounding_is_symmetrised():
@@ -86,9 +86,9 @@ def test_rounding_is_symmetrised():
     exact = jeffcott(0.0)
     noise = 1e-9 * STIFFNESS
     noisy = dataclasses.replace(exact.structure, stiffness=((STIFFNESS, noise), (-noise, STIFFNESS)))
-    found = linear_model(exact.replace(structure=noisy))
-    assert not found.springs.size and not found.coupling.size
-    np.testing.assert_array_equal(found.omega, linear_model(exact).omega)
+    linear = linear_model(exact.replace(structure=noisy))
+    assert not linear.springs.size and not linear.coupling.size
+    np.testing.assert_array_equal(linear.omega, linear_model(exact).omega)
 
 
 def test_energies_of_a_cross_stiffness_balance():

@@ -18,8 +18,8 @@ MODES = 60
 
 def apparent_mass(hung: Oscillator, frequency: np.ndarray) -> np.ndarray:
     """What its foot feels, kg: m (k + iωc) / (k + iωc - mω²); Den Hartog, Mechanical Vibrations, 1956, section 3.2."""
-    omega, own = 2 * np.pi * frequency, 2 * np.pi * hung.frequency
-    spring = hung.mass * (own**2 + 2j * hung.damping_ratio * own * omega)
+    omega, natural = 2 * np.pi * frequency, 2 * np.pi * hung.frequency
+    spring = hung.mass * (natural**2 + 2j * hung.damping_ratio * natural * omega)
     return hung.mass * spring / (spring - hung.mass * omega**2)
 
 
@@ -36,9 +36,9 @@ def test_it_answers_with_its_apparent_mass(kind: str, changes: dict) -> None:
     free, pulled = (linear_frf(r, FREQUENCY, MODES) for r in (rig, from_there))
     force = -apparent_mass(HUNG, FREQUENCY) * free[1] / (1 + apparent_mass(HUNG, FREQUENCY) * pulled[1])
     expected = free + pulled * force
-    found = linear_frf(rig.replace(oscillators=(HUNG,)), FREQUENCY, MODES)
-    assert np.abs(found - expected).max() < 1e-3 * np.abs(expected).max()
-    assert np.abs(found - free).max() > 0.05 * np.abs(free).max()
+    frf = linear_frf(rig.replace(oscillators=(HUNG,)), FREQUENCY, MODES)
+    assert np.abs(frf - expected).max() < 1e-3 * np.abs(expected).max()
+    assert np.abs(frf - free).max() > 0.05 * np.abs(free).max()
 
 
 @pytest.mark.parametrize("fixture", [(), (FixtureMode(170.0, 0.03, 0.4, 1.5),)], ids=["rigid base", "rocking base"])
@@ -55,7 +55,7 @@ def test_an_arm_feels_the_slope_where_it_is_fixed(fixture: tuple) -> None:
     mass = apparent_mass(hung, FREQUENCY)
     force = -mass * (arm @ free) / (1 + mass * np.einsum("p,pqf,q->f", arm, pulled, arm))
     expected = free + np.einsum("pqf,q,f->pf", pulled, arm, force)
-    found = linear_frf(rig.replace(oscillators=(hung,)), FREQUENCY, MODES)
-    assert np.abs(found - expected).max() < 5e-3 * np.abs(expected).max()
+    frf = linear_frf(rig.replace(oscillators=(hung,)), FREQUENCY, MODES)
+    assert np.abs(frf - expected).max() < 5e-3 * np.abs(expected).max()
     without = linear_frf(rig.replace(oscillators=(HUNG,)), FREQUENCY, MODES)
-    assert np.abs(found - without).max() > np.abs(free).max() / 20
+    assert np.abs(frf - without).max() > np.abs(free).max() / 20

@@ -44,9 +44,9 @@ def receptance_of_all(mass, stiffness, loads, omega):
     return loads @ scipy.sparse.linalg.splu(scipy.sparse.csc_array(stiffness - omega**2 * mass)).solve(loads.T)
 
 
-def receptance(found, loads, omega):
-    at = loads @ found.shapes
-    return at / (found.omega**2 - omega**2) @ at.T
+def receptance(reduced, loads, omega):
+    at = loads @ reduced.shapes
+    return at / (reduced.omega**2 - omega**2) @ at.T
 
 
 def of(mass, stiffness, loads, kind="residual-flexibility", modes=MODES):
@@ -75,8 +75,10 @@ def test_lowest_modes_are_those_of_a_dense_solver(held):
 def test_static_shapes_make_a_held_structure_exact_at_rest(sparse):
     mass, stiffness = lattice(9, 8)
     loads = loads_of(mass.shape[0])
-    found = of(mass, stiffness, loads)
-    np.testing.assert_allclose(receptance(found, loads, 0.0), receptance_of_all(mass, stiffness, loads, 0.0), rtol=1e-8)
+    reduced = of(mass, stiffness, loads)
+    np.testing.assert_allclose(
+        receptance(reduced, loads, 0.0), receptance_of_all(mass, stiffness, loads, 0.0), rtol=1e-8
+    )
 
 
 @pytest.mark.parametrize("held", [True, False])
@@ -86,12 +88,12 @@ def test_residual_flexibility_against_the_whole_model(held, route, monkeypatch):
     monkeypatch.setattr(reduction, "MAX_DENSE", 0 if route == "sparse" else 1500)
     mass, stiffness = lattice(9, 8, held)
     loads = loads_of(mass.shape[0])
-    found = of(mass, stiffness, loads)
-    modal = MassNormalisedModes(found.omega[:MODES], found.shapes[:, :MODES])
+    reduced = of(mass, stiffness, loads)
+    modal = MassNormalisedModes(reduced.omega[:MODES], reduced.shapes[:, :MODES])
     for k in (7, 9):
-        omega = (found.omega[k] + found.omega[k + 1]) / 2
+        omega = (reduced.omega[k] + reduced.omega[k + 1]) / 2
         whole = receptance_of_all(mass, stiffness, loads, omega)
-        error, without = (np.abs(receptance(m, loads, omega) - whole).max() for m in (found, modal))
+        error, without = (np.abs(receptance(m, loads, omega) - whole).max() for m in (reduced, modal))
         assert error < 1e-3 * np.abs(whole).max() and error < 1e-2 * without
 
 
@@ -103,12 +105,12 @@ def test_craig_bampton_against_the_whole_model(route, monkeypatch):
     loads = loads_of(mass.shape[0])
     expected = np.sqrt(scipy.linalg.eigh(stiffness.toarray(), mass.toarray(), eigvals_only=True)[:10])
     for modes, error in (MODES, 3e-3), (3 * MODES, 2e-4):
-        found = of(mass, stiffness, loads, "craig-bampton", modes)
-        assert found.omega.size == modes + 3  # three degrees of freedom are kept
-        excess = found.omega[:10] / expected - 1
+        reduced = of(mass, stiffness, loads, "craig-bampton", modes)
+        assert reduced.omega.size == modes + 3  # three degrees of freedom are kept
+        excess = reduced.omega[:10] / expected - 1
         assert np.all(excess > -1e-8) and np.all(excess < error)
         flexible = receptance_of_all(mass, stiffness, loads, 0.0)
-        np.testing.assert_allclose(receptance(found, loads, 0.0), flexible, rtol=1e-8)
+        np.testing.assert_allclose(receptance(reduced, loads, 0.0), flexible, rtol=1e-8)
 
 
 def test_craig_bampton_needs_a_structure_that_is_held_at_its_clearances():
@@ -126,15 +128,15 @@ def test_thirty_thousand_degrees_of_freedom_take_seconds():
     load = np.zeros((1, n * n))
     load[0, n * 60 + 87] = 1.0
     start = time.process_time()
-    found = of(mass, stiffness, load)
+    reduced = of(mass, stiffness, load)
     assert time.process_time() - start < 10
     step = np.arange(1, n + 1)
     line = 4 * np.sin(step * np.pi / (2 * (n + 1))) ** 2
     exact = line[:, None] + line
-    np.testing.assert_allclose(found.omega[:MODES], np.sort(exact.ravel())[:MODES], rtol=1e-8)
+    np.testing.assert_allclose(reduced.omega[:MODES], np.sort(exact.ravel())[:MODES], rtol=1e-8)
     sines = np.sqrt(2 / (n + 1)) * np.sin(np.pi * np.outer([61, 88], step) / (n + 1))
     static = np.sum((sines[0][:, None] * sines[1] / exact) ** 2)
-    np.testing.assert_allclose(receptance(found, load, 0.0), static, rtol=1e-8)
+    np.testing.assert_allclose(receptance(reduced, load, 0.0), static, rtol=1e-8)
 
 
 def test_rigs_that_differ_in_their_clearances_alone_share_one_reduction():

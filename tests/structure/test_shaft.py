@@ -40,8 +40,8 @@ def simple(*supports, **more):
     ({"theory": "bernoulli"}, 'theory "bernoulli" is unknown; use auto, euler or timoshenko'),
 ])  # fmt: skip
 def test_refused(changes, message):
-    found = assert_refused(RigError, None, dataclasses.replace, simple(), **changes)
-    assert found.removeprefix("shaft.").removeprefix("shaft: ") == message
+    words = assert_refused(RigError, None, dataclasses.replace, simple(), **changes)
+    assert words.removeprefix("shaft.").removeprefix("shaft: ") == message
 
 
 @pytest.mark.parametrize(("fields", "message"), [
@@ -89,9 +89,9 @@ def test_supports_at_one_place():
 def test_short_sections(length):
     """A groove of the shaft's own diameter changes nothing, however short; free, so that no support helps."""
     sections = tuple(Section(x, 0.02) for x in (0.4, length, 0.6 - length))
-    found = beam.natural_frequencies(rig(simple(sections=sections)), 8)
-    assert not found[:2].any()
-    np.testing.assert_allclose(found[2:], beam.natural_frequencies(rig(simple()), 8)[2:], rtol=1e-11)
+    hz = beam.natural_frequencies(rig(simple(sections=sections)), 8)
+    assert not hz[:2].any()
+    np.testing.assert_allclose(hz[2:], beam.natural_frequencies(rig(simple()), 8)[2:], rtol=1e-11)
 
 
 def test_mass():
@@ -128,10 +128,10 @@ def test_timoshenko_tends_to_euler():
     """For a slenderness of 2000, by (1 + E/κG)(nπ/s)²/2."""
     pins = Support(0.0, "pinned"), Support(1.0, "pinned")
     thin = (rig(simple(*pins, sections=(Section(1.0, 0.002),), theory=theory)) for theory in ("euler", "timoshenko"))
-    found = [beam.natural_frequencies(each, 6) for each in thin]
+    by_theory = [beam.natural_frequencies(each, 6) for each in thin]
     ratio = 2 * (1 + 0.3) * (7 + 6 * 0.3) / (6 * (1 + 0.3))  # E/κG
     lowered = (1 + ratio) * (np.arange(1, 7) * np.pi / 2000) ** 2 / 2
-    np.testing.assert_allclose(1 - found[1] / found[0], lowered, rtol=1e-3)
+    np.testing.assert_allclose(1 - by_theory[1] / by_theory[0], lowered, rtol=1e-3)
 
 
 def test_dampers():
@@ -173,8 +173,8 @@ def test_no_static_deflection_of_what_is_free():
 @pytest.mark.parametrize("modes", [4, 8])
 def test_cantilever_as_a_shaft(modes):
     """The frequencies of [beam]; its Ritz functions are closed forms, and elements add what they lack."""
-    found, expected = (beam.natural_frequencies(r, modes) for r in (AS_SHAFT, TABLE1))
-    np.testing.assert_allclose(found[:6], expected[:6], rtol=1e-9)
+    hz, expected = (beam.natural_frequencies(r, modes) for r in (AS_SHAFT, TABLE1))
+    np.testing.assert_allclose(hz[:6], expected[:6], rtol=1e-9)
     x = np.linspace(0.05, 1.0, 20)
     shapes, closed = (beam.mode_shapes(r, x, 4) for r in (AS_SHAFT, TABLE1))
     np.testing.assert_allclose(shapes, closed, atol=1e-6 * np.abs(closed).max())
@@ -185,6 +185,6 @@ def test_cantilever_as_a_shaft_in_contact(level):
     """FRFs of the same excitation within 0.05 dB; impacts scatter what differs in the last digits."""
     excitation = cm.excitation.random(4.0, 2048.0, band=(5, 220), rms=level, seed=3)
     law = ConstantLaw(7.8e3, 4.0)
-    found = [cm.simulate(r, excitation, law, engine="modal") for r in (AS_SHAFT, TABLE1)]
-    assert found[1].contact_force.any()
-    assert cm.rmse_db(*(cm.estimate_frf(f, resolution=1.0).value for f in found)).max() < 0.05
+    responses = [cm.simulate(r, excitation, law, engine="modal") for r in (AS_SHAFT, TABLE1)]
+    assert responses[1].contact_force.any()
+    assert cm.rmse_db(*(cm.estimate_frf(f, resolution=1.0).value for f in responses)).max() < 0.05

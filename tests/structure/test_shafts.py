@@ -45,8 +45,8 @@ def rig(structure, at="inner@0.5", bushings=(), **more):
      "springs[0].to is the spring's own position; give another point"),
 ])  # fmt: skip
 def test_refused(changes, message):
-    found = assert_refused(RigError, None, dataclasses.replace, PAIR, **changes)
-    assert found.removeprefix("shafts.").removeprefix("shafts: ") == message
+    words = assert_refused(RigError, None, dataclasses.replace, PAIR, **changes)
+    assert words.removeprefix("shafts.").removeprefix("shafts: ") == message
 
 
 def test_points_name_their_shaft():

@@ -17,22 +17,24 @@ def test_estimate_at_points_of_a_cantilever(n, dof, x):
     """What n closed-form modes leave of Roark's deflection (table 8.1, case 1a), within a factor of three."""
     rig = rig_of(cantilever(n))
     bushing = rig.bushings[0]
-    (found,) = find_truncation(rig.replace(bushings=(type(bushing)(dof, 3e-4, 0.0, bushing.grease, bushing.contact),)))
+    (truncation,) = find_truncation(
+        rig.replace(bushings=(type(bushing)(dof, 3e-4, 0.0, bushing.grease, bushing.contact),))
+    )
     exact = static_deflection(BEAM, [x], [x])[0, 0]
-    assert found.kept + found.missing == pytest.approx(exact, rel=0.02)
-    assert 1 / 3 < found.missing / (exact - found.kept) < 3
-    assert found.stiffness_error == pytest.approx(7.8e3 * found.missing)
+    assert truncation.kept + truncation.missing == pytest.approx(exact, rel=0.02)
+    assert 1 / 3 < truncation.missing / (exact - truncation.kept) < 3
+    assert truncation.stiffness_error == pytest.approx(7.8e3 * truncation.missing)
 
 
 def test_nothing_is_missing_where_the_residual_flexibility_is_known():
-    (found,) = find_truncation(rig_of(cantilever(4, residual_flexibility=residual(cantilever(4)))))
-    assert found.missing == found.stiffness_error == 0
-    assert found.kept + found.residual == pytest.approx(static_deflection(BEAM, [X[2]], [X[2]])[0, 0])
+    (truncation,) = find_truncation(rig_of(cantilever(4, residual_flexibility=residual(cantilever(4)))))
+    assert truncation.missing == truncation.stiffness_error == 0
+    assert truncation.kept + truncation.residual == pytest.approx(static_deflection(BEAM, [X[2]], [X[2]])[0, 0])
 
 
 def test_two_modes_tell_nothing_of_the_others():
-    (found,) = find_truncation(rig_of(cantilever(2)))
-    assert math.isnan(found.missing)
+    (truncation,) = find_truncation(rig_of(cantilever(2)))
+    assert math.isnan(truncation.missing)
 
 
 def test_structures_with_static_shapes_lose_nothing():

@@ -73,8 +73,8 @@ def test_clamped_and_free_shaft():
 
 
 def test_free_shaft_turns_as_a_rigid_body():
-    found = twisting(shaft(Section(1.0, 0.02), supports=(Support(0.0, "pinned"), Support(1.0, "pinned"))), 4, "@0:RX")
-    np.testing.assert_allclose(found, np.arange(4) * np.pi * SPEED, rtol=1e-12, atol=1e-3)
+    hz = twisting(shaft(Section(1.0, 0.02), supports=(Support(0.0, "pinned"), Support(1.0, "pinned"))), 4, "@0:RX")
+    np.testing.assert_allclose(hz, np.arange(4) * np.pi * SPEED, rtol=1e-12, atol=1e-3)
 
 
 def test_stepped_shaft():
@@ -92,9 +92,9 @@ def test_two_discs_on_a_light_shaft():
         discs=(Disc(0.0, 1.0, 1e-3), Disc(0.5, 1.0, 4e-3, polar_inertia=5e-3)),
     )  # fmt: skip
     exact = np.sqrt(SHEAR * polar(0.02) / 0.5 * (1 / 2e-3 + 1 / 5e-3))
-    found = twisting(light, 2, "@0.5:RX")
-    assert found[0] < 1e-3 * exact
-    np.testing.assert_allclose(found[1], exact, rtol=1e-6)
+    hz = twisting(light, 2, "@0.5:RX")
+    assert hz[0] < 1e-3 * exact
+    np.testing.assert_allclose(hz[1], exact, rtol=1e-6)
 
 
 def test_two_discs_on_a_heavy_shaft():
@@ -125,9 +125,9 @@ def test_static_twist_and_its_rate():
     """T L/(G J) at the end, T x/(G J) before it, T/(G J) per length; nothing deflects."""
     tapered = Section(0.6, (0.02, 0.04))
     points = ["@1.0:RX", "@0.3:-RX", "@0.3:KX", 1.0, "@1.0:RY"]
-    found = deflected(shaft(Section(0.4, 0.02), tapered), "@1.0:RX", points) * SHEAR * polar(0.02)
+    twist = deflected(shaft(Section(0.4, 0.02), tapered), "@1.0:RX", points) * SHEAR * polar(0.02)
     along = 0.6 / 3 * (1 + 1 / 2 + 1 / 4) / 2  # of a cone: L/3 (1/d1³ - 1/d2³)/(d2 - d1), over that of d1
-    np.testing.assert_allclose(found, [0.4 + along, -0.3, 1.0, 0.0, 0.0], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(twist, [0.4 + along, -0.3, 1.0, 0.0, 0.0], rtol=1e-9, atol=1e-12)
     of_beam = deflected(Beam(1.0, 210e9, 7850.0, 0.02), "@0.5:RX", points[:2]) * SHEAR * polar(0.02)
     np.testing.assert_allclose(of_beam, [0.5, -0.3], rtol=1e-12)
 
@@ -148,8 +148,8 @@ def test_slopes_and_curvatures(theory):
     one = Beam(1.5, 210e9, 7850.0, 0.02) if theory == "beam" else shaft(Section(1.5, 0.02), theory=theory)
     points = ["@1.5:RY", "@0.5:RY", "@0:KZ", "@0.75:KZ", "@0.75:Y", "@0.75:RZ", "@0.75:RX"]
     slopes = [-(1.5**2) / 2, -(1.5**2 - 1) / 2]
-    found = deflected(one, 1.5, points) * bending
-    np.testing.assert_allclose(found, [*slopes, 1.5, 0.75, 0.0, 0.0, 0.0], rtol=1e-8, atol=1e-9)
+    shape_of_load = deflected(one, 1.5, points) * bending
+    np.testing.assert_allclose(shape_of_load, [*slopes, 1.5, 0.75, 0.0, 0.0, 0.0], rtol=1e-8, atol=1e-9)
     # A moment about y at the tip bends it towards -z with the curvature -M/(EI) everywhere (Betti: -L²/2 at the tip).
     np.testing.assert_allclose(deflected(one, "@1.5:RY", [1.5, "@0.4:KZ"]) * bending, [-(1.5**2) / 2, -1.0], rtol=1e-8)
 
@@ -163,12 +163,12 @@ def test_curvature_of_a_mode():
         _, shapes = vibration_modes(linear.mass, linear.stiffness)
         size = np.sqrt(7850.0 * np.pi / 4 * 0.02**2) * np.sign(linear.rows([1.0]) @ shapes[:, :3])
         size *= np.sign(beam.cantilever_mode([1.0], 3))
-        found = linear.rows([f"@{x}:KZ" for x in at]) @ shapes[:, :3] * size
-        np.testing.assert_allclose(found, exact, rtol=1e-6, atol=1e-6)
+        curvature = linear.rows([f"@{x}:KZ" for x in at]) @ shapes[:, :3] * size
+        np.testing.assert_allclose(curvature, exact, rtol=1e-6, atol=1e-6)
         step = 1e-6
         slope = (beam.cantilever_mode(at + step, 3) - beam.cantilever_mode(at - step, 3))[1:] / (2 * step)
-        found = linear.rows([f"@{x}:RY" for x in at[1:]]) @ shapes[:, :3] * size
-        np.testing.assert_allclose(found, -slope, rtol=1e-6)
+        curvature = linear.rows([f"@{x}:RY" for x in at[1:]]) @ shapes[:, :3] * size
+        np.testing.assert_allclose(curvature, -slope, rtol=1e-6)
 
 
 def test_planes_in_space():

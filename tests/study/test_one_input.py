@@ -23,7 +23,7 @@ def test_records_of_the_rarer_input_are_left_out_with_a_note(rig):
     tests = [("a", "validate", "base"), ("b", "validate", "base"), ("hit", "validate", "force")]
     records = [record(rig, *test) for test in (*tests, ("hammer", "identify", "force"))]
     with pytest.warns(RecordNote, match='compared with records of kind "base"; left out hit, of the other input'):
-        found = single_input_dataset(Dataset(rig, tuple(records)))
-    assert [r.name for r in found.records] == ["a", "b", "hammer"]
+        dataset = single_input_dataset(Dataset(rig, tuple(records)))
+    assert [r.name for r in dataset.records] == ["a", "b", "hammer"]
     alone = Dataset(rig, tuple(records[:2]))
     assert single_input_dataset(alone) is alone

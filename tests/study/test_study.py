@@ -240,8 +240,8 @@ def test_one_record_of_one_segment(brief, tmp_path, quick):
     short = record_of(dataset.rig, "short", "validate", 1.0, 3, duration=2.0)
     write_dataset(tmp_path / "data", dataset.rig, [short])
     report_study(tmp_path / "data", tmp_path / "out", ("modal",), ("nominal",), progress=False)
-    with xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy") as found:
-        assert np.isnan(found["model_coherence"]).all() and np.isfinite(found["model"]).all()
+    with xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy") as labelled:
+        assert np.isnan(labelled["model_coherence"]).all() and np.isfinite(labelled["model"]).all()
     made = json.loads((tmp_path / "out" / "summary.json").read_text())["provenance"]
     assert str(tmp_path / "data" / "short.uff") in made["inputs"]
 
@@ -253,11 +253,11 @@ def test_records_of_several_bands_go_into_one_file(brief, tmp_path, quick):
     records = [dataclasses.replace(r, band=(5.0, 150.0)) if r.level == 4 else r for r in dataset.records]
     write_dataset(tmp_path / "data", dataset.rig, records)
     report_study(tmp_path / "data", tmp_path / "out", ("modal",), ("nominal",), progress=False)
-    with xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy") as found:
-        finite = np.isfinite(found["test"]).all(["response", "reference", "part"])
+    with xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy") as labelled:
+        finite = np.isfinite(labelled["test"]).all(["response", "reference", "part"])
         levels = {r.name: r.level for r in dataset.validate}
         for name in levels:
-            last = found["frequency"].values[finite.sel(record=name).values][-1]
+            last = labelled["frequency"].values[finite.sel(record=name).values][-1]
             assert last == (150.0 if levels[name] == 4 else 220.0)
 
 
@@ -367,10 +367,12 @@ def test_what_a_law_missed_widens_its_band_from_the_cache_too(bench, finding, tm
     stretch = Stretch("noise", 0.0, 5.0, 2.0, missed, np.full((8, 2), 1e-6))
     decay = DecayMisfit("hammer", 0.5, 2.0, 60.0, np.zeros((8, 2)))
     misfit = LawMisfit(tuple(dataset.rig.sensor_labels), "m/s²", edges, (stretch,), (decay,))
-    found = study_module.Study(dataset, ("bench",), ("modal",)).law("bench")
-    law = IdentifiedModel.from_dict(json.loads(json.dumps(dataclasses.replace(found, misfit=misfit).to_dict())), TABLE1)
+    bench_law = study_module.Study(dataset, ("bench",), ("modal",)).law("bench")
+    law = IdentifiedModel.from_dict(
+        json.loads(json.dumps(dataclasses.replace(bench_law, misfit=misfit).to_dict())), TABLE1
+    )
     kept = {"engines": ["modal"], "cache": cache.ResultCache(tmp_path)}
-    plain, first, again = (study_of(dataset, [of], **kept).bands["bench"][0] for of in (found, law, law))
+    plain, first, again = (study_of(dataset, [of], **kept).bands["bench"][0] for of in (bench_law, law, law))
     wide = np.sqrt(first.half_width_db[1:] ** 2 - plain.half_width_db[1:] ** 2)
     np.testing.assert_allclose(wide, scipy.stats.norm.ppf(0.975), rtol=1e-4)
     np.testing.assert_array_equal(again.missed, first.missed)
@@ -383,6 +385,6 @@ def test_files_of_a_rig_that_was_identified(bench, finding, tmp_path, monkeypatc
     laws = tmp_path / "out" / "laws"
     assert sorted(p.name for p in laws.iterdir()) == ["bench.json", "bench_rig.toml", "told.json"]
     assert Rig.load(laws / "bench_rig.toml") == bench[1]
-    told, found = json.loads((tmp_path / "out" / "summary.json").read_text())["laws"]
-    assert told["rig"] is None and found["rig"]["beam"]["clamp"] == {"rotation": 3e3}
-    assert (told["simulated_on"], found["simulated_on"]) == ("the rig file’s rig", "the rig identified with it")
+    plain, of_bench = json.loads((tmp_path / "out" / "summary.json").read_text())["laws"]
+    assert plain["rig"] is None and of_bench["rig"]["beam"]["clamp"] == {"rotation": 3e3}
+    assert (plain["simulated_on"], of_bench["simulated_on"]) == ("the rig file’s rig", "the rig identified with it")

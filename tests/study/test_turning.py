@@ -41,7 +41,7 @@ def test_repeats_are_paired_by_direction_and_spin(study):
     assert parts == {
         "along y, at 573 rev/min": ["y_a", "y_b"], "along z, at 573 rev/min": ["z_a", "z_b"],
     }  # fmt: skip
-    groups = {round(c.spin.speed): [r.name for r in found] for c, found in TurningComparison(study).speeds.items()}
+    groups = {round(c.spin.speed): [r.name for r in repeats] for c, repeats in TurningComparison(study).speeds.items()}
     assert groups == {60: ["orbit_60_a", "orbit_60_b"], 100: ["orbit_100_a", "orbit_100_b"]}
 
 
@@ -75,21 +75,21 @@ def test_a_shaft_rests_where_it_does_however_its_probes_are_turned(angle):
 
 def test_frfs_are_those_of_the_modes(study):
     """H = r - ω² φ (K - ω² M + iω (C + Ω G))⁻¹ b, of a shaft that nothing touches."""
-    model, (found,) = linear_model(RIG, 8), matrices_of(study)
-    omega = 2 * np.pi * found.test.frequency
+    model, (frfs,) = linear_model(RIG, 8), matrices_of(study)
+    omega = 2 * np.pi * frfs.test.frequency
     for column, axis in enumerate("yz"):
         record = next(r for r in study.driven if r.name == f"{axis}_a")
         of_axis = linear_model(record.tested_rig, 8)
         viscous = np.diag(model.damping) + 60.0 * model.gyroscopic
-        told = np.array([
+        expected_frf = np.array([
             of_axis.sensors_on_base
             - w**2 * of_axis.at_sensors @ np.linalg.solve(
                 np.diag(model.omega**2) - w**2 * np.eye(model.size) + 1j * w * viscous, of_axis.input("base")
             )
             for w in omega
         ]).T  # fmt: skip
-        difference = found.models["nominal"].value[:, column] - told
-        assert np.sqrt(np.mean(np.abs(difference) ** 2)) < 0.03 * np.sqrt(np.mean(np.abs(told) ** 2))
+        difference = frfs.models["nominal"].value[:, column] - expected_frf
+        assert np.sqrt(np.mean(np.abs(difference) ** 2)) < 0.03 * np.sqrt(np.mean(np.abs(expected_frf) ** 2))
 
 
 def gyroscopic_frfs(spin):
@@ -104,10 +104,10 @@ def gyroscopic_frfs(spin):
 @pytest.mark.parametrize("spin", [0.0, 1.5])
 def test_directional_frfs_of_a_gyroscopic_disc(spin):
     """Lee (1991): one line for forward and backward, 1/(k - Jω² + icω + Ω Jp ω), and nothing reverse."""
-    found = directional_frfs(gyroscopic_frfs(spin))
-    omega = 2 * np.pi * found.frequency
-    np.testing.assert_allclose(found.normal[0], 1 / (9 - omega**2 + 0.2j * omega + spin * 1.6 * omega), rtol=1e-12)
-    assert np.abs(found.reverse).max() < 1e-15
+    frfs = directional_frfs(gyroscopic_frfs(spin))
+    omega = 2 * np.pi * frfs.frequency
+    np.testing.assert_allclose(frfs.normal[0], 1 / (9 - omega**2 + 0.2j * omega + spin * 1.6 * omega), rtol=1e-12)
+    assert np.abs(frfs.reverse).max() < 1e-15
 
 
 def test_directional_frfs_mind_the_sense_of_sensors():
@@ -134,10 +134,10 @@ CHANGED = [({}, 0.0), ({"radius": 2e-5}, 1.0), ({"phase": np.pi / 2}, np.sqrt(2)
 
 @pytest.mark.parametrize(("other", "error"), CHANGED)
 def test_errors_of_orbits(other, error):
-    found = compare_orbits(circle(), circle(**other))
-    assert found["error"] == pytest.approx(error, abs=1e-6)
-    assert found["middle_m"] == pytest.approx(other.get("middle", 0.0), abs=1e-9)
-    assert found["forward_test_m"] == pytest.approx(1e-5, rel=1e-6)
+    differences = compare_orbits(circle(), circle(**other))
+    assert differences["error"] == pytest.approx(error, abs=1e-6)
+    assert differences["middle_m"] == pytest.approx(other.get("middle", 0.0), abs=1e-9)
+    assert differences["forward_test_m"] == pytest.approx(1e-5, rel=1e-6)
 
 
 def test_orbits_are_those_of_the_model_once_run_out_is_off(study):
@@ -168,10 +168,10 @@ def test_onset_of_contact():
 
 def test_run_ups_against_themselves_and_twice_as_large():
     assert compare_run_ups(spiral(1e-4), spiral(1e-4))["forward_error"] == 0.0
-    found = compare_run_ups(spiral(1e-4), spiral(2e-4))
-    assert found["forward_error"] == pytest.approx(1.0)
-    assert found["backward_error"] == pytest.approx(0.0, abs=1e-12)
-    assert found["peak_test_rpm"] == pytest.approx(150 * 30 / np.pi)
+    differences = compare_run_ups(spiral(1e-4), spiral(2e-4))
+    assert differences["forward_error"] == pytest.approx(1.0)
+    assert differences["backward_error"] == pytest.approx(0.0, abs=1e-12)
+    assert differences["peak_test_rpm"] == pytest.approx(150 * 30 / np.pi)
 
 
 def test_sections_write_figures_and_tables(study, tmp_path):

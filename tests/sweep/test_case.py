@@ -21,8 +21,8 @@ def test_a_structure_of_fewer_modes_than_are_asked_for():
     between = np.array([-1.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
     stiffness = STIFFNESS + GREASE.stiffness * sum(np.outer(row, row) for row in between)
     known = np.sqrt(scipy.linalg.eigvalsh(stiffness, MASS)) / (2 * np.pi)
-    found = linear_frequencies(chain(), ConstantLaw(8e3, 5.0), 4)
-    np.testing.assert_allclose(found, [*known, np.nan], rtol=1e-9)
+    hz = linear_frequencies(chain(), ConstantLaw(8e3, 5.0), 4)
+    np.testing.assert_allclose(hz, [*known, np.nan], rtol=1e-9)
     windows = windows_around_modes(chain(), 4, (5.0, 220.0))
     assert len(windows) == 3 and windows[0][0] == 5.0 and windows[-1][1] == 220.0
     assert all(low < f < high for (low, high), f in zip(windows, known))
@@ -36,13 +36,13 @@ def test_a_sweep_in_space_has_a_number_for_each_bushing(tmp_path):
     speeds = '[[vary]]\npath = "rig.spin.speed"\nvalues = [50.0, 70.0]\n'
     grid, head = '[design]\nmethod = "grid"\n', 'engine = { name = "modal", modes = 4 }'
     plan = loaded(tmp_path, text(EXCITATION, grid, OUTPUTS, speeds, head=head, rig=tmp_path / "rotor.toml"))
-    found = run_sweep(plan, tmp_path / "out", Runner(1))
+    swept = run_sweep(plan, tmp_path / "out", Runner(1))
     rig, law, excitation = plan.case(1)
     response = simulate(rig, excitation, law, plan.engine)
     y, z = response.displacement[::2], response.displacement[1::2]
-    assert found["displacement_rms"].shape == (2, 2)
-    np.testing.assert_allclose(found["displacement_rms"][1], np.hypot(y.std(axis=1), z.std(axis=1)), rtol=1e-9)
-    np.testing.assert_array_equal(found["contact_share"][1], response.contact_share)
+    assert swept["displacement_rms"].shape == (2, 2)
+    np.testing.assert_allclose(swept["displacement_rms"][1], np.hypot(y.std(axis=1), z.std(axis=1)), rtol=1e-9)
+    np.testing.assert_array_equal(swept["contact_share"][1], response.contact_share)
     statistics = contact_statistics(response)
     np.testing.assert_allclose(statistics["displacement_peak"], np.hypot(y, z).max(axis=1), rtol=1e-12)
     force = np.hypot(response.contact_force[::2], response.contact_force[1::2])

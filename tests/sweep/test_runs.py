@@ -140,9 +140,9 @@ def test_any_executor(small_plan, tmp_path, kind):
     """Results are those of processes of its own, and the executor is left open."""
     alone = run_sweep(small_plan, tmp_path / "alone", Runner(1))
     with kind(2) as executor:
-        found = run_sweep(small_plan, tmp_path / "out", Runner(executor=executor))
+        swept = run_sweep(small_plan, tmp_path / "out", Runner(executor=executor))
         assert executor.submit(int, "3").result() == 3
-    xr.testing.assert_identical(found, alone)
+    xr.testing.assert_identical(swept, alone)
     with pytest.raises(ClearanceError, match="give a scheduler or an executor, not both"):
         run_sweep(small_plan, tmp_path / "both", Runner(scheduler="tcp://127.0.0.1:1", executor=executor))
 

@@ -108,10 +108,10 @@ def test_sweep_of_a_cantilever(tmp_path, capsys):
 def test_peaks_and_rmse_are_among_the_quantities(tmp_path):
     results = run_sweep(loaded(tmp_path, small(4)), tmp_path / "out", Runner(1))
     results["rmse"] = (("case", "compared"), np.arange(8.0).reshape(4, 2))
-    found = quantities(results)
-    assert found["RMSE (dB)"].tolist() == [0.5, 2.5, 4.5, 6.5]
+    by_quantity = quantities(results)
+    assert by_quantity["RMSE (dB)"].tolist() == [0.5, 2.5, 4.5, 6.5]
     heights = 20 * np.log10(results["peak_magnitude"].values[:, 1])
-    np.testing.assert_allclose(found["height of peak 2 (dB)"], heights)
+    np.testing.assert_allclose(by_quantity["height of peak 2 (dB)"], heights)
     with pytest.raises(ClearanceError, match='need the cases of a design with method "saltelli"'):
         sensitivity(results, 4)
 

@@ -45,13 +45,13 @@ ALONE = Runner(1)
 
 def test_a_plan_of_an_identified_rig_and_its_law(rig, tmp_path):
     """The folder of both; the rig's own numbers vary, clamp and offset among them."""
-    found = rig.replace(
+    identified_rig = rig.replace(
         beam=dataclasses.replace(rig.beam, clamp=Clamp(rotation=3e3)),
         bushings=tuple(dataclasses.replace(b, offset=5e-5) for b in rig.bushings),
     )
     law = ConstantLaw(6e3, 12.0, grease=Grease(4000.0, 5.0))
     (tmp_path / "found").mkdir()
-    found.save(tmp_path / "found" / "rig.toml")
+    identified_rig.save(tmp_path / "found" / "rig.toml")
     law.save(tmp_path / "found" / "law.json")
     varied = """
     [[vary]]
@@ -64,7 +64,7 @@ def test_a_plan_of_an_identified_rig_and_its_law(rig, tmp_path):
     plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, varied, rig="found"))
     assert plan.law == law
     case = plan.case(1)
-    assert case[0] == found
+    assert case[0] == identified_rig
     response = simulate(*(case[i] for i in (0, 2, 1)), "modal")
     np.testing.assert_array_equal(plan.evaluate(1)["displacement_rms"], response.displacement.std(axis=1))
 
@@ -118,13 +118,13 @@ def test_grid_against_simulations_made_here(rig, tmp_path):
         for bushing in data["bushings"]:
             bushing["grease"]["stiffness"] = stiffness
         data["bushings"][1]["gap"] = gap
-        own = rig.from_dict(data)
-        response = simulate(own, base, ConstantLaw(7.8e3, 4.0, grease=grease), "modal")
+        rig_here = rig.from_dict(data)
+        response = simulate(rig_here, base, ConstantLaw(7.8e3, 4.0, grease=grease), "modal")
         frf = estimate_frf(response, resolution=2.0)
         row = results.isel(case=case)
         np.testing.assert_array_equal(row["frf"].values[0] @ (1, 1j), frf.functions[6])
         np.testing.assert_array_equal(row["acceleration_rms"], response.acceleration.std(axis=1))
-        np.testing.assert_allclose(row["natural_frequency"], beam.natural_frequencies(own, 4), rtol=1e-9)
+        np.testing.assert_allclose(row["natural_frequency"], beam.natural_frequencies(rig_here, 4), rtol=1e-9)
         np.testing.assert_array_equal(row["contact_share"], response.contact_share)
 
 
@@ -146,8 +146,8 @@ def test_peaks(tmp_path):
     magnitude = np.sqrt((results["frf"] ** 2).sum("part").mean("kept")).sel(frequency=slice(20, 70))
     lines = magnitude["frequency"].values[magnitude.argmax("frequency")]
     assert np.all(np.abs(results["peak_frequency"].values[:, 0] - lines) <= 1.0)
-    share = results["peak_magnitude"].values[:, 0] / magnitude.max("frequency").values
-    assert np.all((share >= 1) & (share < 1.5))
+    over_grid = results["peak_magnitude"].values[:, 0] / magnitude.max("frequency").values
+    assert np.all((over_grid >= 1) & (over_grid < 1.5))
 
 
 @pytest.mark.parametrize("kind", ["record", "FRF"])

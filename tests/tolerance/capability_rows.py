@@ -39,9 +39,9 @@ def hits(model, frequency, level):
     time = np.arange(round(60 * FS / frequency)) / FS
     ramp = np.minimum(time * frequency / 40, 1.0)
     sine = Excitation(level * ramp * np.sin(2 * np.pi * frequency * time), FS, "force", band=(1.0, 2 * frequency))
-    found, at_rest = cm.simulate(model, sine, engine="modal"), static_equilibrium(model).displacement
+    response, at_rest = cm.simulate(model, sine, engine="modal"), static_equilibrium(model).displacement
     for bushing, rows in zip(model.rig.bushings, model.rig.clearance_rows):
-        depth = depths(bushing, found.displacement[rows])
+        depth = depths(bushing, response.displacement[rows])
         rests = depths(bushing, np.atleast_2d(at_rest[rows]).T)[0] > 0
         if (depth.min() < 0) if rests else (depth.max() > 0):
             return True
@@ -58,12 +58,12 @@ def depths(bushing, moved):
 def shares(rig):
     """Each design is marched 4 % below and above the level from which on it hits a wall."""
     model, frequency, levels = case(rig)
-    found = production(model, GAPS, Sines(levels, [frequency]), 3, runner=ALONE)
+    outcome = production(model, GAPS, Sines(levels, [frequency]), 3, runner=ALONE)
     designs = draw_designs(model, GAPS, 3)
-    assert found.unknown.max() == 0 and np.isfinite(found.first_from_rest).all()
-    assert any("rests against its wall" in note for note in found.notes) == (kind_of(rig) not in ("round", "film"))
-    np.testing.assert_array_equal(found.from_rest[:, 0], found.over_level("from_rest"))
-    for i, level in enumerate(found.first_from_rest):
+    assert outcome.unknown.max() == 0 and np.isfinite(outcome.first_from_rest).all()
+    assert any("rests against its wall" in note for note in outcome.notes) == (kind_of(rig) not in ("round", "film"))
+    np.testing.assert_array_equal(outcome.from_rest[:, 0], outcome.over_level("from_rest"))
+    for i, level in enumerate(outcome.first_from_rest):
         assert [hits(designs.model(i), frequency, factor * level) for factor in (0.96, 1.04)] == [False, True]
 
 
@@ -74,9 +74,9 @@ def tightened(rig):
     scatter = Scatter((Scattered(number, within="15 %"),))
     first = production(model, scatter, Sines(levels, [frequency]), 32, runner=ALONE).first_from_rest
     level = float(np.quantile(first, 0.3))
-    found = tighten(model, scatter, Sines([level], [frequency]), 0.1, 32, runner=ALONE)
-    assert found.share == pytest.approx(0.3, abs=0.07) and 0 < found.width[0] < 1
-    narrowed = scatter.narrowed({number: found.width[0]})
+    tightening = tighten(model, scatter, Sines([level], [frequency]), 0.1, 32, runner=ALONE)
+    assert tightening.share == pytest.approx(0.3, abs=0.07) and 0 < tightening.width[0] < 1
+    narrowed = scatter.narrowed({number: tightening.width[0]})
     anew = production(model, narrowed, Sines([level], [frequency]), 64, seed=5, runner=ALONE)
     low, high = anew.interval(anew.over_level())[:, 0]
     assert low <= 0.1 <= high
@@ -96,8 +96,8 @@ def random_shares(rig):
     """Designs side by side are as each alone under the same noise."""
     model, psd = case(rig)[0], BAND.scaled(RMS.get(kind_of(rig), 15.0))
     designs = draw_designs(model, GAPS, 3)
-    (found,) = random_production(designs, Noise(psd, [psd.rms], 3.0), runner=ALONE)
-    for i, each in enumerate(found.by_design):
+    (by_design,) = random_production(designs, Noise(psd, [psd.rms], 3.0), runner=ALONE)
+    for i, each in enumerate(by_design.by_design):
         alone = peaks_over_an_hour(designs.model(i), psd, 3.0, seed=[0, 0])
         np.testing.assert_allclose(each.impacts_per_second, alone.impacts_per_second, rtol=1e-6)
         np.testing.assert_allclose(each.median, alone.median, rtol=1e-4)
@@ -112,9 +112,9 @@ def life(rig):
     model, frequency, levels = case(rig.replace(bushings=tuple(bushings)))
     march = cm.excitation.stepped_sine(400 / frequency, 8192.0, frequency, levels[-1], "force")
     drives = Sine(frequency, levels[-1]), Marched(march, 350 / frequency)
-    found, known = (predict_life(model, each, "x2", hours=1e-3).rubbing[0] for each in drives)
-    assert found.max() > 0
-    np.testing.assert_allclose(found, known, rtol=0.02, atol=0.02 * found.max())
+    rubbing, known = (predict_life(model, each, "x2", hours=1e-3).rubbing[0] for each in drives)
+    assert rubbing.max() > 0
+    np.testing.assert_allclose(rubbing, known, rtol=0.02, atol=0.02 * rubbing.max())
 
 
 def sound(rig):

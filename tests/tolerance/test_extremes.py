@@ -26,18 +26,18 @@ def test_interval_holds_the_largest_value_nine_times_in_ten():
     inside, below, count = 0, 0, 400
     for _ in range(count):
         law = scipy.stats.genpareto(np.clip(rng.normal(*SHAPE_PRIOR), -0.55, 0.45), scale=2.0)
-        found = largest_value(record(law.rvs(60, random_state=rng)), 1, 60.0, least=0.0)
+        largest_peak = largest_value(record(law.rvs(60, random_state=rng)), 1, 60.0, least=0.0)
         largest = law.rvs(rng.poisson(3600), random_state=rng).max()
-        inside += found.low <= largest <= found.high
-        below += largest <= found.median
+        inside += largest_peak.low <= largest <= largest_peak.high
+        below += largest <= largest_peak.median
     assert inside / count == pytest.approx(0.9, abs=0.04)  # ± 2.7 standard deviations of the share
     assert below / count == pytest.approx(0.5, abs=0.07)
 
 
 def test_probability_over_a_limit_is_that_of_the_quantiles():
     value = record(np.random.default_rng(1).exponential(3.0, 80))
-    found = largest_value(value, 1, 60.0)
-    again = largest_value(value, 1, 60.0, limits=(found.low, found.median, found.high, 0.0))
+    largest_peak = largest_value(value, 1, 60.0)
+    again = largest_value(value, 1, 60.0, limits=(largest_peak.low, largest_peak.median, largest_peak.high, 0.0))
     assert again.exceeded[:3] == pytest.approx([0.95, 0.5, 0.05], abs=1e-4)
     assert again.exceeded[3] == pytest.approx(1.0)
 
@@ -59,6 +59,6 @@ def test_misfit_is_anderson_and_darlings():
 
 
 def test_too_few_peaks_say_nothing():
-    found = largest_value(record(np.ones(LEAST_PEAKS - 1)), 1, 60.0, least=0.0, limits=(2.0,))
-    assert found.peaks == LEAST_PEAKS - 1
-    assert np.isnan([found.median, found.low, found.high, found.exceeded[0]]).all()
+    largest_peak = largest_value(record(np.ones(LEAST_PEAKS - 1)), 1, 60.0, least=0.0, limits=(2.0,))
+    assert largest_peak.peaks == LEAST_PEAKS - 1
+    assert np.isnan([largest_peak.median, largest_peak.low, largest_peak.high, largest_peak.exceeded[0]]).all()

@@ -40,12 +40,12 @@ def test_what_is_kept_is_the_largest_of_the_response():
 
 def test_depth_does_not_depend_on_how_probes_are_turned():
     noise = cm.excitation.random(0.5, 4096.0, rms=20.0, seed=2)
-    found = []
+    depths_ = []
     for angle in (0.0, 0.4):
         bushing = dataclasses.replace(TURNING.bushings[0], gap=3e-4, offset_y=1e-4, offset=-5e-5, probe_angle=angle)
         ((depth, *_),) = whole([rig_and_law(TURNING.replace(bushings=(bushing,)))], [noise])
-        found.append(depth)
-    assert found[1] == pytest.approx(found[0], abs=1e-12) and found[0].max() > 0
+        depths_.append(depth)
+    assert depths_[1] == pytest.approx(depths_[0], abs=1e-12) and depths_[0].max() > 0
 
 
 def test_pieces_and_settling_change_nothing_of_what_is_left():
@@ -60,19 +60,19 @@ def test_side_by_side_is_as_alone():
     noise = cm.excitation.random(2.0, 2048.0, rms=5.0, seed=3)
     cases = [rig_and_law(RIG.with_gap(gap)) for gap in (2e-4, 3e-4, 4e-4)]
     assert groups_side_by_side([*cases, *cases, *cases], noise, cm.Modal()) == [list(range(8)), [8]]
-    for case, found in zip(cases, whole(cases, [noise])):
+    for case, in_batch in zip(cases, whole(cases, [noise])):
         (alone,) = whole([case], [noise])
-        assert all(a == pytest.approx(b, rel=1e-6, abs=1e-9) for a, b in zip(alone, found))
+        assert all(a == pytest.approx(b, rel=1e-6, abs=1e-9) for a, b in zip(alone, in_batch))
 
 
 def test_a_rate_of_independent_impacts_has_poissons_interval():
     """Jeffreys' interval of a Poisson rate: quantiles of Gamma(N + 1/2, 1/T)."""
     impacts = np.zeros(2000)
     impacts[50::100] = 1  # one in each twentieth: no scatter at all
-    found = impact_rate(impacts, 60.0)
+    interval = impact_rate(impacts, 60.0)
     law = scipy.stats.gamma(20.5, scale=1 / 60.0)
-    assert (found.value, found.dispersion) == (pytest.approx(20 / 60), 1.0)
-    assert (found.low, found.high) == (pytest.approx(law.ppf(0.05)), pytest.approx(law.ppf(0.95)))
+    assert (interval.value, interval.dispersion) == (pytest.approx(20 / 60), 1.0)
+    assert (interval.low, interval.high) == (pytest.approx(law.ppf(0.05)), pytest.approx(law.ppf(0.95)))
     none = impact_rate(np.zeros(2000), 60.0)
     assert (none.value, none.low, none.high) == (0.0, 0.0, pytest.approx(scipy.stats.gamma(0.5).ppf(0.95) / 60))
 
@@ -81,8 +81,8 @@ def test_interval_of_clustered_impacts_holds_the_rate():
     """Bursts of six impacts at a Poisson rate of 1/s: six of them count as one event."""
     rng, inside = np.random.default_rng(0), 0
     for _ in range(500):
-        found = impact_rate(6.0 * rng.poisson(1.0 / 100, 6000), 60.0)
-        inside += found.low <= 6.0 <= found.high
+        interval = impact_rate(6.0 * rng.poisson(1.0 / 100, 6000), 60.0)
+        inside += interval.low <= 6.0 <= interval.high
     assert inside / 500 == pytest.approx(0.9, abs=0.05)
 
 

@@ -28,12 +28,12 @@ def test_without_contact_it_is_rices_largest_value():
     spread = np.sqrt(density.sum(axis=1) * step)
     rate = np.sqrt((density * frequency**2).sum(axis=1) * step) / spread
     rice = spread * np.sqrt(2 * np.log(2 * rate * 3600 / np.log(2)))
-    found = [peaks_over_an_hour(rig, psd, seed=seed, quantity="acceleration") for seed in range(5)]
-    assert np.mean([(each.interval[:, 0] <= rice) & (rice <= each.interval[:, 1]) for each in found]) >= 0.9
-    ratio = np.mean([each.median for each in found], axis=0) / rice
+    peaks = [peaks_over_an_hour(rig, psd, seed=seed, quantity="acceleration") for seed in range(5)]
+    assert np.mean([(each.interval[:, 0] <= rice) & (rice <= each.interval[:, 1]) for each in peaks]) >= 0.9
+    ratio = np.mean([each.median for each in peaks], axis=0) / rice
     assert ratio[:7] == pytest.approx(np.ones(7), abs=0.1)
     assert ratio[7] == pytest.approx(1.0, abs=0.2)  # the tip, whose lowest mode has a damping ratio of 1.6 %
-    assert not found[0].impacts_per_second.any() and found[0].impact_probability.max() < 1e-6
+    assert not peaks[0].impacts_per_second.any() and peaks[0].impact_probability.max() < 1e-6
 
 
 def test_a_shaft_that_rests_leaves_its_wall_as_often_as_rice_says():
@@ -90,10 +90,10 @@ def test_a_rotor_in_a_round_clearance_is_as_its_response():
     soft = cm.Contact(2e6, 50.0)  # impacts so long that a response of 2048 samples per second holds them whole
     rig = rig.replace(bushings=(dataclasses.replace(rig.bushings[0], gap=2e-4, contact=soft),))
     noise = noise_of(SHAPE.scaled(20.0), 2.0, 1)
-    found = peaks_over_an_hour(rig, noise, quantity="penetration", settling=0.0)
+    peaks = peaks_over_an_hour(rig, noise, quantity="penetration", settling=0.0)
     bushing, (y, z) = rig.bushings[0], cm.simulate(rig, noise, engine="modal").displacement
     depth = np.hypot(y, z + bushing.offset) - bushing.gap
-    assert found.observed[0] == pytest.approx(depth.max(), rel=0.01)  # of the steps, and of the filtered response
+    assert peaks.observed[0] == pytest.approx(depth.max(), rel=0.01)  # of the steps, and of the filtered response
 
 
 def test_an_excitation_that_is_given_is_the_noise_of_its_psd():
@@ -106,10 +106,10 @@ def test_an_excitation_that_is_given_is_the_noise_of_its_psd():
 
 
 def test_few_impacts_are_said_to_be_too_few():
-    found = peaks_over_an_hour(RIG, SHAPE.scaled(0.3), duration=5.0, limit=1.0)
-    assert np.isnan(found.median[0]) and np.isnan(found.exceeded[0]) and found.largest[0].peaks == 0
-    assert found.impact_probability[0] < 0.1
-    texts = [text.get_text() for ax in found.plot().axes for text in ax.texts]
+    peaks = peaks_over_an_hour(RIG, SHAPE.scaled(0.3), duration=5.0, limit=1.0)
+    assert np.isnan(peaks.median[0]) and np.isnan(peaks.exceeded[0]) and peaks.largest[0].peaks == 0
+    assert peaks.impact_probability[0] < 0.1
+    texts = [text.get_text() for ax in peaks.plot().axes for text in ax.texts]
     assert "0 peaks: too few" in texts
 
 

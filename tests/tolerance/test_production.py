@@ -42,35 +42,35 @@ def test_the_share_that_touches_is_that_of_the_gaps_that_a_force_fills():
     """Gaps lognormal: P = Φ(ln(F/F_needed)/σ), of 512 Sobol' points, whose share misses it by less than 1/512."""
     scatter = Scatter((Scattered("bushings.gap", std="8 %", distribution="lognormal"),))
     levels = needed(LOW) * np.exp(np.array([-0.1, 0.0, 0.1]))
-    found = production(oscillator(), scatter, Sines(levels, [LOW]), 512, runner=ALONE)
-    assert_allclose(found.contact[:, 0], norm.cdf(np.array([-0.1, 0.0, 0.1]) / np.log1p(SPREAD)), atol=2 / 512)
-    assert_allclose(found.over_level("contact"), found.contact[:, 0])
-    assert_allclose(found.first_contact, needed(LOW, found.values[:, 0]), rtol=1e-6)
-    assert not found.unknown.any() and not found.exceeding.any()
+    outcome = production(oscillator(), scatter, Sines(levels, [LOW]), 512, runner=ALONE)
+    assert_allclose(outcome.contact[:, 0], norm.cdf(np.array([-0.1, 0.0, 0.1]) / np.log1p(SPREAD)), atol=2 / 512)
+    assert_allclose(outcome.over_level("contact"), outcome.contact[:, 0])
+    assert_allclose(outcome.first_contact, needed(LOW, outcome.values[:, 0]), rtol=1e-6)
+    assert not outcome.unknown.any() and not outcome.exceeding.any()
 
 
 def test_raised_from_rest_a_design_touches_where_the_free_vibration_fills_its_gap():
     """Closed form, also above the resonance at 15.9 Hz, where a second vibration touches at lower levels."""
     scatter = Scatter((Scattered("bushings.gap", std="8 %", distribution="lognormal"),))
     levels, frequency = needed(18.0) * np.array([0.8, 0.95, 1.05]), 18.0
-    found = production(oscillator(), scatter, Sines(levels, [frequency]), 32, runner=ALONE)
-    fills = needed(frequency, found.values[:, 0])
-    assert_allclose(found.first_from_rest, fills, rtol=1e-6)
-    assert_allclose(found.from_rest[:, 0], [np.mean(fills <= level) for level in levels])
-    assert np.all(found.first_contact < 0.8 * fills) and found.contact[0, 0] > found.from_rest[0, 0]
+    outcome = production(oscillator(), scatter, Sines(levels, [frequency]), 32, runner=ALONE)
+    fills = needed(frequency, outcome.values[:, 0])
+    assert_allclose(outcome.first_from_rest, fills, rtol=1e-6)
+    assert_allclose(outcome.from_rest[:, 0], [np.mean(fills <= level) for level in levels])
+    assert np.all(outcome.first_contact < 0.8 * fills) and outcome.contact[0, 0] > outcome.from_rest[0, 0]
 
 
 def test_shares_from_rest_are_those_of_marches_whose_level_is_raised_slowly():
     """Table 1's example at 45 Hz and 6 m/s²: both designs can touch, and one of them does from rest."""
     model, (frequency, level) = cm.Model(TABLE1), (45.0, 6.0)
     scatter = Scatter.load(ROOT / "models" / "scatter" / "table1.toml")
-    found = production(model, scatter, Sines([level], [frequency]), 3, runner=ALONE)
+    outcome = production(model, scatter, Sines([level], [frequency]), 3, runner=ALONE)
     sine = stepped_sine(8.0, 8192.0, frequency, level, "base")
     slowly = dataclasses.replace(sine, value=sine.value * np.minimum(1, np.arange(sine.value.size) / 5 / sine.fs))
     designs = scatter.draw(model, 3)
     marched = [designs.model(i).simulate(slowly, "modal").contact_force[:, -8192:].any() for i in (1, 2)]
-    assert marched == [True, False] == (found.first_from_rest <= level)[1:].tolist()
-    assert found.contact[0, 0] == 1.0 and found.from_rest[0, 0] == pytest.approx(2 / 3)
+    assert marched == [True, False] == (outcome.first_from_rest <= level)[1:].tolist()
+    assert outcome.contact[0, 0] == 1.0 and outcome.from_rest[0, 0] == pytest.approx(2 / 3)
 
 
 @pytest.mark.parametrize(
@@ -85,8 +85,8 @@ def test_levels_at_a_limit_are_those_of_the_branch_over_the_level(quantity, limi
     """
     model, frequency = oscillator(), 18.0
     solver = solver_at(model, "force", 1.0, 2 * np.pi * frequency, 21, 1024, 8)
-    (found,) = level_branches(solver, np.array([2 * np.pi * frequency]), 40.0, [quantity])
-    level = found.first_level(found.values[0], limit)
+    (level_branch,) = level_branches(solver, np.array([2 * np.pi * frequency]), 40.0, [quantity])
+    level = level_branch.first_level(level_branch.values[0], limit)
     branch = periodic.follow_response_over_level(model, frequency, (1.0, level), 21, 1024, stability=False)
     if quantity == "penetration":
         reached = np.abs(branch.amplitude("clearance_displacement")[-1, 0]) - GAP
@@ -104,11 +104,11 @@ def test_a_design_does_what_its_rattle_map_says(measured):
          Scattered("beam.young_modulus", std="2 %"))
     )  # fmt: skip
     model = cm.Model(TABLE1)
-    found = production(model, scatter, Sines(levels, frequencies, f"contact_force > {limit} N"), 1, runner=ALONE)
+    outcome = production(model, scatter, Sines(levels, frequencies, f"contact_force > {limit} N"), 1, runner=ALONE)
     of_map = periodic.map_rattle(scatter.draw(model, 1).model(0), levels, frequencies, workers=1)
     known = of_map.rattles[0], of_map.vibrations[0] > 1, of_map.contact_force.max(axis=(0, 1, -1)) > limit
     for name, cells in zip(("contact", "several", "exceeding"), known):
-        missed = np.abs(getattr(found, name) - cells).mean()
+        missed = np.abs(getattr(outcome, name) - cells).mean()
         measured.below(f"production: cells of a design unlike its rattle map, {name}", missed, 2e-3, "rattle map")
 
 
@@ -117,11 +117,11 @@ def test_a_shaft_in_space_touches_at_the_level_of_its_free_circle():
     model = cm.Model(unbalanced(jeffcott()))
     speeds = np.array([0.7, 0.9])
     scatter = Scatter((Scattered("bushings.gap", within="10 %", distribution="uniform"),))
-    found = production(model, scatter, Sines([1.0, 4.0], speeds * FREQUENCY / (2 * np.pi)), 2, runner=ALONE)
+    outcome = production(model, scatter, Sines([1.0, 4.0], speeds * FREQUENCY / (2 * np.pi)), 2, runner=ALONE)
     free = 0.2 * speeds**2 / np.hypot(1 - speeds**2, 0.1 * speeds)
-    gaps = found.values[:, 0] / 1e-4
-    assert_allclose(found.first_contact, gaps / free.max(), rtol=1e-4)
-    assert_array_equal(found.contact[1], [np.mean(gaps / each < 4.0) for each in free])
+    gaps = outcome.values[:, 0] / 1e-4
+    assert_allclose(outcome.first_contact, gaps / free.max(), rtol=1e-4)
+    assert_array_equal(outcome.contact[1], [np.mean(gaps / each < 4.0) for each in free])
 
 
 SLIDES = Grease(STIFFNESS / 2, 5.0, elastic_ratio=0.6, beta=1e6, gamma=1e6)  # it yields at 0.7 of the gap
@@ -152,13 +152,15 @@ def test_a_branch_that_long_steps_lose_is_followed_with_shorter_ones(monkeypatch
     levels, model = np.linspace(0.2, 10.0, 50), cm.Model(TABLE1)
     settings = settings_of(model, Sines(levels, [5.0, 220.0], "contact_force > 3 N"))
     design = Scatter.load(ROOT / "models" / "scatter" / "table1.toml").draw(model, 1000).model(588)
-    found, _ = branches_of(settings, design)
+    followed_branches, _ = branches_of(settings, design)
     for name, value in {"SHARES": (1.0,), "BENT": 0.002, "LONGEST": 0.02}.items():
         monkeypatch.setattr(f"clearance_mj.periodic.level_branches.{name}", value)
     known, _ = branches_of(settings, design)
-    assert found.complete and known.complete
-    assert_array_equal(found.crossings(levels)[0], known.crossings(levels)[0])
-    assert found.first_level(found.values[1], 3.0) == pytest.approx(known.first_level(known.values[1], 3.0), rel=1e-3)
+    assert followed_branches.complete and known.complete
+    assert_array_equal(followed_branches.crossings(levels)[0], known.crossings(levels)[0])
+    assert followed_branches.first_level(followed_branches.values[1], 3.0) == pytest.approx(
+        known.first_level(known.values[1], 3.0), rel=1e-3
+    )
 
 
 def test_any_number_of_workers_finds_the_same_and_goes_on_where_it_stopped(tmp_path):
@@ -192,9 +194,9 @@ def test_another_version_of_a_plugin_is_computed_anew(tmp_path, monkeypatch):
 
 def test_scatter_is_by_default_the_rig_files_own():
     model = oscillator(tolerances=(Tolerance("bushings[0].gap", "3 %"), Tolerance("sensors.gain", "1 %")))
-    found = production(model, None, Sines([9.0], [LOW]), 64, runner=ALONE)
-    assert found.names == ("bushings[0].gap",)
-    assert found.values.std() == pytest.approx(0.03 * GAP, rel=0.02)
+    outcome = production(model, None, Sines([9.0], [LOW]), 64, runner=ALONE)
+    assert outcome.names == ("bushings[0].gap",)
+    assert outcome.values.std() == pytest.approx(0.03 * GAP, rel=0.02)
 
 
 def test_two_workers_of_a_cluster_find_the_same_as_this_process():
@@ -207,7 +209,7 @@ def test_two_workers_of_a_cluster_find_the_same_as_this_process():
     sine = wear.Sine(9.25, 2.0, n_harmonics=5)
     options = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
     with distributed.LocalCluster(**options) as cluster:
-        found = [
+        on_workers = [
             (
                 production(oscillator(), scatter, Sines([5.0, 9.0, 12.0], [LOW, 14.0]), 20, runner=runner),
                 repr(random_production(scatter.draw(oscillator(), 9), noise, runner=runner)),
@@ -215,15 +217,15 @@ def test_two_workers_of_a_cluster_find_the_same_as_this_process():
             )
             for runner in (ALONE, Runner(scheduler=cluster.scheduler_address))
         ]
-    assert found[0] == found[1]
+    assert on_workers[0] == on_workers[1]
 
 
 def test_of_several_tolerances_of_a_number_the_last_one_counts():
     given = (
         Tolerance("bushings.gap", "5 %"), Tolerance("bushings[1].gap", "2 %"), Tolerance("bushings[1].offset", "1 um"),
     )  # fmt: skip
-    found = Scatter.of_rig(TABLE1.replace(tolerances=given))
-    assert [(each.of, each.std) for each in found.numbers] == [
+    scatter_of_rig = Scatter.of_rig(TABLE1.replace(tolerances=given))
+    assert [(each.of, each.std) for each in scatter_of_rig.numbers] == [
         ("bushings[0].gap", "5 %"), ("bushings[1].gap", "2 %"), ("bushings[1].offset", "1 um"),
     ]  # fmt: skip
     assert draw_designs(cm.Model(TABLE1.replace(tolerances=given)), None, 4).values.shape == (4, 3)
@@ -234,8 +236,8 @@ def test_of_several_tolerances_of_a_number_the_last_one_counts():
 def test_a_posterior_is_a_scatter_too():
     gaps = GAP * np.array([0.8, 0.9, 1.0, 1.1])
     model = dataclasses.replace(oscillator(), posterior=lambda n, seed: [oscillator().with_gap(g) for g in gaps[:n]])
-    found = production(model, "posterior", Sines([needed(LOW, 0.95e-3)], [LOW]), 4, runner=ALONE)
-    assert found.contact[0, 0] == 0.5 and found.names == ()
+    outcome = production(model, "posterior", Sines([needed(LOW, 0.95e-3)], [LOW]), 4, runner=ALONE)
+    assert outcome.contact[0, 0] == 0.5 and outcome.names == ()
     with pytest.raises(LawError, match="no posterior"):
         production(oscillator(), "posterior", Sines([9.0], [LOW]), runner=ALONE)
 
@@ -280,6 +282,6 @@ def test_drawn_numbers_have_the_correlation_that_was_asked():
 
 def test_a_limit_that_no_design_reaches_is_said():
     scatter = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
-    found = production(oscillator(), scatter, Sines([9.0, 12.0], [LOW], "contact_force > 1 kN"), 8, runner=ALONE)
-    (note,) = found.notes
+    outcome = production(oscillator(), scatter, Sines([9.0, 12.0], [LOW], "contact_force > 1 kN"), 8, runner=ALONE)
+    (note,) = outcome.notes
     assert re.search(r"no design reaches that up to 12 N; the largest is [\d.e-]+ N$", note)

@@ -50,11 +50,11 @@ def scattered() -> Scatter:
 
 
 def test_sobol_indices_are_shares_of_the_variance(measured):
-    found = rattle_sensitivity(spring(), scattered(), Sines([3 * FORCE], [SLOW]), 128, runner=ALONE)
+    sensitivity = rattle_sensitivity(spring(), scattered(), Sines([3 * FORCE], [SLOW]), 128, runner=ALONE)
     known = np.square(list(SIZES.values()))
     known /= known.sum()
-    assert found.quantity == ("level of first contact (dB)",) and found.parameter == tuple(SIZES)
-    off = max(np.abs(found.first[0] - known).max(), np.abs(found.total[0] - known).max())
+    assert sensitivity.quantity == ("level of first contact (dB)",) and sensitivity.parameter == tuple(SIZES)
+    off = max(np.abs(sensitivity.first[0] - known).max(), np.abs(sensitivity.total[0] - known).max())
     measured.below("Sobol indices of the level of first contact through the whole chain", off, 0.02, "closed form")
 
 
@@ -77,9 +77,9 @@ def test_correlated_numbers_have_one_index():
     pair = Correlation(tuple(SIZES), 0.5)
     scatter = dataclasses.replace(scattered(), correlations=(pair,))
     assert_refused(ClearanceError, "power of 2", rattle_sensitivity, spring(), scatter, Sines([3 * FORCE], [SLOW]), 12)
-    found = rattle_sensitivity(spring(), scatter, Sines([3 * FORCE], [SLOW]), 64, runner=ALONE)
-    assert found.parameter == (", ".join(SIZES),)
-    assert_allclose(found.total, 1.0, atol=0.05)
+    sensitivity = rattle_sensitivity(spring(), scatter, Sines([3 * FORCE], [SLOW]), 64, runner=ALONE)
+    assert sensitivity.parameter == (", ".join(SIZES),)
+    assert_allclose(sensitivity.total, 1.0, atol=0.05)
 
 
 def needed() -> float:
@@ -123,12 +123,12 @@ def test_the_cheapest_set_does_at_the_lowest_price(tightened, measured, tmp_path
 def test_where_no_tolerance_does_the_nominal_gap_is_named():
     """Above the level of the middle design none does; gaps f times as large do at f = level/FORCE exp(1.645 σ)."""
     level = 1.2 * FORCE
-    found = tighten(spring(), scattered(), Sines([level], [SLOW]), ALLOWED, 128, runner=ALONE)
+    plan = tighten(spring(), scattered(), Sines([level], [SLOW]), ALLOWED, 128, runner=ALONE)
     known = level / FORCE * np.exp(norm.isf(ALLOWED) * np.hypot(*SIZES.values()))
-    assert found.share > 0.95 and np.isnan(found.width).all() and not found.cheapest
-    assert 0.98 * known < found.gap < 1.15 * known and found.gap_share <= ALLOWED
-    assert found.gaps == pytest.approx((found.gap * GAP,))
-    assert any(words.startswith(f"The nominal gap does: at {found.gap:.3g} times") for words in tightening_words(found))
+    assert plan.share > 0.95 and np.isnan(plan.width).all() and not plan.cheapest
+    assert 0.98 * known < plan.gap < 1.15 * known and plan.gap_share <= ALLOWED
+    assert plan.gaps == pytest.approx((plan.gap * GAP,))
+    assert any(words.startswith(f"The nominal gap does: at {plan.gap:.3g} times") for words in tightening_words(plan))
 
 
 SIGMA, CYCLES, SPREAD = 0.2e-3, 20.0, 0.05  # m and 1/s of the motion in the gap; of the logarithm of the gap
@@ -152,14 +152,14 @@ def test_under_random_excitation_the_answers_are_those_of_rices_formula(ratio, m
         return peaks_over_production(DesignPeaks(i, *noise.levels, (rate,), (p,), *nothing) for i, (rate, p) in rows)
 
     monkeypatch.setattr("clearance_mj.tolerance.tightening.random_production", peaks)
-    found = random_tightening(model, scatter, noise, ALLOWED, 128)
-    assert found.share == pytest.approx(norm.cdf(-np.log(ratio) / SPREAD), abs=2 / 128)
-    assert (found.level, found.unit) == (2.0, "N RMS") and found.what == "contact within 1 h"
+    plan = random_tightening(model, scatter, noise, ALLOWED, 128)
+    assert plan.share == pytest.approx(norm.cdf(-np.log(ratio) / SPREAD), abs=2 / 128)
+    assert (plan.level, plan.unit) == (2.0, "N RMS") and plan.what == "contact within 1 h"
     if ratio > 1:
-        assert found.width == pytest.approx([np.log(ratio) / SPREAD / norm.isf(ALLOWED)], rel=0.03) and not found.gaps
+        assert plan.width == pytest.approx([np.log(ratio) / SPREAD / norm.isf(ALLOWED)], rel=0.03) and not plan.gaps
     else:
         known = np.exp(norm.isf(ALLOWED) * SPREAD) / ratio
-        assert 0.98 * known < found.gap < 1.15 * known and found.gap_share <= ALLOWED
+        assert 0.98 * known < plan.gap < 1.15 * known and plan.gap_share <= ALLOWED
 
 
 def test_words_have_units_as_they_are_written(tightened):
@@ -183,10 +183,10 @@ def test_what_cannot_be_tightened_is_one_line():
 
 
 def test_where_enough_designs_do_nothing_is_tightened():
-    found = tighten(spring(), scattered(), Sines([FORCE * np.exp(-0.5)], [SLOW]), ALLOWED, 64, runner=ALONE)
-    assert found.share == 0 and np.all(found.width == 1) and not found.cheapest and np.isnan(found.cost)
+    plan = tighten(spring(), scattered(), Sines([FORCE * np.exp(-0.5)], [SLOW]), ALLOWED, 64, runner=ALONE)
+    assert plan.share == 0 and np.all(plan.width == 1) and not plan.cheapest and np.isnan(plan.cost)
     # None touches at three times that.
     far = tighten(spring(), scattered(), Sines([0.01], [SLOW]), ALLOWED, 64, runner=ALONE)
     assert far.share == 0 and np.all(far.width == 1) and not np.any(far.share_without)
-    assert tightening_words(far)[1:] == tightening_words(found)[1:] == ["The tolerances do as they are."]
+    assert tightening_words(far)[1:] == tightening_words(plan)[1:] == ["The tolerances do as they are."]
     draw_tightening(far)

@@ -15,11 +15,11 @@ def observed(model, bandwidth, disturbance, seconds):
     """Estimates while the single track drives with held wheels and an unknown steering angle, rad, on top."""
     A, B, _ = model.discrete
     wheel = 0.01 + disturbance
-    observer, x, found = disturbance_observer.YawObserver(model, bandwidth), np.array([0, 0, 0, 0, wheel, 0.0]), []
+    observer, x, moments = disturbance_observer.YawObserver(model, bandwidth), np.array([0, 0, 0, 0, wheel, 0.0]), []
     for _ in range(round(seconds / model.period)):
-        found.append(observer.advance(x[3], x[2], 0.01))
+        moments.append(observer.advance(x[3], x[2], 0.01))
         x = A @ x + B * wheel
-    return np.array(found)
+    return np.array(moments)
 
 
 def test_constant_disturbance_is_found():

@@ -87,9 +87,9 @@ def test_gusts_have_drydens_correlation(speed):
     wind, seeds = Crosswind(turbulence=2.5, length_scale=30.0), range(150)
     lags = np.round(np.array([0.0, 0.5, 1.0, 2.0, 3.0]) * wind.length_scale / speed * 1000).astype(int)
     gusts = [wind.gusts(speed, PERIOD, seed) for seed in seeds]
-    found = np.mean([[np.mean(g * np.roll(g, lag)) for lag in lags] for g in gusts], axis=0)
+    correlation = np.mean([[np.mean(g * np.roll(g, lag)) for lag in lags] for g in gusts], axis=0)
     x = lags * speed / 1000 / wind.length_scale
-    np.testing.assert_allclose(found, 2.5**2 * np.exp(-x) * (1 - x / 2), atol=0.03 * 2.5**2)
+    np.testing.assert_allclose(correlation, 2.5**2 * np.exp(-x) * (1 - x / 2), atol=0.03 * 2.5**2)
 
 
 def test_side_force_of_a_light_wind():
@@ -113,8 +113,8 @@ def test_wind_and_crown_begin_where_they_should():
 def test_unevenness_has_the_rms_of_an_isotropic_surface(speed):
     """0.1 π √(2 G₀/B): the integral of 2 G (1 - x K₁(x))/B² over all wavenumbers, ∫ (1 - x K₁)/x² dx being π/2."""
     road = CrownedRoad(roughness=256e-6, track=1.5)
-    found = np.sqrt(np.mean([np.var(road.unevenness(speed, PERIOD, seed)) for seed in range(60)]))
-    assert found == pytest.approx(0.1 * np.pi * np.sqrt(2 * 256e-6 / 1.5), rel=0.02)
+    rms_height = np.sqrt(np.mean([np.var(road.unevenness(speed, PERIOD, seed)) for seed in range(60)]))
+    assert rms_height == pytest.approx(0.1 * np.pi * np.sqrt(2 * 256e-6 / 1.5), rel=0.02)
 
 
 def test_same_seed_same_load():

@@ -14,9 +14,9 @@ def sine(amplitude, frequency):
 
 def test_slow_and_fast_part_of_the_rate():
     """20 mrad at 0.5 Hz and 1 mrad at 8 Hz: RMS rates 2π f A/√2, of differences sin(π f T)/(π f T) of it."""
-    found = effort(sine(0.02, 0.5) + sine(0.001, 8.0), 0.01)
+    rates = effort(sine(0.02, 0.5) + sine(0.001, 8.0), 0.01)
     slow, fast = (2 * np.pi * f * a / np.sqrt(2) * np.sinc(f * 0.01) for f, a in ((0.5, 0.02), (8.0, 0.001)))
-    assert (found["fast_rate"], found["rms_rate"]) == pytest.approx((fast, np.hypot(slow, fast)), rel=0.01)
+    assert (rates["fast_rate"], rates["rms_rate"]) == pytest.approx((fast, np.hypot(slow, fast)), rel=0.01)
 
 
 def test_reversals():
@@ -28,9 +28,9 @@ def test_reversals():
 def test_area_below_the_spectrum_is_the_mean_square():
     """Of white noise (Parseval), to the accuracy of 22 averages."""
     rate = np.random.default_rng(0).normal(scale=0.3, size=3000)
-    found = rate_spectrum(np.concatenate(([0.0], rate.cumsum() * 0.01)), 0.01)
-    assert found.rms_above(-1.0) == pytest.approx(0.3, rel=0.05)
-    np.testing.assert_allclose(found.density[5:-5].mean(), 0.3**2 / 50, rtol=0.05)
+    spectrum = rate_spectrum(np.concatenate(([0.0], rate.cumsum() * 0.01)), 0.01)
+    assert spectrum.rms_above(-1.0) == pytest.approx(0.3, rel=0.05)
+    np.testing.assert_allclose(spectrum.density[5:-5].mean(), 0.3**2 / 50, rtol=0.05)
 
 
 def test_short_history_is_one_segment():

@@ -80,9 +80,9 @@ def test_needed_accelerations(name):
     """κ v² with the largest curvature of the closed form, which the friction of the worst vehicle's tyres allows."""
     manoeuvre = manoeuvres.MANOEUVRES[name]
     needed, tolerance = CLOSED_FORMS[name]
-    found = manoeuvre.path().needed_acceleration(manoeuvre.speed / 3.6)
-    assert found == pytest.approx(needed, rel=tolerance)
-    assert found < 0.8 * Vehicle.bmw320i().tyre.friction * 9.81
+    acceleration = manoeuvre.path().needed_acceleration(manoeuvre.speed / 3.6)
+    assert acceleration == pytest.approx(needed, rel=tolerance)
+    assert acceleration < 0.8 * Vehicle.bmw320i().tyre.friction * 9.81
     check(Case("smc", manoeuvre.speed, manoeuvre=name))
 
 

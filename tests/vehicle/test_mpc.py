@@ -94,12 +94,12 @@ def test_osqp_is_called_where_a_limit_is_active(solved_by_osqp, rate, angle, cal
 
 def test_solution_without_limits_is_that_of_osqp(solved_by_osqp):
     """The same program through the solver, with a rate limit that is just met."""
-    found, rng = program(MODEL, WEIGHTS, 20), np.random.default_rng(0)
+    quadratic, rng = program(MODEL, WEIGHTS, 20), np.random.default_rng(0)
     for _ in range(10):
-        free = found.free(rng.normal(scale=0.1, size=6), 0.02, rng.normal(scale=0.005, size=21))
+        free = quadratic.free(rng.normal(scale=0.1, size=6), 0.02, rng.normal(scale=0.005, size=21))
         rate = np.abs(free).max() / 0.01
         limits = ({"largest_angle": 10.0, "largest_rate": factor * rate} for factor in (1.0001, 0.9999))
-        wide, narrow = (LimitedPlan(Task(LINEAR, PATH, SPEED, **each), found.hessian) for each in limits)
+        wide, narrow = (LimitedPlan(Task(LINEAR, PATH, SPEED, **each), quadratic.hessian) for each in limits)
         assert wide.best(free, 0.02) is free
         np.testing.assert_allclose(narrow.best(free, 0.02), free, atol=1e-5 + 1e-3 * np.abs(free).max())
     assert len(solved_by_osqp) == 10
@@ -107,14 +107,14 @@ def test_solution_without_limits_is_that_of_osqp(solved_by_osqp):
 
 def test_plan_with_limits_is_that_of_a_dense_solver():
     """Every change of a plan that meets both limits; the cost from H and the plan without limits, by SLSQP."""
-    found, largest, step = program(MODEL, WEIGHTS, 20), 0.02, 0.002
-    free = found.free(np.array([*SEEN[1:5], 0, 0]), 0.0, np.zeros(21))
+    quadratic, largest, step = program(MODEL, WEIGHTS, 20), 0.02, 0.002
+    free = quadratic.free(np.array([*SEEN[1:5], 0, 0]), 0.0, np.zeros(21))
     task = Task(LINEAR, PATH, SPEED, largest_angle=largest, largest_rate=step / 0.01)
-    plan = LimitedPlan(task, found.hessian).best(free, 0.0)
-    scale = np.linalg.norm(found.hessian, 2)
+    plan = LimitedPlan(task, quadratic.hessian).best(free, 0.0)
+    scale = np.linalg.norm(quadratic.hessian, 2)
     expected = scipy.optimize.minimize(
-        lambda z: (z - free) @ found.hessian @ (z - free) / scale, np.zeros(20), method="SLSQP",
-        jac=lambda z: 2 * found.hessian @ (z - free) / scale, options={"maxiter": 1000, "ftol": 1e-16},
+        lambda z: (z - free) @ quadratic.hessian @ (z - free) / scale, np.zeros(20), method="SLSQP",
+        jac=lambda z: 2 * quadratic.hessian @ (z - free) / scale, options={"maxiter": 1000, "ftol": 1e-16},
         bounds=[(-step, step)] * 20, constraints=scipy.optimize.LinearConstraint(np.tri(20), -largest, largest),
     ).x  # fmt: skip
     np.testing.assert_allclose(plan, expected, atol=2e-5)
@@ -123,9 +123,9 @@ def test_plan_with_limits_is_that_of_a_dense_solver():
 
 def test_constant_lost_motion_is_another_zero_of_the_servo():
     """d in all periods is the same as servo and command that stand d ahead, without."""
-    found, x, d = program(MODEL, WEIGHTS, 20), np.array([0.1, 0.02, -0.3, 0.1, 0.01, 0.05]), 0.004
-    shifted = found.free(x + d * np.eye(6)[4], 0.02 + d, np.full(21, 0.003))
-    with_lost = found.free(x, 0.02, np.full(21, 0.003)) + found.lost @ np.full(20, d)
+    quadratic, x, d = program(MODEL, WEIGHTS, 20), np.array([0.1, 0.02, -0.3, 0.1, 0.01, 0.05]), 0.004
+    shifted = quadratic.free(x + d * np.eye(6)[4], 0.02 + d, np.full(21, 0.003))
+    with_lost = quadratic.free(x, 0.02, np.full(21, 0.003)) + quadratic.lost @ np.full(20, d)
     np.testing.assert_allclose(with_lost, shifted, atol=1e-10)
 
 
@@ -143,12 +143,12 @@ def test_lost_motion_that_changes():
         x[[4, 6]] += lost[-1]
         return J + x @ V @ x
 
-    found = program(MODEL, WEIGHTS, 20)
-    plan, rng = found.lost @ lost, np.random.default_rng(0)
+    quadratic = program(MODEL, WEIGHTS, 20)
+    plan, rng = quadratic.lost @ lost, np.random.default_rng(0)
     for _ in range(20):
         other = rng.normal(scale=1e-3, size=20)
         # Of a square: J(z* + w) - J(z*) = wᵀ H w.
-        assert total(plan + other) - total(plan) == pytest.approx(other @ found.hessian @ other, rel=1e-6)
+        assert total(plan + other) - total(plan) == pytest.approx(other @ quadratic.hessian @ other, rel=1e-6)
 
 
 def test_linearised_anew_when_the_speed_changes():

@@ -32,28 +32,28 @@ def test_without_a_gap_it_is_mpc(limits):
 
 def test_modes_are_all_with_at_most_one_crossing():
     """From the next period on; the lost motion of the present one is known."""
-    found = {tuple(row[1:]) for row in modes(7)}
+    crossings = {tuple(row[1:]) for row in modes(7)}
     expected = {one for one in itertools.product((-1.0, 1.0), repeat=6) if np.count_nonzero(np.diff(one)) <= 1}
-    assert found == expected and len(modes(7)) == len(expected)
+    assert crossings == expected and len(modes(7)) == len(expected)
 
 
 def simulated(clearance, servo, moment):
     """Lost motion that the reduced clearance has at the end of each period, in steps of 0.1 ms."""
-    d, found = 0.0, []
+    d, lost_motion = 0.0, []
     for turn, pressed in zip(np.diff(servo, prepend=0.0), moment):
         for _ in range(100):
             d, _ = lost_motion_step(d, turn / 100, pressed, 1e-4, clearance)
-        found.append(d)
-    return np.array(found)
+        lost_motion.append(d)
+    return np.array(lost_motion)
 
 
 def stepped(backlash, servo):
     """The same by the law between periods; the state's lateral speed stands for the moment."""
-    d, found = 0.0, []
+    d, deflection = 0.0, []
     for turn, angle in zip(np.diff(servo, prepend=0.0), servo):
         d = lost_motion(d, turn, np.array([0, 0, 0, 0, angle, 0, 0.0]), backlash)
-        found.append(d)
-    return np.array(found)
+        deflection.append(d)
+    return np.array(deflection)
 
 
 def test_lost_motion_where_friction_holds_the_wheel():
@@ -66,10 +66,10 @@ def test_lost_motion_where_friction_holds_the_wheel():
 def test_lost_motion_where_the_moment_presses_the_wheel():
     """2000 N m per radian of the wheel, no friction: on the moment's side wherever it exceeds 10 N m."""
     servo = 0.03 * np.sin(np.linspace(0, 4 * np.pi, 400))
-    found = stepped(Backlash(GAP, 0.0, (2000.0, 0.0, 0.0)), servo)
+    lost_motion = stepped(Backlash(GAP, 0.0, (2000.0, 0.0, 0.0)), servo)
     expected = simulated(LostMotion(GAP, 5e7), servo, 2000 * servo)
     pressed = np.abs(2000 * servo) > 10 + 2000 * GAP
-    np.testing.assert_allclose(found[pressed], expected[pressed], atol=2e-6)
+    np.testing.assert_allclose(lost_motion[pressed], expected[pressed], atol=2e-6)
     assert np.count_nonzero(pressed) > 200
 
 
@@ -96,14 +96,14 @@ def test_the_plan_taken_costs_least(s):
     run, seen = law.start(task), Observation(s, 0.05, -0.004, 0.05, 0.02, SPEED)
     curvature = task.curvature(seen, np.arange(21) * task.period)
     x = np.array([*seen[1:5], 0, 0, 0])
-    found = rolled_out(run.changes(seen), x, 0.0, curvature, task)
+    cost = rolled_out(run.changes(seen), x, 0.0, curvature, task)
     alone = run.free(seen, curvature)
     sides = -GAP * modes(20)
     sides[:, 0] = 0.0
     costs = [rolled_out(alone + run.program.lost @ one, x, 0.0, curvature, task) for one in sides]
-    assert found == pytest.approx(min(costs), rel=1e-6)
-    assert found < rolled_out(alone, x, 0.0, curvature, task)
-    assert max(costs) > 1.01 * found  # the choice matters
+    assert cost == pytest.approx(min(costs), rel=1e-6)
+    assert cost < rolled_out(alone, x, 0.0, curvature, task)
+    assert max(costs) > 1.01 * cost  # the choice matters
 
 
 def test_softer_contact_is_a_softer_axle():

@@ -85,8 +85,8 @@ def test_delay_is_compensated(delay):
         past = truth[10 * k - old] if 10 * k >= old else np.zeros(10)
         s = SPEED * (k * PERIOD - delay)
         observer.measure(past[4], (past[3] + past[6], LATERAL @ past), (s, past[0]) if k % 5 == 0 else None)
-        found_s, found = observer.present(SPEED)
-        np.testing.assert_allclose(found, x, atol=1e-10)
+        found_s, present = observer.present(SPEED)
+        np.testing.assert_allclose(present, x, atol=1e-10)
         assert found_s == pytest.approx(SPEED * k * PERIOD, abs=1e-9)
         command = 0.05 * rng.standard_normal()
         for _ in range(10):

@@ -84,8 +84,8 @@ def test_foot_point(path, guess):
         x, y = path.position(s)
         heading = float(path.heading(s))
         begin = {"near": s + generator.uniform(-2, 2), "far": path.length - s, None: None}[guess]
-        found = path.locate(x - off * np.sin(heading), y + off * np.cos(heading), begin)
-        assert found == pytest.approx((s, off, heading, float(path.curvature(s))), abs=1e-7)
+        foot = path.locate(x - off * np.sin(heading), y + off * np.cos(heading), begin)
+        assert foot == pytest.approx((s, off, heading, float(path.curvature(s))), abs=1e-7)
 
 
 def test_straight_beyond_the_ends():
@@ -102,9 +102,9 @@ def test_straight_beyond_the_ends():
 def test_needed_acceleration(factor, speed, needed):
     """Largest curvature times speed squared, from a dense grid of the closed form."""
     curvature = lane_change(np.linspace(-30 * factor, 125 * factor, 200001), factor)[2]
-    found = double_lane_change(factor).needed_acceleration(speed / 3.6)
-    assert found == pytest.approx(np.abs(curvature).max() * (speed / 3.6) ** 2, rel=1e-4)
-    assert found == pytest.approx(needed, rel=6e-3)
+    acceleration = double_lane_change(factor).needed_acceleration(speed / 3.6)
+    assert acceleration == pytest.approx(np.abs(curvature).max() * (speed / 3.6) ** 2, rel=1e-4)
+    assert acceleration == pytest.approx(needed, rel=6e-3)
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])

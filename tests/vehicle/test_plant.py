@@ -69,8 +69,8 @@ def test_runge_kutta_with_the_librarys_right_hand_side(plant):
     for angle in angles:
         x[2] = angle
         slopes = [rate(x)]
-        for share in (0.5, 0.5, 1.0):
-            slopes.append(rate(x + share * STEP * slopes[-1]))
+        for weight in (0.5, 0.5, 1.0):
+            slopes.append(rate(x + weight * STEP * slopes[-1]))
         x += STEP / 6 * np.dot([1, 2, 2, 1], slopes)
     np.testing.assert_allclose(plant.advance(state, angles)[:-1], x, rtol=1e-11, atol=1e-12)
 

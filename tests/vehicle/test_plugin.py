@@ -75,12 +75,12 @@ def test_it_drives_and_is_compensated(outcomes):
 @pytest.mark.filterwarnings("ignore:The balance properties of Sobol")
 def test_it_is_tuned(plugin, monkeypatch):
     monkeypatch.setattr(tuning, "MANOEUVRES", (tuning.Course(72.0, 1.5, "torque"),))
-    found = tuning.tune("proportional", generations=1, population=5, workers=1)
+    tuned = tuning.tune("proportional", generations=1, population=5, workers=1)
     kind = type(get_controller("proportional").tuned_controller())
-    assert found["evaluations"] == 10
-    assert found["cost"] < tuning.cost(get_controller("proportional"), kind(gain=1e-3, look_ahead=2.0))
-    again = Registration("proportional-tuned", "tuned", kind, tuned=found["settings"])
-    assert again.tuned_controller() == kind(**found["settings"])
+    assert tuned["evaluations"] == 10
+    assert tuned["cost"] < tuning.cost(get_controller("proportional"), kind(gain=1e-3, look_ahead=2.0))
+    again = Registration("proportional-tuned", "tuned", kind, tuned=tuned["settings"])
+    assert again.tuned_controller() == kind(**tuned["settings"])
 
 
 def test_it_is_in_figures_and_tables(outcomes, tmp_path):

@@ -40,7 +40,7 @@ def test_looks_like_no_other(name):
 def test_can_be_tuned(name, monkeypatch):
     """Ten evaluations on one lane change leave settings within the bounds that stay on the road."""
     monkeypatch.setattr(tuning, "MANOEUVRES", (tuning.Course(72.0, 1.5, "torque"),))
-    found = tune(name, generations=1, population=5, workers=1)
-    assert found["cost"] < FAILED
+    tuned = tune(name, generations=1, population=5, workers=1)
+    assert tuned["cost"] < FAILED
     for setting, (low, high) in CONTROLLERS[name].bounds.items():
-        assert low * 0.999 <= found["settings"][setting] <= high * 1.001
+        assert low * 0.999 <= tuned["settings"][setting] <= high * 1.001

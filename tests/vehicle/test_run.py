@@ -27,9 +27,9 @@ def same(one, other):
 def test_nothing_moves_on_a_straight(controller):
     """No limit cycle: with clearance, compensated, exactly still."""
     task = nominal_task(straight(150.0), 120 / 3.6)
-    found = follow_path(MultiBody(), Steering(half_gap=GAP), Compensated(controller, ClearanceModel(GAP)), task)
+    run = follow_path(MultiBody(), Steering(half_gap=GAP), Compensated(controller, ClearanceModel(GAP)), task)
     for name in ("e_y", "e_psi", "yaw_rate", "wheel_angle", "command"):
-        assert np.abs(getattr(found, name)).max() < 1e-9
+        assert np.abs(getattr(run, name)).max() < 1e-9
 
 
 def test_clearance_model_takes_out_most_of_the_gap():
@@ -51,9 +51,9 @@ def test_same_seed_same_run():
 
 def test_steady_turn():
     """On an arc of 200 m at 20 m/s the yaw rate is 0.1 rad/s and the lateral acceleration 2 m/s²."""
-    found = follow_path(MultiBody(), Steering(), SlidingMode(), nominal_task(clothoid_arc(), 20.0))
-    middle = np.argmin(np.abs(found.s - 140.0))
-    assert (found.yaw_rate[middle], found.lateral_acceleration[middle]) == pytest.approx((0.1, 2.0), rel=0.02)
+    run = follow_path(MultiBody(), Steering(), SlidingMode(), nominal_task(clothoid_arc(), 20.0))
+    middle = np.argmin(np.abs(run.s - 140.0))
+    assert (run.yaw_rate[middle], run.lateral_acceleration[middle]) == pytest.approx((0.1, 2.0), rel=0.02)
 
 
 def test_metrics_of_known_histories():

@@ -57,8 +57,8 @@ def test_without_noise_ideal_sensors_tell_the_truth():
 def test_steering_angle_is_quantised():
     """A ramp without delay: multiples of 0.1°/16, off by at most half of it and by q²/12 in the mean square."""
     step, ramp = math.radians(0.1) / 16, 3.1e-6
-    found = signals(CarSensors(delay=(0.0, 0.0)), 2000, servo=lambda k: ramp * k)
-    seen, true = np.array([s.steering_angle for s in found]), ramp * np.arange(2000)
+    seen_signals = signals(CarSensors(delay=(0.0, 0.0)), 2000, servo=lambda k: ramp * k)
+    seen, true = np.array([s.steering_angle for s in seen_signals]), ramp * np.arange(2000)
     np.testing.assert_allclose(seen / step, np.round(seen / step), atol=1e-9)
     assert np.abs(seen - true).max() <= step / 2 * (1 + 1e-9)
     assert np.mean((seen - true) ** 2) == pytest.approx(step**2 / 12, rel=0.02)
@@ -118,9 +118,9 @@ def test_offsets_stay_and_differ_between_runs():
 
 def test_old_signals_under_a_delay():
     """40 ms at least and at most: the steering angle is that of 4 samples ago."""
-    found = signals(CarSensors(delay=(0.04, 0.04), steering_resolution=0.0), 50, servo=lambda k: 1e-3 * k)
-    assert [s.steering_angle for s in found[4:]] == pytest.approx(1e-3 * np.arange(46))
-    assert found[0].delay == pytest.approx(0.04)
+    seen_signals = signals(CarSensors(delay=(0.04, 0.04), steering_resolution=0.0), 50, servo=lambda k: 1e-3 * k)
+    assert [s.steering_angle for s in seen_signals[4:]] == pytest.approx(1e-3 * np.arange(46))
+    assert seen_signals[0].delay == pytest.approx(0.04)
 
 
 def test_same_seed_same_signals():

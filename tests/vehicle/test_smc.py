@@ -57,10 +57,10 @@ def test_time_to_the_layer_on_a_double_integrator(disturbance):
         return sliding(state) - law.layer
 
     reached.terminal = True
-    found = scipy.integrate.solve_ivp(rates, (0, 5), [0.5, 0.2], events=reached, rtol=1e-10, atol=1e-12)
+    solution = scipy.integrate.solve_ivp(rates, (0, 5), [0.5, 0.2], events=reached, rtol=1e-10, atol=1e-12)
     gain = law.switching - disturbance
     expected = np.log((law.reaching * 1.2 + gain) / (law.reaching * law.layer + gain)) / law.reaching
-    assert found.t[-1] == pytest.approx(expected, rel=1e-6)
+    assert solution.t[-1] == pytest.approx(expected, rel=1e-6)
 
 
 def test_depth_is_that_in_layers():

@@ -102,10 +102,10 @@ def test_describing_function_of_backlash(ratio):
     for i in range(2 * n):
         lost[i + 1], _ = lost_motion_step(lost[i], servo[i + 1] - servo[i], 0.0, STEP, model)
     last = slice(n, 2 * n)
-    found = 2j / n * np.sum((servo + lost)[last] * np.exp(-1j * phase[last]))
+    lost_harmonic = 2j / n * np.sum((servo + lost)[last] * np.exp(-1j * phase[last]))
     b = 1 - 2 * ratio
     expected = (np.pi / 2 + np.arcsin(b) + b * np.sqrt(1 - b**2) - 1j * (1 - b**2)) / np.pi
-    assert found == pytest.approx(expected, abs=1e-6)
+    assert lost_harmonic == pytest.approx(expected, abs=1e-6)
 
 
 @every_fidelity
@@ -236,19 +236,19 @@ def against_a_spring(steering, spring, ramp, seconds):
 @pytest.mark.parametrize("friction", [0.0, 30.0])
 def test_motor_stalls_where_the_load_takes_its_torque(friction):
     """100 N m against 3000 N m/rad and friction: the servo stops at (100 - T_f)/3000 rad, whatever is asked for."""
-    found = against_a_spring(Steering(torque_limit=100.0, friction=friction), 3000.0, 0.01, 14.0)
-    assert found[-1] == pytest.approx((100.0 - friction) / 3000.0, abs=6e-4)
+    wheel = against_a_spring(Steering(torque_limit=100.0, friction=friction), 3000.0, 0.01, 14.0)
+    assert wheel[-1] == pytest.approx((100.0 - friction) / 3000.0, abs=6e-4)
     assert against_a_spring(Steering(friction=friction), 3000.0, 0.01, 14.0)[-1] == pytest.approx(0.1, abs=1e-3)
 
 
 def test_motor_turns_its_inertia():
     """A torque T alone on inertia J and damping c: T/c (t - τ (1 - exp(-t/τ))), τ = J/c, from the first command on."""
     time = 0.01 * np.arange(1, 5)
-    found = against_a_spring(Steering(torque_limit=50.0, rate_limit=10.0), 0.0, 1e3, 0.05)[1:]
+    wheel = against_a_spring(Steering(torque_limit=50.0, rate_limit=10.0), 0.0, 1e3, 0.05)[1:]
     inertia, damping = 0.04 * 16**2, 3920.0 * LEVER_ARM**2
     fade = inertia / damping
-    np.testing.assert_allclose(found, 50.0 / damping * (time - fade * (1 - np.exp(-time / fade))), rtol=0.12)
-    assert found[-1] == pytest.approx(50.0 / damping * (0.04 - fade * (1 - np.exp(-0.04 / fade))), rel=0.03)
+    np.testing.assert_allclose(wheel, 50.0 / damping * (time - fade * (1 - np.exp(-time / fade))), rtol=0.12)
+    assert wheel[-1] == pytest.approx(50.0 / damping * (0.04 - fade * (1 - np.exp(-0.04 / fade))), rel=0.03)
 
 
 def test_motor_that_suffices_changes_nothing():

@@ -15,10 +15,10 @@ from clearance_mj.vehicle.tune import MANOEUVRES, Course, cost, tunable, tune
 from ..refusals import assert_refused
 
 FOUND = {
-    (tuned, name): found
+    (tuned, name): settings
     for path in dict.fromkeys(known.settings_file for known in CONTROLLERS.values())
     for tuned, controllers in tomllib.loads(path.read_text(encoding="utf-8")).items()
-    for name, found in controllers.items()
+    for name, settings in controllers.items()
 }
 SMC = get_controller("smc")
 COURSE = (Course(72.0, 1.2, "torque"),)
@@ -37,7 +37,7 @@ def test_repeated_on_any_number_of_processes(monkeypatch):
 def test_same_budget_for_all():
     """Every controller with bounds, in both sets."""
     assert set(FOUND) == {(tuned, name) for tuned in ("ideal", "car") for name in tunable()}
-    assert len({(found["evaluations"], found["seed"]) for found in FOUND.values()}) == 1
+    assert len({(of_controller["evaluations"], of_controller["seed"]) for of_controller in FOUND.values()}) == 1
 
 
 @pytest.mark.parametrize(("tuned", "name"), FOUND)
@@ -57,10 +57,10 @@ def test_cost_is_that_of_the_metrics():
     """Of one lane change, from the run's own metrics; controllers have their prior information on the clearance."""
     case = Case("smc-cm", 72.0, length_factor=1.5, regime="friction", spread=True, seed=module.FIRST_VEHICLE)
     run = drive(case, case.tuned_controller, MANOEUVRES[0].disturbance)
-    found = run.metrics()
+    metrics = run.metrics()
     law = get_controller("smc-cm").tuned_controller()
-    expected = found["peak_e_y"] / 0.05 + found["rms_e_y"] / 0.015 + found["servo_rms_rate"] / 0.03
-    expected += found["servo_reversals"] / run.time[-1]
+    expected = metrics["peak_e_y"] / 0.05 + metrics["rms_e_y"] / 0.015 + metrics["servo_rms_rate"] / 0.03
+    expected += metrics["servo_reversals"] / run.time[-1]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "MANOEUVRES", MANOEUVRES[:1])
         assert cost(get_controller("smc-cm"), law) == pytest.approx(expected)

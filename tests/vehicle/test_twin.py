@@ -27,7 +27,7 @@ def steer(duration):
     return t, np.radians(2.0) * np.sin(2 * np.pi * 0.35 * t) * np.sin(2 * np.pi * 0.08 * t)
 
 
-def told(start, friction):
+def assumed(start, friction):
     """The clearance with a half-gap that is wrong by a factor."""
     return Steering(start * GAP, friction=friction).lost_motion
 
@@ -38,7 +38,7 @@ def test_own_data_without_noise_give_the_half_gap(regime, start):
     friction, trail = REGIMES[regime]
     vehicle = Vehicle.bmw320i(trail)
     t, servo = steer(12.0)
-    run = SteeringTwin(vehicle, told(start, friction)).start()
+    run = SteeringTwin(vehicle, assumed(start, friction)).start()
     truth = run.belief.mean.copy()
     truth[0], truth[N_PARAMETERS:] = math.log(GAP), 0.0
     lagged = np.concatenate((servo[:1], servo))
@@ -54,7 +54,7 @@ def test_a_half_gap_that_grows_is_told_from_one_that_is_wrong():
     """Own data without noise, pieces of 0.5 s whose half-gap grows: its rate is found beside its size."""
     rate = 4e-3 * GAP  # rad/s, 10 % in 24 s
     t, servo = steer(24.0)
-    run = SteeringTwin(Vehicle.bmw320i(), told(0.8, 0.0), wear_std=1e-2).start()
+    run = SteeringTwin(Vehicle.bmw320i(), assumed(0.8, 0.0), wear_std=1e-2).start()
     truth = run.belief.mean.copy()
     servo, speed = np.concatenate((servo[:1], servo)), np.full(52, 20.0)
     for begin in range(0, t.size - 50, 50):
@@ -72,7 +72,7 @@ def test_a_half_gap_that_grows_is_told_from_one_that_is_wrong():
 def test_small_motion_is_that_of_the_linear_single_track():
     """Without moment and play: yaw rate over a held small angle is v/(L + K v²) (Pacejka 2012, section 1.3.2)."""
     vehicle = dataclasses.replace(Vehicle.bmw320i(), trail=0.0)
-    run = SteeringTwin(vehicle, told(1.0, 0.0)).start()
+    run = SteeringTwin(vehicle, assumed(1.0, 0.0)).start()
     point, angle = np.concatenate((run.belief.mean[:N_PARAMETERS], np.zeros(N_STATES))), 1e-5
     point[0], point[2] = math.log(1e-9), 0.0
     servo = np.full(600, angle)
@@ -84,7 +84,7 @@ def test_small_motion_is_that_of_the_linear_single_track():
 
 
 def test_without_steering_nothing_is_learnt_of_the_half_gap():
-    run = SteeringTwin(Vehicle.bmw320i(), told(1.0, 0.0), gap_drift=1e-9).start()
+    run = SteeringTwin(Vehicle.bmw320i(), assumed(1.0, 0.0), gap_drift=1e-9).start()
     for i in range(200):
         run.advance(Signals(0.01 * i, 0.0, 0.0, 0.0, 20.0))
     assert run.estimates.posterior_over_prior[0] > 0.9
@@ -92,9 +92,9 @@ def test_without_steering_nothing_is_learnt_of_the_half_gap():
 
 
 def test_the_rigid_axle_is_found_in_that_with_a_steering():
-    vehicle, play = Vehicle.bmw320i(), told(1.0, 0.0)
-    found = twin_of(vehicle.with_steering(44e3), play, 44e3).vehicle
-    assert found.cornering_front == pytest.approx(vehicle.cornering_front, rel=1e-12)
+    vehicle, play = Vehicle.bmw320i(), assumed(1.0, 0.0)
+    twin_vehicle = twin_of(vehicle.with_steering(44e3), play, 44e3).vehicle
+    assert twin_vehicle.cornering_front == pytest.approx(vehicle.cornering_front, rel=1e-12)
 
 
 def test_the_half_gap_wears():
@@ -108,8 +108,10 @@ def test_the_half_gap_wears():
 
 
 def test_what_a_twin_cannot_begin_with():
-    assert_refused(ManoeuvreError, "half-gap", SteeringTwin, Vehicle.bmw320i(), told(1.0, 0.0)._replace(half_gap=0.0))
-    assert_refused(ManoeuvreError, "window", SteeringTwin, Vehicle.bmw320i(), told(1.0, 0.0), window=0.0)
+    assert_refused(
+        ManoeuvreError, "half-gap", SteeringTwin, Vehicle.bmw320i(), assumed(1.0, 0.0)._replace(half_gap=0.0)
+    )
+    assert_refused(ManoeuvreError, "window", SteeringTwin, Vehicle.bmw320i(), assumed(1.0, 0.0), window=0.0)
     assert_refused(ManoeuvreError, "wear", Steering, GAP, wear=1e-6, fidelity="modal")
     task = nominal_task(single_lane_change(), 20.0)
     known = CONTROLLERS["smc-twin"]

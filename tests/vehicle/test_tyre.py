@@ -66,12 +66,12 @@ def test_steady_turn():
     for enough: its lateral error is many times larger.
     """
     task, steering = nominal_task(clothoid_arc(arc=200.0), 120 / 3.6), Steering()
-    found = follow_path(SingleTrackDrift(), steering, ModelPredictive(), task)
-    middle = np.argmin(np.abs(found.s - 230.0))
-    share = found.lateral_acceleration[middle] / GRAVITY
-    assert found.sideslip[middle] == pytest.approx(CAR.lr / 200 - CAR.tyre.slip(share), rel=0.02)
-    twist = CAR.trail * share * CAR.front_load / steering.lost_motion.stiffness
-    assert found.command[middle] == pytest.approx(CAR.wheelbase / 200 + twist, rel=0.05)
+    run = follow_path(SingleTrackDrift(), steering, ModelPredictive(), task)
+    middle = np.argmin(np.abs(run.s - 230.0))
+    used_friction = run.lateral_acceleration[middle] / GRAVITY
+    assert run.sideslip[middle] == pytest.approx(CAR.lr / 200 - CAR.tyre.slip(used_friction), rel=0.02)
+    twist = CAR.trail * used_friction * CAR.front_load / steering.lost_motion.stiffness
+    assert run.command[middle] == pytest.approx(CAR.wheelbase / 200 + twist, rel=0.05)
     linear = dataclasses.replace(task.vehicle, tyre=CAR.tyre._replace(friction=1e6))
     other = follow_path(SingleTrackDrift(), steering, ModelPredictive(), dataclasses.replace(task, vehicle=linear))
-    assert abs(found.e_y[middle]) < 1e-3 and abs(other.e_y[middle]) > 5e-3
+    assert abs(run.e_y[middle]) < 1e-3 and abs(other.e_y[middle]) > 5e-3

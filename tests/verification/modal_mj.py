@@ -52,9 +52,9 @@ def _plant(rig, modes):
     spec = mujoco.MjSpec()
     set_solver(spec)
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-    for i, (omega, damping, share) in enumerate(zip(ritz.omega, ritz.damping, ritz.participation / root)):
+    for i, (omega, damping, part) in enumerate(zip(ritz.omega, ritz.damping, ritz.participation / root)):
         body = spec.worldbody.add_body(mass=root**2, inertia=[1, 1, 1], explicitinertial=True)
-        slide = {"type": mujoco.mjtJoint.mjJNT_SLIDE, "axis": [np.sqrt(max(1 - share**2, 0.0)), 0, share]}
+        slide = {"type": mujoco.mjtJoint.mjJNT_SLIDE, "axis": [np.sqrt(max(1 - part**2, 0.0)), 0, part]}
         body.add_joint(name=f"{i}", **slide, stiffness=[(root * omega) ** 2, 0, 0], damping=[root**2 * damping, 0, 0])
     ends = [f"{j}{end}" for j in range(len(rig.bushings)) for end in "ab"]
     for end, row in zip(ends, ritz.at_ends):

@@ -88,8 +88,8 @@ def cases(groups: dict[str, list[Row]], before: str = "") -> str:
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(FIELDS)
     for title, rows in groups.items():
-        found = [[title, *_cells(row)] for row in rows]
-        writer.writerows(found or [line for line in kept if line[0] == title])
+        table_rows = [[title, *_cells(row)] for row in rows]
+        writer.writerows(table_rows or [line for line in kept if line[0] == title])
     return out.getvalue()
 
 

@@ -68,8 +68,10 @@ def test_natural_frequencies(rig, measured):
 
 
 def test_natural_frequencies_of_the_article(measured):
-    for i, (found, expected) in enumerate(zip(beam.natural_frequencies(RIG, 4), (9.25, 39.75, 92.85, 188.85)), 1):
-        measured.equal(f"f{i} of the shipped rig (Hz)", found, expected, "the article, Table 1, test column", rel=1e-4)
+    for i, (natural_hz, expected) in enumerate(zip(beam.natural_frequencies(RIG, 4), (9.25, 39.75, 92.85, 188.85)), 1):
+        measured.equal(
+            f"f{i} of the shipped rig (Hz)", natural_hz, expected, "the article, Table 1, test column", rel=1e-4
+        )
 
 
 @all_rigs
@@ -97,8 +99,8 @@ def test_linear_frf(rig, shaker, measured):
     expected = np.empty((len(rig.sensors), frequency.size), complex)
     for i, w in enumerate(2 * np.pi * frequency):
         expected[:, i] = -(w**2) * at_sensors @ solve_banded(stiffness + 1j * w * damping - w**2 * mass, load) + base
-    found = beam.linear_frf(rig, frequency)
-    error, phase = 20 * np.log10(np.abs(found / expected)), np.angle(found / expected)
+    frf = beam.linear_frf(rig, frequency)
+    error, phase = 20 * np.log10(np.abs(frf / expected)), np.angle(frf / expected)
     what = f"linear FRF, {name}, {shaker.kind}"
     source = f"{SOURCE}, direct solution at every line"
     measured.below(f"{what}: RMS of magnitude", np.sqrt(np.mean(error**2)), 0.005, source, "dB")

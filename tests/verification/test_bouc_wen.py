@@ -44,19 +44,19 @@ benchmark_set = pytest.mark.parametrize(("reversal", "z", "energy"), BENCHMARK)
 @steady_loops
 def test_steady_loops(exponent, reversal, z, energy, measured):
     """A = 1, β = γ = 1/2: at the reversal z = 1 - e^{z-2X} for n = 1, z = tanh(2X - z) for n = 2."""
-    found = loop(along_one, float(reversal), 30, 3000, 1.0, 0.5, 0.5, float(exponent))
+    loop_values = loop(along_one, float(reversal), 30, 3000, 1.0, 0.5, 0.5, float(exponent))
     what, source = f"steady loop, n = {exponent}, X = {reversal}", "closed form, A = 1, β = γ = 1/2"
-    measured.equal(f"{what}: z at reversal", found[0], z, source, rel=2e-6)
-    measured.equal(f"{what}: energy per cycle", found[1], energy, source, rel=2e-6)
+    measured.equal(f"{what}: z at reversal", loop_values[0], z, source, rel=2e-6)
+    measured.equal(f"{what}: energy per cycle", loop_values[1], energy, source, rel=2e-6)
 
 
 @benchmark_set
 def test_benchmark_set(reversal, z, energy, measured):
     """Noël & Schoukens (2016): ż = αẏ - β(γ|ẏ||z|^(ν-1) z + δẏ|z|^ν), α = 5e4, β = 1e3, γ = 0.8, δ = -1.1, ν = 1."""
-    found = loop(along_one, reversal, 12, 3000, 5e4, 1e3 * 0.8, 1e3 * -1.1, 1.0)
+    loop_values = loop(along_one, reversal, 12, 3000, 5e4, 1e3 * 0.8, 1e3 * -1.1, 1.0)
     what, source = f"benchmark, Y = {reversal * 1e3:g} mm", "parameters of Noël & Schoukens 2016"
-    measured.equal(f"{what}: z at reversal (N)", found[0], z, source, rel=1e-5)
-    measured.equal(f"{what}: energy per cycle (J)", found[1], energy, source, rel=1e-5)
+    measured.equal(f"{what}: z at reversal (N)", loop_values[0], z, source, rel=1e-5)
+    measured.equal(f"{what}: energy per cycle (J)", loop_values[1], energy, source, rel=1e-5)
 
 
 def along_path(x, *numbers):

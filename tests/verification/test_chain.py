@@ -139,12 +139,12 @@ def test_armature(n, measured):
     mass, stiffness = matrices(BARE, n)
     exact = 2 * np.pi * frequencies(mass, stiffness)
     h = 1e-4
-    for share in (0.0, 1 / 12, ARMATURE):
-        omega = 2 * np.pi * frequencies(mass + share * h**2 * stiffness, stiffness)
-        found = (2 / h * np.arcsin(omega * h / 2) / exact - 1)[3]
-        expected = (1 / 24 - share / 2) * (exact[3] * h) ** 2
-        what = f"error in time of f4, {n} links, armature {share:.3g} h² K"
-        measured.equal(what, found, expected, "(1/24 - a/2) (ωh)²", abs=(exact[3] * h) ** 4 / 50)
+    for armature in (0.0, 1 / 12, ARMATURE):
+        omega = 2 * np.pi * frequencies(mass + armature * h**2 * stiffness, stiffness)
+        measured_error = (2 / h * np.arcsin(omega * h / 2) / exact - 1)[3]
+        expected = (1 / 24 - armature / 2) * (exact[3] * h) ** 2
+        what = f"error in time of f4, {n} links, armature {armature:.3g} h² K"
+        measured.equal(what, measured_error, expected, "(1/24 - a/2) (ωh)²", abs=(exact[3] * h) ** 4 / 50)
 
 
 def test_masses_sit_on_their_links():

@@ -36,8 +36,8 @@ def flexibility(x, y):
 
 def test_roots(measured):
     """To the last digit or the one before."""
-    for i, (found, root) in enumerate(zip(cantilever_roots(5), ROOTS), 1):
-        measured.equal(f"λ{i}", found, root, "cos λ cosh λ = -1", rel=3e-16)
+    for i, (computed, root) in enumerate(zip(cantilever_roots(5), ROOTS), 1):
+        measured.equal(f"λ{i}", computed, root, "cos λ cosh λ = -1", rel=3e-16)
 
 
 def test_frequencies_of_the_bare_shaft(measured):
@@ -55,12 +55,12 @@ def test_tip_under_a_force(measured):
     """1 N at the tip, which carries the lever's mass as in Table 1."""
     expected = SHAFT.length**3 / (3 * SHAFT.bending_stiffness)
     ritz = linear_model(RIG.replace(bushings=()))
-    found = np.sum((ritz.shapes([SHAFT.length])[0] / ritz.omega) ** 2)
-    measured.equal("tip under 1 N, Ritz model (m)", found, expected, TIP, rel=1e-9)
+    tip = np.sum((ritz.shapes([SHAFT.length])[0] / ritz.omega) ** 2)
+    measured.equal("tip under 1 N, Ritz model (m)", tip, expected, TIP, rel=1e-9)
     elements = FiniteElements.of_shaft(SHAFT)
     load = elements.points([SHAFT.length]).dense(elements.count)[0]
-    found = load @ scipy.linalg.solveh_banded(elements.stiffness, load, lower=True)
-    measured.equal("tip under 1 N, virtual rig (m)", found, expected, TIP, rel=1e-8)
+    tip = load @ scipy.linalg.solveh_banded(elements.stiffness, load, lower=True)
+    measured.equal("tip under 1 N, virtual rig (m)", tip, expected, TIP, rel=1e-8)
 
 
 @pytest.mark.parametrize("links", [20, 40])
@@ -71,9 +71,9 @@ def test_tip_of_the_hinge_chain_under_a_force(links, measured):
     mujoco.mj_forward(model, data)
     jacobian = np.zeros((3, model.nv))
     mujoco.mj_jacSite(model, data, jacobian, None, 0)
-    found = np.sum(jacobian[2] ** 2 / model.jnt_stiffness)
+    tip = np.sum(jacobian[2] ** 2 / model.jnt_stiffness)
     expected = SHAFT.length**3 / (3 * SHAFT.bending_stiffness)
-    measured.equal(f"tip under 1 N, {links} links in MuJoCo (m)", found, expected, TIP, rel=2e-4)
+    measured.equal(f"tip under 1 N, {links} links in MuJoCo (m)", tip, expected, TIP, rel=2e-4)
 
 
 @pytest.mark.parametrize("engine", [Modal(), ModalMujoco(), Links()], ids=lambda engine: engine.name)
@@ -88,6 +88,6 @@ def test_bushings_under_a_force(engine, measured):
     assert not response.contact_force.any()
     at_tip, between = flexibility(place, [SHAFT.length])[:, 0], flexibility(place, place)
     expected = force * np.linalg.solve(np.eye(2) + grease.stiffness * between, at_tip)
-    for j, found in enumerate(response.displacement[:, time > 3.5].mean(axis=1)):
+    for j, at_bushing in enumerate(response.displacement[:, time > 3.5].mean(axis=1)):
         what = f"{engine.name}: deflection at bushings[{j}] under {force} N at the tip (m)"
-        measured.equal(what, found, expected[j], AT_BUSHINGS, rel=1e-3)
+        measured.equal(what, at_bushing, expected[j], AT_BUSHINGS, rel=1e-3)

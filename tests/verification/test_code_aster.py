@@ -60,8 +60,8 @@ def test_sdnd108b_mass_bounces_off_a_damped_support(measured):
         assert integrator.step(scheme, motion, NO_CONTACT, NO_GREASE, -10.0)
         states.append((states[-1][0] + h, motion.displacement[0], motion.velocity[0]))
     (_, low, _), (_, high, _) = states[-2:]
-    share = low / (low - high)
-    lift_off, _, speed = (a + share * (b - a) for a, b in zip(*states[-2:]))
+    fraction_of_step = low / (low - high)
+    lift_off, _, speed = (a + fraction_of_step * (b - a) for a, b in zip(*states[-2:]))
     source = "code_aster V5.01.108"
     measured.equal("SDND108b: lift-off (s)", lift_off, 0.92403882542, source, abs=2e-9)
     for end, expected in ((1.0, -1.88214079833), (1.1, -1.81496422497)):

@@ -70,10 +70,10 @@ def test_kelvin_voigt_impact(engine, ratio, measured):
     impulse, source = sum(i.impulse for i in impacts), "change of momentum"
     measured.equal(f"{what}: impulse, N s", impulse, momentum, source, rel=1e-3)
     lost = MASS * (end.v_in**2 - end.v_out**2) / 2
-    found = balance.contact_loss[0, round((end.time + end.duration) * response.fs) + 1]
-    assert sum(i.loss for i in impacts) == pytest.approx(found, rel=1e-9)
+    lost_energy = balance.contact_loss[0, round((end.time + end.duration) * response.fs) + 1]
+    assert sum(i.loss for i in impacts) == pytest.approx(lost_energy, rel=1e-9)
     allowed = {"abs": 1e-3 * MASS * SPEED**2 / 2}
-    measured.equal(f"{what}: energy lost, J", found, lost, "change of kinetic energy", **allowed)
+    measured.equal(f"{what}: energy lost, J", lost_energy, lost, "change of kinetic energy", **allowed)
     if ratio == 0:
         peak = sum(i.peak_force for i in impacts)
         measured.equal(f"{what}: peak force, N", peak, end.v_in * math.sqrt(STIFFNESS * MASS), "v √(km)", rel=1e-3)
@@ -97,8 +97,8 @@ def test_hertz_damped_impact(engine, model, restitution, measured):
     _, _, impacts = thrown(models.ContactLaw(model), engine)
     end, what = impacts[0], f"{engine}, {type(model).__name__} impact"
     measured.equal(f"{what}: restitution", end.restitution, restitution, "energy, κ(1 + e) = ln …", rel=2e-3)
-    lost, found = MASS * (end.v_in**2 - end.v_out**2) / 2, sum(i.loss for i in impacts)
-    measured.equal(f"{what}: energy lost, J", found, lost, "change of kinetic energy", rel=2e-3)
+    lost, lost_energy = MASS * (end.v_in**2 - end.v_out**2) / 2, sum(i.loss for i in impacts)
+    measured.equal(f"{what}: energy lost, J", lost_energy, lost, "change of kinetic energy", rel=2e-3)
 
 
 def test_hertz_impact(engine, measured):
@@ -128,17 +128,17 @@ def test_work_of_a_law_that_stiffens_a_compressed_contact(engine, measured):
 def test_bouc_wen_loops(engine, exponent, reversal, energy, measured):
     """verification.md's steady loops, in mm: the ball in grease that it hardly feels, pushed to and fro at 5 Hz."""
     scale, stiffness, frequency, fs = 1e-3, 0.01, 5.0, 1024.0
-    share = 0.5 / scale**exponent
-    grease = Grease(stiffness, 0.0, elastic_ratio=0.0, beta=share, gamma=share, exponent=float(exponent))
+    shape_factor = 0.5 / scale**exponent
+    grease = Grease(stiffness, 0.0, elastic_ratio=0.0, beta=shape_factor, gamma=shape_factor, exponent=float(exponent))
     time = np.arange(round(2.4 * fs)) / fs
     w = 2 * np.pi * frequency
     rise = np.where(time < 1.2, np.sin(np.pi / 2 * time / 1.2) ** 2, 1.0)
     push = Excitation(reversal * scale * (MASS * w**2 - 0.05) * rise * np.sin(w * time), fs, "force")
     balance = energy_balance(ball(10.0, grease), push, NO_CONTACT, engine)
     start, end = np.interp(time[-1] - np.array([2 / frequency, 0]), balance.time, balance.hysteresis[0])
-    found = (end - start) / 2 / (stiffness * scale**2)
+    loop_energy = (end - start) / 2 / (stiffness * scale**2)
     what = f"{engine}, Bouc-Wen loop, n = {exponent}, X = {reversal}: energy of a cycle"
-    measured.equal(what, found, energy, "integrated loop", rel=3e-3)
+    measured.equal(what, loop_energy, energy, "integrated loop", rel=3e-3)
 
 
 def test_damping_of_a_linear_rig(engine, measured):

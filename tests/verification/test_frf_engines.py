@@ -33,8 +33,8 @@ def noise(duration, rms, seed):
     return value * rms / np.std(value)
 
 
-def rms_db(found, expected):
-    return np.sqrt(np.mean((20 * np.log10(np.abs(found / expected))) ** 2))
+def rms_db(model_frf, expected):
+    return np.sqrt(np.mean((20 * np.log10(np.abs(model_frf / expected))) ** 2))
 
 
 def in_gap_frf(rig, kind, rms, engine):
@@ -55,12 +55,12 @@ TOLERANCE = {"links": 0.3, "modal": 0.05, "modal-mj": 0.1}  # dB RMS over all se
 def test_in_the_gap(rig, rms, engine, measured):
     """0.3 m/s² rms of the base; 0.1 N rms at 0.3 m: the same, phase included."""
     kind, limit = rig.shaker.kind, TOLERANCE[engine]
-    found = in_gap_frf(rig, kind, rms, engine)
-    expected, what = linear_frf(rig, found.frequency), f"{engine}: FRF in the gap, {kind}"
-    measured.below(f"{what}: RMS of magnitude", rms_db(found.functions, expected), limit, "linear FRF", "dB")
+    in_gap = in_gap_frf(rig, kind, rms, engine)
+    expected, what = linear_frf(rig, in_gap.frequency), f"{engine}: FRF in the gap, {kind}"
+    measured.below(f"{what}: RMS of magnitude", rms_db(in_gap.functions, expected), limit, "linear FRF", "dB")
     if kind == "force":
-        assert found.quantity == "acceleration/force"
-        phase = np.sqrt(np.mean(np.angle(found.functions / expected) ** 2))
+        assert in_gap.quantity == "acceleration/force"
+        phase = np.sqrt(np.mean(np.angle(in_gap.functions / expected) ** 2))
         measured.below(f"{what}: RMS of phase", phase, limit / 8.686, "linear FRF", "rad")
 
 
@@ -76,9 +76,9 @@ def in_contact_frf(engine, seed):
 def test_in_contact(engine, measured):
     """5 m/s² rms: engines differ no more than 1.5 times as much as two seeds of one engine do."""
     floor = rms_db(in_contact_frf("modal", 5), in_contact_frf("modal", 4))
-    found = rms_db(in_contact_frf(engine, 4), in_contact_frf("modal", 4))
+    rms_error = rms_db(in_contact_frf(engine, 4), in_contact_frf("modal", 4))
     what, source = f"{engine} and modal: FRFs in contact, difference over that of two seeds", "two seeds of modal"
-    measured.below(what, found / floor, 1.5, source)
+    measured.below(what, rms_error / floor, 1.5, source)
 
 
 def test_contact_changes_the_frf():

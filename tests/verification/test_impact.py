@@ -43,9 +43,11 @@ def restitution(force, mass=1.0, speed=0.3, duration=10.0):
 
     leaves.terminal, leaves.direction = True, -1
     start = (1e-12, speed)
-    found = scipy.integrate.solve_ivp(rate, (0, duration), start, events=leaves, rtol=1e-10, atol=1e-14, max_step=0.01)
-    assert found.status == 1
-    return -found.y[1, -1] / speed
+    solution = scipy.integrate.solve_ivp(
+        rate, (0, duration), start, events=leaves, rtol=1e-10, atol=1e-14, max_step=0.01
+    )
+    assert solution.status == 1
+    return -solution.y[1, -1] / speed
 
 
 def damping(ratio, mass=1.0, stiffness=1.0):
@@ -56,9 +58,9 @@ def damping(ratio, mass=1.0, stiffness=1.0):
 def test_kelvin_voigt_adhesive(ratio, expected, measured):
     """exp(-πζ/√(1-ζ²))."""
     assert np.exp(-np.pi * ratio / np.sqrt(1 - ratio**2)) == pytest.approx(expected, abs=1e-6)
-    found = restitution(models.KelvinVoigt(1.0, damping(ratio), adhesion=True).force)
+    value = restitution(models.KelvinVoigt(1.0, damping(ratio), adhesion=True).force)
     what = f"restitution, Kelvin-Voigt with adhesion, ζ = {ratio}"
-    measured.equal(what, found, expected, "exp(-πζ/√(1-ζ²))", rel=1e-5)
+    measured.equal(what, value, expected, "exp(-πζ/√(1-ζ²))", rel=1e-5)
 
 
 @pytest.mark.parametrize(("ratio", "expected"), RELEASED.items())
@@ -67,8 +69,8 @@ def test_kelvin_voigt_released(ratio, expected, measured):
     w = np.sqrt(1 - ratio**2)
     closed = np.exp(-(ratio / w) * (np.pi - np.arctan2(2 * ratio * w, w**2 - ratio**2)))
     assert closed == pytest.approx(expected, abs=1e-6)
-    found = restitution(models.KelvinVoigt(1.0, damping(ratio)).force)
-    measured.equal(f"restitution, Kelvin-Voigt, ζ = {ratio}", found, expected, RELEASE, rel=1e-5)
+    value = restitution(models.KelvinVoigt(1.0, damping(ratio)).force)
+    measured.equal(f"restitution, Kelvin-Voigt, ζ = {ratio}", value, expected, RELEASE, rel=1e-5)
 
 
 def name_of(model):
@@ -89,8 +91,8 @@ def hertz_damped_restitution(kappa):
 def test_hertz_damped(model, e, expected, exponent, measured):
     contact = model(1.0, e, exponent=exponent)
     assert hertz_damped_restitution(contact.kappa) == pytest.approx(expected, abs=5e-5)
-    found, exact = restitution(lambda x, v: contact.force(x, v, 0.3)), hertz_damped_restitution(contact.kappa)
-    measured.equal(f"restitution, {name_of(model)}, e = {e}, n = {exponent}", found, exact, HERTZ, rel=1e-4)
+    value, exact = restitution(lambda x, v: contact.force(x, v, 0.3)), hertz_damped_restitution(contact.kappa)
+    measured.equal(f"restitution, {name_of(model)}, e = {e}, n = {exponent}", value, exact, HERTZ, rel=1e-4)
 
 
 ENGINES = {"modal": Modal(), "mujoco": ModalMujoco()}
@@ -181,8 +183,8 @@ def test_kelvin_voigt_in_the_loops(loop, ratio, expected, direction, measured):
 @pytest.mark.parametrize(("ratio", "expected"), ADHESIVE.items())
 def test_adhesion_in_the_modal_loop(ratio, expected, measured):
     law = models.ContactLaw(models.KelvinVoigt(1.0, damping(ratio), adhesion=True))
-    found = rebound(FreeMass("modal", law, 1.0, 5e-4, 0.9, 0.5))
-    measured.equal(f"restitution, adhesion, modal loop, ζ = {ratio}", found, expected, "exp(-πζ/√(1-ζ²))", rel=5e-4)
+    value = rebound(FreeMass("modal", law, 1.0, 5e-4, 0.9, 0.5))
+    measured.equal(f"restitution, adhesion, modal loop, ζ = {ratio}", value, expected, "exp(-πζ/√(1-ζ²))", rel=5e-4)
 
 
 @pytest.mark.parametrize("loop", ["modal", "mujoco"])
@@ -201,8 +203,8 @@ NEW = [models.HuntCrossley1975(2.0, 1.2), models.Cubic(1.0, 3.0, 0.3), models.Ad
 @pytest.mark.parametrize("contact", NEW, ids=lambda c: c.name)
 def test_new_contacts_in_the_loops(loop, contact, measured):
     exact = restitution(contact.force, speed=0.5)
-    found = rebound(FreeMass(loop, models.ContactLaw(contact), 1.0, 5e-4, 0.9, 0.5))
-    measured.equal(f"restitution, {contact.name}, {loop} loop", found, exact, "ODE solver at 1e-10", rel=2e-4)
+    value = rebound(FreeMass(loop, models.ContactLaw(contact), 1.0, 5e-4, 0.9, 0.5))
+    measured.equal(f"restitution, {contact.name}, {loop} loop", value, exact, "ODE solver at 1e-10", rel=2e-4)
 
 
 SLIP = models.MaxwellSlip((0.5, 0.3, 0.2), (0.2, 0.3, 0.3), elastic=0.4, damping=0.05)

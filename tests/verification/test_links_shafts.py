@@ -118,9 +118,9 @@ def test_contact_forces_beside_reactions(name, at):
     of = rig(name, at)
     of = with_bushings(of, gap=2e-5)
     drive = Excitation(noise(0.5, 20.0, 1), FS, "base", BAND)
-    found, expected = (simulate(of, drive, LAW, engine).contact_force for engine in (Links(24), Modal(16)))
+    contact_force, expected = (simulate(of, drive, LAW, engine).contact_force for engine in (Links(24), Modal(16)))
     assert np.std(expected, axis=1).min() > 0.01
-    np.testing.assert_allclose(np.std(found, axis=1), np.std(expected, axis=1), rtol=0.02)
+    np.testing.assert_allclose(np.std(contact_force, axis=1), np.std(expected, axis=1), rtol=0.02)
 
 
 def test_modal_damping():
@@ -170,5 +170,5 @@ def frf(name, level, engine):
 ])  # fmt: skip
 def test_frfs_in_contact(name, level, measured):
     """16 links, 1 and 5 m/s² rms of the base."""
-    found = rms_db(frf(name, level, Links()), frf(name, level, Modal()))
-    measured.below(f"FRFs at {level:g} m/s², {name}: RMS of magnitude", found, 0.3, "modal", "dB")
+    rms_error = rms_db(frf(name, level, Links()), frf(name, level, Modal()))
+    measured.below(f"FRFs at {level:g} m/s², {name}: RMS of magnitude", rms_error, 0.3, "modal", "dB")

@@ -60,8 +60,8 @@ def test_static_twist_of_a_stepped_shaft(at, links):
     """T ∫ dx/(GJ) up to the torque, and no more behind it, anywhere on the shaft."""
     whole, x = linkage(rig(STEPPED, at), links), np.linspace(0.01, 1.5, 40)
     angle = np.linalg.solve(whole.whole_stiffness, whole.along_own([f"@{at}:RX"])[0])
-    told = [compliance(min(place, at)) for place in x]
-    np.testing.assert_allclose(whole.along_own([f"@{place!r}:RX" for place in x.tolist()]) @ angle, told, rtol=1e-9)
+    twists = [compliance(min(place, at)) for place in x]
+    np.testing.assert_allclose(whole.along_own([f"@{place!r}:RX" for place in x.tolist()]) @ angle, twists, rtol=1e-9)
     rate = whole.along_own(["@0.3:KX", "@1.49:KX"]) @ angle
     behind = 1 / (SHEAR * polar(0.012)) * (at == 1.5)
     np.testing.assert_allclose(rate, [1 / (SHEAR * polar(0.02)), behind], rtol=1e-6, atol=1e-12)
@@ -95,8 +95,8 @@ def test_discs_on_a_shaft_that_nothing_holds():
     pins = Support(0.0, "pinned"), Support(0.8, "pinned")
     free = shaft(Section(0.8, 0.02), supports=pins, discs=discs, material=light)
     stiffness = SHEAR * polar(0.02) / 0.8
-    found = twisting(rig(free, 0.8), 16)
-    np.testing.assert_allclose(found[:2], [0, np.sqrt(stiffness * (1 / 4e-3 + 1 / 1.5e-3))], rtol=1e-5, atol=1e-2)
+    omega = twisting(rig(free, 0.8), 16)
+    np.testing.assert_allclose(omega[:2], [0, np.sqrt(stiffness * (1 / 4e-3 + 1 / 1.5e-3))], rtol=1e-5, atol=1e-2)
     heavier = rig(free, 0.8, masses=(PointMass("@0.8:RX", 3e-3),))
     np.testing.assert_allclose(twisting(heavier, 16)[1], np.sqrt(stiffness * (1 / 4e-3 + 1 / 4.5e-3)), rtol=1e-5)
     for supports in ((Support(0.0, "pinned", twist=900.0),), (Support(0.0, "pinned"), Support(0.8, twist=900.0))):
@@ -140,11 +140,11 @@ def gears(**more):
 
 def test_a_spring_between_two_shafts_shares_a_torque():
     """k/(c + k) of a torque goes over a spring k to a shaft as stiff, where the first one's own is c in parallel."""
-    own, spring = SHEAR * polar(0.02) / 0.5, 2e3
+    torsion, spring = SHEAR * polar(0.02) / 0.5, 2e3
     of = gears(springs=(Spring("a@0.5:RX", spring, "b@0.5:RX"),), loads=(Load("a@0.5:RX", torque=3.0),))
-    found = cm.simulate(of, cm.Excitation(np.zeros(20), 2048.0, "base"), engine="links").channels[:, 0]
-    through = 3.0 / (2 + own / spring)
-    np.testing.assert_allclose(found, [(3.0 - through) / own, through / own], rtol=1e-9)
+    channels = cm.simulate(of, cm.Excitation(np.zeros(20), 2048.0, "base"), engine="links").channels[:, 0]
+    through = 3.0 / (2 + torsion / spring)
+    np.testing.assert_allclose(channels, [(3.0 - through) / torsion, through / torsion], rtol=1e-9)
 
 
 def test_teeth_between_two_shafts_rattle_as_modes_do():
@@ -155,9 +155,9 @@ def test_teeth_between_two_shafts_rattle_as_modes_do():
     drive = cm.Excitation(25.0 * np.sin(2 * np.pi * 150.0 * np.arange(1600) / 40000.0), 40000.0, "force")
     links, modal = (cm.simulate(of, drive, engine=e) for e in ("links", "modal"))
     assert np.ptp(np.sign(modal.contact_force)) == 2  # on both flanks
-    for name, share in (("displacement", 1e-2), ("contact_force", 3e-2)):
-        told = getattr(modal, name)
-        assert np.std(getattr(links, name) - told) < share * np.std(told)
+    for name, allowed_error in (("displacement", 1e-2), ("contact_force", 3e-2)):
+        by_modes = getattr(modal, name)
+        assert np.std(getattr(links, name) - by_modes) < allowed_error * np.std(by_modes)
 
 
 def test_a_shaft_that_turns_in_a_round_bushing_twists_too():
@@ -169,6 +169,6 @@ def test_a_shaft_that_turns_in_a_round_bushing_twists_too():
     of = of.replace(sensors=(*of.sensors, y, z), shaker=Shaker(direction=(0.0, 1.0, 1.0)))
     noise = cm.excitation.random(0.1, 4096.0, band=(5, 400), rms=4.0, seed=4)
     links, modal = (cm.simulate(of, noise, engine=e) for e in ("links", "modal"))
-    for response, share in ((links, 1e-9), (modal, 1e-6)):
-        np.testing.assert_allclose(response.channels[0], 0.8 / (SHEAR * polar(0.015)), rtol=share)
+    for response, allowed_error in ((links, 1e-9), (modal, 1e-6)):
+        np.testing.assert_allclose(response.channels[0], 0.8 / (SHEAR * polar(0.015)), rtol=allowed_error)
     np.testing.assert_allclose(links.displacement, modal.displacement, rtol=0, atol=0.02 * np.ptp(modal.displacement))

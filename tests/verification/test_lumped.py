@@ -44,9 +44,9 @@ def test_two_masses_with_a_one_sided_spring(measured, omega, amplitude, start, t
     force = 0.1 * np.cos(2 * np.pi * k / count) * np.where(k < 60 * count, start, 1.0)
     acceleration, _, _ = march(rig, cm.ConstantLaw(100.0, 0.0), force, 2 * np.pi / (omega * count))
     last = acceleration[-20 * count :] * np.exp(-2j * np.pi * np.arange(20 * count) / count)
-    found = 2 * abs(last.mean()) / omega**2
+    computed = 2 * abs(last.mean()) / omega**2
     what = f"Two masses, one-sided spring: amplitude at {omega} 1/s (m)"
-    measured.equal(what, found, amplitude, "NLvib 1.3", rel=tolerance)
+    measured.equal(what, computed, amplitude, "NLvib 1.3", rel=tolerance)
 
 
 def test_sdnd101_mass_and_spring_hit_a_stop(measured):

@@ -216,11 +216,11 @@ def test_both_kinds_move_as_finite_elements_do(engine, known, pushed, measured):
     response = balance.response
     assert (response.contact_share > 0.02).all() and (response.contact_share < 0.98).all()
     for name, expected in zip(["displacement", "contact_force", "grease_force", "channels"], known):
-        for row, (found, right) in enumerate(zip(getattr(response, name), expected, strict=True)):
+        for row, (marched, right) in enumerate(zip(getattr(response, name), expected, strict=True)):
             if not right.any():
-                assert not found.any()
+                assert not marched.any()
                 continue
-            error = np.sqrt(np.mean((found - right) ** 2) / np.mean(right**2))
+            error = np.sqrt(np.mean((marched - right) ** 2) / np.mean(right**2))
             what = f"both kinds of clearance, {response.provenance['engine']}: {name} {row}, error over RMS"
             measured.below(what, error, 1e-2, "finite elements, Runge and Kutta's method")
     assert balance.imbalance < 1e-3
@@ -238,9 +238,9 @@ def test_eight_of_both_kinds_side_by_side_are_each_alone(pushed):
         cases.append((MIXED.replace(bushings=bushings), law))
     together = simulate_together(cases, pushed)
     assert np.ptp([each.contact_force.std(axis=1) for each in together], axis=0).min() > 0.0
-    for (rig, law), found in zip(cases, together):
+    for (rig, law), side_by_side in zip(cases, together):
         alone = cm.simulate(rig, pushed, law, engine="modal")
         assert alone.contact_share.min() > 0.01
         for name in ("channels", "displacement", "contact_force", "grease_force"):
-            for row, right in zip(getattr(found, name), getattr(alone, name), strict=True):
+            for row, right in zip(getattr(side_by_side, name), getattr(alone, name), strict=True):
                 np.testing.assert_allclose(row, right, rtol=0, atol=1e-9 * np.abs(right).max())

@@ -26,16 +26,16 @@ def order(steps, errors):
 
 @pytest.mark.parametrize(("loop", "expected"), [("modal", 2), ("mujoco", 1)])
 def test_grease(loop, expected, measured):
-    found = order(STEPS, [ring_down_error(loop, step) for step in STEPS])
-    measured.equal(f"{loop} loop, ring-down in grease: order", found, expected, "ODE solver at 1e-10", abs=0.1)
+    slope = order(STEPS, [ring_down_error(loop, step) for step in STEPS])
+    measured.equal(f"{loop} loop, ring-down in grease: order", slope, expected, "ODE solver at 1e-10", abs=0.1)
 
 
 @pytest.mark.parametrize("loop", ["modal", "mujoco"])
 def test_gap_oscillator(loop, measured):
     """Without damping both are of second order."""
     exact = 4 * (np.pi / 2 + 1)
-    found = order(STEPS, [abs(np.mean(gap_oscillator(loop, step)[0]) - exact) for step in STEPS])
-    measured.equal(f"{loop} loop, period of the gap oscillator: order", found, 2, "4[π/2 + 1/(X-1)]", abs=0.1)
+    slope = order(STEPS, [abs(np.mean(gap_oscillator(loop, step)[0]) - exact) for step in STEPS])
+    measured.equal(f"{loop} loop, period of the gap oscillator: order", slope, 2, "4[π/2 + 1/(X-1)]", abs=0.1)
 
 
 @pytest.mark.parametrize("loop", ["modal", "mujoco"])
@@ -55,24 +55,24 @@ ENGINES = {
 
 def engine_order(make, level):
     """From the changes of the bushings' displacements, 0.11 s from rest, when the step is halved."""
-    excitation, found = Excitation(level * EXCITATION.value, FS), []
+    excitation, halved = Excitation(level * EXCITATION.value, FS), []
     for factor in FACTORS:
         setting = 1 / (FS * factor * make(1.0).largest_step(RIG, LAW))
         response = simulate(RIG, excitation, LAW, make(setting * (1 + 1e-6)))
         assert response.provenance["step"] == pytest.approx(1 / (FS * factor))
-        found.append(response.displacement)
+        halved.append(response.displacement)
     assert response.contact_force.any() == (level == 1)
-    return order(1 / FACTORS[1:], [np.std(a - b) for a, b in zip(found, found[1:])])
+    return order(1 / FACTORS[1:], [np.std(a - b) for a, b in zip(halved, halved[1:])])
 
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_engine_in_the_gap(name, measured):
     make, expected = ENGINES[name]
-    found = engine_order(make, 0.05)
-    measured.equal(f"{name}, shaft inside its gaps: order", found, expected, "the scheme's, steps halved", abs=0.05)
+    slope = engine_order(make, 0.05)
+    measured.equal(f"{name}, shaft inside its gaps: order", slope, expected, "the scheme's, steps halved", abs=0.05)
 
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_engine_in_contact(name, measured):
-    found = engine_order(ENGINES[name][0], 1.0)
-    measured.above(f"{name}, shaft hitting both bushings: order", found, 0.9, "1 of the damped contact, steps halved")
+    slope = engine_order(ENGINES[name][0], 1.0)
+    measured.above(f"{name}, shaft hitting both bushings: order", slope, 0.9, "1 of the damped contact, steps halved")

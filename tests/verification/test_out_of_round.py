@@ -106,10 +106,10 @@ def test_eight_side_by_side_are_each_alone(faceted, shape):
     push = cm.excitation.random(0.1, FS, band=(5, 200), rms=3.0, seed=2)
     rigs = [rotor(shape, gap=GAP * (1 + 0.02 * i), friction=Friction(0.05 + 0.01 * i)) for i in range(8)]
     cases = [(rig, cm.ConstantLaw(3e5 + 1e4 * i, 90.0)) for i, rig in enumerate(rigs)]
-    for (rig, law), found in zip(cases, simulate_together(cases, push)):
+    for (rig, law), side_by_side in zip(cases, simulate_together(cases, push)):
         alone = cm.simulate(rig, push, law, engine="modal")
         assert alone.contact_share > 0.05
-        assert_alike(found, alone, 1e-9, ("displacement", "contact_force", "channels"))
+        assert_alike(side_by_side, alone, 1e-9, ("displacement", "contact_force", "channels"))
 
 
 def test_an_oval_comes_back_from_its_file(tmp_path):

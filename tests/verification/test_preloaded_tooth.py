@@ -40,9 +40,9 @@ def swept_down(amplitude, omegas):
 
 def test_upper_branch_of_single_sided_impacts(measured):
     for (omega, extremes), x in zip(SINGLE_SIDED.items(), swept_down(0.05, tuple(SINGLE_SIDED))):
-        for what, found, expected in zip(("least", "largest"), (x.min(), x.max()), extremes):
+        for what, extreme, expected in zip(("least", "largest"), (x.min(), x.max()), extremes):
             what = f"preloaded tooth, F_a = 0.05, ω = {omega}: {what} x"
-            measured.equal(what, found, expected, "pieces in closed form, shooting", abs=1e-4)
+            measured.equal(what, extreme, expected, "pieces in closed form, shooting", abs=1e-4)
 
 
 @pytest.mark.parametrize(("amplitude", "omega"), [(0.05, 1.25), (0.05, 0.7), (0.2, 1.75)])

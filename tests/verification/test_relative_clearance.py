@@ -78,8 +78,8 @@ def reference(rtol=1e-9):
     model, times = Reference(), np.arange(0, DURATION, STEPS[0])
     start = np.zeros(2 * model.omega.size)
     options = {"rtol": rtol, "atol": 1e-5 * rtol, "max_step": 1e-4}
-    found = scipy.integrate.solve_ivp(model.rate, (0, DURATION), start, "DOP853", times, **options)
-    return model.rows[0] @ found.y[: model.omega.size]
+    solution = scipy.integrate.solve_ivp(model.rate, (0, DURATION), start, "DOP853", times, **options)
+    return model.rows[0] @ solution.y[: model.omega.size]
 
 
 def by_engine(step):
@@ -106,8 +106,10 @@ def test_time_history(measured):
     assert 4 < np.count_nonzero(np.diff((np.abs(expected) > GAP).astype(int)) == 1) < 40
     size = np.sqrt(np.mean(expected**2))
     source = "closed-form modes, DOP853 at 1e-9"
-    own = np.sqrt(np.mean((reference(1e-11) - expected) ** 2)) / size
-    measured.below("clearance between two shafts, the ODE solution's own: RMS error", own, 1e-8, "DOP853 at 1e-11")
+    solver_error = np.sqrt(np.mean((reference(1e-11) - expected) ** 2)) / size
+    measured.below(
+        "clearance between two shafts, the ODE solution's own: RMS error", solver_error, 1e-8, "DOP853 at 1e-11"
+    )
     errors = [np.sqrt(np.mean((by_engine(step) - expected) ** 2)) / size for step in STEPS]
     order = np.polyfit(np.log(STEPS), np.log(errors), 1)[0]
     measured.equal("clearance between two shafts, modal: order", order, 2, source, abs=0.1)

@@ -29,7 +29,7 @@ def shaft(*supports, sections=UNIFORM_SECTION, discs=(), theory="euler", **more)
     return Shaft(sections, supports, discs, STEEL, theory=theory, **more)
 
 
-def found(structure, n=MODES, masses=()):
+def frequencies_of(structure, n=MODES, masses=()):
     """Circular frequencies of the structure, 1/s."""
     first = structure.shafts[0]
     at = f"{first.name}@{first.end}" if first.name else first.end
@@ -49,8 +49,8 @@ def first_roots(equation, grid, n, xtol=1e-14):
     return np.array([scipy.optimize.brentq(equation, grid[i], grid[i + 1], xtol=xtol) for i in signs])
 
 
-def largest_error(found, expected):
-    return np.max(np.abs(found / expected - 1))
+def largest_error(computed, expected):
+    return np.max(np.abs(computed / expected - 1))
 
 
 N = np.arange(1, MODES + 1)
@@ -84,7 +84,7 @@ UNIFORM = {
 def test_uniform(name, measured):
     """λ² √(EI/ρA)/l² (Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1); rigid bodies at 0."""
     supports, rigid, root, equation = UNIFORM[name]
-    omega = found(shaft(*supports), rigid + MODES)
+    omega = frequencies_of(shaft(*supports), rigid + MODES)
     assert np.array_equal(omega[:rigid], np.zeros(rigid))
     error = largest_error(omega[rigid:], root**2 * SCALE)
     measured.below(f"{name}, f1 to f6: error", error, 1e-9, f"{equation} (Blevins, table 8-1)")
@@ -97,13 +97,13 @@ def test_tube_and_rectangle(measured):
         ("rectangle", Section(LENGTH, width=0.03, height=0.008), 0.008**2 / 12),
     ):
         expected = (N * np.pi / LENGTH) ** 2 * np.sqrt(210e9 * radius2 / 7850.0)
-        error = largest_error(found(shaft(("pinned", 0.0), ("pinned", LENGTH), sections=(section,))), expected)
+        error = largest_error(frequencies_of(shaft(("pinned", 0.0), ("pinned", LENGTH), sections=(section,))), expected)
         measured.below(f"{name}, pinned-pinned, f1 to f6: error", error, 1e-9, "(nπ)² √(EI/ρA)/l²")
 
 
 def test_two_equal_spans(measured):
     """Antisymmetric modes are those of one span pinned at both ends, symmetric ones of one clamped in the middle."""
-    omega = found(shaft(("pinned", 0.0), ("pinned", LENGTH / 2), ("pinned", LENGTH)))
+    omega = frequencies_of(shaft(("pinned", 0.0), ("pinned", LENGTH / 2), ("pinned", LENGTH)))
     expected = np.sort(np.concatenate((N[:3] * np.pi, tan_tanh(1)[:3]))) ** 2 * SCALE * 4
     what, source = "two equal spans, f1 to f6: error", "nπ and tan λ = tanh λ (Blevins, table 8-7)"
     measured.below(what, largest_error(omega, expected), 1e-9, source)
@@ -134,7 +134,7 @@ def test_springs_and_end_mass(measured):
     }
     for name, (structure, equation) in cases.items():
         root = first_roots(equation, np.linspace(0.3, 20, 4000), MODES)
-        error = largest_error(found(structure, len(root)), root**2 * SCALE)
+        error = largest_error(frequencies_of(structure, len(root)), root**2 * SCALE)
         measured.below(f"{name}, f1 to f6: error", error, 1e-9, "frequency equation (Blevins, tables 8-8, 8-9)")
 
 
@@ -201,7 +201,7 @@ SLOW = pytest.param("three spans and a mass", marks=pytest.mark.slow)
 def test_against_dynamic_stiffness(name, measured):
     make, masses = NOT_UNIFORM[name]
     structure, expected = make()
-    omega = found(structure, len(expected), masses)
+    omega = frequencies_of(structure, len(expected), masses)
     moves = expected > 1e-3
     assert not omega[~moves].any()
     measured.below(f"{name}, f1 to f6: error", largest_error(omega[moves], expected[moves]), 1e-7, EXACT)
@@ -247,7 +247,7 @@ def test_tapered(order, measured):
 
     def omega(ratio):
         size = {dimension: (thick, ratio * thick)} | ({"width": 0.03} if order == 1 else {})
-        return found(shaft(("clamped", 0.0), sections=(Section(length, **size),)), 3) / scale
+        return frequencies_of(shaft(("clamped", 0.0), sections=(Section(length, **size),)), 3) / scale
 
     error = largest_error(omega(0.25), bessel_frequencies(order, 0.25))
     measured.below(f"{name} truncated at a quarter, f1 to f3: error", error, 1e-9, "Bessel functions (Kirchhoff, 1879)")
@@ -261,7 +261,7 @@ def test_timoshenko_pinned(slenderness, measured):
     """Both spectra: ρ²I/κG ω⁴ - (ρA + ρI k² (1 + E/κG)) ω² + EI k⁴ = 0, k = nπ/l, and pure shear at √(κGA/ρI)."""
     diameter, nu = 4 * LENGTH / slenderness, STEEL.poisson_ratio
     ends = ("pinned", 0.0), ("pinned", LENGTH)
-    omega = found(shaft(*ends, sections=(Section(LENGTH, diameter),), theory="timoshenko"), 10)
+    omega = frequencies_of(shaft(*ends, sections=(Section(LENGTH, diameter),), theory="timoshenko"), 10)
     area, second = np.pi * diameter**2 / 4, np.pi * diameter**4 / 64
     shear = 6 * (1 + nu) / (7 + 6 * nu) * 210e9 / (2 * (1 + nu))  # κG (Cowper, 1966)
     k = np.arange(1, 11) * np.pi / LENGTH
@@ -289,7 +289,7 @@ def test_timoshenko_published(kind, depth, measured):
     """
     material = Material(210e9, 7850.0, poisson_ratio=3.6 / 11)
     section = Section(LENGTH, width=0.05, height=depth * LENGTH, material=material)
-    omega = found(shaft((kind, 0.0), (kind, LENGTH), sections=(section,), theory="timoshenko"), 5)
+    omega = frequencies_of(shaft((kind, 0.0), (kind, LENGTH), sections=(section,), theory="timoshenko"), 5)
     value = np.sqrt(omega * LENGTH**2 / np.sqrt(210e9 * (depth * LENGTH) ** 2 / 12 / 7850))
     for i, (one, published) in enumerate(zip(value, LEE_SCHULTZ[kind, depth]), 1):
         measured.equal(f"Timoshenko, {kind}, h/l = {depth}: λ{i}", one, published, "Lee & Schultz, 2004", rel=6e-6)

@@ -88,9 +88,9 @@ class Reference:
     def solve(self, t):
         """Displacement and contact force at both bushings."""
         start = np.zeros(2 * self.load.size)
-        found = scipy.integrate.solve_ivp(self.rate, (0, t[-1]), start, "DOP853", t, rtol=1e-9, atol=1e-12)
-        assert found.success
-        p, v = np.split(found.y, 2)
+        solution = scipy.integrate.solve_ivp(self.rate, (0, t[-1]), start, "DOP853", t, rtol=1e-9, atol=1e-12)
+        assert solution.success
+        p, v = np.split(solution.y, 2)
         return self.middles @ p, self.contact_forces(p.T, v.T).reshape(t.size, 2, 2).sum(axis=2).T
 
 
@@ -108,9 +108,9 @@ def contact_window(displacement):
     return window
 
 
-def error(found, expected, window):
+def error(computed, expected, window):
     """RMS of the difference over RMS, of each bushing."""
-    difference = found[:, window] - expected[:, window]
+    difference = computed[:, window] - expected[:, window]
     return np.sqrt(np.mean(difference**2, axis=1) / np.mean(expected[:, window] ** 2, axis=1))
 
 
@@ -134,13 +134,13 @@ def test_displacement(engine, tolerance, measured):
     """Within 1 % over 30 ms of contact motion, and as near from rest to the first contact."""
     expected, expected_force = reference()
     window = contact_window(expected)
-    found = simulate(RIG, EXCITATION, ConstantLaw(STIFFNESS, DAMPING), engine)
+    response = simulate(RIG, EXCITATION, ConstantLaw(STIFFNESS, DAMPING), engine)
     what, source = label(engine), "24 modes, ODE solver at 1e-9"
-    start, contact = (np.max(error(found.displacement, expected, part)) for part in (slice(0, window.start), window))
+    start, contact = (np.max(error(response.displacement, expected, part)) for part in (slice(0, window.start), window))
     measured.below(f"{what}: displacement from rest to the first contact, RMS error", start, tolerance, source)
     measured.below(f"{what}: displacement over 30 ms of contact, RMS error", contact, tolerance, source)
     # Forces are the small difference of displacement and gap, and start in steps of c v that the filter rounds off.
-    force = np.max(error(found.contact_force, expected_force, window))
+    force = np.max(error(response.contact_force, expected_force, window))
     measured.below(f"{what}: contact force over 30 ms, RMS error", force, 5e-2, source)
 
 
@@ -150,9 +150,9 @@ def test_hunt_crossley(engine, measured):
     law = ContactLaw(HuntCrossley(1e6, 0.7))
     expected = simulate(RIG, EXCITATION, law, Modal(resolution=0.2))
     window = contact_window(expected.displacement)
-    found = simulate(RIG, EXCITATION, law, engine)
+    response = simulate(RIG, EXCITATION, law, engine)
     what, source = f"{label(engine)}, Hunt-Crossley", "modal at a fifth of its step"
-    moved = np.max(error(found.displacement, expected.displacement, window))
+    moved = np.max(error(response.displacement, expected.displacement, window))
     measured.below(f"{what}: displacement over 30 ms of contact, RMS error", moved, 1e-2, source)
-    force = np.max(error(found.contact_force, expected.contact_force, window))
+    force = np.max(error(response.contact_force, expected.contact_force, window))
     measured.below(f"{what}: contact force over 30 ms, RMS error", force, 5e-2, source)

@@ -31,22 +31,22 @@ def uncertain(**changes) -> Model:
 def test_lives_scatter_as_the_coefficient_does(tmp_path):
     """A life goes with 1/K, so the logarithms of lives have the spread of those of K; kept lives are not found anew."""
     folder = tmp_path / "draws"
-    found = predict_lives(uncertain(), SINE, "0.45 mm", n=4, accuracy=0.02, runner=Runner(1, kept=folder))
+    lives = predict_lives(uncertain(), SINE, "0.45 mm", n=4, accuracy=0.02, runner=Runner(1, kept=folder))
     kept = sorted(path.stat().st_mtime_ns for path in folder.glob("lives_*.npz"))
     again = predict_lives(uncertain(), SINE, "0.45 mm", n=4, accuracy=0.02, runner=Runner(1, kept=folder))
-    assert again == found and sorted(path.stat().st_mtime_ns for path in folder.glob("lives_*.npz")) == kept
+    assert again == lives and sorted(path.stat().st_mtime_ns for path in folder.glob("lives_*.npz")) == kept
     drawn = np.array([each.rig.bushings[1].wear for each in drawn_models(uncertain(), 4, 0)])
-    np.testing.assert_allclose(found.life, found.nominal.life * 1e-12 / drawn, rtol=2e-3)
+    np.testing.assert_allclose(lives.life, lives.nominal.life * 1e-12 / drawn, rtol=2e-3)
     scores = np.sort(np.log(drawn / 1e-12) / math.log(1.3))
     assert scores == pytest.approx(norm.ppf([0.125, 0.375, 0.625, 0.875]), abs=1)
-    assert np.all(np.diff(found.gap, axis=1) >= 0)
+    assert np.all(np.diff(lives.gap, axis=1) >= 0)
 
 
 @pytest.mark.slow
 def test_a_wide_gap_drawn_has_no_life():
     rig = uncertain(tolerances=(Tolerance("bushings[1].gap", "30 %"),))
-    found = predict_lives(rig, SINE, "0.301 mm", n=4, accuracy=0.05, runner=Runner(1))
-    assert np.any(found.life == 0.0) and np.any(found.life > 0.0)
+    lives = predict_lives(rig, SINE, "0.301 mm", n=4, accuracy=0.05, runner=Runner(1))
+    assert np.any(lives.life == 0.0) and np.any(lives.life > 0.0)
 
 
 def test_one_draw_is_refused():

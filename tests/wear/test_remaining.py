@@ -27,9 +27,9 @@ def life():
     return predict_life(model_of(1e-12), SINE, "0.6 mm")
 
 
-def history_of(life, share: float, n: int = 12, error: float = 0.005, seed: int = 0) -> GapHistory:
+def history_of(life, part_of_life: float, n: int = 12, error: float = 0.005, seed: int = 0) -> GapHistory:
     """Gaps of the second bushing in the first share of a life; the first one does not touch."""
-    hours = np.linspace(0.0, share * life.life, n)
+    hours = np.linspace(0.0, part_of_life * life.life, n)
     gap = life.gap_at(hours)
     std = error * gap
     seen = gap + std * np.random.default_rng(seed).standard_normal(gap.shape)
@@ -39,22 +39,22 @@ def history_of(life, share: float, n: int = 12, error: float = 0.005, seed: int 
 
 def test_a_history_tells_coefficient_and_what_is_left(life):
     """The model begins thirty times too quick; what is left is known, as two thirds of the true life."""
-    found = predict_remaining(model_of(3e-11), SINE, history_of(life, 1 / 3), "0.6 mm")
-    low, high = found.interval()
+    prediction = predict_remaining(model_of(3e-11), SINE, history_of(life, 1 / 3), "0.6 mm")
+    low, high = prediction.interval()
     assert low[1] < 2 / 3 * life.life < high[1]
-    assert found.median[1] == pytest.approx(2 / 3 * life.life, rel=0.15)
-    k_low, k_high = found.coefficient_interval()
+    assert prediction.median[1] == pytest.approx(2 / 3 * life.life, rel=0.15)
+    k_low, k_high = prediction.coefficient_interval()
     assert k_low[1] < 1e-12 < k_high[1]
-    assert np.median(found.coefficient[1]) == pytest.approx(1e-12, rel=0.15)
-    assert np.isnan(found.coefficient[0]).all()
-    assert "remaining life" in found.words()[-1]
+    assert np.median(prediction.coefficient[1]) == pytest.approx(1e-12, rel=0.15)
+    assert np.isnan(prediction.coefficient[0]).all()
+    assert "remaining life" in prediction.words()[-1]
 
 
 @pytest.mark.slow
 def test_a_longer_history_narrows_the_interval(life):
     widths = []
-    for share in (0.2, 0.6):
-        low, high = predict_remaining(model_of(1e-12), SINE, history_of(life, share), "0.6 mm").interval()
+    for part_of_life in (0.2, 0.6):
+        low, high = predict_remaining(model_of(1e-12), SINE, history_of(life, part_of_life), "0.6 mm").interval()
         widths.append(math.log(high[1] / low[1]))
     assert widths[1] < 0.7 * widths[0]
 
@@ -74,8 +74,8 @@ def test_a_steady_pace_is_that_of_the_straight_line():
     gap = line(1.5 * hours) + std * rng.standard_normal(21)
     (exact, first), covariance = np.polyfit(hours, gap, 1, w=1 / std, cov="unscaled")
     missed = np.sum(((gap - first - exact * hours) / std) ** 2) / 19  # more than 1: the errors were given too small
-    found = fit_wear_rate(hours, gap, std, line, slope, 0.0, (0.0, np.inf), 1e-4, 20000, np.random.default_rng(0))
-    pace = np.exp(found.log_pace)
+    fit = fit_wear_rate(hours, gap, std, line, slope, 0.0, (0.0, np.inf), 1e-4, 20000, np.random.default_rng(0))
+    pace = np.exp(fit.log_pace)
     assert pace.mean() == pytest.approx(exact / 1e-9, rel=1e-3)
     assert pace.std() == pytest.approx(math.sqrt(covariance[0, 0] * missed) / 1e-9, rel=0.05) and missed > 1
 
@@ -93,16 +93,16 @@ def test_intervals_of_walking_paces_hold():
         hours, at = fine[:401:40] * 3e5, line(worn[:401:40])
         std = 0.005 * at
         gap = at + std * rng.standard_normal(at.size)
-        found = fit_wear_rate(hours, gap, std, line, slope, 0.0, (0.0, np.inf), 0.3, 1000, rng)
-        left = found.hours_to(float(worn[-1]), rng)
+        fit = fit_wear_rate(hours, gap, std, line, slope, 0.0, (0.0, np.inf), 0.3, 1000, rng)
+        left = fit.hours_to(float(worn[-1]), rng)
         low, high = np.quantile(left, [0.05, 0.95], method="nearest")
         inside.append(low <= 2e5 <= high)
     assert 0.80 <= np.mean(inside) <= 0.97
 
 
 def test_tolerances_are_spreads_and_draws():
-    told = Tolerance("bushings.wear", "30 %"), Tolerance("bushings[1].wear", "2e-4 mm3/(N m)")
-    rig = model_of(1e-12).rig.replace(tolerances=told)
+    tolerances = Tolerance("bushings.wear", "30 %"), Tolerance("bushings[1].wear", "2e-4 mm3/(N m)")
+    rig = model_of(1e-12).rig.replace(tolerances=tolerances)
     np.testing.assert_allclose(spreads(rig), [math.log(1.3), math.log(1.2)])
     drawn = drawn_models(Model(rig), 400, 0)
     first, second = np.transpose([[b.wear for b in one.rig.bushings] for one in drawn])
@@ -113,8 +113,8 @@ def test_tolerances_are_spreads_and_draws():
 
 def test_identification_leaves_the_coefficient_alone():
     rig = model_of(1e-12).rig
-    told = rig.replace(tolerances=(Tolerance("bushings.wear", "30 %"),))
-    assert priors(told) == priors(rig)
+    with_tolerance = rig.replace(tolerances=(Tolerance("bushings.wear", "30 %"),))
+    assert priors(with_tolerance) == priors(rig)
 
 
 def history(**changes) -> GapHistory:

@@ -39,12 +39,12 @@ def test_a_tilting_section_rubs_by_load_times_slip():
     place = np.array([-1, 1])[:, None] * LENGTH / 2 * angle * np.sin(TURN) + 4e-4
     speed = np.array([-1, 1])[:, None] * LENGTH / 2 * angle * omega * np.cos(TURN)
     force = np.array([np.zeros(N), load * (1 + np.cos(TURN))])
-    found = rubbing(rig, in_space(rig, place), in_space(rig, speed), force)
+    work = rubbing(rig, in_space(rig, place), in_space(rig, speed), force)
     exact = load * RADIUS * angle * omega * 2 / np.pi
-    assert found[0, 0, 0] == 0
-    np.testing.assert_allclose(found[0, 1], exact * np.array([1, 0, 1, 0, 1, 0]), rtol=1e-6)
+    assert work[0, 0, 0] == 0
+    np.testing.assert_allclose(work[0, 1], exact * np.array([1, 0, 1, 0, 1, 0]), rtol=1e-6)
     depth = HOUR * K * exact / (2 * RADIUS * LENGTH)
-    gap, _, offset = growth(rig, found)[0]
+    gap, _, offset = growth(rig, work)[0]
     assert gap - offset == pytest.approx(depth, rel=1e-6)  # the upper wall
     assert gap + offset == pytest.approx(0, abs=1e-12 * depth)  # the lower one
 

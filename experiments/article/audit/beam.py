@@ -20,8 +20,8 @@ def claims() -> Iterator[Claim]:
     root = _root(_CLAMPED_FREE, 1)
     product = np.cos(root) * np.cosh(root)
     verdict = "ok" if abs(product - 1) < 1e-6 else f"misprint of {product:+.0f}"
-    found = f"{product:+.4f} at λ = {root:.4f}, the first of a clamped and free beam"
-    yield Claim(part, "Eq. (8)", "cos λ ch λ", "+1", found, verdict)
+    recomputed = f"{product:+.4f} at λ = {root:.4f}, the first of a clamped and free beam"
+    yield Claim(part, "Eq. (8)", "cos λ ch λ", "+1", recomputed, verdict)
     order = 6
     excess = round(2 * _root(_CLAMPED_FREE, order) / np.pi) - 2 * order
     form = f"(2i {'+' if excess > 0 else '-'} {abs(excess)})π/2"
@@ -38,10 +38,12 @@ def _boundary_conditions(part) -> Claim:
         np.array([(1, 1, 1, 1), (0, 1, 2, 3), (0, 0, 2, 6), (0, 0, 0, 6)]),
     )  # derivatives 0 to 3 of 1, x, x², x³ at x = 0 and at x = 1
     rigid = 4 - np.linalg.matrix_rank([motions[int(x)][order] for x, order in _PRINTED_ENDS])
-    found = f"{rigid} rigid-body motions are left; first λ = {_root(_PRINTED_ENDS, 1):.4f}, "
-    found += f"of a clamped and free beam {_root(_CLAMPED_FREE, 1):.4f}"
+    recomputed = f"{rigid} rigid-body motions are left; first λ = {_root(_PRINTED_ENDS, 1):.4f}, "
+    recomputed += f"of a clamped and free beam {_root(_CLAMPED_FREE, 1):.4f}"
     verdict = "ok" if rigid == 0 else "free at both ends; a clamp needs Y(0) = Y'(0) = 0"
-    return Claim(part, "Eq. (2)", "ends of a cantilever", "Y''(0) = Y'''(0) = Y''(l) = Y'''(l) = 0", found, verdict)
+    return Claim(
+        part, "Eq. (2)", "ends of a cantilever", "Y''(0) = Y'''(0) = Y''(l) = Y'''(l) = 0", recomputed, verdict
+    )
 
 
 def _mode_shape(part) -> Iterator[Claim]:
@@ -51,11 +53,11 @@ def _mode_shape(part) -> Iterator[Claim]:
     for roots, root in (("Eq. (8)", _root(_PRINTED_ENDS, 1)), ("a cantilever", cantilever)):
         values = [_derivative(x, n, root) @ _eq7(root, -1) for x, n in (*_CLAMPED_FREE, (1.0, 0))]
         start, slope, bending, shear, tip = np.round(values, 6) + 0.0
-        found = f"Y(0) = {start:g}, Y'(0) = {slope:g}, Y(l) = {tip:.4g}, Y''(l) = {bending:.4g} β², "
-        found += f"Y'''(l) = {shear:.4g} β³"
+        recomputed = f"Y(0) = {start:g}, Y'(0) = {slope:g}, Y(l) = {tip:.4g}, Y''(l) = {bending:.4g} β², "
+        recomputed += f"Y'''(l) = {shear:.4g} β³"
         wrong = "not free at x = l" + ("; cos λ + ch λ in the denominator is, for a cantilever" if right else "")
         verdict = "ok" if np.allclose(values[:4], 0, atol=1e-9) else wrong
-        yield Claim(part, "Eq. (7)", f"mode shape 1 with the roots of {roots}", "cos λ - ch λ", found, verdict)
+        yield Claim(part, "Eq. (7)", f"mode shape 1 with the roots of {roots}", "cos λ - ch λ", recomputed, verdict)
 
 
 def _second_stiffness(part) -> Claim:
@@ -68,8 +70,8 @@ def _second_stiffness(part) -> Claim:
     )
     first, printed, right = (weight @ product / 2 for product in (y2**2, y * y3, y * y4))
     verdict = "ok" if math.isclose(first, printed, rel_tol=1e-6) else "misprint of Y (EI Y'')''"
-    found = f"{printed:.2f} EI/l³, the first form {first:.2f}; with (Y'')'' {right:.2f}"
-    return Claim(part, "Eq. (5)", "second form of K, mode 1", "Y EI (Y')''", found, verdict)
+    recomputed = f"{printed:.2f} EI/l³, the first form {first:.2f}; with (Y'')'' {right:.2f}"
+    return Claim(part, "Eq. (5)", "second form of K, mode 1", "Y EI (Y')''", recomputed, verdict)
 
 
 def _root(ends, order) -> float:

@@ -17,11 +17,11 @@ def claims() -> Iterator[Claim]:
     part = "Identification, Eqs 12-17"
     corrected, without, doubled = _damping_errors()
     verdict = "ok" if without < 1 else "biased where ω varies; -A'/A - ω'/(2ω) is not"
-    found = f"{without:.1f} % RMS error of c, with ω'/(2ω) {corrected:.3f} %"
-    yield Claim(part, "Eq. (12)", "damping of condition 2, SNR 100 dB", "-A'/A", found, verdict)
+    recomputed = f"{without:.1f} % RMS error of c, with ω'/(2ω) {corrected:.3f} %"
+    yield Claim(part, "Eq. (12)", "damping of condition 2, SNR 100 dB", "-A'/A", recomputed, verdict)
     verdict = "ok" if doubled < 1 else "twice too large" if abs(doubled - 100) < 1 else "wrong"
-    found = f"{doubled:.1f} % RMS error of c, with 2mωζ {corrected:.3f} %"
-    yield Claim(part, "Eq. (17)", "real part of c", "4mωζ", found, verdict)
+    recomputed = f"{doubled:.1f} % RMS error of c, with 2mωζ {corrected:.3f} %"
+    yield Claim(part, "Eq. (17)", "real part of c", "4mωζ", recomputed, verdict)
     for text, start, slope, duration in (
         ("damping of condition 2 over 4 s", 0.02, 0.02, 4.0),
         ("damping of the scale study over 4 s", 0.06, 0.0002, 4.0),
@@ -41,5 +41,5 @@ def _damping_errors() -> tuple[float, float, float]:
     """RMS error in percent of the damping of condition 2: corrected, by Eq. 12 and by Eq. 17 as printed."""
     decay = free_decay(CONDITIONS[2]).with_noise(100)
     forms = {}, {"correction": "none"}, {"damping": "as-printed"}
-    found = [sdof(decay.signal, decay.fs, decay.mass, BAND, **form) for form in forms]
-    return tuple(100 * rms_error(result.c, decay.c, result.valid) for result in found)
+    results = [sdof(decay.signal, decay.fs, decay.mass, BAND, **form) for form in forms]
+    return tuple(100 * rms_error(result.c, decay.c, result.valid) for result in results)

@@ -48,7 +48,7 @@ def changes(old: Decimal, new: Decimal) -> tuple[Decimal, Decimal]:
 def ranges(old: Decimal, new: Decimal) -> list[tuple[Decimal, Decimal]]:
     """Least and largest of `changes` for values that round to those printed."""
     ends = [(value - _last_digit(value) / 2, value + _last_digit(value) / 2) for value in (old, new)]
-    return [(min(found), max(found)) for found in zip(*itertools.starmap(changes, itertools.product(*ends)))]
+    return [(min(values), max(values)) for values in zip(*itertools.starmap(changes, itertools.product(*ends)))]
 
 
 def change(part, where, text, printed, old, new, others=None) -> Claim:

@@ -20,8 +20,8 @@ def table1(table: Printed) -> Iterator[Claim]:
     part, modes = "Table 1", ("1", "2", "3", "4")
     test = table.column("test_hz", modes)
     for model in ("initial", "updated"):
-        found, errors = table.column(f"{model}_hz", modes), table.column(f"{model}_re_pct", modes)
-        for mode, a, b, error in zip(modes, test, found, errors):
+        model_hz, errors = table.column(f"{model}_hz", modes), table.column(f"{model}_re_pct", modes)
+        for mode, a, b, error in zip(modes, test, model_hz, errors):
             text = f"relative error of mode {mode}, {model} model"
             yield judge.plain(part, "Table 1", text, str(error), abs(judge.changes(a, b)[0]), " %")
     errors, macs = ([table.column(f"{m}_{of}", modes) for m in ("initial", "updated")] for of in ("re_pct", "mac"))
@@ -84,6 +84,6 @@ def _independence(table, model, sensors) -> Claim:
     ]
     (difference, count), one, two = max(pairs, key=lambda pair: (pair[0][1], pair[0][0]))
     chance = math.comb(len(_MEASURES), 2) * math.comb(len(sensors), count) * 100.0 ** (1 - count)
-    found = f"{one.upper()} - {two.upper()} = {difference} in {count} of {len(sensors)} rows"
+    recomputed = f"{one.upper()} - {two.upper()} = {difference} in {count} of {len(sensors)} rows"
     verdict = f"not credible; by chance {chance:.0e}" if chance < MIN_CHANCE else "ok"
-    return Claim("Table 2", "Table 2", f"columns independent, {model} model", "implied", found, verdict)
+    return Claim("Table 2", "Table 2", f"columns independent, {model} model", "implied", recomputed, verdict)

@@ -125,7 +125,7 @@ class Bench:
         for bushing, down in zip(lists["bushings"], self.shaft.sag([h.position for h in self.holes]).tolist()):
             bushing["sag_without_bushings"] = down
             bushing["friction"] = self.structure.friction or bushing["friction"]
-        hidden = {"structure": found} if (found := self.structure.truth()) else {}
+        hidden = {"structure": hidden_parts} if (hidden_parts := self.structure.truth()) else {}
         return {"name": self.name, "kind": self.kind, "seed": self.seed, "shaft": shaft, **hidden, **lists}
 
 
@@ -275,8 +275,8 @@ def _station(position: float, draw: Draw) -> Station:
 def _probes(bushing: Bushing, draw: Draw) -> ProbePair:
     """Run-out is 5 % of the gap, two thirds of it once per turn."""
     runout = tuple(
-        (share * 0.05 * bushing.gap * 2.0 ** draw.normal(0.5) * draw.unknown, draw.uniform(2 * math.pi))
-        for share in (0.67, 0.33)
+        (fraction * 0.05 * bushing.gap * 2.0 ** draw.normal(0.5) * draw.unknown, draw.uniform(2 * math.pi))
+        for fraction in (0.67, 0.33)
     )  # fmt: skip
     return ProbePair(
         float(bushing.position) + draw.normal(2e-3), math.radians(draw.normal(2.0)),

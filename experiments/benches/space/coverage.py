@@ -56,62 +56,62 @@ def judge(folder: Path) -> pd.DataFrame:
     """Identify one bench and compare it with its truth, and with the records to validate that are there."""
     dataset, start = Dataset.load(folder), time.perf_counter()
     truth = tomllib.loads((folder / "truth.toml").read_text(encoding="utf-8"))
-    found = fit_bench(dataset)
+    fit = fit_bench(dataset)
     seconds = round(time.perf_counter() - start, 1)
-    rows = [*_parameters(found, truth), *_frfs(found, dataset), *_orbits(found, dataset)]
-    rows += _onsets(found, dataset, truth)
+    rows = [*_parameters(fit, truth), *_frfs(fit, dataset), *_orbits(fit, dataset)]
+    rows += _onsets(fit, dataset, truth)
     about = {
         "bench": folder.name,
         "seconds": seconds,
-        "family": "; ".join(dict.fromkeys(of_one[0].name for of_one in found.families)),
-        "widening": found.misfit.widening,
+        "family": "; ".join(dict.fromkeys(of_one[0].name for of_one in fit.families)),
+        "widening": fit.misfit.widening,
     }
     return pd.DataFrame(rows).assign(**about)
 
 
-def _parameters(found: BenchFit, truth: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def _parameters(fit: BenchFit, truth: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Of gaps, offsets, friction, viscosity and unbalance."""
     for j, bushing in enumerate(truth["bushings"]):
-        own, rig = f"bushings[{j}]", found.rig.bushings[j]
-        pairs = {"gap": (rig.gap, bushing["gap"], f"{own}.gap")}
-        pairs["offset_y"] = rig.offset_y, bushing["offset_y"], f"{own}.offset_y"
-        pairs["offset_z"] = rig.offset, bushing["offset_z"], f"{own}.offset"
+        path, rig = f"bushings[{j}]", fit.rig.bushings[j]
+        pairs = {"gap": (rig.gap, bushing["gap"], f"{path}.gap")}
+        pairs["offset_y"] = rig.offset_y, bushing["offset_y"], f"{path}.offset_y"
+        pairs["offset_z"] = rig.offset, bushing["offset_z"], f"{path}.offset"
         if rig.friction:
-            pairs["friction"] = rig.friction.coefficient, bushing["friction"], f"{own}.friction"
+            pairs["friction"] = rig.friction.coefficient, bushing["friction"], f"{path}.friction"
         if rig.film:
-            pairs["viscosity"] = rig.film.viscosity, bushing["viscosity"], f"grease viscosity, {own}"
+            pairs["viscosity"] = rig.film.viscosity, bushing["viscosity"], f"grease viscosity, {path}"
         for what, (value, true, name) in pairs.items():
-            yield {"what": what, "where": j, "value": value, "truth": true} | _held(found, name, value, true)
-    for i, (unbalance, true) in enumerate(zip(found.rig.unbalances, truth["unbalances"])):
+            yield {"what": what, "where": j, "value": value, "truth": true} | _held(fit, name, value, true)
+    for i, (unbalance, true) in enumerate(zip(fit.rig.unbalances, truth["unbalances"])):
         turned = math.remainder(unbalance.phase - true["phase"], 2 * math.pi)
         for what, value, known in (("moment", unbalance.moment, true["moment"]), ("phase", turned, 0.0)):
             row = {"what": "unbalance" + " phase" * (what == "phase"), "value": value, "truth": known}
-            yield row | _held(found, f"unbalances[{i}].{what}", value, known)
+            yield row | _held(fit, f"unbalances[{i}].{what}", value, known)
 
 
-def _held(found: BenchFit, name: str, value: float, true: float) -> dict[str, Any]:
+def _held(fit: BenchFit, name: str, value: float, true: float) -> dict[str, Any]:
     """How far off an estimate is in its standard deviations, and whether its interval holds the truth."""
-    if name not in found.estimates.names:
+    if name not in fit.estimates.names:
         return {}
-    at = found.estimates.names.index(name)
-    p, std = found.estimates.parameters[at], float(found.estimates.varied_std[at])
+    at = fit.estimates.names.index(name)
+    p, std = fit.estimates.parameters[at], float(fit.estimates.varied_std[at])
     z = (p.to_varied(value) - p.to_varied(true)) / std
-    return {"z": z, "std": std, "held": float(abs(z) < WIDEST), "only_prior": name in found.estimates.only_prior}
+    return {"z": z, "std": std, "held": float(abs(z) < WIDEST), "only_prior": name in fit.estimates.only_prior}
 
 
 def _pairs(dataset: Dataset, kind: str) -> Iterator[tuple[PreparedRecord, PreparedRecord]]:
     """Records to validate of a kind and their repeats."""
-    found = {r.name: r for r in dataset.validate if (r.excitation_kind == "spin") == (kind == "spin")}
-    for name, record in found.items():
-        other = found.get(f"{name[:-1]}b") if name.endswith("_a") else found.get(name.replace("_a_", "_b_"))
+    by_name = {r.name: r for r in dataset.validate if (r.excitation_kind == "spin") == (kind == "spin")}
+    for name, record in by_name.items():
+        other = by_name.get(f"{name[:-1]}b") if name.endswith("_a") else by_name.get(name.replace("_a_", "_b_"))
         if other is not None and other is not record:
             yield prepared(record), prepared(other)
 
 
-def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
+def _frfs(fit: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
     """RMSE in dB of each level and direction beside that of the repeat."""
     for first, second in _pairs(dataset, "base"):
-        model = cm.simulate(in_test(found.model, first.tested, first.turning), first.excitation(), engine="modal")
+        model = cm.simulate(in_test(fit.model, first.tested, first.turning), first.excitation(), engine="modal")
         test, repeat, predicted = (
             estimate_frf(r, resolution=RESOLUTION) for r in (first.response(), second.response(), model)
         )
@@ -119,7 +119,7 @@ def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
         yield {"what": "FRF", "where": first.name, "value": rmse, "truth": floor, "held": float(rmse <= floor)}
 
 
-def _orbits(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
+def _orbits(fit: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
     """RMS distance of mean orbits from the test's, beside that of the repeat, over the test's RMS radius.
 
     Of each, what its own slow turning shows over the shaft's angle is subtracted.
@@ -131,21 +131,21 @@ def _orbits(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
     assert turning is not None and measured is not None
     settled = slice(len(turning.angle) // 2, None)
     of_test = run_out(turning.angle, measured)
-    of_model = run_out(turning.angle[settled], _predicted(found, slow)[:, settled])
+    of_model = run_out(turning.angle[settled], _predicted(fit, slow)[:, settled])
     for first, second in _pairs(dataset, "spin"):
         if first.tested.spin is None or first.tested.spin.rate:
             continue
         assert first.displacement is not None and second.displacement is not None
         test, repeat = (_mean_orbits(r, r.displacement, of_test) for r in (first, second))
-        predicted = _mean_orbits(first, _predicted(found, first), of_model)
-        for j, own in enumerate(test):
-            centred = [o - o.mean(axis=1, keepdims=True) for o in (own, repeat[j], predicted[j])]
+        predicted = _mean_orbits(first, _predicted(fit, first), of_model)
+        for j, tested in enumerate(test):
+            centred = [o - o.mean(axis=1, keepdims=True) for o in (tested, repeat[j], predicted[j])]
             size = np.sqrt(np.mean(centred[0] ** 2))
             floor, rms = (float(np.sqrt(np.mean((other - centred[0]) ** 2)) / size) for other in centred[1:])
             yield {"what": "orbit", "where": first.name, "value": rms, "truth": floor, "held": float(rms <= floor)}
 
 
-def _onsets(found: BenchFit, dataset: Dataset, truth: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def _onsets(fitted: BenchFit, dataset: Dataset, truth: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Spin, rev/min, at which each clearance begins to be touched in a run-up that no fit saw.
 
     Of the test with the true hole and the true place of the shaft, of the model with what was found: up to there its
@@ -156,17 +156,19 @@ def _onsets(found: BenchFit, dataset: Dataset, truth: dict[str, Any]) -> Iterato
         if record.excitation_kind != "spin" or not (spin and spin.rate and record.name.endswith("_a")):
             continue
         test = without_run_out(measured_whirl(record), _true_run_out(truth["probes"]))
-        model = simulated_whirl("found", found.model, record, "modal", None)
-        model_rest = _along_y_and_z(model.rest, [bushing.probe_angle for bushing in found.rig.bushings])
-        for j, (hole, fit) in enumerate(zip(truth["bushings"], (of_one[0].fit for of_one in found.families))):
+        model = simulated_whirl("found", fitted.model, record, "modal", None)
+        model_rest = _along_y_and_z(model.rest, [bushing.probe_angle for bushing in fitted.rig.bushings])
+        for j, (hole, fit) in enumerate(zip(truth["bushings"], (of_one[0].fit for of_one in fitted.families))):
             gap, twice = hole["gap"], 2 * hole["axis"]
             oval = gap * hole["oval"] * np.array([math.cos(twice), math.sin(twice)])
             rest = np.array([hole["offset_y"], hole["offset_z"] - hole["sag_without_bushings"]])
             pair = truth["probes"][j]
             true = _onset(test.orbits(j), pair["angle"], pair["gains"], rest, gap, oval)
-            own, wall = fit.bushing, fit.case.bushing.wall or {}
+            bushing_fit, wall = fit.bushing, fit.case.bushing.wall or {}
             hole_of_fit = np.array([wall.get(name, 0.0) for name in ("wide", "across")])
-            value = _onset(model.motion.orbits(j), own.probe_angle, (1.0, 1.0), model_rest[j], own.gap, hole_of_fit)
+            value = _onset(
+                model.motion.orbits(j), bushing_fit.probe_angle, (1.0, 1.0), model_rest[j], bushing_fit.gap, hole_of_fit
+            )
             if not math.isnan(true):
                 yield {"what": "onset", "where": record.name, "value": value, "truth": true}
 
@@ -179,13 +181,13 @@ def _along_y_and_z(rest: np.ndarray, angles: Sequence[float]) -> np.ndarray:
 
 def _true_run_out(probes: Sequence[dict[str, Any]]) -> np.ndarray:
     """Run-out as `run_out` returns it: of a bent shaft, slow turning shows more."""
-    found = np.zeros((2, TURNS, 2 * len(probes)))
+    harmonics = np.zeros((2, TURNS, 2 * len(probes)))
     for i, pair in enumerate(probes):
         for axis, gain in enumerate(pair["gains"]):
             for k, (size, phase) in enumerate(pair["runout"], 1):
                 at = k * (axis * math.pi / 2 + pair["angle"]) + phase
-                found[:, k - 1, 2 * i + axis] = gain * size * np.array([math.cos(at), math.sin(at)])
-    return found.reshape(2 * TURNS, -1)
+                harmonics[:, k - 1, 2 * i + axis] = gain * size * np.array([math.cos(at), math.sin(at)])
+    return harmonics.reshape(2 * TURNS, -1)
 
 
 def _onset(
@@ -206,12 +208,12 @@ def _onset(
     return onset_of_contact(replace(orbits, position=moved), rest, gap)
 
 
-def _predicted(found: BenchFit, record: PreparedRecord) -> np.ndarray:
+def _predicted(fit: BenchFit, record: PreparedRecord) -> np.ndarray:
     """(2 n_bushings, n_t) m that the probes read, with their gains, of the identified rig that turns as in a record."""
-    model = in_test(found.model, record.tested, record.turning)
+    model = in_test(fit.model, record.tested, record.turning)
     moved = cm.simulate(model, record.excitation(), engine="modal").displacement
     assert moved is not None
-    return moved * np.array([[found.update.values.get(f"probes[{i}].gain", 1.0)] for i in range(len(moved))])
+    return moved * np.array([[fit.update.values.get(f"probes[{i}].gain", 1.0)] for i in range(len(moved))])
 
 
 def _mean_orbits(record: PreparedRecord, displacement: np.ndarray, run: np.ndarray) -> list[np.ndarray]:

@@ -95,14 +95,14 @@ class Structure:
 
     def truth(self) -> dict:
         """Plain data of what is there."""
-        found = {
+        parts = {
             "housings": [asdict(h) | {"stiffness": h.stiffness, "damping": h.damping} for h in self.housings],
             "masses": [{"position": m.position, "mass": m.mass} for m in self.masses],
             "springs": [asdict(s) for s in self.springs], "bends": [asdict(b) for b in self.bends],
             "couplings": [{name: [abs(m), cmath.phase(m)] for name, m in asdict(c).items()} for c in self.couplings],
             "creep": self.creep, "friction": self.friction,
         }  # fmt: skip
-        return {name: items for name, items in found.items() if items}
+        return {name: items for name, items in parts.items() if items}
 
 
 Draw = Callable[[np.random.Generator, Rotor, int], Structure]
@@ -171,15 +171,15 @@ CLASSES: dict[str, Draw] = {
 
 def draw_structure(names: Sequence[str], seed: int, kind: int, shaft: Rotor, bushings: int) -> Structure:
     """Draw the structure of all classes named, on a kind of bench by its number; ClearanceError for an unknown one."""
-    found = Structure()
+    structure = Structure()
     for name in names:
         if name not in CLASSES:
             raise ClearanceError(f'structure "{name}" is unknown; known: {", ".join(CLASSES)}')
         rng = np.random.default_rng((seed, STREAM, kind, list(CLASSES).index(name)))
         drawn = CLASSES[name](rng, shaft, bushings)
-        own = {f.name: value for f in dataclasses.fields(drawn) if (value := getattr(drawn, f.name))}
-        found = replace(found, **own)
-    return found
+        drawn_fields = {f.name: value for f in dataclasses.fields(drawn) if (value := getattr(drawn, f.name))}
+        structure = replace(structure, **drawn_fields)
+    return structure
 
 
 def with_housings(modes: Modes, housings: Sequence[Oscillator]) -> tuple[Modes, np.ndarray]:

@@ -89,8 +89,8 @@ def scheme(
     modes, moved = with_housings(rotor.modes(), housings)
     state, forced = np.empty((2, 4, modes.omega.size))
     ratios = np.maximum(modes.damping, least_damping)
-    for k, (own, ratio) in enumerate(zip(modes.omega, ratios)):
-        state[:, k], forced[:, k] = exact_step(own, ratio, step)
+    for k, (frequency, ratio) in enumerate(zip(modes.omega, ratios)):
+        state[:, k], forced[:, k] = exact_step(frequency, ratio, step)
     points, watched = modes.at(ends.ravel()), modes.at(probes)
     points[: 2 * len(moved)] -= np.repeat(moved, 2, axis=0)
     watched[: len(moved)] -= moved
@@ -104,14 +104,14 @@ def scheme(
 
 def _turning(rotor: Rotor, modes: Modes, load: Load) -> np.ndarray:
     """Forces (6, 2, n) along y and z per column of the inputs from WHIRL_Y on."""
-    nothing, own = np.zeros(modes.omega.size, complex), slice(len(rotor.modes().omega))
+    nothing, rotor_modes = np.zeros(modes.omega.size, complex), slice(len(rotor.modes().omega))
     heavy = sum((moment * modes.at([x])[0] for x, moment in load.unbalances), nothing)
     bent, ahead, back = nothing.copy(), nothing.copy(), nothing.copy()
     for bend in load.bends:
-        bent[own] += cmath.rect(1.0, bend.phase) * bend.forces(rotor)
+        bent[rotor_modes] += cmath.rect(1.0, bend.phase) * bend.forces(rotor)
     for coupling in load.couplings:
-        ahead[own] += coupling.forward * coupling.slopes(rotor)
-        back[own] += coupling.backward * coupling.slopes(rotor)
+        ahead[rotor_modes] += coupling.forward * coupling.slopes(rotor)
+        back[rotor_modes] += coupling.backward * coupling.slopes(rotor)
     columns = heavy, 1j * heavy, bent, 1j * bent, ahead + back, 1j * (ahead - back)
     return np.array([[column.real, column.imag] for column in columns])
 

@@ -60,14 +60,14 @@ def contact(
     ny, nz = ry + turn * rz, rz - turn * ry
     speed = ny * vy + nz * vz
     first, third = b[j, K] * depth, b[j, K3] * depth * depth * depth
-    damped, share = 1.0 + b[j, ALPHA] * speed, min(depth / ENGAGED, 1.0)
-    force = 0.5 * ((first + third) * damped + b[j, C] * share * speed)
+    damped, engaged = 1.0 + b[j, ALPHA] * speed, min(depth / ENGAGED, 1.0)
+    force = 0.5 * ((first + third) * damped + b[j, C] * engaged * speed)
     if force <= 0.0:
         return 0.0
     slope = 0.5 * (first + 3.0 * third) / depth * damped
-    if share < 1.0:
+    if engaged < 1.0:
         slope += 0.5 * b[j, C] / ENGAGED * speed
-    viscous = 0.5 * (b[j, ALPHA] * (first + third) + b[j, C] * share)
+    viscous = 0.5 * (b[j, ALPHA] * (first + third) + b[j, C] * engaged)
     # Second derivatives of φ: along the wall, and between radius and wall.
     bent, mixed = (1.0 + 4.0 * wave / e) / e, turn / e
     hyy, hzz = bent * rz * rz - 2.0 * mixed * ry * rz, bent * ry * ry + 2.0 * mixed * ry * rz

@@ -69,7 +69,7 @@ def plans(bench: Bench, short: bool = False) -> list[Plan]:
     """Return the records of a bench; ``short``: half of the time, and one level to validate on."""
     time, levels = 0.5 if short else 1.0, LEVELS[bench.kind]
     seeds = iter(np.random.default_rng((bench.seed, STREAM)).integers(1, 2**31, 40).tolist())
-    first, second, other = (Spin(share * bench.top_speed) for share in levels.spins)
+    first, second, other = (Spin(fraction * bench.top_speed) for fraction in levels.spins)
     slow = levels.slow_roll * bench.top_speed
     taken = [turning("slow_roll", "identify", max(8 * time, TURNS * 2 * math.pi / slow), Spin(slow))]
     for name, axis, spin, seconds in (
@@ -126,9 +126,9 @@ def run_up(name: str, role: Role, seconds: float, top: float, accelerometers: bo
 
 def orbits(name: str, role: Role, shares: tuple[float, ...], seconds: float, top: float) -> Iterator[Plan]:
     """Records of turning alone at shares of the top speed, of probes and keyphasor."""
-    for share in shares:
-        longer = max(seconds, TURNS * 2 * math.pi / (share * top))
-        yield turning(f"{name}_{_rpm(share * top).split()[0]}", role, longer, Spin(share * top), False)
+    for fraction in shares:
+        longer = max(seconds, TURNS * 2 * math.pi / (fraction * top))
+        yield turning(f"{name}_{_rpm(fraction * top).split()[0]}", role, longer, Spin(fraction * top), False)
 
 
 def _rpm(speed: float) -> str:

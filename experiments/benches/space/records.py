@@ -71,9 +71,9 @@ def simulate(
         out = advance(real, inputs, start)
         out[:, stations:] -= rest
         slow.append(decimator.push(out))
-    found = np.concatenate((*slow, decimator.flush()))[lead : lead + count].T
+    samples = np.concatenate((*slow, decimator.flush()))[lead : lead + count].T
     shape = (-1, 2, count)
-    return Motion(found[:stations].reshape(shape), found[stations:].reshape(shape), rest.reshape(-1, 2))
+    return Motion(samples[:stations].reshape(shape), samples[stations:].reshape(shape), rest.reshape(-1, 2))
 
 
 def _inputs(
@@ -93,8 +93,8 @@ def _inputs(
         time = (start + np.arange(len(inputs))) / (fs * factor) - lead / fs
         speed, angle = spin.speed_at(np.maximum(time, 0.0)), turned(spin, time)
         rate = np.where((time >= 0) & (time < spin.ramp_end), spin.rate, 0.0)
-        share = np.clip((time + lead / fs) / (0.5 * RUN_IN), 0.0, 1.0)
-        smooth = share**2 * (3 - 2 * share)
+        ramp = np.clip((time + lead / fs) / (0.5 * RUN_IN), 0.0, 1.0)
+        smooth = ramp**2 * (3 - 2 * ramp)
         inputs[:, :4] = fast[:, start : start + len(inputs)].T
         inputs[:, motion.SPIN] = speed
         y, z = motion.whirl(angle, speed, rate)

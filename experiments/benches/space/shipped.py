@@ -34,7 +34,7 @@ def shipped_plans(bench: Bench) -> list[Plan]:
     """Return its records: some 60 s, of which the longest have 10."""
     levels, top = LEVELS[KIND], bench.top_speed
     seeds = iter(np.random.default_rng((bench.seed, STREAM)).integers(1, 2**31, 20).tolist())
-    first, second, other = (Spin(share * top) for share in levels.spins)
+    first, second, other = (Spin(fraction * top) for fraction in levels.spins)
     taken = [turning("slow_roll", "identify", 2.5, Spin(levels.slow_roll * top))]
     for name, axis, spin in (("ramp_y", "Y", first), ("ramp_z", "Z", second)):
         start, end = levels.ramp

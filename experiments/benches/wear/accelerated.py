@@ -43,8 +43,8 @@ def whole_march(rig: Rig, sine: Sine, coefficient: float, periods: int = 4) -> f
         rubbing = np.mean([march.advance(period).rubbing for _ in range(periods)], axis=0)
         step = periods / sine.frequency / HOUR
         grown = step * growth(model.rig, rubbing)
-        share = min(1.0, float(np.min((LIMIT - clearances[:, 0]) / np.maximum(grown[:, 0], 1e-300))))
-        clearances, hours = clearances + share * grown, hours + share * step
+        fraction = min(1.0, float(np.min((LIMIT - clearances[:, 0]) / np.maximum(grown[:, 0], 1e-300))))
+        clearances, hours = clearances + fraction * grown, hours + fraction * step
     return hours * coefficient
 
 

@@ -38,36 +38,36 @@ def rows_of(machine: Machine, drift: float) -> list[dict]:
     limits = {f"bushings[{j}]": float(limit) for j, limit in enumerate(machine.limit) if np.isfinite(limit)}
     start = time.process_time()
     try:
-        found = predict_remaining(
+        life = predict_remaining(
             machine.model, machine.operation, history, limits, drift, ways_of(machine), machine.seed
         )
     except ClearanceError as error:
         return [{"seed": machine.seed, "bushing": -1, "error": str(error)}]
     took = time.process_time() - start
-    low, high = found.interval(LEVEL)
+    low, high = life.interval(LEVEL)
     rows = []
     for j in history.known:
         true = float(machine.life[j] - history.hours[-1])
         rows.append({
             "seed": machine.seed, "operation": machine.operation.to_dict()["operation"], "bushing": j,
-            "growth_%": 100 * (machine.limit[j] / machine.gap[0, j] - 1), "true_h": true, "median_h": found.median[j],
+            "growth_%": 100 * (machine.limit[j] / machine.gap[0, j] - 1), "true_h": true, "median_h": life.median[j],
             "low_h": low[j], "high_h": high[j], "inside": bool(low[j] <= true <= high[j]),
-            "rank": float(np.mean(found.hours[j] < true)), "drift": found.drift[j], "misfit": found.misfit[j],
-            "coefficient": float(np.median(found.coefficient[j])) / COEFFICIENT, "cpu_s": took,
+            "rank": float(np.mean(life.hours[j] < true)), "drift": life.drift[j], "misfit": life.misfit[j],
+            "coefficient": float(np.median(life.coefficient[j])) / COEFFICIENT, "cpu_s": took,
         })  # fmt: skip
     return rows
 
 
 def summary(table: pd.DataFrame) -> str:
     """How often the intervals hold, how far medians are off and how wide intervals are."""
-    told = table[table["bushing"] >= 0]
-    error = np.abs(np.log(told["median_h"] / told["true_h"]))
-    width = np.log(told["high_h"] / told["low_h"])
-    failed = len(table) - len(told)
+    predicted = table[table["bushing"] >= 0]
+    error = np.abs(np.log(predicted["median_h"] / predicted["true_h"]))
+    width = np.log(predicted["high_h"] / predicted["low_h"])
+    failed = len(table) - len(predicted)
     return (
-        f"{told['inside'].mean():.1%} of {len(told)} (machines x bushings) inside {LEVEL:.0%} intervals, "
+        f"{predicted['inside'].mean():.1%} of {len(predicted)} (machines x bushings) inside {LEVEL:.0%} intervals, "
         f"median |error| {100 * np.expm1(error.median()):.1f} %, intervals a factor {np.exp(width.median()):.2f} wide, "
-        f"{told['seed'].nunique()} machines, {failed} refused, {told['cpu_s'].median():.1f} s each"
+        f"{predicted['seed'].nunique()} machines, {failed} refused, {predicted['cpu_s'].median():.1f} s each"
     )
 
 

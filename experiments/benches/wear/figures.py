@@ -35,9 +35,9 @@ def main(out: Path = Path("docs")) -> None:
     machine = make_machine(0)
     assert machine is not None
     limits = {f"bushings[{j}]": float(limit) for j, limit in enumerate(machine.limit) if np.isfinite(limit)}
-    found = predict_remaining(machine.model, machine.operation, machine.history(), limits)
-    print(*found.words(), sep="\n")
-    found.plot().savefig(out / "wear_remaining.png", dpi=150)
+    remaining = predict_remaining(machine.model, machine.operation, machine.history(), limits)
+    print(*remaining.words(), sep="\n")
+    remaining.plot().savefig(out / "wear_remaining.png", dpi=150)
 
 
 if __name__ == "__main__":

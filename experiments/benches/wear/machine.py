@@ -40,16 +40,16 @@ class Machine:
     limit: np.ndarray  #: (n_bushings,) m; nan of a bushing that hardly wears
     life: np.ndarray  #: (n_bushings,) h, at which each limit is reached
 
-    def history(self, share: float = 1 / 3) -> GapHistory:
+    def history(self, fraction: float = 1 / 3) -> GapHistory:
         """What is known of the gaps in the first share of the first life that ends."""
         rng = np.random.default_rng((self.seed, 7))
-        hours = np.linspace(0.0, share * float(np.nanmin(self.life)), int(rng.integers(10, 17)))
+        hours = np.linspace(0.0, fraction * float(np.nanmin(self.life)), int(rng.integers(10, 17)))
         gap = np.array([np.interp(hours, self.hours, g) for g in self.gap.T]).T
         true = 0.007 * gap
         seen = gap * np.exp(0.003 * rng.standard_normal(gap.shape[1])) + true * rng.standard_normal(gap.shape)
-        told = true * np.exp(0.2 * rng.standard_normal(gap.shape[1]))
+        reported = true * np.exp(0.2 * rng.standard_normal(gap.shape[1]))
         seen[:, np.isnan(self.limit)] = np.nan
-        return GapHistory(hours, seen, told)
+        return GapHistory(hours, seen, reported)
 
 
 def make_machine(seed: int) -> Machine | None:
@@ -59,16 +59,16 @@ def make_machine(seed: int) -> Machine | None:
     gaps = 3e-4 * (1 + 0.15 * rng.uniform(-1, 1, 2))
     operation, long = _operations(rng, seed)
     true = _true_model(nominal, gaps, rng)
-    told = tuple(replace(b, gap=float(g), wear=COEFFICIENT) for b, g in zip(nominal.bushings, gaps))
+    bushings = tuple(replace(b, gap=float(g), wear=COEFFICIENT) for b, g in zip(nominal.bushings, gaps))
     law = _told_law(true.law, rng)
-    model = Model(nominal.replace(bushings=told), law, partial(_drawn, nominal.replace(bushings=told), law))
+    model = Model(nominal.replace(bushings=bushings), law, partial(_drawn, nominal.replace(bushings=bushings), law))
     course = _course(true, long, rng)
     if course is None:
         return None
     hours, gap = course
     grown = gap[-1] / gap[0] - 1
-    share = rng.uniform(0.7, 1.0, 2)
-    limit = np.where(grown > LEAST, gap[0] + share * (gap[-1] - gap[0]), np.nan)
+    fraction = rng.uniform(0.7, 1.0, 2)
+    limit = np.where(grown > LEAST, gap[0] + fraction * (gap[-1] - gap[0]), np.nan)
     life = np.array([np.interp(l, g, hours) if np.isfinite(l) else np.nan for l, g in zip(limit, gap.T)])
     truth = Model(true.rig.replace(bushings=tuple(replace(b, wear=COEFFICIENT) for b in true.rig.bushings)), true.law)
     return Machine(seed, model, truth, operation, hours, gap, limit, life)
@@ -140,9 +140,9 @@ def _course(model: Model, operation: Operation, rng: np.random.Generator) -> tup
     if not vibration.power.any():
         return None
     first = np.maximum(vibration.power, 0.05 * vibration.power.max())
-    found = [(0.0, clearances[:, 0].copy())]
+    states = [(0.0, clearances[:, 0].copy())]
     at = model
-    while np.max(clearances[:, 0] / start[:, 0]) < 1 + target and len(found) < 200:
+    while np.max(clearances[:, 0] / start[:, 0]) < 1 + target and len(states) < 200:
         rate = law(vibration, first, clearances, start)
         fastest = float(np.max(rate[:, 0] / clearances[:, 0]))
         if not fastest > 0:
@@ -154,23 +154,23 @@ def _course(model: Model, operation: Operation, rng: np.random.Generator) -> tup
         after = with_clearances(model, clearances)
         vibration = source.follow(at_middle, middle, after) or source.leap(at_middle, after)
         at, hours = after, hours + step
-        found.append((hours, clearances[:, 0].copy()))
-    times, gaps = zip(*found)
+        states.append((hours, clearances[:, 0].copy()))
+    times, gaps = zip(*states)
     return np.array(times), np.array(gaps)
 
 
 def _law(model: Model, target: float, rng: np.random.Generator) -> Callable[..., np.ndarray]:
     """Rates of wear, m/h, with coefficients that go with rubbing to a power and walk with the gap."""
-    own = np.array([b.wear for b in model.rig.bushings], dtype=float)
+    coefficients = np.array([b.wear for b in model.rig.bushings], dtype=float)
     power = float(rng.uniform(-0.3, 0.5))
     size = rng.uniform(0.05, 0.3)
     grid = np.linspace(0.0, 1.0, 101)
-    walk = np.cumsum(size * rng.standard_normal((101, len(own))) / 10.0, axis=0)
+    walk = np.cumsum(size * rng.standard_normal((101, len(coefficients))) / 10.0, axis=0)
 
     def rate(vibration, first, clearances, start) -> np.ndarray:  # type: ignore[no-untyped-def]
         gone = np.max(clearances[:, 0] / start[:, 0] - 1) / target
         drifted = np.array([np.exp(np.interp(gone, grid, w - w[0])) for w in walk.T])
         loaded = (np.maximum(vibration.power, 1e-3 * first) / first) ** power
-        return HOUR * (own * drifted * loaded)[:, None] * growth_per_volume(model.rig, vibration.rubbing)
+        return HOUR * (coefficients * drifted * loaded)[:, None] * growth_per_volume(model.rig, vibration.rubbing)
 
     return rate

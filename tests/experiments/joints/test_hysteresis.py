@@ -16,8 +16,8 @@ def element(k=5e4, ratio=0.3, z_ult=2.5e-4, shape=0.4, exponent=1.8, gap=2e-4, o
     return BoucWenFit(k, ratio, beta, shape * beta, exponent, gap, offset, dead_travel)
 
 
-def noisy(force, share, seed):
-    return force + share * force.std() * np.random.default_rng(seed).standard_normal(force.size)
+def noisy(force, fraction, seed):
+    return force + fraction * force.std() * np.random.default_rng(seed).standard_normal(force.size)
 
 
 @pytest.mark.parametrize("gap", [0.0, 2e-4, None])
@@ -26,9 +26,9 @@ def test_recovered_without_noise(gap, dead_travel, measured):
     truth = element(gap=2e-4 if gap is None else gap, dead_travel=dead_travel)
     fit = bouc_wen(TIME, MOTION, truth.force(TIME, MOTION), gap=gap, dead_travel=dead_travel)
     np.testing.assert_allclose(fit.value, truth.value, rtol=1e-3)
-    found, known = (value[truth.value != 0] for value in (fit.value, truth.value))
+    fitted, known = (value[truth.value != 0] for value in (fit.value, truth.value))
     what = f"no noise, {dead_travel} gap, {'unknown' if gap is None else f'{gap * 1e3:g} mm'}: largest error"
-    measured.below(what, np.max(np.abs(found / known - 1)), 1e-3, "the element's own parameters")
+    measured.below(what, np.max(np.abs(fitted / known - 1)), 1e-3, "the element's own parameters")
     assert fit.unidentified == ()
     np.testing.assert_allclose(fit.force(TIME, MOTION), truth.force(TIME, MOTION), atol=1e-6)
 

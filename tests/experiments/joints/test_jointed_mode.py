@@ -44,23 +44,23 @@ def test_element_is_the_same_law(measured):
 
 def test_backbone_against_a_marched_decay(measured):
     """Two seconds by the central difference, seen by a wavelet ridge in windows; nothing of it is harmonic balance."""
-    share, slip = MODE.elements()
+    slider, slip = MODE.elements()
     fs, small = 8192.0, 2 * np.pi * MODE.frequency
-    loss, stay, limit = 2 * MODE.damping * small, 1 - share.sum(), slip
+    loss, stay, limit = 2 * MODE.damping * small, 1 - slider.sum(), slip
     x = before = 1.3e-4
     stretch, path = np.minimum(x, limit), np.empty(round(2 * fs))
     for i in range(path.size):
-        pull = small**2 * (stay * x + share @ stretch)
+        pull = small**2 * (stay * x + slider @ stretch)
         after = (2 * x - before - pull / fs**2 + loss / fs / 2 * before) / (1 + loss / fs / 2)
         stretch = np.clip(stretch + after - x, -limit, limit)
         before, x = x, after
         path[i] = x
-    found = decay(identify.ridge(path, fs, (70, 90), 10.0), 0.2, fs)
-    frequency, damping = MODE.backbone(found.amplitude)
+    free_decay = decay(identify.ridge(path, fs, (70, 90), 10.0), 0.2, fs)
+    frequency, damping = MODE.backbone(free_decay.amplitude)
     frequency = frequency * (1 + (small / fs) ** 2 / 24)  # the central difference vibrates too fast by that
-    error = np.abs(found.frequency - frequency).max()
+    error = np.abs(free_decay.frequency - frequency).max()
     measured.below("joint's free decay: frequency (Hz)", error, 0.01, "wavelet ridge of the marched decay")
-    error = np.abs(found.damping - damping).max()
+    error = np.abs(free_decay.damping - damping).max()
     measured.below("joint's free decay: damping ratio", error, 5e-5, "wavelet ridge of the marched decay")
 
 
@@ -103,8 +103,8 @@ def test_recovered_and_predicts_another_force(measured):
     measured.below("joint from decays and one curve: parameters' error in standard deviations", off.max(), 3, "its own")
     peaks = [np.nanmax(np.abs(test.response(mode, LINES, 3 * force))) for mode, test in fit.draw(40)]
     truth = np.abs(TEST.response(MODE, LINES, 3 * force)).max()
-    found = np.abs(fit.test.response(fit.mode, LINES, 3 * force)).max()
-    measured.below("peak at three times the force: relative error", abs(found / truth - 1), 0.03, "the known mode's")
+    peak = np.abs(fit.test.response(fit.mode, LINES, 3 * force)).max()
+    measured.below("peak at three times the force: relative error", abs(peak / truth - 1), 0.03, "the known mode's")
     assert np.percentile(peaks, 1) < truth < np.percentile(peaks, 99)
 
 

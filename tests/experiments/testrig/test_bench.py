@@ -39,14 +39,14 @@ def runs(rig):
 def test_imports_no_physics_of_the_package():
     """Pages that are drawn of its records, `other_rigs`, are no part of the rig."""
     allowed = {"version", "core.errors", "core.jit", "core.quantities", "io.channels", "io.dataset", "rig"}
-    found = set()
+    modules = set()
     for file in Path(experiments.testrig.__file__).parent.glob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
-                found |= {alias.name for alias in node.names}
+                modules |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and file.name != "other_rigs.py":
-                found.add(node.module or ".")
-    used = {name.partition(".")[2] for name in found if name.startswith("clearance_mj")}
+                modules.add(node.module or ".")
+    used = {name.partition(".")[2] for name in modules if name.startswith("clearance_mj")}
     assert {name for name in used if not name.startswith("signals")} <= allowed
 
 
@@ -58,7 +58,7 @@ def test_linear_rig_has_the_frf_of_its_matrices(rig):
     pulse[100:141] = scipy.signal.windows.hann(41)
     response = simulate_rig(rig, linear, Excitation(pulse, FS), 0)
     bins = np.arange(5 * 12, 220 * 12 + 1, 5)
-    found = np.fft.rfft(response.acceleration.T, axis=0)[bins] / np.fft.rfft(pulse)[bins, None]
+    frf = np.fft.rfft(response.acceleration.T, axis=0)[bins] / np.fft.rfft(pulse)[bins, None]
 
     elements = FiniteElements.of_shaft(rig.beam, rig.point_masses)
     m, k = dense(elements.mass), dense(elements.stiffness)
@@ -66,11 +66,11 @@ def test_linear_rig_has_the_frf_of_its_matrices(rig):
     sensors = elements.points([s.position for s in rig.sensors]).dense(elements.count)
     c = rig.beam.rayleigh[0] * m + rig.beam.rayleigh[1] * k + 12.0 * at.T @ at
     k = k + linear.grease_stiffness * at.T @ at
-    expected = np.empty_like(found)
+    expected = np.empty_like(frf)
     for row, omega in zip(expected, 2 * np.pi * bins / 12):
         motion = np.linalg.solve(k - omega**2 * m + 1j * omega * c, -elements.inertia)
         row[:] = 1 - omega**2 * sensors @ motion
-    error = np.abs(found - expected) / np.abs(expected).max(axis=0)
+    error = np.abs(frf - expected) / np.abs(expected).max(axis=0)
     assert error.max() < 1.5e-3
     assert np.sqrt(np.mean(error**2)) < 2e-4
 
@@ -101,10 +101,10 @@ def test_response_is_complete(runs):
 
 
 def test_contact_grows_with_the_level(runs):
-    share = {level: run.provenance["contact_fraction"] for level, run in runs.items()}
-    assert share[0.3] == [0.0, 0.0]
-    assert share[2.0][1] >= 0.15
-    assert share[5.0][1] >= 0.40
+    fractions = {level: run.provenance["contact_fraction"] for level, run in runs.items()}
+    assert fractions[0.3] == [0.0, 0.0]
+    assert fractions[2.0][1] >= 0.15
+    assert fractions[5.0][1] >= 0.40
 
 
 def test_peaks_stay_visible(runs):
@@ -141,5 +141,5 @@ def test_other_rigs_are_free_at_the_lowest_level_and_touch_at_the_highest(name):
     virtual = RIGS[name]()
     for level, touching in ((0.3, False), (8.0, True)):
         shake = excitation.random(2.0, FS, (5.0, 220.0), rms=level, seed=6, kind="base")
-        share = simulate_rig(virtual.rig, virtual.truth, shake, 1).provenance["contact_fraction"]
-        assert (min(share) > 0.02) if touching else (max(share) < 0.02)
+        fractions = simulate_rig(virtual.rig, virtual.truth, shake, 1).provenance["contact_fraction"]
+        assert (min(fractions) > 0.02) if touching else (max(fractions) < 0.02)

@@ -173,10 +173,10 @@ def test_mass_on_grease(free_masses, hysteresis, rate, measured):
     scheme = integrator.scheme(free_masses, load, FIRST, end / steps)
     motion = integrator.at_rest(free_masses, load, FIRST, grease)
     time = np.arange(1, steps + 1) * end / steps
-    found = np.empty(steps)
+    displacement = np.empty(steps)
     for i, t in enumerate(time):
         assert integrator.step(scheme, motion, no_contact(), grease, push * np.sin(2 * np.pi * 11 * t))
-        found[i] = motion.displacement[0]
+        displacement[i] = motion.displacement[0]
 
     def equations(t, y):
         x, v = y[:2]
@@ -189,6 +189,6 @@ def test_mass_on_grease(free_masses, hysteresis, rate, measured):
     options = {"rtol": 1e-8, "atol": 1e-12, "max_step": 1e-4, "t_eval": time[99::100]}
     expected = scipy.integrate.solve_ivp(equations, (0, end), start, **options).y[0]
     assert np.abs(expected).max() > 2e-4  # well beyond the yield
-    error = np.abs(found[99::100] - expected).max() / np.abs(expected).max()
+    error = np.abs(displacement[99::100] - expected).max() / np.abs(expected).max()
     what = f"virtual rig, mass on {type(hysteresis).__name__} grease: largest error over amplitude"
     measured.below(what, error, 2e-4, "Runge-Kutta on the published equations")

@@ -25,8 +25,8 @@ FOUR_ACCELEROMETERS = 11  # seed of a bench with one bushing, four accelerometer
 
 @cache
 def bench():
-    found = drawn_bench(FOUR_ACCELEROMETERS)
-    return found.rig, [*measured(found).values()]
+    drawn = drawn_bench(FOUR_ACCELEROMETERS)
+    return drawn.rig, [*measured(drawn).values()]
 
 
 @pytest.fixture
@@ -50,8 +50,8 @@ def changed(records, change):
 def test_names_order_signs_and_units_that_say_nothing():
     """The truth is that of the drawn logger."""
     channels, truth = logged(said=0.0)
-    found = cm.map_channels(channels, bench()[0])
-    assert dict(found.channels) == truth and found.undecided == ()
+    channel_map = cm.map_channels(channels, bench()[0])
+    assert dict(channel_map.channels) == truth and channel_map.undecided == ()
 
 
 def test_swapped_and_inverted_channels_are_found_whatever_the_file_says(rig, records):
@@ -63,9 +63,9 @@ def test_swapped_and_inverted_channels_are_found_whatever_the_file_says(rig, rec
         value = -channel.value if direction == "-Z" else channel.value
         return dataclasses.replace(channel, name=name, node=node, direction="+Z", value=value)
 
-    found = cm.map_channels(changed(records, lying), rig)
+    channel_map = cm.map_channels(changed(records, lying), rig)
     expected = {"base": "base", "acc:4": "acc:1:-Z", "acc:1": "acc:4", "acc:2": "acc:2", "acc:3": "acc:3"}
-    assert dict(found.channels) == expected and "the file says node 4" in found.reasons["acc:4"]
+    assert dict(channel_map.channels) == expected and "the file says node 4" in channel_map.reasons["acc:4"]
 
 
 @pytest.mark.parametrize("wrong", [["base", "2:+Z"], None], ids=["base and one sensor", "every acceleration"])
@@ -78,18 +78,18 @@ def test_a_unit_that_is_not_that_of_the_file_is_asked_for(rig, records, wrong):
             return channel
         return dataclasses.replace(channel, value=channel.value / 9.80665)
 
-    found = cm.map_channels(changed(records, in_g), rig)
+    channel_map = cm.map_channels(changed(records, in_g), rig)
     asked = [c.name for c in records[0] if wrong is None or c.label in wrong]
-    assert sorted(found.undecided) == sorted(asked)
-    assert all("[g]" in found.reasons[name] for name in asked)
+    assert sorted(channel_map.undecided) == sorted(asked)
+    assert all("[g]" in channel_map.reasons[name] for name in asked)
 
 
 def test_what_no_unit_explains_is_asked_for(rig, records):
     double = changed(records, lambda c: dataclasses.replace(c, value=2 * c.value) if c.node == 2 else c)
-    found = cm.map_channels(double, rig)
-    (name,) = found.undecided
+    channel_map = cm.map_channels(double, rig)
+    (name,) = channel_map.undecided
     assert name.startswith("accelerometer 2")
-    numbers, _, offered = found.reasons[name].rpartition("; likeliest ")
+    numbers, _, offered = channel_map.reasons[name].rpartition("; likeliest ")
     gain = float(numbers.partition("as if they were in ")[2].split()[0])
     assert gain == pytest.approx(0.5, rel=0.05) and "[" not in offered  # what is in m/s2 already is offered as it is
 
@@ -103,10 +103,10 @@ def test_channels_that_are_no_vibration_of_the_rig_are_left_out(rig, records):
         temperature = Channel("Temp", 0, "S", UNKNOWN, 20 + noise[: first.size], first.fs, unit="°C")
         return [*channels, temperature, Channel("Clock", 0, "S", UNKNOWN, first.time, first.fs)]
 
-    found = cm.map_channels([more(channels) for channels in records], rig)
-    assert found.channels["Temp"] == found.channels["Clock"] == "skip"
-    assert "moves with no other channel" in found.reasons["Temp"]
-    assert "clock" in found.reasons["Clock"] and found.undecided == ()
+    channel_map = cm.map_channels([more(channels) for channels in records], rig)
+    assert channel_map.channels["Temp"] == channel_map.channels["Clock"] == "skip"
+    assert "moves with no other channel" in channel_map.reasons["Temp"]
+    assert "clock" in channel_map.reasons["Clock"] and channel_map.undecided == ()
 
 
 @pytest.mark.slow
@@ -116,8 +116,8 @@ def test_fewer_channels_than_unknown_forces_are_asked_for():
     x = np.random.default_rng(3).standard_normal(4096)
     y = np.convolve(x, np.exp(-np.arange(30) / 9))[: x.size]
     channels = [Channel(name, 0, "S", UNKNOWN, value, 2048.0) for name, value in (("Ref", x), ("A1", y))]
-    found = cm.map_channels([channels], rig)
-    assert set(found.undecided) <= {"Ref", "A1"} and "A1" in found.undecided
+    channel_map = cm.map_channels([channels], rig)
+    assert set(channel_map.undecided) <= {"Ref", "A1"} and "A1" in channel_map.undecided
 
 
 def test_records_that_drift_alone_are_refused():
@@ -131,22 +131,22 @@ def test_records_that_drift_alone_are_refused():
 
 def test_without_the_excitation_everything_is_asked_for(rig, records):
     without = [[c for c in channels if c.node != 100] for channels in records]
-    found = cm.map_channels(without, rig)
-    assert len(found.undecided) == 4 and "was its excitation recorded" in found.notes[0]
+    channel_map = cm.map_channels(without, rig)
+    assert len(channel_map.undecided) == 4 and "was its excitation recorded" in channel_map.notes[0]
 
 
 @pytest.mark.slow
 def test_a_wrong_sampling_rate_is_named(rig, records):
-    found = cm.map_channels(changed(records, lambda c: dataclasses.replace(c, fs=c.fs / 2)), rig)
-    assert len(found.undecided) == 5 and "2048 Hz instead of 1024 Hz" in found.notes[0]
+    channel_map = cm.map_channels(changed(records, lambda c: dataclasses.replace(c, fs=c.fs / 2)), rig)
+    assert len(channel_map.undecided) == 5 and "2048 Hz instead of 1024 Hz" in channel_map.notes[0]
 
 
 @pytest.mark.slow
 def test_voltages_are_asked_for(rig, records):
     volts = changed(records, lambda c: dataclasses.replace(c, quantity=UNKNOWN, unit="V", value=c.value * 0.0102))
-    found = cm.map_channels(volts, rig)
-    assert all('its unit "V"' in found.reasons[name] for name in found.channels)
-    assert len(found.undecided) == 5
+    channel_map = cm.map_channels(volts, rig)
+    assert all('its unit "V"' in channel_map.reasons[name] for name in channel_map.channels)
+    assert len(channel_map.undecided) == 5
 
 
 def stepped(channel, size=8192, steps=(10.0, 17.0, 31.0)):
@@ -159,9 +159,9 @@ def test_a_stepped_sine_leaves_the_map_to_the_other_records():
     """The truth is that of the drawn logger."""
     channels, truth = logged(said=0.0)
     files = {f"{i}.csv": record for i, record in enumerate(channels)} | {"sine.csv": [*map(stepped, channels[0])]}
-    found = cm.map_channels(files, bench()[0])
-    assert dict(found.channels) == truth
-    assert found.notes[0] == "sine.csv: is a stepped sine, the other records decide"
+    channel_map = cm.map_channels(files, bench()[0])
+    assert dict(channel_map.channels) == truth
+    assert channel_map.notes[0] == "sine.csv: is a stepped sine, the other records decide"
 
 
 def test_the_excitation_of_a_stepped_sine_is_taken_for_what_it_is():
@@ -169,20 +169,20 @@ def test_the_excitation_of_a_stepped_sine_is_taken_for_what_it_is():
     rig = cm.Rig.load(TABLE1 / "rig.toml")
     channels = cm.read(TABLE1 / "sine_1.uff")
     three = [dataclasses.replace(c, node=0, direction="S", value=c.value[: int(4.5 * c.fs)]) for c in channels]
-    found = cm.map_channels([three], rig)
-    said = "\n".join((*found.reasons.values(), *found.notes))
+    channel_map = cm.map_channels([three], rig)
+    said = "\n".join((*channel_map.reasons.values(), *channel_map.notes))
     assert "not of this rig" not in said and "sampling rate" not in said
     (base,) = [c.name for c in channels if c.node == 100]
-    assert found.channels[base] == "base" or found.reasons[base].endswith("likeliest base")
-    assert "the records are under a stepped sine alone" in found.notes[0]
+    assert channel_map.channels[base] == "base" or channel_map.reasons[base].endswith("likeliest base")
+    assert "the records are under a stepped sine alone" in channel_map.notes[0]
 
 
 @pytest.mark.slow
 def test_a_stepped_sine_of_many_steps_is_mapped():
     rig = cm.Rig.load(TABLE1 / "rig.toml")
     channels = cm.read(TABLE1 / "sine_1.uff")
-    found = cm.map_channels([[dataclasses.replace(c, node=0, direction="S") for c in channels]], rig)
-    assert dict(found.channels) == {c.name: channel_name(c.label, c.quantity) for c in channels}
+    channel_map = cm.map_channels([[dataclasses.replace(c, node=0, direction="S") for c in channels]], rig)
+    assert dict(channel_map.channels) == {c.name: channel_name(c.label, c.quantity) for c in channels}
 
 
 @pytest.mark.parametrize("files, message", [
@@ -199,18 +199,18 @@ def test_refused(rig, records, files, message):
 def test_units_of_gains():
     """Readings in g over a base in mm/s²; a probe in m tells the base's unit."""
     gains = [1e-3 / 9.80665, 1e-3, 1e-3]  # over what one unit of the base's would be
-    found = decide_units(["acceleration", "displacement", "acceleration"], [False, True, False], gains, 1000.0, True)
-    assert found.label == ("g", "", "mm/s2") and found.sure
-    assert not any(found.contradicts)
+    units = decide_units(["acceleration", "displacement", "acceleration"], [False, True, False], gains, 1000.0, True)
+    assert units.label == ("g", "", "mm/s2") and units.sure
+    assert not any(units.contradicts)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", [1, *(pytest.param(i, marks=pytest.mark.release) for i in range(11, 61, 10))])
 def test_no_channel_of_sixty_drawn_benches_is_mapped_wrongly(first):
     """At least 95 % of the benches need no question: of each ten at most one does, of all sixty at most three."""
-    found = [map_drawn_bench(seed) for seed in range(first, first + 10)]
-    assert [one.wrong for one in found] == [()] * 10
-    assert sum(bool(one.asked) for one in found) <= 1
+    outcomes = [map_drawn_bench(seed) for seed in range(first, first + 10)]
+    assert [one.wrong for one in outcomes] == [()] * 10
+    assert sum(bool(one.asked) for one in outcomes) <= 1
 
 
 LABELLED = {
@@ -258,10 +258,10 @@ def test_late_channels_are_named(rig, records, late):
         value = np.fft.irfft(np.fft.rfft(channel.value, 2 * channel.size) * phase, 2 * channel.size)[: channel.size]
         return dataclasses.replace(channel, value=value)
 
-    found = cm.map_channels(changed(records, moved), rig)
-    assert dict(found.channels) == dict(sound.channels) and not found.undecided
+    channel_map = cm.map_channels(changed(records, moved), rig)
+    assert dict(channel_map.channels) == dict(sound.channels) and not channel_map.undecided
     names = {str(channel.node): channel.name for channel in records[0]}
-    said = {note.split(" is ")[0]: note for note in found.notes}
+    said = {note.split(" is ")[0]: note for note in channel_map.notes}
     assert said.keys() == {names[node] for node in late}
     for node, samples in late.items():
         words = said[names[node]]
@@ -276,7 +276,7 @@ def test_a_clipped_channel_of_one_file_is_named(rig, records):
         return dataclasses.replace(channel, value=np.clip(channel.value, -top, top))
 
     first, *rest = records
-    found = cm.map_channels([[clipped(c) if c.node == 3 else c for c in first], *rest], rig)
-    (note,) = (note for note in found.notes if "clipped" in note)
+    channel_map = cm.map_channels([[clipped(c) if c.node == 3 else c for c in first], *rest], rig)
+    (note,) = (note for note in channel_map.notes if "clipped" in note)
     name = next(c.name for c in first if c.node == 3)
     assert note.startswith(f'record 1: channel "{name}" is clipped at ')
