@@ -77,7 +77,7 @@ def _best(rows):
 
 
 def _convergence(drive):
-    """What the FRFs change by when the reference is refined, or made by a method that shares no code with it."""
+    """Return the change of the FRFs when the reference is refined, or made by a method that shares no code with it."""
     others = {
         "half the step": _engine(cm.Modal(REFERENCE.modes, REFERENCE.resolution / 2)),
         "24 modes": _engine(cm.Modal(24, REFERENCE.resolution)),

@@ -110,7 +110,7 @@ def virtual_bench_in_space():
 
 
 def parts():
-    """What is computed, by name: the first word says how closely it is held."""
+    """Return what is computed, by name: the first word says how closely it is compared."""
     for name, law in LAWS.items():
         for engine in ("modal", "links"):
             yield f"slot {engine} {name}", lambda law=law, e=engine: motion(cm.simulate(PLANE, NOISE, law, e))

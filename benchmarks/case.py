@@ -1,4 +1,4 @@
-"""What the benchmarks simulate, and how times and errors are taken.
+"""Cases that the benchmarks simulate, and how times and errors are taken.
 
 The shipped rig with datasheet contact (Kelvin-Voigt) and linear grease. Three things are changed. The first gap is a
 third as wide, so that the shaft meets both bushings at a level at which its motion can still be followed: with harder

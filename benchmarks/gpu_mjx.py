@@ -1,4 +1,4 @@
-"""How `benchmarks.gpu` steps a robot in MJX."""
+"""Steps of `benchmarks.gpu` in MJX."""
 
 import jax
 import numpy as np

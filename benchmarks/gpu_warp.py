@@ -1,4 +1,4 @@
-"""How `benchmarks.gpu` steps a robot in MuJoCo Warp, on a GPU as a CUDA graph."""
+"""Steps of `benchmarks.gpu` in MuJoCo Warp, on a GPU as a CUDA graph."""
 
 import mujoco_warp as mjw
 import numpy as np

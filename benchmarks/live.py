@@ -1,4 +1,4 @@
-"""How long the live page takes from a slider's release until every figure is drawn: python -m benchmarks.live.
+"""Time of the live page from a slider's release until every figure is drawn: python -m benchmarks.live.
 
 Headless Chromium without a network; the Table-1 rig, 8 sensors, records of 10 s at 2048 samples/s, all figures and a
 record over them. Two measures, in the page's own clock: one step of a slider; and a slider that is dragged over a third

@@ -1,4 +1,4 @@
-"""What a step of links spends its time on, and what other settings of MuJoCo would give."""
+"""Time of the parts of a step of links, and cost and error of other settings of MuJoCo."""
 
 import copy
 import ctypes

@@ -1,4 +1,4 @@
-"""How cost grows: per step with links, bushings and modes; in all with links, batch, threads and duration."""
+"""Growth of cost: per step with links, bushings and modes; in all with links, batch, threads and duration."""
 
 import dataclasses
 import os

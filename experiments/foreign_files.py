@@ -1,4 +1,4 @@
-"""What is read of files that other programs wrote, file by file: ``python -m experiments.foreign_files``.
+"""Contents that are read from files of other programs, file by file: ``python -m experiments.foreign_files``.
 
 The files are in the folder that the environment variable CLEARANCE_FOREIGN_FILES names, or in ../shared/data/foreign
 beside the project; they are not this project's to hand on. ``--page docs/files.md`` writes the table of that page anew,
@@ -32,7 +32,7 @@ WRITERS = {
     b"AutoSpectrum": "HEAD Artemis", b"DT9837": "Data Translation", b".svd": "Polytec", b"SMESH": "SALOME",
     b"nxopen": "Simcenter", b"NX ": "Simcenter", b"artemis": "Artemis", b"oros": "Oros", b"LabVIEW": "LabVIEW",
 }  # fmt: skip
-"""What the head or the name of a file says of the program that wrote it"""
+"""Programs by a mark in the head or the name of a file"""
 UNIVERSAL = (".uff", ".unv", ".uf", ".bunv", ".ufb")
 
 

@@ -46,7 +46,7 @@ FORCES, ACCELERATIONS = (0.5, 1.0, 3.0, 6.0), (10.0, 20.0, 50.0)  # N, m/s²
 CELLS, HIGHEST, LOW = 3, 62.0, 10.0  # marched cells of each design below 10 Hz, and above it up to 62 Hz
 JUDGED, JUDGED_PERIODS = 80, 40  # cells of each kind, and periods of a sweep's half and after it
 SWEEPS = ((1.0, 0.0), (0.8, 1.0), (0.93, 1.0), (1.07, 1.0), (1.25, 1.0), (1.0, 3.0), (0.93, 2.0), (1.07, 2.0))
-"""From which share of frequency and level a sweep comes"""
+"""Fraction of frequency and level from which a sweep comes"""
 RESTED, RAISED = 60, 5.0  # cells of ``rest``; s over which a sweep goes, or 40 periods
 STEADY, COUNTED, LEAST, RATE = 60.0, 20.0, 8.0, 8192.0  # periods before and while is looked; s at least; Hz
 

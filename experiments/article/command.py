@@ -1,4 +1,4 @@
-"""What the article's commands share: their options, and one line with status 2 for bad input."""
+"""Options that the article's commands share, and one line with status 2 for bad input."""
 
 import argparse
 import sys

@@ -58,7 +58,7 @@ def _exponent(scale) -> float:
 
 
 def _ridge_exponent() -> float:
-    """Of the scale whose centre frequency is the decay's, at 8000 N/m and ω0 = 5."""
+    """Return the scale whose centre frequency is the decay's, at 8000 N/m and ω0 = 5."""
     return float(np.log2(5.0 / np.sqrt(8000.0 / MASS)))
 
 

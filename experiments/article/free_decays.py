@@ -61,7 +61,7 @@ class Decay:
 
 @dataclass(frozen=True)
 class ScaleResult:
-    """What one scale of Figure 4 costs and gives."""
+    """Cost and error of one scale of Figure 4."""
 
     scale: float  #: s
     points: int  #: translations, 50 T/a + 1

@@ -1,4 +1,4 @@
-"""What the updated models gain over constant parameters: as the article prints it, from its tables, and ours."""
+"""Gains of the updated models over constant parameters: as the article prints them, from its tables, and ours."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What items are computed from, made when it is first asked for and shared between them."""
+"""Inputs that items share, made when one is first asked for."""
 
 from collections.abc import Callable, Sequence
 from functools import cached_property

@@ -7,7 +7,7 @@ from clearance_mj.core.errors import ClearanceError
 from .result import Item
 
 ITEMS: dict[str, Item] = {}
-"""By name, in the order of the index page"""
+"""Items by name, in the order of the index page"""
 
 
 def register(item: Item) -> None:

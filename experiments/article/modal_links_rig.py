@@ -31,7 +31,7 @@ GREASE_ONLY = "modal, no contact"
 
 @dataclass(frozen=True)
 class Setup:
-    """How much is measured."""
+    """Engines, levels and realisations of a measurement."""
 
     engines: tuple[str, ...]  #: names
     levels: tuple[float, ...]  #: m/s² RMS of the multisines, rising

@@ -1,4 +1,4 @@
-"""How the models are named and drawn. The article's figures have the initial model blue, the updated one black and the
+"""Names and looks of the models. The article's figures have the initial model blue, the updated one black and the
 test red; here the models between them have colours of their own.
 """
 

@@ -89,7 +89,7 @@ def _write(out: Path, item: Item, result: Result, images: dict[str, bytes]) -> l
 
 
 def _kept(out: Path, name: str, digests: Mapping[str, str]) -> dict | None:
-    """What is known of an item that is whole and was computed from the same inputs."""
+    """Return what is stored of a complete item that was computed from the same inputs; None if there is none."""
     path = out / f"{name}.json"
     try:
         record = json.loads(plain_file(path).read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Where eight sensors tell four modes best, what each carries, and how the rig's own layout compares."""
+"""Best places of eight sensors for four modes, the contribution of each, and the layout of the rig file."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What identification predicts on the named benches: RMSE and FRAC at five levels, against each bench's own repeat.
+"""Predictions on the named benches after identification: RMSE and FRAC at five levels, against each bench's repeat.
 
     python -m experiments.benches.baseline --out results/benches [--benches all exact] [--methods output-error constant]
 

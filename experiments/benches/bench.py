@@ -292,7 +292,7 @@ def _named(rig: Rig, ignorance: Iterable[str], probes: bool = True, seed: int = 
 
 
 def exact_rig(bench: Bench) -> Rig:
-    """What a rig file would say that knows everything but the sensors' gains and the physics of the bushings."""
+    """Return the rig file of one who knows all but the sensors' gains and the physics of the bushings."""
     shaft, rig = bench.shaft, bench.rig
     clamp = shaft.clamp and RigClamp(shaft.clamp.rotation, shaft.clamp.translation)
     beam = replace(
@@ -320,7 +320,7 @@ def known(bench: Bench) -> Bench:
 
 
 ALL = ("gaps", "offsets", "sensors", "linear")
-"""What the named benches do not know together; bushings stand where the rig file says"""
+"""Ignorances of the named benches together; bushings stand where the rig file says"""
 NAMED = {
     "exact": lambda: _named(table1_rig("exact"), ()),
     "gaps": lambda: _named(table1_rig("gaps"), ("gaps",)),

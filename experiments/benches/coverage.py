@@ -1,4 +1,4 @@
-"""How near identified benches are to what stands there, and how often 90 % intervals hold the truth.
+"""Errors of identified benches, and how often 90 % intervals hold the truth.
 
     python -m experiments.benches.coverage results/benches/200 results/benches/201 --out results/benches/coverage.csv
 

@@ -1,4 +1,4 @@
-"""Whether method "bench" prefers the family of contact and grease that a bench was made with.
+"""Families of contact and grease that method "bench" prefers, against those that benches were made with.
 
     python -m experiments.benches.families --out results/benches
 
@@ -27,7 +27,7 @@ COUNT = 20
 WORDS = {
     "power": "power law", "cubic": "linear + cubic", "bouc-wen": "Bouc-Wen", "maxwell-slip": "Maxwell-slip",
 }  # fmt: skip
-"""What the package calls families that a bench calls otherwise"""
+"""Names in the package of families that a bench calls otherwise"""
 
 
 def main(out: Path = Path("results/benches"), first: int = FIRST, count: int = COUNT) -> None:

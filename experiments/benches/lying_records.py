@@ -272,7 +272,7 @@ LIES: dict[str, Lie] = {
         lambda rig: rig.replace(beam=replace(rig.beam, rayleigh=tuple(0.1 * r for r in rig.beam.rayleigh)))
     ),
 }  # fmt: skip
-"""What is wrong, by its name"""
+"""Faults of records, by name"""
 
 
 def sound() -> Dataset:

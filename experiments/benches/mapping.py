@@ -1,4 +1,4 @@
-"""How many channels of drawn benches `map_channels` finds, with names, order, signs and units that say little.
+"""Channels of drawn benches that `map_channels` maps, with names, order, signs and units that say little.
 
     python -m experiments.benches.mapping --benches 60 --page docs/first_hour.md
 
@@ -22,7 +22,7 @@ from experiments.tables import markdown_table, put_between_marks
 
 @dataclass(frozen=True)
 class Mapped:
-    """What became of the channels of one bench."""
+    """Outcome for the channels of one bench."""
 
     seed: int
     channels: int

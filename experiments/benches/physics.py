@@ -1,4 +1,4 @@
-"""What happens inside a bushing, point by point, with derivatives for the implicit step; compiled, SI units.
+"""Forces inside a bushing, point by point, with derivatives for the implicit step; compiled, SI units.
 
 Forces count against positive displacement. Nothing here is taken from the package's clearance models or its test rig.
 """

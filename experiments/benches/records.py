@@ -106,7 +106,7 @@ def shake(bench: Bench, base: np.ndarray, fs: float = FS, factor: int = FACTOR) 
 def measure_channels(
     bench: Bench, base: np.ndarray, rng: np.random.Generator, fs: float = FS, noise: float = NOISE
 ) -> list[Channel]:
-    """What the converter writes: gains, noise over each channel's RMS and 24 bits."""
+    """Return what the converter writes: gains, noise over each channel's RMS and 24 bits."""
     accelerations, displacements = shake(bench, base, fs, round(FACTOR * FS / fs))
     if late := bench.structure.late:
         accelerations[late[0]] = later(accelerations[late[0]], late[1])

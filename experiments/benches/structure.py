@@ -1,4 +1,4 @@
-"""What a bench has and its rig file does not draw: classes, each with sizes drawn from a seed.
+"""Parts that a bench has and its rig file lacks: classes, each with sizes drawn from a seed.
 
 Every class is mechanics of the simulator's own: a housing is an oscillator that bushing forces drive; a fixture's mode
 filters the base's acceleration before the rig feels it; springs and dashpots are forces at points of the shaft; a shaft
@@ -47,7 +47,7 @@ class Oscillator:
 
 @dataclass(frozen=True)
 class BaseMode:
-    """What makes the rig's feet move otherwise than the base's accelerometer."""
+    """Motions of the rig's feet that the base's accelerometer does not read."""
 
     frequency: float  #: Hz
     ratio: float
@@ -64,7 +64,7 @@ class BaseMode:
 
 @dataclass(frozen=True)
 class Structure:
-    """What stands there beside the drawing; nothing by default."""
+    """Parts that the rig file lacks; none by default."""
 
     housings: tuple[Oscillator, ...] = ()  #: of every bushing
     base: tuple[BaseMode, ...] = ()
@@ -102,7 +102,7 @@ class Structure:
 
 Draw = Callable[[np.random.Generator, Rig], Structure]
 CLASSES: dict[str, Draw] = {}
-"""What draws a structure of each class that a rig file can name"""
+"""Functions that draw a structure of each class that a rig file can name"""
 HARD: dict[str, Draw] = {}
 """The same of what it cannot, and of what records hardly tell"""
 

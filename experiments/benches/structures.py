@@ -37,7 +37,7 @@ from .structure import CLASSES, HARD, written
 
 HYPOTHESIS = {name: name for name in CLASSES} | {"time": "delay", "plane": "planes"}
 HYPOTHESIS |= {"strip": "oscillator", "near_spring": "spring"}
-"""What identification calls each class"""
+"""Names of each class in identification"""
 LENGTHS, FILTERED = (0.0, 0.02), 0.4
 """m, of the bushings of benches without probes; of the sampling rate, where their anti-alias filter begins"""
 JUDGED = (".gap", ".offset", "beam.young_modulus", "1/beam.clamp.rotation")
@@ -74,7 +74,7 @@ def _name(names: tuple[str, ...], seed: int, probes: bool) -> str:
 
 
 def _frfs(fit: BenchFit, dataset: Dataset) -> list[dict]:
-    """Of each level RMSE in dB, and that of the bench's own repeat."""
+    """Return RMSE in dB of each level, and that of the bench's repeat."""
     rows = []
     for level, first, second in repeats(dataset):
         model = simulate(fit.model, first.excitation(), engine="modal")
@@ -92,7 +92,7 @@ def _kind(row: dict) -> str:
 
 
 def named_rightly(row: dict) -> bool:
-    """Whether what was named is what is there, and nothing else; what does not bend of a strip is a mass."""
+    """Return True if the named parts are those of the bench, and no others; what does not bend of a strip is a mass."""
     excused = {"mass"} if "oscillator" in row["classes"] else set()
     return set(row["named"]) - excused == set(row["classes"])
 

@@ -1,4 +1,4 @@
-"""How near the twin of a bench comes to what stands there, how sure it is, and which changes it sees (docs/twin.md).
+"""Errors and intervals of the twin of a bench, and the changes that it sees (docs/twin.md).
 
     python -m experiments.benches.twin --out results/bench_twin
 
@@ -41,7 +41,7 @@ QUANTITIES = ("gap", "stiffness", "damping")
 
 
 def course(rig: Rig, truth: Truth, bushing: int, change: str) -> Callable[[float], tuple[Rig, Sequence[Truth]]]:
-    """From time to what stands there, with a change of a bushing."""
+    """Return the true bushings as a function of time, with a change of one of them."""
 
     def now(t: float) -> tuple[Rig, Sequence[Truth]]:
         late = max(0.0, t / CHANGED - AT) / (1 - AT)

@@ -1,4 +1,4 @@
-"""What others find in the logs of virtual servos: BAM, MuJoCo's own identification, and `fit_model`, side by side.
+"""Fits of virtual servos' logs by other programs: BAM, MuJoCo's own identification, and `fit_model`, side by side.
 
     python -m experiments.drives.others --first 20 --seeds 2 --out results/others.csv
 

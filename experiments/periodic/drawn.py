@@ -66,12 +66,12 @@ class Compared(NamedTuple):
 
     @property
     def passes(self) -> bool:
-        """Whether a stable motion has stayed, or an unstable one has left."""
+        """True if a stable motion has stayed, or an unstable one has left."""
         return self.off < CLOSE if self.multiplier < 1 else self.off > LEFT
 
 
 class Outcome(NamedTuple):
-    """What one rig came to."""
+    """Outcome for one rig."""
 
     drawn: Drawn
     points: list[Compared]

@@ -52,7 +52,7 @@ def rattle(model: mujoco.MjModel, pressures: Sequence[float], seconds: float) ->
 
 
 def bolt(motion: Motion) -> np.ndarray:
-    """How far the bolt is off the middle of its play, m, (n, n_t)."""
+    """Return the distance of the bolt from the middle of its play, m, (n, n_t)."""
     return (ARM + motion.qpos[..., 1]) * np.sin(motion.qpos[..., 0])
 
 

@@ -169,7 +169,7 @@ def arm(start: dict[str, float], timestep: float = 2e-4) -> mujoco.MjSpec:
 
 
 def record(excitation: int, noise: int, motor_side: bool = False) -> ModelRecord:
-    """What torque sensors show, and encoders at each joint's load; at the elbow's drive instead if asked."""
+    """Return what torque sensors show, and encoders at each joint's load, or at the elbow's drive."""
     torque, motion = virtual_arm(excitation)
     rng = np.random.default_rng([excitation, noise])
     torque = torque + rng.normal(0, TORQUE_NOISE, torque.shape)

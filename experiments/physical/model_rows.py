@@ -32,7 +32,7 @@ _BITS = mujoco.mjtDisableBit
 
 
 def path_of(name: str) -> Path | None:
-    """Where a model is; None if its package is not installed."""
+    """Return the path of a model; None if its package is not installed."""
     package, _, rest = MODELS[name].partition("/")
     spec = importlib.util.find_spec(package)
     return Path(spec.submodule_search_locations[0]) / rest if spec else None

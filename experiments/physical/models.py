@@ -216,7 +216,7 @@ def measure_backlash(name: str, count: int) -> dict[str, float]:
 
 
 def defaults(name: str, count: int) -> dict[str, float]:
-    """What the limits of a model are, as it comes, in N m/rad: the softest and the stiffest."""
+    """Return the softest and the stiffest limit of a model as it comes, N m/rad."""
     model, rows = softened(name)
     rows = [row for row in rows if row.kind == "joint"]
     model.jnt_solref[:], model.jnt_solimp[:] = (0.02, 1), (0.9, 0.95, 0.001, 0.5, 2)

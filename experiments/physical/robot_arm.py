@@ -75,7 +75,7 @@ def reversal(model: mujoco.MjModel, period: float = 20.0, joint: str = "spin") -
 
 
 class Sag(NamedTuple):
-    """How far loads hang behind their drives, rad, in the order of `TEETH`."""
+    """Return the angles by which loads hang behind their drives, rad, in the order of `TEETH`."""
 
     measured: np.ndarray
     expected: np.ndarray  # gap + torque / k, from the torques of gravity; not a number where there is none
@@ -101,7 +101,7 @@ def sag(model: mujoco.MjModel, seconds: float = 3.0) -> Sag:
 
 
 def _tip(pose: np.ndarray) -> np.ndarray:
-    """Where the tip of the rigid arm is, m."""
+    """Return the position of the tip of the rigid arm, m."""
     model = load("robot_arm").compile()
     data = mujoco.MjData(model)
     data.qpos[:] = pose
@@ -258,7 +258,7 @@ def _draw_reversal(axes) -> None:
 
 
 def lost_motion(drive: np.ndarray, moved: np.ndarray) -> float:
-    """By how much less the load moves than the drive, rad."""
+    """Return the angle by which the load moves less than the drive, rad."""
     return float(np.ptp(drive) - np.ptp(moved))
 
 

@@ -1,4 +1,4 @@
-"""What the scenes of the gallery share: models, motions, and colours of curves."""
+"""Models, motions, and colours of curves that the scenes of the gallery share."""
 
 from pathlib import Path
 from typing import NamedTuple

@@ -44,7 +44,7 @@ def decays_of(record: HammerRecord) -> dict[int, Decay]:
 
 
 def ratio(decays: dict[int, Decay], sensor: int) -> float:
-    """How much larger the mode is at the first accelerometer, from both decays."""
+    """Return the ratio of the mode at the first accelerometer to that at another, from both decays."""
     first, other = decays[FITTED[0]], decays[sensor]
     return float(
         np.exp(np.median(np.interp(other.time, first.time, np.log(first.amplitude)) - np.log(other.amplitude)))
@@ -61,7 +61,7 @@ def as_curve(sine: SteppedSine) -> ForcedCurve:
 
 
 def held(sine: SteppedSine) -> bool:
-    """Whether the controller held the response."""
+    """True if the controller held the response constant."""
     return sine.control.startswith("Response")
 
 
@@ -155,7 +155,7 @@ def agreement(decays: dict[int, Decay], sensor: int) -> tuple[float, float]:
 
 
 def analyse(folder: Path) -> dict:
-    """Everything this experiment finds."""
+    """Return the results of this experiment."""
     folder = folder / "brb" if (folder / "brb").is_dir() else folder
     decays = decays_of(read_hammer(folder / "HammerImpact.mat"))
     sines = read_stepped_sines(folder / "forced.csv")

@@ -112,7 +112,7 @@ def error_shares(predicted, record: DamperRecord) -> tuple[dict, float]:
 
 
 def doubts(brake: BandBrakeFit, target: DamperRecord) -> dict:
-    """What the prediction owes to what the records leave open; NRMSE.
+    """Return the NRMSE of predictions over what the records leave open.
 
     "drawn": 95 % limits over parameters drawn from their covariance; "uncharged" and "charged": with the band at the
     start as slid in full to push or to pull, which the first force does not tell.
@@ -139,7 +139,7 @@ def left_out(records: Sequence[DamperRecord], reach: float) -> dict[str, dict[st
 
 
 def analyse(folder: Path) -> dict:
-    """Everything this experiment finds."""
+    """Return the results of this experiment."""
     records = [read_damper(folder / "backlash_damper" / f"{n}.json.gz") for n in CHARACTERISATION]
     target = read_damper(folder / "backlash_damper" / f"{PREDICT}.json.gz")
     motions = {name: motion(r) for name, r in zip((*CHARACTERISATION, PREDICT), (*records, target))}

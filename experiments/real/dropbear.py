@@ -138,7 +138,7 @@ def bandwidth(omega0: float, frequency: float) -> float:
 
 
 def look_ahead(omega0: float, frequency: float) -> float:
-    """How long after a moment its frequency is known, s: 4 σ_t, the half of the wavelet that lies in the future."""
+    """Return the delay after which a frequency is known, s: 4 σ_t, the half of the wavelet that lies in the future."""
     return 4 * omega0 / (2 * np.pi * frequency)
 
 
@@ -150,7 +150,7 @@ def lag_behind(tracked, predicted, use, fs) -> float:
 
 
 def analyse(folder: Path) -> dict:
-    """Everything this experiment finds; rows for the table, ridges and predictions for the figure."""
+    """Return the results of this experiment: rows for the table, ridges and predictions for the figure."""
     records = {name: read_dropbear(folder / "dropbear" / f"{name}.txt.gz") for name in (FIT, *PREDICT)}
     steps = {name: plateaus(record) for name, record in records.items()}
     model = fit(steps[FIT])

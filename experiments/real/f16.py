@@ -136,7 +136,7 @@ def rows_of(levels: Levels, level: int, fit: JointedStructure, known: Sequence[i
 
 
 def sweep_rows(fit: JointedStructure, level: int, record: Response) -> list[dict]:
-    """What the law and the linear model miss of a sweep, between 2 and 15 Hz."""
+    """Return the errors of the law and of the linear model on a sweep, between 2 and 15 Hz."""
     frequency = np.fft.rfftfreq(record.excitation.size, 1 / record.fs)
     band = (frequency >= 2.0) & (frequency <= 15.0)
     size = np.linalg.norm(np.fft.rfft(record.acceleration)[:, band], axis=1)
@@ -158,7 +158,7 @@ def identified(levels: Levels, known: Sequence[int], joints: str) -> JointedStru
 
 
 def analyse(folder: Path, identify: list[int], predict: list[int], joints: str = "free,free") -> dict:
-    """Everything this experiment finds."""
+    """Return the results of this experiment."""
     folder = folder / "f16" if (folder / "f16").is_dir() else folder
     records = {level: record_of(folder, MULTISINE, level) for level in sorted({*identify, *predict})}
     if missing := [level for level in identify if records[level] is None]:
@@ -231,7 +231,7 @@ def draw_errors(result: dict) -> Figure:
 
 
 def draw_joints(result: dict) -> Figure:
-    """Where the joints act, and their force over deformation at the highest level."""
+    """Draw the places of the joints, and their force over deformation at the highest level."""
     fit, levels = result["fit"], result["levels"]
     figure = Figure(figsize=(12, 3.8), layout="constrained")
     n = len(fit.rig.bushings)

@@ -1,4 +1,4 @@
-"""What the scripts that read published records share: their arguments, and what they say without the records."""
+"""Arguments of the scripts that read published records, and their message without the records."""
 
 import argparse
 from collections.abc import Callable

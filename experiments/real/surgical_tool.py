@@ -60,7 +60,7 @@ def analyse(folder: Path, identify: str = "0,2,4", predict: str = "1,3") -> dict
 
 
 def _errors_of_another(fit: DriveFit, tool: str, of: str, record: DriveRecord) -> tuple[float, float]:
-    """Of one tool's drive in a run of another, each about its own zero; right-hand tools are mirrored."""
+    """Return errors of one tool's drive in a run of another, each about its zero; right-hand tools are mirrored."""
     sign = 1.0 if ("_r_" in tool) == ("_r_" in of) else -1.0
     angle, torque = fit.drive.follow(
         DriveRecord(record.name, record.fs, sign * record.motor_angle, sign * record.motor_torque)

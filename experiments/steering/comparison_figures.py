@@ -50,7 +50,7 @@ def peaks(rows: pd.DataFrame, regime: str) -> Drawing:
 
 
 def worth(comparisons: list[Paired]) -> Drawing:
-    """By how much each controller with the clearance model is below that with a disturbance observer."""
+    """Draw by how much each controller with the clearance model is below that with a disturbance observer."""
     pairs = list(dict.fromkeys((p.new, p.old) for p in comparisons))
     there = list(dict.fromkeys(p.manoeuvre for p in comparisons))
     figure = sheet(0.14 * len(pairs) * len(there) + 0.9)

@@ -91,7 +91,7 @@ def _both(numbers: Iterable[str]) -> str:
 
 
 def _counts(rows: pd.DataFrame, comparisons: list[Paired]) -> Table:
-    """How often a clearance model is below both observers, and the verdicts of its pairs."""
+    """Return how often a clearance model is below both observers, and the verdicts of its pairs."""
     total, pairs = rows["manoeuvre"].nunique(), list(dict.fromkeys((p.new, p.old) for p in comparisons))
     columns = [Column("Controller"), *(Column(f"{regime}-driven", f"of {total}") for regime in REGIMES)]
     columns += [Column(verdict.capitalize(), f"of {len(comparisons) // len(pairs)}") for verdict in VERDICTS]
@@ -114,7 +114,7 @@ def _below_both(rows: pd.DataFrame, regime: str, controller: str) -> str:
 
 
 def _pairs_table(rows: pd.DataFrame, comparisons: list[Paired]) -> Table:
-    """How much lower the peak error is than with an observer; twins are in the figure."""
+    """Return by how much the peak error is lower than with an observer; twins are in the figure."""
     pairs = [pair for pair in dict.fromkeys((p.new, p.old) for p in comparisons) if "twin" not in pair[0]]
     columns = [Column("Manoeuvre"), Column("Regime"), *(Column(CONTROLLERS[new].label, "%") for new, _ in pairs)]
     body = []
@@ -169,7 +169,7 @@ def _effort_table(rows: pd.DataFrame) -> Table:
 
 
 def _layer_in_words(rows: pd.DataFrame) -> str:
-    """How much of the time sliding modes are outside their boundary layer, of runs that reached their end."""
+    """Return in words how long sliding modes are outside their boundary layer, of runs that reached their end."""
     percent = 100 * rows["outside_layer"].replace(np.inf, np.nan)
     medians = percent.groupby([rows["controller"], rows["manoeuvre"], rows["regime"]]).median()
     outside = {name: medians[name] for name in names_of(rows) if medians[name].max() > LAYER_LIMIT}

@@ -38,7 +38,7 @@ class Paired(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """What the interval shows."""
+        """The verdict that the interval supports."""
         if self.below.high < 0:
             return "worse"
         if self.below.low <= 0:

@@ -1,4 +1,4 @@
-"""What delay and noise of a car's sensors leave of the clearance model's gain: SMC-CM beside SMC over both.
+"""Gain of the clearance model under delay and noise of a car's sensors: SMC-CM against SMC over both.
 
 Writes the figure and the table of docs/vehicle_sensors.md, with controllers as they are tuned in the package.
 """

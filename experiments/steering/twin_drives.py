@@ -80,7 +80,7 @@ def twin(regime: str, seed: int, start: float) -> SteeringTwin:
 
 
 class History(NamedTuple):
-    """What a twin believed in along a drive."""
+    """Estimates of a twin along a drive."""
 
     time: np.ndarray  # (n,) s
     value: np.ndarray  # (n, 4) half-gap, stiffness, friction, rate of wear, rad/s

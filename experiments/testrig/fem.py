@@ -20,7 +20,7 @@ _MASS = np.array([[156.0, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-1
 
 @dataclass(frozen=True)
 class Points:
-    """Where on a chain of degrees of freedom a few points sit: point p is weight[p] @ u[start[p] : start[p] + 4]."""
+    """Places of a few points on a chain of degrees of freedom: point p is weight[p] @ u[start[p] : start[p] + 4]."""
 
     start: np.ndarray  # (n_points,) first degree of freedom
     weight: np.ndarray  # (n_points, 4)

@@ -1,4 +1,4 @@
-"""What happens inside a bushing, point by point: contact, grease hysteresis, squeeze film.
+"""Forces inside a bushing, point by point: contact, grease hysteresis, squeeze film.
 
 Compiled scalar models with their derivatives, for the implicit integrator; SI units, forces against positive
 displacement. Written for the test rig alone: the package's own clearance models must not be used to judge themselves.

@@ -55,7 +55,7 @@ class Iwan:
 
     @property
     def states(self) -> int:
-        """How many numbers remember the motion."""
+        """Number of internal states."""
         return self.elements
 
 
@@ -108,7 +108,7 @@ class Truth:
 
 @dataclass(frozen=True)
 class VirtualRig:
-    """What a rig's datasheet says, and what its bushings really are."""
+    """A rig file, and its true bushings."""
 
     rig: Rig  # the datasheet
     truth: tuple[Truth, ...]  # of each bushing
@@ -164,4 +164,4 @@ def _mixed() -> VirtualRig:
 
 
 RIGS: dict[str, Callable[[], VirtualRig]] = {"table1": _table1, "iwan": _iwan, "lugre": _lugre, "mixed": _mixed}
-"""What makes each virtual rig, by name"""
+"""Functions that make each virtual rig, by name"""

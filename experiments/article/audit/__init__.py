@@ -37,6 +37,6 @@ def _with_contradictions(claims) -> Iterator[Claim]:
 
 
 def _agree(a, b) -> bool:
-    """Whether two printed numbers are one to the digits that both have."""
+    """Return True if two printed numbers agree to the digits that both have."""
     a, b = a.removesuffix(" %"), b.removesuffix(" %")
     return a.startswith(b) or b.startswith(a)

@@ -47,7 +47,7 @@ def _boundary_conditions(part) -> Claim:
 
 
 def _mode_shape(part) -> Iterator[Claim]:
-    """What the printed shape does at its ends, with the printed roots and with those of a cantilever."""
+    """Yield claims about the ends of the printed shape, with the printed roots and with those of a cantilever."""
     cantilever = _root(_CLAMPED_FREE, 1)
     right = max(abs(_derivative(x, n, cantilever) @ _eq7(cantilever, 1)) for x, n in _CLAMPED_FREE) < 1e-9
     for roots, root in (("Eq. (8)", _root(_PRINTED_ENDS, 1)), ("a cantilever", cantilever)):

@@ -24,7 +24,7 @@ class Claim:
 
     @property
     def holds(self) -> bool:
-        """Whether nothing is wrong with it."""
+        """True if nothing is wrong with it."""
         return self.verdict.split(";")[0] in ("ok", "ok within the table's rounding")
 
 
@@ -113,7 +113,7 @@ def _misprint(printed: Decimal, values: dict[str, Decimal]) -> str:
 
 
 def _agrees(printed: Decimal, value: Decimal) -> bool:
-    """Whether a value, rounded or cut off, is the printed one."""
+    """Return True if a value, rounded or cut off, is the printed one."""
     return abs(printed - value) < _last_digit(printed)
 
 

@@ -82,7 +82,7 @@ class Bench:
 
     @property
     def load(self) -> motion.Load:
-        """What acts on the shaft beside the base."""
+        """Loads on the shaft, but for the base's acceleration."""
         y, z = (self.rig.gravity or (0.0, 0.0, 0.0))[1:]
         unbalances = tuple((u.position, cmath.rect(u.moment, u.phase)) for u in self.unbalances)
         at = self.rig.shaker.position

@@ -1,4 +1,4 @@
-"""How near identified benches in space are to what stands there, and how often 90 % intervals hold the truth.
+"""Errors of identified benches in space, and how often 90 % intervals hold the truth.
 
     python -m experiments.benches.space.coverage steering-1 rotor-1 pump-1 --out results/benches/space.csv
 
@@ -70,7 +70,7 @@ def judge(folder: Path) -> pd.DataFrame:
 
 
 def _parameters(fit: BenchFit, truth: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Of gaps, offsets, friction, viscosity and unbalance."""
+    """Yield a row for each gap, offset, friction, viscosity and unbalance."""
     for j, bushing in enumerate(truth["bushings"]):
         path, rig = f"bushings[{j}]", fit.rig.bushings[j]
         pairs = {"gap": (rig.gap, bushing["gap"], f"{path}.gap")}
@@ -90,7 +90,7 @@ def _parameters(fit: BenchFit, truth: dict[str, Any]) -> Iterator[dict[str, Any]
 
 
 def _held(fit: BenchFit, name: str, value: float, true: float) -> dict[str, Any]:
-    """How far off an estimate is in its standard deviations, and whether its interval holds the truth."""
+    """Return the error of an estimate in standard deviations, and whether its interval holds the truth."""
     if name not in fit.estimates.names:
         return {}
     at = fit.estimates.names.index(name)

@@ -1,4 +1,4 @@
-"""What a bench in space has and its rig file does not draw: classes, each with sizes drawn from a seed.
+"""Parts that a bench in space has and its rig file lacks: classes, each with sizes drawn from a seed.
 
 Alike along y and z. A housing is an oscillator that a bushing's forces drive; a mass and a spring belong to the shaft,
 whose modes they change; a spring's dashpot is a force at a point of the shaft. A bent shaft's elements are relaxed
@@ -71,7 +71,7 @@ class Coupling:
 
 @dataclass(frozen=True)
 class Structure:
-    """What stands there beside the drawing; nothing by default."""
+    """Parts that the rig file lacks; none by default."""
 
     housings: tuple[Oscillator, ...] = ()  #: of every bushing
     masses: tuple[Disc, ...] = ()  #: points
@@ -166,7 +166,7 @@ CLASSES: dict[str, Draw] = {
     "housing": housing, "mass": mass, "spring": spring, "bend": bend, "coupling": coupling, "creep": creep,
     "whirl": dry_whirl,
 }  # fmt: skip
-"""What draws a structure of each class"""
+"""Functions that draw a structure of each class"""
 
 
 def draw_structure(names: Sequence[str], seed: int, kind: int, shaft: Rotor, bushings: int) -> Structure:

@@ -69,7 +69,7 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Load:
-    """What acts on a shaft, by modes."""
+    """Loads on a shaft: gravity, a hammer, and what turns with it."""
 
     gravity: tuple[float, float] = (0.0, 0.0)  #: m/s², along y and z
     hammer: float = 0.0  #: m, where it hits

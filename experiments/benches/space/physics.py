@@ -1,4 +1,4 @@
-"""What happens inside a round bushing, with derivatives for the implicit step; compiled, SI units.
+"""Forces inside a round bushing, with derivatives for the implicit step; compiled, SI units.
 
 Forces count against positive displacement, of y and z. Each function adds to row p of an array ``to``: force along y
 and z, its derivatives with y and z (yy, yz, zy, zz), and those with the speeds; ``b``: `Bushings.numbers`. Nothing here

@@ -20,7 +20,7 @@ AXES = {"Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
 @dataclass(frozen=True)
 class Levels:
-    """How hard a kind of bench is shaken, and how fast it turns, as shares of its top speed."""
+    """Levels at which a kind of bench is shaken, and its spins, as fractions of its top speed."""
 
     ramp: tuple[float, float]  # m/s² RMS, at the start and at the end
     validate: tuple[float, ...]  # m/s² RMS
@@ -119,7 +119,7 @@ def turning(name: str, role: Role, seconds: float, spin: Spin, accelerometers: b
 
 
 def run_up(name: str, role: Role, seconds: float, top: float, accelerometers: bool = True) -> Plan:
-    """From a tenth of the top speed to eight, the last twentieth of the time at that speed."""
+    """Return a run-up from 0.1 to 0.8 of the top speed; the last twentieth of its time is spent at that speed."""
     low, high = 0.1 * top, 0.8 * top
     return turning(name, role, seconds, Spin(low, (high - low) / (0.95 * seconds), high), accelerometers)
 

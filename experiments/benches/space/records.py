@@ -30,7 +30,7 @@ STREAM = 7  # second word of the seeds of noise
 
 @dataclass(frozen=True)
 class Motion:
-    """What ideal sensors at their true places would measure."""
+    """Readings of ideal sensors at their true places."""
 
     acceleration: np.ndarray  #: (n_stations, 2, n_t) absolute, along y and z, m/s²
     displacement: np.ndarray  #: (n_bushings, 2, n_t) along y and z from where the shaft rests when it stands still, m
@@ -115,7 +115,7 @@ def keyphasor(angle: np.ndarray) -> np.ndarray:
 
 
 def measure_channels(bench: Bench, plan: Plan, rng: np.random.Generator) -> list[Channel]:
-    """What the converter writes of a record: gains, cross-axis sensitivity, turned probes, run-out, noise, 24 bits."""
+    """Return a record as written: gains, cross-axis sensitivity, turned probes, run-out, noise, 24 bits."""
     driven = None if plan.excitation is None else np.outer(plan.direction[1:], plan.excitation.value)
     is_base = plan.kind == "base"
     spin = bench.structure.spin(plan.spin or Spin(0.0), plan.size / FS)

@@ -1,4 +1,4 @@
-"""How often intervals of the remaining life hold, of virtual machines that wear (docs/wear.md). Synthetic.
+"""Coverage of the intervals of the remaining life, of virtual machines that wear (docs/wear.md). Synthetic.
 
     python -m experiments.benches.wear.coverage --first 300 --count 40 --only sine
 
@@ -59,7 +59,7 @@ def rows_of(machine: Machine, drift: float) -> list[dict]:
 
 
 def summary(table: pd.DataFrame) -> str:
-    """How often the intervals hold, how far medians are off and how wide intervals are."""
+    """Return coverage and width of the intervals, and the error of the medians, in words."""
     predicted = table[table["bushing"] >= 0]
     error = np.abs(np.log(predicted["median_h"] / predicted["true_h"]))
     width = np.log(predicted["high_h"] / predicted["low_h"])

@@ -41,7 +41,7 @@ class Machine:
     life: np.ndarray  #: (n_bushings,) h, at which each limit is reached
 
     def history(self, fraction: float = 1 / 3) -> GapHistory:
-        """What is known of the gaps in the first share of the first life that ends."""
+        """Return the gaps as known in the first part of the first life that ends."""
         rng = np.random.default_rng((self.seed, 7))
         hours = np.linspace(0.0, fraction * float(np.nanmin(self.life)), int(rng.integers(10, 17)))
         gap = np.array([np.interp(hours, self.hours, g) for g in self.gap.T]).T
@@ -75,7 +75,7 @@ def make_machine(seed: int) -> Machine | None:
 
 
 def _operations(rng: np.random.Generator, seed: int) -> tuple[Operation, Operation]:
-    """How it is said to run, and, for longer and with another seed, how it runs."""
+    """Operation as it is stated and, for longer and with another seed, as it is."""
     if seed % 2:
         rms = float(rng.uniform(9.0, 14.0))
         return Marched(random(8.0, 2048.0, rms=rms, seed=seed)), Marched(
@@ -87,7 +87,7 @@ def _operations(rng: np.random.Generator, seed: int) -> tuple[Operation, Operati
 
 
 def _true_model(nominal: Rig, gaps: np.ndarray, rng: np.random.Generator) -> Model:
-    """What stands there: numbers off by what an identification leaves, another contact."""
+    """Draw the true machine: numbers off by the errors of an identification, and another contact."""
     assert nominal.beam
     beam = replace(nominal.beam, young_modulus=nominal.beam.young_modulus * (1 + 0.01 * rng.normal()))
     masses = tuple(replace(m, mass=m.mass * (1 + 0.02 * rng.normal())) for m in nominal.masses)
