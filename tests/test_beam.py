@@ -9,6 +9,8 @@ from clearance_mj import beam
 from clearance_mj.linear import linear_model
 from clearance_mj.rig import Rig, Sensor, Shaker
 
+from .structure.test_beam import integrate
+
 RIG = Rig.load(Path(__file__).parents[1] / "models" / "table1_rig.toml")
 FORCE_RIG = RIG.replace(shaker=Shaker("force", 0.3))
 BARE = RIG.replace(masses=(), bushings=())
@@ -19,14 +21,6 @@ def flexibility(x):
     """Deflections at x of a clamped beam under unit forces at x (Roark, table 8.1, case 1a)."""
     near, far = np.minimum(x[:, None], x), np.maximum(x[:, None], x)
     return near**2 * (3 * far - near) / (6 * RIGIDITY)
-
-
-def integrate(function, length, pieces=100):
-    """Integral of a function of x (n_x,) over the shaft (Gauss-Legendre), exact to rounding for 60 modes."""
-    node, weight = np.polynomial.legendre.leggauss(12)
-    h = length / pieces
-    x = ((np.arange(pieces)[:, None] + (node + 1) / 2) * h).ravel()
-    return np.tensordot(np.tile(weight * h / 2, pieces), function(x), 1)
 
 
 @pytest.mark.parametrize("modes", [1, 8, 20])

@@ -13,14 +13,11 @@ from clearance_mj.io.channels import NOWHERE
 from clearance_mj.io.containers import from_sep005, to_sep005
 
 from .refusals import assert_refused
+from .test_measurement_files import described
 
 FS, N, G = 2048.0, 300, 9.80665
 TIME = np.arange(N) / FS
 VALUE = np.sin(np.arange(3 * N)).reshape(3, N)
-
-
-def described(channels):
-    return [(c.name, c.quantity, c.unit, c.fs, c.start, c.size) for c in channels]
 
 
 def simcenter(value, label, x="s", names=("Time",)):

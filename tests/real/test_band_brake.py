@@ -6,6 +6,8 @@ import pytest
 from clearance_mj.core.errors import RecordError
 from experiments.real.band_brake import NAMES, BandBrakeFit, BrakeSide, band_brake, travel_since_reversal
 
+from ..experiments.joints.test_hysteresis import changed
+
 TIME = np.linspace(0, 6, 1501)
 MOTION = 1e-2 * (np.sin(2 * np.pi * TIME) * np.minimum(0.2 + 0.2 * TIME, 1) + 0.25 * np.sin(7.3 * np.pi * TIME))
 PULL, PUSH = BrakeSide(3000.0, 0.2, 1.5, 2e-3, 1.6), BrakeSide(2000.0, 0.3, 1.2, 1.5e-3, 2.0)
@@ -114,12 +116,6 @@ def test_travel_since_reversal():
     travel = travel_since_reversal(x, 0.3)
     assert travel[300] == 8.0 and travel[-1] == 2.0
     np.testing.assert_allclose(travel[100:300], np.abs(x[100:300]))
-
-
-def changed(a, index, value):
-    a = a.copy()
-    a[index] = value
-    return a
 
 
 @pytest.mark.parametrize(

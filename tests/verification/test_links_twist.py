@@ -10,30 +10,19 @@ import clearance_mj as cm
 from clearance_mj.engines import build_links
 from clearance_mj.engines.linkage import linkage
 from clearance_mj.rig import Bushing, Contact, Grease, Load, PointMass, Rig, Sensor, Shaker, Spin
-from clearance_mj.structure import Disc, Material, Section, Shaft, Shafts, Spring, Support
+from clearance_mj.structure import Disc, Section, Shafts, Spring, Support
 from clearance_mj.structure.reduction import vibration_modes
 
 from ..physical.stepping import mass_matrix
+from ..structure.test_twist import SHEAR, SPEED, STEEL, polar, shaft
 
-STEEL = Material(210e9, 7850.0)
-SHEAR = STEEL.young_modulus / (2 * (1 + STEEL.poisson_ratio))
-SPEED = np.sqrt(SHEAR / STEEL.density)  # m/s, of waves of twist
-CLAMPED = (Support(0.0, "clamped"),)
 STEPS = (0.0, 0.5, 0.02), (0.5, 1.2, 0.03), (1.2, 1.5, 0.012)  # m from, to, diameter
-
-
-def shaft(*sections, supports=CLAMPED, **more):
-    return Shaft(sections, supports, **{"material": STEEL, "theory": "euler"} | more)
 
 
 def rig(structure, at, **more):
     """A rig with a torque of 1 N m."""
     more = {"sensors": (Sensor(1, f"@{at}:RX", quantity="angle"),)} | more
     return Rig("twist", None, more.pop("bushings", ()), structure=structure, loads=(Load(at, torque=1.0),), **more)
-
-
-def polar(diameter):
-    return np.pi * diameter**4 / 32
 
 
 STEPPED = shaft(*(Section(end - start, d) for start, end, d in STEPS))
