@@ -12,14 +12,9 @@ from .fields import SI, Block, FileUnits, quantity_of, read_real, text_set
 
 _NO_LABEL = ("", "NONE", "UNKNOWN", "-")
 _TOLERANCE = 1e-6  # relative, between a label's factor and the file's, which is written with few digits
-UNIT_SET = text_set(
-    164,
-    (
-        f"{1:10d}{'SI: Meter (newton)':>20}{1:10d}",
-        "".join(f"{1:25.16e}" for _ in range(3)).replace("e", "D"),
-        f"{273.15:25.16e}".replace("e", "D"),
-    ),
-)  # The data set for SI units
+_ONE, _ICE_POINT = (f"{value:25.16e}".replace("e", "D") for value in (1, 273.15))
+UNIT_SET = text_set(164, (f"{1:10d}{'SI: Meter (newton)':>20}{1:10d}", 3 * _ONE, _ICE_POINT))
+"""The data set for SI units"""
 
 
 class FunctionQuantity(NamedTuple):
@@ -74,12 +69,8 @@ def time_measure(function: Function, notes: list[str]) -> FunctionQuantity:
     quantity, label = quantity_of(function.numerator, function.unit), function.unit
     if quantity == UNKNOWN:
         return _unknown(UNKNOWN, label)
-    if not _is_label(label):
-        return FunctionQuantity(quantity, "", function.units.factor(quantity))
-    if not _is_unit(label, quantity):
-        return _unknown_unit(function, quantity, label, notes)
-    file_scale = function.units.factor(quantity)
-    return FunctionQuantity(quantity, "", _agreed(function, label, unit_factor(label, quantity), file_scale))
+    scale = _scale(function, label, quantity)
+    return _unknown_unit(function, quantity, label, notes) if scale is None else FunctionQuantity(quantity, "", scale)
 
 
 def frf_measure(function: Function, notes: list[str]) -> FunctionQuantity:
@@ -92,22 +83,18 @@ def frf_measure(function: Function, notes: list[str]) -> FunctionQuantity:
     full_label = label if "/" in label or not _is_label(label_below) else f"{label}/{label_below}"
     if UNKNOWN in (above, below):
         return _unknown(f"{above}/{below}", full_label)
-    file_scale = function.units.factor(above) / function.units.factor(below)
-    if _is_label(label) and not _is_unit(label, above):
+    if (scale := _scale(function, label, above)) is None:
         try:
             scale = ratio_factor(label, above, below)
         except RecordError:
             return _unknown_unit(function, f"{above}/{below}", full_label, notes)
+        file_scale = function.units.factor(above) / function.units.factor(below)
         return FunctionQuantity(f"{above}/{below}", "", _agreed(function, label, scale, file_scale))
-    scales = []
-    for text, quantity in ((label, above), (label_below, below)):
-        if _is_label(text) and not _is_unit(text, quantity):
-            return _unknown_unit(function, f"{above}/{below}", full_label, notes)
-        of_file = function.units.factor(quantity)
-        scales.append(_agreed(function, text, unit_factor(text, quantity), of_file) if _is_label(text) else of_file)
-    if above == below and _is_label(label) != _is_label(label_below) and scales[0] != scales[1]:
-        return _unknown_unit(function, f"{above}/{below}", full_label, notes)  # of g over what?
-    return FunctionQuantity(f"{above}/{below}", "", scales[0] / scales[1])
+    scale_below = _scale(function, label_below, below)
+    is_half_labelled = above == below and _is_label(label) != _is_label(label_below)
+    if scale_below is None or (is_half_labelled and scale != scale_below):  # of g over what?
+        return _unknown_unit(function, f"{above}/{below}", full_label, notes)
+    return FunctionQuantity(f"{above}/{below}", "", scale / scale_below)
 
 
 def label_of(text: str) -> str:
@@ -138,13 +125,22 @@ def _agreed(function: Function, label: str, scale: float, file_scale: float) -> 
     return scale
 
 
+def _scale(function: Function, label: str, quantity: str) -> float | None:
+    """Return the SI units in one of a function's numbers, by their label or the file; None of an unknown label."""
+    file_scale = function.units.factor(quantity)
+    if not _is_label(label):
+        return file_scale
+    scale = known_factor(label, quantity)
+    return None if scale is None else _agreed(function, label, scale, file_scale)
+
+
+def known_factor(label: str, quantity: str) -> float | None:
+    """Return the SI units in one unit of a quantity; None of a label that is none of its units."""
+    try:
+        return unit_factor(label, quantity)
+    except RecordError:
+        return None
+
+
 def _is_label(label: str) -> bool:
     return label.upper() not in _NO_LABEL
-
-
-def _is_unit(label: str, quantity: str) -> bool:
-    try:
-        unit_factor(label, quantity)
-    except RecordError:
-        return False
-    return True

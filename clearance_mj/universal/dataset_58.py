@@ -11,33 +11,35 @@ import numpy as np
 
 from ..core.checks import DIRECTIONS, NAME_LIMIT, NOWHERE, require_finite
 from ..core.errors import RecordError
-from .fields import (
-    CLOSE,
-    DELIMITER,
-    FUNCTION_TYPES,
-    FileUnits,
-    closing_line,
-    decoded,
-    read_dof,
-    read_integer,
-    read_real,
-    with_exponents,
-)
+from .fields import DELIMITER, FileUnits, closing_line, decoded, read_dof, read_integer, read_real, with_exponents
 
 TIME_FUNCTION, CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY, COHERENCE = 1, 3, 4, 5, 6
 TIME, FREQUENCY, UNSTATED_TYPES = 17, 18, (0, 1)
 REAL32, REAL64, COMPLEX32, COMPLEX64 = 2, 4, 5, 6
+CLOSE = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*(?:\r?\n|\Z)")
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:E[+-]?[0-9]{2,3}(?=[0-9]\.|[-+\s]|$))?")
 REFERRED = (CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY)  # function types that have a reference
+FUNCTION_TYPES = (
+    "general function", "time response", "auto spectrum", "cross spectrum", "frequency response function",
+    "transmissibility", "coherence", "auto correlation", "cross correlation", "power spectral density",
+    "energy spectral density", "probability density", "spectrum", "cumulative frequency distribution",
+    "peaks and valleys", "stress over cycles", "strain over cycles", "orbit", "mode indicator function",
+    "force pattern", "partial power", "partial coherence", "eigenvalue", "eigenvector", "shock response spectrum",
+    "impulse response filter", "multiple coherence", "order function", "phase compensation",
+)  # fmt: skip
+"""Names of function types by their numbers"""
 FIELDS = {
-    "kind": (6, 0, 5, "function type"),
-    "ordinate": (7, 0, 10, "ordinate data type"),
-    "size": (7, 10, 20, "number of samples"),
-    "even": (7, 20, 30, "abscissa spacing"),
-    "abscissa_type": (8, 0, 10, "abscissa type"),
-    "numerator": (9, 0, 10, "ordinate type"),
+    "kind": (6, 0, 5, "function type"), "ordinate": (7, 0, 10, "ordinate data type"),
+    "size": (7, 10, 20, "number of samples"), "even": (7, 20, 30, "abscissa spacing"),
+    "abscissa_type": (8, 0, 10, "abscissa type"), "numerator": (9, 0, 10, "ordinate type"),
     "denominator": (10, 0, 10, "denominator type"),
-}  # Whole numbers of the header: record, columns and name of each
+}  # fmt: skip
+"""Whole numbers of the header: record, columns and name of each"""
+TEXTS = {
+    "name": (1, 0, 80), "note": (2, 0, 80), "unit": (9, 46, 67), "unit_below": (10, 46, 67), "unit_title": (9, 25, 46),
+    "axis_label": (8, 25, 46), "axis_unit": (8, 46, 67), "entity": (6, 31, 41),
+}  # fmt: skip
+"""Texts of the header: record and columns of each"""
 CHOICES = {"ordinate": ((2, 4, 5, 6), "2, 4, 5 or 6"), "even": ((0, 1), "0 (uneven) or 1 (even)")}
 
 
@@ -126,10 +128,7 @@ def read_function(data: bytes, begin: int, binary: bool, number: int, units: Fil
             raise RecordError(
                 f"header declares {header.size} samples, which is {needed} lines, but {rows} lines follow"
             )
-    function = Function(
-        **vars(header), number=number, begin=body, end=end, dtype=dtype, axis_dtype=axis_dtype, units=units
-    )
-    return function, position
+    return Function(*vars(header).values(), number, body, end, dtype, axis_dtype, units), position
 
 
 def _header_lines(data: bytes, begin: int) -> tuple[list[str], int]:
@@ -194,21 +193,13 @@ def _parse_header(lines: list[str]) -> Header:
     if 0 < increment < 1e-300:
         raise RecordError(f"abscissa increment {increment:g} is too small")
     place = lines[6][66:76], lines[6][76:80]
+    values |= {name: _printable(lines[record][begin:end]) for name, (record, begin, end) in TEXTS.items()}
     return Header(
-        **values | {"even": values["even"] == 1},
-        name=_printable(lines[1][:80]),
-        note=_printable(lines[2][:80]),
+        **values | {"even": values["even"] == 1}, step=step,
         response=read_dof(lines[6][41:51], lines[6][51:55], "response"),
         reference=read_dof(*place, "reference") if values["kind"] in REFERRED else _reference(*place),
         first=read_real(lines[7][30:43], "abscissa minimum"),
-        step=step,
-        unit=_printable(lines[9][46:67]),
-        unit_below=_printable(lines[10][46:67]),
-        unit_title=_printable(lines[9][25:46]),
-        axis_label=_printable(lines[8][25:46]),
-        axis_unit=_printable(lines[8][46:67]),
-        entity=_printable(lines[6][31:41]),
-    )
+    )  # fmt: skip
 
 
 def _printable(text: str) -> str:
@@ -297,16 +288,14 @@ def function_block(header: Header, values: np.ndarray) -> bytes:
     """Return data set 58b, little endian."""
     node, direction = header.response.split(":")
     reference_node, reference_direction = header.reference.split(":")
-    axis = {TIME: ("Time", "s"), FREQUENCY: ("Frequency", "Hz")}.get(
-        header.abscissa_type, (header.axis_label, header.axis_unit)
-    )
+    axis = {TIME: ("Time", "s"), FREQUENCY: ("Frequency", "Hz")}.get(header.abscissa_type)
     lines = [
         f"{58:6d}b{1:6d}{2:6d}{11:12d}{values.nbytes:12d}{0:6d}{0:6d}{0:12d}{0:12d}",
         *(f"{text:<80}" for text in (header.name, header.note, "NONE", "NONE", "NONE")),
         f"{header.kind:5d}{0:10d}{0:5d}{0:10d} {'NONE':<10}{int(node):10d}{DIRECTIONS[direction]:4d} "
         f"{'NONE':<10}{int(reference_node):10d}{DIRECTIONS[reference_direction]:4d}",
         f"{header.ordinate:10d}{header.size:10d}{header.even:10d}{header.first:13.5e}{header.step:>13}{0:13.5e}",
-        _axis_line(header.abscissa_type, *axis),
+        _axis_line(header.abscissa_type, *axis or (header.axis_label, header.axis_unit)),
         _axis_line(header.numerator, "NONE", header.unit[:20]),
         _axis_line(header.denominator, "NONE", header.unit_below[:20]),
         _axis_line(0, "NONE", "NONE"),

@@ -14,7 +14,6 @@ from ..core.quantities import QUANTITIES
 from ..core.units import quantity_of as quantity_of_unit
 
 DELIMITER = f"{-1:6d}\n"
-CLOSE = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*(?:\r?\n|\Z)")
 _CLOSING_LINE = re.compile(rb"^ {0,6}-1[ \t]*(?:\r?\n|\Z)", re.MULTILINE)  # some editors strip blanks
 _INTEGER = re.compile(r"[+-]?[0-9]{1,10}")
 _REAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(E[+-]?[0-9]{1,3})?")
@@ -136,15 +135,6 @@ DATA_SETS = {
     2420: "coordinate systems", 2429: "groups", 2435: "groups", 2452: "groups", 2467: "groups", 2477: "groups",
 }  # fmt: skip
 """Names of data sets by their numbers"""
-FUNCTION_TYPES = (
-    "general function", "time response", "auto spectrum", "cross spectrum", "frequency response function",
-    "transmissibility", "coherence", "auto correlation", "cross correlation", "power spectral density",
-    "energy spectral density", "probability density", "spectrum", "cumulative frequency distribution",
-    "peaks and valleys", "stress over cycles", "strain over cycles", "orbit", "mode indicator function",
-    "force pattern", "partial power", "partial coherence", "eigenvalue", "eigenvector", "shock response spectrum",
-    "impulse response filter", "multiple coherence", "order function", "phase compensation",
-)  # fmt: skip
-"""Names of function types by their numbers"""
 
 
 def named_sets(kinds: Iterable[int]) -> str:

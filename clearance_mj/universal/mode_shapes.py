@@ -75,14 +75,11 @@ def _to_mode_shapes(modes: list[_Mode]) -> ModeShapes:
     nodes = modes[0].shape.keys()
     values = np.array([[mode.shape[node] for node in nodes] for mode in modes])  # (n, nodes, 6)
     moving = np.flatnonzero(np.any(values, axis=(0, 1)))
-    return ModeShapes(
-        np.array([mode.frequency for mode in modes]),
-        np.array([mode.damping for mode in modes]),
-        values[:, :, moving].reshape(len(modes), -1).T,
-        tuple(f"{node}:+{AXES[axis]}" for node in nodes for axis in moving),
-        np.array([mode.modal_mass for mode in modes]),
-        np.array([mode.modal_a for mode in modes]),
-    )
+    dofs = tuple(f"{node}:+{AXES[axis]}" for node in nodes for axis in moving)
+    columns = zip(*((mode.frequency, mode.damping, mode.modal_mass, mode.modal_a) for mode in modes))
+    frequency, damping, modal_mass, modal_a = map(np.array, columns)
+    shape = values[:, :, moving].reshape(len(modes), -1).T
+    return ModeShapes(frequency, damping, shape, dofs, modal_mass, modal_a)
 
 
 def _definition(block: Block) -> str:

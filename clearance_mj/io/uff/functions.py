@@ -8,12 +8,12 @@ from decimal import Decimal
 
 import numpy as np
 
-from ...core.checks import NAME_LIMIT, NOWHERE, even_rate, naming, simplest_rate
+from ...core.checks import NAME_LIMIT, even_rate, naming, simplest_rate
 from ...core.errors import RecordError
 from ...core.quantities import QUANTITIES
 from ...universal.dataset_58 import REAL32, TIME, TIME_FUNCTION, Function, Header, function_block, numbers, samples
 from ...universal.dataset_164 import time_measure
-from ..channels import Channel, ChannelHeader
+from ..channels import NOWHERE, Channel, ChannelHeader, place_of
 from ..gaps import ChannelSamples
 
 __all__ = [
@@ -49,9 +49,9 @@ def read_channel_header(data: bytes, function: Function, notes: list[str], name:
             raise RecordError(why)
         measure = time_measure(function, notes)
         fs, start = _timing(data, function, notes)
-    node, direction = function.response.split(":") if function.response.split(":")[0] != "0" else NOWHERE.split(":")
-    size, unit = function.size, measure.unit
-    return ChannelHeader(name, int(node), direction, measure.quantity, size, fs, start, unit)
+    place = place_of(function.response)
+    place = place if place[0] else NOWHERE
+    return ChannelHeader(name, *place, measure.quantity, function.size, fs, start, measure.unit)
 
 
 def read_samples(data: bytes, function: Function, notes: list[str], name: str) -> ChannelSamples:
@@ -114,18 +114,10 @@ def channel_block(channel: Channel) -> bytes:
         raise RecordError(f'channel "{channel.name}" exceeds single precision (3.4e38)')
     quantity = QUANTITIES.get(channel.quantity)
     header = Header(
-        name=channel.name,
-        kind=TIME_FUNCTION,
-        response=channel.label,
-        ordinate=REAL32,
-        size=channel.size,
-        even=True,
-        first=channel.start,
-        step=_step_text(channel.fs),
-        abscissa_type=TIME,
-        numerator=quantity.codes[0] if quantity else 0,
+        TIME_FUNCTION, REAL32, channel.size, True, channel.start, _step_text(channel.fs), TIME, channel.name,
+        channel.label, numerator=quantity.codes[0] if quantity else 0,
         unit=quantity.ascii_unit if quantity else channel.unit or "NONE",
-    )
+    )  # fmt: skip
     return function_block(header, channel.value.astype("<f4"))
 
 

@@ -11,11 +11,10 @@ import numpy as np
 from ...core.checks import NOWHERE, UNKNOWN, check_dof, naming, require_finite
 from ...core.errors import RecordError
 from ...core.quantities import QUANTITIES
-from ...core.units import unit_factor
 from ...signals.spectra import POWERS, RATIOS, Spectra
-from ...universal.dataset_58 import FREQUENCY, TIME, UNSTATED_TYPES, Function, samples, spectrum_block
-from ...universal.dataset_164 import FunctionQuantity, label_of
-from ...universal.fields import FUNCTION_TYPES, SI, quantity_of
+from ...universal.dataset_58 import FREQUENCY, FUNCTION_TYPES, TIME, UNSTATED_TYPES, Function, samples, spectrum_block
+from ...universal.dataset_164 import FunctionQuantity, known_factor, label_of
+from ...universal.fields import SI, quantity_of
 from .functions import abscissa, name_of
 
 __all__ = ["read_spectra", "spectra_blocks"]
@@ -84,25 +83,18 @@ def _measure(function: Function, kind: str) -> FunctionQuantity:
         return unscaled
     si_unit = QUANTITIES[quantity].unit
     if kind not in POWERS:
-        scale = _factor(label, quantity) if label else 1.0
+        scale = known_factor(label, quantity) if label else 1.0
         return unscaled if scale is None else FunctionQuantity(quantity, si_unit, scale)
     if kind == "cross spectrum":
         return unscaled if label else FunctionQuantity(quantity, "", 1.0)
     per_hertz = {"power spectral density": "/Hz", "energy spectral density": "·s/Hz"}.get(kind, "")
     label = label.removesuffix(per_hertz)
-    scale = _factor(label or si_unit, quantity)
+    scale = known_factor(label or si_unit, quantity)
     if scale is None and (square := _SQUARE.fullmatch(label)):
-        scale = _factor(square[1], quantity)
+        scale = known_factor(square[1], quantity)
     elif scale != 1:  # of the root in a unit that would have to be squared, or would not
         return unscaled
     return unscaled if scale is None else FunctionQuantity(quantity, f"({si_unit})²{per_hertz}", scale**2)
-
-
-def _factor(label: str, quantity: str) -> float | None:
-    try:
-        return unit_factor(label, quantity)
-    except RecordError:
-        return None
 
 
 def spectra_blocks(spectra: Spectra) -> Iterator[bytes]:
