@@ -13,10 +13,9 @@ The names on the right are those of `clearance_mj.io.columns`.
 
 from __future__ import annotations
 
-import dataclasses
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
 
 import numpy as np
@@ -27,7 +26,7 @@ from ..core.errors import RecordError
 from ..core.files import read_lines, write_text
 from ..core.overview import HasOverview, Overview, few
 from ..core.units import unit_factor
-from .channels import UNKNOWN, Channel
+from .channels import UNKNOWN, Channel, place_of
 from .columns import SKIP, ColumnHeader, resolve
 
 __all__ = ["UNDECIDED", "ChannelMap"]
@@ -164,7 +163,7 @@ def _column(name: str, entry: str) -> ColumnHeader:
 def _apply_entry(channel: Channel, entry: str) -> Channel:
     """Return a channel as the map has it; a unit that the map gives goes before that of the file."""
     column = _column(channel.name, entry)
-    node, direction = column.dof.split(":")
+    node, direction = place_of(column.dof)
     value = channel.value
     if "[" in entry or channel.quantity == UNKNOWN:
         as_in_file = 1.0
@@ -176,6 +175,4 @@ def _apply_entry(channel: Channel, entry: str) -> Channel:
             f'is {channel.quantity} by its unit in the file, the map says "{entry}"; give the unit of its numbers too, '
             f'as in "{entry} [...]"'
         )
-    return dataclasses.replace(
-        channel, quantity=column.quantity, node=int(node), direction=direction, value=value, unit=""
-    )
+    return replace(channel, quantity=column.quantity, node=node, direction=direction, value=value, unit="")

@@ -12,7 +12,7 @@ from ..core.errors import RecordError
 from ..core.quantities import QUANTITIES
 from ..signals.channel_check import check_channel
 
-__all__ = ["DIRECTIONS", "NOWHERE", "QUANTITIES", "UNKNOWN", "Channel", "ChannelHeader", "channel_faults"]
+__all__ = ["DIRECTIONS", "NOWHERE", "QUANTITIES", "UNKNOWN", "Channel", "ChannelHeader", "channel_faults", "place_of"]
 
 NOWHERE = (0, "S")
 """Node and direction of a channel whose file does not say where it measured."""
@@ -31,6 +31,11 @@ class _Measured:
     quantity: str
     """one of `core.quantities.QUANTITIES`, such as "acceleration" (m/s²), or
     "unknown", which no calculation uses until `clearance_mj.map_channels` or a map of columns gives its quantity"""
+
+    @property
+    def label(self) -> str:
+        """Degree of freedom, such as "3:+Z"."""
+        return f"{self.node}:{self.direction}"
 
     @property
     def placed(self) -> bool:
@@ -71,9 +76,7 @@ class Channel(_Measured):
         if not 0 <= self.node < 10**9:
             raise RecordError(f'channel "{name}": node {self.node} must be a whole number of at most 9 digits')
         RecordError.require_known(f'channel "{name}": direction', self.direction, DIRECTIONS)
-        if self.quantity not in (*QUANTITIES, UNKNOWN):
-            known = ", ".join((*QUANTITIES, UNKNOWN))
-            raise RecordError(f'channel "{name}": quantity "{self.quantity}" is unknown; use {known}')
+        RecordError.require_known(f'channel "{name}": quantity', self.quantity, (*QUANTITIES, UNKNOWN))
         if len(self.unit) > NAME_LIMIT or not self.unit.isprintable():
             raise RecordError(f'channel "{name}": unit {self.unit!r} must be at most {NAME_LIMIT} printable characters')
         if value.ndim != 1 or not value.size:
@@ -85,11 +88,6 @@ class Channel(_Measured):
         object.__setattr__(self, "value", value)
 
     @property
-    def label(self) -> str:
-        """Degree of freedom, such as "3:+Z"."""
-        return f"{self.node}:{self.direction}"
-
-    @property
     def size(self) -> int:
         """Number of samples."""
         return self.value.size
@@ -98,6 +96,12 @@ class Channel(_Measured):
     def time(self) -> np.ndarray:
         """(n_t,) s"""
         return self.start + np.arange(self.size) / self.fs
+
+
+def place_of(dof: str) -> tuple[int, str]:
+    """Return node and direction of a degree of freedom, such as "3:+Z"."""
+    node, _, direction = dof.partition(":")
+    return int(node), direction
 
 
 def channel_faults(channels: Sequence[Channel], all_known: bool = True) -> list[str]:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.checks import NAME_LIMIT
+from ..core.checks import NAME_LIMIT, NOWHERE
 from ..core.errors import RecordError
 from ..core.quantities import QUANTITIES
 from ..core.units import UNITS, quantity_of, ratio_factor, unit_factor
@@ -28,7 +28,7 @@ from ..rig.instruments import KEYPHASOR
 from ..signals.frf import FRF
 from ..signals.quantities import require_quantity
 from ..signals.references import join_references
-from .channels import NOWHERE, UNKNOWN, Channel, require_one_time
+from .channels import UNKNOWN, Channel, place_of, require_one_time
 from .tables.headers import LONGEST, is_time, split_header, unique_names
 
 __all__ = ["SKIP", "ColumnHeader", "Columns"]
@@ -43,6 +43,7 @@ PULSES = "keyphasor"
 _PREFIX = {name: known.prefix for name, known in QUANTITIES.items()}
 _QUANTITY = {prefix: quantity for quantity, prefix in _PREFIX.items()} | {"base": "acceleration"}
 _NODES = {"base": BASE_NODE, "force": SHAKER_NODE}
+_INPUTS = {(str(node), _QUANTITY[name]): name for name, node in _NODES.items()}
 _CELL = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
 _PLACE = rf"(?:base|(?:{'|'.join(_PREFIX.values())}):\d{{1,9}}|force)(?::(?:[+-]R?[XYZ]|S))?"
 _CHANNEL = re.compile(_PLACE)
@@ -72,9 +73,8 @@ class ColumnHeader:
 
     def channel(self, value: np.ndarray, fs: float, start: float) -> Channel:
         """Return the column as a channel, from its numbers (n_t,) in its unit; ``fs`` in Hz, ``start`` in s."""
-        node, direction = self.dof.split(":")
         unit = self.unit if self.quantity == UNKNOWN else ""
-        return Channel(self.name, int(node), direction, self.quantity, value * self.scale, fs, start, unit)
+        return Channel(self.name, *place_of(self.dof), self.quantity, value * self.scale, fs, start, unit)
 
 
 def resolve(
@@ -89,7 +89,7 @@ def resolve(
     keys = [{cell, _name(cell), name} if cells.count(cell) == 1 else {name} for cell, name in zip(cells, names)]
     if missing := [header for header in mapped if not any(header in known for known in keys)]:
         suggestion = _suggest_name(missing[0], [*cells, *names])
-        raise RecordError(f'{where}has no {kind} "{missing[0]}"{suggestion}; its {kind}s are {quoted_names(cells)}')
+        raise RecordError(f'{where}has no {kind} "{missing[0]}"{suggestion}; its {kind}s are {quoted(cells)}')
     has_channel_names = any(":" in cell or _name(cell) == "base" for cell in cells if _is_column_name(_name(cell)))
     used = []
     for index, (cell, name, aliases) in enumerate(zip(cells, names, keys)):
@@ -118,14 +118,13 @@ def resolve(
             )
         raise RecordError(f'{where}"{other.name}" is of a time record, "{functions[0].name}" of FRFs; needs one kind')
     if all(column.quantity in ("time", "frequency") for column in used):
-        raise RecordError(f"{where}has no channel beside time; its {kind}s are {quoted_names(cells)}")
+        raise RecordError(f"{where}has no channel beside time; its {kind}s are {quoted(cells)}")
     return used
 
 
 def as_channel(time: ColumnHeader) -> ColumnHeader:
     """Return a raw column of time as one of a channel, because another one is the time."""
-    node, direction = NOWHERE
-    return dataclasses.replace(time, quantity=UNKNOWN, dof=f"{node}:{direction}", scale=1.0)
+    return dataclasses.replace(time, quantity=UNKNOWN, dof=NOWHERE, scale=1.0)
 
 
 def _is_column_name(name: str) -> bool:
@@ -142,11 +141,10 @@ def _raw_column(index: int, cell: str, name: str, has_channel_names: bool) -> Co
     suggestion = _suggest_name(plain, _similar_channels(plain), 0.75)
     if suggestion and (_PREFIX_AND_NODE.match(plain) or (has_channel_names and not is_time(plain))):
         raise RecordError(
-            f"not the name of a channel{suggestion}; use {quoted_names(EXAMPLES)} with the node's number, "
+            f"not the name of a channel{suggestion}; use {quoted(EXAMPLES)} with the node's number, "
             f'or map it: "{cell}=acc:1" (or "{cell}={SKIP}" to leave it out)'
         )
     plain, unit = split_header(cell)
-    node, direction = NOWHERE
     if is_time(plain):
         try:
             scale = _scale(unit, "time")
@@ -155,7 +153,7 @@ def _raw_column(index: int, cell: str, name: str, has_channel_names: bool) -> Co
         return ColumnHeader(index, name, "time", scale=scale, unit=unit, is_raw=True)
     quantity, scale = quantity_of(unit) or (UNKNOWN, 1.0)
     unit = "".join(c if c.isprintable() else " " for c in unit)[:NAME_LIMIT].strip()
-    return ColumnHeader(index, name, quantity, f"{node}:{direction}", scale=scale, unit=unit, is_raw=True)
+    return ColumnHeader(index, name, quantity, NOWHERE, scale=scale, unit=unit, is_raw=True)
 
 
 def _column(index: int, cell: str, entry: str) -> ColumnHeader:
@@ -169,7 +167,7 @@ def _column(index: int, cell: str, entry: str) -> ColumnHeader:
         return _frf_column(index, _name(cell), unit, *function.groups())
     if not _CHANNEL.fullmatch(name):
         suggestion = _suggest_name(name, _similar_channels(name))
-        raise RecordError(f"not the name of a channel{suggestion}; use {quoted_names(EXAMPLES)} with the node's number")
+        raise RecordError(f"not the name of a channel{suggestion}; use {quoted(EXAMPLES)} with the node's number")
     quantity, dof = _place(name)
     return ColumnHeader(index, _name(cell), quantity, dof, scale=_scale(unit, quantity))
 
@@ -178,16 +176,12 @@ def _frf_column(
     index: int, name: str, unit: str | None, response: str, reference: str, part: str | None
 ) -> ColumnHeader:
     (above, dof), (below, reference) = _place(response), _place(reference)
-    part = part or ""
-    if part == "phase":
-        if not unit:
-            raise RecordError("a phase needs its unit, [deg] or [rad], got none")
-        scale = unit_factor(unit, "angle")
-    elif part == "coherence" or not unit:
-        scale = 1.0
-    else:
-        scale = ratio_factor(unit, above, below)
-    return ColumnHeader(index, name, f"{above}/{below}", dof, reference, part, scale)
+    if part == "phase" and not unit:
+        raise RecordError("a phase needs its unit, [deg] or [rad], got none")
+    scale = 1.0
+    if unit and part != "coherence":
+        scale = unit_factor(unit, "angle") if part == "phase" else ratio_factor(unit, above, below)
+    return ColumnHeader(index, name, f"{above}/{below}", dof, reference, part or "", scale)
 
 
 def _place(name: str) -> tuple[str, str]:
@@ -245,12 +239,16 @@ def _complex(dof: str, parts: Mapping[str, np.ndarray]) -> np.ndarray:
 def channel_name(dof: str, quantity: str) -> str:
     """Return the name of a channel's column, without a unit."""
     node, direction = dof.split(":")
-    name = f"{_PREFIX[quantity]}:{node}"
-    if (node, quantity) == (str(BASE_NODE), "acceleration"):
-        name = "base"
-    if (node, quantity) == (str(SHAKER_NODE), "force"):
-        name = "force"
+    name = _INPUTS.get((node, quantity), f"{_PREFIX[quantity]}:{node}")
     return name if direction == "+Z" else f"{name}:{direction}"
+
+
+def timed_table(obj: Contents) -> tuple[list[str], np.ndarray]:
+    """Return the headers and real numbers (n, n_columns) of a text table, time or frequency first."""
+    if isinstance(obj, FRF):
+        return table_of_frf(obj)
+    headers, numbers = table_of_channels(obj)
+    return ["time [s]", *headers], np.column_stack((obj[0].time, numbers))
 
 
 def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
@@ -258,8 +256,7 @@ def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarra
     require_one_time(channels)
     pairs = map(written_header, channels)
     headers = [f"{name} [{unit}]" if unit or split_header(name)[1] else name for name, unit in pairs]
-    duplicate = next((h for h in headers if headers.count(h) > 1), None)
-    if duplicate:
+    if duplicate := next((h for h in headers if headers.count(h) > 1), None):
         raise RecordError(f'two channels would be columns "{duplicate}"; give each its own node, or write .uff')
     return headers, np.stack([c.value for c in channels], axis=1)
 
@@ -334,6 +331,6 @@ def _suggest_name(name: str, names: Sequence[str], cutoff: float = 0.6) -> str:
     return f' (did you mean "{matches[0]}"?)' if matches else ""
 
 
-def quoted_names(names: Iterable[str]) -> str:
+def quoted(names: Iterable[str]) -> str:
     """Return the names in quotation marks."""
     return ", ".join(f'"{name}"' for name in names)

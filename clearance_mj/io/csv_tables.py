@@ -22,17 +22,7 @@ from ..core.files import read_text, replacing
 from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
-from .columns import (
-    SKIP,
-    ColumnHeader,
-    Columns,
-    Contents,
-    frf_of_columns,
-    quoted_names,
-    resolve,
-    table_of_channels,
-    table_of_frf,
-)
+from .columns import SKIP, ColumnHeader, Columns, Contents, frf_of_columns, quoted, resolve, timed_table
 from .gaps import MAX_MISSING_FRACTION, ChannelSamples, gapless_channels, is_code
 from .registry import Format, register
 from .tables.headers import is_index, unique_names
@@ -86,16 +76,11 @@ def read_columns(path: str | PathLike[str]) -> dict[str, np.ndarray]:
 def write_csv(path: str | PathLike[str], obj: Contents) -> None:
     """Write time records of one rate, length and start, or FRFs, as CSV, every digit of every number."""
     with naming(f"{path}: cannot be written"):
-        headers, numbers = table_of_frf(obj) if isinstance(obj, FRF) else _with_time(obj)
+        headers, numbers = timed_table(obj)
     line = io.StringIO()
     csv.writer(line, lineterminator="").writerow(headers)
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
         np.savetxt(file, numbers, "%.17g", ",", header=line.getvalue(), comments="")
-
-
-def _with_time(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
-    headers, numbers = table_of_channels(channels)
-    return ["time [s]", *headers], np.column_stack((channels[0].time, numbers))
 
 
 def _body(data: bytes, notes: list[str]) -> TableBody:
@@ -123,7 +108,7 @@ def read_table(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents
     above = [line.decode().rstrip() for line in body.data[: body.begin].splitlines()]
     axis, of_time = time_of(body, used, cells, rates, find_rate(above, layout.style))
     if not (columns := _channels(body, used, of_time, notes)):
-        raise RecordError(f"line {line}: has no column of numbers beside time; its columns are {quoted_names(cells)}")
+        raise RecordError(f"line {line}: has no column of numbers beside time; its columns are {quoted(cells)}")
     parts = [(c, *_numbers(body, c, cells)) for c in columns]
     return gapless_channels(
         [ChannelSamples(c.name, axis.samples(value), axis.fs, axis.start, c.channel, code) for c, value, code in parts],

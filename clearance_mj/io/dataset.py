@@ -17,18 +17,17 @@ from pydantic import AfterValidator, Field
 
 from ..core.checks import naming
 from ..core.errors import RecordError
-from ..core.files import replacing
+from ..core.files import write_text
 from ..core.overview import HasOverview, Overview, few
 from ..core.validation import NotNegative, Positive, Text, Whole, checked, from_plain, json_schema, read_plain, to_plain
 from ..rig import BASE_NODE, SHAKER_NODE, Rig, Spin
 from ..rig.instruments import Direction
-from .record import Band, FileChannels, Kind, Record, RecordName, Role
+from .record import RECORD_HEAD, Band, FileChannels, Kind, Record, RecordName, Role
 from .uff import scan_uff, write_uff
 
 __all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "dataset_schema", "write_dataset"]
 
 SHOWN_RECORDS = 20  # records that a dataset shows of itself in print
-HEAD = ("record", "role", "level RMS", "duration", "rate", "band", "excitation")
 ROLES = ("identify", "validate", "sine", "orbit")
 
 _NEEDS = "a dataset is a folder with rig.toml, dataset.toml and the .uff file of each record that it lists"
@@ -60,14 +59,12 @@ class Dataset(HasOverview):
     def __post_init__(self) -> None:
         if not self.records:
             raise RecordError("a dataset needs at least one record")
-        seen: set[str] = set()
-        for record in self.records:
-            # Names are file names, and some file systems do not tell "A" from "a".
-            if record.name.lower() in seen:
-                raise RecordError(
-                    f'record name "{record.name}" is used twice; rename one, or delete its table in dataset.toml first'
-                )
-            seen.add(record.name.lower())
+        # Names are file names, and some file systems do not tell "A" from "a".
+        names = [record.name.lower() for record in self.records]
+        if twice := next((r.name for i, r in enumerate(self.records) if names[i] in names[:i]), None):
+            raise RecordError(
+                f'record name "{twice}" is used twice; rename one, or delete its table in dataset.toml first'
+            )
 
     def _overview(self) -> Overview:
         rows = [record.row() for record in self.records[:SHOWN_RECORDS]]
@@ -79,7 +76,7 @@ class Dataset(HasOverview):
             + (f", {len(self.orbits)} of orbits" if self.orbits else "")
             + (f"; the first {SHOWN_RECORDS}:" if hidden else ""),
         }
-        return Overview(f"Dataset of rig “{self.rig.name}”", facts, [HEAD, *rows])
+        return Overview(f"Dataset of rig “{self.rig.name}”", facts, [RECORD_HEAD, *rows])
 
     @property
     def identify(self) -> tuple[Record, ...]:
@@ -200,8 +197,7 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
         rig.copied(path / "structure").save(path / "rig.toml")
     for record in new:
         write_uff(path / f"{record.name}.uff", record)
-    with replacing(path / "dataset.toml") as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_text(path / "dataset.toml", text)
 
 
 def _records_to_append(records: Sequence[Record], stored: Dataset) -> list[Record] | None:
@@ -277,11 +273,10 @@ class _Entry:
 
     def record(self, folder: Path, rig: Rig, where: str) -> Record:
         channels = FileChannels(folder / self.file, scan_uff(folder / self.file), self.fs)
-        of_excitation = self.kind, self.excitation, self.level, self.seed, self.band
         with naming(where):
             return Record(
-                self.name, self.role, rig, self.fs, channels, *of_excitation, self.provenance, self.direction,
-                self.spin, self.left_out,
+                self.name, self.role, rig, self.fs, channels, self.kind, self.excitation, self.level, self.seed,
+                self.band, self.provenance, self.direction, self.spin, self.left_out,
             )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
 from . import csv_tables, lvm, mat, mdf, results, sheets, tdms, uff
 from .channel_map import ChannelMap
-from .channels import NOWHERE, Channel
+from .channels import NOWHERE, Channel, place_of
 from .contents import FileContents, pick_part
 from .dataset import BASE_NODE, SHAKER_NODE, Dataset, Record
 from .record import Kind, Role
@@ -44,14 +44,9 @@ Columns = Mapping[str, str]
 
 
 def read(
-    path: str | PathLike[str],
-    columns: Columns | None = None,
-    fs: float | None = None,
-    reference: str | None = None,
-    what: str | None = None,
-    units: str | None = None,
-    resample: float | None = None,
-) -> Contents:
+    path: str | PathLike[str], columns: Columns | None = None, fs: float | None = None, reference: str | None = None,
+    what: str | None = None, units: str | None = None, resample: float | None = None,
+) -> Contents:  # fmt: skip
     """Read a file in the format of its suffix, or a dataset folder.
 
     Parameters
@@ -85,9 +80,8 @@ def read(
     if Path(path).is_dir():
         return Dataset.load(Path(path))
     fmt = format_of(path)
-    options: dict[str, Any] = {"columns": columns or None, "fs": fs, "reference": reference, "units": units}
-    options["resample"] = resample
-    options = {name: value for name, value in options.items() if value is not None}
+    given = dict(columns=columns or None, fs=fs, reference=reference, units=units, resample=resample)
+    options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     for name in options.keys() - {*fmt.options, "reference", "resample"}:
         names = sorted({f.name for f in FORMATS.values() if name in f.options})
         raise RecordError(f"{path}: {OPTIONS[name]} for {', '.join(names)} files")
@@ -125,14 +119,9 @@ def _words(obj: object) -> str:
 
 
 def read_channels(
-    path: str | PathLike[str],
-    columns: Columns | None = None,
-    fs: float | None = None,
-    rig: Rig | None = None,
-    units: str | None = None,
-    channel_map: ChannelMap | None = None,
-    resample: float | None = None,
-) -> list[Channel]:
+    path: str | PathLike[str], columns: Columns | None = None, fs: float | None = None, rig: Rig | None = None,
+    units: str | None = None, channel_map: ChannelMap | None = None, resample: float | None = None,
+) -> list[Channel]:  # fmt: skip
     """Read a file of time records and apply a map of channels to it.
 
     ``rig`` says at which nodes the displacements of a simulated response are; the rest as `read` takes it.
@@ -150,17 +139,10 @@ def read_channels(
 
 
 def read_record(
-    path: str | PathLike[str],
-    rig: Rig,
-    role: Role,
-    columns: Columns | None = None,
-    fs: float | None = None,
-    units: str | None = None,
-    channel_map: ChannelMap | None = None,
-    resample: float | None = None,
-    kind: Kind | None = None,
-    **described: Any,
-) -> Record:
+    path: str | PathLike[str], rig: Rig, role: Role, columns: Columns | None = None, fs: float | None = None,
+    units: str | None = None, channel_map: ChannelMap | None = None, resample: float | None = None,
+    kind: Kind | None = None, **described: Any,
+) -> Record:  # fmt: skip
     """Read a file with the time records of one test on a rig, which is named after the file.
 
     ``columns``, ``fs``, ``units``, ``channel_map`` and ``resample`` as `read_channels` takes them; ``kind`` of
@@ -198,12 +180,9 @@ def driving_kind(channels: Sequence[Channel], rig: Rig) -> Kind:
 
 
 def read_frf(
-    path: str | PathLike[str],
-    columns: Columns | None = None,
-    reference: str | None = None,
-    what: str = "frf",
+    path: str | PathLike[str], columns: Columns | None = None, reference: str | None = None, what: str = "frf",
     units: str | None = None,
-) -> FRF:
+) -> FRF:  # fmt: skip
     """Read a file of FRFs to one or several references.
 
     Parameters
@@ -290,10 +269,7 @@ def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
     if rig and response.displacement is not None:
         probes = zip(rig.probe_labels, response.displacement)
         columns += [(f"displacement {dof}", dof, "displacement", value) for dof, value in probes]
-    return [
-        Channel(name, int(dof.split(":")[0]), dof.split(":")[1], quantity, value, response.fs)
-        for name, dof, quantity, value in columns
-    ]
+    return [Channel(name, *place_of(dof), quantity, value, response.fs) for name, dof, quantity, value in columns]
 
 
 def force_channels(response: Response, rig: Rig | None = None) -> list[Channel]:

@@ -23,16 +23,7 @@ from ..core.matlab import Value, arrays
 from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
-from .columns import (
-    ColumnHeader,
-    Columns,
-    Contents,
-    frf_names,
-    frf_of_columns,
-    quoted_names,
-    resolve,
-    table_of_channels,
-)
+from .columns import ColumnHeader, Columns, Contents, frf_names, frf_of_columns, quoted, resolve, table_of_channels
 from .containers import waveforms
 from .gaps import ChannelSamples, gapless_channels
 from .registry import Format, register
@@ -176,7 +167,7 @@ def _timing(used: list[ColumnHeader], values: list[np.ndarray], rates: Rates, st
             return TimeAxis(rates.fs)
         if stored is None:
             raise RecordError(
-                f'has no variable "time" or "fs", only {quoted_names(c.name for c in used)}; map one to time, or '
+                f'has no variable "time" or "fs", only {quoted(c.name for c in used)}; map one to time, or '
                 "give the sampling rate"
             )
         if not isinstance(stored, np.ndarray) or stored.size != 1 or np.iscomplexobj(stored):

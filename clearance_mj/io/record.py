@@ -22,13 +22,14 @@ from ..rig.instruments import KEYPHASOR, Direction, Sensor
 from ..signals.excitation import Excitation
 from ..signals.keyphasor import ShaftTurning, turning_of_pulses
 from ..signals.response import Response
-from .channels import UNKNOWN, Channel, ChannelHeader
+from .channels import UNKNOWN, Channel, ChannelHeader, place_of
 from .columns import channel_name
 from .uff import read_uff
 
-__all__ = ["Band", "FileChannels", "Kind", "Record", "RecordName", "Role"]
+__all__ = ["RECORD_HEAD", "Band", "FileChannels", "Kind", "Record", "RecordName", "Role"]
 
 _QUANTITIES = {"base": "acceleration", "force": "force"}
+RECORD_HEAD = ("record", "role", "level RMS", "duration", "rate", "band", "excitation")
 STEADY = 0.02  # of the stated speed: largest deviation and change of the measured one
 RAMP = 0.2  # of the fastest speed of a ramp: largest deviation, for no machine follows one exactly
 SENSOR = "a sensor of the rig"
@@ -149,7 +150,7 @@ class Record(HasOverview):
         else:
             needed |= {(s.label, s.quantity): SENSOR for s in self._recorded_sensors}
         for (label, quantity), purpose in needed.items():
-            node, _, axis = _split_dof(label)
+            node, axis = _node_and_axis(label)
             if (node, axis, quantity) not in seen:
                 leave_out = LEAVE_OUT.format(label, label) if purpose == SENSOR and self.role == "identify" else ""
                 remedy = _mapping_hint(headers) or leave_out
@@ -159,7 +160,7 @@ class Record(HasOverview):
         spin = self._test_spin
         if self.excitation_kind == "spin" and not spin:
             raise RecordError('is of kind "spin", and its shaft does not turn: give spin with a speed, rad/s')
-        if spin and not any(f"{h.node}:{h.direction}" == KEYPHASOR for h in headers):
+        if spin and not any(h.label == KEYPHASOR for h in headers):
             raise RecordError(
                 f"turns at {spin.speed:g} rad/s and has no keyphasor, a channel of once-per-turn pulses at "
                 f"{KEYPHASOR}, without which the shaft's angle is not known"
@@ -170,19 +171,13 @@ class Record(HasOverview):
     def row(self) -> tuple[str, ...]:
         """Return name, role, level, duration, rate, band and excitation in words."""
         unit = "N" if self.excitation_kind == "force" else "m/s²"
-        return (
-            self.name,
-            self.role,
-            "" if self.level is None else f"{self.level:.4g} {unit}",
-            f"{self.duration:.4g} s",
-            f"{self.fs:g} Hz",
-            f"{self.band[0]:g} to {self.band[1]:g} Hz" if self.band else "",
-            self.description or self.excitation_kind,
-        )
+        level = "" if self.level is None else f"{self.level:.4g} {unit}"
+        band = f"{self.band[0]:g} to {self.band[1]:g} Hz" if self.band else ""
+        rate, excitation = f"{self.fs:g} Hz", self.description or self.excitation_kind
+        return self.name, self.role, level, f"{self.duration:.4g} s", rate, band, excitation
 
     def _overview(self) -> Overview:
-        _, *values = self.row()
-        facts = dict(zip(("role", "level RMS", "duration", "rate", "band", "excitation"), values))
+        facts = dict(zip(RECORD_HEAD[1:], self.row()[1:]))
         facts["channels"] = str(len(self._headers))
         facts["left out"] = ", ".join(self.left_out)
         facts["from"] = ", ".join(f"{name}: {value}" for name, value in self.provenance.items())
@@ -219,7 +214,7 @@ class Record(HasOverview):
     def _has_all_sensors(self) -> bool:
         """True if every sensor that is not left out was recorded, along either sense of its direction."""
         recorded = {(h.node, h.direction.lstrip("+-"), h.quantity) for h in self._headers}
-        return all((s.node, _split_dof(s.label)[2], s.quantity) in recorded for s in self._recorded_sensors)
+        return all((*_node_and_axis(s.label), s.quantity) in recorded for s in self._recorded_sensors)
 
     @property
     def _headers(self) -> Sequence[Channel | ChannelHeader]:
@@ -246,7 +241,7 @@ class Record(HasOverview):
         description |= {k: v for k in ("level", "seed") if (v := getattr(self, k)) is not None}
         if self.excitation_kind == "spin":
             return Excitation(np.zeros(self.size), self.fs, "base", None, description)
-        value = self._samples_by_dof(self.channels)[self._excitation_dof]
+        value = self._samples_by_dof()[self._excitation_dof]
         return Excitation(value, self.fs, self.excitation_kind, self.band, description)
 
     def turning(self) -> ShaftTurning | None:
@@ -305,38 +300,31 @@ class Record(HasOverview):
             ``displacement`` (n_rows, n_t) if every clearance has its probes, displacement channels at
             `Rig.probe_labels`. A channel of the other sign is reversed.
         """
-        measured = self._samples_by_dof(self.channels)
+        measured = self._samples_by_dof()
         probed = [(label, "displacement") for label in self.rig.probe_labels]
         has_probes = bool(probed) and not self.missing_probes
         by_spin, turning = self.excitation_kind == "spin", self.turning()
         sensors = self._recorded_sensors if self._has_all_sensors else []
         return Response(
-            fs=self.fs,
-            excitation=np.zeros(self.size) if by_spin else measured[self._excitation_dof],
+            fs=self.fs, excitation=np.zeros(self.size) if by_spin else measured[self._excitation_dof],
             channels=np.array([measured[s.label, s.quantity] for s in sensors]).reshape(-1, self.size),
             displacement=np.stack([measured[probe] for probe in probed]) if has_probes else None,
-            kind="base" if by_spin else self.excitation_kind,
-            band=self.band,
-            responses=tuple(s.label for s in sensors),
-            quantities=tuple(s.quantity for s in sensors),
-            reference=self._excitation_dof[0],
+            kind="base" if by_spin else self.excitation_kind, band=self.band, reference=self._excitation_dof[0],
+            responses=tuple(s.label for s in sensors), quantities=tuple(s.quantity for s in sensors),
             provenance={"record": self.name, "rig": self.rig.name, **self.provenance},
             spin=None if turning is None else turning.speed,
-        )
+        )  # fmt: skip
 
     @property
     def missing_probes(self) -> tuple[tuple[int, str], ...]:
         """Rows of clearances without a displacement probe: the index and the degree of freedom of each."""
         probed = {(h.node, h.direction.lstrip("+-")) for h in self._headers if h.quantity == "displacement"}
-        places = [(label, _split_dof(label)) for label in self.rig.probe_labels]
-        return tuple((j, label) for j, (label, (node, _, axis)) in enumerate(places) if (node, axis) not in probed)
+        return tuple(pair for pair in enumerate(self.rig.probe_labels) if _node_and_axis(pair[1]) not in probed)
 
-    @staticmethod
-    def _samples_by_dof(channels: Sequence[Channel]) -> dict[tuple[str, str], np.ndarray]:
+    def _samples_by_dof(self) -> dict[tuple[str, str], np.ndarray]:
         """Return (n_t,) samples by degree of freedom, in either sign, and quantity."""
-        samples = {(c.label, c.quantity): c.value for c in channels}
-        reversed_samples = {(f"{c.node}:{c.direction.translate(_OTHER_SIGN)}", c.quantity): -c.value for c in channels}
-        return reversed_samples | samples
+        samples = {(c.label, c.quantity): c.value for c in self.channels}
+        return {(dof.translate(_OTHER_SIGN), quantity): -v for (dof, quantity), v in samples.items()} | samples
 
 
 def _mapping_hint(headers: Sequence[Channel | ChannelHeader]) -> str:
@@ -350,10 +338,10 @@ def _mapping_hint(headers: Sequence[Channel | ChannelHeader]) -> str:
     )
 
 
-def _split_dof(label: str) -> tuple[int, str, str]:
-    """Return node, sign and axis of a degree of freedom."""
-    node, direction = label.split(":")
-    return int(node), direction[0], direction[1:]
+def _node_and_axis(label: str) -> tuple[int, str]:
+    """Return node and axis of a degree of freedom, along either sense."""
+    node, direction = place_of(label)
+    return node, direction.lstrip("+-")
 
 
 class FileChannels(Sequence[Channel]):

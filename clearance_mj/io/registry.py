@@ -20,16 +20,11 @@ from .channels import Channel
 
 __all__ = ["FORMATS", "OBJECT_NAMES", "Format", "format_of", "register"]
 
+# Objects of files; time records are lists of channels
 OBJECT_NAMES: dict[type, str] = {
-    Channel: "time records",
-    Response: "responses",
-    FRF: "FRFs",
-    Spectra: "spectra",
-    Modes: "modes",
-    Geometry: "a geometry",
-    Rig: "a rig",
-    Law: "a law",
-}  # Objects of files; time records are lists of channels
+    Channel: "time records", Response: "responses", FRF: "FRFs", Spectra: "spectra", Modes: "modes",
+    Geometry: "a geometry", Rig: "a rig", Law: "a law",
+}  # fmt: skip
 _PLAIN = (".wav", ".wave", ".flac", ".aif", ".aiff", ".ogg", ".mp3", ".npy", ".npz", ".bin", ".raw", ".dat", ".pcm")
 """Suffixes of plain time series."""
 
@@ -40,9 +35,8 @@ class Format:
 
     name: str  #: in messages and in the table of docs/files.md
     suffixes: tuple[str, ...]  #: such as (".uff", ".unv"), in lower case
-    holds: tuple[
-        type, ...
-    ]  #: keys of `OBJECT_NAMES`; a format that does not hold `Response` writes one as its channels
+    #: keys of `OBJECT_NAMES`; a format that does not hold `Response` writes one as its channels
+    holds: tuple[type, ...]
     read: Callable[..., Any]  #: path, and the options as keywords -> an object, see `OBJECT_NAMES`
     write: Callable[..., None] | None = None
     """path, object; with geometry: path, object, rig. None: the format is read only"""

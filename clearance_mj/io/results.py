@@ -27,7 +27,7 @@ from ..signals.labelled import KIND, UNITS, attribute, labels, require_kind, val
 from ..signals.response import Response
 from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
-from .channels import UNKNOWN, Channel, require_one_time
+from .channels import UNKNOWN, Channel, place_of, require_one_time
 from .columns import Columns
 from .containers import fields_of_hdf5, waveforms
 from .registry import Format, register
@@ -43,6 +43,7 @@ __all__ = ["load", "save", "save_blocks"]
 
 Result = list[Channel] | FRF | Response | Spectra | Modes | Geometry
 _HDF5 = (".h5", ".hdf5", ".nc4")
+_TEXTS = ("name", "dof", "quantity", "units")  # of a channel
 _HDF5_MAGIC = b"\x89HDF"
 
 
@@ -82,13 +83,8 @@ def channels_to_dataset(channels: Sequence[Channel]) -> xr.Dataset:
 
     require_one_time(channels)
     first = channels[0]
-    texts = {
-        "name": [c.name for c in channels],
-        "dof": [c.label for c in channels],
-        "quantity": [c.quantity for c in channels],
-        "units": [c.unit if c.quantity == UNKNOWN else UNITS[c.quantity] for c in channels],
-    }
-    coordinates: dict[str, Any] = {name: ("channel", text) for name, text in texts.items()}
+    texts = [(c.name, c.label, c.quantity, c.unit if c.quantity == UNKNOWN else UNITS[c.quantity]) for c in channels]
+    coordinates: dict[str, Any] = {name: ("channel", [*text]) for name, text in zip(_TEXTS, zip(*texts))}
     coordinates["time"] = ("time", first.time, {"units": "s"})
     attributes = {KIND: "channels", "fs": float(first.fs), "start": float(first.start)}
     return xr.Dataset({"value": (("channel", "time"), [c.value for c in channels])}, coordinates, attributes)
@@ -98,13 +94,11 @@ def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
     """Return the channels of a dataset that `channels_to_dataset` made."""
     require_kind(ds, "channels")
     fs, start = float(attribute(ds, "fs")), float(attribute(ds, "start"))
-    texts = (labels(ds, name) for name in ("name", "dof", "quantity", "units"))
-    channels = []
-    for name, dof, quantity, unit, value in zip(*texts, values(ds, "value", "channel", "time")):
-        node, _, direction = dof.partition(":")
-        unit = unit if quantity == UNKNOWN else ""
-        channels.append(Channel(name, int(node), direction, quantity, value, fs, start, unit))
-    return channels
+    texts = (labels(ds, name) for name in _TEXTS)
+    return [
+        Channel(name, *place_of(dof), quantity, value, fs, start, unit if quantity == UNKNOWN else "")
+        for name, dof, quantity, unit, value in zip(*texts, values(ds, "value", "channel", "time"))
+    ]
 
 
 _LABELLED: tuple[Any, ...] = (FRF, Response, Spectra, Modes, Geometry)

@@ -20,7 +20,7 @@ from ..core.notes import note
 from ..core.overview import few
 from ..core.units import quantity_of
 from .channels import Channel
-from .columns import SKIP, as_channel, resolve, written_header
+from .columns import SKIP, Columns, as_channel, resolve, written_header
 from .gaps import MAX_MISSING_FRACTION, ChannelSamples, gapless_channels
 from .time_axis import Rates, TimeAxis, time_axis
 
@@ -62,11 +62,7 @@ class MeasurementProgram:
             raise RecordError(f'{self.format} needs the package {self.name}: pip install "clearance-mj[{self.extra}]"')
 
     def read(
-        self,
-        path: str | PathLike[str],
-        waves: Callable[[bytes], Iterable[Waveform]],
-        mapped: Mapping[str, str] | None,
-        rates: Rates,
+        self, path: str | PathLike[str], waves: Callable[[bytes], Iterable[Waveform]], mapped: Columns, rates: Rates
     ) -> list[Channel]:
         """Return the channels of a file, whose waveforms ``waves`` reads from its bytes; notes say what is left out.
 

@@ -22,12 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["TableBody", "read_body"]
 
 TAIL = 2**16  # bytes at the end of a file in which lines are looked for that are no numbers
-_CODES = [
-    sign + spelled
-    for word in MISSING_WORDS
-    for sign in ("", "+", "-")
-    for spelled in {word, word.upper(), word.title()}
-]
+_CODES = [sign + word for w in MISSING_WORDS for word in {w, w.upper(), w.title()} for sign in ("", "+", "-")]
 _KINDS = {"n": "number", "d": "stamp", "t": "text"}
 
 
@@ -71,9 +66,8 @@ class TableBody:
         if values.dtype.kind in "iuf":
             return values.to_numpy(float)
         write = self.layout.style.number
-        return np.array(
-            [cell if isinstance(cell, float) else _number(write(str(cell).strip())) for cell in values], float
-        )
+        cells = (cell if isinstance(cell, float) else _number(write(str(cell).strip())) for cell in values)
+        return np.fromiter(cells, float, len(values))
 
     def last_digit(self, column: int) -> float:
         """Return the place of the last digit that the last numbers of a column are written with."""

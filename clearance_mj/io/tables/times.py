@@ -9,7 +9,7 @@ import numpy as np
 from ...core.checks import JITTER, jittering_rate, simplest_rate
 from ...core.errors import RecordError
 from ...core.units import UNITS
-from ..columns import SKIP, ColumnHeader, quoted_names
+from ..columns import SKIP, ColumnHeader, quoted
 from ..time_axis import Rates, TimeAxis, instants_in_seconds, time_axis
 from .numbers import TableBody
 from .stamps import read_stamps
@@ -37,15 +37,14 @@ def time_of(
     if not times and fs is None and known is None:
         times = _rising_first_column(body, used, notes)
     if not times:
-        if fs is None and known is None:
+        if fs is not None:
+            return TimeAxis(fs), frozenset()
+        if known is None:
             raise RecordError(
-                f'has no column "time", only {quoted_names(cells)}; map one to it, or give the sampling rate (--fs)'
+                f'has no column "time", only {quoted(cells)}; map one to it, or give the sampling rate (--fs)'
             )
-        if fs is None and known:
-            fs = known[0]
-            notes.append(f"{fs:.9g} Hz, from line {known[1]}")
-        assert fs is not None
-        return TimeAxis(fs), frozenset()
+        notes.append(f"{known[0]:.9g} Hz, from line {known[1]}")
+        return TimeAxis(known[0]), frozenset()
     if len(times) > 1 or fs is not None:
         raise RecordError(
             f'has a column of time; needs just one, and then no sampling rate beside it ("{times[-1].name}={SKIP}" '
