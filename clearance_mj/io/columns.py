@@ -26,7 +26,7 @@ from ..core.units import UNITS, quantity_of, ratio_factor, unit_factor
 from ..rig import BASE_NODE, SHAKER_NODE
 from ..rig.instruments import KEYPHASOR
 from ..signals.frf import FRF
-from ..signals.quantities import require_quantity
+from ..signals.quantities import require_quantity, two_quantities
 from ..signals.references import join_references
 from .channels import UNKNOWN, Channel, place_of, require_one_time
 from .tables.headers import LONGEST, is_time, split_header, unique_names
@@ -276,10 +276,7 @@ def written_header(channel: Channel) -> tuple[str, str]:
 def frf_names(frf: FRF) -> tuple[list[str], list[str]]:
     """Return the headers of FRFs without a part, such as "acc:3/base", and their units."""
     require_quantity(frf)
-    ratios = [quantity.split("/") for quantity in frf.row_quantities]
-    for quantity, names in zip(frf.row_quantities, ratios):
-        if len(names) != 2 or not {*names} <= {*_PREFIX}:
-            raise RecordError(f'quantity "{quantity}" is unknown; needs two of {", ".join(_PREFIX)} as a/b')
+    ratios = [two_quantities(quantity) for quantity in frf.row_quantities]
     finite = np.isfinite(frf.value) & (True if frf.coherence is None else np.isfinite(frf.coherence))
     if not finite.all():
         line = int(np.argmin(finite.all(axis=(0, 1))))

@@ -140,10 +140,8 @@ def align(test: FRF, model: FRF) -> Alignment:
     if not common.any():
         raise RecordError("no pair of response and reference is common")
     signs = np.outer(rows[2], columns[2])
-    labels = (
-        tuple(test.responses[i] for i, is_common in zip(rows[0], common.any(axis=1)) if is_common),
-        tuple(test.references[i] for i, is_common in zip(columns[0], common.any(axis=0)) if is_common),
-    )
+    kept_rows, kept_columns = rows[0][common.any(axis=1)], columns[0][common.any(axis=0)]
+    labels = tuple(test.responses[i] for i in kept_rows), tuple(test.references[i] for i in kept_columns)
     pair = _select(test, of_test, common, np.ones(signs.shape), labels), _select(model, of_model, common, signs, labels)
     return Alignment(
         *_on_common_lines(*pair, notes), tuple(notes), _only(test, of_test, common), _only(model, of_model, common)

@@ -77,7 +77,7 @@ def common_modes(frfs: Sequence[FRF], names: Sequence[str], n_modes: int) -> tup
     return [_select(modes, [row[k] for row in columns]) for k, modes in enumerate(mode_sets)], left_out
 
 
-def _select(modes: Modes, columns: Sequence[int]) -> Modes:
+def _select(modes: Modes, columns: Sequence[int] | np.ndarray) -> Modes:
     index = np.array(columns, dtype=int)
     return Modes(modes.frequency[index], modes.damping[index], modes.shape[:, index], modes.responses)
 
@@ -131,17 +131,12 @@ def mode_table(
     compared = np.array([not words for words in why], dtype=bool)
     of_pairs = np.pad(mac_of_modes(test, model), (0, 1), constant_values=np.nan)[of_test, of_model]
     order = np.argsort(np.where(np.isnan(test_hz), model_hz, test_hz))
-    table = pd.DataFrame(
-        {
-            "test_hz": test_hz,
-            "model_hz": model_hz,
-            "relative_error": np.where(compared, relative_error(test_hz, model_hz), np.nan),
-            "mac": np.where(compared, of_pairs, np.nan),
-            "test_damping": np.append(test.damping, np.nan)[of_test],
-            "model_damping": np.append(model.damping, np.nan)[of_model],
-            "why": why,
-        }
-    )
+    table = pd.DataFrame({
+        "test_hz": test_hz, "model_hz": model_hz,
+        "relative_error": np.where(compared, relative_error(test_hz, model_hz), np.nan),
+        "mac": np.where(compared, of_pairs, np.nan), "test_damping": np.append(test.damping, np.nan)[of_test],
+        "model_damping": np.append(model.damping, np.nan)[of_model], "why": why,
+    })  # fmt: skip
     return table.iloc[order].reset_index(drop=True).assign(mode=np.arange(1, n_modes + 1))[["mode", *table]]
 
 
@@ -208,9 +203,7 @@ def distinct_modes(frf: FRF, n_modes: int) -> Modes:
     while (pairs := _pairs_of_one_peak(modes)).size:
         explained, _ = _fit(frf).explained(poles_of(_unknowns(frf, modes)))
         weaker = pairs.ravel()[np.argmin(explained[pairs.ravel()])]
-        remaining = np.delete(np.arange(explained.size), weaker)
-        start = Modes(modes.frequency[remaining], modes.damping[remaining], modes.shape[:, remaining], modes.responses)
-        modes = refitted_modes(frf, start)
+        modes = refitted_modes(frf, _select(modes, np.delete(np.arange(explained.size), weaker)))
     return modes
 
 

@@ -79,9 +79,8 @@ class Comparison(HasOverview, ArrayData):
         csac_per_sensor, csf_per_sensor: over both; relative_error, mac: over the modes that have a partner;
         mode_1_test_hz and so on for each mode.
         """
-        means = {
-            name: np.mean(self.per_sensor[name].to_numpy()) for name in ("mre", "rmse_db", "frac", *RMSE_REFERENCES)
-        }
+        by_sensor = ("mre", "rmse_db", "frac", *RMSE_REFERENCES)
+        means = {name: np.mean(self.per_sensor[name].to_numpy()) for name in by_sensor}
         means |= {name: np.mean(getattr(self, name)) for name in ("csac", "csf", *SENSOR_MEASURES)}
         paired = self.per_mode[np.isfinite(self.per_mode["relative_error"])]
         for name in ("relative_error", "mac"):
@@ -208,13 +207,10 @@ def compare(
     variant_csac = csac_per_sensor(test, model) if n_f > 1 else np.full((n_sensors, 1), np.nan)
     variant_csf = csf_per_sensor(test, model)
     per_sensor = {
-        "sensor": test_frf.labels,
-        "mre": mre(test, model),
-        "rmse_db": rmse_db(test, model),
+        "sensor": test_frf.labels, "mre": mre(test, model), "rmse_db": rmse_db(test, model),
         "frac": frac(test, model) if n_f > 1 else np.full(n_sensors, np.nan),
-        "csac": variant_csac.mean(axis=1),
-        "csf": variant_csf.mean(axis=1),
-    }
+        "csac": variant_csac.mean(axis=1), "csf": variant_csf.mean(axis=1),
+    }  # fmt: skip
     by_line_db, words = _random_error(test_frf)
     model_db, _ = _random_error(model_frf)
     if by_line_db is not None:

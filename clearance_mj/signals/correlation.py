@@ -69,8 +69,7 @@ def frac(test: ArrayLike, model: ArrayLike) -> np.ndarray:
     -------
     ndarray, shape (n_outputs, [n_inputs])
     """
-    test, model = _pair(test, model)
-    return _csac(*_products(test, model, axis=-1))
+    return _csac(*_products(*_pair(test, model), axis=-1))
 
 
 def csac(test: ArrayLike, model: ArrayLike) -> np.ndarray:
@@ -118,14 +117,12 @@ def csac_per_sensor(test: ArrayLike, model: ArrayLike, window: int = 9) -> np.nd
     The article's Table 2 gives a CSAC for each sensor, where the criterion as published is 1 by definition. The window,
     an odd number of lines, is centred on its line and cut off at the ends of the band.
     """
-    test, model = _windows(test, model, window)
-    return _csac(*_products(test, model, axis=-1))
+    return _csac(*_products(*_windows(test, model, window), axis=-1))
 
 
 def csf_per_sensor(test: ArrayLike, model: ArrayLike, window: int = 9) -> np.ndarray:
     """Return the variant of `csf` for each FRF, as `csac_per_sensor` is of `csac`."""
-    test, model = _windows(test, model, window)
-    return _csf(*_products(test, model, axis=-1))
+    return _csf(*_products(*_windows(test, model, window), axis=-1))
 
 
 def mre(test: ArrayLike, model: ArrayLike) -> np.ndarray:

@@ -46,9 +46,8 @@ def still(duration: float, fs: float, kind: str = "base") -> Excitation:
     kind : str
         "base" or "force".
     """
-    return Excitation(
-        np.zeros(sample_count(duration, fs)), fs, kind, None, {"generator": "still", "duration": duration}
-    )
+    value = np.zeros(sample_count(duration, fs))
+    return Excitation(value, fs, kind, None, {"generator": "still", "duration": duration})
 
 
 def together(*excitations: Excitation) -> Excitation:
@@ -164,10 +163,9 @@ def from_psd_blocks(psd: PSD, duration: float, fs: float, seed: int = 0) -> Iter
     def segment(length: float, number: int) -> np.ndarray:
         return psd_noise(psd, length, fs, [seed, number])
 
+    parameters = {"duration": duration, "seed": seed, "psd": psd.to_dict()}
     for value in noise_blocks(segment, duration, fs):
-        yield described(
-            "from_psd_blocks", value, fs, psd.kind, psd.band, duration=duration, seed=seed, psd=psd.to_dict()
-        )
+        yield described("from_psd_blocks", value, fs, psd.kind, psd.band, **parameters)
 
 
 def burst_random(

@@ -109,14 +109,9 @@ class Excitation(HasOverview, ArrayData):
         """
         labelled.require_kind(ds, "excitation")
         band, kinds = ds.attrs.get("band"), tuple(str(labelled.attribute(ds, "kind")).split())
-        return cls(
-            labelled.values(ds, "value", *(["input"] if len(kinds) > 1 else []), "time"),
-            float(labelled.attribute(ds, "fs")),
-            common_kind(kinds),
-            None if band is None else (float(band[0]), float(band[1])),
-            labelled.from_json(ds, "description"),
-            kinds,
-        )
+        value = labelled.values(ds, "value", *(["input"] if len(kinds) > 1 else []), "time")
+        fs, band = float(labelled.attribute(ds, "fs")), None if band is None else (float(band[0]), float(band[1]))
+        return cls(value, fs, common_kind(kinds), band, labelled.from_json(ds, "description"), kinds)
 
 
 def common_kind(kinds: tuple[str, ...]) -> str:

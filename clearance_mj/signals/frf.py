@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -119,12 +119,7 @@ class FRF(HasOverview, ArrayData):
         """A label for each row of ``functions``: its response, or "response/reference" where there are several."""
         if len(self.references) == 1:
             return self.responses
-        return tuple(
-            f"{response}/{reference}"
-            for j, reference in enumerate(self.references)
-            for i, response in enumerate(self.responses)
-            if self.measured[i, j]
-        )
+        return tuple(f"{self.responses[i]}/{self.references[j]}" for j, i in np.argwhere(self.measured.T))
 
     @property
     def row_quantities(self) -> tuple[str, ...]:
@@ -135,8 +130,6 @@ class FRF(HasOverview, ArrayData):
     def units(self) -> tuple[str, ...]:
         """Unit of each row of ``functions``, such as "m/s/N"; "1" of a ratio of like quantities."""
         of_rows = [self._unit_of(quantity) for quantity in self.row_quantities]
-        if len(self.references) == 1:
-            return tuple(of_rows)
         return tuple(of_rows[i] for _, i in np.argwhere(self.measured.T))
 
     def of_quantity(self, quantity: str) -> FRF:
@@ -149,11 +142,8 @@ class FRF(HasOverview, ArrayData):
         """
         if not (rows := [i for i, row_quantity in enumerate(self.row_quantities) if row_quantity == quantity]):
             raise RecordError(f"holds FRFs of {', '.join(dict.fromkeys(self.row_quantities))}; not {quantity}")
-        coherence = None if self.coherence is None else self.coherence[rows]
         labels = tuple(self.responses[i] for i in rows)
-        return replace(
-            self, value=self.value[rows], coherence=coherence, responses=labels, quantity=quantity, quantities=()
-        )
+        return self._part(rows, responses=labels, quantity=quantity, quantities=())
 
     def within(self, band: Band) -> FRF:
         """Return the FRF at the lines with lo <= f <= hi; refuses a band without a line.
@@ -164,8 +154,12 @@ class FRF(HasOverview, ArrayData):
             Lower and upper end of the band, Hz.
         """
         lines = lines_within(self.frequency, band)
-        coherence = None if self.coherence is None else self.coherence[..., lines]
-        return replace(self, frequency=self.frequency[lines], value=self.value[..., lines], coherence=coherence)
+        return self._part((..., lines), frequency=self.frequency[lines])
+
+    def _part(self, index: Any, **changes: Any) -> FRF:
+        """Return the values and coherences at an index."""
+        coherence = None if self.coherence is None else self.coherence[index]
+        return replace(self, value=self.value[index], coherence=coherence, **changes)
 
     def to_reference(self, reference: str) -> FRF:
         """Return the functions to one reference out of several, of the responses that were measured to it.
@@ -181,13 +175,11 @@ class FRF(HasOverview, ArrayData):
             return self
         j = self.references.index(reference)
         rows = np.flatnonzero(self.measured[:, j])
-        coherence = None if self.coherence is None else self.coherence[rows, j]
-        if coherence is not None and np.isnan(coherence).all():
-            coherence = None
-        return replace(
-            self, value=self.value[rows, j], coherence=coherence, responses=tuple(self.responses[i] for i in rows),
-            references=(reference,), quantities=tuple(self.quantities[i] for i in rows if self.quantities),
-        )  # fmt: skip
+        responses, quantities = tuple(self.responses[i] for i in rows), self.quantities
+        quantities = tuple(quantities[i] for i in rows if quantities)
+        part = self._part((rows, j), responses=responses, references=(reference,), quantities=quantities)
+        is_known = part.coherence is not None and not np.isnan(part.coherence).all()
+        return part if is_known else replace(part, coherence=None)
 
     def _overview(self) -> Overview:
         step = np.diff(self.frequency)
@@ -294,13 +286,9 @@ def _with_inputs(value: ArrayLike) -> np.ndarray:
 
 @checks_kinds
 def estimate_frf(
-    resp: Response,
-    estimator: str = "H1",
-    resolution: float = 0.5,
-    overlap: float = 0.5,
-    band: Band | None = None,
+    resp: Response, estimator: str = "H1", resolution: float = 0.5, overlap: float = 0.5, band: Band | None = None,
     window: str | None = None,
-) -> FRF:
+) -> FRF:  # fmt: skip
     """Estimate the FRFs of a record by averaging over windowed segments (Welch).
 
     A constant offset of a channel reaches only the lines 0 and 1, so none is removed. Of an excitation that is
@@ -350,13 +338,9 @@ def estimate_frf(
 
 
 def estimate_frf_blocks(
-    blocks: Iterable[Response],
-    estimator: str = "H1",
-    resolution: float = 0.5,
-    overlap: float = 0.5,
-    band: Band | None = None,
-    window: str = "hann",
-) -> FRF:
+    blocks: Iterable[Response], estimator: str = "H1", resolution: float = 0.5, overlap: float = 0.5,
+    band: Band | None = None, window: str = "hann",
+) -> FRF:  # fmt: skip
     """Estimate the FRFs of a record that comes block by block, as `estimate_frf` does of a whole one, to rounding.
 
     Parameters

@@ -62,11 +62,10 @@ class HammerTest:
                 hits.plot(*zip(*points), marker, color=colour, ms=5, label=f"{label}: {len(points)}")
         averaged = [hit for hit in self.hits if not hit.fault]
         for hit, block in zip(averaged, self.blocks):
-            record, width = self.records[hit.record], hit.pulse[1] - hit.pulse[0]
-            part = np.arange(
-                max(0, hit.start, hit.pulse[0] - width), min(hit.pulse[0] + SHOWN * width, record.excitation.size)
-            )
-            time = 1e3 * (part - hit.pulse[0]) / record.fs
+            record, (touch, release) = self.records[hit.record], hit.pulse
+            width = release - touch
+            part = np.arange(max(0, hit.start, touch - width), min(touch + SHOWN * width, record.excitation.size))
+            time = 1e3 * (part - touch) / record.fs
             pulses.plot(time, record.excitation[part], color=REPEAT, lw=1.6)
             pulses.plot(time, block.excitation[part - hit.start], color=COLOURS[0], lw=0.8)
         response.plot(*envelope(first.time, first.channels[0]), color=TEST, lw=0.7)
@@ -85,15 +84,9 @@ class HammerTest:
 
 @checks_kinds
 def hammer_frf(
-    records: Response | Sequence[Response],
-    estimator: str = "H1",
-    band: Band | None = None,
-    block: float | None = None,
-    force_window: float = 0.0,
-    exponential: float | None = None,
-    trigger: float = TRIGGER,
-    pre_trigger: float = 0.0,
-) -> HammerTest:
+    records: Response | Sequence[Response], estimator: str = "H1", band: Band | None = None, block: float | None = None,
+    force_window: float = 0.0, exponential: float | None = None, trigger: float = TRIGGER, pre_trigger: float = 0.0,
+) -> HammerTest:  # fmt: skip
     """Estimate FRFs of records of hits: one block a hit, windows for hits, averages over the hits.
 
     Hits are detected by the force, of either sign. Left out, with a note, are double hits, hits in whose block a

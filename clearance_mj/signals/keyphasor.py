@@ -74,12 +74,9 @@ class ShaftTurning(ArrayData):
 
 
 def turning_of_pulses(
-    pulses: np.ndarray,
-    fs: float,
-    sense: float = 1.0,
-    per_turn: int = 1,
+    pulses: np.ndarray, fs: float, sense: float = 1.0, per_turn: int = 1,
     stated: Callable[[np.ndarray], np.ndarray] | None = None,
-) -> ShaftTurning:
+) -> ShaftTurning:  # fmt: skip
     """Return the angle and the speed of a shaft by the pulses of a keyphasor.
 
     A pulse marks the angle 0 where it rises through the half of its height, between samples as a line through both.

@@ -17,9 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["KIND", "UNITS", "attribute", "dataset", "from_json", "labels", "plain_json", "require_kind", "values"]
 
 KIND = "clearance_mj"  # attribute that names the data type of a dataset
-UNITS = {"frequency": "Hz", "time": "s"} | {
-    name: known.cf_unit for name, known in QUANTITIES.items()
-}  # as UDUNITS writes them: attributes of netCDF-3 are ASCII
+# as UDUNITS writes them: attributes of netCDF-3 are ASCII
+UNITS = {"frequency": "Hz", "time": "s"} | {name: known.cf_unit for name, known in QUANTITIES.items()}
 
 
 def dataset(

@@ -137,11 +137,9 @@ def qr(tall: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def least_squares(
-    residual: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
-    unknowns: np.ndarray,
-    lower: np.ndarray,
+    residual: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], unknowns: np.ndarray, lower: np.ndarray,
     upper: np.ndarray,
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     """Return the unknowns of least squares within bounds, by Levenberg and Marquardt.
 
     The normal equations of the few unknowns cost less than the decomposition of the tall matrix of slopes that

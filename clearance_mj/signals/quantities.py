@@ -10,7 +10,7 @@ from ..core.quantities import QUANTITIES
 from ..core.units import ratio_factor
 from .frf import FRF
 
-__all__ = ["require_quantity", "with_quantity"]
+__all__ = ["require_quantity", "two_quantities", "with_quantity"]
 
 
 def with_quantity(frf: FRF, quantity: str, unit: str = "") -> FRF:
@@ -30,14 +30,20 @@ def with_quantity(frf: FRF, quantity: str, unit: str = "") -> FRF:
     RecordError
         If the quantity is known already, or the unit is none of the quantity.
     """
-    above, _, below = quantity.partition("/")
-    if not {above, below} <= QUANTITIES.keys():
-        raise RecordError(f'quantity "{quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
+    above, below = two_quantities(quantity)
     if UNKNOWN not in frf.quantity:
         raise RecordError(f"the FRFs are {frf.quantity}, as their file says")
     label = unit or frf.unit_label
     scale = ratio_factor(label, above, below) if label else 1.0
     return replace(frf, value=scale * frf.value, quantity=quantity, unit_label="")
+
+
+def two_quantities(quantity: str, *others: str) -> tuple[str, str]:
+    """Return both quantities of a ratio; refuses one that is none of `QUANTITIES` and none of the others."""
+    above, _, below = quantity.partition("/")
+    if not {above, below} <= {*QUANTITIES, *others}:
+        raise RecordError(f'quantity "{quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
+    return above, below
 
 
 def require_quantity(frf: FRF) -> None:

@@ -25,11 +25,10 @@ if TYPE_CHECKING:
 __all__ = ["Response"]
 
 HISTORIES = {
-    "channels": ("response", ""),
-    "displacement": ("coordinate", "m"),
-    "contact_force": ("coordinate", "N"),
+    "channels": ("response", ""), "displacement": ("coordinate", "m"), "contact_force": ("coordinate", "N"),
     "grease_force": ("coordinate", "N"),
-}  # Dimension other than time, and unit
+}  # fmt: skip
+"""Dimension other than time, and unit"""
 ACCELERATION = "acceleration"  # also the variable of channels that are nothing else
 OLDER = {"coordinate": "bushing"}  # dimension of files of before, where each clearance had one row
 
@@ -222,11 +221,8 @@ class Response(HasOverview, ArrayData):
             variables[ACCELERATION] = (*variables.pop("channels")[:2], QUANTITIES[ACCELERATION].cf_unit)
         variables["contact_share"] = ("bushing", self.contact_share, "1")
         variables["spin"] = ("time", self.spin, "rad s-1")
-        attributes = {
-            "fs": float(self.fs),
-            "kind": " ".join(self.kinds),
-            "provenance": labelled.plain_json(self.provenance, "provenance"),
-        }
+        attributes: dict[str, Any] = {"fs": float(self.fs), "kind": " ".join(self.kinds)}
+        attributes["provenance"] = labelled.plain_json(self.provenance, "provenance")
         if self.band is not None:
             attributes["band"] = np.array(self.band, dtype=float)
         coordinates = {"time": self.time, "response": self.responses, "coordinate": self.coordinates}
@@ -261,21 +257,15 @@ class Response(HasOverview, ArrayData):
         }
         histories["channels"] = histories.pop(ACCELERATION if ACCELERATION in histories else "channels")
         return cls(
-            fs=float(labelled.attribute(ds, "fs")),
-            excitation=excitation,
-            kind=common_kind(kinds),
-            kinds=kinds,
-            band=None if band is None else (float(band[0]), float(band[1])),
+            fs=float(labelled.attribute(ds, "fs")), excitation=excitation, kind=common_kind(kinds), kinds=kinds,
+            band=None if band is None else (float(band[0]), float(band[1])), provenance=provenance,
             responses=labelled.labels(ds, "response") if "response" in ds.coords else (),
-            reference=references[0],
-            references=references,
-            provenance=provenance,
+            reference=references[0], references=references,
             contact_share=labelled.values(ds, "contact_share", "bushing") if "contact_share" in ds else None,
             spin=labelled.values(ds, "spin", "time") if "spin" in ds else None,
             quantities=labelled.labels(ds, "quantity") if "quantity" in ds.coords else (),
-            coordinates=labelled.labels(ds, "coordinate") if "coordinate" in ds.coords else (),
-            **histories,
-        )
+            coordinates=labelled.labels(ds, "coordinate") if "coordinate" in ds.coords else (), **histories,
+        )  # fmt: skip
 
 
 def _largest(values: np.ndarray | None, unit: str, factor: float = 1.0) -> str:

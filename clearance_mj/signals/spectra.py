@@ -26,7 +26,9 @@ POWERS = ("auto spectrum", "cross spectrum", "power spectral density", "energy s
 RATIOS = ("coherence", "partial coherence", "multiple coherence")
 """Kinds whose values have no unit"""
 MOST_SHOWN = 20  # functions that the overview lists
-_LABELS = ("name", "response", "reference", "quantity", "unit")
+_LABELS = {"name": "names", "response": "responses", "reference": "references", "quantity": "quantities",
+           "unit": "units"}  # fmt: skip
+"""Fields with a label of each function, by the names of their coordinates"""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -116,8 +118,7 @@ class Spectra(HasOverview, ArrayData):
             Their rows.
         """
         chosen = rows_of(self.responses, rows, RecordError)
-        names = ("responses", "references", "names", "quantities", "units")
-        picked: dict[str, Any] = {name: tuple(getattr(self, name)[row] for row in chosen) for name in names}
+        picked: dict[str, Any] = {name: tuple(getattr(self, name)[i] for i in chosen) for name in _LABELS.values()}
         return replace(self, value=self.value[list(chosen)], **picked)
 
     def _overview(self) -> Overview:
@@ -146,17 +147,15 @@ class Spectra(HasOverview, ArrayData):
 
         selected = rows_of(self.labels, rows, RecordError)
         functions = [(self.labels[row], self.units[row], self.value[row]) for row in selected]
-        return spectra_figure(
-            self.kind, functions, self.abscissa, f"{self.axis.capitalize()} ({self.axis_unit or '1'})"
-        )
+        along = f"{self.axis.capitalize()} ({self.axis_unit or '1'})"
+        return spectra_figure(self.kind, functions, self.abscissa, along)
 
     def to_xarray(self) -> xr.Dataset:
         """Return ``value`` (function, abscissa) with the labels of each function, and kind and axis as attributes."""
         attributes = {"kind": self.kind, "axis": self.axis, "axis_unit": self.axis_unit}
-        texts = zip(_LABELS, (self.names, self.responses, self.references, self.quantities, self.units))
         ds = labelled.dataset("spectra", {"value": (("function", "abscissa"), self.value, "1")}, {}, attributes)
         ds["value"].attrs = {"long_name": self.kind}
-        coordinates: dict[str, Any] = {name: ("function", list(labels)) for name, labels in texts}
+        coordinates: dict[str, Any] = {n: ("function", list(getattr(self, field))) for n, field in _LABELS.items()}
         coordinates["abscissa"] = ("abscissa", self.abscissa, {"long_name": self.axis})
         return ds.assign_coords(coordinates)
 
@@ -172,7 +171,6 @@ class Spectra(HasOverview, ArrayData):
         labelled.require_kind(ds, "spectra")
         dtype = complex if "value" in ds and ds["value"].dtype.kind == "c" else float
         value = labelled.values(ds, "value", "function", "abscissa", dtype=dtype)
-        names, responses, references, quantities, units = (labelled.labels(ds, name) for name in _LABELS)
-        kind, axis, axis_unit = (str(labelled.attribute(ds, name)) for name in ("kind", "axis", "axis_unit"))
-        abscissa = labelled.values(ds, "abscissa", "abscissa")
-        return cls(kind, abscissa, value, responses, references, names, quantities, units, axis, axis_unit)
+        texts: dict[str, Any] = {field: labelled.labels(ds, name) for name, field in _LABELS.items()}
+        texts |= {name: str(labelled.attribute(ds, name)) for name in ("kind", "axis", "axis_unit")}
+        return cls(abscissa=labelled.values(ds, "abscissa", "abscissa"), value=value, **texts)

@@ -74,8 +74,7 @@ def frf_from_spectra(auto: Spectra, cross: Spectra, estimator: str = "H1", refer
             f"the coherence would be {np.nanmax(coherence):.3g} at {line:g} Hz, which is above 1: auto and cross "
             "spectra are not scaled alike"
         )
-    quantity, label = _quantity(auto, outputs, inputs)
-    return FRF(auto.frequency, value, coherence, outputs, inputs, quantity, label)
+    return FRF(auto.frequency, value, coherence, outputs, inputs, _quantity(auto, outputs, inputs))
 
 
 def _matrix(auto: Spectra, cross: Spectra) -> Matrix:
@@ -131,9 +130,9 @@ def _solve(s_xx: np.ndarray, s_yx: np.ndarray) -> np.ndarray:
     return np.moveaxis(value, 0, -1)
 
 
-def _quantity(auto: Spectra, outputs: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[str, str]:
-    """Return the quantity of the FRFs, and the unit of one that is not known."""
+def _quantity(auto: Spectra, outputs: tuple[str, ...], inputs: tuple[str, ...]) -> str:
+    """Return the quantity of the FRFs."""
     by_dof = dict(zip(auto.responses, auto.quantities))
     quantities = [{by_dof.get(dof, UNKNOWN) for dof in dofs} for dofs in (outputs, inputs)]
     above, below = (names.pop() if len(names) == 1 else UNKNOWN for names in quantities)
-    return f"{above}/{below}", ""
+    return f"{above}/{below}"

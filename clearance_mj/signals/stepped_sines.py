@@ -48,7 +48,8 @@ def sine_steps(response: Response) -> SineSteps:
         The record, of which frequencies from 6 Hz on are recognised.
     """
     size = round(WINDOW * response.fs)
-    sines = [_sine(response.only_input[i : i + size], response.fs) for i in _starts(response, size)]
+    force = response.only_input
+    sines = [_sine(force[i : i + size], response.fs) for i in range(0, force.size - size + 1, size)]
     ends = [
         k for k in range(1, len(sines))
         if _is_one_step(sines[k - 1], sines[k]) and not (k + 1 < len(sines) and _is_one_step(sines[k], sines[k + 1]))
@@ -87,10 +88,6 @@ def is_stepped_sine(signal: np.ndarray, fs: float) -> bool:
     windows = np.array([_sine(signal[i : i + size], fs) for i in starts]).reshape(-1, 2)
     sines = windows[windows[:, 0] > 0]
     return len(sines) > MOST * len(windows) and bool(np.any(np.ptp(sines, axis=0) > STEP * sines.max(axis=0)))
-
-
-def _starts(response: Response, size: int) -> range:
-    return range(0, response.only_input.size - size + 1, size)
 
 
 def _is_one_step(a: tuple[float, float], b: tuple[float, float]) -> bool:

@@ -69,8 +69,7 @@ def scalogram(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: f
     wavelet.lower_bound, wavelet.upper_bound = -SUPPORT / 2, SUPPORT / 2
     # it steps through a table of 2^precision points, to the nearest one below
     precision = int(np.ceil(np.log2(SUPPORT * GRID * scale[0])))
-    offset = signal.mean()
-    value, _ = pywt.cwt(signal - offset, scale, wavelet, method="fft", precision=max(12, precision))
+    value, _ = pywt.cwt(signal - signal.mean(), scale, wavelet, method="fft", precision=max(12, precision))
     value *= (2 / np.sqrt(scale) / _sampling_loss(omega0 / scale))[:, None]
     return Scalogram(np.arange(signal.size) / fs, scale / fs, value, float(omega0))
 

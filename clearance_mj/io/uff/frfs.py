@@ -13,6 +13,7 @@ from ...core.checks import NOWHERE, UNKNOWN, check_dof, naming, require_finite
 from ...core.errors import RecordError
 from ...core.quantities import QUANTITIES
 from ...signals.frf import FRF
+from ...signals.quantities import two_quantities
 from ...signals.references import join_references
 from ...universal.dataset_58 import COHERENCE, FREQUENCY, FREQUENCY_RESPONSE, Function, samples, spectrum_block
 from ...universal.dataset_164 import FunctionQuantity, frf_measure
@@ -129,10 +130,7 @@ def _frf_blocks(frf: FRF) -> Iterator[bytes]:
 
 def _ratio_fields(quantity: str, label: str) -> dict[str, Any]:
     """Return types and unit of a ratio of two quantities."""
-    names = quantity.split("/")
-    if len(names) != 2 or not set(names) <= {*QUANTITIES, UNKNOWN}:
-        raise RecordError(f'quantity "{quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
-    quantities = [QUANTITIES.get(name) for name in names]
+    quantities = [QUANTITIES.get(name) for name in two_quantities(quantity, UNKNOWN)]
     units = [entry.ascii_unit for entry in quantities if entry]
     unit = "/".join(f"({unit})" if "/" in unit else unit for unit in units) if all(quantities) else label or "NONE"
     above, below = (entry.codes[0] if entry else 0 for entry in quantities)
