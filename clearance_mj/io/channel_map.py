@@ -132,17 +132,14 @@ class ChannelMap(HasOverview):
                     f'channel "{channel.name}" is undecided in the map{f" ({reason})" if reason else ""}: write what '
                     f'it is instead of "{UNDECIDED}", such as "acc:3 [g]", or "{SKIP}" to leave it out'
                 )
-            if entry is None:
-                if not channel.placed or channel.quantity == UNKNOWN:
-                    listing = few([f'"{name}"' for name in self.channels])
-                    raise RecordError(
-                        f'channel "{channel.name}" is not in the map, which has {listing}; add a line such as '
-                        f'"{channel.name}" = "acc:3 [g]", or = "{SKIP}"'
-                    )
-                mapped.append(channel)
-                continue
+            if entry is None and (not channel.placed or channel.quantity == UNKNOWN):
+                listing = few([f'"{name}"' for name in self.channels])
+                raise RecordError(
+                    f'channel "{channel.name}" is not in the map, which has {listing}; add a line such as '
+                    f'"{channel.name}" = "acc:3 [g]", or = "{SKIP}"'
+                )
             with naming(f'channel "{channel.name}"'):
-                mapped.append(_apply_entry(channel, entry))
+                mapped.append(channel if entry is None else _apply_entry(channel, entry))
         if not mapped:
             raise RecordError("has no channel that the map does not skip")
         return mapped
@@ -166,9 +163,8 @@ def _apply_entry(channel: Channel, entry: str) -> Channel:
     node, direction = place_of(column.dof)
     value = channel.value
     if "[" in entry or channel.quantity == UNKNOWN:
-        as_in_file = 1.0
-        if channel.quantity != UNKNOWN and channel.unit:
-            as_in_file = 1 / unit_factor(channel.unit, channel.quantity)
+        is_scaled = channel.quantity != UNKNOWN and channel.unit
+        as_in_file = 1 / unit_factor(channel.unit, channel.quantity) if is_scaled else 1.0
         value = np.asarray(value * (column.scale * as_in_file))
     elif column.quantity not in (channel.quantity, UNKNOWN):
         raise RecordError(

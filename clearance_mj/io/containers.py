@@ -102,9 +102,8 @@ def _columns(array: np.ndarray, name: str, metadata: Fields, notes: list[str]) -
     """Return the channels of numbers (n,), (n, n_channels) or (n_channels, n)."""
     axis = quantity_of(str(metadata.get("axis") or "s"), ["time"])
     if axis is None or array.dtype.kind == "c":
-        notes.append(
-            f'left out "{name}", which is {"complex" if axis else "over " + str(metadata["axis"])}, no time record'
-        )
+        words = "complex" if axis else f"over {metadata['axis']}"
+        notes.append(f'left out "{name}", which is {words}, no time record')
         return
     start, time, rate = _number(metadata.get("start")) * axis[1], None, _number(metadata.get("rate")) or None
     if step := _number(metadata.get("step")) * axis[1]:

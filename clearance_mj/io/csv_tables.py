@@ -27,7 +27,7 @@ from .gaps import MAX_MISSING_FRACTION, ChannelSamples, gapless_channels, is_cod
 from .registry import Format, register
 from .tables.headers import is_index, unique_names
 from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, Style, find_layout
-from .tables.numbers import TableBody, read_body
+from .tables.numbers import TableBody, number_of, read_body
 from .tables.stamps import read_stamps
 from .tables.times import time_of
 from .time_axis import Rate, Rates
@@ -248,10 +248,7 @@ def find_rate(lines: Sequence[str], style: Style) -> tuple[float, int] | None:
             unit = (trailing or bracketed or "").strip("[]()").lower()
             factor = units.get(unit, 1.0 if not unit else None)
             text = text.replace(",", ".") if "." not in text and style.point == "," else text.replace(",", "")
-            try:
-                value = float(text) * (factor or 0.0)
-            except ValueError:
-                continue
+            value = number_of(text) * (factor or 0.0)
             if 0 < value < 1e12:
                 return (1 / value if is_step else value), number
     return None

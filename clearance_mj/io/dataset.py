@@ -188,7 +188,7 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
             raise RecordError(f'{path}: record "{record.name}" was measured on another rig, "{record.rig.name}"')
     stored = Dataset.load(path) if (path / "dataset.toml").exists() else None
     added = _records_to_append(records, stored) if stored else None
-    new = [record for record in records if not _is_stored_in(record, path)] if added is None else added
+    new = [r for r in records if not _is_read_from(r, path / f"{r.name}.uff")] if added is None else added
     head = "" if added is None else (path / "dataset.toml").read_text(encoding="utf-8").rstrip() + "\n\n"
     with naming(f"{path}: a provenance holds what TOML cannot", TypeError, RecordError):
         text = head + tomli_w.dumps({"records": [_table(record) for record in (records if added is None else added)]})
@@ -206,8 +206,7 @@ def _records_to_append(records: Sequence[Record], stored: Dataset) -> list[Recor
     if len(first) < len(stored.records) or not new or stored.path is None:
         return None
     for record, old in zip(first, stored.records):
-        is_same = isinstance(record.channels, FileChannels) and record.channels.path.samefile(_file_of(old))
-        if not (is_same and _table(record) == _table(old)):
+        if not (_is_read_from(record, _file_of(old)) and _table(record) == _table(old)):
             return None
     last = (stored.path / "dataset.toml").read_text(encoding="utf-8").rpartition("[[")[2]
     return new if last.startswith("records]]") else None
@@ -218,9 +217,8 @@ def _file_of(record: Record) -> Path:
     return record.channels.path
 
 
-def _is_stored_in(record: Record, path: Path) -> bool:
-    """Return True if the samples of a record are those of its file in a folder."""
-    file = path / f"{record.name}.uff"
+def _is_read_from(record: Record, file: Path) -> bool:
+    """Return True if the samples of a record are those of a file."""
     return isinstance(record.channels, FileChannels) and file.exists() and record.channels.path.samefile(file)
 
 

@@ -247,9 +247,8 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
     if fmt.write is None or not (holds_all or _kind(obj) in fmt.holds):
         suffixes = [suffix for suffix, f in FORMATS.items() if f.write and _kind(obj) in f.holds]
         remedy = f"; use {', '.join(suffixes)}" if suffixes else ""
-        raise RecordError(
-            f"{path}: {fmt.name} files cannot take {OBJECT_NAMES.get(_kind(obj), type(obj).__name__)}{remedy}"
-        )
+        kind = OBJECT_NAMES.get(_kind(obj), type(obj).__name__)
+        raise RecordError(f"{path}: {fmt.name} files cannot take {kind}{remedy}")
     if isinstance(obj, FRF) and obj.window_rate and fmt.name in ("CSV", "MATLAB"):
         note(path, [f"has no place for the exponential window of the FRFs, {obj.window_rate:.4g} 1/s; .uff has"])
     fmt.write(path, obj, *([rig] if fmt.geometry else []))

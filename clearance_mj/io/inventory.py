@@ -100,10 +100,8 @@ def _of_spectra(spectra: Spectra) -> Iterator[Item]:
 
 def _of_modes(modes: Modes) -> Iterator[Item]:
     for i, (frequency, damping, shape) in enumerate(zip(modes.frequency, modes.damping, modes.shape.T), 1):
-        words = f"{frequency:.5g} Hz, {100 * damping:.3g} %"
-        yield Item(
-            "mode", f"mode {i}", "", "shape", "", shape.size, words, None, float(np.abs(shape).max()), shape.real
-        )
+        words, largest = f"{frequency:.5g} Hz, {100 * damping:.3g} %", float(np.abs(shape).max())
+        yield Item("mode", f"mode {i}", "", "shape", "", shape.size, words, None, largest, shape.real)
 
 
 def _of_geometry(geometry: Geometry) -> Iterator[Item]:

@@ -224,12 +224,10 @@ class _LineReader:
         if self.at >= len(self.lines):
             raise self.error("the file ends after a segment header")
         titles = [title.strip() for title in self.lines[self.at].split(self.separator)]
-        channels = self.number(header.get("Channels", [""])[0], "Channels")
-        if not channels.is_integer() or not 1 <= channels <= len(titles):
-            raise self.error(
-                f"the segment header needs Channels, a whole number from 1 to the titles, got {channels:g}"
-            )
-        n = int(channels)
+        count = self.number(header.get("Channels", [""])[0], "Channels")
+        if not count.is_integer() or not 1 <= count <= len(titles):
+            raise self.error(f"the segment header needs Channels, a whole number from 1 to the titles, got {count:g}")
+        n = int(count)
         entries = {name: _of_channels(cells, n, layout == "Multi") for name, cells in header.items()}
         columns = 2 * n if layout == "Multi" else n + 1  # with "No" the column is there, empty
         samples = max((int(cell) for cell in entries.get("Samples", ()) if cell.isdecimal()), default=0)

@@ -71,11 +71,8 @@ def _record_variables(channels: Sequence[Channel]) -> dict[str, Any]:
 def _frf_variables(frf: FRF) -> dict[str, Any]:
     frfs = [frf.to_reference(reference) for reference in frf.references]
     names = [f"{name} [{unit}]" for pair in map(frf_names, frfs) for name, unit in zip(*pair)]
-    variables = {
-        "frequency": frf.frequency,
-        "frf": np.concatenate([frf.functions for frf in frfs]).T,
-        "columns": np.array(names, dtype=object),
-    }
+    variables = {"frequency": frf.frequency, "frf": np.concatenate([frf.functions for frf in frfs]).T}
+    variables["columns"] = np.array(names, dtype=object)
     coherence = [frf.coherence[:, 0] for frf in frfs if frf.coherence is not None]
     if coherence and len(coherence) < len(frfs):
         raise RecordError("only some references have a coherence; a MATLAB table needs all or none, .csv does not")

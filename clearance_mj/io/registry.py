@@ -68,9 +68,8 @@ def register(new: Format) -> Format:
         if other and other.name != new.name:
             raise RecordError(f'format "{new.name}": suffix "{suffix}" is that of {other.name}')
     if unknown := [kind for kind in new.holds if kind not in OBJECT_NAMES]:
-        raise RecordError(
-            f'format "{new.name}" holds {unknown[0].__name__}; use {", ".join(t.__name__ for t in OBJECT_NAMES)}'
-        )
+        known = ", ".join(kind.__name__ for kind in OBJECT_NAMES)
+        raise RecordError(f'format "{new.name}" holds {unknown[0].__name__}; use {known}')
     FORMATS.update(dict.fromkeys(new.suffixes, new))
     return new
 

@@ -49,12 +49,10 @@ _HDF5_MAGIC = b"\x89HDF"
 
 def with_parts(ds: xr.Dataset) -> xr.Dataset:
     """Return the complex variables as pairs along a last dimension ``part``, "real" and "imag"."""
-    for name, variable in ds.data_vars.items():
-        if variable.dtype.kind == "c":
-            parts = np.stack((variable.values.real, variable.values.imag), axis=-1)
-            ds = ds.assign({name: ((*variable.dims, "part"), parts, variable.attrs)}).assign_coords(
-                part=["real", "imag"]
-            )
+    for name, array in ds.data_vars.items():
+        if array.dtype.kind == "c":
+            parts = np.stack((array.values.real, array.values.imag), axis=-1)
+            ds = ds.assign({name: ((*array.dims, "part"), parts, array.attrs)}).assign_coords(part=["real", "imag"])
     return ds
 
 

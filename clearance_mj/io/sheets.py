@@ -41,9 +41,8 @@ def read_sheet(path: str | PathLike[str], columns: Columns = None, fs: Rate = No
         for name, frame in sheets.items():
             info = [f'sheet "{name}" of {len(sheets)}'] if len(sheets) > 1 else []
             try:
-                contents = read_table(
-                    frame.to_csv(sep="\t", header=False, index=False).encode(), columns or {}, Rates(fs, resample, info)
-                )
+                table = frame.to_csv(sep="\t", header=False, index=False).encode()
+                contents = read_table(table, columns or {}, Rates(fs, resample, info))
             except RecordError as error:
                 reasons.append(f'sheet "{name}": {error}')
             else:

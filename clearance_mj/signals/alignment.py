@@ -143,9 +143,8 @@ def align(test: FRF, model: FRF) -> Alignment:
     kept_rows, kept_columns = rows[0][common.any(axis=1)], columns[0][common.any(axis=0)]
     labels = tuple(test.responses[i] for i in kept_rows), tuple(test.references[i] for i in kept_columns)
     pair = _select(test, of_test, common, np.ones(signs.shape), labels), _select(model, of_model, common, signs, labels)
-    return Alignment(
-        *_on_common_lines(*pair, notes), tuple(notes), _only(test, of_test, common), _only(model, of_model, common)
-    )
+    unmatched = _only(test, of_test, common), _only(model, of_model, common)
+    return Alignment(*_on_common_lines(*pair, notes), tuple(notes), *unmatched)
 
 
 def _same_axis(a: str, b: str) -> int:
@@ -195,16 +194,13 @@ def _on_common_lines(test: FRF, model: FRF, notes: list[str]) -> tuple[FRF, FRF]
     low = max(test.frequency[0], model.frequency[0])
     high = min(test.frequency[-1], model.frequency[-1])
     slack = LINE_TOLERANCE * high
+    bands = f"the test has {_band(test)}, the model {_band(model)}"
     if low > high + slack:
-        raise RecordError(
-            f"the bands do not overlap: the test has {_band(test)}, the model {_band(model)}; nothing is extrapolated"
-        )
+        raise RecordError(f"the bands do not overlap: {bands}; nothing is extrapolated")
     common = low - slack, high + slack
     cut = test.within(common), model.within(common)
     if cut[0].frequency.size < test.frequency.size or cut[1].frequency.size < model.frequency.size:
-        notes.append(
-            f"the band is the common one, {low:g} to {high:g} Hz: the test has {_band(test)}, the model {_band(model)}"
-        )
+        notes.append(f"the band is the common one, {low:g} to {high:g} Hz: {bands}")
     lines = cut[0].frequency, cut[1].frequency
     if lines[0].shape == lines[1].shape and np.allclose(*lines, rtol=LINE_TOLERANCE, atol=0):
         return cut[0], dataclasses.replace(cut[1], frequency=lines[0])

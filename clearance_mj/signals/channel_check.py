@@ -34,9 +34,8 @@ def check_channel(where: str, signal: ArrayLike, fs: float) -> None:
     for at_limit in clipped(signal):
         if at_limit.sum() >= CLIPPED:
             extreme = signal[at_limit][np.argmax(np.abs(signal[at_limit] - np.median(signal)))]
-            raise RecordError(
-                f"{where} is clipped at {extreme:g} from {np.argmax(at_limit) / fs:g} s on; use a larger range"
-            )
+            start = np.argmax(at_limit) / fs
+            raise RecordError(f"{where} is clipped at {extreme:g} from {start:g} s on; use a larger range")
 
 
 def clipped(signal: np.ndarray) -> Iterator[np.ndarray]:

@@ -75,11 +75,8 @@ class Modes(HasOverview, ArrayData):
 
     def to_xarray(self) -> xr.Dataset:
         """Return ``natural_frequency``, ``damping`` (mode,) and ``shape`` (response, mode), with labels and units."""
-        variables = {
-            "natural_frequency": ("mode", self.frequency, "Hz"),
-            "damping": ("mode", self.damping, "1"),
-            "shape": (("response", "mode"), self.shape, "1"),
-        }
+        variables = {"natural_frequency": ("mode", self.frequency, "Hz"), "damping": ("mode", self.damping, "1")}
+        variables |= {"shape": (("response", "mode"), self.shape, "1")}
         return labelled.dataset("modes", variables, {"response": self.responses})
 
     @classmethod
@@ -271,7 +268,7 @@ def _with_noisy(fit: ModalFit, poles: np.ndarray, n_modes: int) -> np.ndarray:
     lines = np.abs(fit.s[:: -(-fit.s.size // SCAN_LINES), 0])
     frequency, damping = (grid.ravel() for grid in np.meshgrid(lines[1:-1], SCAN_DAMPING))
     scan = poles_of(np.log(np.concatenate((frequency, damping))))
-    basis, _ = qr(np.hstack((fit.project(poles)[0], fit.smooth())))
+    basis, _ = qr(np.hstack((fit.basis(poles)[0], fit.smooth())))
     residual = fit.target - basis @ (basis.T @ fit.target)
     columns = fit.pairs(scan)
     columns -= np.einsum("kb,bpi->kpi", basis, np.einsum("kb,kpi->bpi", basis, columns))

@@ -90,13 +90,9 @@ class Excitation(HasOverview, ArrayData):
 
     def to_xarray(self) -> xr.Dataset:
         """Return ``value`` (time,), or (input, time), with units; the description as JSON in an attribute."""
-        units = EXCITATION_UNITS[self.kind]
-        attributes: dict[str, Any] = {"fs": float(self.fs), "kind": " ".join(self.kinds)}
-        attributes["description"] = labelled.plain_json(self.description, "description")
-        if self.band is not None:
-            attributes["band"] = np.array(self.band, dtype=float)
-        dims = ("input", "time")[-self.value.ndim :]
-        return labelled.dataset("excitation", {"value": (dims, self.value, units)}, {"time": self.time}, attributes)
+        variables = {"value": (("input", "time")[-self.value.ndim :], self.value, EXCITATION_UNITS[self.kind])}
+        attributes = labelled.driving_attributes(self, "description")
+        return labelled.dataset("excitation", variables, {"time": self.time}, attributes)
 
     @classmethod
     def from_xarray(cls, ds: xr.Dataset) -> Excitation:

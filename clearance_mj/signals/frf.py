@@ -175,8 +175,8 @@ class FRF(HasOverview, ArrayData):
             return self
         j = self.references.index(reference)
         rows = np.flatnonzero(self.measured[:, j])
-        responses, quantities = tuple(self.responses[i] for i in rows), self.quantities
-        quantities = tuple(quantities[i] for i in rows if quantities)
+        texts = self.responses, self.quantities
+        responses, quantities = (tuple(labels[i] for i in rows if labels) for labels in texts)
         part = self._part((rows, j), responses=responses, references=(reference,), quantities=quantities)
         is_known = part.coherence is not None and not np.isnan(part.coherence).all()
         return part if is_known else replace(part, coherence=None)

@@ -42,6 +42,12 @@ def dataset(
     return xr.Dataset(data_vars, axes, {KIND: holds, **(attributes or {})})
 
 
+def driving_attributes(item: Any, plain: str) -> dict[str, Any]:
+    """Return rate, kinds and band of an excitation or a response as attributes, and one of its fields as JSON."""
+    attributes = {"fs": float(item.fs), "kind": " ".join(item.kinds), plain: plain_json(getattr(item, plain), plain)}
+    return attributes if item.band is None else attributes | {"band": np.array(item.band, dtype=float)}
+
+
 def require_kind(ds: xr.Dataset, kind: str) -> None:
     """Refuse a dataset that holds something else."""
     if ds.attrs.get(KIND) != kind:

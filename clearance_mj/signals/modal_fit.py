@@ -53,35 +53,33 @@ class ModalFit:
         curves = np.polynomial.chebyshev.chebvander(place, SMOOTH - 1)
         return self.weighted(np.hstack((curves, 1j * curves)))
 
-    def project(self, poles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the orthonormal basis (2 n_f, 2 n + 3) of the model, its triangle, and the target in that basis."""
+    def basis(self, poles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the orthonormal basis (2 n_f, 2 n + 3) of the model, and its triangle."""
         model = self.pairs(poles).reshape(self.target.shape[0], 2 * poles.size)
-        basis, triangle = qr(np.hstack((model, self.background)))
-        return basis, triangle, basis.T @ self.target
+        return qr(np.hstack((model, self.background)))
 
-    def coefficients(self, poles: np.ndarray, triangle: np.ndarray, part: np.ndarray) -> np.ndarray:
-        """Return the factors (n, 2, n_sensors) of the columns of each pole."""
+    def project(self, poles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return basis and triangle, the target in that basis, and factors (n, 2, n_sensors) of each pole's columns."""
+        basis, triangle = self.basis(poles)
+        part = basis.T @ self.target
         solution = np.linalg.lstsq(triangle, part, rcond=1e-12)[0]
-        return solution[: 2 * poles.size].reshape(poles.size, 2, part.shape[1])
+        return basis, triangle, part, solution[: 2 * poles.size].reshape(poles.size, 2, part.shape[1])
 
     def residues(self, poles: np.ndarray) -> np.ndarray:
         """Return (n, n_sensors) complex A."""
-        _, triangle, part = self.project(poles)
-        pairs = self.coefficients(poles, triangle, part)
+        *_, pairs = self.project(poles)
         return -poles.real[:, None] * (pairs[:, 0] + 1j * pairs[:, 1])
 
     def shape_errors(self, poles: np.ndarray, left: np.ndarray) -> np.ndarray:
         """Return (n,) root of the total variance of each pole's residues over their length, by the fit's residual."""
-        basis, triangle, part = self.project(poles)
-        pairs = self.coefficients(poles, triangle, part)
+        basis, triangle, _, pairs = self.project(poles)
         inverse = (np.linalg.pinv(triangle, rcond=1e-12)[: 2 * poles.size] @ basis.T).reshape(poles.size, 2, -1)
         variance = np.sum(inverse**2 @ left**2, axis=(1, 2))
         return np.asarray(np.sqrt(variance / np.sum(pairs**2, axis=(1, 2))))
 
     def explained(self, poles: np.ndarray) -> tuple[np.ndarray, float]:
         """Return the sum of squares that each pole alone explains (n,), and that of the residual."""
-        _, triangle, part = self.project(poles)
-        pairs = self.coefficients(poles, triangle, part)
+        _, triangle, part, pairs = self.project(poles)
         inverse = np.linalg.pinv(triangle, rcond=1e-12)[: 2 * poles.size].reshape(poles.size, 2, -1)
         spread = inverse @ inverse.transpose(0, 2, 1)
         contribution = np.einsum("pio,pij,pjo->p", pairs, np.linalg.pinv(spread, hermitian=True), pairs)
@@ -93,8 +91,7 @@ class ModalFit:
         The residues are eliminated; slopes with Kaufman's approximation (Golub and Pereyra 2003).
         """
         poles = poles_of(unknowns)
-        basis, triangle, part = self.project(poles)
-        coefficients = self.coefficients(poles, triangle, part)
+        basis, _, part, coefficients = self.project(poles)
         ahead, mirror = 1 / (self.s - poles) ** 2, 1 / (self.s - poles.conj()) ** 2
         slopes = [
             np.einsum("kpi,pio->pko", self._pairs(poles, rate * ahead, rate.conj() * mirror), coefficients)

@@ -51,9 +51,8 @@ class PSD(HasOverview, ArrayData):
     def __post_init__(self) -> None:
         frequency, value = read_only(self.frequency), read_only(self.value)
         if frequency.ndim != 1 or frequency.shape != value.shape or frequency.size < 2:
-            raise ExcitationError(
-                f"a PSD is two or more frequencies and as many values, got {frequency.shape} and {value.shape}"
-            )
+            shapes = f"{frequency.shape} and {value.shape}"
+            raise ExcitationError(f"a PSD is two or more frequencies and as many values, got {shapes}")
         if self.kind not in UNITS:
             raise ExcitationError(f'kind "{self.kind}" is unknown; use "base" ((m/s²)²/Hz) or "force" (N²/Hz)')
         for name, numbers in (("frequency", frequency), ("value", value)):

@@ -15,7 +15,7 @@ from ..core.errors import RecordError
 from ..core.overview import HasOverview, Overview, few, span
 from ..core.quantities import QUANTITIES
 from . import labelled
-from .arrays import ArrayData, read_only, rows_of
+from .arrays import ArrayData, rows_of
 from .excitation_data import EXCITATION_UNITS, common_kind
 
 if TYPE_CHECKING:
@@ -82,10 +82,11 @@ class Response(HasOverview, ArrayData):
     """degree of freedom of each row of displacement and forces, such as "6:+Z", see `Rig.probe_labels`"""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         quantities = tuple(self.quantities) or (ACCELERATION,) * len(self.channels)
         if len(quantities) != len(self.channels) or not {*quantities} <= QUANTITIES.keys():
             raise RecordError(f"{len(self.channels)} channels need as many quantities of {', '.join(QUANTITIES)}")
-        self._set(excitation=read_only(self.excitation), quantities=quantities)
+        self._set(quantities=quantities)
         if self.excitation.ndim == 1:
             self._set(references=(self.reference,), kinds=(self.kind,))
         elif not len(self.references) == len(self.kinds) == len(self.excitation):
@@ -96,18 +97,12 @@ class Response(HasOverview, ArrayData):
         else:
             self._set(reference=self.references[0], kind=common_kind(self.kinds))
         for name, (rows, _) in HISTORIES.items():
-            if (value := getattr(self, name)) is None:
-                continue
-            value = read_only(value)
-            if value.ndim != 2 or value.shape[1:] != self.excitation.shape[-1:]:
+            value = getattr(self, name)
+            if value is not None and (value.ndim != 2 or value.shape[1:] != self.excitation.shape[-1:]):
                 raise RecordError(
                     f"{name} must be (n_{rows}s, n_t) with n_t samples of excitation, got {value.shape} and "
                     f"{self.excitation.shape}"
                 )
-            self._set(**{name: value})
-        for name in ("contact_share", "spin"):
-            if (value := getattr(self, name)) is not None:
-                self._set(**{name: read_only(value)})
 
     @functools.cached_property
     def acceleration(self) -> np.ndarray:
@@ -147,10 +142,8 @@ class Response(HasOverview, ArrayData):
         rows = [i for label in dict.fromkeys(responses) for i, dof in enumerate(self.responses) if dof == label]
         if missing := {*responses} - {*self.responses}:
             raise RecordError(f"has no response at {min(missing)}; it has {', '.join(self.responses)}")
-        return dataclasses.replace(
-            self, channels=self.channels[rows], responses=tuple(self.responses[i] for i in rows),
-            quantities=tuple(self.quantities[i] for i in rows),
-        )  # fmt: skip
+        responses, quantities = (tuple(labels[i] for i in rows) for labels in (self.responses, self.quantities))
+        return dataclasses.replace(self, channels=self.channels[rows], responses=responses, quantities=quantities)
 
     @functools.cached_property
     def clearance_rows(self) -> list[slice]:
@@ -221,10 +214,7 @@ class Response(HasOverview, ArrayData):
             variables[ACCELERATION] = (*variables.pop("channels")[:2], QUANTITIES[ACCELERATION].cf_unit)
         variables["contact_share"] = ("bushing", self.contact_share, "1")
         variables["spin"] = ("time", self.spin, "rad s-1")
-        attributes: dict[str, Any] = {"fs": float(self.fs), "kind": " ".join(self.kinds)}
-        attributes["provenance"] = labelled.plain_json(self.provenance, "provenance")
-        if self.band is not None:
-            attributes["band"] = np.array(self.band, dtype=float)
+        attributes = labelled.driving_attributes(self, "provenance")
         coordinates = {"time": self.time, "response": self.responses, "coordinate": self.coordinates}
         ds = labelled.dataset("response", variables, coordinates, attributes)
         ds["excitation"].attrs["dof"] = " ".join(self.references)

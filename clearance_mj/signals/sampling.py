@@ -93,9 +93,7 @@ class Decimator:
         out = np.empty((count, buffer.shape[0]))
         _filter(buffer, self.taps, self._first, self.factor, out)
         start = self._first + count * self.factor
-        self._buffer, self._first = buffer[:, start:], 0
-        if start > buffer.shape[1]:
-            self._first = start - buffer.shape[1]
+        self._buffer, self._first = buffer[:, start:], max(0, start - buffer.shape[1])
         return out
 
     def flush(self) -> np.ndarray:

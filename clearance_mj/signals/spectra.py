@@ -65,9 +65,8 @@ class Spectra(HasOverview, ArrayData):
     def __post_init__(self) -> None:
         abscissa, value = read_only(self.abscissa), np.asarray(self.value)
         if abscissa.ndim != 1 or value.ndim != 2 or value.shape[1] != abscissa.size or not value.size:
-            raise RecordError(
-                f"spectra are (n_functions, n_f) over (n_f,) lines, got {value.shape} over {abscissa.shape}"
-            )
+            shapes = f"{value.shape} over {abscissa.shape}"
+            raise RecordError(f"spectra are (n_functions, n_f) over (n_f,) lines, got {shapes}")
         if self.axis == "frequency" and not np.all(np.diff(abscissa) > 0):
             raise RecordError("the frequencies of spectra must rise from line to line")
         is_complex = np.iscomplexobj(value) and value.imag.any()

@@ -54,7 +54,7 @@ def sine_steps(response: Response) -> SineSteps:
         k for k in range(1, len(sines))
         if _is_one_step(sines[k - 1], sines[k]) and not (k + 1 < len(sines) and _is_one_step(sines[k], sines[k + 1]))
     ]  # fmt: skip
-    frequency = np.array([sines[k][0] for k in ends])
+    frequency, level = np.array([sines[k] for k in ends]).reshape(-1, 2).T
     change = np.sign(np.diff(frequency, prepend=frequency[:1]))
     if change.size > 1:
         change[0] = change[1]
@@ -63,11 +63,8 @@ def sine_steps(response: Response) -> SineSteps:
         rows = [harmonic_amplitudes(histories[:, k * size : (k + 1) * size], response.fs, sines[k][0]) for k in ends]
         return np.array(rows).reshape(len(ends), len(histories))
 
-    probes = response.displacement
-    return SineSteps(
-        frequency, np.array([sines[k][1] for k in ends]), change >= 0, amplitudes(response.channels),
-        None if probes is None else amplitudes(probes),
-    )  # fmt: skip
+    displacement = None if response.displacement is None else amplitudes(response.displacement)
+    return SineSteps(frequency, level, change >= 0, amplitudes(response.channels), displacement)
 
 
 def is_stepped_sine(signal: np.ndarray, fs: float) -> bool:

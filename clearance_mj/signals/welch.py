@@ -63,9 +63,8 @@ class Welch:
         finite = np.isfinite(signals).all(axis=1)
         if not finite.all():
             bad = max(int(np.argmin(finite)) - n_inputs + 1, 0)
-            raise RecordError(
-                f"{f'{block.quantities[bad - 1]} row {bad - 1}' if bad else 'the excitation'} is not finite"
-            )
+            name = f"{block.quantities[bad - 1]} row {bad - 1}" if bad else "the excitation"
+            raise RecordError(f"{name} is not finite")
         low, high = self.limits
         self.limits = min(low, excitation.min(initial=np.inf)), max(high, excitation.max(initial=-np.inf))
         pending = signals if self.pending is None else np.hstack((self.pending, signals))

@@ -234,12 +234,11 @@ def numbers(data: bytes, function: Function) -> np.ndarray:
         values = np.column_stack((rows["x"], rows["y"])).ravel()
     else:
         values = _text_numbers(data[function.begin : function.end], _columns(function), count)
+    place = f"data set {function.number}"
     if values.size != count:
-        raise RecordError(
-            f"data set {function.number}: holds {values.size} numbers, {function.size} samples need {count}"
-        )
+        raise RecordError(f"{place}: holds {values.size} numbers, {function.size} samples need {count}")
     values = values.reshape(function.size, function.per_sample).astype(float)
-    require_finite(values, f"data set {function.number}")
+    require_finite(values, place)
     return values
 
 

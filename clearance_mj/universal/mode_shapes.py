@@ -89,9 +89,8 @@ def _definition(block: Block) -> str:
 
 def _read_mode(block: Block) -> _Mode:
     """Return the mode of one data set: undamped frequency, damping ratio, shape and scale."""
-    _, analysis, _, _, data_type, per_node = (
-        read_integer(text, "data definition") for text in fields(_definition(block), 10, 6)
-    )
+    texts = fields(_definition(block), 10, 6)
+    _, analysis, _, _, data_type, per_node = (read_integer(text, "data definition") for text in texts)
     if data_type not in (*REAL_DATA, *COMPLEX_DATA):
         raise RecordError(f"mode shape of data type {data_type}; needs 2 or 4 (real), 5 or 6 (complex)")
     frequency, damping, mass, a = _parameters(block, analysis in NORMAL)

@@ -66,7 +66,7 @@ class TableBody:
         if values.dtype.kind in "iuf":
             return values.to_numpy(float)
         write = self.layout.style.number
-        cells = (cell if isinstance(cell, float) else _number(write(str(cell).strip())) for cell in values)
+        cells = (cell if isinstance(cell, float) else number_of(write(str(cell).strip())) for cell in values)
         return np.fromiter(cells, float, len(values))
 
     def last_digit(self, column: int) -> float:
@@ -75,11 +75,12 @@ class TableBody:
         last = self.data[max(self.begin, self.end - TAIL) : self.end].rstrip().rsplit(b"\n", 6)[-6:]
         rows = [style.split(line.decode(errors="replace")) for line in last]
         texts = [style.number(row[column]) for row in rows if column < len(row)]
-        places = [Decimal(text).as_tuple().exponent for text in texts if np.isfinite(_number(text))]
+        places = [Decimal(text).as_tuple().exponent for text in texts if np.isfinite(number_of(text))]
         return float(10.0 ** min([300, *map(int, places)]))
 
 
-def _number(text: str) -> float:
+def number_of(text: str) -> float:
+    """Return the number that a text is, nan of other text."""
     try:
         return float(text) if "_" not in text else np.nan
     except ValueError:
@@ -103,22 +104,21 @@ def read_body(data: bytes, begin: int, layout: Layout, notes: list[str]) -> Tabl
     if b"#" in data and b"\n#" in data[begin:end]:
         plain = io.BytesIO(b"\n".join(line for line in data[begin:end].splitlines() if _row_test(layout)(line)))
     style = layout.style
-    options: dict[str, Any] = {"sep": r"\s+" if style.separator == BLANKS else style.separator}
-    if style.thousands:
-        options["thousands"] = style.thousands
-    if style.separator.encode() + b" " in data[begin : begin + TAIL]:
-        options["skipinitialspace"] = True
-    if tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1):  # from then on every number is exact
-        options["float_precision"] = "round_trip"
+    is_exact = tuple(map(int, pd.__version__.split(".")[:2])) >= (3, 1)  # from then on every number is
+    options: dict[str, Any] = {
+        "sep": r"\s+" if style.separator == BLANKS else style.separator, "decimal": style.point, "header": None,
+        "thousands": style.thousands or None, "float_precision": None if is_exact else "round_trip",
+        "skipinitialspace": style.separator.encode() + b" " in data[begin : begin + TAIL],
+    }  # fmt: skip
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", pd.errors.DtypeWarning)  # numbers and text in one column
             position = plain.tell()
-            frame: pd.DataFrame = pd.read_csv(plain, header=None, decimal=style.point, **options)
+            frame: pd.DataFrame = pd.read_csv(plain, **options)
             body = TableBody(frame, data, begin, end, layout)
             if any(dtype.kind not in "iuf" and body.kind(i) == "number" for i, dtype in enumerate(body.frame.dtypes)):
                 plain.seek(position)  # to look for codes takes a quarter more time, which most tables need not
-                frame = pd.read_csv(plain, header=None, decimal=style.point, na_values=_CODES, **options)
+                frame = pd.read_csv(plain, na_values=_CODES, **options)
                 body = TableBody(frame, data, begin, end, layout)
             return body
     except pd.errors.ParserError as error:

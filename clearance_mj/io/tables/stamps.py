@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import re
 from typing import TYPE_CHECKING
 
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["STAMP", "read_stamps"]
 
+_ORDERS = {"year-month-day": (0, 1, 2), "day-month-year": (2, 1, 0), "month-day-year": (2, 0, 1)}
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _DATE = r"(?P<a>\d{1,4})(?P<mark>[-./])(?P<b>\d{1,2}|[A-Za-z]{3})(?P=mark)(?P<c>\d{1,4})"
 _CLOCK = (
@@ -61,28 +64,21 @@ def _hours(part: dict[str, np.ndarray]) -> np.ndarray:
 
 def _days(part: dict[str, np.ndarray], clock: np.ndarray) -> tuple[np.ndarray, str]:
     """Return days (n,) since some day, and in words the order in which dates were read."""
-    dates, inverse = np.unique(
-        np.char.add(np.char.add(np.char.add(part["a"], " "), np.char.add(part["b"], " ")), part["c"]),
-        return_inverse=True,
-    )
+    texts = functools.reduce(np.char.add, (part["a"], " ", part["b"], " ", part["c"]))
+    dates, inverse = np.unique(texts, return_inverse=True)
     fields = [date.split() for date in dates.tolist()]
     mark = str(part["mark"][0])
-    orders = {"year-month-day": (0, 1, 2), "day-month-year": (2, 1, 0), "month-day-year": (2, 0, 1)}
     if is_iso := len(fields[0][0]) == 4:
-        orders = {"year-month-day": (0, 1, 2)}
+        names = ["year-month-day"]
     elif not fields[0][1].isdecimal() or mark == ".":
-        orders = {"day-month-year": (2, 1, 0)}
+        names = ["day-month-year"]
     else:
-        orders.pop("year-month-day")
-        if mark == "/":
-            orders = dict(reversed(orders.items()))
+        names = ["day-month-year", "month-day-year"][:: -1 if mark == "/" else 1]
     day_numbers: dict[str, np.ndarray] = {}
-    for name, order in orders.items():
-        try:
-            number = np.array([_day(*(row[i] for i in order)) for row in fields], dtype=float)
-        except ValueError:
-            continue
-        day_numbers[name] = number[inverse]
+    for name in names:
+        with contextlib.suppress(ValueError):
+            number = np.array([_day(*(row[i] for i in _ORDERS[name])) for row in fields], dtype=float)
+            day_numbers[name] = number[inverse]
     if not day_numbers:
         raise RecordError(f'"{mark.join(fields[0])}" is no date')
     name = min(day_numbers, key=lambda name: _unevenness(clock + DAY * day_numbers[name]))

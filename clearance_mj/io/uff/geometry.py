@@ -98,12 +98,11 @@ def _global(node: Node, systems: dict[int, CoordinateSystem], notes: list[str]) 
         return place
     if system.kind != "cartesian":
         notes.append(f"node {number} is defined in a {system.kind} system; its angles are taken for degrees")
-        r, *angles = place[0], *np.radians([1.0, 1.0])
+        degree = np.radians(1.0)
+        r, theta, phi = place[0], place[1] * degree, place[2] * degree
         if system.kind == "cylindrical":
-            theta = place[1] * angles[0]
             place = [r * np.cos(theta), r * np.sin(theta), place[2]]
         else:
-            theta, phi = place[1] * angles[0], place[2] * angles[1]
             place = [r * np.sin(theta) * np.cos(phi), r * np.sin(theta) * np.sin(phi), r * np.cos(theta)]
     return (np.array(system.origin) + np.array(place) @ np.array(system.axes)).tolist()
 
@@ -188,9 +187,7 @@ def _reals(line: str, width: int, count: int, name: str) -> list[float]:
 def geometry_sets(geometry: Geometry) -> list[str]:
     """Return the data sets of a geometry as text: nodes in six digits (data set 15), or in full if these do not do."""
     positions = {node: "".join(f"{x:13.5E}" for x in place) for node, place in geometry.nodes.items()}
-    exact = all(
-        [float(text[i : i + 13]) for i in (0, 13, 26)] == list(geometry.nodes[node]) for node, text in positions.items()
-    )
+    exact = all([*map(float, fields(positions[node], 13))] == [*place] for node, place in geometry.nodes.items())
     local = dict(zip(geometry.numbers, geometry.displacement_systems))
     heads = {node: f"{node:10d}{0:10d}{local[node]:10d}{1:10d}" for node in positions}
     sets = []
