@@ -167,11 +167,10 @@ def from_sep005(series: Sequence[Fields]) -> list[Channel]:
         If one of them says no rate or times, or holds no numbers.
     """
     notes: list[str] = []
-    items = [
-        {k: np.asarray(v, float) if k in ("data", "time") and v is not None else v for k, v in s.items()}
-        for s in series
-    ]
-    waves = [wave for item in items for wave in waveforms(item, notes, str(item.get("name", "data")))]
+    waves: list[Waveform] = []
+    for item in series:
+        arrays = {key: np.asarray(item[key], float) for key in ("data", "time") if item.get(key) is not None}
+        waves += waveforms({**item, **arrays}, notes, str(item.get("name", "data")))
     channels = channels_of_waveforms(waves, {}, Rates(None, None, notes))
     note("SEP 005", notes)
     return channels

@@ -63,8 +63,7 @@ def _waves(data: bytes) -> Iterator[Waveform]:
                     first = channel.start_offset + 8 * getattr(channel, "additional_byte_offset", 0)
                 else:
                     first = 8 * channel.byte_offset + channel.bit_offset
-                last = first + channel.bit_count
-                if channel.channel_type not in VIRTUAL and last > 8 * layout.samples_byte_nr:
+                if channel.channel_type not in VIRTUAL and first + channel.bit_count > 8 * layout.samples_byte_nr:
                     raise RecordError(f'not a whole MDF file: "{channel.name}" lies behind the samples of its group')
             master = file.masters_db.get(number)
             label = str(getattr(layout, "acq_name", "") or f"group {number + 1}")

@@ -64,8 +64,7 @@ def register(new: Format) -> Format:
         If another format has one of its suffixes, or it holds an unknown type.
     """
     for suffix in new.suffixes:
-        other = FORMATS.get(suffix)
-        if other and other.name != new.name:
+        if (other := FORMATS.get(suffix)) and other.name != new.name:
             raise RecordError(f'format "{new.name}": suffix "{suffix}" is that of {other.name}')
     if unknown := [kind for kind in new.holds if kind not in OBJECT_NAMES]:
         known = ", ".join(kind.__name__ for kind in OBJECT_NAMES)

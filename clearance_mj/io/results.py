@@ -7,6 +7,7 @@ dimension ``part``.
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
 import io
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -32,7 +33,7 @@ from .columns import Columns
 from .containers import fields_of_hdf5, waveforms
 from .registry import Format, register
 from .time_axis import Rate, Rates
-from .waveforms import channels_of_waveforms
+from .waveforms import channels_of_waveforms, whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -99,7 +100,6 @@ def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
     ]
 
 
-_LABELLED: tuple[Any, ...] = (FRF, Response, Spectra, Modes, Geometry)
 _FROM_DATASET: dict[Any, Callable[[xr.Dataset], Result]] = {
     "frf": _frf, "response": Response.from_xarray, "spectra": Spectra.from_xarray, "modes": Modes.from_xarray,
     "geometry": Geometry.from_xarray, "channels": dataset_to_channels,
@@ -108,7 +108,7 @@ _FROM_DATASET: dict[Any, Callable[[xr.Dataset], Result]] = {
 
 def save(path: str | PathLike[str], obj: Result) -> None:
     """Write FRFs, spectra, a response, modes, a geometry or time records as NetCDF, as HDF5 at .h5, .hdf5."""
-    if not isinstance(obj, (list, *_LABELLED)):
+    if not isinstance(obj, list | FRF | Response | Spectra | Modes | Geometry):
         raise RecordError(f"{path}: cannot write {type(obj).__name__}; needs an FRF, a Response or a list of channels")
     hdf5 = Path(path).suffix.lower() in _HDF5
     with naming(path):
@@ -129,8 +129,11 @@ def load(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, re
     path = Path(path)
     if not path.is_file():
         raise RecordError(f"{path}: cannot be read; there is no such file")
-    try:
-        dataset, notes = _dataset(path), list[str]()
+    with naming(path), whole("NetCDF file of results"):
+        try:
+            dataset, notes = _dataset(path), list[str]()
+        except OSError as error:
+            raise RecordError(f"cannot be read ({error.strerror or error})") from None
         if isinstance(dataset, dict) and (waves := [*waveforms(dataset, notes)]):
             channels = channels_of_waveforms(waves, columns or {}, Rates(fs, resample, notes))
             note(path, notes)
@@ -144,13 +147,6 @@ def load(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, re
         if columns or fs:
             raise RecordError("is written by clearance_mj: it names its channels and says their rate itself")
         return _FROM_DATASET[kind](without_parts(dataset))
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except Exception as error:  # xarray and its engines raise whatever a damaged header leads to
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise RecordError(f"{path}: not a whole NetCDF file of results: {reason}") from None
 
 
 def save_blocks(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Response]:
@@ -211,14 +207,13 @@ def _require_hdf5() -> None:
         raise RecordError('HDF5 needs the package h5netcdf: pip install "clearance-mj[hdf5]"; .nc needs nothing more')
 
 
-register(Format(
+NETCDF = register(Format(
     "NetCDF", (".nc",), (Channel, Response, FRF, Spectra, Modes, Geometry), load, save,
     options=("columns", "fs", "resample"),
     note="NetCDF 3; `simulate` writes its response here, with contact and grease forces",
 ))  # fmt: skip
-register(Format(
-    "HDF5", _HDF5, (Channel, Response, FRF, Spectra, Modes, Geometry), load, save,
-    options=("columns", "fs", "resample"),
+register(dataclasses.replace(
+    NETCDF, name="HDF5", suffixes=_HDF5,
     note='the same as NetCDF 4, and time records of other programs, such as Rattlesnake; '
     'needs h5netcdf: `pip install "clearance-mj[hdf5]"`',
 ))  # fmt: skip

@@ -16,7 +16,7 @@ from .columns import Columns, Contents
 from .csv_tables import read_table
 from .registry import Format, register
 from .time_axis import Rate, Rates
-from .waveforms import MeasurementProgram
+from .waveforms import MeasurementProgram, whole
 
 __all__ = ["read_sheet"]
 
@@ -32,7 +32,7 @@ def read_sheet(path: str | PathLike[str], columns: Columns = None, fs: Rate = No
         CALAMINE.require()
     data = io.BytesIO(read_bytes(path))
     with naming(path):
-        with CALAMINE.opening():
+        with whole("spreadsheet file"):
             if zipfile.is_zipfile(data):
                 with zipfile.ZipFile(data) as file:
                     if sum(part.file_size for part in file.infolist()) > most_unpacked(data.getbuffer().nbytes):

@@ -47,6 +47,18 @@ class Waveform:
     fault: str = ""  #: why its numbers are no time record: refused, unless the channel is skipped
 
 
+@contextlib.contextmanager
+def whole(file: str) -> Iterator[None]:
+    """Turn whatever a package raises of a damaged file, such as a "TDMS file", into a RecordError of one line."""
+    try:
+        yield
+    except RecordError:
+        raise
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise RecordError(f"not a whole {file}: {reason}") from None
+
+
 @dataclass(frozen=True)
 class MeasurementProgram:
     """A package that reads and writes a format of measurement programs."""
@@ -72,22 +84,11 @@ class MeasurementProgram:
             self.require()
         data = read_bytes(path)
         with naming(path):
-            with self.opening():
+            with whole(f"{self.format} file"):
                 waveforms = list(waves(data))
             channels = channels_of_waveforms(waveforms, mapped or {}, rates)
         note(path, rates.notes)
         return channels
-
-    @contextlib.contextmanager
-    def opening(self) -> Iterator[None]:
-        """Turn any error of the package for a damaged file into a RecordError of one line."""
-        try:
-            yield
-        except RecordError:
-            raise
-        except Exception as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise RecordError(f"not a whole {self.format} file: {reason}") from None
 
     def headers(self, path: str | PathLike[str], channels: Sequence[Channel]) -> list[tuple[str, str]]:
         """Return name and unit under which each channel is written; refuses none, and two of one name."""

@@ -14,6 +14,7 @@ Imperial College London, 1998.
 from __future__ import annotations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from ..core.errors import RecordError
@@ -184,10 +185,11 @@ def _pair(test: ArrayLike, model: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     return test, model
 
 
-def _windows(test: ArrayLike, model: ArrayLike, window: int) -> list[np.ndarray]:
+def _windows(test: ArrayLike, model: ArrayLike, window: int) -> tuple[np.ndarray, np.ndarray]:
     """Return both as (..., n_f, window), with zeros beyond the ends: they add nothing to the sums."""
     if window < 3 or window % 2 != 1:
         raise RecordError(f"window must be an odd number of lines >= 3, got {window!r}")
     pair = _pair(test, model)
     ends = [(0, 0)] * (pair[0].ndim - 1) + [(window // 2, window // 2)]
-    return [np.lib.stride_tricks.sliding_window_view(np.pad(value, ends), window, axis=-1) for value in pair]
+    padded_test, padded_model = (np.pad(value, ends) for value in pair)
+    return sliding_window_view(padded_test, window, axis=-1), sliding_window_view(padded_model, window, axis=-1)

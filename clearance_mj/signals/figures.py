@@ -76,8 +76,7 @@ def _draw_function(cell: FigureBase, curves: Sequence[tuple[Functions, Look]], r
         axes[0].plot(frf.frequency, decibel(frf.functions[row]), **style)
         axes[1].plot(frf.frequency, phase(frf.functions[row]), **style)
         if frf.coherence is not None:
-            coherence = frf.coherence.swapaxes(0, 1)[frf.measured.T]
-            axes[2].plot(frf.frequency, coherence[row], **style | {"lw": 0.8})
+            axes[2].plot(frf.frequency, frf.coherence.swapaxes(0, 1)[frf.measured.T][row], **style | {"lw": 0.8})
     tidy(axes[0], first.labels[row], f"Magnitude\n(dB re {'1' if unit == '1' else f'1 {unit}'})")
     tidy(axes[1], ylabel="Phase (°)")
     axes[1].set(ylim=(-190, 190), yticks=[-180, 0, 180])
@@ -165,11 +164,8 @@ def response_figure(response: Histories, sensors: Sequence[int], time: tuple[flo
         drawn = {names[i]: factor * response.channels[i] for i in sensors if response.quantities[i] == quantity}
         panels.append((f"{quantity.capitalize()} ({unit})", drawn))
     for field, words, unit, factor in HISTORIES:
-        values = getattr(response, field)
-        if values is None or not len(values):
-            continue
-        rows_of_bushing = _rows_of_bushings(response, values)
-        panels.append((f"{words} ({unit})", {name: factor * row for name, row in rows_of_bushing.items()}))
+        if (values := getattr(response, field)) is not None and len(values):
+            panels.append((f"{words} ({unit})", _rows_of_bushings(response, factor * values)))
     if response.spin is not None:
         panels.append(("Spin (rev/min)", {"shaft": 30 / np.pi * response.spin}))
     figure = canvas(0.4 + 1.5 * len(panels))

@@ -66,7 +66,11 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     realisations beyond that is stochastic nonlinear distortion. A motion that does not repeat itself from period to
     period, as chaos, counts as noise.
     """
-    signals = np.stack([periods(response, period, drop) for response in _require_one_kind(responses)])
+    if len(responses) < 2:
+        raise RecordError(f"a best linear approximation needs at least two realisations, got {len(responses)}")
+    if len({(r.fs, r.kind, r.band, r.responses, np.shape(r.channels)) for r in responses}) > 1:
+        raise RecordError("the realisations differ in sampling rate, length, kind or band of excitation, or responses")
+    signals = np.stack([periods(response, period, drop) for response in responses])
     first, samples = responses[0], signals.shape[-1]
     frequency = np.arange(samples // 2 + 1) * (first.fs / samples)
     lines = np.r_[lines_within(frequency, first.band or (frequency[1], frequency[-1]))]
@@ -83,16 +87,6 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     frf = FRF(frequency[lines], value, None, first.responses, (first.reference,), QUANTITY[first.kind])
     noise = noise.mean(axis=0) / n_realisations
     return BestLinear(frf, noise[:, None], scatter[:, None], n_realisations)
-
-
-def _require_one_kind(responses: Sequence[Response]) -> Sequence[Response]:
-    """Return the records if there are several of one kind, or refuse them."""
-    if len(responses) < 2:
-        raise RecordError(f"a best linear approximation needs at least two realisations, got {len(responses)}")
-    kinds = {(r.fs, r.kind, r.band, r.responses, np.shape(r.channels)) for r in responses}
-    if len(kinds) > 1:
-        raise RecordError("the realisations differ in sampling rate, length, kind or band of excitation, or responses")
-    return responses
 
 
 def periods(response: Response, period: float, drop: int = 1) -> np.ndarray:

@@ -105,14 +105,11 @@ def full_spectrum_figure(spectra: Mapping[str, Spectrum], spin: float | None = N
         tidy(ax, name, "Amplitude (µm)")
         ax.set_xlim(-highest, highest)
     axes[-1].set_xlabel(f"Frequency (Hz): {_sides(spin)}", fontsize=FONT)
-    words = f"lines every {first.resolution:.3g} Hz, {first.window} window, {_windows(first.averages)}"
+    windows = f"mean of {first.averages} windows" if first.averages > 1 else "one window"
+    words = f"lines every {first.resolution:.3g} Hz, {first.window} window, {windows}"
     axes[0].set_title(words, fontsize=FONT - 1, loc="right", pad=3, color=REPEAT)
     figure.align_ylabels(axes)
     return figure
-
-
-def _windows(n: int) -> str:
-    return f"mean of {n} windows" if n > 1 else "one window"
 
 
 def _sides(spin: float | None) -> str:

@@ -119,10 +119,9 @@ class PSD(HasOverview, ArrayData):
         lower = np.clip(np.searchsorted(self.frequency, f, side="right") - 1, 0, self.frequency.size - 2)
         (f1, f2), (s1, s2) = ((x[lower], x[lower + 1]) for x in (self.frequency, self.value))
         law = (s1 > 0) & (s2 > 0)
-        ones = np.ones_like(s1)
         within = (f >= self.frequency[0]) & (f <= self.frequency[-1])
         fraction = np.log(np.where(within, f, f1) / f1) / np.log(f2 / f1)
-        power = np.where(law, s1, ones) * (np.where(law, s2, ones) / np.where(law, s1, ones)) ** fraction
+        power = np.where(law, s1, 1.0) * (np.where(law, s2, 1.0) / np.where(law, s1, 1.0)) ** fraction
         return np.where(within, np.where(law, power, s1 + (s2 - s1) * (f - f1) / (f2 - f1)), 0.0)
 
     def scaled(self, rms: float) -> PSD:

@@ -171,8 +171,7 @@ class Response(HasOverview, ArrayData):
             "spin": "" if self.spin is None else span(self.spin, "rev/min", 30 / np.pi),
             "from": _origin(self.provenance),
         }
-        count = f"{len(self.channels)} sensors"
-        return Overview(f"Response of {count}, {self.duration:g} s at {self.fs:g} Hz", facts)
+        return Overview(f"Response of {len(self.channels)} sensors, {self.duration:g} s at {self.fs:g} Hz", facts)
 
     def _of(self, quantity: str) -> np.ndarray:
         """Return the rows of the channels of one quantity; the channels themselves where they have no other."""

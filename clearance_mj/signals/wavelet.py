@@ -230,8 +230,7 @@ def _path(plane: Scalogram, fs: float) -> np.ndarray:
 def _around(spread: np.ndarray, fs: float, start: float, stop: float) -> tuple[np.ndarray, np.ndarray]:
     """Return first and last sample from ``start`` to ``stop`` σ_t after each sample, cut at the record's ends."""
     sample, width = np.arange(spread.size), spread * fs
-    ends = (np.rint(sample + edge * width).astype(int) for edge in (start, stop))
-    first, last = (np.clip(end, 0, spread.size - 1) for end in ends)
+    first, last = (np.clip(np.rint(sample + x * width).astype(int), 0, spread.size - 1) for x in (start, stop))
     return first, last
 
 

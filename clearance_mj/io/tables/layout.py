@@ -90,13 +90,10 @@ def find_layout(head: Sequence[bytes]) -> Layout:
     for count in (FIRST_LINES, LINES):
         lines = [line.decode(errors="replace").rstrip("\r\n") for line in head[:count]]
         candidates = [candidate for separator in SEPARATORS if (candidate := _try_separator(lines, separator))]
-        if not candidates and len(head) > count:
-            continue
-        if not candidates:
-            break
-        _, ends, layout = max(candidates, key=lambda candidate: candidate[0])
-        if ends or len(head) <= count:
-            return layout
+        if candidates:
+            _, ends, layout = max(candidates, key=lambda candidate: candidate[0])
+            if ends or len(head) <= count:
+                return layout
     raise RecordError("holds no records; needs a line with the names of the columns, then two or more of numbers")
 
 

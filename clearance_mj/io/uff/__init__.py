@@ -36,7 +36,7 @@ from .geometry import GEOMETRY_SETS, geometry_sets, read_geometry_blocks, rig_ge
 from .spectra import read_spectra, spectra_blocks
 
 __all__ = [
-    "DIRECTIONS", "QUANTITIES", "Channel", "ChannelHeader", "FileWarning", "Geometry", "read_geometry", "read_uff",
+    "DIRECTIONS", "Channel", "ChannelHeader", "FileWarning", "Geometry", "read_geometry", "read_uff",
     "scan_uff", "write_uff",
 ]  # fmt: skip
 

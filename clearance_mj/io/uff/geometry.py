@@ -137,8 +137,7 @@ def _elements(block: Block) -> Iterator[Element]:
 
 
 def _local_systems(block: Block, notes: list[str]) -> Iterator[CoordinateSystem]:
-    lines = block.lines
-    for i in range(0, len([line for line in lines if line.strip()]), 4):
+    for i in range(0, len([line for line in block.lines if line.strip()]), 4):
         number, kind, reference = _integers(block.record(i), "coordinate system", 3)
         values = _reals(block.record(i + 2), 13, 6, f"coordinate system {number}")
         values += _reals(block.record(i + 3), 13, 3, f"coordinate system {number}")
