@@ -29,7 +29,9 @@ from ..signals.frf import FRF
 from ..signals.quantities import require_quantity, two_quantities
 from ..signals.references import join_references
 from .channels import UNKNOWN, Channel, place_of, require_one_time
+from .gaps import ChannelSamples
 from .tables.headers import LONGEST, is_time, split_header, unique_names
+from .time_axis import TimeAxis
 
 __all__ = ["SKIP", "ColumnHeader", "Columns"]
 
@@ -75,6 +77,10 @@ class ColumnHeader:
         """Return the column as a channel, from its numbers (n_t,) in its unit; ``fs`` in Hz, ``start`` in s."""
         unit = self.unit if self.quantity == UNKNOWN else ""
         return Channel(self.name, *place_of(self.dof), self.quantity, value * self.scale, fs, start, unit)
+
+    def samples(self, axis: TimeAxis, value: np.ndarray, code: str = "") -> ChannelSamples:
+        """Return the column's numbers (n,) on a time axis; ``code`` stands in place of the first that is missing."""
+        return ChannelSamples(self.name, axis.samples(value), axis.fs, axis.start, self.channel, code)
 
 
 def resolve(

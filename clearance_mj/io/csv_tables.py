@@ -23,7 +23,7 @@ from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
 from .columns import SKIP, ColumnHeader, Columns, Contents, frf_of_columns, quoted, resolve, timed_table
-from .gaps import MAX_MISSING_FRACTION, ChannelSamples, gapless_channels, is_code
+from .gaps import MAX_MISSING_FRACTION, gapless_channels, is_code
 from .registry import Format, register
 from .tables.headers import is_index, unique_names
 from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, Style, find_layout
@@ -109,11 +109,7 @@ def read_table(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents
     axis, of_time = time_of(body, used, cells, rates, find_rate(above, layout.style))
     if not (columns := _channels(body, used, of_time, notes)):
         raise RecordError(f"line {line}: has no column of numbers beside time; its columns are {quoted(cells)}")
-    parts = [(c, *_numbers(body, c, cells)) for c in columns]
-    return gapless_channels(
-        [ChannelSamples(c.name, axis.samples(value), axis.fs, axis.start, c.channel, code) for c, value, code in parts],
-        notes,
-    )
+    return gapless_channels([c.samples(axis, *_numbers(body, c, cells)) for c in columns], notes)
 
 
 def _describe_style(layout: Layout, above: Sequence[str]) -> list[str]:
@@ -156,15 +152,10 @@ def _channels(
     body: TableBody, used: Sequence[ColumnHeader], of_time: frozenset[int], notes: list[str]
 ) -> list[ColumnHeader]:
     """Return the columns that are channels; raw ones of no use are left out."""
-    channels = []
-    for column in used:
-        if column.index in of_time:
-            continue
-        if reason := _why_unusable(body, column) if column.is_raw else "":
-            notes.append(f'left out "{column.name}", {reason}')
-        else:
-            channels.append(column)
-    return channels
+    columns = [c for c in used if c.index not in of_time]
+    reasons = [_why_unusable(body, c) if c.is_raw else "" for c in columns]
+    notes += [f'left out "{c.name}", {reason}' for c, reason in zip(columns, reasons) if reason]
+    return [c for c, reason in zip(columns, reasons) if not reason]
 
 
 def _why_unusable(body: TableBody, column: ColumnHeader) -> str:

@@ -254,9 +254,8 @@ class _LineReader:
         valid = [second for second in seconds if second is not None]
         delay = np.array([0.0 if s is None else (s - valid[0] + DAY / 2) % DAY - DAY / 2 for s in seconds])
         delay = np.round(delay - delay.min(), 9)
-        for second, name in zip(delay, names):
-            if second:
-                self.notes.append(f'"{name}" begins {second:.9g} s after the first channel (Time)')
+        late = ((second, name) for second, name in zip(delay, names) if second)
+        self.notes += [f'"{name}" begins {second:.9g} s after the first channel (Time)' for second, name in late]
         return delay
 
     def numbers(self, fields: Sequence[str]) -> list[float]:

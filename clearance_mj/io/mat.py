@@ -25,7 +25,7 @@ from ..signals.frf import FRF
 from .channels import Channel
 from .columns import ColumnHeader, Columns, Contents, frf_names, frf_of_columns, quoted, resolve, table_of_channels
 from .containers import waveforms
-from .gaps import ChannelSamples, gapless_channels
+from .gaps import gapless_channels
 from .registry import Format, register
 from .tables.headers import is_time
 from .time_axis import Rate, Rates, TimeAxis, instants_in_seconds, time_axis
@@ -120,10 +120,7 @@ def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], rates: 
     if is_frf:
         return frf_of_columns(columns, values)
     axis = _timing(columns, values, rates, variables.get("fs"))
-    parts = [
-        ChannelSamples(c.name, axis.samples(v), axis.fs, axis.start, c.channel)
-        for c, v in zip(columns, values) if c.quantity != "time"
-    ]  # fmt: skip
+    parts = [c.samples(axis, v) for c, v in zip(columns, values) if c.quantity != "time"]
     return gapless_channels(parts, rates.notes)
 
 

@@ -22,7 +22,7 @@ from ...signals.frf import FRF
 from ...signals.spectra import Spectra
 from ...structure.geometry import Geometry
 from ...universal import contents, scan
-from ...universal.dataset_58 import COHERENCE, Function
+from ...universal.dataset_58 import COHERENCE
 from ...universal.dataset_164 import UNIT_SET, parse_units
 from ...universal.fields import named_sets, text_set
 from ...universal.mode_shapes import ModeShapes, mode_sets, read_modes
@@ -107,16 +107,11 @@ def _read_all(
 def _parse(data: bytes, reference: str | None, units: str | None) -> tuple[FileContents, list[str]]:
     """Return all data of a file, and notes on what was assumed."""
     functions, blocks, notes = scan(data, parse_units(units) if units else None)
-    records: list[Function] = []
-    others: list[Function] = []
-    for f in functions:
-        reason = why_no_record(data, f) if is_of_time(f) else None
-        if reason == "":
-            records.append(f)
-            continue
-        others.append(f)
-        if reason:
-            notes.append(f"data set {f.number}: {reason}; read as a function of time, not as a record")
+    faults = {f.number: why_no_record(data, f) if is_of_time(f) else None for f in functions}
+    records = [f for f in functions if faults[f.number] == ""]
+    others = [f for f in functions if faults[f.number] != ""]
+    words = "read as a function of time, not as a record"
+    notes += [f"data set {number}: {fault}; {words}" for number, fault in faults.items() if fault]
     parts = [read_samples(data, f, notes, name) for f, name in zip(records, distinct_names(records))]
     channels = gapless_channels(parts, notes) if parts else []
     frfs, lone_coherences = read_frfs(data, others, reference, notes)
