@@ -75,8 +75,10 @@ class Modes(HasOverview, ArrayData):
 
     def to_xarray(self) -> xr.Dataset:
         """Return ``natural_frequency``, ``damping`` (mode,) and ``shape`` (response, mode), with labels and units."""
-        variables = {"natural_frequency": ("mode", self.frequency, "Hz"), "damping": ("mode", self.damping, "1")}
-        variables |= {"shape": (("response", "mode"), self.shape, "1")}
+        variables = {
+            "natural_frequency": ("mode", self.frequency, "Hz"), "damping": ("mode", self.damping, "1"),
+            "shape": (("response", "mode"), self.shape, "1"),
+        }  # fmt: skip
         return labelled.dataset("modes", variables, {"response": self.responses})
 
     @classmethod

@@ -128,7 +128,8 @@ def read_function(data: bytes, begin: int, binary: bool, number: int, units: Fil
             raise RecordError(
                 f"header declares {header.size} samples, which is {needed} lines, but {rows} lines follow"
             )
-    return Function(*vars(header).values(), number, body, end, dtype, axis_dtype, units), position
+    placed: dict[str, Any] = dict(number=number, begin=body, end=end, dtype=dtype, axis_dtype=axis_dtype, units=units)
+    return Function(**vars(header) | placed), position
 
 
 def _header_lines(data: bytes, begin: int) -> tuple[list[str], int]:

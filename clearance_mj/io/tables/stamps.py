@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import re
 from typing import TYPE_CHECKING
 
@@ -64,8 +63,8 @@ def _hours(part: dict[str, np.ndarray]) -> np.ndarray:
 
 def _days(part: dict[str, np.ndarray], clock: np.ndarray) -> tuple[np.ndarray, str]:
     """Return days (n,) since some day, and in words the order in which dates were read."""
-    texts = functools.reduce(np.char.add, (part["a"], " ", part["b"], " ", part["c"]))
-    dates, inverse = np.unique(texts, return_inverse=True)
+    first_two = np.char.add(np.char.add(part["a"], " "), np.char.add(part["b"], " "))
+    dates, inverse = np.unique(np.char.add(first_two, part["c"]), return_inverse=True)
     fields = [date.split() for date in dates.tolist()]
     mark = str(part["mark"][0])
     if is_iso := len(fields[0][0]) == 4:
