@@ -60,7 +60,6 @@ class AcceptedParts:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the accepted and the tried hypotheses as plain data."""
-        return {
-            "accepted": [dataclasses.asdict(hypothesis) for hypothesis in self.accepted],
-            "tried": [[dataclasses.asdict(hypothesis) for hypothesis in tried] for tried in self.rounds],
-        }
+        groups = self.accepted, *self.rounds
+        accepted, *tried = ([dataclasses.asdict(hypothesis) for hypothesis in group] for group in groups)
+        return {"accepted": accepted, "tried": tried}

@@ -13,8 +13,9 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+import operator
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -36,15 +37,14 @@ __all__ = ["CRITICAL", "parameter_words", "priors", "rig_with", "unsaid_words", 
 
 CRITICAL = 1.0  # damping ratio that no mode of a rig may exceed
 LONGEST_DELAY = 0.05  # s, of a channel
+OF_SUPPORT = ("translation", "rotation", "translation_damping", "rotation_damping")
 DEFAULTS = {
     "young_modulus": 0.03, "density": 0.01, "mass": 0.05, "position": 2e-3, "gain": 0.01, "gap": 0.2, "offset": 0.3,
-    "length": 0.5, "damping_ratios": math.log(2.0), "stiffness": math.log(10.0), "damping": math.log(10.0),
-    "lever": 2e-3, "frequency": 0.1, "damping_ratio": math.log(2.0), "participation": 0.1, "rocking": 0.02,
-    "about": 0.02, "difference": math.log(2.0), "angle": 0.2, "delay": 2e-5, "probe_delay": 2e-5,
-    "translation_damping": math.log(10.0), "rotation_damping": math.log(10.0), "translation": math.log(10.0),
-    "rotation": math.log(10.0),
-    "inertia": 0.05, "polar_inertia": 0.05, "direction": 0.02, "probe_angle": 0.035, "offset_y": 0.3,
-    "coefficient": math.log(1.5), "viscosity": math.log(1.5),
+    "length": 0.5, "lever": 2e-3, "frequency": 0.1, "participation": 0.1, "rocking": 0.02, "about": 0.02, "angle": 0.2,
+    "delay": 2e-5, "probe_delay": 2e-5, "inertia": 0.05, "polar_inertia": 0.05, "direction": 0.02, "probe_angle": 0.035,
+    "offset_y": 0.3, **dict.fromkeys(("stiffness", "damping", *OF_SUPPORT), math.log(10.0)),
+    **dict.fromkeys(("damping_ratios", "damping_ratio", "difference"), math.log(2.0)),
+    **dict.fromkeys(("coefficient", "viscosity"), math.log(1.5)),
 }  # fmt: skip
 """1 σ: of positions in m, of offsets over the gap, of the rest relative or a logarithm; of linear ones in SI units"""
 _SPATIAL = (("friction", "coefficient"), ("film", "viscosity"))
@@ -60,7 +60,12 @@ LINEAR = ("participation", "rocking", "about", "angle", "delay", "probe_delay", 
 """Fields that may be 0 or negative, and vary as they are"""
 BOUNDS_AT = 6.0  # standard deviations, from the start to a parameter's bounds
 CLAMP_LENGTH = 2.0  # diameters of shaft as which a clamp may give
-OF_SUPPORT = ("translation", "rotation", "translation_damping", "rotation_damping")
+OF_ATTACHED = {
+    "springs": ("stiffness", "damping", "position"),
+    "oscillators": ("mass", "frequency", "damping_ratio", "position", "lever"),
+    "fixture": ("frequency", "damping_ratio", "participation", "rocking"),
+}
+"""Uncertain fields of attached parts; those that may be 0 are uncertain where they are not"""
 SUPPORT_LOSS = 0.01  # of its force, that of its damper at the shaft's lowest frequency
 STIFF_SUPPORT, STIFF_TURN = 3e3, 3e2  # of EI/L³ and EI/L, the support of a shaft that the rig file takes for rigid
 STEEL = 2.1e11  # N/m², of a shaft whose rig file does not say
@@ -127,11 +132,9 @@ def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[P
     tolerances = [tolerance for tolerance in rig.tolerances if not tolerance.of.endswith(".wear")]  # by no vibration
     tolerance_of = {key: t for t in tolerances if t.of not in CLAMP_COMPLIANCES for key in find_numbers(data, t.of)}
     keys = [*(key for key in unsaid if key not in tolerance_of), *tolerance_of]
-    named = [(path_of(key), get_number(data, key)) for key in keys]
     places = [get_number(data, ("bushings", j, "position")) for j in range(len(rig.bushings) if probes else 0)]
     parameters = list(_clamp_parameters(rig))
-    for key, (path, value) in zip(keys, named):
-        parameters += [p] if (p := _parameter(base, data, key, path, value, tolerance_of.get(key))) else []
+    parameters += filter(None, [_parameter(base, data, key, tolerance_of.get(key)) for key in keys])
     for j, (bushing, rows, place) in enumerate(zip(rig.bushings, rig.clearance_rows, places)):
         parameters += [_logarithm(f"probes[{i}].gain", "", 1.0, PROBE_GAIN) for i in range(rows.start, rows.stop)]
         if place is not None and bushing.to is None:
@@ -154,10 +157,10 @@ def prepared_rig(rig: Rig) -> Rig:
         linear = _on_elastic_supports(linear, _exact_supports(rig), "RX" in directed_points(rig).values())
     rig = rig.replace(tolerances=(), structure=None if rig.beam else linear)
     if rig.moves_across:
-        sensors = list(rig.sensors)
-        for i, sensor in enumerate(sensors):
-            if parse_direction(sensor.position) is None:
-                sensors[i] = dataclasses.replace(sensor, direction=tuple(sensor.unit_direction.tolist()))
+        sensors = (
+            dataclasses.replace(s, direction=tuple(s.unit_direction.tolist()))
+            if parse_direction(s.position) is None else s for s in rig.sensors
+        )  # fmt: skip
         rig = rig.replace(sensors=tuple(sensors))
     omega = rig.reduction(2 * RATIOS).omega[:RATIOS]
     given = linear.damping_ratios or (0.0,)
@@ -231,31 +234,26 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
 
 def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
     """Yield the numbers that are uncertain where the rig file says nothing."""
-    if "beam" in data:
-        yield from (("beam", "young_modulus"), ("beam", "density"))
-    shaft = data.get("structure", {}) if data.get("structure", {}).get("kind") == "shaft" else {}
-    if "material" in shaft:
-        yield from (("structure", "material", name) for name in ("young_modulus", "density"))
-    for i, section in enumerate(shaft.get("sections", ())):
-        if "material" in section:
-            yield from (("structure", "sections", i, "material", name) for name in ("young_modulus", "density"))
-    yield from (("structure", "discs", i, "mass") for i, disc in enumerate(shaft.get("discs", ())) if disc["mass"])
+    structure, name = data.get("structure", {}), "beam" if "beam" in data else "structure"
+    shaft = structure if structure.get("kind") == "shaft" else {}
+    sections, discs = enumerate(shaft.get("sections", ())), range(len(shaft.get("discs", ())))
+    materials: list[Key] = [("beam",)] * ("beam" in data) + [("structure", "material")] * ("material" in shaft)
+    materials += [("structure", "sections", i, "material") for i, section in sections if "material" in section]
+    yield from ((*material, name) for material in materials for name in ("young_modulus", "density"))
+    yield from (("structure", "discs", i, "mass") for i in discs)
     if data.get("spin") or any(b.get("shape") == "round" for b in data["bushings"]):
-        for i, disc in enumerate(shaft.get("discs", ())):
-            yield from (("structure", "discs", i, name) for name in ("inertia", "polar_inertia") if disc.get(name))
-    name = "beam" if "beam" in data else "structure"
+        yield from (("structure", "discs", i, name) for i in discs for name in ("inertia", "polar_inertia"))
     if "beam" in data or shaft:
         yield from ((name, "damping_ratios", i) for i in range(min(damped, len(data[name]["damping_ratios"]))))
     yield from (("masses", i, "mass") for i in range(len(data["masses"])))
     yield from _attached_keys(data)
-    for j in range(len(data["bushings"])):
+    for j, bushing in enumerate(data["bushings"]):
         yield from (("bushings", j, "grease", name) for name in ("stiffness", "damping"))
         yield from (("bushings", j, name) for name in ("position", "gap", "offset"))
-        if data["bushings"][j].get("shape") == "round":
+        if bushing.get("shape") == "round":
             yield from (("bushings", j, name) for name in ("offset_y", "probe_angle"))
-            yield from (("bushings", j, *key) for key in _SPATIAL if key[0] in data["bushings"][j])
-        place = data["bushings"][j]["position"]
-        if parse_place(place) and not is_rotation(place):
+            yield from (("bushings", j, *key) for key in _SPATIAL if key[0] in bushing)
+        if parse_place(bushing["position"]) and not is_rotation(bushing["position"]):
             yield ("bushings", j, "length")
     for i, sensor in enumerate(data["sensors"]):
         yield from (("sensors", i, name) for name in ("position", "gain")[sensor.get("quantity") == "force" :])
@@ -263,23 +261,17 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
         if along := sensor.get("direction"):
             # What is across its direction in the plane: a component of a vector that keeps its main one.
             yield ("sensors", i, "direction", 1 if abs(along[2]) > abs(along[1]) else 2)
-    for i, support in enumerate(shaft.get("supports", ())):
-        yield from (("structure", "supports", i, name) for name in OF_SUPPORT if support.get(name))
+    supports = range(len(shaft.get("supports", ())))
+    yield from (("structure", "supports", i, name) for i in supports for name in OF_SUPPORT)
 
 
 def _attached_keys(data: dict[str, Any]) -> Iterator[Key]:
     """Yield the uncertain numbers of supports and attached parts, where the rig file has them."""
     clamp = (data.get("beam") or {}).get("clamp") or {}
     yield from (("beam", "clamp", n) for n in ("mass", "translation_damping", "rotation_damping") if n in clamp)
-    for i in range(len(data.get("springs", ()))):
-        yield from (("springs", i, name) for name in ("stiffness", "damping", "position"))
-    for i, hung in enumerate(data.get("oscillators", ())):
-        yield from (("oscillators", i, name) for name in ("mass", "frequency", "damping_ratio", "position"))
-        if hung["lever"]:
-            yield ("oscillators", i, "lever")
-    for i, mode in enumerate(data.get("fixture", ())):
-        yield from (("fixture", i, name) for name in ("frequency", "damping_ratio"))
-        yield from (("fixture", i, name) for name in ("participation", "rocking") if mode[name])
+    for part, names in OF_ATTACHED.items():
+        for i, entry in enumerate(data.get(part, ())):
+            yield from ((part, i, name) for name in names if name not in LINEAR or entry[name])
     if "planes" in data:
         yield from (("planes", name) for name in ("difference", "angle"))
     for j, bushing in enumerate(data["bushings"]):
@@ -290,10 +282,9 @@ def _attached_keys(data: dict[str, Any]) -> Iterator[Key]:
     yield from (("sensors", i, "delay") for i, sensor in enumerate(data["sensors"]) if "delay" in sensor)
 
 
-def _parameter(
-    rig: Rig, data: dict[str, Any], key: Key, path: str, value: float | None, tolerance: Tolerance | None
-) -> Parameter | None:
+def _parameter(rig: Rig, data: dict[str, Any], key: Key, tolerance: Tolerance | None) -> Parameter | None:
     """Return a number with its prior; None if it is exact, or no number."""
+    path, value = path_of(key), get_number(data, key)
     value = LEFT_OUT.get(str(key[-1])) if value is None else value
     if value is None or (tolerance and tolerance.size == 0):
         return None
@@ -304,8 +295,8 @@ def _parameter(
         size *= gap if tolerance is None or tolerance.relative else 1.0
         return _linear(path, unit, value, size, -MAX_OFFSET * gap, MAX_OFFSET * gap)
     if field == "length" and key[0] == "bushings":
-        low, high = _shaft_ends(rig, _number_at(data, (*key[:2], "position")))
         place = data["bushings"][key[1]]["position"]
+        low, high = _shaft_ends(rig, place)
         along = place if isinstance(place, float) else (parse_place(place) or ("", low))[1]
         if tolerance is None or tolerance.relative:
             size = max(size * value, SHORTEST * (high - low))
@@ -313,7 +304,7 @@ def _parameter(
     if field in ("position", "to"):
         size *= abs(value) if tolerance and tolerance.relative else 1.0
         half = data["bushings"][key[1]]["length"] / 2 if key[0] == "bushings" else 0.0
-        low, high = _shaft_ends(rig, _number_at(data, key))
+        low, high = _shaft_ends(rig, functools.reduce(operator.getitem, key, cast(Any, data)))
         return _linear(path, unit, value, size, low + half, high - half)
     if tolerance and not tolerance.relative and field not in LINEAR:
         return _linear(path, unit, value, size, 1e-6 * value, math.inf)
@@ -322,14 +313,6 @@ def _parameter(
         return _linear(path, unit, value, size, *RANGES.get(field, (-math.inf, math.inf)))
     largest = RANGES.get(field, (0.0, math.inf))[1]
     return _logarithm(path, unit, value, size, largest) if value > 0 else None
-
-
-def _number_at(data: dict[str, Any], key: Key) -> float | str:
-    part: object = data
-    for step in key:
-        part = part[step]  # type: ignore[index]
-    assert isinstance(part, float | str)
-    return part
 
 
 def _shaft_ends(rig: Rig, place: float | str) -> tuple[float, float]:

@@ -31,9 +31,8 @@ NOISE_START = 0.01  # of a channel's level: its noise, to start with
 ABSENT = 1e6  # times the loudest channel's level: the noise of one that was left out, so that it says nothing
 QUIETEST = 1e-4  # of a channel's level: no channel is taken to be quieter
 ROUNDS = 3  # fits, each with the weights that the last one showed
-STOP = StoppingCriteria(
-    steps=8, decrease=0.0, move=0.05
-)  # of a fit: a step below 0.05 prior standard deviations ends it
+STOP = StoppingCriteria(steps=8, decrease=0.0, move=0.05)
+"""Of a fit: a step below 0.05 prior standard deviations ends it."""
 OUTLYING = 2.0  # standard deviations from which on a line counts less
 NOISE_BANDS = (20.0, 60.0, 130.0)  # Hz, between bands in which the noise is estimated
 DIFFERENCE = 1e-3  # prior standard deviations, for difference quotients
@@ -41,18 +40,11 @@ WORKERS = 2  # threads
 END_MOMENT_RATIO = 0.5
 """Of a force, RMS, at most: half the difference of the forces at both ends of a clearance, and of those at its ends and
 in its middle, if these are independent and of one size."""
-END_MOMENT_RATIOS = END_MOMENT_RATIO * np.array(
-    [0.0, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0]
-)  # that are compared for round clearances
+END_MOMENT_RATIOS = END_MOMENT_RATIO * np.array([0.0, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0])
+"""That are compared for round clearances."""
 COMPARED_LINES = 300  # of each record, by which they are compared
-CHANNELWISE = (
-    "gain",
-    "position",
-    "delay",
-    "probe_delay",
-    "direction[1]",
-    "direction[2]",
-)  # fields on which only the instrument's channel depends
+CHANNELWISE = "gain", "position", "delay", "probe_delay", "direction[1]", "direction[2]"
+"""Fields on which only the instrument's channel depends."""
 
 
 def channel_deviation(level: np.ndarray, measured: np.ndarray) -> np.ndarray:
@@ -99,9 +91,7 @@ class RigFit:
             )
         self.rig = rig
         self.records = tuple(record if self.probes else record.without_probes() for record in records)
-        self.spectra: list[ChannelSpectra] = (
-            like.spectra if like else [ChannelSpectra(record, thin) for record in self.records]
-        )
+        self.spectra: list[ChannelSpectra] = like.spectra if like else [ChannelSpectra(r, thin) for r in self.records]
         self.lines = [SpectralLines(s.kind, s.omega, s.tested) for s in self.spectra]
         starts, ends = ([float(s.frequency[i]) for s in self.spectra] for i in (0, -1))
         self.band = min(starts), max(ends)
@@ -112,22 +102,16 @@ class RigFit:
         parameters = [p for p in open_parameters if p not in self.in_clearances and p.name not in self.held]
         # Free of each line, of which the excitation is a channel and an unknown.
         free = [int(s.present.sum()) - n_forces - 1 for s in self.spectra]
-        radius = [
-            np.full(s.frequency.size, OUTLYING * np.sqrt(n / s.correlated_lines)) for n, s in zip(free, self.spectra)
-        ]
-        self.problem = Problem(
-            parameters, self._residuals, loss=GroupedHuber(np.concatenate(radius)), linearise=self._linearised,
-            lanes=False,
-        )  # fmt: skip
-        self.noise: list[np.ndarray]
-        """(n_f, n_channels) of each record, as standard deviation"""
-        self.whitening: list[np.ndarray]
-        """(n_f, n_channels, n_channels) of each record: gives noise and the effect of couples unit variance"""
-        if like:
-            self.noise, self.whitening = like.noise, like.whitening
+        radius = [OUTLYING * np.sqrt(n / s.correlated_lines) for n, s in zip(free, self.spectra)]
+        loss = GroupedHuber(np.repeat(radius, [s.frequency.size for s in self.spectra]))
+        self.problem = Problem(parameters, self._residuals, loss=loss, linearise=self._linearised, lanes=False)
+        if not like:
+            self.noise = [_without_absent(s, channel_deviation(rms(s.measured), s.measured)) for s in self.spectra]
+            """(n_f, n_channels) of each record, as standard deviation"""
+            self.whitening = [1 / noise[:, :, None] * np.eye(noise.shape[1]) for noise in self.noise]
+            """(n_f, n_channels, n_channels) of each record: gives noise and the effect of couples unit variance"""
             return
-        self.noise = [_without_absent(s, channel_deviation(rms(s.measured), s.measured)) for s in self.spectra]
-        self.whitening = [1 / noise[:, :, None] * np.eye(noise.shape[1]) for noise in self.noise]
+        self.noise, self.whitening = like.noise, like.whitening
 
     def run(self, start: Mapping[str, float] | None = None, before: Rig | None = None) -> RigUpdate:
         """Fit, estimate the noise, fit again.
@@ -147,21 +131,18 @@ class RigFit:
             if round_:
                 self._estimate_noise(projections)
             self._whiten(at, projections)
-            self.solution = solve(self.problem, [at], stop=STOP)
-            at = self.solution.at
+            solution = solve(self.problem, [at], stop=STOP)
+            at = solution.at
             projections = self.projected(at)
-        solution = self.solution
-        estimates = solution.estimates(solution.covariance)
-        misfit = tuple(
-            RecordMisfit(
-                s.name, s.tested, s.kind, s.duration, s.frequency, s.level,
-                *((part * s.present).T for part in (s.measured, b, f.fitted(noise))),
-            )
-            for s, b, f, noise in zip(self.spectra, before_fit, projections, self.noise)
-        )  # fmt: skip
+        misfit = []
+        for s, start_fit, f, noise in zip(self.spectra, before_fit, projections, self.noise):
+            spectra = ((part * s.present).T for part in (s.measured, start_fit, f.fitted(noise)))
+            misfit.append(RecordMisfit(s.name, s.tested, s.kind, s.duration, s.frequency, s.level, *spectra))
         rig = rig_with(self.rig, self.named(solution.values)).replace(tolerances=self.rig.tolerances)
-        channels = self.records[0].channels
-        return RigUpdate(rig, self.rig, self.records, estimates, misfit, channels, self.probes, self.in_clearances)
+        return RigUpdate(
+            rig, self.rig, self.records, solution.estimates(solution.covariance), tuple(misfit),
+            self.records[0].channels, self.probes, self.in_clearances,
+        )  # fmt: skip
 
     def named(self, values: np.ndarray) -> dict[str, float]:
         """Return values (n,) of the open parameters by their names, and those that are held."""
@@ -257,12 +238,9 @@ class RigFit:
         model = model_with(self.rig, values)
         middle, ends = model.at_bushings, model.ends_by_row
         couples = np.vstack((ends[:, 1] - ends[:, 0], ends.mean(axis=1) - middle))
-        coupled = []
-        for g, f, noise, s in zip(
-            gains_at(model, values, self.probes, self.lines, couples), projections, self.noise, self.spectra
-        ):
-            power = np.abs(f.forces[:, :-1, 0]) ** 2
-            power = scipy.ndimage.uniform_filter1d(power, s.force_bandwidth, axis=0)
+        gains, coupled = gains_at(model, values, self.probes, self.lines, couples), []
+        for g, f, noise, s in zip(gains, projections, self.noise, self.spectra):
+            power = scipy.ndimage.uniform_filter1d(np.abs(f.forces[:, :-1, 0]) ** 2, s.force_bandwidth, axis=0)
             coupled.append(g[:, :, :-1] * np.sqrt(np.tile(power, 2))[:, None, :] / noise[:, :, None])
         fraction = self._fraction_of_couples(at, coupled) if self.rig.moves_across else END_MOMENT_RATIO
         for i, (coupled_lines, noise, s) in enumerate(zip(coupled, self.noise, self.spectra)):
@@ -272,11 +250,10 @@ class RigFit:
             self.whitening[i] = np.linalg.inv(np.linalg.cholesky(covariance)) / noise[:, None, :]
 
     def _fraction_of_couples(self, at: np.ndarray, coupled: Sequence[np.ndarray]) -> float:
-        lines = [
-            WhiteLines(gain / noise[:, :, None], s.measured / noise, pairs, s.correlated_lines).thinned(COMPARED_LINES)
-            for gain, noise, s, pairs in zip(self._gains(at), self.noise, self.spectra, coupled)
-        ]
-        return likeliest_end_moment_ratio(lines, END_MOMENT_RATIOS, OUTLYING)
+        parts = zip(self._gains(at), self.noise, self.spectra, coupled)
+        lines = [WhiteLines(g / n[:, :, None], s.measured / n, pairs, s.correlated_lines) for g, n, s, pairs in parts]
+        compared = [record_lines.thinned(COMPARED_LINES) for record_lines in lines]
+        return likeliest_end_moment_ratio(compared, END_MOMENT_RATIOS, OUTLYING)
 
 
 def _without_absent(spectra: ChannelSpectra, noise: np.ndarray) -> np.ndarray:

@@ -106,19 +106,11 @@ class RigUpdate:
 
     def to_dict(self) -> dict[str, Any]:
         """Return parameters, covariance, misfit and warnings as plain data."""
+        errors = [{c: e for c, e in zip(self.channels, m.relative_error.tolist()) if e == e} for m in self.misfit]
         return {
             "parameters": self.estimates.beside_priors(),
             "covariance": self.estimates.covariance.tolist(),
-            "records": [
-                {
-                    "record": m.record,
-                    "duration": m.duration,
-                    "misfit": {
-                        c: ratio for c, ratio in zip(self.channels, m.relative_error.tolist()) if ratio == ratio
-                    },
-                }
-                for m in self.misfit
-            ],
+            "records": [{"record": m.record, "duration": m.duration, "misfit": e} for m, e in zip(self.misfit, errors)],
             "only_prior": list(self.only_prior),
             "structure": self.structure.to_dict(),
             "warnings": list(self.warnings),

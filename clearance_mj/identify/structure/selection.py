@@ -10,7 +10,7 @@ confirms; the rig is then updated with it, and the others are tried anew togethe
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeAlias
 
@@ -132,20 +132,14 @@ class _Round:
                 scored = self._try_others(pool, bench, progress)
         best = {t.candidate.name: t for t in reversed(self.trials)}
         fitted = [Tried(name, t.words, t.evidence - self.evidence, True) for name, t in best.items()]
-        scores = [
-            Tried(name, HYPOTHESES[name].called, candidates[0][0] if candidates else 0.0, False)
-            for name, candidates in scored.items()
-            if name not in best
-        ]
-        self.tried = tuple(sorted([*fitted, *scores], key=lambda t: (-t.fitted, -t.gain)))
+        scores = {name: ranked[0][0] if ranked else 0.0 for name, ranked in scored.items() if name not in best}
+        scored_only = [Tried(name, HYPOTHESES[name].called, score, False) for name, score in scores.items()]
+        self.tried = tuple(sorted([*fitted, *scored_only], key=lambda t: (-t.fitted, -t.gain)))
 
     def _try_others(self, pool: ThreadPoolExecutor, bench: Bench, progress: bool) -> dict[str, list[_Scored]]:
         """Score the candidates of all other hypotheses, and fit the best of each."""
-        scored = {
-            name: _best_of_groups([s for s in pool.map(self._score, hypothesis.candidates(bench)) if s])
-            for name, hypothesis in HYPOTHESES.items()
-            if not hypothesis.of_rig_file
-        }
+        others = [hypothesis for hypothesis in HYPOTHESES.values() if not hypothesis.of_rig_file]
+        scored = {h.name: _best_of_groups(filter(None, pool.map(self._score, h.candidates(bench)))) for h in others}
         first = [ranked[0] for ranked in scored.values() if ranked and ranked[0][0] > MIN_SCORE]
         self.trials = _best_first([*self.trials, *self._fit_all(pool, first, progress)])
         leading = [t.candidate.name for t in self.trials[:LEADING] if t.evidence > self.evidence - MIN_GAIN]
@@ -158,9 +152,7 @@ class _Round:
         edges = np.geomspace(low, high, BANDS + 1)
         frequency = np.concatenate([np.repeat(part.frequency, part.measured.shape[1]) for part in self.fit.spectra])
         band, power = np.digitize(frequency, edges[1:-1]), np.abs(self.base.residuals) ** 2
-        count, total, moment = (
-            np.bincount(band, weight, BANDS) for weight in (np.ones_like(power), power, power * frequency)
-        )
+        count, total, moment = (np.bincount(band, w, BANDS) for w in (np.ones_like(power), power, power * frequency))
         height = np.pad(total / np.maximum(count, 1.0), 1)
         least = CONTRADICTION * float(np.median(height[1:-1]))
         peaks = [b for b in range(BANDS) if height[b + 1] > max(height[b], height[b + 2], least)]
@@ -169,10 +161,8 @@ class _Round:
 
     def _fit_all(self, pool: ThreadPoolExecutor, chosen: Sequence[_Scored], progress: bool) -> list[_Trial]:
         """Return trials of candidates with their factors of size, likeliest first; impossible ones are left out."""
-        bar = tqdm(
-            pool.map(self._fit, chosen), desc="structures", total=len(chosen), disable=not progress or not chosen
-        )
-        return _best_first([t for t in bar if t])
+        fits, hidden = pool.map(self._fit, chosen), not progress or not chosen
+        return _best_first([t for t in tqdm(fits, desc="structures", total=len(chosen), disable=hidden) if t])
 
     def _score(self, candidate: Candidate) -> _Scored | None:
         """Return the gain of log likelihood by a candidate, and its factor of size; None if it is impossible."""
@@ -230,7 +220,7 @@ class _Round:
         return tuple(HYPOTHESES[name].called for name in near if name != accepted.candidate.name)
 
 
-def _best_of_groups(scored: Sequence[_Scored]) -> list[_Scored]:
+def _best_of_groups(scored: Iterable[_Scored]) -> list[_Scored]:
     """Return the best first, of each group the best alone."""
     best = sorted(scored, key=lambda s: -s[0])
     groups = [c.group for _, c, _ in best]
@@ -248,8 +238,5 @@ def _evidence(solution: Solution) -> float:
 
 def _split(record: PreparedRecord) -> tuple[PreparedRecord, PreparedRecord]:
     """Return the first part of a record, and the rest."""
-    end = int(FITTED_PART * len(record.signals))
-    return (
-        dataclasses.replace(record, signals=record.signals[:end]),
-        dataclasses.replace(record, signals=record.signals[end:]),
-    )
+    first, rest = np.split(record.signals, [int(FITTED_PART * len(record.signals))])
+    return dataclasses.replace(record, signals=first), dataclasses.replace(record, signals=rest)

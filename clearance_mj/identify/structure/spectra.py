@@ -56,11 +56,10 @@ class ChannelSpectra:
         """(n_f, n_channels) 2 ḟ ẏ + f̈ y of each channel y in the window f, else 0 where lines hold much more"""
         flank_level, level = (np.linalg.norm(part[:, :-1], axis=1) for part in (self.in_flanks, self.measured))
         self.in_flanks[flank_level < 2 / FADE * np.abs(self.omega) * level] = 0.0
-        self.force_bandwidth = 1 + int(FORCE_BANDWIDTH * self.frequency.size / np.ptp(self.frequency))
+        n_lines, span = self.frequency.size, np.ptp(self.frequency)
+        self.force_bandwidth = 1 + int(FORCE_BANDWIDTH * n_lines / span)
         """`FORCE_BANDWIDTH` in lines"""
-        self.correlated_lines = max(
-            1.0, CORRELATED_LINES * self.frequency.size / (self.duration * np.ptp(self.frequency))
-        )
+        self.correlated_lines = max(1.0, CORRELATED_LINES * n_lines / (self.duration * span))
         """lines that count as one independent observation"""
 
 
@@ -76,12 +75,13 @@ def complex_spectra(
     frequency = np.fft.rfftfreq(count, 1 / fs)
     inside = np.flatnonzero((frequency >= band[0]) & (frequency <= band[1]))
     lines = inside[:: -(-inside.size // n_lines)]
-    return frequency[lines], scipy.fft.rfft(signals.T * (_decay(n) * _flanks(n, fs)[0]), count, axis=1)[:, lines].T
+    return frequency[lines], _transform(signals, _flanks(n, fs)[0], count, lines)
 
 
-def _decay(n: int) -> np.ndarray:
-    """Return the exponential (n_t,) that complex frequencies allow for."""
-    return np.exp(np.log(END_LEVEL) * np.arange(n) / n)
+def _transform(signals: np.ndarray, window: np.ndarray, count: int, lines: np.ndarray) -> np.ndarray:
+    """Return some lines (n_f, n_channels) of the transform of signals in a window, at complex frequencies."""
+    decay = np.exp(np.log(END_LEVEL) * np.arange(len(signals)) / len(signals))
+    return np.asarray(scipy.fft.rfft(signals.T * (decay * window), count, axis=1)[:, lines].T)
 
 
 def _flanks(n: int, fs: float) -> np.ndarray:
@@ -112,9 +112,7 @@ def flank_spectra(signals: np.ndarray, fs: float, frequency: np.ndarray) -> np.n
     n = len(signals)
     count = scipy.fft.next_fast_len(2 * n, real=True)
     lines = np.round(frequency * count / fs).astype(int)
-    first, second = (
-        scipy.fft.rfft(signals.T * (_decay(n) * each), count, axis=1)[:, lines].T for each in _flanks(n, fs)[1:]
-    )
+    first, second = (_transform(signals, each, count, lines) for each in _flanks(n, fs)[1:])
     return 2j * complex_frequency(frequency, n / fs)[:, None] * first - second
 
 

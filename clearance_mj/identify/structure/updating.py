@@ -54,8 +54,5 @@ def rig_file_misfit(rig: Rig, records: Sequence[PreparedRecord]) -> np.ndarray:
         As `update_from`.
     """
     fit = RigFit(with_exact_supports(rig), records)
-    parts = fit.projected(None)
-    residual = [
-        relative_error(rms(f.fitted(n) - s.measured), rms(s.measured)) for f, n, s in zip(parts, fit.noise, fit.spectra)
-    ]
-    return rms_relative_error(residual)
+    parts = zip(fit.projected(None), fit.noise, fit.spectra)
+    return rms_relative_error([relative_error(rms(f.fitted(n) - s.measured), rms(s.measured)) for f, n, s in parts])

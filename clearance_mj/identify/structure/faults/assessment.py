@@ -15,6 +15,7 @@ from ..force_gains import SpectralLines, force_gains
 from ..misfit import RecordMisfit
 from ..rig_fit import channel_deviation
 from ..rig_update import RigUpdate
+from ..spectra import rms
 from ..updating import update_from
 
 __all__ = ["Assessment", "Fault", "assess", "channel_of", "distance", "predicted_spectra"]
@@ -92,11 +93,8 @@ class Assessment:
         """Of each parameter of the rig as drawn, from its prior's mean in prior standard deviations."""
         estimates = self.update.estimates
         drawn = self.update.structure.parameters or estimates.names
-        return {
-            p.name: (p.to_varied(v) - p.to_varied(p.start)) / p.prior_std
-            for p, v in zip(estimates.parameters, estimates.value)
-            if p.name in drawn
-        }
+        fitted = [(p, v) for p, v in zip(estimates.parameters, estimates.value) if p.name in drawn]
+        return {p.name: (p.to_varied(v) - p.to_varied(p.start)) / p.prior_std for p, v in fitted}
 
     @functools.cached_property
     def cost(self) -> float:
@@ -149,7 +147,7 @@ def predicted_spectra(
     Channels ``without`` do not count for the forces.
     """
     stacked_gains, spectra = np.vstack(gains), np.vstack(measured)
-    level = [np.broadcast_to(np.sqrt(np.mean(np.abs(m) ** 2, axis=0)), m.shape) for m in measured]
+    level = [np.broadcast_to(rms(m), m.shape) for m in measured]
     weights = 1 / channel_deviation(np.vstack(level), spectra)
     used = np.setdiff1d(np.arange(spectra.shape[1]), without)
     white, target = stacked_gains[:, used] * weights[:, used, None], (spectra * weights)[:, used, None]

@@ -17,11 +17,12 @@ The restoring force of each bushing bends where the shaft meets its walls: gaps 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ..rig_update import RigUpdate
 from .assessment import Assessment, Fault, assess
-from .of_channels import ChannelCorrection, channel_corrections, correction_faults
+from .of_channels import channel_corrections, correction_faults
 from .of_gaps import gap_faults
 from .of_rigs import RigCorrection, longer, rig_corrections
 from .of_signals import describe_signal_fault
@@ -70,8 +71,8 @@ def diagnose(update: RigUpdate) -> Diagnosis:
     for _ in range(MAX_FAULTS):
         if (fault := _next_fault(assessment)) is None:
             break
-        faults += fault[0]
-        assessment = fault[1]
+        of_fault, assessment = fault
+        faults += of_fault
     if assessment.sound and not update.rig.is_loaded:  # other gaps are compared with the rig file's by their fits
         faults += gap_faults(assessment.update)
     return Diagnosis(tuple(faults), _unexplained(assessment), assessment.update)
@@ -102,40 +103,36 @@ def _next_fault(assessment: Assessment) -> NamedFaults:
     of_channels = _channel_fault(assessment) if assessment.unexplained else None
     if assessment.sound or (of_channels and not of_channels[1].unexplained):
         return of_channels
-    faults = [f for f in (of_channels, _rig_fault(assessment)) if f]
-    return min(faults, key=lambda f: f[1].cost, default=None)
+    return _of_least_cost(filter(None, (of_channels, _rig_fault(assessment))))
+
+
+def _of_least_cost(faults: Iterable[tuple[list[Fault], Assessment]]) -> NamedFaults:
+    return min(faults, key=lambda fault: fault[1].cost, default=None)
 
 
 def _channel_fault(before: Assessment) -> NamedFaults:
     """Return faults of signs, swaps or units of instruments."""
-    good: list[tuple[ChannelCorrection, Assessment]] = []
+    good = []
     for correction in channel_corrections(before)[:CANDIDATES]:
         after = assess(before.rig, correction.applied(before.records))
         if after is None or after.cost > before.cost - MIN_GAIN or set(correction.channels) & set(after.suspects):
             continue
-        good.append((correction, after))
+        good.append((correction_faults(correction, before, after), after))
         if not after.unexplained:
             break
-    if not good:
-        return None
-    correction, after = min(good, key=lambda pair: pair[1].cost)
-    return correction_faults(correction, before, after), after
+    return _of_least_cost(good)
 
 
 def _rig_fault(before: Assessment) -> NamedFaults:
     """Return faults of dimensions, material or masses of the rig file."""
-    assessed: list[tuple[RigCorrection, Assessment]] = []
+    good = []
     for correction in rig_corrections(before)[:CANDIDATES]:
         after = assess(correction.rig, before.records)
         if after and correction.number[2] == "length":
             correction, after = _refine_length(before, correction, after)
-        if after:
-            assessed.append((correction, after))
-    good = [(c, after) for c, after in assessed if after.sound and after.cost < before.cost - MIN_GAIN]
-    if not good:
-        return None
-    correction, after = min(good, key=lambda pair: pair[1].cost)
-    return [correction.fault(before, after)], after
+        if after and after.sound and after.cost < before.cost - MIN_GAIN:
+            good.append(([correction.fault(before, after)], after))
+    return _of_least_cost(good)
 
 
 def _refine_length(before: Assessment, coarse: RigCorrection, after: Assessment) -> tuple[RigCorrection, Assessment]:

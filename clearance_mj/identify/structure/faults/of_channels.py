@@ -67,11 +67,8 @@ def channel_corrections(assessment: Assessment) -> list[ChannelCorrection]:
             for one in _corrections(gains, assessment, out):
                 if one.channels and (corrected := distance(gains, one.of(measured))) < now - MIN_GAIN:
                     candidates.append((corrected, one))
-    unique: list[ChannelCorrection] = []
-    for _, one in sorted(candidates, key=lambda pair: pair[0]):
-        if one not in unique:
-            unique.append(one)
-    return unique
+    ranked = [one for _, one in sorted(candidates, key=lambda pair: pair[0])]
+    return [one for i, one in enumerate(ranked) if one not in ranked[:i]]
 
 
 def kinds_of(assessment: Assessment) -> list[str]:

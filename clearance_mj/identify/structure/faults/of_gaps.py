@@ -76,12 +76,10 @@ def bends_of(force: RestoringForce, bushing: int) -> np.ndarray:
     square, dots = springs.T @ springs, springs.T @ f
     norms, (up, down) = np.diag(square), (slice(walls.size), slice(walls.size, None))
     # Of one wall, and of two as stiff; grease that slides bends the other way.
+    of_two = np.add.outer(dots[up], dots[down]), np.add.outer(norms[up], norms[down]) + 2 * square[up, down]
     one_wall, two_walls = (
         np.divide(np.maximum(force, 0.0) ** 2, size, out=np.zeros_like(size), where=size > 0)
-        for force, size in (
-            (dots, norms),
-            (np.add.outer(dots[up], dots[down]), np.add.outer(norms[up], norms[down]) + 2 * square[up, down]),
-        )
+        for force, size in ((dots, norms), of_two)
     )
     residual = f @ f - np.array([0.0, one_wall.max(), two_walls.max()])
     if residual[2] < BENT * residual[1]:

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....core.errors import ClearanceError
-from ....rig import Rig, Tolerance
+from ....rig import Rig
+from ..hypotheses.candidate import opened
 from .assessment import Assessment, Fault, distance
 
 __all__ = ["RigCorrection", "rig_corrections"]
@@ -45,14 +46,10 @@ class RigCorrection:
 
 
 def _evidence(before: Assessment, after: Assessment) -> str:
-    sentences = []
-    (was, far), (now, near) = (
-        (float(np.sqrt(np.mean(t.misfit**2))), max(map(abs, t.shift.values()))) for t in (before, after)
-    )
-    if was > 2 * now:
-        sentences.append(f"the misfit falls from {was:.1f} to {now:.1f} % of the level")
-    sentences.append(f"the parameter farthest from the rig file comes from {far:.1f} to {near:.1f} standard deviations")
-    return ", ".join(sentences)
+    was, now = (float(np.sqrt(np.mean(t.misfit**2))) for t in (before, after))
+    far, near = (max(map(abs, t.shift.values())) for t in (before, after))
+    fall = f"the misfit falls from {was:.1f} to {now:.1f} % of the level, " if was > 2 * now else ""
+    return f"{fall}the parameter farthest from the rig file comes from {far:.1f} to {near:.1f} standard deviations"
 
 
 def rig_corrections(assessment: Assessment) -> list[RigCorrection]:
@@ -80,7 +77,7 @@ def _candidates(rig: Rig) -> Iterator[RigCorrection]:
     for field, factors in ((thick, FACTORS), ("young_modulus", STIFFER), ("density", STIFFER)):
         for factor in factors:
             other = rig.replace(beam=dataclasses.replace(beam, **{field: factor * getattr(beam, field)}))
-            yield RigCorrection(field, _with_tolerance(other, f"beam.{field}"), ("beam", 0, field))
+            yield RigCorrection(field, opened(other, {f"beam.{field}": OPEN}), ("beam", 0, field))
     for factor in FACTORS:
         for kind in ("length", "lengths"):
             if changed := longer(rig, factor, kind):
@@ -88,7 +85,7 @@ def _candidates(rig: Rig) -> Iterator[RigCorrection]:
     for k, mass in enumerate(rig.masses):
         for factor in STIFFER:
             masses = (*rig.masses[:k], dataclasses.replace(mass, mass=factor * mass.mass), *rig.masses[k + 1 :])
-            other = _with_tolerance(rig.replace(masses=masses), f"masses[{k}].mass")
+            other = opened(rig.replace(masses=masses), {f"masses[{k}].mass": OPEN})
             yield RigCorrection(f"mass {k}", other, ("masses", k, "mass"))
 
 
@@ -112,7 +109,3 @@ def longer(rig: Rig, factor: float, kind: str) -> Rig | None:
         return rig.replace(beam=dataclasses.replace(rig.beam, length=end), **parts)
     except ClearanceError:
         return None
-
-
-def _with_tolerance(rig: Rig, path: str) -> Rig:
-    return rig.replace(tolerances=(*(t for t in rig.tolerances if t.of != path), Tolerance(path, OPEN)))

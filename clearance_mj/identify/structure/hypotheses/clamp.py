@@ -32,15 +32,10 @@ def clamps(bench: Bench) -> Iterator[Candidate]:
 def _with(rig: Rig, frequency: float, factor: float) -> Rig:
     assert rig.beam
     omega, mass = 2 * np.pi * frequency, MASS / factor  # a lighter one moves more
-    clamp_of_file = rig.beam.clamp or Clamp()
-    stiffness = mass * omega**2
-    clamp = dataclasses.replace(
-        clamp_of_file, translation=stiffness, mass=mass, translation_damping=2 * DAMPING * omega * mass
-    )  # fmt: skip
-    return opened(
-        rig.replace(beam=dataclasses.replace(rig.beam, clamp=clamp)),
-        {"beam.clamp.mass": "100 %", "beam.clamp.translation_damping": "100 %"},
-    )  # fmt: skip
+    moving = {"translation": mass * omega**2, "mass": mass, "translation_damping": 2 * DAMPING * omega * mass}
+    clamp = dataclasses.replace(rig.beam.clamp or Clamp(), **moving)
+    paths = "beam.clamp.mass", "beam.clamp.translation_damping"
+    return opened(rig.replace(beam=dataclasses.replace(rig.beam, clamp=clamp)), dict.fromkeys(paths, "100 %"))
 
 
 def _words(bench: Bench, rig: Rig) -> str:

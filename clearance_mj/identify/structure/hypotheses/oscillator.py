@@ -45,15 +45,14 @@ def oscillators(bench: Bench) -> Iterator[Candidate]:
 
 def _with(rig: Rig, hung: Oscillator, length: float, factor: float) -> Rig:
     hung, reach = dataclasses.replace(hung, mass=factor * hung.mass), f"{REACH * length!r} m"
-    return added(
-        rig, "oscillators", hung, mass="200 %", frequency="10 %", damping_ratio="100 %", position=reach, lever=reach
-    )
+    sizes = {"mass": "200 %", "frequency": "10 %", "damping_ratio": "100 %"}
+    return added(rig, "oscillators", hung, **sizes, position=reach, lever=reach)
 
 
 def _words(n: int, rig: Rig) -> str:
-    oscillator = rig.oscillators[n]
+    hung = rig.oscillators[n]
     return (
-        f"a mode at {oscillator.frequency:.4g} Hz that no part of the rig file explains (damping ratio "
-        f"{oscillator.damping_ratio:.2g}), like that of {oscillator.mass:.2g} kg on a spring at the end of an arm of "
-        f"{oscillator.lever:+.2g} m along the shaft from {place_words(oscillator.position)}"
+        f"a mode at {hung.frequency:.4g} Hz that no part of the rig file explains (damping ratio "
+        f"{hung.damping_ratio:.2g}), like that of {hung.mass:.2g} kg on a spring at the end of an arm of "
+        f"{hung.lever:+.2g} m along the shaft from {place_words(hung.position)}"
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from functools import partial
@@ -21,16 +22,13 @@ def planes(bench: Bench) -> Iterator[Candidate]:
     """Yield small differences at several angles."""
     if bench.rig.planes or not isinstance(bench.rig.linear, Beam | Shaft):
         return
-    for difference in DIFFERENCES:
-        for angle in ANGLES:
-            yield Candidate("planes", partial(_with, bench.rig, difference, angle), _words, APART)
+    for difference, angle in itertools.product(DIFFERENCES, ANGLES):
+        yield Candidate("planes", partial(_with, bench.rig, difference, angle), _words, APART)
 
 
 def _with(rig: Rig, difference: float, angle: float, factor: float) -> Rig:
-    return opened(
-        rig.replace(planes=Planes(factor * difference, angle)),
-        {"planes.difference": "100 %", "planes.angle": "0.3 rad"},
-    )
+    other = rig.replace(planes=Planes(factor * difference, angle))
+    return opened(other, {"planes.difference": "100 %", "planes.angle": "0.3 rad"})
 
 
 def _words(rig: Rig) -> str:
