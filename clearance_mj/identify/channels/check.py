@@ -48,15 +48,9 @@ def check_places(records: Sequence[PreparedRecord]) -> None:
     driven = "acceleration" if first.kind == "base" else "force"
     quantities = {known.instrument: name for name, known in QUANTITIES.items()}
     quantities |= {"probe": "displacement", EXCITATION: driven}
-    signals = RawSignals(
-        first.channels,
-        tuple(quantities[name.split()[0]] for name in first.channels),
-        ("",) * len(first.channels),
-        ("",) * len(first.channels),
-        first.fs,
-        tuple(record.signals - record.signals.mean(axis=0) for record in alike),
-        {},
-    )
+    of_channels, none = tuple(quantities[name.split()[0]] for name in first.channels), ("",) * len(first.channels)
+    without_mean = tuple(record.signals - record.signals.mean(axis=0) for record in alike)
+    signals = RawSignals(first.channels, of_channels, none, none, first.fs, without_mean, {})
     search = Search(first.rig, signals, first.kind, first.band or signals.band())
     stated = _stated_assignment(search, first.probes)
     judge = Judge(search, stated, np.ones(len(first.channels)))
@@ -79,11 +73,9 @@ def _stated_assignment(search: Search, probes: bool) -> Assignment:
     """Return the assignment that the records state."""
     sensors, count = len(search.rig.sensors), len(search.places)
     places = [*range(sensors), *(range(sensors, count - 1) if probes else ()), count - 1]
-    channel = [-1] * count
-    for index, place in enumerate(places):
-        channel[place] = index
+    channel = tuple(places.index(place) if place in places else -1 for place in range(count))
     ones = (1.0,) * count
-    return Assignment(tuple(channel), ones, ones, tuple(range(DRAWS)), (0.0,) * count, 0.0)
+    return Assignment(channel, ones, ones, tuple(range(DRAWS)), (0.0,) * count, 0.0)
 
 
 def _check_motion(search: Search, judge: Judge) -> None:

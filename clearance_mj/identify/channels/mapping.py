@@ -182,12 +182,10 @@ def shows_impacts(search: Search, assignment: Assignment) -> bool:
 def judged(search: Search, best: Assignment) -> tuple[Judge, ChannelUnits]:
     """Return the judge of an assignment in the units that explain it best, and these units."""
     signals, places = search.signals, best.places
-    said = [signals.quantities[best.channel[i]] != UNKNOWN for i in places]
-    gains = [best.gain[i] for i in places]
+    index, gains = [best.channel[i] for i in places], [best.gain[i] for i in places]
+    said = [signals.quantities[channel] != UNKNOWN for channel in index]
     quantities = [search.places[i].quantity for i in places]
-    impacts = shows_impacts(search, best)
-    factor = np.ones(len(signals.names))
-    index = [best.channel[i] for i in places]
+    impacts, factor = shows_impacts(search, best), np.ones(len(signals.names))
     factor[index] = 1 / np.array(gains)
     judge = Judge(search, best, factor)
     motion = judge.motion_over_gap() if search.kind == "base" else 0.0
@@ -216,8 +214,7 @@ class _MapWriter:
 
     def __init__(
         self, search: Search, judge: Judge, units: ChannelUnits, rivals: list[CandidateAssignment], best: Assignment,
-        notes: list[str],
-        of_sines: bool,
+        notes: list[str], of_sines: bool,
     ) -> None:  # fmt: skip
         self.search, self.best, self.units, self.judge, self.rivals = search, best, units, judge, rivals
         self.names, self.notes, self.of_sines = search.signals.names, notes, of_sines
@@ -302,17 +299,13 @@ class _MapWriter:
             where = self.search.places[place]
             return agreement_of_name(self.names[channel], where.label, where.quantity, place == last)
 
-        now, places = list(zip(rival.channels, rival.places)), list(reversed(rival.places))
-        return sum(agreement(*pair) for pair in now) - sum(agreement(*pair) for pair in zip(rival.channels, places))
+        here, there = (zip(rival.channels, places) for places in (rival.places, reversed(rival.places)))
+        return sum(agreement(*pair) for pair in here) - sum(agreement(*pair) for pair in there)
 
     def _evidence(self, place: int) -> str:
         channel = self.best.channel[place]
         margins = [rival.margin for rival in self.rivals if channel in rival.channels]
-        said = self.search.signals.labels[channel]
         words = f"fits within {100 * self.contradiction[place]:.1f} %, anything else is worse by {min(margins):.0f}"
-        label = self._place_name(place, "").partition(":")[2]
-        if said and said not in (self.search.places[place].label, label):
-            node = said.partition(":")[0]
-            if node != self.search.places[place].label.partition(":")[0]:
-                words += f"; the file says node {node}"
-        return words
+        labels = self.search.signals.labels[channel], self.search.places[place].label
+        said, node = (label.partition(":")[0] for label in labels)
+        return words if said in ("", node) else f"{words}; the file says node {said}"

@@ -153,15 +153,11 @@ def gather(files: Sequence[tuple[str, Sequence[Channel]]]) -> RawSignals:
                 "channel is which; give a longer record"
             )
     described = [by_name[0][name] for name in usable]
-    return RawSignals(
-        tuple(usable),
-        tuple(channel.quantity for channel in described),
-        tuple(channel.unit if channel.quantity == UNKNOWN else "" for channel in described),
-        tuple(channel.label if channel.placed else "" for channel in described),
-        fs,
-        tuple(record - record.mean(axis=0) for record in records),
-        unusable,
-    )
+    units = tuple(channel.unit if channel.quantity == UNKNOWN else "" for channel in described)
+    labels = tuple(channel.label if channel.placed else "" for channel in described)
+    without_mean = tuple(record - record.mean(axis=0) for record in records)
+    quantities = tuple(channel.quantity for channel in described)
+    return RawSignals(tuple(usable), quantities, units, labels, fs, without_mean, unusable)
 
 
 def _fault(channel: Channel, fs: float, size: int) -> str:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..structure.faults.assessment import distance, predicted_spectra
+from ..structure.faults.of_signals import likeness_over_delays
 from ..structure.force_gains import SpectralLines, force_gains
 from ..structure.rig_fit import channel_deviation
 from ..structure.spectra import complex_frequency, complex_spectra, rms
@@ -55,10 +56,9 @@ class Judge:
         signals = search.signals
         spectra = [complex_spectra(record * factor, signals.fs, search.band, LINES) for record in signals.records]
         self._frequency, self._measured = zip(*spectra)
-        lines = [
-            SpectralLines(search.kind, complex_frequency(frequency, len(record) / signals.fs), search.rig)
-            for (frequency, _), record in zip(spectra, signals.records)
-        ]
+        durations = [len(record) / signals.fs for record in signals.records]
+        omegas = map(complex_frequency, self._frequency, durations)
+        lines = [SpectralLines(search.kind, omega, search.rig) for omega in omegas]
         drawn = [force_gains(search.rig, search.drawn[i].values, True, lines) for i in assignment.draws]
         self._stated = assignment.channel, assignment.sign
         self._gains = sorted(drawn, key=lambda gains: self._distance(gains, *self._stated))[:JUDGED]
@@ -98,9 +98,8 @@ class Judge:
         phases = np.exp(2j * np.pi * np.outer(tried, np.concatenate(self._frequency)))
         for i, place in enumerate(places):
             _, predicted = predicted_spectra(gains, measured, (i,))
-            reading, expected = np.vstack(measured)[:, i], predicted[:, i]
-            product = reading * expected.conj() / np.maximum(np.abs(reading), np.abs(expected)) ** 2
-            best_delays[place] = float(tried[np.argmax((phases @ product).real)])
+            alike = likeness_over_delays(np.vstack(measured)[:, i], predicted[:, i], phases)
+            best_delays[place] = float(tried[np.argmax(alike)])
         return best_delays
 
     def _assigned_spectra(self) -> tuple[list[int], list[np.ndarray], list[np.ndarray]]:
@@ -121,9 +120,8 @@ class Judge:
         for gains, spectra, record in zip(self._gains[0], measured, search.signals.records):
             rows = spectra[:, [self.assignment.places.index(i) for i in places]]
             scale = 1 / channel_deviation(rms(rows), rows)
-            forces = [
-                np.linalg.lstsq(g * w[:, None], y * w, rcond=None)[0] for g, w, y in zip(gains[:, places], scale, rows)
-            ]
+            lines = zip(gains[:, places], scale, rows)
+            forces = [np.linalg.lstsq(g * w[:, None], y * w, rcond=None)[0] for g, w, y in lines]
             displacement = rms((gains[:, probes] @ np.array(forces)[:, :, None])[:, :, 0])
             level = record[:, self.assignment.channel[-1]].std() / rms(spectra[:, [column]])[0]
             motions += [m * level / b.gap for m, b in zip(displacement, search.rig.bushings)]
@@ -131,12 +129,10 @@ class Judge:
 
     def rivals(self) -> list[CandidateAssignment]:
         """Return every rival with one channel turned round, two exchanged, or one replaced by an unassigned one."""
-        rivals = [
-            CandidateAssignment(
-                min(self._closest(channel, sign) for channel, sign in variants) - self.distance, channels, places
-            )
-            for channels, places, variants in self._alternatives()
-        ]
+        rivals = []
+        for channels, places, variants in self._alternatives():
+            closest = min(self._closest(channel, sign) for channel, sign in variants)
+            rivals.append(CandidateAssignment(closest - self.distance, channels, places))
         return sorted(rivals, key=lambda rival: rival.margin)
 
     def _alternatives(self) -> Iterator[tuple[tuple[int, ...], tuple[int, ...], list[tuple[list[int], list[float]]]]]:

@@ -78,15 +78,10 @@ def decide_units(
         cost += SAID_WRONGLY * len(set(wrong)) + ALSO * len(wrong) / len(said)
         cost += _odds_against_motion(motion * driven.factor, impacts)
         tried.append((cost, units))
-    tried.sort(key=lambda candidate: candidate[0])
-    best = tried[0][1]
-    return ChannelUnits(
-        tuple(unit.factor for unit in best),
-        tuple(unit.label for unit in best),
-        tuple(bool(unit.label) and s for unit, s in zip(best, said)),
-        tuple(unit.exists for unit in best),
-        len(tried) == 1 or tried[1][0] - tried[0][0] >= SURE,
-    )
+    (least, best), *others = sorted(tried, key=lambda candidate: candidate[0])
+    factor, label, exists = zip(*best)
+    contradicts = tuple(bool(unit) and s for unit, s in zip(label, said))
+    return ChannelUnits(factor, label, contradicts, exists, not others or others[0][0] - least >= SURE)
 
 
 def _candidates(quantity: str, said: bool) -> list[Unit]:
@@ -100,7 +95,7 @@ def _candidates(quantity: str, said: bool) -> list[Unit]:
     units_by_factor = {_rounded_log(factor): Unit(factor, unit) for unit, factor in units.items()}
     for a, b in itertools.permutations(units.values(), 2):
         units_by_factor.setdefault(_rounded_log(a / b), Unit(a / b, f"{a / b:.5g} {first}"))
-    return list({**units_by_factor, 0.0: Unit(1.0, "")}.values())
+    return [*(units_by_factor | {0.0: Unit(1.0, "")}).values()]
 
 
 def _odds_against_motion(motion: float, impacts: bool) -> float:

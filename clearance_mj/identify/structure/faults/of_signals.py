@@ -9,7 +9,7 @@ from ...records.dropouts import describe_dropouts
 from ..spectra import complex_spectra
 from .assessment import Assessment, distance, predicted_spectra
 
-__all__ = ["describe_signal_fault"]
+__all__ = ["describe_signal_fault", "likeness_over_delays"]
 
 MAX_DELAY = 0.05  # s
 DELAYS = 2001  # that are tried
@@ -32,10 +32,7 @@ def describe_signal_fault(assessment: Assessment) -> str:
         return ""
     gains = assessment.gains(assessment.update.rig, {})
     i = min(assessment.suspects, key=lambda channel: distance(gains, assessment.measured, (channel,)))
-    name = assessment.update.channels[i]
-    if words := _dropouts(assessment, i):
-        return f"{name} {words}"
-    return f"{name} {_distortion(assessment, gains, i)}"
+    return f"{assessment.update.channels[i]} {_dropouts(assessment, i) or _distortion(assessment, gains, i)}"
 
 
 def _dropouts(assessment: Assessment, channel: int) -> str:
@@ -54,7 +51,7 @@ def _distortion(assessment: Assessment, gains: list[np.ndarray], channel: int) -
     delays = np.linspace(-MAX_DELAY, MAX_DELAY, DELAYS)
     # Of each line alike: else the few at resonances would tell all.
     shifts = np.exp(2j * np.pi * np.outer(delays, frequency))
-    likeness = _likeness(measured, expected[known], shifts)
+    likeness = likeness_over_delays(measured, expected[known], shifts)
     best, now = float(likeness.max()), float(likeness[DELAYS // 2])
     if -now > DELAYED or (-now > PARTLY_DELAYED and -now > best + PARTLY_DELAYED_GAIN):
         return f"has the wrong sign (likeness {now:.2f}): turn it round in the dataset, as -Z for +Z"
@@ -71,7 +68,7 @@ def _distortion(assessment: Assessment, gains: list[np.ndarray], channel: int) -
     return f"follows the others in part only (likeness {best:.2f}): clipped, overloaded, filtered, or hum is added"
 
 
-def _likeness(measured: np.ndarray, expected: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+def likeness_over_delays(measured: np.ndarray, expected: np.ndarray, shifts: np.ndarray) -> np.ndarray:
     """(n_shifts,) likeness of lines (n_f,) to their prediction by the other channels, over delays; 1: the same."""
     product = measured * expected.conj() / np.maximum(np.abs(measured), np.abs(expected)) ** 2
     return np.asarray((shifts @ product).real / product.size)
@@ -102,7 +99,8 @@ def _clock_error(
 
     error = 0.0
     for errors in (step * np.arange(-count, count + 1), step / FINER * np.arange(1 - FINER, FINER)):
-        alike = {error + e: _likeness(corrected(error + e), expected[known], shifts).max() for e in errors.tolist()}
+        tried = (error + errors).tolist()
+        alike = {e: likeness_over_delays(corrected(e), expected[known], shifts).max() for e in tried}
         error = max(alike, key=alike.__getitem__)
     if alike[error] < max(PARTLY_DELAYED, best + CLOCK_GAIN):
         return ""
