@@ -175,23 +175,12 @@ def restoring_force(
     noise = density(np.broadcast_to(np.eye(m, m + 1), (omega.size, m, m + 1)))
     time = np.arange(n) / fs
     return RestoringForce(
-        name=record.name,
-        rig=rig,
-        fs=fs,
-        band=(float(low), high),
-        time=time,
-        displacement=to_time(motion[:, :m]),
-        velocity=to_time(1j * omega[:, None] * motion[:, :m]),
-        force=to_time(theta[:, :m]),
-        force_std=spread(noise),
-        displacement_std=spread(density(motion_gains[:, :m])),
-        ends=to_time(motion[:, m:])[rig.end_rows],
-        valid=(time >= SETTLE) & (time <= time[-1] - SETTLE),
-        noise_frequency=frequency[inside],
-        noise_density=np.sqrt(noise).T,
-        noise=all_noise,
-        spin=None if record.turning is None else record.turning.speed,
-    )
+        name=record.name, rig=rig, fs=fs, band=(float(low), high), time=time, displacement=to_time(motion[:, :m]),
+        velocity=to_time(1j * omega[:, None] * motion[:, :m]), force=to_time(theta[:, :m]), force_std=spread(noise),
+        displacement_std=spread(density(motion_gains[:, :m])), ends=to_time(motion[:, m:])[rig.end_rows],
+        valid=(time >= SETTLE) & (time <= time[-1] - SETTLE), noise_frequency=frequency[inside],
+        noise_density=np.sqrt(noise).T, noise=all_noise, spin=None if record.turning is None else record.turning.speed,
+    )  # fmt: skip
 
 
 def possible_forces(records: Sequence[AnyRecord], find: Callable[[AnyRecord], RestoringForce]) -> list[RestoringForce]:

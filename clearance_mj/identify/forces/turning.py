@@ -136,13 +136,9 @@ class TurningLines:
             On the modes, per cos kφ and sin kφ.
         """
         model, record, spun, times = self.model, self.record, isinstance(load, Unbalance), times_of(load)
-        gains = [
-            model.channel_gains(self.probes, record.kind, part.omega, -forces, part.spin[times])[:, :, :-1]
-            for part in self.parts
-        ]
-        response = np.einsum(
-            "fcu,fu->fc", np.concatenate(gains), self.unbalance_waves if spun else self.harmonics[times]
-        )
+        waves = self.unbalance_waves if spun else self.harmonics[times]
+        gains = [model.channel_gains(self.probes, record.kind, p.omega, -forces, p.spin[times]) for p in self.parts]
+        response = np.einsum("fcu,fu->fc", np.concatenate(gains)[:, :, :-1], waves)
         if record.slow_roll and len(self.probes):
             speed = record.slow_roll
             slow = _roll_motion(model, self.probes, forces * (speed**2 if spun else 1.0), speed, times)
@@ -226,10 +222,8 @@ def _select_lines(record: PreparedRecord, omega: np.ndarray) -> tuple[np.ndarray
         low, high = times * inner.min() - margin, times * inner.max() + margin
         first, last = times * outer.min() - margin, times * outer.max() + margin
         near |= (omega >= max(low, step)) & (omega <= high)
-        if ramp:
-            lagging |= ((omega >= first) & (omega <= low + 2 * margin)) | (
-                (omega >= high - 2 * margin) & (omega <= last)
-            )
+        for start, end in ((first, low + 2 * margin), (high - 2 * margin, last)) if ramp else ():
+            lagging |= (omega >= start) & (omega <= end)
     lines = np.flatnonzero(near & ~lagging)
     if not ramp:
         return lines, (LinesPart(omega[lines], dict.fromkeys(TIMES, float(sign * speed.mean()))),)

@@ -115,9 +115,8 @@ def find_turning_loads(
     if not used_records:
         return TurningLoads(rig, {}, Estimates.of([], [], np.zeros((0, 0))), tuple(words))
     fixed: list[TurningLoad] = [*rig.unbalances[1:], *(order for order in rig.orders if times_of(order) in TIMES)]
-    lines, *drawn_lines = (
-        [lines_of(each, record, values, fixed) for record in used_records] for each, values in ((rig, probes), *drawn)
-    )
+    rigs = (rig, probes), *drawn
+    lines, *drawn_lines = ([lines_of(each, r, values, fixed) for r in used_records] for each, values in rigs)
     loads = _LoadSearch(rig, lines, drawn_lines).find()
     return dataclasses.replace(loads, warnings=(*words, *loads.warnings))
 
@@ -208,9 +207,7 @@ class _LoadSearch(NamedTuple):
         by_load = np.concatenate(slopes)
         heavy = [dataclasses.replace(u, moment=abs(z), phase=cmath.phase(z)) for u, z in zip(unbalances, value)]
         turning = [dataclasses.replace(o, force=abs(z), phase=cmath.phase(z)) for o, z in zip(orders, value[first:])]
-        rig = self.rig.replace(
-            unbalances=(*heavy, *self.rig.unbalances[1:]), orders=(*self.rig.orders, *turning)
-        )  # fmt: skip
+        rig = self.rig.replace(unbalances=(*heavy, *self.rig.unbalances[1:]), orders=(*self.rig.orders, *turning))
         remainders = fit.value[n:].reshape(len(TIMES), -1, 2).swapaxes(1, 2)
         estimates = Estimates.of(parameters, numbers, by_load @ covariance @ by_load.T)
         return TurningLoads(rig, dict(zip(TIMES, remainders)), estimates, tuple(warnings))

@@ -85,9 +85,8 @@ class WindowForces:
         velocity = 2j * np.pi * self.frequency[:, None] * motion[:, :m]
         full = np.zeros((self.padded // 2 + 1, 5 * m), dtype=complex)
         full[: self.frequency.size] = np.hstack((theta[:, :m], motion, velocity))
-        force, middle, ends, speed = np.split(
-            scipy.fft.irfft(full, self.padded, axis=0)[: self.size].T, [m, 2 * m, 4 * m]
-        )
+        in_time = scipy.fft.irfft(full, self.padded, axis=0)[: self.size].T
+        force, middle, ends, speed = np.split(in_time, [m, 2 * m, 4 * m])
         sample = np.arange(self.size)
         return RestoringForce(
             name=self.name, rig=self.rig, fs=self.fs, band=(0.0, float(self.frequency[-1])),
