@@ -13,16 +13,9 @@ from tqdm import tqdm
 
 from ..core.errors import RecordError, RigError
 from ..core.kinds import checks_kinds
-from ..estimate import (
-    Combination,
-    Estimates,
-    Problem,
-    StoppingCriteria,
-    one_by_one,
-    principal_deviations,
-    solve,
-    unidentified_combinations,
-)  # fmt: skip
+from ..estimate.estimates import Combination, Estimates, principal_deviations, unidentified_combinations
+from ..estimate.problem import Problem, one_by_one
+from ..estimate.solver import StoppingCriteria, solve
 from ..rig import Rig
 from ..signals.correlation import relative_error
 from ..signals.frf import QUANTITY
@@ -120,21 +113,16 @@ class Calibration:
 
     def _mode_rows(self, target: ModalTarget) -> Iterator[dict[str, float]]:
         start, fitted = (target.model(rig)[0] for rig in (self.start, self.rig))
-        columns = (target.mode, target.frequency, start, fitted, relative_error(target.frequency, fitted))
-        names = ("mode", "test_hz", "start_hz", "calibrated_hz", "relative_error")
-        for row in zip(*columns):
+        names = "mode", "test_hz", "start_hz", "calibrated_hz", "relative_error"
+        for row in zip(target.mode, target.frequency, start, fitted, relative_error(target.frequency, fitted)):
             yield dict(zip(names, map(float, row)))
 
 
 @checks_kinds
 def calibrate(
-    rig: Rig,
-    targets: Sequence[ModalTarget | FRFTarget],
-    free: Free,
-    n_starts: int = 8,
-    seed: int = 0,
+    rig: Rig, targets: Sequence[ModalTarget | FRFTarget], free: Free, n_starts: int = 8, seed: int = 0,
     progress: bool = False,
-) -> Calibration:
+) -> Calibration:  # fmt: skip
     """Find the parameters of a rig that bring it closest to measured data.
 
     Parameters
@@ -171,12 +159,11 @@ def calibrate(
     if not 1 <= n_starts <= MAX_STARTS:
         raise RecordError(f"n_starts must be 1 to {MAX_STARTS}, got {n_starts}")
     comparison = _TargetComparison(rig, tuple(targets), free)
-    problem = Problem(
-        comparison.parameters, one_by_one(comparison.residual), step=STEP, central=True, lanes=False, invalid=RigError
-    )
+    residuals = one_by_one(comparison.residual)
+    problem = Problem(comparison.parameters, residuals, step=STEP, central=True, lanes=False, invalid=RigError)
     points = _starts(problem, n_starts, seed)
-    points_with_bar = tqdm(points, desc="calibrating", unit="start", disable=not progress)
-    solved = [solve(problem, point, stop=EXACT) for point in points_with_bar]
+    bar = tqdm(points, desc="calibrating", unit="start", disable=not progress)
+    solved = [solve(problem, point, stop=EXACT) for point in bar]
     perfect = min(s.cost for s in solved) + EQUAL
     # What separates perfect fits is rounding: the nearest to the first start then goes first.
     solved.sort(key=lambda s: (max(s.cost, perfect), np.linalg.norm(s.at - points[0])))
@@ -185,27 +172,18 @@ def calibrate(
     freedom = best.residuals.size - problem.size
     model_error = max(1.0, best.cost / freedom) if freedom else 1.0
     return Calibration(
-        rig=comparison.rig(best.values),
-        start=rig,
-        targets=comparison.targets,
-        estimates=best.estimates(model_error * (direction.T * std**2) @ direction),
-        residual=best.residuals,
+        rig=comparison.rig(best.values), start=rig, targets=comparison.targets,
+        estimates=best.estimates(model_error * (direction.T * std**2) @ direction), residual=best.residuals,
         unidentified=unidentified_combinations(comparison.paths, direction, std),
         at_bound=tuple(path for path, at in zip(comparison.paths, best.at_bound) if at),
         solutions=tuple(StartSolution(s.values, s.cost) for s in solved),
-    )
+    )  # fmt: skip
 
 
 def profile(
-    rig: Rig,
-    targets: Sequence[ModalTarget | FRFTarget],
-    free: Free,
-    path: str,
-    values: Sequence[float] | np.ndarray,
-    n_starts: int = 4,
-    seed: int = 0,
-    progress: bool = False,
-) -> list[Calibration]:
+    rig: Rig, targets: Sequence[ModalTarget | FRFTarget], free: Free, path: str, values: Sequence[float] | np.ndarray,
+    n_starts: int = 4, seed: int = 0, progress: bool = False,
+) -> list[Calibration]:  # fmt: skip
     """Calibrate with one more parameter held at each of several values: the family of rigs that fit.
 
     Parameters
@@ -250,8 +228,7 @@ class _TargetComparison:
         if not self.paths:
             raise RigError("name at least one free parameter")
         self.keys = [keys_of(rig, path) for path in self.paths]
-        keys = [key for group in self.keys for key in group]
-        if len(set(keys)) < len(keys):
+        if len(set().union(*self.keys)) < sum(map(len, self.keys)):
             raise RigError(f"a free parameter is named twice: {', '.join(self.paths)}")
         self.parameters = [free_parameter(rig, path, bounds) for path, bounds in free.items()]
         order = sorted((place, i) for i, b in enumerate(rig.bushings) if (place := parse_place(b.position)))
@@ -265,12 +242,10 @@ class _TargetComparison:
             raise RecordError(f"{len(self.paths)} free parameters need as many data; the targets hold {size}")
         for target in self.targets:
             sensor_rows(rig, target.nodes)
+        kind, driven = rig.shaker.kind, QUANTITY[rig.shaker.kind]
         for target in self.targets:
-            if isinstance(target, FRFTarget) and target.frf.quantity != QUANTITY[rig.shaker.kind]:
-                raise RecordError(
-                    f"the FRFs are {target.frf.quantity}, but the shaker of rig {rig.name!r} is {rig.shaker.kind!r}: "
-                    f"{QUANTITY[rig.shaker.kind]}"
-                )
+            if isinstance(target, FRFTarget) and (measured := target.frf.quantity) != driven:
+                raise RecordError(f"the FRFs are {measured}, but the shaker of rig {rig.name!r} is {kind!r}: {driven}")
 
     def rig(self, values: np.ndarray) -> Rig:
         """Return the rig with values (n_free,); a RigError if there cannot be one."""
@@ -289,11 +264,11 @@ def _starts(problem: Problem, count: int, seed: int) -> list[np.ndarray]:
     """Return the rig itself, then points of a Latin hypercube that are rigs: even in positions, else in logarithms."""
     inner = 1e-6 * (problem.high - problem.low)
     points = [np.clip(np.zeros(problem.size), problem.low + inner, problem.high - inner)]
-    paths, ends = [p.name for p in problem.parameters], (problem.low, problem.high)
+    paths = [p.name for p in problem.parameters]
     if not _is_possible(problem, points[0]):
         raise RigError(f"no rig can start with {', '.join(paths)} as given: bushings overlap or leave the shaft")
     sampler = scipy.stats.qmc.LatinHypercube(problem.size, rng=np.random.default_rng(seed))
-    low, high = problem.values(np.array(ends))
+    low, high = problem.values(np.array((problem.low, problem.high)))
     position = [path.endswith("position") for path in paths]
     for _ in range(MAX_DRAWS):
         if len(points) >= count:

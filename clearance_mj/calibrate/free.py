@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import functools
+import operator
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -41,16 +43,14 @@ def keys_of(rig: Rig, path: str) -> list[Key]:
         if keys and set(keys) <= set(valid) and (isinstance(_field_of(keys[0])[-1], str) or path == path_of(keys[0])):
             return keys
     names = dict.fromkeys(re.sub(r"\[\d+\]", "[N]", path_of(key)) for key in map(_field_of, valid))
-    counts = {k: len(getattr(rig, k)) for k in ("masses", "bushings", "sensors")}
-    counts_in_words = ", ".join(f"{n} {kind}" for kind, n in counts.items())
-    raise RigError(f"{path!r} is no free parameter of rig {rig.name!r} ({counts_in_words}); known: {', '.join(names)}")
+    counts = ", ".join(f"{len(getattr(rig, kind))} {kind}" for kind in ("masses", "bushings", "sensors"))
+    raise RigError(f"{path!r} is no free parameter of rig {rig.name!r} ({counts}); known: {', '.join(names)}")
 
 
 def _affects_linear_rig(key: Key) -> bool:
     """Return True if the linear rig depends on a number."""
-    if key[0] in ("beam", "structure"):
-        return True
-    return key[0] in ("masses", "bushings", "sensors") and key[-1] in POINTS and "contact" not in key
+    at_points = key[0] in ("masses", "bushings", "sensors") and key[-1] in POINTS and "contact" not in key
+    return at_points or key[0] in ("beam", "structure")
 
 
 def _field_of(key: Key) -> Key:
@@ -84,10 +84,8 @@ def free_parameter(rig: Rig, path: str, bounds: tuple[float, float] | None) -> P
     if bounds is None:
         if value <= 0:
             raise RigError(f"{path} starts at {value:g} and has no bounds; give them, as in {path}=1:10")
-        factor = SHAFT_FACTOR if field in SHAFT else OTHER_FACTOR
-        bounds = (
-            _shaft_ends(rig, keys_of(rig, path)[0]) if field in ("position", "to") else (value / factor, value * factor)
-        )
+        factor, is_place = SHAFT_FACTOR if field in SHAFT else OTHER_FACTOR, field in ("position", "to")
+        bounds = _shaft_ends(rig, keys_of(rig, path)[0]) if is_place else (value / factor, value * factor)
     low, high = bounds
     if not 0 < low < high < np.inf:
         raise RigError(f"the bounds of {path} must be 0 < low < high, got {low:g} and {high:g}")
@@ -100,14 +98,12 @@ def free_parameter(rig: Rig, path: str, bounds: tuple[float, float] | None) -> P
 def _shaft_ends(rig: Rig, key: Key) -> tuple[float, float]:
     """Return default bounds of a position: the shaft that it is on, without the part near its start."""
     data: Any = rig.to_dict()
-    shafts = {shaft.name: shaft for shaft in rig.linear.shafts}
+    shafts = rig.linear.shafts
     if key[:2] == ("structure", "parts"):
-        shaft = rig.linear.shafts[int(key[2])]
+        shaft = shafts[int(key[2])]
     else:
-        for step in key:
-            data = data[step]
-        name, _ = parse_place(data) or ("", 0.0)
-        shaft = shafts.get(name, rig.linear.shafts[0])
+        name, _ = parse_place(functools.reduce(operator.getitem, key, data)) or ("", 0.0)
+        shaft = {shaft.name: shaft for shaft in shafts}.get(name, shafts[0])
     return max(shaft.start, 0.0) + NEAREST * shaft.length, shaft.end
 
 

@@ -51,8 +51,7 @@ class ModalTarget:
     """of a component of a shape of unit length"""
 
     def __post_init__(self) -> None:
-        rising = {"natural frequencies": self.frequency, "mode numbers": self.mode}
-        for name, values in rising.items():
+        for name, values in (("natural frequencies", self.frequency), ("mode numbers", self.mode)):
             if not np.size(values) or not np.all(np.diff(values, prepend=0) > 0) or not np.isfinite(values).all():
                 raise RecordError(f"{name} must be positive and rise, got {_comma_list(values)}")
         if np.any(np.mod(self.mode, 1)):
@@ -224,14 +223,10 @@ def read_frequencies(path: str | PathLike[str], std: float = FREQUENCY_STD) -> M
     named = [(c[6:], c) for c in header if c.startswith("shape_") and (c[6:].isdigit() or parse_dof(c[6:]))]
     nodes = tuple(int(text) if text.isdigit() else text for text, _ in named)
     frequency = table[name]
+    mode, std_hz = table.get("mode", np.arange(1.0, frequency.size + 1)), table.get("std_hz", std * frequency)
+    shape = np.array([table[column] for _, column in named]) if named else None
     with naming(path):
-        return ModalTarget(
-            frequency,
-            table.get("mode", np.arange(1.0, frequency.size + 1)),
-            table.get("std_hz", std * frequency),
-            np.array([table[column] for _, column in named]) if named else None,
-            nodes,
-        )
+        return ModalTarget(frequency, mode, std_hz, shape, nodes)
 
 
 def read_frf(path: str | PathLike[str], band: tuple[float, float] | None = None) -> FRFTarget:

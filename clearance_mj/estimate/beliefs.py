@@ -136,9 +136,8 @@ class Belief:
             Those of the first entries.
         """
         part = self.part(slice(len(parameters)))
-        value = [
-            p.from_varied(np.clip(v, p.to_varied(p.low), p.to_varied(p.high))) for p, v in zip(parameters, part.mean)
-        ]
+        entries = zip(parameters, part.mean)
+        value = [p.from_varied(np.clip(v, p.to_varied(p.low), p.to_varied(p.high))) for p, v in entries]
         return Estimates.of(parameters, value, part.covariance)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -138,10 +139,9 @@ class Estimates:
         rivals : iterable of (float, mapping of str to float)
             Probability and values by name of each; parameters that it does not name stay where they are.
         """
-        covariance = self.covariance.copy()
+        covariance, varied = self.covariance.copy(), self._to_varied(self.value)
         for weight, values in rivals:
-            values_and_own = [(p, values.get(p.name, v), v) for p, v in zip(self.parameters, self.value)]
-            deviation = np.array([p.to_varied(value) - p.to_varied(v) for p, value, v in values_and_own])
+            deviation = self._to_varied([values.get(p.name, v) for p, v in zip(self.parameters, self.value)]) - varied
             covariance += weight * np.outer(deviation, deviation)
         return Estimates.of(self.parameters, self.value, covariance)
 
@@ -155,10 +155,8 @@ class Estimates:
         seed : int
             Seed of the random numbers.
         """
-        rng = np.random.default_rng(seed)
-        return self._from_varied(
-            rng.multivariate_normal(self._to_varied(self.value), self.covariance, size=n, method="eigh")
-        )
+        mean, rng = self._to_varied(self.value), np.random.default_rng(seed)
+        return self._from_varied(rng.multivariate_normal(mean, self.covariance, size=n, method="eigh"))
 
     def rows(self) -> tuple[dict[str, Any], ...]:
         """Return one row of plain data for each parameter, which `from_rows` takes.
@@ -199,27 +197,19 @@ class Estimates:
         rows : sequence of mapping
             One for each parameter.
         """
-        parameters = tuple(
-            Parameter(
-                r["name"], r["unit"], r["value"], r["low"], r["high"], r.get("prior_std", math.inf),
-                r.get("varies", "log"),
-            )
-            for r in rows
-        )  # fmt: skip
+        known = operator.itemgetter("name", "unit", "value", "low", "high")
+        parameters = [Parameter(*known(r), r.get("prior_std", math.inf), r.get("varies", "log")) for r in rows]
         value, std, correlation = (np.array([r[k] for r in rows]) for k in ("value", "relative_std", "correlation"))
-        return cls(parameters, value, std, correlation)
+        return cls(tuple(parameters), value, std, correlation)
 
     def _to_varied(self, values: Sequence[float] | np.ndarray) -> np.ndarray:
         return np.array([p.to_varied(v) for p, v in zip(self.parameters, values)])
 
     def _from_varied(self, varied: np.ndarray) -> np.ndarray:
         """Values (..., n) within the bounds."""
-        inside = np.clip(
-            varied, *(self._to_varied([getattr(p, end) for p in self.parameters]) for end in ("low", "high"))
-        )
-        return np.stack(
-            [p.from_varied(column) for p, column in zip(self.parameters, np.moveaxis(inside, -1, 0))], axis=-1
-        )
+        low, high = (self._to_varied([getattr(p, end) for p in self.parameters]) for end in ("low", "high"))
+        columns = np.moveaxis(np.clip(varied, low, high), -1, 0)
+        return np.stack([p.from_varied(column) for p, column in zip(self.parameters, columns)], axis=-1)
 
 
 class PrincipalDeviations(NamedTuple):

@@ -189,26 +189,25 @@ class Problem:
         if self.linearise is not None:
             return self.linearise(at)
         if self.central:
-            ahead, behind = np.minimum(at + self.step, self.high), np.maximum(at - self.step, self.low)
+            ends = np.array((np.minimum(at + self.step, self.high), np.maximum(at - self.step, self.low)))
         else:
-            ahead = at + np.where(at + self.step > self.high, -self.step, self.step)
-            behind = at
-        shifted = [np.where(np.eye(self.size, dtype=bool), end, at) for end in (ahead, behind)[: 1 + self.central]]
-        points = np.vstack(shifted if residuals is not None else [*shifted, at[None]])
-        rows = self.residuals(points)
+            ends = (at + np.where(at + self.step > self.high, -self.step, self.step))[None]
+        shifted = [np.where(np.eye(self.size, dtype=bool), end, at) for end in ends]
+        rows = self.residuals(np.vstack(shifted if residuals is not None else [*shifted, at[None]]))
         centre = rows[-1] if residuals is None else residuals
-        sides = [(rows[: self.size], ahead - at), (rows[self.size : 2 * self.size], behind - at)][: 1 + self.central]
-        return LinearisedResiduals(centre, _quotients(centre, sides).T)
+        sides = rows[: ends.size].reshape(*ends.shape, rows.shape[1])
+        return LinearisedResiduals(centre, _quotients(centre, sides, ends - at).T)
 
 
-def _quotients(centre: np.ndarray, sides: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-    """Difference quotients (n, n_residuals) from points on one or both sides, or the valid ones of these."""
-    valid = [np.isfinite(residuals).all(axis=1) & (width != 0) for residuals, width in sides]
-    filled = [np.where(g[:, None], f, centre) for g, (f, _) in zip(valid, sides)]
-    ends = [np.where(g, width, 0.0) for g, (_, width) in zip(valid, sides)]
-    behind, end = (filled[1], ends[1]) if len(sides) > 1 else (centre, np.zeros(len(ends[0])))
-    width = ends[0] - end
-    return (filled[0] - behind) / np.where(width != 0, width, np.inf)[:, None]
+def _quotients(centre: np.ndarray, sides: np.ndarray, widths: np.ndarray) -> np.ndarray:
+    """Difference quotients (n, n_residuals) from points on one or both sides, or the valid ones of these.
+
+    Residuals of the sides are (n_sides, n, n_residuals), their distances from the centre (n_sides, n).
+    """
+    valid = np.isfinite(sides).all(axis=2) & (widths != 0)
+    ahead, behind, *_ = *np.where(valid[:, :, None], sides, centre), centre
+    end, start, *_ = *np.where(valid, widths, 0.0), np.zeros(widths.shape[1])
+    return (ahead - behind) / np.where(end != start, end - start, np.inf)[:, None]
 
 
 def one_by_one(function: Callable[[np.ndarray], np.ndarray]) -> Residuals:

@@ -185,11 +185,8 @@ class _Search:
         problem, evaluations_before, stop = self.problem, self.problem.evaluations, self.stop
         self._move_to(at, problem.linearised(at, residuals))
         for _ in range(stop.steps):
-            before, cost = self.at, self.cost
-            fall = self._step()
-            if not fall > stop.least_fall(cost):
-                break
-            if np.max(np.abs(self.at - before), initial=0.0) <= stop.move:
+            before, least_fall = self.at, stop.least_fall(self.cost)
+            if not self._step() > least_fall or np.max(np.abs(self.at - before), initial=0.0) <= stop.move:
                 break
         evaluations = problem.evaluations - evaluations_before + compared
         return Solution(problem, self.at, self.residuals, self.jacobian, self.loss, self.cost, evaluations)

@@ -107,44 +107,34 @@ def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:
     """
     texts = candidates.position.dtype == object
     chosen = sorted(chosen, key=None if texts else lambda i: candidates.position[i])
-    information = candidates.information(chosen)
-    if not _identifies_all(information):
-        at = ", ".join(_label(x) for x in candidates.position[chosen].tolist())
+    information, vectors = candidates.information(chosen), losses(candidates, chosen)
+    deviation = _std(information)
+    if np.isinf(deviation).any():
+        at = ", ".join(map(_label, candidates.position[chosen].tolist()))
         raise ClearanceError(
-            f"{len(chosen)} sensors at {at} do not tell "
-            f"{len(information)} modes apart; the trace alone does not see to that, the determinant does"
+            f"{len(chosen)} sensors at {at} do not tell {len(information)} modes apart; the trace alone does not see "
+            "to that, the determinant does"
         )
-    deviation = np.sqrt(np.diag(np.linalg.inv(information)))
-    vectors = losses(candidates, chosen)
     contribution = np.einsum("si,is->s", vectors, np.linalg.solve(information, vectors.T)).clip(0, 1)
-    std_after_loss = [_std(information - np.outer(v, v)) for v in vectors]
     return Placement(
-        chosen=tuple(int(i) for i in chosen),
-        position=candidates.position[chosen],
-        determinant=float(np.linalg.det(information)),
-        trace=float(np.trace(information)),
+        chosen=tuple(int(i) for i in chosen), position=candidates.position[chosen],
+        determinant=float(np.linalg.det(information)), trace=float(np.trace(information)),
         condition=float(np.linalg.cond(information)),
-        mac=mac(candidates.shapes[chosen], candidates.shapes[chosen]),
-        std=deviation,
-        contribution=contribution,
-        std_after_loss=np.array(std_after_loss),
-    )
+        mac=mac(candidates.shapes[chosen], candidates.shapes[chosen]), std=deviation, contribution=contribution,
+        std_after_loss=np.array([_std(information - np.outer(v, v)) for v in vectors]),
+    )  # fmt: skip
 
 
 def _label(point: float | str) -> str:
     return point if isinstance(point, str) else f"{point:.4g} m"
 
 
-def _identifies_all(information: np.ndarray) -> bool:
-    scale = np.sqrt(np.diag(information))
-    return bool(np.all(scale > 0)) and bool(np.linalg.cond(information / np.outer(scale, scale)) < 1 / SINGULAR)
-
-
 def _std(information: np.ndarray) -> np.ndarray:
     """Return the standard deviation of every coordinate; infinite where one is not identifiable."""
-    if not _identifies_all(information):
-        return np.full(len(information), np.inf)
-    return np.sqrt(np.diag(np.linalg.inv(information)))
+    scale = np.sqrt(np.diag(information))
+    if np.all(scale > 0) and np.linalg.cond(information / np.outer(scale, scale)) < 1 / SINGULAR:
+        return np.sqrt(np.diag(np.linalg.inv(information)))
+    return np.full(len(information), np.inf)
 
 
 def losses(candidates: Candidates, chosen: Sequence[int]) -> np.ndarray:

@@ -110,9 +110,8 @@ def grid(rig: Rig, count: int) -> np.ndarray:
 
 def _along(rig: Rig, shaft: Shaft, count: int) -> np.ndarray:
     """(count,) positions on one shaft, m."""
-    bushings = [
-        (place[1], b.length) for b in rig.bushings if (place := parse_place(b.position)) and place[0] == shaft.name
-    ]
+    placed = [(place, b.length) for b in rig.bushings if (place := parse_place(b.position))]
+    bushings = [(x, length) for (name, x), length in placed if name == shaft.name]
     outside = shaft.end - shaft.start - sum(length for _, length in bushings)
     supported = {s.position for s in shaft.supports if s.kind in ("clamped", "pinned")}
     first, last = int(shaft.start in supported), int(shaft.end in supported)
@@ -124,13 +123,9 @@ def _along(rig: Rig, shaft: Shaft, count: int) -> np.ndarray:
 
 @checks_kinds
 def candidates(
-    rig: Rig,
-    position: ArrayLike | Sequence[float | str],
-    modes: Sequence[int] = (1, 2, 3, 4),
-    weight: ArrayLike = 1.0,
-    noise: ArrayLike = 1.0,
-    unwanted: Sequence[int] = (),
-) -> Candidates:
+    rig: Rig, position: ArrayLike | Sequence[float | str], modes: Sequence[int] = (1, 2, 3, 4),
+    weight: ArrayLike = 1.0, noise: ArrayLike = 1.0, unwanted: Sequence[int] = (),
+) -> Candidates:  # fmt: skip
     """Return candidate positions for sensors on a rig, with their readings of the modes.
 
     Parameters
@@ -157,28 +152,25 @@ def candidates(
     points = list(np.asarray(position, dtype=object))
     x = np.array(points, dtype=object if any(isinstance(point, str) for point in points) else float)
     wanted, others = list(modes), list(unwanted)
+    highest = max(wanted + others, default=0)
     if not points or len(set(points)) < len(points):
         raise ClearanceError(f"candidate positions must differ, and there must be some; got {points}")
-    if max(wanted + others, default=0) > MAX_MODES:
-        raise ClearanceError(f"modes must be 1 to {MAX_MODES}, got {max(wanted + others)}")
-    for point in points:
-        try:
+    if highest > MAX_MODES:
+        raise ClearanceError(f"modes must be 1 to {MAX_MODES}, got {highest}")
+    try:
+        for point in points:
             rig.linear.check(point)
-        except ValueError as error:
-            raise ClearanceError(
-                f"a candidate must lie on the {'shaft' if rig.beam else 'structure'}: {error}"
-            ) from None
+    except ValueError as error:
+        raise ClearanceError(f"a candidate must lie on the {'shaft' if rig.beam else 'structure'}: {error}") from None
     if not wanted or min(wanted + others) < 1 or len({*wanted, *others}) < len(wanted + others):
         raise ClearanceError(f"modes count from 1, each once, wanted or unwanted; got {wanted} and {others}")
     weight, noise = np.asarray(weight, dtype=float), np.asarray(noise, dtype=float)
     for name, values, size in (("weights", weight, len(wanted)), ("noise", noise, x.size)):
         if values.shape not in ((), (size,)) or not np.all((values > 0) & np.isfinite(values)):
             raise ClearanceError(f"{name}: give one number > 0 or {size}, got {values.tolist()}")
-    shapes = mode_shapes(rig, points, max(wanted + others))
-    if max(wanted + others) > shapes.shape[1]:
-        raise ClearanceError(
-            f"rig {rig.name!r} has {shapes.shape[1]} modes, so there is no mode {max(wanted + others)}"
-        )
+    shapes = mode_shapes(rig, points, highest)
+    if highest > shapes.shape[1]:
+        raise ClearanceError(f"rig {rig.name!r} has {shapes.shape[1]} modes, so there is no mode {highest}")
     disturbing = shapes[:, np.array(others, dtype=int) - 1] * weight.max()
     covariance = np.diag(np.broadcast_to(noise**2, x.size)) + disturbing @ disturbing.T
     return Candidates(x, shapes[:, np.array(wanted) - 1] * weight, covariance)

@@ -23,12 +23,9 @@ MIN_GAIN = 1e-9  # relative gain below which an exchange is rounding, not progre
 
 
 def place_sensors(
-    candidates: Candidates,
-    n: int,
-    criterion: str = "determinant",
-    method: str = "exchange",
+    candidates: Candidates, n: int, criterion: str = "determinant", method: str = "exchange",
     required: Sequence[int] = (),
-) -> Placement:
+) -> Placement:  # fmt: skip
     """Choose the candidates that identify the modes best.
 
     Parameters
@@ -84,11 +81,10 @@ class _LayoutSearch:
     """Layouts of n sensors that hold the required ones, better and better by a criterion."""
 
     def __init__(self, candidates: Candidates, n: int, criterion: str, required: list[int]) -> None:
-        self.candidates, self.n, self.required = candidates, n, required
-        self.by_trace = criterion == "trace"
-        self.rest = [i for i in range(len(candidates.position)) if i not in required]
-        scale = np.trace(candidates.information(range(len(candidates.position)))) / candidates.shapes.shape[1]
-        self.faint = FLOOR * scale * np.eye(candidates.shapes.shape[1])
+        self.candidates, self.n, self.required, self.by_trace = candidates, n, required, criterion == "trace"
+        count, modes = candidates.shapes.shape
+        self.rest = [i for i in range(count) if i not in required]
+        self.faint = FLOOR * (np.trace(candidates.information(range(count))) / modes) * np.eye(modes)
 
     def value(self, chosen: Sequence[int]) -> float:
         information = self.candidates.information(chosen)
@@ -154,8 +150,7 @@ class _LayoutSearch:
 
     def _values(self, chosen: np.ndarray) -> np.ndarray:
         """Return the criterion of many layouts (n_layouts, n) at once."""
-        rows = self.candidates.shapes[chosen]
-        noise = self.candidates.noise
+        rows, noise = self.candidates.shapes[chosen], self.candidates.noise
         if self.candidates._independent:
             weighted = rows / np.diag(noise)[chosen][..., None]
         else:
