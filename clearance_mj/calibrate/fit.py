@@ -228,7 +228,7 @@ class _TargetComparison:
         if not self.paths:
             raise RigError("name at least one free parameter")
         self.keys = [keys_of(rig, path) for path in self.paths]
-        if len(set().union(*self.keys)) < sum(map(len, self.keys)):
+        if len(set[object]().union(*self.keys)) < sum(map(len, self.keys)):
             raise RigError(f"a free parameter is named twice: {', '.join(self.paths)}")
         self.parameters = [free_parameter(rig, path, bounds) for path, bounds in free.items()]
         order = sorted((place, i) for i, b in enumerate(rig.bushings) if (place := parse_place(b.position)))

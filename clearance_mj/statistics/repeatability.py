@@ -67,8 +67,7 @@ def _rows(means: Rows, intervals: Callable[[str], Mapping[float, Interval]]) -> 
         interval_of_level = intervals(key) if has_interval(key) else {}
         for level, row in rows.items():
             row[key] = means[level][key]
-            if interval_of_level:
-                error = interval_of_level[level]
+            if error := interval_of_level.get(level):
                 is_error = PERFECT[_measure(key)] == 0
                 limits = (error.low, error.high) if is_error else (1 - error.high, 1 - error.low)
                 row[f"{key}_low"], row[f"{key}_high"] = limits

@@ -116,11 +116,11 @@ def map_channels(
         if excited and judge.misfit > FITS:
             doubts.append(f"{SINES}, which does not tell the channels apart: give one under noise or hits, too")
         elif judge.misfit > FITS and judge.enough and (late := _with_delays(search, judge.misfit)):
-            search, best, judge, units, doubts = late
+            search, judge, units, doubts = late
         bar.update()
         rivals = judge.rivals() if judge.enough else []
         bar.update()
-    answer = _MapWriter(search, judge, units, rivals, best, doubts, bool(excited)).written()
+    answer = _MapWriter(search, judge, units, rivals, doubts, bool(excited)).written()
     used = {name for name, given in answer.channels.items() if given != SKIP}
     faults = [(name, channel_faults([c for c in channels if c.name in used], False)) for name, channels in named]
     fault_notes = (f"{name}: {fault}" for name, of_file in faults for fault in of_file)
@@ -133,7 +133,7 @@ def _channels(file: str | PathLike[str] | Sequence[Channel], number: int) -> tup
     return f"record {number}", file
 
 
-def _with_delays(search: Search, misfit: float) -> tuple[Search, Assignment, Judge, ChannelUnits, list[str]] | None:
+def _with_delays(search: Search, misfit: float) -> tuple[Search, Judge, ChannelUnits, list[str]] | None:
     """Return search and results with late channels brought forward, and words; None if that explains nothing."""
     signals, fs = search.signals, search.signals.fs
     tried = np.arange(-FARTHEST, FARTHEST + FINEST / 2, FINEST) / fs
@@ -156,7 +156,7 @@ def _with_delays(search: Search, misfit: float) -> tuple[Search, Assignment, Jud
         f"{'late' if delay > 0 else 'early'} against the others: say it in the rig file (delay), or shift its samples"
         for channel, delay in late_channels.items()
     ]
-    return search, best, judge, units, words
+    return search, judge, units, words
 
 
 def _wrong_rate(search: Search, best: Assignment) -> str:
@@ -213,10 +213,10 @@ class _MapWriter:
     """A map in words, with a question wherever it is not sure."""
 
     def __init__(
-        self, search: Search, judge: Judge, units: ChannelUnits, rivals: list[CandidateAssignment], best: Assignment,
-        notes: list[str], of_sines: bool,
+        self, search: Search, judge: Judge, units: ChannelUnits, rivals: list[CandidateAssignment], notes: list[str],
+        of_sines: bool,
     ) -> None:  # fmt: skip
-        self.search, self.best, self.units, self.judge, self.rivals = search, best, units, judge, rivals
+        self.search, self.best, self.units, self.judge, self.rivals = search, judge.assignment, units, judge, rivals
         self.names, self.notes, self.of_sines = search.signals.names, notes, of_sines
         self.contradiction = judge.contradiction()
         self.sure = SURE if judge.misfit <= FITS else SURE_OF_ANOTHER
@@ -224,9 +224,8 @@ class _MapWriter:
     def written(self) -> ChannelMap:
         """Return the map."""
         signals, best = self.search.signals, self.best
-        channels, reasons = dict.fromkeys(self.names, SKIP), dict.fromkeys(self.names, "no place of the rig is left")
-        channels |= dict.fromkeys(signals.unusable, SKIP)
-        reasons |= signals.unusable
+        reasons = dict.fromkeys(self.names, "no place of the rig is left") | signals.unusable
+        channels = dict.fromkeys(reasons, SKIP)
         wrong = np.mean([missed > CONTRADICTS for missed in self.contradiction.values()])
         foreign = (bool(self.notes) and self.judge.misfit > FITS) or best.likeness < LIKE or wrong >= FOREIGN
         if self.judge.misfit > FITS and not self.notes:

@@ -27,12 +27,8 @@ def agreement_of_name(name: str, label: str, quantity: str, excites: bool) -> in
         True if it is the excitation.
     """
     lower = name.lower()
-    agreement = 0
-    if numbers := _NUMBER.findall(lower):
-        agreement += 1 if label.partition(":")[0] in numbers else -1
+    numbers = _NUMBER.findall(lower)
     named = [known for known, has in QUANTITIES.items() if any(word in lower for word in has.words)]
-    if named:
-        agreement += 1 if quantity in named else -1
-    if any(word in lower for word in EXCITATION):
-        agreement += 1 if excites else -1
-    return agreement
+    excitation = [word for word in EXCITATION if word in lower]
+    hints = (numbers, label.partition(":")[0] in numbers), (named, quantity in named), (excitation, excites)
+    return sum(1 if true else -1 for hint, true in hints if hint)

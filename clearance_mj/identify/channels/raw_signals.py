@@ -127,14 +127,12 @@ def gather(files: Sequence[tuple[str, Sequence[Channel]]]) -> RawSignals:
     names = [channel.name for channel in first]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise RecordError(f'{first_file}: two channels have the name "{twice}"; a map goes by names: give each its own')
-    by_name = []
-    for file, channels in files:
-        by_channel = {channel.name: channel for channel in channels}
-        if missing := [name for name in names if name not in by_channel]:
+    by_name = [{channel.name: channel for channel in channels} for _, channels in files]
+    for (file, _), of_file in zip(files, by_name):
+        if missing := [name for name in names if name not in of_file]:
             raise RecordError(
                 f'{file}: has no channel "{missing[0]}", which {first_file} has; map files of one set-up together'
             )
-        by_name.append(by_channel)
     rates = [channel.fs for channel in first]
     fs = max(set(rates), key=rates.count)
     unusable: dict[str, str] = {}
