@@ -99,17 +99,14 @@ class Calibration:
                 p.name: {"value": float(v), "std": float(s), "start": p.start}
                 for p, v, s in zip(estimates.parameters, estimates.value, estimates.std)
             },
-            "correlation": estimates.correlation.tolist(),
-            "chi2": self.chi2,
-            "data": sum(t.size for t in self.targets),
-            "residual_std": self.residual.tolist(),
+            "correlation": estimates.correlation.tolist(), "chi2": self.chi2,
+            "data": sum(t.size for t in self.targets), "residual_std": self.residual.tolist(),
             "modes": [row for t in self.targets if isinstance(t, ModalTarget) for row in self._mode_rows(t)],
             "unidentified": [{"exponent": c.exponent, "std": c.std} for c in self.unidentified],
             "at_bound": list(self.at_bound),
             "solutions": [{"value": s.value.tolist(), "chi2": s.chi2} for s in self.solutions],
-            "equally_good": len(self.distinct),
-            "warnings": list(self.warnings),
-        }
+            "equally_good": len(self.distinct), "warnings": list(self.warnings),
+        }  # fmt: skip
 
     def _mode_rows(self, target: ModalTarget) -> Iterator[dict[str, float]]:
         start, fitted = (target.model(rig)[0] for rig in (self.start, self.rig))

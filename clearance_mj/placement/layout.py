@@ -79,15 +79,9 @@ class Placement:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the layout as plain data."""
-        return {
-            self._column: self.position.tolist(),
-            "determinant": self.determinant,
-            "trace": self.trace,
-            "condition": self.condition,
-            "worst_mac": self.worst_mac,
-            "std": self.std.tolist(),
-            "sensors": self.table.to_dict("records"),
-        }
+        numbers = {name: getattr(self, name) for name in ("determinant", "trace", "condition", "worst_mac")}
+        table = self.table.to_dict("records")
+        return {self._column: self.position.tolist(), **numbers, "std": self.std.tolist(), "sensors": table}
 
 
 def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:

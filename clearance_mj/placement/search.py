@@ -109,10 +109,14 @@ class _LayoutSearch:
         """Add the sensor that gains most, until there are n."""
         chosen = list(self.required)
         while len(chosen) < self.n:
-            others = [i for i in self.rest if i not in chosen]
-            gain = self.change(self.candidates.information(chosen), _gains(self.candidates, chosen, others))
-            chosen.append(others[int(np.argmax(gain))])
+            chosen = self._with_one_more(chosen)
         return chosen
+
+    def _with_one_more(self, chosen: list[int]) -> list[int]:
+        """Return a layout with the sensor that gains most."""
+        others = [i for i in self.rest if i not in chosen]
+        gain = self.change(self.candidates.information(chosen), _gains(self.candidates, chosen, others))
+        return [*chosen, others[int(np.argmax(gain))]]
 
     def exchange(self) -> list[int]:
         """Exchange from the layouts of backward and forward; return the better one."""
@@ -121,18 +125,13 @@ class _LayoutSearch:
     def _improve(self, chosen: list[int]) -> list[int]:
         """Make the best exchange of one sensor as long as it gains."""
         while True:
-            trials = [self._exchange_one(chosen, i) for i in chosen if i not in self.required]
+            leaving = [i for i in chosen if i not in self.required]
+            trials = [self._with_one_more([i for i in chosen if i != j]) for j in leaving]
             best = max(trials, key=self.value, default=chosen)
             old, new = self.value(chosen), self.value(best)
             if new <= old + MIN_GAIN * (abs(old) if self.by_trace else 1):
                 return chosen
             chosen = best
-
-    def _exchange_one(self, chosen: list[int], leaving: int) -> list[int]:
-        staying = [i for i in chosen if i != leaving]
-        others = [i for i in self.rest if i not in staying]
-        gain = self.change(self.candidates.information(staying), _gains(self.candidates, staying, others))
-        return [*staying, others[int(np.argmax(gain))]]
 
     def exhaustive(self) -> list[int]:
         """Try every layout."""

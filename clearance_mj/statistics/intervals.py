@@ -56,10 +56,8 @@ class Pooled:
     cochran_limit: float  #: limit that it exceeds with a probability of 5 % where the scatter is equal
 
 
-def over_seeds(
-    errors: Mapping[float, Sequence[float]], confidence: float = CONFIDENCE, largest: float = math.inf
-) -> Pooled:
-    """Return the mean over the seeds of each level, with a confidence interval from the scatter at all levels.
+def over_seeds(errors: Mapping[float, Sequence[float]], largest: float = math.inf) -> Pooled:
+    """Return the mean over the seeds of each level, with a 95 % interval from the scatter at all levels.
 
     The errors of a level are taken to be lognormal, with one standard deviation s of the logarithm at every level.
     With n seeds at a level, m the mean of their logarithms, and ν = Σ (n - 1) degrees of freedom of s, the interval
@@ -78,8 +76,6 @@ def over_seeds(
     ----------
     errors : mapping of float to sequence of float
         Errors >= 0 of the seeds of each level.
-    confidence : float
-        Probability that an interval holds the expected error.
     largest : float
         Largest possible error.
     """
@@ -97,7 +93,7 @@ def over_seeds(
         if not x.size:
             means[level] = Interval(math.nan)
             continue
-        half = two_sided_quantile(confidence, freedom) * math.sqrt(variance / x.size + variance**2 / (2 * freedom))
+        half = two_sided_quantile(CONFIDENCE, freedom) * math.sqrt(variance / x.size + variance**2 / (2 * freedom))
         limits = scale.limits(scale.expected(float(x.mean()), float(variance)), half)
         missing = TOO_FEW if freedom < LEAST_FREEDOM else "" if limits else TOO_WIDE
         low, high = (limits if limits and not missing else None) or (math.nan, math.nan)
@@ -183,9 +179,7 @@ def two_sided_quantile(confidence: float, freedom: float = math.inf) -> float:
     return float(distribution.ppf(0.5 + confidence / 2))
 
 
-def on_power_law(
-    errors: Mapping[float, float], confidence: float = CONFIDENCE, largest: float = math.inf
-) -> dict[float, Interval]:
+def on_power_law(errors: Mapping[float, float], largest: float = math.inf) -> dict[float, Interval]:
     """Return the intervals of errors of which there is one at each level: their scatter about a power law of the level.
 
     A single value says nothing of its scatter. Where the expected error follows a power law of the level, the residuals
@@ -198,8 +192,6 @@ def on_power_law(
     ----------
     errors : mapping of float to float
         Error of each level.
-    confidence : float
-        Probability that an interval holds the median error.
     largest : float
         Largest possible error, as in `over_seeds`.
     """
@@ -214,7 +206,7 @@ def on_power_law(
     x, y = np.log(fitted), scale.to(np.array([errors[level] for level in fitted]))
     residual = y - np.polyval(np.polyfit(x, y, 1), x)
     freedom = len(fitted) - 2
-    half = two_sided_quantile(confidence, freedom) * math.sqrt(np.sum(residual**2) / freedom)
+    half = two_sided_quantile(CONFIDENCE, freedom) * math.sqrt(np.sum(residual**2) / freedom)
     for level, value in zip(fitted, y.tolist()):
         low, high = scale.limits(value, half) or (math.nan, math.nan)
         error = float(errors[level])  # below `SMALLEST` it counts as that
