@@ -49,9 +49,8 @@ DEFAULTS = {
 """1 σ: of positions in m, of offsets over the gap, of the rest relative or a logarithm; of linear ones in SI units"""
 _SPATIAL = (("friction", "coefficient"), ("film", "viscosity"))
 RANGES = {
-    "damping_ratios": (0.0, CRITICAL), "damping_ratio": (0.0, MAX_DAMPING), "angle": (0.01, math.pi / 2 - 0.01),
-    "difference": (0.0, LARGEST_DIFFERENCE), "delay": (-LONGEST_DELAY, LONGEST_DELAY),
-    "probe_delay": (-LONGEST_DELAY, LONGEST_DELAY),
+    "damping_ratios": (0.0, CRITICAL), "damping_ratio": (0.0, MAX_DAMPING), "difference": (0.0, LARGEST_DIFFERENCE),
+    "angle": (0.01, math.pi / 2 - 0.01), **dict.fromkeys(("delay", "probe_delay"), (-LONGEST_DELAY, LONGEST_DELAY)),
 }  # fmt: skip
 """Fields that end where no rig can be, SI units"""
 SHORTEST = 0.01  # of a shaft's length: 1 σ of a bushing's length at least

@@ -128,7 +128,7 @@ def _rig_fault(before: Assessment) -> NamedFaults:
     good = []
     for correction in rig_corrections(before)[:CANDIDATES]:
         after = assess(correction.rig, before.records)
-        if after and correction.number[2] == "length":
+        if after and correction.number == "beam.length":
             correction, after = _refine_length(before, correction, after)
         if after and after.sound and after.cost < before.cost - MIN_GAIN:
             good.append(([correction.fault(before, after)], after))

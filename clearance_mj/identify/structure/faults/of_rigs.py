@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from ....calibrate.free import keys_of, value_of, with_values
 from ....core.errors import ClearanceError
 from ....rig import Rig
 from ..hypotheses.candidate import opened
@@ -25,23 +27,17 @@ OPEN = "10 %"  # tolerance of a value from the grid
 class RigCorrection:
     """A rig file put right in one number."""
 
-    kind: str  #: which number
+    kind: str  #: the number, or "lengths": with every position in proportion
     rig: Rig  #: as it would be
-    number: tuple[str, int, str]  #: part of the rig, its index, and the field that was wrong
-
-    def of(self, rig: Rig) -> float:
-        """Return the number, in a rig."""
-        part, index, field = self.number
-        return float(getattr(rig.beam, field)) if part == "beam" else rig.masses[index].mass
+    number: str  #: path of the number that was wrong, such as "masses[0].mass"
 
     def fault(self, before: Assessment, after: Assessment) -> Fault:
         """Return the fault in words."""
-        old, value = self.of(before.rig), self.of(after.update.rig)
-        part, index, field = self.number
-        unit = UNITS[field]
-        name = f"{part}.{field}" if part == "beam" else f"{part}[{index}].{field}"
+        old, value = (value_of(rig, self.number) for rig in (before.rig, after.update.rig))
+        unit = UNITS[self.number.rpartition(".")[2]]
         proportion = "with every position in proportion, " if self.kind == "lengths" else ""
-        words = f"{name} is {value:.4g} {unit} where the rig file says {old:.4g} {unit} (factor {value / old:.3f})"
+        ratio = f"(factor {value / old:.3f})"
+        words = f"{self.number} is {value:.4g} {unit} where the rig file says {old:.4g} {unit} {ratio}"
         return Fault(words, proportion + _evidence(before, after), value / old)
 
 
@@ -74,19 +70,14 @@ def _candidates(rig: Rig) -> Iterator[RigCorrection]:
     if (beam := rig.beam) is None:
         return
     thick = "diameter" if beam.diameter else "height"
-    for field, factors in ((thick, FACTORS), ("young_modulus", STIFFER), ("density", STIFFER)):
-        for factor in factors:
-            other = rig.replace(beam=dataclasses.replace(beam, **{field: factor * getattr(beam, field)}))
-            yield RigCorrection(field, opened(other, {f"beam.{field}": OPEN}), ("beam", 0, field))
-    for factor in FACTORS:
-        for kind in ("length", "lengths"):
-            if changed := longer(rig, factor, kind):
-                yield RigCorrection(kind, changed, ("beam", 0, "length"))
-    for k, mass in enumerate(rig.masses):
-        for factor in STIFFER:
-            masses = (*rig.masses[:k], dataclasses.replace(mass, mass=factor * mass.mass), *rig.masses[k + 1 :])
-            other = opened(rig.replace(masses=masses), {f"masses[{k}].mass": OPEN})
-            yield RigCorrection(f"mass {k}", other, ("masses", k, "mass"))
+    masses = [f"masses[{k}].mass" for k in range(len(rig.masses))]
+    for path in (f"beam.{thick}", "beam.young_modulus", "beam.density", *masses):
+        (key,), value = keys_of(rig, path), value_of(rig, path)
+        for factor in FACTORS if thick in path else STIFFER:
+            yield RigCorrection(path, opened(with_values(rig, {key: factor * value}), {path: OPEN}), path)
+    for factor, kind in itertools.product(FACTORS, ("length", "lengths")):
+        if changed := longer(rig, factor, kind):
+            yield RigCorrection(kind, changed, "beam.length")
 
 
 def longer(rig: Rig, factor: float, kind: str) -> Rig | None:
