@@ -80,7 +80,7 @@ def over_seeds(errors: Mapping[float, Sequence[float]], largest: float = math.in
         Largest possible error.
     """
     scale = _Scale(largest)
-    finite = {level: _finite(values) for level, values in errors.items()}
+    finite = {level: np.array([v for v in values if math.isfinite(v)], dtype=float) for level, values in errors.items()}
     logarithms = [scale.to(v) for v in finite.values()]
     repeated = [x for x in logarithms if x.size > 1]
     if not (freedom := sum(x.size - 1 for x in repeated)):
@@ -109,15 +109,12 @@ class _Scale:
 
     def to(self, error: np.ndarray) -> np.ndarray:
         inside = np.clip(error, SMALLEST, max(self.largest - SMALLEST, SMALLEST))
-        return np.asarray(np.log(inside / self._complement(inside)))
+        return np.asarray(np.log(inside / (1 - inside / self.largest)))
 
     def back(self, value: float) -> float:
         if math.isinf(self.largest):
             return math.exp(value)
         return self.largest * float(scipy.special.expit(value - math.log(self.largest)))
-
-    def _complement(self, error: np.ndarray) -> np.ndarray:
-        return np.ones_like(error) if math.isinf(self.largest) else 1 - error / self.largest
 
     def expected(self, middle: float, variance: float) -> float:
         """Return the scale's value of the expected error where the scale's values are normal."""
@@ -139,11 +136,6 @@ def _hermite() -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights of a mean over the standard normal distribution (Gauss and Hermite)."""
     nodes, weights = np.polynomial.hermite_e.hermegauss(61)
     return nodes, weights / weights.sum()
-
-
-def _finite(values: Sequence[float]) -> np.ndarray:
-    array = np.asarray(values, dtype=float)
-    return array[np.isfinite(array)]
 
 
 def _mean(values: np.ndarray) -> float:
@@ -197,10 +189,8 @@ def on_power_law(errors: Mapping[float, float], largest: float = math.inf) -> di
     """
     scale = _Scale(largest)
     fitted = [level for level, error in errors.items() if level > 0 and np.isfinite(error)]
-    intervals = {
-        level: Interval(float(error), missing=TOO_FEW_LEVELS if np.isfinite(error) else "")
-        for level, error in errors.items()
-    }
+    missing = {level: TOO_FEW_LEVELS if np.isfinite(error) else "" for level, error in errors.items()}
+    intervals = {level: Interval(float(error), missing=missing[level]) for level, error in errors.items()}
     if len(fitted) < 4:
         return intervals
     x, y = np.log(fitted), scale.to(np.array([errors[level] for level in fitted]))

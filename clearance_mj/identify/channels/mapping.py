@@ -226,17 +226,16 @@ class _MapWriter:
         signals, best = self.search.signals, self.best
         reasons = dict.fromkeys(self.names, "no place of the rig is left") | signals.unusable
         channels = dict.fromkeys(reasons, SKIP)
-        wrong = np.mean([missed > CONTRADICTS for missed in self.contradiction.values()])
-        foreign = (bool(self.notes) and self.judge.misfit > FITS) or best.likeness < LIKE or wrong >= FOREIGN
-        if self.judge.misfit > FITS and not self.notes:
+        wrong, misfits = np.mean([e > CONTRADICTS for e in self.contradiction.values()]), self.judge.misfit > FITS
+        foreign = (bool(self.notes) and misfits) or best.likeness < LIKE or wrong >= FOREIGN
+        if misfits and not self.notes:
             self.notes.append(
                 f"rig “{self.search.rig.name}” misses {100 * self.judge.misfit:.0f} % of what the channels show: is it "
                 "the rig of these records, was its excitation recorded, is its structure as drawn?"
             )
-        last = len(best.places) - 1
-        of_sines = self.of_sines and self.judge.misfit > FITS
-        common = (SINES if of_sines else "the records are not of this rig") if foreign else ""
-        if not common and self._rival_words(best.places[last]):
+        why = SINES if self.of_sines and misfits else "the records are not of this rig"
+        common = why if foreign else ""
+        if not common and self._rival_words(best.places[-1]):
             common = "which channel is the excitation is not sure"
         for number, place in enumerate(best.places):
             known = self.units.exists[number] or not self.units.contradicts[number]  # else a number, which is no unit
@@ -290,8 +289,6 @@ class _MapWriter:
 
     def _name_preference(self, rival: CandidateAssignment) -> int:
         """Return how much more the names agree with the assignment than with a rival."""
-        if len(rival.channels) < 2:
-            return 0
         last = len(self.search.places) - 1
 
         def agreement(channel: int, place: int) -> int:

@@ -85,22 +85,21 @@ class Judge:
 
     def gains(self) -> list[float]:
         """Return by place, without the excitation's, a channel's reading over its prediction from rig and others."""
-        (places, gains, measured), channel_gains = self._assigned_spectra(), []
-        for i in range(len(places) - 1):
-            weights, predicted = predicted_spectra(gains, measured, (i,))
-            measured_line, expected = (np.vstack(measured) * weights)[:, i], (predicted * weights)[:, i]
-            channel_gains.append(float(np.median(np.abs(measured_line)) / np.median(np.abs(expected))))
-        return channel_gains
+        lines = itertools.islice(self._against_others(), len(self.assignment.places) - 1)
+        return [float(np.median(np.abs(y * w)) / np.median(np.abs(x * w))) for _, y, x, w in lines]
 
     def delays(self, tried: np.ndarray) -> dict[int, float]:
         """Return by place the likeliest of the delays tried (n,), s, of a channel against its prediction."""
-        (places, gains, measured), best_delays = self._assigned_spectra(), {}
         phases = np.exp(2j * np.pi * np.outer(tried, np.concatenate(self._frequency)))
+        alike = {place: likeness_over_delays(y, x, phases) for place, y, x, _ in self._against_others()}
+        return {place: float(tried[np.argmax(likeness)]) for place, likeness in alike.items()}
+
+    def _against_others(self) -> Iterator[tuple[int, np.ndarray, np.ndarray, np.ndarray]]:
+        """Yield each place, its channel's lines y (n,), their prediction x from rig and others, and their weights."""
+        places, gains, measured = self._assigned_spectra()
         for i, place in enumerate(places):
-            _, predicted = predicted_spectra(gains, measured, (i,))
-            alike = likeness_over_delays(np.vstack(measured)[:, i], predicted[:, i], phases)
-            best_delays[place] = float(tried[np.argmax(alike)])
-        return best_delays
+            weights, predicted = predicted_spectra(gains, measured, (i,))
+            yield place, np.vstack(measured)[:, i], predicted[:, i], weights[:, i]
 
     def _assigned_spectra(self) -> tuple[list[int], list[np.ndarray], list[np.ndarray]]:
         """Return places with a channel, their gains on the likeliest drawn rig, and the spectra, by record."""

@@ -73,8 +73,7 @@ class WindowForces:
         return max(0, (self.measured.shape[0] - 2 * self.margin) // self.step)
 
     def __iter__(self) -> Iterator[RestoringForce]:
-        for i in range(len(self)):
-            yield self.window(i)
+        return map(self.window, range(len(self)))
 
     def window(self, i: int) -> RestoringForce:
         """Forces of a window, with `SETTLE` seconds before and after it, which are not valid; time from there."""

@@ -108,10 +108,7 @@ class RigUpdate:
         """Return parameters, covariance, misfit and warnings as plain data."""
         errors = [{c: e for c, e in zip(self.channels, m.relative_error.tolist()) if e == e} for m in self.misfit]
         return {
-            "parameters": self.estimates.beside_priors(),
-            "covariance": self.estimates.covariance.tolist(),
+            "parameters": self.estimates.beside_priors(), "covariance": self.estimates.covariance.tolist(),
             "records": [{"record": m.record, "duration": m.duration, "misfit": e} for m, e in zip(self.misfit, errors)],
-            "only_prior": list(self.only_prior),
-            "structure": self.structure.to_dict(),
-            "warnings": list(self.warnings),
-        }
+            "only_prior": list(self.only_prior), "structure": self.structure.to_dict(), "warnings": list(self.warnings),
+        }  # fmt: skip
