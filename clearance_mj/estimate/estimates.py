@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -197,8 +196,10 @@ class Estimates:
         rows : sequence of mapping
             One for each parameter.
         """
-        known = operator.itemgetter("name", "unit", "value", "low", "high")
-        parameters = [Parameter(*known(r), r.get("prior_std", math.inf), r.get("varies", "log")) for r in rows]
+        parameters = []
+        for r in rows:
+            prior, varies = r.get("prior_std", math.inf), r.get("varies", "log")
+            parameters.append(Parameter(r["name"], r["unit"], r["value"], r["low"], r["high"], prior, varies))
         value, std, correlation = (np.array([r[k] for r in rows]) for k in ("value", "relative_std", "correlation"))
         return cls(tuple(parameters), value, std, correlation)
 

@@ -43,4 +43,5 @@ def quantiles(members: ArrayLike, shares: ArrayLike, axis: int = -1) -> np.ndarr
     axis : int
         Of the members.
     """
-    return np.asarray(np.quantile(np.asarray(members, dtype=float), shares, axis=axis, method="nearest"))
+    values, at = np.asarray(members, dtype=float), np.asarray(shares, dtype=float)
+    return np.asarray(np.quantile(values, at, axis=axis, method="nearest"))

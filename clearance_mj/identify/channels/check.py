@@ -83,8 +83,7 @@ def _check_motion(search: Search, judge: Judge) -> None:
     measured = any(search.places[i].quantity == "displacement" for i in judge.assignment.places)
     if search.kind != "base" or measured or not search.rig.bushings or not shows_impacts(search, judge.assignment):
         return
-    motion = judge.motion_over_gap()
-    if motion < LEAST_MOTION:
+    if (motion := judge.motion_over_gap()) < LEAST_MOTION:
         warn(
             f"the shaft would move by {100 * motion:.0f} % of its gap, RMS, and yet the records show impacts: "
             "accelerations may be in g instead of m/s², or the gap in the rig file is much too large"

@@ -60,6 +60,5 @@ class AcceptedParts:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the accepted and the tried hypotheses as plain data."""
-        groups = self.accepted, *self.rounds
-        accepted, *tried = ([dataclasses.asdict(hypothesis) for hypothesis in group] for group in groups)
-        return {"accepted": accepted, "tried": tried}
+        accepted = [dataclasses.asdict(hypothesis) for hypothesis in self.accepted]
+        return {"accepted": accepted, "tried": [[dataclasses.asdict(t) for t in tried] for tried in self.rounds]}

@@ -50,11 +50,6 @@ class Assessment:
         """The rig that was updated."""
         return self.update.start
 
-    @property
-    def records(self) -> tuple[PreparedRecord, ...]:
-        """The records that it was updated to."""
-        return self.update.records
-
     @functools.cached_property
     def misfit(self) -> np.ndarray:
         """(n_channels,) % of each channel's level that is missed."""

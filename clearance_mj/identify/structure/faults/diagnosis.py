@@ -114,7 +114,7 @@ def _channel_fault(before: Assessment) -> NamedFaults:
     """Return faults of signs, swaps or units of instruments."""
     good = []
     for correction in channel_corrections(before)[:CANDIDATES]:
-        after = assess(before.rig, correction.applied(before.records))
+        after = assess(before.rig, correction.applied(before.update.records))
         if after is None or after.cost > before.cost - MIN_GAIN or set(correction.channels) & set(after.suspects):
             continue
         good.append((correction_faults(correction, before, after), after))
@@ -127,7 +127,7 @@ def _rig_fault(before: Assessment) -> NamedFaults:
     """Return faults of dimensions, material or masses of the rig file."""
     good = []
     for correction in rig_corrections(before)[:CANDIDATES]:
-        after = assess(correction.rig, before.records)
+        after = assess(correction.rig, before.update.records)
         if after and correction.number == "beam.length":
             correction, after = _refine_length(before, correction, after)
         if after and after.sound and after.cost < before.cost - MIN_GAIN:
@@ -142,7 +142,7 @@ def _refine_length(before: Assessment, coarse: RigCorrection, after: Assessment)
         assert updated and tried and beam
         factor = tried.length / beam.length * (tried.young_modulus / updated.young_modulus) ** 0.25
         rig = longer(before.rig, factor, coarse.kind)
-        finer = assess(rig, before.records) if rig else None
+        finer = assess(rig, before.update.records) if rig else None
         if rig is None or finer is None or finer.cost > after.cost:
             break
         coarse, after = dataclasses.replace(coarse, rig=rig), finer

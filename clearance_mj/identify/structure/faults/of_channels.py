@@ -73,7 +73,7 @@ def channel_corrections(assessment: Assessment) -> list[ChannelCorrection]:
 
 def kinds_of(assessment: Assessment) -> list[str]:
     """Return the kind of instrument of every channel."""
-    driven = "force" if assessment.records[0].kind == "force" else "accelerometer"
+    driven = "force" if assessment.update.records[0].kind == "force" else "accelerometer"
     return [driven if name == EXCITATION else name.split()[0] for name in assessment.update.channels]
 
 

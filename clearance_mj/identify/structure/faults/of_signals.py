@@ -36,7 +36,7 @@ def describe_signal_fault(assessment: Assessment) -> str:
 
 
 def _dropouts(assessment: Assessment, channel: int) -> str:
-    for record in assessment.records:
+    for record in assessment.update.records:
         if words := describe_dropouts(record.signals.T, record.fs)[channel]:
             return f'{words} in record "{record.name}", as of a loose cable'
     return ""
@@ -81,7 +81,7 @@ def _clock_error(
     if np.sum(known) < MIN_LINES:
         return ""
     shifts = np.exp(2j * np.pi * np.outer(delays, assessment.frequency[known]))
-    records = {record.name: record for record in assessment.records}
+    records = {record.name: record for record in assessment.update.records}
     lines = [(records[name], frequency) for name, frequency in assessment.lines]
     splines = [scipy.interpolate.CubicSpline(np.arange(len(r.signals)), r.signals[:, channel]) for r, _ in lines]
     # A quarter of a period at the record's end, of the highest line, is the most that lies between two that are tried.
