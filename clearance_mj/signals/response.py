@@ -96,6 +96,9 @@ class Response(HasOverview, ArrayData):
             )
         else:
             self._set(reference=self.references[0], kind=common_kind(self.kinds))
+        for name in ("excitation", *HISTORIES):
+            if np.iscomplexobj(getattr(self, name)):
+                raise RecordError(f"{name} must be real numbers over time, got complex ones; an FRF holds these")
         for name, (rows, _) in HISTORIES.items():
             value = getattr(self, name)
             if value is not None and (value.ndim != 2 or value.shape[1:] != self.excitation.shape[-1:]):

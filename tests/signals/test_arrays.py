@@ -5,9 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
+from clearance_mj.core.errors import RecordError
 from clearance_mj.signals import FRF, Excitation, Modes, Response, compare
 from clearance_mj.signals.arrays import read_only
 from clearance_mj.statistics.frf_bands import Band
+
+from ..refusals import assert_refused
 
 LINES = np.arange(5.0, 15.0)
 VALUE = np.exp(1j * np.arange(20)).reshape(2, 10)
@@ -81,3 +84,8 @@ def test_a_response_whose_time_comes_first_is_still_read():
     """As files of earlier versions have it."""
     sent = MAKE["Response"]()
     assert Response.from_xarray(sent.to_xarray().transpose("time", ...)) == sent
+
+
+def test_histories_are_real():
+    assert_refused(RecordError, "excitation must be real numbers over time", Response, 64.0, 1j * LINES, [LINES])
+    assert_refused(RecordError, "channels must be real numbers over time", Response, 64.0, LINES, [1j * LINES])
