@@ -7,14 +7,14 @@ highest one, and detached loops.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .continuation import Motions, NoConvergence, PeriodicMotion, difference
+from .continuation import Motions, NoConvergence, PeriodicMotion, difference, first_half
 from .in_gap import edges, gap_ratio, linear_in_gap, without_contact
 from .solver import Solver
 
@@ -31,21 +31,19 @@ SAG = 1e-2  # ratio to the mean below which a vibration is not resolved well eno
 SAME_FOLD = 3e-4  # relative distance in frequency below which a map does not resolve two folds
 
 
-@dataclass(frozen=True, eq=False)
-class ArcVibrations:
+class ArcVibrations(NamedTuple):
     """Vibrations of one stretch of the curve, in its order."""
 
     cell: np.ndarray  #: (m,) index of the frequency
     z: np.ndarray  #: (m, r, K) harmonics of the coordinates, m
     y: np.ndarray  #: (m, n_points, K) of the displacements outside the basis, m
 
-    def __getitem__(self, which: np.ndarray | slice) -> ArcVibrations:
+    def selected(self, which: np.ndarray | slice) -> ArcVibrations:
         """Return the vibrations at some indices."""
-        return ArcVibrations(self.cell[which], self.z[which], self.y[which])
+        return ArcVibrations(*(part[which] for part in self))
 
 
-@dataclass(frozen=True, eq=False)
-class LevelCurve:
+class LevelCurve(NamedTuple):
     """The vibrations at one level over frequency."""
 
     order: ArcVibrations
@@ -85,7 +83,8 @@ def curve(solver: Solver, omega: np.ndarray) -> LevelCurve:
     if up and up[-1].ends[1] == BROKEN and (other := _walk(whole, HIGH)) and other[-1].ends[1] == LOW:
         links, up, down = whole, [], other
     order = _merge(solver, [*up, *(_reverse(link) for link in reversed(down))])
-    return LevelCurve(order, _merge(solver, links, order)[order.cell.size :], folds, tuple(ended))
+    detached = _merge(solver, links, order).selected(slice(order.cell.size, None))
+    return LevelCurve(order, detached, folds, tuple(ended))
 
 
 def _contact_free_links(solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]]) -> Iterator[_Link]:
@@ -132,31 +131,26 @@ def _contact_links(
         except NoConvergence as error:
             ended.append(error.args[0])
         reached.update((start, end))
-        if end == start and len(motions) > 2:
-            motions, end = _until_return(motions, end, ended)
+        motions, end = _until_return(start, end, motions, ended)
         if motions:
             link = _link((start, end), motions, omega)
             corners = (*_corner_fold(start, known, motions[:2]), *_corner_fold(end, known, motions[:-3:-1]))
-            yield _Link(link.ends, link.vibrations, (*_folds_off_corners(link.folds, corners), *corners))
+            # Rounding decides if a corner shows up as a fold too.
+            folds = [
+                f for f in link.folds if not any(f[1] == up and abs(f[0] / w - 1) < SAME_FOLD for w, up in corners)
+            ]
+            yield replace(link, folds=(*folds, *corners))
 
 
-def _until_return(motions: list[PeriodicMotion], end: int, ended: list[float]) -> tuple[list[PeriodicMotion], int]:
+def _until_return(
+    start: int, end: int, motions: list[PeriodicMotion], ended: list[float]
+) -> tuple[list[PeriodicMotion], int]:
     """Return motions and their end, cut where they turn back along themselves to their beginning, as at a corner."""
-    if np.linalg.norm(difference(motions[0], motions[-1])) > SAME:
+    if end != start or len(motions) < 3 or np.linalg.norm(difference(motions[0], motions[-1])) > SAME:
         return motions, end
-    arc_length = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(motions)])
-    outward = motions[: int(np.searchsorted(arc_length, arc_length[-1] / 2)) + 1]
+    outward = first_half(motions)
     ended.append(outward[-1].parameter)
     return outward, BROKEN
-
-
-def _folds_off_corners(
-    folds: tuple[tuple[float, bool], ...], corners: tuple[tuple[float, bool], ...]
-) -> Iterator[tuple[float, bool]]:
-    """Yield the folds of an arc that are not its corners: rounding decides if a corner shows up as a fold too."""
-    for omega, up in folds:
-        if not any(up == other and abs(omega / at - 1) < SAME_FOLD for at, other in corners):
-            yield omega, up
 
 
 def _corner_fold(
@@ -173,7 +167,7 @@ def _corner_fold(
 def _solve_edge(solver: Solver, omega: float) -> PeriodicMotion:
     """Return the motion that just fills the gap."""
     (z,), (y,) = without_contact(solver, np.array([omega]))
-    return solver.solved_at(omega, z, y, max(float(np.linalg.norm(z)), solver.least))
+    return solver.solved_at(omega, z, y, solver.scale_of(z))
 
 
 def _entered_edge(motion: PeriodicMotion, known: list[tuple[float, bool]]) -> int:
@@ -195,8 +189,7 @@ def _continued_links(solver: Solver, omega: np.ndarray, ended: list[float]) -> I
             end = LOW if motions[-1].parameter < (low + high) / 2 else HIGH
         except NoConvergence as error:
             ended.append(error.args[0])
-        if end == ends[0] and len(motions) > 2:
-            motions, end = _until_return(motions, end, ended)
+        motions, end = _until_return(ends[0], end, motions, ended)
         yield _link((ends[0], end), motions, omega)
         if end == ends[1]:
             return
@@ -216,7 +209,7 @@ def _walk(remaining: list[_Link], start: int) -> list[_Link]:
 
 
 def _reverse(link: _Link) -> _Link:
-    return _Link(link.ends[::-1], link.vibrations[::-1], link.folds)
+    return _Link(link.ends[::-1], link.vibrations.selected(slice(None, None, -1)), link.folds)
 
 
 def _link(ends: tuple[int, int], motions: list[PeriodicMotion], omega: np.ndarray) -> _Link:
@@ -277,10 +270,8 @@ def _merge(solver: Solver, links: list[_Link], known: ArcVibrations | None = Non
         new = link.vibrations
         if not new.cell.size:
             continue
-        new = new[np.array([not _contains(known, new.cell[i], new.z[i]) for i in range(new.cell.size)])]
-        known = ArcVibrations(
-            np.concatenate((known.cell, new.cell)), np.concatenate((known.z, new.z)), np.concatenate((known.y, new.y))
-        )
+        new = new.selected(np.array([not _contains(known, cell, z) for cell, z in zip(new.cell, new.z)]))
+        known = ArcVibrations(*map(np.concatenate, zip(known, new)))
     return known
 
 

@@ -21,13 +21,14 @@ QUANTITIES = {
 }  # fmt: skip
 
 
-def row_displacements(solver: Any, vibrations: ArcVibrations) -> tuple[np.ndarray, np.ndarray]:
+def row_displacements(solver: Any, z: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return harmonics (m, n_rows, K) of the displacements of all rows, and penetrations (m, n_bushings, N), in m.
 
-    The deeper of a clearance's two ends counts at each sample of a period; the penetration is below 0 within the gap.
+    Of vibrations with coordinates z (m, r, K) and remainders y (m, n_rows, K). The deeper of a clearance's two ends
+    counts at each sample of a period; the penetration is below 0 within the gap.
     """
     system, count = solver.system, len(solver.system.rig.bushings)
-    x = np.einsum("pr,nrk->npk", system.basis, vibrations.z) + vibrations.y
+    x = np.einsum("pr,nrk->npk", system.basis, z) + y
     depth = np.array([depths(solver.laws, place) for place in x @ solver.grid.basis.T])
     return x, depth.reshape(len(depth), count, 2, solver.samples).max(axis=2)
 
@@ -37,10 +38,10 @@ def nonlinear_forces(solver: Any, omega: float, x: np.ndarray) -> tuple[np.ndarr
 
     The peaks (n_bushings,) are those of the sum over both ends of each clearance; linear fillings are left out.
     """
-    (basis, rate, project), laws = solver.grid[:3], solver.laws
-    motion = Sampled(x @ basis.T, omega * (x @ rate.T), omega, solver.spin_of(omega))
-    force, count = np.empty_like(motion.place), len(solver.system.rig.bushings)
-    fill_forces(laws, motion, basis, rate, project, False, force, solver.slopes)
+    laws, count = solver.laws, len(solver.system.rig.bushings)
+    motion = Sampled(x @ solver.grid.basis.T, omega * (x @ solver.grid.rate.T), omega, solver.spin_of(omega))
+    force = np.empty_like(motion.place)
+    fill_forces(laws, motion, *solver.grid[:3], False, force, solver.slopes)
     first, second = force[laws.rows[count::2]], force[laws.rows[count + 1 :: 2]]  # of one coordinate twice the same
     total = np.linalg.norm((first + second) / np.sqrt(3 - laws.width[count::2])[:, None, None], axis=1)
     return force, total.max(axis=1)
@@ -52,7 +53,7 @@ def measured(solver: Any, omega: np.ndarray, vibrations: ArcVibrations) -> dict[
     if not vibrations.cell.size:
         widths = {"response": len(rig.sensors), "clearance": len(rig.bushings)}
         return {name: np.zeros((0, widths[row])) for name, (row, _) in QUANTITIES.items()}
-    x, depth = row_displacements(solver, vibrations)
+    x, depth = row_displacements(solver, vibrations.z, vibrations.y)
     force, peak, nonlinear = np.zeros_like(x), np.zeros(depth.shape[:2]), not linear_in_gap(solver)
     for i, cell in enumerate(vibrations.cell):
         if nonlinear or np.any(depth[i] > 0):

@@ -74,6 +74,11 @@ class Condensed(NamedTuple):
         still = self.driven._replace(drive=0 * self.driven.drive[:1], unbalance=0 * self.driven.unbalance[:1])
         return self._replace(driven=still)
 
+    def split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return harmonics of the coordinates (r, K) and the remainder of displacements x (n_rows, K) outside them."""
+        z = self.basis.T @ x
+        return z, x - self.basis @ z
+
     def fillings(self, omega: np.ndarray, x: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return complex amplitudes (n, n_coordinates, H + 1) of the fillings' forces at all clearances, N.
 
@@ -174,7 +179,7 @@ def condensed(
     driven = DrivenModel(structure, points, weight, drive, unbalance)
     stiffest = of_contact + [FILM * k if b.film else 0.0 for k, b in zip(laws.spring, rig.bushings)]
     on_modes = float(np.max(of_contact[rig.bushing_of_row] * np.sum(structure.at_bushings**2, axis=1)))
-    basis, owner = _active_coordinates(driven, laws, STIFF, stiffest, speed)
+    basis, owner = _active_coordinates(driven, laws, stiffest, speed)
     room = min(b.wall_model.reach(b.gap) - math.hypot(b.offset_y, b.offset) for b in rig.bushings)
     return Condensed(
         model, kind, periods, order, modes, driven, basis, owner, laws, room, pressed,
@@ -255,25 +260,24 @@ def laws_of(rig: Rig, law: Law, speed: float = 0.0) -> Laws:
 
 
 def _active_coordinates(
-    driven: DrivenModel, laws: Laws, stiff: float, stiffest: np.ndarray, spin: float
+    driven: DrivenModel, laws: Laws, stiffest: np.ndarray, spin: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return orthonormal coordinates (n_rows, r) of rows that move enough to matter, and their clearances (r,).
 
-    ``stiff`` is the contact stiffness times compliance above which a motion matters, ``stiffest`` (n_bushings,) the
-    stiffest contact of each clearance, N/m; bearings are those at the spin, rad/s.
+    ``stiffest`` (n_bushings,) is the stiffest contact of each clearance, N/m; bearings are those at the spin, rad/s.
     """
-    at, count = driven.points, len(stiffest)
+    at = driven.points
     compliance = at @ np.linalg.solve(driven.model.elastic(spin), at.T)
     columns, owner = [], []
-    for j in range(count):
-        of_points = laws.rows[[j, count + 2 * j, count + 2 * j + 1]]
+    for j, stiffest_contact in enumerate(stiffest):
+        of_points = laws.rows_of(j)
         groups = [sorted(set(of_points[:, 1].tolist()))]
-        if laws.width[count + 2 * j] == 2:
+        if laws.width[len(stiffest) + 2 * j] == 2:
             along = set(of_points[:, 0].tolist()) if laws.width[j] == 2 else {int(of_points[1, 0])}
             groups.insert(0, sorted(along))
         for rows in groups:
             values, vectors = np.linalg.eigh(compliance[np.ix_(rows, rows)])
-            least = min(stiff / stiffest[j] if stiffest[j] else np.inf, 1e-3 * values[-1])
+            least = min(STIFF / stiffest_contact if stiffest_contact else np.inf, 1e-3 * values[-1])
             for value, vector in zip(values, vectors.T):
                 if value > least and value > 1e-12 * values[-1]:
                     column = np.zeros(len(compliance))

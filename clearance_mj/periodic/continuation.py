@@ -10,6 +10,7 @@ from abc import ABC
 from bisect import bisect_left, insort
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -17,8 +18,8 @@ import numpy as np
 from .loops import BEYOND, DEEP, GOES_ON, SHORTEST, STUCK, loops
 
 __all__ = [
-    "MAX_POINTS", "Continuation", "EndOfBranch", "Motions", "NoConvergence", "PeriodicMotion", "difference", "meets",
-    "until_closed",
+    "MAX_POINTS", "Continuation", "EndOfBranch", "Motions", "NoConvergence", "PeriodicMotion", "difference",
+    "first_half", "meets", "until_closed",
 ]  # fmt: skip
 
 TOLERANCE = 1e-9  # of Newton's method: residual over the size of the motion
@@ -97,6 +98,10 @@ class Continuation(ABC):
     def equations(self) -> Any:
         """First argument of the loops' equations."""
         return self
+
+    def scale_of(self, z: np.ndarray) -> float:
+        """Return the size of a motion's unknowns, m, by which they are scaled."""
+        return max(float(np.linalg.norm(z)), self.least)
 
     def solve(self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float) -> PeriodicMotion | None:
         """Return the motion near a guess in the plane through it normal to ``row``; None if Newton's method fails."""
@@ -225,6 +230,12 @@ def until_closed(follower: Continuation, motions: Iterator[PeriodicMotion]) -> I
             insort(known, (before.parameter, i - 1, before))
         yield motion
         before = motion
+
+
+def first_half(motions: list[PeriodicMotion]) -> list[PeriodicMotion]:
+    """Return the motions of a branch that returns along itself, up to the middle of its arc length."""
+    arc_length = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in pairwise(motions)])
+    return motions[: int(np.searchsorted(arc_length, arc_length[-1] / 2)) + 1]
 
 
 def difference(a: PeriodicMotion, b: PeriodicMotion) -> np.ndarray:

@@ -49,9 +49,8 @@ def follow(
     points: list[TestedPoint] = []
     ended, recent = "", 0
     try:
-        for motion in tqdm(
-            until_closed(solver, bounded(solver, motions)), desc="branch", unit="point", disable=not progress
-        ):
+        closing = until_closed(solver, bounded(solver, motions))
+        for motion in tqdm(closing, desc="branch", unit="point", disable=not progress):
             kind = FIRST_CONTACT if motion in touching else ""
             point = TestedPoint(motion, multipliers(solver, motion) if stability else None, kind)
             if not points:
@@ -87,11 +86,8 @@ def bounded(solver: Any, motions: Iterator[PeriodicMotion]) -> Iterator[Periodic
     for motion in motions:
         yield motion
         first = first or motion.scale
-        if (
-            motion.scale > ENDLESS * first
-            and len(last) == AT_ONCE
-            and abs(motion.parameter / last[0] - 1) < STANDS_STILL
-        ):
+        stands_still = len(last) == AT_ONCE and abs(motion.parameter / last[0] - 1) < STANDS_STILL
+        if stands_still and motion.scale > ENDLESS * first:
             raise EndOfBranch(f"its vibration grows without bound towards {place(solver, motion.parameter)}")
         last.append(motion.parameter)
 
@@ -131,8 +127,7 @@ def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, 
     known = spread[: len(x)]  # displacements along slots follow
     known[:, 0], known[:, 2 * times - 1 :: 2 * times] = x[:, 0].real, x[:, 1:].real
     known[:, 2 * times :: 2 * times] = -x[:, 1:].imag
-    z = system.basis.T @ spread
-    return solver, omega, z, spread - system.basis @ z
+    return solver, omega, *system.split(spread)
 
 
 def solver_of(branch: Branch, levels: Sequence[complex], harmonics: int, periods: int, samples: int) -> Solver:
@@ -202,7 +197,7 @@ def expanded(solver: Any, points: list[TestedPoint], ended: str) -> Branch:
         acceleration += model.sensors_on_base[:, None] * excitation[:, None]
     directions = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
     at_sensors = model.directed(sensor_points(rig), directions)
-    first, second = np.transpose([(a, b) for a, b in rig.end_rows])
+    first, second = d + rig.end_rows.T
     at_folds = of_folds(points)
     frequency = omega * system.periods / (system.order or 1.0) / (2 * np.pi)
     special = tuple(
@@ -215,7 +210,7 @@ def expanded(solver: Any, points: list[TestedPoint], ended: str) -> Branch:
     return Branch(
         system.model, system.kind, solver.over_name, system.periods, system.modes, solver.samples, frequency, level,
         acceleration, np.einsum("sm,nmh->nsh", at_sensors, modes), x[:, :d], x[:, d : 3 * d],
-        force[:, d + first] + force[:, d + second], system.fillings(omega, x, force),
+        force[:, first] + force[:, second], system.fillings(omega, x, force),
         np.array(known) if known else None, special, ended, tuple(rig.sensor_labels),
         tuple(rig.probe_labels if rig.moves_across else rig.clearance_labels), spin if rig.moves_across else None,
         np.array([getattr(at, solver.over) for at in states]) if solver.over in SHARES else None,

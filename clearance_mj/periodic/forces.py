@@ -43,6 +43,11 @@ class Laws(NamedTuple):
     rows: np.ndarray  # (n_points, 2) rows of each point along y and z; of one coordinate twice the same
     width: np.ndarray  # (n_points,) number of rows
 
+    def rows_of(self, j: int) -> np.ndarray:
+        """Return the rows (3, 2) of a clearance's middle and of both its ends."""
+        end = len(self.bushings) + 2 * j
+        return self.rows[[j, end, end + 1]]
+
 
 class Sampled(NamedTuple):
     """A periodic motion at the samples of a period."""

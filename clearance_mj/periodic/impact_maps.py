@@ -28,7 +28,6 @@ from .resolution import resolution
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 __all__ = ["IMPACTS", "ImpactMap", "map_impacts"]
@@ -83,6 +82,7 @@ class ImpactMap(ArrayData):
         ClearanceError
             For another sweep.
         """
+        from matplotlib.colors import ListedColormap
         from matplotlib.patches import Patch
 
         from ..core.drawing import REPEAT, canvas
@@ -90,13 +90,15 @@ class ImpactMap(ArrayData):
         ClearanceError.require_known("sweep", sweep, ("up", "down"))
         shown = self.impacts[("up", "down").index(sweep)]
         over_load = self.frequency.size == 1
+        x, classes = self.load if over_load else self.frequency, ListedColormap([REPEAT, *COLOURS])
         cells = [shown[:, :, 0].T] if over_load else list(shown)
         figure = canvas(4.2, 3.4 + 3.4 * len(cells))
         panels = figure.subplots(1, len(cells), sharey=True, squeeze=False)[0]
         for i, (axes, values) in enumerate(zip(panels, cells)):
-            self._draw(axes, values, self.load if over_load else self.frequency)
-            onset = self.onset[:, 0] if over_load else self.onset[i]
-            axes.plot(self.load if over_load else self.frequency, onset, color="black", lw=0.9)
+            axes.pcolormesh(
+                x, self.level, values, cmap=classes, vmin=-1.5, vmax=3.5, shading="nearest", rasterized=True
+            )
+            axes.plot(x, self.onset[:, 0] if over_load else self.onset[i], color="black", lw=0.9)
             axes.set_ylim(self.level[0], self.level[-1])
             at = f"at {self.frequency[0]:.6g} Hz" if over_load else f"loads × {self.load[i]:g}"
             axes.set_title(at, fontsize=10)
@@ -109,14 +111,6 @@ class ImpactMap(ArrayData):
             handles.append(Patch(facecolor=REPEAT, lw=0, label="none was found"))
         figure.legend(handles=handles, loc="outside upper center", ncols=2, fontsize=9, frameon=False)
         return figure
-
-    def _draw(self, axes: Axes, values: np.ndarray, over: np.ndarray) -> None:
-        from matplotlib.colors import ListedColormap
-
-        from ..core.drawing import REPEAT
-
-        colours = ListedColormap([REPEAT, *COLOURS])
-        axes.pcolormesh(over, self.level, values, cmap=colours, vmin=-1.5, vmax=3.5, shading="nearest", rasterized=True)
 
     def to_xarray(self) -> xr.Dataset:
         """Return all quantities with labels and units, over (sweep, load, level, frequency)."""
@@ -277,10 +271,4 @@ def _classify(branch: LevelBranch, levels: np.ndarray) -> tuple[np.ndarray, np.n
     depth, lifts, double, peaks = np.moveaxis(branch.sweeps(levels, np.array([branch.depth, lift, other, force])), 1, 0)
     impacts = np.where(depth <= 0, 0, np.where(double > 0, 3, np.where(lifts > 0, 2, 1)))
     impacts[np.isnan(depth)] = -1
-    hits = np.flatnonzero((branch.depth > 0) & (lift > 0))
-    count = branch.crossings(levels)[0]
-    if not hits.size:
-        return count, impacts, peaks, np.inf
-    i = int(hits[0])
-    begins = float(np.interp(0.0, np.minimum(branch.depth, lift)[i - 1 : i + 1], branch.level[i - 1 : i + 1]))
-    return count, impacts, peaks, max(begins, float(branch.level[:i].max(initial=0.0)))
+    return branch.crossings(levels)[0], impacts, peaks, branch.level_from_rest(np.minimum(branch.depth, lift))

@@ -22,14 +22,13 @@ LEAST_BEND = 1e-9  # of the distance: circles around the middle have none
 
 def linear_in_gap(solver: Solver) -> bool:
     """Return True if the excitation has one harmonic, and fillings are linear springs and dampers in the gap."""
-    driven = solver.system.driven
-    return bool(solver.system.laws.linear.all() and np.sum(_is_excited(driven.drive + driven.unbalance)) == 1)
+    return bool(solver.system.laws.linear.all() and _excited_harmonics(solver).size == 1)
 
 
 def without_contact(solver: Solver, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the vibrations at frequencies, 1/s, if no wall is touched: z (n, r, K) and y (n, n_rows, K), m."""
     equilibrium, ellipse = _response(solver, omega)
-    x, h = np.zeros((*equilibrium.shape, 2 * solver.harmonics + 1)), _excited_harmonic(solver)
+    x, h = np.zeros((*equilibrium.shape, 2 * solver.harmonics + 1)), _excited_harmonics(solver)[0]
     x[..., 0], x[..., 2 * h - 1], x[..., 2 * h] = equilibrium, ellipse.real, -ellipse.imag
     z = np.einsum("pr,npk->nrk", solver.system.basis, x)
     return z, x - np.einsum("pr,nrk->npk", solver.system.basis, z)
@@ -84,7 +83,7 @@ def resonances(solver: Solver) -> np.ndarray:
         poles = poles[np.isfinite(poles)]
     else:
         poles = model.poles(solver.at.spin).value
-    return np.asarray(poles[poles.imag > 0] / _excited_harmonic(solver))
+    return np.asarray(poles[poles.imag > 0] / _excited_harmonics(solver)[0])
 
 
 def edges(solver: Solver, omega: np.ndarray) -> list[tuple[float, bool]]:
@@ -104,20 +103,15 @@ def edges(solver: Solver, omega: np.ndarray) -> list[tuple[float, bool]]:
     return crossings
 
 
-def _is_excited(drive: np.ndarray) -> np.ndarray:
-    """Return True (H + 1,) for the harmonics of an excitation (H + 1, n) that are not zero."""
-    return np.asarray(np.abs(drive).max(axis=1) > 0)
-
-
-def _excited_harmonic(solver: Solver) -> int:
-    """Return the number of the excitation's only harmonic."""
+def _excited_harmonics(solver: Solver) -> np.ndarray:
+    """Return the numbers of the excitation's harmonics that are not zero."""
     driven = solver.system.driven
-    return int(np.flatnonzero(_is_excited(driven.drive + driven.unbalance))[0])
+    return np.flatnonzero((driven.drive + driven.unbalance).any(axis=1))
 
 
 def _response(solver: Solver, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return equilibria (n, n_rows) under constant loads, and complex amplitudes of the excitation's harmonic, m."""
-    driven, h = solver.system.driven, _excited_harmonic(solver)
+    driven, h = solver.system.driven, _excited_harmonics(solver)[0]
     if not solver.system.order:  # at one spin: by poles
         model, spin = driven.model, solver.at.spin
         excitation = driven.force(spin, 0.0, 1.0)[h]
@@ -136,22 +130,16 @@ def _response(solver: Solver, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 def _slot_rows(solver: Solver) -> list[tuple[list[int], tuple[float, float]]]:
     """Return rows of both ends of each clearance of one coordinate, and its walls, m."""
-    laws, rig = solver.system.laws, solver.system.rig
-    count = len(rig.bushings)
-    return [
-        (laws.rows[count + 2 * j : count + 2 * j + 2, 1].tolist(), bushing.walls)
-        for j, bushing in enumerate(rig.bushings)
-        if not bushing.is_round
-    ]
+    laws, bushings = solver.system.laws, solver.system.rig.bushings
+    return [(laws.rows_of(j)[1:, 1].tolist(), b.walls) for j, b in enumerate(bushings) if not b.is_round]
 
 
 def _round_rows(solver: Solver) -> list[tuple[np.ndarray, np.ndarray, float]]:
     """Return rows (2, 2) of both ends of each round clearance, its offset along y, z, and contact-free radius, m."""
-    laws, rig = solver.system.laws, solver.system.rig
-    count = len(rig.bushings)
+    laws = solver.system.laws
     return [
-        (laws.rows[count + 2 * j : count + 2 * j + 2], np.array([b.offset_y, b.offset]), b.wall_model.reach(b.gap))
-        for j, b in enumerate(rig.bushings)
+        (laws.rows_of(j)[1:], np.array([b.offset_y, b.offset]), b.wall_model.reach(b.gap))
+        for j, b in enumerate(solver.system.rig.bushings)
         if b.is_round
     ]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import numbers
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -17,7 +16,7 @@ from ..core.tasks import workers_to_use
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .branch import Branch
-from .continuation import EndOfBranch, NoConvergence, PeriodicMotion, difference, meets
+from .continuation import EndOfBranch, NoConvergence, PeriodicMotion, difference, first_half, meets
 from .following import follow, place, solver_of
 from .random_starts import LANES, PERIODIC, March
 from .solver import Solver
@@ -231,11 +230,10 @@ def _branch_index(
     harmonics = periods * (first.acceleration.shape[-1] - 1) // first.periods
     samples = periods * first.n_samples // first.periods
     solver = solver_of(first, list(first.level[0]), harmonics, periods, samples)
-    x, basis = motion @ solver.grid.project.T, solver.system.basis
-    z = basis.T @ x
-    row, scale = np.append(np.zeros(solver.size), 1.0), float(np.linalg.norm(z))
-    exact = solver.solve(2 * np.pi * frequency / periods, z, x - basis @ z, row, scale)
-    if exact is None:
+    z, y = solver.system.split(motion @ solver.grid.project.T)
+    try:
+        exact = solver.solved_at(2 * np.pi * frequency / periods, z, y, float(np.linalg.norm(z)))
+    except NoConvergence:
         return -1
     x_exact = complex_amplitudes(solver.all_points(exact)[: 3 * first.model.rig.n_rows][None])[0]
     for nu in (nu for nu in range(1, periods) if periods % nu == 0):  # the slow end of a transient repeats sooner
@@ -287,9 +285,7 @@ def all_around(solver: Solver, motion: PeriodicMotion, low: float, high: float) 
     if why == ROUND:
         raise EndOfBranch(why)
     if why or why_back:
-        raise EndOfBranch(
-            "; ".join([*([why] if why else []), *([f"before its first point {why_back}"] if why_back else [])])
-        )
+        raise EndOfBranch("; ".join(filter(None, (why, why_back and f"before its first point {why_back}"))))
 
 
 def _until_end(solver: Solver, motion: PeriodicMotion, low: float, high: float) -> tuple[list[PeriodicMotion], str]:
@@ -301,8 +297,7 @@ def _until_end(solver: Solver, motion: PeriodicMotion, low: float, high: float) 
     except EndOfBranch as end:
         if str(end) != BACKWARDS:
             return motions, str(end)
-        arc_length = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(motions)])
-        motions = motions[: int(np.searchsorted(arc_length, arc_length[-1] / 2)) + 1]
+        motions = first_half(motions)
         return motions, f"{BACKWARDS} at {place(solver, motions[-1].parameter)}"
     except NoConvergence as end:
         return motions, f"no further periodic vibration was found beyond {place(solver, end.args[0])}"

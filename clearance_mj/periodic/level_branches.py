@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
-from .arcs import ArcVibrations
 from .cells import nonlinear_forces, row_displacements
 from .continuation import Motions, NoConvergence, PeriodicMotion
 from .following import expanded
@@ -73,7 +72,7 @@ class LevelBranch:
             The largest of each quantity.
         """
         low, high = self.level[:-1, None], self.level[1:, None]
-        crossed = (low < levels) != (high < levels)
+        crossed = np.diff(self.level[:, None] < levels, axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             fraction = np.where(crossed, (levels - low) / (high - low), 0.0)
 
@@ -92,8 +91,7 @@ class LevelBranch:
         values : ndarray, shape (..., m)
             Of the vibrations along the branch.
         """
-        low, high = self.level[:-1, None], self.level[1:, None]
-        crossed = (low < levels) != (high < levels)
+        crossed = np.diff(self.level[:, None] < levels, axis=0)
         if not len(crossed):
             return np.full((2, *values.shape[:-1], levels.size), np.nan)
         ends = np.array([crossed.argmax(axis=0), len(crossed) - 1 - crossed[::-1].argmax(axis=0)])
@@ -176,8 +174,7 @@ def _contact_free_motion(solver: Solver, omega: float, level: float) -> Periodic
     z[:, 1:] *= level
     y[:, 1:] *= level
     solver.raise_over("level", omega)
-    scale = max(float(np.linalg.norm(z)), solver.least)
-    return PeriodicMotion(level, z, y, np.zeros_like(y), np.append(np.zeros(solver.size), 1.0), scale)
+    return PeriodicMotion(level, z, y, np.zeros_like(y), np.append(np.zeros(solver.size), 1.0), solver.scale_of(z))
 
 
 def _motion_at_contact(solver: Solver, omega: float, level: float) -> PeriodicMotion:
@@ -195,18 +192,14 @@ def _follow(solver: Solver, start: PeriodicMotion, largest: float) -> Motions:
     NoConvergence
         If they return to rest, even with short steps, as after a jump back to the branch that they came along.
     """
+    ends = BACK * start.parameter, FAR * max(largest, start.parameter)
     for factor in SHARES:
         solver.bent, solver.longest = factor**2 * BENT, factor * LONGEST
-        motions = _continue(solver, start, largest)
-        if motions.parameter[-1] > BACK * start.parameter:
+        step = FIRST_STEP if start.parameter < largest else solver.longest
+        motions = solver.followed(start, STEPS, step, ends, BEYOND * largest, DEEP * solver.system.size)
+        if motions.parameter[-1] > ends[0]:
             return motions
     raise NoConvergence(start.parameter)
-
-
-def _continue(solver: Solver, start: PeriodicMotion, largest: float) -> Motions:
-    deep, step = DEEP * solver.system.size, FIRST_STEP if start.parameter < largest else solver.longest
-    ends = BACK * start.parameter, FAR * max(largest, start.parameter)
-    return solver.followed(start, STEPS, step, ends, BEYOND * largest, deep)
 
 
 def _make_branch(
@@ -214,9 +207,7 @@ def _make_branch(
     quantities: Sequence[str], rows: Sequence[int | None],
 ) -> LevelBranch:  # fmt: skip
     """Return the branch of motions, with rest before them."""
-    x, depth = row_displacements(
-        solver, ArcVibrations(np.zeros(motions.parameter.size, dtype=int), motions.z, motions.y)
-    )
+    x, depth = row_displacements(solver, motions.z, motions.y)
     deepest = depth.max(axis=(1, 2))
     values = np.array([_evaluate(solver, name, row, motions, omega, x, depth) for name, row in zip(quantities, rows)])
     values = values.reshape(len(quantities), motions.parameter.size)
@@ -250,12 +241,12 @@ def _interpolate(motions: Motions, values: np.ndarray) -> tuple[np.ndarray, np.n
 
 def _in_both_walls(solver: Solver, x: np.ndarray) -> np.ndarray:
     """Return the smaller penetration of the two walls (m, n_bushings) of motions (m, n_rows, K), m; < 0 if round."""
-    system, count = solver.system, len(solver.system.rig.bushings)
-    depth = np.full((len(x), count), -system.size)
+    system = solver.system
+    depth = np.full((len(x), len(system.rig.bushings)), -system.size)
     place = x @ solver.grid.basis.T
     for j, bushing in enumerate(system.rig.bushings):
         if not bushing.is_round and np.isfinite(bushing.walls).all():
-            ends = place[:, system.laws.rows[count + 2 * j : count + 2 * j + 2, 1]]
+            ends = place[:, system.laws.rows_of(j)[1:, 1]]
             lower, upper = bushing.walls
             depth[:, j] = np.minimum(ends.max(axis=2) - upper, lower - ends.min(axis=2)).max(axis=1)
     return depth

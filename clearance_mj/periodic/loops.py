@@ -148,16 +148,8 @@ def loops(left: Callable[..., Any], deepest: Callable[..., Any], compiled: bool)
         while count < parameter.size:
             i = count - 1
             direction, length = tangent[i].copy(), step
-            at, z_new, y_new, acting, next_one, size, chord = (
-                parameter[i],
-                z[i],
-                y[i],
-                y[i],
-                direction,
-                scale[i],
-                direction,
-            )
-            converged = False
+            at, z_new, y_new, acting = parameter[i], z[i], y[i], y[i]
+            next_one, size, chord, converged = direction, scale[i], direction, False
             for attempt in range(len(CORNERS) + 1):
                 if attempt > 0:  # where a contact begins with a jump, along the motion alone
                     direction[n], length = 0.0, CORNERS[attempt - 1]

@@ -70,7 +70,7 @@ def row_of(case: MapLevel) -> MapRow:
     known, first = np.unique(best.order.cell, return_index=True)
     last = best.order.cell.size - 1 - np.unique(best.order.cell[::-1], return_index=True)[1]
     chosen, where = np.unique(np.concatenate((first, last)), return_inverse=True)
-    of_chosen = measured(solver, omega, best.order[chosen])
+    of_chosen = measured(solver, omega, best.order.selected(chosen))
     arrays = {}
     for name, values in of_chosen.items():
         arrays[name] = np.full((2, frequency.size, values.shape[1]), np.nan)

@@ -115,8 +115,9 @@ class NonlinearMode(Continuation):
         within = min(start, WITHIN * self.system.size)
         z = np.zeros(self.size)
         z[self.mode * self.order.size + 1] = within
-        if self.constant.any():
-            z[: -2 : self.order.size] = self.metres * self.vectors.T @ self._static_coordinates()
+        rest = rest_of(self.system.rig, self.system.model.law, self.system.modes) if self.constant.any() else None
+        if rest is not None:
+            z[: -2 : self.order.size] = self.metres * self.vectors.T @ rest.coordinates
         z[-2:] = within, within * self.damping[self.mode, self.mode] / (2 * self.own)
         first = self.solved_at(within, z, np.zeros(0), within)
         if within < start:
@@ -124,11 +125,6 @@ class NonlinearMode(Continuation):
             if first.parameter != start:
                 raise NoConvergence(first.parameter)
         yield from self.within(first, start, stop)
-
-    def _static_coordinates(self) -> np.ndarray:
-        """Return the static modal coordinates (n,) of the rig under its constant loads."""
-        rest = rest_of(self.system.rig, self.system.model.law, self.system.modes)
-        return np.zeros(len(self.vectors)) if rest is None else rest.coordinates
 
     def _unscale(self, amplitude: float, z: np.ndarray) -> tuple[float, float, np.ndarray]:
         """Return frequency, damping ratio and the modes' harmonics."""
@@ -149,7 +145,6 @@ class NonlinearMode(Continuation):
         damped = self.damping @ q_angle - zeta * omega * self.given * q_angle
         imbalance = spring * q + omega * damped + self.at_points.T @ force
         imbalance[:, 0] -= self.constant
-        residual = imbalance * self.weight * self.metres
         if diff:
             self._fill_square(omega, zeta, spring)
             shift = 1e-6 * omega
@@ -159,12 +154,12 @@ class NonlinearMode(Continuation):
             returned = self.given * q_angle
             by_omega = damped - 2 * self.order**2 * omega * q - zeta * omega * returned + self.at_points.T @ change
             self._fill_border(parameter, omega, zeta, by_omega, -(omega**2) * returned)
+        residual = imbalance * self.weight * self.metres
         return np.append(residual, x[self.row, 1:3] - (parameter, 0.0)), force, y
 
     def _fill_forces(self, place: np.ndarray, rate: np.ndarray, omega: float, diff: bool, force: np.ndarray) -> None:
-        functions = (self.grid.basis, self.grid.rate, self.grid.project)
         motion = Sampled(place, omega * rate, omega, self.spin)
-        fill_forces(self.system.laws, motion, *functions, diff, force, self.slopes)
+        fill_forces(self.system.laws, motion, *self.grid[:3], diff, force, self.slopes)
 
     def _angle_derivative(self, q: np.ndarray) -> np.ndarray:
         """Return the harmonics of the derivatives by the angle."""

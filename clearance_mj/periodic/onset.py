@@ -47,12 +47,9 @@ def rest_and_growth(system: Condensed, speed: float) -> _Equilibrium:
     """
     model, laws, points = system.driven.model, system.laws, system.driven.points
     z, y = Solver(system.undriven, 0, AT_REST, speed).raised_to_loads(max(abs(speed), 1.0))
-    place, functions = system.basis @ z + y, grid(0, AT_REST)
+    place, derivatives = system.basis @ z + y, slopes(laws, AT_REST, 0)
     motion = Sampled(np.tile(place, AT_REST), np.zeros((len(place), AT_REST)), max(abs(speed), 1.0), speed)
-    derivatives = slopes(laws, AT_REST, 0)
-    fill_forces(
-        laws, motion, functions.basis, functions.rate, functions.project, True, np.empty_like(motion.place), derivatives
-    )
+    fill_forces(laws, motion, *grid(0, AT_REST)[:3], True, np.empty_like(motion.place), derivatives)
     last = AT_REST - 1
     springs, dampers = np.zeros((2, model.size, model.size))
     for p, (width, rows) in enumerate(zip(laws.width.tolist(), laws.rows)):

@@ -192,12 +192,8 @@ class RattleMap(ArrayData):
         variables["rattles"] = (cells, self.rattles, "1")
         variables["first_contact"] = (("gaps", "frequency"), self.first_contact, unit)
         variables["gap"] = (("gaps", "clearance"), self.gap, "m")
-        if self.jumps:
-            gaps, levels, frequencies, sweeps = zip(*self.jumps)
-            variables["jump_gap"] = ("jump", np.array(gaps), "1")
-            variables["jump_level"] = ("jump", np.array(levels), unit)
-            variables["jump_frequency"] = ("jump", np.array(frequencies), "Hz")
-            variables["jump_sweep"] = ("jump", np.array(sweeps), "1")
+        for name, values, units in zip(Jump._fields, zip(*self.jumps), ("1", unit, "Hz", "1")):
+            variables[f"jump_{name}"] = ("jump", np.array(values), units)
         coordinates = {
             "sweep": SWEEPS, "level": self.level, "frequency": self.frequency, "response": self.responses,
             "clearance": self.clearances,
@@ -297,9 +293,7 @@ def map_rattle(
     jumps, ended = [], []
     alone = workers == 1 or len(cases) == 1
     words = "rattle map" if progress else ""
-    run = run_tasks(
-        row_of, cases, 1 if alone else workers, processes=not alone, executor=executor, progress=words
-    )  # fmt: skip
+    run = run_tasks(row_of, cases, 1 if alone else workers, processes=not alone, executor=executor, progress=words)
     for case, row in run:
         vibrations[case.gap, case.row] = row.vibrations
         for name, values in row.arrays.items():
@@ -313,9 +307,7 @@ def map_rattle(
         f"vibration was found beyond {frequency:.6g} Hz"
         for i, level, frequency in sorted(ended)
     ]
-    first = [
-        _first_contact(solvers[i], levels, frequencies, share) for i, share in enumerate(arrays["contact_share"][0])
-    ]
+    first = [_first_contact(at, levels, frequencies, share) for at, share in zip(solvers, arrays["contact_share"][0])]
     return RattleMap(
         model, kind, gap, levels, frequencies, vibrations, **arrays, first_contact=np.array(first),
         jumps=tuple(sorted(jumps)), ended=tuple(messages), responses=tuple(rig.sensor_labels),

@@ -167,7 +167,7 @@ class Solver(Continuation):
             If it does not reach the level.
         """
         z, y = self._raise_parameter("level", *self._at_rest(omega), omega, most)
-        return self.solved_at(omega, z, y, self._scale(z))
+        return self.solved_at(omega, z, y, self.scale_of(z))
 
     def rest(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the equilibrium under constant loads, turning as at a frequency: z (r, 1) and y (n_rows, 1), m.
@@ -195,21 +195,17 @@ class Solver(Continuation):
         before, system = (self.over, self.at), self.system
         x = np.zeros((self.rows, 2 * self.harmonics + 1))
         x[:, 0] = system.sag
-        count = len(system.pressed)
         for j in np.flatnonzero(system.pressed):
             lower, upper = system.rig.bushings[j].walls
-            rows = np.unique(system.laws.rows[[j, count + 2 * j, count + 2 * j + 1], 1])
+            rows = np.unique(system.laws.rows_of(j)[:, 1])
             x[rows, 0] += np.where(x[rows, 0] > 0, upper, lower)
         self.raise_over("load", omega)
         try:
-            z = system.basis.T @ x
-            motion = self.solved_at(1.0, z, x - system.basis @ z, self._scale(z))
+            z, y = system.split(x)
+            motion = self.solved_at(1.0, z, y, self.scale_of(z))
         finally:
             self.take(*before)
         return motion.z, motion.y
-
-    def _scale(self, z: np.ndarray) -> float:
-        return max(float(np.linalg.norm(z)), self.least)
 
     def _raise_parameter(
         self, over: str, z: np.ndarray, y: np.ndarray, omega: float, most: int = MAX_POINTS
@@ -276,7 +272,7 @@ class Solver(Continuation):
         for small in (least * smaller for smaller in SMALLER):
             start, near = z + small * dz, y + small * dy
             with suppress(NoConvergence):
-                return self.solved_at(small, start, near, self._scale(start))
+                return self.solved_at(small, start, near, self.scale_of(start))
         raise NoConvergence(least)
 
     def branch(self, start: float, stop: float) -> Iterator[PeriodicMotion]:
@@ -309,11 +305,8 @@ class Solver(Continuation):
         deep : float
             Penetration, m.
         """
-        blocks = [
-            Motions.of([start]),
-            *(each for each, _ in self.pieces(start, *ends, most, step, wanted, deep)),
-        ]
-        return Motions(*map(np.concatenate, zip(*blocks)))
+        blocks = (each for each, _ in self.pieces(start, *ends, most, step, wanted, deep))
+        return Motions(*map(np.concatenate, zip(Motions.of([start]), *blocks)))
 
     def across_wall(self, motion: PeriodicMotion) -> PeriodicMotion | None:
         """Return a motion of the branch on the other side of a wall.

@@ -44,7 +44,7 @@ class SpecialMotions(Continuation):
     def __init__(self, kind: str, solver_at: Callable[[float], Solver], omega: float, z: np.ndarray, y: np.ndarray):
         self.kind, self.solver_at, self.shape = kind, solver_at, z.shape
         solver = solver_at(1.0)
-        self.size, self.least, self.unit = solver.size + 1, solver.least, max(float(np.linalg.norm(z)), solver.least)
+        self.size, self.least, self.unit = solver.size + 1, solver.least, solver.scale_of(z)
         self.reference, self.direction = omega / self.unit, np.append(np.zeros(self.size), 1.0)
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
         self.plane = np.zeros((self.size + 1, 2))
@@ -72,16 +72,14 @@ class SpecialMotions(Continuation):
         guess = PeriodicMotion(1.0, unknown, y, y, row, scale)
         return self.solve(1.0, unknown, y, row, scale) or self._locate(guess)
 
-    def _residual(
-        self, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _residual(self, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool) -> tuple[np.ndarray, ...]:
         solver, omega, z_m = self.parts(parameter, z)
         if not omega > 0:
             return np.full(self.size, np.inf), y, y
         residual, force, y_new = solver._residual(omega, z_m, y, diff)
         weight = WEIGHTS.get(self.kind, OF_MULTIPLIERS) * self.unit
         if diff:
-            full, n, scale = self.jacobian, residual.size, max(float(np.linalg.norm(z)), self.least)
+            full, n, scale = self.jacobian, residual.size, self.scale_of(z)
             full[:n, : n + 1] = solver.jacobian[:n]
             full[:n, n] *= self.reference
             if self.kind == FOLD:
@@ -142,20 +140,17 @@ class SpecialMotions(Continuation):
             at = float(np.clip(motion.parameter * (1 + np.sign(motion.tangent[-1]) * distance), 1.0, 2.0))
             step = (at / motion.parameter - 1) / motion.tangent[-1]
             z = motion.z + step * motion.scale * motion.tangent[:-1]
-            guess = PeriodicMotion(at, z, motion.y, motion.force, motion.tangent, motion.scale)
-            if at != motion.parameter and (special := self._locate(guess)):
+            if at != motion.parameter and (special := self._locate(replace(motion, parameter=at, z=z))):
                 chord = difference(motion, special)
-                tangent = chord / np.linalg.norm(chord)
-                return PeriodicMotion(at, special.z, special.y, special.force, tangent, special.scale)
+                return replace(special, tangent=chord / np.linalg.norm(chord))
         return None
 
     def _solve_between(self, omega: float, before: PeriodicMotion, after: PeriodicMotion) -> PeriodicMotion:
         with suppress(NoConvergence):
             return super()._solve_between(omega, before, after)
         fraction = (omega - before.parameter) / (after.parameter - before.parameter)
-        if (
-            special := self._locate(replace(after, parameter=omega, z=before.z + fraction * (after.z - before.z)))
-        ) is None:
+        guess = replace(after, parameter=omega, z=before.z + fraction * (after.z - before.z))
+        if (special := self._locate(guess)) is None:
             raise NoConvergence(omega)
         return special
 
@@ -187,7 +182,7 @@ class SpecialMotions(Continuation):
                 t = _turn(motion, reach) if self.kind == FOLD else brentq(measured, -reach, reach, xtol=EXACT * reach)
                 special = motion(t)
                 unknown = np.append(special.z.ravel(), special.parameter / self.reference)
-                scale = max(float(np.linalg.norm(unknown)), self.least)
+                scale = self.scale_of(unknown)
                 return PeriodicMotion(guess.parameter, unknown, special.y, special.force, guess.tangent, scale)
         return None
 
@@ -198,13 +193,11 @@ def _turn(motion: Callable[[float], PeriodicMotion], reach: float) -> float:
     if (middle - low) * (high - middle) > 0:
         raise ValueError("it rises or falls")
     sign = np.sign(2 * middle - low - high)
-    optimum = minimize_scalar(
-        lambda t: -sign * motion(t).parameter / middle,
-        bounds=(-reach, reach),
-        method="bounded",
-        options={"xatol": 1e-5},
-    )
-    return float(optimum.x)
+
+    def opposite(t: float) -> float:
+        return -sign * motion(t).parameter / middle
+
+    return float(minimize_scalar(opposite, bounds=(-reach, reach), method="bounded", options={"xatol": 1e-5}).x)
 
 
 class WhirlOnsets(Continuation):
@@ -219,9 +212,7 @@ class WhirlOnsets(Continuation):
         """Return the eigenvalue with the largest real part: growth rate and frequency, 1/s."""
         return rest_and_growth(self.system_at(parameter), speed).value
 
-    def _residual(
-        self, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _residual(self, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool) -> tuple[np.ndarray, ...]:
         try:
             if diff:
                 for i, (p, speed) in enumerate(((0.0, 1.0), (1.0, 0.0))):

@@ -60,7 +60,9 @@ def multipliers(solver: Any, motion: PeriodicMotion) -> np.ndarray:
 
 def floquet(solver: Any, omega: float, spin: float, x: np.ndarray) -> np.ndarray:
     """Return the Floquet multipliers (2 n,) about the motion with harmonics x (n_rows, K), the largest first."""
-    return _by_modulus(np.linalg.eigvals(period_map(solver, omega, spin, x)))[: 2 * solver.system.driven.model.size]
+    values = np.linalg.eigvals(period_map(solver, omega, spin, x))
+    largest_first = np.argsort(-np.abs(values), kind="stable")
+    return np.asarray(values[largest_first[: 2 * solver.system.driven.model.size]])
 
 
 def period_map(solver: Any, omega: float, spin: float, x: np.ndarray) -> np.ndarray:
@@ -68,15 +70,11 @@ def period_map(solver: Any, omega: float, spin: float, x: np.ndarray) -> np.ndar
     system, laws, samples = solver.system, solver.laws, samples_of_period(solver, omega)
     fine, derivatives = grid(solver.harmonics, samples), slopes(laws, samples, solver.harmonics)
     motion = Sampled(x @ fine.basis.T, omega * (x @ fine.rate.T), omega, spin)
-    fill_forces(laws, motion, fine.basis, fine.rate, fine.project, True, np.empty_like(motion.place), derivatives)
+    fill_forces(laws, motion, *fine[:3], True, np.empty_like(motion.place), derivatives)
     step = 2 * np.pi / (omega * samples)
     memory = np.concatenate((laws.memory, np.repeat(laws.remembers, 2) * laws.width[laws.memory.size :]))
     flow = system.driven.model.flow(step, spin)
     return np.asarray(monodromy(flow, np.ascontiguousarray(system.driven.points), step, memory, laws, derivatives))
-
-
-def _by_modulus(values: np.ndarray) -> np.ndarray:
-    return np.asarray(values[np.argsort(-np.abs(values), kind="stable")])
 
 
 def unstable(values: np.ndarray) -> int:

@@ -6,9 +6,9 @@ frequency, then along frequency; and by the modal engine's time integration from
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import cast
 
@@ -100,15 +100,12 @@ class Start:
     def _solve_fewer_harmonics(self) -> PeriodicMotion:
         """Return the motion that grows out of rest with the fewest harmonics, refined with ever more."""
         fewest, most = self.solver.system.levels.size, self.solver.harmonics
-        doubled = (2 * 2**i - 1 for i in itertools.count())  # 1, 3, 7, ...
-        counts = [h for h in itertools.takewhile(lambda h: h < most, doubled) if h >= fewest]
         motion: PeriodicMotion | None = None
-        for count in counts:
-            solver = self.with_harmonics(count)
-            try:
-                motion = _refine(solver, motion, self.start) if motion else solver.first(self.start, MOST)
-            except NoConvergence:
-                continue
+        for count in (2**i - 1 for i in range(1, most.bit_length() + 1)):  # 1, 3, 7, ...
+            if fewest <= count < most:
+                solver = self.with_harmonics(count)
+                with suppress(NoConvergence):
+                    motion = _refine(solver, motion, self.start) if motion else solver.first(self.start, MOST)
         if motion is None:
             raise NoConvergence(self.start)
         return _refine(self.solver, motion, self.start)
@@ -139,10 +136,8 @@ class Start:
             place = marched(solver.system, self.start, solver.samples)
         except (RigError, SimulationError):  # gears take no base, nor rotating excitations alone
             raise NoConvergence(self.start) from None
-        x = place @ solver.grid.project.T
-        z = solver.system.basis.T @ x
-        scale = max(float(np.linalg.norm(z)), solver.least)
-        return solver.solved_at(self.start, z, x - solver.system.basis @ z, scale)
+        z, y = solver.system.split(place @ solver.grid.project.T)
+        return solver.solved_at(self.start, z, y, solver.scale_of(z))
 
 
 def marched(system: Condensed, omega: float, samples: int) -> np.ndarray:

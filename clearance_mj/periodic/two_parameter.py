@@ -96,9 +96,7 @@ class Curve(ArrayData):
         unit = self.unit.replace("m/s²", "m s-2")
         variables = {"frequency": ("point", self.frequency, "Hz"), self.over: ("point", self.value, unit),
                      "speed": ("point", self.speed, "rad s-1")}  # fmt: skip
-        return labelled.dataset(
-            "curve", variables, {}, {"what": self.what, "kind": self.kind, "ended": self.ended}
-        )  # fmt: skip
+        return labelled.dataset("curve", variables, {}, {"what": self.what, "kind": self.kind, "ended": self.ended})
 
 
 @checks_kinds
@@ -291,9 +289,8 @@ def _solvers(
         levels, system = list(branch.level[point.index]), solver.system
 
         def anew(value: float) -> Solver:
-            fresh = solver_of(
-                replace(branch, model=model_at(value)), levels, solver.harmonics, system.periods, solver.samples
-            )
+            of_value = replace(branch, model=model_at(value))
+            fresh = solver_of(of_value, levels, solver.harmonics, system.periods, solver.samples)
             system_then = fresh.system._replace(basis=system.basis, owner=system.owner)
             return Solver(system_then, solver.harmonics, solver.samples, fresh.at.spin)
 

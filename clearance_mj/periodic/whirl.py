@@ -113,5 +113,4 @@ class WhirlSolver(Continuation):
         turn = -np.angle(fundamental[self.leader])
         shifted = turned(z, turn), turned(y, turn)
         row = np.append(np.zeros(self.size), 1.0)
-        scale = max(float(np.linalg.norm(z)), self.least)
-        return self.solve(speed, self.unknowns(omega, shifted[0]), shifted[1], row, scale)
+        return self.solve(speed, self.unknowns(omega, shifted[0]), shifted[1], row, self.scale_of(z))

@@ -60,8 +60,7 @@ def dry_guesses(system: Condensed, speed: float) -> list[DryGuess]:
 def _backward_response(system: Condensed, speed: float, j: int, omega: float) -> np.ndarray:
     """Return amplitudes (n_rows,) per backward rotating force at bushing j: 1 along y, i along z, of e^(iωt)."""
     model, points, laws = system.driven.model, system.driven.points, system.laws
-    first = len(system.rig.bushings) + 2 * j
-    rows = (points[laws.rows[first]] + points[laws.rows[first + 1]]) / 2
+    rows = points[laws.rows_of(j)[1:]].sum(axis=0) / 2
     return np.asarray(points @ np.linalg.solve(model.dynamic(omega, speed), rows.T @ np.array([1.0, 1j])))
 
 
@@ -87,7 +86,6 @@ def _whirl_frequencies(system: Condensed, speed: float, j: int, friction: float)
 
 
 WHIRL = "whirl"
-BEGINNINGS = ("rest", "dry")
 SMALL = 0.02  # of the gap: amplitude of the first whirl beyond its onset
 
 
@@ -186,7 +184,7 @@ def follow_whirl(
     ExcitationError
         For impossible speeds.
     """
-    if begin not in BEGINNINGS:
+    if begin not in ("rest", "dry"):
         raise ClearanceError(f'begin must be "rest" or "dry", got {begin!r}')
     ends = different_ends(speed_range, "speed_range", "speeds", "rad/s")
     harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
@@ -229,8 +227,7 @@ def _start_dry(
         solver = WhirlSolver(system, harmonics, samples, guess.omega)
         place = np.zeros((solver.rows, solver.shape[1]))
         place[:, 1], place[:, 2] = guess.whirl.real, -guess.whirl.imag
-        z = system.basis.T @ place
-        first = solver.start(ends[0], guess.omega, z, place - system.basis @ z)
+        first = solver.start(ends[0], guess.omega, *system.split(place))
         if first is not None and solver.depth(first) > 0:
             return solver.within(first, min(ends), max(ends), ends[1] > ends[0]), solver
     raise ClearanceError(
