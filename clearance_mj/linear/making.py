@@ -53,10 +53,8 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         If the structure's mass is not positive or its stiffness negative, or it cannot turn as asked.
     """
     turns = rig.spin is not None and not rig.linear.is_torsional if turning is None else turning
-    across, more = (
-        rig.linear.in_other_plane,
-        tuple((b.sliding_point, 1.0) for b in rig.bushings if b.sliding_point is not None),
-    )
+    across = rig.linear.in_other_plane
+    more = tuple((b.sliding_point, 1.0) for b in rig.bushings if b.sliding_point is not None)
     of_planes: tuple[Structure | None, Structure] = (across, rig.linear)
     if turns:
         shaft = _turning_shaft(rig)
@@ -79,9 +77,8 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
     if len(reductions) == 2:
         omega, damping = (np.concatenate([getattr(p, name) for p in reductions]) for name in ("omega", "damping"))
         if any(p.coupling.size for p in reductions):
-            coupling = scipy.linalg.block_diag(
-                *(p.coupling if p.coupling.size else 0 * np.diag(p.omega) for p in reductions)
-            )
+            both = (p.coupling if p.coupling.size else 0 * np.diag(p.omega) for p in reductions)
+            coupling = scipy.linalg.block_diag(*both)
         influence[0] = influence[0][:, [0, 2, 1]] * [1.0, 1.0, 0.0]  # the first plane is along y
     if turns:
         of_y, of_z = map(_coupling, reductions)

@@ -258,18 +258,17 @@ class LinearModel(RigRows):
         spin : float
             Ω, rad/s.
         """
-        if not self._is_coupled(spin):
+        if self._is_coupled(spin):
+            try:
+                drive = self.drive(spin)
+            except np.linalg.LinAlgError:  # the inverse at every frequency
+                return np.array([rows @ np.linalg.solve(self.dynamic(each, spin), inputs) for each in omega])
+            value, motion = self.poles(spin)
+            rows, inputs, receptance = rows @ motion, drive @ inputs, 1 / (1j * omega[:, None] - value)
+        else:
             receptance = 1 / (self.omega**2 - omega[:, None] ** 2 + 1j * omega[:, None] * self.damping)
-            products = rows[:, None, :] * inputs.T[None]
-            gains = receptance @ products.reshape(-1, self.size).T
-            return np.asarray(gains.reshape(omega.size, len(rows), inputs.shape[1]))
-        try:
-            drive = self.drive(spin)
-        except np.linalg.LinAlgError:  # the inverse at every frequency
-            return np.array([rows @ np.linalg.solve(self.dynamic(each, spin), inputs) for each in omega])
-        value, motion = self.poles(spin)
-        products = (rows @ motion)[:, None, :] * (drive @ inputs).T[None]
-        gains = (1 / (1j * omega[:, None] - value)) @ products.reshape(-1, value.size).T
+        products = rows[:, None, :] * inputs.T[None]
+        gains = receptance @ products.reshape(-1, receptance.shape[1]).T
         return np.asarray(gains.reshape(omega.size, len(rows), inputs.shape[1]))
 
     def _is_coupled(self, spin: float) -> bool:
@@ -320,9 +319,8 @@ class LinearModel(RigRows):
         responses = self.sensor_rows.gains(
             lambda rows: self.displacement_gains(rows, kind, omega, at, spin), probes, omega, kind != "force"
         )
-        itself = np.zeros((omega.size, 1, responses.shape[2]), dtype=complex)
-        itself[:, :, -1] = 1.0
-        gains = np.concatenate((responses, itself), axis=1)
+        gains = np.pad(responses, ((0, 0), (0, 1), (0, 0)))
+        gains[:, -1, -1] = 1.0  # the excitation itself
         of_probes = [rig.bushings[j].probe_delay for j in rig.bushing_of_row[: len(probes)]]
         for i, delay in enumerate([*(s.delay for s in rig.sensors), *of_probes, rig.shaker.delay]):
             if delay:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from tqdm import tqdm
@@ -13,7 +13,7 @@ from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..model import Model
 from ..rig.sensing import acceleration_mask, sensor_points
-from ..signals import labelled
+from .axes import level_axis
 from .branch import Branch
 from .condensed import condensed
 from .continuation import EndOfBranch, NoConvergence, until_closed
@@ -113,31 +113,21 @@ class Backbone(Vibrations):
 
     def to_xarray(self) -> xr.Dataset:
         """Return all quantities with labels and units: harmonics over (point, response or clearance, harmonic)."""
-        variables: dict[str, Any] = {
+        variables = {
             "frequency": ("point", self.frequency, "Hz"),
             "damping": ("point", self.damping, "1"),
-            "level": ("point", self.level, "m s-2" if self.model.rig.shaker.kind == "base" else "N"),
+            "level": ("point", self.level, level_axis(self.model.rig.shaker.kind).symbol),
             **self._variables(),
         }
-        coordinates = {
-            "response": self.responses,
-            "clearance": self.clearances,
-            "harmonic": range(self.acceleration.shape[-1]),
-        }
         attributes = {"mode": self.mode, "of": self.clearances[self.clearance], "ended": self.ended}
-        return labelled.dataset("backbone", variables, coordinates, attributes)
+        return self._dataset("backbone", variables, range(self.acceleration.shape[-1]), attributes)
 
 
 @checks_kinds
 def follow_backbone(
-    model: Model,
-    mode: int = 1,
-    amplitude_range: tuple[float, float] | None = None,
-    n_harmonics: int = 21,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-    progress: bool = False,
-) -> Backbone:
+    model: Model, mode: int = 1, amplitude_range: tuple[float, float] | None = None, n_harmonics: int = 21,
+    n_samples: int | None = None, n_modes: int = 8, progress: bool = False,
+) -> Backbone:  # fmt: skip
     """Follow a mode of a rig from small to large amplitudes: its frequency, damping ratio and shape.
 
     The rig vibrates freely and periodically, because a negative damping ratio of the whole structure balances the
@@ -224,10 +214,8 @@ def _backbone(follower: NonlinearMode, mode: int, motions: list[FreeMotion], end
     """Expand motions of the modes to the quantities of a backbone."""
     system = follower.system
     rig, model, n = system.rig, system.driven.model, system.rig.n_rows
-    omega = np.array([motion.omega for motion in motions])
-    damping = np.array([motion.damping for motion in motions])
-    modes = complex_amplitudes(follower.vectors @ np.array([motion.modes for motion in motions]))
-    force = complex_amplitudes(np.array([motion.force for motion in motions]))
+    omega, damping, harmonics, force = map(np.array, zip(*motions))
+    modes, force = complex_amplitudes(follower.vectors @ harmonics), complex_amplitudes(force)
     i_omega, x = 1j * np.arange(follower.harmonics + 1) * omega[:, None, None], system.driven.points @ modes
     directions = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
     first, second = n + rig.end_rows.T

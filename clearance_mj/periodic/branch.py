@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..model import Model
-from ..signals import labelled
 from ..signals.arrays import read_only
 from .axes import level_axis, parameter_axis
 from .vibrations import UNITS, Vibrations, half_extents
@@ -161,23 +160,18 @@ class Branch(Vibrations):
 
     def to_xarray(self) -> xr.Dataset:
         """Return all quantities with labels and units: harmonics over (point, response or clearance, harmonic)."""
-        variables: dict[str, Any] = {"frequency": ("point", self.frequency, "Hz")}
-        variables["level"] = (("point", "excited"), self.level, level_axis(self.kind).symbol)
-        variables |= self._variables()
-        if self.spin is not None:
-            variables["spin"] = ("point", self.spin, "rad s-1")
-        variables["share"] = ("point", self.share, "1")
-        if self.multipliers is not None:
-            variables["multipliers"] = (("point", "multiplier"), self.multipliers, "1")
-            variables["stable"] = ("point", self.stable, "1")
         special = np.full(self.frequency.size, "", dtype="U16")
         for point in self.special:
             special[point.index] = point.kind
-        variables["special"] = ("point", special, "1")
-        coordinates = {
-            "response": self.responses,
-            "clearance": self.clearances,
-            "harmonic": np.arange(self.acceleration.shape[-1]) / self.periods,
+        variables = {
+            "frequency": ("point", self.frequency, "Hz"),
+            "level": (("point", "excited"), self.level, level_axis(self.kind).symbol),
+            **self._variables(),
+            "spin": ("point", self.spin, "rad s-1"),
+            "share": ("point", self.share, "1"),
+            "multipliers": (("point", "multiplier"), self.multipliers, "1"),
+            "stable": ("point", self.stable, "1"),
+            "special": ("point", special, "1"),
         }
         attributes = {"kind": self.kind, "over": self.over, "periods": self.periods, "ended": self.ended}
-        return labelled.dataset("branch", variables, coordinates, attributes)
+        return self._dataset("branch", variables, np.arange(self.acceleration.shape[-1]) / self.periods, attributes)

@@ -31,14 +31,9 @@ ONE = (0,)
 
 @jit(**STRICT)
 def _filling_step(
-    bushing: ClearanceRecord,
-    numbers: np.ndarray,
-    size: int,
-    memory: np.ndarray,
-    u: np.ndarray,
-    spin: float,
+    bushing: ClearanceRecord, numbers: np.ndarray, size: int, memory: np.ndarray, u: np.ndarray, spin: float,
     out: np.ndarray,
-) -> None:
+) -> None:  # fmt: skip
     """Fill out with the filling's memory after a step, ``size`` numbers, and its force, N."""
     parameters, state, answer = at(numbers, bushing.filling), at(numbers, bushing.memory), at(numbers, bushing.out)
     offset, preload, step = at(numbers, bushing.offset), at(numbers, bushing.preload), bushing.step
@@ -240,8 +235,7 @@ def _round_step(
 @jit(**STRICT, forceinline=True)
 def step_between(
     bushing: ClearanceRecord, numbers: np.ndarray, contact: bool, size: int, memory: np.ndarray, u: np.ndarray,
-    spin: float,
-    out: np.ndarray,
+    spin: float, out: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill out with memory, force now and correction of the force before, for one step of a filling or an end."""
     if not contact:

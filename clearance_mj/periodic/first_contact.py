@@ -9,11 +9,11 @@ from tqdm import tqdm
 from ..core.errors import ExcitationError
 from ..core.kinds import checks_kinds
 from ..model import Model
-from .condensed import condensed
 from .continuation import NoConvergence
-from .excitation import excitation_kind, steady_spin
+from .excitation import excitation_kind
 from .first_contacts import grazing
 from .in_gap import level_of_contact, linear_in_gap
+from .map_rows import solver_at
 from .resolution import resolution
 from .solver import Solver
 from .two_parameter import Curve
@@ -23,14 +23,9 @@ __all__ = ["find_first_contact"]
 
 @checks_kinds
 def find_first_contact(
-    model: Model,
-    frequencies: ArrayLike,
-    kind: str | None = None,
-    n_harmonics: int = 21,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-    progress: bool = False,
-) -> Curve:
+    model: Model, frequencies: ArrayLike, kind: str | None = None, n_harmonics: int = 21, n_samples: int | None = None,
+    n_modes: int = 8, progress: bool = False,
+) -> Curve:  # fmt: skip
     """Find the level at which a wall is first touched, over frequency.
 
     In closed form where greases are linear in the gap; others are continued over the level until a gap is filled.
@@ -73,10 +68,8 @@ def find_first_contact(
     if frequency.ndim != 1 or not frequency.size or not np.all((frequency > 0) & (frequency < np.inf)):
         raise ExcitationError("frequencies must be numbers > 0 Hz")
     harmonics, (samples, *_) = resolution(n_harmonics, n_samples, 1, n_modes)
-    kind = excitation_kind(model.rig, kind)
-    spin = steady_spin(model.rig, kind)
-    solver = Solver(condensed(model, kind, [1.0], harmonics, n_modes, speed=spin), harmonics, samples, spin)
-    omega = 2 * np.pi * frequency
+    kind, omega = excitation_kind(model.rig, kind), 2 * np.pi * frequency
+    solver = solver_at(model, kind, 1.0, float(omega.max()), harmonics, samples, n_modes)
     if linear_in_gap(solver):
         return Curve("first contact", "level", kind, frequency, level_of_contact(solver, omega), "")
     level = np.full(omega.size, np.nan)

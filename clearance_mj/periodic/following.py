@@ -31,12 +31,9 @@ SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its mult
 
 
 def follow(
-    solver: Any,
-    motions: Iterator[PeriodicMotion],
-    stability: bool,
-    progress: bool = False,
+    solver: Any, motions: Iterator[PeriodicMotion], stability: bool, progress: bool = False,
     touching: Collection[PeriodicMotion] = (),
-) -> Branch:
+) -> Branch:  # fmt: skip
     """Return the branch of consecutive motions, with its special points.
 
     ``touching`` are the motions at which contact begins; the iterator fills them in.

@@ -42,9 +42,8 @@ def _passes(bushing: ClearanceRecord, numbers: np.ndarray, u: np.ndarray, width:
 @jit(**STRICT)
 def differences(
     bushing: ClearanceRecord, numbers: np.ndarray, contact: bool, width: int, offset: int, size: int,
-    memory: np.ndarray,
-    u: np.ndarray, omega: float, spin: float, eps: float, now: np.ndarray, moved: np.ndarray, slope: np.ndarray,
-    whole: bool,
+    memory: np.ndarray, u: np.ndarray, omega: float, spin: float, eps: float, now: np.ndarray, moved: np.ndarray,
+    slope: np.ndarray, whole: bool,
 ) -> None:  # fmt: skip
     """Fill slope (offset + 2 w, offset + 4 w): derivatives of a step by its memory of ``size`` numbers and its inputs.
 
@@ -111,8 +110,7 @@ def add_rows(
 @jit(**STRICT)
 def fill_lasting(
     bushing: ClearanceRecord, numbers: np.ndarray, width: int, size: int, memory: np.ndarray, u: np.ndarray,
-    omega: float,
-    spin: float, eps: float, differs: bool, now: np.ndarray, moved: np.ndarray, by_place: np.ndarray,
+    omega: float, spin: float, eps: float, differs: bool, now: np.ndarray, moved: np.ndarray, by_place: np.ndarray,
     by_speed: np.ndarray, by_impact: np.ndarray, i: int,
 ) -> None:  # fmt: skip
     """Compute the force of an end whose memory does not change in a step, and its derivatives."""

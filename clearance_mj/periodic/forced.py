@@ -31,17 +31,10 @@ OVER = {"load": ("loads", "times those of the rig"), "gap": ("gaps", "times thos
 
 @checks_kinds
 def follow_response(
-    model: Model,
-    amplitude: complex | Sequence[complex],
-    frequency_range: tuple[float, float],
-    n_harmonics: int = 21,
-    n_samples: int | None = None,
-    kind: str | None = None,
-    n_modes: int = 8,
-    stability: bool = True,
-    watch: Callable[[float], None] | None = None,
-    progress: bool = False,
-) -> Branch:
+    model: Model, amplitude: complex | Sequence[complex], frequency_range: tuple[float, float], n_harmonics: int = 21,
+    n_samples: int | None = None, kind: str | None = None, n_modes: int = 8, stability: bool = True,
+    watch: Callable[[float], None] | None = None, progress: bool = False,
+) -> Branch:  # fmt: skip
     """Follow the periodic vibration of a rig from one frequency to another, around folds.
 
     Condensed harmonic balance: unknown are the harmonics of the displacements at the clearances, in which the laws'
@@ -132,16 +125,10 @@ def _continue(
 
 @checks_kinds
 def follow_response_over_level(
-    model: Model,
-    frequency: float,
-    amplitude_range: tuple[float, float],
-    n_harmonics: int = 21,
-    n_samples: int | None = None,
-    kind: str | None = None,
-    n_modes: int = 8,
-    stability: bool = True,
+    model: Model, frequency: float, amplitude_range: tuple[float, float], n_harmonics: int = 21,
+    n_samples: int | None = None, kind: str | None = None, n_modes: int = 8, stability: bool = True,
     progress: bool = False,
-) -> Branch:
+) -> Branch:  # fmt: skip
     """Follow the periodic vibration of a rig at one frequency from one level to another, around folds.
 
     As `follow_response`, with amplitude and frequency exchanged: folds are the amplitudes at which a rig jumps that is
@@ -196,18 +183,10 @@ def follow_response_over_level(
 
 @checks_kinds
 def follow_response_over(
-    model: Model,
-    over: str,
-    values: tuple[float, float],
-    frequency: float,
-    amplitude: complex | Sequence[complex],
-    n_harmonics: int = 21,
-    n_samples: int | None = None,
-    kind: str | None = None,
-    n_modes: int = 8,
-    stability: bool = True,
-    progress: bool = False,
-) -> Branch:
+    model: Model, over: str, values: tuple[float, float], frequency: float, amplitude: complex | Sequence[complex],
+    n_harmonics: int = 21, n_samples: int | None = None, kind: str | None = None, n_modes: int = 8,
+    stability: bool = True, progress: bool = False,
+) -> Branch:  # fmt: skip
     """Follow the periodic vibration of a rig at one frequency and level over its loads, gaps or spin, around folds.
 
     Parameters
@@ -318,16 +297,10 @@ def _require_dependence(system: Condensed, over: str) -> None:
 
 @checks_kinds
 def follow_unbalance(
-    model: Model,
-    speed_range: tuple[float, float],
-    n_harmonics: int = 11,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-    stability: bool = True,
-    factor: float = 1.0,
-    watch: Callable[[float], None] | None = None,
+    model: Model, speed_range: tuple[float, float], n_harmonics: int = 11, n_samples: int | None = None,
+    n_modes: int = 8, stability: bool = True, factor: float = 1.0, watch: Callable[[float], None] | None = None,
     progress: bool = False,
-) -> Branch:
+) -> Branch:  # fmt: skip
     """Follow the vibration of a shaft or gears under rotating excitations from one speed to another, around folds.
 
     Under unbalances the shaft turns once in a period; orders, and a law over time such as that of a mesh, which turns

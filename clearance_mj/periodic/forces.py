@@ -114,8 +114,8 @@ def _find_walls(
 @jit(**STRICT)
 def _initial_memory(
     bushing: ClearanceRecord, numbers: np.ndarray, contact: bool, width: int, size: int, motion: Sampled,
-    rows: np.ndarray,
-    eps: float, memory: np.ndarray, u: np.ndarray, out: np.ndarray, diff: bool, basis: np.ndarray, carried: np.ndarray,
+    rows: np.ndarray, eps: float, memory: np.ndarray, u: np.ndarray, out: np.ndarray, diff: bool, basis: np.ndarray,
+    carried: np.ndarray,
 ) -> None:  # fmt: skip
     """Compute the memory at the last sample of an element moved there from rest, and its derivatives.
 
@@ -254,7 +254,7 @@ def _add_element(
                             carried_next[d, k, r] = 0.0
                 for k in range(size):
                     add_rows(slope, k, width, skip, omega, basis, rate, last, i, carried, carried_next, k)
-            if m < counted:
+            if m < counted:  # only memory is carried on until the derivatives are periodic
                 pass
             elif event and not bushing.rubs:
                 add_event(slope, width, skip, size, by_place, by_speed, is_carried, steps, last, i, project, weights)

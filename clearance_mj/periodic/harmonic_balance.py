@@ -139,7 +139,6 @@ def add_products(means: np.ndarray, omega: float, block: np.ndarray) -> None:
         for k in range(highest + 1):
             total, apart = k + l, abs(k - l)
             sign = 1.0 if k >= l else -1.0
-            weight = 0.5 if k == 0 else 1.0
             # means over a period, times two, of cos cos, sin sin, sin cos, cos sin of k (row) and l (column)
             cc_x, ss_x = a_x[apart] + a_x[total], a_x[apart] - a_x[total]
             cc_v, ss_v = a_v[apart] + a_v[total], a_v[apart] - a_v[total]
@@ -148,8 +147,8 @@ def add_products(means: np.ndarray, omega: float, block: np.ndarray) -> None:
             if k == 0 and l == 0:
                 block[0, 0] += a_x[0]
             elif k == 0:
-                block[0, 2 * l - 1] += weight * (cc_x - l_omega * cs_v)
-                block[0, 2 * l] += weight * (cs_x + l_omega * cc_v)
+                block[0, 2 * l - 1] += 0.5 * (cc_x - l_omega * cs_v)
+                block[0, 2 * l] += 0.5 * (cs_x + l_omega * cc_v)
             elif l == 0:
                 block[2 * k - 1, 0] += cc_x
                 block[2 * k, 0] += sc_x

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -131,31 +132,16 @@ class _Case(NamedTuple):
     """Task for a worker: some frequencies at one load."""
 
     load: int
-    first: int
+    frequencies: range
     model: Model
-    kind: str
-    omega: tuple[float, ...]
-    fastest: float
-    levels: tuple[float, ...]
-    harmonics: int
-    samples: tuple[int, ...]
-    modes: int
 
 
 @checks_kinds
 def map_impacts(
-    model: Model,
-    amplitudes: ArrayLike,
-    frequencies: ArrayLike,
-    loads: Sequence[float] = (1.0,),
-    kind: str | None = None,
-    n_harmonics: int = 21,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-    workers: int | None = None,
-    progress: bool = False,
-    executor: Executor | None = None,
-) -> ImpactMap:
+    model: Model, amplitudes: ArrayLike, frequencies: ArrayLike, loads: Sequence[float] = (1.0,),
+    kind: str | None = None, n_harmonics: int = 21, n_samples: int | None = None, n_modes: int = 8,
+    workers: int | None = None, progress: bool = False, executor: Executor | None = None,
+) -> ImpactMap:  # fmt: skip
     """Classify the impacts in a rig over factors of its constant loads, level and frequency.
 
     With one frequency and many loads it is the rattle map of gears over mean torque and ripple, with one load that over
@@ -217,23 +203,20 @@ def map_impacts(
     workers = workers_to_use(workers)
     omega = 2 * np.pi * frequencies
     models = [Model(_with_loads(model.rig, float(share)), model.law) for share in factors]
-    fastest = float(omega[-1])
     for loaded in models:
-        solver_at(loaded, kind, 1.0, fastest, harmonics, samples[0], n_modes)  # refuses what cannot be
+        solver_at(loaded, kind, 1.0, float(omega[-1]), harmonics, samples[0], n_modes)  # refuses what cannot be
     chunk = max(1, omega.size * factors.size // (TASKS * workers))
-    cases = [
-        _Case(i, j, each, kind, tuple(omega[j : j + chunk]), fastest, tuple(levels), harmonics, samples, n_modes)
-        for i, each in enumerate(models)
-        for j in range(0, omega.size, chunk)
-    ]
+    chunks = [range(omega.size)[j : j + chunk] for j in range(0, omega.size, chunk)]
+    cases = [_Case(i, numbers, each) for i, each in enumerate(models) for numbers in chunks]
+    compute = functools.partial(_compute, kind, omega, levels, harmonics, samples, n_modes)
     shape = factors.size, levels.size, omega.size
     vibrations, impacts = np.zeros(shape, dtype=int), np.zeros((2, *shape), dtype=int)
     force, onset = np.full((2, *shape), np.nan), np.full((factors.size, omega.size), np.nan)
     alone = workers == 1 or len(cases) == 1
     words = "impact map" if progress else ""
-    run = run_tasks(_compute, cases, 1 if alone else workers, processes=not alone, executor=executor, progress=words)
+    run = run_tasks(compute, cases, 1 if alone else workers, processes=not alone, executor=executor, progress=words)
     for case, parts in run:
-        for j, (count, walls, peak, begins) in enumerate(parts, case.first):
+        for j, (count, walls, peak, begins) in zip(case.frequencies, parts):
             vibrations[case.load, :, j], impacts[:, case.load, :, j] = count, walls
             force[:, case.load, :, j], onset[case.load, j] = peak, begins
     return ImpactMap(model, kind, factors, levels, frequencies, vibrations, impacts, force, onset)
@@ -250,14 +233,15 @@ def _with_loads(rig: Rig, factor: float) -> Rig:
     return rig.replace(loads=tuple(map(scaled, rig.loads)), gravity=gravity)
 
 
-def _compute(case: _Case) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, float]]:
+def _compute(
+    kind: str, omega: np.ndarray, levels: np.ndarray, harmonics: int, samples: Sequence[int], modes: int, case: _Case
+) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, float]]:
     """Return number, impacts (2, n_levels), forces (2, n_levels) and the onset level of impacts, at each frequency."""
-    levels, remaining = np.array(case.levels), list(range(len(case.omega)))
-    branches: dict[int, LevelBranch] = {}
-    for count in case.samples:
-        solver = solver_at(case.model, case.kind, 1.0, case.fastest, case.harmonics, count, case.modes)
-        omega = solver.system.frequency_ratio * np.array(case.omega)[remaining]
-        for i, branch in zip(remaining, level_branches(solver, omega, case.levels[-1], (*WAYS, "contact_force"))):
+    remaining, branches = list(case.frequencies), dict[int, LevelBranch]()
+    for count in samples:
+        solver = solver_at(case.model, kind, 1.0, float(omega[-1]), harmonics, count, modes)
+        of_motion = solver.system.frequency_ratio * omega[remaining]
+        for i, branch in zip(remaining, level_branches(solver, of_motion, levels[-1], (*WAYS, "contact_force"))):
             if i not in branches or branch.level.max() > branches[i].level.max():
                 branches[i] = branch
         remaining = [i for i in remaining if not branches[i].complete]

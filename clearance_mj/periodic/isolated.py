@@ -111,16 +111,10 @@ class Isolas(ArrayData):
 
 
 def find_isolas(
-    branch: Branch | Sequence[Branch],
-    n_starts: int = 16,
-    frequencies: int | Sequence[float] = 9,
-    seed: int = 0,
-    periods: int = 6,
-    longest: int | None = None,
-    reach: float | None = None,
-    workers: int | None = None,
+    branch: Branch | Sequence[Branch], n_starts: int = 16, frequencies: int | Sequence[float] = 9, seed: int = 0,
+    periods: int = 6, longest: int | None = None, reach: float | None = None, workers: int | None = None,
     progress: bool = False,
-) -> Isolas:
+) -> Isolas:  # fmt: skip
     """Find vibrations that lie on no known branch, and follow their whole branches.
 
     At several frequencies the modal engine marches from random states until the motion repeats after some periods of

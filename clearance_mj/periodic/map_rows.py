@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,17 +20,12 @@ TOLERANCE = 1e-6  # residual over the size of the motion
 
 
 class MapLevel(NamedTuple):
-    """Task for a worker: one level of one gap."""
+    """Task for a worker: one level of one gap, and their places on the map."""
 
     gap: int
     row: int
     model: Model
-    kind: str
     level: float
-    frequencies: bytes
-    harmonics: int
-    samples: tuple[int, ...]
-    modes: int
 
 
 class MapRow(NamedTuple):
@@ -53,13 +49,13 @@ def solver_at(
     return Solver(system, harmonics, samples, spin)
 
 
-def row_of(case: MapLevel) -> MapRow:
-    """Compute one row of a rattle map."""
-    frequency = np.frombuffer(case.frequencies)
-    tried = []
-    for count in case.samples:
-        fastest = 2 * np.pi * float(frequency[-1])
-        solver = solver_at(case.model, case.kind, case.level, fastest, case.harmonics, count, case.modes)
+def row_of(
+    kind: str, frequency: np.ndarray, harmonics: int, samples: Sequence[int], modes: int, case: MapLevel
+) -> MapRow:
+    """Compute one row of a rattle map over frequencies, Hz, with as many samples of a period as it needs."""
+    fastest, tried = 2 * np.pi * float(frequency[-1]), []
+    for count in samples:
+        solver = solver_at(case.model, kind, case.level, fastest, harmonics, count, modes)
         solver.tolerance = TOLERANCE * solver.system.fineness
         omega = 2 * np.pi * solver.system.frequency_ratio * frequency
         tried.append((solver, curve(solver, omega)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -204,18 +205,10 @@ class RattleMap(ArrayData):
 
 @checks_kinds
 def map_rattle(
-    model: Model,
-    amplitudes: ArrayLike,
-    frequencies: ArrayLike,
-    gaps: Sequence[float | Sequence[float]] | None = None,
-    kind: str | None = None,
-    n_harmonics: int = 21,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-    workers: int | None = None,
-    progress: bool = False,
-    executor: Executor | None = None,
-) -> RattleMap:
+    model: Model, amplitudes: ArrayLike, frequencies: ArrayLike, gaps: Sequence[float | Sequence[float]] | None = None,
+    kind: str | None = None, n_harmonics: int = 21, n_samples: int | None = None, n_modes: int = 8,
+    workers: int | None = None, progress: bool = False, executor: Executor | None = None,
+) -> RattleMap:  # fmt: skip
     """Map rattle and jumps of a rig over level and frequency of a harmonic excitation, for several gaps.
 
     At every level of every gap the curve of periodic vibrations is followed over all frequencies, around folds.
@@ -281,11 +274,8 @@ def map_rattle(
         raise ClearanceError("gaps is empty: give at least one")
     settings = 2 * np.pi * float(frequencies[-1]), harmonics, counts[0], n_modes
     solvers = [solver_at(each, kind, 1.0, *settings) for each in models]  # refuses what cannot be
-    cases = [
-        MapLevel(i, j, each, kind, float(level), frequencies.tobytes(), harmonics, counts, n_modes)
-        for i, each in enumerate(models)
-        for j, level in enumerate(levels)
-    ]
+    compute = functools.partial(row_of, kind, frequencies, harmonics, counts, n_modes)
+    cases = [MapLevel(i, j, each, float(level)) for i, each in enumerate(models) for j, level in enumerate(levels)]
     shape = (2, len(models), levels.size, frequencies.size)
     widths = {"response": len(rig.sensors), "clearance": len(rig.bushings)}
     arrays = {name: np.full((*shape, widths[row]), np.nan) for name, (row, _) in QUANTITIES.items()}
@@ -293,7 +283,7 @@ def map_rattle(
     jumps, ended = [], []
     alone = workers == 1 or len(cases) == 1
     words = "rattle map" if progress else ""
-    run = run_tasks(row_of, cases, 1 if alone else workers, processes=not alone, executor=executor, progress=words)
+    run = run_tasks(compute, cases, 1 if alone else workers, processes=not alone, executor=executor, progress=words)
     for case, row in run:
         vibrations[case.gap, case.row] = row.vibrations
         for name, values in row.arrays.items():

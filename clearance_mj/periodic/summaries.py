@@ -54,7 +54,7 @@ def parameter_title(branch: Branch) -> str:
     return label[0].upper() + label[1:]
 
 
-def frequency_title(result: Branch | RattleMap) -> str:
+def frequency_title(result: RattleMap) -> str:
     """Return the label of the frequency on a report's figure."""
     label = level_axis(result.kind).frequency
     return label[0].upper() + label[1:]
@@ -110,30 +110,22 @@ def motion(backbone: Backbone) -> np.ndarray:
 def of_branch(branch: Branch) -> dict[str, Any]:
     """Return settings, special points and jumps of a branch as plain data."""
     x, stable = branch.parameter, stable_points(branch)
+    at_folds = [
+        dataclasses.asdict(jump) | {"clearance": branch.clearances[jump.clearance], "after": list(jump.after)}
+        for jump in jumps(branch)
+    ]
+    special = [
+        {"kind": p.kind, "frequency": float(p.frequency), "level": float(p.level), "at": float(x[p.index]),
+         "point": int(p.index)}
+        for p in branch.special
+    ]  # fmt: skip
     return {
-        "over": branch.over,
-        "kind": branch.kind,
-        "periods": int(branch.periods),
-        "harmonics": branch.acceleration.shape[-1] - 1,
-        "samples": int(branch.n_samples),
-        "modes": int(branch.n_modes),
+        "over": branch.over, "kind": branch.kind, "periods": int(branch.periods),
+        "harmonics": branch.acceleration.shape[-1] - 1, "samples": int(branch.n_samples), "modes": int(branch.n_modes),
         "level": None if branch.over in ("level", "speed") else float(abs(branch.level[0, 0])),
         "frequency": None if branch.over in ("frequency", "speed") else float(branch.frequency[0]),
-        "from": float(x[0]),
-        "to": float(x[-1]),
-        "points": int(x.size),
-        "unstable": int(np.sum(~stable)),
-        "floquet": branch.multipliers is not None,
-        "special": [
-            {"kind": p.kind, "frequency": float(p.frequency), "level": float(p.level), "at": float(x[p.index]),
-             "point": int(p.index)}
-            for p in branch.special
-        ],
-        "jumps": [
-            dataclasses.asdict(jump) | {"clearance": branch.clearances[jump.clearance], "after": list(jump.after)}
-            for jump in jumps(branch)
-        ],
-        "ended": branch.ended,
+        "from": float(x[0]), "to": float(x[-1]), "points": int(x.size), "unstable": int(np.sum(~stable)),
+        "floquet": branch.multipliers is not None, "special": special, "jumps": at_folds, "ended": branch.ended,
     }  # fmt: skip
 
 

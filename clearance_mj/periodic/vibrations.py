@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..core.errors import ClearanceError
+from ..signals import labelled
 from ..signals.arrays import ArrayData, rows_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["UNITS", "Vibrations", "complex_amplitudes", "half_extents", "turned"]
 
@@ -54,6 +58,13 @@ class Vibrations(ArrayData):
             name: (("point", axis[name], "harmonic"), getattr(self, name), unit.replace("/s²", " s-2"))
             for name, unit in UNITS.items()
         }
+
+    def _dataset(
+        self, holds: str, variables: dict[str, Any], harmonic: Sequence[float] | np.ndarray, attributes: dict[str, Any]
+    ) -> xr.Dataset:
+        """Return a labelled dataset over (point, response or clearance, harmonic)."""
+        coordinates = {"response": self.responses, "clearance": self.clearances, "harmonic": harmonic}
+        return labelled.dataset(holds, variables, coordinates, attributes)
 
 
 def history(harmonics: np.ndarray) -> np.ndarray:

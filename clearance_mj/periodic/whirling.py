@@ -133,16 +133,10 @@ def self_excited(model: Model, harmonics: int, modes: int, ends: tuple[float, fl
 
 @checks_kinds
 def follow_whirl(
-    model: Model,
-    speed_range: tuple[float, float],
-    begin: str = "rest",
-    n_harmonics: int = 11,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-    stability: bool = True,
-    watch: Callable[[float], None] | None = None,
-    progress: bool = False,
-) -> Branch:
+    model: Model, speed_range: tuple[float, float], begin: str = "rest", n_harmonics: int = 11,
+    n_samples: int | None = None, n_modes: int = 8, stability: bool = True,
+    watch: Callable[[float], None] | None = None, progress: bool = False,
+) -> Branch:  # fmt: skip
     """Follow a self-excited whirl over the speed of the shaft; its frequency is an unknown.
 
     Unbalances do not act. The branch begins where the equilibrium loses its stability, as in oil and with rotating

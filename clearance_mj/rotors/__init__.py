@@ -7,21 +7,7 @@ from .turning import TurningShaft, turning_shaft
 from .whirling import Whirl, clearance_places, require_round, whirl
 
 __all__ = [
-    "Campbell",
-    "DryWhirl",
-    "RunningClearance",
-    "SynchronousRub",
-    "TurningShaft",
-    "UnbalanceResponse",
-    "Whirl",
-    "campbell",
-    "clearance_places",
-    "dry_whirls",
-    "require_round",
-    "rolling_whirls",
-    "running_clearance",
-    "synchronous_rub",
-    "turning_shaft",
-    "unbalance_response",
-    "whirl",
-]
+    "Campbell", "DryWhirl", "RunningClearance", "SynchronousRub", "TurningShaft", "UnbalanceResponse", "Whirl",
+    "campbell", "clearance_places", "dry_whirls", "require_round", "rolling_whirls", "running_clearance",
+    "synchronous_rub", "turning_shaft", "unbalance_response", "whirl",
+]  # fmt: skip

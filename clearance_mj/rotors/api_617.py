@@ -345,10 +345,10 @@ def running_clearance(
             f"operating speeds {first:g} to {last:g} rad/s: must rise, with some of the speeds "
             f"({ends[0]:g} to {ends[1]:g} rad/s) between them"
         )
-    if other := next(
-        (f"bushings[{j}] is a {b.default_shape}" for j, b in enumerate(rig.bushings) if not b.is_round), ""
-    ):
-        raise RigError(f"a running clearance is of round bushings alone, and {other} of rig {rig.name!r}")
+    for j, bushing in enumerate(rig.bushings):
+        if not bushing.is_round:
+            other = f"bushings[{j}] is a {bushing.default_shape}"
+            raise RigError(f"a running clearance is of round bushings alone, and {other} of rig {rig.name!r}")
     shaft, n_probes = turning_shaft(rig, n_modes), len(rig.sensors)
     points = [float(sensor.position) for sensor in rig.sensors]
     points += [float(b.position) + side * b.length / 2 for b in rig.bushings for side in (-1, 1)]

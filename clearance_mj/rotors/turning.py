@@ -137,11 +137,9 @@ class TurningShaft:
 
     def _critical_at(self, spin: float) -> Poles:
         """Return critical motions of the shaft with its bearings at a spin, by rising speed."""
-        model, stiffness = self.model, self.model.elastic(spin)
+        stiffness, mass = self.model.elastic(spin), np.eye(self.model.size) - 1j * self.model.gyroscopic
         try:
-            inverse, motion = scipy.linalg.eigh(
-                np.eye(model.size) - 1j * model.gyroscopic, (stiffness + stiffness.T) / 2
-            )
+            inverse, motion = scipy.linalg.eigh(mass, (stiffness + stiffness.T) / 2)
         except np.linalg.LinAlgError:
             raise RigError(
                 f"rig {self.rig.name!r}: at {spin:g} rad/s its bearings leave the shaft a motion without stiffness, so "
@@ -171,9 +169,8 @@ class TurningShaft:
         if not self.rig.unbalances:
             raise RigError(f"rig {self.rig.name!r} has no unbalances, so that nothing moves it at its speed; give one")
         cos, sin = self.model.unbalance
-        return np.array(
-            [np.linalg.solve(self.model.dynamic(s, s), s**2 * (cos - 1j * sin)) for s in map(float, speeds)]
-        ).T
+        force = cos - 1j * sin
+        return np.array([np.linalg.solve(self.model.dynamic(s, s), s**2 * force) for s in map(float, speeds)]).T
 
 
 def rising(speeds: Sequence[float] | np.ndarray) -> np.ndarray:
