@@ -125,9 +125,8 @@ def fill_lasting(
         if differs:
             quick = eps * omega
             by_place[0, 0, i] = (slot_now(law, parameters, answer, pulls, depth + eps, inwards, impact) - force) / eps
-            by_speed[0, 0, i] = (
-                slot_now(law, parameters, answer, pulls, depth, inwards + quick, impact) - force
-            ) / quick
+            faster = slot_now(law, parameters, answer, pulls, depth, inwards + quick, impact)
+            by_speed[0, 0, i] = (faster - force) / quick
             if size:
                 faster = slot_now(law, parameters, answer, pulls, depth, inwards, impact + quick)
                 by_impact[0] = (faster - force) / quick

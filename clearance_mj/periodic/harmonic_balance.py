@@ -144,19 +144,14 @@ def add_products(means: np.ndarray, omega: float, block: np.ndarray) -> None:
             cc_v, ss_v = a_v[apart] + a_v[total], a_v[apart] - a_v[total]
             sc_x, cs_x = b_x[total] + sign * b_x[apart], b_x[total] - sign * b_x[apart]
             sc_v, cs_v = b_v[total] + sign * b_v[apart], b_v[total] - sign * b_v[apart]
-            if k == 0 and l == 0:
-                block[0, 0] += a_x[0]
-            elif k == 0:
-                block[0, 2 * l - 1] += 0.5 * (cc_x - l_omega * cs_v)
-                block[0, 2 * l] += 0.5 * (cs_x + l_omega * cc_v)
-            elif l == 0:
-                block[2 * k - 1, 0] += cc_x
-                block[2 * k, 0] += sc_x
-            else:
-                block[2 * k - 1, 2 * l - 1] += cc_x - l_omega * cs_v
-                block[2 * k - 1, 2 * l] += cs_x + l_omega * cc_v
-                block[2 * k, 2 * l - 1] += sc_x - l_omega * ss_v
-                block[2 * k, 2 * l] += ss_x + l_omega * sc_v
+            row, column, weight = max(2 * k - 1, 0), max(2 * l - 1, 0), 0.5 if k == 0 else 1.0
+            block[row, column] += weight * (cc_x - l_omega * cs_v)
+            if l > 0:
+                block[row, 2 * l] += weight * (cs_x + l_omega * cc_v)
+            if k > 0:
+                block[2 * k, column] += sc_x - l_omega * ss_v
+                if l > 0:
+                    block[2 * k, 2 * l] += ss_x + l_omega * sc_v
 
 
 @jit(**STRICT)

@@ -14,28 +14,22 @@ from .continuation import NoConvergence
 from .forces import Sampled, fill_forces
 from .solver import AT_REST, Solver
 
-__all__ = ["Hopf", "first_hopf", "rest_and_growth"]
+__all__ = ["Equilibrium", "first_hopf", "rest_and_growth"]
 
 SPEEDS = 60  # sampled for a change of stability
 EXACT = 1e-9  # of the speed
 
 
-class Hopf(NamedTuple):
-    """A speed at which the equilibrium loses its stability."""
+class Equilibrium(NamedTuple):
+    """Equilibrium of a turning shaft, and the motion about it that grows fastest."""
 
     speed: float  #: rad/s
-    omega: float  #: 1/s, of the whirl that begins
-    rest: np.ndarray  #: (n_rows, 1) places, m
-    shape: np.ndarray  #: (n_rows,) complex, of the whirl
+    place: np.ndarray  #: (n_rows, 1) m
+    value: complex  #: 1/s: growth rate, and frequency
+    shape: np.ndarray  #: (n_rows,) complex, of this motion
 
 
-class _Equilibrium(NamedTuple):
-    place: np.ndarray  # (n_rows, 1)
-    value: complex  # of the motion that grows fastest
-    shape: np.ndarray  # (n_rows,)
-
-
-def rest_and_growth(system: Condensed, speed: float) -> _Equilibrium:
+def rest_and_growth(system: Condensed, speed: float) -> Equilibrium:
     """Return the equilibrium of a rig at a speed, rad/s, and its eigenvalue with the largest real part.
 
     Sliding friction stays sliding, sticking bristles are springs.
@@ -63,20 +57,20 @@ def rest_and_growth(system: Condensed, speed: float) -> _Equilibrium:
     linearised = dataclasses.replace(model, springs=model.springs + springs, coupling=model.coupling + dampers)
     modes = linearised.poles(speed).vibrating
     if not modes.value.size:
-        return _Equilibrium(place, -np.inf + 0j, np.zeros(len(points), dtype=complex))
+        return Equilibrium(speed, place, -np.inf + 0j, np.zeros(len(points), dtype=complex))
     fastest = int(modes.value.real.argmax())
-    return _Equilibrium(place, complex(modes.value[fastest]), points @ modes.motion[:, fastest])
+    return Equilibrium(speed, place, complex(modes.value[fastest]), points @ modes.motion[:, fastest])
 
 
-def first_hopf(system: Condensed, ends: tuple[float, float]) -> Hopf:
-    """Return the first speed between two, rad/s, at which the equilibrium loses its stability.
+def first_hopf(system: Condensed, ends: tuple[float, float]) -> Equilibrium:
+    """Return the equilibrium at the first speed between two, rad/s, at which it loses its stability: a Hopf point.
 
     Raises
     ------
     ClearanceError
         If it stays stable, or there is no equilibrium at any speed.
     """
-    before: tuple[float, _Equilibrium] | None = None
+    before: Equilibrium | None = None
     rested = False
     for speed in np.linspace(*ends, SPEEDS):
         try:
@@ -85,15 +79,15 @@ def first_hopf(system: Condensed, ends: tuple[float, float]) -> Hopf:
             before = None
             continue
         rested = True
-        if before is not None and before[1].value.real < 0 < now.value.real:
-            onset = brentq(lambda s: rest_and_growth(system, s).value.real, before[0], speed, xtol=EXACT * max(ends))
-            critical = rest_and_growth(system, onset)
-            return Hopf(onset, critical.value.imag, critical.place, critical.shape)
-        before = float(speed), now
+        if before is not None and before.value.real < 0 < now.value.real:
+            between = before.speed, now.speed
+            onset = brentq(lambda s: rest_and_growth(system, s).value.real, *between, xtol=EXACT * max(ends))
+            return rest_and_growth(system, onset)
+        before = now
     name = system.rig.name
     if not rested:
         raise ClearanceError(f"rig {name!r}: it comes to rest at no speed from {ends[0]:g} to {ends[1]:g} rad/s")
-    state = "grows by itself" if before and before[1].value.real > 0 else "is stable"
+    state = "grows by itself" if before and before.value.real > 0 else "is stable"
     raise ClearanceError(
         f"rig {name!r}: no whirl begins between {ends[0]:g} and {ends[1]:g} rad/s; at the last speed rest {state}"
     )

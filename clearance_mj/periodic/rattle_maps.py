@@ -133,9 +133,8 @@ class RattleMap(ArrayData):
             if self.level.size > 1:
                 axes.set_ylim(self.level[0], self.level[-1])
             axes.set(xlim=(self.frequency[0], self.frequency[-1]), xlabel=level_axis(self.kind).frequency)
-            axes.set_title(
-                "gap " + ", ".join(f"{1e3 * gap:.3g}" for gap in np.unique(self.gap[i])) + " mm", fontsize=10
-            )
+            gaps = ", ".join(f"{1e3 * gap:.3g}" for gap in np.unique(self.gap[i]))
+            axes.set_title(f"gap {gaps} mm", fontsize=10)
         panels[0].set_ylabel(level_axis(self.kind).level)
         key(figure, panels[0].get_legend_handles_labels()[0])
         name = quantity.replace("_", " ") + ("" if unit == "1" else f" ({unit})")

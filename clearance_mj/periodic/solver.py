@@ -231,15 +231,13 @@ class Solver(Continuation):
         """Make another number of a `OperatingPoint` the parameter, at a frequency, 1/s, and factor of the level."""
         self.take(what, self.at._replace(omega=omega, spin=self.spin_of(omega), level=level))
 
-    def growing(self, omega: float, most: float = math.inf) -> PeriodicMotion:
+    def growing(self, omega: float) -> PeriodicMotion:
         """Return a motion near the static equilibrium at a frequency; the factor of the level becomes the parameter.
 
         Parameters
         ----------
         omega : float
             1/s.
-        most : float
-            Largest factor of the level.
 
         Raises
         ------
@@ -248,7 +246,7 @@ class Solver(Continuation):
         """
         z, y = self._at_rest(omega)
         self.raise_over("level", omega)
-        if (motion := self._first_motion(z, y, most)) is None:
+        if (motion := self._first_motion(z, y, math.inf)) is None:
             raise NoConvergence(omega)
         return motion
 

@@ -51,17 +51,14 @@ class Start:
         NoConvergence
             Where it ends; the motions yielded before stay valid.
         """
-        best: tuple[list[PeriodicMotion], NoConvergence | None, Iterator[PeriodicMotion]] | None = None
+        best: tuple[list[PeriodicMotion], NoConvergence | None, Iterator[PeriodicMotion]] = [], None, iter(())
         for branch in self._branches():
             head, error = self._take_head(branch)
             if head and not error and not math.isclose(head[-1].parameter, self.start, rel_tol=2 * NEXT_FREQUENCY):
-                yield from head
-                yield from branch
-                return
-            if best is None or not best[0] or self._reach(head) > FARTHER * self._reach(best[0]):
+                best = head, None, branch
+                break
+            if not best[0] or self._reach(head) > FARTHER * self._reach(best[0]):
                 best = head, error, branch
-        if best is None:
-            return
         head, error, branch = best
         yield from head
         if error:

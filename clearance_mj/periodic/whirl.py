@@ -30,16 +30,11 @@ class WhirlSolver(Continuation):
         self.inner.take("omega", self.state(0.0))
         self.system, self.harmonics, self.samples, self.rows = system, harmonics, samples, self.inner.rows
         self.grid, self.least, self.leader = self.inner.grid, self.inner.least, 0
-        self.laws = self.inner.laws
+        self.laws, self.shape = self.inner.laws, (system.basis.shape[1], 2 * harmonics + 1)
         self.over = self.over_name = "speed"
         self.reference = reference / system.size
         self.size = self.inner.size + 1
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Shape of the coordinates' harmonics."""
-        return self.system.basis.shape[1], 2 * self.harmonics + 1
 
     def parts(self, z: np.ndarray) -> tuple[float, np.ndarray]:
         """Return frequency, 1/s, and harmonics (r, K) of the coordinates, m, of the unknowns."""

@@ -120,7 +120,7 @@ def find_whirl_onset(model: Model, speed_range: tuple[float, float], n_modes: in
     """
     ends = different_ends(speed_range, "speed_range", "speeds", "rad/s")
     onset = first_hopf(self_excited(model, 1, n_modes, ends), ends)
-    return WhirlOnset(onset.speed, onset.omega / (2 * np.pi))
+    return WhirlOnset(onset.speed, onset.value.imag / (2 * np.pi))
 
 
 def self_excited(model: Model, harmonics: int, modes: int, ends: tuple[float, float]) -> Condensed:
@@ -195,18 +195,20 @@ def _start_at_onset(
     system: Condensed, harmonics: int, samples: int, ends: tuple[float, float]
 ) -> tuple[Iterator[PeriodicMotion], WhirlSolver]:
     onset = first_hopf(system, ends)
-    solver = WhirlSolver(system, harmonics, samples, onset.omega)
+    omega = onset.value.imag
+    solver = WhirlSolver(system, harmonics, samples, omega)
     rest, amplitude = np.zeros((2, solver.rows, solver.shape[1]))
-    rest[:, :1] = onset.rest
+    rest[:, :1] = onset.place
     middles = onset.shape[: system.rig.n_rows]
     whirl = onset.shape * np.exp(-1j * np.angle(onset.shape[np.abs(onset.shape).argmax()])) / np.abs(middles).max()
     whirl *= SMALL * system.size
     amplitude[:, 1], amplitude[:, 2] = whirl.real, -whirl.imag
     z, small = system.basis.T @ rest, system.basis.T @ amplitude
     remainder = rest + amplitude - system.basis @ (z + small)
-    phase = np.angle(small[:, 1] - 1j * small[:, 2])[np.abs(small[:, 1] - 1j * small[:, 2]).argmax()]
+    fundamental = small[:, 1] - 1j * small[:, 2]
+    phase = np.angle(fundamental[np.abs(fundamental).argmax()])
     small, remainder = turned(small, -phase), turned(remainder, -phase)
-    if (first := solver.solve_onset(onset.speed, onset.omega, z, remainder, small)) is None:
+    if (first := solver.solve_onset(onset.speed, omega, z, remainder, small)) is None:
         raise ClearanceError(
             f"rig {system.rig.name!r}: the whirl that begins at {onset.speed:.6g} rad/s was not found; give more "
             "harmonics"
