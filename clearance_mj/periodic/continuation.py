@@ -68,10 +68,7 @@ class Motions(NamedTuple):
     @classmethod
     def after(cls, motion: PeriodicMotion, most: int) -> Self:
         """Allocate so many motions, of which the first one is set."""
-        block = cls(*(np.empty((most, *np.shape(getattr(motion, name)))) for name in cls._fields))
-        for array, name in zip(block, cls._fields):
-            array[0] = getattr(motion, name)
-        return block
+        return cls(*(np.repeat(part, most, axis=0) for part in cls.of([motion])))
 
     def motion(self, i: int) -> PeriodicMotion:
         """Return the motion at an index."""

@@ -1,24 +1,29 @@
-"""The level of first contact over frequency."""
+"""First contact: the level of it over frequency, and the motions at which contact begins or ends along a branch."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
 from tqdm import tqdm
 
 from ..core.errors import ExcitationError
 from ..core.kinds import checks_kinds
 from ..model import Model
-from .continuation import NoConvergence
+from .continuation import NoConvergence, PeriodicMotion, difference
 from .excitation import excitation_kind
-from .first_contacts import grazing
 from .in_gap import level_of_contact, linear_in_gap
 from .map_rows import solver_at
 from .resolution import resolution
 from .solver import Solver
 from .two_parameter import Curve
 
-__all__ = ["find_first_contact"]
+__all__ = ["find_first_contact", "with_first_contacts"]
+
+GRAZES = 2e-4  # of a gap
+EXACT = 1e-7  # of a step: accuracy of the beginning of contact
 
 
 @checks_kinds
@@ -95,6 +100,51 @@ def _level_of_contact(solver: Solver, omega: float) -> float:
         before = after
     else:
         raise NoConvergence(before.parameter)
-    if (motion_at_wall := grazing(solver, before, after)) is None:
+    if (motion_at_wall := _grazing(solver, before, after)) is None:
         raise NoConvergence(after.parameter)
     return motion_at_wall.parameter
+
+
+def with_first_contacts(
+    solver: Solver, motions: Iterator[PeriodicMotion], contacts: list[PeriodicMotion]
+) -> Iterator[PeriodicMotion]:
+    """Yield consecutive motions, and those where contact begins or ends, which are appended to a list, too."""
+    before, depth_before = None, 0.0
+    try:
+        for motion in motions:
+            depth = solver.depth(motion.parameter, motion.z, motion.y)
+            between = None
+            if before is not None:
+                if (depth_before > 0) != (depth > 0):
+                    between = _grazing(solver, before, motion)
+                    contacts += [between] if between is not None else []
+                yield before
+                if between is not None and between is not before and between is not motion:
+                    yield between
+            before, depth_before = motion, depth
+    except NoConvergence:
+        if before is not None:
+            yield before
+        raise
+    if before is not None:
+        yield before
+
+
+def _grazing(solver: Solver, before: PeriodicMotion, after: PeriodicMotion) -> PeriodicMotion | None:
+    """Return the motion that grazes a wall, between one with contact and one without."""
+    chord = difference(before, after)
+    length = float(np.linalg.norm(chord))
+    known = {share: (solver.depth(at.parameter, at.z, at.y), at) for share, at in ((0.0, before), (1.0, after))}
+
+    def depth(fraction: float) -> float:
+        if fraction not in known:
+            if (motion := solver.ahead(before, fraction * length, chord / length)) is None:
+                raise ArithmeticError
+            known[fraction] = solver.depth(motion.parameter, motion.z, motion.y), motion
+        return known[fraction][0]
+
+    try:
+        return known[brentq(depth, 0.0, 1.0, xtol=EXACT)][1]
+    except (ArithmeticError, KeyError):  # at a corner nothing lies in between
+        nearest, motion = min(known.values(), key=lambda each: abs(each[0]))
+        return motion if abs(nearest) < GRAZES * solver.system.size else None

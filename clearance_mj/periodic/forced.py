@@ -15,7 +15,7 @@ from .condensed import UNBALANCE, Condensed, condensed
 from .continuation import PeriodicMotion
 from .coverage import turned_back
 from .excitation import excitation_kind, excited_by, levels_of, steady_spin
-from .first_contacts import with_first_contacts
+from .first_contact import with_first_contacts
 from .following import farthest, follow, watched
 from .resolution import different_ends, ends_of_range, pair_of, resolution
 from .solver import Solver

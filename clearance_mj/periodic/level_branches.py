@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
-from .cells import nonlinear_forces, row_displacements
 from .continuation import Motions, NoConvergence, PeriodicMotion
 from .following import expanded
 from .in_gap import level_of_contact, linear_in_gap, without_contact
+from .map_rows import nonlinear_forces, row_displacements
 from .solver import Solver
 from .stability import TestedPoint
 
@@ -256,7 +256,7 @@ def _evaluate(
     solver: Solver, name: str, row: int | None, motions: Motions, omega: float, x: np.ndarray,
     depth: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """Return a quantity (m,) of motions with displacements x and penetrations as of `cells.row_displacements`."""
+    """Return a quantity (m,) of motions with displacements x and penetrations as of `map_rows.row_displacements`."""
     if name == "penetration":
         of_rows = depth.max(axis=2)
     elif name == "lift":

@@ -19,10 +19,9 @@ from ..rig import Rig
 from ..signals import labelled
 from ..signals.arrays import ArrayData
 from .axes import level_axis
-from .cells import QUANTITIES
 from .excitation import excited_by
 from .in_gap import level_of_contact, linear_in_gap
-from .map_rows import MapLevel, row_of, solver_at
+from .map_rows import QUANTITIES, MapLevel, row_of, solver_at
 from .resolution import resolution
 from .solver import Solver
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from contextlib import suppress
 from functools import cached_property
 from typing import NamedTuple
@@ -81,10 +80,7 @@ class Solver(Continuation):
     @property
     def equations(self) -> Balance:
         """The balance with the present tolerance and step control, for the compiled loops."""
-        settings = self.tolerance, self.bent, self.longest
-        if settings != (self._equations.tolerance, self._equations.bent, self._equations.longest):
-            self._equations = self._equations._replace(tolerance=settings[0], bent=settings[1], longest=settings[2])
-        return self._equations
+        return self._equations._replace(tolerance=self.tolerance, bent=self.bent, longest=self.longest)
 
     def state(self, parameter: float) -> OperatingPoint:
         """Return the state at a value of the branch's parameter."""
@@ -272,16 +268,6 @@ class Solver(Continuation):
             with suppress(NoConvergence):
                 return self.solved_at(small, start, near, self.scale_of(start))
         raise NoConvergence(least)
-
-    def branch(self, start: float, stop: float) -> Iterator[PeriodicMotion]:
-        """Yield motions from a frequency, 1/s, on until the branch leaves the range between it and another one.
-
-        Raises
-        ------
-        NoConvergence
-            Where Newton's method fails; the motions yielded before stay valid.
-        """
-        yield from self.within(self.first(start), min(start, stop), max(start, stop), stop > start)
 
     def followed(
         self, start: PeriodicMotion, most: int, step: float, ends: tuple[float, float], wanted: float, deep: float

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import cast
 
 import numpy as np
@@ -82,7 +83,7 @@ class Start:
 
     def _branches(self) -> Iterator[Iterator[PeriodicMotion]]:
         """Yield the branch from each method's first motion in turn; it raises NoConvergence where there is none."""
-        yield self.solver.branch(self.start, self.stop)
+        yield self._onwards(partial(self.solver.first, self.start))
         yield self._onwards(self._solve_fewer_harmonics)
         yield from map(self._follow_from_nearby, NEARBY)
         yield self._onwards(self._solve_after_march)

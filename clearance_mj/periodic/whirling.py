@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,38 +14,128 @@ from ..core.kinds import checks_kinds
 from ..model import Model
 from .branch import Branch
 from .condensed import Condensed, condensed
-from .continuation import PeriodicMotion
+from .continuation import Continuation, PeriodicMotion
+from .dynamics import by_stiffness
 from .following import farthest, follow, watched
 from .onset import first_hopf
 from .resolution import different_ends, resolution
+from .solver import OperatingPoint, Solver
 from .vibrations import turned
-from .whirl import WhirlSolver
 
 __all__ = ["WHIRL", "WhirlOnset", "find_whirl_onset", "follow_whirl", "self_excited"]
+
+NEARBY = 1e-6  # relative step of the difference quotients by frequency and speed
+WHIRLS = 2000  # frequencies sampled in the search for backward whirls sustained by friction
+LOWEST = 0.1  # of the lowest natural frequency: where it begins
+WHIRL = "whirl"
+SMALL = 0.02  # of the gap: amplitude of the first whirl beyond its onset
+
+
+class WhirlSolver(Continuation):
+    """Newton's method and continuation of a periodic motion without excitation, along the shaft's speed.
+
+    Unknown are the harmonics of the coordinates and the whirl's frequency, in metres over a frequency of reference.
+    The coordinate ``leader`` has no sine in its fundamental.
+    """
+
+    def __init__(self, system: Condensed, harmonics: int, samples: int, reference: float):
+        self.inner = Solver(system, harmonics, samples)
+        self.inner.linear = by_stiffness(system.driven)
+        self.inner.take("omega", self.state(0.0))
+        self.system, self.harmonics, self.samples, self.rows = system, harmonics, samples, self.inner.rows
+        self.grid, self.least, self.leader = self.inner.grid, self.inner.least, 0
+        self.laws, self.shape = self.inner.laws, (system.basis.shape[1], 2 * harmonics + 1)
+        self.over = self.over_name = "speed"
+        self.reference = reference / system.size
+        self.size = self.inner.size + 1
+        self.jacobian = np.zeros((self.size + 1, self.size + 1))
+
+    def parts(self, z: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return frequency, 1/s, and harmonics (r, K) of the coordinates, m, of the unknowns."""
+        return float(z[-1]) * self.reference, z[:-1].reshape(self.shape)
+
+    def unknowns(self, omega: float, z: np.ndarray) -> np.ndarray:
+        """Return the unknowns of a frequency and harmonics."""
+        return np.append(z.ravel(), omega / self.reference)
+
+    def frequency(self, motion: PeriodicMotion) -> float:
+        """Return the whirl's angular frequency, 1/s."""
+        return self.parts(motion.z)[0]
+
+    def state(self, parameter: float) -> OperatingPoint:
+        """Return the state at a speed; its frequency is left at 0."""
+        return OperatingPoint(0.0, parameter, 1.0, 0.0, 1.0)
+
+    def walls_at(self, parameter: float) -> None:
+        """Leave the walls where they stand: speed does not move them."""
+
+    def all_points(self, motion: PeriodicMotion) -> np.ndarray:
+        """Return the harmonics (n_rows, K) of all rows, m."""
+        return np.asarray(self.system.basis @ self.parts(motion.z)[1] + motion.y)
+
+    def depth(self, motion: PeriodicMotion) -> float:
+        """Return the largest penetration, m, below 0 in the gap."""
+        return self.inner.depth(0.0, self.parts(motion.z)[1], motion.y)
+
+    def forced_multipliers(self, values: np.ndarray) -> np.ndarray:
+        """Return the Floquet multipliers but the one that is always 1, as the phase of a whirl is free."""
+        return np.delete(values, np.abs(values - 1).argmin())
+
+    def _balance(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray, diff: bool) -> tuple[np.ndarray, ...]:
+        self.inner.equations.fixed[1] = speed
+        return self.inner._residual(omega, z, y, diff)
+
+    def _residual(self, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool) -> tuple[np.ndarray, ...]:
+        omega, harmonics = self.parts(z)
+        if not omega > 0:
+            return np.full(self.size, np.inf), y, y
+        residual, force, y_new = self._balance(parameter, omega, harmonics, y, diff)
+        if diff:
+            inner, full, n = self.inner.jacobian, self.jacobian, self.size - 1
+            full[:n, :n] = inner[:n, :n]
+            for column, speed, w in ((n, parameter, omega * (1 + NEARBY)), (n + 1, parameter * (1 + NEARBY), omega)):
+                difference = self._balance(speed, w, harmonics, y, False)[0] - residual
+                full[:n, column] = difference.ravel() / (NEARBY * (parameter if column > n else omega / self.reference))
+            full[n:] = 0.0
+            full[n, self.leader * harmonics.shape[1] + 2] = 1.0
+        return np.append(residual, harmonics[self.leader, 2]), force, y_new
+
+    def solve_onset(
+        self, speed: float, omega: float, z: np.ndarray, y: np.ndarray, amplitude: np.ndarray
+    ) -> PeriodicMotion | None:
+        """Return the whirl of a small amplitude, harmonics (r, K), at its onset, with the tangent to larger ones.
+
+        The speed of that amplitude is solved for; None if Newton's method fails.
+        """
+        self.leader = int(np.abs(amplitude[:, 1]).argmax())
+        row = np.append(self.unknowns(0.0, amplitude), 0.0)
+        row /= np.linalg.norm(row)
+        whirl = self.solve(speed, self.unknowns(omega, z + amplitude), y, row, self.least)
+        if whirl is None:
+            return None
+        return replace(whirl, tangent=whirl.tangent * (np.sign(whirl.tangent @ row) or 1.0))
+
+    def start(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray) -> PeriodicMotion | None:
+        """Return the whirl at a speed, near a guess of frequency and harmonics; None if Newton's method fails."""
+        fundamental = z[:, 1] - 1j * z[:, 2]
+        self.leader = int(np.abs(fundamental).argmax())
+        turn = -np.angle(fundamental[self.leader])
+        shifted = turned(z, turn), turned(y, turn)
+        row = np.append(np.zeros(self.size), 1.0)
+        return self.solve(speed, self.unknowns(omega, shifted[0]), shifted[1], row, self.scale_of(z))
+
 
 # Guesses of backward whirls sustained by friction in one bushing, as circles; see `rotors.rub`.
 
 
-WHIRLS = 2000  # frequencies sampled in the search
-LOWEST = 0.1  # of the lowest natural frequency
+def _dry_guesses(system: Condensed, speed: float) -> Iterator[tuple[float, np.ndarray]]:
+    """Yield circular whirls at a speed, rad/s, with full annular rub in one bushing, by rising frequency of each.
 
-
-class DryGuess(NamedTuple):
-    """A circular backward whirl."""
-
-    omega: float  #: 1/s
-    whirl: np.ndarray  #: (n_rows,) complex amplitudes, m
-
-
-def dry_guesses(system: Condensed, speed: float) -> list[DryGuess]:
-    """Return circular whirls at a speed, rad/s, with full annular rub in one bushing, by rising frequency of each.
-
-    A rotating force -k_c (ρ - δ)(1 ± i μ) sustains the circle where its receptance has Im h = -μ Re h, Re h < 0;
-    unless both planes are equal the circle is a guess.
+    Of each the frequency, 1/s, and complex amplitudes (n_rows,), m. A rotating force -k_c (ρ - δ)(1 ± i μ) sustains the
+    circle where its receptance has Im h = -μ Re h, Re h < 0; unless both planes are equal the circle is a guess.
     """
-    guesses, bushings = [], system.rig.bushings
-    stiffest, _ = system.model.law.largest([bushing.gap for bushing in bushings])
-    for j, (bushing, contact) in enumerate(zip(bushings, stiffest.tolist())):
+    stiffest, _ = system.model.law.largest([bushing.gap for bushing in system.rig.bushings])
+    for j, (bushing, contact) in enumerate(zip(system.rig.bushings, stiffest.tolist())):
         if not (bushing.is_round and bushing.friction and bushing.friction.coefficient):
             continue
         for omega in _whirl_frequencies(system, speed, j, bushing.friction.coefficient):
@@ -53,8 +144,7 @@ def dry_guesses(system: Condensed, speed: float) -> list[DryGuess]:
             k_dynamic = -(1 / receptance).real  # k_c (1 - δ/ρ)
             if 0 < k_dynamic < contact:
                 radius = bushing.gap / (1 - k_dynamic / contact)
-                guesses.append(DryGuess(omega, moved * radius / receptance))
-    return guesses
+                yield omega, moved * radius / receptance
 
 
 def _backward_response(system: Condensed, speed: float, j: int, omega: float) -> np.ndarray:
@@ -83,10 +173,6 @@ def _whirl_frequencies(system: Condensed, speed: float, j: int, friction: float)
     value = np.array([driven(omega) for omega in grid])
     between = np.flatnonzero(value[1:] * value[:-1] < 0)
     return [float(brentq(driven, grid[i], grid[i + 1])) for i in between]
-
-
-WHIRL = "whirl"
-SMALL = 0.02  # of the gap: amplitude of the first whirl beyond its onset
 
 
 class WhirlOnset(NamedTuple):
@@ -219,11 +305,11 @@ def _start_at_onset(
 def _start_dry(
     system: Condensed, harmonics: int, samples: int, ends: tuple[float, float]
 ) -> tuple[Iterator[PeriodicMotion], WhirlSolver]:
-    for guess in dry_guesses(system, ends[0]):
-        solver = WhirlSolver(system, harmonics, samples, guess.omega)
+    for omega, whirl in _dry_guesses(system, ends[0]):
+        solver = WhirlSolver(system, harmonics, samples, omega)
         place = np.zeros((solver.rows, solver.shape[1]))
-        place[:, 1], place[:, 2] = guess.whirl.real, -guess.whirl.imag
-        first = solver.start(ends[0], guess.omega, *system.split(place))
+        place[:, 1], place[:, 2] = whirl.real, -whirl.imag
+        first = solver.start(ends[0], omega, *system.split(place))
         if first is not None and solver.depth(first) > 0:
             return solver.within(first, min(ends), max(ends), ends[1] > ends[0]), solver
     raise ClearanceError(
