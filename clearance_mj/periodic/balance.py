@@ -13,7 +13,7 @@ import numpy as np
 from ..core.jit import STRICT, jit
 from .dynamics import KNOWN, LinearDynamics, receptances
 from .forces import Laws, Slopes, depths
-from .harmonic_balance import Grid, balance, response
+from .harmonic_balance import Grid, add_jacobian, blocks, reduce_matrices, response
 
 __all__ = ["POWERS", "Balance", "deepest_penetration", "residual", "set_gaps"]
 
@@ -49,10 +49,11 @@ def residual(
     omega, spin, load, level, gap = of.fixed + parameter * of.rate
     set_gaps(of, gap)
     compliance, driven = receptances(of.linear, omega, spin, load, level)
-    residual, force, y_new = balance(
-        compliance, driven, of.basis, of.owner, of.grid, of.laws, of.slopes, omega, spin, z, y, diff, of.jacobian
-    )
+    z_new, y_new, force = response(compliance, driven, of.basis, of.grid, of.laws, of.slopes, omega, spin, z, y, diff)
+    residual = z - z_new
     if diff:
+        by_coordinates = blocks(of.laws, of.basis, of.owner, of.grid, omega, of.slopes)
+        add_jacobian(reduce_matrices(compliance, of.basis), by_coordinates, of.owner, of.jacobian)
         step = NEARBY * (parameter if parameter != 0.0 else 1.0)
         omega_2, spin_2, load, level, gap_2 = of.fixed + (parameter + step) * of.rate
         if of.linear.way == KNOWN and gap_2 == gap:

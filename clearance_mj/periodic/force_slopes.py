@@ -166,9 +166,7 @@ def keep_lasting(
     ``weights`` (2, K) gets the derivative of the force's harmonics by the speed at which its contact began.
     """
     _, rows, columns = steps.shape
-    for a in range(rows):
-        for b in range(columns):
-            steps[i, a, b] = 0.0
+    steps[i] = 0.0
     forces, inputs = rows - width, columns - 4 * width
     for k in range(width):
         steps[i, k, k], steps[i, forces + k, 0] = 1.0, by_impact[k]

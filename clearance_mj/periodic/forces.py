@@ -128,8 +128,7 @@ def _initial_memory(
     pieces = 1 if contact else PIECES
     first = np.zeros(size)
     for shift in range(width, -1 if diff else width - 1, -1):  # the position, then perturbed along each coordinate
-        for k in range(size):
-            memory[k] = 0.0
+        memory[:size] = 0.0
         for piece in range(pieces):
             for d in range(width):
                 travel = motion.place[rows[d], last] - rest[d] + (eps if d == shift else 0.0)
@@ -248,10 +247,7 @@ def _add_element(
                 if m >= counted:
                     is_carried[i] = True
                     keep(slope, width, skip, steps, i)
-                for d in range(width):
-                    for k in range(size):
-                        for r in range(harmonics):
-                            carried_next[d, k, r] = 0.0
+                carried_next[:, :size] = 0.0
                 for k in range(size):
                     add_rows(slope, k, width, skip, omega, basis, rate, last, i, carried, carried_next, k)
             if m < counted:  # only memory is carried on until the derivatives are periodic

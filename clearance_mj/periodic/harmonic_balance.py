@@ -14,7 +14,7 @@ import numpy as np
 from ..core.jit import STRICT, jit
 from .forces import Laws, Sampled, Slopes, equal, fill_forces
 
-__all__ = ["Grid", "balance", "blocks", "real_harmonics", "response"]
+__all__ = ["Grid", "add_jacobian", "blocks", "real_harmonics", "reduce_matrices", "response"]
 
 
 class Grid(NamedTuple):
@@ -272,7 +272,9 @@ def response(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
     """Return the response to excitation and a motion's forces: coordinates (r, K), remainder (n_rows, K), and forces.
 
-    With ``diff``, ``slopes`` are filled.
+    ``compliance`` (H + 1, n_rows, n_rows) and ``driven`` (n_rows, K) are receptances and displacements without
+    clearances, ``basis`` B (n_rows, r), orthonormal, whose columns are each of one clearance. With ``diff``, ``slopes``
+    are filled.
     """
     place, speed = motion_over_period(grid, omega, np.dot(basis, z) + y)
     samples = np.empty_like(place)
@@ -282,21 +284,3 @@ def response(
     times(-1.0, compliance, force, response)
     z_new = np.dot(basis.T, response)
     return z_new, response - np.dot(basis, z_new), force
-
-
-@jit(**STRICT, inline="always")
-def balance(
-    compliance: np.ndarray, driven: np.ndarray, basis: np.ndarray, owner: np.ndarray, grid: Grid, laws: Laws,
-    slopes: Slopes, omega: float, spin: float, z: np.ndarray, y: np.ndarray, diff: bool, jacobian: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """Return the residual of the balance at z (r, K), forces (n_rows, K) and the remainder y of the displacements.
-
-    ``compliance`` (H + 1, n_rows, n_rows) and ``driven`` (n_rows, K) are receptances and displacements without
-    clearances, ``basis`` B (n_rows, r), orthonormal, whose columns are each of one clearance, ``owner`` (r,). With
-    ``diff`` the (r K, r K) corner of ``jacobian`` is filled with the derivative by z, and ``slopes`` changed.
-    """
-    z_new, y_new, force = response(compliance, driven, basis, grid, laws, slopes, omega, spin, z, y, diff)
-    if diff:
-        by_coordinates = blocks(laws, basis, owner, grid, omega, slopes)
-        add_jacobian(reduce_matrices(compliance, basis), by_coordinates, owner, jacobian)
-    return z - z_new, force, y_new

@@ -123,11 +123,8 @@ def _measured(solver: Any, omega: np.ndarray, vibrations: ArcVibrations) -> dict
         if nonlinear or np.any(depth[i] > 0):
             samples, peak[i] = nonlinear_forces(solver, float(omega[cell]), x[i])
             force[i] = samples @ solver.grid.project.T
-    no_tangent = np.zeros(0)
-    points = [
-        TestedPoint(PeriodicMotion(float(omega[c]), z, y, f, no_tangent, 0.0), None)
-        for c, z, y, f in zip(vibrations.cell, vibrations.z, vibrations.y, force)
-    ]
+    motions = zip(omega[vibrations.cell].tolist(), vibrations.z, vibrations.y, force)
+    points = [TestedPoint(PeriodicMotion(*each, np.zeros(0), 0.0), None) for each in motions]
     branch = expanded(solver, points, "")
     return {
         "contact_share": np.mean(depth > 0, axis=-1), "penetration": np.maximum(depth.max(axis=-1), 0.0),

@@ -132,13 +132,11 @@ def of_branch(branch: Branch) -> dict[str, Any]:
 def of_backbone(backbone: Backbone) -> dict[str, Any]:
     """Return a backbone as plain data."""
     return {
-        "mode": backbone.mode,
-        "clearance": backbone.clearances[backbone.clearance],
-        "harmonics": backbone.acceleration.shape[-1] - 1,
-        "amplitude": motion(backbone).tolist(),
+        "mode": backbone.mode, "clearance": backbone.clearances[backbone.clearance],
+        "harmonics": backbone.acceleration.shape[-1] - 1, "amplitude": motion(backbone).tolist(),
         **{name: getattr(backbone, name).tolist() for name in ("frequency", "damping", "level")},
         "ended": backbone.ended,
-    }
+    }  # fmt: skip
 
 
 def of_map(rattle: RattleMap) -> dict[str, Any]:
@@ -146,8 +144,8 @@ def of_map(rattle: RattleMap) -> dict[str, Any]:
     return {
         "kind": rattle.kind,
         **{name: getattr(rattle, name).tolist() for name in ("gap", "level", "frequency", "first_contact")},
-        "rattles": [float(share) for share in np.mean(rattle.rattles, axis=(1, 2))],
-        "several": [float(share) for share in np.mean(rattle.vibrations > 1, axis=(1, 2))],
+        "rattles": np.mean(rattle.rattles, axis=(1, 2)).tolist(),
+        "several": np.mean(rattle.vibrations > 1, axis=(1, 2)).tolist(),
         "jumps": [jump._asdict() for jump in rattle.jumps],
         "unknown": rattle.unknown,
         "largest_force": np.nanmax(rattle.contact_force, axis=(0, 2, 3), initial=0.0).tolist(),
@@ -158,11 +156,10 @@ def of_map(rattle: RattleMap) -> dict[str, Any]:
 
 def of_impacts(impacts: ImpactMap) -> dict[str, Any]:
     """Return a map's axes, onset of impacts, and the fraction of each of `IMPACTS` in sweeps up, as plain data."""
-    onset = [[level if np.isfinite(level) else None for level in row] for row in impacts.onset.tolist()]
     return {
         "kind": impacts.kind,
         **{name: getattr(impacts, name).tolist() for name in ("load", "level", "frequency")},
-        "onset": onset,
+        "onset": np.where(np.isfinite(impacts.onset), impacts.onset, None).tolist(),
         "impacts": {name: float(np.mean(impacts.impacts[0] == i)) for i, name in enumerate(IMPACTS)},
         "several": float(np.mean(impacts.vibrations > 1)),
         "unknown": impacts.unknown,
