@@ -321,8 +321,7 @@ def grid(harmonics: int, samples: int) -> Grid:
     weights = np.full(2 * harmonics + 1, 2 / samples)
     weights[0] = 1 / samples
     half = np.outer(np.arange(harmonics + 1), angle[: samples // 2 + 1])
-    project = np.ascontiguousarray((basis * weights).T)
-    return Grid(basis, rate, project, np.cos(half), np.sin(half), products / samples)
+    return Grid(basis, rate, np.ascontiguousarray((basis * weights).T), np.cos(half), np.sin(half), products / samples)
 
 
 def slopes(laws: Laws, samples: int, harmonics: int) -> Slopes:

@@ -77,8 +77,7 @@ def _make_linear(way: int, **parts: np.ndarray) -> LinearDynamics:
     fields = {}
     for name in LinearDynamics._fields[1:]:
         kind = complex if name in complex_fields else int if name == "harmonics" else float
-        array = parts.get(name, np.zeros((0,) * rank.get(name, 1)))
-        fields[name] = np.ascontiguousarray(array, dtype=kind)
+        fields[name] = np.ascontiguousarray(parts.get(name, np.zeros((0,) * rank.get(name, 1))), dtype=kind)
     return LinearDynamics(way, **fields)
 
 

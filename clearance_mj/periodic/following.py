@@ -19,9 +19,7 @@ from .solver import Solver
 from .stability import BRANCH_POINT, FIRST_CONTACT, TestedPoint, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
 
-__all__ = [
-    "expanded", "farthest", "follow", "of_folds", "place", "resumed", "solver_of", "strongest", "watched",
-]  # fmt: skip
+__all__ = ["expanded", "farthest", "follow", "of_folds", "place", "resumed", "solver_of", "strongest", "watched"]
 
 WORDS = {"gap": ", gaps {0.gap:.6g} times those of the rig", "load": ", loads {0.load:.6g} times those of the rig",
          "spin": " and a speed of {0.spin:.6g} rad/s"}  # fmt: skip

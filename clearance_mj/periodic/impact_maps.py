@@ -122,9 +122,7 @@ class ImpactMap(ArrayData):
             "contact_force": (("sweep", *cells), self.contact_force, "N"),
             "onset": (("load", "frequency"), self.onset, unit),
         }
-        coordinates = {
-            "sweep": ("up", "down"), "load": self.load, "level": self.level, "frequency": self.frequency,
-        }  # fmt: skip
+        coordinates = {"sweep": ("up", "down"), "load": self.load, "level": self.level, "frequency": self.frequency}
         return labelled.dataset("impact map", variables, coordinates, {"kind": self.kind})
 
 

@@ -75,9 +75,8 @@ def row_of(
     known, first = np.unique(best.order.cell, return_index=True)
     last = best.order.cell.size - 1 - np.unique(best.order.cell[::-1], return_index=True)[1]
     chosen, where = np.unique(np.concatenate((first, last)), return_inverse=True)
-    of_chosen = _measured(solver, omega, best.order.selected(chosen))
     arrays = {}
-    for name, values in of_chosen.items():
+    for name, values in _measured(solver, omega, best.order.selected(chosen)).items():
         arrays[name] = np.full((2, frequency.size, values.shape[1]), np.nan)
         arrays[name][:, known] = values[where].reshape(2, known.size, values.shape[1])
     hz = 2 * np.pi * solver.system.frequency_ratio
@@ -124,8 +123,7 @@ def _measured(solver: Any, omega: np.ndarray, vibrations: ArcVibrations) -> dict
             samples, peak[i] = nonlinear_forces(solver, float(omega[cell]), x[i])
             force[i] = samples @ solver.grid.project.T
     motions = zip(omega[vibrations.cell].tolist(), vibrations.z, vibrations.y, force)
-    points = [TestedPoint(PeriodicMotion(*each, np.zeros(0), 0.0), None) for each in motions]
-    branch = expanded(solver, points, "")
+    branch = expanded(solver, [TestedPoint(PeriodicMotion(*each, np.zeros(0), 0.0), None) for each in motions], "")
     return {
         "contact_share": np.mean(depth > 0, axis=-1), "penetration": np.maximum(depth.max(axis=-1), 0.0),
         "contact_force": peak, "displacement": branch.excursion(), "acceleration": branch.amplitude("acceleration"),

@@ -154,8 +154,7 @@ class NonlinearMode(Continuation):
             returned = self.given * q_angle
             by_omega = damped - 2 * self.order**2 * omega * q - zeta * omega * returned + self.at_points.T @ change
             self._fill_border(parameter, omega, zeta, by_omega, -(omega**2) * returned)
-        residual = imbalance * self.weight * self.metres
-        return np.append(residual, x[self.row, 1:3] - (parameter, 0.0)), force, y
+        return np.append(imbalance * self.weight * self.metres, x[self.row, 1:3] - (parameter, 0.0)), force, y
 
     def _fill_forces(self, place: np.ndarray, rate: np.ndarray, omega: float, diff: bool, force: np.ndarray) -> None:
         motion = Sampled(place, omega * rate, omega, self.spin)

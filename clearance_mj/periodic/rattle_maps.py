@@ -197,8 +197,7 @@ class RattleMap(ArrayData):
             "sweep": SWEEPS, "level": self.level, "frequency": self.frequency, "response": self.responses,
             "clearance": self.clearances,
         }  # fmt: skip
-        attributes = {"kind": self.kind, "ended": list(self.ended)}
-        return labelled.dataset("rattle map", variables, coordinates, attributes)
+        return labelled.dataset("rattle map", variables, coordinates, {"kind": self.kind, "ended": list(self.ended)})
 
 
 @checks_kinds

@@ -59,9 +59,8 @@ class Solver(Continuation):
         """Make one number of a state the continuation parameter; the others are those of ``at``."""
         self.over, self.at = over, at
         fixed, rate = np.array(at), np.zeros(len(at))
-        index = [OperatingPoint._fields.index(over)]
         turns, linear = self.system.order / self.system.periods, self.linear
-        rate[index] = 1.0
+        rate[OperatingPoint._fields.index(over)] = 1.0
         if turns and over in ("omega", "spin"):
             rate[:2] = (1.0, 1 / turns) if over == "omega" else (turns, 1.0)
         elif over == "spin" and self.system.driven.turns:

@@ -169,10 +169,8 @@ def _bisect(
 
 def _bifurcation_kind(inner: TestedPoint, beyond: TestedPoint) -> str:
     """Return the kind of bifurcation, by the multiplier that crosses the unit circle between two motions."""
-    assert inner.multipliers is not None and beyond.multipliers is not None
-    less_stable = max(inner, beyond, key=lambda each: unstable(each.multipliers))  # type: ignore[arg-type]
-    assert less_stable.multipliers is not None
-    outside = less_stable.multipliers[: unstable(less_stable.multipliers)]
+    less_stable = max((each.multipliers for each in (inner, beyond) if each.multipliers is not None), key=unstable)
+    outside = less_stable[: unstable(less_stable)]
     crossing = outside[np.argmin(np.abs(outside))]
     if abs(crossing.imag) > 1e-6 * abs(crossing):
         return NEIMARK_SACKER

@@ -280,9 +280,7 @@ def _direction(motions: Sequence[PeriodicMotion]) -> np.ndarray:
     return np.asarray(chord / np.linalg.norm(chord))
 
 
-def _solvers(
-    branch: Branch, point: SpecialPoint, over: str, solver: Solver
-) -> tuple[float, Callable[[float], Solver]]:  # fmt: skip
+def _solvers(branch: Branch, point: SpecialPoint, over: str, solver: Solver) -> tuple[float, Callable[[float], Solver]]:
     """Return the second parameter's value at a special point, and a function for solvers over frequency at others."""
     if over not in OperatingPoint._fields:
         first_value, model_at = _models(branch.model, over)
