@@ -16,10 +16,10 @@ from ..rig.sensing import acceleration_mask, sensor_points
 from .axes import level_axis
 from .branch import Branch
 from .condensed import condensed
-from .continuation import EndOfBranch, NoConvergence, until_closed
+from .continuation import EndOfBranch, NoConvergence, PeriodicMotion, until_closed
 from .coverage import COVERED
 from .excitation import steady_spin
-from .nonlinear_mode import FreeMotion, NonlinearMode
+from .nonlinear_mode import NonlinearMode
 from .resolution import pair_of, require_whole, resolution
 from .vibrations import UNITS, Vibrations, complex_amplitudes
 
@@ -183,11 +183,11 @@ def follow_backbone(
         raise ClearanceError(f"mode must be between 1 and {most}, as many as the Ritz basis has, got {mode}")
     follower = NonlinearMode(system, int(mode) - 1, harmonics, samples, spin)
     start, stop = _amplitudes(amplitude_range, rig.bushings[rig.bushing_of_row[follower.row]].gap)
-    motions: list[FreeMotion] = []
+    motions: list[PeriodicMotion] = []
     ended, branch = "", until_closed(follower, follower.branch(start, stop))
     try:
         for motion in tqdm(branch, desc="backbone", unit="point", disable=not progress):
-            motions.append(follower.motion(motion))
+            motions.append(motion)
         if motion.parameter < stop * (1 - COVERED):
             ended = f"it turns back and leaves the amplitudes at {motion.parameter:.6g} m, where it began"
     except EndOfBranch as end:
@@ -210,12 +210,13 @@ def _amplitudes(amplitudes: tuple[float, float] | None, gap: float) -> tuple[flo
     return start, stop
 
 
-def _backbone(follower: NonlinearMode, mode: int, motions: list[FreeMotion], ended: str) -> Backbone:
+def _backbone(follower: NonlinearMode, mode: int, motions: list[PeriodicMotion], ended: str) -> Backbone:
     """Expand motions of the modes to the quantities of a backbone."""
     system = follower.system
     rig, model, n = system.rig, system.driven.model, system.rig.n_rows
-    omega, damping, harmonics, force = map(np.array, zip(*motions))
-    modes, force = complex_amplitudes(follower.vectors @ harmonics), complex_amplitudes(force)
+    omega, damping, harmonics = map(np.array, zip(*(follower.unscaled(each.parameter, each.z) for each in motions)))
+    modes = complex_amplitudes(follower.vectors @ harmonics)
+    force = complex_amplitudes(np.array([motion.force for motion in motions]))
     i_omega, x = 1j * np.arange(follower.harmonics + 1) * omega[:, None, None], system.driven.points @ modes
     directions = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
     first, second = n + rig.end_rows.T

@@ -122,10 +122,6 @@ class Continuation(ABC):
         """Return a motion beyond a corner at which the corrector fails."""
         return None
 
-    def _orient(self, motion: PeriodicMotion, before: PeriodicMotion, step: float) -> PeriodicMotion:
-        sign = np.sign(motion.tangent @ difference(before, motion)) * np.sign(step) or 1.0
-        return replace(motion, tangent=sign * motion.tangent)
-
     def within(
         self, motion: PeriodicMotion, low: float, high: float, up: bool = True, most: int = MAX_POINTS
     ) -> Iterator[PeriodicMotion]:  # fmt: skip

@@ -9,7 +9,8 @@ over the level much cheaper than those over frequency, and they meet the same vi
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
@@ -41,8 +42,7 @@ STEPS = 400  # of one branch
 PARTS = 8  # interpolation points between two motions
 
 
-@dataclass(frozen=True, eq=False)
-class LevelBranch:
+class LevelBranch(NamedTuple):
     """The vibrations at one frequency, in their order from rest; the level turns at folds."""
 
     level: np.ndarray

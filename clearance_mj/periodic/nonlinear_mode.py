@@ -10,7 +10,6 @@ vibrations nor decays do.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,19 +20,10 @@ from .continuation import Continuation, NoConvergence, PeriodicMotion
 from .forces import Sampled, fill_forces
 from .harmonic_balance import blocks
 
-__all__ = ["FreeMotion", "NonlinearMode"]
+__all__ = ["NonlinearMode"]
 
 WITHIN = 0.5  # fraction of the distance to the nearest wall at which a mode begins, linear but for the grease
 STILL = 1e-9  # fraction of a mode's largest displacement below which a clearance does not move
-
-
-class FreeMotion(NamedTuple):
-    """A periodic motion of a nonlinear mode."""
-
-    omega: float  #: 1/s
-    damping: float  #: ζ
-    modes: np.ndarray  #: (n, K) harmonics of the in-gap modes, of unit mass, m sqrt(kg)
-    force: np.ndarray  #: (n_rows, K) of the clearances' forces beyond the linear fillings', N
 
 
 class NonlinearMode(Continuation):
@@ -99,11 +89,6 @@ class NonlinearMode(Continuation):
                 return vectors[:, in_plane]
         return vectors
 
-    def motion(self, unscaled: PeriodicMotion) -> FreeMotion:
-        """Convert a motion to physical units."""
-        omega, zeta, q = self._unscale(unscaled.parameter, unscaled.z)
-        return FreeMotion(omega, zeta, q, unscaled.force)
-
     def branch(self, start: float, stop: float) -> Iterator[PeriodicMotion]:
         """Yield motions from an amplitude, m, on until they leave the range between that and a larger one.
 
@@ -126,13 +111,13 @@ class NonlinearMode(Continuation):
                 raise NoConvergence(first.parameter)
         yield from self.within(first, start, stop)
 
-    def _unscale(self, amplitude: float, z: np.ndarray) -> tuple[float, float, np.ndarray]:
-        """Return frequency, damping ratio and the modes' harmonics."""
+    def unscaled(self, amplitude: float, z: np.ndarray) -> tuple[float, float, np.ndarray]:
+        """Return frequency, 1/s, damping ratio, and harmonics (n, K) of the modes, of unit mass, m sqrt(kg)."""
         q_h = z[:-2].reshape(self.stiffness.size, self.order.size) / self.metres
         return self.own * z[-2] / amplitude, z[-1] / amplitude, q_h
 
     def _residual(self, parameter: float, z: np.ndarray, y: np.ndarray, diff: bool) -> tuple[np.ndarray, ...]:
-        omega, zeta, q = self._unscale(parameter, z)
+        omega, zeta, q = self.unscaled(parameter, z)
         if not omega > 0:
             return np.full(self.size, np.inf), y, y
         x = self.at_points @ q

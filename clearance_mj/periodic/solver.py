@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ from ..core.equations import solved
 from ..core.errors import ClearanceError
 from .balance import POWERS, Balance, deepest_penetration, residual, set_gaps
 from .condensed import Condensed, grid, laws_of, slopes
-from .continuation import MAX_POINTS, Continuation, Motions, NoConvergence, PeriodicMotion
+from .continuation import MAX_POINTS, Continuation, Motions, NoConvergence, PeriodicMotion, difference
 from .dynamics import at_one_frequency, by_poles, by_stiffness
 from .loops import CORNERS, bordered, loops
 
@@ -318,5 +319,6 @@ class Solver(Continuation):
             guess = z + step * motion.scale * direction[:-1].reshape(z.shape)
             beyond = self.solve(omega * (1 + step * direction[-1]), guess, motion.y, direction, motion.scale)
             if beyond is not None and side * self.depth(beyond.parameter, beyond.z, beyond.y) > 0:
-                return self._orient(beyond, motion, 1.0)
+                along = np.sign(beyond.tangent @ difference(motion, beyond)) or 1.0
+                return replace(beyond, tangent=along * beyond.tangent)
         return None

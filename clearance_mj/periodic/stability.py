@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -82,8 +81,7 @@ def unstable(values: np.ndarray) -> int:
     return int(np.sum(np.abs(values) > 1 + ROUNDING))
 
 
-@dataclass(frozen=True, eq=False)
-class TestedPoint:
+class TestedPoint(NamedTuple):
     """A motion of a branch, with its multipliers and special kinds."""
 
     motion: PeriodicMotion
@@ -107,7 +105,7 @@ def changes(solver: Continuation, before: TestedPoint, after: TestedPoint) -> It
         if unstable(after.multipliers) == count:
             return
         inner, low, beyond = _bisect(at, count, low, last, after)
-        yield replace(beyond, kind=_bifurcation_kind(inner, beyond))
+        yield beyond._replace(kind=_bifurcation_kind(inner, beyond))
         last = beyond
 
 
@@ -119,7 +117,7 @@ def with_fold(solver: Continuation, points: list[TestedPoint]) -> list[TestedPoi
     if middle in (0, len(points) - 1) or points[middle].folds or depth < RESOLVED:
         return points
     if points[middle].kind == FIRST_CONTACT:  # the branch turns where it leaves the gap
-        return [*points[:middle], replace(points[middle], folds=True), *points[middle + 1 :]]
+        return [*points[:middle], points[middle]._replace(folds=True), *points[middle + 1 :]]
     at, sign = _interpolator(solver, points[0], points[-1]), 1.0 if omega[middle] > omega[0] else -1.0
 
     def missed(fraction: float) -> float:
@@ -128,11 +126,11 @@ def with_fold(solver: Continuation, points: list[TestedPoint]) -> list[TestedPoi
 
     fold = at(float(minimize_scalar(missed, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-5}).x))
     if fold is None or sign * (fold.motion.parameter - omega[middle]) < 0:
-        return [replace(point, kind="", folds=True) if i == middle else point for i, point in enumerate(points)]
+        return [*points[:middle], points[middle]._replace(kind="", folds=True), *points[middle + 1 :]]
     chord = difference(points[0].motion, points[-1].motion)
     projections = [difference(points[0].motion, point.motion) @ chord for point in points]
     place = int(np.searchsorted(projections, difference(points[0].motion, fold.motion) @ chord))
-    return [*points[:place], replace(fold, folds=True), *points[place:]]
+    return [*points[:place], fold._replace(folds=True), *points[place:]]
 
 
 def _interpolator(solver: Continuation, before: TestedPoint, after: TestedPoint) -> Callable[..., TestedPoint | None]:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +22,7 @@ BESIDE_FOLD = 3
 """Points on either side of a fold that are searched for a stable one: rounding may shift the change of stability."""
 
 
-@dataclass(frozen=True)
-class JumpAtFold:
+class JumpAtFold(NamedTuple):
     """A fold at which a stable vibration ends and jumps to another one."""
 
     upwards: bool  #: True if it is met while the parameter rises
@@ -111,7 +108,7 @@ def of_branch(branch: Branch) -> dict[str, Any]:
     """Return settings, special points and jumps of a branch as plain data."""
     x, stable = branch.parameter, stable_points(branch)
     at_folds = [
-        dataclasses.asdict(jump) | {"clearance": branch.clearances[jump.clearance], "after": list(jump.after)}
+        jump._asdict() | {"clearance": branch.clearances[jump.clearance], "after": list(jump.after)}
         for jump in jumps(branch)
     ]
     special = [
