@@ -109,25 +109,20 @@ def with_first_contacts(
     solver: Solver, motions: Iterator[PeriodicMotion], contacts: list[PeriodicMotion]
 ) -> Iterator[PeriodicMotion]:
     """Yield consecutive motions, and those where contact begins or ends, which are appended to a list, too."""
-    before, depth_before = None, 0.0
+    pending, depth_before = list[PeriodicMotion](), 0.0  # what grazes may be the motion before
     try:
         for motion in motions:
             depth = solver.depth(motion.parameter, motion.z, motion.y)
-            between = None
-            if before is not None:
-                if (depth_before > 0) != (depth > 0):
-                    between = _grazing(solver, before, motion)
-                    contacts += [between] if between is not None else []
-                yield before
-                if between is not None and between is not before and between is not motion:
-                    yield between
-            before, depth_before = motion, depth
+            if pending and (depth_before > 0) != (depth > 0):
+                if (between := _grazing(solver, pending[0], motion)) is not None:
+                    contacts.append(between)
+                    pending += [between] if between is not pending[0] and between is not motion else []
+            yield from pending
+            pending, depth_before = [motion], depth
     except NoConvergence:
-        if before is not None:
-            yield before
+        yield from pending
         raise
-    if before is not None:
-        yield before
+    yield from pending
 
 
 def _grazing(solver: Solver, before: PeriodicMotion, after: PeriodicMotion) -> PeriodicMotion | None:

@@ -187,8 +187,7 @@ class RattleMap(ArrayData):
         variables: dict[str, Any] = {
             name: (("sweep", *cells, row), getattr(self, name), units) for name, (row, units) in QUANTITIES.items()
         }
-        variables["vibrations"] = (cells, self.vibrations, "1")
-        variables["rattles"] = (cells, self.rattles, "1")
+        variables |= {"vibrations": (cells, self.vibrations, "1"), "rattles": (cells, self.rattles, "1")}
         variables["first_contact"] = (("gaps", "frequency"), self.first_contact, unit)
         variables["gap"] = (("gaps", "clearance"), self.gap, "m")
         for name, values, units in zip(Jump._fields, zip(*self.jumps), ("1", unit, "Hz", "1")):
