@@ -95,6 +95,10 @@ class Whirl:
         last_turns = self.time[np.flatnonzero(before_turns)[-1]] if before_turns.any() else self.time[0]
         return self.between(min(steady, last_turns, max(self.time[-1] - seconds, self.time[0])))
 
+    def _path(self, bushing: int) -> tuple[np.ndarray, np.ndarray]:
+        y, z = self.position[bushing]
+        return y, z
+
     def orbits(self, bushing: int, n_points: int = 128) -> Orbits:
         """Return the orbits in a bushing, turn by turn.
 
@@ -107,7 +111,7 @@ class Whirl:
         """
         if self.angle is None:
             raise RecordError(f"rig {self.rig.name!r} does not turn, and has no orbits by turn; give [spin]")
-        orbits_of_turns = orbits_by_turn(*self.position[bushing], self.fs, self.angle, n_points)
+        orbits_of_turns = orbits_by_turn(*self._path(bushing), self.fs, self.angle, n_points)
         return replace(orbits_of_turns, time=orbits_of_turns.time + self.time[0])
 
     def full_spectrum(self, bushing: int, resolution: float = 1.0, window: str = "flattop") -> FullSpectrum:
@@ -122,7 +126,7 @@ class Whirl:
         window : str
             As in `signals.full_spectrum`.
         """
-        return full_spectrum(*self.position[bushing], self.fs, resolution, window)
+        return full_spectrum(*self._path(bushing), self.fs, resolution, window)
 
     def cascade(self, bushing: int, resolution: float = 2.0, window: str = "hann", n_windows: int = 80) -> SpeedCascade:
         """Return full spectra over the speed, of the motion in a bushing.
@@ -140,7 +144,7 @@ class Whirl:
         """
         if self.spin is None:
             raise RecordError(f"rig {self.rig.name!r} does not turn, and has no spectra over speed")
-        return speed_cascade(*self.position[bushing], self.fs, self.spin, resolution, window, n_windows)
+        return speed_cascade(*self._path(bushing), self.fs, self.spin, resolution, window, n_windows)
 
 
 def require_round(rig: Rig) -> None:
