@@ -14,14 +14,14 @@ from .continuation import NoConvergence
 from .forces import Sampled, fill_forces
 from .solver import AT_REST, Solver
 
-__all__ = ["Equilibrium", "first_hopf", "rest_and_growth"]
+__all__ = ["ShaftEquilibrium", "first_hopf", "rest_and_growth"]
 
 SPEEDS = 60  # sampled for a change of stability
 EXACT = 1e-9  # of the speed
 
 
-class Equilibrium(NamedTuple):
-    """Equilibrium of a turning shaft, and the motion about it that grows fastest."""
+class ShaftEquilibrium(NamedTuple):
+    """ShaftEquilibrium of a turning shaft, and the motion about it that grows fastest."""
 
     speed: float  #: rad/s
     place: np.ndarray  #: (n_rows, 1) m
@@ -29,7 +29,7 @@ class Equilibrium(NamedTuple):
     shape: np.ndarray  #: (n_rows,) complex, of this motion
 
 
-def rest_and_growth(system: Condensed, speed: float) -> Equilibrium:
+def rest_and_growth(system: Condensed, speed: float) -> ShaftEquilibrium:
     """Return the equilibrium of a rig at a speed, rad/s, and its eigenvalue with the largest real part.
 
     Sliding friction stays sliding, sticking bristles are springs.
@@ -57,12 +57,12 @@ def rest_and_growth(system: Condensed, speed: float) -> Equilibrium:
     linearised = dataclasses.replace(model, springs=model.springs + springs, coupling=model.coupling + dampers)
     modes = linearised.poles(speed).vibrating
     if not modes.value.size:
-        return Equilibrium(speed, place, -np.inf + 0j, np.zeros(len(points), dtype=complex))
+        return ShaftEquilibrium(speed, place, -np.inf + 0j, np.zeros(len(points), dtype=complex))
     fastest = int(modes.value.real.argmax())
-    return Equilibrium(speed, place, complex(modes.value[fastest]), points @ modes.motion[:, fastest])
+    return ShaftEquilibrium(speed, place, complex(modes.value[fastest]), points @ modes.motion[:, fastest])
 
 
-def first_hopf(system: Condensed, ends: tuple[float, float]) -> Equilibrium:
+def first_hopf(system: Condensed, ends: tuple[float, float]) -> ShaftEquilibrium:
     """Return the equilibrium at the first speed between two, rad/s, at which it loses its stability: a Hopf point.
 
     Raises
@@ -70,7 +70,7 @@ def first_hopf(system: Condensed, ends: tuple[float, float]) -> Equilibrium:
     ClearanceError
         If it stays stable, or there is no equilibrium at any speed.
     """
-    before: Equilibrium | None = None
+    before: ShaftEquilibrium | None = None
     rested = False
     for speed in np.linspace(*ends, SPEEDS):
         try:
