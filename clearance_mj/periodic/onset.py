@@ -21,7 +21,7 @@ EXACT = 1e-9  # of the speed
 
 
 class ShaftEquilibrium(NamedTuple):
-    """ShaftEquilibrium of a turning shaft, and the motion about it that grows fastest."""
+    """Equilibrium of a turning shaft, and the motion about it that grows fastest."""
 
     speed: float  #: rad/s
     place: np.ndarray  #: (n_rows, 1) m
