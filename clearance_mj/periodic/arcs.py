@@ -135,11 +135,7 @@ def _contact_links(
         if motions:
             link = _link((start, end), motions, omega)
             corners = (*_corner_fold(start, known, motions[:2]), *_corner_fold(end, known, motions[:-3:-1]))
-            # Rounding decides if a corner shows up as a fold too.
-            folds = [
-                f for f in link.folds if not any(f[1] == up and abs(f[0] / w - 1) < SAME_FOLD for w, up in corners)
-            ]
-            yield replace(link, folds=(*folds, *corners))
+            yield replace(link, folds=(*_folds_off_corners(link.folds, corners), *corners))
 
 
 def _until_return(
@@ -151,6 +147,15 @@ def _until_return(
     outward = first_half(motions)
     ended.append(outward[-1].parameter)
     return outward, BROKEN
+
+
+def _folds_off_corners(
+    folds: tuple[tuple[float, bool], ...], corners: tuple[tuple[float, bool], ...]
+) -> Iterator[tuple[float, bool]]:
+    """Yield the folds of an arc that are not its corners: rounding decides if a corner shows up as a fold too."""
+    for omega, up in folds:
+        if not any(up == other and abs(omega / at - 1) < SAME_FOLD for at, other in corners):
+            yield omega, up
 
 
 def _corner_fold(
