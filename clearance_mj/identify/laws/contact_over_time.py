@@ -87,7 +87,7 @@ def _fit_windows(force: RestoringForce, bushing: int, grease: Grease, edges: np.
 
 
 def _contact_motion(
-    force: RestoringForce, bushing: int, k: np.ndarray | None = None, c: np.ndarray | None = None
+    force: RestoringForce, bushing: int, k: np.ndarray | float = 1.0, c: np.ndarray | float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the gap function and its rate in the force's band, mean of both ends, and True in contact; each (n_t,)."""
     g, speed, touching = _fine_motion(force, bushing, k, c)
@@ -95,15 +95,13 @@ def _contact_motion(
 
 
 def _fine_motion(
-    force: RestoringForce, bushing: int, k: np.ndarray | None, c: np.ndarray | None
+    force: RestoringForce, bushing: int, k: np.ndarray | float, c: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The same (n_t * FINER,), not yet limited to the band; with k and c, samples that would pull are left out."""
+    """The same (n_t * FINER,), not yet limited to the band; samples that would pull are left out, of a spring none."""
     ends = _interpolate(force.ends[bushing])
     g = penetration(ends, *force.rig.bushings[bushing].walls)
     speed = np.gradient(ends, axis=1) * (force.fs * FINER)
-    pushes = g != 0
-    if k is not None and c is not None:
-        pushes &= (k * g + c * speed) * np.sign(g) > 0
+    pushes = (k * g + c * speed) * np.sign(g) > 0
     return (g * pushes).mean(axis=0), (speed * pushes).mean(axis=0), pushes.any(axis=0)
 
 
@@ -121,13 +119,12 @@ def _to_band(force: RestoringForce, signal: np.ndarray) -> np.ndarray:
 
 
 def amplitude_columns(
-    force: RestoringForce, bushing: int, nodes: np.ndarray, release: float, k: np.ndarray | None, c: np.ndarray | None
+    force: RestoringForce, bushing: int, nodes: np.ndarray, release: float, k: np.ndarray, c: np.ndarray
 ) -> np.ndarray:
     """(n_t, 2 n_nodes) gap function, then its rate, times the interpolation weight of each node's amplitude, m."""
     a = envelope(_interpolate(force.displacement[bushing]), force.fs * FINER, release)
     weights = np.column_stack([np.interp(a, nodes, unit) for unit in np.eye(nodes.size)])
-    now = (None, None) if k is None or c is None else (weights @ k, weights @ c)
-    g, speed, _ = _fine_motion(force, bushing, *now)
+    g, speed, _ = _fine_motion(force, bushing, weights @ k, weights @ c)
     return _to_band(force, np.hstack((weights * g[:, None], weights * speed[:, None])).T).T
 
 

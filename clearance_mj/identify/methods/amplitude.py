@@ -69,13 +69,11 @@ def _over_amplitude(
     weight = [weights(f, bushing) for f in forces]
     contact_forces = [w * (f.force[bushing] - grease_force(f, bushing, grease)) for w, f in zip(weight, forces)]
     target = np.concatenate((*contact_forces, np.zeros(2 * (nodes.size - 1))))
-    k: np.ndarray | None = None
-    c: np.ndarray | None = None
+    k, c = np.ones(nodes.size), np.zeros(nodes.size)  # at first a spring, which never pulls
     for _ in range(RELEASES):
         columns = [amplitude_columns(f, bushing, nodes, RELEASE, k, c) for f in forces]
         matrix = np.vstack([w[:, None] * part for w, part in zip(weight, columns)])
         k, c = np.split(non_negative(np.vstack((matrix, _smoothness(matrix, nodes))), target), 2)
-    assert k is not None and c is not None
     return k, c
 
 
