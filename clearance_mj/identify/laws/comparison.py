@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -160,7 +159,7 @@ def compare_families(
     for j, (fit, (likeliest, *others_of)) in enumerate(zip(best, families)):
         unloaded = [with_offsets([*fits[:j], other.fit, *fits[j + 1 :]], rig)[j] for other in others_of]
         pairs = zip((likeliest, *others_of), (fit, *unloaded))
-        comparisons.append(tuple(dataclasses.replace(family, fit=each) for family, each in pairs))
+        comparisons.append(tuple(replace(family, fit=each) for family, each in pairs))
     return tuple(comparisons)
 
 
@@ -171,7 +170,7 @@ def _with_length(rig: Rig) -> Rig:
         if not bushing.length and not is_rotation(bushing.position) and (place := parse_place(bushing.position)):
             shaft = {shaft.name: shaft for shaft in rig.linear.shafts}[place[0]]
             inside = min(place[1] - shaft.start, shaft.end - place[1])
-            bushings[j] = dataclasses.replace(bushing, length=min(LEVER * shaft.length, inside))
+            bushings[j] = replace(bushing, length=min(LEVER * shaft.length, inside))
     return rig.replace(bushings=tuple(bushings))
 
 

@@ -60,9 +60,8 @@ def families_of(law: Law, rig: Rig) -> list[FamilyValues]:
 
 
 def _family(families: Mapping[str, AnyFamily], model: Any, kind: str) -> AnyFamily:
-    for family in families.values():
-        if family.holds(model):
-            return family
+    if family := next((each for each in families.values() if each.holds(model)), None):
+        return family
     raise LawError(
         f'a {kind} of kind "{getattr(model, "name", type(model).__name__)}" is of no family whose values can be '
         f"tracked; use one such as identify finds: {', '.join(families)}"

@@ -9,9 +9,8 @@ from composite likelihoods, Statistica Sinica 22, 2012).
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import cast
 
@@ -109,26 +108,22 @@ class ForceFit:
         """
         if self.case.rest is None:
             return self
-        estimates_, parameters, values = self.estimates, [], self.estimates.value.copy()
-        covariance, at = estimates_.covariance.copy(), list[int]()
-        for i, p in enumerate(estimates_.parameters):
-            prefix, _, field = p.name.rpartition(".")
-            if field in RESTS:
-                shift = float(moved[len(at)])
-                name = f"{prefix}.{OFFSETS[RESTS.index(field)]}"
-                p = dataclasses.replace(p, name=name, start=p.start - shift, low=p.low - shift, high=p.high - shift)
-                values[i] -= shift
-                at.append(i)
-            parameters.append(p)
+        parameters, values = list(self.estimates.parameters), self.estimates.value.copy()
+        covariance, at = self.estimates.covariance, [i for i, p in enumerate(parameters) if p.name.endswith(RESTS)]
+        for i, shift in zip(at, moved.tolist()):
+            p, (prefix, _, field) = parameters[i], parameters[i].name.rpartition(".")
+            name = f"{prefix}.{OFFSETS[RESTS.index(field)]}"
+            parameters[i] = replace(p, name=name, start=p.start - shift, low=p.low - shift, high=p.high - shift)
+        values[at] -= moved
         covariance[np.ix_(at, at)] += spread
         estimates = Estimates.of(parameters, values, covariance)
         bushing = placed(self.bushing, values[at], **hole_of(self.bushing, self.bushing.gap, estimates))
-        return dataclasses.replace(self, bushing=bushing, estimates=estimates)
+        return replace(self, bushing=bushing, estimates=estimates)
 
     def widened_by(self, covariance: np.ndarray) -> ForceFit:
         """Return the fit with a further covariance (n, n) added to that of its estimates."""
         e = self.estimates
-        return dataclasses.replace(self, estimates=Estimates.of(e.parameters, e.value, e.covariance + covariance))
+        return replace(self, estimates=Estimates.of(e.parameters, e.value, e.covariance + covariance))
 
     @property
     def contact_model(self) -> ContactModel:
@@ -228,6 +223,6 @@ def steps_on(fit: ForceFit, problem: ForceProblem, others: Sequence[MeasuredMoti
     linear = problem.linearised(fit.point)
     weighted = linear.jacobian * fit.loss.weights(linear.residuals).curvature[:, None]
     information = weighted.T @ linear.jacobian / fit.correlation_length + np.eye(fit.point.size)
-    residuals = [other.residuals([problem.case(fit.point)])[problem.motion.fitted, 0] for other in others]
-    changed = np.array([shifted - linear.residuals for shifted in residuals]).reshape(-1, linear.residuals.size)
+    shifted = [other.residuals([problem.case(fit.point)])[problem.motion.fitted, 0] for other in others]
+    changed = np.reshape(shifted, (-1, linear.residuals.size)) - linear.residuals
     return -np.linalg.solve(information, weighted.T @ changed.T / fit.correlation_length).T

@@ -40,12 +40,9 @@ class BushingMotion(NamedTuple):
 
 
 def law_forces(
-    paths: Sequence[BushingMotion],
-    taps: np.ndarray,
-    factor: int,
-    cases: Sequence[ClearanceWithLaw],
+    paths: Sequence[BushingMotion], taps: np.ndarray, factor: int, cases: Sequence[ClearanceWithLaw],
     slow: Sequence[np.ndarray] = (),
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     """Return the forces (n d, n_cases), N, of laws of one clearance in measured motions, one motion after the other.
 
     ``taps``: of the low-pass, odd in number and symmetric; every ``factor``-th sample is kept, the first included, with
@@ -63,12 +60,9 @@ def law_forces(
 
 
 def _forces_of_lanes(
-    paths: Sequence[BushingMotion],
-    taps: np.ndarray,
-    factor: int,
-    cases: Sequence[ClearanceWithLaw],
+    paths: Sequence[BushingMotion], taps: np.ndarray, factor: int, cases: Sequence[ClearanceWithLaw],
     slow: list[np.ndarray],
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     count, unused = len(cases), LANES - len(cases)
     padded = [*cases, *[cases[0]] * unused]
     records = side_by_side([case.records(paths[0].step) for case in padded], laws_of(cases[0], cases[0].law))

@@ -29,7 +29,7 @@ SLIDING = (
     Parameter("γ/β", "1", 0.5, -0.9, 1.0, transform="linear"),
 )
 FILM_SHARE = Parameter("d/h", "1", 0.0, 0.0, 0.9, transform="linear")
-NAMES = {"k": "N/m", "λ": "1", "z": "m", "γ/β": "1", "c": "N s/m", "d/h": "1"}
+NAMES = ("k", "N/m"), ("λ", "1"), ("z", "m"), ("γ/β", "1"), ("c", "N s/m"), ("d/h", "1")
 """parameters, z the yield displacement, and their units"""
 K, RATIO, YIELD, SHAPE, DAMPING, FILM = range(6)
 
@@ -78,7 +78,8 @@ def _fit(problem: _GreaseProblem, kind: str) -> tuple[Grease, Estimates, float]:
     k, ratio, _, shape, c, _ = value.tolist()
     grease = Grease(k, c, ratio, 1.0, float(beta), float(shape * beta), film_height=height)
     indices = list(range(6)) if kind == "bouc-wen" else [K, DAMPING]
-    return grease, problem.estimates(value, covariance, indices), problem.relative_rms(residual)
+    relative_rms = float(np.sqrt(np.sum(residual**2) / np.sum(problem.target**2)))
+    return grease, problem.estimates(value, covariance, indices), relative_rms
 
 
 class _GreaseProblem:
@@ -120,20 +121,20 @@ class _GreaseProblem:
 
         opt = self._search(residual, sliding, film)
         yield_, ratio, thin = shape(opt)
-        stiffnesses = non_negative(self.columns((yield_, ratio, thin), sliding), self.target)
-        k = stiffnesses[:-1].sum()
-        value = np.array([k, stiffnesses[0] / k if k > 0 else 1.0, yield_, ratio, stiffnesses[-1], thin])
+        *stiffnesses, damping = non_negative(self.columns((yield_, ratio, thin), sliding), self.target)
+        k = sum(stiffnesses)
+        value = np.array([k, stiffnesses[0] / k if k > 0 else 1.0, yield_, ratio, damping, thin])
         varied = [K, *([RATIO, YIELD, SHAPE] if sliding else []), DAMPING, *([FILM] if film else [])]
         covariance = np.full((6, 6), np.inf)
-        covariance[np.ix_(varied, varied)] = sandwich(self._jacobian(value, varied, sliding), residual(opt), self.block)
-        return value, covariance, residual(opt)
+        missed = residual(opt)
+        covariance[np.ix_(varied, varied)] = sandwich(self._jacobian(value, varied, sliding), missed, self.block)
+        return value, covariance, missed
 
     def estimates(self, value: np.ndarray, covariance: np.ndarray, indices: list[int]) -> Estimates:
         """Return estimates of the parameters with these indices."""
         low = (0.0, 0.0, 0.0, -1.0, 0.0, 0.0)
         high = (np.inf, 1.0, np.inf, 1.0, np.inf, 1.0)
-        units = list(NAMES.items())
-        parameters = [Parameter(*units[i], value[i], low[i], high[i], transform="linear") for i in indices]
+        parameters = [Parameter(*NAMES[i], value[i], low[i], high[i], transform="linear") for i in indices]
         return Estimates.of(parameters, value[indices], covariance[np.ix_(indices, indices)])
 
     def columns(self, shape: tuple[float, float, float], sliding: bool) -> np.ndarray:
@@ -141,9 +142,6 @@ class _GreaseProblem:
         parts = [w[:, None] * _columns(f, self.bushing, *shape) for w, f in zip(self.weight, self.forces)]
         columns = np.concatenate(parts)[self.used]
         return columns if sliding else columns[:, [0, 2]]
-
-    def relative_rms(self, residual: np.ndarray) -> float:
-        return float(np.sqrt(np.sum(residual**2) / np.sum(self.target**2)))
 
     def _search(self, residual: Callable[[np.ndarray], np.ndarray], sliding: bool, film: bool) -> np.ndarray:
         """Return the best yield over gap, γ/β and d/h, as far as they are varied."""
@@ -162,10 +160,9 @@ class _GreaseProblem:
             k = (full[K] * full[RATIO], full[K] * (1 - full[RATIO])) if sliding else (full[K],)
             return self.columns((full[YIELD], full[SHAPE], full[FILM]), sliding) @ np.array([*k, full[DAMPING]])
 
-        units = list(NAMES.items())
         low = (0.0, 0.0, SLIDING[0].low * self.gap, SLIDING[1].low, 0.0, FILM_SHARE.low)
         high = (np.inf, 1.0, SLIDING[0].high * self.gap, SLIDING[1].high, np.inf, FILM_SHARE.high)
-        parameters = [Parameter(*units[i], value[i], low[i], high[i], transform="linear") for i in varied]
+        parameters = [Parameter(*NAMES[i], value[i], low[i], high[i], transform="linear") for i in varied]
         steps = 1e-4 * np.maximum(np.abs(value), 1e-3 * np.array([1.0, 1.0, self.gap, 1.0, 1.0, 1.0]))[varied]
         problem = Problem(parameters, one_by_one(force), step=steps, central=True, lanes=False)
         return problem.linearised(np.zeros(len(varied))).jacobian

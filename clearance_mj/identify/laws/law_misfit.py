@@ -10,10 +10,9 @@ not. Impacts of the identified law need no further allowance: with gaps changed 
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,6 +23,7 @@ import scipy.stats
 from ...core.tasks import run_tasks
 from ...engines import simulate
 from ...model import Model
+from ...signals.arrays import runs
 from ...signals.frf import estimate_frf
 from ...signals.frf_error import random_error
 from ...signals.response import Response
@@ -143,13 +143,8 @@ class LawMisfit:
         far = ratio > TOO_FAR
         isolated = sum(far.sum(axis=axis, keepdims=True) for axis in range(3)) == 3
         ratio[far & isolated] = 0.0  # the chance of one cell out of hundreds
-        too_far = np.any(ratio > TOO_FAR, axis=(0, 1)).tolist()
-        runs = [
-            [band for band, _ in run]
-            for missed, run in itertools.groupby(enumerate(too_far), key=lambda item: item[1])
-            if missed
-        ]
-        return tuple(self._warning(ratio, slice(run[0], run[-1] + 1)) for run in runs)
+        too_far = np.any(ratio > TOO_FAR, axis=(0, 1))
+        return tuple(self._warning(ratio, slice(*bands)) for bands in runs(too_far).tolist())
 
     def _warning(self, ratio: np.ndarray, bands: slice) -> str:
         part = ratio[:, :, bands]
@@ -215,8 +210,7 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
     excitations = [record.excitation() for record in records]
     numbers, title = range(len(records)), "misfit" if progress else ""
     tested = [in_test(model, record.tested, record.turning) for record in records]
-    tasks = run_tasks(lambda i: simulate(tested[i], excitations[i], engine="modal"), numbers, progress=title)
-    simulated = dict(tasks)
+    simulated = dict(run_tasks(lambda i: simulate(tested[i], excitations[i], engine="modal"), numbers, progress=title))
     pairs = [(record.name, record.response(), simulated[i]) for i, record in enumerate(records)]
     lasting, struck = ([pair for pair in pairs if holds_hits(pair[1].excitation) == hits] for hits in (False, True))
     bands = [_band(test) for _, test, _ in lasting]
@@ -244,14 +238,12 @@ def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.
         quantities=test.quantities,
     )  # fmt: skip
     rows = _recorded_rows(test, model)
-    delta = dataclasses.replace(measured, channels=(test.channels - model.channels[rows])[:, part])
+    delta = replace(measured, channels=(test.channels - model.channels[rows])[:, part])
     frf, difference = (estimate_frf(response, resolution=RESOLUTION, window="hann") for response in (measured, delta))
     noise = random_error(difference)[:, 0] * np.abs(difference.functions)
     # In the test's magnitude, the model's or both: |H|² + σ², σ² = 2 noise², so that none is missed where it is all.
-    test_size, model_size = (
-        np.sqrt(np.abs(functions) ** 2 + 2 * noise**2)
-        for functions in (frf.functions, frf.functions - difference.functions)
-    )
+    of_both = frf.functions, frf.functions - difference.functions
+    test_size, model_size = (np.sqrt(np.abs(functions) ** 2 + 2 * noise**2) for functions in of_both)
     missed = DB * np.abs(np.log(model_size / test_size))
     error = DB * noise / np.maximum(model_size, test_size)
     carried, lasting = _excited_lines(measured, frf.frequency)
@@ -271,9 +263,8 @@ def _excited_lines(response: Response, frequency: np.ndarray) -> tuple[np.ndarra
     Of powers p that is (Σ p)² / Σ p². A sine that passes a line once leaves one segment, which is always coherent.
     """
     size = round(response.fs / RESOLUTION)
-    _, _, power = scipy.signal.spectrogram(
-        response.excitation, response.fs, "hann", size, size - size // 2, detrend=False
-    )
+    overlap = size - size // 2
+    *_, power = scipy.signal.spectrogram(response.excitation, response.fs, "hann", size, overlap, detrend=False)
     power = power[np.round(frequency / RESOLUTION).astype(int)]
     total = power.sum(axis=1)
     excited = total > CARRIED * total.max()
@@ -302,9 +293,9 @@ def _decays(name: str, test: Response, model: Response) -> list[DecayMisfit]:
         if end - begin >= shortest:
             halves = np.array_split(np.arange(begin, end), 2)
             signals = model.channels[rows], test.channels
-            rms = [[np.std(signal[:, half], axis=1) for half in halves] for signal in signals]
+            modelled, measured = ([np.std(signal[:, half], axis=1) for half in halves] for signal in signals)
             missed = np.full((len(model.responses), 2), np.nan)
-            missed[rows] = DB * np.log(np.array(rms[0]) / np.array(rms[1])).T
+            missed[rows] = DB * np.log(np.divide(modelled, measured)).T
             peak = float(size[begin : begin + shortest].max())
             decays.append(DecayMisfit(name, begin / test.fs, (end - begin) / test.fs, peak, missed))
     return decays

@@ -34,14 +34,9 @@ class SdofResult:
 
 
 def sdof(
-    signal: ArrayLike,
-    fs: float,
-    mass: float,
-    band: tuple[float, float],
-    correction: str = "adiabatic",
-    damping: str = "viscous",
-    omega0: float = 5.0,
-) -> SdofResult:
+    signal: ArrayLike, fs: float, mass: float, band: tuple[float, float], correction: str = "adiabatic",
+    damping: str = "viscous", omega0: float = 5.0,
+) -> SdofResult:  # fmt: skip
     """Identify k(t) and c(t) of m x'' + c x' + k x = 0 from a free decay.
 
     Parameters

@@ -9,11 +9,10 @@ compares waveforms.
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -66,12 +65,12 @@ def before_contact(records: Sequence[Evidence], rig: Rig) -> list[Evidence]:
     for item in records:
         if item.response.displacement is not None:
             touching = penetration(item.response.displacement, *walls.T[:, :, None]).any(axis=0)
-            sample = int(np.argmax(touching)) if touching.any() else touching.size
+            sample = int(np.argmax(np.append(touching, True)))
             if sample >= PIECE * item.response.fs:
                 signal_names = ("excitation", "channels", "displacement")
                 cut = {name: getattr(item.response, name)[..., :sample] for name in signal_names}
-                excitation = dataclasses.replace(item.excitation, value=item.excitation.value[:sample])
-                quiet.append(Evidence(excitation, dataclasses.replace(item.response, **cut)))
+                excitation = replace(item.excitation, value=item.excitation.value[:sample])
+                quiet.append(Evidence(excitation, replace(item.response, **cut)))
     return quiet
 
 
@@ -86,17 +85,10 @@ class Fit(Identified):
 
 
 def fit_law(
-    rig: Rig,
-    records: Sequence[Evidence],
-    parameters: Sequence[Parameter],
-    make: Callable[..., Law],
-    starts: Sequence[Sequence[float]] = (),
-    n_best: int = 1,
-    model_error: float = math.inf,
-    tolerance: float = 1e-4,
-    central: bool = True,
-    title: str = "",
-) -> Fit:
+    rig: Rig, records: Sequence[Evidence], parameters: Sequence[Parameter], make: Callable[..., Law],
+    starts: Sequence[Sequence[float]] = (), n_best: int = 1, model_error: float = math.inf, tolerance: float = 1e-4,
+    central: bool = True, title: str = "",
+) -> Fit:  # fmt: skip
     """Fit the parameters of the law that ``make`` makes of their values, by bounded nonlinear least squares.
 
     The fit is run from the ``n_best`` best of the parameters' start and ``starts``. ``model_error``: dB by which
@@ -117,12 +109,9 @@ def fit_law(
         solution = solve(problem, candidates, n_best=n_best, stop=StoppingCriteria(decrease=tolerance))
     estimates = solution.estimates(jackknife(solution.rows, solution.scores, compared.block, solution.prior))
     return Fit(
-        model=fitted_model(rig, make, estimates),
-        estimates=estimates,
-        residual_db=compared.difference_db(solution.residuals),
-        cost=solution.cost,
-        evaluations=problem.evaluations,
-    )
+        model=fitted_model(rig, make, estimates), estimates=estimates, cost=solution.cost,
+        residual_db=compared.difference_db(solution.residuals), evaluations=problem.evaluations,
+    )  # fmt: skip
 
 
 class ResponseResiduals:
@@ -169,8 +158,7 @@ class ResponseResiduals:
 
     def difference_db(self, residual: np.ndarray) -> float:
         """Return the RMS difference of the FRF magnitudes, without the weights."""
-        lines = slice(0, self.frf_size)
-        return float(np.sqrt(np.mean((residual[lines] / self.weight[lines]) ** 2)))
+        return float(np.sqrt(np.mean((residual / self.weight)[: self.frf_size] ** 2)))
 
 
 class Features(NamedTuple):

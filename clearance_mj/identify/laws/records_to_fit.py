@@ -29,14 +29,11 @@ def informative_records(forces: Sequence[RestoringForce]) -> np.ndarray:
     forces : sequence of RestoringForce
         Of each record.
     """
-    farthest, steady = [], []
-    for force in forces:
-        x = force.displacement[:, force.valid]
-        farthest.append(np.abs(x).max(axis=1))
-        steady.append(not any(becomes_quiet(each, force.fs) for each in x))
-    far, steady_records = np.array(farthest), np.array(steady)
-    enough = far[steady_records].max(axis=0, initial=0.0) >= NEARLY * far.max(axis=0)
-    return np.asarray(steady_records | ~enough[:, None])
+    motions = [force.displacement[:, force.valid] for force in forces]
+    far = np.array([np.abs(x).max(axis=1) for x in motions])
+    steady = np.array([not any(becomes_quiet(each, f.fs) for each in x) for f, x in zip(forces, motions)])
+    enough = far[steady].max(axis=0, initial=0.0) >= NEARLY * far.max(axis=0)
+    return np.asarray(steady | ~enough[:, None])
 
 
 def most_informative_parts(records: Sequence[PreparedRecord]) -> list[PreparedRecord]:

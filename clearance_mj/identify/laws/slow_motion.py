@@ -117,9 +117,7 @@ class SlowMotion:
             force = np.array([each[part] for each in walls])
             upper, lower = (np.maximum(side, 0.0).mean(axis=1) for side in (force, -force))
             mean = np.abs(self.spectra[i][0]) / (part.stop - part.start)
-            decline = np.array(
-                [_decline(motion.paths[i].x[:: motion.factor, 0, 0], motion.rate) for motion in self.motions]
-            )
+            decline = [_decline(motion.paths[i].x[:: motion.factor, 0, 0], motion.rate) for motion in self.motions]
             of_filling = STATIC_STIFFNESS_ERROR * stiffness * np.hypot(mean, decline)
             error = np.hypot(FORCE_ERROR * np.hypot(upper, lower), of_filling)
             compliance = np.abs(_with_springs(self.lines[i], stiffness).compliance[0])
