@@ -66,8 +66,7 @@ def with_likeliest_contacts(
                 continue
             rival_places = [p._replace(contact=family) if p is place else p for p in problem.places]
             rival = LawProblem(problem.forces, rival_places, law_priors(rival_places))
-            names = {p.name: f"bushings[{place.number}].{p.name}" for p in family.parameters(place.nominal)}
-            start = {names[name]: value for name, value in family.start(earlier, earlier).items()}
+            start = {f"bushings[{place.number}].{name}": v for name, v in family.start(earlier, earlier).items()}
             with contextlib.suppress(NoModelError):
                 fit = solve(rival, [rival.at(values | start), rival.at(values)], stop=STOP)
                 if (evidence := _log_evidence(fit, correlated)) > threshold:

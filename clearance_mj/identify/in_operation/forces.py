@@ -71,8 +71,7 @@ class Forces:
 
 def forces_in(
     rig: Rig, windows: Sequence[RecordWindow], parameters: Sequence[Parameter], at: Mapping[str, float],
-    bands: BandLimits,
-    weighed: Forces | None = None, maker: ForceReconstruction | None = None,
+    bands: BandLimits, weighed: Forces | None = None, maker: ForceReconstruction | None = None,
 ) -> Forces:  # fmt: skip
     """Return the forces in windows at values of the uncertain parameters, with their derivatives.
 
@@ -97,7 +96,7 @@ def forces_in(
     frequency = np.fft.rfftfreq(windows[0].size, 1 / windows[0].fs)
     frequency = frequency[frequency <= bands.force]
     slow = slow_motion(windows, bands)
-    derived = maker is None
+    varied = parameters if maker is None else ()
     maker = maker or ForceReconstruction(rig, parameters, 2 * np.pi * frequency)
     static = np.abs(np.diag(maker.gains(values, 0.0).inverse[0].real)).reshape(-1, 2).mean(axis=1)
     spectra = [w.spectra(frequency.size) for w in windows]
@@ -109,9 +108,7 @@ def forces_in(
         of_noise, leakage = _errors(inverse, lines, window.noise)
         weight = _weight(inverse, lines, motion, static, of_noise, leakage)
         scaled = weight[:, :, None] * inverse if weighed is None else weighed.over_error[i]
-        motion_by, per_force_by = (
-            maker.derivatives(values, window, lines, motion) if derived else maker.zero_derivatives(motion)
-        )
+        motion_by, per_force_by = maker.derivatives(values, window, lines, motion, varied)
         force = np.einsum("fij,fj->fi", inverse, motion)
         gate = _gate(lines, weight, window.noise, of_noise, leakage)
         over_error = np.einsum("fij,fj->fi", scaled, motion), np.einsum("fij,fjk->fik", scaled, motion_by)
@@ -144,11 +141,6 @@ class ForceReconstruction:
         self.known: dict[tuple[object, ...], ProbeGains] = {}
         self.rigs: dict[tuple[tuple[str, float], ...], Rig] = {}
 
-    def zero_derivatives(self, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return zeros in the place of derivatives."""
-        count = len(self.parameters)
-        return np.zeros((*motion.shape, count)), np.zeros((count, *motion.shape, motion.shape[1]))
-
     def gains(self, values: Mapping[str, float], spin: float) -> ProbeGains:
         """Return the gains of the probes at values of the uncertain parameters and a spin, rad/s.
 
@@ -171,20 +163,18 @@ class ForceReconstruction:
         """(n_f, m) displacement at the probes without unbalance and run-out, m."""
         gains = self.gains(values, window.mean_speed)
         surface = spectra.waves @ run_out(values, spectra.displacement.shape[1])
-        return (
-            spectra.displacement
-            - surface
-            - np.einsum("fiu,fu->fi", gains.per_unbalance, unbalance_forces(values, spectra))
-        )
+        whirl = np.einsum("fiu,fu->fi", gains.per_unbalance, unbalance_forces(values, spectra))
+        return spectra.displacement - surface - whirl
 
     def derivatives(
-        self, values: Mapping[str, float], window: RecordWindow, spectra: WindowSpectra, motion: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """(n_f, m, n) of the displacement, and (n, n_f, m, m) of that per force, per unit of each parameter."""
-        shown = np.empty((*motion.shape, len(self.parameters)), dtype=complex)
+        self, values: Mapping[str, float], window: RecordWindow, spectra: WindowSpectra, motion: np.ndarray,
+        varied: Sequence[Parameter],
+    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+        """(n_f, m, n) of the displacement, (n, n_f, m, m) of that per force, per unit of each varied one, else 0."""
+        shown = np.zeros((*motion.shape, len(self.parameters)), dtype=complex)
         per_force = np.zeros((len(self.parameters), *motion.shape, motion.shape[1]), dtype=complex)
         gains = self.gains(values, window.mean_speed)
-        for k, p in enumerate(self.parameters):
+        for k, p in enumerate(varied):
             std = p.prior_std if math.isfinite(p.prior_std) else 0.03
             step = DIFFERENCE * std * (1.0 if p.transform == "linear" else values[p.name])
             if p.transform == "log":
@@ -202,18 +192,13 @@ class ForceReconstruction:
     ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """Motion (n, 2, m) of both ends beyond the middle and its speed, where the window is not small."""
         m = force.shape[1]
-        points = np.einsum("fij,fj->fi", gain.points, force) + np.einsum(
-            "fiu,fu->fi", gain.points_per_unbalance, unbalance_forces(values, lines)
-        )
+        whirl = np.einsum("fiu,fu->fi", gain.points_per_unbalance, unbalance_forces(values, lines))
+        points = np.einsum("fij,fj->fi", gain.points, force) + whirl
         middle, ends = points[:, :m].reshape(-1, m // 2, 1, 2), points[:, m:].reshape(-1, m // 2, 2, 2)
-        tilt = (ends - middle).transpose(0, 2, 1, 3).reshape(len(points), 2, m)
-        tilt = tilt * gate[:, None, :]
-        taper = np.maximum(hann(slow.size), 0.05)[:, None, None]
-        motions = [
-            slow.size / size * np.fft.irfft(part, slow.size, axis=0) / taper
-            for part in (tilt, 1j * self.omega[:, None, None] * tilt)
-        ]
-        return motions[0], motions[1]
+        tilt = (ends - middle).transpose(0, 2, 1, 3).reshape(len(points), 2, m) * gate[:, None, :]
+        taper, both = np.maximum(hann(slow.size), 0.05)[:, None, None], (tilt, 1j * self.omega[:, None, None] * tilt)
+        x, v = (slow.size / size * np.fft.irfft(part, slow.size, axis=0) / taper for part in both)
+        return x, v
 
 
 def run_out(values: Mapping[str, float], m: int) -> np.ndarray:

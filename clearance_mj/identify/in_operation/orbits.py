@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -108,8 +108,7 @@ def _select_records(records: Dataset | Sequence[Record], rig: Rig | None) -> tup
     rates = {record.fs for record in turning.values()}
     if len(rates) > 1:
         raise RecordError(f"records are sampled at {', '.join(f'{fs:g}' for fs in sorted(rates))} Hz; needs one rate")
-    on_rig = [dataclasses.replace(r, rig=drawn) if rig is not None else r for r in turning.values()]
-    chosen = [prepared(record) for record in on_rig]
+    chosen = [prepared(replace(r, rig=drawn) if rig is not None else r) for r in turning.values()]
     require_one_mark(chosen)
     return chosen, drawn
 
@@ -136,10 +135,9 @@ def _orbit_fit(
     std = dict(zip(estimates.names, estimates.varied_std.tolist()))
     linear = {n: values[n] for n in problem.names[: problem.n_linear] if "unbalance" not in n and "run-out" not in n}
     base, identified = rig_with(rig, linear), [n for n in estimates.names if n not in estimates.only_prior]
-    clearances, bushings, contacts = [], [], []
-    for place, bushing in zip(problem.places, base.bushings):
-        clearance = _clearance(rig, problem, place, values, std, float(odds[place.number]))
-        clearances.append(clearance)
+    clearances = [_clearance(rig, problem, p, values, std, float(odds[p.number])) for p in problem.places]
+    bushings, contacts = [], []
+    for place, clearance, bushing in zip(problem.places, clearances, base.bushings):
         if clearance.seen:
             sag = np.array(rests_of(base)[place.number]) - (bushing.offset_y, bushing.offset)
             filled = _with_filling(bushing, place, values, clearance)
@@ -150,8 +148,8 @@ def _orbit_fit(
         bushings.append(bushing)
         datasheet = KelvinVoigt(bushing.contact.stiffness, bushing.contact.damping)
         contacts.append(clearance.contact_model if clearance.seen and clearance.contact_model else datasheet)
-    misfit = float(fit.loss.scale(fit.residuals)) ** 0.5
-    names, examples = tuple(r.name for r in records), unknown_examples(rig.examples, identified)
+    misfit, names = float(fit.loss.scale(fit.residuals)) ** 0.5, tuple(r.name for r in records)
+    examples = unknown_examples(rig.examples, identified)
     words = (f"of the rig file, {example_words(examples)}",) if examples else ()
     spin = rig.spin or max((r.tested.spin for r in records if r.tested.spin), key=lambda spin: spin.fastest)
     base = base.replace(bushings=tuple(bushings), unbalances=_unbalances(rig, values), examples=examples, spin=spin)
@@ -167,14 +165,13 @@ def _with_filling(
     prefix, nominal = f"bushings[{place.number}]", place.nominal
     if clearance.contact_model:
         mu, (k, c) = values[f"{prefix}.friction"], clearance.contact_model.largest(clearance.deepest)
-        contact = dataclasses.replace(bushing.contact, stiffness=k, damping=c)
-        friction = dataclasses.replace(bushing.friction or Friction(mu), coefficient=mu)
-        bushing = dataclasses.replace(bushing, contact=contact, friction=friction)
+        contact = replace(bushing.contact, stiffness=k, damping=c)
+        bushing = replace(bushing, contact=contact, friction=replace(bushing.friction or Friction(mu), coefficient=mu))
     if bushing.film:
-        film = dataclasses.replace(bushing.film, viscosity=values[f"{prefix}.grease viscosity"])
-        return dataclasses.replace(bushing, film=film)
+        film = replace(bushing.film, viscosity=values[f"{prefix}.grease viscosity"])
+        return replace(bushing, film=film)
     filling = (values.get(f"{prefix}.{p.name}", 0.0) for p in place.filling.parameters(nominal))
-    return dataclasses.replace(bushing, grease=place.filling.make(nominal, *filling))
+    return replace(bushing, grease=place.filling.make(nominal, *filling))
 
 
 def _unbalances(rig: Rig, values: dict[str, float]) -> tuple[Unbalance, ...]:
@@ -187,13 +184,9 @@ def _unbalances(rig: Rig, values: dict[str, float]) -> tuple[Unbalance, ...]:
 
 
 def _clearance(
-    rig: Rig,
-    problem: LawProblem,
-    place: ClearanceFamilies,
-    values: dict[str, float],
-    std: dict[str, float],
+    rig: Rig, problem: LawProblem, place: ClearanceFamilies, values: dict[str, float], std: dict[str, float],
     odds: float,
-) -> ClearanceInOperation:
+) -> ClearanceInOperation:  # fmt: skip
     prefix = f"bushings[{place.number}]"
     ends, _ = problem.points(values)[place.number]
     rest = np.array([values[f"{prefix}.rest_{axis}"] for axis in "yz"])

@@ -58,13 +58,9 @@ def places_of(rig: Rig, contacts: Sequence[str | None] = ()) -> list[ClearanceFa
 
 
 def law_parameters(
-    place: ClearanceFamilies,
-    priors: Sequence[Parameter],
-    rest: tuple[float, ...],
-    turns: bool,
-    weight: float,
+    place: ClearanceFamilies, priors: Sequence[Parameter], rest: tuple[float, ...], turns: bool, weight: float,
     touching: bool,
-) -> list[Parameter]:
+) -> list[Parameter]:  # fmt: skip
     """Return the open parameters of a clearance's law, named by its number.
 
     Parameters
@@ -160,13 +156,11 @@ class LawProblem(Problem):
         c, s = np.cos(angle), np.sin(angle)
         gain = np.array([known.get(f"probes[{i}].gain", 1.0) for i in (2 * j, 2 * j + 1)])
         rotation = np.array([[c, s], [-s, c]]) / gain[:, None]
-        motions = []
-        for shown, tilt in zip(self._shown, (forces.tilt, forces.tilt_speed)):
-            points = np.empty((len(shown), 3, 2))
+        x, v = np.empty((2, len(forces.tilt), 3, 2))
+        for points, shown, tilt in zip((x, v), self._shown, (forces.tilt, forces.tilt_speed)):
             points[:, 0] = shown[:, columns] @ rotation
             points[:, 1:] = tilt[:, :, columns] + points[:, :1]
-            motions.append(points)
-        return motions[0], motions[1]
+        return x, v
 
     def end_positions(self, place: ClearanceFamilies, known: Mapping[str, float]) -> np.ndarray:
         """Return where both ends of a clearance's shaft are from its middle (n_t, 2, 2), m, along y and z.

@@ -31,8 +31,7 @@ FIRST, STOP = StoppingCriteria(steps=12, decrease=1e-3), StoppingCriteria(steps=
 
 def fit_without_contact(
     rig: Rig, windows: Sequence[RecordWindow], bands: BandLimits, places: Sequence[ClearanceFamilies],
-    uncertain: Sequence[Parameter],
-    law_priors: Sequence[Parameter],
+    uncertain: Sequence[Parameter], law_priors: Sequence[Parameter],
 ) -> dict[str, float]:  # fmt: skip
     """Return unbalance, run-out and rig parameters fitted to the windows without contact.
 
@@ -56,13 +55,10 @@ def fit_without_contact(
         at, linear = problem.at(values), _linear_indices(problem)
         if iteration == 0:  # unbalance and run-out first: as long as they are wrong, they would bend the rig
             linear = [i for i in linear if _is_motion(problem.names[i])]
-        columns, misses = (
-            _columns(problem, linear, problem.values(at)),
-            real(problem.spectral_residuals(problem.values(at))),
-        )
+        columns = _columns(problem, linear, problem.values(at))
+        misses = real(problem.spectral_residuals(problem.values(at)))
         rows = columns.reshape(len(windows), -1, len(linear))
-        closeness = 1 / (1 + (relative_reach / NEAR) ** 6)
-        weight = closeness
+        closeness = weight = 1 / (1 + (relative_reach / NEAR) ** 6)
         step = np.zeros(len(linear))
         for _ in range(ROBUST):
             weighted_rows = rows * weight[:, None, None]
@@ -81,8 +77,7 @@ def fit_without_contact(
 
 def fit_contact_law(
     rig: Rig, windows: Sequence[RecordWindow], bands: BandLimits, places: Sequence[ClearanceFamilies],
-    uncertain: Sequence[Parameter],
-    law_priors: Sequence[Parameter], begin: Mapping[str, float], seed: int = 0,
+    uncertain: Sequence[Parameter], law_priors: Sequence[Parameter], begin: Mapping[str, float],
 ) -> Solution:  # fmt: skip
     """Return the likeliest laws with contact and uncertain parameters of the rig, linearised about them.
 
@@ -94,13 +89,11 @@ def fit_contact_law(
         Of laws.
     begin : mapping of str to float
         Values that `fit_without_contact` returns.
-    seed : int
-        Of the draws.
     """
     weighed = forces_in(rig, windows, uncertain, begin, bands)
     problem = LawProblem(weighed, places, law_priors)
     starts = [problem.at({**begin, **each}) for each in _laws_from_forces(weighed, places)]
-    starts = [problem.at(begin), *starts, *_draw_points(problem, problem.at(begin), seed)]
+    starts = [problem.at(begin), *starts, *_draw_points(problem, problem.at(begin))]
     solution = solve(problem, starts, n_best=SEARCHED, stop=FIRST)
     for _ in range(ROUNDS):
         values = dict(zip(problem.names, solution.values.tolist()))
@@ -149,15 +142,14 @@ def _linear_indices(problem: LawProblem) -> list[int]:
     return [i for i, name in enumerate(problem.names) if i < problem.n_linear or "force at rest" in name]
 
 
-def _draw_points(problem: LawProblem, at: np.ndarray, seed: int) -> list[np.ndarray]:
+def _draw_points(problem: LawProblem, at: np.ndarray) -> list[np.ndarray]:
     """Coordinates (n,) of drawn laws, each with the likeliest values of the linear parameters."""
-    rng, linear = np.random.default_rng(seed), _linear_indices(problem)
+    rng, linear = np.random.default_rng(0), _linear_indices(problem)
     law = np.setdiff1d(np.arange(problem.size), linear)
     columns = _columns(problem, linear, problem.values(at))
     precision = columns.T @ columns + np.eye(len(linear))
     points = []
-    oil = any(place.filling.round_only for place in problem.places)
-    for _ in range(OILY if oil else DRAWS):
+    for _ in range(OILY if any(place.filling.round_only for place in problem.places) else DRAWS):
         point = at.copy()
         point[law] = WIDER * rng.standard_normal(law.size)
         point = problem.inside(point)

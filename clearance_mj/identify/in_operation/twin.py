@@ -64,7 +64,7 @@ def follow_orbits(record: Record, found: OrbitFit) -> Twin:
             f'record "{record.name}": lasts {whole.duration:.4g} s; a twin learns from {shortest:.3g} s of turning'
         )
     follower = _OrbitFollower(found)
-    *histories, alarms = zip(*(follower.take(window) for window in windows_of(whole, LENGTH, HOP)))
+    *histories, alarms = zip(*(follower.take(window) for window in windows_of(whole, HOP)))
     time, mean, std, contact, misfit = map(np.array, histories)
     return Twin(
         record.name, found.rig, time, LENGTH, np.full(len(follower.places), np.nan), np.moveaxis(mean, 1, 0),
@@ -112,9 +112,7 @@ class _OrbitFollower:
             frequency = np.fft.rfftfreq(window.size, 1 / window.fs)
             omega = 2 * np.pi * frequency[frequency <= self.fit.bands.force]
             self.maker = ForceReconstruction(self.fit.drawn, self.uncertain, omega)
-        forces = forces_in(
-            self.fit.drawn, [window], self.uncertain, self.values, self.fit.bands, maker=self.maker
-        )  # fmt: skip
+        forces = forces_in(self.fit.drawn, [window], self.uncertain, self.values, self.fit.bands, maker=self.maker)
         filling = self.places[0].filling
         law = [p for p in self.law_parameters if self.touching or acts_without_contact(p.name, filling)]
         problem = LawProblem(forces, self.places, law, self.touching)

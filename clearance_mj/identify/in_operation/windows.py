@@ -6,12 +6,11 @@ the sharp antiresonances, where the forces' expected error is large in any case.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -97,8 +96,8 @@ class RecordWindow:
             Number of lines from 0 Hz on.
         """
         taper = hann(self.size)
-        waves = angle_harmonics(self.angle)
-        parts = (self.displacement, unit_unbalance_forces(self.angle, self.speed), waves, np.ones((self.size, 1)))
+        forces, waves = unit_unbalance_forces(self.angle, self.speed), angle_harmonics(self.angle)
+        parts = self.displacement, forces, waves, np.ones((self.size, 1))
         return WindowSpectra(*(np.fft.rfft((p.T * taper).T, axis=0)[:lines] for p in parts))
 
 
@@ -122,55 +121,47 @@ def angle_harmonics(angle: np.ndarray) -> np.ndarray:
     return np.column_stack([f(order * angle) for order in ORDERS for f in (np.cos, np.sin)])
 
 
-def select_windows(record: PreparedRecord, length: float = LENGTH, most: int | None = None) -> list[RecordWindow]:
-    """Return windows of a record, half a window apart or farther.
+def select_windows(record: PreparedRecord) -> list[RecordWindow]:
+    """Return windows of a record, half a window apart or farther, as many as say something new.
 
     Parameters
     ----------
     record : PreparedRecord
         Whose shaft turns, with probes.
-    length : float
-        s, of each.
-    most : int, optional
-        Number of windows at most; None: as many as say something new.
     """
     if record.displacement is None or record.turning is None:
         raise RecordError(f'record "{record.name}": has no two probes in each clearance, or its shaft does not turn')
-    spin = record.tested.spin
-    windows = windows_of(record, length, length / 2)
-    most = most or (CHANGING if spin and spin.rate else STEADY)
+    windows = windows_of(record, LENGTH / 2)
+    most = STEADY if windows[0].steady else CHANGING
     if len(windows) <= most:
         return windows
     return [windows[i] for i in np.round(np.linspace(0, len(windows) - 1, most)).astype(int).tolist()]
 
 
-def windows_of(record: PreparedRecord, length: float, hop: float) -> list[RecordWindow]:
+def windows_of(record: PreparedRecord, hop: float) -> list[RecordWindow]:
     """Return all windows of a record whose shaft turns, with probes.
 
     Parameters
     ----------
     record : PreparedRecord
         The record.
-    length, hop : float
-        s, of each, and from one to the next.
+    hop : float
+        s, from one to the next.
     """
     assert record.displacement is not None and record.turning is not None
-    size, spin, turning = round(length * record.fs), record.tested.spin, record.turning
-    x = record.displacement.T
+    name, fs, spin, x = record.name, record.fs, record.tested.spin, record.displacement.T
+    size, steady = round(LENGTH * fs), not (spin and spin.rate)
     if len(x) < size:
         raise RecordError(
-            f'record "{record.name}": lasts {record.duration:.3g} s; orbits are looked at in windows of {length:g} s'
+            f'record "{name}": lasts {record.duration:.3g} s; orbits are looked at in windows of {LENGTH:g} s'
         )
     noise = noise_of(x)
-    clear = without_noise(x, noise, record.fs)
+    clear = without_noise(x, noise, fs)
     windows = []
-    for start in range(0, len(x) - size + 1, round(hop * record.fs)):
+    for start in range(0, len(x) - size + 1, round(hop * fs)):
         at = slice(start, start + size)
-        angle, speed = smooth_angle(turning.angle[at], record.fs)
-        steady = not (spin and spin.rate)
-        windows.append(
-            RecordWindow(record.name, start / record.fs, record.fs, x[at], clear[at], angle, speed, steady, noise)
-        )
+        angle, speed = smooth_angle(record.turning.angle[at], fs)
+        windows.append(RecordWindow(name, start / fs, fs, x[at], clear[at], angle, speed, steady, noise))
     return windows
 
 
@@ -240,14 +231,10 @@ def linear_parameters(rig: Rig, numbers: Sequence[Parameter]) -> list[Parameter]
     numbers : sequence of Parameter
         Open parameters of its file, of which those that the probes' signals depend on are taken.
     """
-    ends = (".position", ".probe_angle")
-    parameters = [
-        p for p in numbers
-        if p.name.startswith((*PLAIN, "probes[")) or (p.name.startswith("bushings[") and p.name.endswith(ends))
-    ]  # fmt: skip
-    parameters = [
-        dataclasses.replace(p, prior_std=min(p.prior_std, SUPPORT)) if ".supports[" in p.name else p for p in parameters
-    ]
+    ends, parameters = (".position", ".probe_angle"), []
+    for p in numbers:
+        if p.name.startswith((*PLAIN, "probes[")) or (p.name.startswith("bushings[") and p.name.endswith(ends)):
+            parameters.append(replace(p, prior_std=min(p.prior_std, SUPPORT)) if ".supports[" in p.name else p)
     for i, (_, size) in enumerate(places_of_unbalance(rig)):
         most, std = 50 * size, LIKELY_UNBALANCE * size
         for part in ("along", "across"):
@@ -273,14 +260,13 @@ def bands_of(rig: Rig, windows: Sequence[RecordWindow]) -> BandLimits:
     frequency = np.fft.rfftfreq(size, 1 / fs)
     taper = hann(size)
     power = np.array([np.abs(np.fft.rfft((w.displacement.T * taper).T, axis=0)) ** 2 for w in windows])
-    energy = float(np.sum(taper**2))
     noise = np.median([w.noise for w in windows], axis=0)
     highest = WIDEST * fs
     inside = frequency <= highest
     middle = float(np.median([w.mean_speed for w in windows]))
     inverse = np.abs(probe_gains(rig, {}, middle, 2 * np.pi * frequency[inside]).inverse) ** 2
     # Antiresonances, where the noise of few lines would make any force, count as their surroundings do.
-    by_line = np.einsum("fij,j->f", inverse, noise**2 * energy)
+    by_line = np.einsum("fij,j->f", inverse, noise**2 * float(np.sum(taper**2)))
     of_noise = np.cumsum(scipy.signal.medfilt(by_line, 2 * (by_line.size // 20) + 1))
     least = min(max(LEAST_TURNS * fastest, 20.0), 0.5 * highest)
     below = frequency[inside] <= least
@@ -313,8 +299,7 @@ def slow_motion(windows: Sequence[RecordWindow], bands: BandLimits) -> LowFreque
         As `bands_of` returns them.
     """
     fs = windows[0].fs
-    step = max(1, int(fs / (RATE * bands.motion)))
-    half = round(2.0 * fs / bands.motion)
+    step, half = max(1, int(fs / (RATE * bands.motion))), round(2.0 * fs / bands.motion)
     taps = scipy.signal.firwin(2 * half + 1, min(1.1 * bands.motion, 0.49 * fs), fs=fs, window=("kaiser", 4.0))
     parts_of_windows = []
     for window in windows:
@@ -323,9 +308,8 @@ def slow_motion(windows: Sequence[RecordWindow], bands: BandLimits) -> LowFreque
         time = np.arange(window.size) / fs
         v = CubicSpline(time, smooth, axis=0)(time, 1)
         waves = angle_harmonics(window.angle)
-        orders = np.repeat(ORDERS, 2)
         derivative = waves.reshape(-1, len(ORDERS), 2)[:, :, ::-1] * np.array([-1.0, 1.0])
-        by_time = derivative.reshape(len(waves), -1) * orders * window.speed[:, None]
+        by_time = derivative.reshape(len(waves), -1) * np.repeat(ORDERS, 2) * window.speed[:, None]
         parts_of_windows.append([each[::step] for each in (smooth, v, waves, by_time, window.speed)])
     signals = [np.concatenate(parts) for parts in zip(*parts_of_windows)]
     return LowFrequencyMotion(fs / step, len(parts_of_windows[0][0]), *signals)
