@@ -129,8 +129,6 @@ def select_windows(record: PreparedRecord) -> list[RecordWindow]:
     record : PreparedRecord
         Whose shaft turns, with probes.
     """
-    if record.displacement is None or record.turning is None:
-        raise RecordError(f'record "{record.name}": has no two probes in each clearance, or its shaft does not turn')
     windows = windows_of(record, LENGTH / 2)
     most = STEADY if windows[0].steady else CHANGING
     if len(windows) <= most:
@@ -148,7 +146,8 @@ def windows_of(record: PreparedRecord, hop: float) -> list[RecordWindow]:
     hop : float
         s, from one to the next.
     """
-    assert record.displacement is not None and record.turning is not None
+    if record.displacement is None or record.turning is None:
+        raise RecordError(f'record "{record.name}": has no two probes in each clearance, or its shaft does not turn')
     name, fs, spin, x = record.name, record.fs, record.tested.spin, record.displacement.T
     size, steady = round(LENGTH * fs), not (spin and spin.rate)
     if len(x) < size:

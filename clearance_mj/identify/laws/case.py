@@ -162,9 +162,7 @@ def case_of(
         friction = dataclasses.replace(friction or Friction(known["friction"]), coefficient=known["friction"])
     gap, length = known.get("gap", nominal.gap), known.get("length", nominal.length)
     bushing = placed(nominal, offset, gap=gap, length=length, friction=friction)
-    of_contact, of_filling = (
-        [known.get(p.name, 0.0) for p in family.parameters(nominal)] for family in (contact, filling)
-    )
+    of_contact, of_filling = ([known.get(p.name, 0.0) for p in f.parameters(nominal)] for f in (contact, filling))
     within = bushing if filling.round_only else nominal
     law = ContactLaw(contact.make(nominal, *of_contact), filling.make(within, *of_filling))
     if bushing.film and isinstance(law.grease[0], OilBearing):

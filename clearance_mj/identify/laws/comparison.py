@@ -129,11 +129,10 @@ def compare_families(
     records = most_informative_parts(records)
     forces = [force_on(point_ends, update, record) for record in tqdm(records, desc="forces", disable=not progress)]
     turns = any(force.spin is not None for force in forces)
-    rests = rests_of(rig) if rig.is_loaded else [None] * len(rig.bushings)
-    parameters = [
-        open_parameters(j, nominal_of(rig, j), update.clearance_priors, rest, turns) for j, rest in enumerate(rests)
-    ]
-    motions = [MeasuredMotion(forces, rig, j, opened, used[j]) for j, opened in enumerate(parameters)]
+    motions = []
+    for j, rest in enumerate(rests_of(rig) if rig.is_loaded else [None] * len(rig.bushings)):
+        parameters = open_parameters(j, nominal_of(rig, j), update.clearance_priors, rest, turns)
+        motions.append(MeasuredMotion(forces, rig, j, parameters, used[j]))
     slow = None if update.probes else SlowMotion(motions, records, rig)
     if slow:  # No probe shows the slow part of the motion: it follows from the laws.
         first = [fit_force(m, _first_contact(), _fillings(m)[0]) for m in motions]

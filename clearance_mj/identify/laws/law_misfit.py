@@ -207,11 +207,12 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
     ClearanceError
         Whatever `simulate` raises.
     """
-    excitations = [record.excitation() for record in records]
-    numbers, title = range(len(records)), "misfit" if progress else ""
-    tested = [in_test(model, record.tested, record.turning) for record in records]
-    simulated = dict(run_tasks(lambda i: simulate(tested[i], excitations[i], engine="modal"), numbers, progress=title))
-    pairs = [(record.name, record.response(), simulated[i]) for i, record in enumerate(records)]
+
+    def simulated(record: PreparedRecord) -> Response:
+        return simulate(in_test(model, record.tested, record.turning), record.excitation(), engine="modal")
+
+    responses = dict(run_tasks(simulated, records, progress="misfit" if progress else ""))
+    pairs = [(record.name, record.response(), responses[record]) for record in records]
     lasting, struck = ([pair for pair in pairs if holds_hits(pair[1].excitation) == hits] for hits in (False, True))
     bands = [_band(test) for _, test, _ in lasting]
     edges = np.geomspace(min(b[0] for b in bands), max(b[1] for b in bands), BANDS + 1) if bands else np.empty(0)

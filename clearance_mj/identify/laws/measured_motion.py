@@ -105,9 +105,8 @@ class MeasuredMotion:
         # walls are all round, nor where the motion on average follows from the law itself.
         # After it has fallen, the motion on average is where something slid: the same until it slides again.
         seconds = REPEATED if self.size > 1 or self.unknown_lines else 0.0
-        if self.unknown_lines and any(
-            use and becomes_quiet(path.x[:: self.factor, 0, 0], self.rate) for use, path in zip(self.used, self.paths)
-        ):
+        used_paths = [path for path, use in zip(self.paths, self.used) if use]
+        if self.unknown_lines and any(becomes_quiet(p.x[:: self.factor, 0, 0], self.rate) for p in used_paths):
             seconds = BLOCK
         self.shortest_correlation = self.size * seconds * self.rate
         """values that count as one observation in intervals, at least"""
@@ -202,9 +201,8 @@ class MeasuredMotion:
         if rest is None:
             touching = (self.depth(ClearanceWithLaw(bushing, ContactLaw(KelvinVoigt(1.0))), kept=True) > 0).any(axis=1)
             inside = inside[~np.repeat(touching, self.size)[inside]]
-        columns = self.forces(
-            [ClearanceWithLaw(free, ContactLaw(KelvinVoigt(1.0), each), rest) for each in fillings], follow=False
-        )
+        cases = [ClearanceWithLaw(free, ContactLaw(KelvinVoigt(1.0), each), rest) for each in fillings]
+        columns = self.forces(cases, follow=False)
         return columns[inside] * self.weight[inside, None], self.force[inside] * self.weight[inside]
 
     def with_reach(self, parameter: Parameter, case: ClearanceWithLaw) -> Parameter:
@@ -250,10 +248,8 @@ def _path_of(f: RestoringForce, rows: slice, length: float) -> BushingMotion:
     spectrum = INTERPOLATION * scipy.fft.rfft(points, axis=2)
     spectrum[:, :, : math.ceil(f.band[0] * n / f.fs)] = 0  # where it is unknown: only effects of the records' ends
     omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / f.fs)
-    x, v = (
-        np.ascontiguousarray(np.moveaxis(scipy.fft.irfft(s, n * INTERPOLATION), 2, 0))
-        for s in (spectrum, 1j * omega * spectrum)
-    )
+    both = spectrum, 1j * omega * spectrum
+    x, v = (np.ascontiguousarray(np.moveaxis(scipy.fft.irfft(s, n * INTERPOLATION), 2, 0)) for s in both)
     step = 1 / (f.fs * INTERPOLATION)
     spin = np.zeros(len(x)) if f.spin is None else np.interp(np.arange(len(x)) * step, f.time, f.spin)
     return BushingMotion(x, v, spin, step, length)

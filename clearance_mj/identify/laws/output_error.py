@@ -121,8 +121,7 @@ class ResponseResiduals:
         self, rig: Rig, records: Sequence[Evidence], make: Callable[..., Law], model_error: float, title: str
     ) -> None:
         self.rig, self.make = rig, make
-        self.excitations = [item.excitation for item in records]
-        self.sights = [ResponseFeatures(item.response) for item in records]
+        self.driven = [(item.excitation, ResponseFeatures(item.response)) for item in records]
         self.measured = [features(item.response) for item in records]
         random = np.concatenate([m.frf_error for m in self.measured] + [m.rms_error for m in self.measured])
         self.weight = 1 / np.hypot(1, random / model_error)
@@ -144,10 +143,7 @@ class ResponseResiduals:
     def residuals(self, values: np.ndarray) -> np.ndarray:
         """Return (n_points, n_residuals) weighted differences in dB, FRF lines first, for values (n_points, n)."""
         cases = [(self.rig, self.make(*point)) for point in values]
-        of_records = [
-            simulate_and_keep(cases, excitation, sight.look, forces=False)
-            for excitation, sight in zip(self.excitations, self.sights)
-        ]
+        of_records = [simulate_and_keep(cases, drive, sight.look, forces=False) for drive, sight in self.driven]
         self.bar.update(len(cases))
         return np.array([self._residual(spectra) for spectra in zip(*of_records)])
 

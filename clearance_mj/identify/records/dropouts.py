@@ -75,8 +75,7 @@ def zero_error(displacement: ArrayLike, gap: float) -> str:
     drift, offset = rests[-1] - rests[0], rests[quietest]
     if abs(drift) > DRIFT * max(gap, levels[0], levels[-1]):
         return f"drifts by {1e3 * drift:.3g} mm"
-    if max(levels[: quietest + 1]) < LOUDER * levels[quietest] and abs(offset) > max(
-        OFFSET[0] * gap, OFFSET[1] * levels[quietest]
-    ):
+    limit = max(OFFSET[0] * gap, OFFSET[1] * levels[quietest])
+    if max(levels[: quietest + 1]) < LOUDER * levels[quietest] and abs(offset) > limit:
         return f"has an offset of {1e3 * offset:.3g} mm"
     return ""
