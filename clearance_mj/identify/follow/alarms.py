@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 __all__ = ["QUANTITIES", "RUB", "TRACKED", "Alarm", "Tracked", "shown_as"]
@@ -69,7 +68,7 @@ class Alarm:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the alarm as plain data, SI units."""
-        return dataclasses.asdict(self)
+        return asdict(self)
 
     def __str__(self) -> str:
         if self.quantity == RUB:

@@ -9,6 +9,7 @@ Siegmund and Venkatraman, Annals of Statistics 23, 1995). Changes below a size t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,8 +23,7 @@ EXPECTED_WINDOWS = 10.0  # as many windows the prior counts that scatter is as l
 MAX_SCATTER = 9.0  # squared distance over its expectation: one window counts no more, or a change would hide the next
 
 
-@dataclass(frozen=True)
-class WindowLikelihood:
+class WindowLikelihood(NamedTuple):
     """The likelihood of parameters given one window alone."""
 
     precision: np.ndarray
@@ -143,12 +143,9 @@ class Changes:
         """
         if not self.observations:
             return None
-        count = len(self.observations)
-        places = min(count, LONGEST_CHANGE)
-        precision = np.array([o.precision for o in self.observations]) / max(1.0, self.scatter)
-        weighted = np.array([o.weighted for o in self.observations]) / max(1.0, self.scatter)
-        later = np.cumsum(precision[::-1], axis=0)[::-1][count - places :]
-        later_weighted = np.cumsum(weighted[::-1], axis=0)[::-1][count - places :]
+        places = min(len(self.observations), LONGEST_CHANGE)
+        precision, weighted = (np.array(part) / max(1.0, self.scatter) for part in zip(*self.observations))
+        later, later_weighted = (np.cumsum(part[::-1], axis=0)[::-1][-places:] for part in (precision, weighted))
         first = np.linalg.inv(self.start.covariance)
         sooner = np.linalg.inv(first + precision.sum(axis=0) - later)
         mean = np.einsum("tij,tj->ti", sooner, first @ self.start.mean + weighted.sum(axis=0) - later_weighted)

@@ -27,7 +27,7 @@ Journal of the American Statistical Association 89, 1994)."""
 def fit_law(motion: MeasuredMotion, families: FamilyValues | None) -> list[ForceFit]:
     """Return laws fitted to a clearance's motion, likeliest first: of all families not excluded, or of given ones."""
     if families:
-        return [fit_force(motion, families.contact, families.filling, [families.values] if families.values else ())]
+        return [fit_force(motion, families.contact, families.filling, [families.values])]
     fits = fit_families(motion)
     return [each.fit for each in fits if each.weight >= OCCAM * fits[0].weight]
 
