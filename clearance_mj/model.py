@@ -53,10 +53,10 @@ class Model(HasOverview):
         title, facts, _ = self.rig._overview()
         _, over, (head, *rows) = self.law._overview()
         rows = rows * len(self.rig.bushings) if len(rows) == 1 else rows
-        places = [
-            (str(j), b.where, f"{1e3 * b.gap:.4g}", f"{1e3 * b.offset:.4g}") for j, b in enumerate(self.rig.bushings, 1)
+        table = [
+            (str(j), b.where, f"{1e3 * b.gap:.4g}", f"{1e3 * b.offset:.4g}", *row[1:])
+            for j, (b, row) in enumerate(zip(self.rig.bushings, rows), 1)
         ]
-        table = [(*place, *row[1:]) for place, row in zip(places, rows)]
         columns = ("bushing", "at", "gap (mm)", "offset (mm)", *head[1:])
         datasheet = self.law == rig_and_law(self.rig, None)[1]
         law = f"{self.law.kind}{', as the datasheet in the rig file says' if datasheet else ''}"

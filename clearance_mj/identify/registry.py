@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import functools
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -176,13 +174,9 @@ METHODS: dict[str, Method] = {}
 
 
 def register(
-    name: str,
-    prior_information: str,
-    shortest: Callable[[Rig], float] | None = None,
-    finds_rig: bool = False,
-    needs: Sequence[Need] = (),
-    in_space: bool = False,
-) -> Callable[[Callable[..., AnyIdentified]], Callable[..., AnyIdentified]]:
+    name: str, prior_information: str, shortest: Callable[[Rig], float] | None = None, finds_rig: bool = False,
+    needs: Sequence[Need] = (), in_space: bool = False,
+) -> Callable[[Callable[..., AnyIdentified]], Callable[..., AnyIdentified]]:  # fmt: skip
     """Make an identification method known by its name; a decorator of its function.
 
     The function then checks the records before it begins, however it is called, and what it warns of is in its result.
@@ -229,7 +223,7 @@ def register(
             pages = result.pages or (_default_pages(dataset) if shortest else {})
             if result.rig.examples:
                 result = _warn_of_examples(result)
-            return dataclasses.replace(result, warnings=tuple(dict.fromkeys((*words, *result.warnings))), pages=pages)
+            return replace(result, warnings=tuple(dict.fromkeys((*words, *result.warnings))), pages=pages)
 
         METHODS[name] = Method(prior_information, checked, shortest, finds_rig, tuple(needs), in_space)
         return checked
@@ -242,8 +236,8 @@ def _warn_of_examples(result: AnyIdentified) -> AnyIdentified:
     only = result.estimates.only_prior if result.estimates else ()
     examples = unknown_examples(result.rig.examples, [p["name"] for p in result.parameters if p["name"] not in only])
     words = (f"of the rig file, {example_words(examples)}",) if examples else ()
-    model = dataclasses.replace(result.model, rig=result.rig.replace(examples=examples))
-    return dataclasses.replace(result, model=model, warnings=result.warnings + words)
+    model = replace(result.model, rig=result.rig.replace(examples=examples))
+    return replace(result, model=model, warnings=result.warnings + words)
 
 
 def _checked_records(dataset: Dataset, exact: bool) -> tuple[PreparedRecord, ...]:
@@ -259,7 +253,7 @@ def _checked_records(dataset: Dataset, exact: bool) -> tuple[PreparedRecord, ...
 def _default_pages(dataset: Dataset) -> dict[str, Any]:
     """Return the default pages of a method: forces and contact, as far as the records allow."""
     records = dataset.to_identify()
-    return {"forces": partial(possible_forces, records, restoring_force), "contact": records}
+    return {"forces": functools.partial(possible_forces, records, restoring_force), "contact": records}
 
 
 def get_method(name: str) -> Method:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -54,9 +53,8 @@ class BenchFit(Identified):
         """Return parameters with their priors, correlations, families, misfit and warnings as plain data."""
         misfit = {"widening": self.misfit.widening, "frf": self.misfit.rows(), "decays": self.misfit.decay_rows()}
         families = [family.to_dict() for of_one in self.families for family in of_one]
-        return super().to_dict() | {
-            "families": families, "misfit": misfit | {"rig": self.update.to_dict()["records"]},
-        }  # fmt: skip
+        misfit["rig"] = self.update.to_dict()["records"]
+        return super().to_dict() | {"families": families, "misfit": misfit}
 
 
 @checks_kinds
@@ -101,10 +99,8 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     rig, turning, turned_records = update.rig, None, records
     if rig.moves_across:
         turning = find_turning_loads(rig, prepare_turning(dataset), update.values, update.drawn)
-        rig, turned_records = (
-            turning.rig,
-            tuple(turning.with_slow_roll_restored(record, update.values) for record in records),
-        )
+        rig = turning.rig
+        turned_records = tuple(turning.with_slow_roll_restored(record, update.values) for record in records)
     families = compare_families(turned_records, update, rig, progress)
     likeliest = [fits[0].fit for fits in families]
     identified_rig = rig.replace(bushings=tuple(fit.bushing for fit in likeliest))
@@ -165,7 +161,7 @@ def _join_estimates(
     for j, (likeliest, *rivals) in enumerate(families):
         of_rivals = [(f.weight, {n: v for n, v in f.fit.values.items() if n.startswith("bushings[")}) for f in rivals]
         parts.append(likeliest.fit.estimates.widened(widening).with_rivals(of_rivals))
-        named += [dataclasses.replace(p, name=p.name if p.name.startswith("bushings[") else f"{p.name}, bushings[{j}]")
-                for p in parts[-1].parameters]  # fmt: skip
+        named += [p if p.name.startswith("bushings[") else replace(p, name=f"{p.name}, bushings[{j}]")
+                  for p in parts[-1].parameters]  # fmt: skip
     covariance = scipy.linalg.block_diag(*(e.covariance for e in parts))
     return Estimates.of(named, np.concatenate([e.value for e in parts]), covariance)

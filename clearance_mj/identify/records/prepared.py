@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -70,13 +69,8 @@ class PreparedRecord:
 
     def excitation(self) -> Excitation:
         """Return the measured excitation, to simulate with."""
-        return Excitation(
-            self.signals[:, -1],
-            self.fs,
-            "force" if self.kind == "force" else "base",
-            self.band,
-            {"generator": "record", "record": self.name},
-        )
+        kind, origin = "force" if self.kind == "force" else "base", {"generator": "record", "record": self.name}
+        return Excitation(self.signals[:, -1], self.fs, kind, self.band, origin)
 
     def response(self) -> Response:
         """Return the measured response, as `Record.response` does."""
@@ -142,7 +136,7 @@ class PreparedRecord:
             Of its samples.
         """
         turning = None if self.turning is None else self.turning.part(samples)
-        return dataclasses.replace(self, signals=self.signals[samples], turning=turning)
+        return replace(self, signals=self.signals[samples], turning=turning)
 
     def slowed(self, rate: float) -> PreparedRecord:
         """Return the record with fewer samples a second, as few as a whole factor allows.
@@ -155,16 +149,15 @@ class PreparedRecord:
         if (factor := int(self.fs // rate)) < 2:
             return self
         turning = None if self.turning is None else self.turning.part(slice(None, None, factor))
-        return dataclasses.replace(self, fs=self.fs / factor, signals=decimate(self.signals, factor), turning=turning)
+        return replace(self, fs=self.fs / factor, signals=decimate(self.signals, factor), turning=turning)
 
     def without_probes(self) -> PreparedRecord:
         """Return the record as if it had no displacement probes."""
         if not self.probes:
             return self
-        columns, names = [*range(self._n_sensors), -1], self.channels
-        return dataclasses.replace(
-            self, channels=tuple(names[i] for i in columns), signals=self.signals[:, columns], probes=False
-        )
+        columns = [*range(self._n_sensors), -1]
+        names = tuple(self.channels[i] for i in columns)
+        return replace(self, channels=names, signals=self.signals[:, columns], probes=False)
 
 
 def prepared(record: Record | PreparedRecord) -> PreparedRecord:
@@ -194,13 +187,12 @@ def prepared(record: Record | PreparedRecord) -> PreparedRecord:
     readings = np.zeros((len(sensors), record.size))
     readings[[sensors.index(sensor) for sensor in recorded]] = response.channels
     names = [f"{QUANTITIES[quantity].instrument} {label}" for label, quantity in sensors]
-    channels = [*names]
-    channels += [f"probe {label}" for label in record.rig.probe_labels] if displacement else []
+    probes = [f"probe {label}" for label in record.rig.probe_labels] if displacement else []
     signals = np.ascontiguousarray(np.vstack((readings, *displacement, response.excitation)).T)
     absent = tuple(name for name, sensor in zip(names, sensors) if sensor not in recorded)
     return PreparedRecord(
         record.name, record.rig, record.tested_rig, record.fs, record.excitation_kind, response.band,
-        response.reference, (*channels, EXCITATION), signals, bool(displacement), record.turning(), absent,
+        response.reference, (*names, *probes, EXCITATION), signals, bool(displacement), record.turning(), absent,
     )  # fmt: skip
 
 
@@ -268,12 +260,12 @@ def require_one_mark(records: Sequence[PreparedRecord]) -> None:
     RecordError
         Names a record whose keyphasor has several pulses in a turn, among others in which the shaft turns.
     """
-    turning = [r for r in records if r.turning is not None and r.tested.spin]
-    several = next((r for r in turning if r.tested.spin and r.tested.spin.pulses > 1), None)
-    if several is not None and several.tested.spin and len(turning) > 1:
+    pulses = [(r.name, r.tested.spin.pulses) for r in records if r.turning is not None and r.tested.spin]
+    name, count = next((each for each in pulses if each[1] > 1), ("", 1))
+    if count > 1 and len(pulses) > 1:
         raise RecordError(
-            f'record "{several.name}": which of its {several.tested.spin.pulses} pulses in a turn is which in the '
-            "others is not known, and unbalance and run-out have no common angle: give it alone, or one pulse in a turn"
+            f'record "{name}": which of its {count} pulses in a turn is which in the others is not known, and '
+            "unbalance and run-out have no common angle: give it alone, or one pulse in a turn"
         )
 
 
@@ -287,4 +279,4 @@ def _without_run_out(record: PreparedRecord, surface: np.ndarray, speed: float) 
         return record
     signals = record.signals.copy()
     signals[:, slice(-1 - surface.shape[1], -1)] -= run_out_at(record.turning.angle, surface).T
-    return dataclasses.replace(record, signals=signals, slow_roll=speed)
+    return replace(record, signals=signals, slow_roll=speed)
