@@ -29,7 +29,7 @@ from ...signals.frf_error import random_error
 from ...signals.response import Response
 from ..records.in_test import in_test
 from ..records.prepared import PreparedRecord
-from .output_error import DB, RESOLUTION, holds_hits, pieces_of
+from .output_error import DB, RESOLUTION, holds_hits, piece_of, pieces_of
 
 __all__ = ["DecayMisfit", "LawMisfit", "Stretch", "law_misfit"]
 
@@ -234,10 +234,7 @@ def _band(response: Response) -> tuple[float, float]:
 
 
 def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.ndarray) -> Stretch:
-    measured = Response(
-        test.fs, test.excitation[part], test.channels[:, part], kind=test.kind, band=_band(test),
-        quantities=test.quantities,
-    )  # fmt: skip
+    measured = replace(piece_of(test, part), band=_band(test))
     rows = _recorded_rows(test, model)
     delta = replace(measured, channels=(test.channels - model.channels[rows])[:, part])
     frf, difference = (estimate_frf(response, resolution=RESOLUTION, window="hann") for response in (measured, delta))

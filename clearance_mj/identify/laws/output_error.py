@@ -229,17 +229,20 @@ class ResponseFeatures:
         return np.concatenate(frf), np.sqrt(np.concatenate(squares))
 
 
+def piece_of(response: Response, piece: slice) -> Response:
+    """Return the excitation and the channels of a piece of a response."""
+    excitation, channels, band = response.excitation[piece], response.channels[:, piece], response.band
+    return Response(response.fs, excitation, channels, kind=response.kind, band=band, quantities=response.quantities)
+
+
 def piece_features(response: Response, piece: slice) -> tuple[np.ndarray, ...]:
     """Return FRF magnitudes (dB), RMS values, the random errors of both, and bands of one piece of a response."""
-    excitation, channels = response.excitation[piece], response.channels[:, piece]
+    part = piece_of(response, piece)
     signals = [] if response.displacement is None else [response.displacement[:, piece]]
     frf, frf_error, band = np.empty(0), np.empty(0), np.empty(0, dtype=int)
-    if holds_hits(excitation):
-        signals.append(channels)
+    if holds_hits(part.excitation):
+        signals.append(part.channels)
     else:
-        part = Response(
-            response.fs, excitation, channels, kind=response.kind, band=response.band, quantities=response.quantities
-        )
         frf_estimate = estimate_frf(part, resolution=RESOLUTION, window="hann")
         frf = np.abs(frf_estimate.functions).ravel()
         frf_error = DB * random_error(frf_estimate).ravel()

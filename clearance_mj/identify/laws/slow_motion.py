@@ -106,11 +106,10 @@ class SlowMotion:
         repeat.
         """
         free = [c._replace(bushing=dataclasses.replace(c.bushing, gap=WIDE * c.bushing.gap)) for c in cases]
-        walls = [
-            motion.all_forces([case], [x[:, j : j + 1] for x in self.spectra])[:, 0]
-            - motion.all_forces([filling], [x[:, j : j + 1] for x in self.spectra])[:, 0]
-            for j, (motion, case, filling) in enumerate(zip(self.motions, cases, free))
-        ]
+        walls = []
+        for j, (motion, *both) in enumerate(zip(self.motions, cases, free)):
+            forces_of_both = motion.all_forces(both, [np.repeat(x[:, j : j + 1], 2, axis=1) for x in self.spectra])
+            walls.append(forces_of_both[:, 0] - forces_of_both[:, 1])
         errors, forces = [], []
         for i, stiffness in enumerate(self._stiffness(free)):
             part, _ = self.motions[0].unknown_lines[i]
