@@ -12,7 +12,7 @@ from ...clearance.contacts.kelvin_voigt import LinearContact
 from ...clearance.family import CONTACT_FAMILIES, ContactFamily, FillingFamily
 from ...clearance.greases.bouc_wen import LinearWithFilm
 from ...clearance.greases.oil_film import OilFilled
-from ...estimate import Parameter, Problem, UnknownScale
+from ...estimate import Parameter, Problem, UnknownScale, one_by_one
 from ...estimate.problem import LinearisedResiduals
 from ...rig import Bushing, Rig
 from ..laws.case import HOLE, ClearanceWithLaw, case_of, forces_along, nominal_of, open_parameters
@@ -48,13 +48,9 @@ def places_of(rig: Rig, contacts: Sequence[str | None] = ()) -> list[ClearanceFa
     contacts : sequence of str or None
         Names of the families of their contacts; by default, and where None, they are linear.
     """
-    names = [name or LinearContact.name for name in contacts or [None] * len(rig.bushings)]
-    return [
-        ClearanceFamilies(
-            j, nominal_of(rig, j), CONTACT_FAMILIES[name], OilFilled() if bushing.film else LinearWithFilm()
-        )
-        for j, (name, bushing) in enumerate(zip(names, rig.bushings))
-    ]
+    of_contacts = [CONTACT_FAMILIES[name or LinearContact.name] for name in contacts or [None] * len(rig.bushings)]
+    fillings = [OilFilled() if bushing.film else LinearWithFilm() for bushing in rig.bushings]
+    return [ClearanceFamilies(j, nominal_of(rig, j), *both) for j, both in enumerate(zip(of_contacts, fillings))]
 
 
 def law_parameters(
@@ -111,11 +107,9 @@ class LawProblem(Problem):
     ) -> None:  # fmt: skip
         self.forces, self.places, self.touching = forces, tuple(places), touching
         self.n_linear = len(forces.parameters)
-        size = 2 * forces.displacement[0].size
-        super().__init__(
-            [*forces.parameters, *law_priors], lambda values: np.array([self._residual(each) for each in values]),
-            loss=UnknownScale(size * _block_starts(forces.windows), LARGEST_CORRELATION), lanes=False,
-        )  # fmt: skip
+        blocks = 2 * forces.displacement[0].size * _block_starts(forces.windows)
+        parameters, loss = [*forces.parameters, *law_priors], UnknownScale(blocks, LARGEST_CORRELATION)
+        super().__init__(parameters, one_by_one(self._residual), loss=loss, lanes=False)
         self.names = [p.name for p in self.parameters]
         self._acts = np.array([by.any() for by in forces.per_force_by], dtype=bool)
         self._rest = [self.names.index(f"bushings[{p.number}].force at rest {axis}") for p in places for axis in "yz"]
