@@ -210,6 +210,4 @@ def _mixing_matrix(correlations: Sequence[Correlation], names: Sequence[str]) ->
             f"the correlations are no correlation matrix (its smallest eigenvalue is {values[0]:.3g}, must be 0 or "
             f"more): those of {', '.join(contradicting)} contradict each other; take smaller ones"
         )
-    if not correlations:
-        return matrix
-    return vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+    return vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T if correlations else matrix

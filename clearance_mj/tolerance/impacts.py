@@ -165,13 +165,9 @@ class _Reduction:
         begins = touches & ~np.concatenate((self.touched, touches[:-1]))
         self.touched = touches[-1:]
         depth = np.stack([_penetration(b, displacement[:, part]) for b, part in zip(self.rig.bushings, rows)], axis=1)
-        per_sample = -1, self.factor, n
-        return BlockMaxima(
-            depth.reshape(per_sample).max(axis=1).T,
-            force.reshape(per_sample).max(axis=1).T,
-            np.abs(self.decimator.push(acceleration)).T,
-            begins.reshape(per_sample).sum(axis=1).T,
-        )
+        depth, force, begins = (each.reshape(-1, self.factor, n) for each in (depth, force, begins))
+        acceleration = np.abs(self.decimator.push(acceleration))
+        return BlockMaxima(depth.max(axis=1).T, force.max(axis=1).T, acceleration.T, begins.sum(axis=1).T)
 
 
 def _penetration(bushing: Bushing, displacement: np.ndarray) -> np.ndarray:

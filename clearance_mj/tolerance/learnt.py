@@ -16,6 +16,7 @@ FOLDS = 10
 FEWEST = 20  # designs
 
 Function = Callable[[np.ndarray], np.ndarray]
+Fit = Callable[[np.ndarray, np.ndarray], Function]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,19 +56,19 @@ def learn(deviations: np.ndarray, values: np.ndarray) -> Learnt:
     if n < max(FEWEST, 2 * (d + 1)):
         raise ClearanceError(f"{n} designs are too few for {d} numbers; take {max(FEWEST, 2 * (d + 1))} or more")
     folds = np.arange(n) % FOLDS
-    best: Learnt | None = None
-    for fit in (_linear, _quadratic, _radial, _radial_on_quadratic):
-        if fit in (_quadratic, _radial_on_quadratic) and n * (1 - 1 / FOLDS) < 1.5 * _terms(deviations[:1]).shape[1]:
-            continue
+
+    def error(fit: Fit) -> float:
         residual = np.empty(n)
         for fold in range(FOLDS):
             is_test = folds == fold
             residual[is_test] = fit(deviations[~is_test], values[~is_test])(deviations[is_test]) - values[is_test]
-        error = float(np.sqrt(np.mean(residual**2)))
-        if best is None or error < best.error:
-            best = Learnt(fit(deviations, values), error)
-    assert best is not None
-    return best
+        return float(np.sqrt(np.mean(residual**2)))
+
+    enough = n * (1 - 1 / FOLDS) >= 1.5 * _terms(deviations[:1]).shape[1]
+    fits = [_linear, _quadratic, _radial, _radial_on_quadratic] if enough else [_linear, _radial]
+    errors = {fit: error(fit) for fit in fits}
+    best = min(fits, key=lambda fit: errors[fit])
+    return Learnt(best(deviations, values), errors[best])
 
 
 def _linear(x: np.ndarray, y: np.ndarray) -> Function:

@@ -221,11 +221,8 @@ def peaks_of_record(
     rests = record.depth.min(axis=1) > 0
     to_wall = np.where(rests[:, None], -record.depth, record.depth)
     touch = np.array([_impact_probability(near, rate, run, ratio, duration) for near, rate in zip(to_wall, rates)])
-    values, least = {
-        "contact_force": (record.contact_force, 0.0),
-        "penetration": (record.depth, -np.inf),
-        "acceleration": (record.acceleration, -np.inf),
-    }[quantity]
+    values = record.depth if quantity == "penetration" else getattr(record, quantity)
+    least = 0.0 if quantity == "contact_force" else -np.inf
     limits = () if limit is None else (float(limit),)
     largest = tuple(largest_value(value, run, ratio, least, limits) for value in values)
     if quantity == "penetration":

@@ -25,7 +25,7 @@ from ..rig import Rig
 from ..signals.psd import PSD
 from ..statistics.shares import share_interval
 from .designs import Designs
-from .impacts import BlockMaxima, groups_side_by_side, march
+from .impacts import groups_side_by_side, march
 from .peaks import QUANTITIES, SETTLING, HourPeaks, noise_of, peaks_of_record
 
 __all__ = ["DesignPeaks", "LevelPeaks", "Noise", "peaks_of_designs", "peaks_over_production", "random_production"]
@@ -216,9 +216,7 @@ def _march(task: _Task) -> dict[str, np.ndarray]:
     noise = noise_of(asked.psd.scaled(task.level), asked.duration + asked.settling, [task.seed, task.first // TOGETHER])
     peaks: dict[int, HourPeaks] = {}
     for together in groups_side_by_side(task.cases, noise, engine):
-        blocks: list[list[BlockMaxima]] = list(
-            march([task.cases[i] for i in together], [noise], engine, asked.settling)
-        )
+        blocks = list(march([task.cases[i] for i in together], [noise], engine, asked.settling))
         for lane, i in enumerate(together):
             lane_of = [block[lane] for block in blocks]
             peaks[i] = peaks_of_record(*task.cases[i], lane_of, noise, asked.quantity, asked.hours, asked.limit)
@@ -229,9 +227,8 @@ def _march(task: _Task) -> dict[str, np.ndarray]:
 
 def _summarise_level(level: float, designs: list[DesignPeaks]) -> LevelPeaks:
     groups = np.array([each.design // TOGETHER for each in designs])
-    touch = np.array([each.impact_probability for each in designs])
-    exceeded = np.array([each.exceeded for each in designs])
-    median = np.array([each.median for each in designs])
+    names = ("impacts_per_second", "impact_probability", "median", "exceeded")
+    rates, touch, median, exceeded = (np.array([getattr(each, name) for each in designs]) for name in names)
     too_few = np.isnan(median)
     if np.isnan(exceeded[~too_few]).any():  # no limit was asked for
         exceeds = np.full((exceeded.shape[1], 3), np.nan)
@@ -239,12 +236,9 @@ def _summarise_level(level: float, designs: list[DesignPeaks]) -> LevelPeaks:
         at_most = np.where(too_few, touch if touch.shape == exceeded.shape else 1.0, exceeded)
         low, high = (_fractions(np.where(too_few, 0.0, exceeded), groups), _fractions(at_most, groups))
         exceeds = np.column_stack((low[:, :2], high[:, 2]))
-    rates = np.array([each.impacts_per_second for each in designs])
-    return LevelPeaks(
-        level, len(designs), _fractions(touch, groups), exceeds, np.quantile(rates, SPREAD, axis=0).T,
-        np.quantile(np.where(too_few, 0.0, median), SPREAD, axis=0).T, too_few.mean(axis=0),
-        tuple(designs),
-    )  # fmt: skip
+    impacts, largest = (np.quantile(each, SPREAD, axis=0).T for each in (rates, np.where(too_few, 0.0, median)))
+    fractions, unknown = _fractions(touch, groups), too_few.mean(axis=0)
+    return LevelPeaks(level, len(designs), fractions, exceeds, impacts, largest, unknown, tuple(designs))
 
 
 def _fractions(probability: np.ndarray, groups: np.ndarray) -> np.ndarray:

@@ -17,9 +17,7 @@ from ..periodic.resolution import resolution
 from .designs import Designs
 from .limits import Limit
 
-__all__ = [
-    "CONTACT", "EXCEEDING", "HARMONICS", "LARGEST", "REACH", "Batch", "Rattling", "Settings", "rattling_of",
-]  # fmt: skip
+__all__ = ["CONTACT", "EXCEEDING", "HARMONICS", "LARGEST", "REACH", "Batch", "Rattling", "Settings", "rattling_of"]
 
 HARMONICS = (9, 13, 21)
 """Of the motion: the fewest that reach the modes; more hardly change fractions, except those of accelerations, which
@@ -147,6 +145,5 @@ def _follow_branches(
     limit, omega = settings.limit, 2 * np.pi * settings.frequencies
     solver = solver_at(model, settings.kind, 1.0, float(omega[-1]), harmonics, samples, settings.modes)
     quantities, rows = ((IMPACT, limit.quantity), (None, limit.row(model.rig))) if limit else ((IMPACT,), ())
-    return level_branches(
-        solver, solver.system.frequency_ratio * omega[which], float(settings.levels[-1]), quantities, rows
-    )
+    followed = solver.system.frequency_ratio * omega[which]
+    return level_branches(solver, followed, float(settings.levels[-1]), quantities, rows)

@@ -187,10 +187,7 @@ def production(
     designs = draw_designs(model, scatter, n_designs, seed)
     total = total_of("production", settings, designs, runner)
     known, *counts = total.counts
-    first_contact, first_from_rest, first_exceeding, largest = total.of_designs
-    contact, from_rest, exceeding, several = counts / np.maximum(known, 1)
     return Production(
-        model, settings.kind, settings.limit, settings.levels, settings.frequencies, contact, from_rest, exceeding,
-        several, 1 - known / len(designs), first_contact, first_from_rest, first_exceeding, largest, designs.names,
-        designs.values,
+        model, settings.kind, settings.limit, settings.levels, settings.frequencies, *(counts / np.maximum(known, 1)),
+        1 - known / len(designs), *total.of_designs, designs.names, designs.values,
     )  # fmt: skip

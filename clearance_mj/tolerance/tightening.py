@@ -303,13 +303,10 @@ def _cheapest(predicted: _FailingFraction, scatter: Scatter, allowed: float) -> 
     priced = [i for i, number in enumerate(scatter.numbers) if number.price]
     price = np.array([scatter.numbers[i].price for i in priced], dtype=float)
 
-    def widths(logarithms: np.ndarray) -> np.ndarray:
-        all_widths = np.ones(len(scatter.numbers))
-        all_widths[priced] = np.exp(logarithms)
-        return all_widths
-
     def margin(logarithms: np.ndarray) -> float:
-        return math.log(allowed) - math.log(max(predicted.share(widths(logarithms)), 1e-12))
+        widths = np.ones(len(scatter.numbers))
+        widths[priced] = np.exp(logarithms)
+        return math.log(allowed) - math.log(max(predicted.share(widths), 1e-12))
 
     lowest = np.full(len(priced), math.log(NARROWEST))
     if not priced or margin(lowest) < 0:
