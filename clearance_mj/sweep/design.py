@@ -41,18 +41,15 @@ class Vary:
     def __post_init__(self) -> None:
         if (self.values is None) == (self.low is None and self.high is None):
             raise ClearanceError(f"vary {self.path}: give either values, or low and high")
-        if self.values is not None:
-            self._check_values(self.values)
+        if (values := self.values) is not None:
+            if not values or len(set(values)) < len(values):
+                raise ClearanceError(f"vary {self.path}: values must be one or more, each once; got {list(values)}")
+            if self.count is not None or self.scale != "linear":
+                raise ClearanceError(f"vary {self.path}: count and scale go with low and high, not with values")
         elif self.low is None or self.high is None or not self.low < self.high:
             raise ClearanceError(f"vary {self.path}: needs low < high, got {self.low!r} and {self.high!r}")
         elif self.scale == "log" and self.low <= 0:
             raise ClearanceError(f"vary {self.path}: a log scale needs low > 0, got {self.low:g}")
-
-    def _check_values(self, values: tuple[float, ...]) -> None:
-        if not values or len(set(values)) < len(values):
-            raise ClearanceError(f"vary {self.path}: values must be one or more, each once; got {list(values)}")
-        if self.count is not None or self.scale != "linear":
-            raise ClearanceError(f"vary {self.path}: count and scale go with low and high, not with values")
 
     def levels(self) -> np.ndarray:
         """Return the values (n,) of a grid."""
@@ -80,8 +77,7 @@ class Vary:
 
     @property
     def _ends(self) -> tuple[float, float]:
-        if self.low is None or self.high is None:
-            raise ClearanceError(f"vary {self.path}: has values, not low and high")
+        assert self.low is not None and self.high is not None
         return self.low, self.high
 
 
@@ -134,13 +130,13 @@ class Design:
         for v in varied:
             if v.count is not None:
                 raise ClearanceError(f"vary {v.path}: count is for a grid; {self.method} takes design.samples")
-        _require_few(self.samples * (len(varied) + 2 if self.method == "saltelli" else 1), len(varied))
-        return np.stack([v.at(share) for v, share in zip(varied, self._unit_points(len(varied)).T)], axis=1)
-
-    def _unit_points(self, d: int) -> np.ndarray:
+        d = len(varied)
+        _require_few(self.samples * (d + 2 if self.method == "saltelli" else 1), d)
         if self.method == "saltelli":
-            return saltelli_points([[i] for i in range(d)], self.samples, self.seed)
-        return unit_points(self.method, self.samples, d, self.seed)
+            points = saltelli_points([[i] for i in range(d)], self.samples, self.seed)
+        else:
+            points = unit_points(self.method, self.samples, d, self.seed)
+        return np.stack([v.at(share) for v, share in zip(varied, points.T)], axis=1)
 
 
 def _require_few(n_cases: int, n_varied: int) -> None:

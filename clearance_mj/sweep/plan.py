@@ -320,16 +320,10 @@ def _plan(data: dict, folder: Path) -> Plan:
     rig, law = model.rig, model.law if "law" in data or (given / LAW_FILE).is_file() else None
     outputs = from_plain(Outputs, data.get("outputs", {}), "outputs", ClearanceError)
     reference, measured = _reference(folder / data["reference"], rig, outputs) if "reference" in data else (None, None)
-    return Plan(
-        rig=rig,
-        vary=tuple(from_plain(Vary, one, f"vary[{i}]", ClearanceError) for i, one in enumerate(data.get("vary", []))),
-        design=from_plain(Design, data.get("design", {}), "design", ClearanceError),
-        law=law,
-        engine=_engine(data.get("engine", "modal")),
-        excitation=data.get("excitation", measured),
-        reference=reference,
-        outputs=outputs,
-    )
+    vary = tuple(from_plain(Vary, one, f"vary[{i}]", ClearanceError) for i, one in enumerate(data.get("vary", [])))
+    design = from_plain(Design, data.get("design", {}), "design", ClearanceError)
+    engine, excitation = _engine(data.get("engine", "modal")), data.get("excitation", measured)
+    return Plan(rig, vary, design, law, engine, excitation, reference, outputs)
 
 
 def _engine(given: str | dict) -> Engine:

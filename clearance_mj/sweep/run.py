@@ -32,9 +32,7 @@ from .plan import Plan
 __all__ = ["CASES", "RESULTS", "labelled", "run_sweep"]
 
 PLAN, CASES, RESULTS, LOCK, PROVENANCE = "plan.json", "cases", "results.nc", "lock", "provenance.json"
-SHOWN = {
-    RESULTS, "sweep.html", "sweep.png", "sweep_frf.png", "sensitivity.csv", "sensitivity.json", "sensitivity.png",
-}  # fmt: skip
+SHOWN = {RESULTS, "sweep.html", "sweep.png", "sweep_frf.png", "sensitivity.csv", "sensitivity.json", "sensitivity.png"}
 """Files of results and figures"""
 FILES = {PLAN, CASES, LOCK, PROVENANCE, f"{RESULTS}{SEAL}", *SHOWN}  # all files of a sweep's folder
 LARGEST = 2**32 - 8  # bytes of one variable in a netCDF-3 file with 64-bit offsets

@@ -16,8 +16,7 @@ def quantities(results: xr.Dataset) -> dict[str, np.ndarray]:
 
     They are natural frequencies, frequency and height of the FRF's peaks, and mean RMSE over the sensors.
     """
-    frequencies = results["natural_frequency"].values.T
-    columns = {f"natural frequency {i} (Hz)": column for i, column in enumerate(frequencies, 1)}
+    columns = {f"natural frequency {i} (Hz)": x for i, x in enumerate(results["natural_frequency"].values.T, 1)}
     if "peak_frequency" in results:
         columns |= {f"frequency of peak {i} (Hz)": x for i, x in enumerate(results["peak_frequency"].values.T, 1)}
         with np.errstate(divide="ignore"):
