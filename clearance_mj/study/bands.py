@@ -40,10 +40,6 @@ def law_band(
         band = frf_band(model, excitation, drawn, resolution=resolution, misfit=law.misfit)
         return band, paired_error(record.response(), model.simulate(excitation, ENGINE), resolution)
 
-    inputs = [
-        [each.content() for each in (model, *drawn)],
-        law.to_dict()["misfit"],
-        resolution,
-        stored.record_digest(record),
-    ]
+    models, misfit = [each.content() for each in (model, *drawn)], law.to_dict()["misfit"]
+    inputs = [models, misfit, resolution, stored.record_digest(record)]
     return stored.band(cache, f"band_{law.name}", inputs, compute)

@@ -73,21 +73,12 @@ def study_summary(study: Study) -> dict:
         The study.
     """
     return {
-        "version": __version__,
-        "dataset": str(study.dataset.path),
-        "rig": study.dataset.rig.name,
+        "version": __version__, "dataset": str(study.dataset.path), "rig": study.dataset.rig.name,
         "synthetic": study.is_synthetic,
         "laws": [
-            {
-                "name": k.name,
-                "knows": k.prior_information,
-                "simulated_on": k.simulated_on,
-                "rig": k.rig.to_dict() if k.finds_rig else None,
-                "law": k.law.to_dict(),
-                "parameters": list(k.parameters),
-                "families": list(k.families),
-                "warnings": list(k.warnings),
-            }
+            {"name": k.name, "knows": k.prior_information, "simulated_on": k.simulated_on,
+             "rig": k.rig.to_dict() if k.finds_rig else None, "law": k.law.to_dict(),
+             "parameters": list(k.parameters), "families": list(k.families), "warnings": list(k.warnings)}
             for k in study.laws
         ],
         "left_out": [{"method": name, "why": why} for name, why in study.left_out.items()],
@@ -97,12 +88,9 @@ def study_summary(study: Study) -> dict:
             for level, modes in part.level_modes.items()
             for why in modes.left_out
         ],
-        "best_law": study.best_law,
-        "identified_from": [r.name for r in study.dataset.identify],
+        "best_law": study.best_law, "identified_from": [r.name for r in study.dataset.identify],
         "validated_on": [r.name for r in study.dataset.validate],
-        "results": study.rows(),
-        "confidence": CONFIDENCE,
-        "seed_scatter": study.scatter_rows(),
+        "results": study.rows(), "confidence": CONFIDENCE, "seed_scatter": study.scatter_rows(),
         "statistics": [
             part.columns
             | {"law": c.law, "engine": c.engine, "record": c.record.name, "level": c.record.level, **c.statistics}
@@ -110,7 +98,7 @@ def study_summary(study: Study) -> dict:
             for c in part.simulated()
         ],
         "periodic": _periodic_summary(study),
-    } | _in_space(study)
+    } | _in_space(study)  # fmt: skip
 
 
 def _in_space(study: Study) -> dict:
@@ -118,9 +106,7 @@ def _in_space(study: Study) -> dict:
     if not study.dataset.rig.moves_across:
         return {}
     turning = TurningComparison(study)
-    return {
-        "frf_matrices": matrix_rows(study), "orbits": turning.orbit_rows(), "run_ups": turning.run_up_rows(),
-    }  # fmt: skip
+    return {"frf_matrices": matrix_rows(study), "orbits": turning.orbit_rows(), "run_ups": turning.run_up_rows()}
 
 
 def _periodic_summary(study: Study) -> dict:

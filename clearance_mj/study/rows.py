@@ -37,9 +37,8 @@ def level_summaries(comparisons: Sequence[Comparison]) -> list[dict[str, float]]
 
 
 def agreement_rows(
-    levels: Sequence[float], repeats: Mapping[float, dict[str, float]],
-    summaries: Mapping[tuple[str, str], Summaries],
-) -> list[dict]:  # fmt: skip
+    levels: Sequence[float], repeats: Mapping[float, dict[str, float]], summaries: Mapping[tuple[str, str], Summaries]
+) -> list[dict]:
     """Return a row per level, law and engine, see `Study.rows`.
 
     Parameters

@@ -246,8 +246,7 @@ class Study:
         used = get_engine(engine)
         modes = self.level_modes[record.level or 0.0].of_record[record.name]
         inputs = [*model.content(), engine, dataclasses.asdict(used), RESOLUTION, N_MODES]
-        inputs += [stored.record_digest(record), modes.frequency.tolist()]
-        inputs += code_outside(used)
+        inputs += [stored.record_digest(record), modes.frequency.tolist(), *code_outside(used)]
         result = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
         return StudyCase(name, engine, record, *result)
 
@@ -260,11 +259,8 @@ class Study:
     @functools.cached_property
     def bands(self) -> dict[str, tuple[Band, np.ndarray]]:
         """By law with a covariance, at `main_record`: FRF band, and the record's random error about the fitted law."""
-        bands_by_law = {}
-        for law in self.laws:
-            if law.drawn:
-                bands_by_law[law.name] = law_band(law, self.main_record, RESOLUTION, self.cache)
-        return bands_by_law
+        shown = [law for law in self.laws if law.drawn]
+        return {law.name: law_band(law, self.main_record, RESOLUTION, self.cache) for law in shown}
 
     @functools.cached_property
     def periodic(self) -> PeriodicVibrations:
