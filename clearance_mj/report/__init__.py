@@ -17,14 +17,9 @@ __all__ = ["report_study", "section", "write_report"]
 
 
 def report_study(
-    path: str | Path,
-    out: str | Path,
-    engines: Sequence[str] | None = None,
-    methods: Sequence[str] | None = None,
-    workers: int | None = None,
-    progress: bool = False,
-    identified: str | Path | None = None,
-) -> Study:
+    path: str | Path, out: str | Path, engines: Sequence[str] | None = None, methods: Sequence[str] | None = None,
+    workers: int | None = None, progress: bool = False, identified: str | Path | None = None,
+) -> Study:  # fmt: skip
     """Run the study of a dataset, and write its results and report into a folder.
 
     Parameters

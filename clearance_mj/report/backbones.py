@@ -28,9 +28,8 @@ def draw(backbones: Sequence[Backbone]) -> Drawing:
     for row, (panels, each) in enumerate(zip(axes, backbones)):
         label = "Displacement / gap (1)" if row == len(backbones) - 1 else ""
         unit = "m/s²" if each.model.rig.shaker.kind == "base" else "N"
-        shown = {
-            "Frequency (Hz)": each.frequency, "Damping ratio (%)": 100 * each.damping, f"Level ({unit})": each.level,
-        }  # fmt: skip
+        shown = {"Frequency (Hz)": each.frequency, "Damping ratio (%)": 100 * each.damping}
+        shown[f"Level ({unit})"] = each.level
         for ax, (words, values) in zip(panels, shown.items()):
             _draw_panel(ax, each, values)
             tidy(ax, f"{next(names)} mode {each.mode}", words, label)
@@ -65,12 +64,9 @@ def rows(backbones: Sequence[Backbone]) -> pd.DataFrame:
 
 def _rows(backbone: Backbone) -> pd.DataFrame:
     columns: dict[str, Any] = {
-        "mode": backbone.mode,
-        "frequency_hz": backbone.frequency,
-        "damping_ratio": backbone.damping,
-        "level": backbone.level,
-        "level_unit": "m/s²" if backbone.model.rig.shaker.kind == "base" else "N",
-    }
+        "mode": backbone.mode, "frequency_hz": backbone.frequency, "damping_ratio": backbone.damping,
+        "level": backbone.level, "level_unit": "m/s²" if backbone.model.rig.shaker.kind == "base" else "N",
+    }  # fmt: skip
     return pd.DataFrame(columns | amplitude_columns(backbone, 1, False))
 
 

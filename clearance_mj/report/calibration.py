@@ -8,7 +8,7 @@ from matplotlib.figure import SubFigure
 from matplotlib.ticker import NullFormatter
 
 from ..calibrate import Calibration, FRFTarget, ModalTarget
-from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, tidy, write_numbers
+from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, decibel, tidy, write_numbers
 
 __all__ = ["draw"]
 
@@ -54,9 +54,8 @@ def _bars(part: SubFigure, calibration: Calibration, target: ModalTarget) -> Non
         if test is not None:
             mac = np.sum(test * shape, axis=0) ** 2 / np.sum(shape**2, axis=0)
             shapes.semilogy(target.mode + aside, 1 - mac, **look)
-    error.errorbar(
-        target.mode, 0 * target.mode, 100 * target.std / target.frequency, fmt="none", ecolor=TEST, capsize=3
-    )
+    percent = 100 * target.std / target.frequency
+    error.errorbar(target.mode, 0 * target.mode, percent, fmt="none", ecolor=TEST, capsize=3)
     error.axhline(0, color=TEST, lw=0.8, label="test ± std")
     error.set_yscale("symlog", linthresh=0.1)
     error.yaxis.set_major_formatter("{x:g}")
@@ -90,7 +89,7 @@ def _overlay(part: SubFigure, calibration: Calibration, target: FRFTarget) -> No
     axes = part.subplots(1, len(shown), sharey=True, squeeze=False)[0]
     for ax, row in zip(axes, shown):
         for name, value, colour, width in frfs:
-            ax.plot(target.frf.frequency, 20 * np.log10(np.abs(value[row])), color=colour, lw=width, label=name)
+            ax.plot(target.frf.frequency, decibel(value[row]), color=colour, lw=width, label=name)
         tidy(ax, f"sensor {target.nodes[row]}", "", "Frequency (Hz)")
     unit = "dB re 1" if target.frf.quantity == "acceleration/acceleration" else "dB re 1 m/s²/N"
     axes[0].set_ylabel(f"|H| ({unit})", fontsize=FONT)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from markupsafe import escape
 
-from ..core.drawing import COLOURS, REPEAT, TEST, canvas, key, of_curves, tidy
 from ..core.files import write_text
 from ..signals.alignment import Alignment
 from ..signals.comparison import Comparison
@@ -17,7 +16,7 @@ from ..signals.ema import Modes
 from ..signals.figures import ROW_HEIGHT, draw_correlation, draw_functions, draw_measures, measures_height
 from ..signals.frf import FRF
 from . import html
-from .style import Drawing, colour_bar, write_numbers
+from .style import COLOURS, REPEAT, TEST, Drawing, canvas, colour_bar, key, of_curves, tidy, write_numbers
 from .tables import Column, Table
 
 __all__ = ["draw", "write_page"]
@@ -54,8 +53,7 @@ def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Seque
     sensors = Table.of("sensors", "Measures by sensor", per_sensor, {
         "sensor": Column("Sensor"), "rmse_db": Column("RMSE", "dB", ".2f"),
         **{name: Column(words, "dB", ".2f") for name, words in BESIDE.items() if per_sensor[name].notna().any()},
-        "mre": Column("MRE", "", ".3f"),
-        **{name: Column(name.upper(), "", ".3f") for name in ("frac", "csac", "csf")},
+        **{name: Column(name.upper(), "", ".3f") for name in ("mre", "frac", "csac", "csf")},
     })  # fmt: skip
     modes = Table.of("modes", "Modes", comparison.per_mode[_valid_modes(comparison)], {
         "mode": Column("Mode"), "test_hz": Column("Test", "Hz", ".3f"), "model_hz": Column("Model", "Hz", ".3f"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -216,10 +215,5 @@ def _limit_axis(ax: Axes, *curves: np.ndarray) -> None:
 
 def _draw_key(figure: Figure, axes: np.ndarray) -> None:
     """Draw one legend below all panels."""
-    entries: dict[str, Any] = {}
-    for ax in np.ravel(axes):
-        handles, labels = ax.get_legend_handles_labels()
-        entries |= dict(zip(labels, handles))
-    figure.legend(
-        list(entries.values()), list(entries), loc="outside lower center", ncols=4, fontsize=FONT, frameon=False
-    )
+    entries = {label: handle for ax in axes.flat for handle, label in zip(*ax.get_legend_handles_labels())}
+    figure.legend([*entries.values()], [*entries], loc="outside lower center", ncols=4, fontsize=FONT, frameon=False)

@@ -43,11 +43,11 @@ def write_drive(
     ]  # fmt: skip
     result = fit.to_dict() | {"predicted": errors}
     writer = ReportWriter(folder)
+    summary = _catalogue(fit) + writer.figure(_draw_hysteresis(fit))
+    beside = _error_table(fit, errors) + writer.figure(_draw_runs(fit, runs, held_out))
     sections = [
-        html.PageSection("summary", "What the drive is like", _catalogue(fit) + writer.figure(_draw_hysteresis(fit))),
-        html.PageSection(
-            "runs", "Runs beside the model", _error_table(fit, errors) + writer.figure(_draw_runs(fit, runs, held_out))
-        ),
+        html.PageSection("summary", "What the drive is like", summary),
+        html.PageSection("runs", "Runs beside the model", beside),
         html.PageSection("numbers", "Numbers and parts", _number_tables(fit)),
     ]
     writer.page(f"Drive from {', '.join(fit.runs)}", sections)
@@ -96,15 +96,13 @@ def write_held(by_log: Mapping[str, Sequence[HeldServo]], folder: Path) -> dict[
     )  # fmt: skip
     columns = (
         Column("Log"), Column("Servo"), Column("Pullers"), Column("Lost", "ticks", ".2f"),
-        Column("From", "95 %", ".2f"),
-        Column("To", "95 %", ".2f"), Column("Lost", "degrees", ".3f"),
+        Column("From", "95 %", ".2f"), Column("To", "95 %", ".2f"), Column("Lost", "degrees", ".3f"),
     )  # fmt: skip
     caption = "Between the pulls to both sides: lost motion of gear and loop at the output, where the encoder sits."
     not_told = [words for servos in by_log.values() for servo in servos for words in servo.not_told]
     body = html.table(Table("held", caption, columns, rows)) + html.sentences(not_told, "note")
-    ReportWriter(folder).page(
-        f"Servos held in {', '.join(by_log)}", [html.PageSection("summary", "What they lose", body)]
-    )
+    sections = [html.PageSection("summary", "What they lose", body)]
+    ReportWriter(folder).page(f"Servos held in {', '.join(by_log)}", sections)
     table = {
         f"{log}, servo {number}, {when}, ticks (95 %: {low:.3g} to {high:.3g})": ticks
         for log, number, when, ticks, low, high, _ in rows

@@ -54,9 +54,8 @@ def draw(balance: EnergyBalance) -> Drawing:
         "bushing ends; other forces act on the shaft while it touches, so that it may leave faster than it came (ratios"
         f" beyond {MAX_RESTITUTION:g} are drawn there)."
     )
-    return Drawing(
-        "energy_balance", figure, caption, "Energy over time by where it goes, residual, restitution and impulses."
-    )
+    alt = "Energy over time by where it goes, residual, restitution and impulses."
+    return Drawing("energy_balance", figure, caption, alt)
 
 
 def _draw_energy(ax: Axes, balance: EnergyBalance) -> None:

@@ -29,13 +29,12 @@ __all__ = [
 
 IMPROVED = {
     **{f"MAC, mode {mode}": f"mode_{mode}_mac" for mode in range(1, N_MODES + 1)},
-    "frequency error": "relative_error",
-    "MRE": "mre",
-    "RMSE": "rmse_db",
-    "FRAC": "frac",
-    "CSAC": "csac_per_sensor",
+    "frequency error": "relative_error", "MRE": "mre", "RMSE": "rmse_db", "FRAC": "frac", "CSAC": "csac_per_sensor",
     "CSF": "csf_per_sensor",
-}  # Quantities that a better law improves, and their names in `Study.rows`
+}  # fmt: skip
+"""Quantities that a better law improves, and their names in `Study.rows`"""
+CONTACT = {"displacement_rms": "_m", "displacement_peak": "_m", "contact_share": "", "contact_peak": "_n"}
+"""statistics of a clearance, and the ends of their columns' names"""
 _MODE = ["mode", "test_hz", "model_hz", "relative_error_pct", "mac", "test_damping", "model_damping", "why"]
 _KEYS = [m.key for m in MEASURES]
 
@@ -98,10 +97,8 @@ def sensor_means(study: Study) -> pd.DataFrame:
     rows: list[dict] = []
     for (sensor, law, engine), of_pair in sensors(study).groupby(["sensor", "law", "engine"], sort=False):
         by_level: dict[Any, Any] = {level: part[_KEYS].to_dict("records") for level, part in of_pair.groupby("level")}
-        if (law, engine) == REPEAT:
-            means = repeatability.repeat_rows({level: only for level, (only,) in by_level.items()})
-        else:
-            means = repeatability.mean_rows(by_level)
+        first = {level: seeds[0] for level, seeds in by_level.items()}
+        means = repeatability.repeat_rows(first) if (law, engine) == REPEAT else repeatability.mean_rows(by_level)
         rows += [{"level": level, "law": law, "engine": engine, "sensor": sensor} | m for level, m in means.items()]
     nodes = {name: i for i, name in enumerate(sensor_names(study))}
     return pd.DataFrame(rows).sort_values("sensor", key=lambda column: column.map(nodes), kind="stable")
@@ -116,24 +113,19 @@ def contact(study: Study) -> pd.DataFrame:
     for record in study.driven:
         if (probes := record.response().displacement) is not None:
             moved = probes.reshape(len(study.dataset.rig.bushings), -1, record.size)
-            seen = {"displacement_rms": np.sqrt(moved.var(axis=2).sum(axis=1))}
-            seen |= {"displacement_peak": np.linalg.norm(moved, axis=1).max(axis=1)}
-            seen |= dict.fromkeys(("contact_share", "contact_peak"), np.nan)
+            rms, peak = np.sqrt(moved.var(axis=2).sum(axis=1)), np.linalg.norm(moved, axis=1).max(axis=1)
+            seen = dict(zip(CONTACT, (rms, peak, np.nan, np.nan)))
             parts.append((record, "test", REPEAT[1], study.dataset.rig, seen))
     parts += [(c.record, c.law, c.engine, study.law(c.law).rig, c.statistics) for c in study.cases]
-    return pd.concat(
-        [
-            pd.DataFrame({
-                **condition(study, record), "level": record.level, "record": record.name, "law": law, "engine": engine,
-                "bushing": range(1, len(rig.bushings) + 1), "gap_m": [b.gap for b in rig.bushings],
-                "displacement_rms_m": statistics["displacement_rms"],
-                "displacement_peak_m": statistics["displacement_peak"], "contact_share": statistics["contact_share"],
-                "contact_peak_n": statistics["contact_peak"],
-            })
-            for record, law, engine, rig, statistics in parts
-        ],
-        ignore_index=True,
-    )  # fmt: skip
+    frames = [
+        pd.DataFrame({
+            **condition(study, record), "level": record.level, "record": record.name, "law": law, "engine": engine,
+            "bushing": range(1, len(rig.bushings) + 1), "gap_m": [b.gap for b in rig.bushings],
+            **{f"{name}{unit}": statistics[name] for name, unit in CONTACT.items()},
+        })
+        for record, law, engine, rig, statistics in parts
+    ]  # fmt: skip
+    return pd.concat(frames, ignore_index=True)
 
 
 def condition(study: Study, record: Record) -> dict[str, str | float]:
@@ -150,10 +142,8 @@ def improvements(study: Study) -> pd.DataFrame:
     for (level, law), row in row_of.items():
         for quantity, key in IMPROVED.items() if law != study.base_law else ():
             change = ratio(interval(row, key), interval(row_of[level, study.base_law], key))
-            low, value, high = (100 * (x - 1) for x in (change.low, change.value, change.high))
-            head = {"level": level, "law": law, "over": study.base_law, "quantity": quantity}
-            limits = {"change_pct": value, "change_pct_low": low, "change_pct_high": high}
-            rows.append(head | limits | {"no_interval": change.missing})
+            value, low, high = (100 * (x - 1) for x in (change.value, change.low, change.high))
+            rows.append((level, law, study.base_law, quantity, value, low, high, change.missing))
     columns = ["level", "law", "over", "quantity", "change_pct", "change_pct_low", "change_pct_high", "no_interval"]
     return pd.DataFrame(rows, columns=columns)
 
@@ -165,11 +155,8 @@ def parameters(study: Study) -> pd.DataFrame:
     """
     data = study.dataset.rig.to_dict()
     rows = [
-        {
-            "law": law.name, "parameter": parameter_words(p["name"]), "unit": p["unit"], "value": p["value"],
-            "standard_deviation": std, "relative_std_pct": 100 * std / abs(p["value"]) if p["value"] else np.nan,
-            "rig_file": _in_rig_file(data, p["name"]),
-        }
+        (law.name, parameter_words(p["name"]), p["unit"], p["value"], std,
+         100 * std / abs(p["value"]) if p["value"] else np.nan, _in_rig_file(data, p["name"]))
         for law in study.laws
         for p in law.parameters
         for std in [p["relative_std"] * (1.0 if p.get("varies") == "linear" else abs(p["value"]))]
@@ -191,9 +178,8 @@ def _in_rig_file(data: dict, name: str) -> float:
 
 def laws(study: Study) -> pd.DataFrame:
     """Return what each law was given, and the rig that it is simulated on: a row per law."""
-    return pd.DataFrame(
-        [{"law": k.name, "given": k.prior_information, "simulated_on": k.simulated_on} for k in study.laws]
-    )
+    rows = [{"law": k.name, "given": k.prior_information, "simulated_on": k.simulated_on} for k in study.laws]
+    return pd.DataFrame(rows)
 
 
 def contact_limits(study: Study) -> pd.DataFrame:
@@ -226,14 +212,9 @@ def engines(study: Study) -> pd.DataFrame:
 
 def records(study: Study) -> pd.DataFrame:
     """Return the records of the dataset and what each was used for."""
-    return pd.DataFrame(
-        [
-            {
-                "record": r.name, "role": r.role, "excitation": r.description, **condition(study, r),
-                "level": np.nan if r.level is None else r.level,
-                "unit": "N" if r.excitation_kind == "force" else "m/s²",
-                "duration_s": r.duration, "fs_hz": r.fs, "seed": "" if r.seed is None else r.seed,
-            }
-            for r in study.dataset.records
-        ]
-    )  # fmt: skip
+    return pd.DataFrame([
+        {"record": r.name, "role": r.role, "excitation": r.description, **condition(study, r),
+         "level": np.nan if r.level is None else r.level, "unit": "N" if r.excitation_kind == "force" else "m/s²",
+         "duration_s": r.duration, "fs_hz": r.fs, "seed": "" if r.seed is None else r.seed}
+        for r in study.dataset.records
+    ])  # fmt: skip

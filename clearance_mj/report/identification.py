@@ -62,9 +62,8 @@ def write_identification(
         html.PageSection("summary", "What was found", _summary_html(fit, dataset, shown)),
     ]
     if forces:
-        sections.append(
-            html.PageSection("forces", "Restoring forces and walls", writer.figure(draw_forces(fit, forces)))
-        )
+        drawn = writer.figure(draw_forces(fit, forces))
+        sections.append(html.PageSection("forces", "Restoring forces and walls", drawn))
     if fit.estimates:
         sections.append(html.PageSection("parameters", "How well it is known", _parameter_section(fit, writer)))
     for name, data in pages.items():
@@ -184,11 +183,10 @@ def _update_section(fit: Identified, update: RigUpdate, forces: Sequence[Restori
 
 
 def _contact(fit: Identified, records: Sequence[Record], forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
-    parts = [
+    return "".join(
         html.paragraph(f"Not drawn: {html.formula(drawn)}.", "note") if isinstance(drawn, str) else writer.figure(drawn)
         for drawn in contact_drawings(fit, records, forces)
-    ]
-    return "".join(parts)
+    )
 
 
 def _misfit_section(fit: Identified, misfit: LawMisfit, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
@@ -216,12 +214,11 @@ def _decay_table(misfit: LawMisfit) -> Table:
     halves = [[[float(v) if np.isfinite(v) else None for v in row] for row in d.missed.T] for d in hits]
     rows = [(d.record, d.start, d.peak, *first) for d, (first, _) in zip(hits, halves)]
     late = [(d.record, d.start + d.duration / 2, None, *second) for d, (_, second) in zip(hits, halves)]
-    ordered = tuple(row for pair in zip(rows, late) for row in pair)
     caption = (
         "Decays after hits: RMS of the model over that of the record, in the first and in the second half of each; "
         "what changes between them is the decay. Noise of the sensors counts in the record alone."
     )
-    return Table("decays", caption, tuple(columns), ordered)
+    return Table("decays", caption, tuple(columns), tuple(row for pair in zip(rows, late) for row in pair))
 
 
 Write = Callable[[Identified, Any, Sequence[RestoringForce], ReportWriter], str]

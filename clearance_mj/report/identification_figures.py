@@ -10,11 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 
-from ..core.drawing import key, of_curves
 from ..identify.forces.restoring import RestoringForce
 from ..identify.laws.law_misfit import TOO_FAR, LawMisfit
 from ..identify.registry import Identified
-from .style import COLOURS, FONT, TEST, Drawing, band_axes, canvas, colour_bar, tidy
+from .style import COLOURS, FONT, TEST, Drawing, band_axes, canvas, colour_bar, key, of_curves, tidy
 
 __all__ = ["draw_forces", "draw_misfit"]
 
@@ -103,8 +102,7 @@ def draw_misfit(misfit: LawMisfit) -> Drawing | None:
     """Draw what rig and law miss by sensor, frequency and level, in dB and over its random error; None without FRFs."""
     if not misfit.stretches:
         return None
-    shown = np.unique(np.linspace(0, len(misfit.stretches) - 1, PANELS).astype(int))
-    stretches = [misfit.stretches[i] for i in shown]
+    stretches = [misfit.stretches[i] for i in np.unique(np.linspace(0, len(misfit.stretches) - 1, PANELS).astype(int))]
     figure = canvas(1.0 + 2 * (0.55 + 0.11 * len(misfit.sensors)), 8.5)
     axes = figure.subplots(2, len(stretches), squeeze=False, sharex=True, sharey=True)
     ratio = ListedColormap(COLOURS_OF_RATIOS).with_extremes(over=COLOUR_BEYOND)

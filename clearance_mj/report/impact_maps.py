@@ -28,13 +28,9 @@ def draw(regions: ImpactMap) -> Drawing:
 def rows(regions: ImpactMap) -> pd.DataFrame:
     """Return a row per load, level, frequency and direction of a sweep, SI units; empty without a solution."""
     load, swept = sweep_columns(regions)
-    columns = {
-        "load": regions.load[load],
-        **swept,
-        "impacts": np.array([*IMPACTS, ""])[regions.impacts.ravel().astype(int)],
-        "contact_force_n": regions.contact_force.ravel(),
-    }
-    return pd.DataFrame(columns)
+    impacts = np.array([*IMPACTS, ""])[regions.impacts.ravel().astype(int)]
+    columns = {"load": regions.load[load], **swept, "impacts": impacts}
+    return pd.DataFrame(columns | {"contact_force_n": regions.contact_force.ravel()})
 
 
 def summary_lines(regions: ImpactMap) -> Iterator[str]:

@@ -108,13 +108,10 @@ class _Data:
         dashes = getattr(line, "_dash_pattern", (0, None))[1]
         joined = line.get_linestyle() not in ("None", "none", "", " ")
         entry = {
-            "label": str(line.get_label()),
-            "colour": to_hex(line.get_color()),
-            "width": line.get_linewidth(),
-            "dash": [round(float(length), 2) for length in dashes] if joined and dashes else [],
-            "joined": joined,
+            "label": str(line.get_label()), "colour": to_hex(line.get_color()), "width": line.get_linewidth(),
+            "dash": [round(float(length), 2) for length in dashes] if joined and dashes else [], "joined": joined,
             "points": line.get_marker() not in ("None", "none", "", " ", None),
-        }
+        }  # fmt: skip
         return self._store(self.series, entry, json.dumps(entry).encode())
 
     def _store(self, entries: list[dict[str, Any]], entry: dict[str, Any], key: bytes) -> int:

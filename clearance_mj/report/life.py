@@ -37,10 +37,8 @@ def rows(prediction: Life | Lives | Remaining) -> list[dict[str, Any]]:
     low, middle, high = np.quantile(prediction.gap, [0.05, 0.5, 0.95], axis=0)
     nominal = prediction.nominal.gap_at(prediction.hours)
     return [
-        {
-            "hours": float(hours), "bushing": j, "gap_m": float(nominal[i, j]), "gap_5_m": float(low[i, j]),
-            "gap_50_m": float(middle[i, j]), "gap_95_m": float(high[i, j]),
-        }
+        {"hours": float(hours), "bushing": j, "gap_m": float(nominal[i, j]), "gap_5_m": float(low[i, j]),
+         "gap_50_m": float(middle[i, j]), "gap_95_m": float(high[i, j])}
         for i, hours in enumerate(prediction.hours)
         for j in range(prediction.gap.shape[2])
     ]  # fmt: skip

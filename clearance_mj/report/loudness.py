@@ -60,10 +60,9 @@ def _mean_n5(loudness: LoudnessOverLevel) -> dict[float, tuple[float, float, flo
     means = {}
     for level in sorted({*loudness.level}):
         n5 = loudness.n5[np.equal(loudness.level, level)]
-        half = (
-            two_sided_quantile(CONFIDENCE, n5.size - 1) * n5.std(ddof=1) / np.sqrt(n5.size) if n5.size > 1 else np.nan
-        )
-        means[level] = float(n5.mean()), float(np.maximum(n5.mean() - half, 0.0)), float(n5.mean() + half)
+        n, mean = n5.size, n5.mean()
+        half = two_sided_quantile(CONFIDENCE, n - 1) * n5.std(ddof=1) / np.sqrt(n) if n > 1 else np.nan
+        means[level] = float(mean), float(np.maximum(mean - half, 0.0)), float(mean + half)
     return means
 
 

@@ -78,8 +78,7 @@ def draw_over_level(batch: Production) -> Drawing:
 def rows(batch: Production) -> pd.DataFrame:
     """Return a row for each level and frequency, SI units."""
     level, frequency = np.meshgrid(batch.level, batch.frequency, indexing="ij")
-    unit = level_axis(batch.kind).symbol
-    columns = {"level": level.ravel(), "level_unit": unit, "frequency_hz": frequency.ravel()}
+    columns = {"level": level.ravel(), "level_unit": level_axis(batch.kind).symbol, "frequency_hz": frequency.ravel()}
     for name in (*SHARES, "unknown"):
         columns[f"share_{name}"] = getattr(batch, name).ravel()
     low, high = batch.interval(batch.contact)
@@ -121,13 +120,9 @@ def write_production(
     hours : Hours, optional
         Results under random excitation.
     """
-    result: dict[str, Any] = {
-        "designs": len(designs),
-        "numbers": {
-            name: {"mean": float(column.mean()), "std": float(column.std())}
-            for name, column in zip(designs.names, designs.values.T)
-        },
-    }
+    columns = zip(designs.names, designs.values.T)
+    numbers = {name: {"mean": float(column.mean()), "std": float(column.std())} for name, column in columns}
+    result: dict[str, Any] = {"designs": len(designs), "numbers": numbers}
     writer, sections = ReportWriter(folder), []
     if batch:
         result |= {
@@ -137,11 +132,8 @@ def write_production(
         }  # fmt: skip
         if batch.limit:
             result["exceeding_over_level"] = batch.over_level("exceeding").tolist()
-        body = (
-            html.sentences(summary_lines(batch))
-            + writer.figure(draw_over_level(batch))
-            + writer.figure(draw_shares(batch))
-        )
+        body = html.sentences(summary_lines(batch))
+        body += writer.figure(draw_over_level(batch)) + writer.figure(draw_shares(batch))
         sections.append(html.PageSection("production", "How many rattle", body))
     if hours:
         result["random"] = hours.rows()
@@ -149,9 +141,8 @@ def write_production(
         sections.append(html.PageSection("random", "Under random excitation", body))
     if sensitivity:
         result["sensitivity"] = sensitivity.rows()
-        sections.append(
-            html.PageSection("sensitivity", "What it depends on", writer.figure(draw_sensitivity(sensitivity)))
-        )
+        body = writer.figure(draw_sensitivity(sensitivity))
+        sections.append(html.PageSection("sensitivity", "What it depends on", body))
     for name, each in (tightenings or {}).items():
         result[name] = tightening_table(each)
         body = html.sentences(tightening_words(each)) + writer.figure(draw_tightening(each, name))
@@ -165,10 +156,8 @@ def write_production(
 def _number_table(designs: Designs) -> str:
     if not designs.names:
         return html.paragraph("The designs are draws from what records left open of the model.")
-    table = tuple(
-        (name, column.mean(), column.std(), column.min(), column.max())
-        for name, column in zip(designs.names, designs.values.T)
-    )
+    columns = zip(designs.names, designs.values.T)
+    table = tuple((name, values.mean(), values.std(), values.min(), values.max()) for name, values in columns)
     heads = (Column("Number"), *(Column(each, "SI", ".4g") for each in ("Mean", "Std", "Lowest", "Highest")))
     caption = f"What scatters, of {len(designs)} designs as they were drawn."
     return html.table(Table("numbers", caption, heads, table))

@@ -13,10 +13,9 @@ from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..core.drawing import key
 from ..periodic import ImpactMap, RattleMap
 from ..periodic.summaries import frequency_title, level_title, unit
-from .style import COLOURS, REPEAT, TEST, Drawing, canvas, colour_bar, frequency_ends, tidy
+from .style import COLOURS, REPEAT, TEST, Drawing, canvas, colour_bar, frequency_ends, key, tidy
 
 __all__ = ["draw", "rows", "summary_lines", "sweep_columns"]
 
@@ -87,12 +86,9 @@ def sweep_columns(level_map: RattleMap | ImpactMap) -> tuple[np.ndarray, dict[st
     """Return the number of the gap or load of each row of a map's table, and columns that say where in sweeps it is."""
     sweep, varied, level, frequency = (index.ravel() for index in np.indices((2, *level_map.vibrations.shape)))
     return varied, {
-        "level": level_map.level[level],
-        "level_unit": unit(level_map),
-        "frequency_hz": level_map.frequency[frequency],
-        "sweep": np.array(["up", "down"])[sweep],
-        "vibrations": level_map.vibrations[varied, level, frequency],
-    }
+        "level": level_map.level[level], "level_unit": unit(level_map), "frequency_hz": level_map.frequency[frequency],
+        "sweep": np.array(["up", "down"])[sweep], "vibrations": level_map.vibrations[varied, level, frequency],
+    }  # fmt: skip
 
 
 def summary_lines(grid: RattleMap) -> Iterator[str]:

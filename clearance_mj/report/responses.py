@@ -64,16 +64,11 @@ def _rows(branch: Branch, number: int) -> pd.DataFrame:
     for point in branch.special:
         special[point.index] = point.kind
     columns: dict[str, Any] = {
-        "branch": number,
-        "periods": branch.periods,
-        "level": np.abs(branch.level[:, 0]),
-        "level_unit": unit(branch),
-        "frequency_hz": branch.frequency,
-        **({} if branch.spin is None else {"spin_rad_s": branch.spin}),
+        "branch": number, "periods": branch.periods, "level": np.abs(branch.level[:, 0]), "level_unit": unit(branch),
+        "frequency_hz": branch.frequency, **({} if branch.spin is None else {"spin_rad_s": branch.spin}),
         **({} if branch.share is None else {f"share_of_{branch.over}s": branch.share}),
-        "stable": stable_points(branch),
-        "special": special,
-    }
+        "stable": stable_points(branch), "special": special,
+    }  # fmt: skip
     return pd.DataFrame(columns | amplitude_columns(branch, branch.periods, True))
 
 
@@ -118,11 +113,10 @@ def draw(
             _steps(ax, steps, rig, quantity, row)
         if quantity == "acceleration":
             tidy(ax, f"{letter} {sensor_title(rig, row)}", "Acceleration (m/s²)")
-            ax.set_yscale("log")
         else:
             tidy(ax, f"{letter} clearance {row + 1}", "Displacement / gap (1)")
-            ax.set_yscale("log")
             ax.axhline(1.0, color=TEST, lw=0.6)
+        ax.set_yscale("log")
         _abscissa(ax, branches, i >= len(panels) - 2)
     figure.align_ylabels(axes[: len(panels)])
     alt = f"Amplitudes of periodic vibrations over {PARAMETER_WORDS.get(branches[0].over, branches[0].over)}."
@@ -146,9 +140,8 @@ def _draw_curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) 
         y = branch.excursion()[:, row] / (branch.model.rig.bushings[row].gap * scale)
     else:
         y = branch.amplitude(quantity)[:, row]
-    stable = stable_points(branch)
     ax.plot(x, y, ls=(0, (3, 1.5)), color=colour, lw=0.8)
-    ax.plot(x, np.where(stable, y, np.nan), color=colour, lw=1.1)
+    ax.plot(x, np.where(stable_points(branch), y, np.nan), color=colour, lw=1.1)
     for kind, marker in MARKERS.items():
         at = [point.index for point in branch.special if point.kind == kind]
         ax.plot(x[at], y[at], marker, color=TEST, mfc="white", ms=3.5, mew=0.7)
@@ -163,8 +156,7 @@ def _abscissa(ax: Axes, branches: Sequence[Branch], labelled: bool) -> None:
         frequency_axis(ax, (low, high), labelled)
     else:
         ax.set_xlim(low, high)
-    title = parameter_title(branches[0])
-    ax.set_xlabel(title if labelled else "", fontsize=FONT)
+    ax.set_xlabel(parameter_title(branches[0]) if labelled else "", fontsize=FONT)
 
 
 def _line_colours(branches: Sequence[Branch]) -> list[Any]:

@@ -56,9 +56,8 @@ class Scene:
         self.is_plane, self.length = not self.rig.moves_across, shown.length
         self.edges = [outline(shaft) for shaft in self.shafts]
         self.numbers = [shown.shaft == i for i in range(len(self.shafts))]
-        self.radii = np.concatenate([
-            np.interp(shown.position[on], *edges[:2]) for on, edges in zip(self.numbers, self.edges)
-        ])  # fmt: skip
+        of_shafts = zip(self.numbers, self.edges)
+        self.radii = np.concatenate([np.interp(shown.position[on], *edges[:2]) for on, edges in of_shafts])
         self.radius = max(float(edges[1].max()) for edges in self.edges)
         self.places = [self.rig.linear.place(b.position) for b in self.rig.bushings]
         self.at_bushings = [self.radius_at(*place) for place in self.places]
@@ -69,8 +68,7 @@ class Scene:
         if self.is_plane:
             gaps = [b.gap for b, turns in zip(self.rig.bushings, self.turns) if not turns]
             highest = shown.exaggeration * max([np.abs(shown.lift[:, 1]).max(), *gaps])
-            ends = np.nanmax(np.abs(self.arrows()[..., 1]))
-            lane = max(MIN_HEIGHT * self.length, 1.1 * highest, 1.05 * ends)
+            lane = max(MIN_HEIGHT * self.length, 1.1 * highest, 1.05 * np.nanmax(np.abs(self.arrows()[..., 1])))
             self.level = lane * np.arange(len(self.shafts) - 1.0, -len(self.shafts), -2.0)
             self.half_height = lane * len(self.shafts)
         first, last = self.rig.linear.span
@@ -108,9 +106,8 @@ class Scene:
     def middle(self, j: int) -> np.ndarray:
         """Return (3, n) places of the middle of a clearance: that of one on another shaft moves with it."""
         bushing, (shaft, x) = self.rig.bushings[j], self.places[j]
-        offset = self.rig.row_offsets[self.rig.clearance_rows[j]]
         carried = np.zeros((self.shown.time.size, 2)) if bushing.to is None else self.shown.lift_at(bushing.to)
-        y, z = self.shown.exaggeration * (carried - offset).T
+        y, z = self.shown.exaggeration * (carried - self.rig.row_offsets[self.rig.clearance_rows[j]]).T
         return np.array(np.broadcast_arrays(x, y, z + self.level[shaft]))
 
     def walls(self, j: int) -> Iterator[np.ndarray]:
@@ -124,9 +121,8 @@ class Scene:
         for start, wall, side in zip((np.pi / 2, -np.pi / 2), sorted(sign * wall for wall in bushing.walls), (-1, 1)):
             if bushing.is_round:
                 turn = np.linspace(start, start + np.pi, 37)
-                yield (self.shown.exaggeration * bushing.gap + radius) * np.array(
-                    (0 * turn, np.cos(turn), np.sin(turn))
-                )
+                bore = self.shown.exaggeration * bushing.gap + radius
+                yield bore * np.array((0 * turn, np.cos(turn), np.sin(turn)))
             else:
                 height = self.shown.exaggeration * wall + side * radius if np.isfinite(wall) else np.nan
                 face = np.full(2, height), 2 * radius * np.array([-1, 1])

@@ -67,15 +67,11 @@ class Stage:
         self.figure, self.moving = Figure(facecolor="white", dpi=DPI), []
         self.above, panels, below = self._make_axes()
         # Drawn metres to what the axis says: the lift in mm.
-        scale = Affine2D().scale(1.0, self.millimetres(1.0) if self.is_plane else 1.0)
-        self.to_picture = scale + self.above.transData
+        self.to_picture = Affine2D().scale(1.0, self.millimetres(1.0) if self.is_plane else 1.0) + self.above.transData
         self.words = self.above.set_title("", fontsize=FONT, loc="left", pad=4)
         self.middles = [scene.middle(j) for j in range(len(self.axes))]
         self.tubes = {j: self._draw_tube(j) for j in range(len(self.axes)) if not scene.turns[j]}
-        if self.is_plane:
-            self._draw_lift_axis()
-        else:
-            self._draw_directions()
+        (self._draw_lift_axis if self.is_plane else self._draw_directions)()
         if images:
             edges = scene.left, scene.right, *self.above.get_ylim()
             self.image = self.above.imshow(images[0], extent=edges, aspect="auto", interpolation="none")
@@ -169,8 +165,7 @@ class Stage:
         ax.set_axis_off()
         words = f"displacements and gaps drawn {self.shown.exaggeration:.3g} times larger"
         ax.set_title(words, fontsize=FONT, loc="right", pad=4)
-        ends = seen(self.view, self.scene.rig.linear.span, 0, 0)
-        ax.plot(*ends, color=HALF, lw=0.6, ls=(0, (6, 3, 1, 3)), zorder=0)
+        ax.plot(*seen(self.view, self.scene.rig.linear.span, 0, 0), color=HALF, lw=0.6, ls=(0, (6, 3, 1, 3)), zorder=0)
         (_, right), (low, high) = ax.get_xlim(), ax.get_ylim()
         length = 0.07 * self.scene.length
         origin = np.array([right - 1.3 * length, low + 0.45 * length + 0.02 * (high - low)])
@@ -285,8 +280,7 @@ class Stage:
             corners = middle[0] + half * np.array([0, -1, 1]), 0, np.array([top, ground, ground])
             self._polygon(CLAMP, 1.0, moves=False, lw=0.7).set_xy(seen(self.view, *corners).T)
         else:
-            order = 4.5 if is_near else 1.0
-            wall = self._polygon(CLAMP, order, moves=is_near, lw=0, hatch="////", edgecolor="black")
+            wall = self._polygon(CLAMP, (4.5 if is_near else 1.0), moves=is_near, lw=0, hatch="////", edgecolor="black")
             wall.set_xy(self._outline(box.low, box.high))
 
     def _draw_disc(self, disc: DrawnDisc) -> tuple[DrawnDisc, np.ndarray, Polygon, Line2D]:

@@ -77,15 +77,13 @@ def draw_misfits(update: RigUpdate) -> Drawing:
     names, parts = update.channels, (update.structure.as_drawn, update.misfit)
     figure = canvas(1.1 + 0.16 * len(names), 8.5)
     axes = figure.subplots(1, 2, sharey=True)
-    edges = np.geomspace(
-        min(m.frequency[0] for m in update.misfit), max(m.frequency[-1] for m in update.misfit), BANDS + 1
-    )
+    low, high = min(m.frequency[0] for m in update.misfit), max(m.frequency[-1] for m in update.misfit)
+    edges = np.geomspace(low, high, BANDS + 1)
     for ax, title, misfits in zip(axes, ("as drawn", "with what was found"), parts):
         errors = 100 * _by_band(misfits, edges)
         image = ax.pcolormesh(edges, np.arange(len(names) + 1), errors, norm=LogNorm(SMALLEST, LARGEST), cmap="cividis")
         band_axes(ax, title, edges, names)
-    label = "Misfit (% of the\nchannel’s level)"
-    colour_bar(figure, image, axes, label, FONT - 1, pad=0.01, aspect=15, extend="both")
+    colour_bar(figure, image, axes, "Misfit (% of the\nchannel’s level)", FONT - 1, pad=0.01, aspect=15, extend="both")
     caption = (
         "What the updated rig misses of each channel under the forces in its clearances that meet all sensors best, by "
         "frequency: with the structure as the rig file draws it, and with what was found beside it."
@@ -97,10 +95,8 @@ def draw_misfits(update: RigUpdate) -> Drawing:
 def _by_band(misfits: tuple[RecordMisfit, ...], edges: np.ndarray) -> np.ndarray:
     """Return the RMS of the misfit over that of the channel (n_channels, n_bands), all records; nan without lines."""
     band = np.concatenate([np.clip(np.digitize(m.frequency, edges) - 1, 0, BANDS - 1) for m in misfits])
-    missed, level = (
-        np.concatenate([np.abs(part) ** 2 for part in parts], axis=1)
-        for parts in ([m.fitted - m.measured for m in misfits], [m.measured for m in misfits])
-    )
+    missed = np.concatenate([np.abs(m.fitted - m.measured) ** 2 for m in misfits], axis=1)
+    level = np.concatenate([np.abs(m.measured) ** 2 for m in misfits], axis=1)
     bands = np.full((len(missed), BANDS), np.nan)
     for b in np.unique(band):
         inside = band == b

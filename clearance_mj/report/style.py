@@ -23,16 +23,16 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator, ScalarFormatter
 
-from ..core.drawing import COLOURS, FAINT, FONT, REPEAT, TEST, WIDTH, canvas, decibel, phase, tidy
+from ..core.drawing import COLOURS, FAINT, FONT, REPEAT, TEST, WIDTH, canvas, decibel, key, of_curves, phase, tidy
 from ..core.files import replacing
 from ..core.output_folder import FIGURES
 from ..rig import Rig
 from ..rig.sensing import sensor_points
 
 __all__ = [
-    "COLOURS", "ENGINE_LINES", "FAINT", "FONT", "MARKERS", "REPEAT", "TEST", "WIDE", "WIDTH", "Drawing",
-    "at_bushings", "band_axes", "canvas", "colour_bar", "decibel", "finite", "frequency_axis", "frequency_ends",
-    "letters", "level_axis", "phase", "sensor_title", "sheet", "tidy", "write_numbers",
+    "COLOURS", "ENGINE_LINES", "FAINT", "FONT", "MARKERS", "REPEAT", "TEST", "WIDE", "WIDTH", "Drawing", "at_bushings",
+    "band_axes", "canvas", "colour_bar", "decibel", "finite", "frequency_axis", "frequency_ends", "key",
+    "letters", "level_axis", "of_curves", "phase", "sensor_title", "sheet", "tidy", "write_numbers",
 ]  # fmt: skip
 
 DPI = 150

@@ -12,13 +12,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
-from ..core.drawing import key
 from ..core.files import write_text
 from ..statistics.sobol import Sensitivity
 from ..sweep.design import Vary
 from ..sweep.sensitivity import quantities
 from . import html
-from .style import FONT, Drawing, canvas, decibel, phase, tidy
+from .style import FONT, Drawing, canvas, decibel, key, phase, tidy
 
 __all__ = ["draw_frfs", "draw_results", "draw_sensitivity", "write_page"]
 
@@ -55,8 +54,7 @@ def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | Non
         ax.set_xlabel(_with_unit(vary.path), fontsize=FONT)
         _set_end_ticks(ax, vary.values or (vary.low or 0.0, vary.high or 0.0))
     caption = f"Every case of the sweep ({results.sizes['case']}): results over the varied parameters, SI units."
-    return Drawing("sweep", figure, caption, "Scatter of results over the varied parameters.", sharp=False,
-                   chart=True)  # fmt: skip
+    return Drawing("sweep", figure, caption, "Scatter of results over the varied parameters.", sharp=False, chart=True)
 
 
 def draw_frfs(results: xr.Dataset) -> Drawing | None:

@@ -46,8 +46,7 @@ def write_twin(
         "version": __version__, "record": twin.record, "provenance": record.provenance,
         "made_from": made_from, "window": twin.window,
         "rig": twin.rig.to_dict(), "law": law.to_dict() if law else None, "depth": twin.depth.tolist(),
-        "alarms": [a.to_dict() for a in twin.alarms], "last": last,
-        "warnings": list(twin.warnings),
+        "alarms": [a.to_dict() for a in twin.alarms], "last": last, "warnings": list(twin.warnings),
     }  # fmt: skip
     write_text(folder / "twin.json", to_json(result))
     writer = ReportWriter(folder)

@@ -13,14 +13,13 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from ..core.drawing import key
 from ..core.files import to_json, write_text
 from ..vehicle.controllers import CONTROLLERS, get_controller
 from ..vehicle.experiment import Case, Outcome
 from ..vehicle.manoeuvres import get_manoeuvre
 from ..vehicle.run import SEGMENT, Run
 from . import html
-from .style import Drawing, canvas, tidy
+from .style import Drawing, canvas, key, tidy
 from .tables import Column, Table, write_csv
 
 __all__ = ["HISTORIES", "METRICS", "histories", "look", "write_report"]
@@ -70,8 +69,7 @@ METRICS = {
 }
 UNITS = {
     "time": "s", "position": "m", "s": "m", "e_y": "m", "e_psi": "rad", "yaw_rate": "rad/s", "yaw_rate_error": "rad/s",
-    "lateral_acceleration": "m/s2", "sideslip": "rad", "command": "rad", "servo_angle": "rad",
-    "wheel_angle": "rad",
+    "lateral_acceleration": "m/s2", "sideslip": "rad", "command": "rad", "servo_angle": "rad", "wheel_angle": "rad",
 }  # fmt: skip
 
 
@@ -221,11 +219,10 @@ def _page_sections(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> 
         "All: the nominal vehicle, the steering servo, the steering's stiffness without clearance, and the road "
         f"for {case.preview:g} s ahead. Of the clearance:"
     )
+    tables = html.table(_metrics_table(outcomes)) + html.table(_timing_table(outcomes))
     sections = (
         html.PageSection("about", "What was run", f"{about}<dl>{priors}</dl>\n"),
-        html.PageSection(
-            "metrics", "Metrics", html.table(_metrics_table(outcomes)) + html.table(_timing_table(outcomes))
-        ),
+        html.PageSection("metrics", "Metrics", tables),
         html.PageSection("figures", "Figures", html.figures(drawings)),
     )
     return html.page("Motion control with steering clearance", sections)

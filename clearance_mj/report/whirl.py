@@ -9,13 +9,11 @@ from matplotlib.figure import Figure
 
 from ..core.drawing import bode, key
 from ..rotors.whirling import Whirl
-from ..signals.orbit_figures import cascade_figure, full_spectrum_figure, orbit_figure
+from ..signals.orbit_figures import RPM, cascade_figure, full_spectrum_figure, orbit_figure
 from ..signals.orbits import Orbits
 from .style import COLOURS, Drawing
 
 __all__ = ["draw_orbits", "draw_over_speed", "draw_spectra", "finest_resolution", "orbit_rows"]
-
-RPM = 30 / np.pi
 
 
 def finest_resolution(whirl: Whirl, resolution: float) -> float:

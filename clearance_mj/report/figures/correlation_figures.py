@@ -37,15 +37,12 @@ def csf_sensors(study: Study, level: float) -> Drawing:
 
 
 def _draw_per_sensor(study: Study, level: float, name: str) -> Drawing:
-    looks, label = Looks(study), name.upper()
+    looks, label, engine = Looks(study), name.upper(), study.main_engine
     n = len(looks.rig.sensors)
     n_lines = -(-n // 2)
     figure = sheet(1.45 * n_lines, looks.repeat_key(level, engines=False))
     grid = figure.add_gridspec(n_lines, 2, hspace=0.28, wspace=0.14)
-    shown = [
-        (looks.line(law, study.main_engine), study.case(law, study.main_engine, level).comparison)
-        for law in study.methods
-    ]
+    shown = [(looks.line(law, engine), study.case(law, engine, level).comparison) for law in study.methods]
     if repeat := study.repeatability.get(level):
         shown.insert(0, ({"color": REPEAT, "label": "repeatability"}, repeat))
     for row, letter in enumerate(letters(n)):
@@ -57,8 +54,7 @@ def _draw_per_sensor(study: Study, level: float, name: str) -> Drawing:
         frequency_axis(ax, _band(study, level), row >= n - 2)
     caption = (
         f"{label} of every sensor over frequency by our variant that takes a window of nine lines in place of the "
-        f"responses; engine {study.main_engine}. Level {looks.level_words(level)} record "
-        f"{study.records(level)[0].name}."
+        f"responses; engine {engine}. Level {looks.level_words(level)} record {study.records(level)[0].name}."
     )
     alt = f"{label} over frequency for each of {n} sensors, laws {looks.laws}, {looks.level_words(level)}."
     return Drawing(looks.name(f"{name}_sensors", level), figure, caption, alt, level == study.main_level, chart=True)

@@ -22,7 +22,7 @@ AXES = "YZ"
 
 def frf_matrix(study: Study, matrices: FRFMatrices) -> list[Drawing]:
     """Draw the magnitude of every FRF of a matrix: a figure for each node, rows along y and z, columns to y and z."""
-    looks, look_of = Looks(study), _line_style(study)
+    looks = Looks(study)
     references = [next(r for r in matrices.test.references if r.endswith(axis)) for axis in AXES]
     drawn = []
     for node in _nodes(study.dataset.rig, matrices.test):
@@ -35,7 +35,7 @@ def frf_matrix(study: Study, matrices: FRFMatrices) -> list[Drawing]:
             for source, frf in matrices.frfs.items():
                 i, j = frf.responses.index(rows[row]), frf.references.index(references[column])
                 seen.append(decibel(frf.value[i, j]))
-                ax.plot(frf.frequency, seen[-1], **look_of(source))
+                ax.plot(frf.frequency, seen[-1], **_line_style(looks, source))
             lowest = min(np.percentile(finite(each), 0.5) for each in seen)
             ax.set_ylim(lowest - 2, max(finite(each).max() for each in seen) + 2)
             title = f"{letter} along {rows[row][-1].lower()}, to {matrices.kind} along {AXES[column].lower()}"
@@ -55,16 +55,14 @@ def directional(study: Study, matrices: FRFMatrices) -> Drawing:
     points = frfs["test"].points[:MOST_NODES]
     figure = sheet(1.75 * len(points), _handles(study, matrices))
     axes = figure.subplots(len(points), 2, squeeze=False, sharex=True, gridspec_kw={"hspace": 0.3, "wspace": 0.14})
-    look_of = _line_style(study)
     for letter, ax, (row, column) in zip(letters(axes.size), axes.flat, np.ndindex(axes.shape)):
         name, seen = ("normal", "reverse")[column], []
         for source, frf in frfs.items():
-            i = frf.points.index(points[row])
-            seen.append(decibel(getattr(frf, name)[i]))
+            seen.append(decibel(getattr(frf, name)[frf.points.index(points[row])]))
             # A line from the last backward to the first forward frequency would be none of the FRF.
             gap = np.searchsorted(frf.frequency, 0.0)
             x, y = np.insert(frf.frequency, gap, 0.0), np.insert(seen[-1], gap, np.nan)
-            ax.plot(x, y, **look_of(source))
+            ax.plot(x, y, **_line_style(looks, source))
         top = max(finite(each).max() for each in seen)
         ax.set_ylim(max(min(np.percentile(finite(each), 1) for each in seen), top - 90) - 2, top + 2)
         ax.axvline(0, color=REPEAT, lw=0.6)
@@ -82,17 +80,12 @@ def directional(study: Study, matrices: FRFMatrices) -> Drawing:
     return Drawing(f"directional{_file_suffix(matrices)}", figure, caption, alt, chart=True)
 
 
-def _line_style(study: Study) -> Any:
-    looks = Looks(study)
-
-    def of(source: str) -> dict[str, Any]:
-        if source == "test":
-            return {"color": TEST, "lw": 2.0, "label": "test"}
-        if source == "repeat":
-            return {"color": REPEAT, "lw": 0.9, "label": "test, other seed"}
-        return looks.line(source, study.main_engine)
-
-    return of
+def _line_style(looks: Looks, source: str) -> dict[str, Any]:
+    if source == "test":
+        return {"color": TEST, "lw": 2.0, "label": "test"}
+    if source == "repeat":
+        return {"color": REPEAT, "lw": 0.9, "label": "test, other seed"}
+    return looks.line(source, looks.study.main_engine)
 
 
 def _handles(study: Study, matrices: FRFMatrices) -> list[Line2D]:

@@ -17,7 +17,7 @@ from ...structure import Gears, Inertia, Spring
 from ...structure.base import is_rotation, parse_dof
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
 from .rig_motion import instruments
-from .rig_symbols import DARK, GREY
+from .rig_symbols import DARK, GREY, SENSOR
 
 WIDTH, PITCH = 0.2, 1.0  # of a gear along its axis, and from one to the next
 INCHES = 1.9  # of the sheet's height for a gear
@@ -48,9 +48,7 @@ def gear_train(rig: Rig, gears: Gears) -> Drawing:
     ax.yaxis.set_major_formatter(lambda value, _: f"{1e3 * value:.3g}")
     ax.set(xlim=(x.min() - 1.1, x.max() + 1.3), ylim=(low - 0.12 * (high - low), high + 0.2 * (high - low)))
     torques = [f"{load.torque:.4g} N m on {load.position}" for load in rig.loads if load.torque]
-    torques += [
-        f"{each.torque:.4g} N m of order {each.order:g} on {each.position}" for each in rig.orders if each.torque
-    ]
+    torques += [f"{o.torque:.4g} N m of order {o.order:g} on {o.position}" for o in rig.orders if o.torque]
     caption = (
         f"Rig “{rig.name}”: gears from the side, base circles (hatched) to scale, axes not. Yellow: meshes. Numbered "
         f"squares: {instruments(rig)}.{' Torques: ' * bool(torques)}{', '.join(torques)}{'.' * bool(torques)}"
@@ -112,12 +110,8 @@ def _draw_joint(ax: Axes, first: _Place, other: _Place, in_mesh: bool, radius: f
 
 def _draw_inertia(ax: Axes, each: Inertia, place: _Place, radius: float) -> None:
     x, y = place
-    look: dict[str, Any] = {
-        "facecolor": "#cccccc",
-        "edgecolor": DARK,
-        "lw": 0.8,
-        "hatch": "---" * bool(each.base_radius),
-    }
+    look: dict[str, Any] = {"facecolor": "#cccccc", "edgecolor": DARK, "lw": 0.8}
+    look["hatch"] = "---" * bool(each.base_radius)
     ax.add_patch(Rectangle((x - WIDTH / 2, y - radius), WIDTH, 2 * radius, zorder=2, **look))
     ax.plot([x - 0.8 * WIDTH, x + 0.8 * WIDTH], [y, y], color=DARK, lw=0.8, ls=(0, (8, 2, 2, 2)), zorder=5)
     words = f"{each.node}{f': {each.name}' if each.name else ''}\n{each.polar_inertia:.3g} kg m²"
@@ -126,28 +120,16 @@ def _draw_inertia(ax: Axes, each: Inertia, place: _Place, radius: float) -> None
 
 
 def _draw_instruments(ax: Axes, rig: Rig, places: dict[int, _Place], radius: dict[int, float]) -> None:
-    box: dict[str, Any] = {
-        "boxstyle": "square,pad=0.25",
-        "facecolor": "white",
-        "edgecolor": COLOURS[0],
-        "linewidth": 0.9,
-    }
+    at: dict[str, Any] = {"textcoords": "offset points", "ha": "right", "va": "center"}
     on: dict[int, list[str]] = {}
     for sensor, point in zip(rig.sensors, sensor_points(rig)):
         on.setdefault(_nodes((point,))[0], []).append(f"{sensor.node}")
     for node, numbers in on.items():
         (x, y), r = places[node], radius[node]
-        at: dict[str, Any] = {
-            "textcoords": "offset points",
-            "ha": "right",
-            "va": "center",
-            "fontsize": FONT - 0.5,
-            "bbox": box,
-        }
-        ax.annotate(", ".join(numbers), (x - WIDTH / 2, y + 0.5 * r), (-8, 0), zorder=6, **at)
+        look = at | {"fontsize": FONT - 0.5, "bbox": SENSOR}
+        ax.annotate(", ".join(numbers), (x - WIDTH / 2, y + 0.5 * r), (-8, 0), zorder=6, **look)
     for point, factor in rig.shaker.forces if rig.shaker.kind == "force" else ():
         x, y = places[_nodes((point,))[0]]
         words = "shaker" + (f" × {factor:g}" if factor != 1 else "")
-        look: dict[str, Any] = {"color": COLOURS[1], "arrowprops": {"arrowstyle": "->", "color": COLOURS[1]}}
-        at = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": FONT - 1}
-        ax.annotate(words, (x - WIDTH / 2, y), (-26, 0), **at, **look)
+        look = at | {"color": COLOURS[1], "arrowprops": {"arrowstyle": "->", "color": COLOURS[1]}}
+        ax.annotate(words, (x - WIDTH / 2, y), (-26, 0), fontsize=FONT - 1, **look)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -54,8 +52,7 @@ def _agreement_lines(ax: Axes, looks: Looks, measure: AgreementMeasure) -> None:
         ax.vlines(aside * levels, low, high, color=looks.colour(law), linewidth=0.8)
         for level, comparisons in study.of_law(law, engine).items():
             each = [abs(measure.perfect - c.summary()[measure.key]) for c in comparisons]
-            look: dict[str, Any] = {"color": looks.colour(law), "markersize": 3, "markeredgewidth": 0.7}
-            ax.plot([aside * level] * len(each), each, "_", **look)
+            ax.plot([aside * level] * len(each), each, "_", color=looks.colour(law), markersize=3, markeredgewidth=0.7)
 
 
 def _errors(study: Study, law: str, engine: str, measure: AgreementMeasure) -> np.ndarray:

@@ -17,7 +17,7 @@ from ..style import COLOURS, FONT, Drawing, sheet, tidy
 from .gear_train import gear_train
 from .rig_motion import draw_motion, instruments, words_of_motion
 from .rig_scheme import scheme
-from .rig_symbols import BLOCK, DARK, GREY, Pen, draw_spring, draw_support
+from .rig_symbols import BLOCK, DARK, GREY, SENSOR, SHAKEN, Pen, draw_spring, draw_support
 
 DRAWN_GAP, PLATE, PITCH = 0.13, -1.15, 1.75
 """Across the shaft nothing is to scale: gap, the base plate's top, from one shaft to the next"""
@@ -115,11 +115,10 @@ class _SideView:
 
     def _draw_disc(self, i: int, disc: Disc) -> None:
         y, width, high = self.level(i), 0.12 * self.pen.inch, self.half(i, disc.position) + 0.2
-        look: dict[str, Any] = {"facecolor": "#999999", "edgecolor": DARK, "lw": 0.8}
-        self.ax.add_patch(Rectangle((disc.position - width / 2, y - high), width, 2 * high, **look))
-        words = f"{disc.name or 'disc'}\n{disc.mass:.3g} kg"
-        under: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": FONT - 1, "bbox": BEHIND_WORDS}
-        self.ax.text(disc.position, y + high + 0.04, words, **under)
+        left = disc.position - width / 2
+        self.ax.add_patch(Rectangle((left, y - high), width, 2 * high, facecolor="#999999", edgecolor=DARK, lw=0.8))
+        words, top = f"{disc.name or 'disc'}\n{disc.mass:.3g} kg", y + high + 0.04
+        self.ax.text(disc.position, top, words, ha="center", va="bottom", fontsize=FONT - 1, bbox=BEHIND_WORDS)
 
     def _draw_spring(self, spring: Spring) -> None:
         """Draw a spring from shaft to shaft, or to the base."""
@@ -151,27 +150,20 @@ class _SideView:
         if turns:  # teeth, of a wheel on the shaft and of what they touch below
             left, width, lower, upper = x - 0.02 * self.length, 0.04 * self.length, True, False
             filled = block = "#cccccc", DARK
+        look: dict[str, Any] = {"lw": 0.6, "hatch": "||||" if turns else ""}
         for level, gap, solid in ((upper, half, inner), (lower, -inner, -inner - BLOCK)):
-            for bottom, high, (face, edge) in ((gap, DRAWN_GAP, filled), (solid, BLOCK, block)):
-                look: dict[str, Any] = {
-                    "facecolor": face,
-                    "edgecolor": edge,
-                    "lw": 0.6,
-                    "hatch": "||||" if turns else "",
-                }
-                if level:
-                    ax.add_patch(Rectangle((left, y + bottom), width, high, **look))
+            for bottom, high, (face, edge) in ((gap, DRAWN_GAP, filled), (solid, BLOCK, block)) if level else ():
+                ax.add_patch(Rectangle((left, y + bottom), width, high, facecolor=face, edgecolor=edge, **look))
         if bushing.to is None:
             self.pen.post(x, y + (inner if upper and not lower else -inner - BLOCK))
         else:
             self._draw_carrier(i, x, inner + BLOCK, *self.rig.linear.place(bushing.to))
         words = [f"bushing {number + 1}", f"gap {1e3 * bushing.gap:.3g} {'mrad' if turns else 'mm'}"]
         words += [f"length {1e3 * bushing.length:.3g} mm"] if bushing.length else []
-        corner: dict[str, Any] = {"ha": "right", "va": "top", "bbox": BEHIND_WORDS}
         lines = sum(abs(x - other) < 0.13 * self.length for other in self.labelled)
         self.labelled.append(x)
         at = x - 0.01 * self.length, y - inner - BLOCK - 0.06 - 0.42 * lines
-        ax.text(*at, "\n".join(words), fontsize=FONT - 1, **corner)
+        ax.text(*at, "\n".join(words), fontsize=FONT - 1, ha="right", va="top", bbox=BEHIND_WORDS)
 
     def _draw_carrier(self, i: int, x: float, half: float, j: int, to: float) -> None:
         """Draw the carrier that fixes a bushing to another shaft."""
@@ -184,7 +176,6 @@ class _SideView:
     def _draw_sensors(self, i: int) -> None:
         """Draw numbered squares above the shaft, a row higher where they would cover their neighbour."""
         y = self.level(i)
-        box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": COLOURS[0], "linewidth": 0.9}
         row, previous = 0, -np.inf
         points = zip(sensor_points(self.rig), self.rig.sensors)
         on_shafts = ((*self.rig.linear.place(point), s.node) for point, s in points)
@@ -198,7 +189,8 @@ class _SideView:
             height = y + max(half, self.scale * self.outlines[i][1].max()) + DRAWN_GAP + BLOCK + 0.15 + 0.22 * row
             height += 0.24 if any(abs(x - d.position) < 0.05 * self.length for d in self.shafts[i].discs) else 0.0
             self.ax.plot([x, x], [y + half, height], color=COLOURS[0], linewidth=0.8, zorder=1)
-            self.ax.text(x, height, ", ".join(map(str, nodes)), ha="center", va="bottom", fontsize=FONT - 0.5, bbox=box)
+            words = ", ".join(map(str, nodes))
+            self.ax.text(x, height, words, ha="center", va="bottom", fontsize=FONT - 0.5, bbox=SENSOR)
 
     def _draw_mass(self, mass: PointMass) -> None:
         i, x = self.rig.linear.place(mass.position)
@@ -210,13 +202,12 @@ class _SideView:
         rig, ax, length = self.rig, self.ax, self.length
         plate = (self.first - 0.05 * length, PLATE - 0.14), 1.1 * length, 0.14
         ax.add_patch(Rectangle(*plate, facecolor="#bbbbbb", edgecolor=DARK, lw=0.6))
-        arrow = {"arrowstyle": "<->", "color": COLOURS[1], "linewidth": 1.4}
         words_at = self.first + 0.52 * length
         if rig.shaker.kind == "force":
             for point, factor in ((p, f) for p, f in rig.shaker.forces if not is_rotation(p)):
                 i, x = rig.linear.place(point)
                 foot = PLATE if self.level(i) == 0 else self.level(i) - 0.75
-                ax.annotate("", (x, self.level(i) - self.half(i, x)), (x, foot), arrowprops=arrow, zorder=2)
+                ax.annotate("", (x, self.level(i) - self.half(i, x)), (x, foot), arrowprops=SHAKEN, zorder=2)
                 if factor != 1:
                     ax.text(x + 0.01 * length, foot + 0.06, f"× {factor:g}", fontsize=FONT - 1, color=COLOURS[1])
             moments = [f"{factor:g} N m/N" for point, factor in rig.shaker.forces if is_rotation(point)]
@@ -225,8 +216,8 @@ class _SideView:
         else:
             fixture = "clamp and bushings" if rig.beam else "supports and bushings"
             words, along = f"base acceleration: plate, {fixture} move together", rig.shaker.unit_direction
-            ax.annotate("", (words_at - 0.02 * length, PLATE - 0.15), (words_at - 0.02 * length, PLATE - 0.55),
-                        arrowprops=arrow)  # fmt: skip
+            x = words_at - 0.02 * length
+            ax.annotate("", (x, PLATE - 0.15), (x, PLATE - 0.55), arrowprops=SHAKEN)
             if abs(along[2]) < 1:
                 words += f", along ({', '.join(f'{a:.3g}' for a in along)})"
         ax.text(words_at, PLATE - 0.36, words, va="center", fontsize=FONT - 1, color=COLOURS[1])

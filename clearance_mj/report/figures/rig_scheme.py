@@ -11,11 +11,10 @@ from ...rig.sensing import sensor_points
 from ...structure.base import dof_vector, parse_dof
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
 from .rig_motion import instruments, words_of_motion
-from .rig_symbols import DARK, GREY
+from .rig_symbols import BEHIND_WORDS, DARK, GREY, SENSOR, SHAKEN
 
 PLATE, BOX = -1.4, 0.42  # heights of the base plate's top and of the structure
 ABOVE, CROWDED = 2.7, 6  # height of the panel of places; places along the box beyond which words are few
-WIDE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
 
 
 def scheme(rig: Rig) -> Drawing:
@@ -100,18 +99,17 @@ def _draw_clearance(ax: Axes, j: int, bushing: Bushing, at: tuple[float, float],
     ax.plot(*zip(*path), color=GREY, lw=2.5, zorder=0)
     if few:
         words = f"{j + 1}: {1e3 * bushing.gap:.3g} mm"
-        ax.text(x, floor - 0.03, words, ha="center", va="top", fontsize=FONT - 2, bbox=WIDE)
+        ax.text(x, floor - 0.03, words, ha="center", va="top", fontsize=FONT - 2, bbox=BEHIND_WORDS)
     else:
         words = f"bushing {j + 1}\ngap {1e3 * bushing.gap:.3g} mm"
-        ax.text(x + reach + 0.04, (low + high) / 2, words, va="center", fontsize=FONT - 1.5, bbox=WIDE)
+        ax.text(x + reach + 0.04, (low + high) / 2, words, va="center", fontsize=FONT - 1.5, bbox=BEHIND_WORDS)
 
 
 def _draw_sensors_and_masses(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float]) -> None:
-    box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": COLOURS[0], "linewidth": 0.9}
     for sensor, point in zip(rig.sensors, sensor_points(rig)):
         x = slots[_key(point)]
         ax.plot([x, x], [BOX, BOX + 0.2], color=COLOURS[0], linewidth=0.8)
-        ax.text(x, BOX + 0.2, f"{sensor.node}", ha="center", va="bottom", fontsize=FONT - 0.5, bbox=box)
+        ax.text(x, BOX + 0.2, f"{sensor.node}", ha="center", va="bottom", fontsize=FONT - 0.5, bbox=SENSOR)
     for mass in rig.masses:
         x = slots[_key(mass.position)] - 0.25
         ax.plot([x], [BOX], "o", markersize=11, markerfacecolor="#999999", markeredgecolor=DARK)
@@ -121,16 +119,15 @@ def _draw_sensors_and_masses(ax: Axes, rig: Rig, slots: dict[tuple[int | str, st
 
 def _draw_shaker(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float], whole: float) -> None:
     ax.add_patch(Rectangle((0, PLATE - 0.14), whole, 0.14, facecolor="#bbbbbb", edgecolor=DARK, lw=0.6))
-    arrow = {"arrowstyle": "<->", "color": COLOURS[1], "linewidth": 1.4}
     if rig.shaker.kind == "force":
         for point, factor in rig.shaker.forces:
             x = slots[_key(point)] + 0.25
-            ax.annotate("", (x, BOX), (x, BOX + 0.55), arrowprops=arrow)
+            ax.annotate("", (x, BOX), (x, BOX + 0.55), arrowprops=SHAKEN)
             words = "shaker force" + (f" × {factor:g}" if factor != 1 else "")
             ax.text(x, BOX + 0.57, words, ha="center", va="bottom", fontsize=FONT - 1, color=COLOURS[1])
         return
     along = ", ".join(f"{a:.3g}" for a in rig.shaker.unit_direction)
-    ax.annotate("", (whole / 2, PLATE - 0.15), (whole / 2, PLATE - 0.55), arrowprops=arrow)
+    ax.annotate("", (whole / 2, PLATE - 0.15), (whole / 2, PLATE - 0.55), arrowprops=SHAKEN)
     ax.text(0.52 * whole, PLATE - 0.36, f"base acceleration along ({along})", va="center", fontsize=FONT - 1,
             color=COLOURS[1])  # fmt: skip
 

@@ -11,11 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon, Rectangle
 
 from ...structure import Support
-from ..style import FONT
+from ..style import COLOURS, FONT
 
 BLOCK, CLAMP, GROUND = 0.22, 0.9, 0.06
 """height of a bushing's halves, of a clamp, of the hatched ground under a support"""
 GREY, DARK, LIGHT = "#777777", "#333333", "#eeeeee"
+BEHIND_WORDS = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+SENSOR = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": COLOURS[0], "linewidth": 0.9}
+"""of the box around a sensor's number"""
+SHAKEN = {"arrowstyle": "<->", "color": COLOURS[1], "linewidth": 1.4}
+"""of the arrow of what the shaker moves"""
 
 
 @dataclass(frozen=True)
@@ -32,8 +37,7 @@ class Pen:
 
     def hatched(self, left: float, bottom: float, width: float, height: float) -> None:
         """Draw a piece of ground."""
-        look: dict[str, Any] = {"facecolor": LIGHT, "edgecolor": "#444444", "hatch": "////"}
-        self.ax.add_patch(Rectangle((left, bottom), width, height, **look))
+        self.ax.add_patch(Rectangle((left, bottom), width, height, facecolor=LIGHT, edgecolor="#444444", hatch="////"))
 
     def ground(self, x: float, top: float, half: float = 0.17) -> None:
         """Draw the ground under a support, on a post."""
@@ -112,5 +116,4 @@ def _draw_spiral(pen: Pen, x: float, y: float) -> None:
 def _draw_text(pen: Pen, x: float, y: float, numbers: Mapping[str, float | None], ha: str = "left") -> None:
     """Write the numbers that are not zero, with their units."""
     words = "\n".join(f"{value:.3g} {unit}" for unit, value in numbers.items() if value)
-    look = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
-    pen.ax.text(x, y, words, ha=ha, va="center", fontsize=FONT - 1, color=DARK, bbox=look)
+    pen.ax.text(x, y, words, ha=ha, va="center", fontsize=FONT - 1, color=DARK, bbox=BEHIND_WORDS)

@@ -9,18 +9,17 @@ from matplotlib.axes import Axes
 
 from ...io.dataset import Record
 from ...rotors.whirling import Whirl
-from ...signals.orbit_figures import cascade_figure
+from ...signals.orbit_figures import MICRO, RPM, cascade_figure
 from ...signals.orbits import Orbits
 from ...study.conditions import spin_words
 from ...study.orbit_measures import onset_of_contact
 from ...study.turning import TurningComparison
-from ..style import REPEAT, TEST, Drawing, letters, sheet, tidy
+from ..style import REPEAT, TEST, Drawing, letters, phase, sheet, tidy
 from ..whirl import finest_resolution
 from .looks import Looks
 
 __all__ = ["cascades", "orbits_of_bushing", "run_ups_of_bushing"]
 
-MICRO, RPM = 1e6, 30 / np.pi
 LAST = 12  # turns of an orbit that are drawn
 SECOND = "test, repeated"
 RESOLUTION = 4.0  # Hz, of full spectra over speed
@@ -89,9 +88,7 @@ def run_ups_of_bushing(turning: TurningComparison, bushing: int, records: tuple[
         rpm, (forward, backward) = RPM * np.abs(orbits.speed), orbits.harmonic()
         above.plot(rpm, MICRO * np.abs(forward), **look)
         middle.plot(rpm, MICRO * np.abs(backward), **look)
-        phase = np.degrees(np.angle(forward))
-        jumps = np.abs(np.diff(phase, prepend=phase[:1])) > 180
-        below.plot(rpm, np.ma.masked_array(phase, jumps), **look)
+        below.plot(rpm, phase(forward), **look)
         if law:
             placed = turning.placed(law, records[0])
             onset = onset_of_contact(orbits, placed.rest[bushing], placed.motion.rig.bushings[bushing].gap)
@@ -131,13 +128,12 @@ def _curves(
     """Return orbits of repeat, test and laws with their line styles, and the law's name, "" for the test."""
     looks = Looks(turning.study)
     tests = [turning.test(record).orbits(bushing) for record in records[:2]]
-    orbits: list[tuple[Orbits, dict[str, Any], str]] = []
-    orbits += [(again, {"color": REPEAT, "lw": 1.3, "label": SECOND}, "") for again in tests[1:]]
+    repeated: dict[str, Any] = {"color": REPEAT, "lw": 1.3, "label": SECOND}
+    orbits = [(again, repeated, "") for again in tests[1:]]
     orbits.append((tests[0], {"color": TEST, "lw": 0.9, "label": "test"}, ""))
     for law in turning.study.methods:
-        motion = turning.placed(law, records[0]).motion
         look = looks.line(law, turning.engine) | {"linestyle": "-"}
-        orbits.append((motion.orbits(bushing), look, law))
+        orbits.append((turning.placed(law, records[0]).motion.orbits(bushing), look, law))
     return [(o.last(last) if last else o, look, law) for o, look, law in orbits]
 
 

@@ -34,8 +34,7 @@ def about(study: Study, writer: ReportWriter) -> str:
     writer.csv("records", records)
     writer.csv("engines", engines)
     return render(
-        "about.html.j2",
-        study=study, drawing=writer.figure(rig_drawing(study.dataset.rig)), versions=_versions(),
+        "about.html.j2", study=study, drawing=writer.figure(rig_drawing(study.dataset.rig)), versions=_versions(),
         laws=Table.of("laws", LAWS, laws, {
             "law": Column("Law"), "given": Column("Was given"), "simulated_on": Column("Is simulated on"),
         }),
@@ -63,8 +62,7 @@ def definitions(study: Study, writer: ReportWriter) -> str:
 def reproduce(study: Study, writer: ReportWriter) -> str:
     """Return the commands."""
     path = shlex.quote(str(study.dataset.path or "DATASET"))
-    provenances = [r.provenance for r in study.dataset.records]
-    makers = dict.fromkeys(str(p["command"]) for p in provenances if "command" in p)
+    makers = dict.fromkeys(str(p["command"]) for p in [r.provenance for r in study.dataset.records] if "command" in p)
     study_command = f"clearance-mj study {path} --engines {','.join(study.engines)} --out results/study"
     commands = [*(f"{maker} {path}" for maker in makers), study_command]
     return render("reproduce.html.j2", commands=commands, makes_records=bool(makers))

@@ -34,8 +34,7 @@ def bushings(study: Study, writer: ReportWriter) -> str:
         "value": Column("Fitted", "", ".5g"), "standard_deviation": Column("± standard deviation", "", ".2g"),
         "relative_std_pct": Column("relative", "%", ".2g"), "rig_file": Column("Rig file", "", ".5g"),
     })  # fmt: skip
-    shown_families = families.assign(bushing=families["bushing"] + 1)
-    compared = Table.of("families", FAMILIES, shown_families, {
+    compared = Table.of("families", FAMILIES, families.assign(bushing=families["bushing"] + 1), {
         "law": Column("Law"), "bushing": Column("Bushing"), "contact": Column("Contact"),
         "grease": Column("Grease"), "weight": Column("Weight", "", ".3f"), "misfit": Column("Misfit", "", ".2f"),
         "held_out": Column("of what no fit saw", "", ".2f"),
@@ -53,8 +52,7 @@ def bushings(study: Study, writer: ReportWriter) -> str:
         contact, over_level = (writer.figure(draw(part)) for draw in (figures.contact, figures.modes))
         return render("motion.html.j2", contact=contact, contact_table=contact_table(part), modes=over_level)
 
-    text = render("bushings.html.j2", parameters=shown, families=compared, bands=bands)
-    return text + by_part(study, motion)
+    return render("bushings.html.j2", parameters=shown, families=compared, bands=bands) + by_part(study, motion)
 
 
 def contact_table(study: Study) -> Table:

@@ -35,8 +35,7 @@ def loudness(study: Study, writer: ReportWriter) -> str:
     return render(
         "loudness.html.j2", plate=study.dataset.rig.plate, figure=writer.figure(draw(by_design)), scale=scale,
         said=list(summary_lines(by_design)), shown=_levels(by_design), seconds=signals[0].duration,
-        unit=heard.study.unit,
-        levels=heard.study.levels, fs=signals[0].fs,
+        unit=heard.study.unit, levels=heard.study.levels, fs=signals[0].fs,
         players={name: [_audio_url(sound, scale) for sound in each.sound] for name, each in by_design.items()},
     )  # fmt: skip
 

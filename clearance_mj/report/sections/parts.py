@@ -25,10 +25,8 @@ def by_part(study: Study, write: Callable[[Study], str]) -> str:
     """
     if study.parts == (study,):
         return write(study)
-    others = [part for part in study.parts if part is not study.main_part]
-    shown = []
-    for part in (study.main_part, *others) if study.parts else ():
-        shown.append((part, _with_suffix(write(part), part.suffix)))
+    parts = sorted(study.parts, key=lambda part: part is not study.main_part)
+    shown = [(part, _with_suffix(write(part), part.suffix)) for part in parts]
     return render("parts.html.j2", shown=shown) if shown else "<p>No record is driven by its base or a force.</p>\n"
 
 

@@ -82,11 +82,10 @@ def special_points(branches: tuple[Branch, ...]) -> Table:
             at = branch.clearances[jump.clearance] if jump else ""
             before = 1e3 * jump.before if jump else None
             body.append((point.level, point.kind, 1, point.frequency, direction, at, before, after))
+    of_jump = (("Direction", "", ""), ("Clearance", "", ""), ("from", "mm", ".3f"), ("to", "mm", ".3f"))
     columns = (
         Column("Level", unit(branches[0]), "g"), Column("Point"), Column("Number", "", "d"),
-        Column("Frequency", "Hz", ".3f"),
-        Column("Direction", "", "", "Jump of a sweep"), Column("Clearance", "", "", "Jump of a sweep"),
-        Column("from", "mm", ".3f", "Jump of a sweep"), Column("to", "mm", ".3f", "Jump of a sweep"),
+        Column("Frequency", "Hz", ".3f"), *(Column(*each, "Jump of a sweep") for each in of_jump),
     )  # fmt: skip
     return Table("special_points", CAPTION, columns, tuple(_merge(body)))
 

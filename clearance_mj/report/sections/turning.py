@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pandas as pd
 
@@ -25,6 +27,7 @@ RUN_UPS = (
 )
 NOTHING = "No record to validate shows orbits: of a shaft that turns alone, with both probes of every bushing."
 KEYS = ["spin_rpm", "bushing", "law"]
+WAYS, SIDES = ("forward", "backward"), ("test", "model")
 
 
 @section("turning", "Orbits and run-ups", 45)
@@ -38,33 +41,27 @@ def turning(study: Study, writer: ReportWriter) -> str:
     orbits, run_ups = (pd.DataFrame(rows) for rows in (motions.orbit_rows(), motions.run_up_rows()))
     writer.csv("orbits", orbits)
     writer.csv("run_ups", run_ups)
-    n = len(study.dataset.rig.bushings)
+    n, draw_run_up = len(study.dataset.rig.bushings), (figures.run_ups_of_bushing, figures.cascades)
+    run_up_figures = itertools.product(motions.run_ups.values(), range(n), draw_run_up)
     return render(
         "turning.html.j2", sentences=orbit_sentences(orbits, study), run_out=motions.run_out is not None,
         orbits=orbit_table(orbits) if len(orbits) else None, run_ups=run_up_table(run_ups) if len(run_ups) else None,
         of_orbits=[writer.figure(figures.orbits_of_bushing(motions, j)) for j in range(n)] if len(orbits) else [],
-        of_run_ups=[
-            writer.figure(draw(motions, j, records))
-            for records in motions.run_ups.values()
-            for j in range(n)
-            for draw in (figures.run_ups_of_bushing, figures.cascades)
-        ],
+        of_run_ups=[writer.figure(draw(motions, j, records)) for records, j, draw in run_up_figures],
     )  # fmt: skip
 
 
 def orbit_table(rows: pd.DataFrame) -> Table:
     """Return errors and 1X amplitudes at each speed."""
     means = _means(rows)
-    for name in ("forward_test", "forward_model", "backward_test", "backward_model", "middle"):
-        means[name] = 1e6 * means[f"{name}_m"]
+    for way, side in itertools.product(WAYS, SIDES):
+        means[f"{way}_{side}"] = 1e6 * means[f"{way}_{side}_m"]
     means["contact"] = 100 * means["contact_share"]
     return Table.of("orbits", ORBITS, means, {
         "spin_rpm": Column("Spin", "rev/min", ".4g"), "bushing": Column("Bushing", "", "g"), "law": Column("Law"),
         "error": Column("Error", "", ".3f"), "middle_over_gap": Column("Middle / gap", "", ".4f"),
-        "forward_test": Column("test", "µm", ".3g", "1X forward"),
-        "forward_model": Column("model", "µm", ".3g", "1X forward"),
-        "backward_test": Column("test", "µm", ".3g", "1X backward"),
-        "backward_model": Column("model", "µm", ".3g", "1X backward"), "contact": Column("Contact", "% time", ".1f"),
+        **{f"{way}_{side}": Column(side, "µm", ".3g", f"1X {way}") for way, side in itertools.product(WAYS, SIDES)},
+        "contact": Column("Contact", "% time", ".1f"),
     })  # fmt: skip
 
 
@@ -72,12 +69,9 @@ def run_up_table(rows: pd.DataFrame) -> Table:
     """Return errors of run-ups, and speeds at which the shaft moves most and begins to touch."""
     return Table.of("run_ups", RUN_UPS, _means(rows), {
         "bushing": Column("Bushing", "", "g"), "law": Column("Law"),
-        "forward_error": Column("forward", "", ".3f", "Error"),
-        "backward_error": Column("backward", "", ".3f", "Error"),
-        "peak_test_rpm": Column("test", "rev/min", ".0f", "Largest 1X"),
-        "peak_model_rpm": Column("model", "rev/min", ".0f", "Largest 1X"),
-        "onset_test_rpm": Column("test", "rev/min", ".0f", "Contact begins"),
-        "onset_model_rpm": Column("model", "rev/min", ".0f", "Contact begins"),
+        **{f"{way}_error": Column(way, "", ".3f", "Error") for way in WAYS},
+        **{f"peak_{side}_rpm": Column(side, "rev/min", ".0f", "Largest 1X") for side in SIDES},
+        **{f"onset_{side}_rpm": Column(side, "rev/min", ".0f", "Contact begins") for side in SIDES},
     })  # fmt: skip
 
 
