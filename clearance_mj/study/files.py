@@ -48,10 +48,8 @@ def write_results(study: Study, folder: Path) -> None:
     every = together | {"data_vars": "all", "coords": "different"}
     combined = xr.combine_by_coords(models, **every).rename(value="model", coherence="model_coherence")
     measured = xr.concat(tests, "record", **every).rename(value="test", coherence="test_coherence")
-    rig = json.dumps(study.dataset.rig.to_dict())
-    combined = xr.merge((combined, measured), **together).assign_attrs(
-        rig=rig, version=__version__, provenance=json.dumps(provenance)
-    )
+    origin = {"rig": json.dumps(study.dataset.rig.to_dict()), "version": __version__}
+    combined = xr.merge((combined, measured), **together).assign_attrs(origin, provenance=json.dumps(provenance))
     with replacing(folder / "results.nc") as temporary:
         combined.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
     write_text(folder / "summary.json", to_json(study_summary(study) | {"provenance": provenance}))

@@ -55,14 +55,12 @@ class StudySounds:
     def _loudness_of(self, name: str, records: Sequence[Record]) -> LoudnessOverLevel:
         def compute() -> dict[str, np.ndarray]:
             sounds = [self._excerpt(name, record) for record in records]
-            loudness = loudness_of_each(sounds, METHOD, FIELD, workers=1)
-            return dict(_named_arrays(sounds, loudness))
+            return dict(_named_arrays(sounds, loudness_of_each(sounds, METHOD, FIELD, workers=1)))
 
         rig = self.study.dataset.rig
         inputs: list[object] = [rig.content(), EXCERPT, METHOD, FIELD, *map(stored.record_digest, records)]
         if name != TEST:
-            law = self.study.law(name)
-            inputs += [ENGINE, *law.model.content()]
+            inputs += [ENGINE, *self.study.law(name).model.content()]
         kept = stored.arrays(self.study.cache, f"heard_{name}", inputs, compute)
         label = f"{name}, plate at sensor {rig.plate.sensor}" if rig.plate else name
         sounds = [Sound(kept[f"pressure_{i}"], record.fs, label) for i, record in enumerate(records)]

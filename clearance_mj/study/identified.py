@@ -87,9 +87,8 @@ class IdentifiedModel:
         """Return it as plain data."""
         data = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         misfit = self.misfit and json.loads(json.dumps(dataclasses.asdict(self.misfit), default=np.ndarray.tolist))
-        return data | {
-            "model": self.model.to_dict(), "drawn": [model.to_dict() for model in self.drawn], "misfit": misfit,
-        }  # fmt: skip
+        drawn = [model.to_dict() for model in self.drawn]
+        return data | {"model": self.model.to_dict(), "drawn": drawn, "misfit": misfit}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], rig: Rig) -> Self:

@@ -68,8 +68,7 @@ class StudiedLaws:
             find()
         except RecordError as error:
             self.left_out[method] = str(error)
-            words = f'method "{method}" is left out of the study: {error}'
-            warnings.warn(words, IdentifiabilityWarning, stacklevel=4)
+            warnings.warn(f'method "{method}" is left out of the study: {error}', IdentifiabilityWarning, stacklevel=4)
 
     @functools.cached_property
     def methods(self) -> tuple[str, ...]:

@@ -55,11 +55,8 @@ def amplitude_error(branches: tuple[Branch, ...], steps: SineSteps) -> np.ndarra
     levels = np.array([abs(branch.level[0, 0]) for branch in branches])
     for i, (frequency, level) in enumerate(zip(steps.frequency, steps.level)):
         nearest = levels[np.argmin(np.abs(levels - level))]
-        met = [
-            amplitude
-            for branch in (branch for branch, x in zip(branches, levels) if x == nearest)
-            for amplitude in _stable_amplitudes(branch, frequency)
-        ]
+        of_level = [branch for branch, x in zip(branches, levels) if x == nearest]
+        met = [amplitude for branch in of_level for amplitude in _stable_amplitudes(branch, frequency)]
         if met:
             errors[i] = met[0 if steps.upwards[i] else -1] * level / nearest / steps.acceleration[i] - 1
     return errors

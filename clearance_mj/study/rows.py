@@ -70,8 +70,7 @@ def scatter_rows(summaries: Mapping[tuple[str, str], Summaries]) -> list[dict]:
     """
     rows = []
     for (law, engine), by_level in summaries.items():
-        first = next(iter(by_level.values()))[0]
-        for key in filter(repeatability.has_interval, first):
+        for key in filter(repeatability.has_interval, next(iter(by_level.values()))[0]):
             pooled = repeatability.pooled(by_level, key)
             row = {"law": law, "engine": engine, "measure": key, "scatter_of_logarithm": pooled.scatter}
             row |= {"degrees_of_freedom": pooled.freedom, "cochran": pooled.cochran}

@@ -37,8 +37,7 @@ def record_digest(record: Record) -> str:
     """Return the digest of everything that a law or a case takes from a record."""
     response = record.response()
     signals = response.excitation, response.channels, response.displacement, response.spin
-    arrays = [a for a in signals if a is not None]
-    samples = [hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays]
+    samples = [hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in signals if a is not None]
     facts = (record.name, record.fs, record.excitation_kind, record.band, record.level, record.tested_rig.content())
     return digest(*facts, *samples)
 
@@ -94,8 +93,7 @@ def band(
         with xr.open_dataset(path, engine="scipy") as data:
             missed, contact = (data[name].values if name in data else None for name in ("missed", "contact"))
             fitted = FRF.from_xarray(without_parts(data.load()))
-            band = Band(fitted, data["drawn"].values, missed=missed, contact=contact)
-            return band, data["error"].values
+            return Band(fitted, data["drawn"].values, missed=missed, contact=contact), data["error"].values
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load)
 
@@ -130,9 +128,8 @@ def periodic(
             rattle = RattleMap(Model(rig, law), **values | {"jumps": tuple(Jump(*jump) for jump in values["jumps"])})
         for values in parts:
             values["special"] = tuple(SpecialPoint(**point) for point in values["special"])
-        return PeriodicVibrations(
-            kept["law"], tuple(Branch(Model(rig, law), **values) for values in parts), rattle, kept["missing"]
-        )
+        branches = tuple(Branch(Model(rig, law), **values) for values in parts)
+        return PeriodicVibrations(kept["law"], branches, rattle, kept["missing"])
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load, ".npz")
 

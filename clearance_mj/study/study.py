@@ -360,9 +360,7 @@ class Study:
         law, engine : str
             One of `combinations`.
         """
-        return {
-            level: [c.comparison for c in self.simulated([law], [engine], self.records(level))] for level in self.levels
-        }
+        return {v: [c.comparison for c in self.simulated([law], [engine], self.records(v))] for v in self.levels}
 
     @property
     def combinations(self) -> list[tuple[str, str]]:
@@ -384,11 +382,8 @@ class Study:
 
     def scatter_rows(self) -> list[dict]:
         """Scatter behind the intervals: a row per law, engine and measure, with Cochran's test of equal scatter."""
-        return [
-            part.columns | row
-            for part in self.parts
-            for row in scatter_rows({key: part._summaries(*key) for key in self.combinations})
-        ]
+        by_part = [(part, {key: part._summaries(*key) for key in self.combinations}) for part in self.parts]
+        return [part.columns | row for part, summaries in by_part for row in scatter_rows(summaries)]
 
     def _summaries(self, law: str, engine: str) -> Summaries:
         return {level: level_summaries(comparisons) for level, comparisons in self.of_law(law, engine).items()}

@@ -95,11 +95,8 @@ class Observer:
         """Return the results of a case, with the names and shapes of `shapes`."""
         frf = estimate_frf(response, resolution=self.outputs.resolution, band=self.band)
         statistics = contact_statistics(response)
-        results = {
-            "acceleration_rms": response.channels.std(axis=1),
-            **{name: statistics[name] for name in ("displacement_rms", "contact_share")},
-            **self._peaks(frf),
-        }
+        results = {"acceleration_rms": response.channels.std(axis=1)} | self._peaks(frf)
+        results |= {name: statistics[name] for name in ("displacement_rms", "contact_share")}
         if self.reference is not None:
             results["rmse"] = rmse_db(self.reference.functions, frf.functions[list(self.compared)])
         if self.kept:

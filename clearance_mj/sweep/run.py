@@ -94,9 +94,8 @@ def _compute_all(plan: Plan, runner: Runner) -> dict[str, np.ndarray]:
     samples = [functools.partial(plan.evaluate, case) for case in timed if at_once == 1]
     if at_once > 1:  # one program, for which processes would compete
         runner = replace(runner, workers=1)
-    results = runner.run(
-        "sweep", functools.partial(_compute_part, plan), parts, lambda part: (key, part.start, part.stop), samples, n
-    )
+    compute = functools.partial(_compute_part, plan)
+    results = runner.run("sweep", compute, parts, lambda part: (key, part.start, part.stop), samples, n)
     return {name: np.concatenate([part[name] for part in results]) for name in (*plan.shapes, "error")}
 
 

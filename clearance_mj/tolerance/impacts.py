@@ -112,8 +112,7 @@ def march(
     for piece in itertools.chain([first], pieces, [None]):
         fast = interpolator.flush() if piece is None else interpolator.push(piece.value.T)
         for start in range(0, fast.size, count):
-            outputs = advance(fast[start : start + count])
-            blocks = [watch.see(output) for watch, output in zip(watches, outputs)]
+            blocks = [watch.see(output) for watch, output in zip(watches, advance(fast[start : start + count]))]
             size = blocks[0].depth.shape[1]
             if waiting < size:
                 yield [BlockMaxima(*(part[:, waiting:] for part in block)) for block in blocks]

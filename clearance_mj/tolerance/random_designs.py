@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import groupby, product
 from typing import NamedTuple
 
 import numpy as np
@@ -143,11 +144,8 @@ def peaks_of_designs(
     ClearanceError.require_known("quantity", noise.quantity, QUANTITIES)
     get_engine(noise.engine)
     cases = [rig_and_law(model) for model in models]
-    tasks = [
-        _Task(first, float(level), tuple(cases[first : first + TOGETHER]), noise, seed)
-        for level in noise.levels
-        for first in range(0, len(cases), TOGETHER)
-    ]
+    starts = product(noise.levels, range(0, len(cases), TOGETHER))
+    tasks = [_Task(first, float(level), tuple(cases[first : first + TOGETHER]), noise, seed) for level, first in starts]
     part = tasks[0]._replace(noise=replace(noise, duration=TIMED, settling=0.0))
     times = len(tasks) * (noise.duration + noise.settling) / TIMED
     results = runner.run("random excitation", _march, tasks, _task_inputs, [partial(_march, part)], times)
@@ -194,12 +192,10 @@ def peaks_over_production(found: Iterable[DesignPeaks]) -> list[LevelPeaks]:
     ClearanceError
         If there is none.
     """
-    by_level: dict[float, list[DesignPeaks]] = {}
-    for each in found:
-        by_level.setdefault(each.level, []).append(each)
-    if not by_level:
+    designs = sorted(found, key=lambda each: (each.level, each.design))
+    if not designs:
         raise ClearanceError("there is no design to say anything of a production")
-    return [_summarise_level(level, sorted(by_level[level], key=lambda x: x.design)) for level in sorted(by_level)]
+    return [_summarise_level(level, list(each)) for level, each in groupby(designs, key=lambda each: each.level)]
 
 
 def _task_inputs(task: _Task) -> object:

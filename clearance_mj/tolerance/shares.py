@@ -83,8 +83,7 @@ class Production(ArrayData):
         """
         if what not in SHARES[:3]:
             raise ClearanceError(f"what must be one of {', '.join(SHARES[:3])}, got {what!r}")
-        first = np.sort(getattr(self, f"first_{what}"))
-        return np.searchsorted(first, self.level, side="right") / self.designs
+        return np.searchsorted(np.sort(getattr(self, f"first_{what}")), self.level, side="right") / self.designs
 
     def interval(self, share: ArrayLike, confidence: float = 0.95) -> np.ndarray:
         """Return the confidence limits (2, ...) of fractions of the designs, see `statistics.share_interval`.
@@ -120,8 +119,7 @@ class Production(ArrayData):
         unit = level_axis(self.kind).symbol
         cells = ("level", "frequency")
         variables: dict[str, Any] = {name: (cells, getattr(self, name), "1") for name in (*SHARES, "unknown")}
-        firsts = [f"first_{name}" for name in SHARES[:3]]
-        variables |= {name: ("design", getattr(self, name), unit) for name in firsts}
+        variables |= {f"first_{name}": ("design", getattr(self, f"first_{name}"), unit) for name in SHARES[:3]}
         limited = self.limit.unit if self.limit else "1"
         variables["largest"] = ("design", self.largest, limited.replace("/s²", " s-2"))
         variables["value"] = (("design", "number"), self.values, "SI")

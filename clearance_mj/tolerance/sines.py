@@ -91,10 +91,8 @@ def total_of(name: str, settings: Settings, designs: Designs, runner: Runner) ->
     samples = [functools.partial(_compute_one_frequency, settings, designs[:1], i) for i in timed.tolist()]
     compute, inputs = functools.partial(_compute_arrays, settings), functools.partial(_batch_inputs, settings)
     results = runner.run(name, compute, batches, inputs, samples, n * len(designs))
-    parts = [Rattling(**each) for each in results]
-    return Rattling(
-        np.sum([part.counts for part in parts], axis=0), np.concatenate([part.of_designs for part in parts], axis=1)
-    )
+    counts = np.sum([each["counts"] for each in results], axis=0)
+    return Rattling(counts, np.concatenate([each["of_designs"] for each in results], axis=1))
 
 
 def _compute_one_frequency(settings: Settings, designs: Designs, i: int) -> None:

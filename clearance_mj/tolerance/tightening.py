@@ -144,8 +144,7 @@ def tighten(
     what = settings.limit.words if settings.limit else "contact"
 
     def first_levels(designs: Designs) -> np.ndarray:
-        rattling = total_of("tightening", settings, designs, runner)
-        return rattling.of_designs[EXCEEDING if settings.limit else CONTACT]
+        return total_of("tightening", settings, designs, runner).of_designs[EXCEEDING if settings.limit else CONTACT]
 
     return _tighten(model, scatter, first_levels, level, unit, what, allowed, n_designs, seed)
 
@@ -215,8 +214,7 @@ def _tighten(
     first, names = first_levels(drawn), tuple(number.of for number in scatter.numbers)
     fraction, interval = _fraction(first, level)
     learnt = learn(rule.deviations(drawn), np.log(np.minimum(first, LOOKED_AHEAD * level)))
-    deviations = rule.deviations(rule.draw(POINTS, seed))
-    predicted = _FailingFraction(learnt, deviations, math.log(level), rule.owner)
+    predicted = _FailingFraction(learnt, rule.deviations(rule.draw(POINTS, seed)), math.log(level), rule.owner)
     widths, without = zip(*(_tighten_alone(predicted, i, allowed) for i in range(len(scatter.numbers))))
     cheapest = _cheapest(predicted, scatter, allowed) if predicted.share() > allowed else {}
     prices = {number.of: number.price for number in scatter.numbers if number.price}
