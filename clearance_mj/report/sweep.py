@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -17,11 +18,12 @@ from ..statistics.sobol import Sensitivity
 from ..sweep.design import Vary
 from ..sweep.sensitivity import quantities
 from . import html
-from .style import FONT, Drawing, canvas, decibel, key, phase, tidy
+from .style import COLOURS, FONT, Drawing, canvas, decibel, key, phase, tidy
 
 __all__ = ["draw_frfs", "draw_results", "draw_sensitivity", "write_page"]
 
-FIRST, TOTAL = "#0072b2", "#e69f00"
+FIRST_BARS: dict[str, Any] = {"color": COLOURS[0], "label": "first order", "hatch": ""}
+TOTAL_BARS: dict[str, Any] = {"color": COLOURS[5], "label": "total", "hatch": "////"}
 UNITS = {
     **dict.fromkeys(("position", "gap", "length", "diameter", "width", "height", "film_height", "amplitude"), "m"),
     **dict.fromkeys(("stiffness", "k"), "N/m"),
@@ -46,7 +48,7 @@ def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | Non
     axes = figure.subplots(*shape, squeeze=False, sharex="col", sharey="row")
     for row, (name, values) in zip(axes, spread.items()):
         for ax, vary, parameter in zip(row, varied, results["parameter"].values.T):
-            ax.plot(parameter, values, ".", color=FIRST, ms=3, alpha=0.5, mew=0, rasterized=True)
+            ax.plot(parameter, values, ".", color=COLOURS[0], ms=3, alpha=0.5, mew=0, rasterized=True)
             ax.set_xscale(vary.scale)
             tidy(ax)
         row[0].set_ylabel(_folded(name), fontsize=FONT)
@@ -121,8 +123,9 @@ def draw_sensitivity(sensitivity: Sensitivity) -> Drawing:
     for ax in axes.ravel()[n:]:
         ax.set_axis_off()
     for i, (ax, quantity) in enumerate(zip(axes.ravel(), sensitivity.quantity)):
-        _barh(ax, places - 0.19, sensitivity.first[i], sensitivity.first_interval[:, i], FIRST, "first order")
-        _barh(ax, places + 0.19, sensitivity.total[i], sensitivity.total_interval[:, i], TOTAL, "total", hatch="////")
+        for at, name, look in ((places - 0.19, "first", FIRST_BARS), (places + 0.19, "total", TOTAL_BARS)):
+            ax.barh(at, getattr(sensitivity, name)[i], 0.36, edgecolor="white", linewidth=0.3, **look)
+            ax.hlines(at, *getattr(sensitivity, f"{name}_interval")[:, i], color="black", lw=0.9)
         ax.set_yticks(places, [_short_label(path) for path in sensitivity.parameter])
         last = i + columns >= n
         tidy(ax, textwrap.fill(quantity, LONGEST_TITLE), "", "Sobol index (1)" if last else "")
@@ -135,13 +138,6 @@ def draw_sensitivity(sensitivity: Sensitivity) -> Drawing:
         "its interactions (total). Lines: 95 % intervals of a bootstrap over the samples, cut at -0.15 and 1.15."
     )
     return Drawing("sensitivity", figure, caption, "Bars of Sobol indices by result and parameter.")
-
-
-def _barh(
-    ax: Axes, places: np.ndarray, value: np.ndarray, interval: np.ndarray, colour: str, label: str, hatch: str = ""
-) -> None:
-    ax.barh(places, value, 0.36, color=colour, label=label, hatch=hatch, edgecolor="white", linewidth=0.3)
-    ax.hlines(places, *interval, color="black", lw=0.9)
 
 
 def _select_results(spread: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

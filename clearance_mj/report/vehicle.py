@@ -49,12 +49,8 @@ HISTORIES = {
 }
 SHOWN = ("e_y", "e_psi", "yaw_rate", "lateral_acceleration", "wheel_angle")  # What the report of runs shows over time
 METRICS = {
-    "peak_e_y": QuantityFormat("Peak e_y", "mm", 1e3, ".1f"),
-    "rms_e_y": QuantityFormat("RMS e_y", "mm", 1e3, ".1f"),
-    "p95_e_y": QuantityFormat("P95 e_y", "mm", 1e3, ".1f"),
-    "peak_e_psi": QuantityFormat("Peak e_ψ", "°", DEGREE, ".2f"),
-    "rms_e_psi": QuantityFormat("RMS e_ψ", "°", DEGREE, ".2f"),
-    "p95_e_psi": QuantityFormat("P95 e_ψ", "°", DEGREE, ".2f"),
+    **{f"{name.lower()}_e_y": QuantityFormat(f"{name} e_y", "mm", 1e3, ".1f") for name in ("Peak", "RMS", "P95")},
+    **{f"{name.lower()}_e_psi": QuantityFormat(f"{name} e_ψ", "°", DEGREE, ".2f") for name in ("Peak", "RMS", "P95")},
     "peak_yaw_rate": QuantityFormat("Peak yaw rate", "°/s", DEGREE, ".2f"),
     "peak_yaw_rate_error": QuantityFormat("Peak yaw rate error", "°/s", DEGREE, ".2f"),
     "peak_lateral_acceleration": QuantityFormat("Peak a_y", "m/s²", 1.0, ".2f"),

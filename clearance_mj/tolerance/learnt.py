@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import RBFInterpolator
@@ -19,22 +19,11 @@ Function = Callable[[np.ndarray], np.ndarray]
 Fit = Callable[[np.ndarray, np.ndarray], Function]
 
 
-@dataclass(frozen=True, eq=False)
-class Learnt:
-    """A response surface over deviations (n, n_numbers)."""
+class Learnt(NamedTuple):
+    """A response surface over deviations of designs from the middle."""
 
-    function: Function
+    function: Function  #: of deviations (n, n_numbers), its values (n,)
     error: float  #: RMS error of cross-validation
-
-    def __call__(self, deviations: np.ndarray) -> np.ndarray:
-        """Return the values (n,) of the function.
-
-        Parameters
-        ----------
-        deviations : ndarray, shape (n, n_numbers)
-            Deviations of designs from the middle.
-        """
-        return self.function(deviations)
 
 
 def learn(deviations: np.ndarray, values: np.ndarray) -> Learnt:

@@ -273,13 +273,13 @@ class _FailingFraction:
     """Predicted fraction of failing designs as a function of the tolerances' widths."""
 
     def __init__(self, learnt: Learnt, deviations: np.ndarray, level: float, owner: np.ndarray):
-        self.learnt, self.deviations, self.level, self.owner = learnt, deviations, level, owner
-        self.spread = max(learnt.error, SMOOTHED * float(np.std(learnt(deviations))), 1e-9)
+        self.function, self.deviations, self.level, self.owner = learnt.function, deviations, level, owner
+        self.spread = max(learnt.error, SMOOTHED * float(np.std(learnt.function(deviations))), 1e-9)
 
     def share(self, widths: np.ndarray | None = None) -> float:
         """Return the fraction for widths (n_numbers,) of the scatter's numbers."""
         deviations = self.deviations if widths is None else self.deviations * widths[self.owner]
-        return float(np.mean(norm.cdf((self.level - self.learnt(deviations)) / self.spread)))
+        return float(np.mean(norm.cdf((self.level - self.function(deviations)) / self.spread)))
 
 
 def _tighten_alone(predicted: _FailingFraction, i: int, allowed: float) -> tuple[float, float]:
