@@ -185,7 +185,9 @@ def production(
     designs = draw_designs(model, scatter, n_designs, seed)
     total = total_of("production", settings, designs, runner)
     known, *counts = total.counts
+    fractions = dict(zip(SHARES, counts / np.maximum(known, 1))) | {"unknown": 1 - known / len(designs)}
+    firsts = dict(zip(("first_contact", "first_from_rest", "first_exceeding", "largest"), total.of_designs))
     return Production(
-        model, settings.kind, settings.limit, settings.levels, settings.frequencies, *(counts / np.maximum(known, 1)),
-        1 - known / len(designs), *total.of_designs, designs.names, designs.values,
+        model, settings.kind, settings.limit, settings.levels, settings.frequencies, **fractions, **firsts,
+        names=designs.names, values=designs.values,
     )  # fmt: skip

@@ -44,8 +44,7 @@ class Looks:
     def key(self, test: str = "", repeat: str = "", engines: bool = True, markers: bool = False) -> list[Line2D]:
         """Legend: the test, the repeat, a line per law, a grey line per engine."""
         handles = [Line2D([], [], color=TEST, linewidth=2.4, label=test)] if test else []
-        if repeat:
-            handles.append(Line2D([], [], color=REPEAT, linewidth=1.5, label=repeat))
+        handles += [Line2D([], [], color=REPEAT, linewidth=1.5, label=repeat)] if repeat else []
         handles += [Line2D([], [], color=self.colour(law), label=f"law “{law}”") for law in self.study.methods]
         for engine in self.study.engines if engines else ():
             look = self.line(self.study.methods[0], engine, markers) | {"color": "#555555", "label": f"engine {engine}"}
