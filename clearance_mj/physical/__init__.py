@@ -27,36 +27,12 @@ if TYPE_CHECKING:
     from .softener import Softener
 
 __all__ = [
-    "IMPEDANCE",
-    "INVERSE_INERTIA",
-    "SOLREF_PER_UNIT",
-    "DriveFriction",
-    "DriveState",
-    "Efficiency",
-    "ModelWarning",
-    "Softener",
-    "add_annular_clearance",
-    "add_backlash",
-    "add_bushing",
-    "add_drive",
-    "add_rotor_sensor",
-    "apply",
-    "check",
-    "compile",
-    "contact",
-    "drive_state",
-    "friction",
-    "inverse_inertia",
-    "joint_friction",
-    "joint_limit",
-    "largest_step",
-    "robot",
-    "set_inverse_inertia",
-    "solref_solimp",
-    "stiffness_damping",
-    "tendon_friction",
+    "IMPEDANCE", "INVERSE_INERTIA", "SOLREF_PER_UNIT", "DriveFriction", "DriveState", "Efficiency", "ModelWarning",
+    "Softener", "add_annular_clearance", "add_backlash", "add_bushing", "add_drive", "add_rotor_sensor", "apply",
+    "check", "compile", "contact", "drive_state", "friction", "inverse_inertia", "joint_friction", "joint_limit",
+    "largest_step", "robot", "set_inverse_inertia", "solref_solimp", "stiffness_damping", "tendon_friction",
     "tendon_limit",
-]
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:

@@ -95,9 +95,7 @@ def friction(
     give_friction(spec, pair_names, parameters)
 
 
-def pair_friction(
-    coefficient: float, k: float, c: float, torsion: float = 0.0, rolling: float = 0.0
-) -> tuple[float, ...]:  # fmt: skip
+def pair_friction(coefficient: float, k: float, c: float, torsion: float, rolling: float) -> tuple[float, ...]:
     """Return the numbers that a model stores for the friction of a pair.
 
     Raises

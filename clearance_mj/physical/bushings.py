@@ -20,8 +20,6 @@ from .softness import solref_solimp
 
 __all__ = ["SiteBushing", "add_bushing", "bushings_of"]
 
-_AXES = 3, 6
-
 
 class SiteBushing(NamedTuple):
     """A bushing of a model, stored as an equality and a custom numeric."""
@@ -64,13 +62,11 @@ def add_bushing(spec: mujoco.MjSpec, site_a: Any, site_b: Any, k: ArrayLike, c: 
         For numbers out of range, or of another count.
     """
     stiffness, damping = np.asarray(k, dtype=float), np.asarray(c, dtype=float)
-    if stiffness.shape != damping.shape or stiffness.shape not in [(axes,) for axes in _AXES]:
+    if stiffness.shape != damping.shape or stiffness.shape not in ((3,), (6,)):
         raise LawError(f"k and c of a bushing have the shapes {stiffness.shape} and {damping.shape}; they need 3 or 6")
-    for name, values, ok in (("k", stiffness, stiffness > 0), ("c", damping, damping >= 0)):
+    for name, values, sign, ok in (("k", stiffness, ">", stiffness > 0), ("c", damping, ">=", damping >= 0)):
         if not np.all(ok & np.isfinite(values)):
-            raise LawError(
-                f"{name} = {values.tolist()} of a bushing must be finite and {'>' if name == 'k' else '>='} 0"
-            )
+            raise LawError(f"{name} = {values.tolist()} of a bushing must be finite and {sign} 0")
     model, names = compile_target(require_spec(spec)), [name_of(site) for site in (site_a, site_b)]
     bodies = [model.site_bodyid[find(model, mujoco.mjtObj.mjOBJ_SITE, name)] for name in names]
     if model.body_weldid[bodies[0]] == model.body_weldid[bodies[1]]:

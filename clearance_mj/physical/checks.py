@@ -113,16 +113,11 @@ def _compile_problems(model: mujoco.MjModel) -> Iterator[str]:
 
 def _height_fields(model: mujoco.MjModel) -> Iterator[str]:
     """Yield pairs with a height field that do not share their softness: each touched prism is a contact point."""
-    shared = _shared_pairs(model)
+    shared = {name for kind, name, softness in requested_softness(model) if kind == "pair" and softness.shared}
     for pair, geoms in enumerate(zip(model.pair_geom1, model.pair_geom2)):
         if int(mujoco.mjtGeom.mjGEOM_HFIELD) in model.geom_type[[*geoms]] and model.pair_solref[pair, 0] < 0:
             if (name := model.pair(pair).name or str(pair)) not in shared:
                 yield f'contact "{name}": each prism of its height field has k and c; points="share" shares them'
-
-
-def _shared_pairs(model: mujoco.MjModel) -> set[str]:
-    """Return the names of pairs whose points share one softness."""
-    return {name for kind, name, softness in requested_softness(model) if kind == "pair" and softness.shared}
 
 
 def _uncovered_contacts(model: mujoco.MjModel) -> Iterator[str]:
@@ -193,22 +188,19 @@ def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
 
 
 def _element_problems(model: mujoco.MjModel) -> Iterator[str]:
-    requested, shared = (
-        {(kind, name): softness for kind, name, softness in requested_softness(model)},
-        _shared_pairs(model),
-    )
+    requested = {(kind, name): softness for kind, name, softness in requested_softness(model)}
     bristle_pairs = pairs_with_bristles(model)
     for kind, i, name in _physical_elements(model):
-        where = f'{KINDS[kind].noun} "{name}"'
+        where, asked_for = f'{KINDS[kind].noun} "{name}"', requested.get((kind, name))
         solimp = getattr(model, KINDS[kind].model[1])[i]
         if inverse_inertia(model, kind, i) <= 0:
             yield f"{where} is rigid, since MuJoCo finds no inertia behind it in the initial pose; apply() gives it one"
         elif solimp[0] != solimp[1]:
             yield f"{where}: impedance changes from {solimp[0]:g} to {solimp[1]:g} with depth, and so does stiffness"
-        elif solimp[0] > 10 * LARGEST_IMPEDANCE and not ((kind, name) in requested and requested[kind, name].implicit):
+        elif solimp[0] > 10 * LARGEST_IMPEDANCE and not (asked_for and asked_for.implicit):
             yield f"{where}: impedance {solimp[0]:g} adds a mass that makes it ring too slow; 1e-4 does not"
-        elif (kind, name) in requested:
-            has, asked_for = softness_of(model, kind, i) or (np.nan, np.nan), requested[kind, name]
+        elif asked_for:
+            has = softness_of(model, kind, i) or (np.nan, np.nan)
             ask = asked_for.at_step(inverse_inertia(model, kind, i), model.opt.timestep)
             if not np.allclose(has, ask, rtol=_TOLERANCE, atol=0):
                 yield (
@@ -219,7 +211,7 @@ def _element_problems(model: mujoco.MjModel) -> Iterator[str]:
         if offset := starts[0] - sum(starts[1:]):
             yield f"{where}: its margin lets the force begin {offset:g} before zero; set margin to 0"
         if kind == "pair":
-            yield from _pair_problems(model, i, where, name in shared, bristle_pairs)
+            yield from _pair_problems(model, i, where, bool(asked_for and asked_for.shared), bristle_pairs)
 
 
 def _pair_problems(model: mujoco.MjModel, i: int, where: str, shared: bool, bristle_pairs: set[str]) -> Iterator[str]:
@@ -290,12 +282,11 @@ def _step_problem(model: mujoco.MjModel, stable: Stable, where: Callable[[int], 
     if model.opt.timestep < stable.step:
         return []
     k, c = stable.hardest_at(model.opt.timestep)
+    explicit = {f'{kind} "{name}"' for kind, name, softness in requested_softness(model) if not softness.implicit}
     hint = ""
     if stable.element.startswith("teeth"):
         hint = "; add_backlash(..., implicit=True) is stable at any step"
-    elif any(
-        stable.element == f'{kind} "{name}"' and not soft.implicit for kind, name, soft in requested_softness(model)
-    ):
+    elif stable.element in explicit:
         hint = "; implicit=True makes it stable at any step"
     euler = model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
     if euler and model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP and model.dof_damping.any():

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
-from .actuators import actuator_count, drives_joint, fix_damping, fix_ranges
+from .actuators import drives_joint, fix_damping, fix_ranges
 from .damping import damping_ratio_of
 from .elements import change_spec, compile_target, find, joint_kind, name_of, require_spec, store_softness
 from .softness import Softness, softness
@@ -87,10 +87,10 @@ def add_backlash(
         if spec.joint(f"{name} drive"):
             raise ModelError(f'joint "{name}" has backlash already')
         _require_own_actuator(spec, model, name)
-        if inertia is None:
-            inertias[name] = _require_positive(spec.joint(name).armature, f'joint "{name}" has no armature: give')
-        else:
-            inertias[name] = _require_positive(inertia, f'joint "{name}":')
+        given, words = (inertia, ":") if inertia is not None else (spec.joint(name).armature, " has no armature: give")
+        if not 0 < given < np.inf:
+            raise ModelError(f'joint "{name}"{words} inertia of the drive > 0, got {given:g}')
+        inertias[name] = float(given)
     positions = {name: [_position(key.qpos, model, name) for key in spec.keys] for name in names}
     saved = [np.array(key.qpos) for key in spec.keys], [np.array(key.qvel) for key in spec.keys]
 
@@ -208,12 +208,6 @@ def _clearance_softness(
     return softness(k, c, law, gap, ratio, implicit)
 
 
-def _require_positive(inertia: float, message: str) -> float:
-    if not 0 < inertia < np.inf:
-        raise ModelError(f"{message} inertia of the drive > 0, got {inertia:g}")
-    return float(inertia)
-
-
 def _add_drive(spec: mujoco.MjSpec, load: Any, kind: mujoco.mjtJoint, inertia: float) -> mujoco.MjsJoint:
     """Add a joint with this inertia alone, independent of the specification's defaults."""
     name, body = f"{load.name} drive", load.parent
@@ -255,21 +249,15 @@ def _require_own_actuator(spec: mujoco.MjSpec, model: mujoco.MjModel, joint: str
     """Raise ModelError for a joint moved by a tendon or equality alone, which would bypass its drive."""
     if any(drives_joint(actuator, joint) for actuator in spec.actuators):
         return
-    joint_id, joint_wrap = model.joint(joint).id, int(mujoco.mjtWrap.mjWRAP_JOINT)
-    wraps = zip(model.tendon_adr.tolist(), model.tendon_num.tolist())
-    tendons = {
-        i for i, (first, count) in enumerate(wraps) for w in range(first, first + count)
-        if model.wrap_type[w] == joint_wrap and model.wrap_objid[w] == joint_id
-    }  # fmt: skip
-    for actuator in range(actuator_count(model)):
-        if (
-            model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON
-            and model.actuator_trnid[actuator, 0] in tendons
-        ):
+    joint_id = model.joint(joint).id
+    wraps_joint = (model.wrap_type == int(mujoco.mjtWrap.mjWRAP_JOINT)) & (model.wrap_objid == joint_id)
+    tendons = set(np.repeat(np.arange(model.ntendon), model.tendon_num)[wraps_joint].tolist())
+    for actuator in np.flatnonzero(model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON)).tolist():
+        if (tendon := int(model.actuator_trnid[actuator, 0])) in tendons:
             raise ModelError(
                 f'joint "{joint}" is driven by actuator "{model.actuator(actuator).name}" through tendon '
-                f'"{model.tendon(int(model.actuator_trnid[actuator, 0])).name}", which would bypass a drive of the '
-                "joint: give the actuator the play with add_drive()"
+                f'"{model.tendon(tendon).name}", which would bypass a drive of the joint: give the actuator the play '
+                "with add_drive()"
             )
     coupled = {mujoco.mjtEq.mjEQ_JOINT: {joint_id}, mujoco.mjtEq.mjEQ_TENDON: tendons}
     for i, kind in enumerate(model.eq_type.tolist()):

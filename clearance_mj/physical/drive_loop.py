@@ -13,9 +13,8 @@ import numba
 import numpy as np
 
 from ..core.jit import OPTIONS, STRICT, jit
-from . import library
 from .drives import ANGLE, BEGUN, BRISTLES, DRIVE, INPUT, MOTOR_TORQUE, SPEED
-from .library import doubles, field, integers, pointer
+from .library import doubles, field, integers, offsets_of, pointer
 
 __all__ = [
     "PLACE", "PLACES", "SENSED", "accelerate", "advance", "filter_control", "motor_force", "sense", "slip",
@@ -35,13 +34,8 @@ SENSED = np.dtype([("address", np.int64), ("drive", np.int64)])
 _SIZE, _PRM = DRIVE.itemsize, 10
 _SHORTEST = 1e-15  # s, of a filter, as MuJoCo has it
 _WORST = 1e10  # above which MuJoCo takes a control for an error
-_OPTION = {f"m_{name}": library.MODEL["opt"] + library.OPTION[name] for name in ("disableflags", "disableactuator")}
-PLACES = {
-    **{f"d_{name}": library.DATA[name] for name in _DATA},
-    **{f"m_{name}": library.MODEL[name] for name in _MODEL},
-    **_OPTION,
-    "m_timestep": library.MODEL["opt"] + library.OPTION["timestep"],
-}  # Offsets in MuJoCo's structures, bytes
+PLACES = offsets_of(_DATA, _MODEL, ("disableflags", "disableactuator", "timestep"))
+"""Offsets in MuJoCo's structures, bytes"""
 _CLAMP_OFF = int(mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL)
 
 

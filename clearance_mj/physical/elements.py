@@ -22,9 +22,9 @@ from .records import MARK, texts, write_text
 from .softness import Softness, implicit_impedance, read_softness, rounded_solref_solimp, solref_solimp
 
 __all__ = [
-    "KINDS", "Kind", "SoftElement", "Target", "apply", "change_spec", "compile_target", "find", "inverse_inertia",
-    "joint_kind", "name_of", "pairs_of", "requested_softness", "require_spec", "set_softness", "solver_parameters",
-    "store_softness", "suggestion", "write_parameters", "write_softness",
+    "KINDS", "Kind", "SoftElement", "Target", "apply", "change_spec", "compile_target", "find", "index_of",
+    "inverse_inertia", "joint_kind", "name_of", "pairs_of", "requested_softness", "require_spec", "set_softness",
+    "solver_parameters", "store_softness", "suggestion", "write_parameters", "write_softness",
 ]  # fmt: skip
 
 Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel
@@ -109,6 +109,11 @@ def find(model: mujoco.MjModel, object_type: mujoco.mjtObj, name: str) -> int:
     raise ModelError(f'the model has no {noun} "{name}"; {suggestion(name, known)}')
 
 
+def index_of(model: mujoco.MjModel, kind: str, name: str) -> int:
+    """Return the index of a joint, tendon or pair of a model; see `find`."""
+    return find(model, KINDS[kind].object, name)
+
+
 def suggestion(name: str, known: Iterable[str | None]) -> str:
     """Return a hint at the known name that is most similar to an unknown one, or a list of known names."""
     names = [label for label in known if label]
@@ -190,7 +195,7 @@ def set_softness(target: Target, model: mujoco.MjModel, kind: str, names: list[s
         for name in names:
             _write_model(target, kind, name, wanted)
         return
-    inverse_inertias = [inverse_inertia(model, kind, find(model, KINDS[kind].object, name)) for name in names]
+    inverse_inertias = [inverse_inertia(model, kind, index_of(model, kind, name)) for name in names]
     parameter_list = solver_parameters(kind, names, wanted, inverse_inertias, model.opt.timestep)
     store_softness(target, kind, names, wanted)
     for name, parameters in zip(names, parameter_list):
@@ -259,18 +264,18 @@ def apply(target: Target) -> None:
 def write_softness(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     """Write the softness of all elements into a specification, which compiles to a model."""
     for kind, name, softness in requested_softness(model):
-        inverse = inverse_inertia(model, kind, find(model, KINDS[kind].object, name))
+        inverse = inverse_inertia(model, kind, index_of(model, kind, name))
         values = solver_parameters(kind, [name], softness, [inverse], model.opt.timestep)
         write_parameters(getattr(spec, kind)(name), kind, values[0])
 
 
 def _write_model(model: mujoco.MjModel, kind: str, name: str, softness: Softness) -> None:
-    fields, index = KINDS[kind], find(model, KINDS[kind].object, name)
+    fields, index = KINDS[kind], index_of(model, kind, name)
     inverse = inverse_inertia(model, kind, index)
     if kind == "tendon" and not model.tendon_length0[index]:  # its direction there is arbitrary
         inverse = model.tendon_invweight0[index] = max(inverse, _sum_over_ends(model, index))
     solref, solimp = fields.model
-    values = _compute(kind, name, solref_solimp, softness, inverse, model.opt.timestep)
+    values = _mapped(kind, name, solref_solimp, softness, inverse, model.opt.timestep)
     getattr(model, solref)[index], getattr(model, solimp)[index] = values
     for field in fields.starts.values():
         getattr(model, field)[index] = 0
@@ -295,9 +300,7 @@ def solver_parameters(
         For an element without inertia behind it; not for a tendon: `apply` to the compiled model estimates one.
     """
     return [
-        None
-        if inverse <= 0 and kind == "tendon"
-        else _compute(kind, name, rounded_solref_solimp, wanted, inverse, step)
+        None if kind == "tendon" and inverse <= 0 else _mapped(kind, name, rounded_solref_solimp, wanted, inverse, step)
         for name, inverse in zip(names, behind)
     ]
 
@@ -312,7 +315,7 @@ def write_parameters(element: Any, kind: str, parameters: Parameters) -> None:
         setattr(element, field, 0)
 
 
-def _compute(
+def _mapped(
     kind: str, name: str, mapping: Any, softness: Softness, inverse: float, step: float
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     noun = f'{KINDS[kind].noun} "{name}"'

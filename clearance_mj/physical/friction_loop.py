@@ -106,10 +106,8 @@ def exert_row_force(head: Any, model: int, data: int, row: int, force: float) ->
     if kind == _SPARSE or (kind == _AUTO and nv >= _SPARSE_FROM):
         first = integers(field(data + head.d_efc_J_rowadr), row + 1)[row]
         count = integers(field(data + head.d_efc_J_rownnz), row + 1)[row]
-        columns, entries = (
-            integers(field(data + head.d_efc_J_colind) + 4 * first, count),
-            doubles(jacobian + 8 * first, count),
-        )
+        columns = integers(field(data + head.d_efc_J_colind) + 4 * first, count)
+        entries = doubles(jacobian + 8 * first, count)
         for i in range(count):
             acceleration += entries[i] * accelerations[columns[i]]
     else:
@@ -143,25 +141,19 @@ def apply_friction(
             total += force
             x, y, z = x + force * point[0], y + force * point[1], z + force * point[2]
             nx, ny, nz = nx + force * frame[0], ny + force * frame[1], nz + force * frame[2]
-            a, b = (
-                force * _surface_speed(head, data, contact, row, rows, 0),
-                force * _surface_speed(head, data, contact, row, rows, 1),
-            )
-            vx, vy, vz = (
-                vx + a * frame[3] + b * frame[6],
-                vy + a * frame[4] + b * frame[7],
-                vz + a * frame[5] + b * frame[8],
-            )
+            a = force * _surface_speed(head, data, contact, row, rows, 0)
+            b = force * _surface_speed(head, data, contact, row, rows, 1)
+            vx = vx + a * frame[3] + b * frame[6]
+            vy = vy + a * frame[4] + b * frame[7]
+            vz = vz + a * frame[5] + b * frame[8]
             if spins:
                 spin += force * _surface_speed(head, data, contact, row, rows, 2)
             if rolls:
                 a = force * _surface_speed(head, data, contact, row, rows, 3)
                 b = force * _surface_speed(head, data, contact, row, rows, 4)
-                tx, ty, tz = (
-                    tx + a * frame[3] + b * frame[6],
-                    ty + a * frame[4] + b * frame[7],
-                    tz + a * frame[5] + b * frame[8],
-                )
+                tx = tx + a * frame[3] + b * frame[6]
+                ty = ty + a * frame[4] + b * frame[7]
+                tz = tz + a * frame[5] + b * frame[8]
     length = np.sqrt(nx * nx + ny * ny + nz * nz)
     if length == 0.0:  # no normal force, but contacts that separate fast may still have rows
         bristles[:] = 0.0

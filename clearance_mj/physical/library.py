@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,7 @@ from numba.extending import intrinsic
 from ..core.jit import OPTIONS, jit
 
 __all__ = [
-    "CONTACT", "CONTACT_SIZE", "DATA", "LIBRARY", "MODEL", "OPTION", "doubles", "external", "field", "integers",
-    "pointer",
+    "CONTACT_SIZE", "LIBRARY", "doubles", "external", "field", "integers", "offsets_of", "pointer",
 ]  # fmt: skip
 
 _FILES = sorted(p for p in Path(mujoco.__file__).parent.iterdir() if p.name.startswith(("libmujoco", "mujoco.dll")))
@@ -75,6 +75,18 @@ def _offsets(name: str) -> dict[str, int]:
 MODEL, OPTION, DATA, CONTACT = (_offsets(name) for name in ("mjModel", "mjOption", "mjData", "mjContact"))
 """Offsets of their fields, bytes"""
 CONTACT_SIZE = ctypes.sizeof(_structure("mjContact"))
+
+
+def offsets_of(
+    data: Iterable[str], model: Iterable[str], options: Iterable[str], contact: Iterable[str] = ()
+) -> dict[str, int]:  # fmt: skip
+    """Return offsets of fields by their names, with d_, m_ or c_ before them; options are within the model."""
+    return {
+        **{f"d_{name}": DATA[name] for name in data},
+        **{f"m_{name}": MODEL[name] for name in model},
+        **{f"c_{name}": CONTACT[name] for name in contact},
+        **{f"m_{name}": MODEL["opt"] + OPTION[name] for name in options},
+    }
 
 
 @intrinsic

@@ -12,10 +12,10 @@ from ..core.errors import ModelError
 from .bristles import give_friction, pair_friction, pairs_with_bristles
 from .damping import damping_ratio_of
 from .elements import (
-    KINDS,
     Target,
     compile_target,
     find,
+    index_of,
     name_of,
     pairs_of,
     set_softness,
@@ -109,7 +109,7 @@ def _set_limits(
 ) -> None:  # fmt: skip
     model, fields = compile_target(target), "jnt" if kind == "joint" else kind
     names = [name_of(e) for e in (elements if isinstance(elements, list | tuple) else [elements])]
-    ids = [find(model, KINDS[kind].object, name) for name in names]
+    ids = [index_of(model, kind, name) for name in names]
     for name, i in zip(names, ids):
         if not getattr(model, f"{fields}_limited")[i]:
             raise ModelError(f'{kind} "{name}" has no limits; give it a range (and limited="true")')
@@ -230,17 +230,14 @@ def _share_law(single: Softness, depth: float) -> Softness:
     return softness(None, None, single.law or ContactLaw(KelvinVoigt(single.k, single.c)), depth)._replace(shared=True)
 
 
-def _geom_names(geoms: Any) -> list[list[str]]:
-    """Return the names of one geom or two, for each requested contact."""
+def _geom_names(geoms: Any) -> Iterator[list[str]]:
+    """Yield the names of one geom or two, for each requested contact."""
     groups = geoms if isinstance(geoms, list) and any(isinstance(each, tuple) for each in geoms) else [geoms]
-    names = []
     for group in groups:
-        names.append(
-            [name_of(g) for g in ([group] if isinstance(group, str) or not isinstance(group, Iterable) else group)]
-        )
-        if len(names[-1]) > 2:
-            raise ModelError(f"a contact has two geoms, got {len(names[-1])}")
-    return names
+        names = [name_of(g) for g in ([group] if isinstance(group, str) or not isinstance(group, Iterable) else group)]
+        if len(names) > 2:
+            raise ModelError(f"a contact has two geoms, got {len(names)}")
+        yield names
 
 
 def add_missing_pairs(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:

@@ -78,16 +78,12 @@ def robot(
         plays = backlash if isinstance(backlash, Mapping) else dict.fromkeys(_hinge_actuators(spec), backlash)
         for play in sorted(set(plays.values())):
             names = [name for name, angle in plays.items() if angle == play]
-            options: dict[str, Any] = {
-                "backlash": play,
-                "k": teeth,
-                "damping_ratio": teeth_damping_ratio,
-                "inertia": inertia,
-            }
+            options: dict[str, Any] = {"k": teeth, "damping_ratio": teeth_damping_ratio, "inertia": inertia}
             if implicit:
-                add_backlash(spec, [spec.actuator(name).target for name in names], **options, implicit=True)
+                joints = [spec.actuator(name).target for name in names]
+                add_backlash(spec, joints, backlash=play, **options, implicit=True)
             else:
-                add_drive(spec, names, **options)
+                add_drive(spec, names, backlash=play, **options)
     if feet:
         model = compile_target(spec)
         foot_softness = softness(k, c, None, 0.0, damping_ratio_of(c, damping_ratio, None))

@@ -16,7 +16,7 @@ from .actuators import actuator_count, control_of, output_of
 from .bristles import bristles_of, pairs_with_bristles
 from .bushings import SiteBushing, bushings_of
 from .drives import PlacedDrive, drives
-from .elements import KINDS, find, inverse_inertia, pairs_of
+from .elements import KINDS, index_of, inverse_inertia, pairs_of
 from .softness import stiffness_damping
 
 __all__ = ["ContactRow", "ParasiticMass", "Pose", "bent_poses", "parasitic_mass", "poses_of", "softness_of"]
@@ -96,7 +96,7 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None, contacts: bool = Tr
     variant = model if contacts and not bristle_pairs else copy.copy(model)
     if not contacts:
         variant.opt.disableflags |= int(_Bits.mjDSBL_CONTACT)
-    variant.pair_dim[[find(model, KINDS["pair"].object, name) for name in bristle_pairs]] = 1  # MuJoCo's friction off
+    variant.pair_dim[[index_of(model, "pair", name) for name in bristle_pairs]] = 1  # MuJoCo's friction off
     data, mass, placed_drives = mujoco.MjData(model), np.zeros((model.nv, model.nv)), list(drives(model))
     rotors = np.diag([0.0] * model.nv + [float(drive.numbers(model)["inertia"]) for drive in placed_drives])
     for number, qpos in enumerate(table if model.nv else ()):
@@ -219,7 +219,7 @@ def _friction_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, list
     rows_of: dict[int, list[ContactRow]] = {-1: []}
     for kind, name, address, size in bristles_of(model):
         k, c = model.numeric_data[address + 1 : address + 3]
-        index = find(model, KINDS[kind].object, name)
+        index = index_of(model, kind, name)
         if kind == "joint":
             direction = np.eye(model.nv)[model.jnt_dofadr[index]][None]
         elif kind == "tendon":

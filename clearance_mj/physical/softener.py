@@ -22,11 +22,11 @@ from .bristles import BristleSettings, bristles_of
 from .bushings import SiteBushing, bushings_of
 from .drive_loop import PLACE, SENSED
 from .drives import PlacedDrive, drives
-from .elements import KINDS, SoftElement, find, inverse_inertia, requested_softness
+from .elements import KINDS, SoftElement, index_of, inverse_inertia, requested_softness
 from .records import MARK, note_softener, write_numbers
 from .rotor_sensors import rotor_sensors
 
-__all__ = ["Softener", "drive_places", "friction_places", "reserve", "reserved"]
+__all__ = ["ActiveParts", "Softener", "drive_places", "friction_places", "reserve", "reserved"]
 
 _MEMORY = f"{MARK}memory"  # name of the custom numeric with the address of the laws' state in the user data
 
@@ -59,33 +59,30 @@ class Softener:
     def __init__(self, model: mujoco.MjModel):
         if not isinstance(model, mujoco.MjModel):
             raise ModelError(f"got {type(model).__name__}, needs a mujoco.MjModel; compile() makes it of an MjSpec")
-        laws, bristles, placed_drives = _laws(model), list(bristles_of(model)), list(drives(model))
-        bushings = list(bushings_of(model))
-        self._has_forces = bool(laws or bristles or bushings)
-        if not self._has_forces and not placed_drives:
+        parts = ActiveParts.of(model)
+        if not any(parts):
             raise ModelError(
                 "no contact or limit follows a law, none has friction, no actuator a drive, and there is no bushing; "
                 "constant ones need no Softener"
             )
-        _check_integrator(model, bool(laws))
-        self.model = model
-        self._build_tables = _build_tables(model, laws, bristles, bushings)
-        self._drives = drive_places(model, placed_drives)
+        _check_integrator(model, bool(parts.laws))
+        self.model, self._has_forces = model, parts.have_forces
+        self._tables = _build_tables(model, parts)
+        self._drives = drive_places(model, parts.drives)
         self._drive_of_actuator = np.full(len(model.actuator_trntype), -1, dtype=np.int64)
         self._drive_of_actuator[self._drives["actuator"]] = np.arange(len(self._drives))
-        size = self._build_tables.template.size if self._has_forces else 0
-        room = reserved(model, size, laws, bristles, placed_drives, bushings)
+        sensed = [(sensor.address, parts.drives.index(sensor.drive)) for sensor in rotor_sensors(model)]
+        self._rotor_sensors = np.array(sensed, SENSED)
+        size = self._tables.template.size if self._has_forces else 0
+        room = reserved(model, size, parts)
         self._head = np.zeros(1, loop.HEAD)
-        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
-        fields = {"first": room.first, "size": size, "numeric": model.numeric_adr[index] + 2}
-        fields |= {"drives": self._drives.ctypes.data, "n_drives": len(self._drives)}
-        fields["of_actuators"] = self._drive_of_actuator.ctypes.data
-        self._rotor_sensors = np.array(
-            [(sensor.address, placed_drives.index(sensor.drive)) for sensor in rotor_sensors(model)], SENSED
-        )  # fmt: skip
-        fields |= {"sensed": self._rotor_sensors.ctypes.data, "n_sensed": len(self._rotor_sensors)}
-        fields["soften"] = address(loop.soften, loop.SOFTEN)
-        for name, value in {**self._build_tables.places(), **loop.PLACES, **fields}.items():
+        fields = {
+            "first": room.first, "size": size, "numeric": int(model.numeric(_MEMORY).adr[0]) + 2,
+            "drives": self._drives.ctypes.data, "n_drives": len(self._drives),
+            "of_actuators": self._drive_of_actuator.ctypes.data, "soften": address(loop.soften, loop.SOFTEN),
+            "sensed": self._rotor_sensors.ctypes.data, "n_sensed": len(self._rotor_sensors),
+        }  # fmt: skip
+        for name, value in {**self._tables.places(), **loop.PLACES, **fields}.items():
             self._head[name] = value
         self._head["signature"], self._head["key"] = np.uint64(model.signature).view(np.int64), room[2:]
         self._address = self._head.ctypes.data
@@ -170,6 +167,37 @@ class Softener:
                     mujoco.set_mjcb_sensor(None)
 
 
+class ActiveParts(NamedTuple):
+    """Elements of a model that act only within a `Softener`."""
+
+    laws: Sequence[SoftElement]  # pairs last
+    bristles: Sequence[BristleSettings]
+    drives: Sequence[PlacedDrive]
+    bushings: Sequence[SiteBushing]
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel) -> ActiveParts:
+        """Return those of a model."""
+        laws = [element for element in requested_softness(model) if element.softness.law]
+        laws.sort(key=lambda element: (element.kind == "pair", element.kind, element.name))
+        return cls(laws, list(bristles_of(model)), list(drives(model)), list(bushings_of(model)))
+
+    @property
+    def have_forces(self) -> bool:
+        """True if there is more than drives, which need no user data."""
+        return bool(self.laws or self.bristles or self.bushings)
+
+    def key(self, model: mujoco.MjModel, first: int) -> tuple[int, int]:
+        """Return a hash of them and their addresses, as two numbers of six digits, as MJCF keeps."""
+        bristle_names = [(bristle.kind, bristle.name) for bristle in self.bristles]
+        names = [(law.kind, law.name) for law in self.laws] + bristle_names
+        ids = [index_of(model, kind, name) for kind, name in names]
+        sizes = first, model.nq, model.nv, model.na, getattr(model, "nJten", 0), model.ngeom, model.nbody
+        laws = [(law.kind, law.name, law.softness.data) for law in self.laws]
+        key = zlib.crc32(repr((laws, bristle_names, list(self.drives), ids, sizes, *self.bushings)).encode())
+        return key % 1_000_000, key // 1_000_000
+
+
 class _Tables(NamedTuple):
     """Arrays that compiled code reads by address."""
 
@@ -183,15 +211,10 @@ class _Tables(NamedTuple):
 
     def places(self) -> dict[str, int]:
         """Return the fields of a HEAD that describe them."""
-        arrays = {
-            "elements": self.elements, "frictions": self.frictions, "joints": self.joints, "tendons": self.tendons,
-            "joined": self.joined,
-            "bushings": self.bushings, "template": self.template,
-        }  # fmt: skip
-        return {name: array.ctypes.data for name, array in arrays.items()} | {
+        return {name: array.ctypes.data for name, array in self._asdict().items()} | {
             "n_elements": len(self.elements), "first_pair": int(np.sum(self.elements["kind"] != loop.PAIR)),
-            "n_joined": len(self.joined),
-            "n_frictions": len(self.frictions), "first_friction": 2 + len(self.elements), "size": self.template.size,
+            "n_joined": len(self.joined), "n_frictions": len(self.frictions), "first_friction": 2 + len(self.elements),
+            "size": self.template.size,
         }  # fmt: skip
 
 
@@ -206,22 +229,13 @@ def drive_places(model: mujoco.MjModel, placed: Sequence[PlacedDrive]) -> np.nda
     return places
 
 
-def _laws(model: mujoco.MjModel) -> list[SoftElement]:
-    """Return the elements with a law, pairs last."""
-    return sorted(
-        (e for e in requested_softness(model) if e.softness.law), key=lambda e: (e.kind == "pair", e.kind, e.name)
-    )
-
-
-def _build_tables(
-    model: mujoco.MjModel, laws: Sequence[SoftElement], bristles: Sequence[BristleSettings],
-    joined_bushings: Sequence[SiteBushing],
-) -> _Tables:  # fmt: skip
+def _build_tables(model: mujoco.MjModel, parts: ActiveParts) -> _Tables:
+    laws, bristles = parts.laws, parts.bristles
     elements, bushings = np.zeros(len(laws), loop.ELEMENT), np.zeros(len(laws), BUSHING)
     memory = [np.zeros(2 + len(laws) + loop.OF_FRICTION * len(bristles))]
     joints, tendons = (np.full(max(n, 1), -1, dtype=np.int32) for n in (model.njnt, model.ntendon))
     for e, (element, (kind, name, softness)) in enumerate(zip(elements, laws)):
-        law, index = softness.law, find(model, KINDS[kind].object, name)
+        law, index = softness.law, index_of(model, kind, name)
         assert law is not None
         _locate_element(model, kind, index, element)
         table, greased = law.table(1), law.grease is not None
@@ -242,13 +256,9 @@ def _build_tables(
         bushings[e], element["numbers"], element["size"] = record[0], sum(part.size for part in memory), numbers.size
         element["impact"] = element["numbers"] + record["ends"][0]
         memory.append(numbers)
-    bushing_table = np.zeros(len(joined_bushings), loop.SITE_BUSHING)
-    for row, bushing in zip(bushing_table, joined_bushings):
-        row["numeric"], row["equality"], row["axes"], row["site"] = (
-            bushing.numeric, bushing.equality, bushing.axes, bushing.site
-        )  # fmt: skip
+    joined = np.array([(b.numeric, b.equality, b.axes, b.site) for b in parts.bushings], loop.SITE_BUSHING)
     friction_table = friction_places(model, bristles, {law.name for law in laws if law.kind == "pair"})
-    return _Tables(elements, friction_table, bushing_table, joints, tendons, bushings, np.concatenate(memory))
+    return _Tables(elements, friction_table, joined, joints, tendons, bushings, np.concatenate(memory))
 
 
 class _ClearanceStub(NamedTuple):
@@ -279,7 +289,7 @@ def friction_places(
     """Return the addresses (n,) of a model's bristles for compiled code, a FRICTION each."""
     table = np.zeros(len(bristles), loop.FRICTION)
     for row, friction in zip(table, bristles):
-        index = find(model, KINDS[friction.kind].object, friction.name)
+        index = index_of(model, friction.kind, friction.name)
         row["numeric"], row["numbers"] = friction.numeric, friction.size
         if friction.kind == "joint":
             row["kind"], row["dof"] = loop.JOINT, model.jnt_dofadr[index]
@@ -294,18 +304,12 @@ def friction_places(
 
 def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     """Reserve user data for the state of laws and friction; return True if the specification has changed."""
-    laws, bristles, placed, bushings = (
-        _laws(model),
-        list(bristles_of(model)),
-        list(drives(model)),
-        list(bushings_of(model)),
-    )
-    softens = bool(laws or bristles or bushings)
-    size = 2 * _build_tables(model, laws, bristles, bushings).template.size if softens else 0  # before and after a step
+    parts = ActiveParts.of(model)
+    size = 2 * _build_tables(model, parts).template.size if parts.have_forces else 0  # before and after a step
     previous = _read_reserved(model)
     first = previous.first if previous.first + previous.size == spec.nuserdata else max(spec.nuserdata, 0)
-    room = Reserved(first, size, *_key(model, first, laws, bristles, placed, bushings))
-    if room == previous or not (size or placed or any(previous)):
+    room = Reserved(first, size, *parts.key(model, first))
+    if room == previous or not (size or parts.drives or any(previous)):
         return False
     spec.nuserdata = first + size
     note_softener(spec)
@@ -313,10 +317,7 @@ def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     return True
 
 
-def reserved(
-    model: mujoco.MjModel, size: int, laws: Sequence[SoftElement], bristles: Sequence[BristleSettings],
-    placed_drives: Sequence[PlacedDrive], bushings: Sequence[SiteBushing],
-) -> Reserved:  # fmt: skip
+def reserved(model: mujoco.MjModel, size: int, parts: ActiveParts) -> Reserved:
     """Return the room that `reserve` made in a model's user data for 2 ``size`` numbers.
 
     Raises
@@ -325,8 +326,7 @@ def reserved(
         For a model that was compiled without.
     """
     room = _read_reserved(model)
-    key = _key(model, room.first, laws, bristles, placed_drives, bushings)
-    if room[1:] != (2 * size, *key) or room.first + room.size > model.nuserdata:
+    if room[1:] != (2 * size, *parts.key(model, room.first)) or room.first + room.size > model.nuserdata:
         raise ModelError(
             "the model has no room in its userdata for what these laws, friction and drives remember; "
             "make it with clearance_mj.physical.compile()"
@@ -347,24 +347,7 @@ def _read_reserved(model: mujoco.MjModel) -> Reserved:
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
     if index < 0:
         return Reserved(0, 0, 0, 0)
-    begin = model.numeric_adr[index]
-    return Reserved(*(int(value) for value in model.numeric_data[begin : begin + model.numeric_size[index]]))
-
-
-def _key(
-    model: mujoco.MjModel, first: int, laws: Sequence[SoftElement], bristles: Sequence[BristleSettings],
-    placed: Sequence[PlacedDrive], bushings: Sequence[SiteBushing],
-) -> tuple[int, int]:  # fmt: skip
-    """Return a hash of laws, friction, drives and their addresses, as two numbers of six digits, as MJCF keeps."""
-    names = [(e.kind, e.name) for e in laws] + [(f.kind, f.name) for f in bristles]
-    ids = [find(model, KINDS[kind].object, name) for kind, name in names]
-    sizes = first, model.nq, model.nv, model.na, getattr(model, "nJten", 0), model.ngeom, model.nbody
-    content = (
-        [(e.kind, e.name, e.softness.data) for e in laws], [(f.kind, f.name) for f in bristles], list(placed), ids,
-        sizes, *bushings,
-    )  # fmt: skip
-    key = zlib.crc32(repr(content).encode())
-    return key % 1_000_000, key // 1_000_000
+    return Reserved(*map(int, model.numeric(index).data))
 
 
 def _check_integrator(model: mujoco.MjModel, laws: bool) -> None:

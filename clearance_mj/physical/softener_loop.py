@@ -20,10 +20,10 @@ from ..clearance.lanes import signed
 from ..clearance.pointers import caller
 from ..clearance.record import BUSHING
 from ..core.jit import OPTIONS, STRICT, jit
-from . import drive_loop, library
+from . import drive_loop
 from .bushing_loop import SITE_BUSHING, apply_bushing
 from .friction_loop import FRICTION, OF_FRICTION, advance_bristle, apply_friction, is_between, normal_rows
-from .library import doubles, field, integers, pointer
+from .library import CONTACT_SIZE, doubles, field, integers, offsets_of, pointer
 
 __all__ = ["ELEMENT", "FRICTION", "HEAD", "JOINT", "OF_FRICTION", "PAIR", "ROW", "SITE_BUSHING", "TENDON", "soften"]
 
@@ -37,14 +37,8 @@ DATA = (
 )  # fmt: skip
 MODEL = ("signature", "nnumericdata", "numeric_data", "jnt_range", "tendon_range", "ten_J_colind", "nv", "eq_data")
 CONTACT = ("pos", "frame", "geom", "dim", "mu", "friction", "solref", "solimp", "efc_address")
-PLACES = {
-    **{f"d_{name}": library.DATA[name] for name in DATA},
-    **{f"m_{name}": library.MODEL[name] for name in MODEL},
-    **{f"c_{name}": library.CONTACT[name] for name in CONTACT},
-    **{f"m_{name}": library.MODEL["opt"] + library.OPTION[name] for name in ("timestep", "jacobian")},
-    "contact_size": library.CONTACT_SIZE,
-    **drive_loop.PLACES,
-}  # Offsets in MuJoCo's structures, bytes
+PLACES = offsets_of(DATA, MODEL, ("timestep", "jacobian"), CONTACT) | {"contact_size": CONTACT_SIZE} | drive_loop.PLACES
+"""Offsets in MuJoCo's structures, bytes"""
 
 _HEAD_FIELDS = (
     "soften",  # address of the compiled function

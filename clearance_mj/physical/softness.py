@@ -149,15 +149,10 @@ def solref_solimp(
         For a stiffness, damping, inverse inertia or impedance out of range.
     """
     k, c, inverse_inertia = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (k, c, inverse_inertia)))
-    for name, value, ok in (
-        ("k", k, k > 0),
-        ("c", c, c >= 0),
-        ("inverse_inertia", inverse_inertia, inverse_inertia > 0),
-    ):
-        if not np.all(ok & np.isfinite(value)):
-            raise LawError(
-                f"{name} = {value[~(ok & np.isfinite(value))].flat[0]:g} cannot be a contact's; see the ranges"
-            )
+    in_range = {"k": (k, k > 0), "c": (c, c >= 0), "inverse_inertia": (inverse_inertia, inverse_inertia > 0)}
+    for name, (value, ok) in in_range.items():
+        if (wrong := value[~(ok & np.isfinite(value))]).size:
+            raise LawError(f"{name} = {wrong[0]:g} cannot be a contact's; see the ranges")
     if not 1e-4 <= impedance <= 0.9999:
         raise LawError(f"impedance {impedance:g} lies outside 1e-4..0.9999, to which MuJoCo clamps it")
     scale = (1 - impedance) * inverse_inertia

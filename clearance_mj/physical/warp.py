@@ -18,11 +18,11 @@ import numpy as np
 
 from ..core.errors import ModelError
 from .accelerators import frictionless_copy
-from .bristles import BristleSettings, bristles_of
-from .drives import DRIVE, PlacedDrive, drives
+from .bristles import BristleSettings
+from .drives import DRIVE, PlacedDrive
 from .friction_loop import OF_FRICTION
 from .packages import naming_package
-from .softener import drive_places, friction_places, reserved
+from .softener import ActiveParts, drive_places, friction_places, reserved
 
 with naming_package("callbacks for MuJoCo Warp", "clearance-mj[warp]"):
     import mujoco_warp as mjw
@@ -81,14 +81,15 @@ def put_model(model: mujoco.MjModel, nworld: int = 1, **options: Any) -> tuple[A
         is disabled or that has disabled groups of actuators, and models that were compiled without `compile`.
     """
     pressing_model = frictionless_copy(model, "MuJoCo Warp")
-    bristles, placed = list(bristles_of(model)), list(drives(model))
+    parts = ActiveParts.of(model)  # no laws and bushings, which the copy refuses
+    bristles, placed = parts.bristles, parts.drives
     discrete = getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", None)
     if model.opt.integrator == discrete and any(b.kind == "pair" for b in bristles):
         raise ModelError("integrator discrete changes the rows of contacts with friction; use Euler or implicitfast")
     if model.opt.disableactuator and placed:
         raise ModelError("MuJoCo Warp knows no disabled groups of actuators; set actuatorgroupdisable to none")
     size = 2 + OF_FRICTION * len(bristles) if bristles else 0
-    room = reserved(model, size, (), bristles, placed, ())
+    room = reserved(model, size, parts)
     parameters = _parameters(model, bristles, placed, nworld)
     for drive in placed:  # MuJoCo Warp 4.0.0 does not integrate "user" dynamics
         pressing_model.actuator_dyntype[drive.actuator] = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)

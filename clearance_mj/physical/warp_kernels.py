@@ -33,16 +33,9 @@ DrivePlace = _structure("DrivePlace", drive_loop.PLACE.names, int)
 _between, _bend, _bend_in_plane = map(
     _formula, (friction_loop.is_between, friction_loop.advance_bristle, friction_loop.bend_in_plane)
 )
-_accelerate, _enter, _exert, _press, _slip = map(
-    _formula,
-    (
-        drive_loop.accelerate,
-        drive_loop.filter_control,
-        drive_loop.motor_force,
-        drive_loop.teeth_torque,
-        drive_loop.slip,
-    ),
-)
+_accelerate, _enter, _exert, _press, _slip = map(_formula, (
+    drive_loop.accelerate, drive_loop.filter_control, drive_loop.motor_force, drive_loop.teeth_torque, drive_loop.slip,
+))  # fmt: skip
 _TINY = wp.constant(1e-30)
 _Numbers = wp.types.vector(length=10, dtype=float)
 

@@ -17,12 +17,12 @@ from ..actuators import fix_ranges
 from ..bristles import bristles_of
 from ..drives import DRIVE, PlacedDrive, drives
 from ..elements import (
-    KINDS,
     SoftElement,
     Target,
     apply,
     compile_target,
     find,
+    index_of,
     requested_softness,
     set_softness,
     suggestion,
@@ -240,7 +240,7 @@ def _softness_number(model: mujoco.MjModel, quantity: str, element: SoftElement)
         trial = compile_target(target)
         current = next(e.softness for e in requested_softness(trial) if (e.kind, e.name) == (kind, name))
         if target is trial or current.ratio is not None:  # keep the damping fixed
-            k, c = softness_of(trial, kind, _index(trial, kind, name)) or (current.k, current.c)
+            k, c = softness_of(trial, kind, index_of(trial, kind, name)) or (current.k, current.c)
             current = current._replace(k=k, c=c - current.implicit * trial.opt.timestep * k, ratio=None)
         set_softness(
             target, trial, kind, [name], current._replace(k=value) if quantity == "k" else current._replace(c=value)
@@ -250,14 +250,14 @@ def _softness_number(model: mujoco.MjModel, quantity: str, element: SoftElement)
 
 
 def _tendon_gap(model: mujoco.MjModel, element: str) -> _Number:
-    low, high = model.tendon_range[_index(model, "tendon", element)]
+    low, high = model.tendon_range[index_of(model, "tendon", element)]
     if low not in (0.0, -high):
         raise ModelError(f'tendon "{element}" has the range {low:g} to {high:g}; a gap needs one from 0 or about 0')
 
     def write(target: Target, value: float) -> None:
         ends = [-value if low else 0.0, value]
         if isinstance(target, mujoco.MjModel):
-            target.tendon_range[_index(target, "tendon", element)] = ends
+            target.tendon_range[index_of(target, "tendon", element)] = ends
         else:
             target.tendon(element).range = ends
 
@@ -292,7 +292,7 @@ def _numeric_element(model: mujoco.MjModel, name: str, address: int, index: int,
 
 
 def _joint(model: mujoco.MjModel, element: str, quantity: str) -> _Number:
-    index = _index(model, "joint", element)
+    index = index_of(model, "joint", element)
     if mujoco.mjtJoint(int(model.jnt_type[index])) not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
         raise ModelError(f'parameter "{element}.{quantity}" needs a hinge or slide')
     field: Any = model.jnt_stiffness if quantity == "stiffness" else getattr(model, f"dof_{quantity}")
@@ -309,10 +309,6 @@ def _joint(model: mujoco.MjModel, element: str, quantity: str) -> _Number:
         setattr(joint, quantity, [value, *getattr(joint, quantity)[1:]] if is_array else value)
 
     return _Number(_unit(JOINT[quantity], _is_hinge(model, index)), float(field[address]), write)
-
-
-def _index(model: mujoco.MjModel, kind: str, name: str) -> int:
-    return find(model, KINDS[kind].object, name)
 
 
 def _unit(angular: str, hinge: bool) -> str:
@@ -332,7 +328,7 @@ def _is_hinge(model: mujoco.MjModel, joint: int) -> bool:
 
 def _is_angular(model: mujoco.MjModel, kind: str, name: str) -> bool:
     """Return True if an element's displacement is an angle: of a hinge, or a tendon of hinges alone."""
-    index = _index(model, kind, name)
+    index = index_of(model, kind, name)
     if kind != "tendon":
         return kind == "joint" and _is_hinge(model, index)
     wraps = slice(model.tendon_adr[index], model.tendon_adr[index] + model.tendon_num[index])
