@@ -153,7 +153,7 @@ def fit_drive(
     with tqdm(desc="parts of the drive", unit="fit", disable=not progress) as bar:
         while parts is None:
             search.rescale(solution)
-            start = search.values(solution)
+            start = named_values(solution)
             solution, candidates = search.fit(accepted, start), {}
             for part in PARTS:
                 if part not in accepted and solution.problem.size + len(PARTS[part]) <= most:
@@ -171,13 +171,11 @@ def fit_drive(
             accepted.append(best)
             gains.append(gain)
     search.rescale(solution)
-    solution = search.fit(accepted, search.values(solution))
+    solution = search.fit(accepted, named_values(solution))
     covariance = jackknife(solution.rows, solution.scores, search.pieces, solution.prior)
     covariance *= student_widening(np.unique(search.pieces).size) ** 2
-    drive, load = (
-        drive_of_values(search.values(solution)),
-        np.concatenate([record.load_torque for record in search.records]),
-    )
+    drive = drive_of_values(named_values(solution))
+    load = np.concatenate([record.load_torque for record in search.records])
     unexplained = np.sqrt(np.mean([drive.errors(record)[1] ** 2 for record in search.records])) / np.std(load)
     largest = max(float(np.abs(record.load_torque).max()) for record in records)  # type: ignore[arg-type]
     return DriveFit(
@@ -255,12 +253,13 @@ class _DriveSearch:
 
     def rescale(self, solution: Solution) -> None:
         """Set the expected RMS errors to those of a fit."""
-        drive = drive_of_values(self.values(solution))
+        drive = drive_of_values(named_values(solution))
         self.rms = np.sqrt(np.mean(np.square([drive.errors(record) for record in self.records]), axis=0))
 
-    @staticmethod
-    def values(solution: Solution) -> dict[str, float]:
-        return dict(zip((p.name for p in solution.problem.parameters), solution.values.tolist()))
+
+def named_values(solution: Solution) -> dict[str, float]:
+    """Return the values of a solution by the names of its parameters."""
+    return dict(zip((p.name for p in solution.problem.parameters), solution.values.tolist()))
 
 
 def _evidence(solution: Solution, divisor: float) -> float:

@@ -189,10 +189,8 @@ def _fit_servo(log: ServoLog, servo: int, servos: Sequence[int], pullers: tuple[
     error = log.position[servo] - log.target[servo]
     targets = np.array([*(log.target[i] for i in servos), *away.values()])
     edges = [0, *(np.flatnonzero(np.any(np.diff(targets, axis=1), axis=0)) + 1), error.size]
-    stretched: dict[int, list[float]] = {i: [] for i in pullers}
-    let_go: dict[int, list[float]] = {i: [] for i in pullers}
-    rows: list[int] = []
-    puller = None
+    stretched, let_go = ({i: list[float]() for i in pullers} for _ in range(2))
+    rows, puller = list[int](), None
     for begin, end in zip(edges[:-1], edges[1:]):
         pulling = [i for i in pullers if away[i][begin]]
         retargeted = begin > 0 and any(log.target[i][begin] != log.target[i][begin - 1] for i in servos)
@@ -224,9 +222,8 @@ def _mean_difference(first: Sequence[float], second: Sequence[float]) -> HeldLos
         degrees = variance**2 / sum(s**2 / (len(values) - 1) for s, values in zip(variances, (first, second)))
         half_width = float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2, degrees)) * math.sqrt(variance)
     half_width = math.hypot(half_width, 1 - math.sqrt(1 - CONFIDENCE))
-    return HeldLostMotion(
-        difference, max(0.0, difference - half_width), difference + half_width, (len(first), len(second))
-    )
+    low, high = max(0.0, difference - half_width), difference + half_width
+    return HeldLostMotion(difference, low, high, (len(first), len(second)))
 
 
 def _decode_load(load: np.ndarray) -> np.ndarray:

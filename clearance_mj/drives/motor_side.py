@@ -13,20 +13,11 @@ import scipy.optimize
 import scipy.signal
 from tqdm import tqdm
 
-from ..estimate import (
-    Estimates,
-    Parameter,
-    Problem,
-    Solution,
-    StoppingCriteria,
-    UnknownScale,
-    jackknife,
-    one_by_one,
-    solve,
-)
+from ..estimate import Estimates, Parameter, Problem, Solution, StoppingCriteria, UnknownScale, one_by_one, solve
+from ..estimate.covariance import jackknife
 from ..estimate.estimates import UNIDENTIFIED
 from ..physical.identification.record import quantum
-from .fit import ADVICE, free, in_words, positive, require_motion
+from .fit import ADVICE, free, in_words, named_values, positive, require_motion
 from .record import DriveRecord
 from .teeth import NUMBERS, predict_teeth
 
@@ -146,13 +137,12 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
         search.rescale_torque(solution.values)
         solution = search.fit_all(solution)
     covariance = jackknife(solution.rows, solution.scores, search.pieces, solution.prior)
-    names = [p.name for p in search.parameters]
-    values = dict(zip(names, solution.values.tolist()))
+    values = named_values(solution)
     # After a crossing the teeth carry the load's friction. Their deflection is then below the angle's uncertainty, so
     # that the bias of their stiffness exceeds what residuals show.
     if not any(channel.name == "load_angle" for channel in search.channels):
         uncertainty = search.angle_std(values["correction"]) * values["stiffness"] / values["load friction"]
-        row = names.index("stiffness")
+        row = [*values].index("stiffness")
         covariance[row, row] += (uncertainty / solution.problem.unit[row]) ** 2
     return MotorSideFit(
         solution.estimates(covariance), search.crossings(solution.values), tuple(record.name for record in records)
@@ -220,17 +210,14 @@ class _MotorSideSearch:
         for factor in tqdm(PLAYS, desc="play of the drive", unit="fit", disable=not progress):
             fixed = {"play": float(factor) * start["play"], "stiffness": start["stiffness"]}
             starts = [
-                {
-                    name: 2 * fraction * start[name]
-                    for name, fraction in zip(
-                        ("inertia", "load inertia", "friction", "load friction"),
-                        ((1 - load_part) * size, load_part * size, 1 - friction_part, friction_part),
-                    )
-                }
+                {"inertia": 2 * (1 - load_part) * size * start["inertia"],
+                 "load inertia": 2 * load_part * size * start["load inertia"],
+                 "friction": 2 * (1 - friction_part) * start["friction"],
+                 "load friction": 2 * friction_part * start["load friction"]}
                 for load_part in SHARES for friction_part in RUBS for size in INERTIAS
             ]  # fmt: skip
             if solutions:
-                starts.append(dict(zip(start, solutions[-1].values.tolist())) | fixed)
+                starts.append(named_values(solutions[-1]) | fixed)
             problem = self.problem(fixed)
             solutions.append(solve(problem, [problem.at(values) for values in starts], stop=FIRST))
         return sorted(solutions, key=_scale)
@@ -269,11 +256,8 @@ class _MotorSideSearch:
 
     def crossings(self, values: np.ndarray) -> int:
         """Return the number of tooth crossings after the initial transient."""
-        count = 0
-        for i, first in enumerate(self.first):
-            teeth = self._predict(i, values)[1][first:]
-            count += int(np.count_nonzero(np.diff(np.sign(teeth[teeth != 0]))))
-        return count
+        torques = (self._predict(i, values)[1][first:] for i, first in enumerate(self.first))
+        return sum(int(np.count_nonzero(np.diff(np.sign(teeth[teeth != 0])))) for teeth in torques)
 
     def angle_std(self, correction: float) -> float:
         """Return the standard deviation of the angle, rad: of filtered noise, and of motion within a sample."""
@@ -314,13 +298,8 @@ def _smooth(record: DriveRecord) -> np.ndarray:
 
 def _fit_rigid(records: Sequence[DriveRecord]) -> tuple[dict[str, float], list[float], float]:
     """Fit a rigid drive without play; return its parameters by name, the loads of runs and the RMS speed."""
-    rows, torques, run_numbers = [], [], []
-    for i, record in enumerate(records):
-        smooth = _smooth(record)
-        rows.append(smooth[:3])
-        torques.append(smooth[3])
-        run_numbers.append(np.full(record.motor_angle.size, i))
-    (x, v, a), torque, run = np.concatenate(rows, axis=1), np.concatenate(torques), np.concatenate(run_numbers)
+    x, v, a, torque = np.concatenate([_smooth(record) for record in records], axis=1)
+    run = np.repeat(np.arange(len(records)), [record.motor_angle.size for record in records])
     speed = float(np.sqrt(np.mean(v**2)))
     sliding = np.abs(v) > SLOW * speed
     x, v, a, torque, run = (values[sliding] for values in (x, v, a, torque, run))

@@ -11,7 +11,7 @@ from ..core.errors import ModelError
 from .bristles import pairs_with_bristles
 from .bushings import bushings_of
 from .drives import drives
-from .elements import KINDS, SoftElement, index_of, requested_softness
+from .elements import KINDS, SoftElement, find, requested_softness
 from .rotor_sensors import rotor_sensors
 
 __all__ = ["frictionless_copy"]
@@ -59,5 +59,5 @@ def frictionless_copy(
         raise ModelError("flag actuation is disabled, so drives exert nothing; enable it")
     variant = copy.copy(model)
     for name in pairs_with_bristles(model):
-        variant.pair_dim[index_of(model, "pair", name)] = 1
+        variant.pair_dim[find(model, "pair", name)] = 1
     return variant

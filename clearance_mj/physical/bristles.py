@@ -82,7 +82,7 @@ def friction(
         names = [name_of(geom) for geom in contact_geoms]
         if len(names) != 2:
             raise ModelError(f"a contact has two geoms, got {len(names)}")
-        pair = pairs.get(frozenset(find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names))
+        pair = pairs.get(frozenset(find(model, "geom", name) for name in names))
         name = model.pair(pair).name if pair is not None else ""
         if not name or (model.pair_dim[pair] != 1 and name not in with_bristles):
             raise ModelError(
@@ -187,7 +187,7 @@ def tendon_friction(spec: mujoco.MjSpec, tendon: Any, force: float, k: float, c:
     """
     _check_parameters("force", force, k, c)
     name = name_of(tendon)
-    find(compile_target(require_spec(spec)), mujoco.mjtObj.mjOBJ_TENDON, name)
+    find(compile_target(require_spec(spec)), "tendon", name)
     write_numbers(spec, f"{MARK}friction:tendon:{name}", (force, k, c))
 
 

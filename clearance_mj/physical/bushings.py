@@ -68,7 +68,7 @@ def add_bushing(spec: mujoco.MjSpec, site_a: Any, site_b: Any, k: ArrayLike, c: 
         if not np.all(ok & np.isfinite(values)):
             raise LawError(f"{name} = {values.tolist()} of a bushing must be finite and {sign} 0")
     model, names = compile_target(require_spec(spec)), [name_of(site) for site in (site_a, site_b)]
-    bodies = [model.site_bodyid[find(model, mujoco.mjtObj.mjOBJ_SITE, name)] for name in names]
+    bodies = [model.site_bodyid[find(model, "site", name)] for name in names]
     if model.body_weldid[bodies[0]] == model.body_weldid[bodies[1]]:
         raise ModelError(f'sites "{names[0]}" and "{names[1]}" are on one rigid body, so there is no bushing')
     inverse = float(model.body_invweight0[bodies, 0].sum())
@@ -90,6 +90,6 @@ def add_bushing(spec: mujoco.MjSpec, site_a: Any, site_b: Any, k: ArrayLike, c: 
 def bushings_of(model: mujoco.MjModel) -> Iterator[SiteBushing]:
     """Yield the bushings of a model."""
     for i, prefix, suffix in marked_names(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}bushing:"):
-        equality = find(model, mujoco.mjtObj.mjOBJ_EQUALITY, prefix + suffix)
+        equality = find(model, "equality", prefix + suffix)
         axes, site = int(model.numeric_size[i]) // 2, int(model.eq_obj2id[equality])
         yield SiteBushing(prefix + suffix, equality, int(model.numeric_adr[i]), axes, site)

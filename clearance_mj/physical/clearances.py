@@ -186,7 +186,7 @@ def add_annular_clearance(
     """
     contact = _clearance_softness(gap, k, c, law, implicit=implicit)
     model, names = compile_target(require_spec(spec)), [name_of(site) for site in (site_a, site_b)]
-    bodies = [model.body_weldid[model.site_bodyid[find(model, mujoco.mjtObj.mjOBJ_SITE, name)]] for name in names]
+    bodies = [model.body_weldid[model.site_bodyid[find(model, "site", name)]] for name in names]
     if bodies[0] == bodies[1]:
         raise ModelError(f'sites "{names[0]}" and "{names[1]}" are on one rigid body, so there is no clearance')
 

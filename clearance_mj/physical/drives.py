@@ -202,7 +202,7 @@ def _drive_writer(
     ModelError
         For an actuator that cannot have one, and numbers out of range.
     """
-    index, motor = find(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name), spec.actuator(name)
+    index, motor = find(model, "actuator", name), spec.actuator(name)
     where = f'actuator "{name}"'
     if any(drive.name == name for drive in drives(model)):
         raise ModelError(f"{where} has a drive already")
@@ -270,7 +270,7 @@ def drives(model: mujoco.MjModel) -> Iterator[PlacedDrive]:
     """
     for i, prefix, suffix in marked_names(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}drive:"):
         name, extra = prefix + suffix, int(model.numeric_size[i]) - len(DRIVE.names or ())
-        actuator = find(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
+        actuator = find(model, "actuator", name)
         if (
             extra < 0 or extra % 2 or model.actuator_dyntype[actuator] != mujoco.mjtDyn.mjDYN_USER
             or model.actuator_actnum[actuator] != BRISTLES + 2 + extra // 2

@@ -22,9 +22,9 @@ from .records import MARK, texts, write_text
 from .softness import Softness, implicit_impedance, read_softness, rounded_solref_solimp, solref_solimp
 
 __all__ = [
-    "KINDS", "Kind", "SoftElement", "Target", "apply", "change_spec", "compile_target", "find", "index_of",
-    "inverse_inertia", "joint_kind", "name_of", "pairs_of", "requested_softness", "require_spec", "set_softness",
-    "solver_parameters", "store_softness", "suggestion", "write_parameters", "write_softness",
+    "KINDS", "Kind", "SoftElement", "Target", "apply", "change_spec", "compile_target", "find", "inverse_inertia",
+    "joint_kind", "name_of", "pairs_of", "requested_softness", "require_spec", "set_softness",
+    "solver_parameters", "store_softness", "suggestion", "write_elements", "write_softness",
 ]  # fmt: skip
 
 Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel
@@ -92,26 +92,21 @@ def name_of(element: Any) -> str:
     return name
 
 
-def find(model: mujoco.MjModel, object_type: mujoco.mjtObj, name: str) -> int:
-    """Return the index of an element of a model.
+def find(model: mujoco.MjModel, kind: str, name: str) -> int:
+    """Return the index of an element of a model; kinds are MuJoCo's objects, such as "joint", "site" or "actuator".
 
     Raises
     ------
     ModelError
         If there is none; the message suggests similar names.
     """
+    object_type = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
     index = mujoco.mj_name2id(model, object_type, name)
     if index >= 0:
         return index
     indices = range(model.nnames_map)  # an upper bound of the number of elements
     known = [mujoco.mj_id2name(model, object_type, i) for i in indices]
-    noun = object_type.name.removeprefix("mjOBJ_").lower()
-    raise ModelError(f'the model has no {noun} "{name}"; {suggestion(name, known)}')
-
-
-def index_of(model: mujoco.MjModel, kind: str, name: str) -> int:
-    """Return the index of a joint, tendon or pair of a model; see `find`."""
-    return find(model, KINDS[kind].object, name)
+    raise ModelError(f'the model has no {kind} "{name}"; {suggestion(name, known)}')
 
 
 def suggestion(name: str, known: Iterable[str | None]) -> str:
@@ -129,7 +124,7 @@ def pairs_of(model: mujoco.MjModel) -> dict[frozenset[int], int]:
 
 def joint_kind(model: mujoco.MjModel, name: str, what: str) -> mujoco.mjtJoint:
     """Return the type of a joint, hinge or slide; raise ModelError for other types."""
-    kind = mujoco.mjtJoint(int(model.jnt_type[find(model, mujoco.mjtObj.mjOBJ_JOINT, name)]))
+    kind = mujoco.mjtJoint(int(model.jnt_type[find(model, "joint", name)]))
     if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
         raise ModelError(f'joint "{name}" is {kind.name.removeprefix("mjJNT_").lower()}; {what} needs a hinge or slide')
     return kind
@@ -195,11 +190,18 @@ def set_softness(target: Target, model: mujoco.MjModel, kind: str, names: list[s
         for name in names:
             _write_model(target, kind, name, wanted)
         return
-    inverse_inertias = [inverse_inertia(model, kind, index_of(model, kind, name)) for name in names]
+    inverse_inertias = [inverse_inertia(model, kind, find(model, kind, name)) for name in names]
     parameter_list = solver_parameters(kind, names, wanted, inverse_inertias, model.opt.timestep)
-    store_softness(target, kind, names, wanted)
-    for name, parameters in zip(names, parameter_list):
-        write_parameters(getattr(target, kind)(name), kind, parameters)
+    write_elements(target, kind, [getattr(target, kind)(name) for name in names], wanted, parameter_list)
+
+
+def write_elements(
+    spec: mujoco.MjSpec, kind: str, elements: Sequence[Any], wanted: Softness, parameter_list: Sequence[Parameters]
+) -> None:
+    """Store a softness of elements of a specification, and write their solver parameters into them."""
+    store_softness(spec, kind, [element.name for element in elements], wanted)
+    for element, parameters in zip(elements, parameter_list):
+        _write_parameters(element, kind, parameters)
 
 
 def change_spec(spec: mujoco.MjSpec, make: Callable[[mujoco.MjSpec], T]) -> tuple[T, mujoco.MjModel]:
@@ -264,13 +266,13 @@ def apply(target: Target) -> None:
 def write_softness(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     """Write the softness of all elements into a specification, which compiles to a model."""
     for kind, name, softness in requested_softness(model):
-        inverse = inverse_inertia(model, kind, index_of(model, kind, name))
+        inverse = inverse_inertia(model, kind, find(model, kind, name))
         values = solver_parameters(kind, [name], softness, [inverse], model.opt.timestep)
-        write_parameters(getattr(spec, kind)(name), kind, values[0])
+        _write_parameters(getattr(spec, kind)(name), kind, values[0])
 
 
 def _write_model(model: mujoco.MjModel, kind: str, name: str, softness: Softness) -> None:
-    fields, index = KINDS[kind], index_of(model, kind, name)
+    fields, index = KINDS[kind], find(model, kind, name)
     inverse = inverse_inertia(model, kind, index)
     if kind == "tendon" and not model.tendon_length0[index]:  # its direction there is arbitrary
         inverse = model.tendon_invweight0[index] = max(inverse, _sum_over_ends(model, index))
@@ -305,7 +307,7 @@ def solver_parameters(
     ]
 
 
-def write_parameters(element: Any, kind: str, parameters: Parameters) -> None:
+def _write_parameters(element: Any, kind: str, parameters: Parameters) -> None:
     """Write solref and solimp into an element of a specification, and let its force begin at zero violation."""
     if parameters is None:
         return

@@ -15,13 +15,11 @@ from .elements import (
     Target,
     compile_target,
     find,
-    index_of,
     name_of,
     pairs_of,
     set_softness,
     solver_parameters,
-    store_softness,
-    write_parameters,
+    write_elements,
 )
 from .records import MARK, marked_names, texts, write_numbers, write_text
 from .softness import Softness, read_softness, softness
@@ -109,7 +107,7 @@ def _set_limits(
 ) -> None:  # fmt: skip
     model, fields = compile_target(target), "jnt" if kind == "joint" else kind
     names = [name_of(e) for e in (elements if isinstance(elements, list | tuple) else [elements])]
-    ids = [index_of(model, kind, name) for name in names]
+    ids = [find(model, kind, name) for name in names]
     for name, i in zip(names, ids):
         if not getattr(model, f"{fields}_limited")[i]:
             raise ModelError(f'{kind} "{name}" has no limits; give it a range (and limited="true")')
@@ -192,7 +190,7 @@ def contact(
     pairs, single_geoms = pairs_of(model), []
     selected: list[frozenset[int]] = []
     for names in _geom_names(geoms):
-        ids = [find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names]
+        ids = [find(model, "geom", name) for name in names]
         if len(ids) == 2:
             matches = [frozenset(ids)] if len(set(ids)) == 2 else []
         else:
@@ -276,7 +274,7 @@ def uncovered_contacts(model: mujoco.MjModel) -> Iterator[tuple[int, Softness, b
     pairs = pairs_of(model)
     for kind, name, data in texts(model):
         if kind in ONE_GEOM:
-            geom = find(model, mujoco.mjtObj.mjOBJ_GEOM, name)
+            geom = find(model, "geom", name)
             uncovered = [pair for pair in colliding_pairs(model, geom) if pair not in pairs]
             yield geom, read_softness(data), kind == ONE_GEOM[True], uncovered
 
@@ -341,9 +339,7 @@ def _set_pairs(
     inverse_masses = [float(model.body_invweight0[model.geom_bodyid[[*pair]], 0].sum()) for pair in geom_pairs]
     parameters = solver_parameters("pair", names, softness, inverse_masses, model.opt.timestep)
     pairs = _explicit_pairs(spec, model, geom_pairs)
-    store_softness(spec, "pair", [pair.name for pair in pairs], softness)
-    for pair, values in zip(pairs, parameters):
-        write_parameters(pair, "pair", values)
+    write_elements(spec, "pair", pairs, softness, parameters)
     if bristles:
         tangential = Softness(bristles[1], bristles[2], ratio=softness.ratio)
         if softness.law and not softness.c:

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from .bristles import BristleSettings, bristles_of
-from .elements import index_of
+from .elements import find
 from .packages import naming_package
 
 with naming_package("functions for MJX", "clearance-mj[mjx]"):
@@ -140,7 +140,7 @@ _ROUNDING = 32.0  # times the relative rounding error of a position: closer poin
 def dry_friction(model: mujoco.MjModel) -> DryFriction:
     """Return the friction of a model's joints and tendons."""
     elements = sorted((e for e in bristles_of(model) if e.kind != "pair"), key=lambda e: e.kind)
-    ids = [index_of(model, e.kind, e.name) for e in elements]
+    ids = [find(model, e.kind, e.name) for e in elements]
     dofs = tuple(int(model.jnt_dofadr[i]) for i, e in zip(ids, elements) if e.kind == "joint")
     tendons = tuple(i for i, e in zip(ids, elements) if e.kind == "tendon")
     force, k, c = _columns(model, elements, 3)
@@ -150,7 +150,7 @@ def dry_friction(model: mujoco.MjModel) -> DryFriction:
 def pair_friction(model: mujoco.MjModel) -> PairFriction:
     """Return the friction of a model's pairs of geoms."""
     elements = [e for e in bristles_of(model) if e.kind == "pair"]
-    pairs = [index_of(model, "pair", e.name) for e in elements]
+    pairs = [find(model, "pair", e.name) for e in elements]
     geoms = tuple((int(model.pair_geom1[i]), int(model.pair_geom2[i])) for i in pairs)
     dofs = tuple(tuple(_moving_dofs(model, int(model.geom_bodyid[geom])) for geom in e) for e in geoms)
     names, (coefficient, k, c, torsion, rolling) = tuple(e.name for e in elements), _columns(model, elements, 5)

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from ..clearance.contacts.kelvin_voigt import KelvinVoigt
-from .elements import SoftElement, index_of, requested_softness
+from .elements import SoftElement, find, requested_softness
 from .packages import naming_package
 
 with naming_package("functions for MJX", "clearance-mj[mjx]"):
@@ -70,7 +70,7 @@ def tabulated_laws(model: mujoco.MjModel) -> TabulatedLaws:
     limited = np.concatenate((model.jnt_limited * ball, model.jnt_limited * ~ball, model.tendon_limited)).astype(int)
     rows, locations = np.cumsum(limited) - 1 - limited.sum(), []
     for (kind, name, _), table in zip(elements, tables):
-        index = index_of(model, kind, name)
+        index = find(model, kind, name)
         row = int(rows[index + (2 if kind == "tendon" else 1) * model.njnt])
         spatial = kind == "tendon" and model.wrap_type[model.tendon_adr[index]] != int(mujoco.mjtWrap.mjWRAP_JOINT)
         from_zero = bool(spatial and model.tendon_range[index, 0] == 0)
@@ -88,5 +88,5 @@ def can_be_tabulated(model: mujoco.MjModel, element: SoftElement) -> bool:
     law = softness.law
     if kind == "pair" or law is None or law.grease is not None or law.table(1).kinds != (KelvinVoigt,):
         return False
-    joint = index_of(model, kind, name)
+    joint = find(model, kind, name)
     return kind == "tendon" or model.jnt_type[joint] != int(mujoco.mjtJoint.mjJNT_BALL)

@@ -103,7 +103,7 @@ def _ground_contacts(
     """Return the possible contacts of feet and the ground: those with one point, and those with several."""
     single, shared = list[tuple[str, str]](), list[tuple[str, str]]()
     for foot in feet:
-        geom = find(model, mujoco.mjtObj.mjOBJ_GEOM, foot)
+        geom = find(model, "geom", foot)
         pairs = {*colliding_pairs(model, geom), *(pair for pair in pairs_of(model) if geom in pair)}
         others = sorted(other for pair in pairs for other in pair - {geom})
         ground = [other for other in others if model.body_weldid[model.geom_bodyid[other]] == 0]

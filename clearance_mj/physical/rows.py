@@ -16,7 +16,7 @@ from .actuators import actuator_count, control_of, output_of
 from .bristles import bristles_of, pairs_with_bristles
 from .bushings import SiteBushing, bushings_of
 from .drives import PlacedDrive, drives
-from .elements import KINDS, index_of, inverse_inertia, pairs_of
+from .elements import KINDS, find, inverse_inertia, pairs_of
 from .softness import stiffness_damping
 
 __all__ = ["ContactRow", "ParasiticMass", "Pose", "bent_poses", "parasitic_mass", "poses_of", "softness_of"]
@@ -96,7 +96,7 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None, contacts: bool = Tr
     variant = model if contacts and not bristle_pairs else copy.copy(model)
     if not contacts:
         variant.opt.disableflags |= int(_Bits.mjDSBL_CONTACT)
-    variant.pair_dim[[index_of(model, "pair", name) for name in bristle_pairs]] = 1  # MuJoCo's friction off
+    variant.pair_dim[[find(model, "pair", name) for name in bristle_pairs]] = 1  # MuJoCo's friction off
     data, mass, placed_drives = mujoco.MjData(model), np.zeros((model.nv, model.nv)), list(drives(model))
     rotors = np.diag([0.0] * model.nv + [float(drive.numbers(model)["inertia"]) for drive in placed_drives])
     for number, qpos in enumerate(table if model.nv else ()):
@@ -155,10 +155,15 @@ def _drive_rows(model: mujoco.MjModel, data: mujoco.MjData, placed_drives: list[
 def _moment(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> tuple[np.ndarray, float]:
     """Return the moment arms (nv,) and the gear of an actuator."""
     output = output_of(model, actuator)
-    first, count = data.moment_rowadr[output], data.moment_rownnz[output]
-    direction = np.zeros(model.nv)
-    direction[data.moment_colind[first : first + count]] = data.actuator_moment[first : first + count]
-    return direction, float(model.actuator_gear[output, 0])
+    row = data.moment_rowadr[output], data.moment_rownnz[output]
+    return _dense_row(model, data.moment_colind, data.actuator_moment, *row), float(model.actuator_gear[output, 0])
+
+
+def _dense_row(model: mujoco.MjModel, columns: np.ndarray, values: np.ndarray, first: int, count: int) -> np.ndarray:
+    """Return a row (nv,) of a sparse matrix."""
+    row, entries = np.zeros(model.nv), slice(first, first + count)
+    row[columns[entries]] = values[entries]
+    return row
 
 
 def _limit_stiffness(row: ContactRow, inverse: np.ndarray) -> ContactRow:
@@ -219,7 +224,7 @@ def _friction_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, list
     rows_of: dict[int, list[ContactRow]] = {-1: []}
     for kind, name, address, size in bristles_of(model):
         k, c = model.numeric_data[address + 1 : address + 3]
-        index = index_of(model, kind, name)
+        index = find(model, kind, name)
         if kind == "joint":
             direction = np.eye(model.nv)[model.jnt_dofadr[index]][None]
         elif kind == "tendon":
@@ -311,10 +316,7 @@ def _bushing_rows(model: mujoco.MjModel, data: mujoco.MjData, first: int, bushin
 def _jacobian(model: mujoco.MjModel, data: mujoco.MjData, r: int) -> np.ndarray:
     if not mujoco.mj_isSparse(model):
         return data.efc_J.reshape(-1, model.nv)[r].copy()
-    direction, first = np.zeros(model.nv), data.efc_J_rowadr[r]
-    entries = slice(first, first + data.efc_J_rownnz[r])
-    direction[data.efc_J_colind[entries]] = data.efc_J[entries]
-    return direction
+    return _dense_row(model, data.efc_J_colind, data.efc_J, data.efc_J_rowadr[r], data.efc_J_rownnz[r])
 
 
 def _separated_rows(
@@ -350,9 +352,8 @@ def _normal(model: mujoco.MjModel, data: mujoco.MjData, pair: int) -> tuple[np.n
         normal = farthest[1][3:] - farthest[1][:3]
     length = np.linalg.norm(normal)
     is_near = abs(distance) < _NEAREST_WITHIN and length > 0
-    return normal / length if is_near else np.zeros(3), _difference(
-        model, data, model.geom_bodyid[geoms], ends.reshape(2, 3)
-    )
+    relative = _difference(model, data, model.geom_bodyid[geoms], ends.reshape(2, 3))
+    return normal / length if is_near else np.zeros(3), relative
 
 
 def _distance(
@@ -370,13 +371,11 @@ def _distance(
 def _tendon_jacobian(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> np.ndarray:
     """Return the Jacobian (1, nv) of a tendon's length; (3, nv) where its two sites coincide."""
     first, count = model.ten_J_rowadr[tendon], model.ten_J_rownnz[tendon]
-    row = np.zeros((1, model.nv))
-    row[0, model.ten_J_colind[first : first + count]] = data.ten_J[first : first + count]
-    if row.any() or model.tendon_num[tendon] != 2:
+    row = _dense_row(model, model.ten_J_colind, data.ten_J, first, count)[None]
+    wraps = slice(model.tendon_adr[tendon], model.tendon_adr[tendon] + model.tendon_num[tendon])
+    if row.any() or model.wrap_type[wraps].tolist() != 2 * [int(mujoco.mjtWrap.mjWRAP_SITE)]:
         return row
-    ends = model.wrap_objid[model.tendon_adr[tendon] : model.tendon_adr[tendon] + 2]
-    if np.any(model.wrap_type[model.tendon_adr[tendon] : model.tendon_adr[tendon] + 2] != mujoco.mjtWrap.mjWRAP_SITE):
-        return row
+    ends = model.wrap_objid[wraps]
     return _difference(model, data, model.site_bodyid[ends], data.site_xpos[ends])
 
 

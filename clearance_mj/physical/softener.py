@@ -22,7 +22,7 @@ from .bristles import BristleSettings, bristles_of
 from .bushings import SiteBushing, bushings_of
 from .drive_loop import PLACE, SENSED
 from .drives import PlacedDrive, drives
-from .elements import KINDS, SoftElement, index_of, inverse_inertia, requested_softness
+from .elements import KINDS, SoftElement, find, inverse_inertia, requested_softness
 from .records import MARK, note_softener, write_numbers
 from .rotor_sensors import rotor_sensors
 
@@ -191,7 +191,7 @@ class ActiveParts(NamedTuple):
         """Return a hash of them and their addresses, as two numbers of six digits, as MJCF keeps."""
         bristle_names = [(bristle.kind, bristle.name) for bristle in self.bristles]
         names = [(law.kind, law.name) for law in self.laws] + bristle_names
-        ids = [index_of(model, kind, name) for kind, name in names]
+        ids = [find(model, kind, name) for kind, name in names]
         sizes = first, model.nq, model.nv, model.na, getattr(model, "nJten", 0), model.ngeom, model.nbody
         laws = [(law.kind, law.name, law.softness.data) for law in self.laws]
         key = zlib.crc32(repr((laws, bristle_names, list(self.drives), ids, sizes, *self.bushings)).encode())
@@ -235,7 +235,7 @@ def _build_tables(model: mujoco.MjModel, parts: ActiveParts) -> _Tables:
     memory = [np.zeros(2 + len(laws) + loop.OF_FRICTION * len(bristles))]
     joints, tendons = (np.full(max(n, 1), -1, dtype=np.int32) for n in (model.njnt, model.ntendon))
     for e, (element, (kind, name, softness)) in enumerate(zip(elements, laws)):
-        law, index = softness.law, index_of(model, kind, name)
+        law, index = softness.law, find(model, kind, name)
         assert law is not None
         _locate_element(model, kind, index, element)
         table, greased = law.table(1), law.grease is not None
@@ -289,7 +289,7 @@ def friction_places(
     """Return the addresses (n,) of a model's bristles for compiled code, a FRICTION each."""
     table = np.zeros(len(bristles), loop.FRICTION)
     for row, friction in zip(table, bristles):
-        index = index_of(model, friction.kind, friction.name)
+        index = find(model, friction.kind, friction.name)
         row["numeric"], row["numbers"] = friction.numeric, friction.size
         if friction.kind == "joint":
             row["kind"], row["dof"] = loop.JOINT, model.jnt_dofadr[index]

@@ -132,12 +132,9 @@ class ModelFit:
 
 
 def fit_model(
-    spec: mujoco.MjSpec,
-    records: ModelRecord | Sequence[ModelRecord],
-    parameters: Sequence[str | Parameter] | Mapping[str, tuple[float, float]],
-    starts: int = 3,
-    seed: int = 0,
-) -> ModelFit:
+    spec: mujoco.MjSpec, records: ModelRecord | Sequence[ModelRecord],
+    parameters: Sequence[str | Parameter] | Mapping[str, tuple[float, float]], starts: int = 3, seed: int = 0,
+) -> ModelFit:  # fmt: skip
     """Fit a MuJoCo model's clearances and joints to records by output error.
 
     Simulations under the recorded controls are compared with the recorded sensors. At first they are guided: a spring
@@ -238,12 +235,9 @@ def _fit_from(spec: mujoco.MjSpec, comparison: SimulationResiduals, values: np.n
 
 
 def _solve_stage(
-    comparison: SimulationResiduals,
-    values: np.ndarray,
-    stage: FitStage,
-    stop: StoppingCriteria,
+    comparison: SimulationResiduals, values: np.ndarray, stage: FitStage, stop: StoppingCriteria,
     start: np.ndarray | None = None,
-) -> Solution:
+) -> Solution:  # fmt: skip
     """Minimize the sum of squares of a stage, from parameters (n_parameters, ...) and, if given, states."""
     count = len(comparison.parameters)
     problem = comparison.problem(values[:count], stage)

@@ -6,7 +6,6 @@ import copy
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -16,18 +15,8 @@ from ...estimate.parameter import Parameter
 from ..actuators import fix_ranges
 from ..bristles import bristles_of
 from ..drives import DRIVE, PlacedDrive, drives
-from ..elements import (
-    SoftElement,
-    Target,
-    apply,
-    compile_target,
-    find,
-    index_of,
-    requested_softness,
-    set_softness,
-    suggestion,
-)
-from ..records import MARK, write_numbers
+from ..elements import SoftElement, Target, apply, compile_target, find, requested_softness, set_softness, suggestion
+from ..records import write_numbers
 from ..rows import softness_of
 from .record import drive_columns
 
@@ -142,9 +131,8 @@ def _locate(spec: Target, name: str) -> _Number:
             )
         return _tendon_gap(model, element)
     if quantity in OF_RECORD:
-        kind = mujoco.mjtObj.mjOBJ_ACTUATOR if quantity == "delay" else mujoco.mjtObj.mjOBJ_SENSOR
         if element not in drive_columns(model):
-            find(model, kind, element)
+            find(model, "actuator" if quantity == "delay" else "sensor", element)
         return _record_number(model, name)
     locators = dict.fromkeys(BRISTLES, _bristles) | dict.fromkeys(JOINT, _joint) | dict.fromkeys(SERVO, _servo_gain)
     locators |= dict.fromkeys(BODY, _body_inertia)
@@ -176,13 +164,12 @@ def _drive_number(model: mujoco.MjModel, quantity: str, drive: PlacedDrive) -> _
     names = DRIVE.names or ()
     index = names.index(quantity if quantity in names else f"friction_{quantity}")
     unit = _unit(DRIVE_UNITS[quantity], _is_rotary(model, drive.actuator))
-    (numeric,) = np.flatnonzero(model.numeric_adr == drive.numeric)
-    return _numeric_element(model, model.numeric(int(numeric)).name, drive.numeric, index, unit)
+    return _numeric_element(model, drive.numeric, index, unit)
 
 
 def _servo_gain(model: mujoco.MjModel, element: str, quantity: str) -> _Number:
     """Return an actuator's gain, or kp or kv of a servo, whose bias is written with it."""
-    index = find(model, mujoco.mjtObj.mjOBJ_ACTUATOR, element)
+    index = find(model, "actuator", element)
     gain, bias = model.actuator_gainprm[index], model.actuator_biasprm[index]
     missing = {"kp": not gain[0] == -bias[1] != 0, "kv": not bias[2]}
     if missing.get(quantity):
@@ -206,7 +193,7 @@ def _servo_gain(model: mujoco.MjModel, element: str, quantity: str) -> _Number:
 
 def _body_inertia(model: mujoco.MjModel, element: str, quantity: str) -> _Number:
     """Return a body's mass or largest moment of inertia; all moments are scaled in proportion."""
-    index = find(model, mujoco.mjtObj.mjOBJ_BODY, element)
+    index = find(model, "body", element)
     mass, inertia = float(model.body_mass[index]), model.body_inertia[index].copy()
     value = mass if quantity == "mass" else float(inertia.max())
 
@@ -240,7 +227,7 @@ def _softness_number(model: mujoco.MjModel, quantity: str, element: SoftElement)
         trial = compile_target(target)
         current = next(e.softness for e in requested_softness(trial) if (e.kind, e.name) == (kind, name))
         if target is trial or current.ratio is not None:  # keep the damping fixed
-            k, c = softness_of(trial, kind, index_of(trial, kind, name)) or (current.k, current.c)
+            k, c = softness_of(trial, kind, find(trial, kind, name)) or (current.k, current.c)
             current = current._replace(k=k, c=c - current.implicit * trial.opt.timestep * k, ratio=None)
         set_softness(
             target, trial, kind, [name], current._replace(k=value) if quantity == "k" else current._replace(c=value)
@@ -250,14 +237,14 @@ def _softness_number(model: mujoco.MjModel, quantity: str, element: SoftElement)
 
 
 def _tendon_gap(model: mujoco.MjModel, element: str) -> _Number:
-    low, high = model.tendon_range[index_of(model, "tendon", element)]
+    low, high = model.tendon_range[find(model, "tendon", element)]
     if low not in (0.0, -high):
         raise ModelError(f'tendon "{element}" has the range {low:g} to {high:g}; a gap needs one from 0 or about 0')
 
     def write(target: Target, value: float) -> None:
         ends = [-value if low else 0.0, value]
         if isinstance(target, mujoco.MjModel):
-            target.tendon_range[index_of(target, "tendon", element)] = ends
+            target.tendon_range[find(target, "tendon", element)] = ends
         else:
             target.tendon(element).range = ends
 
@@ -273,17 +260,18 @@ def _bristles(model: mujoco.MjModel, element: str, quantity: str) -> _Number:
         )
     kind, address, index = by_name[element].kind, by_name[element].numeric, [*BRISTLES].index(quantity)
     unit = "" if kind == "pair" and not index else _unit(BRISTLES[quantity], _is_angular(model, kind, element))
-    return _numeric_element(model, f"{MARK}friction:{kind}:{element}", address, index, unit)
+    return _numeric_element(model, address, index, unit)
 
 
-def _numeric_element(model: mujoco.MjModel, name: str, address: int, index: int, unit: str) -> _Number:
+def _numeric_element(model: mujoco.MjModel, address: int, index: int, unit: str) -> _Number:
     """Return one element of a custom numeric, which begins at ``address`` in the model's numeric data."""
+    name = model.numeric(model.numeric_adr.tolist().index(address)).name
 
     def write(target: Target, value: float) -> None:
         if isinstance(target, mujoco.MjModel):
             target.numeric_data[address + index] = value
             return
-        numeric = next(n for n in target.numerics if n.name == name)
+        numeric = target.numeric(name)
         numbers = list(numeric.data)
         numbers[index] = value
         numeric.data = numbers
@@ -292,15 +280,15 @@ def _numeric_element(model: mujoco.MjModel, name: str, address: int, index: int,
 
 
 def _joint(model: mujoco.MjModel, element: str, quantity: str) -> _Number:
-    index = index_of(model, "joint", element)
+    index = find(model, "joint", element)
     if mujoco.mjtJoint(int(model.jnt_type[index])) not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
         raise ModelError(f'parameter "{element}.{quantity}" needs a hinge or slide')
-    field: Any = model.jnt_stiffness if quantity == "stiffness" else getattr(model, f"dof_{quantity}")
-    address = index if quantity == "stiffness" else model.jnt_dofadr[index]
+    of_joint = quantity == "stiffness"
+    field, address = ("jnt_stiffness", index) if of_joint else (f"dof_{quantity}", model.jnt_dofadr[index])
 
     def write(target: Target, value: float) -> None:
         if isinstance(target, mujoco.MjModel):
-            (target.jnt_stiffness if quantity == "stiffness" else getattr(target, f"dof_{quantity}"))[address] = value
+            getattr(target, field)[address] = value
             if quantity == "armature":
                 _update_inertia(target)
             return
@@ -308,7 +296,7 @@ def _joint(model: mujoco.MjModel, element: str, quantity: str) -> _Number:
         is_array = np.size(getattr(joint, quantity)) > 1
         setattr(joint, quantity, [value, *getattr(joint, quantity)[1:]] if is_array else value)
 
-    return _Number(_unit(JOINT[quantity], _is_hinge(model, index)), float(field[address]), write)
+    return _Number(_unit(JOINT[quantity], _is_hinge(model, index)), float(getattr(model, field)[address]), write)
 
 
 def _unit(angular: str, hinge: bool) -> str:
@@ -328,7 +316,7 @@ def _is_hinge(model: mujoco.MjModel, joint: int) -> bool:
 
 def _is_angular(model: mujoco.MjModel, kind: str, name: str) -> bool:
     """Return True if an element's displacement is an angle: of a hinge, or a tendon of hinges alone."""
-    index = index_of(model, kind, name)
+    index = find(model, kind, name)
     if kind != "tendon":
         return kind == "joint" and _is_hinge(model, index)
     wraps = slice(model.tendon_adr[index], model.tendon_adr[index] + model.tendon_num[index])

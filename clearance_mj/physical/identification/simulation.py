@@ -137,9 +137,8 @@ class Simulator:
         self, models: Sequence[mujoco.MjModel], states: np.ndarray, window: slice, bandwidth: float
     ) -> ModelRuns:
         """Simulate samples of the record, guided with a bandwidth, Hz; freely if it is 0."""
-        targets = np.array([np.asarray(self.record.sensors[g.sensor]) for g in self.guides]).reshape(
-            len(self.guides), self.record.size
-        )
+        measured = [np.asarray(self.record.sensors[guide.sensor]) for guide in self.guides]
+        targets = np.array(measured).reshape(len(measured), self.record.size)
         rates = np.zeros_like(targets)
         if len(targets):
             length = min(max(5, int(SMOOTH * self.record.fs) // 2 * 2 + 1), (self.record.size - 1) // 2 * 2 + 1)
@@ -251,9 +250,7 @@ def _check_names(record: ModelRecord, model: mujoco.MjModel, controls: list[str]
 
 def _channels(record: ModelRecord, model: mujoco.MjModel) -> tuple[np.ndarray, list[str], np.ndarray]:
     """Return columns of sensor data and activations, their sensors' names, and measured values (n, n_channels)."""
-    columns: list[int] = []
-    names: list[str] = []
-    measured = []
+    columns, names, measured = list[int](), list[str](), list[np.ndarray]()
     for name, values in record.sensors.items():
         first, dim = drive_columns(model).get(name) or (int(model.sensor(name).adr[0]), int(model.sensor(name).dim[0]))
         samples = np.asarray(values).reshape(record.size, -1)
@@ -269,8 +266,7 @@ def _guides(record: ModelRecord, model: mujoco.MjModel):  # type: ignore[no-unty
     """Yield a guide for every joint and tendon whose position is measured."""
     for name in (label for label in record.sensors if label not in drive_columns(model)):
         sensor = model.sensor(name)
-        index = int(sensor.objid[0])
-        kind = int(sensor.type[0])
+        index, kind = int(sensor.objid[0]), int(sensor.type[0])
         if kind == mujoco.mjtSensor.mjSENS_JOINTPOS:
             inverse = model.dof_invweight0[model.jnt_dofadr[index]]
             yield _Guide(name, model.joint(index).name, mujoco.mjtTrn.mjTRN_JOINT, 1 / inverse)
