@@ -185,7 +185,7 @@ def _find_pullers(log: ServoLog) -> tuple[int, int]:
 
 
 def _fit_servo(log: ServoLog, servo: int, servos: Sequence[int], pullers: tuple[int, int]) -> HeldServo:
-    away = {i: log.target[i] != _mode(log.target[i]) for i in pullers}
+    away = {i: log.target[i] != scipy.stats.mode(log.target[i]).mode for i in pullers}
     error = log.position[servo] - log.target[servo]
     targets = np.array([*(log.target[i] for i in servos), *away.values()])
     edges = [0, *(np.flatnonzero(np.any(np.diff(targets, axis=1), axis=0)) + 1), error.size]
@@ -229,8 +229,3 @@ def _mean_difference(first: Sequence[float], second: Sequence[float]) -> HeldLos
 def _decode_load(load: np.ndarray) -> np.ndarray:
     bits = load.astype(np.int64)
     return np.where(bits >> SIGN_BIT & 1, -1.0, 1.0) * (bits & ((1 << SIGN_BIT) - 1))
-
-
-def _mode(values: np.ndarray) -> float:
-    levels, counts = np.unique(values, return_counts=True)
-    return float(levels[np.argmax(counts)])

@@ -18,7 +18,7 @@ from ..estimate.covariance import jackknife
 from ..estimate.estimates import UNIDENTIFIED
 from ..physical.identification.record import quantum
 from .fit import ADVICE, free, in_words, named_values, positive, require_motion
-from .record import DriveRecord
+from .record import DriveRecord, window_means
 from .teeth import NUMBERS, predict_teeth
 
 __all__ = ["MotorSideFit", "fit_motor_side"]
@@ -144,9 +144,8 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
         uncertainty = search.angle_std(values["correction"]) * values["stiffness"] / values["load friction"]
         row = [*values].index("stiffness")
         covariance[row, row] += (uncertainty / solution.problem.unit[row]) ** 2
-    return MotorSideFit(
-        solution.estimates(covariance), search.crossings(solution.values), tuple(record.name for record in records)
-    )
+    runs = tuple(record.name for record in records)
+    return MotorSideFit(solution.estimates(covariance), search.crossings(solution.values), runs)
 
 
 @dataclass
@@ -192,7 +191,7 @@ class _MotorSideSearch:
             piece = np.arange(record.motor_angle.size - first) // max(1, round(PIECE * record.fs)) + count
             pieces.append(piece)
             count = int(piece[-1]) + 1
-        self.pieces = np.concatenate([_means(pieces[c.run], c.window).astype(int) for c in self.channels])
+        self.pieces = np.concatenate([window_means(pieces[c.run], c.window).astype(int) for c in self.channels])
         """(n_residuals,) number of the piece that each residual belongs to"""
 
     def problem(self, fixed: Mapping[str, float]) -> Problem:
@@ -245,7 +244,7 @@ class _MotorSideSearch:
             elif channel.name == "load_torque":
                 model = teeth / parameters["ratio"] + parameters["load torque zero"]
             error = (model - channel.measured)[self.first[channel.run] :]
-            yield _means(error, channel.window) / (FAR * channel.error)
+            yield window_means(error, channel.window) / (FAR * channel.error)
 
     def rescale_torque(self, values: np.ndarray) -> None:
         """Set the expected errors of the load's torques to the median of their residuals."""
@@ -271,11 +270,6 @@ class _MotorSideSearch:
         record, common = self.records[run], len(NUMBERS) - 2
         parameters = np.array([*values[:common], self.lean[run], values[common + run]])
         return predict_teeth(record.motor_angle, record.motor_torque, 1 / record.fs, parameters, STEPS)
-
-
-def _means(x: np.ndarray, window: int) -> np.ndarray:
-    """Return means over consecutive windows, without an incomplete one at the end."""
-    return np.asarray(x[: x.size // window * window].reshape(-1, window).mean(axis=1))
 
 
 def _scale(solution: Solution) -> float:

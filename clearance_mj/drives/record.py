@@ -24,7 +24,7 @@ from ..io.csv_tables import read_columns
 from ..io.formats import FORMATS, read_channels
 from ..io.tables.headers import is_time, split_header
 
-__all__ = ["DriveRecord", "read_table"]
+__all__ = ["DriveRecord", "read_table", "window_means"]
 
 COLUMNS = ("motor_angle", "motor_torque", "load_angle", "load_torque")
 REQUIRED = ("time", "motor_angle", "motor_torque")
@@ -133,9 +133,8 @@ class DriveRecord:
         size = -(-self.motor_angle.size // points)
         if size == 1:
             return self
-        n = self.motor_angle.size // size * size
         channels = (getattr(self, column) for column in COLUMNS)
-        means = (None if c is None else c[:n].reshape(-1, size).mean(axis=1) for c in channels)
+        means = (None if channel is None else window_means(channel, size) for channel in channels)
         return DriveRecord(self.name, self.fs / size, *means)  # type: ignore[arg-type]
 
     @classmethod
@@ -187,6 +186,11 @@ class DriveRecord:
             notes.append(f"not used: {', '.join(unused)}")
         note(path, notes)
         return cls(name, fs, *(channels.get(target) for target in COLUMNS))  # type: ignore[arg-type]
+
+
+def window_means(x: np.ndarray, window: int) -> np.ndarray:
+    """Return means over consecutive windows, without an incomplete one at the end."""
+    return np.asarray(x[: x.size // window * window].reshape(-1, window).mean(axis=1))
 
 
 def _find_header(table: Iterable[str], quantity: str, column: str) -> tuple[str, float, str] | None:

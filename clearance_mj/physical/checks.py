@@ -141,7 +141,7 @@ def _physical_elements(model: mujoco.MjModel) -> Iterator[tuple[str, int, str]]:
     for kind, fields in KINDS.items():
         solref = getattr(model, fields.model[0])
         for i in range(len(solref)):
-            name = mujoco.mj_id2name(model, fields.object, i) or str(i)
+            name = getattr(model, kind)(i).name or str(i)
             if solref[i, 0] < 0 or (kind, name) in known:
                 yield kind, i, name
 
@@ -149,7 +149,7 @@ def _physical_elements(model: mujoco.MjModel) -> Iterator[tuple[str, int, str]]:
 def _setting_problems(model: mujoco.MjModel) -> Iterator[str]:
     kinds = {kind for kind, _, _ in _physical_elements(model)}
     off, on, flags, more = model.opt.disableflags, model.opt.enableflags, mujoco.mjtDisableBit, mujoco.mjtEnableBit
-    limits, contacts = bool(kinds & {"joint", "tendon"}), "pair" in kinds
+    limits, contacts, integrator = bool(kinds & {"joint", "tendon"}), "pair" in kinds, model.opt.integrator
     implicit = any(element.softness.implicit for element in requested_softness(model))
     for applies, message in (
         (kinds and off & flags.mjDSBL_CONSTRAINT, "flag constraint is disabled: no contact or limit acts"),
@@ -157,16 +157,12 @@ def _setting_problems(model: mujoco.MjModel) -> Iterator[str]:
         (contacts and off & flags.mjDSBL_CONTACT, "flag contact is disabled: no contact acts"),
         (contacts and on & more.mjENBL_OVERRIDE, "flag override replaces the softness of every contact; disable it"),
         (kinds and on & more.mjENBL_DIAGEXACT, "flag diagexact scales stiffness with the pose; disable it"),
-        (
-            kinds and model.opt.integrator == getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", None),
-            "integrator discrete scales stiffness with the step where there is damping, and damps all ringing; use "
-            "Euler, implicitfast or RK4, or add_backlash(..., native=True), which is exact there",
-        ),
-        (
-            implicit and model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4,
-            "integrator RK4 takes implicit contacts and limits for soft ones with a mass; use Euler or implicitfast",
-        ),
-    ):
+        (kinds and integrator == getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", None),
+         "integrator discrete scales stiffness with the step where there is damping, and damps all ringing; use "
+         "Euler, implicitfast or RK4, or add_backlash(..., native=True), which is exact there"),
+        (implicit and integrator == mujoco.mjtIntegrator.mjINT_RK4,
+         "integrator RK4 takes implicit contacts and limits for soft ones with a mass; use Euler or implicitfast"),
+    ):  # fmt: skip
         if applies:
             yield message
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numbers
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields
 from typing import Any, NamedTuple
 
 import mujoco
@@ -26,10 +27,7 @@ from .transmission import DriveFriction, Efficiency
 
 __all__ = ["BEGUN", "DRIVE", "DriveState", "PlacedDrive", "add_drive", "drive_state", "drives", "friction_numbers"]
 
-_FRICTION = (
-    "k", "c", "coulomb", "viscous", "motor", "external", "stribeck", "stribeck_motor", "stribeck_external",
-    "stribeck_speed", "stribeck_exponent", "motor_square", "external_square",
-)  # fmt: skip
+_FRICTION = [field.name for field in fields(DriveFriction) if field.name != "efficiency"]
 _NOT_COULOMB = ("k", "c", "viscous", "stribeck_speed", "stribeck_exponent")
 _DRY = [*(f"friction_{name}" for name in _FRICTION if name not in _NOT_COULOMB), "loss_forward", "loss_backward"]
 _ROTOR_FIELDS = "inertia", "gap", "k", "c", "encoder", "dynamics", "early"
@@ -281,22 +279,20 @@ def drives(model: mujoco.MjModel) -> Iterator[PlacedDrive]:
 
 def _require_supported(model: mujoco.MjModel, index: int, where: str) -> None:
     """Raise ModelError for an actuator that cannot drive a rotor."""
-    kinds = mujoco.mjtTrn, mujoco.mjtDyn, mujoco.mjtGain, mujoco.mjtBias
-    fields = ("trntype", "dyntype", "gaintype", "biastype")
-    types = [kind(int(getattr(model, f"actuator_{field}")[index])) for kind, field in zip(kinds, fields)]
-    allowed = (
-        (*ON_JOINT, mujoco.mjtTrn.mjTRN_TENDON),
-        tuple(_DYNAMICS),
-        (mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtGain.mjGAIN_AFFINE),
-        (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE),
-    )
-    way_round = _ALTERNATIVE if types[0] in ON_JOINT else ""
-    for kind, supported in zip(types, allowed):
+    allowed = {
+        "trntype": (*ON_JOINT, mujoco.mjtTrn.mjTRN_TENDON), "dyntype": tuple(_DYNAMICS),
+        "gaintype": (mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtGain.mjGAIN_AFFINE),
+        "biastype": (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE),
+    }  # fmt: skip
+    on_joint = mujoco.mjtTrn(int(model.actuator_trntype[index])) in ON_JOINT
+    way_round = _ALTERNATIVE if on_joint else ""
+    for field, supported in allowed.items():
+        kind = type(supported[0])(int(getattr(model, f"actuator_{field}")[index]))
         if kind not in supported:
             needs = " or ".join(_type_name(c) for c in supported)
             raise ModelError(f"{where} is {_type_name(kind)}; a drive needs {needs}{way_round}")
     joint = model.actuator_trnid[index, 0]
-    if types[0] != mujoco.mjtTrn.mjTRN_TENDON and mujoco.mjtJoint(int(model.jnt_type[joint])) not in (
+    if on_joint and mujoco.mjtJoint(int(model.jnt_type[joint])) not in (
         mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
     ):  # fmt: skip
         raise ModelError(f"{where}: a drive needs a hinge or slide")

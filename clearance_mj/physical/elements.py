@@ -37,7 +37,6 @@ class Kind:
     """Fields of a kind of element with its solver parameters, in a specification and in a model."""
 
     noun: str
-    object: mujoco.mjtObj
     spec: tuple[str, str]  # solref and solimp
     model: tuple[str, str]
     starts: dict[str, str]  # offsets of the violation at which the force begins, in the specification: in the model
@@ -46,16 +45,16 @@ class Kind:
 
 KINDS = {
     "joint": Kind(
-        "joint limit", mujoco.mjtObj.mjOBJ_JOINT, ("solref_limit", "solimp_limit"), ("jnt_solref", "jnt_solimp"),
-        {"margin": "jnt_margin"}, "dof_invweight0",
+        "joint limit", ("solref_limit", "solimp_limit"), ("jnt_solref", "jnt_solimp"), {"margin": "jnt_margin"},
+        "dof_invweight0",
     ),
     "tendon": Kind(
-        "tendon limit", mujoco.mjtObj.mjOBJ_TENDON, ("solref_limit", "solimp_limit"),
-        ("tendon_solref_lim", "tendon_solimp_lim"), {"margin": "tendon_margin"}, "tendon_invweight0",
+        "tendon limit", ("solref_limit", "solimp_limit"), ("tendon_solref_lim", "tendon_solimp_lim"),
+        {"margin": "tendon_margin"}, "tendon_invweight0",
     ),
     "pair": Kind(
-        "contact", mujoco.mjtObj.mjOBJ_PAIR, ("solref", "solimp"), ("pair_solref", "pair_solimp"),
-        {"margin": "pair_margin", "gap": "pair_gap"}, "body_invweight0",
+        "contact", ("solref", "solimp"), ("pair_solref", "pair_solimp"), {"margin": "pair_margin", "gap": "pair_gap"},
+        "body_invweight0",
     ),
 }  # fmt: skip
 """Kinds by their names in stored texts"""

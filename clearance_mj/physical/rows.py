@@ -269,7 +269,7 @@ def _element_rows(model: mujoco.MjModel, kind: str, index: int, direction: np.nd
     else:
         stiffness, damping = -solref[0] / width**2, -solref[1] / width
     mass = largest / ((1 - largest) * inverse)
-    name = f'{kind} "{mujoco.mj_id2name(model, KINDS[kind].object, index) or index}"'
+    name = f'{kind} "{getattr(model, kind)(index).name or index}"'
     for row in direction:
         yield ContactRow(name, row, stiffness * largest * mass, damping * mass, mass)
 

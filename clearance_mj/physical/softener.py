@@ -133,7 +133,7 @@ class Softener:
         if self.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION:
             raise ModelError("flag actuation is disabled, so MuJoCo would not call it; call update() instead")
         with _LOCK:
-            slots = loop.IN_USE[1:]
+            slots, (control, dynamics, sensors) = loop.IN_USE[1:], _callbacks()
             if slots.all():
                 raise ModelError(f"{slots.size} Softeners are in use, no more can be")
             if not slots.any():
@@ -141,14 +141,14 @@ class Softener:
                     raise ModelError("MuJoCo has a control callback already; call update() in it instead")
                 if mujoco.get_mjcb_act_dyn() is not None:
                     raise ModelError("MuJoCo has a callback for the dynamics of actuators already; take it away")
-            sensors_free = mujoco.get_mjcb_sensor() in (None, _sensors())
+            sensors_free = mujoco.get_mjcb_sensor() in (None, sensors)
             if len(self._rotor_sensors) and not sensors_free:
                 raise ModelError("MuJoCo has a callback for users' sensors already, which rotors' sensors need")
             if not slots.any():
-                mujoco.set_mjcb_control(_control())
-                mujoco.set_mjcb_act_dyn(_dynamics())
+                mujoco.set_mjcb_control(control)
+                mujoco.set_mjcb_act_dyn(dynamics)
                 if sensors_free:
-                    mujoco.set_mjcb_sensor(_sensors())
+                    mujoco.set_mjcb_sensor(sensors)
             slot = int(np.argmin(slots != 0))
             slots[slot] = self._address
             loop.IN_USE[0] = max(loop.IN_USE[0], slot + 1)
@@ -163,7 +163,7 @@ class Softener:
             if not slots.any():
                 mujoco.set_mjcb_control(None)
                 mujoco.set_mjcb_act_dyn(None)
-                if mujoco.get_mjcb_sensor() is _sensors():
+                if mujoco.get_mjcb_sensor() is _callbacks()[2]:
                     mujoco.set_mjcb_sensor(None)
 
 
@@ -360,21 +360,10 @@ def _check_integrator(model: mujoco.MjModel, laws: bool) -> None:
 
 
 @cache
-def _control() -> Any:
-    """Return MuJoCo's control callback, which calls the Softener of the stepped model."""
-    return loop.as_c(loop.control)
-
-
-@cache
-def _dynamics() -> Any:
-    """Return MuJoCo's callback for actuator dynamics, which calls the Softener of the model."""
-    return loop.as_c(loop.dynamics, types.int32, result=types.float64)
-
-
-@cache
-def _sensors() -> Any:
-    """Return MuJoCo's callback for user sensors, which calls the Softener of the model."""
-    return loop.as_c(loop.sensors, types.int32)
+def _callbacks() -> tuple[Any, Any, Any]:
+    """Return MuJoCo's callbacks of control, actuator dynamics and user sensors, which call the model's Softener."""
+    dynamics = loop.as_c(loop.dynamics, types.int32, result=types.float64)
+    return loop.as_c(loop.control), dynamics, loop.as_c(loop.sensors, types.int32)
 
 
 _LOCK = threading.Lock()

@@ -102,11 +102,9 @@ def radiate(response: Response, rig: Rig, plate: Plate | None = None) -> Sound:
     labels = tuple(name for name, quantity in zip(labels, response.quantities) if quantity == "acceleration")
     if label not in labels or len(response.acceleration) != len(labels):
         raise RecordError(f"the response has no acceleration {label}, with which the plate moves")
-    if not plate.lowest_frequency < response.fs / 2:
-        raise RecordError(
-            f"plate.lowest_frequency {plate.lowest_frequency:g} Hz must be below half of {response.fs:g} Hz"
-        )
+    if not (lowest := plate.lowest_frequency) < response.fs / 2:
+        raise RecordError(f"plate.lowest_frequency {lowest:g} Hz must be below half of {response.fs:g} Hz")
     scale = AIR_IMPEDANCE * math.sqrt(plate.area / plate.solid_angle) / plate.distance
     motion = response.acceleration[labels.index(label)]
-    pressure = velocity(motion, response.fs, plate.lowest_frequency, lambda f: scale * np.sqrt(plate.efficiency(f)))
+    pressure = velocity(motion, response.fs, lowest, lambda f: scale * np.sqrt(plate.efficiency(f)))
     return Sound(pressure, response.fs, f"plate at {label} of {rig.name}", dict(response.provenance))

@@ -177,11 +177,9 @@ def gap_limits(model: Model, limit: float | str | Mapping[str, float | str]) -> 
     """
     rig = model.rig
     limits = np.full(len(rig.bushings), np.inf)
-    worn = [j for j, bushing in enumerate(rig.bushings) if bushing.wear]
     for j, (bushing, wide) in enumerate(zip(rig.bushings, rig.with_gap(limit).bushings)):
-        if isinstance(limit, Mapping) and wide.gap == bushing.gap:
-            continue
-        if isinstance(limit, Mapping) or j in worn:
+        has_limit = wide.gap != bushing.gap if isinstance(limit, Mapping) else bushing.wear
+        if has_limit:
             limits[j] = wide.gap
         if limits[j] <= bushing.gap:
             raise ClearanceError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -118,17 +118,12 @@ def _locate(spec: Target, name: str) -> _Number:
         return _drive_number(model, quantity, driven[element])
     if quantity in SOFTNESS:
         if element not in soft:
-            raise ModelError(
-                f'parameter "{name}": no contact, limit or clearance "{element}"; '
-                f"{suggestion(element, [*soft, *driven])}"
-            )
+            raise _unknown_element(name, "contact, limit or clearance", [*soft, *driven])
         return _softness_number(model, quantity, soft[element])
     if quantity == "gap":
         tendons = [n for n, e in soft.items() if e.kind == "tendon"]
         if element not in tendons:
-            raise ModelError(
-                f'parameter "{name}": no clearance "{element}"; {suggestion(element, [*tendons, *driven])}'
-            )
+            raise _unknown_element(name, "clearance", [*tendons, *driven])
         return _tendon_gap(model, element)
     if quantity in OF_RECORD:
         if element not in drive_columns(model):
@@ -140,6 +135,12 @@ def _locate(spec: Target, name: str) -> _Number:
         known = dict.fromkeys([*SOFTNESS, "gap", *locators, *OF_RECORD, *DRIVE_UNITS])
         raise ModelError(f'parameter "{name}": {suggestion(quantity, known)}')
     return locators[quantity](model, element, quantity)
+
+
+def _unknown_element(parameter: str, what: str, known: Iterable[str]) -> ModelError:
+    """Return the error for a parameter of an element that the model does not have, or not with that quantity."""
+    element = parameter.rpartition(".")[0]
+    return ModelError(f'parameter "{parameter}": no {what} "{element}"; {suggestion(element, known)}')
 
 
 def _record_number(model: mujoco.MjModel, name: str) -> _Number:
@@ -255,9 +256,7 @@ def _bristles(model: mujoco.MjModel, element: str, quantity: str) -> _Number:
     """Return the slip force of bristles (of a pair its ratio to the normal force), their stiffness or damping."""
     by_name = {f.name: f for f in bristles_of(model)}
     if element not in by_name:
-        raise ModelError(
-            f'parameter "{element}.{quantity}": no friction of "{element}"; {suggestion(element, by_name)}'
-        )
+        raise _unknown_element(f"{element}.{quantity}", "friction of", by_name)
     kind, address, index = by_name[element].kind, by_name[element].numeric, [*BRISTLES].index(quantity)
     unit = "" if kind == "pair" and not index else _unit(BRISTLES[quantity], _is_angular(model, kind, element))
     return _numeric_element(model, address, index, unit)

@@ -128,7 +128,10 @@ class Simulator:
         n = int(APPROACH * self.record.fs)
         ramp = (0.5 - 0.5 * np.cos(np.pi * np.minimum(np.arange(n) / (n / 2), 1.0)))[:, None]
         first = np.array([np.median(np.asarray(self.record.sensors[g.sensor])[:5]) for g in self.guides])
-        begin = np.array([self._guide_position(models[0], pose, g) for g in self.guides])
+        data = mujoco.MjData(models[0])
+        data.qpos[:] = pose
+        mujoco.mj_forward(models[0], data)
+        begin = np.array([data.sensor(g.sensor).data[0] for g in self.guides])
         targets, rates = begin + ramp * (first - begin), np.gradient(ramp * (first - begin), axis=0) * self.record.fs
         control = np.repeat(self._control[:1], n, axis=0) * ramp
         return self._run(models, states, control[None], targets, rates, START_BANDWIDTH).state
@@ -156,12 +159,6 @@ class Simulator:
             for name, i in self.delays.items():
                 delayed[:, i] = np.interp(time - value_of(model, name), time, self._control[:, i])
         return control
-
-    def _guide_position(self, model: mujoco.MjModel, pose: np.ndarray, guide: _Guide) -> float:
-        data = mujoco.MjData(model)
-        data.qpos[:] = pose
-        mujoco.mj_forward(model, data)
-        return float(data.sensor(guide.sensor).data[0])
 
     def _run(
         self, models: Sequence[mujoco.MjModel], states: np.ndarray, control: np.ndarray, targets: np.ndarray,
