@@ -197,15 +197,13 @@ def _fit_servo(log: ServoLog, servo: int, servos: Sequence[int], pullers: tuple[
         puller = None if retargeted or len(pulling) > 1 else puller
         if len(pulling) == 1 and end < error.size:
             puller = pulling[0]
-            samples = [end - 1]
+            rows.append(end - 1)
             stretched[puller].append(float(error[end - 1]))
         elif puller is not None and not pulling:
-            samples = [*range(begin + (end - begin) // 2, end)]
-            let_go[puller].append(float(error[samples].mean()))
+            second_half = range(begin + (end - begin) // 2, end)
+            rows += second_half
+            let_go[puller].append(float(error[second_half].mean()))
             puller = None
-        else:
-            continue
-        rows += samples
     if min(map(len, (*stretched.values(), *let_go.values()))) < 2:
         raise RecordError(f'log "{log.name}": servos {pullers[0]} and {pullers[1]} must each pull twice and let go')
     line = scipy.stats.linregress(error[rows], log.load[servo][rows]) if np.ptp(error[rows]) else None

@@ -166,10 +166,7 @@ _M5 = (
     "load_friction_external_stribeck",
 )  # fmt: skip
 _BAM = {
-    "m1": _M1,
-    "m2": _M2,
-    "m3": (*_M1, "load_friction_base"),
+    "m1": _M1, "m2": _M2, "m3": (*_M1, "load_friction_base"),
     "m4": (*_M2, "load_friction_base", "load_friction_stribeck"),
-    "m5": _M5,
-    "m6": (*_M5, "load_friction_motor_quad", "load_friction_external_quad"),
-}
+    "m5": _M5, "m6": (*_M5, "load_friction_motor_quad", "load_friction_external_quad"),
+}  # fmt: skip

@@ -211,7 +211,7 @@ def read_wav(path: str | PathLike[str]) -> Wav:
     if samples.dtype.kind == "u":
         value -= 128.0
     if samples.dtype.kind != "f":
-        value /= 128.0 if samples.dtype.kind == "u" else 2.0 ** (8 * samples.dtype.itemsize - 1)
+        value /= 2.0 ** (8 * samples.dtype.itemsize - 1)
     if not value.size or not np.isfinite(value).all():
         raise RecordError(f"{path}: holds no finite samples")
     name, scale_match = info.get(b"INAM", ""), SCALE.search(info.get(b"ICMT", ""))
