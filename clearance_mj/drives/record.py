@@ -283,8 +283,7 @@ def _read_joint_states(path: Path) -> pd.DataFrame:
     if not topics:
         raise RecordError(f"{path}: no topic has joint states ({STATE})")
     joints = [joint for messages in topics.values() for joint in messages[0][1].name]
-    first = next(iter(topics.values()))
-    time = np.array([stamp for stamp, _ in first])
+    time = np.array([stamp for stamp, _ in next(iter(topics.values()))])
     columns = {"time": time - time[0]}
     for topic, messages in topics.items():
         times = np.array([stamp for stamp, _ in messages])

@@ -110,10 +110,9 @@ def drive_state(model: mujoco.MjModel, act: ArrayLike, actuator: Any) -> DriveSt
         if drive.name == name:
             first, count = model.actuator_actadr[drive.actuator], model.actuator_actnum[drive.actuator]
             activation = states[..., first : first + count].copy()  # no view of data that change
-            force = activation[..., count - 1]
             gear = model.actuator_gear[output_of(model, drive.actuator), 0]
             angle, speed, torque = (activation[..., index][()] for index in (ANGLE, SPEED, MOTOR_TORQUE))
-            return DriveState(angle, speed, torque, force * gear)
+            return DriveState(angle, speed, torque, activation[..., count - 1] * gear)
     raise ModelError(f'actuator "{name}" has no drive; give it one with add_drive()')
 
 

@@ -103,8 +103,7 @@ def find(model: mujoco.MjModel, kind: str, name: str) -> int:
     index = mujoco.mj_name2id(model, object_type, name)
     if index >= 0:
         return index
-    indices = range(model.nnames_map)  # an upper bound of the number of elements
-    known = [mujoco.mj_id2name(model, object_type, i) for i in indices]
+    known = [mujoco.mj_id2name(model, object_type, i) for i in range(model.nnames_map)]  # at most that many elements
     raise ModelError(f'the model has no {kind} "{name}"; {suggestion(name, known)}')
 
 

@@ -130,8 +130,7 @@ class PairFriction:
         corrected = dx._impl.efc_J[rows] @ dx.qacc_warmstart + forces / dx._impl.efc_D[rows]
         aref = jp.where((same | swapped).any(axis=0), corrected, dx._impl.efc_aref[rows])
         aref = jp.concatenate((dx._impl.efc_aref[:first], aref, dx._impl.efc_aref[first + count :]))
-        changed = {"qfrc_passive": dx.qfrc_passive + passive, "_impl.efc_aref": aref}
-        return state, dx.tree_replace(changed)
+        return state, dx.tree_replace({"qfrc_passive": dx.qfrc_passive + passive, "_impl.efc_aref": aref})
 
 
 _ROUNDING = 32.0  # times the relative rounding error of a position: closer points count as one

@@ -88,5 +88,4 @@ def can_be_tabulated(model: mujoco.MjModel, element: SoftElement) -> bool:
     law = softness.law
     if kind == "pair" or law is None or law.grease is not None or law.table(1).kinds != (KelvinVoigt,):
         return False
-    joint = find(model, kind, name)
-    return kind == "tendon" or model.jnt_type[joint] != int(mujoco.mjtJoint.mjJNT_BALL)
+    return kind == "tendon" or model.jnt_type[find(model, kind, name)] != int(mujoco.mjtJoint.mjJNT_BALL)

@@ -91,8 +91,7 @@ def robot(
         if single_points:
             contact(spec, single_points, k, c, True, damping_ratio=damping_ratio, friction=friction, torsion=torsion)
         for foot, ground in shared:
-            inverse = float(model.body_invweight0[model.geom(foot).bodyid[0], 0])
-            value = foot_softness.damping(inverse)
+            value = foot_softness.damping(float(model.body_invweight0[model.geom(foot).bodyid[0], 0]))
             contact(spec, (foot, ground), k, value, True, friction=friction, torsion=torsion, points="share")
     return compile(spec)
 
@@ -114,8 +113,7 @@ def _ground_contacts(
                 body = model.body(model.geom_bodyid[other]).name
                 raise ModelError(f'the geom of body "{body}" that foot "{foot}" stands on has no name; give it one')
             kinds = points_of(model, geom, other)
-            is_shared = kinds[2] > 1 or "hfield" in kinds
-            (shared if is_shared else single).append((foot, model.geom(other).name))
+            (shared if kinds[2] > 1 or "hfield" in kinds else single).append((foot, model.geom(other).name))
     return single, shared
 
 

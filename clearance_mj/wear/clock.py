@@ -102,8 +102,7 @@ def fit_wear_rate(
         fits.append((sigma, problem, problem.solve(starts)))
     best = min(fits, key=lambda each: each[2].cost)
     misfit = float(np.sqrt(np.mean(best[2].fun[: gap.size] ** 2)))
-    dof = max(gap.size - 2, 1)
-    error_scale = max(1.0, float(np.sqrt(np.sum(best[2].fun[: gap.size] ** 2) / dof)))
+    error_scale = max(1.0, float(np.sqrt(np.sum(best[2].fun[: gap.size] ** 2) / max(gap.size - 2, 1))))
     log_weights = np.array([_log_evidence(s, error_scale) - 0.5 * (sigma / drift) ** 2 for sigma, _, s in fits])
     weights = np.exp(log_weights - log_weights.max()) * np.gradient(drift * DRIFTS)
     evidence = float(log_weights.max() + np.log(weights.sum()) - gap.size * np.log(error_scale))
@@ -152,10 +151,8 @@ class _Problem:
         m = self.gap.size
         worn, pace = self.worn(p)
         speed = np.exp(np.clip(pace, -50.0, 50.0))
-        by = np.zeros((m, p.size))  # of log κ
-        by[:, 1] = 1.0
-        by[:, 2:] = np.tri(m, m - 1, -1) * self.walk
-        of_speed = speed[:, None] * by
+        of_log = np.column_stack((np.zeros(m), np.ones(m), np.tri(m, m - 1, -1) * self.walk))  # of log κ
+        of_speed = speed[:, None] * of_log
         of_worn = np.zeros((m, p.size))
         of_worn[1:] = np.cumsum(self.pieces[:, None] * (of_speed[1:] + of_speed[:-1]) / 2, axis=0)
         of_worn[:, 0] = 1.0

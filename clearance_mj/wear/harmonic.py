@@ -84,8 +84,7 @@ class Sine(Operation):
             Model with the shaker.
         """
         fs, kind = max(SAMPLES * self.frequency, LEAST_RATE), excitation_kind(model.rig, self.kind)
-        duration = (PERIODS + COUNTED) / self.frequency
-        excitation = stepped_sine(duration, fs, self.frequency, self.amplitude, kind)
+        excitation = stepped_sine((PERIODS + COUNTED) / self.frequency, fs, self.frequency, self.amplitude, kind)
         return Marched(excitation, PERIODS / self.frequency, Modal(modes=self.n_modes))
 
     def to_dict(self) -> dict[str, Any]:

@@ -114,8 +114,7 @@ def _fraction_to_limit(now: Moment, new: Moment, limits: np.ndarray) -> float:
 def _hours_to_limit(now: Moment, limits: np.ndarray) -> float:
     """Return the hours to the nearest limit at the current rate."""
     gaps, rate = clearances_of(now.model.rig)[:, 0], now.rate[:, 0]
-    hours = np.where(rate > 0, (limits - gaps) / np.where(rate > 0, rate, 1.0), np.inf)
-    return float(np.min(hours))
+    return float(np.min(np.where(rate > 0, (limits - gaps) / np.where(rate > 0, rate, 1.0), np.inf)))
 
 
 def _step(source: Source, now: Moment, step: float, accuracy: float) -> tuple[Moment, float]:

@@ -264,8 +264,7 @@ def _model_at_start(model: Model, history: GapHistory, known: list[int], limits:
         line, covariance = np.polyfit(hours - hours[0], gap, 1, w=1 / std, cov="unscaled")
         first = float(line[1])
         first -= BEFORE * min(float(np.sqrt(covariance[1, 1])), 0.2 * first / BEFORE)
-        offsets = clearances[j, 1:] * min(1.0, first / clearances[j, 0])
-        clearances[j] = first, *offsets
+        clearances[j] = first, *(clearances[j, 1:] * min(1.0, first / clearances[j, 0]))
     return with_clearances(model, clearances)
 
 

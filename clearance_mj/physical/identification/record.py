@@ -79,8 +79,7 @@ class ModelRecord:
         if not self.sensors:
             raise RecordError("a record needs a sensor at least")
         for kind in ("control", "sensors"):
-            arrays = {name: np.array(v, dtype=float) for name, v in getattr(self, kind).items()}
-            object.__setattr__(self, kind, arrays)
+            object.__setattr__(self, kind, {n: np.array(v, dtype=float) for n, v in getattr(self, kind).items()})
         size = len(next(iter(self.sensors.values())))  # type: ignore[arg-type]
         for name, values in (*self.control.items(), *self.sensors.items()):
             samples = np.asarray(values)

@@ -24,12 +24,11 @@ import scipy.signal
 from ...core.errors import ModelError, RecordError
 from ...estimate.parameter import Parameter
 from ..actuators import actuator_count
-from ..bristles import bristles_of
 from ..checks import ModelWarning
 from ..checks import compile as physical_compile
 from ..drives import ANGLE, SPEED, drives
-from ..elements import requested_softness, suggestion
-from ..softener import Softener
+from ..elements import suggestion
+from ..softener import ActiveParts, Softener
 from ..step import largest_step
 from .quantities import put, value_of, written_into
 from .record import ModelRecord, drive_columns
@@ -108,9 +107,8 @@ class Simulator:
         # Symplectic Euler is the leapfrog of order two if controls are taken at the beginning of a step.
         self._sample_offset = 0.5 if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4 else 0.0
         self._threads = min(8, os.cpu_count() or 1)
-        needs_softener = any(e.softness.law for e in requested_softness(self._model)) or any(bristles_of(self._model))
-        needs_softener = needs_softener or any(drives(self._model))
-        self._softener = Softener(self._model) if needs_softener else nullcontext()
+        parts = ActiveParts.of(self._model)
+        self._softener = Softener(self._model) if parts.laws or parts.bristles or parts.drives else nullcontext()
 
     def model(self, values: np.ndarray) -> mujoco.MjModel | None:
         """Return the model with values (n_parameters,); None where the step is too long for them."""
