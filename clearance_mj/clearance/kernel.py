@@ -258,8 +258,7 @@ def touch(bushing: ClearanceRecord, numbers: np.ndarray, y: Any, z: Any, lanes: 
 @inlined
 def friction_force(
     bushing: ClearanceRecord, numbers: np.ndarray, end: int, depth: Any, n_y: Any, n_z: Any, y: Any, z: Any,
-    speed_y: Any,
-    speed_z: Any, spin: Any, lanes: tuple[int, ...],
+    speed_y: Any, speed_z: Any, spin: Any, lanes: tuple[int, ...],
 ) -> Any:  # fmt: skip
     """Advance the contact of end 0 or 1, of a depth along n, at y, z, m, and its bristles, without sliding.
 

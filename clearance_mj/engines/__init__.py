@@ -13,23 +13,10 @@ from .simulation import simulate, simulate_blocks
 from .together import simulate_and_keep, simulate_together
 
 __all__ = [
-    "Engine",
-    "Equilibrium",
-    "Links",
-    "Mjx",
-    "Modal",
-    "build_links",
-    "default_engine",
-    "get_engine",
-    "register",
-    "simulate",
-    "simulate_and_keep",
-    "simulate_batch",
-    "simulate_blocks",
-    "simulate_each",
-    "simulate_together",
+    "Engine", "Equilibrium", "Links", "Mjx", "Modal", "build_links", "default_engine", "get_engine", "register",
+    "simulate", "simulate_and_keep", "simulate_batch", "simulate_blocks", "simulate_each", "simulate_together",
     "static_equilibrium",
-]
+]  # fmt: skip
 
 for _module in pkgutil.iter_modules(__path__):
     importlib.import_module(f"{__name__}.{_module.name}")

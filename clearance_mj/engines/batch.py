@@ -34,14 +34,10 @@ One: TypeAlias = T | Sequence[T]
 
 
 def simulate_batch(
-    models: One[Rig | Modelled],
-    excitations: One[Excitation],
-    laws: One[Law] | None = None,
-    engine: str | Engine = "links",
-    workers: int | None = None,
-    progress: bool = False,
+    models: One[Rig | Modelled], excitations: One[Excitation], laws: One[Law] | None = None,
+    engine: str | Engine = "links", workers: int | None = None, progress: bool = False,
     executor: Executor | None = None,
-) -> list[Response]:
+) -> list[Response]:  # fmt: skip
     """Simulate many cases at once and return all responses; see `simulate_each`.
 
     Parameters
@@ -63,14 +59,10 @@ def simulate_batch(
 
 
 def simulate_each(
-    models: One[Rig | Modelled],
-    excitations: One[Excitation],
-    laws: One[Law] | None = None,
-    engine: str | Engine = "links",
-    workers: int | None = None,
-    progress: bool = False,
+    models: One[Rig | Modelled], excitations: One[Excitation], laws: One[Law] | None = None,
+    engine: str | Engine = "links", workers: int | None = None, progress: bool = False,
     executor: Executor | None = None,
-) -> Iterator[Response]:
+) -> Iterator[Response]:  # fmt: skip
     """Simulate many cases at once and yield one response after the other; results do not depend on the threads.
 
     Only a few cases run ahead of the consumer, so memory does not grow with their number.

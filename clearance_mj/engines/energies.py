@@ -22,15 +22,8 @@ from .interact import BRISTLES as PREDICTED
 from .interact import DEPTH, ELASTIC, ENDS, FILLED, N_Y, N_Z, NORMAL, RUBBED
 
 __all__ = [
-    "NOTHING",
-    "OF_CLEARANCE",
-    "OF_END",
-    "OF_RIG",
-    "StepRecords",
-    "clearance_energies",
-    "columns_of",
-    "keep_energies",
-]
+    "NOTHING", "OF_CLEARANCE", "OF_END", "OF_RIG", "StepRecords", "clearance_energies", "columns_of", "keep_energies",
+]  # fmt: skip
 
 OF_RIG = ("input", "weight", "unbalance", "drive", "damping", "kinetic", "strain")
 """J: put in in a step, lost in it, and, the last two, stored; the work of orders counts with that of the unbalance"""

@@ -277,8 +277,7 @@ def _solve_normal(
 @inlined
 def _solve_friction(
     bushing: ClearanceRecord, numbers: np.ndarray, ends: np.ndarray, c: int, compliance: np.ndarray, half: float,
-    row_y: int,
-    row_z: int, spin: Any, pushed: np.ndarray, w: np.ndarray, force: np.ndarray, lanes: tuple[int, ...],
+    row_y: int, row_z: int, spin: Any, pushed: np.ndarray, w: np.ndarray, force: np.ndarray, lanes: tuple[int, ...],
 ) -> None:  # fmt: skip
     """Solve for the friction of a contact under its normal force at the velocity that includes its effect."""
     y, z = 0.0 - load(ends, ENDS * c + N_Z, lanes), load(ends, ENDS * c + N_Y, lanes)

@@ -236,8 +236,7 @@ def _program() -> Callable[..., Any]:
 
     def loop(
         clearances: tuple[_CompiledClearance, ...], axes: _Equations, equations: _Equations, motion: Any,
-        excitation: Any,
-        steps: Any, count: Any,
+        excitation: Any, steps: Any, count: Any,
     ) -> Any:  # fmt: skip
         step = jax.vmap(functools.partial(_step, clearances), (axes, 0, 0, None), (0, 0))
         now = motion, excitation[:, 0], 0.0

@@ -71,8 +71,7 @@ class LaneState(NamedTuple):
 @jit(**OPTIONS)
 def advance(
     steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool, linear: ModalEquations,
-    motion: LaneState,
-    clearance: Clearance, places: np.ndarray, kept: StepRecords, out: np.ndarray, first: int,
+    motion: LaneState, clearance: Clearance, places: np.ndarray, kept: StepRecords, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
 
@@ -320,8 +319,7 @@ def _store_clearances(
 def advance_whole(
     excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool,
     linear: ModalEquations, motion: LaneState, clearance: Clearance, places: np.ndarray, kept: StepRecords,
-    before: np.ndarray,
-    out: np.ndarray,
+    before: np.ndarray, out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance by a whole excitation, decimated by a factor; return the result of `advance`.
 

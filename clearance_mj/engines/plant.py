@@ -21,20 +21,9 @@ from ..rig.sensing import input_readings
 from .equilibrium import ChainModes, Equilibrium, equilibrium_of
 
 __all__ = [
-    "ARMATURE",
-    "ITERATIONS",
-    "Driving",
-    "Statics",
-    "driving",
-    "hold",
-    "rest_in_mujoco",
-    "set_solver",
-    "settling",
-    "soften",
-    "stable_step",
-    "stable_step_with",
-    "tendon_rows",
-]
+    "ARMATURE", "ITERATIONS", "Driving", "Statics", "driving", "hold", "rest_in_mujoco", "set_solver", "settling",
+    "soften", "stable_step", "stable_step_with", "tendon_rows",
+]  # fmt: skip
 
 ARMATURE = 1 / 7
 """Inertia added to each joint, over its stiffness times the step squared

@@ -16,17 +16,8 @@ from ..rig.sensing import input_readings
 from .modal_loop import ModalEquations
 
 __all__ = [
-    "at_spin",
-    "driven",
-    "free_flow",
-    "kicked_damping",
-    "linear_part",
-    "moving",
-    "pack",
-    "packed_part",
-    "padded",
-    "places_of",
-    "slide_rows",
+    "at_spin", "driven", "free_flow", "kicked_damping", "linear_part", "moving", "pack", "packed_part", "padded",
+    "places_of", "slide_rows",
 ]  # fmt: skip
 
 FOUR = 4  # modes, or rows, of one case that are packed

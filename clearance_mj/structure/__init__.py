@@ -15,30 +15,10 @@ from .shafts import Shafts, Spring
 from .truncation import Truncation, find_truncation
 
 __all__ = [
-    "AnyStructure",
-    "Assembly",
-    "Beam",
-    "Clamp",
-    "Disc",
-    "Gears",
-    "Inertia",
-    "Material",
-    "Matrices",
-    "MeasuredModes",
-    "Mjcf",
-    "ModalStructure",
-    "Point",
-    "Section",
-    "Shaft",
-    "Shafts",
-    "Spring",
-    "Structure",
-    "Support",
-    "Truncation",
-    "find_truncation",
-    "modes_from_frf",
-    "register",
-]
+    "AnyStructure", "Assembly", "Beam", "Clamp", "Disc", "Gears", "Inertia", "Material", "Matrices", "MeasuredModes",
+    "Mjcf", "ModalStructure", "Point", "Section", "Shaft", "Shafts", "Spring", "Structure", "Support", "Truncation",
+    "find_truncation", "modes_from_frf", "register",
+]  # fmt: skip
 
 AnyStructure: TypeAlias = Annotated[Structure, OneOf(Structure.known)]
 """Type of a rig file's [structure], by its ``kind``: every structure that `register` knows"""

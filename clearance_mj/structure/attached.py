@@ -194,12 +194,9 @@ class _Plane(NamedTuple):
 
 
 def assemble(
-    structure: Structure,
-    attached: Attached,
-    masses: Sequence[tuple[float | str, float]],
-    loads: Sequence[tuple[tuple[float | str, float], ...]],
-    modes: int,
-) -> AttachedMatrices:
+    structure: Structure, attached: Attached, masses: Sequence[tuple[float | str, float]],
+    loads: Sequence[tuple[tuple[float | str, float], ...]], modes: int,
+) -> AttachedMatrices:  # fmt: skip
     """Return the matrices of a structure with point masses and attachments.
 
     Parameters
@@ -315,12 +312,9 @@ def _stiffen(material: Material | None, factor: float) -> Material | None:
 
 
 def _reduce(
-    structure: Structure,
-    component: float,
-    masses: Sequence[tuple[float | str, float]],
-    loads: Sequence[tuple[tuple[float | str, float], ...]],
-    modes: int,
-) -> _Plane:
+    structure: Structure, component: float, masses: Sequence[tuple[float | str, float]],
+    loads: Sequence[tuple[tuple[float | str, float], ...]], modes: int,
+) -> _Plane:  # fmt: skip
     points = [point for point, _ in masses] + [point for load in loads for point, _ in load]
     on_structure = [p for p in points if not (isinstance(p, str) and p.startswith((FOOT, HOUSING)))]
     linear = structure.assemble(tuple(dict.fromkeys(on_structure)), modes)

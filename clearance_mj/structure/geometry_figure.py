@@ -17,12 +17,9 @@ MOST_NAMED = 40  # nodes beyond which their numbers would hide the figure
 
 
 def geometry_figure(
-    numbers: Sequence[int],
-    places: np.ndarray,
-    edges: Sequence[tuple[int, int]],
-    moved: np.ndarray | None = None,
+    numbers: Sequence[int], places: np.ndarray, edges: Sequence[tuple[int, int]], moved: np.ndarray | None = None,
     title: str = "",
-) -> Figure:
+) -> Figure:  # fmt: skip
     """Draw nodes at ``places`` (n_nodes, 3) and their edges, grey where ``moved`` has displaced positions."""
     figure = canvas(5.0)
     ax = figure.add_subplot(projection="3d")

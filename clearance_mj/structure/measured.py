@@ -108,12 +108,9 @@ class MeasuredModes:
 
 
 def modes_from_frf(
-    frfs: FRF | Sequence[FRF],
-    n_modes: int = 10,
-    band: tuple[float, float] | None = None,
-    poles: tuple[Sequence[float], Sequence[float]] | None = None,
-    driving_points: dict[str, str] | None = None,
-) -> MeasuredModes:
+    frfs: FRF | Sequence[FRF], n_modes: int = 10, band: tuple[float, float] | None = None,
+    poles: tuple[Sequence[float], Sequence[float]] | None = None, driving_points: dict[str, str] | None = None,
+) -> MeasuredModes:  # fmt: skip
     """Identify a structure from measured FRFs, and compare its FRFs with them.
 
     Parameters
@@ -257,14 +254,9 @@ def _modal_accelerance(s: np.ndarray, products: np.ndarray, omega: np.ndarray, d
 
 
 def _fit_residual_modes(
-    fit: ModalFit,
-    value: np.ndarray,
-    phi: np.ndarray,
-    omega: np.ndarray,
-    damping: np.ndarray,
-    at: np.ndarray,
+    fit: ModalFit, value: np.ndarray, phi: np.ndarray, omega: np.ndarray, damping: np.ndarray, at: np.ndarray,
     last: float,
-) -> tuple[np.ndarray, list[int], np.ndarray]:
+) -> tuple[np.ndarray, list[int], np.ndarray]:  # fmt: skip
     """Return residual flexibility (n_dofs, n_loads), its loads, and shapes (n_dofs, k) of modes below the band."""
     w = fit.s[:, 0].imag * last
     residual = value - _modal_accelerance(fit.s[:, 0] * last, phi[at[:, 0]] * phi[at[:, 1]], omega, damping)

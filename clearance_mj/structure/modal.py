@@ -35,15 +35,9 @@ class Reduction(NamedTuple):
 
 @functools.lru_cache(maxsize=16)  # a large structure's holds megabytes
 def reduction(
-    structure: Structure,
-    joined: tuple[tuple[float | str, ...], ...],
-    masses: _Loads,
-    forces: _Loads,
-    springs: tuple[float, ...],
-    modes: int,
-    attached: Attached = NOTHING,
-    supports: _Loads = (),
-) -> Reduction:
+    structure: Structure, joined: tuple[tuple[float | str, ...], ...], masses: _Loads, forces: _Loads,
+    springs: tuple[float, ...], modes: int, attached: Attached = NOTHING, supports: _Loads = (),
+) -> Reduction:  # fmt: skip
     """Reduce a structure with masses, and with springs at its clearances, between two points or a point and the base.
 
     ``supports`` are springs from points to the base.

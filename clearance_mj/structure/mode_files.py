@@ -16,16 +16,9 @@ from ..universal import contents, scan
 from ..universal.mode_shapes import ModeShapes, read_modes
 
 __all__ = [
-    "DAMPING",
-    "FREQUENCY",
-    "MODAL_MASS",
-    "PARTICIPATION",
-    "RESIDUAL",
-    "ModesWarning",
-    "phase_collinearity",
-    "read_mode_file",
-    "real_shapes",
-]
+    "DAMPING", "FREQUENCY", "MODAL_MASS", "PARTICIPATION", "RESIDUAL", "ModesWarning", "phase_collinearity",
+    "read_mode_file", "real_shapes",
+]  # fmt: skip
 
 COLLINEAR = 0.9  # phase collinearity below which a warning says that a mode is far from real
 FREQUENCY, DAMPING, MODAL_MASS = "frequency [Hz]", "damping", "modal mass [kg]"

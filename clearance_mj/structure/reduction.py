@@ -114,12 +114,9 @@ def modal_damping(linear: Assembly, omega: np.ndarray, shapes: np.ndarray) -> np
 
 
 def reduced(
-    linear: Assembly,
-    masses: Sequence[tuple[float, np.ndarray]],
-    springs: Sequence[tuple[float, np.ndarray]],
-    loads: Sequence[np.ndarray],
-    modes: int,
-) -> MassNormalisedModes:
+    linear: Assembly, masses: Sequence[tuple[float, np.ndarray]], springs: Sequence[tuple[float, np.ndarray]],
+    loads: Sequence[np.ndarray], modes: int,
+) -> MassNormalisedModes:  # fmt: skip
     """Add masses and springs, each with its row, to a structure, and reduce it to modes and static shapes under loads.
 
     A ValueError describes a defect of the structure.

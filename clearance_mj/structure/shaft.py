@@ -311,11 +311,9 @@ class Shaft(Structure):
 
 
 def rows_at(
-    points: Sequence[float | str],
-    n: int,
-    bending: Callable[[np.ndarray, int], np.ndarray],
+    points: Sequence[float | str], n: int, bending: Callable[[np.ndarray, int], np.ndarray],
     torsion: TorsionMesh | None = None,
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     """Return motions of points on a shaft per unit of each coordinate, along their own axes.
 
     Motions of the other plane are 0, and twist without a torsion mesh.

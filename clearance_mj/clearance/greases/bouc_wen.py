@@ -20,14 +20,8 @@ from ..lanes import any_below, larger, power, signed
 from ..vectors import TINY, along, answer, length, minus, of_one_or_two, plus, read, times, write
 
 __all__ = [
-    "BoucWen",
-    "Hysteretic",
-    "LinearWithFilm",
-    "bouc_wen_step",
-    "film_damping",
-    "spring_and_film",
-    "values_of_film",
-]
+    "BoucWen", "Hysteretic", "LinearWithFilm", "bouc_wen_step", "film_damping", "spring_and_film", "values_of_film",
+]  # fmt: skip
 
 
 @register_jitable(inline="always")
