@@ -19,7 +19,7 @@ from pydantic import Field
 from ..core.errors import RigError
 from ..core.plain_numbers import number_in, with_number
 from ..core.validation import NotNegative, Number, Positive, Text, checked
-from .base import PlaneCoupling, Point, Rows, Structure, dof_vector, in_other_plane, rocked
+from .base import Assembly, PlaneCoupling, Point, Rows, Structure, dof_vector, in_other_plane, rocked
 from .beam import Beam
 from .reduction import MassNormalisedModes, modal_damping, reduced
 from .section import Material
@@ -28,7 +28,7 @@ from .shafts import Spring
 
 __all__ = [
     "LARGEST_DIFFERENCE", "MAX_DAMPING", "Attached", "FixtureMode", "Housing", "Oscillator", "Planes", "PointMass",
-    "assemble", "foot", "housing_of",
+    "assemble", "foot", "housing_of", "with_masses",
 ]  # fmt: skip
 
 ARM_FOOT = 1e-3  # of a position: length of an arm's foot, over which it follows the slope
@@ -318,14 +318,10 @@ def _reduce(
     points = [point for point, _ in masses] + [point for load in loads for point, _ in load]
     on_structure = [p for p in points if not (isinstance(p, str) and p.startswith((FOOT, HOUSING)))]
     linear = structure.assemble(tuple(dict.fromkeys(on_structure)), modes)
-    rows, influence = linear.rows, linear.influence.copy()
+    rows, (added, influence) = linear.rows, with_masses(linear, masses)
     rocking = None if linear.rocking is None else linear.rocking.copy()
-    added = []
-    for point, mass in masses:
-        at = rows([point])[0]
-        added.append((mass, at))
-        influence += mass * np.outer(at, dof_vector(point))
-        if rocking is not None:
+    if rocking is not None:
+        for (point, _), (mass, at) in zip(masses, added):
             rocking += mass * rocked(point) * at
     known = set(on_structure)
     acting = [[(p, s) for p, s in load if p in known] for load in loads]
@@ -335,6 +331,16 @@ def _reduce(
     modal_rocking = None if rocking is None else shapes.T @ rocking
     cross = np.zeros_like(damping) if linear.cross is None else shapes.T @ (linear.cross @ shapes)
     return _Plane(basis, damping, cross, shapes.T @ influence, modal_rocking, rows, component, linear.turning)
+
+
+def with_masses(
+    linear: Assembly, masses: Sequence[tuple[float | str, float]]
+) -> tuple[list[tuple[float, np.ndarray]], np.ndarray]:
+    """Return masses with the rows of their points, and the influence (n, 3) of a structure that carries them."""
+    added, influence = [(mass, linear.rows([point])[0]) for point, mass in masses], linear.influence.copy()
+    for (point, _), (mass, at) in zip(masses, added):
+        influence += mass * np.outer(at, dof_vector(point))
+    return added, influence
 
 
 def _rocking_forces(planes: Sequence[_Plane], structure: Structure, about: float) -> np.ndarray:

@@ -56,9 +56,8 @@ def check_point(value: object) -> float | str:
         return value
     shown = repr(value)
     raise ValueError(
-        f'must be a number, m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "inner@0.4" or '
-        f'"@0.4:RX", '
-        f"got {shown if len(shown) < 100 else f'{shown[:80]} ...'}"
+        'must be a number, m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "inner@0.4" or '
+        f'"@0.4:RX", got {shown if len(shown) < 100 else f"{shown[:80]} ..."}'
     )
 
 
@@ -90,10 +89,9 @@ Rows: TypeAlias = Callable[[Sequence[float | str]], np.ndarray]
 
 def parse_dof(point: float | str) -> tuple[int | str, str, int] | None:
     """Return the node, axis (of `AXES`) and sign of a degree of freedom such as "12:-RZ"; None for another point."""
-    match = _DOF.fullmatch(point) if isinstance(point, str) else None
-    return (
-        (int(match[1]) if match[1].isdigit() else match[1], match[3], -1 if match[2] == "-" else 1) if match else None
-    )
+    if not isinstance(point, str) or not (match := _DOF.fullmatch(point)):
+        return None
+    return int(match[1]) if match[1].isdigit() else match[1], match[3], -1 if match[2] == "-" else 1
 
 
 def parse_place(point: float | str) -> tuple[str, float] | None:

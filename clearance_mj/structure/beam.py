@@ -184,21 +184,12 @@ def cantilever_roots(n: int) -> np.ndarray:
     return roots
 
 
-def cantilever_mode(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
+def cantilever_mode(x: ArrayLike, n: int, length: float = 1.0, order: int = 0) -> np.ndarray:
     """Return the shapes Y_i (n_x, n) of the bare cantilever at x (n_x,) (Eq. 7 corrected), with ∫Y² dx = length.
 
-    Y_i = cosh βx - cos βx - σ (sinh βx - sin βx), in exponential form so that high modes keep their digits.
+    Y_i = cosh βx - cos βx - σ (sinh βx - sin βx), or its derivative of order 1 or 2, in exponential form without
+    cancellation of the growing exponentials, so that high modes keep their digits.
     """
-    return _mode_derivative(x, n, length, 0)
-
-
-def cantilever_curvature(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
-    """Return the second derivatives Y_i'' (n_x, n) of `cantilever_mode`, 1/m²."""
-    return _mode_derivative(x, n, length, 2)
-
-
-def _mode_derivative(x: ArrayLike, n: int, length: float, order: int) -> np.ndarray:
-    """Return the derivative of order 0, 1 or 2 of modes, without cancellation of the growing exponentials."""
     root = cantilever_roots(n)
     bx = np.asarray(x, dtype=float)[:, None] * root / length
     decay = np.exp(-root)
@@ -228,7 +219,7 @@ def static_deflection(beam: Beam, x: ArrayLike, a: ArrayLike, order: int = 0) ->
 
 def _ritz_functions(beam: Beam, modes: int, forces: np.ndarray, x: np.ndarray, order: int) -> np.ndarray:
     """Return Ritz functions at x: cantilever modes, then the residuals of the static shapes, scaled to their size."""
-    shapes = _mode_derivative(x, modes, beam.length, order)
+    shapes = cantilever_mode(x, modes, beam.length, order)
     residual = static_deflection(beam, x, forces, order) - shapes @ _static_coefficients(beam, modes, forces)
     return np.hstack((shapes, residual * (3 * beam.bending_stiffness / beam.length**3)))
 

@@ -42,7 +42,32 @@ class BeamElement(NamedTuple):
     rigidity: Callable[[np.ndarray], Rigidity]  #: at positions x, m
 
 
-class Mesh:
+class _ElementChain:
+    """Nodes of elements in order along a shaft, and their coordinates after ``rigid`` ones of the shaft's start."""
+
+    _motion: np.ndarray  # of the nodes, per unit of each coordinate
+
+    def __init__(self, elements: Sequence[BeamElement], shapes: list[np.ndarray], rigid: int) -> None:
+        self.elements, self._shapes = elements, shapes
+        self.nodes = np.array([elements[0].start, *(e.end for e in elements)])
+        first = rigid + np.cumsum([0, *(each.shape[1] for each in shapes)])
+        self._columns, self._size = [slice(a, b) for a, b in pairwise(first)], int(first[-1])
+
+    def motion(self, x: float) -> np.ndarray:
+        """Return the motion of the node nearest to a position, m, per unit of each coordinate.
+
+        Of bending deflection and rotation, (2, n), of torsion the twist, rad, (n,).
+        """
+        return np.asarray(self._motion[self._node(x)])
+
+    def _node(self, x: float) -> int:
+        return int(np.argmin(np.abs(self.nodes - x)))
+
+    def _element_of(self, x: np.ndarray) -> np.ndarray:
+        return np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, len(self.elements) - 1)
+
+
+class Mesh(_ElementChain):
     """A chain of elements: rigid motion of a shaft with its start, and the strains that each element adds.
 
     The coordinates of elements are strained shapes of unit energy: the large stiffness of a short element does not hide
@@ -68,16 +93,11 @@ class Mesh:
     """
 
     def __init__(self, elements: Sequence[BeamElement], shear: bool, held: Sequence[tuple[float, int]] = ()) -> None:
-        self.elements = elements
-        self.nodes = np.array([elements[0].start, *(e.end for e in elements)])
-        self._shear = shear
         parts = [_strain_shapes(element, shear) for element in elements]
-        self._shapes = [part.shapes for part in parts]
-        first = 2 + np.cumsum([0, *(shapes.shape[1] for shapes in self._shapes)])
-        self._columns = [slice(a, b) for a, b in pairwise(first)]
-        motion = self._node_motion(int(first[-1]))
+        super().__init__(elements, [part.shapes for part in parts], 2)
+        self._shear, motion = shear, self._node_motion()
         zero = sorted({(self._node(x), which) for x, which in held})
-        self._free = null_space([motion[node, which] for node, which in zero], int(first[-1]))
+        self._free = null_space([motion[node, which] for node, which in zero], self._size)
         self._motion = motion @ self._free
         self.stiffness = self._free[2:].T @ self._free[2:]
         self.mass = np.zeros_like(self.stiffness)
@@ -88,9 +108,9 @@ class Mesh:
             self.influence += part.influence @ moves
             self.rocking += part.mass[1] @ moves + element.start * (part.influence @ moves)
 
-    def _node_motion(self, size: int) -> np.ndarray:
+    def _node_motion(self) -> np.ndarray:
         """Return deflection and rotation (n_nodes, 2, size); first two rigid motions, as large as those by strains."""
-        motion = np.zeros((len(self.nodes), 2, size))
+        motion = np.zeros((len(self.nodes), 2, self._size))
         motion[0, :, :2] = np.eye(2)
         for i, (length, columns, shapes) in enumerate(zip(np.diff(self.nodes), self._columns, self._shapes)):
             motion[i + 1] = motion[i]
@@ -100,17 +120,12 @@ class Mesh:
         motion[:, :, :2] *= bending * np.array([1.0, 1 / (self.nodes[-1] - self.nodes[0])])
         return motion
 
-    def motion(self, x: float) -> np.ndarray:
-        """Return deflection and rotation (2, n) of the node nearest to a position, m, per unit of each coordinate."""
-        return self._motion[self._node(x)]
-
     def deflections(self, x: np.ndarray, order: int = 0) -> np.ndarray:
         """Return deflections, or rotations (order 1) or curvatures (2), (n_x, n) at positions (n_x,), m.
 
         With shear deformation the rotation is that of the section, and the curvature its slope.
         """
-        rows = np.zeros((x.size, len(self.mass)))
-        element_of = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, len(self.elements) - 1)
+        rows, element_of = np.zeros((x.size, len(self.mass))), self._element_of(x)
         for i in np.unique(element_of):
             element, points = self.elements[i], np.nonzero(element_of == i)[0]
             length = element.end - element.start
@@ -147,9 +162,6 @@ class Mesh:
             rotary = element.rigidity(element.start + (node + 1) * half).rotary
             rows.append(np.sqrt(2 * weight * half * rotary)[:, None] * (start[1] + rotation @ shapes @ self._free[at]))
         return np.vstack(rows)
-
-    def _node(self, x: float) -> int:
-        return int(np.argmin(np.abs(self.nodes - x)))
 
 
 class _Strained(NamedTuple):
@@ -259,7 +271,7 @@ def linear_and_bubbles(xi: np.ndarray, bubbles: int) -> tuple[np.ndarray, np.nda
     return np.column_stack(((1 + xi) / 2, bubble)), np.column_stack((np.full_like(xi, 0.5), rate))
 
 
-class TorsionMesh:
+class TorsionMesh(_ElementChain):
     """A chain of elements: the twist of a shaft's start, and the strains of unit energy that each element adds.
 
     Parameters
@@ -276,18 +288,14 @@ class TorsionMesh:
     """
 
     def __init__(self, elements: Sequence[BeamElement], held: Sequence[float] = ()) -> None:
-        self.elements = elements
-        self.nodes = np.array([elements[0].start, *(e.end for e in elements)])
         parts = [_twist_shapes(element) for element in elements]
-        self._shapes = [shapes for shapes, _ in parts]
-        first = 1 + np.cumsum([0, *(len(shapes) for shapes in self._shapes)])
-        self._columns = [slice(a, b) for a, b in pairwise(first)]
-        motion = np.zeros((len(self.nodes), int(first[-1])))
+        super().__init__(elements, [shapes for shapes, _ in parts], 1)
+        motion = np.zeros((len(self.nodes), self._size))
         for i, (columns, shapes) in enumerate(zip(self._columns, self._shapes)):
             motion[i + 1] = motion[i]
             motion[i + 1, columns] += shapes[0]
         motion[:, 0] = np.linalg.norm(motion[-1])  # the rigid twist, as large as that by strains
-        self._free = null_space([motion[node] for node in sorted({self._node(x) for x in held})], motion.shape[1])
+        self._free = null_space([motion[node] for node in sorted({self._node(x) for x in held})], self._size)
         self._motion = motion @ self._free
         self.stiffness = self._free[1:].T @ self._free[1:]
         self.mass = np.zeros_like(self.stiffness)
@@ -295,23 +303,15 @@ class TorsionMesh:
             moves = np.vstack((start, self._free[columns]))
             self.mass += moves.T @ mass @ moves
 
-    def motion(self, x: float) -> np.ndarray:
-        """Return the twist (n,), rad, of the node nearest to a position, m, per unit of each coordinate."""
-        return np.asarray(self._motion[self._node(x)])
-
     def twist(self, x: np.ndarray, order: int = 0) -> np.ndarray:
         """Return the twist, rad, or that per length (order 1), rad/m, (n_x, n) at positions (n_x,), m."""
         rows = np.zeros((x.size, len(self.mass)))
-        element_of = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, len(self.elements) - 1)
-        for row, at, i in zip(rows, x, element_of):
+        for row, at, i in zip(rows, x, self._element_of(x)):
             element = self.elements[i]
             half = (element.end - element.start) / 2
             value = linear_and_bubbles(np.array([(at - element.start) / half - 1]), element.bubbles)[order][0]
             row += value / half**order @ self._shapes[i] @ self._free[self._columns[i]] + (order == 0) * self._motion[i]
         return rows
-
-    def _node(self, x: float) -> int:
-        return int(np.argmin(np.abs(self.nodes - x)))
 
 
 def _twist_shapes(element: BeamElement) -> tuple[np.ndarray, np.ndarray]:

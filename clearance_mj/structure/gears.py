@@ -14,11 +14,10 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from ..core.checks import naming
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Positive, Text, Whole, checked
 from .base import Assembly, Structure, parse_dof, register
-from .shafts import Spring
+from .shafts import Spring, add_springs, check_ends
 
 __all__ = ["Gears", "Inertia"]
 
@@ -63,17 +62,12 @@ class Gears(Structure):
             if node in nodes[:i]:
                 raise ValueError(f"inertias[{i}].node {node} is used twice; each inertia needs its own")
         for i, spring in enumerate(self.springs):
-            for field, point in zip(("position", "to"), spring.joined):
-                with naming(f"springs[{i}].{field}", ValueError, ValueError, "{} {}"):
-                    self.check(point)
-            axes = [str(point)[-2:] for point in spring.joined]
-            if len({axis == "RX" for axis in axes}) > 1:
+            check_ends(f"springs[{i}]", spring, self.check)
+            if len({str(point)[-2:] == "RX" for point in spring.joined}) > 1:
                 raise ValueError(
                     f'springs[{i}].to "{spring.to}" and position "{spring.position}": one is an angle, one a length; '
                     "give two alike"
                 )
-            if spring.to == spring.position:
-                raise ValueError(f"springs[{i}].to is the spring's own position; give another point")
 
     @property
     def named_points(self) -> tuple[str, ...]:
@@ -115,15 +109,10 @@ class Gears(Structure):
         def rows(at: Sequence[float | str]) -> np.ndarray:
             motion = np.zeros((len(at), n))
             for row, point in zip(motion, at):
-                i, lever = self._inertia_and_lever(point)
-                row[i] = lever
+                i, row[i] = self._inertia_and_lever(point)
             return motion
 
         stiffness, viscous = np.zeros((n, n)), np.diag([each.drag for each in self.inertias])
-        for spring in self.springs:
-            ends = rows(spring.joined)
-            stretch = ends[0] - ends[1:].sum(axis=0)
-            stiffness += spring.stiffness * np.outer(stretch, stretch)
-            viscous += spring.damping * np.outer(stretch, stretch)
+        add_springs(self.springs, rows, stiffness, viscous)
         mass = np.diag([each.polar_inertia for each in self.inertias])
         return Assembly(mass, stiffness, np.zeros((n, 3)), rows, viscous=viscous if viscous.any() else None)

@@ -25,8 +25,7 @@ def geometry_figure(
     ax = figure.add_subplot(projection="3d")
     rows = {number: row for row, number in enumerate(numbers)}
     pairs = np.array([(rows[a], rows[b]) for a, b in edges], dtype=int).reshape(-1, 2)
-    shown = [(places, REPEAT if moved is not None else COLOURS[0])]
-    shown += [] if moved is None else [(moved, COLOURS[1])]
+    shown = [(places, COLOURS[0])] if moved is None else [(places, REPEAT), (moved, COLOURS[1])]
     for position, colour in shown:
         ends = np.insert(position[pairs], 2, np.nan, axis=1).reshape(-1, 3)  # each edge, then a gap
         ax.plot(*ends.T, color=colour, lw=0.9)

@@ -178,16 +178,12 @@ def _accelerance(frf: FRF, names: dict[str, str]) -> FRF:
 
 def _pairs(frf: FRF) -> list[Pair]:
     """Return node and axis of response and reference of each function, and the sign of their directions."""
-    dofs = {label: parse_dof(label) for label in (*frf.responses, *frf.references)}
-    if bad := [label for label, dof in dofs.items() if dof is None]:
+    labels = (*frf.responses, *frf.references)
+    dofs = {label: dof for label in labels if (dof := parse_dof(label))}
+    if bad := [label for label in labels if label not in dofs]:
         raise RecordError(f'"{bad[0]}" is no degree of freedom, such as "3:+Z"')
-    known = [(j, i) for j in range(len(frf.references)) for i in range(len(frf.responses)) if frf.measured[i, j]]
-    pairs = []
-    for j, i in known:
-        a, b = dofs[frf.responses[i]], dofs[frf.references[j]]
-        assert a is not None and b is not None
-        pairs.append((a[:2], b[:2], a[2] * b[2]))
-    return pairs
+    known = ((dofs[frf.responses[i]], dofs[frf.references[j]]) for j, i in np.argwhere(frf.measured.T))
+    return [(a[:2], b[:2], a[2] * b[2]) for a, b in known]
 
 
 def _identify(frf: FRF, pairs: list[Pair], frequency: np.ndarray, damping: np.ndarray) -> MeasuredModes:

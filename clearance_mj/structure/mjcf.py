@@ -98,9 +98,8 @@ class Mjcf(StructureOfFiles):
         def rows(at: Sequence[float | str]) -> np.ndarray:
             return np.reshape([self._row(point) for point in at], (len(at), len(system.mass)))
 
-        return Assembly(
-            system.mass, system.stiffness, system.influence, rows, self.rayleigh, self.damping_ratios, system.damping
-        )
+        damping = self.rayleigh, self.damping_ratios, system.damping
+        return Assembly(system.mass, system.stiffness, system.influence, rows, *damping)
 
     def _row(self, point: float | str) -> np.ndarray:
         """Return the displacement of a point along its direction, per coordinate."""

@@ -8,8 +8,8 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from .attached import Attached, assemble
-from .base import PlaneCoupling, Rows, Structure, dof_vector
+from .attached import Attached, assemble, with_masses
+from .base import PlaneCoupling, Rows, Structure
 from .reduction import modal_damping, reduced, vibration_modes
 
 __all__ = ["Reduction", "reduction"]
@@ -62,11 +62,7 @@ def reduction(
     clearances = [rows(pair[:1])[0] - (rows(pair[1:])[0] if len(pair) > 1 else 0.0) for pair in joined]
     held_at = [rows([point])[0] for point, _ in supports]
     loads = clearances + [factor * rows([point])[0] for point, factor in forces] + held_at
-    added, influence = [], linear.influence.copy()
-    for point, mass in masses:
-        at = rows([point])[0]
-        added.append((mass, at))
-        influence += mass * np.outer(at, dof_vector(point))
+    added, influence = with_masses(linear, masses)
     basis = reduced(linear, added, [*zip(springs, clearances), *zip((k for _, k in supports), held_at)], loads, modes)
     transform = _orient(structure, rows, basis.shapes)
     cross = np.zeros((0, 0)) if linear.cross is None else transform.T @ (linear.cross @ transform)

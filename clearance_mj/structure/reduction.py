@@ -154,9 +154,8 @@ def _truncate(modes_found: MassNormalisedModes, loads: Sequence[np.ndarray], mod
     basis, singular_values, _ = np.linalg.svd(static[:, size > 0] / size[size > 0], full_matrices=False)
     basis = basis[:, singular_values**2 > NEW_SHARE] / fast[:, None]
     residual = _modes(np.eye(len(basis)), basis)
-    return MassNormalisedModes(
-        np.concatenate((modes_found.omega[:modes], residual.omega)), np.hstack((low, high @ residual.shapes))
-    )
+    omega = np.concatenate((modes_found.omega[:modes], residual.omega))
+    return MassNormalisedModes(omega, np.hstack((low, high @ residual.shapes)))
 
 
 def _truncate_sparse(mass: Any, stiffness: Any, loads: Sequence[np.ndarray], modes: int) -> MassNormalisedModes:

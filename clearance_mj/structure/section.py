@@ -186,10 +186,8 @@ class Support:
                     )
         if self.twist_damping and self.holds_twist:
             raise ValueError("twist_damping has no effect, as the support allows no twist; give twist, N m/rad")
-        springs = (self.translation, self.rotation, self.twist)
-        if self.kind == "elastic" and not any(
-            (*springs, self.translation_damping, self.rotation_damping, self.twist_damping)
-        ):
+        motions = ("translation", "rotation", "twist")
+        if self.kind == "elastic" and not any(getattr(self, m) or getattr(self, f"{m}_damping") for m in motions):
             raise ValueError("holds nothing; give kind (clamped, pinned or guided), or springs or dampers")
 
     @property
@@ -200,12 +198,10 @@ class Support:
     @property
     def in_other_plane(self) -> Support:
         """The same support with its springs and dampers of the other plane."""
-        translation, rotation = self.translation_damping_y, self.rotation_damping_y
-        return Support(
-            self.position, self.kind, self.translation_y or self.translation, self.rotation_y or self.rotation,
-            self.translation_damping if translation is None else translation,
-            self.rotation_damping if rotation is None else rotation, twist=self.twist, twist_damping=self.twist_damping,
-        )  # fmt: skip
+        names = ("translation", "rotation", "translation_damping", "rotation_damping")
+        other = {name: getattr(self, f"{name}_y") for name in names}
+        springs = {name: getattr(self, name) if value is None else value for name, value in other.items()}
+        return Support(self.position, self.kind, twist=self.twist, twist_damping=self.twist_damping, **springs)
 
 
 @checked(RigError)

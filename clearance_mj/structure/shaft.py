@@ -165,11 +165,9 @@ class Shaft(Structure):
         torsion = None
         if any((parse_direction(point) or "Z")[0] in OF_TWIST for point in points):
             torsion = TorsionMesh(self._torsion(elements, modes), [s.position for s in self.supports if s.holds_twist])
-            twist_matrices = self._twist_matrices(torsion)
-            mass, stiffness, viscous = (
-                scipy.linalg.block_diag(*pair) for pair in zip((mass, stiffness, viscous), twist_matrices)
-            )
-            influence, rocking = (np.pad(forces, (0, len(twist_matrices[0]))) for forces in (influence, rocking))
+            of_twist = self._twist_matrices(torsion)
+            mass, stiffness, viscous = map(scipy.linalg.block_diag, (mass, stiffness, viscous), of_twist)
+            influence, rocking = (np.pad(forces, (0, len(torsion.mass))) for forces in (influence, rocking))
         along_z = influence[:, None] * [0.0, 0.0, 1.0]
         damping = self.rayleigh, self.damping_ratios, viscous if viscous.any() else None
         return Assembly(
@@ -201,9 +199,7 @@ class Shaft(Structure):
     @property
     def in_other_plane(self) -> Shaft:
         """The shaft as it bends along y: with supports and rectangles of that plane."""
-        sections = tuple(
-            dataclasses.replace(section, width=section.height, height=section.width) for section in self.sections
-        )
+        sections = tuple(dataclasses.replace(s, width=s.height, height=s.width) for s in self.sections)
         supports = tuple(support.in_other_plane for support in self.supports)
         return dataclasses.replace(self, sections=sections, supports=supports)
 

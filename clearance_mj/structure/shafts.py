@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Annotated, Literal
 
 import numpy as np
@@ -14,10 +14,10 @@ from pydantic import Field
 from ..core.checks import naming
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Share, checked
-from .base import SHAFT_NAME, Assembly, Point, Structure, in_other_plane, parse_direction, parse_place, register
+from .base import SHAFT_NAME, Assembly, Point, Rows, Structure, in_other_plane, parse_direction, parse_place, register
 from .shaft import Shaft
 
-__all__ = ["Shafts", "Spring"]
+__all__ = ["Shafts", "Spring", "add_springs", "check_ends"]
 
 
 @checked(RigError)
@@ -43,6 +43,24 @@ class Spring:
         """The same spring between the points that `base.in_other_plane` names."""
         to = None if self.to is None else in_other_plane(self.to)
         return dataclasses.replace(self, position=in_other_plane(self.position), to=to)
+
+
+def check_ends(name: str, spring: Spring, check: Callable[[float | str], None]) -> None:
+    """Raise a ValueError for a spring to its own position, or with a point for which ``check`` raises one."""
+    for field, point in zip(("position", "to"), spring.joined):
+        with naming(f"{name}.{field}", ValueError, ValueError, "{} {}"):
+            check(point)
+    if spring.to == spring.position:
+        raise ValueError(f"{name}.to is the spring's own position; give another point")
+
+
+def add_springs(springs: Sequence[Spring], rows: Rows, stiffness: np.ndarray, viscous: np.ndarray) -> None:
+    """Add springs and dampers to matrices, in place; ``rows`` are those of their points."""
+    for spring in springs:
+        ends = rows(spring.joined)
+        stretch = ends[0] - ends[1:].sum(axis=0)
+        stiffness += spring.stiffness * np.outer(stretch, stretch)
+        viscous += spring.damping * np.outer(stretch, stretch)
 
 
 @register
@@ -71,11 +89,7 @@ class Shafts(Structure):
             if part.damping_ratios:
                 raise ValueError(f"parts[{i}].damping_ratios: only the modes of the whole have them; give them there")
         for i, spring in enumerate(self.springs):
-            for field, point in zip(("position", "to"), spring.joined):
-                with naming(f"springs[{i}].{field}", ValueError, ValueError, "{} {}"):
-                    self.check(point)
-            if spring.to == spring.position:
-                raise ValueError(f"springs[{i}].to is the spring's own position; give another point")
+            check_ends(f"springs[{i}]", spring, self.check)
 
     @property
     def shafts(self) -> tuple[Shaft, ...]:
@@ -122,11 +136,7 @@ class Shafts(Structure):
 
         stiffness = scipy.linalg.block_diag(*(model.stiffness for model in models))
         viscous = scipy.linalg.block_diag(*map(_part_damping, models))
-        for spring in self.springs:
-            ends = rows(spring.joined)
-            stretch = ends[0] - ends[1:].sum(axis=0)
-            stiffness += spring.stiffness * np.outer(stretch, stretch)
-            viscous += spring.damping * np.outer(stretch, stretch)
+        add_springs(self.springs, rows, stiffness, viscous)
         mass = scipy.linalg.block_diag(*(model.mass for model in models))
         influence = np.vstack([model.influence for model in models])
         rocking = np.concatenate([model.rocking for model in models if model.rocking is not None])
