@@ -165,12 +165,10 @@ def _simulate_groups(batch: Sequence[Simulation | ClearanceError]) -> list[Respo
     for i, simulation in enumerate(batch):
         if isinstance(simulation, Simulation):
             groups[simulation.run.batch_key() if simulation.engine.at_once > 1 else i][i] = simulation
-    results: dict[int, Response | ClearanceError] = {
-        i: error for i, error in enumerate(batch) if isinstance(error, ClearanceError)
-    }
+    results: dict[int, Any] = dict(enumerate(batch))
     for group in groups.values():
         results |= zip(group, _simulate_together(list(group.values())))
-    return [results[i] for i in range(len(batch))]
+    return [*results.values()]
 
 
 def _simulate_together(simulations: Sequence[Simulation]) -> list[Response | ClearanceError]:

@@ -20,12 +20,10 @@ class Completion:
     """
 
     def __init__(self, rig: Rig, kinds: Kinds, step: float) -> None:
-        of_inputs = input_kinds(kinds)
-        self.step, self.state = step, np.zeros((2, len(of_inputs)))  # velocity in the last step's middle, displacement
+        inputs = input_kinds(kinds)
+        self.step, self.state = step, np.zeros((2, len(inputs)))  # velocity in the last step's middle, displacement
         orders = np.array([s.order for s in rig.sensors])
-        gains = np.array(
-            [base_readings(rig, i) * ((orders < 2) & (kind == "base")) for i, kind in enumerate(of_inputs)]
-        )
+        gains = np.array([base_readings(rig, i) * ((orders < 2) & (kind == "base")) for i, kind in enumerate(inputs)])
         self.shares = np.concatenate([gains * (orders == order) for order in (1, 0)])
         self.base_moves = bool(gains.any())
         """True if a sensor reads the base's motion"""

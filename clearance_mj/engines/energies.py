@@ -193,10 +193,7 @@ def _fill_contact(
     clearance[6] += 0.5 * call_contact_energy(energy, now, depth)
     clearance[2] += loss
     if bushing.rubs:
-        bristles, stiffness = (
-            numbers[bushing.ends + END_MEMORY * end + BRISTLES],
-            numbers[bushing.friction + 1],
-        )
+        bristles, stiffness = numbers[bushing.ends + END_MEMORY * end + BRISTLES], numbers[bushing.friction + 1]
         surface = h * numbers[bushing.friction + 5] * spin
         clearance[6] += 0.5 * stiffness * bristles * bristles
         slid = contact[PREDICTED] - bristles

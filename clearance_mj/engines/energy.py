@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -146,11 +146,9 @@ class EnergyBalance:
     def columns(self) -> dict[str, np.ndarray]:
         """Return time, energies (numbered by bushing) and residual by name, each (n_t,)."""
         columns = {"time": self.time}
-        for name in (f.name for f in fields(self) if f.name not in ("response", "fs", "impacts")):
-            value = getattr(self, name)
-            if value is None:
-                continue
-            columns |= {name: value} if value.ndim == 1 else {f"{name}[{j}]": v for j, v in enumerate(value)}
+        for name, value in vars(self).items():
+            if isinstance(value, np.ndarray):
+                columns |= {name: value} if value.ndim == 1 else {f"{name}[{j}]": v for j, v in enumerate(value)}
         return columns | {"residual": self.residual}
 
     def summary(self) -> dict[str, Any]:
@@ -211,9 +209,8 @@ def energy_balance(
     visits = (visit for c in range(2 * n) for visit in _find_impacts(ends[:, c], c, rig, simulation.step))
     finished = [each for each in visits if each.time + each.duration <= size / excitation.fs]
     impacts = tuple(sorted(finished, key=lambda each: each.time + each.duration))
-    return EnergyBalance(
-        response=simulation.response(excitation.value.T, output), fs=excitation.fs, impacts=impacts, **energies
-    )  # fmt: skip
+    response = simulation.response(excitation.value.T, output)
+    return EnergyBalance(response, excitation.fs, impacts=impacts, **energies)
 
 
 class _BalancedRun(SimulationRun):

@@ -223,11 +223,8 @@ def _join(parts: list[np.ndarray]) -> np.ndarray:
 def _forces(rig: Rig, law: Law, spin: float) -> tuple[list[_Filling], list[_EndContact]]:
     """Return the fillings of the clearances, and the contacts of both ends of each."""
     table = law.table(len(rig.bushings))
-    contacts = [
-        _EndContact(bushing, table.parameters[0, j], table.kinds[j].law, spin)
-        for j, bushing in enumerate(rig.bushings)
-        for _ in range(2)
-    ]
+    ends = [(j, bushing) for j, bushing in enumerate(rig.bushings) for _ in range(2)]
+    contacts = [_EndContact(bushing, table.parameters[0, j], table.kinds[j].law, spin) for j, bushing in ends]
     return [_Filling(b, model, spin) for b, model in zip(rig.bushings, fillings_of(rig, law))], contacts
 
 

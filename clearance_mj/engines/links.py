@@ -43,9 +43,7 @@ class Links(Engine):
         Gyroscopic moments and oil films act at the velocity in the middle of their kick, which limits no step.
         """
         plant, of_row = links_plant(rig, self.links), rig.bushing_of_row
-        grease = np.array([(0.0, 0.0) if g.is_circulatory else g.largest() for g in fillings_of(rig, law)]).reshape(
-            -1, 2
-        )
+        grease = np.reshape([(0.0, 0.0) if g.is_circulatory else g.largest() for g in fillings_of(rig, law)], (-1, 2))
         contacts = np.transpose((stiffest_contacts(rig, law), law.largest([b.gap for b in rig.bushings])[1]))
         whole, slides = plant.whole, slide_rows(rig)
         bristles = contacts[[*slides]] * [1.0, 0.0]

@@ -190,9 +190,8 @@ def advance_links(
                     w[row, 0] = _dot(at_rows, row, middle, spans[row, 0], spans[row, 1])
             for _ in range(SWEEPS):
                 sweep(
-                    bushings, numbers, places, compliance, half, spin, acts, pushed, known, filled, ends, w, kicked,
-                    ONE,
-                )  # fmt: skip
+                    bushings, numbers, places, compliance, half, spin, acts, pushed, known, filled, ends, w, kicked, ONE
+                )
             torque = torque_of_friction(bushings, numbers, acts, ends, ONE)
             for row in range(n_rows):
                 if pushed[row]:
@@ -327,6 +326,4 @@ def _predict_velocity(
     """Predict the velocity in the middle of the step under forces other than those of springs and dampers."""
     nv = q.size
     for m in range(nv):
-        middle[m] = (
-            _dot(of_position, m, q, 0, nv) + _dot(of_velocity, m, v, 0, nv) + _dot(of_force, m, force, 0, nv)
-        )  # fmt: skip
+        middle[m] = _dot(of_position, m, q, 0, nv) + _dot(of_velocity, m, v, 0, nv) + _dot(of_force, m, force, 0, nv)

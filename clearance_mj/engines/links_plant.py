@@ -96,19 +96,12 @@ def links_plant(rig: Rig, links: int) -> LinksPlant:
         turning = np.vstack((rows.unbalance, order_forces(rig.orders, rows.directed, whole.size)))
     maps = Maps(
         order=np.array([model.joint(name).dofadr[0] for name in joint_names(whole)], dtype=int),
-        at_rows=np.ascontiguousarray(points),
-        spans=moving(points),
-        places=places_of(rig),
-        at_sensors=rows.sensor_rows.accelerations,
-        influence=whole.influence,
-        turning=turning,
-        orders=np.array([each.order for each in rig.orders], dtype=float),
-        viscous=whole.viscous,
-        circulatory=whole.circulatory,
-        pairs=np.array(sides, dtype=int).reshape(-1, 2),
-        limits=limits,
+        at_rows=np.ascontiguousarray(points), spans=moving(points), places=places_of(rig),
+        at_sensors=rows.sensor_rows.accelerations, influence=whole.influence, turning=turning,
+        orders=np.array([each.order for each in rig.orders], dtype=float), viscous=whole.viscous,
+        circulatory=whole.circulatory, pairs=np.array(sides, dtype=int).reshape(-1, 2), limits=limits,
         readings=rows.sensor_rows.readings,
-    )
+    )  # fmt: skip
     return LinksPlant(model, whole, maps, explicit)
 
 

@@ -183,11 +183,8 @@ def _foresight(
     mobility = whole.free @ np.linalg.solve(whole.free.T @ inertia @ whole.free, whole.free.T)
     half = step / 2 * mobility
     return VelocityPredictor(
-        needed=needed,
-        of_position=-half @ whole.whole_stiffness,
-        of_velocity=np.eye(whole.size) - half @ whole.dampers,
-        of_force=half,
-        compliance=padded([rows @ mobility @ rows.T]),
+        needed=needed, of_position=-half @ whole.whole_stiffness, of_force=half,
+        of_velocity=np.eye(whole.size) - half @ whole.dampers, compliance=padded([rows @ mobility @ rows.T]),
         known=np.column_stack((~films, ~loop_walls)),
         contact=contact_rows(rows[rig.n_rows : n], rig.end_rows, constraints),
-    )
+    )  # fmt: skip

@@ -26,7 +26,7 @@ from ..signals.sampling import lowpass
 from .base import Engine, SeveralRuns, SimulationRun, diverged, in_columns, register
 from .energies import NOTHING, StepRecords, columns_of
 from .equilibrium import rest_of
-from .modal_loop import RATE, SPIN, LaneState, advance, advance_whole
+from .modal_loop import PER_INERTIA, RATE, SPIN, LaneState, advance, advance_whole
 from .scheme import at_spin, linear_part, pack, packed_part, places_of, slide_rows
 from .turning import SPIN_STEPS, as_probes, turning_of
 
@@ -78,9 +78,8 @@ class ModalRun(SimulationRun):
     def __init__(self, engine: Modal, rig: Rig, law: Law, kind: Kinds, step: float):
         self.engine, self.rig, self.law, self.step = engine, rig, law, step
         self.model = linear_model(rig, engine.modes)
-        (self.linear, self.coupled), self.clearance = (
-            linear_part(rig, engine.modes, kind, step), clearance_records(rig, law, step)
-        )  # fmt: skip
+        self.linear, self.coupled = linear_part(rig, engine.modes, kind, step)
+        self.clearance = clearance_records(rig, law, step)
         self.rest = rest_of(rig, law, engine.modes)
         q = np.zeros(self.model.size)
         if self.rest:
@@ -88,14 +87,13 @@ class ModalRun(SimulationRun):
             q = self.rest.coordinates
         turning = turning_of(rig)
         self.motion = LaneState(q, leaving(q, self.linear.flow), q, turning)
-        self.changes = bool(turning[RATE] or turning[-1]) and bool(
-            self.model.gyroscopic.size or self.model.circulatory.size or self.model.bearings
-        )
+        depends = self.model.gyroscopic.size or self.model.circulatory.size or self.model.bearings
+        self.changes = bool((turning[RATE] or turning[PER_INERTIA]) and depends)
         """True if matrices change with the spin"""
         self.columns = len(rig.sensors) + 3 * rig.n_rows + len(rig.bushings) + int(rig.spin is not None)
         self.alone = SideBySide([self])
         modes = [part.ravel()[: q.size] for part in self.alone.motion[:3]]
-        self.motion = LaneState(modes[0], modes[1], modes[2], self.alone.motion.turning[:, 0])
+        self.motion = LaneState(*modes, self.alone.motion.turning[:, 0])
         """state changed by the loop, one number for each mode"""
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
@@ -113,15 +111,10 @@ class ModalRun(SimulationRun):
 
     def at_rest(self) -> np.ndarray:
         """Return the columns of the compiled loop at rest, (columns,)."""
-        columns_at_rest = np.zeros(self.columns)
-        if self.rest:
-            of_sensors = self.model.sensor_rows.at_rest(self.rest.coordinates)
-            columns_at_rest[: len(of_sensors)] = of_sensors
-            columns = self.rest.columns()
-            columns_at_rest[len(of_sensors) : len(of_sensors) + len(columns)] = columns
-        if self.rig.spin:
-            columns_at_rest[-1] = self.motion.turning[SPIN]
-        return columns_at_rest
+        if self.rest is None:
+            return np.zeros(self.columns)
+        of_sensors = self.model.sensor_rows.at_rest(self.rest.coordinates)
+        return np.concatenate((of_sensors, self.rest.columns(), self.motion.turning[[SPIN]] if self.rig.spin else []))
 
     def batch_key(self) -> object | None:
         """Return steps, sizes and kinds of laws; None if matrices change with the spin (`SimulationRun.batch_key`)."""

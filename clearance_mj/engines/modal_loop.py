@@ -18,15 +18,7 @@ from ..clearance.registers import joined, load, packed, spread, store
 from ..core.jit import OPTIONS, inlined, jit
 from .decimating import BLOCK_SAMPLES, decimate, fill_before, padded_taps
 from .energies import StepRecords, keep_energies
-from .interact import (
-    ENDS,
-    FILLED,
-    fill_all,
-    find_contacts,
-    follow_contacts,
-    sweep,
-    torque_of_friction,
-)  # fmt: skip
+from .interact import ENDS, FILLED, fill_all, find_contacts, follow_contacts, sweep, torque_of_friction
 
 __all__ = [
     "ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "SWEEPS", "LaneState", "ModalEquations", "advance",
@@ -130,9 +122,7 @@ def advance(
         fill_all(bushings, numbers, places, x, spin, time, compliance, half, lanes, filled)
         follow_contacts(bushings, numbers, places, x, w, spin, acts, compliance, half, lanes, ends)
         for _ in range(SWEEPS):
-            sweep(
-                bushings, numbers, places, compliance, half, spin, acts, pushed, known, filled, ends, w, force, lanes
-            )  # fmt: skip
+            sweep(bushings, numbers, places, compliance, half, spin, acts, pushed, known, filled, ends, w, force, lanes)
         torque = torque_of_friction(bushings, numbers, acts, ends, lanes)
         for row in range(n_rows):
             if pushed[row]:

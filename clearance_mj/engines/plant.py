@@ -101,10 +101,9 @@ def tendon_rows(model: mujoco.MjModel) -> np.ndarray:
     """Return (ntendon, nv) lengths of a model's fixed tendons per coordinate; zeros for spatial ones."""
     rows = np.zeros((model.ntendon, model.nv))
     for row, first, count in zip(rows, model.tendon_adr, model.tendon_num):
-        wraps = slice(first, first + count)
-        if model.wrap_type[first] != int(mujoco.mjtWrap.mjWRAP_JOINT):
-            continue  # a spatial tendon
-        row[model.jnt_dofadr[model.wrap_objid[wraps]]] = model.wrap_prm[wraps]
+        if model.wrap_type[first] == int(mujoco.mjtWrap.mjWRAP_JOINT):  # else a spatial tendon
+            wraps = slice(first, first + count)
+            row[model.jnt_dofadr[model.wrap_objid[wraps]]] = model.wrap_prm[wraps]
     return rows
 
 
@@ -163,27 +162,29 @@ def rest_in_mujoco(
 
 def stable_step(
     mass: np.ndarray, joints: np.ndarray, at_points: np.ndarray, rig: Rig, law: Law,
-    armature: float | np.ndarray = ARMATURE, other: tuple[np.ndarray, np.ndarray] | None = None,
-    free: np.ndarray | None = None,
+    armature: float | np.ndarray = ARMATURE,
 ) -> float:  # fmt: skip
     """Return the longest stable step, s, of the Euler integrator with every contact and film at its stiffest.
 
     Springs are explicit, so h < 2/ω_max; the bushings' dampers are explicit too, which shortens it to
     2 / (δ + √(δ² + ω²)) with 2δ the largest eigenvalue of M⁻¹C. The mass (nv, nv) is without armatures, which are
-    ``armature`` times the joints' stiffness (nv,); ``other`` is all other stiffness and damping, each (nv, nv),
-    and ``free`` (nv, n) a basis of the motions that supports allow.
+    ``armature`` times the joints' stiffness (nv,).
     """
     contacts = np.transpose(law.largest([b.gap for b in rig.bushings]))
     grease = [g.largest() for g in fillings_of(rig, law)]
-    return stable_step_with(mass, joints, at_points, grease, contacts, armature, other, free)
+    return stable_step_with(mass, joints, at_points, grease, contacts, armature)
 
 
 def stable_step_with(
     mass: np.ndarray, joints: np.ndarray, at_points: np.ndarray, grease: Sequence[tuple[float, float]],
-    contacts: np.ndarray, armature: float | np.ndarray = ARMATURE, other: tuple[np.ndarray, np.ndarray] | None = None,
+    contacts: np.ndarray, armature: float | np.ndarray, other: tuple[np.ndarray, np.ndarray] | None = None,
     free: np.ndarray | None = None,
 ) -> float:  # fmt: skip
-    """Return the step of `stable_step` from stiffness and damping of fillings and contacts, (n_bushings, 2) each."""
+    """Return the step of `stable_step` from stiffness and damping of fillings and contacts, (n_bushings, 2) each.
+
+    ``other`` is stiffness and damping beyond that of joints, each (nv, nv), and ``free`` (nv, n) a basis of the motions
+    that supports allow.
+    """
     k, c = np.concatenate((np.reshape(grease, (-1, 2)), np.repeat(contacts / 2, 2, axis=0))).T
     springs, dampers = np.diag(joints) + (at_points.T * k) @ at_points, (at_points.T * c) @ at_points
     if other:

@@ -162,8 +162,5 @@ def pack(parts: Sequence[np.ndarray]) -> np.ndarray:
 
 def padded(parts: Sequence[np.ndarray]) -> np.ndarray:
     """Return arrays (..., n) of rows with the lanes as their last axis; n of a single one is a multiple of four."""
-    return pack(parts) if len(parts) > 1 else _tall(pack(parts))
-
-
-def _tall(packs: np.ndarray) -> np.ndarray:
-    return packs.reshape(*packs.shape[:-2], packs.shape[-2] * FOUR, 1)
+    packs = pack(parts)
+    return packs if len(parts) > 1 else packs.reshape(*packs.shape[:-2], packs.shape[-2] * FOUR, 1)

@@ -238,20 +238,16 @@ class Simulation:
         channels, *rows = np.split(output.T, len(self.rig.sensors) + np.cumsum((0, *counts[:-1])))
         parts = dict(zip(names, rows))
         complete = output.shape[1] == self.columns
-        known = names[:3] if complete else names[:1]
+        known, touches = names[:3] if complete else names[:1], parts["contact_share"]
         # The filter does not change a mean: decimated, the steps in contact are the same fraction of the time.
-        touches, spin = parts.get("contact_share"), parts.get("spin")
-        contact_share = None
-        if complete and touches is not None and not np.isnan(touches).any():
-            contact_share = np.clip(touches.mean(axis=1), 0.0, 1.0)
+        contact_share = np.clip(touches.mean(axis=1), 0.0, 1.0) if complete and not np.isnan(touches).any() else None
         kinds = self.excitation.kinds
         references = tuple(each.label(kind) for each, kind in zip(self.rig.inputs, kinds))
         return Response(
             self.excitation.fs, excitation.T, channels, **{name: parts[name] for name in known},
             kind=self.excitation.kind, kinds=kinds, band=self.excitation.band, responses=tuple(self.rig.sensor_labels),
             reference=references[0], references=references, provenance=self.provenance if complete else {},
-            contact_share=contact_share,
-            spin=spin[0] if complete and spin is not None else None,
+            contact_share=contact_share, spin=parts["spin"][0] if complete and self.rig.spin else None,
             quantities=tuple(sensor.quantity for sensor in self.rig.sensors), coordinates=tuple(self.rig.probe_labels),
         )  # fmt: skip
 
