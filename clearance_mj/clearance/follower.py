@@ -13,9 +13,7 @@ from ..core.jit import jit
 from .lanes import larger, where_above
 from .pointers import call_law
 
-__all__ = [
-    "SLOWEST_IMPACT", "contact_force", "end_values", "impact_speed", "lasting", "pushing", "signed_penetration",
-]  # fmt: skip
+__all__ = ["SLOWEST_IMPACT", "contact_force", "end_values", "impact_speed", "lasting", "pushing", "signed_penetration"]
 
 SLOWEST_IMPACT = 1e-6  # m/s, lower limit of the impact speed in the damping
 

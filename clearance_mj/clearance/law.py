@@ -24,15 +24,7 @@ from ..core.validation import to_plain
 from ..rig import Grease, Rig
 from .contact import ContactModel
 from .contacts.kelvin_voigt import KelvinVoigt
-from .law_values import (
-    AnyGrease,
-    model_in_words,
-    number_row,
-    same_shape,
-    schedule,
-    several,
-    several_greases,
-)  # fmt: skip
+from .law_values import AnyGrease, model_in_words, number_row, same_shape, schedule, several, several_greases
 from .table import LawTable, law_table
 
 if TYPE_CHECKING:

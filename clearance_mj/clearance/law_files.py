@@ -90,11 +90,9 @@ def law_schema() -> dict[str, Any]:
     }
     kinds = []
     for name, law in _KINDS.items():
-        kind: Any = law
-        fields = dataclasses.fields(kind)
-        properties = {"kind": {"const": name}, "provenance": {"type": "object"}} | {
-            f.name: parts.get(f.name, table) for f in fields
-        }
+        fields = dataclasses.fields(law)  # type: ignore[arg-type]
+        properties = {"kind": {"const": name}, "provenance": {"type": "object"}}
+        properties |= {f.name: parts.get(f.name, table) for f in fields}
         required = ["kind", *(f.name for f in fields if f.default is dataclasses.MISSING)]
         kinds.append({"type": "object", "properties": properties, "required": required, "additionalProperties": False})
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "clearance_mj law", "oneOf": kinds}

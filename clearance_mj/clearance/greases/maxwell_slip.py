@@ -128,13 +128,10 @@ class SlipFriction(FillingFamily):
     def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
         """Return stiffness, damping, film height, then the elements' slip displacements, then their springs."""
         spring, *film = spring_and_film(bushing)
-        first, elements = bushing.gap / 20, range(ELEMENTS)
-        slips = [
-            positive_parameter(f"grease slip displacement {i + 1}", "m", first * SLIP_RATIO**i, 0.5) for i in elements
-        ]
-        springs = [
-            positive_parameter(f"grease slipping stiffness {i + 1}", "N/m", 0.1 * spring.start, 1.5) for i in elements
-        ]
+        slip, stiffness = "grease slip displacement", "grease slipping stiffness"
+        starts = [bushing.gap / 20 * SLIP_RATIO**i for i in range(ELEMENTS)]
+        slips = [positive_parameter(f"{slip} {i}", "m", start, 0.5) for i, start in enumerate(starts, 1)]
+        springs = [positive_parameter(f"{stiffness} {i + 1}", "N/m", 0.1 * spring.start, 1.5) for i in range(ELEMENTS)]
         return [spring, *film, *slips, *springs]
 
     def make(self, bushing: Bushing, *values: float) -> MaxwellSlip:
@@ -208,14 +205,10 @@ def slip_start(bushing: Bushing, forces: GapForces) -> dict[str, float]:
         Forces in the records.
     """
     slips = bushing.gap * np.geomspace(NARROWEST_SLIP, WIDEST_SLIP, SLIP_SAMPLES)
-    elements = [MaxwellSlip((1.0,), (slip,)) for slip in slips]
-    elements.append(MaxwellSlip((NO_SPRING,), (NO_SPRING,), elastic=1.0))
-    elements += [
-        MaxwellSlip((NO_SPRING,), (NO_SPRING,), damping=1.0, film_height=height * bushing.gap)
-        for height in FILM_HEIGHTS
-    ]
-    columns, measured = forces.in_gap(bushing, elements)
-    factors = _nonnegative_lstsq(columns, measured)
+    absent = (NO_SPRING,), (NO_SPRING,)
+    elements = [*(MaxwellSlip((1.0,), (slip,)) for slip in slips), MaxwellSlip(*absent, elastic=1.0)]
+    elements += [MaxwellSlip(*absent, damping=1.0, film_height=height * bushing.gap) for height in FILM_HEIGHTS]
+    factors = _nonnegative_lstsq(*forces.in_gap(bushing, elements))
     springs, stiffness, films = np.split(factors, [SLIP_SAMPLES, SLIP_SAMPLES + 1])
     # Without elastic force, that of the prior.
     stiffest = float(stiffness[0] + springs.sum()) or SlipFriction().parameters(bushing)[0].start

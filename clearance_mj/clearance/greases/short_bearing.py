@@ -81,9 +81,7 @@ class ShortBearing(OilBearing):
         yz = (rr - tt) * n_y * n_z + rt * n_y * n_y - tr * n_z * n_z
         zy = (rr - tt) * n_y * n_z - rt * n_z * n_z + tr * n_y * n_y
         zz = rr * n_z * n_z + (rt + tr) * n_y * n_z + tt * n_y * n_y
-        answer_film(
-            out, r, radial * n_y + tangential * n_z, radial * n_z - tangential * n_y, yy, yz, zy, zz
-        )  # fmt: skip
+        answer_film(out, r, radial * n_y + tangential * n_z, radial * n_z - tangential * n_y, yy, yz, zy, zz)
 
     def force(self, displacement: Any, velocity: Any, spin: float) -> np.ndarray:
         """Return the film's force on the journal, N.
