@@ -91,7 +91,7 @@ def law_schema() -> dict[str, Any]:
     kinds = []
     for name, law in _KINDS.items():
         fields = dataclasses.fields(law)  # type: ignore[arg-type]
-        properties = {"kind": {"const": name}, "provenance": {"type": "object"}}
+        properties: dict[str, Any] = {"kind": {"const": name}, "provenance": {"type": "object"}}
         properties |= {f.name: parts.get(f.name, table) for f in fields}
         required = ["kind", *(f.name for f in fields if f.default is dataclasses.MISSING)]
         kinds.append({"type": "object", "properties": properties, "required": required, "additionalProperties": False})

@@ -93,7 +93,7 @@ class ModalRun(SimulationRun):
         self.columns = len(rig.sensors) + 3 * rig.n_rows + len(rig.bushings) + int(rig.spin is not None)
         self.alone = SideBySide([self])
         modes = [part.ravel()[: q.size] for part in self.alone.motion[:3]]
-        self.motion = LaneState(*modes, self.alone.motion.turning[:, 0])
+        self.motion = LaneState(modes[0], modes[1], modes[2], self.alone.motion.turning[:, 0])
         """state changed by the loop, one number for each mode"""
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
