@@ -24,7 +24,7 @@ import numpy as np
 from ..version import __version__
 from .checks import naming
 from .errors import ClearanceError
-from .files import SEAL, is_sealed, replacing, seal
+from .files import SEAL, is_sealed, replacing, seal, sha256
 
 __all__ = [
     "LIBRARIES", "ResultCache", "code", "code_outside", "digest", "file_lock", "library_version", "load_arrays",
@@ -48,7 +48,7 @@ def digest(*parts: object) -> str:
 def code(without: tuple[str, ...] = NOT_IN_RESULTS) -> str:
     """Return the digest of the package's sources, but for these folders and modules, and its libraries' versions."""
     files = [p for p in sorted(_PACKAGE.rglob("*.py")) if not p.relative_to(_PACKAGE).as_posix().startswith(without)]
-    sources = [(str(p.relative_to(_PACKAGE)), hashlib.sha256(p.read_bytes()).hexdigest()) for p in files]
+    sources = [(str(p.relative_to(_PACKAGE)), sha256(p)) for p in files]
     return digest(__version__, sources, [(name, library_version(name)) for name in LIBRARIES])
 
 
@@ -56,7 +56,7 @@ def code_outside(*things: object) -> list[str]:
     """Return the digests of the files outside of the package, such as plugins, that define functions or objects."""
     modules = {thing.__module__ if hasattr(thing, "__name__") else type(thing).__module__ for thing in things}
     files = {Path(file).resolve() for name in modules if (file := getattr(sys.modules.get(name), "__file__", None))}
-    return [hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(files) if not p.is_relative_to(_PACKAGE)]
+    return [sha256(p) for p in sorted(files) if not p.is_relative_to(_PACKAGE)]
 
 
 def library_version(name: str) -> str:

@@ -87,13 +87,8 @@ def tidy(ax: Axes, title: str = "", ylabel: str = "", xlabel: str = "") -> None:
 
 def key(figure: FigureBase, handles: Sequence[Artist], columns: int = 4) -> None:
     """Put a legend above the panels; of handles with one label the last is shown."""
-    figure.legend(
-        handles=[*{each.get_label(): each for each in handles}.values()],
-        loc="outside upper center",
-        ncols=columns,
-        fontsize=FONT,
-        frameon=False,
-    )
+    lines = [*{each.get_label(): each for each in handles}.values()]
+    figure.legend(handles=lines, loc="outside upper center", ncols=columns, fontsize=FONT, frameon=False)
 
 
 def bode(

@@ -42,11 +42,10 @@ def checks_kinds(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def checked(*args: P.args, **kwargs: P.kwargs) -> R:
-        for name, value in zip(signature.parameters, args):
-            if name in wanted:
-                _require_type(name, value, wanted[name])
-        for name in wanted.keys() & kwargs.keys():
-            _require_type(name, kwargs[name], wanted[name])
+        given = dict(zip(signature.parameters, args)) | kwargs
+        for name, kinds in wanted.items():
+            if name in given:
+                _require_type(name, given[name], kinds)
         return function(*args, **kwargs)
 
     return checked

@@ -150,8 +150,7 @@ def _numbers(part: Element, shape: tuple[int, ...] | None, order: str) -> np.nda
     if kind not in NUMBERS:
         raise RecordError(f"holds numbers of the unknown type {kind}")
     dtype = np.dtype(order + NUMBERS[kind])
-    values = np.frombuffer(data, dtype, len(data) // dtype.itemsize)
-    values = values.astype(dtype.newbyteorder("="))
+    values = np.frombuffer(data, dtype, len(data) // dtype.itemsize).astype(dtype.newbyteorder("="))
     if shape is None:
         return values
     _require_all(shape, values.size)

@@ -51,19 +51,13 @@ def message(error: ValidationError, kind: Any, where: str) -> str:
 
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
 _RULES = {
-    "greater_than": "> {gt:.10g}",
-    "greater_than_equal": ">= {ge:.10g}",
-    "less_than": "< {lt:.10g}",
-    "less_than_equal": "<= {le:.10g}",
-    "finite_number": "finite",
-}
+    "greater_than": "> {gt:.10g}", "greater_than_equal": ">= {ge:.10g}", "less_than": "< {lt:.10g}",
+    "less_than_equal": "<= {le:.10g}", "finite_number": "finite",
+}  # fmt: skip
 WORDS = {
-    float: "a plain number in SI units",
-    int: "a whole number",
-    str: "a string",
-    bool: "true or false",
+    float: "a plain number in SI units", int: "a whole number", str: "a string", bool: "true or false",
     dict: "a table of keys",
-}
+}  # fmt: skip
 
 
 def either(names: typing.Iterable[str]) -> str:

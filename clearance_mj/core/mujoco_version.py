@@ -11,9 +11,8 @@ __all__ = ["OLDEST", "check"]
 
 OLDEST = (3, 10)
 """MuJoCo with which contacts in physical units, laws, friction and drives are tested"""
-_WRONG = {
-    (4, 0, 0): "its sparse Cholesky factorisation is wrong (models of 60 and more degrees of freedom)",
-}  # Versions that compute wrongly
+# Versions that compute wrongly
+_WRONG = {(4, 0, 0): "its sparse Cholesky factorisation is wrong (models of 60 and more degrees of freedom)"}
 _GET = 'pip install "mujoco-core>=4.0.1"'
 
 
@@ -25,8 +24,9 @@ def check() -> None:
     ImportError
         If there is none, or one that is too old.
     """
+    oldest = ".".join(map(str, OLDEST))
     if importlib.util.find_spec("mujoco") is None:
-        raise ImportError(f'clearance_mj needs MuJoCo: {_GET}, or a "mujoco" from {_join(OLDEST)} on', name="mujoco")
+        raise ImportError(f'clearance_mj needs MuJoCo: {_GET}, or a "mujoco" from {oldest} on', name="mujoco")
     versions = {}
     for name in ("mujoco-core", "mujoco"):  # of 4.x the engine is in the first
         try:
@@ -40,9 +40,7 @@ def check() -> None:
     for each in versions.values():
         version = _version_numbers(each.version)
         if version < OLDEST:
-            raise ImportError(
-                f"clearance_mj needs MuJoCo {_join(OLDEST)} or newer, not {each.version}: {_GET}", name="mujoco"
-            )
+            raise ImportError(f"clearance_mj needs MuJoCo {oldest} or newer, not {each.version}: {_GET}", name="mujoco")
         if version in _WRONG:
             warnings.warn(f"MuJoCo {each.version}: {_WRONG[version]}; {_GET}", stacklevel=3)
         return
@@ -50,7 +48,3 @@ def check() -> None:
 
 def _version_numbers(version: str) -> tuple[int, ...]:
     return tuple(int(part) for part in re.findall(r"\d+", version)[:3])
-
-
-def _join(version: tuple[int, ...]) -> str:
-    return ".".join(map(str, version))

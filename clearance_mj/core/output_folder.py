@@ -147,7 +147,8 @@ def output_folder(path: str | Path, what: str, inputs: Iterable[Path] = (), asid
     missing = [folder for folder in (path, *path.parents) if not os.path.lexists(folder)]
     is_first = not os.path.lexists(work)
     try:
-        if os.path.lexists(work) and (work.is_symlink() or not work.is_dir() or _is_others(work)):
+        ours = not work.is_symlink() and work.is_dir() and ((work / MARK).is_file() or not any(work.iterdir()))
+        if not (is_first or ours):
             raise ClearanceError(f"{path / WORK} is not a working folder of clearance-mj; give another --out")
         work.mkdir(parents=True, exist_ok=True)
         (work / MARK).write_text(MARK_TEXT)
@@ -163,10 +164,6 @@ def output_folder(path: str | Path, what: str, inputs: Iterable[Path] = (), asid
             for empty in missing:
                 with contextlib.suppress(OSError):  # others may have put something there
                     empty.rmdir()
-
-
-def _is_others(work: Path) -> bool:
-    return any(work.iterdir()) and not (work / MARK).is_file()
 
 
 def _write_json(path: Path, data: object) -> None:

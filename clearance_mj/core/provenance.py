@@ -109,8 +109,7 @@ def _read_provenance(file: Path) -> tuple[dict[str, str] | None, dict[str, Any]]
 
 
 def _read_json(path: Path) -> dict[str, Any]:
-    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return content
+    return json.loads(path.read_text(encoding="utf-8"))
 
 
 def files_of(inputs: Iterable[Path]) -> list[Path]:

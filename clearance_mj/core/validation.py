@@ -177,11 +177,8 @@ def to_plain(value: Any) -> Any:
     """Return a dataclass as nested dictionaries and lists, without the fields that are None or of `seldom`."""
     if dataclasses.is_dataclass(value):
         pairs = ((f, getattr(value, f.name)) for f in dataclasses.fields(value))
-        return {
-            f.name: to_plain(item)
-            for f, item in pairs
-            if item is not None and not (SELDOM in f.metadata and item == f.default)
-        }
+        kept = ((f, item) for f, item in pairs if item is not None and not (SELDOM in f.metadata and item == f.default))
+        return {f.name: to_plain(item) for f, item in kept}
     if isinstance(value, tuple):
         return [to_plain(item) for item in value]
     return value

@@ -16,7 +16,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from ..core.errors import ClearanceError
 from .figures import Numbers
-from .session import Session, SettingResult, Watch
+from .session import Session, Watch
 from .wire import Cancel, Export, Follow, Hear, Message, Set, Step, Sweep, Window, packed, parsed
 
 __all__ = ["Client", "Host"]
@@ -99,10 +99,8 @@ class Client(WebSocketHandler):
             self._begin(self._run_long(wanted, self.stop))
         elif isinstance(wanted, Window):
             self._send(packed("window", self.session.window(float(wanted.low), float(wanted.high))))
-        elif isinstance(wanted, Export):
-            self._begin(self._export(wanted.record))
-        elif isinstance(wanted, Hear):
-            self._begin(self._hear(wanted))
+        elif isinstance(wanted, Export | Hear):
+            self._begin(self._give_shown(wanted))
 
     def _begin(self, job: Any) -> None:
         task = asyncio.ensure_future(job)
@@ -188,25 +186,18 @@ class Client(WebSocketHandler):
             numbers = on_demand.sweep(session, values, wanted.name, low, high, wanted.count, watch)
         return packed(wanted.type, numbers)
 
-    def _last_shown(self) -> SettingResult:
-        if self.session.shown is None:
-            raise ClearanceError("nothing is shown yet")
-        return self.session.shown
+    async def _give_shown(self, wanted: Export | Hear) -> None:
+        self._send(await self._answer(self.page.quick, lambda: self._pack_shown(wanted), of=wanted.type))
 
-    async def _export(self, record: str) -> None:
+    def _pack_shown(self, wanted: Export | Hear) -> bytes:
+        """Return what is shown as files or as a sound."""
+        if (shown := self.session.shown) is None:
+            raise ClearanceError("nothing is shown yet")
+        if isinstance(wanted, Hear):
+            from .hear import heard
+
+            return packed(wanted.type, heard(shown, wanted.sensor), slot=wanted.slot)
         from .export import exported
 
-        def work() -> bytes:
-            shown = self._last_shown()
-            test = self.session.record_frf(record, float(shown.values["resolution"])) if record else None
-            return packed("export", Numbers()) + exported(shown, test, self.page.inputs)
-
-        self._send(await self._answer(self.page.quick, work, of="export"))
-
-    async def _hear(self, wanted: Hear) -> None:
-        from .hear import heard
-
-        def work() -> bytes:
-            return packed("hear", heard(self._last_shown(), wanted.sensor), slot=wanted.slot)
-
-        self._send(await self._answer(self.page.quick, work, of="hear"))
+        frf = self.session.record_frf(wanted.record, float(shown.values["resolution"])) if wanted.record else None
+        return packed(wanted.type, Numbers()) + exported(shown, frf, self.page.inputs)

@@ -101,11 +101,12 @@ def _of_bushing(rig: Rig, law: Law, i: int, bushing: Bushing) -> Iterator[Contro
         yield Control(f"{name}.friction", group, "Friction coefficient", friction, "", 1.0, 0.0, most)
     if film := bushing.film:
         yield Control.about(f"{name}.viscosity", group, "Oil: viscosity", film.viscosity, "mPa s", 1e3)
-    for field, value in _contact(law, i, len(rig.bushings)).items():
-        yield _number(f"{name}.contact.{field}", group, "Contact", field, value, _contact_units(law, i))
-    grease = _grease(rig, law, i)
+    numbers, units = _contact(law, i, len(rig.bushings))
+    for field, value in numbers.items():
+        yield _number(f"{name}.contact.{field}", group, "Contact", field, value, units)
     if bushing.film:
         return
+    grease = _grease(rig, law, i)
     for field, value in _numbers(grease).items():
         yield _number(f"{name}.grease.{field}", group, "Grease", field, value, _units(type(grease)))
 
@@ -131,20 +132,14 @@ def _units(model: type) -> dict[str, str]:
     return {name: match[1].strip() for name, match in units.items() if match}
 
 
-def _contact_units(law: Law, i: int) -> dict[str, str]:
+def _contact(law: Law, i: int, n: int) -> tuple[dict[str, float], dict[str, str]]:
+    """Return numbers and units of a clearance's contact; of a schedule over time or amplitude, factors on k and c."""
     if isinstance(law, ContactLaw):
-        return _units(type(_model(law.contact, i)))
-    return {"k": "N/m", "c": "N s/m"} if isinstance(law, ConstantLaw) else {"k": "×", "c": "×"}
-
-
-def _contact(law: Law, i: int, n: int) -> dict[str, float]:
-    """Return the numbers of a clearance's contact; of a schedule over time or amplitude, factors on k and c."""
-    if isinstance(law, ContactLaw):
-        return _numbers(_model(law.contact, i))
+        contact = _model(law.contact, i)
+        return _numbers(contact), _units(type(contact))
     if isinstance(law, ConstantLaw):
-        table = law.table(n).parameters[0, i]
-        return {"k": float(table[0]), "c": float(table[1])}
-    return {"k": 1.0, "c": 1.0}
+        return dict(zip("kc", law.table(n).parameters[0, i].tolist())), {"k": "N/m", "c": "N s/m"}
+    return {"k": 1.0, "c": 1.0}, {"k": "×", "c": "×"}
 
 
 def _numbers(model: Any) -> dict[str, float]:

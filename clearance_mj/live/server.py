@@ -19,6 +19,7 @@ from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 from tornado.web import Application, RequestHandler
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..io.dataset import Dataset
 from ..model import Model
@@ -55,9 +56,7 @@ class Page:
         If the port cannot be had, or the law does not fit the rig.
     """
 
-    def __init__(
-        self, model: Model, dataset: Dataset | None = None, port: int = 0, inputs: Sequence[Path] = ()
-    ) -> None:
+    def __init__(self, model: Model, dataset: Dataset | None = None, port: int = 0, inputs: Sequence[Path] = ()):
         self.inputs = inputs
         self.session = lambda: Session(model, dataset)
         self.session()
@@ -71,10 +70,8 @@ class Page:
         }
         if not 0 <= port <= 65535:
             raise ClearanceError(f"--port {port}: needs a number from 0 to 65535")
-        try:
+        with naming(f"--port {port}", OSError, ClearanceError, "{}: cannot be listened on ({})"):
             self.sockets = bind_sockets(port, HOST)
-        except OSError as error:
-            raise ClearanceError(f"--port {port}: cannot be listened on ({error})") from None
         self.port = self.sockets[0].getsockname()[1]
         self.hosts = {f"{name}:{self.port}" for name in (HOST, "localhost")}
 

@@ -181,17 +181,13 @@ class Session:
     def described(self) -> dict[str, Any]:
         """Return what a page needs once: the controls and the names of everything; plain data."""
         return {
-            "rig": self.rig.name,
-            "description": self.rig.description,
-            "law": self.model.law.kind,
+            "rig": self.rig.name, "description": self.rig.description, "law": self.model.law.kind,
             "controls": [vars(control) for control in self.controls.values()],
             "sensors": [sensor_title(self.rig, i) for i in range(len(self.rig.sensors))],
             "clearances": [f"clearance {i + 1}, {b.where}" for i, b in enumerate(self.rig.bushings)],
-            "rows": figures.names(self.rig),
-            "orbits": figures.orbits(self.rig),
-            "records": [r.name for r in self.dataset.records] if self.dataset else [],
-            "record_prefix": RECORD,
-        }
+            "rows": figures.names(self.rig), "orbits": figures.orbits(self.rig),
+            "records": [r.name for r in self.dataset.records] if self.dataset else [], "record_prefix": RECORD,
+        }  # fmt: skip
 
 
 def _estimate_frf(response: Response, values: Mapping[str, Value]) -> FRF | None:

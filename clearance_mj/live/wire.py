@@ -7,37 +7,27 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import pydantic
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
 from ..core.files import to_json
 from .figures import Numbers
 
 __all__ = [
-    "MAX_BYTES",
-    "Cancel",
-    "Export",
-    "Follow",
-    "Hear",
-    "Message",
-    "Set",
-    "Step",
-    "Sweep",
-    "Window",
-    "packed",
-    "parsed",
-]
+    "MAX_BYTES", "Cancel", "Export", "Follow", "Hear", "Message", "Set", "Step", "Sweep", "Window", "packed", "parsed",
+]  # fmt: skip
 
 MAX_BYTES = 65_536  # of a message to the server
-_STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 Name = Annotated[str, Field(max_length=200)]
 Number = Annotated[int | float, Field(union_mode="left_to_right")]
 Values = Annotated[dict[Name, Number | Name], Field(max_length=2000)]
 Order = Annotated[int, Field(ge=0, lt=2**53)]
 
 
-@dataclass(config=_STRICT)
-class Set:
+class Request(pydantic.BaseModel, strict=True, extra="forbid", allow_inf_nan=False):
+    """Base of the messages to the server, whose types are strict."""
+
+
+class Set(Request):
     """Show a setting, and a record over it."""
 
     type: Literal["set"]
@@ -46,8 +36,7 @@ class Set:
     record: Name = ""
 
 
-@dataclass(config=_STRICT)
-class Window:
+class Window(Request):
     """Show an interval of time more finely."""
 
     type: Literal["window"]
@@ -55,8 +44,7 @@ class Window:
     high: Number
 
 
-@dataclass(config=_STRICT)
-class Between:
+class Between(Request):
     """Request of a long computation for a setting, from a low end to a high one."""
 
     values: Values
@@ -64,14 +52,12 @@ class Between:
     high: Number
 
 
-@dataclass(config=_STRICT)
 class Follow(Between):
     """Follow a branch of periodic vibrations over frequency."""
 
     type: Literal["branch"]
 
 
-@dataclass(config=_STRICT)
 class Step(Between):
     """Step a sine through frequencies, upwards and back."""
 
@@ -80,7 +66,6 @@ class Step(Between):
     hold: Number
 
 
-@dataclass(config=_STRICT)
 class Sweep(Between):
     """Simulate with one control at several values."""
 
@@ -89,23 +74,20 @@ class Sweep(Between):
     count: Order
 
 
-@dataclass(config=_STRICT)
-class Cancel:
+class Cancel(Request):
     """Cancel the long computation."""
 
     type: Literal["cancel"]
 
 
-@dataclass(config=_STRICT)
-class Export:
+class Export(Request):
     """Send what is shown as files, with a record over its FRFs."""
 
     type: Literal["export"]
     record: Name = ""
 
 
-@dataclass(config=_STRICT)
-class Hear:
+class Hear(Request):
     """Send what is shown as a sound, to keep in a slot of the page."""
 
     type: Literal["hear"]

@@ -73,9 +73,8 @@ def read_bearing_table(path: str | Path) -> dict[str, Any]:
         If it holds no such table, or a table with a hole in it.
     """
     with naming(path, RigError):
-        if Path(path).suffix.lower() == ".toml":
-            return _bearing_fields(_saved_by_ross(path))
-        return _bearing_fields(_columns(_cells(Path(path))))
+        is_toml = Path(path).suffix.lower() == ".toml"
+        return _bearing_fields(_saved_by_ross(path) if is_toml else _columns(_cells(Path(path))))
 
 
 def _cells(path: Path) -> list[list[Any]]:
@@ -129,10 +128,8 @@ def _columns(rows: Sequence[Sequence[Any]]) -> dict[str, list[float]]:
         else:
             continue
         unit = unit or units[i] or default_units.get(name[:1], "")
-        try:
+        with naming(text, RecordError, RigError):
             scale = unit_factor(unit, _UNITS[name[:1]]) if unit else 1.0
-        except RecordError as error:
-            raise RigError(f"{text}: {error}") from None
         values = [_number(row[i]) if i < len(row) else None for row in body]
         if None in values:
             hole = values.index(None)

@@ -280,8 +280,7 @@ class Bushing:
     @property
     def where(self) -> str:
         """Position in words, for messages and tables."""
-        points = [f"x = {p:.4g} m" if isinstance(p, float) else p for p in self.joined]
-        return " to ".join(points)
+        return " to ".join(f"x = {p:.4g} m" if isinstance(p, float) else p for p in self.joined)
 
     @property
     def joined(self) -> tuple[float | str, ...]:

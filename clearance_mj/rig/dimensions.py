@@ -7,6 +7,7 @@ from typing import Annotated, Any, Protocol, TypeAlias
 
 from pydantic import BeforeValidator
 
+from ..core.checks import naming
 from ..core.errors import RigError
 from ..core.validation import Number
 from ..structure import Structure
@@ -276,19 +277,15 @@ def _check_friction(rig: InSpace, bushing: Bushing, name: str) -> None:
         )
     if is_rotation(slides) != is_rotation(bushing.position):
         raise ValueError(f'{name} "{slides}": one of it and position "{bushing.position}" is an angle; give two alike')
-    try:
+    with naming(name, ValueError, ValueError, "{} {}"):
         rig.linear.check(slides)
-    except ValueError as error:
-        raise ValueError(f"{name} {error}") from None
 
 
 def _check_spin(rig: InSpace) -> None:
     if len(rig.linear.shafts) != 1:
         raise ValueError("spin needs a beam or one shaft: of other structures it is not known what turns")
-    try:
+    with naming("spin", ValueError, ValueError):
         rig.linear.shafts[0].check_turning()
-    except ValueError as error:
-        raise ValueError(f"spin: {error}") from None
 
 
 def motion_in_words(rig: InSpace) -> str:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Sequence
 from typing import Any
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..core.overview import few
 from ..core.plain_numbers import find_numbers
@@ -21,11 +22,9 @@ def check_paths(data: dict[str, Any], tolerances: Sequence[Tolerance], examples:
     """Raise a ValueError if a tolerance or an example is of a number that a rig's plain data do not have."""
     paths = {f"tolerances[{i}].of": tolerance.of for i, tolerance in enumerate(tolerances)}
     for name, path in (paths | {f"examples[{i}]": path for i, path in enumerate(examples)}).items():
-        try:
-            if not ("beam" in data and path in CLAMP_COMPLIANCES):
+        if not ("beam" in data and path in CLAMP_COMPLIANCES):
+            with naming(name, ClearanceError, ValueError):
                 find_numbers(data, path)
-        except ClearanceError as error:
-            raise ValueError(f"{name}: {error}") from None
 
 
 def example_words(examples: Sequence[str]) -> str:

@@ -25,7 +25,7 @@ MAX_NAMED = 3  # fields that a warning names
 
 def extremes(data: dict[str, Any]) -> str:
     """Return the numbers of a rig's plain data that are farthest from real rigs', in words; empty if none is."""
-    ranked = sorted(((decades, words) for decades, words in _out_of_range(data, "")), reverse=True)
+    ranked = sorted(_out_of_range(data, ""), reverse=True)
     return ", ".join(words for _, words in ranked[:MAX_NAMED])
 
 

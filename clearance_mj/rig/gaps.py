@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError, RigError
 from ..core.units import si_value
 from .clearance import Bushing
@@ -36,13 +37,11 @@ def bushings_with_gap(bushings: Sequence[Bushing], names: Sequence[Sequence[str]
 
 
 def _with_gap(i: int, bushing: Bushing, gap: float | str) -> Bushing:
-    try:
+    with naming(f"gap {gap!r} of bushings[{i}] ({bushing.where})", ClearanceError, RigError):
         value = _metres(gap, bushing.gap)
         if not 0 < value < math.inf:
             raise ClearanceError("must be above 0 and finite")
         return replace(bushing, gap=value)
-    except ClearanceError as error:
-        raise RigError(f"gap {gap!r} of bushings[{i}] ({bushing.where}): {error}") from None
 
 
 def _metres(gap: float | str, nominal: float) -> float:

@@ -197,9 +197,8 @@ class Shaker:
     @property
     def forces(self) -> tuple[tuple[float | str, float], ...]:
         """Points at which the force acts, and its factor at each."""
-        return (
-            () if self.position is None else ((self.position, 1.0), *((f.position, f.factor) for f in self.also or ()))
-        )
+        also = ((force.position, force.factor) for force in self.also or ())
+        return () if self.position is None else ((self.position, 1.0), *also)
 
     def pushed(self) -> tuple[list[float | str], np.ndarray]:
         """Return the points at which the force acts, and its factor (n,) at each.

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
+from ..core.checks import naming
 from ..core.errors import RigError
 from ..core.validation import Positive, Whole, checked, seldom
 from .instruments import Sensor
@@ -94,7 +95,5 @@ class Plate:
 
 def check_plate(plate: Plate, sensors: Sequence[Sensor]) -> None:
     """Refuse a plate that moves with none of a rig's sensors."""
-    try:
+    with naming("plate", ValueError, ValueError, "{}.{}"):
         plate.row(sensors)
-    except ValueError as error:
-        raise ValueError(f"plate.{error}") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Sequence
 from os import PathLike
@@ -31,13 +32,12 @@ def check_units(linear: Structure, bushings: Sequence[Bushing]) -> None:
     ImplausibleRig
         If a shaft's mass or proportions, or a gap, are those of a file in millimetres.
     """
-    shafts = linear.shafts
-    for shaft in shafts:
+    for shaft in linear.shafts:
         _check_shaft(shaft)
     for i, bushing in enumerate(bushings):
         if parse_place(bushing.position) and not is_rotation(bushing.position):
             number, x = linear.place(bushing.position)
-            _check_gap(i, bushing, shafts[number], x)
+            _check_gap(i, bushing, linear.shafts[number], x)
 
 
 def warn_of_units(path: str | PathLike[str], linear: Structure, bushings: Sequence[Bushing]) -> None:
@@ -49,13 +49,12 @@ def warn_of_units(path: str | PathLike[str], linear: Structure, bushings: Sequen
 
 
 def _check_shaft(shaft: Shaft) -> None:
-    thickness, length = max(map(_thickness, shaft.sections)), shaft.length
-    mass = shaft.total_mass
+    thickness, length, mass = max(map(_thickness, shaft.sections)), shaft.length, shaft.total_mass
+    size = max(length, thickness)
     name = f'shaft "{shaft.name}"' if shaft.name else "a shaft"
     absurd = mass > MAX_MASS or not 1 / MAX_THICKNESS < length / thickness < MAX_SLENDERNESS
-    if absurd and max(length, thickness) > 1:  # what is smaller was not meant in mm
+    if absurd and size > 1:  # what is smaller was not meant in mm
         weight = f"{mass / 1e3:,.0f} t" if mass >= 1e4 else f"{mass:.3g} kg"
-        size = max(length, thickness)
         raise ImplausibleRig(
             f"{name} {length:g} m long and {thickness:g} m thick weighs {weight}: lengths are in metres, "
             f"and {size:g} mm is {size / 1e3:g}"
@@ -64,8 +63,8 @@ def _check_shaft(shaft: Shaft) -> None:
 
 def _check_gap(i: int, bushing: Bushing, shaft: Shaft, x: float) -> None:
     section = next((s for s, end in zip(shaft.sections, shaft.edges[1:]) if x <= end), shaft.sections[-1])
-    radius = max(section.diameter) / 2 if section.diameter else None
-    if radius is not None and bushing.gap > radius:
+    radius = max(section.diameter) / 2 if section.diameter else math.inf
+    if bushing.gap > radius:
         raise ImplausibleRig(
             f"bushings[{i}].gap {bushing.gap:g} m is wider than the shaft's radius, {radius:g} m, at {bushing.where}: "
             f"gaps are radial, in metres, and {bushing.gap:g} mm is {bushing.gap / 1e3:g}"

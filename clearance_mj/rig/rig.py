@@ -127,10 +127,8 @@ class Rig(ClearanceRows, HasOverview):
             check_paths(to_plain(self), self.tolerances, self.examples)
 
     def _check(self, name: str, point: float | str) -> None:
-        try:
+        with naming(name, ValueError, ValueError, "{} {}"):
             self.linear.check(point)
-        except ValueError as error:
-            raise ValueError(f"{name} {error}") from None
 
     @property
     def linear(self) -> Structure:
@@ -219,10 +217,8 @@ class Rig(ClearanceRows, HasOverview):
         RigError
             If its mass is not positive or its stiffness negative.
         """
-        axes, masses = (
-            axes or ("Z" if self.linear.shafts else "YZ"),
-            tuple((m.position, m.mass) for m in self.point_masses),
-        )
+        axes = axes or ("Z" if self.linear.shafts else "YZ")
+        masses = tuple((m.position, m.mass) for m in self.point_masses)
         forces = (*forced_points(self.inputs, self.loads), *more)
         rows = [(b, row) for b, points in zip(self.bushings, self.clearance_points) for row in moved_points(b, points)]
         in_axes = [(b.grease.stiffness, points) for b, (axis, points) in rows if axis in axes]
@@ -248,8 +244,7 @@ class Rig(ClearanceRows, HasOverview):
             "examples": few(self.examples),
         }
         labels = [self.probe_labels[rows.start] for rows in self.clearance_rows]
-        rows = bushing_rows(labels, self.bushings)
-        return Overview(f"Rig “{self.name}”", facts, rows)
+        return Overview(f"Rig “{self.name}”", facts, bushing_rows(labels, self.bushings))
 
     def replace(self, **changes: Any) -> Rig:
         """Return a copy with other values; it is checked again.
@@ -371,9 +366,8 @@ class Rig(ClearanceRows, HasOverview):
         """
         folder = Path(path).absolute().parent
         structure = self.structure and self.structure.saved_beside(Path(path))
-        data = with_files(
-            self.replace(structure=structure).to_dict(), lambda name: Path(os.path.relpath(name, folder)).as_posix()
-        )
+        data = self.replace(structure=structure).to_dict()
+        data = with_files(data, lambda name: Path(os.path.relpath(name, folder)).as_posix())
         with replacing(path) as temporary:
             temporary.write_text(tomli_w.dumps(data), encoding="utf-8")
 

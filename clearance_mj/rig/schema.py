@@ -24,14 +24,9 @@ BEAM_OR_STRUCTURE = {
     "then": {"properties": {"beam": False}},
     "else": {"required": ["beam"], **_POINTS_ON_BEAM},
 }
-OF_BEARINGS: dict[str, Any] = {
-    "table": {"type": "string", "description": "file of a table over the spin, in the place of the coefficients"},
-}
+_TABLE = {"type": "string", "description": "file of a table over the spin, in the place of the coefficients"}
+OF_BEARINGS: dict[str, Any] = {"table": _TABLE}
 """Keys whose files are read into other fields"""
-OF_OLDER_FILES: dict[str, Any] = {
-    "motion": {
-        "enum": ["planar", "spatial"], "deprecated": True,
-        "description": "of all clearances at once; now each has its shape",
-    },
-}  # fmt: skip
+_MOTION = {"deprecated": True, "description": "of all clearances at once; now each has its shape"}
+OF_OLDER_FILES: dict[str, Any] = {"motion": {"enum": ["planar", "spatial"], **_MOTION}}
 """Keys that are read and never written"""

@@ -7,6 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from ..core.checks import naming
 from ..core.quantities import QUANTITIES
 from ..structure import Support
 from ..structure.base import AXES, parse_direction, parse_place
@@ -192,10 +193,8 @@ def check_sensors(rig: InSpace) -> None:
     """Refuse sensors that cannot read their quantity where they are, and two of one node, axis and quantity."""
     taken: set[tuple[str, str]] = set()
     for i, sensor in enumerate(rig.sensors):
-        try:
+        with naming(f"sensors[{i}].position", ValueError, ValueError, "{} {}"):
             _check_place(rig, sensor)
-        except ValueError as error:
-            raise ValueError(f"sensors[{i}].position {error}") from None
         key = sensor.label.replace("-", "+"), sensor.quantity
         if key in taken:
             raise ValueError(f"sensors[{i}].node {sensor.node} is used twice; each sensor needs its own node")

@@ -28,7 +28,7 @@ def check_bushings(bushings: Sequence[Bushing], check: Callable[[float | str], N
                 raise ValueError(f"bushings[{i}].length must be 0, as its position is a degree of freedom")
             continue
         for point in b.joined:
-            _check_ends(i, bushings[i], point, check)
+            _check_ends(i, b, point, check)
         first, last = place[1] - b.length / 2, place[1] + b.length / 2
         on_shafts.setdefault(place[0], []).append((first, last, i))
     for spans in on_shafts.values():

@@ -67,14 +67,11 @@ def _compiled(function: types.FunctionType, **callees: object) -> Callable[..., 
     return jit(copy, **STRICT)
 
 
-_LIMITS = {
+_CALLEES = {
     name: _compiled(getattr(multi_body_module, name)) for name in ("steering_constraints", "acceleration_constraints")
 }
-_KINEMATIC = _compiled(vehicle_dynamics_ks_cog, **_LIMITS)
+_CALLEES["vehicle_dynamics_ks_cog"] = _compiled(vehicle_dynamics_ks_cog, **_CALLEES)
 
-multi_body = _compiled(
-    multi_body_module.vehicle_dynamics_mb, tireModel=magic_formula, vehicle_dynamics_ks_cog=_KINEMATIC, **_LIMITS
-)  # f(x, u, p) of the multi-body model, 29 states
-single_track_drift = _compiled(
-    drift_module.vehicle_dynamics_std, tire_model=magic_formula, vehicle_dynamics_ks_cog=_KINEMATIC, **_LIMITS
-)  # f(x, u, p) of the single-track drift model, 9 states
+# f(x, u, p) of the multi-body model, 29 states, and of the single-track drift model, 9 states
+multi_body = _compiled(multi_body_module.vehicle_dynamics_mb, tireModel=magic_formula, **_CALLEES)
+single_track_drift = _compiled(drift_module.vehicle_dynamics_std, tire_model=magic_formula, **_CALLEES)

@@ -25,18 +25,9 @@ from .sensors import Sensors, get_sensors
 from .steering import Steering
 
 __all__ = [
-    "CONTROLLERS",
-    "GAP",
-    "LENGTH_FACTORS",
-    "REGIMES",
-    "Case",
-    "Outcome",
-    "Regime",
-    "check",
-    "get_controller",
-    "run_all",
-    "run_case",
-]
+    "CONTROLLERS", "GAP", "LENGTH_FACTORS", "REGIMES", "Case", "Outcome", "Regime", "check", "get_controller",
+    "run_all", "run_case",
+]  # fmt: skip
 
 GAP = float(np.radians(0.2))
 """Reported half-gap at the road wheel, rad: within good (0.1°) and the legal limit (0.45°)."""

@@ -100,14 +100,9 @@ def nominal_task(path: Path, speed: float, trail: float = 0.045, **settings: Any
 
 
 def follow_path(
-    plant: Plant,
-    steering: Steering,
-    controller: Controller,
-    task: Task,
-    sensors: Sensors | None = None,
-    seed: int = 0,
-    disturbance: Disturbance | None = None,
-) -> Run:
+    plant: Plant, steering: Steering, controller: Controller, task: Task, sensors: Sensors | None = None,
+    seed: int = 0, disturbance: Disturbance | None = None,
+) -> Run:  # fmt: skip
     """Simulate a vehicle along the task's path, from its start to its end; `SimulationError` if it leaves the path.
 
     The seed is that of the noise of sensors, road and disturbance; without sensors the controller sees the

@@ -43,24 +43,19 @@ NOISE_PERIOD = 60.0  # s, period of the road's noise
 SMALLEST_GAP = 1e-9  # m, stands for no gap, where a rig needs one
 
 
-def _steering_shaft() -> Rig:
-    """Return a steel shaft clamped at the servo, with rack mass and damping and column stiffness at the lever."""
-    lever, contact = 0.475, Contact(COLUMN_STIFFNESS / PINION_RADIUS**2, 200.0)
-    return Rig(
-        name="steering shaft",
-        description="Shaft between steering servo and rack, in two bushings; the lever is at the second",
-        beam=Beam(length=0.6, young_modulus=210e9, density=7850.0, diameter=0.010, rayleigh=(0.5, 1e-5)),
-        masses=(PointMass(lever, RACK_MASS, "rack"),),
-        bushings=(
-            Bushing(0.33, 4e-4, 0.012, Grease(0.0, 3.0), contact),
-            Bushing(lever, 4e-4, 0.012, Grease(0.0, RACK_DAMPING), contact),
-        ),
-        sensors=(Sensor(1, lever),),
-        shaker=Shaker("force", lever),
-    )
+LEVER = 0.475  # m along the shaft
 
-
-STEERING_SHAFT = _steering_shaft()  # The steering's shaft as `Steering` takes it by default.
+_CONTACT = Contact(COLUMN_STIFFNESS / PINION_RADIUS**2, 200.0)
+STEERING_SHAFT = Rig(
+    name="steering shaft",
+    description="Shaft between steering servo and rack, in two bushings; the lever is at the second",
+    beam=Beam(length=0.6, young_modulus=210e9, density=7850.0, diameter=0.010, rayleigh=(0.5, 1e-5)),
+    masses=(PointMass(LEVER, RACK_MASS, "rack"),),
+    bushings=tuple(Bushing(x, 4e-4, 0.012, Grease(0.0, c), _CONTACT) for x, c in ((0.33, 3.0), (LEVER, RACK_DAMPING))),
+    sensors=(Sensor(1, LEVER),),
+    shaker=Shaker("force", LEVER),
+)
+"""Steel shaft clamped at the servo, with rack mass and damping and column stiffness at the lever; the default shaft."""
 
 
 def parse_gap(text: str, lever_arm: float = LEVER_ARM) -> float:
@@ -96,7 +91,7 @@ class Steering:
 
     def __post_init__(self) -> None:
         self._engine()
-        for name, low, high in _RANGES:
+        for name, (low, high) in _RANGES.items():
             if not low <= getattr(self, name) <= high:
                 raise ManoeuvreError(f"steering.{name} must be in {low:g}..{high:g}, got {getattr(self, name):g}")
         if self.wear and self.fidelity != "play":
@@ -155,17 +150,11 @@ class Steering:
             return None if self.fidelity == "play" else get_engine(self.fidelity)
 
 
-_RANGES = (
-    ("half_gap", 0.0, math.radians(5)),
-    ("friction", 0.0, 1e4),
-    ("road_moment", 0.0, 1e3),
-    ("frequency", 0.5, 50.0),
-    ("damping", 0.1, 2.0),
-    ("rate_limit", 0.01, 100.0),
-    ("wear", 0.0, 1.0),
-    ("torque_limit", 1.0, math.inf),
-    ("lever_arm", 0.01, 1.0),
-)
+_RANGES = {
+    "half_gap": (0.0, math.radians(5)), "friction": (0.0, 1e4), "road_moment": (0.0, 1e3), "frequency": (0.5, 50.0),
+    "damping": (0.1, 2.0), "rate_limit": (0.01, 100.0), "wear": (0.0, 1.0), "torque_limit": (1.0, math.inf),
+    "lever_arm": (0.01, 1.0),
+}  # fmt: skip
 
 
 Lost = tuple[np.ndarray, np.ndarray]  # lost motion, rad, and contact side after each step

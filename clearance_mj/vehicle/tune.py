@@ -81,13 +81,9 @@ def tunable() -> list[str]:
 
 
 def tune(
-    name: str,
-    sensors: str = "ideal",
-    generations: int = GENERATIONS,
-    population: int = POPULATION,
-    seed: int = SEED,
+    name: str, sensors: str = "ideal", generations: int = GENERATIONS, population: int = POPULATION, seed: int = SEED,
     workers: int | None = None,
-) -> dict[str, Any]:
+) -> dict[str, Any]:  # fmt: skip
     """Optimise the settings of a controller within its bounds; the result does not depend on the number of workers.
 
     The differential evolution evaluates the cost population × (generations + 1) times. Returns settings, cost,

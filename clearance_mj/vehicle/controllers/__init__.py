@@ -11,19 +11,6 @@ from .design import DesignModel, ModelRun, Predictor
 from .registry import CONTROLLERS, ClearancePrior, Registration, get_controller, register
 
 __all__ = [
-    "CONTROLLERS",
-    "ClearanceModel",
-    "ClearancePrior",
-    "Controller",
-    "ControllerRun",
-    "DesignModel",
-    "ModelRun",
-    "Observation",
-    "Predictor",
-    "Registration",
-    "Task",
-    "get_controller",
-    "limited",
-    "register",
-    "with_clearance_model",
-]
+    "CONTROLLERS", "ClearanceModel", "ClearancePrior", "Controller", "ControllerRun", "DesignModel", "ModelRun",
+    "Observation", "Predictor", "Registration", "Task", "get_controller", "limited", "register", "with_clearance_model",
+]  # fmt: skip

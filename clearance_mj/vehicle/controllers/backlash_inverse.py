@@ -30,9 +30,5 @@ def _with_inverse(controller: Controller, task: Task, prior: ClearancePrior) -> 
     return Compensated(controller, BacklashInverse(prior.half_gap))
 
 
-register(
-    Registration(
-        "smc-inverse", "SMC, backlash inverse", SlidingMode, tuned_as="smc", adapt=_with_inverse, prior="half-gap",
-        colour="#cc79a7", line=(0, (1, 1.2)),
-    )
-)  # fmt: skip
+register(Registration("smc-inverse", "SMC, backlash inverse", SlidingMode, tuned_as="smc", adapt=_with_inverse,
+                      prior="half-gap", colour="#cc79a7", line=(0, (1, 1.2))))  # fmt: skip

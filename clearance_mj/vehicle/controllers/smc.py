@@ -43,8 +43,7 @@ class SlidingRun(ModelRun):
     def __init__(self, task: Task, settings: Any):
         super().__init__(task)
         A, _, _ = self.model.continuous
-        self._lateral, self._yaw = A[2, 2:4].tolist(), A[3, 2:4].tolist()
-        self.settings = settings
+        self._motion, self.settings = A[2:4, 2:4].tolist(), settings
         self._gain = input_gain(self.model, settings.look_ahead)
         self._path = FeasiblePath(task, self.model)
         self.sliding = 0.0
@@ -58,8 +57,7 @@ class SlidingRun(ModelRun):
         e_y, e_psi = e_y - offset, e_psi - heading
         error = e_y + look_ahead * (e_psi + sideslip * curvature)
         rate = lateral_speed + speed * e_psi + look_ahead * (yaw_rate - speed * curvature + sideslip * turning)
-        lateral = self._lateral[0] * lateral_speed + self._lateral[1] * yaw_rate
-        yaw = self._yaw[0] * lateral_speed + self._yaw[1] * yaw_rate
+        lateral, yaw = (by_speed * lateral_speed + by_rate * yaw_rate for by_speed, by_rate in self._motion)
         drift = lateral + speed * (yaw_rate - speed * curvature)
         drift += look_ahead * (yaw - speed * turning + sideslip * bending)
         return rate + self.settings.convergence * error, drift + self.settings.convergence * rate
@@ -96,13 +94,8 @@ class _BoundaryLayer(SlidingRun):
         return p.reaching * value + p.switching * saturation(value / p.layer)
 
 
-BOUNDS = {
-    "look_ahead": (1.0, 10.0),
-    "convergence": (1.0, 15.0),
-    "reaching": (0.5, 20.0),
-    "switching": (0.05, 5.0),
-    "layer": (0.05, 2.0),
-}
+SURFACE_BOUNDS = {"look_ahead": (1.0, 10.0), "convergence": (1.0, 15.0)}
+BOUNDS = SURFACE_BOUNDS | {"reaching": (0.5, 20.0), "switching": (0.05, 5.0), "layer": (0.05, 2.0)}
 register(Registration("smc", "SMC", SlidingMode, bounds=BOUNDS, colour="#d55e00"))
 _CM: dict[str, Any] = {"bounds": BOUNDS, "tuned_as": "smc", "adapt": with_clearance_model, "prior": PRIOR}
 register(Registration("smc-cm", "SMC-CM", SlidingMode, colour="#0072b2", **_CM))

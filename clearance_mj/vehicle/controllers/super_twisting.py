@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from .base import Controller, Task
 from .registry import Registration, register
-from .smc import SlidingRun, saturation
+from .smc import SURFACE_BOUNDS, SlidingRun, saturation
 
 __all__ = ["SuperTwisting"]
 
@@ -39,11 +39,5 @@ class _Twisting(SlidingRun):
         return p.root * value / math.sqrt(max(abs(value), p.layer)) + self._integral
 
 
-BOUNDS = {
-    "look_ahead": (1.0, 10.0),
-    "convergence": (1.0, 15.0),
-    "root": (0.2, 10.0),
-    "integral": (0.05, 10.0),
-    "layer": (0.02, 1.0),
-}
+BOUNDS = SURFACE_BOUNDS | {"root": (0.2, 10.0), "integral": (0.05, 10.0), "layer": (0.02, 1.0)}
 register(Registration("super-twisting", "super-twisting", SuperTwisting, bounds=BOUNDS, colour="#8c8c8c", line="-."))

@@ -41,7 +41,7 @@ class RunObserver:
         model = observer_model(task.vehicle, task.servo, task.speed, task.period, delay, deviations)
         self.delay = delay
         """s, mean age of the measurements"""
-        self.state, self.covariance = np.zeros(N_STATES), model.settled(driven, fixes)
+        self.state, self.covariance = np.zeros(N_STATES), _settled(model, driven, fixes).copy()
         """(10,) and (10, 10), at the time of the measurements"""
         self.s = -task.speed * delay
         """m, arc length at the time of the measurements"""
@@ -144,13 +144,10 @@ class ObserverModel:
     since: np.ndarray  # (10, 2 n) of n commands and n curvatures since
     middles: np.ndarray  # (n,) s, midpoints of the intervals in which they are held
 
-    def settled(self, driven: float, fixes: float) -> np.ndarray:
-        """Return the covariance (10, 10) after having driven straight for a time, s, with fixes at a rate, Hz."""
-        return _settled(self, driven, fixes).copy()
-
 
 @functools.lru_cache(maxsize=16)
 def _settled(model: ObserverModel, driven: float, fixes: float) -> np.ndarray:
+    """Return the covariance (10, 10) after having driven straight for a time, s, with fixes at a rate, Hz."""
     covariance, values, fix_count = np.diag(model.start), np.zeros(4), -1
     for i in range(round(driven / model.period)):
         covariance = model.flow @ covariance @ model.flow.T + model.noise
