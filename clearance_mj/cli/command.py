@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
@@ -153,14 +153,9 @@ COMMANDS: dict[str, Command] = {}  # Every command that was imported, by its nam
 
 
 def command(
-    name: str,
-    *options: Option | Group,
-    out: str | None = None,
-    out_help: str | None = None,
-    base: str | None = None,
-    writes: Sequence[str] = (),
-    suffixes: Sequence[str] = (),
-) -> Callable[[Callable[[Options], Result]], Callable[[Options], Result]]:
+    name: str, *options: Option | Group, out: str | None = None, out_help: str | None = None, base: str | None = None,
+    writes: Sequence[str] = (), suffixes: Sequence[str] = (),
+) -> Callable[[Callable[[Options], Result]], Callable[[Options], Result]]:  # fmt: skip
     """Make a function a command; a decorator. The function's docstring is the command's help, ``out`` a default.
 
     Where ``writes`` names files, ``--out`` is a folder, by default one in ``results``, and of its `Result`
@@ -189,14 +184,9 @@ def given(options: Options, *names: str) -> list[str]:
 
 def inputs(options: Options) -> list[Path]:
     """Return the files and folders that a command was given to read."""
-    return [path for name, value in vars(options).items() if name not in OUTPUTS for path in _paths(value)]
-
-
-def _paths(value: object) -> Iterator[Path]:
-    if isinstance(value, Path):
-        yield value
-    elif isinstance(value, list):
-        yield from (path for path in value if isinstance(path, Path))
+    given = (value for name, value in vars(options).items() if name not in OUTPUTS)
+    each = (part for value in given for part in (value if isinstance(value, list) else [value]))
+    return [path for path in each if isinstance(path, Path)]
 
 
 def provenance(options: Options) -> dict[str, Any]:

@@ -35,8 +35,8 @@ MEASURES = ("rmse_db", "mre", "frac", "csac", "csf")
     option("--repeat", "file with the test's FRFs once more, from another record of the same level", Path),
     columns("--test-column", "the test's CSV or MATLAB file"),
     columns("--model-column", "the model's CSV or MATLAB file"), plugin("a file format"),
-    out_help="folder for comparison.json, comparison.html and the figures (default: none is written)",
-    out="", base="comparison", writes=("*.json", "*.html"),
+    out_help="folder for comparison.json, comparison.html and the figures (default: none is written)", out="",
+    base="comparison", writes=("*.json", "*.html"),
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Compare the FRFs of two files, whatever wrote them (test first)."""
@@ -53,24 +53,14 @@ def run(options: Options) -> Result:
         of_test, of_model = (distinct_modes(frf, n_modes) if n_modes else NO_MODES for frf in (test, model))
         matrix, notes = mac_of_modes(of_test, of_model), _notes(aligned, options.modes)
     data: dict[str, Any] = comparison.summary() | {
-        "test": str(options.test),
-        "model": str(options.model),
-        "quantity": aligned.test.quantity,
-        "reference": ", ".join(aligned.test.references),
-        "band": [float(frequency[0]), float(frequency[-1])],
-        "lines": int(frequency.size),
-        "beside": comparison.beside(),
-        "notes": notes,
-        "only_test": list(aligned.only_test),
-        "only_model": list(aligned.only_model),
-        "per_sensor": comparison.per_sensor.to_dict("list"),
-        "per_mode": comparison.per_mode.to_dict("list"),
-        "mac_matrix": {
-            "test_hz": of_test.frequency.tolist(),
-            "model_hz": of_model.frequency.tolist(),
-            "mac": matrix.tolist(),
-        },
-    }
+        "test": str(options.test), "model": str(options.model), "quantity": aligned.test.quantity,
+        "reference": ", ".join(aligned.test.references), "band": frequency[[0, -1]].tolist(),
+        "lines": frequency.size, "beside": comparison.beside(), "notes": notes,
+        "only_test": list(aligned.only_test), "only_model": list(aligned.only_model),
+        "per_sensor": comparison.per_sensor.to_dict("list"), "per_mode": comparison.per_mode.to_dict("list"),
+        "mac_matrix": {"test_hz": of_test.frequency.tolist(), "model_hz": of_model.frequency.tolist(),
+                       "mac": matrix.tolist()},
+    }  # fmt: skip
     for note in notes:
         inform(note)
     for side in ("test", "model"):

@@ -66,9 +66,8 @@ def run(options: Options) -> Result:
         *inputs, out = inputs
     if not inputs:
         raise ClearanceError(f"{out}: convert needs a file to read and one to write")
-    for path in inputs:
-        if path.is_dir():
-            raise ClearanceError(f"{path}: is a folder; convert reads files")
+    if folders := [path for path in inputs if path.is_dir()]:
+        raise ClearanceError(f"{folders[0]}: is a folder; convert reads files")
     if not out.is_dir() and out.suffix:
         data = _to_file(inputs, out, options)
         return Result(data, [f"{out}: {data['holds']}"])
@@ -198,13 +197,9 @@ def _into_dataset(inputs: list[Path], out: Path, options: Options) -> dict[str, 
     records = [_make_record(path, rig, options) for path in inputs]
     write_dataset(out, rig, [*(known.records if known else ()), *records])
     names = [record.name for record in records]
-    return {
-        "in": [str(path) for path in inputs],
-        "out": str(out),
-        "records": names,
-        "levels": [record.level for record in records],
-        "holds": f"record{'s' * (len(names) > 1)} {', '.join(names)} added with role {records[0].role}",
-    }
+    holds = f"record{'s' * (len(names) > 1)} {', '.join(names)} added with role {records[0].role}"
+    levels = [record.level for record in records]
+    return {"in": [*map(str, inputs)], "out": str(out), "records": names, "levels": levels, "holds": holds}
 
 
 def _make_record(path: Path, rig: Rig, options: Options) -> Record:
@@ -238,11 +233,10 @@ def _parse_spin(text: str | None) -> Spin | None:
     """Return the spin of an option's text."""
     if text is None:
         return None
-    try:
+    example = "{}: {}; give SPEED or FROM:TO:SECONDS, such as 20Hz:60Hz:20"
+    with naming(f"--spin {text}", (ClearanceError, ZeroDivisionError), ClearanceError, example):
         first, *ramp = text.split(":")
         if not ramp:
             return Spin(si_value(first, "spin"))
         last, seconds = si_value(ramp[0], "spin"), si_value(":".join(ramp[1:]), "time")
         return Spin(speed := si_value(first, "spin"), (last - speed) / seconds, last)
-    except (ClearanceError, ZeroDivisionError) as error:
-        raise ClearanceError(f"--spin {text}: {error}; give SPEED or FROM:TO:SECONDS, such as 20Hz:60Hz:20") from None

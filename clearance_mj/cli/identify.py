@@ -25,16 +25,12 @@ DEFAULT, RIG_EXACT = "bench", "output-error"  # methods for a rig file that is n
 @command(
     "identify",
     option("records", "dataset folder, or a file with one record: .uff, .csv, .mat, .nc or .h5", Path),
-    option(
-        "--method", f"one of {', '.join(METHODS)} (default: {DEFAULT}; all others take the rig file for exact)"
-    ),
+    option("--method", f"one of {', '.join(METHODS)} (default: {DEFAULT}; all others take the rig file for exact)"),
     flag("--rig-exact", f"take the rig file for exact: as --method {RIG_EXACT}"),
     plugin("a method"),
     option("--rig", "rig file (TOML) of a single record; a dataset folder has its own", Path),
-    *RECORDS,
-    flag("--no-figures", "draw none, and write no page"),
-    out="results/identified",
-    out_help="folder for rig.toml, law.json, identified.json and index.html",
+    *RECORDS, flag("--no-figures", "draw none, and write no page"),
+    out="results/identified", out_help="folder for rig.toml, law.json, identified.json and index.html",
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Identify a model, rig and law, from records, and show what it does and how well it is known."""

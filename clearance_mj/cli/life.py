@@ -4,23 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from .. import wear
 from ..core.errors import ClearanceError
 from ..core.runner import Runner
 from ..model import Model
 from ..report.life import draw, rows, summary
 from ..signals.excitation import random, still
-from ..wear import (
-    GapHistory,
-    Life,
-    Lives,
-    Marched,
-    Operation,
-    Remaining,
-    Sine,
-    predict_life,
-    predict_lives,
-    predict_remaining,
-)
 from .command import RESULTS, Options, Result, command, option, settings
 from .options import RIG, WORKERS, by_bushing, hertz, kind, level, load_model, noise, plugin
 
@@ -49,24 +38,24 @@ def run(options: Options) -> Result:
     return Result(settings(model) | summary(life), life.words(), rows(life), [draw(life)])
 
 
-def _operation(options: Options, model: Model) -> Operation:
+def _operation(options: Options, model: Model) -> wear.Operation:
     kind = options.kind or model.rig.shaker.kind
     level = options.level(kind)
     if options.frequency is not None:
-        return Sine(options.frequency, level, options.kind, options.swept_from)
+        return wear.Sine(options.frequency, level, options.kind, options.swept_from)
     if options.swept_from is not None:
         raise ClearanceError("--swept-from is of a sine; give its --frequency")
     if level == 0:
-        return Marched(still(options.duration, options.fs, kind))
-    return Marched(random(options.duration, options.fs, options.band, level, options.seed, kind))
+        return wear.Marched(still(options.duration, options.fs, kind))
+    return wear.Marched(random(options.duration, options.fs, options.band, level, options.seed, kind))
 
 
-def _predict(options: Options, model: Model, operation: Operation) -> Life | Lives | Remaining:
+def _predict(options: Options, model: Model, operation: wear.Operation) -> wear.Life | wear.Lives | wear.Remaining:
     limit, progress = by_bushing(options.gap_limit, "--gap-limit"), not options.quiet
     if options.history:
-        history = GapHistory.load(options.history, len(model.rig.bushings))
-        return predict_remaining(model, operation, history, limit, seed=options.seed, progress=progress)
+        history = wear.GapHistory.load(options.history, len(model.rig.bushings))
+        return wear.predict_remaining(model, operation, history, limit, seed=options.seed, progress=progress)
     if not options.draws:
-        return predict_life(model, operation, limit, options.hours, progress=progress)
+        return wear.predict_life(model, operation, limit, options.hours, progress=progress)
     runner = Runner(options.workers, progress=progress, kept=options.out / "draws")
-    return predict_lives(model, operation, limit, options.draws, options.seed, options.hours, runner=runner)
+    return wear.predict_lives(model, operation, limit, options.draws, options.seed, options.hours, runner=runner)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import sound
 from ..core.errors import ClearanceError
 from ..engines import simulate_batch
 from ..io.formats import read, read_record
@@ -16,39 +17,19 @@ from ..periodic.axes import level_axis
 from ..report.loudness import draw, rows, summary_lines
 from ..rig import Plate
 from ..signals.response import Response
-from ..sound import (
-    LoudnessOverLevel,
-    Sound,
-    audible_sound,
-    full_scale,
-    has_mosqito,
-    loudness_of_each,
-    radiate,
-    write_wav,
-)
 from ..sound.over_level import SETTLING
 from ..tolerance import Scatter
+from . import options as shared
 from .command import RESULTS, Options, Result, command, option, settings
-from .options import (
-    POWER_SPECTRUM,
-    WORKERS,
-    excitation,
-    length,
-    levels,
-    load_model,
-    psd_of,
-    si_number_parser,
-    simulation,
-)
 
 LEVELS = (0.5, 1.0, 2.0, 5.0)  # RMS, without a PSD
 
 
 @command(
-    "listen", *simulation(3.0, engine="modal"),
+    "listen", *shared.simulation(3.0, engine="modal"),
     option("--levels", "m/s² or such as 0.1g,1g, or N for a force shaker (default: 0.5,1,2,5, or that of the PSD)",
-           levels, metavar="RMS,..."),
-    *POWER_SPECTRUM,
+           shared.levels, metavar="RMS,..."),
+    *shared.POWER_SPECTRUM,
     option("--realisations", "noises of each level, which give an interval (default: 1; with --psd, --road or "
            "--scatter 5)", int, metavar="COUNT"),
     option("--scatter", "another design for each, drawn as this file of production says", Path, metavar="FILE"),
@@ -59,25 +40,24 @@ LEVELS = (0.5, 1.0, 2.0, 5.0)  # RMS, without a PSD
     option("--what", "of the WAV files", default="sound", choices=("sound", "acceleration")),
     option("--full-scale", "Pa or m/s², largest sample of all WAV files (default: what fits)", float),
     option("--sensor", "that the plate moves with (default: of the rig's [plate])", int, metavar="NODE"),
-    option("--area", "of the plate, m² (default: of the rig's [plate])", si_number_parser("m2")),
-    option("--distance", "at which one listens, m (default: of the rig's [plate])", length),
+    option("--area", "of the plate, m² (default: of the rig's [plate])", shared.si_number_parser("m2")),
+    option("--distance", "at which one listens, m (default: of the rig's [plate])", shared.length),
     option("--method", "of ISO 532-1 for loudness: of all sounds (2 s for each of their seconds), or of stationary "
            "ones; none for WAV files alone", default="time-varying", choices=("time-varying", "stationary", "none")),
     option("--field", "sound field", default="free", choices=("free", "diffuse")),
-    WORKERS,
-    out_help="folder for WAV files, loudness.csv, .json and .png",
-    base="loudness", writes=RESULTS,
+    shared.WORKERS,
+    out_help="folder for WAV files, loudness.csv, .json and .png", base="loudness", writes=RESULTS,
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Hear what a plate radiates, and how loud it is, over level: WAV files, loudness by ISO 532-1."""
-    if options.method != "none" and not has_mosqito():
+    if options.method != "none" and not sound.has_mosqito():
         raise ClearanceError(
             'loudness needs the package mosqito: pip install "clearance-mj[sound]"; or give --method none'
         )
     models = _load_models(options)
     plates = {name: _plate(options, model, models["A"]) for name, model in models.items()}
     responses = {name: _compute_responses(options, name, model) for name, model in models.items()}
-    sound_of = radiate if options.record else audible_sound  # of a simulation without its start
+    sound_of = sound.radiate if options.record else sound.audible_sound  # of a simulation without its start
     sounds = {
         name: [sound_of(response, models[name].rig, plates[name]) for _, response in each]
         for name, each in responses.items()
@@ -88,15 +68,13 @@ def run(options: Options) -> Result:
     if options.method == "none":
         return Result(data, said)
     shaker = models["A"].rig.shaker
-    unit = level_axis((psd_of(options, shaker.kind) or shaker).kind).unit
-    every = [sound for each in sounds.values() for sound in each]
-    loud = iter(loudness_of_each(every, options.method, options.field, options.workers, not options.quiet))
-    over = {
-        name: LoudnessOverLevel(
-            tuple(level for level, _ in responses[name]), tuple(each), tuple(next(loud) for _ in each), unit
-        )
-        for name, each in sounds.items()
-    }
+    unit = level_axis((shared.psd_of(options, shaker.kind) or shaker).kind).unit
+    every = [heard for each in sounds.values() for heard in each]
+    loud = iter(sound.loudness_of_each(every, options.method, options.field, options.workers, not options.quiet))
+    over = {}
+    for name, each in sounds.items():
+        level = tuple(level for level, _ in responses[name])
+        over[name] = sound.LoudnessOverLevel(level, tuple(each), tuple(next(loud) for _ in each), unit)
     table = rows(over)
     data["loudness"] = [{str(key): value for key, value in row.items()} for row in table.to_dict("records")]
     return Result(data, [*said, *summary_lines(over)], table, [draw(over)])
@@ -106,7 +84,7 @@ def _load_models(options: Options) -> dict[str, Model]:
     """Return design A and, if there is one to compare with, B."""
     if options.record and (options.against or options.against_gap):
         raise ClearanceError("--record is measured: give no --against, nor --against-gap")
-    first = load_model(options)
+    first = shared.load_model(options)
     if not (options.against or options.against_gap):
         return {"A": first}
     second = Model.load(options.against, options.law) if options.against else first
@@ -132,7 +110,7 @@ def _compute_responses(options: Options, name: str, model: Model) -> list[tuple[
         return [(float(np.sqrt(np.mean(response.excitation**2))), response) for response in measured]
     if options.duration < 2 * SETTLING:
         raise ClearanceError(f"--duration {options.duration:g}: must be at least {2 * SETTLING:g} s")
-    psd, count = psd_of(options, model.rig.shaker.kind), options.realisations
+    psd, count = shared.psd_of(options, model.rig.shaker.kind), options.realisations
     kind = (psd or model.rig.shaker).kind
     if psd and options.sine is not None:
         raise ClearanceError("give --sine, or --psd or --road, one of them")
@@ -144,7 +122,7 @@ def _compute_responses(options: Options, name: str, model: Model) -> list[tuple[
     cases = [(level, i) for level in rms for i in range(count)]
     responses = simulate_batch(
         [drawn.model(i) if drawn else model for _, i in cases],
-        [excitation(options, kind, level, i, psd) for level, i in cases], None, options.engine, options.workers,
+        [shared.excitation(options, kind, level, i, psd) for level, i in cases], None, options.engine, options.workers,
         not options.quiet,
     )  # fmt: skip
     return [(level, response) for (level, _), response in zip(cases, responses)]
@@ -157,10 +135,10 @@ def _read_measured(path: Path, model: Model) -> Response:
 
 def _write_wavs(
     options: Options, models: dict[str, Model], plates: dict[str, Plate],
-    heard: dict[str, list[tuple[float, Response]]], sounds: dict[str, list[Sound]],
+    heard: dict[str, list[tuple[float, Response]]], sounds: dict[str, list[sound.Sound]],
 ) -> tuple[list[str], list[str]]:  # fmt: skip
     """Write the WAV files, all of one full scale; return where they are, and that in words."""
-    signals: dict[str, tuple[Sound | Response, int]] = {}
+    signals: dict[str, tuple[sound.Sound | Response, int]] = {}
     for name, each in heard.items():
         row = plates[name].row(models[name].rig.sensors)
         for i, (level, response) in enumerate(each):
@@ -170,9 +148,9 @@ def _write_wavs(
             title += f"_{i + 1}" if f"{title}.wav" in signals else ""
             signals[f"{title}.wav"] = (sounds[name][i], 0) if options.what == "sound" else (response, row)
     if (scale := options.full_scale) is None:
-        scale = max(full_scale(signal, row) for signal, row in signals.values())
+        scale = max(sound.full_scale(signal, row) for signal, row in signals.values())
     for file, (signal, row) in signals.items():
-        write_wav(options.new / file, signal, scale, row)
+        sound.write_wav(options.new / file, signal, scale, row)
     files = [str(options.out / file) for file in signals]
     said = [f"{options.what}: {file}" for file in files]
     return files, [*said, f"full scale of all: {scale:g} {'Pa' if options.what == 'sound' else 'm/s²'}"]

@@ -42,10 +42,5 @@ def run(options: Options) -> Result:
     if unclear := ", ".join(f'"{name}"' for name in channel_map.undecided):
         words += [f'{out}: to be decided: {unclear}; write what each is instead of "?", such as "acc:3 [g]" or "skip"']
     words += [f"next: {spelled('convert', *options.files, 'bench', '--rig', options.rig, '--map', out)}"]
-    data = {
-        "channels": dict(channel_map.channels),
-        "reasons": dict(channel_map.reasons),
-        "notes": list(channel_map.notes),
-        "undecided": list(channel_map.undecided),
-    }
-    return Result(data, words)
+    data = {name: dict(getattr(channel_map, name)) for name in ("channels", "reasons")}
+    return Result(data | {name: list(getattr(channel_map, name)) for name in ("notes", "undecided")}, words)

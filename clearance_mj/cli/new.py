@@ -173,11 +173,7 @@ def _fields(options: Options, out: Path) -> dict[str, Any]:
     if kind != "beam" and kind not in Structure.known:
         raise ClearanceError(f'kind "{kind}" is not installed; use beam, {", ".join(Structure.known)}')
     if kind == "gears":
-        return {
-            "name": options.name,
-            **gear_fields(options),
-            **_instruments(options, options.sensors or ["1:X", "2:X"]),
-        }
+        return {"name": options.name} | gear_fields(options) | _instruments(options, options.sensors or ["1:X", "2:X"])
     if kind in EXAMPLE_FILES:
         structure: Any = _of_files(kind, options, out)
         loaded = None if _missing_files(structure, out) else _load(structure, out)
@@ -198,16 +194,15 @@ def _fields(options: Options, out: Path) -> dict[str, Any]:
     layers = [_contact_and_film(options, None if kind in EXAMPLE_FILES else structure, x) for x in clearances]
     in_space = _in_space(options)
     shape = options.shape if options.shape == "round" else None
+    bushings = tuple(
+        Bushing(x, options.gap, length, grease, contact, to=to[x], friction=friction, film=film, shape=shape)
+        for x, (contact, film) in zip(clearances, layers)
+    )
     return {
         "name": options.name,
-        "beam" if kind == "beam" else "structure": structure,
-        "bushings": tuple(
-            Bushing(x, options.gap, length, grease, contact, to=to[x], friction=friction, film=film, shape=shape)
-            for x, (contact, film) in zip(clearances, layers)
-        ),
-        **_instruments(options, points),
+        "beam" if kind == "beam" else "structure": structure, "bushings": bushings, **_instruments(options, points),
         "shaker": Shaker() if options.force_at is None else Shaker("force", options.force_at),
-    } | in_space
+    } | in_space  # fmt: skip
 
 
 def _instruments(options: Options, points: Sequence[float | str]) -> dict[str, Any]:

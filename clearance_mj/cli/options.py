@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..core.units import si_value
 from ..engines import default_engine
@@ -85,19 +86,16 @@ def si_number_parser(quantity: str) -> Callable[[str], float]:
     return functools.partial(_with_unit, quantity=quantity)
 
 
-length, pressure, spin, seconds, hertz = map(
-    si_number_parser, ("displacement", "pressure", "spin", "time", "frequency")
-)
+_QUANTITIES = ("displacement", "pressure", "spin", "time", "frequency")
+length, pressure, spin, seconds, hertz = map(si_number_parser, _QUANTITIES)
 lengths, frequencies = (functools.partial(numbers, quantity=each) for each in ("displacement", "frequency"))
 LEVEL_OF = {"base": "acceleration", "force": "force"}  # quantity of an excitation's level; else it is a factor
 
 
 def _of_kind(read: Callable[[str, str], T], text: str, kind: str) -> T:
     """Read a level, which may have a unit such as 0.5g or 3N, now that the kind of the excitation is known."""
-    try:
+    with naming(f'level {text} of kind "{kind}"', argparse.ArgumentTypeError, ClearanceError):
         return read(text, LEVEL_OF.get(kind, "factor"))
-    except argparse.ArgumentTypeError as error:
-        raise ClearanceError(f'level {text} of kind "{kind}": {error}') from None
 
 
 def _by_kind(read: Callable[[str, str], T], text: str) -> Callable[[str], T]:
@@ -187,11 +185,8 @@ RATE = (
            "ones too", hertz, metavar="RATE"),
 )  # fmt: skip
 """Sampling rate of files, and another to which their records are brought"""
-RECORDS = (
-    columns(),
-    option("--map", "map of the files' channels (TOML), as clearance-mj map writes it", Path, metavar="MAP"),
-    *RATE,
-)
+_MAP = option("--map", "map of the files' channels (TOML), as clearance-mj map writes it", Path, metavar="MAP")
+RECORDS = (columns(), _MAP, *RATE)
 """What the channels of records are, see `reading`"""
 FILES = (
     *RECORDS,
@@ -216,10 +211,8 @@ POWER_SPECTRUM = (
     option("--at", "what of the car the rig is fixed to", default="hub", choices=("hub", "body")),
 )
 """A power spectral density, see `psd_of`"""
-SINES = (
-    "amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, such as 0.1g,1g, or a range "
-    "FROM:TO:COUNT"
-)
+SINES = ("amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, such as 0.1g,1g, or a "
+         "range FROM:TO:COUNT")  # fmt: skip
 GRID: dict[str, Any] = {"levels": levels("0.5:10:20"), "start": 5.0, "stop": 220.0, "steps": 400}
 """Values of `OVER_GRID` that are not given"""
 OVER_GRID = (
@@ -266,9 +259,8 @@ def simulation(
 ) -> tuple[Option, ...]:
     """Return the options of a command that simulates a rig; its engine, if none is given, see `load_model`."""
     sine = option("--sine", "drive with a sine (default: with noise)", hertz, metavar="HZ")
-    engines = option(
-        "--engine", f"links, modal or mjx (default: {engine or 'links where it can, else modal'})", str, engine
-    )
+    words = f"links, modal or mjx (default: {engine or 'links where it can, else modal'})"
+    engines = option("--engine", words, str, engine)
     return option("rig", rig, Path), *LAW_AND_GAP, engines, sine, *noise(duration, fs)
 
 

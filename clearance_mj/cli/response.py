@@ -18,18 +18,8 @@ from ..periodic.summaries import of_branch, unit
 from ..report.responses import draw, frequency_range_words, rows, summary_lines
 from ..rig import Rig
 from ..study.periodic import from_both_ends
+from . import options as shared
 from .command import RESULTS, Options, Result, command, flag, inform, option, settings, warn_of_depths
-from .options import (
-    SINES,
-    WORKERS,
-    forced,
-    frequencies,
-    levels,
-    load_model,
-    number_list_parser,
-    periodic_settings,
-    plugin,
-)
 
 START, STOP = 5.0, 220.0  # Hz, where branches begin and end by default
 PERIOD_DOUBLING_TOLERANCE = 1e-3
@@ -37,24 +27,23 @@ PERIOD_DOUBLING_TOLERANCE = 1e-3
 
 
 @command(
-    "response", *forced(),
-    option("--level", f"{SINES}; follows over frequency", levels, metavar="A,..."),
-    option("--frequency", "Hz, a list or range; follows over level", frequencies, metavar="HZ,..."),
+    "response", *shared.forced(),
+    option("--level", f"{shared.SINES}; follows over frequency", shared.levels, metavar="A,..."),
+    option("--frequency", "Hz, a list or range; follows over level", shared.frequencies, metavar="HZ,..."),
     option("--over", "at --level and --frequency follow over shares of all constant loads or gaps, or the spin, rad/s",
            choices=("load", "gap", "spin")),
     option("--from", "first frequency, Hz (default: 5), level, share or spin", float, dest="start", metavar="X"),
     option("--to", "last frequency, Hz (default: 220), level, share or spin", float, dest="stop", metavar="X"),
-    option("--sensors", "to draw (default: those in the bushings)", number_list_parser(int,
-    "of sensors' nodes such as 6,7"),
-           metavar="NODE,..."),
+    option("--sensors", "to draw (default: those in the bushings)",
+           shared.number_list_parser(int, "of sensors' nodes such as 6,7"), metavar="NODE,..."),
     flag("--period-doublings", "leave branches where the period doubles, and follow on"),
     option("--isolas", "random starts at each of nine frequencies, from which vibrations on no known branch are "
            "followed", int, 0, metavar="N"),
-    WORKERS, plugin("a contact or a grease"), writes=RESULTS,
+    shared.WORKERS, shared.plugin("a contact or a grease"), writes=RESULTS,
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Follow periodic vibrations over frequency, level, loads, gaps or spin, around folds."""
-    model = load_model(options)
+    model = shared.load_model(options)
     sensors = _rows_of(model.rig, options.sensors)
     by_level = _follow_branches(options, model)
     left_out = [] if options.frequency else list(_uncovered(by_level))
@@ -83,16 +72,16 @@ def _rows_of(rig: Rig, nodes: list[int] | None) -> list[int] | None:
 def _follow_branches(options: Options, model: Model) -> list[list[Branch]]:
     """Return the branches of each level, or frequency, or of both."""
     ends, kind = _range_ends(options), excited_by(model, options.kind)
-    shared = periodic_settings(options) | {"kind": kind}
+    solver = shared.periodic_settings(options) | {"kind": kind}
 
     def follow(at: tuple[float, float]) -> list[Branch]:
         level, frequency = at
         if options.over:
-            curves = [follow_response_over(model, options.over, ends, frequency, level, **shared)]
+            curves = [follow_response_over(model, options.over, ends, frequency, level, **solver)]
         elif options.frequency:
-            curves = [follow_response_over_level(model, frequency, ends, **shared)]
+            curves = [follow_response_over_level(model, frequency, ends, **solver)]
         else:
-            curves = list(from_both_ends(model, level, ends, **shared))
+            curves = list(from_both_ends(model, level, ends, **solver))
         return curves + [new for branch in curves for new in _doublings(branch)] if options.period_doublings else curves
 
     given = options.level(kind) if options.level else (0.0,)

@@ -24,8 +24,7 @@ TRIP = 1.1  # times a rig's largest spin, at which it is switched off if it does
 
 @command(
     "running-clearance", *over_speed(1001, TRIP),
-    option("--run-up", "also simulate a run-up, with contact", seconds, metavar="SECONDS"),
-    writes=RESULTS,
+    option("--run-up", "also simulate a run-up, with contact", seconds, metavar="SECONDS"), writes=RESULTS,
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Orbits under unbalance beside three quarters of the clearances (API 617)."""
@@ -41,13 +40,10 @@ def run(options: Options) -> Result:
     axes = {"major_axis_m": check.scale * check.major, "allowed_m": np.repeat(check.allowed, check.speed.size)}
     table = long_table("bushing", range(1, len(check.major) + 1), "spin_rad_s", check.speed, **axes)
     data = {
-        "vibration_limit": check.limit,
-        "scale": check.scale,
-        "allowed": check.allowed.tolist(),
-        "used": check.used.max(axis=1).tolist(),
-        "at_speed": check.speed[check.used.argmax(axis=1)].tolist(),
+        "vibration_limit": check.limit, "scale": check.scale, "allowed": check.allowed.tolist(),
+        "used": check.used.max(axis=1).tolist(), "at_speed": check.speed[check.used.argmax(axis=1)].tolist(),
         "holds": check.holds.tolist(),
-    }
+    }  # fmt: skip
     return Result(settings(model) | data, _report(check), table, [drawing])
 
 

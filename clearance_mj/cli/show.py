@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -81,7 +80,5 @@ def _draw(obj: object, path: Path, out: Path) -> None:
         figure = contents_figure(obj)
     kind = out.suffix[1:].lower()
     name = {"png": "Software", "svg": "Title", "pdf": "Subject"}[kind]
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format=kind, dpi=150, metadata={name: f"{MARK} show"})
     with replacing(out) as temporary:
-        temporary.write_bytes(buffer.getvalue())
+        figure.savefig(temporary, format=kind, dpi=150, metadata={name: f"{MARK} show"})

@@ -33,8 +33,7 @@ def run(options: Options) -> Result:
     from ..vehicle.steering import parse_gap
 
     names = ("regime", "plant", "length_factor", "seed", "sensors", "manoeuvre")
-    settings: dict[str, Any] = {name: getattr(options, name) for name in names}
-    settings |= {"half_gap": parse_gap(options.gap)}
+    settings: dict[str, Any] = {name: getattr(options, name) for name in names} | {"half_gap": parse_gap(options.gap)}
     settings |= {"assumed_gap": parse_gap(options.assumed_gap)} if options.assumed_gap else {}
     usual = get_manoeuvre(options.manoeuvre).speed if options.manoeuvre else 120.0
     speed = usual if options.speed is None else options.speed

@@ -204,8 +204,7 @@ def _describe_value(value: Any) -> tuple[str, list[Any]]:
 
 
 def _class_name(kind: type) -> str:
-    fields = getattr(kind, "_fields", ())
-    return f"{kind.__module__}.{kind.__qualname__} {fields}"
+    return f"{kind.__module__}.{kind.__qualname__} {getattr(kind, '_fields', ())}"
 
 
 def _type_name(kind: Any) -> str:

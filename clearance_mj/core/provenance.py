@@ -45,13 +45,10 @@ def made_from(inputs: Iterable[Path], what: str) -> dict[str, Any]:
         and ``inputs`` (SHA-256 by path).
     """
     return {
-        MARK: __version__,
-        "code": code(),
-        "python": platform.python_version(),
-        "libraries": {name: library_version(name) for name in LIBRARIES},
-        "made_by": what,
+        MARK: __version__, "code": code(), "python": platform.python_version(),
+        "libraries": {name: library_version(name) for name in LIBRARIES}, "made_by": what,
         "inputs": {str(file): sha256(file) for file in files_of(inputs)},
-    }
+    }  # fmt: skip
 
 
 def is_marked(path: Path) -> bool:

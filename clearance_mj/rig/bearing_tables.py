@@ -107,17 +107,15 @@ def _saved_by_ross(path: str | Path) -> dict[str, list[float]]:
 
 def _columns(rows: Sequence[Sequence[Any]]) -> dict[str, list[float]]:
     """Return the numbers under each name in SI units, "" for the speed."""
-    heads = [i for i, row in enumerate(rows) if any(_COEFFICIENT.fullmatch(str(cell).strip()) for cell in row)]
-    if not heads:
+    heads = (i for i, row in enumerate(rows) if any(_COEFFICIENT.fullmatch(str(cell).strip()) for cell in row))
+    if (head := next(heads, None)) is None:
         raise RigError("has no header with coefficients such as kyy, kyz, cyy; name the columns")
-    head = heads[0]
     units, first = [""] * len(rows[head]), head + 1
     if first < len(rows) and all(_number(cell) is None for cell in rows[first]):
         units, first = [str(cell).strip(" []()") for cell in rows[first]], first + 1
     # Sheets of XLTRC2 may say their units anywhere: ROSS looks for these words, too.
     words = " ".join(str(cell).lower() for row in rows[:first] for cell in row)
     default_units = {"": "rpm" * ("rpm" in words)} | ({"k": "lbf/in", "c": "lbf s/in"} if "lb" in words else {})
-    body = rows[first:]
     columns: dict[str, list[float]] = {}
     for i, cell in enumerate(rows[head]):
         text = str(cell).strip()
@@ -130,7 +128,7 @@ def _columns(rows: Sequence[Sequence[Any]]) -> dict[str, list[float]]:
         unit = unit or units[i] or default_units.get(name[:1], "")
         with naming(text, RecordError, RigError):
             scale = unit_factor(unit, _UNITS[name[:1]]) if unit else 1.0
-        values = [_number(row[i]) if i < len(row) else None for row in body]
+        values = [_number(row[i]) if i < len(row) else None for row in rows[first:]]
         if None in values:
             hole = values.index(None)
             raise RigError(f"row {first + hole + 1} has no number for {text}; a table has one in every row")

@@ -10,20 +10,14 @@ _ON_BEAM = {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "strin
 _OF_SHAKER = {"properties": {"position": _ON_BEAM, "also": {"items": {"properties": {"position": _ON_BEAM}}}}}
 _POSITIONED = ("masses", "sensors", "oscillators", "loads", "orders")
 _POINTS_ON_BEAM: dict[str, Any] = {
-    "properties": {
-        **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in _POSITIONED},
-        "bushings": {"items": {"properties": {"position": _ON_BEAM, "to": _ON_BEAM}}},
-        "shaker": _OF_SHAKER,
-        "shakers": {"items": _OF_SHAKER},
-        "structure": False,
-    }
-}
+    **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in _POSITIONED},
+    "bushings": {"items": {"properties": {"position": _ON_BEAM, "to": _ON_BEAM}}},
+    "shaker": _OF_SHAKER, "shakers": {"items": _OF_SHAKER}, "structure": False,
+}  # fmt: skip
 BEAM_OR_STRUCTURE = {
-    "required": ["name", "bushings", "sensors"],
-    "if": {"required": ["structure"]},
-    "then": {"properties": {"beam": False}},
-    "else": {"required": ["beam"], **_POINTS_ON_BEAM},
-}
+    "required": ["name", "bushings", "sensors"], "if": {"required": ["structure"]},
+    "then": {"properties": {"beam": False}}, "else": {"required": ["beam"], "properties": _POINTS_ON_BEAM},
+}  # fmt: skip
 _TABLE = {"type": "string", "description": "file of a table over the spin, in the place of the coefficients"}
 OF_BEARINGS: dict[str, Any] = {"table": _TABLE}
 """Keys whose files are read into other fields"""

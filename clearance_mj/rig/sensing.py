@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -13,6 +13,7 @@ from ..structure import Support
 from ..structure.base import AXES, parse_direction, parse_place
 from .dimensions import InSpace
 from .instruments import Kinds, Sensor, input_kinds
+from .loads import Directed
 
 __all__ = [
     "SensorRows", "acceleration_mask", "base_readings", "check_sensors", "clearance_of", "input_readings",
@@ -21,7 +22,6 @@ __all__ = [
 
 NEAR = 1e-9  # of a shaft's length, within which places are one
 Vector: TypeAlias = tuple[float, float, float]
-Directed: TypeAlias = Callable[[Sequence[float | str], np.ndarray], np.ndarray]
 
 
 class SensorRows(NamedTuple):
@@ -84,9 +84,7 @@ class SensorRows(NamedTuple):
         return gain
 
 
-def sensor_rows(
-    rig: InSpace, directed: Callable[[Sequence[float | str], np.ndarray], np.ndarray], size: int
-) -> SensorRows:
+def sensor_rows(rig: InSpace, directed: Directed, size: int) -> SensorRows:
     """Return the rows of the sensors of a rig on the coordinates of a model of it.
 
     Parameters

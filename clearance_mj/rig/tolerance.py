@@ -16,12 +16,11 @@ LENGTHS = (
 )  # fmt: skip
 FIELDS = dict.fromkeys(LENGTHS, "m") | {
     "young_modulus": "Pa", "density": "kg/m³", "mass": "kg", "inertia": "kg m²", "polar_inertia": "kg m²",
-    "stiffness": "N/m",
-    "damping": "N s/m", "translation": "N/m", "rotation": "N m/rad", "gain": "", "damping_ratios": "",
-    "poisson_ratio": "", "frequency": "Hz", "damping_ratio": "", "participation": "", "rocking": "rad/m", "about": "m",
-    "difference": "", "angle": "rad", "rotation_damping": "N m s/rad", "translation_damping": "N s/m", "delay": "s",
-    "probe_delay": "s", "direction": "", "probe_angle": "rad", "coefficient": "", "viscosity": "Pa s",
-    "wear": "m²/N",
+    "stiffness": "N/m", "damping": "N s/m", "translation": "N/m", "rotation": "N m/rad", "gain": "",
+    "damping_ratios": "", "poisson_ratio": "", "frequency": "Hz", "damping_ratio": "", "participation": "",
+    "rocking": "rad/m", "about": "m", "difference": "", "angle": "rad", "rotation_damping": "N m s/rad",
+    "translation_damping": "N s/m", "delay": "s", "probe_delay": "s", "direction": "", "probe_angle": "rad",
+    "coefficient": "", "viscosity": "Pa s", "wear": "m²/N",
 }  # fmt: skip
 """SI units of the fields that may be uncertain"""
 _STD = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
