@@ -184,8 +184,8 @@ def given(options: Options, *names: str) -> list[str]:
 
 def inputs(options: Options) -> list[Path]:
     """Return the files and folders that a command was given to read."""
-    given = (value for name, value in vars(options).items() if name not in OUTPUTS)
-    each = (part for value in given for part in (value if isinstance(value, list) else [value]))
+    values = (value for name, value in vars(options).items() if name not in OUTPUTS)
+    each = (part for value in values for part in (value if isinstance(value, list) else [value]))
     return [path for path in each if isinstance(path, Path)]
 
 

@@ -233,8 +233,8 @@ def _parse_spin(text: str | None) -> Spin | None:
     """Return the spin of an option's text."""
     if text is None:
         return None
-    example = "{}: {}; give SPEED or FROM:TO:SECONDS, such as 20Hz:60Hz:20"
-    with naming(f"--spin {text}", (ClearanceError, ZeroDivisionError), ClearanceError, example):
+    form = "{}: {}; give SPEED or FROM:TO:SECONDS, such as 20Hz:60Hz:20"
+    with naming(f"--spin {text}", (ClearanceError, ZeroDivisionError), ClearanceError, form):
         first, *ramp = text.split(":")
         if not ramp:
             return Spin(si_value(first, "spin"))

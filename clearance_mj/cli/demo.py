@@ -12,6 +12,7 @@ from tqdm import tqdm
 from ..clearance import ConstantLaw
 from ..core.errors import ClearanceError
 from ..core.files import write_text
+from ..core.quantities import GRAVITY
 from ..engines import simulate
 from ..io.channels import NOWHERE, Channel
 from ..io.formats import write
@@ -30,7 +31,6 @@ CHANNELS = {"Plate": (-1, 1.0), "A2": (1, 1.0), "A4": (3, -1.0), "A1": (0, 1.0),
 """Names in the order of the logger, the accelerometer from the clamp on (-1: the base) and the sign of each"""
 BAND, FS, DURATION = (5.0, 220.0), 1024.0, 20.0  # Hz, Hz, s
 NOISE = 0.01  # of a channel's RMS
-STANDARD_GRAVITY = 9.80665  # m/s²
 README = """A bench as a logger leaves it. Synthetic: simulated by clearance-mj, not measured.
 
 What its designer knows: a steel shaft, 620 mm long and 8.6 mm thick, clamped at one end; a lever of 0.2 kg at its tip;
@@ -102,7 +102,7 @@ def _logger_csv(channels: list[Channel]) -> Iterator[str]:
     yield ";".join(["Time", *(channel.name for channel in channels)])
     yield ";".join(["s", *("g" for _ in channels)])
     for i, time in enumerate(channels[0].time):
-        numbers = (f"{channel.value[i] / STANDARD_GRAVITY:.6g}" for channel in channels)
+        numbers = (f"{channel.value[i] / GRAVITY:.6g}" for channel in channels)
         yield ";".join([f"{time:.7f}", *numbers]).replace(".", ",")
 
 

@@ -46,13 +46,11 @@ def run(options: Options) -> Result:
     columns = _channel_columns(options)
     runs, held_out = ([DriveRecord.read(path, columns) for path in paths] for paths in (options.runs, options.predict))
     if any(run.both_ends for run in runs):
-        fit = fit_drive(runs, progress=not options.quiet)
-        data = write_drive(fit, runs, held_out, options.new)
+        data = write_drive(fit_drive(runs, progress=not options.quiet), runs, held_out, options.new)
     elif held_out:
         raise ClearanceError("--predict needs logs of both ends to find a drive from; these have the motor's alone")
     else:
-        alone = fit_motor_side(runs, progress=not options.quiet)
-        data = write_motor_side(alone, options.new)
+        data = write_motor_side(fit_motor_side(runs, progress=not options.quiet), options.new)
     return Result(data, _report(data))
 
 

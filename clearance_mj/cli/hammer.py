@@ -52,8 +52,7 @@ def run(options: Options) -> Result:
     ats, places = (given * (count if len(given) == 1 else 1) or [None] * count for given in positions)
     records = [_read_record(path, at, place, rig, options) for path, at, place in zip(options.records, ats, places)]
     with naming(", ".join(map(str, options.records)), ClearanceError):
-        settings = {name: getattr(options, name) for name in SETTINGS}
-        test = hammer_frf(records, band=options.band, **settings)
+        test = hammer_frf(records, band=options.band, **{name: getattr(options, name) for name in SETTINGS})
         modes = extract_modes(test.frf, options.modes) if options.modes else NO_MODES
     for note in test.notes:
         inform(note)

@@ -86,8 +86,9 @@ def si_number_parser(quantity: str) -> Callable[[str], float]:
     return functools.partial(_with_unit, quantity=quantity)
 
 
-_QUANTITIES = ("displacement", "pressure", "spin", "time", "frequency")
-length, pressure, spin, seconds, hertz = map(si_number_parser, _QUANTITIES)
+length, pressure, spin, seconds, hertz = map(
+    si_number_parser, ("displacement", "pressure", "spin", "time", "frequency")
+)
 lengths, frequencies = (functools.partial(numbers, quantity=each) for each in ("displacement", "frequency"))
 LEVEL_OF = {"base": "acceleration", "force": "force"}  # quantity of an excitation's level; else it is a factor
 
@@ -185,8 +186,10 @@ RATE = (
            "ones too", hertz, metavar="RATE"),
 )  # fmt: skip
 """Sampling rate of files, and another to which their records are brought"""
-_MAP = option("--map", "map of the files' channels (TOML), as clearance-mj map writes it", Path, metavar="MAP")
-RECORDS = (columns(), _MAP, *RATE)
+RECORDS = (
+    columns(), option("--map", "map of the files' channels (TOML), as clearance-mj map writes it", Path, metavar="MAP"),
+    *RATE,
+)  # fmt: skip
 """What the channels of records are, see `reading`"""
 FILES = (
     *RECORDS,

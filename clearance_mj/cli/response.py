@@ -104,8 +104,7 @@ def _range_ends(options: Options) -> tuple[float, float]:
     if not options.over and bool(options.level) == bool(options.frequency):
         raise ClearanceError("give --level to follow over frequency, or --frequency over level; both with --over")
     if options.frequency and (options.start is None or options.stop is None):
-        parameter = options.over or "level"
-        raise ClearanceError(f"--frequency follows over {parameter}, from --from to --to: give both")
+        raise ClearanceError(f"--frequency follows over {options.over or 'level'}, from --from to --to: give both")
     if options.frequency and options.isolas:
         raise ClearanceError("--isolas are looked for over frequency: give --level")
     return START if options.start is None else options.start, STOP if options.stop is None else options.stop

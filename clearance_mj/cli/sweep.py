@@ -24,8 +24,7 @@ from .options import WHERE
 def run(options: Options) -> Result:
     """Simulate the cases of a plan; an interrupted sweep goes on where it stopped."""
     plan, out = load_plan(options.plan), options.out
-    runner = Runner(options.workers, options.scheduler, progress=not options.quiet)
-    results = run_sweep(plan, out, runner)
+    results = run_sweep(plan, out, Runner(options.workers, options.scheduler, progress=not options.quiet))
     errors = {int(case): str(error) for case, error in zip(results["case"], results["error"].values) if error}
     data = {"cases": results.sizes["case"], "without_results": errors}
     drawings = [drawing for drawing in (draw_results(results, plan.vary), draw_frfs(results)) if drawing]

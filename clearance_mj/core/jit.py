@@ -255,8 +255,7 @@ def _file_digest(module: str | None) -> str:
     path = getattr(sys.modules.get(module or ""), "__file__", None)
     if path is None or not path.endswith(".py"):
         return ""
-    source = Path(path).read_text(encoding="utf-8")
-    return _code_digest(compile(source, "", "exec", dont_inherit=True))
+    return _code_digest(compile(Path(path).read_text(encoding="utf-8"), "", "exec", dont_inherit=True))
 
 
 def _hash(text: str | bytes) -> str:

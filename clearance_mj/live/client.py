@@ -148,10 +148,6 @@ class Client(WebSocketHandler):
             numbers.add(session.overlay(wanted.record, float(values["resolution"])))
         return packed("figures", numbers, id=wanted.id)
 
-    def _send_later(self, kind: str, **facts: Any) -> None:
-        """Send a message to the page from another thread."""
-        self.loop.call_soon_threadsafe(self._send, packed(kind, Numbers(facts)))
-
     def _watcher(self, of: str, ended: Callable[[], bool], every: float = REPORT_INTERVAL, last: float = 0.0) -> Watch:
         """Return a progress callback: it informs the page now and then, and stops superseded computations."""
 
@@ -161,7 +157,8 @@ class Client(WebSocketHandler):
                 raise Superseded
             if time.monotonic() - last > every:
                 last = time.monotonic()
-                self._send_later("progress", of=of, share=share)
+                # Computations are in other threads than the page's.
+                self.loop.call_soon_threadsafe(self._send, packed("progress", Numbers({"of": of, "share": share})))
 
         return watch
 

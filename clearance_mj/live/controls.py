@@ -12,6 +12,7 @@ import numpy as np
 
 from ..clearance import ConstantLaw, ContactLaw, Law
 from ..core.errors import ClearanceError
+from ..core.quantities import GRAVITY
 from ..core.validation import json_schema
 from ..io.dataset import Dataset
 from ..model import Model
@@ -27,7 +28,6 @@ LARGEST_NUMBER = 1e300  # of any number
 BAND = (5.0, 220.0)  # Hz, of noise without records that say theirs
 LENGTHS = ("gap", "offset", "film_height")  # fields in m, shown in µm
 RPM = 30 / math.pi
-EARTH = 9.80665  # m/s²
 FASTEST = 1000.0  # rad/s, to which the slider of a rig without a spin reaches
 DOWN = (0.0, 0.0, -1.0)
 MOST_FRICTION = 0.5
@@ -66,15 +66,14 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     yield Control("duration", group, "Duration", 10.0, "s", 1.0, 4.0, 60.0)
     yield Control("fs", group, "Samples per second", fs, "Hz", 1.0, 512.0, 8192.0, log=True, whole=True)
     yield Control("resolution", group, "Lines every", 0.5, "Hz", 1.0, 0.2, 5.0, log=True)
-    engines = ("modal", "links") if rig.linear.shafts else ("modal",)
-    yield Control("engine", group, "Engine", "modal", choices=engines)
+    yield Control("engine", group, "Engine", "modal", choices=("modal", "links") if rig.linear.shafts else ("modal",))
 
 
 def _of_motion(rig: Rig) -> Iterator[Control]:
     """Return the controls of the whole rig: weight, where it has some or moves across z, spin, unbalance."""
     group, pull = "Weight and spin", float(np.linalg.norm(rig.gravity or 0.0))
     if pull or rig.moves_across:
-        yield Control("gravity", group, "Gravity", pull, "m/s²", 1.0, 0.0, max(2 * EARTH, 2 * pull))
+        yield Control("gravity", group, "Gravity", pull, "m/s²", 1.0, 0.0, max(2 * GRAVITY, 2 * pull))
     if spin := rig.spin:
         most = 2 * (spin.fastest or FASTEST)
         label = "Spin" if spin.until is None else "Spin at the start"

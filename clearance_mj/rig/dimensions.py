@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Protocol, TypeAlias
+from abc import ABC, abstractmethod
+from typing import Annotated, Any, TypeAlias
 
 from pydantic import BeforeValidator
 
 from ..core.checks import naming
 from ..core.errors import RigError
+from ..core.quantities import GRAVITY
 from ..core.validation import Number
 from ..structure import Structure
 from ..structure.attached import Attached
 from ..structure.base import is_rotation, parse_direction, parse_dof, parse_place
 from .bearings import Bearing
 from .clearance import Bushing
-from .instruments import Sensor, Shaker
+from .instruments import Shaker
+from .labels import ClearanceRows
 from .loads import Load, Order
 from .spinning import Spin, Unbalance
 
@@ -25,14 +28,13 @@ __all__ = [
 ]  # fmt: skip
 
 ENDS = "position", "to"  # of a spring
-EARTH = 9.80665  # m/s²
 
 
 def _vector(value: Any) -> Any:
     if isinstance(value, int | float) and not isinstance(value, bool):
         raise ValueError(
             f"{value:g} has no direction; give a vector (x, y, z) in m/s², such as "
-            f"[0.0, 0.0, {-abs(value) or -EARTH:g}]"
+            f"[0.0, 0.0, {-abs(value) or -GRAVITY:g}]"
         )
     return value
 
@@ -41,62 +43,34 @@ Gravity: TypeAlias = Annotated[tuple[Number, Number, Number], BeforeValidator(_v
 """Acceleration of gravity, m/s² (x, y, z)"""
 
 
-class InSpace(Protocol):
-    """Attributes of a `Rig` that its rules need."""
+class InSpace(ClearanceRows, ABC):
+    """Attributes of a `Rig` that the rules of its motion and its sensors need."""
+
+    name: str
+    gravity: tuple[float, float, float] | None
+    spin: Spin | None
+    unbalances: tuple[Unbalance, ...]
+    bearings: tuple[Bearing, ...]
+    loads: tuple[Load, ...]
+    orders: tuple[Order, ...]
 
     @property
-    def name(self) -> str:
-        """Name."""
-
-    @property
+    @abstractmethod
     def moves_across(self) -> bool:
         """True if points move along y and z."""
 
     @property
-    def gravity(self) -> tuple[float, float, float] | None:
-        """Gravity."""
-
-    @property
-    def spin(self) -> Spin | None:
-        """Rotation of the shaft."""
-
-    @property
-    def unbalances(self) -> tuple[Unbalance, ...]:
-        """Unbalances."""
-
-    @property
-    def bearings(self) -> tuple[Bearing, ...]:
-        """Bearings with coefficients."""
-
-    @property
-    def bushings(self) -> tuple[Bushing, ...]:
-        """Clearances."""
-
-    @property
-    def sensors(self) -> tuple[Sensor, ...]:
-        """Sensors."""
-
-    @property
-    def clearance_labels(self) -> list[str]:
-        """Names of the clearances."""
-
-    @property
-    def loads(self) -> tuple[Load, ...]:
-        """Constant loads."""
-
-    @property
-    def orders(self) -> tuple[Order, ...]:
-        """Orders of the spin."""
-
-    @property
+    @abstractmethod
     def inputs(self) -> tuple[Shaker, ...]:
         """Excitation."""
 
     @property
+    @abstractmethod
     def linear(self) -> Structure:
         """Structure."""
 
     @property
+    @abstractmethod
     def attached(self) -> Attached:
         """Housings, springs and oscillators."""
 
@@ -220,7 +194,7 @@ def check_motion(rig: InSpace) -> None:
         if b.friction:
             _check_friction(rig, b, f"bushings[{i}].friction.along")
     if rig.gravity is not None and not any(rig.gravity):
-        raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
+        raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-GRAVITY}]")
     for kind in ("unbalances", "orders"):
         if getattr(rig, kind) and rig.spin is None:
             raise ValueError(f"{kind} act on a shaft that turns; give [spin] with its speed")

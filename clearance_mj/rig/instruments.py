@@ -66,8 +66,7 @@ def _free_node(node: int) -> int:
 
 
 def _place(value: Any) -> Any:
-    is_clearance = isinstance(value, str) and _CLEARANCE.fullmatch(value)
-    return value if is_clearance else check_point(value)
+    return value if isinstance(value, str) and _CLEARANCE.fullmatch(value) else check_point(value)
 
 
 _CLEARANCE = re.compile(r"(?:\S.* )?bushings\[[0-9]{1,4}\]")

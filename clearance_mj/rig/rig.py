@@ -22,16 +22,15 @@ from ..structure.attached import Attached, FixtureMode, Oscillator, Planes, Poin
 from ..structure.base import in_other_plane
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
+from . import dimensions
 from .bearing_tables import with_bearing_tables
 from .bearings import Bearing
 from .clearance import Bushing
-from .dimensions import Gravity, check_motion, fields_across, motion_in_words, named_points, with_motion, with_shapes
 from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
 from .instruments import Sensor, Shaker, check_inputs
-from .labels import ClearanceRows
 from .loads import Load, Order, check_points, forced_points
 from .overview import bushing_rows, frequencies_in_words, inputs_in_words, structure_in_words
 from .plate import Plate, check_plate
@@ -47,7 +46,7 @@ __all__ = ["PointMass", "Rig", "rig_schema"]
 
 
 @checked(RigError, name="", schema=BEAM_OR_STRUCTURE)
-class Rig(ClearanceRows, HasOverview):
+class Rig(dimensions.InSpace, HasOverview):
     """A complete rig.
 
     Raises
@@ -84,7 +83,7 @@ class Rig(ClearanceRows, HasOverview):
     """how well numbers are known; others have defaults, see `identify.priors`"""
     examples: tuple[Text, ...] = seldom(default=())
     """paths of numbers that nobody gave, such as "beam.length"; results say so until their names are deleted here"""
-    gravity: Gravity | None = seldom(default=None)
+    gravity: dimensions.Gravity | None = seldom(default=None)
     """m/s² (x, y, z): it rests under its weight before it vibrates; None: offsets hold what weight does"""
     loads: tuple[Load, ...] = seldom(default=())
     """forces and torques that never change, under which it rests before it vibrates"""
@@ -107,7 +106,7 @@ class Rig(ClearanceRows, HasOverview):
                 f"{'structure stands beside beam' if self.beam else 'beam is missing'}; give either [beam], a uniform "
                 f"cantilever, or [structure], of one of the kinds {', '.join(Structure.known)}"
             )
-        for name, point in named_points(self).items():
+        for name, point in dimensions.named_points(self).items():
             self._check(name, point)
         check_points("loads", self.loads, self._check)
         check_points("orders", self.orders, self._check)
@@ -122,7 +121,7 @@ class Rig(ClearanceRows, HasOverview):
             if mode.frequency in [other.frequency for other in self.fixture[:i]]:
                 raise ValueError(f"fixture[{i}].frequency {mode.frequency:g} Hz is another mode's; put both into one")
         check_bushings(self.bushings, self.linear.check)
-        check_motion(self)
+        dimensions.check_motion(self)
         if self.tolerances or self.examples:
             check_paths(to_plain(self), self.tolerances, self.examples)
 
@@ -143,8 +142,7 @@ class Rig(ClearanceRows, HasOverview):
     @property
     def point_masses(self) -> tuple[PointMass, ...]:
         """Point masses of the shaft, those of sensors included."""
-        loading = (PointMass(s.position, s.mass, f"sensor {s.node}") for s in self.sensors if s.mass)
-        return (*self.masses, *loading)
+        return (*self.masses, *(PointMass(s.position, s.mass, f"sensor {s.node}") for s in self.sensors if s.mass))
 
     @property
     def total_mass(self) -> float | None:
@@ -165,7 +163,7 @@ class Rig(ClearanceRows, HasOverview):
     @functools.cached_property
     def moves_across(self) -> bool:
         """True if points move along y and z: clearances are round, or something acts across z."""
-        return any(b.is_round for b in self.bushings) or bool(fields_across(self))
+        return any(b.is_round for b in self.bushings) or bool(dimensions.fields_across(self))
 
     @property
     def is_loaded(self) -> bool:
@@ -238,7 +236,7 @@ class Rig(ClearanceRows, HasOverview):
             "structure": structure_in_words(self.linear),
             "mass": "" if mass is None else f"{mass:.4g} kg with point masses",
             "natural frequencies": frequencies_in_words(self),
-            "motion": motion_in_words(self) if self.moves_across else "",
+            "motion": dimensions.motion_in_words(self) if self.moves_across else "",
             "shaker": inputs_in_words(self.inputs),
             "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
             "examples": few(self.examples),
@@ -332,7 +330,7 @@ class Rig(ClearanceRows, HasOverview):
             def resolve(name: str) -> str:
                 return name if is_embedded(name) else str(Path(folder) / name)
 
-            data = {"beam": None, **with_shapes(with_bearing_tables(with_files(data, resolve), resolve))}
+            data = {"beam": None, **dimensions.with_shapes(with_bearing_tables(with_files(data, resolve), resolve))}
         return from_plain(cls, data, "", RigError)
 
     def to_dict(self) -> dict[str, Any]:
@@ -341,7 +339,7 @@ class Rig(ClearanceRows, HasOverview):
 
     def content(self) -> dict[str, Any]:
         """Return plain data that are equal for equal rigs, for caches: `to_dict` with digests of files."""
-        return with_motion(self, with_files(self.to_dict(), digest))
+        return dimensions.with_motion(self, with_files(self.to_dict(), digest))
 
     def copied(self, folder: str | Path) -> Rig:
         """Return the same rig, its structure read from copies of its files.

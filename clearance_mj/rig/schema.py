@@ -18,9 +18,12 @@ BEAM_OR_STRUCTURE = {
     "required": ["name", "bushings", "sensors"], "if": {"required": ["structure"]},
     "then": {"properties": {"beam": False}}, "else": {"required": ["beam"], "properties": _POINTS_ON_BEAM},
 }  # fmt: skip
-_TABLE = {"type": "string", "description": "file of a table over the spin, in the place of the coefficients"}
-OF_BEARINGS: dict[str, Any] = {"table": _TABLE}
+OF_BEARINGS: dict[str, Any] = {
+    "table": {"type": "string", "description": "file of a table over the spin, in the place of the coefficients"},
+}
 """Keys whose files are read into other fields"""
-_MOTION = {"deprecated": True, "description": "of all clearances at once; now each has its shape"}
-OF_OLDER_FILES: dict[str, Any] = {"motion": {"enum": ["planar", "spatial"], **_MOTION}}
+OF_OLDER_FILES: dict[str, Any] = {"motion": {
+    "enum": ["planar", "spatial"], "deprecated": True,
+    "description": "of all clearances at once; now each has its shape",
+}}  # fmt: skip
 """Keys that are read and never written"""

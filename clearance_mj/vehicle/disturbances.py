@@ -74,8 +74,7 @@ class Crosswind(Disturbance):
         """Return the turbulence about the mean, m/s, (steps,), at a speed in m/s."""
 
         def density(frequency: np.ndarray) -> np.ndarray:
-            scale = 2 * np.pi * self.length_scale / speed
-            x2 = (scale * frequency) ** 2
+            x2 = (2 * np.pi * self.length_scale / speed * frequency) ** 2
             return self.turbulence**2 * 2 * self.length_scale / speed * (1 + 3 * x2) / (1 + x2) ** 2
 
         return coloured_noise(density, steps, seed)
@@ -113,8 +112,7 @@ class CrownedRoad(Disturbance):
         def density(frequency: np.ndarray) -> np.ndarray:
             n = frequency / speed
             x = 2 * math.pi * self.track * n
-            difference = 2 * self.roughness * (REFERENCE_WAVENUMBER / n) ** 2 * (1 - x * k1(x))
-            return difference / self.track**2 / speed
+            return 2 * self.roughness * (REFERENCE_WAVENUMBER / n) ** 2 * (1 - x * k1(x)) / self.track**2 / speed
 
         return coloured_noise(density, steps, seed)
 

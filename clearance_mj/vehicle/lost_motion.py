@@ -13,6 +13,7 @@ linear and solved exactly.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from ..core.jit import jit
@@ -57,10 +58,6 @@ def lost_motion_step(d: float, turn: float, moment: float, h: float, p: LostMoti
     """
     stuck = d - turn
     load = _resistance(stuck, d, h, p) + moment
-    if abs(load) <= p.friction:
-        d_after = stuck
-    elif load > 0.0:  # the wheel turns back against friction
-        d_after = _balance(moment - p.friction, d, h, p)
-    else:
-        d_after = _balance(moment + p.friction, d, h, p)
+    # A wheel that friction does not hold turns against the load: dδ/dt has the opposite sign.
+    d_after = stuck if abs(load) <= p.friction else _balance(moment - math.copysign(p.friction, load), d, h, p)
     return d_after, (1 if d_after < -p.half_gap else -1 if d_after > p.half_gap else 0)

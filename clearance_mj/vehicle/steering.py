@@ -129,8 +129,7 @@ class Steering:
         grease_k, grease_c = np.transpose([g.small_motion() for g in fillings_of(self.shaft, self.contact_law)])
         stiffness, damping = 1 / deflection[self.lever] + sum(squared * grease_k), sum(squared * grease_c)
         contact = self.contact_law.largest([b.gap for b in self.shaft.bushings])[0][self.lever]
-        values = (self.half_gap, contact * arm2, stiffness * arm2, damping * arm2, self.friction)
-        return LostMotion(*map(float, values))
+        return LostMotion(*map(float, (self.half_gap, contact * arm2, stiffness * arm2, damping * arm2, self.friction)))
 
     def start(self, seed: int = 0) -> SteeringRun:
         """Begin a run with the wheels straight and the shaft centred; the seed is that of the road's noise."""

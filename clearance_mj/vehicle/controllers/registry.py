@@ -69,8 +69,7 @@ class Registration:
     def _stored(self, tuned: str) -> dict[str, Any]:
         """Return the stored settings of a set, completed by those of the controller it is tuned as."""
         stored = _read(self.settings_file).get(tuned, {})
-        settings: dict[str, Any] = stored[self.name]["settings"] if self.name in stored else {}
-        return self._inherited(tuned) | settings
+        return self._inherited(tuned) | (stored[self.name]["settings"] if self.name in stored else {})
 
     def informed(self, controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
         """Return a controller of this class for a task, adapted to prior information on the clearance."""
