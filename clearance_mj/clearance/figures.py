@@ -29,7 +29,7 @@ class LawToDraw(WithTable, Protocol):
     def over_amplitude(
         self, gaps: Sequence[float], amplitude: np.ndarray, omega: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """As `Law.over_amplitude`."""
+        """Return tables as `Law.over_amplitude` does."""
 
 
 @dataclass(frozen=True, eq=False)

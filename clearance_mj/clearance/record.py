@@ -114,7 +114,7 @@ class WithTable(Protocol):
         """Grease of the bushings, or None."""
 
     def table(self, n_bushings: int) -> LawTable:
-        """As `Law.table`."""
+        """Return a table as `Law.table` does."""
 
 
 def fillings_of(rig: WithBushings, law: WithTable) -> list[GreaseModel]:

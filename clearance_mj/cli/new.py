@@ -51,7 +51,7 @@ EXAMPLES: dict[str, tuple[Any, str]] = {
     "bushing_length": (0.012, "bushings.length"), "contact": ((1e4, 4.0), "contact.stiffness contact.damping"),
     "grease": ((4e3, 3.0), "grease.stiffness grease.damping"), "sensors": (None, "sensors.position"),
 }  # fmt: skip
-"""What stands for an option that is not given, if one value does, and the ends of the paths of these numbers."""
+"""Values of options that are not given, where one value does, and the ends of the paths of these numbers."""
 KNOWN_TO = {
     "diameter": "5 %", "inner_diameter": "5 %", "young_modulus": "3 %", "density": "1 %", "gap": "20 %",
     "stiffness": "230 %", "damping": "230 %", "translation": "230 %", "translation_damping": "230 %",

@@ -20,7 +20,7 @@ EXAMPLES: dict[str, tuple[Any, str]] = {
     "torque": (0.25, "loads.torque"), "ripple": (3.5, "orders.torque"), "teeth": (None, "orders.order"),
     "spin": (round(800 * math.pi / 30, 3), "spin.speed"),
 }  # fmt: skip
-"""Of a fifth gear at idle: what stands for an option that is not given, and the ends of the paths of these numbers"""
+"""Values of options that are not given, those of a fifth gear at idle, and the ends of the paths of these numbers"""
 ENGINE = 2.0  # torque pulses in each turn of a four-stroke engine with four cylinders
 ONLY_GEARS = ("inertias", "base_radii", "backlash", "torque", "ripple", "teeth")
 NOT_OF_GEARS = ("bushings", "gap", "gravity", "unbalance", "friction", "oil", "bushing_material")
@@ -37,7 +37,7 @@ GEARS = (
     option("--teeth", "of the driving gear: the ripple comes with each tooth (example: twice a turn, as from an "
            "engine)", int),
 )  # fmt: skip
-"""What a pair of gears is"""
+"""Options that describe a pair of gears"""
 
 
 def gear_fields(options: Options) -> dict[str, Any]:

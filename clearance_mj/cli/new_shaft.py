@@ -38,7 +38,7 @@ SHAFT = (
     option("--disc", "a body at a point, with the inertia of a disc of this size", nargs=4, action="append",
            metavar=("POINT", "MASS", "DIAMETER", "WIDTH")),
 )  # fmt: skip
-"""What a shaft is"""
+"""Options that describe a shaft"""
 
 
 def _section(options: Options, factor: float = 1.0) -> dict[str, Any]:

@@ -190,14 +190,14 @@ RECORDS = (
     columns(), option("--map", "map of the files' channels (TOML), as clearance-mj map writes it", Path, metavar="MAP"),
     *RATE,
 )  # fmt: skip
-"""What the channels of records are, see `reading`"""
+"""Options that name the channels of records, see `reading`"""
 FILES = (
     *RECORDS,
     option("--units", "units of a universal file, whatever its data set 164 says: SI, or length and force, such as "
            '"mm,N"', metavar="UNITS"),
     plugin("a file format"),
 )  # fmt: skip
-"""How files of any format are read, see `reading`"""
+"""Options for reading files of any format, see `reading`"""
 WHAT = option("--what", 'of a file that holds several things: channels, frf, "frf 2", spectra, modes, geometry')
 MODEL_FOLDER = "rig file (TOML), or a folder with rig.toml and, if one was identified, law.json"
 LAW_AND_GAP = (

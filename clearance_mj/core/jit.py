@@ -31,13 +31,13 @@ from numba.np.ufunc.ufuncbuilder import UFuncDispatcher
 __all__ = ["OPTIONS", "STRICT", "digest", "inlined", "jit"]
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
-"""How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN.
+"""Options by which engines and models are compiled: no change of their arithmetic hides an infinity or a NaN.
 
 What they call is `inlined`, else the last bits of a result would depend on what else the process has compiled: a
 function that several compiled ones call has a copy in each, of which the one that was loaded first is taken.
 """
 STRICT: dict[str, Any] = {"error_model": "numpy"}
-"""How loops are compiled whose functions call each other: all copies of one round alike."""
+"""Options by which loops are compiled whose functions call each other: all copies of one round alike."""
 
 UNUSED_FOR = 14 * 86400.0
 """Seconds after which machine code of an older version that nobody loaded is removed: the time of a change's review."""

@@ -9,7 +9,7 @@ __all__ = ["RecordNote", "note"]
 
 
 class RecordNote(UserWarning):
-    """How a file was understood where it does not say so itself; the command line prints it as a note."""
+    """Note on how a file was understood where it does not say so itself; the command line prints it."""
 
 
 def note(place: object, words: Sequence[str]) -> None:

@@ -54,7 +54,7 @@ class OutputFolder:
         self.path, self.what, self._work = path, what, path / WORK
         self._inputs = [Path(os.path.realpath(file)) for file in files_of(inputs)]
         self.new = self._work / "new"
-        """Where to write; `publish` moves what is here to its place."""
+        """Folder to write to; `publish` moves its files to their place."""
         self.cache = ResultCache(self._work / "cache")
         self._manifest, self._moves = path / MANIFEST, self._work / "moves.json"
         self._finish_moves()

@@ -1,4 +1,4 @@
-"""What results come from: versions of the program and its libraries, digests of the files that were read.
+"""Provenance of results: versions of the program and its libraries, digests of the files that were read.
 
 Files that this program wrote, and those that these come from, are known again: `stale` says which are not as they were.
 """

@@ -19,12 +19,12 @@ Dimension: TypeAlias = tuple[int, int, int, int]
 SensorQuantity: TypeAlias = Literal[
     "acceleration", "velocity", "displacement", "angle", "angular velocity", "strain", "force"
 ]
-"""What a sensor of a rig may measure: the names in `QUANTITIES`"""
+"""Quantities that a sensor of a rig may measure: the names in `QUANTITIES`"""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a channel measures."""
+    """Quantity that a channel measures."""
 
     unit: str
     """SI unit as pages and figures show it, such as "m/s²" """

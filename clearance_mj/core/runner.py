@@ -36,7 +36,7 @@ class _Numbered(Generic[Task]):
 
 @dataclass(frozen=True)
 class Runner:
-    """How the parts of a long computation run, and where their results are kept.
+    """Workers of a long computation, and the folder of their results.
 
     An interrupted call goes on where it stopped if it is made again with the same folder; any number of workers finds
     the same. Processes start by importing the calling script: start a call below ``if __name__ == "__main__"``.

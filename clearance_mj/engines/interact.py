@@ -35,8 +35,8 @@ __all__ = [
 ]  # fmt: skip
 
 DEPTH, N_Y, N_Z, ELASTIC, VISCOUS, BRISTLES, NORMAL, RUBBED, LIMIT, REDUCTION = range(10)
-"""Of each end: depth, m (of one coordinate with the sign of its wall), the wall's normal; elastic force, N, damping,
-N s/m, bristles' deflection, m; normal force, friction and its limit, N, as of `sweep`; reduction by its damping"""
+"""Columns of each end: depth, m (of one coordinate with the sign of its wall), the wall's normal; elastic force, N,
+damping, N s/m, bristles' deflection, m; normal force, friction and its limit, N, as of `sweep`; reduction by its damping"""
 ENDS = 10
 FILLED = 7  # numbers of a filling: those of `answered`, then the reduction of the force by its damping
 MIDDLE, OF_ENDS = 0, 1  # columns of a clearance's rows: its middle, then y and z of both ends

@@ -26,7 +26,7 @@ __all__ = [
 ]  # fmt: skip
 
 SPIN, ANGLE, RATE, END_TIME, PER_INERTIA = range(5)
-"""Of the rotation: rad/s and rad; rate of a ramp, rad/s², until a time, s; 1/inertia of a shaft slowed by friction"""
+"""Rotation: rad/s and rad; rate of a ramp, rad/s², until a time, s; 1/inertia of a shaft slowed by friction"""
 SWEEPS = 2  # number of sweeps over all forces in a step
 
 

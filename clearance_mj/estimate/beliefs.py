@@ -26,7 +26,7 @@ from .parameter import Parameter
 __all__ = ["Belief", "Refinement", "refine"]
 
 Function = Callable[[np.ndarray], np.ndarray]
-"""From points (n_points, n) to values (n_points, n_values), all points at once"""
+"""Function from points (n_points, n) to values (n_points, n_values), all points at once"""
 REACH = 0.2  # standard deviations of the belief, over which differences are taken
 MAX_STEPS = 8  # of Gauss and Newton
 STEP_TOLERANCE = 0.05  # standard deviations of the result: a fit ends with a shorter step

@@ -15,7 +15,7 @@ from .parameter import Parameter
 __all__ = ["LinearisedResiduals", "Problem", "one_by_one"]
 
 Residuals = Callable[[np.ndarray], np.ndarray]
-"""From values (n_points, n), SI units, to residuals (n_points, n_residuals)"""
+"""Function from values (n_points, n), SI units, to residuals (n_points, n_residuals)"""
 
 
 class LinearisedResiduals(NamedTuple):

@@ -1,4 +1,4 @@
-"""From a rig to its linear model.
+"""The linear model of a rig.
 
 A truncated set of modes is too stiff under a point force. The basis also has the static shape under a unit force at
 each clearance and force shaker: they carry the residual flexibility of the modes left out (MacNeal 1971; Rubin

@@ -1,4 +1,4 @@
-"""What is shown, as files: rig and law to go on with, the FRFs as numbers, and figures to print."""
+"""Files of what the live page shows: rig and law, the FRFs as numbers, and figures to print."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What takes long and is computed when it is asked for: response branches, stepped sines, sweeps of a control."""
+"""Long computations, made on demand: response branches, stepped sines, sweeps of a control."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a sequence of motions to a `Branch`: special points located, responses of sensors and clearances expanded."""
+"""A `Branch` of a sequence of motions: special points located, responses of sensors and clearances expanded."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ MAX_FRAMES = 600
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """What an animation shows."""
+    """Content of an animation."""
 
     rig: Rig  #: the rig
     time: np.ndarray  #: (n,) s, of the pictures

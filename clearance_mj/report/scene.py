@@ -1,4 +1,4 @@
-"""Where an animation's shafts, discs, supports, clearances and contact forces are in every picture: points in space.
+"""Points in space of an animation's shafts, discs, supports, clearances and contact forces, in every picture.
 
 Lifts and gaps are drawn many times larger than they are, the shafts' length and thickness as they are. Shafts of a rig
 that moves in one plane are drawn one above another, each at another level; what moves across stays where it is.

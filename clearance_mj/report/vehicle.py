@@ -30,7 +30,7 @@ SIDES = {"contact right": "#9e9e9e", "in the gap": "#f2f2f2", "contact left": "#
 
 
 class QuantityFormat(NamedTuple):
-    """How a number is shown."""
+    """Label, unit and format of a number."""
 
     label: str
     unit: str

@@ -1,4 +1,4 @@
-"""Where the sections of a report put their figures and numbers."""
+"""Writer of the figures and numbers of a report's sections."""
 
 from __future__ import annotations
 

@@ -180,7 +180,7 @@ class Rig(dimensions.InSpace, HasOverview):
 
     @property
     def clearance_ends(self) -> tuple[tuple[float | str, ...], ...]:
-        """Such points (2 n_bushings,) of both ends of each clearance."""
+        """Points (2 n_bushings,) of both ends of each clearance."""
         feet = bool(self.fixture)
         return tuple(joined_points(j, b, ends, feet) for j, b in enumerate(self.bushings) for ends in b.joined_ends)
 

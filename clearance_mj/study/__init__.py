@@ -1,4 +1,4 @@
-"""What each kind of prior information about the clearance is worth in predicting the FRFs of a rig.
+"""Study of laws: the worth of each kind of prior information about the clearance in predicting the FRFs of a rig.
 
 Every law is simulated on every engine under the measured excitation of every validation record, and its FRFs are
 compared with the record's. A law is simulated on the rig that was identified with it, or else on the rig file's. The

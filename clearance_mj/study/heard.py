@@ -48,7 +48,7 @@ class StudySounds:
 
     @functools.cached_property
     def over_level(self) -> dict[str, LoudnessOverLevel]:
-        """By name: an excerpt of the first record of every level, and its loudness."""
+        """Excerpts of the first record of every level, and their loudness, by name."""
         records = [self.study.records(level)[0] for level in self.study.levels]
         return {name: self._loudness_of(name, records) for name in self.names}
 

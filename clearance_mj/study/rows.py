@@ -13,7 +13,7 @@ from ..statistics import repeatability
 __all__ = ["Summaries", "agreement_rows", "level_summaries", "scatter_rows"]
 
 Summaries = dict[float, list[dict[str, float]]]
-"""By level, the summary of each record's comparison."""
+"""Summary of each record's comparison, by level."""
 
 
 def level_summaries(comparisons: Sequence[Comparison]) -> list[dict[str, float]]:

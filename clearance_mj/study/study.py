@@ -131,7 +131,7 @@ class Study:
 
     @property
     def cache(self) -> ResultCache | None:
-        """Where results are kept for the next study; None: nowhere."""
+        """Folder in which results are kept for the next study; None: nowhere."""
         return self.studied_laws.cache
 
     @cache.setter
@@ -188,7 +188,7 @@ class Study:
 
     @functools.cached_property
     def level_modes(self) -> dict[float, LevelModes]:
-        """By level: the modes that all its records show well, which are compared, and why others are not."""
+        """Modes that all records of a level show well, which are compared, and why others are not, by level."""
         modes_by_level = {}
         for level in self.levels:
             names = [record.name for record in self.records(level)]
@@ -252,13 +252,13 @@ class Study:
 
     @functools.cached_property
     def repeatability(self) -> dict[float, Comparison]:
-        """By level: the second seed's record compared with the first's."""
+        """Comparison of the second seed's record with the first's, by level."""
         pairs = {level: self.records(level)[:2] for level in self.levels}
         return {level: self._compare(pair[0], self.test(pair[1])) for level, pair in pairs.items() if len(pair) == 2}
 
     @functools.cached_property
     def bands(self) -> dict[str, tuple[Band, np.ndarray]]:
-        """By law with a covariance, at `main_record`: FRF band, and the record's random error about the fitted law."""
+        """FRF band, and the record's random error about the fitted law, at `main_record`, by law with a covariance."""
         shown = [law for law in self.laws if law.drawn]
         return {law.name: law_band(law, self.main_record, RESOLUTION, self.cache) for law in shown}
 
@@ -283,7 +283,7 @@ class Study:
 
     @functools.cached_property
     def sine_steps(self) -> dict[str, SineSteps]:
-        """By record under a stepped sine: frequencies and amplitudes of its steps."""
+        """Frequencies and amplitudes of the steps, by record under a stepped sine."""
         return {record.name: sine_steps(record.response()) for record in self.dataset.sines}
 
     @property

@@ -1,4 +1,4 @@
-"""How a shaft moved in its bushings while it turned alone: as a record's probes show it, and as a model's would.
+"""Motion of a shaft in its bushings while it turned alone: as a record's probes show it, and as a model's would.
 
 Both are counted from where the shaft rests while it stands still, in which probes read zero. What probes show of a
 shaft that rolls slowly is their run-out, and is taken off the test's.

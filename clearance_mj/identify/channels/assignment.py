@@ -25,7 +25,7 @@ KEPT = 12  # draws that fit an assignment best
 
 @dataclass(frozen=True)
 class MeasurementPoint:
-    """Where a channel can be: at a sensor, a probe or the excitation of a rig."""
+    """Measurement point of a channel: a sensor, a probe or the excitation of a rig."""
 
     label: str  #: degree of freedom, "3:+Z"
     quantity: str

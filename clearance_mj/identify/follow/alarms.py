@@ -12,7 +12,7 @@ RUB = "rub"  # a force that neither laws nor the shaft explain
 
 @dataclass(frozen=True)
 class Tracked:
-    """How a part of a clearance varies. All numbers are relative; those of an offset are over the gap."""
+    """Expected changes of a quantity of a clearance. All numbers are relative; those of an offset are over the gap."""
 
     unit: str  #: of its values, SI
     walk: float  #: standard deviation of its random walk over a second

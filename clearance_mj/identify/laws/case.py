@@ -42,7 +42,7 @@ class ClearanceWithLaw(NamedTuple):
 
     @property
     def middle(self) -> tuple[float, ...]:
-        """Where the shaft is when its probes read zero, from the middle of the clearance, m."""
+        """Position of the shaft when its probes read zero, from the middle of the clearance, m."""
         names = OFFSETS[-self.bushing.n_coordinates :]
         return tuple(getattr(self.bushing, name) for name in names) if self.rest is None else self.rest
 

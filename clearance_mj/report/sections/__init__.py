@@ -35,7 +35,7 @@ class RegisteredSection(NamedTuple):
 
 
 SECTIONS: dict[str, RegisteredSection] = {}
-"""By the anchor on the page"""
+"""Sections by the anchor on the page"""
 
 
 def section(anchor: str, title: str, place: float = 65) -> Callable[[SectionFunction], SectionFunction]:

@@ -1,4 +1,4 @@
-"""How loud the rig's plate is over level, of the test and of laws, with excerpts to hear."""
+"""Loudness of the rig's plate over level, of the test and of laws, with excerpts to hear."""
 
 from __future__ import annotations
 

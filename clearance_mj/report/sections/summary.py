@@ -1,4 +1,4 @@
-"""How well the laws agree with the rig: in sentences, over level, and as a table."""
+"""Agreement of the laws with the rig: in sentences, over level, and as a table."""
 
 from __future__ import annotations
 

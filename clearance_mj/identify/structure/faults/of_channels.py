@@ -167,7 +167,7 @@ def correction_faults(correction: ChannelCorrection, before: Assessment, after: 
 
 
 def _names_of(group: Sequence[int], names: Sequence[str]) -> str:
-    """Such as "accelerometers 2:+Z and 5:+Z"; all are of one kind."""
+    """Return words such as "accelerometers 2:+Z and 5:+Z"; all are of one kind."""
     kind = names[group[0]].split()[0]
     labels = [names[i].removeprefix(f"{kind} ") for i in sorted(group)]
     return f"{kind}{'s' if len(labels) > 1 else ''} {' and '.join(filter(None, [', '.join(labels[:-1]), labels[-1]]))}"
