@@ -36,7 +36,7 @@ __all__ = [
 
 DEPTH, N_Y, N_Z, ELASTIC, VISCOUS, BRISTLES, NORMAL, RUBBED, LIMIT, REDUCTION = range(10)
 """Columns of each end: depth, m (of one coordinate with the sign of its wall), the wall's normal; elastic force, N,
-damping, N s/m, bristles' deflection, m; normal force, friction and its limit, N, as of `sweep`; reduction by its damping"""
+damping, N s/m, bristles' deflection, m; normal force, friction and its limit, N, as of `sweep`; reduction by damping"""
 ENDS = 10
 FILLED = 7  # numbers of a filling: those of `answered`, then the reduction of the force by its damping
 MIDDLE, OF_ENDS = 0, 1  # columns of a clearance's rows: its middle, then y and z of both ends
