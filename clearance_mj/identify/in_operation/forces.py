@@ -93,13 +93,11 @@ def forces_in(
         One of earlier windows; nothing is then derived.
     """
     values = {p.name: at.get(p.name, p.start) for p in parameters}
-    frequency = np.fft.rfftfreq(windows[0].size, 1 / windows[0].fs)
-    frequency = frequency[frequency <= bands.force]
     slow = slow_motion(windows, bands)
     varied = parameters if maker is None else ()
-    maker = maker or ForceReconstruction(rig, parameters, 2 * np.pi * frequency)
+    maker = maker or ForceReconstruction(rig, parameters, windows[0], bands)
     static = np.abs(np.diag(maker.gains(values, 0.0).inverse[0].real)).reshape(-1, 2).mean(axis=1)
-    spectra = [w.spectra(frequency.size) for w in windows]
+    spectra = [w.spectra(maker.omega.size) for w in windows]
     size, parts = windows[0].size, []
     for i, (window, lines) in enumerate(zip(windows, spectra)):
         gains = maker.gains(values, window.mean_speed)
@@ -132,12 +130,17 @@ class ForceReconstruction:
         The rig.
     parameters : sequence of Parameter
         Uncertain parameters.
-    omega : ndarray, shape (n_f,)
-        rad/s, of the lines.
+    window : Window
+        One of those whose spectra it takes, all of one length and rate.
+    bands : Bands
+        Up to which forces are known.
     """
 
-    def __init__(self, rig: Rig, parameters: Sequence[Parameter], omega: np.ndarray) -> None:
-        self.rig, self.parameters, self.omega = rig, tuple(parameters), omega
+    def __init__(self, rig: Rig, parameters: Sequence[Parameter], window: RecordWindow, bands: BandLimits) -> None:
+        self.rig, self.parameters = rig, tuple(parameters)
+        frequency = np.fft.rfftfreq(window.size, 1 / window.fs)
+        self.omega = 2 * np.pi * frequency[frequency <= bands.force]
+        """(n_f,) rad/s, of the lines"""
         self.known: dict[tuple[object, ...], ProbeGains] = {}
         self.rigs: dict[tuple[tuple[str, float], ...], Rig] = {}
 

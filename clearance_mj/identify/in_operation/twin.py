@@ -108,10 +108,7 @@ class _OrbitFollower:
         window : Window
             The next one.
         """
-        if self.maker is None:
-            frequency = np.fft.rfftfreq(window.size, 1 / window.fs)
-            omega = 2 * np.pi * frequency[frequency <= self.fit.bands.force]
-            self.maker = ForceReconstruction(self.fit.drawn, self.uncertain, omega)
+        self.maker = self.maker or ForceReconstruction(self.fit.drawn, self.uncertain, window, self.fit.bands)
         forces = forces_in(self.fit.drawn, [window], self.uncertain, self.values, self.fit.bands, maker=self.maker)
         filling = self.places[0].filling
         law = [p for p in self.law_parameters if self.touching or acts_without_contact(p.name, filling)]

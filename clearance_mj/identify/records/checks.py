@@ -136,10 +136,9 @@ def reached(records: Sequence[PreparedRecord], rig: Rig) -> np.ndarray | None:
     """
     if not (probes := [d for record in records if (d := record.displacement) is not None]):
         return None
-    rests = [np.zeros(1) if rig.is_loaded else np.array([b.offset]) for b in rig.bushings]
     reaches = [
-        [np.ptp(d[rows], axis=1).max() / 2 if rig.is_loaded else np.abs(d[rows] + rest).max() for d in probes]
-        for rows, rest in zip(rig.clearance_rows, rests)
+        [np.ptp(d[rows], axis=1).max() / 2 if rig.is_loaded else np.abs(d[rows] + b.offset).max() for d in probes]
+        for rows, b in zip(rig.clearance_rows, rig.bushings)
     ]
     return np.max(reaches, axis=1)
 
