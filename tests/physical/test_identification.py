@@ -223,3 +223,20 @@ def test_losses_of_a_gear_from_a_record_of_other_physics(monkeypatch):
     np.testing.assert_allclose(fit.estimates.value, true, rtol=0.03)
     assert_intervals_hold(fit, true)
     assert not fit.not_told
+
+
+def test_a_bushing_acts_in_the_simulations_of_a_fit():
+    """A load on a bushing and nothing else: its inertia, from a record that scipy marched."""
+    axes = "".join(f'<joint name="{kind} {axis}" type="{kind}" axis="{axis}"/>'
+                   for kind in ("slide", "hinge") for axis in ("1 0 0", "0 1 0", "0 0 1"))  # fmt: skip
+    spec = mujoco.MjSpec.from_string(f"""<mujoco><option timestep="5e-4" gravity="0 0 0"/><worldbody><site name="a"/>
+    <body name="load">{axes}<inertial pos="0 0 0" mass="1" diaginertia=".03 .03 .03"/><site name="b"/></body>
+  </worldbody><actuator><motor name="motor" joint="hinge 0 0 1"/></actuator>
+  <sensor><jointpos name="angle" joint="hinge 0 0 1"/></sensor></mujoco>""")
+    physical.add_bushing(spec, "a", "b", np.full(6, 30.0), np.full(6, 0.05))
+    driven = lambda t: 0.01 * torque(t)  # noqa: E731
+    path = solve_ivp(lambda t, x: (x[1], (driven(t) - 30.0 * x[0] - 0.05 * x[1]) / LOAD), (0, DURATION), (0, 0),
+                     "DOP853", TIME, rtol=1e-9, atol=1e-13).y  # fmt: skip
+    record = identification.ModelRecord(FS, {"motor": driven(TIME)}, {"angle": path[0]})
+    fit = identification.fit_model(spec, record, ["load.inertia"])
+    assert fit.values["load.inertia"] == pytest.approx(LOAD, rel=0.01)

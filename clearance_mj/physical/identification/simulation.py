@@ -107,8 +107,7 @@ class Simulator:
         # Symplectic Euler is the leapfrog of order two if controls are taken at the beginning of a step.
         self._sample_offset = 0.5 if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4 else 0.0
         self._threads = min(8, os.cpu_count() or 1)
-        parts = ActiveParts.of(self._model)
-        self._softener = Softener(self._model) if parts.laws or parts.bristles or parts.drives else nullcontext()
+        self._softener = Softener(self._model) if any(ActiveParts.of(self._model)) else nullcontext()
 
     def model(self, values: np.ndarray) -> mujoco.MjModel | None:
         """Return the model with values (n_parameters,); None where the step is too long for them."""
