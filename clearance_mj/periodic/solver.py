@@ -191,7 +191,7 @@ class Solver(Continuation):
         before, system = (self.over, self.at), self.system
         x = np.zeros((self.rows, 2 * self.harmonics + 1))
         x[:, 0] = system.sag
-        for j in np.flatnonzero(system.pressed):
+        for j in np.flatnonzero(system.pressed).tolist():
             lower, upper = system.rig.bushings[j].walls
             rows = np.unique(system.laws.rows_of(j)[:, 1])
             x[rows, 0] += np.where(x[rows, 0] > 0, upper, lower)

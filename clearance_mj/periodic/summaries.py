@@ -156,7 +156,7 @@ def of_impacts(impacts: ImpactMap) -> dict[str, Any]:
     return {
         "kind": impacts.kind,
         **{name: getattr(impacts, name).tolist() for name in ("load", "level", "frequency")},
-        "onset": np.where(np.isfinite(impacts.onset), impacts.onset, None).tolist(),
+        "onset": [[level if np.isfinite(level) else None for level in row] for row in impacts.onset.tolist()],
         "impacts": {name: float(np.mean(impacts.impacts[0] == i)) for i, name in enumerate(IMPACTS)},
         "several": float(np.mean(impacts.vibrations > 1)),
         "unknown": impacts.unknown,
