@@ -193,27 +193,24 @@ ALOOF = oscillator(1e-3).replace(
 )
 
 
-@pytest.mark.parametrize(
-    ("change", "error", "words"),
-    [
-        ({"mode": 0}, ClearanceError, "mode must be between 1 and 8, as many as the Ritz basis has, got 0"),
-        ({"mode": 9}, ClearanceError, "mode must be between 1 and 8"),
-        ({"mode": 1.5}, ClearanceError, "mode must be a whole number, got 1.5"),
-        ({"amplitude_range": (0.0, 1e-3)}, ClearanceError, "must be > 0 m and the second one larger, got 0 and"),
-        ({"amplitude_range": (1e-3, 1e-4)}, ClearanceError, "amplitude_range must be > 0 m and the second one larger"),
-        ({"amplitude_range": (1e-3, float("nan"))}, ClearanceError, "amplitude_range must be > 0 m"),
-        ({"amplitude_range": 1e-3}, ClearanceError, r"amplitude_range is a pair \(from, to\) in m"),
-        ({"n_harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
-        ({"n_samples": 84}, ClearanceError, r"samples must be 85 or more for 21 harmonics \(4 H \+ 1\), got 84"),
-        ({"n_modes": 0}, ClearanceError, "modes must be between 1 and 60"),
-        ({"model": Model(ALOOF, LAW), "mode": 2}, ClearanceError, "mode 2 moves no clearance, so it is linear"),
-        ({"model": Model(BARE, LAW)}, RigError, "rig 'table1' has no clearance"),
-        ({"model": Model(RIGID, LAW)}, RigError, "can move without any stiffness"),
-        ({"model": Model(TABLE1, TimeLaw(*OVER))}, LawError, "a law over time has no periodic vibration"),
-        ({"model": Model(TABLE1, AmplitudeLaw(*OVER))}, LawError, "a law over amplitude remembers"),
-        ({"model": Model(TABLE1, ConstantLaw([1e3] * 3, 1.0))}, LawError, "3 bushings, the rig has 2"),
-    ],
-)
+@pytest.mark.parametrize(("change", "error", "words"), [
+    ({"mode": 0}, ClearanceError, "mode must be between 1 and 8, as many as the Ritz basis has, got 0"),
+    ({"mode": 9}, ClearanceError, "mode must be between 1 and 8"),
+    ({"mode": 1.5}, ClearanceError, "mode must be a whole number, got 1.5"),
+    ({"amplitude_range": (0.0, 1e-3)}, ClearanceError, "must be > 0 m and the second one larger, got 0 and"),
+    ({"amplitude_range": (1e-3, 1e-4)}, ClearanceError, "amplitude_range must be > 0 m and the second one larger"),
+    ({"amplitude_range": (1e-3, float("nan"))}, ClearanceError, "amplitude_range must be > 0 m"),
+    ({"amplitude_range": 1e-3}, ClearanceError, r"amplitude_range is a pair \(from, to\) in m"),
+    ({"n_harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
+    ({"n_samples": 84}, ClearanceError, r"samples must be 85 or more for 21 harmonics \(4 H \+ 1\), got 84"),
+    ({"n_modes": 0}, ClearanceError, "modes must be between 1 and 60"),
+    ({"model": Model(ALOOF, LAW), "mode": 2}, ClearanceError, "mode 2 moves no clearance, so it is linear"),
+    ({"model": Model(BARE, LAW)}, RigError, "rig 'table1' has no clearance"),
+    ({"model": Model(RIGID, LAW)}, RigError, "can move without any stiffness"),
+    ({"model": Model(TABLE1, TimeLaw(*OVER))}, LawError, "a law over time has no periodic vibration"),
+    ({"model": Model(TABLE1, AmplitudeLaw(*OVER))}, LawError, "a law over amplitude remembers"),
+    ({"model": Model(TABLE1, ConstantLaw([1e3] * 3, 1.0))}, LawError, "3 bushings, the rig has 2"),
+])  # fmt: skip
 def test_refusals(change, error, words):
     with pytest.raises(error, match=words):
         periodic.follow_backbone(**{"model": Model(TABLE1, LAW), **change})

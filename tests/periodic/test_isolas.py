@@ -91,18 +91,15 @@ def marched(isola, index):
     return np.fft.fft(march.y[0]) / 32
 
 
-@pytest.mark.parametrize(
-    ("change", "error", "words"),
-    [
-        ({"n_starts": 0}, ClearanceError, "n_starts must be a whole number from 1 on, got 0"),
-        ({"n_starts": 10_000}, ClearanceError, "at most 1000 starts at a frequency"),
-        ({"periods": 2.5}, ClearanceError, "periods must be a whole number from 1 on, got 2.5"),
-        ({"longest": True}, ClearanceError, "longest must be a whole number"),
-        ({"reach": -1.0}, ClearanceError, "reach must be a displacement > 0 m"),
-        ({"frequencies": [5.0]}, ExcitationError, "Hz between 0.477465 and 1.27324, the known branches' range"),
-        ({"frequencies": 0}, ExcitationError, "frequencies must be their number, 1 or more"),
-    ],
-)
+@pytest.mark.parametrize(("change", "error", "words"), [
+    ({"n_starts": 0}, ClearanceError, "n_starts must be a whole number from 1 on, got 0"),
+    ({"n_starts": 10_000}, ClearanceError, "at most 1000 starts at a frequency"),
+    ({"periods": 2.5}, ClearanceError, "periods must be a whole number from 1 on, got 2.5"),
+    ({"longest": True}, ClearanceError, "longest must be a whole number"),
+    ({"reach": -1.0}, ClearanceError, "reach must be a displacement > 0 m"),
+    ({"frequencies": [5.0]}, ExcitationError, "Hz between 0.477465 and 1.27324, the known branches' range"),
+    ({"frequencies": 0}, ExcitationError, "frequencies must be their number, 1 or more"),
+])  # fmt: skip
 def test_refusals(change, error, words):
     with pytest.raises(error, match=words):
         searched(1, 16, **change)

@@ -115,17 +115,14 @@ def test_a_branch_that_comes_onto_a_closed_curve_ends():
     assert reached(branch) == branch.frequency.max()
 
 
-@pytest.mark.parametrize(
-    ("change", "error", "words"),
-    [
-        ({"over": "moon"}, ClearanceError, 'over "moon" is unknown; use load, gap, spin'),
-        ({"values": (0.0, 1.0)}, ExcitationError, "values must be two different gaps > 0 times those of the rig"),
-        ({"over": "load"}, ClearanceError, "has no constant loads"),
-        ({"over": "spin"}, ClearanceError, "no vibration depends on the spin"),
-        ({"over": "spin", "kind": "unbalance"}, ExcitationError, "use follow_unbalance"),
-        ({"frequency": -1.0}, ExcitationError, "frequency must be > 0 Hz"),
-    ],
-)
+@pytest.mark.parametrize(("change", "error", "words"), [
+    ({"over": "moon"}, ClearanceError, 'over "moon" is unknown; use load, gap, spin'),
+    ({"values": (0.0, 1.0)}, ExcitationError, "values must be two different gaps > 0 times those of the rig"),
+    ({"over": "load"}, ClearanceError, "has no constant loads"),
+    ({"over": "spin"}, ClearanceError, "no vibration depends on the spin"),
+    ({"over": "spin", "kind": "unbalance"}, ExcitationError, "use follow_unbalance"),
+    ({"frequency": -1.0}, ExcitationError, "frequency must be > 0 Hz"),
+])  # fmt: skip
 def test_refusals(change, error, words):
     given = {"model": Model(TABLE1, LAW), "over": "gap", "values": (1.0, 2.0), "frequency": 40.0, "amplitude": 1.0}
     with pytest.raises(error, match=words):

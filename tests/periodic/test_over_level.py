@@ -63,17 +63,14 @@ def test_a_rig_that_is_driven_louder_jumps_where_the_frequency_folds():
     np.testing.assert_allclose(ratio, np.broadcast_to(ratio[0], ratio.shape), rtol=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("change", "error", "words"),
-    [
-        ({"frequency": 0.0}, ExcitationError, "frequency must be > 0 Hz, got 0"),
-        ({"amplitude_range": 6.0}, ExcitationError, r"amplitude_range is a pair \(from, to\)"),
-        ({"amplitude_range": (0.0, 1.0)}, ExcitationError, "must be two different amplitudes > 0, got 0 and 1"),
-        ({"amplitude_range": (1.0, 1.0)}, ExcitationError, "amplitude_range must be two different amplitudes > 0"),
-        ({"n_harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
-        ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),
-    ],
-)
+@pytest.mark.parametrize(("change", "error", "words"), [
+    ({"frequency": 0.0}, ExcitationError, "frequency must be > 0 Hz, got 0"),
+    ({"amplitude_range": 6.0}, ExcitationError, r"amplitude_range is a pair \(from, to\)"),
+    ({"amplitude_range": (0.0, 1.0)}, ExcitationError, "must be two different amplitudes > 0, got 0 and 1"),
+    ({"amplitude_range": (1.0, 1.0)}, ExcitationError, "amplitude_range must be two different amplitudes > 0"),
+    ({"n_harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
+    ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),
+])  # fmt: skip
 def test_refusals(change, error, words):
     with pytest.raises(error, match=words):
         periodic.follow_response_over_level(

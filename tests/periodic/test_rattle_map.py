@@ -78,26 +78,23 @@ def test_figure_and_dataset(rattle):
     )
 
 
-@pytest.mark.parametrize(
-    ("change", "error", "words"),
-    [
-        ({"amplitudes": 1.0}, ExcitationError, "amplitudes must be 1 or more numbers in a row"),
-        ({"amplitudes": (1.0, 1e308)}, ExcitationError, "amplitudes must be > 0, at most 1e.12 and increasing"),
-        ({"amplitudes": (2.0, 1.0)}, ExcitationError, "amplitudes must be > 0, at most 1e.12 and increasing"),
-        ({"frequencies": (10.0,)}, ExcitationError, "frequencies must be 2 or more numbers in a row"),
-        ({"frequencies": (0.0, 1.0)}, ExcitationError, "frequencies must be > 0, at most 1e.12 and increasing"),
-        ({"gaps": []}, ClearanceError, "gaps is empty"),
-        ({"gaps": [(1e-4, 1e-4, 1e-4)]}, RigError, "gap must be one value or 2, one for each bushing; got 3"),
-        ({"gaps": [0.0]}, RigError, "gap"),
-        ({"gaps": [1e-308]}, RigError, "each of gaps must be at least 1e-09 m, got 1e-308"),
-        ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),
-        ({"kind": "force"}, ExcitationError, "rig 'table1' has no shaker.position"),
-        ({"workers": 0}, ClearanceError, "workers must be 1 to 1024, got 0"),
-        ({"n_harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
-        ({"model": Model(BARE, LAW)}, RigError, "rig 'table1' has no clearance"),
-        ({"model": Model(TABLE1, ConstantLaw([1e3] * 3, 1.0))}, LawError, "3 bushings, the rig has 2"),
-    ],
-)
+@pytest.mark.parametrize(("change", "error", "words"), [
+    ({"amplitudes": 1.0}, ExcitationError, "amplitudes must be 1 or more numbers in a row"),
+    ({"amplitudes": (1.0, 1e308)}, ExcitationError, "amplitudes must be > 0, at most 1e.12 and increasing"),
+    ({"amplitudes": (2.0, 1.0)}, ExcitationError, "amplitudes must be > 0, at most 1e.12 and increasing"),
+    ({"frequencies": (10.0,)}, ExcitationError, "frequencies must be 2 or more numbers in a row"),
+    ({"frequencies": (0.0, 1.0)}, ExcitationError, "frequencies must be > 0, at most 1e.12 and increasing"),
+    ({"gaps": []}, ClearanceError, "gaps is empty"),
+    ({"gaps": [(1e-4, 1e-4, 1e-4)]}, RigError, "gap must be one value or 2, one for each bushing; got 3"),
+    ({"gaps": [0.0]}, RigError, "gap"),
+    ({"gaps": [1e-308]}, RigError, "each of gaps must be at least 1e-09 m, got 1e-308"),
+    ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),
+    ({"kind": "force"}, ExcitationError, "rig 'table1' has no shaker.position"),
+    ({"workers": 0}, ClearanceError, "workers must be 1 to 1024, got 0"),
+    ({"n_harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
+    ({"model": Model(BARE, LAW)}, RigError, "rig 'table1' has no clearance"),
+    ({"model": Model(TABLE1, ConstantLaw([1e3] * 3, 1.0))}, LawError, "3 bushings, the rig has 2"),
+])  # fmt: skip
 def test_refusals(change, error, words):
     with pytest.raises(error, match=words):
         periodic.map_rattle(

@@ -71,16 +71,12 @@ def test_a_vibration_in_a_plane_may_leave_it():
             assert sideways[-1] < 1.01 * sideways[-4]
 
 
-@pytest.mark.parametrize(
-    ("rig", "periods"),
-    [
-        (SPACE.replace(**ASKEW), 200),
-        (OVAL.replace(**ASKEW), 200),
-        (RUBBED.replace(**ASKEW, spin=Spin(50.0)), 800),  # until what the start has excited along z has died out
-        pytest.param(GREASED.replace(**ASKEW), 200, marks=pytest.mark.slow),
-    ],
-    ids=["weight", "an oval wall", "friction of a turning shaft", "hysteresis"],
-)
+@pytest.mark.parametrize(("rig", "periods"), [
+    (SPACE.replace(**ASKEW), 200),
+    (OVAL.replace(**ASKEW), 200),
+    (RUBBED.replace(**ASKEW, spin=Spin(50.0)), 800),  # until what the start has excited along z has died out
+    pytest.param(GREASED.replace(**ASKEW), 200, marks=pytest.mark.slow),
+], ids=["weight", "an oval wall", "friction of a turning shaft", "hysteresis"])  # fmt: skip
 def test_a_march_comes_to_the_same_orbit(rig, periods, measured):
     """Whole orbits of both bushings, over their largest radius, sag included: 0.1 %."""
     branch = periodic.follow_response(cm.Model(rig), 6.0, (38.0, 40.0), stability=False)

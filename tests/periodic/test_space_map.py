@@ -181,18 +181,15 @@ def test_it_is_the_same_elsewhere(where):
     assert one.jumps == other.jumps and len(one.jumps) > 1
 
 
-@pytest.mark.parametrize(
-    ("rig", "change", "error", "words"),
-    [
-        (TABLE1, {"kind": "unbalance"}, RigError, "rig 'table1' does not turn; give"),
-        (jeffcott(), {"kind": "unbalance"}, RigError, "has no unbalances; give"),
-        (jeffcott(), {"kind": "sound"}, ExcitationError, 'or "unbalance" of what turns with the shaft'),
-        (jeffcott(), {"amplitudes": (0.0, 1.0)}, ExcitationError, "amplitudes must be > 0"),
-        (unbalanced(jeffcott()), {"kind": "force"}, ExcitationError, "unbalances and orders at their own speed"),
-        (jeffcott(spin=Spin(10.0, rate=5.0)), {}, RigError, "needs a steady speed"),
-        (jeffcott(bushings=()), {}, ClearanceError, "has no clearance"),
-    ],
-)
+@pytest.mark.parametrize(("rig", "change", "error", "words"), [
+    (TABLE1, {"kind": "unbalance"}, RigError, "rig 'table1' does not turn; give"),
+    (jeffcott(), {"kind": "unbalance"}, RigError, "has no unbalances; give"),
+    (jeffcott(), {"kind": "sound"}, ExcitationError, 'or "unbalance" of what turns with the shaft'),
+    (jeffcott(), {"amplitudes": (0.0, 1.0)}, ExcitationError, "amplitudes must be > 0"),
+    (unbalanced(jeffcott()), {"kind": "force"}, ExcitationError, "unbalances and orders at their own speed"),
+    (jeffcott(spin=Spin(10.0, rate=5.0)), {}, RigError, "needs a steady speed"),
+    (jeffcott(bushings=()), {}, ClearanceError, "has no clearance"),
+])  # fmt: skip
 def test_refusals(rig, change, error, words):
     given = {"amplitudes": (1.0,), "frequencies": (10.0, 20.0), "workers": 1, **change}
     with pytest.raises(error, match=words):

@@ -106,18 +106,15 @@ def test_a_command_that_asks_for_what_cannot_be_is_refused(refused):
     assert "--run-up -1 s: must be positive" in refused(*given, "--run-up", -1)
 
 
-@pytest.mark.parametrize(
-    ("changes", "speeds", "operating", "words"),
-    [
-        ({"bushings": (), "spin": None, "unbalances": ()}, SPEEDS, (1, 2), r'give its bushings shape = "round"'),
-        ({"bushings": ()}, SPEEDS, (1, 2), "no round bushings"),
-        ({"unbalances": ()}, SPEEDS, (1, 100), "no unbalances"),
-        ({}, [2.0, 1.0], (1, 100), "rising spins"),
-        ({}, SPEEDS, (100, 50), "must rise"),
-        ({}, [1.0, 2.0], (3, 4), r"\(1 to 2 rad/s\)"),
-        ({"unbalances": (Unbalance(0.5, 1e-5), Unbalance(0.5, 1e-5, math.pi))}, SPEEDS, (1, 100), "no sensor moves"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "speeds", "operating", "words"), [
+    ({"bushings": (), "spin": None, "unbalances": ()}, SPEEDS, (1, 2), r'give its bushings shape = "round"'),
+    ({"bushings": ()}, SPEEDS, (1, 2), "no round bushings"),
+    ({"unbalances": ()}, SPEEDS, (1, 100), "no unbalances"),
+    ({}, [2.0, 1.0], (1, 100), "rising spins"),
+    ({}, SPEEDS, (100, 50), "must rise"),
+    ({}, [1.0, 2.0], (3, 4), r"\(1 to 2 rad/s\)"),
+    ({"unbalances": (Unbalance(0.5, 1e-5), Unbalance(0.5, 1e-5, math.pi))}, SPEEDS, (1, 100), "no sensor moves"),
+])  # fmt: skip
 def test_what_is_missing_is_said(changes, speeds, operating, words):
     with pytest.raises(ClearanceError, match=words):
         running_clearance(rotor(**changes), speeds, operating)

@@ -75,20 +75,17 @@ def test_a_resonance_whose_half_power_points_are_not_seen_has_no_factor():
     assert np.isnan(peaks.amplification_factor).all() and set(peaks.margin) == {"not known"}
 
 
-@pytest.mark.parametrize(
-    ("rpm", "factor", "actual", "required", "margin"),
-    [
-        (4500, 5.0, 10.0, 17 * (1 - 1 / 3.5), "not met"),  # API RP 684, SP6.8.2.10, by hand: 12.14 %
-        (4000, 5.0, 20.0, 17 * (1 - 1 / 3.5), "met"),
-        (9000, 5.0, 12.5, 10 + 17 * (1 - 1 / 3.5), "not met"),
-        (10000, 5.0, 25.0, 10 + 17 * (1 - 1 / 3.5), "met"),
-        (4200, 40.0, 16.0, 16.0, "met"),
-        (10000, 40.0, 25.0, 26.0, "not met"),
-        (6000, 2.49, 0.0, 0.0, "met"),
-        (6000, 2.51, 0.0, 17 * (1 - 1 / 1.01), "not met"),
-        (4000, math.nan, 20.0, math.nan, "not known"),
-    ],
-)
+@pytest.mark.parametrize(("rpm", "factor", "actual", "required", "margin"), [
+    (4500, 5.0, 10.0, 17 * (1 - 1 / 3.5), "not met"),  # API RP 684, SP6.8.2.10, by hand: 12.14 %
+    (4000, 5.0, 20.0, 17 * (1 - 1 / 3.5), "met"),
+    (9000, 5.0, 12.5, 10 + 17 * (1 - 1 / 3.5), "not met"),
+    (10000, 5.0, 25.0, 10 + 17 * (1 - 1 / 3.5), "met"),
+    (4200, 40.0, 16.0, 16.0, "met"),
+    (10000, 40.0, 25.0, 26.0, "not met"),
+    (6000, 2.49, 0.0, 0.0, "met"),
+    (6000, 2.51, 0.0, 17 * (1 - 1 / 1.01), "not met"),
+    (4000, math.nan, 20.0, math.nan, "not known"),
+])  # fmt: skip
 def test_separation_margins_of_api_617(rpm, factor, actual, required, margin):
     """Operating speeds from 5000 to 8000 rev/min."""
     given = pd.DataFrame({"spin_rad_s": [rpm * math.pi / 30], "amplification_factor": [factor]})

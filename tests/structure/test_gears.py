@@ -232,24 +232,21 @@ def test_a_drawing_to_scale():
     assert len({*np.round(middle[1:, 0], 9)}) == 3 and middle[0, 0] == middle[1, 0]
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: gearbox(bushings=(mesh(1, 9),)), 'bushings[0].to "9:X" is of no inertia; the nodes are 1, 2'),
-        (lambda: gearbox(Gears((Inertia(1, I1, R1), Inertia(2, I2)))), '"2:X" needs inertias[1].base_radius, m, of a'),
-        (lambda: gearbox(loads=(Load("1:Z", force=1.0),)), '"1:Z" is no motion of gears: "1:RX" is the angle of an'),
-        (lambda: gearbox(loads=(Load(0.3, torque=1.0),)), '"0.3" is no motion of gears'),
-        (lambda: Gears((Inertia(1, I1), Inertia(1, I2))), "inertias[1].node 1 is used twice; each inertia needs"),
-        (lambda: Gears(PAIR.inertias, (Spring("1:RX", 1.0, "2:X"),)), "one is an angle, one a length; give two alike"),
-        (lambda: Gears(PAIR.inertias, (Spring("1:RX", 1.0, "1:RX"),)), "springs[0].to is the spring's own position"),
-        (lambda: Gears(PAIR.inertias, (Spring("3:RX", 1.0),)), 'springs[0].position "3:RX" is of no inertia'),
-        (lambda: Gears((Inertia(1, -1.0),)), "polar_inertia must be > 0, got -1"),
-        (lambda: gearbox(gravity=(0.0, 0.0, -9.81)), "gravity: nothing of gears moves across their axes; leave it out"),
-        (lambda: gearbox(spin=Spin(9.0), unbalances=(Unbalance("1:RX", 1e-3),)), "unbalances: nothing of gears moves"),
-        (lambda: gearbox(orders=(Order("1:RX", 2.0, torque=1.0),)), "orders act on a shaft that turns; give [spin]"),
-        (lambda: gearbox(bushings=(mesh(shape="round"),)), "a round clearance moves along Y and Z"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("make", "words"), [
+    (lambda: gearbox(bushings=(mesh(1, 9),)), 'bushings[0].to "9:X" is of no inertia; the nodes are 1, 2'),
+    (lambda: gearbox(Gears((Inertia(1, I1, R1), Inertia(2, I2)))), '"2:X" needs inertias[1].base_radius, m, of a'),
+    (lambda: gearbox(loads=(Load("1:Z", force=1.0),)), '"1:Z" is no motion of gears: "1:RX" is the angle of an'),
+    (lambda: gearbox(loads=(Load(0.3, torque=1.0),)), '"0.3" is no motion of gears'),
+    (lambda: Gears((Inertia(1, I1), Inertia(1, I2))), "inertias[1].node 1 is used twice; each inertia needs"),
+    (lambda: Gears(PAIR.inertias, (Spring("1:RX", 1.0, "2:X"),)), "one is an angle, one a length; give two alike"),
+    (lambda: Gears(PAIR.inertias, (Spring("1:RX", 1.0, "1:RX"),)), "springs[0].to is the spring's own position"),
+    (lambda: Gears(PAIR.inertias, (Spring("3:RX", 1.0),)), 'springs[0].position "3:RX" is of no inertia'),
+    (lambda: Gears((Inertia(1, -1.0),)), "polar_inertia must be > 0, got -1"),
+    (lambda: gearbox(gravity=(0.0, 0.0, -9.81)), "gravity: nothing of gears moves across their axes; leave it out"),
+    (lambda: gearbox(spin=Spin(9.0), unbalances=(Unbalance("1:RX", 1e-3),)), "unbalances: nothing of gears moves"),
+    (lambda: gearbox(orders=(Order("1:RX", 2.0, torque=1.0),)), "orders act on a shaft that turns; give [spin]"),
+    (lambda: gearbox(bushings=(mesh(shape="round"),)), "a round clearance moves along Y and Z"),
+])  # fmt: skip
 def test_refusals(make, words):
     assert words in assert_refused(RigError, None, make)
 
