@@ -74,20 +74,23 @@ def steadiest(branch, points):
     return int(min(points, key=lambda i: abs(branch.multipliers[i, 0])))
 
 
+def ends_and_middle(branch):
+    return 0, branch.frequency.size // 2, branch.frequency.size - 1
+
+
 def over_frequency(rig):
     level, frequency = DRIVEN[kind_of(rig)]
     branch = followed(excited(rig), level, (frequency, 1.02 * frequency))
     assert branch.contact_force.any(axis=(1, 2)).all() and branch.stable.all()
-    for i in (0, branch.frequency.size // 2, branch.frequency.size - 1):
+    for i in ends_and_middle(branch):
         stays(branch, i)
 
 
 def over_level(rig):
-    level, frequency = DRIVEN[kind_of(rig)]
-    branch = periodic.follow_response_over_level(
-        cm.Model(excited(rig)), frequency, (0.02 * level, level), HARMONICS, SAMPLES, n_modes=MODES, stability=False
-    )
-    ends_at(branch, excited(rig), level, frequency)
+    (level, frequency), model = DRIVEN[kind_of(rig)], cm.Model(excited(rig))
+    ends, settings = (0.02 * level, level), {"n_modes": MODES, "stability": False}
+    branch = periodic.follow_response_over_level(model, frequency, ends, HARMONICS, SAMPLES, **settings)
+    ends_at(branch, model.rig, level, frequency)
 
 
 def ends_at(branch, rig, level, frequency):
@@ -100,10 +103,10 @@ def ends_at(branch, rig, level, frequency):
 
 def follows_over(rig, over, ends, changed):
     """Over loads, gaps or spin a response comes to that of the changed rig."""
-    level, frequency = DRIVEN[kind_of(rig)]
+    (level, frequency), settings = DRIVEN[kind_of(rig)], {"n_modes": MODES, "stability": False}
     branch = periodic.follow_response_over(
-        cm.Model(rig), over, ends, frequency, level, HARMONICS, SAMPLES, n_modes=MODES, stability=False
-    )
+        cm.Model(rig), over, ends, frequency, level, HARMONICS, SAMPLES, **settings
+    )  # fmt: skip
     assert not branch.ended
     ends_at(branch, changed, level, frequency)
 
@@ -130,17 +133,13 @@ def over_spin(rig):
 
 def along_backbone(rig):
     """Without damping a free vibration goes on: from the state of a point, marched for two periods."""
-    bushings = tuple(
-        dataclasses.replace(b, grease=Grease(b.grease.stiffness), contact=Contact(b.contact.stiffness))
-        for b in rig.bushings
-    )
+    springs = [(Grease(b.grease.stiffness), Contact(b.contact.stiffness)) for b in rig.bushings]
+    bushings = tuple(dataclasses.replace(b, grease=g, contact=c) for b, (g, c) in zip(rig.bushings, springs))
     shaft = dataclasses.replace(rig.structure, rayleigh=(0.0, 0.0))
     free = excited(rig, bushings=bushings, gravity=None, loads=(), structure=shaft)
     gap, mode = rig.bushings[0].gap, 3 if kind_of(rig) == "teeth" else 1  # others do not turn it
-    more = 2 if rig.moves_across else 1
-    curve = periodic.follow_backbone(
-        cm.Model(free), mode, (0.2 * gap, 2 * gap), more * HARMONICS, more * SAMPLES, n_modes=MODES
-    )
+    sums = [(2 if rig.moves_across else 1) * n for n in (HARMONICS, SAMPLES)]
+    curve = periodic.follow_backbone(cm.Model(free), mode, (0.2 * gap, 2 * gap), *sums, n_modes=MODES)
     assert not curve.contact_force[0].any() and curve.contact_force[-1].any()
     inside = linear_model(free, MODES).filled([b.grease.stiffness for b in bushings], [0.0] * len(bushings))
     frequencies = np.sqrt(np.linalg.eigvalsh(inside.elastic())) / (2 * np.pi)
@@ -149,7 +148,7 @@ def along_backbone(rig):
     still = np.zeros((curve.frequency.size, 1), dtype=complex)
     vibration = Vibration(curve.model, "force", 1, MODES, curve.frequency, still, curve.displacement,
                           curve.clearance_displacement)  # fmt: skip
-    for i in (0, curve.frequency.size // 2, curve.frequency.size - 1):
+    for i in ends_and_middle(curve):
         assert min(next(marches(vibration, i, resolution, 2)) for resolution in (0.1, 0.02)) < 1e-3
 
 
@@ -169,10 +168,8 @@ def first_contact(rig):
         for frequency, level in zip(frequencies, contacts):
             assert [touched(free, fraction * level, frequency) for fraction in (0.99, 1.01)] == [False, True]
         return
-    linear = linear_model(free, MODES).filled(
-        *np.transpose([(b.grease.stiffness, b.grease.damping) for b in rig.bushings])
-    )
-    angle = 2 * np.pi * np.arange(4096) / 4096
+    greases = np.transpose([(b.grease.stiffness, b.grease.damping) for b in rig.bushings])
+    linear, angle = linear_model(free, MODES).filled(*greases), 2 * np.pi * np.arange(4096) / 4096
     for frequency, level in zip(frequencies, contacts):
         omega = 2 * np.pi * frequency
         moved = linear.at_bushings @ np.linalg.solve(linear.dynamic(omega), linear.input("force"))
@@ -244,9 +241,8 @@ def rattle_map(rig):
     """A cell beside the branch that comes to it from below."""
     level, frequency = DRIVEN[kind_of(rig)]
     ends = frequency, 1.02 * frequency
-    rattle = periodic.map_rattle(
-        cm.Model(excited(rig)), (level,), ends, n_harmonics=HARMONICS, n_samples=SAMPLES, n_modes=MODES, workers=1
-    )
+    settings = {"n_harmonics": HARMONICS, "n_samples": SAMPLES, "n_modes": MODES, "workers": 1}
+    rattle = periodic.map_rattle(cm.Model(excited(rig)), (level,), ends, **settings)
     known = followed(excited(rig), level, ends, stability=False)
     assert rattle.rattles.all()
     np.testing.assert_allclose(rattle.displacement[0, 0, 0, -1], known.excursion()[-1], rtol=1e-3, atol=1e-9)

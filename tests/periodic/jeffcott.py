@@ -20,9 +20,8 @@ def jeffcott(damping: float = 0.1, contact: float = 20.0, friction: float = 0.0,
     )  # fmt: skip
     rubs = Friction(friction) if friction else None
     bushing = Bushing(0.5, GAP, 0.0, Grease(0.0), Contact(contact * STIFFNESS), friction=rubs, shape="round")
-    return Rig("jeffcott", None, (bushing,), (Sensor(1, 0.5),), structure=shaft, shaker=Shaker("force", 0.5)).replace(
-        **changes
-    )
+    shaker, sensors = Shaker("force", 0.5), (Sensor(1, 0.5),)
+    return Rig("jeffcott", None, (bushing,), sensors, structure=shaft, shaker=shaker).replace(**changes)
 
 
 def unbalanced(rig: Rig, eccentricity: float = 0.2) -> Rig:
@@ -36,10 +35,8 @@ CLEARANCE, GRAVITY, LENGTH, SURFACE = 5e-5, 9.81, 0.01, 0.015  # m, m/s²
 def rigid_in_oil(viscosity: float, speed: float) -> Rig:
     """A rigid rotor in two short bearings that carry half of it each, without any other support."""
     shaft = Shaft((Section(0.2, (0.03, 0.03)),), (), (), Material(2.1e11, 7850.0), theory="euler")
-    bushings = tuple(
-        Bushing(x, CLEARANCE, LENGTH, Grease(0.0), Contact(1e7), film=OilFilm(viscosity), shape="round")
-        for x in (0.02, 0.18)
-    )
+    oil = {"grease": Grease(0.0), "contact": Contact(1e7), "film": OilFilm(viscosity), "shape": "round"}
+    bushings = tuple(Bushing(x, CLEARANCE, LENGTH, **oil) for x in (0.02, 0.18))
     return Rig(
         "rigid", None, bushings, (Sensor(1, 0.1),), structure=shaft, gravity=(0.0, 0.0, -GRAVITY),
         spin=Spin(speed), shaker=Shaker("force", 0.1),

@@ -6,12 +6,10 @@ derivative of a motion is the product of those of its pieces. It knows nothing o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq, fsolve
-
-__all__ = ["Orbit", "Oscillator"]
 
 SAMPLES = 400  # of a period, between which walls are looked for
 EXACT = 1e-11  # of shooting, on place and velocity
@@ -56,9 +54,8 @@ class Oscillator:
 
     def _state(self, i: int, omega: float, begun: float, state: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Place and velocity (2, n) in the piece i at times, of which at the time `begun` is given."""
-        return self._steady(i, omega, time) + np.einsum(
-            "ijn,j->in", self._free(i, time - begun), state - self._steady(i, omega, np.array([begun]))[:, 0]
-        )
+        apart = state - self._steady(i, omega, np.array([begun]))[:, 0]
+        return self._steady(i, omega, time) + np.einsum("ijn,j->in", self._free(i, time - begun), apart)
 
     def _free(self, i: int, time: np.ndarray) -> np.ndarray:
         """Derivative (2, 2, n) of place and velocity by those a time before."""
@@ -71,9 +68,8 @@ class Oscillator:
         """Place and velocity (2, n) of a motion without free vibration; without a spring it drifts."""
         k, b = self.stiffness[i], self.pull[i]
         turning = self.force / (k - omega**2 + 1j * self.damping * omega) * np.exp(1j * omega * time)
-        mean = np.array([np.full(time.size, b / k), np.zeros(time.size)]) if k else b / self.damping * np.array(
-            [time, np.ones(time.size)]
-        )  # fmt: skip
+        one = np.ones(time.size)
+        mean = np.array([b / k * one, 0 * one]) if k else b / self.damping * np.array([time, one])
         return mean + np.array([turning.real, (1j * omega * turning).real])
 
     def period(self, omega: float, start: np.ndarray, periods: int = 1) -> Orbit:
@@ -105,15 +101,13 @@ class Oscillator:
             if way:
                 state = np.array([wall, state[1]])
             i += way
-        return Orbit(
-            state, whole, np.concatenate(times), np.concatenate(places), tuple(pieces), min(extremes), max(extremes)
-        )
+        path = np.concatenate(times), np.concatenate(places)
+        return Orbit(state, whole, *path, tuple(pieces), min(extremes), max(extremes))
 
     def _root(self, row: int, value: float, motion: tuple, low: float, high: float) -> float:
         """Time at which place, row 0, or velocity, row 1, of a motion in a piece has a value."""
-        return float(
-            brentq(lambda t: self._state(*motion, np.array([t]))[row, 0] - value, low, high, xtol=1e-14, rtol=1e-14)
-        )
+        off = lambda t: self._state(*motion, np.array([t]))[row, 0] - value  # noqa: E731
+        return float(brentq(off, low, high, xtol=1e-14, rtol=1e-14))
 
     def _turns(self, i: int, omega: float, begun: float, state: np.ndarray, time: np.ndarray) -> list[float]:
         """Times at which the motion turns, between which no wall is missed."""
@@ -128,7 +122,7 @@ class Oscillator:
             step = self.period(omega, start, periods)
             left = step.start - start
             if np.abs(left).max() < EXACT:
-                return Orbit(start, step.monodromy, step.time, step.place, step.pieces, step.lowest, step.highest)
+                return replace(step, start=start)
             start = start + np.linalg.solve(np.eye(2) - step.monodromy, left)
         raise ArithmeticError(f"no periodic motion at {omega}")
 

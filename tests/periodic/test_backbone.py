@@ -10,30 +10,19 @@ from clearance_mj.core.errors import ClearanceError, LawError, RigError
 from clearance_mj.engines import Modal, simulate
 from clearance_mj.model import Model
 from clearance_mj.periodic import condensed, continuation
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.structure import Matrices
 from experiments.periodic.verification import SLIDERS
 
 from ..conftest import TABLE1
+from ..refusals import assert_refused
 from .lost import until
+from .one_mass import one_mass
 from .test_published import DUFFING, HARDENING
 from .test_rigs import BARE, LAW, OVER, RIGID
 
 TURN = 2 * np.pi
 KAPPA = 0.1  # of the cubic spring
-
-
-def oscillator(gap, stiffness=4e3):
-    """1 kg on a spring between two walls."""
-    return Rig(
-        "oscillator",
-        None,
-        (Bushing("1:X", gap, 0.0, Grease(0.0), Contact(1.0)),),
-        (Sensor(1, "1:X"),),
-        shaker=Shaker("force", "1:X"),
-        structure=Matrices("m-kg-s", mass=[[1.0]], stiffness=[[stiffness]], damping=[[0.0]], dofs=["1:X"]),
-    )
 
 
 def fundamental(curve, clearance=0):
@@ -64,8 +53,7 @@ def test_duffing_with_one_harmonic():
 
 def test_duffing_with_many_harmonics():
     """Period 4 K(m) / √(1 + κ X²) with m = κ X² / 2(1 + κ X²), K the complete elliptic integral, X the peak."""
-    undamped = oscillator(1e3, stiffness=1.0)
-    curve = periodic.follow_backbone(Model(undamped, HARDENING), 1, (0.1, 20.0), 11)
+    curve = periodic.follow_backbone(Model(one_mass(gap=1e3), HARDENING), 1, (0.1, 20.0), 11)
     squares = KAPPA * curve.amplitude("displacement")[:, 0] ** 2
     period = 4 * ellipk(squares / (2 * (1 + squares))) / np.sqrt(1 + squares)
     np.testing.assert_allclose(1 / curve.frequency, period, rtol=1e-6)
@@ -80,7 +68,8 @@ def test_between_two_walls():
     dashpot c of the wall dissipates 4 c ∫ ẋ² dt from 0 to t_1, as much as ζ gives back, 2π ζ ω² |X_1|².
     """
     gap, spring, wall, dashpot = 1e-3, 4e3, 2e4, 0.2
-    curve = periodic.follow_backbone(Model(oscillator(gap), ConstantLaw(wall, dashpot)), 1, (0.5 * gap, 4 * gap), 41)
+    model = Model(one_mass(spring, gap=gap), ConstantLaw(wall, dashpot))
+    curve = periodic.follow_backbone(model, 1, (0.5 * gap, 4 * gap), 41)
     peak = curve.amplitude("clearance_displacement")[:, 0]
     beyond = peak > 1.1 * gap  # where 41 harmonics suffice for short contacts
     assert beyond.sum() > 20
@@ -101,10 +90,9 @@ def test_a_spring_with_a_slider():
     Secant stiffness (k/π) (φ - sin φ cos φ) with cos φ = 1 - 2 F / (k X); T. K. Caughey, J. Appl. Mech. 27 (1960) 640.
     """
     spring, friction = 1000.0, 0.5
-    grease = MaxwellSlip(springs=(spring,), forces=(friction,), elastic=0.0, damping=0.0)
-    law = ConstantLaw(0.0, 0.0, grease=grease)
+    law = ConstantLaw(0.0, 0.0, grease=MaxwellSlip(springs=(spring,), forces=(friction,), elastic=0.0, damping=0.0))
     start = friction / spring
-    curve = periodic.follow_backbone(Model(oscillator(1.0), law), 1, (0.5 * start, 20 * start), 1, 2048)
+    curve = periodic.follow_backbone(Model(one_mass(4e3), law), 1, (0.5 * start, 20 * start), 1, 2048)
     omega, amplitude = TURN * curve.frequency, fundamental(curve)
     slips = amplitude > 1.05 * start
     angle = np.arccos(np.clip(1 - 2 * start / amplitude, -1, 1))
@@ -188,9 +176,7 @@ def test_it_may_begin_beyond_the_gap():
     assert part.frequency[0] == pytest.approx(between, rel=1e-3)
 
 
-ALOOF = oscillator(1e-3).replace(
-    structure=Matrices("m-kg-s", mass=np.eye(2), stiffness=np.diag([1.0, 4.0]), dofs=["1:X", "2:X"])
-)
+TWO_MASSES = Matrices("m-kg-s", mass=np.eye(2), stiffness=np.diag([1.0, 4.0]), dofs=["1:X", "2:X"])
 
 
 @pytest.mark.parametrize(("change", "error", "words"), [
@@ -204,7 +190,8 @@ ALOOF = oscillator(1e-3).replace(
     ({"n_harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
     ({"n_samples": 84}, ClearanceError, r"samples must be 85 or more for 21 harmonics \(4 H \+ 1\), got 84"),
     ({"n_modes": 0}, ClearanceError, "modes must be between 1 and 60"),
-    ({"model": Model(ALOOF, LAW), "mode": 2}, ClearanceError, "mode 2 moves no clearance, so it is linear"),
+    ({"model": Model(one_mass(gap=1e-3).replace(structure=TWO_MASSES), LAW), "mode": 2}, ClearanceError,
+     "mode 2 moves no clearance, so it is linear"),
     ({"model": Model(BARE, LAW)}, RigError, "rig 'table1' has no clearance"),
     ({"model": Model(RIGID, LAW)}, RigError, "can move without any stiffness"),
     ({"model": Model(TABLE1, TimeLaw(*OVER))}, LawError, "a law over time has no periodic vibration"),
@@ -212,8 +199,7 @@ ALOOF = oscillator(1e-3).replace(
     ({"model": Model(TABLE1, ConstantLaw([1e3] * 3, 1.0))}, LawError, "3 bushings, the rig has 2"),
 ])  # fmt: skip
 def test_refusals(change, error, words):
-    with pytest.raises(error, match=words):
-        periodic.follow_backbone(**{"model": Model(TABLE1, LAW), **change})
+    assert_refused(error, words, periodic.follow_backbone, **{"model": Model(TABLE1, LAW), **change})
 
 
 def test_figure_and_dataset():
@@ -227,8 +213,7 @@ def test_figure_and_dataset():
     np.testing.assert_array_equal(free.get_xdata(), curve.amplitude("acceleration")[:, 7])
     np.testing.assert_array_equal(below.lines[0].get_ydata(), 100 * curve.damping)
     assert below.get_xlabel() == "amplitude of the acceleration of 8:+Z (m/s²)"
-    with pytest.raises(ClearanceError, match="rows must be between 0 and 1"):
-        curve.plot(row=2)
+    assert_refused(ClearanceError, "rows must be between 0 and 1", curve.plot, row=2)
     labelled = curve.to_xarray()
     assert labelled.displacement.dims == ("point", "response", "harmonic")
     assert labelled.sel(response="8:+Z", harmonic=1).displacement.values == pytest.approx(curve.displacement[:, 7, 1])

@@ -13,6 +13,7 @@ from clearance_mj.rig import Bushing, Contact, Grease, Load, Order, Rig, Sensor,
 from clearance_mj.structure import Gears, Inertia
 
 from ..conftest import ROOT
+from ..refusals import assert_refused
 from .test_teeth import DAMPING, LOUD, MEAN, QUIET, TURN, histories
 from .test_teeth import MODEL as TEETH
 
@@ -21,16 +22,11 @@ RADII, MASSES = (0.04, 0.05), (3.0, 1.5)  # m1 m2/(m1 + m2) = 1 as in test_teeth
 
 def gears(mean=MEAN, **more):
     """Two gears whose teeth move relative to each other as those of test_teeth."""
-    inertias = [Inertia(i, mass * r**2, r) for i, mass, r in zip((1, 2), MASSES, RADII)]
-    return Rig(
-        "gears",
-        None,
-        (Bushing("1:X", 1.0, 0.0, Grease(0.0, DAMPING), Contact(1.0), to="2:X"),),
-        (Sensor(1, "1:X"), Sensor(2, "2:X")),
-        structure=Gears(tuple(inertias)),
-        loads=(Load("1:RX", torque=mean * RADII[0]), Load("2:RX", torque=-mean * RADII[1])),
-        **{"shaker": Shaker("force", "1:RX"), **more},
-    )
+    inertias = tuple(Inertia(i, mass * r**2, r) for i, mass, r in zip((1, 2), MASSES, RADII))
+    loads = Load("1:RX", torque=mean * RADII[0]), Load("2:RX", torque=-mean * RADII[1])
+    teeth = Bushing("1:X", 1.0, 0.0, Grease(0.0, DAMPING), Contact(1.0), to="2:X")
+    given = {"structure": Gears(inertias), "loads": loads, "shaker": Shaker("force", "1:RX"), **more}
+    return Rig("gears", None, (teeth,), (Sensor(1, "1:X"), Sensor(2, "2:X")), **given)
 
 
 def torque(level):
@@ -55,19 +51,15 @@ def same(branch, teeth):
 @pytest.mark.parametrize(("level", "omega"), [(QUIET, 0.6), (LOUD, 0.8)])
 class TestAsTeeth:
     def test_response(self, level, omega):
-        ends = (1.8 / TURN, omega / TURN)
-        follow = cm.periodic.follow_response
+        ends, follow = (1.8 / TURN, omega / TURN), cm.periodic.follow_response
         same(follow(PAIR, torque(level), ends, 41, 2048), follow(TEETH, level, ends, 41, 2048))
 
     def test_over_level(self, level, omega):
-        ends = np.array((0.05 * level, level))
-        follow = cm.periodic.follow_response_over_level
-        branch = follow(PAIR, 1.5 / TURN, torque(ends), 41, 2048)
-        same(branch, follow(TEETH, 1.5 / TURN, ends, 41, 2048))
+        ends, follow = np.array((0.05 * level, level)), cm.periodic.follow_response_over_level
+        same(follow(PAIR, 1.5 / TURN, torque(ends), 41, 2048), follow(TEETH, 1.5 / TURN, ends, 41, 2048))
 
     def test_orders_are_a_force_so_many_times_in_a_turn(self, level, omega):
-        factor = level / LOUD
-        branch = cm.periodic.follow_unbalance(ORDERS, (0.9, omega / 2), 41, 2048, factor=factor)
+        branch = cm.periodic.follow_unbalance(ORDERS, (0.9, omega / 2), 41, 2048, factor=level / LOUD)
         assert TURN * branch.frequency[-1] == pytest.approx(omega / 2)
         known = cm.periodic.follow_response(TEETH, level, (1.8 / TURN, omega / TURN), 41, 2048)
         x, of_teeth = (np.abs(each.clearance_displacement[-1, 0]) for each in (branch, known))
@@ -75,27 +67,22 @@ class TestAsTeeth:
 
 
 def test_teeth_under_load_touch_at_rest():
-    contact = cm.periodic.find_first_contact(PAIR, [0.1, 0.2])
-    np.testing.assert_array_equal(contact.value, 0)
+    np.testing.assert_array_equal(cm.periodic.find_first_contact(PAIR, [0.1, 0.2]).value, 0)
 
 
 def test_an_idler_rests_between_its_mates():
     """Each mesh carries the torque over its base radius; a small ripple leaves the teeth in contact."""
     inertias = tuple(Inertia(i, 1e-3 * i, 0.02 * i) for i in (1, 2, 3))
-    meshes = [
-        Bushing(f"{i}:X", gap, 0.0, Grease(0.0, 1.0), Contact(1e6), to=f"{i + 1}:X")
-        for i, gap in ((1, 1e-4), (2, 3e-5))
-    ]
+    gaps, filling, stiff = np.array([1e-4, 3e-5]), Grease(0.0, 1.0), Contact(1e6)
+    meshes = tuple(Bushing(f"{i}:X", gap, 0.0, filling, stiff, to=f"{i + 1}:X") for i, gap in enumerate(gaps, 1))
     rig = Rig(
-        "idler", None, tuple(meshes), (Sensor(1, "1:X"),), shaker=Shaker("force", "1:RX"),
+        "idler", None, meshes, (Sensor(1, "1:X"),), shaker=Shaker("force", "1:RX"),
         structure=Gears(inertias), loads=(Load("1:RX", torque=0.6), Load("3:RX", torque=-1.8)),
     )  # fmt: skip
     branch = cm.periodic.follow_response(cm.Model(rig), 0.01, (10.0, 20.0), 5)
     assert not branch.ended and branch.stable.all()
     np.testing.assert_allclose(branch.contact_force[-1, :, 0].real, 0.6 / 0.02, rtol=1e-6)
-    np.testing.assert_allclose(
-        branch.clearance_displacement[-1, :, 0].real, [1e-4 + 30 / 1e6, 3e-5 + 30 / 1e6], rtol=1e-6
-    )
+    np.testing.assert_allclose(branch.clearance_displacement[-1, :, 0].real, gaps + 30 / 1e6, rtol=1e-6)
 
 
 # Stiffness over the mesh period
@@ -115,9 +102,8 @@ def test_a_mesh_moves_as_it_does_in_time(measured):
     response = cm.simulate(driving, cm.excitation.still(400 * period, samples / period, "force"), law)
     last = response.displacement[0, -samples:]
     off = max(abs(place.max() - last.max()), abs(place.min() - last.min())) / np.ptp(last)
-    measured.below(
-        "harmonic balance, mesh with one and two pairs of teeth: transmission error", off, 1e-3, "modal march"
-    )
+    what = "harmonic balance, mesh with one and two pairs of teeth: transmission error"
+    measured.below(what, off, 1e-3, "modal march")
 
 
 def test_orders_and_mesh_have_a_common_period():
@@ -147,12 +133,10 @@ def test_the_law_follows_the_speed():
 def test_a_law_over_time_turns_with_the_shaft():
     law = TimeLaw(np.zeros(1), np.ones((1, 1)), np.zeros((1, 1)), period=TURN)
     for model in (cm.Model(gears(), law), cm.Model(gears(spin=Spin(1.0)), dataclasses.replace(law, period=None))):
-        with pytest.raises(LawError, match="turns with the shaft"):
-            cm.periodic.follow_unbalance(model, (1.0, 2.0))
+        assert_refused(LawError, "turns with the shaft", cm.periodic.follow_unbalance, model, (1.0, 2.0))
     with pytest.raises(LawError, match="turns with the shaft"):
         cm.periodic.follow_response(cm.Model(gears(spin=Spin(1.0)), law), 0.1, (0.1, 0.2))
-    with pytest.raises(RigError, match="orders"):
-        cm.periodic.follow_unbalance(PAIR, (1.0, 2.0))
+    assert_refused(RigError, "orders", cm.periodic.follow_unbalance, PAIR, (1.0, 2.0))
 
 
 # Rattle maps

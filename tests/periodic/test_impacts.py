@@ -10,32 +10,23 @@ import pytest
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.model import Model
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
-from clearance_mj.structure import Matrices
+
+from .one_mass import one_mass
 
 DAMPING, GAP, TURN = 0.04, 1.0, 2 * np.pi
 FORCE, OMEGA = 12.0, 2.6
 RESTITUTION = {0.1: 0.744079, 0.3: 0.450975}
 """of a free mass on a spring and damper of so much critical damping, released where the force is zero"""
-OSCILLATOR = Rig(
-    "one mass and a stop",
-    None,
-    (Bushing("1:X", GAP, 0.0, Grease(0.0), Contact(1.0), stops="upper"),),
-    (Sensor(1, "1:X"),),
-    shaker=Shaker("force", "1:X"),
-    structure=Matrices("m-kg-s", mass=[[1.0]], stiffness=[[1.0]], damping=[[DAMPING]], dofs=["1:X"]),
-)
+OSCILLATOR = one_mass(damping=DAMPING, gap=GAP, stops="upper")
 
 
 @pytest.mark.parametrize("omega", [0.7, 1.3, 2.6])
 def test_contact_begins_where_the_linear_motion_grazes_the_stop(omega):
     """Amplitude F/|1 - Ω² + iδΩ| = gap; to 1e-4 of the level."""
-    grazing = GAP * abs(1 - omega**2 + 1j * DAMPING * omega)
+    grazing, ends = GAP * abs(1 - omega**2 + 1j * DAMPING * omega), (omega / TURN, 1.001 * omega / TURN)
+    model = Model(OSCILLATOR, ConstantLaw(100.0, 2.0))
     for ratio, touches in ((1 - 1e-4, False), (1 + 1e-4, True)):
-        branch = periodic.follow_response(
-            Model(OSCILLATOR, ConstantLaw(100.0, 2.0)), ratio * grazing, (omega / TURN, 1.001 * omega / TURN), 21, 2048,
-            stability=False,
-        )  # fmt: skip
+        branch = periodic.follow_response(model, ratio * grazing, ends, 21, 2048, stability=False)
         assert bool(branch.contact_force[0].any()) == touches
 
 
@@ -67,10 +58,9 @@ def impacting(force, omega, restitution):
 
 def with_stiff_stop(stiffness, ratio, force, omega, harmonics):
     """Deepest displacement away from a stop of that stiffness and damping ratio."""
-    law = ConstantLaw(stiffness, 2 * ratio * np.sqrt(stiffness))
-    branch = periodic.follow_response(
-        Model(OSCILLATOR, law), force, (1.002 * omega / TURN, omega / TURN), harmonics, stability=False
-    )  # fmt: skip
+    model = Model(OSCILLATOR, ConstantLaw(stiffness, 2 * ratio * np.sqrt(stiffness)))
+    ends = 1.002 * omega / TURN, omega / TURN
+    branch = periodic.follow_response(model, force, ends, harmonics, stability=False)
     padded = branch.displacement[-1, 0] * np.append(1.0, np.full(harmonics, 0.5))
     return np.fft.irfft(padded, 8192).min() * 8192
 
@@ -85,10 +75,8 @@ def test_one_impact_in_every_period(ratio, softest, bound, measured):
     Stiffness over mass and Ω². The two restitutions' limits are 2 % apart.
     """
     ((known, _),) = impacting(FORCE, OMEGA, RESTITUTION[ratio])
-    impacts = [
-        with_stiff_stop(k * OMEGA**2, ratio, FORCE, OMEGA, int(4.2 * np.sqrt(k)))
-        for k in (softest, 4 * softest, 16 * softest)
-    ]
+    stiffnesses = (softest, 4 * softest, 16 * softest)
+    impacts = [with_stiff_stop(k * OMEGA**2, ratio, FORCE, OMEGA, int(4.2 * np.sqrt(k))) for k in stiffnesses]
     assert np.all(np.diff(np.abs(impacts - known.min())) < 0)
     limits = 2 * np.array(impacts[1:]) - impacts[:-1]
     limit = (4 * limits[1] - limits[0]) / 3

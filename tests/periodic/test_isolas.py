@@ -7,16 +7,13 @@ from scipy.integrate import solve_ivp
 from clearance_mj import periodic
 from clearance_mj.core.errors import ClearanceError, ExcitationError
 from clearance_mj.model import Model
-from clearance_mj.rig import Bushing, Contact, Grease
-from clearance_mj.structure import Matrices
 
-from .test_published import DUFFING, HARDENING, TURN
+from ..refusals import assert_refused
+from .one_mass import one_mass
+from .test_published import HARDENING, TURN
 
 DAMPING, CUBIC, FORCE = 0.2, 0.1, 20.0
-OSCILLATOR = DUFFING.replace(
-    bushings=(Bushing("1:X", 5.0, 0.0, Grease(0.0), Contact(1.0)),),  # which it never reaches
-    structure=Matrices("m-kg-s", mass=[[1.0]], stiffness=[[1.0]], damping=[[DAMPING]], dofs=["1:X"]),
-)
+OSCILLATOR = one_mass(damping=DAMPING, gap=5.0)  # which it never reaches
 RANGE = (3.0 / TURN, 8.0 / TURN)
 
 
@@ -101,16 +98,13 @@ def marched(isola, index):
     ({"frequencies": 0}, ExcitationError, "frequencies must be their number, 1 or more"),
 ])  # fmt: skip
 def test_refusals(change, error, words):
-    with pytest.raises(error, match=words):
-        searched(1, 16, **change)
+    assert_refused(error, words, searched, 1, 16, **change)
 
 
 def test_known_branches_are_of_one_excitation():
     level = periodic.follow_response(Model(OSCILLATOR, HARDENING), 1.0, RANGE, 1, 16)
-    with pytest.raises(ClearanceError, match="known branches must be of one rig, law, level"):
-        searched(1, 16, [level])
-    with pytest.raises(ClearanceError, match="isolas are searched beside known branches"):
-        periodic.find_isolas([])
+    assert_refused(ClearanceError, "known branches must be of one rig, law, level", searched, 1, 16, [level])
+    assert_refused(ClearanceError, "isolas are searched beside known branches", periodic.find_isolas, [])
 
 
 def test_figure_and_dataset():
@@ -119,8 +113,7 @@ def test_figure_and_dataset():
     np.testing.assert_array_equal(upper.lines[2].get_ydata(), isolas.branches[0].amplitude("displacement")[:, 0])
     heights = [bar.get_height() for bar in lower.patches]
     assert heights == pytest.approx([*isolas.basins[0, :2], 0])
-    with pytest.raises(ClearanceError, match="row must be between 0 and 0, got 1"):
-        isolas.plot(row=1)
+    assert_refused(ClearanceError, "row must be between 0 and 0, got 1", isolas.plot, row=1)
     data = isolas.to_xarray()
     assert data.basin.sel(attractor="new 1").values == pytest.approx(isolas.basins[:, 1])
     assert data.branch.shape == (1, 16)

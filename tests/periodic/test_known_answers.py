@@ -12,22 +12,11 @@ import clearance_mj as cm
 from clearance_mj import periodic
 from clearance_mj.clearance import ContactLaw, KelvinVoigt, MaxwellSlip, TimeLaw
 from clearance_mj.rig import Bushing, Contact, Grease, Load, Rig, Sensor, Shaker, Spin
-from clearance_mj.structure import Disc, Gears, Inertia, Material, Matrices, Section, Shaft, Support
+from clearance_mj.structure import Disc, Gears, Inertia, Material, Section, Shaft, Support
+
+from .one_mass import one_mass
 
 TURN = 2 * np.pi
-
-
-def oscillator(stiffness, damping=0.0, **bushing):
-    """1 kg on a spring, in a clearance without grease."""
-    given = {"gap": 1.0, "length": 0.0, "grease": Grease(0.0), "contact": Contact(1.0), **bushing}
-    return Rig(
-        "oscillator",
-        None,
-        (Bushing("1:X", **given),),
-        (Sensor(1, "1:X"),),
-        shaker=Shaker("force", "1:X"),
-        structure=Matrices("m-kg-s", mass=[[1.0]], stiffness=[[stiffness]], damping=[[damping]], dofs=["1:X"]),
-    )
 
 
 def extremes(harmonics):
@@ -72,7 +61,7 @@ def free_period(turn, near, far, spring, contact):
 
 @pytest.mark.parametrize("turn", [0.6, 0.9, 1.5, 3.0])
 def test_the_free_period_is_what_an_ode_solver_finds(turn):
-    near, far, spring, contact = 0.7, 1.3, 1.0, 9.0
+    near, far, spring, contact = walls = 0.7, 1.3, 1.0, 9.0
 
     def rate(time, state):
         x, v = state
@@ -84,27 +73,26 @@ def test_the_free_period_is_what_an_ode_solver_finds(turn):
     slows.direction = -1
     solution = solve_ivp(rate, (0, 8), (turn, 0.0), "DOP853", events=slows, rtol=1e-11, atol=1e-12, max_step=0.01)
     back = next(t for t in solution.t_events[0] if t > 0.1)
-    assert free_period(turn, near, far, spring, contact) == pytest.approx(back, rel=1e-7)
-    assert -solution.y[0].min() == pytest.approx(other_turn(turn, near, far, spring, contact), rel=1e-4)
+    assert free_period(turn, *walls) == pytest.approx(back, rel=1e-7)
+    assert -solution.y[0].min() == pytest.approx(other_turn(turn, *walls), rel=1e-4)
 
 
 @pytest.mark.parametrize("offset", [3e-4, -3e-4])
 def test_the_backbone_of_a_gap_with_an_offset(offset, measured):
     """Its walls stand at -g - o and g - o of the unloaded place: the mean moves away from the near one."""
     gap, spring, contact = 1e-3, 4e3, 2e4
-    law = ContactLaw(KelvinVoigt(contact))
-    curve = periodic.follow_backbone(
-        cm.Model(oscillator(spring, gap=gap, offset=offset), law), 1, (0.5 * gap, 4 * gap), 61, 2048
-    )
+    walls, law = (gap - abs(offset), gap + abs(offset), spring, contact), ContactLaw(KelvinVoigt(contact))
+    model = cm.Model(one_mass(spring, gap=gap, offset=offset), law)
+    curve = periodic.follow_backbone(model, 1, (0.5 * gap, 4 * gap), 61, 2048)
     assert not curve.ended
     low, high = extremes(curve.clearance_displacement[:, 0])
     turns = high if offset > 0 else -low  # on the side of the near wall
-    known = np.array([free_period(turn, gap - abs(offset), gap + abs(offset), spring, contact) for turn in turns])
-    touches = turns > gap - abs(offset)
+    known = np.array([free_period(turn, *walls) for turn in turns])
+    touches = turns > walls[0]
     assert touches.sum() > 20 and not touches.all()
     off = np.abs(1 / curve.frequency / known - 1).max()
     measured.below(f"backbone, a gap with an offset of {offset:g} m: period over amplitude", off, 1e-3, "closed form")
-    others = [other_turn(turn, gap - abs(offset), gap + abs(offset), spring, contact) for turn in turns]
+    others = [other_turn(turn, *walls) for turn in turns]
     np.testing.assert_allclose(-low if offset > 0 else high, others, rtol=1e-3)
     np.testing.assert_allclose(curve.damping, 0, atol=1e-8)
 
@@ -188,9 +176,8 @@ def test_a_pair_of_teeth_with_two_stiffnesses_loses_its_stability_where_meissner
     ends = first_tongue(depth, damping)
     doublings = sorted(TURN * point.frequency for point in branch.special if point.kind == "period doubling")
     off = np.abs(np.array(doublings) / ends - 1).max()
-    measured.below(
-        f"harmonic balance, teeth of stiffness 1 ± {depth:g}: ends of the tongue", off, 1e-5, "Meissner 1918"
-    )
+    what = f"harmonic balance, teeth of stiffness 1 ± {depth:g}: ends of the tongue"
+    measured.below(what, off, 1e-5, "Meissner 1918")
     for frequency, multipliers in zip(branch.frequency, branch.multipliers):
         known = np.linalg.eigvals(meissner(TURN * frequency, depth, damping))
         np.testing.assert_allclose(np.sort_complex(multipliers), np.sort_complex(known), atol=1e-5)
@@ -228,7 +215,7 @@ def test_the_harmonic_of_a_slider_is_that_of_its_loop():
 def test_a_slider_with_one_harmonic(spring, limit, measured):
     """X (k + k_eq - ω² + i (c ω + h)) = F: all points of a branch, that stick and that slide."""
     law = ContactLaw(KelvinVoigt(1.0), MaxwellSlip(springs=(spring,), forces=(limit,)))
-    model = cm.Model(oscillator(1.0, 0.05, gap=1e3), law)
+    model = cm.Model(one_mass(1.0, 0.05, gap=1e3), law)
     branch = periodic.follow_response(model, 1.0, (0.3 / TURN, 5.0 / TURN), 1, 8192, stability=False)
     assert not branch.ended
     x, omega = branch.displacement[:, 0, 1], TURN * branch.frequency
@@ -245,17 +232,11 @@ def test_a_slider_with_one_harmonic(spring, limit, measured):
 def shaft(shape, **bushing):
     """A pinned shaft whose planes are alike, shaken along z in one or two clearances."""
     given = {"grease": Grease(2e3, 2.0), "contact": Contact(4e4, 4.0), "shape": shape, **bushing}
-    return Rig(
-        "line",
-        None,
-        (Bushing(0.2, 1e-4, 0.0, **given), Bushing(0.35, 1.5e-4, 0.0, **given)),
-        (Sensor(1, 0.25), Sensor(2, 0.4)),
-        structure=Shaft(
-            (Section(0.6, (0.012, 0.012)),), (Support(0.0, "pinned"), Support(0.6, "pinned")), (Disc(0.45, 0.4),),
-            Material(2.1e11, 7850.0), (6.0, 1e-6), theory="euler",
-        ),
-        shaker=Shaker("force", 0.3),
-    )  # fmt: skip
+    bushings = Bushing(0.2, 1e-4, 0.0, **given), Bushing(0.35, 1.5e-4, 0.0, **given)
+    pins, steel = (Support(0.0, "pinned"), Support(0.6, "pinned")), Material(2.1e11, 7850.0)
+    bent = Shaft((Section(0.6, (0.012, 0.012)),), pins, (Disc(0.45, 0.4),), steel, (6.0, 1e-6), theory="euler")
+    sensors = Sensor(1, 0.25), Sensor(2, 0.4)
+    return Rig("line", None, bushings, sensors, structure=bent, shaker=Shaker("force", 0.3))
 
 
 LINES = {
@@ -329,9 +310,8 @@ class TestOnALine:
         slot = periodic.follow_backbone(both(name)[1], 1, (2e-5, 2e-4))
         for mode in (1, 2):
             round_ = periodic.follow_backbone(both(name)[0], mode, (2e-5, 2e-4))
-            for each in ("frequency", "damping"):
-                known = getattr(slot, each)
-                np.testing.assert_allclose(getattr(round_, each)[[0, -1]], known[[0, -1]], rtol=1e-6)
+            for one, other in ((round_.frequency, slot.frequency), (round_.damping, slot.damping)):
+                np.testing.assert_allclose(one[[0, -1]], other[[0, -1]], rtol=1e-6)
             along = np.abs(round_.clearance_displacement[-1]).reshape(2, 2, -1).max(axis=(0, 2)).argmax()
             if along == 1:
                 same(round_, slot, (-1, -1))

@@ -8,19 +8,8 @@ import pytest
 
 from clearance_mj import periodic
 from clearance_mj.model import Model
-from experiments.periodic.verification import (
-    BAND,
-    CLOSE,
-    LAWS,
-    LEVELS,
-    TRUTHS,
-    by_links,
-    jump,
-    marched,
-    of_links,
-    rig_s_law,
-    steep,
-)
+from experiments.periodic import verification
+from experiments.periodic.verification import BAND, CLOSE, LAWS, LEVELS, TRUTHS, jump, marched, rig_s_law, steep
 
 from ..conftest import TABLE1
 
@@ -51,7 +40,7 @@ def test_stable_vibrations_stay_when_marched(name, level, points, measured):
 @pytest.mark.parametrize("name", LAWS)
 def test_links_march_the_same_vibrations(name, measured):
     branch = periodic.follow_response(Model(TABLE1, LAWS[name]), 6.0, BAND)
-    off = max(by_links(branch, i) for i in of_links(branch))
+    off = max(verification.by_links(branch, i) for i in verification.of_links(branch))
     measured.below(f"harmonic balance, {name}, 6 m/s²: fundamental of every channel", off, 0.01, "links' march")
 
 

@@ -78,9 +78,8 @@ def test_a_one_sided_spring_by_an_ode_solver(damping):
         time, touching = 0.0, state[0] > 1.0
         while True:
             wall.direction = -1 if touching else 1
-            solution = solve_ivp(
-                rate, (time, TURN / omega), state, "DOP853", events=wall, args=(omega, touching), rtol=1e-9, atol=1e-12
-            )
+            options = {"events": wall, "args": (omega, touching), "rtol": 1e-9, "atol": 1e-12}
+            solution = solve_ivp(rate, (time, TURN / omega), state, "DOP853", **options)
             time, state = solution.t[-1], solution.y[:, -1]
             if solution.status == 0:
                 return state

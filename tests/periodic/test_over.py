@@ -12,6 +12,7 @@ from clearance_mj.periodic.coverage import reached
 from clearance_mj.rig import OilFilm, Spin
 
 from ..conftest import TABLE1
+from ..refusals import assert_refused
 from ..test_capabilities import COLUMNS
 from .capability_rows import lively
 from .jeffcott import FREQUENCY, GAP, MASS, STIFFNESS, jeffcott
@@ -125,5 +126,4 @@ def test_a_branch_that_comes_onto_a_closed_curve_ends():
 ])  # fmt: skip
 def test_refusals(change, error, words):
     given = {"model": Model(TABLE1, LAW), "over": "gap", "values": (1.0, 2.0), "frequency": 40.0, "amplitude": 1.0}
-    with pytest.raises(error, match=words):
-        periodic.follow_response_over(**given | change)
+    assert_refused(error, words, periodic.follow_response_over, **given | change)

@@ -8,6 +8,7 @@ from clearance_mj.core.errors import ClearanceError, ExcitationError
 from clearance_mj.model import Model
 
 from ..conftest import TABLE1
+from ..refusals import assert_refused
 from .test_published import DUFFING, HARDENING, TURN
 from .test_rigs import LAW
 
@@ -22,9 +23,8 @@ def squared_force(omega, squared):
 def test_duffing_folds_over_level_in_closed_form():
     """dF²/dA² = 0: 3 g² A⁴ + 4 g s A² + s² + (δ Ω)² = 0 with g = ¾ κ, s = 1 - Ω²."""
     omega = 1.3
-    branch = periodic.follow_response_over_level(
-        Model(DUFFING, HARDENING), omega / TURN, (0.01, 1.0), 1, 16, stability=False
-    )
+    model = Model(DUFFING, HARDENING)
+    branch = periodic.follow_response_over_level(model, omega / TURN, (0.01, 1.0), 1, 16, stability=False)
     amplitude = np.abs(branch.displacement[:, 0, 1])
     np.testing.assert_allclose(branch.level[:, 0].real ** 2, squared_force(omega, amplitude**2), rtol=1e-6)
     s = 1 - omega**2
@@ -55,8 +55,7 @@ def test_a_rig_that_is_driven_louder_jumps_where_the_frequency_folds():
     louder = periodic.follow_response_over_level(Model(TABLE1, LAW), down, (0.5, 12.0), stability=False)
     softer = periodic.follow_response_over_level(Model(TABLE1, LAW), up, (12.0, 0.5), stability=False)
     for branch, frequency in ((louder, down), (softer, up)):
-        levels = [point.level for point in branch.special]
-        assert min(abs(level / 6.0 - 1) for level in levels) < 1e-4
+        assert min(abs(point.level / 6.0 - 1) for point in branch.special) < 1e-4
         np.testing.assert_allclose(branch.frequency, frequency)
     quiet = ~louder.contact_force.any(axis=(1, 2))
     ratio = louder.acceleration[quiet, :, 1] / louder.level[quiet]
@@ -72,7 +71,5 @@ def test_a_rig_that_is_driven_louder_jumps_where_the_frequency_folds():
     ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),
 ])  # fmt: skip
 def test_refusals(change, error, words):
-    with pytest.raises(error, match=words):
-        periodic.follow_response_over_level(
-            **{"model": Model(TABLE1, LAW), "frequency": 40.0, "amplitude_range": (1.0, 2.0), **change}
-        )
+    given = {"model": Model(TABLE1, LAW), "frequency": 40.0, "amplitude_range": (1.0, 2.0)}
+    assert_refused(error, words, periodic.follow_response_over_level, **given | change)

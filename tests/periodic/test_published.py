@@ -5,7 +5,6 @@ Vibration Problems, Springer 2019) in Octave 7.3: angular frequency, amplitude o
 leading Floquet multiplier.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,62 +13,27 @@ from scipy.interpolate import CubicSpline
 
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.clearance.grease import GreaseModel
 from clearance_mj.model import Model
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.structure import Matrices
 
-HERE = Path(__file__).parent
+from .one_mass import PolynomialSpring, one_mass
+
 TURN = 2 * np.pi
 STIFFNESS = np.array([[1.0, -1.0], [-1.0, 2.0]])
 UNILATERAL = Rig(
-    "two masses and a one-sided spring",
-    None,
-    (Bushing("1:X", 1.0, 0.0, Grease(0.0), Contact(100.0), stops="upper"),),
-    (Sensor(1, "1:X"), Sensor(2, "2:X")),
+    "two masses and a one-sided spring", None,
+    (Bushing("1:X", 1.0, 0.0, Grease(0.0), Contact(100.0), stops="upper"),), (Sensor(1, "1:X"), Sensor(2, "2:X")),
     shaker=Shaker("force", "2:X"),
-    structure=Matrices(
-        "m-kg-s", mass=np.eye(2), stiffness=STIFFNESS, damping=0.03 * STIFFNESS, dofs=["1:X", "2:X"]
-    ),
+    structure=Matrices("m-kg-s", mass=np.eye(2), stiffness=STIFFNESS, damping=0.03 * STIFFNESS, dofs=["1:X", "2:X"]),
 )  # fmt: skip
 STOP = ConstantLaw(100.0, 0.0)
+DUFFING, HARDENING = one_mass(damping=0.05, gap=1e3), ConstantLaw(0.0, 0.0, grease=PolynomialSpring(0.0, 0.1))
 
 
-@dataclass(frozen=True)
-class CubicSpring(GreaseModel):
-    """Force κ x³: what makes a linear oscillator Duffing's."""
-
-    cubic: float
-
-    def parameters(self):
-        return (self.cubic,)
-
-    def states(self, coordinates):
-        return 0
-
-    def small_motion(self):
-        return 0.0, 0.0
-
-    @staticmethod
-    def law(p, state, r, dr, spin, step, out):
-        out[0] = p[0] * r[0] ** 3
-        out[1] = 0.0
-
-    @staticmethod
-    def energy(p, before, state, r, dr, out):
-        out[0] = 0.25 * p[0] * r[0] ** 4
-        out[1] = 0.0
-
-
-DUFFING = Rig(
-    "Duffing",
-    None,
-    (Bushing("1:X", 1e3, 0.0, Grease(0.0), Contact(1.0)),),
-    (Sensor(1, "1:X"),),
-    shaker=Shaker("force", "1:X"),
-    structure=Matrices("m-kg-s", mass=[[1.0]], stiffness=[[1.0]], damping=[[0.05]], dofs=["1:X"]),
-)
-HARDENING = ConstantLaw(0.0, 0.0, grease=CubicSpring(0.1))
+def nlvib_rows(name):
+    file = Path(__file__).with_name(f"nlvib_{name}.csv")
+    return np.genfromtxt(file, delimiter=",", names=True, dtype=None, encoding="utf-8")
 
 
 def distances(branch, sensor, omega, amplitude):
@@ -85,13 +49,12 @@ def distances(branch, sensor, omega, amplitude):
 
 def test_two_masses_and_a_one_sided_spring(measured):
     """NLvib's third example: 21 harmonics, 1024 samples, continued from Ω = 0.8 to 0.5 around two folds."""
-    rows = np.genfromtxt(HERE / "nlvib_unilateral.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    rows = nlvib_rows("unilateral")
     rows = rows[rows["method"] == "hb"][:-1]  # the last one is where NLvib was stopped
     branch = periodic.follow_response(Model(UNILATERAL, STOP), 0.1, (0.8 / TURN, 0.5 / TURN), 21, 1024, stability=False)
     off = distances(branch, 1, rows["angular_frequency"], rows["fundamental_amplitude_2"])
     measured.below("harmonic balance, two masses and a one-sided spring: amplitude", off.max(), 1e-3, "NLvib 1.3")
-    peak = np.abs(branch.displacement[:, 1, 1]).max()
-    assert peak == pytest.approx(0.93739, rel=1e-3)
+    assert np.abs(branch.displacement[:, 1, 1]).max() == pytest.approx(0.93739, rel=1e-3)
     assert [point.kind for point in branch.special if point.kind != "first contact"] == ["fold", "fold"]
     peak = [point for point in branch.special if point.kind == "fold"][1]
     assert peak.frequency * TURN == pytest.approx(0.755632, rel=1e-4)  # the last of NLvib's frequencies
@@ -100,21 +63,18 @@ def test_two_masses_and_a_one_sided_spring(measured):
 @pytest.mark.slow
 def test_where_it_doubles_its_period_and_becomes_quasiperiodic():
     """NLvib by shooting: multipliers, leaving the circle at -1 from Ω = 0.7556 on, and as pairs about 0.6 and 0.58."""
-    rows = np.genfromtxt(HERE / "nlvib_unilateral.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    rows = nlvib_rows("unilateral")
     rows = rows[rows["method"] == "shooting"]
     branch = periodic.follow_response(Model(UNILATERAL, STOP), 0.1, (0.8 / TURN, 0.5 / TURN), 61, 1024)
     special = [(point.kind, point.frequency * TURN) for point in branch.special]
-    doubling = [omega for kind, omega in special if kind == "period doubling"]
-    pairs = [omega for kind, omega in special if kind == "Neimark-Sacker"]
+    doubling, pairs = ([o for kind, o in special if kind == name] for name in ("period doubling", "Neimark-Sacker"))
     assert doubling[0] == pytest.approx(0.75558, rel=1e-3)
     assert 0.612180039 < pairs[0] < 0.631792197  # unstable and stable neighbours in NLvib's list
     assert 0.579294894 < pairs[1] < 0.593838931
     # From the first fold to the second one a real multiplier above 1, before and after a pair.
-    amplitude = np.abs(branch.displacement[:, 1, 1])
+    omega, amplitude = TURN * branch.frequency, np.abs(branch.displacement[:, 1, 1])
     for row in rows[[11, 12, 17, 20, -8, -6, -4]]:
-        near = (TURN * branch.frequency - row["angular_frequency"]) ** 2 + (
-            amplitude - row["fundamental_amplitude_2"]
-        ) ** 2
+        near = (omega - row["angular_frequency"]) ** 2 + (amplitude - row["fundamental_amplitude_2"]) ** 2
         multiplier = branch.multipliers[np.argmin(near), 0]
         known = row["floquet_real"] + 1j * abs(row["floquet_imag"])
         assert abs(multiplier.real + 1j * abs(multiplier.imag)) == pytest.approx(abs(known), rel=0.1)
@@ -123,7 +83,7 @@ def test_where_it_doubles_its_period_and_becomes_quasiperiodic():
 
 def test_duffing(measured):
     """NLvib: q'' + 0.05 q' + q + 0.1 q³ = 0.18 cos Ωt, 7 harmonics, 29 samples."""
-    rows = np.genfromtxt(HERE / "nlvib_duffing.csv", delimiter=",", names=True)
+    rows = nlvib_rows("duffing")
     branch = periodic.follow_response(Model(DUFFING, HARDENING), 0.18, (0.5 / TURN, 1.6 / TURN), 7, 29)
     off = distances(branch, 0, rows["angular_frequency"], rows["fundamental_amplitude"])[:-1]
     measured.below("harmonic balance, Duffing's oscillator: amplitude", off.max(), 1e-3, "NLvib 1.3")

@@ -11,6 +11,7 @@ from clearance_mj.model import Model
 
 from ..conftest import TABLE1
 from ..fuzz.samples import RIG
+from ..refusals import assert_refused
 from .test_rigs import BARE, LAW
 
 LEVELS = (1.0, 6.0)
@@ -55,9 +56,8 @@ def test_it_jumps_where_the_branch_folds(rattle):
     assert jumps["down"].frequency == pytest.approx(down, rel=1e-4)
     between = (FREQUENCIES > down) & (FREQUENCIES < up)
     np.testing.assert_array_equal(rattle.vibrations[0, 1], np.where(between, 3, 1))
-    np.testing.assert_array_equal(
-        np.any(rattle.penetration[0] != rattle.penetration[1], axis=-1)[0, 1], between
-    )  # a sweep upwards rattles there, one downwards does not
+    differ = np.any(rattle.penetration[0] != rattle.penetration[1], axis=-1)[0, 1]
+    np.testing.assert_array_equal(differ, between)  # a sweep upwards rattles there, one downwards does not
     assert rattle.contact_share[0, 0, 1, between].all() and not rattle.contact_share[1, 0, 1, between].any()
 
 
@@ -65,17 +65,13 @@ def test_figure_and_dataset(rattle):
     axes = rattle.plot().axes
     assert axes[0].get_title() == "gap 0.3 mm" and axes[0].get_xlabel() == "frequency (Hz)"
     np.testing.assert_array_equal(axes[0].lines[0].get_ydata(), rattle.first_contact[0])
-    with pytest.raises(ClearanceError, match='quantity "speed" is unknown'):
-        rattle.plot("speed")
-    with pytest.raises(ClearanceError, match="row must be between 0 and 7"):
-        rattle.plot("acceleration", row=8)
-    with pytest.raises(ClearanceError, match='sweep must be "up", "down" or "larger"'):
-        rattle.plot(sweep="left")
+    assert_refused(ClearanceError, 'quantity "speed" is unknown', rattle.plot, "speed")
+    assert_refused(ClearanceError, "row must be between 0 and 7", rattle.plot, "acceleration", row=8)
+    assert_refused(ClearanceError, 'sweep must be "up", "down" or "larger"', rattle.plot, sweep="left")
     data = rattle.to_xarray()
     assert data.acceleration.dims == ("sweep", "gaps", "level", "frequency", "response")
-    assert data.sel(sweep="down", level=6.0, response="8:+Z").acceleration.values[0] == pytest.approx(
-        rattle.acceleration[1, 0, 1, :, 7]
-    )
+    tip = data.sel(sweep="down", level=6.0, response="8:+Z").acceleration.values[0]
+    assert tip == pytest.approx(rattle.acceleration[1, 0, 1, :, 7])
 
 
 @pytest.mark.parametrize(("change", "error", "words"), [
@@ -96,10 +92,8 @@ def test_figure_and_dataset(rattle):
     ({"model": Model(TABLE1, ConstantLaw([1e3] * 3, 1.0))}, LawError, "3 bushings, the rig has 2"),
 ])  # fmt: skip
 def test_refusals(change, error, words):
-    with pytest.raises(error, match=words):
-        periodic.map_rattle(
-            **{"model": Model(TABLE1, LAW), "amplitudes": (1.0,), "frequencies": (10.0, 20.0), "workers": 1, **change}
-        )
+    given = {"model": Model(TABLE1, LAW), "amplitudes": (1.0,), "frequencies": (10.0, 20.0), "workers": 1}
+    assert_refused(error, words, periodic.map_rattle, **given | change)
 
 
 def test_a_level_at_which_no_vibration_is_found():

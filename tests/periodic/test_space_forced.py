@@ -11,6 +11,7 @@ from clearance_mj.engines import Modal
 from clearance_mj.rig import Friction, Grease, Shaker, Spin
 
 from ..conftest import TABLE1
+from ..refusals import assert_refused
 from .jeffcott import jeffcott, replaced, unbalanced
 
 SPACE = TABLE1.with_shape("round")
@@ -27,6 +28,11 @@ def marched(rig, frequency, level, periods=200, resolution=0.1):
     excitation = cm.excitation.Excitation(level * np.cos(2 * np.pi * frequency * time), PER_PERIOD * frequency)
     response = cm.simulate(cm.Model(rig), excitation, engine=Modal(resolution=resolution)).displacement
     return response[:, -PER_PERIOD:], response
+
+
+def last_orbit(model, ends, **settings):
+    """Harmonics of the clearances at the end of a branch."""
+    return periodic.follow_response(model, 6.0, ends, stability=False, **settings).clearance_displacement[-1]
 
 
 def history(branch, index):
@@ -59,11 +65,10 @@ def test_a_vibration_in_a_plane_may_leave_it():
     onset = branch.special[0].frequency
     assert 42.0 < onset < 42.1
     at = int(np.abs(branch.frequency - 43.2).argmin())
-    rate = float(np.abs(branch.multipliers[at, 0]))
+    rate = np.abs(branch.multipliers[at, 0])
     assert rate > 1.02
     for index, grows in ((at, True), (0, False)):
-        rig = SPACE.replace(gravity=(0.0, 1e-4, 0.0))
-        _, whole = marched(rig, branch.frequency[index], 6.0, 240, 0.3)
+        _, whole = marched(SPACE.replace(gravity=(0.0, 1e-4, 0.0)), branch.frequency[index], 6.0, 240, 0.3)
         sideways = np.abs(whole[0]).reshape(-1, 20 * PER_PERIOD).max(axis=1)
         if grows:
             assert_allclose((sideways[-1] / sideways[-4]) ** (1 / 60), rate, rtol=2e-3)
@@ -83,17 +88,15 @@ def test_a_march_comes_to_the_same_orbit(rig, periods, measured):
     march, _ = marched(rig, 40.0, 6.0, periods, 0.3)
     orbit = history(branch, -1)
     scale = np.abs(orbit - orbit.mean(axis=1, keepdims=True)).max()
-    measured.below(
-        "harmonic balance in space, orbits", np.abs(orbit - march).max() / scale, 1e-3, "modal engine's march"
-    )
+    off = np.abs(orbit - march).max() / scale
+    measured.below("harmonic balance in space, orbits", off, 1e-3, "modal engine's march")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["in a plane", "askew", "rubs and turns"])
 def test_every_stable_vibration_stays_when_marched(name, measured):
     turns = RUBBED.replace(**ASKEW, spin=Spin(50.0))
-    rigs = {"in a plane": SPACE, "askew": SPACE.replace(**ASKEW), "rubs and turns": turns}
-    rig = rigs[name]
+    rig = {"in a plane": SPACE, "askew": SPACE.replace(**ASKEW), "rubs and turns": turns}[name]
     branch = periodic.follow_response(cm.Model(rig), 6.0, (25.0, 45.0))
     first = next((p.index for p in branch.special if p.kind != "first contact"), len(branch.frequency))
     worst = 0.0
@@ -107,12 +110,9 @@ def test_every_stable_vibration_stays_when_marched(name, measured):
 
 def test_a_round_wall_is_an_oval_one_without_lobes():
     """The nearest point of a circle, by the oval's search."""
-    circle = replaced(SPACE, offset_y=1e-4, shape="oval", wall={"wide": 0.0, "across": 0.0})
-    round_wall, oval_wall = (
-        periodic.follow_response(cm.Model(rig.replace(**ASKEW)), 6.0, (38.0, 39.0), stability=False)
-        for rig in (circle, replaced(circle, shape="round", wall=None))
-    )
-    assert_allclose(round_wall.clearance_displacement[-1], oval_wall.clearance_displacement[-1], atol=1e-10)
+    oval = replaced(SPACE, offset_y=1e-4, shape="oval", wall={"wide": 0.0, "across": 0.0}).replace(**ASKEW)
+    rigs = oval, replaced(oval, shape="round", wall=None)
+    assert_allclose(*(last_orbit(cm.Model(rig), (38.0, 39.0)) for rig in rigs), atol=1e-10)
 
 
 def test_unbalances_beside_an_excitation_and_changing_speeds_are_refused():
@@ -120,12 +120,9 @@ def test_unbalances_beside_an_excitation_and_changing_speeds_are_refused():
         periodic.follow_response(cm.Model(unbalanced(jeffcott())), 1.0, (5.0, 6.0))
     with pytest.raises(RigError, match="needs a steady speed"):
         periodic.follow_response(cm.Model(jeffcott(spin=Spin(10.0, rate=5.0))), 1.0, (5.0, 6.0))
-    with pytest.raises(RigError, match="has no unbalances"):
-        periodic.follow_unbalance(cm.Model(jeffcott()), (5.0, 6.0))
-    with pytest.raises(RigError, match="does not turn"):
-        periodic.follow_unbalance(cm.Model(TABLE1), (5.0, 6.0))
-    with pytest.raises(RigError, match="does not turn"):
-        periodic.follow_whirl(cm.Model(jeffcott()), (5.0, 6.0))
+    assert_refused(RigError, "has no unbalances", periodic.follow_unbalance, cm.Model(jeffcott()), (5.0, 6.0))
+    assert_refused(RigError, "does not turn", periodic.follow_unbalance, cm.Model(TABLE1), (5.0, 6.0))
+    assert_refused(RigError, "does not turn", periodic.follow_whirl, cm.Model(jeffcott()), (5.0, 6.0))
 
 
 def test_a_branch_in_space_as_a_labelled_dataset():
@@ -137,19 +134,13 @@ def test_a_branch_in_space_as_a_labelled_dataset():
 
 def test_an_end_without_length_is_like_both():
     """A bushing of no length has both ends in its middle: the same orbits as of one that is very short."""
-    short, shorter = (replaced(SPACE, length=length).replace(**ASKEW) for length in (1e-6, 0.0))
-    orbits = [
-        periodic.follow_response(cm.Model(rig), 6.0, (39.7, 40.0), stability=False).clearance_displacement[-1]
-        for rig in (short, shorter)
-    ]
-    assert_allclose(orbits[1], orbits[0], rtol=0, atol=1e-5 * np.abs(orbits[0]).max())
+    rigs = (replaced(SPACE, length=length).replace(**ASKEW) for length in (1e-6, 0.0))
+    short, shorter = (last_orbit(cm.Model(rig), (39.7, 40.0)) for rig in rigs)
+    assert_allclose(shorter, short, rtol=0, atol=1e-5 * np.abs(short).max())
 
 
 def test_contacts_that_know_their_impact_are_followed():
     """Hunt-Crossley's damping by the speed of impact: the planar branch, in space."""
-    law = cm.ContactLaw(cm.clearance.HuntCrossley1975(2e6, 4e5))
-    plane, space = (  # both find impacts between samples, each in its way
-        periodic.follow_response(cm.Model(rig, law), 6.0, (40.0, 43.0), n_samples=1024, stability=False)
-        for rig in (TABLE1, SPACE)
-    )
-    assert_allclose(space.clearance_displacement[-1, 1::2], plane.clearance_displacement[-1], atol=2e-9)
+    models = (cm.Model(rig, cm.ContactLaw(cm.clearance.HuntCrossley1975(2e6, 4e5))) for rig in (TABLE1, SPACE))
+    plane, space = (last_orbit(model, (40.0, 43.0), n_samples=1024) for model in models)
+    assert_allclose(space[1::2], plane, atol=2e-9)  # both find impacts between samples, each in its way

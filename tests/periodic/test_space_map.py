@@ -16,17 +16,15 @@ from clearance_mj.rig import Friction, Shaker, Spin
 from clearance_mj.rotors import synchronous_rub
 
 from ..conftest import ROOT, TABLE1
+from ..refusals import assert_refused
 from .jeffcott import FREQUENCY, GAP, MASS, STIFFNESS, jeffcott, replaced, unbalanced
 
 HZ = FREQUENCY / (2 * np.pi)
 ECCENTRICITY, DAMPING, CONTACT = 0.2, 0.1, 20.0
 FILLED = 0.9252, 1.1032
 """Speeds at which the free circle e ω²/|1 - ω² + i c ω| of m = k = δ = 1, c = 0.1, e = 0.2 has the gap's radius"""
-SPEEDS = np.unique(
-    np.concatenate(
-        (np.linspace(0.85, 4.6, 61), np.linspace(0.9245, 0.926, 16), np.linspace(1.1025, 1.104, 16), (1.0, 4.32, 4.34))
-    )
-)
+NEAR = np.linspace(0.9245, 0.926, 16), np.linspace(1.1025, 1.104, 16), (1.0, 4.32, 4.34)
+SPEEDS = np.unique(np.concatenate((np.linspace(0.85, 4.6, 61), *NEAR)))
 RUBS = {0.0: (1.008635, 4.328), 0.1: (1.008109, 2.999)}
 """By friction: radius at ω = 1 and end of the branch, of [(k + k_c - ω²) r - k_c]² + [(c ω + μ k_c) r - μ k_c]² =
 (e ω²)² with k_c = 20"""
@@ -65,9 +63,8 @@ def test_a_synchronous_rub_is_a_circle(swept):
     upper = np.nanmax(rub.radius, axis=1)
     assert_allclose(swept_map.displacement[0, 0, 1, rubs, 0], upper, rtol=5e-5)
     assert_allclose(swept_map.penetration[0, 0, 1, rubs, 0], upper - GAP, atol=5e-5 * upper[-1])
-    assert_allclose(
-        swept_map.acceleration[0, 0, 1, rubs, 0], upper * (SPEEDS[rubs] * FREQUENCY) ** 2, rtol=1.5 * SAMPLED
-    )
+    accelerated = upper * (SPEEDS[rubs] * FREQUENCY) ** 2
+    assert_allclose(swept_map.acceleration[0, 0, 1, rubs, 0], accelerated, rtol=1.5 * SAMPLED)
     pushed = CONTACT * STIFFNESS * (upper - GAP) * np.hypot(1, friction)
     assert_allclose(swept_map.contact_force[0, 0, 1, rubs, 0], pushed, atol=CONTACT * STIFFNESS * 5e-5 * upper[-1])
     assert np.all(swept_map.contact_share[0, 0, 1, rubs] == 1)
@@ -113,10 +110,8 @@ def test_first_contact_of_an_orbit_beside_the_middle():
 
 def test_a_planar_rig_in_space_has_the_planar_map():
     frequencies = np.linspace(36.0, 48.0, 31)
-    rigs = TABLE1, TABLE1.with_shape("round")
-    plane, space = (
-        periodic.map_rattle(cm.Model(rig), (1.0, 6.0), frequencies, n_harmonics=7, workers=1) for rig in rigs
-    )
+    models = cm.Model(TABLE1), cm.Model(TABLE1.with_shape("round"))
+    plane, space = (periodic.map_rattle(m, (1.0, 6.0), frequencies, n_harmonics=7, workers=1) for m in models)
     assert plane.rattles.any() and not plane.rattles.all() and len(plane.jumps) == 2
     assert_array_equal(space.vibrations, plane.vibrations)
     assert_allclose(space.first_contact, plane.first_contact, rtol=1e-6)
@@ -124,9 +119,8 @@ def test_a_planar_rig_in_space_has_the_planar_map():
     assert_allclose([j.frequency for j in space.jumps], [j.frequency for j in plane.jumps], rtol=1e-5)
     for name in ("contact_share", "penetration", "contact_force", "displacement", "acceleration"):
         plane_map = getattr(plane, name)
-        atol = 1e-3 * np.nanmax(np.abs(plane_map))  # between the points of branches whose steps differ
-        if name == "contact_share":
-            atol = 2.01 / 128  # of 128 samples, of which one at either end of a contact is by chance
+        # Of 128 samples one at either end of a contact is by chance; steps between the points of branches differ.
+        atol = 2.01 / 128 if name == "contact_share" else 1e-3 * np.nanmax(np.abs(plane_map))
         assert_allclose(getattr(space, name), plane_map, atol=atol, err_msg=name)
 
 
@@ -156,15 +150,12 @@ def test_a_shaft_that_rests_on_its_bushing():
 
 def test_a_branch_under_a_multiple_of_the_unbalance():
     """In the gap it is as many times as large; its level says so."""
-    ends = (0.5 * FREQUENCY, 0.6 * FREQUENCY)
-    one, half = (
-        periodic.follow_unbalance(cm.Model(unbalanced(jeffcott())), ends, 3, stability=False, factor=factor)
-        for factor in (1.0, 0.5)
-    )
+    given = cm.Model(unbalanced(jeffcott())), (0.5 * FREQUENCY, 0.6 * FREQUENCY)
+    one, half = (periodic.follow_unbalance(*given, 3, stability=False, factor=factor) for factor in (1.0, 0.5))
     assert_allclose(half.excursion()[[0, -1]], 0.5 * one.excursion()[[0, -1]], rtol=1e-6)
     assert_allclose(np.abs(half.level), 0.5)
-    with pytest.raises(ExcitationError, match="factor of the unbalances must be > 0, got 0"):
-        periodic.follow_unbalance(cm.Model(unbalanced(jeffcott())), ends, factor=0)
+    words = "factor of the unbalances must be > 0, got 0"
+    assert_refused(ExcitationError, words, periodic.follow_unbalance, *given, factor=0)
 
 
 @pytest.mark.parametrize("where", ["on an executor", pytest.param("with more workers", marks=pytest.mark.slow)])
@@ -192,8 +183,7 @@ def test_it_is_the_same_elsewhere(where):
 ])  # fmt: skip
 def test_refusals(rig, change, error, words):
     given = {"amplitudes": (1.0,), "frequencies": (10.0, 20.0), "workers": 1, **change}
-    with pytest.raises(error, match=words):
-        periodic.map_rattle(cm.Model(rig), **given)
+    assert_refused(error, words, periodic.map_rattle, cm.Model(rig), **given)
 
 
 def test_a_curve_that_ends_and_is_not_met_from_above(monkeypatch):

@@ -16,27 +16,20 @@ from clearance_mj.periodic.condensed import condensed
 from clearance_mj.periodic.continuation import NoConvergence
 from clearance_mj.periodic.solver import Solver
 from clearance_mj.periodic.starts import NEARBY, Start, marched
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker, Spin, Unbalance
-from clearance_mj.structure import Matrices
+from clearance_mj.rig import Contact, Spin, Unbalance
 
 from ..conftest import TABLE1
 from .jeffcott import STIFFNESS, jeffcott, replaced
+from .one_mass import one_mass
 
 BAND = 0.5 / (2 * np.pi), 0.8 / (2 * np.pi)  # Hz; the oscillator's frequency without slider is 1 rad/s
 CASES = list(itertools.product((1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0), (0.0, 0.02, 0.1), (0.1, 0.3, 0.6)))
 
 
-def oscillator(contact: float = 1.0, gap: float = 1e3, damping: float = 0.0) -> Rig:
-    """Unit mass on a unit spring."""
-    structure = Matrices("m-kg-s", mass=[[1.0]], stiffness=[[1.0]], damping=[[damping]], dofs=["1:X"])
-    bushing = Bushing("1:X", gap, 0.0, Grease(0.0), Contact(contact))
-    return Rig("m", None, (bushing,), (Sensor(1, "1:X"),), shaker=Shaker("force", "1:X"), structure=structure)
-
-
 def with_slider(spring: float, damping: float, force: float) -> Model:
     """J. P. Den Hartog, Trans. ASME 53, 1931, with a spring in series with the friction."""
     law = ContactLaw(KelvinVoigt(1.0), MaxwellSlip(springs=(spring,), forces=(force,)))
-    return Model(oscillator(damping=damping), law)
+    return Model(one_mass(damping=damping, gap=1e3), law)
 
 
 def in_small_steps(spring: float, damping: float, force: float, omega: float, periods: int = 60, steps: int = 4096):
@@ -153,7 +146,7 @@ def test_marches_in_space_come_to_the_orbits():
 
 # Branches that leave their range where they began.
 
-GAP = oscillator(20.0, 0.5, 0.1)
+GAP = one_mass(damping=0.1, gap=0.5, contact=Contact(20.0))
 
 
 @pytest.mark.slow
@@ -169,6 +162,5 @@ def test_a_branch_that_turns_back_says_what_it_leaves_out():
     branch = periodic.follow_response(Model(GAP), 1.0, (0.4774, 0.0159), n_harmonics=31, stability=False)
     assert branch.frequency[-1] == pytest.approx(0.4774)
     fold = next(point.frequency for point in branch.special if point.kind == "fold")
-    assert branch.ended.startswith(
-        f"it turns back and leaves the range at 0.4774 Hz, where it began: {fold:.6g} to 0.0159 Hz is not covered"
-    )
+    words = f"it turns back and leaves the range at 0.4774 Hz, where it began: {fold:.6g} to 0.0159 Hz is not covered"
+    assert branch.ended.startswith(words)

@@ -1,62 +1,23 @@
 """Branches that leave period doublings. Truth: closed forms of one and two terms, and motions integrated in time."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.clearance.grease import GreaseModel
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.model import Model
 from clearance_mj.periodic import SpecialPoint
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
-from clearance_mj.structure import Matrices
 
+from .one_mass import PolynomialSpring, one_mass
 from .test_published import STIFFNESS, STOP, TURN, UNILATERAL
 
 DAMPING, SQUARE, CUBIC, FORCE = 0.05, 0.1, 0.03, 2.4
 
 
-@dataclass(frozen=True)
-class AsymmetricSpring(GreaseModel):
-    """Force β x² + κ x³: a period doubles where the excitation is near twice the natural frequency."""
-
-    square: float
-    cubic: float
-
-    def parameters(self):
-        return self.square, self.cubic
-
-    def states(self, coordinates):
-        return 0
-
-    def small_motion(self):
-        return 0.0, 0.0
-
-    @staticmethod
-    def law(p, state, r, dr, spin, step, out):
-        out[0] = p[0] * r[0] ** 2 + p[1] * r[0] ** 3
-        out[1] = 0.0
-
-    @staticmethod
-    def energy(p, before, state, r, dr, out):
-        out[0] = p[0] * r[0] ** 3 / 3.0 + p[1] * r[0] ** 4 / 4.0
-        out[1] = 0.0
-
-
-QUADRATIC = Rig(
-    "quadratic oscillator",
-    None,
-    (Bushing("1:X", 8.0, 0.0, Grease(0.0), Contact(1.0)),),
-    (Sensor(1, "1:X"),),
-    shaker=Shaker("force", "1:X"),
-    structure=Matrices("m-kg-s", mass=[[1.0]], stiffness=[[1.0]], damping=[[DAMPING]], dofs=["1:X"]),
-)
-SOFT = ConstantLaw(0.0, 0.0, grease=AsymmetricSpring(SQUARE, 0.0))
-HARD = ConstantLaw(0.0, 0.0, grease=AsymmetricSpring(SQUARE, CUBIC))
+QUADRATIC = one_mass(damping=DAMPING, gap=8.0)
+SOFT, HARD = (ConstantLaw(0.0, 0.0, grease=PolynomialSpring(SQUARE, cubic)) for cubic in (0.0, CUBIC))
 RANGE = (2.6 / TURN, 1.6 / TURN)
 
 

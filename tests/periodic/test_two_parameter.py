@@ -11,6 +11,7 @@ from clearance_mj.core.errors import ClearanceError, ExcitationError
 from clearance_mj.model import Model
 
 from ..conftest import TABLE1
+from ..refusals import assert_refused
 from . import test_teeth as teeth
 from .jeffcott import CLEARANCE, GRAVITY, rigid_in_oil, viscosity_at
 from .test_over_level import DAMPING, SPRING, squared_force
@@ -46,9 +47,8 @@ def test_a_rigs_folds_are_those_of_branches_at_other_levels(i):
     branch = periodic.follow_response(Model(TABLE1, LAW), 6.0, (40, 50), stability=False)
     curve = periodic.follow_folds(branch, branch.special[i], 8.0)
     known = periodic.follow_response(Model(TABLE1, LAW), 8.0, (40, 55), stability=False).special[i]
-    assert not curve.ended
     assert curve.frequency[-1] == pytest.approx(known.frequency, rel=1e-4)
-    assert curve.value[-1] == pytest.approx(8.0)
+    assert curve.value[-1] == pytest.approx(8.0) and not curve.ended
 
 
 @pytest.mark.slow
@@ -62,26 +62,18 @@ def test_over_the_gap_it_is_the_level_in_other_words():
     assert over_gap.frequency[-1] == pytest.approx(over_level.frequency[-1], rel=1e-5)
 
 
-def test_first_contact_in_closed_form():
-    frequency = np.array([10.0, 30.0, 39.0, 60.0])
-    curve = periodic.find_first_contact(Model(TABLE1, LAW), frequency)
-    for i, level in enumerate(curve.value):
-        for factor in (0.999, 1.001):
-            branch = periodic.follow_response(
-                Model(TABLE1, LAW), factor * level, (frequency[i], 1.0001 * frequency[i]), stability=False
-            )
-            assert branch.contact_force[0].any() == (factor > 1)
+REMEMBERS = ConstantLaw(7.8e3, 4.0, grease=SLIDERS)
 
 
-@pytest.mark.slow
-def test_first_contact_of_grease_that_remembers():
-    law = ConstantLaw(7.8e3, 4.0, grease=SLIDERS)
-    curve = periodic.find_first_contact(Model(TABLE1, law), [39.0, 45.0])
+@pytest.mark.parametrize(("law", "frequencies"), [
+    (LAW, [10.0, 30.0, 39.0, 60.0]), pytest.param(REMEMBERS, [39.0, 45.0], marks=pytest.mark.slow),
+], ids=["linear grease", "grease that remembers"])  # fmt: skip
+def test_beyond_the_level_of_first_contact_a_response_touches(law, frequencies):
+    curve = periodic.find_first_contact(Model(TABLE1, law), frequencies)
     for frequency, level in zip(curve.frequency, curve.value):
         for factor in (0.999, 1.001):
-            branch = periodic.follow_response(
-                Model(TABLE1, law), factor * level, (frequency, 1.0001 * frequency), stability=False
-            )
+            ends = frequency, 1.0001 * frequency
+            branch = periodic.follow_response(Model(TABLE1, law), factor * level, ends, stability=False)
             assert branch.contact_force[0].any() == (factor > 1)
 
 
@@ -143,8 +135,7 @@ def test_an_onset_of_whirl_is_that_of_the_other_rig(over):
     other = model.with_gap(to) if over == "gap" else Model(rigid_in_oil(to, speed))
     known = periodic.find_whirl_onset(other, (0.5 * speed, 1.5 * speed), 2)
     assert not curve.ended and curve.value[-1] == pytest.approx(to)
-    assert curve.speed[-1] == pytest.approx(known.speed, rel=1e-6)
-    assert curve.frequency[-1] == pytest.approx(known.frequency, rel=1e-6)
+    assert (curve.speed[-1], curve.frequency[-1]) == pytest.approx((known.speed, known.frequency), rel=1e-6)
     assert curve.plot().axes[0].get_xlabel() == "speed (rad/s)"
 
 
@@ -153,10 +144,8 @@ def test_what_cannot_be_followed_is_refused():
     contact = special(branch, "first contact")
     with pytest.raises(ClearanceError, match=r"give law\. instead"):
         periodic.follow_special(branch, contact, 1e6, "bushings[0].contact.stiffness")
-    with pytest.raises(ClearanceError, match="the shaft does not turn"):
-        periodic.follow_special(branch, contact, 10.0, "spin")
-    with pytest.raises(ClearanceError, match="leads nowhere"):
-        periodic.follow_special(branch, contact, 10.0, "wheels[0].mass")
+    assert_refused(ClearanceError, "the shaft does not turn", periodic.follow_special, branch, contact, 10.0, "spin")
+    assert_refused(ClearanceError, "leads nowhere", periodic.follow_special, branch, contact, 10.0, "wheels[0].mass")
 
 
 def test_figure_dataset_and_refusals():
@@ -165,8 +154,7 @@ def test_figure_dataset_and_refusals():
     curve = periodic.follow_folds(branch, fold, 0.2)
     assert curve.plot().axes[0].get_ylabel() == "level (N)"
     assert curve.to_xarray().level.attrs["units"] == "N"
-    with pytest.raises(ClearanceError, match='over must be "level" or "gap"'):
-        periodic.follow_folds(branch, fold, 0.2, "mass")
+    assert_refused(ClearanceError, 'over must be "level" or "gap"', periodic.follow_folds, branch, fold, 0.2, "mass")
     with pytest.raises(ClearanceError, match=r"to must be > 0 and another level than that of the fold, 0\.18"):
         periodic.follow_folds(branch, fold, 0.0)
     with pytest.raises(ClearanceError, match="point must be a fold of the branch"):
