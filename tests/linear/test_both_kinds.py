@@ -43,8 +43,7 @@ def rig(*bushings, structure=SHAFT, **more):
 
 def test_rows_stand_in_their_own_planes():
     """Each is what `moved` and `directed` say of its point; ends are half of the length before and behind it."""
-    both = rig(UPRIGHT, ROUND, TEETH, ACROSS)
-    model = linear_model(both, 12)
+    model = linear_model(rig(UPRIGHT, ROUND, TEETH, ACROSS), 12)
     y, z = model.moved([AT, 0.5])[0], model.moved([0.5])[0, 1]
     known = np.vstack((z, y, model.directed([TEETH.position, ACROSS.position], np.zeros(3))))
     assert_allclose(model.at_bushings, known, rtol=1e-12)
@@ -61,8 +60,7 @@ def test_static_deflection_under_weight_force_and_torque():
     """F x² (3 L - x)/6EI and q x² (6 L² - 4 L x + x²)/24EI of a cantilever, T x/GJ of its twist."""
     force, torque = 40.0, 7.0
     loads = (Load(LENGTH, force=(0.0, force, 0.0)), Load(f"@{LENGTH}:RX", torque=torque))
-    both = rig(UPRIGHT, ROUND, TEETH, ACROSS, loads=loads, gravity=(0.0, 0.0, -9.81))
-    model = linear_model(both, 12)
+    model = linear_model(rig(UPRIGHT, ROUND, TEETH, ACROSS, loads=loads, gravity=(0.0, 0.0, -9.81)), 12)
     q = np.linalg.solve(model.stiff(), model.weight)
     weight = -9.81 * STEEL.density * AREA
 

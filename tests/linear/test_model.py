@@ -97,8 +97,7 @@ def test_springs_in_the_clearances_deflect_as_they_do_in_series():
 
 def test_a_rig_in_space_is_driven_along_the_direction_of_the_test():
     across = dataclasses.replace(SPACE.shaker, direction=(0.0, 1.0, 0.0))
-    turning = Spin(100.0, 10.0, 200.0)
-    model, spin = linear_model(SPACE, 6).driven(SPACE.replace(shaker=across, spin=turning))
+    model, spin = linear_model(SPACE, 6).driven(SPACE.replace(shaker=across, spin=Spin(100.0, 10.0, 200.0)))
     assert spin == 150.0
     assert_allclose(model.input("base"), -linear_model(SPACE, 6).influence[:, 1])
     slot, still = linear_model(PLANE, 6).driven(PLANE.replace(shaker=across))

@@ -182,6 +182,5 @@ def test_over_speed_and_ripple():
     assert impact_map.kind == "unbalance" and set(np.unique(impact_map.impacts)) >= {1, 2, 3}
     force = cm.periodic.map_impacts(PAIR, LOUD * torque(impact_map.level), 2 * impact_map.frequency, workers=1)
     np.testing.assert_array_equal(impact_map.impacts, force.impacts)
-    data = impact_map.to_xarray()
-    assert data.impacts.sel(sweep="up", load=1.0).shape == (12, 9) and len(IMPACTS) == 4
+    assert impact_map.to_xarray().impacts.sel(sweep="up", load=1.0).shape == (12, 9) and len(IMPACTS) == 4
     assert impact_map.plot("down").axes

@@ -61,8 +61,7 @@ def with_stiff_stop(stiffness, ratio, force, omega, harmonics):
     model = Model(OSCILLATOR, ConstantLaw(stiffness, 2 * ratio * np.sqrt(stiffness)))
     ends = 1.002 * omega / TURN, omega / TURN
     branch = periodic.follow_response(model, force, ends, harmonics, stability=False)
-    padded = branch.displacement[-1, 0] * np.append(1.0, np.full(harmonics, 0.5))
-    return np.fft.irfft(padded, 8192).min() * 8192
+    return np.fft.irfft(branch.displacement[-1, 0] * np.append(1.0, np.full(harmonics, 0.5)), 8192).min() * 8192
 
 
 @pytest.mark.parametrize("ratio", sorted(RESTITUTION))

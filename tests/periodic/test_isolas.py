@@ -56,12 +56,10 @@ def test_the_third_order_subharmonic_of_duffings_oscillator():
 
 def test_an_isola_is_what_long_marches_come_to(measured):
     """With 21 harmonics of a third of the excitation's frequency, at both ends of its stable half."""
-    isolas = searched(7, 96)
-    (isola,) = isolas.branches
+    (isola,) = searched(7, 96).branches
     off = []
     for index in np.flatnonzero(isola.stable)[[4, -4]]:
-        known = marched(isola, index)
-        off.append(np.abs(isola.displacement[index, 0, [1, 3]] / known[[1, 3]] - 1).max())
+        off.append(np.abs(isola.displacement[index, 0, [1, 3]] / marched(isola, index)[[1, 3]] - 1).max())
     measured.below("isola, Duffing's oscillator: orders 1/3 and 1", max(off), 1e-3, "DOP853's march")
     # What is known is not found again, wherever in its period a march comes to it.
     again = searched(7, 96, [isola], frequencies=[4.25 / TURN, 4.5 / TURN], seed=2)
@@ -84,8 +82,7 @@ def marched(isola, index):
         return v, FORCE * np.cos(3 * omega * t) - DAMPING * v - x - CUBIC * x**3
 
     times = (40 + np.arange(64) / 64) * TURN / omega
-    march = solve_ivp(rate, (0, times[-1]), start, "DOP853", times, rtol=1e-9, atol=1e-10)
-    return np.fft.fft(march.y[0]) / 32
+    return np.fft.fft(solve_ivp(rate, (0, times[-1]), start, "DOP853", times, rtol=1e-9, atol=1e-10).y[0]) / 32
 
 
 @pytest.mark.parametrize(("change", "error", "words"), [
@@ -111,8 +108,7 @@ def test_figure_and_dataset():
     isolas = searched(1, 16)
     upper, lower = isolas.plot("displacement").axes
     np.testing.assert_array_equal(upper.lines[2].get_ydata(), isolas.branches[0].amplitude("displacement")[:, 0])
-    heights = [bar.get_height() for bar in lower.patches]
-    assert heights == pytest.approx([*isolas.basins[0, :2], 0])
+    assert [bar.get_height() for bar in lower.patches] == pytest.approx([*isolas.basins[0, :2], 0])
     assert_refused(ClearanceError, "row must be between 0 and 0, got 1", isolas.plot, row=1)
     data = isolas.to_xarray()
     assert data.basin.sel(attractor="new 1").values == pytest.approx(isolas.basins[:, 1])

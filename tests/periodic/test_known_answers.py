@@ -21,8 +21,7 @@ TURN = 2 * np.pi
 
 def extremes(harmonics):
     """Lowest and highest values (n,) of a period of harmonics (n, H + 1), at 16,384 samples."""
-    padded = harmonics * np.append(1.0, np.full(harmonics.shape[-1] - 1, 0.5))
-    values = np.fft.irfft(padded, 16384) * 16384
+    values = np.fft.irfft(harmonics * np.append(1.0, np.full(harmonics.shape[-1] - 1, 0.5)), 16384) * 16384
     return values.min(axis=-1), values.max(axis=-1)
 
 

@@ -43,8 +43,7 @@ def distances(branch, sensor, omega, amplitude):
     way = np.cumsum(np.append(0, np.linalg.norm(np.diff(orbit / scale, axis=0), axis=1)))
     fine = CubicSpline(way, orbit)(np.linspace(0, way[-1], 200_000)) / scale
     points = np.column_stack((omega, amplitude)) / scale
-    nearest = [np.min(np.sum((fine - point) ** 2, axis=1)) for point in points]
-    return np.sqrt(nearest) * scale[1] / amplitude
+    return np.sqrt([np.min(np.sum((fine - point) ** 2, axis=1)) for point in points]) * scale[1] / amplitude
 
 
 def test_two_masses_and_a_one_sided_spring(measured):

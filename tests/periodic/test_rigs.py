@@ -33,8 +33,7 @@ def test_in_the_gap_it_is_the_linear_response():
 
 def test_contact_begins_when_the_linear_response_fills_the_gap():
     quiet = periodic.follow_response(Model(TABLE1, LAW), 1e-3, (30, 40), 1)
-    middle = np.abs(quiet.clearance_displacement[:, :, 1]).max()
-    level = 1e-3 * TABLE1.bushings[0].gap / middle
+    level = 1e-3 * TABLE1.bushings[0].gap / np.abs(quiet.clearance_displacement[:, :, 1]).max()
     for factor in (0.95, 1.05):
         branch = periodic.follow_response(Model(TABLE1, LAW), factor * level, (30, 40))
         assert branch.contact_force.any() == (factor > 1)
@@ -136,8 +135,7 @@ def test_refusals(change, error, words):
 
 def test_figure_and_dataset():
     branch = periodic.follow_response(Model(TABLE1, LAW), LEVEL, (42, 50), 5)
-    axes = branch.plot("displacement", rows=[7]).axes[0]
-    whole, stable = (line.get_ydata() for line in axes.lines[:2])
+    whole, stable = (line.get_ydata() for line in branch.plot("displacement", rows=[7]).axes[0].lines[:2])
     np.testing.assert_array_equal(whole, branch.amplitude("displacement")[:, 7])
     np.testing.assert_array_equal(np.isnan(stable), ~branch.stable)
     assert_refused(ClearanceError, 'quantity "speed" is unknown', branch.plot, "speed")

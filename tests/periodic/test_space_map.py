@@ -45,8 +45,7 @@ def test_first_contact_is_that_of_the_free_circle(swept):
     assert_allclose(swept_map.first_contact[0], 1 / free, rtol=1e-6)
     above = swept_map.first_contact[0] - 1.0
     at = np.flatnonzero(above[1:] * above[:-1] < 0)
-    crossed = SPEEDS[at] - above[at] * np.diff(SPEEDS)[at] / np.diff(above)[at]
-    assert_allclose(crossed, FILLED, rtol=1e-4)
+    assert_allclose(SPEEDS[at] - above[at] * np.diff(SPEEDS)[at] / np.diff(above)[at], FILLED, rtol=1e-4)
     assert not swept_map.rattles[0, 0].any()
     assert_allclose(swept_map.displacement[:, 0, 0, :, 0], np.tile(0.05 * free * GAP, (2, 1)), rtol=1e-4)
 

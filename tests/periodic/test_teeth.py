@@ -107,8 +107,7 @@ def test_impacts_begin_where_the_vibration_about_the_rest_loses_the_flank(level)
 
 def histories(harmonics):
     """Places at 65,536 samples of a period."""
-    padded = harmonics * np.append(1.0, np.full(harmonics.shape[-1] - 1, 0.5))
-    return np.fft.irfft(padded, 65536) * 65536
+    return np.fft.irfft(harmonics * np.append(1.0, np.full(harmonics.shape[-1] - 1, 0.5)), 65536) * 65536
 
 
 @pytest.mark.parametrize(("level", "omega"), POINTS)

@@ -25,14 +25,12 @@ SLIDERS = MaxwellSlip(springs=(1500.0, 1500.0), forces=(0.1, 0.25), elastic=1500
 def test_duffing_folds_meet_in_a_cusp():
     """Folds: 3 g² A⁴ + 4 g s A² + s² + (δ Ω)² = 0 (Nayfeh & Mook 1979, 4.1); both meet where s² = 3 (δ Ω)²."""
     branch = periodic.follow_response(Model(DUFFING, HARDENING), 0.18, (0.5 / TURN, 1.6 / TURN), 1, 16, stability=False)
-    upper = max(branch.special, key=lambda point: point.frequency)
-    curve = periodic.follow_folds(branch, upper, 0.01)
+    curve = periodic.follow_folds(branch, max(branch.special, key=lambda point: point.frequency), 0.01)
     omega = TURN * curve.frequency
     s = 1 - omega**2
     root = np.sqrt(np.maximum(s**2 - 3 * (DAMPING * omega) ** 2, 0))
     known = [np.sqrt(squared_force(omega, (-2 * s + sign * root) / (3 * SPRING))) for sign in (-1, 1)]
-    off = np.min(np.abs(np.array(known) / curve.value - 1), axis=0)
-    assert off.max() < 1e-5 and not curve.ended
+    assert np.min(np.abs(np.array(known) / curve.value - 1), axis=0).max() < 1e-5 and not curve.ended
     (cusp,) = curve.turns
     at = (np.sqrt(3) * DAMPING + np.sqrt(3 * DAMPING**2 + 4)) / 2  # Ω² - 1 = √3 δ Ω
     assert omega[cusp] == pytest.approx(at, rel=2e-3)
@@ -111,8 +109,7 @@ def test_a_period_doubles_where_the_exact_multiplier_passes_minus_one(over, to, 
     orbit = orbits[min(orbits, key=lambda each: abs(each - omega))]
     last = {"level": (teeth.MEAN, to), "load": (teeth.MEAN * to, teeth.LOUD)}.get(over)
     for mean, level in np.linspace((teeth.MEAN, teeth.LOUD), last or (teeth.MEAN / to, teeth.LOUD / to), 12):
-        pair = replace(teeth.pair(level), pull=(mean - 1, mean, mean + 1))
-        omega, orbit = pair.where(-1.0, omega, orbit)
+        omega, orbit = replace(teeth.pair(level), pull=(mean - 1, mean, mean + 1)).where(-1.0, omega, orbit)
     off = abs(teeth.TURN * curve.frequency[-1] / omega - 1)
     measured.below(f"period doubling of teeth over the {over}: frequency", off, 1e-5, "exact shooting")
 

@@ -60,8 +60,7 @@ def test_the_radius_of_a_synchronous_rub(friction: float, radius: float, measure
 
 @pytest.mark.parametrize("friction, end", [(0.0, 4.328), (0.05, 3.715), (0.1, 2.999)])
 def test_where_the_branch_ends(friction: float, end: float, measured: Measured) -> None:
-    speeds = np.arange(end - 0.05, end + 0.05, 2e-4)
-    synchronous = rub(speeds, friction)
+    synchronous = rub(np.arange(end - 0.05, end + 0.05, 2e-4), friction)
     (ends,) = synchronous.ends / FREQUENCY
     measured.equal(f"synchronous rub, μ = {friction:g}: end of the branch, ω", ends, end, CIRCLE, rel=1e-3)
     last = np.flatnonzero(np.isfinite(synchronous.radius[:, 1]))[-1]

@@ -41,8 +41,7 @@ def test_a_jeffcott_rotor():
     assert_allclose(check.vibration[0], 2 * radius(SPEEDS), rtol=1e-4)
     limit = 25.4e-6  # the shaft turns slower than 12000 rev/min
     assert operating[1] * 30 / math.pi < 12000
-    within = SPEEDS[(operating[0] <= SPEEDS) & (operating[1] >= SPEEDS)]
-    scale = limit / (2 * radius(within).max())
+    scale = limit / (2 * radius(SPEEDS[(operating[0] <= SPEEDS) & (operating[1] >= SPEEDS)]).max())
     assert check.limit == pytest.approx(limit) and check.scale == pytest.approx(scale, rel=1e-4)
     assert check.allowed == pytest.approx([1.5 * GAP])
     assert_allclose(check.used[0], scale * radius(SPEEDS) / (0.75 * GAP), rtol=2e-4)

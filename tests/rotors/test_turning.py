@@ -71,8 +71,7 @@ def test_the_gyroscopic_pairs_of_an_overhung_disc(polar: float, spin: float, spr
 
 
 def test_critical_speeds_are_where_the_campbell_diagram_meets_the_spin() -> None:
-    rig = overhung(polar_inertia=0.01)
-    shaft = turning_shaft(rig)
+    shaft = turning_shaft(overhung(polar_inertia=0.01))
     speeds = shaft.critical_speeds[:4]
     for speed in speeds:
         assert np.min(np.abs(shaft.poles(speed).value.imag / speed - 1)) < 1e-6
@@ -103,8 +102,7 @@ def test_supports_that_differ_split_the_planes_and_hold_back_the_whirl() -> None
     rig = jeffcott(translation=stiff, translation_y=soft)
     stiffness = 48 * BENDING
     want = [np.sqrt(1 / (1 / stiffness + 1 / (2 * k)) / 3.0) for k in (soft, stiff)]
-    poles = turning_shaft(rig).poles(0.0)
-    assert_allclose(poles.value.imag[:2], want, rtol=1e-4)
+    assert_allclose(turning_shaft(rig).poles(0.0).value.imag[:2], want, rtol=1e-4)
     assert_allclose(natural_frequencies(rig, 1), want[1] / (2 * np.pi), rtol=1e-4)
     damped = turning_shaft(jeffcott(translation=1e9, translation_damping=0.0, translation_damping_y=2e3)).poles(0.0)
     assert (np.abs(damped.value.real[:2]) > 1e-6).tolist() in ([True, False], [False, True])
@@ -159,8 +157,7 @@ def test_sections_turn_too() -> None:
     shear = 6 * (1 + nu) / (7 + 6 * nu) * YOUNG / (2 * (1 + nu)) * area
     translation = [-density * area, 0.0, shear * beta**2]
     tilt = [-density * second, 2 * density * second * spin, YOUNG * second * beta**2 + shear]
-    roots = np.roots(np.polysub(np.polymul(translation, tilt), [(shear * beta) ** 2])).real
-    want = np.sort(np.abs(roots))[:2]
+    want = np.sort(np.abs(np.roots(np.polysub(np.polymul(translation, tilt), [(shear * beta) ** 2])).real))[:2]
     assert_allclose(shaft.poles(spin).value.imag[:2], want, rtol=1e-7)
 
 

@@ -48,13 +48,11 @@ def test_the_1x_orbit_of_an_unbalance_is_that_of_the_linear_theory():
 def test_places_are_from_the_bushings_middle_along_y_and_z_whatever_the_probes():
     """Probes 30° from y and z read (cos y + sin z, cos z - sin y)."""
     changes = {"offset": -2e-4, "offset_y": 1e-4, "probe_angle": np.pi / 6}
-    bushing = dataclasses.replace(rotor().bushings[0], **changes)
-    rig = rotor(spin=Spin(60.0)).replace(bushings=(bushing,))
+    rig = rotor(spin=Spin(60.0)).replace(bushings=(dataclasses.replace(rotor().bushings[0], **changes),))
     time = np.arange(2048) / FS
     y, z = 3e-5 * np.cos(60 * time), 2e-5 * np.sin(60 * time)
     cos, sin = np.cos(np.pi / 6), np.sin(np.pi / 6)
-    read = np.array([cos * y + sin * z, cos * z - sin * y])
-    orbits_of = whirl(rig, response(rig, read, np.full(2048, 60.0)))
+    orbits_of = whirl(rig, response(rig, np.array([cos * y + sin * z, cos * z - sin * y]), np.full(2048, 60.0)))
     np.testing.assert_allclose(orbits_of.position[0], [y + 1e-4, z - 2e-4], atol=1e-18)
     assert orbits_of.names == ["bushing 1, x = 0.6 m"]
     assert orbits_of.is_steady

@@ -25,8 +25,7 @@ def lattice(nx, ny, held=True):
     frame, bar = Frame(), Bar(0.02, 0.0, 210e9, 7850.0)
     frame.nodes = [np.array([0.1 * i, 0.1 * j, 0.0]) for i in range(nx) for j in range(ny)]
     across = [(k, k + ny) for k in range((nx - 1) * ny)]
-    along = [(k, k + 1) for k in range(nx * ny) if (k + 1) % ny]
-    frame.elements = [(a, b, bar) for a, b in across + along]
+    frame.elements = [(a, b, bar) for a, b in across + [(k, k + 1) for k in range(nx * ny) if (k + 1) % ny]]
     mass, stiffness = frame.matrices()
     first = 6 * ny if held else 0
     return mass[first:, first:], stiffness[first:, first:]

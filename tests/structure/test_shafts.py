@@ -67,8 +67,7 @@ def test_equal_shafts_joined_by_a_spring():
 
 
 def test_spring_to_the_base_is_a_support():
-    springs = (Spring("inner@0.3", 3e5, damping=20.0),)
-    one = linear_model(rig(Shafts((part("inner"),), springs)), 6)
+    one = linear_model(rig(Shafts((part("inner"),), (Spring("inner@0.3", 3e5, damping=20.0),))), 6)
     support = Support(0.3, translation=3e5, translation_damping=20.0)
     other = linear_model(Rig("one", None, (), (Sensor(1, 0.5),), structure=part("", (*PINS, support))), 6)
     np.testing.assert_allclose(one.omega, other.omega, rtol=1e-12)

@@ -88,16 +88,14 @@ def cases(groups: dict[str, list[Row]], before: str = "") -> str:
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(FIELDS)
     for title, rows in groups.items():
-        table_rows = [[title, *_cells(row)] for row in rows]
-        writer.writerows(table_rows or [line for line in kept if line[0] == title])
+        writer.writerows([[title, *_cells(row)] for row in rows] or [line for line in kept if line[0] == title])
     return out.getvalue()
 
 
 def _summary(title, rows):
     if not rows:
         return _line((title, "not run", *6 * [""]))
-    worst = max(rows, key=lambda row: row.used)
-    *cells, used, source = _cells(worst)
+    *cells, used, source = _cells(max(rows, key=lambda row: row.used))
     return _line((title, str(len(rows)), *cells, f"{used}%", source))
 
 
