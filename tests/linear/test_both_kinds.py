@@ -133,9 +133,8 @@ def test_the_unbalance_response_leaves_angles_out():
     assert list(curves.planes) == ["1:+Z", "301:+Y", "301:+Z", "302:-Y"]
     model = turning_shaft(turning, 16).model
     force = 30.0**2 * (model.unbalance[0] - 1j * model.unbalance[1])
-    known = np.vstack((model.moved([LENGTH])[0, 1], model.at_bushings[[0, 1, 3]])) @ np.linalg.solve(
-        model.dynamic(30.0, 30.0), force
-    )
+    rows = np.vstack((model.moved([LENGTH])[0, 1], model.at_bushings[[0, 1, 3]]))
+    known = rows @ np.linalg.solve(model.dynamic(30.0, 30.0), force)
     assert_allclose(curves.motion[:, np.flatnonzero(np.isclose(curves.speed, 30.0))[0]], known, rtol=1e-9)
 
 

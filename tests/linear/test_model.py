@@ -79,9 +79,8 @@ def test_a_step_of_the_flow_is_the_sum_of_the_poles():
     model, step = model_of(TURNING), 1e-3
     value, motion = model.poles(100.0)
     vectors = np.vstack((motion, motion * value))
-    assert_allclose(
-        model.flow(step, 100.0) @ vectors, vectors * np.exp(value * step), atol=1e-9 * np.abs(vectors).max()
-    )
+    after, atol = vectors * np.exp(value * step), 1e-9 * np.abs(vectors).max()
+    assert_allclose(model.flow(step, 100.0) @ vectors, after, atol=atol)
 
 
 def test_springs_in_the_clearances_deflect_as_they_do_in_series():
@@ -89,10 +88,8 @@ def test_springs_in_the_clearances_deflect_as_they_do_in_series():
     bare, filled = linear_model(PLANE, 8), model_of(PLANE)
     points = [b.position for b in PLANE.bushings]
     alone = bare.static_deflection(points, bare.at_bushings)
-    assert_allclose(
-        filled.static_deflection(points, filled.at_bushings),
-        np.linalg.inv(np.linalg.inv(alone) + np.diag(FILLED[0])), rtol=1e-6,
-    )  # fmt: skip
+    known = np.linalg.inv(np.linalg.inv(alone) + np.diag(FILLED[0]))
+    assert_allclose(filled.static_deflection(points, filled.at_bushings), known, rtol=1e-6)
 
 
 def test_a_rig_in_space_is_driven_along_the_direction_of_the_test():

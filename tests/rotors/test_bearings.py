@@ -18,6 +18,8 @@ from clearance_mj.rig import Bearing, Rig, Sensor, Shaker, Spin, Unbalance
 from clearance_mj.rotors import turning_shaft
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
+from ..refusals import assert_refused
+
 MASS, STIFFNESS, DAMPING = 3.0, 1e6, 1000.0  # kg of the disc, N/m and N s/m of each of two bearings
 BENDING = 48 * 2.1e11 * np.pi * 0.05**4 / 64  # N/m, of a shaft of 1 m in its middle
 OMEGA = np.sqrt(1 / (1 / (2 * STIFFNESS) + 1 / BENDING) / MASS)  # rad/s, of both in series
@@ -78,10 +80,8 @@ def test_a_table_that_is_constant_is_the_constant() -> None:
     alone = Bearing(0.0, (row,), np.diag([DAMPING, 2 * DAMPING]).tolist())  # type: ignore[arg-type]
     pushed = _hit(2048.0)
     for spin in (Spin(120.0), Spin(100.0, 50.0, 120.0)):
-        rigs = [
-            rotor(b, dataclasses.replace(b, position=1.0), spin=spin, unbalances=(Unbalance(0.5, 1e-4),))
-            for b in (of_table, alone)
-        ]
+        turning = {"spin": spin, "unbalances": (Unbalance(0.5, 1e-4),)}
+        rigs = [rotor(b, dataclasses.replace(b, position=1.0), **turning) for b in (of_table, alone)]
         values = [turning_shaft(rig).poles(130.0).value for rig in rigs]
         assert_allclose(*values, rtol=1e-12)
         motions = [cm.simulate(rig, pushed, engine="modal").acceleration for rig in rigs]
@@ -93,20 +93,14 @@ def test_a_bearing_without_coupling_is_a_support_of_springs_and_dampers() -> Non
     steel = Material(2.1e11, 7850.0)
     sections, disc = (Section(0.8, (0.02, 0.02)),), Disc(0.3, 2.0, 0.004)
     places = (0.05, 0.75)
-    supports = tuple(
-        Support(x, translation=2e6, translation_damping=50.0, translation_y=1e6, translation_damping_y=30.0)
-        for x in places
-    )
+    springs = {"translation": 2e6, "translation_damping": 50.0, "translation_y": 1e6, "translation_damping_y": 30.0}
+    supports = tuple(Support(x, **springs) for x in places)
     bearings = tuple(Bearing(x, [[1e6, 0.0], [0.0, 2e6]], [[30.0, 0.0], [0.0, 50.0]]) for x in places)  # type: ignore[arg-type]
     on_supports = Rig("s", None, (), (Sensor(1, 0.4),), structure=Shaft(sections, supports, (disc,), steel))
-    in_bearings = Rig(
-        "b", None, (), (Sensor(1, 0.4),), structure=Shaft(sections, (), (disc,), steel), bearings=bearings
-    )
-    first, second = (turning_shaft(rig).poles(200.0).value[:6] for rig in (on_supports, in_bearings))
-    assert_allclose(second, first, rtol=1e-6)
-    assert_allclose(
-        turning_shaft(in_bearings).critical_speeds[:4], turning_shaft(on_supports).critical_speeds[:4], rtol=1e-6
-    )
+    in_bearings = on_supports.replace(structure=Shaft(sections, (), (disc,), steel), bearings=bearings)
+    first, second = (turning_shaft(rig) for rig in (on_supports, in_bearings))
+    assert_allclose(second.poles(200.0).value[:6], first.poles(200.0).value[:6], rtol=1e-6)
+    assert_allclose(second.critical_speeds[:4], first.critical_speeds[:4], rtol=1e-6)
 
 
 def test_critical_speeds_in_bearings_that_stiffen_with_the_spin() -> None:
@@ -133,29 +127,23 @@ def test_commands_of_rotors_take_a_table_of_a_bearing(tmp_path: Path) -> None:
     (tmp_path / "seal.csv").write_text("speed (rpm),kyy (N/m),kyz,kzz,cyy (N s/m)\n0,0,0,0,50\n8000,1e5,2e4,1e5,50\n")
     text = (Path(__file__).parents[2] / "models" / "rotor.toml").read_text(encoding="utf-8")
     (tmp_path / "rotor.toml").write_text(text + '\n[[bearings]]\nposition = 0.5\ntable = "seal.csv"\n')
-    for command, option in (("campbell", "--speeds"), ("unbalance", "--speeds")):
+    for command in ("campbell", "unbalance"):
         out = tmp_path / command
-        assert main([command, str(tmp_path / "rotor.toml"), option, "0", "600", "--quiet", "--out", str(out)]) == 0
+        assert main([command, str(tmp_path / "rotor.toml"), "--speeds", "0", "600", "--quiet", "--out", str(out)]) == 0
         speed = np.genfromtxt(out / "critical_speeds.csv", delimiter=",", names=True)["spin_rev_min"]
         assert np.atleast_1d(speed).max() > 1.01 * 1418  # of the rotor without the seal, docs/rotors.md
 
 
 def test_what_bearings_do_not_allow_is_said_in_a_line() -> None:
     seal = of_seal(0.0, 100.0)
-    with pytest.raises(
-        RigError, match=r"bearings\[0\].spin reaches from 0 to 100 rad/s, and the shaft turns at 200 rad"
-    ):
-        rotor(seal, spin=Spin(200.0))
-    with pytest.raises(
-        RigError, match=r"known from 0 to 100 rad/s, not at 150 rad/s; extend its table, or ask for spins"
-    ):
-        turning_shaft(rotor(seal, of_seal(1.0, 100.0))).poles(150.0)
+    words = r"bearings\[0\].spin reaches from 0 to 100 rad/s, and the shaft turns at 200 rad"
+    assert_refused(RigError, words, rotor, seal, spin=Spin(200.0))
+    words = r"known from 0 to 100 rad/s, not at 150 rad/s; extend its table, or ask for spins"
+    assert_refused(RigError, words, turning_shaft(rotor(seal, of_seal(1.0, 100.0))).poles, 150.0)
     falling = Bearing(0.0, ((1e5, 0.0, 0.0, 1e5), (-1e5, 0.0, 0.0, -1e5)), 1.0, (0.0, 100.0))  # type: ignore[arg-type]
-    with pytest.raises(
-        RigError, match="its bearings leave the shaft a motion without stiffness, so that it has no crit"
-    ):
-        _ = turning_shaft(rotor(falling, dataclasses.replace(falling, position=1.0))).critical_speeds
-    with pytest.raises(ClearanceError, match="links knows no bearings; use modal"):
-        cm.simulate(rotor(constant(0.0, 1.0)), _hit(2048.0), engine="links")
-    with pytest.raises(RigError, match=r"bearings\[0\].position 3 m lies outside"):
-        rotor(constant(3.0, 1.0))
+    falls = turning_shaft(rotor(falling, dataclasses.replace(falling, position=1.0)))
+    words = "its bearings leave the shaft a motion without stiffness, so that it has no crit"
+    assert_refused(RigError, words, lambda: falls.critical_speeds)
+    case = rotor(constant(0.0, 1.0)), _hit(2048.0)
+    assert_refused(ClearanceError, "links knows no bearings; use modal", cm.simulate, *case, engine="links")
+    assert_refused(RigError, r"bearings\[0\].position 3 m lies outside", rotor, constant(3.0, 1.0))

@@ -13,6 +13,7 @@ from clearance_mj import Bushing, ClearanceError, Contact, Grease, Rig, RigError
 from clearance_mj.rotors import dry_whirls, rolling_whirls, synchronous_rub
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
+from ..refusals import assert_refused
 from ..verification.page import Measured
 
 FREQUENCY, MASS, GAP = 60.0, 3.0, 1e-4  # rad/s, kg, m: times, masses and lengths of the closed forms
@@ -37,9 +38,8 @@ def jeffcott(damping: float, contact: float = 20.0, density: float = 1e-4, **of_
 
 
 def rub(speeds: np.ndarray | list[float], friction: float = 0.0, eccentricity: float = 0.2, damping: float = 0.1):
-    return synchronous_rub(
-        jeffcott(damping), FREQUENCY * np.array(speeds), 0.5, MASS * eccentricity * GAP, friction, n_modes=4
-    )
+    given = jeffcott(damping), FREQUENCY * np.array(speeds), 0.5, MASS * eccentricity * GAP
+    return synchronous_rub(*given, friction, n_modes=4)
 
 
 def test_first_contact(measured: Measured) -> None:
@@ -149,13 +149,11 @@ def test_the_rub_is_drawn() -> None:
 
 
 def test_what_has_no_circle_is_refused() -> None:
-    with pytest.raises(RigError, match="its supports differ in y and z, so that no motion is a circle"):
-        dry_whirls(jeffcott(0.1, density=10.0, translation=1e6, translation_y=2e6), 0.1)
-    with pytest.raises(ClearanceError, match=r"friction -0.1 must be a coefficient >= 0"):
-        rub([1.0], -0.1)
-    with pytest.raises(ClearanceError, match="bushing 3 is not there: rig 'jeffcott' has 1"):
-        dry_whirls(jeffcott(0.1), 0.1, bushing=3)
-    rig = jeffcott(0.1)
+    rig, unlike = jeffcott(0.1), jeffcott(0.1, density=10.0, translation=1e6, translation_y=2e6)
+    words = "its supports differ in y and z, so that no motion is a circle"
+    assert_refused(RigError, words, dry_whirls, unlike, 0.1)
+    assert_refused(ClearanceError, "friction -0.1 must be a coefficient >= 0", rub, [1.0], -0.1)
+    assert_refused(ClearanceError, "bushing 3 is not there: rig 'jeffcott' has 1", dry_whirls, rig, 0.1, bushing=3)
     aside = rig.replace(bushings=(dataclasses.replace(rig.bushings[0], offset=1e-5),))
-    with pytest.raises(RigError, match=r"bushings\[0\].offset is 1e-05 m; a circle needs its middle"):
-        dry_whirls(aside, 0.1, n_modes=4)
+    words = r"bushings\[0\].offset is 1e-05 m; a circle needs its middle"
+    assert_refused(RigError, words, dry_whirls, aside, 0.1, n_modes=4)

@@ -13,6 +13,7 @@ from clearance_mj.rig import Spin, Unbalance
 from clearance_mj.rotors import running_clearance, whirl
 
 from ..conftest import ROOT
+from ..refusals import assert_refused
 from .test_turning import JEFFCOTT, jeffcott
 
 GAP, MOMENT, OUTER = 2e-4, 3e-5, 12.0
@@ -49,9 +50,10 @@ def test_a_jeffcott_rotor():
     assert sum(u.moment for u in check.scaled_rig.unbalances) == pytest.approx(scale * MOMENT, rel=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("rpm", "limit"), [(3000, 25.4e-6), (6000, 25.4e-6), (12000, 25.4e-6), (15000, 22.718e-6), (48000, 12.7e-6)]
-)
+LIMITS = [(3000, 25.4e-6), (6000, 25.4e-6), (12000, 25.4e-6), (15000, 22.718e-6), (48000, 12.7e-6)]
+
+
+@pytest.mark.parametrize(("rpm", "limit"), LIMITS)
 def test_the_limit_is_one_mil_at_most(rpm, limit):
     """min(25.4, 25.4 √(12000/N)) µm: API 617, 9th edition, 6.8.2.11, as petrobras/ross #1377 has it."""
     speeds = np.array([1.0, rpm * math.pi / 30])
@@ -80,17 +82,15 @@ def test_the_major_axis_is_that_of_a_simulation_that_does_not_touch():
 def test_files_figure_and_words(tmp_path, answer):
     given = "--speeds", 10, "4200rpm", "--operating", "1800rpm", "3820rpm", "--points", 200, "--run-up", 0.5
     reported = answer("running-clearance", ROOT / "models" / "rotor.toml", *given, "--out", tmp_path / "out")
-    turned = np.pi / 30
-    operating = 1800 * turned, 3820 * turned
-    speeds = np.union1d(np.linspace(10, 4200 * turned, 200), operating)
-    check = running_clearance(Rig.load(ROOT / "models" / "rotor.toml"), speeds, operating)
+    rig, operating = Rig.load(ROOT / "models" / "rotor.toml"), (1800 * np.pi / 30, 3820 * np.pi / 30)
+    check = running_clearance(rig, np.union1d(np.linspace(10, 4200 * np.pi / 30, 200), operating), operating)
     assert reported["scale"] == pytest.approx(check.scale) and reported["used"] == pytest.approx([check.used.max()])
     assert reported["at_speed"] == pytest.approx([check.speed[check.used[0].argmax()]]) and reported["holds"] == [False]
     with (tmp_path / "out" / "running_clearance.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["major_axis_m"]) for row in rows] == pytest.approx((check.scale * check.major[0]).tolist())
     assert (tmp_path / "out" / "running_clearance.png").stat().st_size > 10_000
-    rig = Rig.load(ROOT / "models" / "rotor.toml")  # runs up to 400 rad/s: without options it operates there
+    # It runs up to 400 rad/s: without options it operates there.
     reported = answer("running-clearance", ROOT / "models" / "rotor.toml", "--points", 100, "--out", tmp_path / "out")
     check = running_clearance(rig, np.union1d(np.linspace(0.0, 440.0, 100), 400.0), (400.0, 400.0))
     assert reported["scale"] == pytest.approx(check.scale) and reported["used"] == pytest.approx([check.used.max()])
@@ -115,5 +115,4 @@ def test_a_command_that_asks_for_what_cannot_be_is_refused(refused):
     ({"unbalances": (Unbalance(0.5, 1e-5), Unbalance(0.5, 1e-5, math.pi))}, SPEEDS, (1, 100), "no sensor moves"),
 ])  # fmt: skip
 def test_what_is_missing_is_said(changes, speeds, operating, words):
-    with pytest.raises(ClearanceError, match=words):
-        running_clearance(rotor(**changes), speeds, operating)
+    assert_refused(ClearanceError, words, running_clearance, rotor(**changes), speeds, operating)

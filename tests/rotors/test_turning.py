@@ -17,6 +17,7 @@ from clearance_mj.structure import Disc, Material, Section, Shaft, Spring, Suppo
 from clearance_mj.structure.attached import Planes
 
 from ..conftest import TABLE1
+from ..refusals import assert_refused
 from ..verification.page import Measured
 
 YOUNG = 2.1e11
@@ -187,9 +188,9 @@ def test_critical_speeds_of_an_overhung_disc_by_their_whirl() -> None:
 def test_amplification_and_margin_of_a_critical_speed() -> None:
     """A Jeffcott rotor has ζ = c/(2 m ω) and AF = 1/(2 ζ); API 617 then requires 17 (1 - 1/(AF - 1.5)) %."""
     outer = 0.2 * JEFFCOTT
-    (critical_speed,) = campbell(
-        jeffcott((outer, 0.0)), [0.0, 2 * JEFFCOTT], n=2, operating=(1.2 * JEFFCOTT, 1.5 * JEFFCOTT)
-    ).criticals.query("whirl == 'forward'").to_dict("records")  # fmt: skip
+    operating = 1.2 * JEFFCOTT, 1.5 * JEFFCOTT
+    criticals = campbell(jeffcott((outer, 0.0)), [0.0, 2 * JEFFCOTT], n=2, operating=operating).criticals
+    (critical_speed,) = criticals.query("whirl == 'forward'").to_dict("records")
     want = {
         "spin_rad_s": JEFFCOTT, "damping_ratio": 0.1, "amplification_factor": 5.0,
         "separation_margin_percent": 100 * 0.2 / 1.2, "required_margin_percent": 17 * (1 - 1 / 3.5),
@@ -200,25 +201,23 @@ def test_amplification_and_margin_of_a_critical_speed() -> None:
 
 def test_what_does_not_turn_is_refused() -> None:
     flat = a_rig(Shaft((Section(0.5, None, None, (0.02, 0.02), (0.01, 0.01)),), (Support(0.0, "clamped"),), (), LIGHT))
-    with pytest.raises(RigError, match=r"sections\[0\] is .* a shaft that turns needs sections that are as stiff in"):
-        turning_shaft(flat)
-    rig = jeffcott()
-    inner = Bushing(0.5, 1e-3, 0.0, Grease(2e5), Contact(1e6), to=0.7, shape="round")
-    with pytest.raises(RigError, match=r"bushings\[0\].to is on the shaft itself, which turns"):
-        turning_shaft(rig.replace(bushings=(inner,)))
-    with pytest.raises(RigError, match="a shaft that turns has no fixture and no planes of its own"):
-        turning_shaft(rig.with_shape(None).replace(planes=Planes(0.1, 0.3)))
-    with pytest.raises(RigError, match="speeds must be rising spins in rad/s"):
-        campbell(rig, [100.0, 50.0])
-    with pytest.raises(RigError, match=r"polar_inertia 0.05 kg m² is more than twice inertia 0.02 kg m²"):
-        Disc(0.3, 2.0, INERTIA, polar_inertia=0.05)
-    with pytest.raises(RigError, match="translation_y has no effect without translation"):
-        Support(0.0, "pinned", translation_y=1e5)
-    with pytest.raises(RigError, match='translation_damping_y has no effect, as a support of kind "pinned"'):
-        Support(0.0, "pinned", translation_damping_y=1e5)
-    free = dataclasses.replace(rig.structure, supports=())  # type: ignore[type-var]
-    with pytest.raises(RigError, match="can move without bending; add a support"):
-        _ = turning_shaft(rig.replace(structure=free)).critical_speeds
+    rig, inner = jeffcott(), Bushing(0.5, 1e-3, 0.0, Grease(2e5), Contact(1e6), to=0.7, shape="round")
+    free = turning_shaft(rig.replace(structure=dataclasses.replace(rig.structure, supports=())))  # type: ignore[type-var]
+    for call, words in (
+        (lambda: turning_shaft(flat), r"sections\[0\] is .* a shaft that turns needs sections that are as stiff in"),
+        (lambda: turning_shaft(rig.replace(bushings=(inner,))),
+         r"bushings\[0\].to is on the shaft itself, which turns"),
+        (lambda: turning_shaft(rig.with_shape(None).replace(planes=Planes(0.1, 0.3))),
+         "a shaft that turns has no fixture and no planes of its own"),
+        (lambda: campbell(rig, [100.0, 50.0]), "speeds must be rising spins in rad/s"),
+        (lambda: Disc(0.3, 2.0, INERTIA, polar_inertia=0.05),
+         "polar_inertia 0.05 kg m² is more than twice inertia 0.02 kg m²"),
+        (lambda: Support(0.0, "pinned", translation_y=1e5), "translation_y has no effect without translation"),
+        (lambda: Support(0.0, "pinned", translation_damping_y=1e5),
+         'translation_damping_y has no effect, as a support of kind "pinned"'),
+        (lambda: free.critical_speeds, "can move without bending; add a support"),
+    ):  # fmt: skip
+        assert_refused(RigError, words, call)
 
 
 def test_bushings_hold_the_shaft_in_both_planes() -> None:

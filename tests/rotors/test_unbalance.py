@@ -12,6 +12,7 @@ from clearance_mj.rig import Unbalance
 from clearance_mj.rotors import unbalance_response
 from clearance_mj.rotors.api_617 import with_margins
 
+from ..refusals import assert_refused
 from .test_running_clearance import GAP, MOMENT, rotor
 from .test_turning import BENDING, JEFFCOTT, jeffcott
 
@@ -90,9 +91,8 @@ def test_separation_margins_of_api_617(rpm, factor, actual, required, margin):
     """Operating speeds from 5000 to 8000 rev/min."""
     given = pd.DataFrame({"spin_rad_s": [rpm * math.pi / 30], "amplification_factor": [factor]})
     peaks = with_margins(given, (5000 * math.pi / 30, 8000 * math.pi / 30)).iloc[0]
-    assert peaks.separation_margin_percent == pytest.approx(actual)
-    assert peaks.required_margin_percent == pytest.approx(required, nan_ok=True)
-    assert peaks.margin == margin
+    percent = peaks.separation_margin_percent, peaks.required_margin_percent
+    assert percent == pytest.approx((actual, required), nan_ok=True) and peaks.margin == margin
 
 
 def test_the_response_is_drawn_with_what_it_is_judged_by():
@@ -110,9 +110,7 @@ def test_the_response_is_drawn_with_what_it_is_judged_by():
 
 
 def test_what_is_missing_is_said():
-    with pytest.raises(RigError, match="has no unbalances"):
-        unbalance_response(rotor(Unbalance(0.5, MOMENT)).replace(unbalances=()), SPEEDS)
-    with pytest.raises(RigError, match="speeds must be rising spins"):
-        unbalance_response(rotor(), [2.0, 1.0])
-    with pytest.raises(RigError, match="must be above 0 and not fall"):
-        _ = unbalance_response(rotor(), SPEEDS, (20.0, 10.0)).criticals
+    assert_refused(RigError, "has no unbalances", unbalance_response, rotor().replace(unbalances=()), SPEEDS)
+    assert_refused(RigError, "speeds must be rising spins", unbalance_response, rotor(), [2.0, 1.0])
+    falling = unbalance_response(rotor(), SPEEDS, (20.0, 10.0))
+    assert_refused(RigError, "must be above 0 and not fall", lambda: falling.criticals)

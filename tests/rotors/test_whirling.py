@@ -40,8 +40,7 @@ def test_the_1x_orbit_of_an_unbalance_is_that_of_the_linear_theory():
     orbit = whirl(rig, response).between(4.0).orbits(0).filtered()
     shaft = turning_shaft(rig, 8)
     y, z = (shaft.shapes([0.6]) @ shaft.under_unbalances([90.0]))[0, :, 0]
-    assert orbit.y == pytest.approx(y, rel=2e-3)
-    assert orbit.z == pytest.approx(z, rel=2e-3)
+    assert (orbit.y, orbit.z) == pytest.approx((y, z), rel=2e-3)
     assert 0.1 < orbit.minor / orbit.major < 0.99  # an ellipse that both planes make
 
 
@@ -76,13 +75,12 @@ def test_the_end_at_one_speed_and_the_part_that_changes():
 
 
 def test_what_has_no_orbits_is_refused():
-    still = rotor(spin=None, unbalances=())
-    rig = rotor()
+    still, rig = rotor(spin=None, unbalances=()), rotor()
     orbits_of = whirl(still, response(still, np.zeros((2, 64)), None))
     assert_refused(RecordError, "rig 'rotor' does not turn, and has no orbits by turn", orbits_of.orbits, 0)
-    with pytest.raises(RecordError, match=r"has 1 rows of displacements; 1 bushings need 301:\+Y, 301:\+Z"):
-        whirl(rig, response(rig, np.zeros((1, 64)), None))
-    with pytest.raises(RecordError, match='moves along z alone and has no orbits; give its bushings shape = "round"'):
-        whirl(rotor(spin=None, unbalances=()).with_shape(None), response(rig, np.zeros((2, 64)), None))
-    with pytest.raises(RecordError, match="has no round bushings in which its shaft could whirl"):
-        whirl(rig.replace(bushings=()), response(rig, np.zeros((2, 64)), None))
+    for of, rows, words in (
+        (rig, 1, r"has 1 rows of displacements; 1 bushings need 301:\+Y, 301:\+Z"),
+        (still.with_shape(None), 2, 'moves along z alone and has no orbits; give its bushings shape = "round"'),
+        (rig.replace(bushings=()), 2, "has no round bushings in which its shaft could whirl"),
+    ):
+        assert_refused(RecordError, words, whirl, of, response(rig, np.zeros((rows, 64)), None))

@@ -68,10 +68,9 @@ def test_natural_frequencies(rig, measured):
 
 
 def test_natural_frequencies_of_the_article(measured):
+    source = "the article, Table 1, test column"
     for i, (natural_hz, expected) in enumerate(zip(beam.natural_frequencies(RIG, 4), (9.25, 39.75, 92.85, 188.85)), 1):
-        measured.equal(
-            f"f{i} of the shipped rig (Hz)", natural_hz, expected, "the article, Table 1, test column", rel=1e-4
-        )
+        measured.equal(f"f{i} of the shipped rig (Hz)", natural_hz, expected, source, rel=1e-4)
 
 
 @all_rigs
@@ -91,8 +90,7 @@ def test_linear_frf(rig, shaker, measured):
     frequency = np.arange(5, 220.1, 1.0)
     shaft = FiniteElements.of_shaft(rig.beam, rig.point_masses, ELEMENTS)
     mass, stiffness, (eta1, eta2) = dense(shaft.mass), dense(shaft.stiffness), rig.beam.rayleigh
-    damping = greased(rig, eta1 * mass + eta2 * stiffness, "damping")
-    stiffness = greased(rig, stiffness)
+    damping, stiffness = greased(rig, eta1 * mass + eta2 * stiffness, "damping"), greased(rig, stiffness)
     base = shaker.kind == "base"
     load = -shaft.inertia if base else at(rig, [shaker.position])[0]
     at_sensors = at(rig, [s.position for s in rig.sensors])
@@ -101,8 +99,7 @@ def test_linear_frf(rig, shaker, measured):
         expected[:, i] = -(w**2) * at_sensors @ solve_banded(stiffness + 1j * w * damping - w**2 * mass, load) + base
     frf = beam.linear_frf(rig, frequency)
     error, phase = 20 * np.log10(np.abs(frf / expected)), np.angle(frf / expected)
-    what = f"linear FRF, {name}, {shaker.kind}"
-    source = f"{SOURCE}, direct solution at every line"
+    what, source = f"linear FRF, {name}, {shaker.kind}", f"{SOURCE}, direct solution at every line"
     measured.below(f"{what}: RMS of magnitude", np.sqrt(np.mean(error**2)), 0.005, source, "dB")
     # As much in radian as in neper.
     measured.below(f"{what}: RMS of phase", np.sqrt(np.mean(phase**2)), 0.005 / 8.686, source, "rad")

@@ -10,6 +10,8 @@ import pytest
 from clearance_mj.core.errors import LawError
 from clearance_mj.physical import solref_solimp
 
+from ..refusals import assert_refused
+
 RELEASED = {0.1: 0.744079, 0.2: 0.571740, 0.3: 0.450975, 0.5: 0.298436}
 MASS, STIFFNESS = 0.7, 2e4
 OMEGA = np.sqrt(STIFFNESS / MASS)
@@ -163,5 +165,4 @@ def test_shapes():
     ((1e4, 1.0, 1.0, np.nan), "impedance nan lies outside"),
 ])  # fmt: skip
 def test_refusals(arguments, message):
-    with pytest.raises(LawError, match=message):
-        solref_solimp(*arguments)
+    assert_refused(LawError, message, solref_solimp, *arguments)

@@ -89,9 +89,10 @@ def test_impulses_are_those_of_the_forces_that_the_engine_reports(engine):
     assert impulse == pytest.approx(np.sum(force) / response.fs, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("model", "restitution"), [(models.HuntCrossley(1e6, 0.7), 0.7), (models.Flores(1e6, 0.5), 0.4704)]
-)
+DAMPED = [(models.HuntCrossley(1e6, 0.7), 0.7), (models.Flores(1e6, 0.5), 0.4704)]
+
+
+@pytest.mark.parametrize(("model", "restitution"), DAMPED)
 def test_hertz_damped_impact(engine, model, restitution, measured):
     """Restitution from κ(1 + e) = ln[(1 + κ)/(1 - κe)]."""
     _, _, impacts = thrown(models.ContactLaw(model), engine)
@@ -169,6 +170,7 @@ def test_damping_of_a_linear_rig(engine, measured):
 
 RESIDUAL = ": residual, share of the input"
 SLUDGE = Grease(4369.0, 4.0, 0.5, 1.0, 1.2e7, 0.8e7, 2.0, film_height=7e-4)
+STRIBECK = models.MaxwellSlip((2500.0, 1000.0, 500.0), (0.2, 0.3, 0.1), 800.0, 4.0, 7e-4, 0.2, 1.4, 0.01)
 LAWS = {
     "Kelvin-Voigt": models.ConstantLaw(2e4, 3.0),
     "hard Kelvin-Voigt": models.ConstantLaw(3e5, 12.0),
@@ -178,9 +180,7 @@ LAWS = {
     "Hunt-Crossley 1975": models.ContactLaw(models.HuntCrossley1975(8e5, 1.2e6)),
     "linear and cubic": models.ContactLaw((models.Cubic(1e4, 2e10, 3.0, 2.0), models.Cubic(2e4, 1e10, 3.0))),
     "Maxwell-slip": models.ConstantLaw(2e4, 3.0, models.MaxwellSlip((2500.0, 1000.0), (0.3, 0.4), 800.0, 4.0, 7e-4)),
-    "Maxwell-slip, Stribeck": models.ConstantLaw(
-        2e4, 3.0, models.MaxwellSlip((2500.0, 1000.0, 500.0), (0.2, 0.3, 0.1), 800.0, 4.0, 7e-4, 0.2, 1.4, 0.01)
-    ),
+    "Maxwell-slip, Stribeck": models.ConstantLaw(2e4, 3.0, STRIBECK),
     "over time": models.TimeLaw([0.0, 0.2, 0.4], [1e4, 4e4, 5e3], [3.0, 9.0, 0.0]),
     "over amplitude": models.AmplitudeLaw([2e-4, 8e-4, 3e-3], [5e3, 4e4, 1e4], [3.0, 1.0, 9.0], release=0.02),
     "Bouc-Wen and squeeze film": models.ContactLaw(models.HuntCrossley(8e5, 0.6), grease=SLUDGE),
@@ -198,9 +198,8 @@ IN_BOTH = ("Kelvin-Voigt", "Maxwell-slip, Stribeck", "over amplitude", "Bouc-Wen
 """Laws that are tried quickly in both engines that step with MuJoCo: one of each kind"""
 CASES = [
     pytest.param(engine, law, marks=pytest.mark.slow if engine == "modal-mj" and law not in IN_BOTH else ())
-    for engine in ("links", "modal", "modal-mj")
-    for law in LAWS
-]
+    for engine in ("links", "modal", "modal-mj") for law in LAWS
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("engine", "law"), CASES)

@@ -42,10 +42,8 @@ def restitution(force, mass=1.0, speed=0.3, duration=10.0):
         return y[0]
 
     leaves.terminal, leaves.direction = True, -1
-    start = (1e-12, speed)
-    solution = scipy.integrate.solve_ivp(
-        rate, (0, duration), start, events=leaves, rtol=1e-10, atol=1e-14, max_step=0.01
-    )
+    options = {"events": leaves, "rtol": 1e-10, "atol": 1e-14, "max_step": 0.01}
+    solution = scipy.integrate.solve_ivp(rate, (0, duration), (1e-12, speed), **options)
     assert solution.status == 1
     return -solution.y[1, -1] / speed
 

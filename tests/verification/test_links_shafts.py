@@ -23,6 +23,7 @@ from clearance_mj.structure import Disc, Material, Section, Shaft, Shafts, Sprin
 from clearance_mj.structure.reduction import vibration_modes
 
 from ..engines.alike import with_bushings
+from ..refusals import assert_refused
 from ..structures import chain
 from .test_frf_engines import BAND, FS, noise, rms_db
 
@@ -115,9 +116,7 @@ def test_energy(name, measured):
 @pytest.mark.parametrize(("name", "at"), [("propped", (0.5484, 0.95)), ("propped", (0.55, 0.58))])
 def test_contact_forces_beside_reactions(name, at):
     """Without the help of joint forces, where support and bushing, or two bushings, are on one rigid link."""
-    of = rig(name, at)
-    of = with_bushings(of, gap=2e-5)
-    drive = Excitation(noise(0.5, 20.0, 1), FS, "base", BAND)
+    of, drive = with_bushings(rig(name, at), gap=2e-5), Excitation(noise(0.5, 20.0, 1), FS, "base", BAND)
     contact_force, expected = (simulate(of, drive, LAW, engine).contact_force for engine in (Links(24), Modal(16)))
     assert np.std(expected, axis=1).min() > 0.01
     np.testing.assert_allclose(np.std(contact_force, axis=1), np.std(expected, axis=1), rtol=0.02)
@@ -145,14 +144,12 @@ def test_models_for_a_viewer_are_stable():
 
 def test_what_links_cannot_do():
     """One line says what can."""
-    with pytest.raises(RigError, match="links needs a shaft; use modal"):
-        simulate(chain(), Excitation(noise(0.1, 1.0, 1), FS, "base", BAND), LAW, "links")
-    of = rig("propped")
-    with pytest.raises(RigError, match=r'no shear flexibility; use modal, or theory = "euler"'):
-        build_links(of.replace(structure=dataclasses.replace(of.structure, theory="timoshenko")))
+    drive, of = Excitation(noise(0.1, 1.0, 1), FS, "base", BAND), rig("propped")
+    assert_refused(RigError, "links needs a shaft; use modal", simulate, chain(), drive, LAW, "links")
+    shears = of.replace(structure=dataclasses.replace(of.structure, theory="timoshenko"))
+    assert_refused(RigError, 'no shear flexibility; use modal, or theory = "euler"', build_links, shears)
     close = shaft((0.0, "clamped"), (1.0, "clamped"), (0.95, "clamped"), (0.9, "clamped"))
-    with pytest.raises(RigError, match="too close together"):
-        build_links(of.replace(structure=close), 4)
+    assert_refused(RigError, "too close together", build_links, of.replace(structure=close), 4)
 
 
 @functools.cache

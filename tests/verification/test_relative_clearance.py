@@ -107,9 +107,8 @@ def test_time_history(measured):
     size = np.sqrt(np.mean(expected**2))
     source = "closed-form modes, DOP853 at 1e-9"
     solver_error = np.sqrt(np.mean((reference(1e-11) - expected) ** 2)) / size
-    measured.below(
-        "clearance between two shafts, the ODE solution's own: RMS error", solver_error, 1e-8, "DOP853 at 1e-11"
-    )
+    what = "clearance between two shafts, the ODE solution's own: RMS error"
+    measured.below(what, solver_error, 1e-8, "DOP853 at 1e-11")
     errors = [np.sqrt(np.mean((by_engine(step) - expected) ** 2)) / size for step in STEPS]
     order = np.polyfit(np.log(STEPS), np.log(errors), 1)[0]
     measured.equal("clearance between two shafts, modal: order", order, 2, source, abs=0.1)

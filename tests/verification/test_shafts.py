@@ -306,7 +306,8 @@ def test_static_deflection(measured):
     flexibility, middle, a = LENGTH**3 / BENDING, LENGTH / 2, 0.3 * LENGTH
     shear = 6 * 1.3 / (7 + 6 * 0.3) * 210e9 / 2.6 * MASS / 7850  # κGA
     thick, thin, clamp, far = 0.02, 0.011, ("clamped", 0.0), LENGTH
-    cone = Section(LENGTH, (thick, thin))
+    cone, of_cone = Section(LENGTH, (thick, thin)), 64 * LENGTH**3 / (3 * np.pi * 210e9 * thick**3 * thin)
+    spring = Support(far, translation=5.0 / flexibility)
     cases = {
         "clamped-free": (shaft(clamp), far, flexibility / 3),
         "clamped-free, Timoshenko": (shaft(clamp, theory="timoshenko"), far, flexibility / 3 + LENGTH / shear),
@@ -314,13 +315,9 @@ def test_static_deflection(measured):
         "clamped-pinned": (shaft(clamp, ("pinned", far)), middle, 7 * flexibility / 768),
         "clamped-guided": (shaft(clamp, ("guided", far)), far, flexibility / 12),
         "pinned-pinned": (shaft(("pinned", 0.0), ("pinned", far)), a, 0.3**2 * 0.7**2 / 3 * flexibility),
-        "clamped, tip on a spring": (
-            shaft(clamp, Support(far, translation=5.0 / flexibility)), far, flexibility / (3 + 5.0)
-        ),
-        "tapered, clamped at the thick end": (
-            shaft(clamp, sections=(cone,)), far, 64 * LENGTH**3 / (3 * np.pi * 210e9 * thick**3 * thin)
-        ),
-    }  # fmt: skip
+        "clamped, tip on a spring": (shaft(clamp, spring), far, flexibility / (3 + 5.0)),
+        "tapered, clamped at the thick end": (shaft(clamp, sections=(cone,)), far, of_cone),
+    }
     for name, (structure, at, expected) in cases.items():
         source = "Gere & Goodno, Mechanics of Materials" if "tapered" in name else "Roark, table 8.1"
         measured.below(f"static deflection, {name}: error", abs(deflection(structure, at) / expected - 1), 1e-9, source)
