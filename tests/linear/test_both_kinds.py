@@ -11,11 +11,9 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
-from clearance_mj.core.errors import RigError
-from clearance_mj.linear import linear_model
+from clearance_mj import RigError, linear_model
 from clearance_mj.rig import Bushing, Contact, Grease, Load, Rig, Sensor, Spin, Unbalance
-from clearance_mj.rotors import unbalance_response
-from clearance_mj.rotors.turning import turning_shaft
+from clearance_mj.rotors import turning_shaft, unbalance_response
 from clearance_mj.structure import Disc, Material, Matrices, Section, Shaft, Shafts, Support
 from clearance_mj.structure.attached import Housing
 

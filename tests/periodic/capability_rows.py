@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj import periodic
+from clearance_mj import linear_model, periodic
 from clearance_mj.engines import static_equilibrium
-from clearance_mj.linear import linear_model
 from clearance_mj.rig import Contact, Grease, Sensor, Spin
 from experiments.periodic.drawn import Vibration, compared, marches
 from experiments.periodic.drawn_rigs import Drawn, everywhere
@@ -197,8 +196,7 @@ def folds_over_level(rig):
     branch, known = (followed(jumps, ratio * level, ends, samples=4 * SAMPLES, stability=False) for ratio in (1.0, 1.2))
     fold, other = (max((p for p in b.special if p.kind == "fold"), key=lambda p: p.frequency) for b in (branch, known))
     curve = periodic.follow_folds(branch, fold, 1.2 * level)
-    assert not curve.ended
-    assert curve.frequency[-1] == pytest.approx(other.frequency, rel=1e-4)
+    assert not curve.ended and curve.frequency[-1] == pytest.approx(other.frequency, rel=1e-4)
 
 
 def doubled(rig):

@@ -4,13 +4,9 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from clearance_mj import periodic
+from clearance_mj import ClearanceError, Excitation, LawError, Modal, Model, RigError, periodic, simulate
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, MaxwellSlip, TimeLaw
-from clearance_mj.core.errors import ClearanceError, LawError, RigError
-from clearance_mj.engines import Modal, simulate
-from clearance_mj.model import Model
 from clearance_mj.periodic import condensed, continuation
-from clearance_mj.signals.excitation import Excitation
 from clearance_mj.structure import Matrices
 from experiments.periodic.verification import SLIDERS
 

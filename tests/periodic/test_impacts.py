@@ -7,9 +7,7 @@ S. W. Shaw and P. J. Holmes, "A periodically forced piecewise linear oscillator"
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.model import Model
+from clearance_mj import ConstantLaw, Model, periodic
 
 from .one_mass import one_mass
 

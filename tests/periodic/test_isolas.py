@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from clearance_mj import periodic
-from clearance_mj.core.errors import ClearanceError, ExcitationError
-from clearance_mj.model import Model
+from clearance_mj import ClearanceError, ExcitationError, Model, periodic
 
 from ..refusals import assert_refused
 from .one_mass import one_mass

@@ -6,8 +6,7 @@ Truth: the modal engine's and links' marches, and the virtual rig, which shares 
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
-from clearance_mj.model import Model
+from clearance_mj import Model, periodic
 from experiments.periodic import verification
 from experiments.periodic.verification import BAND, CLOSE, LAWS, LEVELS, TRUTHS, jump, marched, rig_s_law, steep
 

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from clearance_mj import periodic
+from clearance_mj import Modal, Model, periodic
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley1975
-from clearance_mj.engines import Modal
-from clearance_mj.model import Model
 from experiments.periodic.verification import modal_state
 
 from ..conftest import TABLE1

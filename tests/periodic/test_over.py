@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
-from clearance_mj.core.errors import ClearanceError, ExcitationError
-from clearance_mj.model import Model
+from clearance_mj import ClearanceError, ExcitationError, Model, periodic
 from clearance_mj.periodic.coverage import reached
 from clearance_mj.rig import OilFilm, Spin
 

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
-from clearance_mj.core.errors import ClearanceError, ExcitationError
-from clearance_mj.model import Model
+from clearance_mj import ClearanceError, ExcitationError, Model, periodic
 
 from ..conftest import TABLE1
 from ..refusals import assert_refused

@@ -11,10 +11,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from clearance_mj import periodic
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.model import Model
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
+from clearance_mj import Bushing, ConstantLaw, Contact, Grease, Model, Rig, Sensor, Shaker, periodic
 from clearance_mj.structure import Matrices
 
 from .one_mass import PolynomialSpring, one_mass

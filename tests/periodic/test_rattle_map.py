@@ -3,11 +3,8 @@
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
+from clearance_mj import ClearanceError, ConstantLaw, ExcitationError, LawError, Model, RigError, periodic
 from clearance_mj.beam import linear_frf
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.core.errors import ClearanceError, ExcitationError, LawError, RigError
-from clearance_mj.model import Model
 
 from ..conftest import TABLE1
 from ..fuzz.samples import RIG

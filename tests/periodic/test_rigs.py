@@ -3,14 +3,11 @@
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
+from clearance_mj import ClearanceError, Contact, ExcitationError, Grease, LawError, Model, RigError, periodic
 from clearance_mj.beam import linear_frf
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, TimeLaw, harmonic
 from clearance_mj.clearance.greases.bouc_wen import BoucWen
-from clearance_mj.core.errors import ClearanceError, ExcitationError, LawError, RigError
-from clearance_mj.model import Model
 from clearance_mj.periodic import continuation
-from clearance_mj.rig import Contact, Grease
 from clearance_mj.structure import Matrices
 
 from ..conftest import TABLE1

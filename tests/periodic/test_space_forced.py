@@ -5,9 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import clearance_mj as cm
-from clearance_mj import periodic
-from clearance_mj.core.errors import ClearanceError, RigError
-from clearance_mj.engines import Modal
+from clearance_mj import ClearanceError, Modal, RigError, periodic
 from clearance_mj.rig import Friction, Grease, Shaker, Spin
 
 from ..conftest import TABLE1

@@ -8,10 +8,8 @@ import itertools
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
+from clearance_mj import ClearanceError, Model, periodic
 from clearance_mj.clearance import ConstantLaw, ContactLaw, KelvinVoigt, MaxwellSlip
-from clearance_mj.core.errors import ClearanceError
-from clearance_mj.model import Model
 from clearance_mj.periodic.condensed import condensed
 from clearance_mj.periodic.continuation import NoConvergence
 from clearance_mj.periodic.solver import Solver

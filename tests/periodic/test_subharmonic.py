@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from clearance_mj import periodic
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.core.errors import ClearanceError
-from clearance_mj.model import Model
+from clearance_mj import ClearanceError, ConstantLaw, Model, periodic
 from clearance_mj.periodic import SpecialPoint
 
 from .one_mass import PolynomialSpring, one_mass

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
+from clearance_mj import ClearanceError, ExcitationError, Model, periodic
 from clearance_mj.clearance import ConstantLaw, MaxwellSlip
-from clearance_mj.core.errors import ClearanceError, ExcitationError
-from clearance_mj.model import Model
 
 from ..conftest import TABLE1
 from ..refusals import assert_refused

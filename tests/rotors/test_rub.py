@@ -9,32 +9,17 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from clearance_mj import Bushing, ClearanceError, Contact, Grease, Rig, RigError, Sensor
+from clearance_mj import ClearanceError, RigError
 from clearance_mj.rotors import dry_whirls, rolling_whirls, synchronous_rub
-from clearance_mj.structure import Disc, Material, Section, Shaft, Support
+from clearance_mj.structure import Material, Support
 
+from ..periodic.jeffcott import FREQUENCY, GAP, MASS, jeffcott
 from ..refusals import assert_refused
 from ..verification.page import Measured
 
-FREQUENCY, MASS, GAP = 60.0, 3.0, 1e-4  # rad/s, kg, m: times, masses and lengths of the closed forms
-STIFFNESS = MASS * FREQUENCY**2
 CIRCLE = "circle under unbalance: quadratic equation of its radius"
 WHIRL = "ω* = [c/μ + √((c/μ)² + 4mk)]/2m, r* = δ/(1 - cω*/(μ k_c))"
 ROLLING = "ω r = Ω R, m ω² = k + k_c (1 - δ/r)"
-
-
-def jeffcott(damping: float, contact: float = 20.0, density: float = 1e-4, **of_support: float) -> Rig:
-    """m = k = δ = 1 in units of the mass, the frequency and the gap; a massless shaft with its disc in the bushing."""
-    diameter = (64 * STIFFNESS / (48 * 2.1e11 * np.pi)) ** 0.25
-    supports = [Support(x, "pinned") for x in (0.0, 1.0)]
-    if of_support:
-        supports = [Support(x, "elastic", **of_support) for x in (0.0, 1.0)]
-    shaft = Shaft(
-        (Section(1.0, (diameter, diameter)),), tuple(supports), (Disc(0.5, MASS),), Material(2.1e11, density),
-        (damping * FREQUENCY, 0.0), theory="euler",
-    )  # fmt: skip
-    bushing = Bushing(0.5, GAP, 0.0, Grease(0.0), Contact(contact * STIFFNESS))
-    return Rig("jeffcott", None, (bushing,), (Sensor(1, 0.5),), structure=shaft)
 
 
 def rub(speeds: np.ndarray | list[float], friction: float = 0.0, eccentricity: float = 0.2, damping: float = 0.1):
@@ -149,9 +134,11 @@ def test_the_rub_is_drawn() -> None:
 
 
 def test_what_has_no_circle_is_refused() -> None:
-    rig, unlike = jeffcott(0.1), jeffcott(0.1, density=10.0, translation=1e6, translation_y=2e6)
+    rig = jeffcott(0.1)
+    supports = tuple(Support(x, "elastic", translation=1e6, translation_y=2e6) for x in (0.0, 1.0))
+    shaft = dataclasses.replace(rig.structure, supports=supports, material=Material(2.1e11, 10.0))
     words = "its supports differ in y and z, so that no motion is a circle"
-    assert_refused(RigError, words, dry_whirls, unlike, 0.1)
+    assert_refused(RigError, words, dry_whirls, rig.replace(structure=shaft), 0.1)
     assert_refused(ClearanceError, "friction -0.1 must be a coefficient >= 0", rub, [1.0], -0.1)
     assert_refused(ClearanceError, "bushing 3 is not there: rig 'jeffcott' has 1", dry_whirls, rig, 0.1, bushing=3)
     aside = rig.replace(bushings=(dataclasses.replace(rig.bushings[0], offset=1e-5),))

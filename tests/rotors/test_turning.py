@@ -22,7 +22,7 @@ from ..verification.page import Measured
 
 YOUNG = 2.1e11
 LIGHT = Material(YOUNG, 1e-2)
-INERTIA = 0.02
+INERTIA, PINS = 0.02, (Support(0.0, "pinned"), Support(1.0, "pinned"))
 
 
 def a_rig(shaft: Shaft, **changes: object) -> Rig:
@@ -35,15 +35,15 @@ def overhung(**of_disc: float) -> Rig:
 
 
 def jeffcott(rayleigh: tuple[float, float] = (0.0, 0.0), **of_support: float) -> Rig:
-    supports = (Support(0.0, "pinned"), Support(1.0, "pinned"))
-    if of_support:
-        supports = tuple(Support(x, "elastic", **of_support) for x in (0.0, 1.0))
+    supports = tuple(Support(x, "elastic", **of_support) for x in (0.0, 1.0)) if of_support else PINS
     sections = (Section(1.0, (0.02, 0.02)),)
     return a_rig(Shaft(sections, supports, (Disc(0.5, 3.0),), LIGHT, rayleigh, theory="euler"))
 
 
 BENDING = YOUNG * np.pi * 0.02**4 / 64
 JEFFCOTT = np.sqrt(48 * BENDING / 3.0)
+OVERHUNG = BENDING * np.array([[12 / 0.3**3, -6 / 0.3**2], [-6 / 0.3**2, 4 / 0.3]])
+"""Stiffness of the deflection and slope of the overhung disc"""
 
 
 @pytest.mark.parametrize("polar", [0.04, 0.01])
@@ -53,11 +53,9 @@ def test_the_gyroscopic_pairs_of_an_overhung_disc(polar: float, spin: float, spr
 
     A spring from the disc to the base is part of k11.
     """
-    length, mass = 0.3, 2.0
-    k = BENDING * np.array([[12 / length**3, -6 / length**2], [-6 / length**2, 4 / length]])
-    k[0, 0] += spring
+    k = OVERHUNG + np.diag([spring, 0.0])
     # In e^(iωt): mass INERTIA ω², gyroscopic J Ω ω, as a polynomial in ω.
-    translation, tilt = np.array([-mass, 0.0, k[0, 0]]), np.array([-INERTIA, polar * spin, k[1, 1]])
+    translation, tilt = np.array([-2.0, 0.0, k[0, 0]]), np.array([-INERTIA, polar * spin, k[1, 1]])
     roots = np.roots(np.polysub(np.polymul(translation, tilt), [k[0, 1] ** 2])).real
     rig = overhung(polar_inertia=polar)
     shaft = turning_shaft(rig.replace(springs=(Spring(0.3, spring),)) if spring else rig)
@@ -101,25 +99,20 @@ def test_supports_that_differ_split_the_planes_and_hold_back_the_whirl() -> None
     """k of each plane: shaft and supports in series; unequal ones raise the threshold (Tondl, 1965)."""
     stiff, soft = 4e5, 1e5
     rig = jeffcott(translation=stiff, translation_y=soft)
-    stiffness = 48 * BENDING
-    want = [np.sqrt(1 / (1 / stiffness + 1 / (2 * k)) / 3.0) for k in (soft, stiff)]
+    want = [np.sqrt(1 / (1 / (48 * BENDING) + 1 / (2 * k)) / 3.0) for k in (soft, stiff)]
     assert_allclose(turning_shaft(rig).poles(0.0).value.imag[:2], want, rtol=1e-4)
     assert_allclose(natural_frequencies(rig, 1), want[1] / (2 * np.pi), rtol=1e-4)
     damped = turning_shaft(jeffcott(translation=1e9, translation_damping=0.0, translation_damping_y=2e3)).poles(0.0)
     assert (np.abs(damped.value.real[:2]) > 1e-6).tolist() in ([True, False], [False, True])
-    alike, apart = (
-        turning_shaft(jeffcott((1.0, 1e-4), translation=stiff, translation_y=other)).threshold(np.linspace(0, 3000, 31))
-        for other in (stiff, soft)
-    )
+    rigs = (jeffcott((1.0, 1e-4), translation=stiff, translation_y=other) for other in (stiff, soft))
+    alike, apart = (turning_shaft(rig).threshold(np.linspace(0, 3000, 31)) for rig in rigs)
     assert alike is not None and (apart is None or apart > 1.05 * alike)
 
 
 def test_strong_dampers_at_supports_need_few_modes() -> None:
     """A rigid clamp's limit: a damper of 1e9 N s/m in the middle leaves the antisymmetric modes of pinned halves."""
-    ends = (Support(0.0, "pinned"), Support(1.0, "pinned"))
-    middle = Support(0.5, "elastic", translation_damping=1e9)
-    steel = Material(YOUNG, 7800.0)
-    rig = a_rig(Shaft((Section(1.0, (0.02, 0.02)),), (*ends, middle), (), steel, theory="euler"))
+    supports, steel = (*PINS, Support(0.5, "elastic", translation_damping=1e9)), Material(YOUNG, 7800.0)
+    rig = a_rig(Shaft((Section(1.0, (0.02, 0.02)),), supports, (), steel, theory="euler"))
     value = turning_shaft(rig, 6).poles(0.0).value
     still = value.imag[np.abs(value.real) < 1e-3 * np.abs(value)]
     wave = np.sqrt(BENDING / (7800.0 * np.pi * 0.01**2))
@@ -130,8 +123,7 @@ def test_strong_dampers_at_supports_need_few_modes() -> None:
 @pytest.mark.parametrize("spin", [0.5, 0.98, 1.02, 3.0])
 def test_unbalance_of_a_jeffcott_rotor(spin: float) -> None:
     """r = m e Ω²/(k - m Ω² + i Ω c_e), circular and forward: damping that turns sees no velocity in it."""
-    outer, moment = 4.0, 3e-5
-    omega = spin * JEFFCOTT
+    outer, moment, omega = 4.0, 3e-5, spin * JEFFCOTT
     want = moment * omega**2 / (3.0 * (JEFFCOTT**2 - omega**2 + 1j * outer * omega))
     turning = {"spin": Spin(omega), "unbalances": (Unbalance(0.5, moment),)}
     shaft = turning_shaft(jeffcott((outer, 2e-5)).replace(**turning))
@@ -140,21 +132,18 @@ def test_unbalance_of_a_jeffcott_rotor(spin: float) -> None:
 
 
 def test_a_shaft_at_rest_has_the_planar_modes_twice() -> None:
-    rig = TABLE1
-    diagram = campbell(rig, [0.0, 100.0], n=6)
-    assert_allclose(diagram.frequency[::2, 0], natural_frequencies(rig, 3), rtol=2e-3)  # those are undamped
+    diagram, planar = campbell(TABLE1, [0.0, 100.0], n=6), natural_frequencies(TABLE1, 3)
+    assert_allclose(diagram.frequency[::2, 0], planar, rtol=2e-3)  # those are undamped
     assert_allclose(diagram.frequency[1::2, 0], diagram.frequency[::2, 0], rtol=1e-9)
-    undamped = turning_shaft(rig)
-    assert_allclose(np.sort(undamped.model.omega)[:6:2] / (2 * np.pi), natural_frequencies(rig, 3), rtol=1e-7)
+    assert_allclose(np.sort(turning_shaft(TABLE1).model.omega)[:6:2] / (2 * np.pi), planar, rtol=1e-7)
 
 
 def test_sections_turn_too() -> None:
     """A pinned Timoshenko shaft, w ~ sin βx and slope ~ cos βx: a 2 x 2 determinant with ρ I (ω² - 2 Ω ω)."""
-    density, length, radius, spin, nu = 7800.0, 1.0, 0.02, 2000.0, 0.3
-    ends = (Support(0.0, "pinned"), Support(length, "pinned"))
-    section = Section(length, (2 * radius, 2 * radius))
-    shaft = turning_shaft(a_rig(Shaft((section,), ends, (), Material(YOUNG, density, nu), theory="timoshenko")))
-    area, second, beta = np.pi * radius**2, np.pi * radius**4 / 4, np.pi / length
+    density, radius, spin, nu = 7800.0, 0.02, 2000.0, 0.3
+    section = Section(1.0, (2 * radius, 2 * radius))
+    shaft = turning_shaft(a_rig(Shaft((section,), PINS, (), Material(YOUNG, density, nu), theory="timoshenko")))
+    area, second, beta = np.pi * radius**2, np.pi * radius**4 / 4, np.pi / 1.0
     shear = 6 * (1 + nu) / (7 + 6 * nu) * YOUNG / (2 * (1 + nu)) * area
     translation = [-density * area, 0.0, shear * beta**2]
     tilt = [-density * second, 2 * density * second * spin, YOUNG * second * beta**2 + shear]
@@ -176,11 +165,9 @@ def test_the_diagram_is_drawn() -> None:
 
 def test_critical_speeds_of_an_overhung_disc_by_their_whirl() -> None:
     """det [k11 - m Ω², k12; k12, k22 - (I ∓ J) Ω²] = 0: forward and backward whirl with the spin, Ω = ω."""
-    length, mass, polar = 0.3, 2.0, 0.01
-    k = BENDING * np.array([[12 / length**3, -6 / length**2], [-6 / length**2, 4 / length]])
-    criticals = campbell(overhung(polar_inertia=polar), [0.0, 5000.0], n=4).criticals
+    criticals = campbell(overhung(polar_inertia=0.01), [0.0, 5000.0], n=4).criticals
     for whirl, sign in (("forward", -1), ("backward", 1)):
-        want = np.sqrt(scipy.linalg.eigvalsh(k, np.diag([mass, INERTIA + sign * polar])))
+        want = np.sqrt(scipy.linalg.eigvalsh(OVERHUNG, np.diag([2.0, INERTIA + sign * 0.01])))
         assert_allclose(criticals.spin_rad_s[criticals.whirl == whirl], want, rtol=1e-4)
         assert (criticals.amplification_factor[criticals.whirl == whirl] > 0).all() == (whirl == "forward")
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
-from clearance_mj.core.errors import RecordError
+from clearance_mj import Bushing, Contact, Grease, RecordError, Rig, Sensor
 from clearance_mj.rig import Spin, Unbalance
 from clearance_mj.rotors import turning_shaft, whirl
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
@@ -53,8 +52,7 @@ def test_places_are_from_the_bushings_middle_along_y_and_z_whatever_the_probes()
     cos, sin = np.cos(np.pi / 6), np.sin(np.pi / 6)
     orbits_of = whirl(rig, response(rig, np.array([cos * y + sin * z, cos * z - sin * y]), np.full(2048, 60.0)))
     np.testing.assert_allclose(orbits_of.position[0], [y + 1e-4, z - 2e-4], atol=1e-18)
-    assert orbits_of.names == ["bushing 1, x = 0.6 m"]
-    assert orbits_of.is_steady
+    assert orbits_of.names == ["bushing 1, x = 0.6 m"] and orbits_of.is_steady
 
 
 def test_the_end_at_one_speed_and_the_part_that_changes():

@@ -21,18 +21,21 @@ MASS_2 = ((2.0, 0.0), (0.0, 1.0))
 STIFFNESS_2 = ((300.0, -100.0), (-100.0, 100.0))
 
 
-def hermite(count=COUNT):
-    """M and K of a free beam of Hermite elements: deflection along Z and slope at each node (SI)."""
-    h, n = LENGTH / count, 2 * count + 2
-    k = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2]])
-    k = np.vstack((k, -k[0], [6 * h, 2 * h**2, -6 * h, 4 * h**2])) * BENDING / h**3
-    m = [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2]]
-    m = np.vstack((m, [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2])) * LINE_MASS * h / 420
-    mass, stiffness = np.zeros((2, n, n))
-    for i in range(0, n - 2, 2):
-        mass[i : i + 4, i : i + 4] += m
-        stiffness[i : i + 4, i : i + 4] += k
+def beam_elements(nodes, bending, line_mass):
+    """M and K of a free beam of Hermite elements between nodes (m): deflection along Z and slope at each (SI)."""
+    m = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420
+    k = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]], dtype=float)
+    mass, stiffness = np.zeros((2, 2 * len(nodes), 2 * len(nodes)))
+    for i, h in enumerate(np.diff(nodes)):
+        part, scale = np.s_[2 * i : 2 * i + 4, 2 * i : 2 * i + 4], np.outer([1, h, 1, h], [1, h, 1, h])
+        mass[part] += line_mass * h * m * scale
+        stiffness[part] += bending / h**3 * k * scale
     return mass, stiffness
+
+
+def hermite(count=COUNT):
+    """M and K of a free steel beam of equal elements."""
+    return beam_elements(np.linspace(0.0, LENGTH, count + 1), BENDING, LINE_MASS)
 
 
 def in_millimetres(matrix, per_mass_and_time):

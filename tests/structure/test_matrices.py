@@ -13,8 +13,7 @@ import scipy.linalg
 import scipy.sparse
 
 import clearance_mj as cm
-from clearance_mj.core.errors import RigError
-from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj import Bushing, Contact, Grease, PointMass, Rig, RigError, Sensor, Shaker
 from clearance_mj.structure import Matrices
 from experiments.space_frame import export, pump_frame
 

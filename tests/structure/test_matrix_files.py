@@ -9,8 +9,7 @@ import scipy.linalg
 import scipy.sparse
 
 import clearance_mj as cm
-from clearance_mj.core.errors import RigError
-from clearance_mj.rig import Shaker
+from clearance_mj import RigError, Shaker
 from clearance_mj.structure import Matrices
 
 from ..refusals import assert_refused

@@ -5,8 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clearance_mj.core.errors import RecordError
-from clearance_mj.signals import FRF, rmse_db
+from clearance_mj import FRF, RecordError, rmse_db
 from clearance_mj.structure import modes_from_frf
 from clearance_mj.structure.beam import cantilever_mode, cantilever_roots, static_deflection
 

@@ -10,8 +10,7 @@ import scipy.integrate
 import scipy.optimize
 
 import clearance_mj as cm
-from clearance_mj.core.errors import RigError
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
+from clearance_mj import Bushing, Contact, Grease, Rig, RigError, Sensor, Shaker
 from clearance_mj.structure import Matrices, Mjcf
 
 POINT = '<inertial mass="1" pos="{0}" diaginertia="1e-9 1e-9 1e-9"/>'

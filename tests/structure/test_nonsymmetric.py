@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.clearance import ConstantLaw
+from clearance_mj import Bushing, ConstantLaw, Contact, Grease, Rig, Sensor, Shaker, linear_model
 from clearance_mj.engines.equilibrium import static_equilibrium
-from clearance_mj.linear import linear_model
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.structure import Matrices
 from clearance_mj.structure.attached import Oscillator
 

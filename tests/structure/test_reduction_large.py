@@ -9,8 +9,7 @@ import scipy.linalg
 import scipy.sparse
 import scipy.sparse.linalg
 
-from clearance_mj.linear import linear_model
-from clearance_mj.rig import Contact, Grease, PointMass
+from clearance_mj import Contact, Grease, PointMass, linear_model
 from clearance_mj.structure import Assembly, reduction
 from clearance_mj.structure.large import lowest_modes
 from clearance_mj.structure.reduction import MassNormalisedModes, reduced

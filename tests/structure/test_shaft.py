@@ -9,11 +9,7 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj import beam
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.core.errors import RigError
-from clearance_mj.linear import linear_model
-from clearance_mj.rig import Rig, Sensor, Shaker
+from clearance_mj import ConstantLaw, Rig, RigError, Sensor, Shaker, beam, linear_model
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
 from ..conftest import TABLE1

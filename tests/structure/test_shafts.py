@@ -8,10 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clearance_mj import beam
-from clearance_mj.core.errors import RigError
-from clearance_mj.linear import linear_model
-from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj import Bushing, Contact, Grease, PointMass, Rig, RigError, Sensor, Shaker, beam, linear_model
 from clearance_mj.structure import Material, Section, Shaft, Shafts, Spring, Support
 
 from ..refusals import assert_refused

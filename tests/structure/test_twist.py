@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from clearance_mj.core.errors import RigError
-from clearance_mj.linear import linear_model
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
+from clearance_mj import Bushing, Contact, Grease, Rig, RigError, Sensor, Shaker, linear_model
 from clearance_mj.structure import Beam, Clamp, Disc, Material, Section, Shaft, Shafts, Spring, Support, beam
 from clearance_mj.structure.attached import Attached, FixtureMode, PointMass
 from clearance_mj.structure.base import in_other_plane, moved, parse_direction, parse_place

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from clearance_mj import beam
-from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, beam
 from experiments.testrig.fem import FiniteElements
 
 from ..conftest import TABLE1 as RIG

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from clearance_mj.clearance import ConstantLaw
+from clearance_mj import ConstantLaw, PointMass, Sensor
 from clearance_mj.engines import Links, build_links
 from clearance_mj.engines.linkage import linkage
 from clearance_mj.engines.plant import ARMATURE
-from clearance_mj.rig import PointMass, Sensor
 from clearance_mj.structure.beam import cantilever_roots
 
 from ..physical.stepping import mass_matrix, with_data

@@ -7,12 +7,8 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from clearance_mj import beam
-from clearance_mj.clearance import ConstantLaw
+from clearance_mj import ConstantLaw, Excitation, Sensor, Shaker, beam, linear_model
 from clearance_mj.engines import Links, Modal, build_links, simulate
-from clearance_mj.linear import linear_model
-from clearance_mj.rig import Sensor, Shaker
-from clearance_mj.signals.excitation import Excitation
 from clearance_mj.structure.beam import cantilever_roots
 from experiments.testrig.fem import FiniteElements
 

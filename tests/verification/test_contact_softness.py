@@ -7,8 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from clearance_mj.core.errors import LawError
-from clearance_mj.physical import solref_solimp
+from clearance_mj import LawError, solref_solimp
 
 from ..refusals import assert_refused
 

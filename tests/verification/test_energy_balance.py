@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 from scipy.special import gamma
 
+from clearance_mj import Links, Modal, energy_balance, linear_model
 from clearance_mj import clearance as models
-from clearance_mj.engines import Links, Modal
-from clearance_mj.engines.energy import energy_balance
-from clearance_mj.linear import linear_model
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation, hammer, random
 

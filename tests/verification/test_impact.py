@@ -12,9 +12,8 @@ import pytest
 import scipy.integrate
 import scipy.optimize
 
+from clearance_mj import Bushing, Contact, Grease, Modal, Rig, Sensor
 from clearance_mj import clearance as models
-from clearance_mj.engines import Modal
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.structure import Matrices
 
 from .modal_mj import ModalMujoco

@@ -10,15 +10,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from clearance_mj import ConstantLaw, Excitation, RigError, energy_balance, estimate_frf
 from clearance_mj.beam import natural_frequencies
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.core.errors import RigError
 from clearance_mj.engines import Links, Modal, build_links, simulate
-from clearance_mj.engines.energy import energy_balance
 from clearance_mj.engines.linkage import linkage
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor
-from clearance_mj.signals.excitation import Excitation
-from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.structure import Disc, Material, Section, Shaft, Shafts, Spring, Support
 from clearance_mj.structure.reduction import vibration_modes
 

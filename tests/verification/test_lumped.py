@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
+from clearance_mj import Bushing, Contact, Grease, Modal, Rig, Sensor, Shaker
 from clearance_mj.clearance.contacts.kelvin_voigt import KelvinVoigt
-from clearance_mj.engines import Modal
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.structure import Material, Matrices, Section, Shaft, Support
 
 

@@ -7,9 +7,7 @@ of its force, which is of first order whatever the scheme.
 import numpy as np
 import pytest
 
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.engines import Links, Modal, simulate
-from clearance_mj.signals.excitation import Excitation
+from clearance_mj import ConstantLaw, Excitation, Links, Modal, simulate
 
 from .modal_mj import ModalMujoco
 from .test_impact import RELEASED, FreeMass, damping, gap_oscillator, rebound, ring_down_error

@@ -10,10 +10,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.engines import Modal
-from clearance_mj.linear import linear_model
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor
+from clearance_mj import Bushing, ConstantLaw, Contact, Grease, Modal, Rig, Sensor, linear_model
 from clearance_mj.structure import Material, Section, Shaft, Shafts, Support
 
 YOUNG, DENSITY = 210e9, 7850.0

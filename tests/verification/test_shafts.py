@@ -5,9 +5,7 @@ import pytest
 import scipy.optimize
 import scipy.special
 
-from clearance_mj import beam
-from clearance_mj.linear import linear_model
-from clearance_mj.rig import PointMass, Rig, Sensor, Shaker
+from clearance_mj import PointMass, Rig, Sensor, Shaker, beam, linear_model
 from clearance_mj.structure import Disc, Material, Section, Shaft, Shafts, Spring, Support
 
 from ..structure.dynamic_stiffness import frequencies, round_piece

@@ -1,7 +1,7 @@
 """One rig as shaft, as matrices and as modes. The shaft of Table 1 hits its bushings; all three give the same FRFs.
 
-Matrices and modes are of Hermite elements that are written here (Przemieniecki, Theory of Matrix Structural Analysis,
-1968, sections 5.6 and 11.5). Modes are those of the shaft with the lever's mass, as a test would find them: the lowest
+Matrices and modes are of the tests' own Hermite elements (Przemieniecki, Theory of Matrix Structural Analysis, 1968,
+sections 5.6 and 11.5). Modes are those of the shaft with the lever's mass, as a test would find them: the lowest
 14, and the flexibility that they leave at the clearances and the shaker.
 Matrices are of the bare shaft, as the shaft is.
 """
@@ -13,14 +13,12 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.engines import Modal, simulate
-from clearance_mj.rig import Rig, Shaker
+from clearance_mj import ConstantLaw, Modal, Rig, Shaker, estimate_frf, simulate
 from clearance_mj.signals.excitation import random
-from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.structure import Material, Matrices, ModalStructure, Section, Shaft, Support
 
 from ..conftest import TABLE1
+from ..structure.small_matrices import beam_elements
 
 BEAM = TABLE1.beam
 PUSHED = 0.30
@@ -32,16 +30,7 @@ LAW = ConstantLaw(7.8e3, 4.0)  # the datasheet's contact
 
 def elements():
     """Mass and stiffness of deflections and slopes of all nodes but the clamped one."""
-    size = 2 * NODES.size
-    mass, stiffness = np.zeros((size, size)), np.zeros((size, size))
-    for i, h in enumerate(np.diff(NODES)):
-        at = np.s_[2 * i : 2 * i + 4, 2 * i : 2 * i + 4]
-        m = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420.0
-        k = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]], dtype=float)
-        scale = np.outer([1, h, 1, h], [1, h, 1, h])
-        mass[at] += BEAM.mass_per_length * h * m * scale
-        stiffness[at] += BEAM.bending_stiffness / h**3 * k * scale
-    return mass[2:, 2:], stiffness[2:, 2:]
+    return tuple(m[2:, 2:] for m in beam_elements(NODES, BEAM.bending_stiffness, BEAM.mass_per_length))
 
 
 def dof(x):
@@ -69,20 +58,15 @@ def modes():
     value, vector = scipy.linalg.eigh(mass, stiffness)  # for 1/ω², which keeps the digits of the lowest
     omega = 1 / np.sqrt(value[::-1][:MODES])
     shapes = vector[:, ::-1][:, :MODES] * omega
-    measured = [0.15, 0.30, 0.40, 0.5484, 0.65, 0.7918, 0.90, 1.0]
-    loads = [0.30, 0.5484, 0.7918]
-    rows = {x: 2 * (int(dof(x).split(":")[0]) - 1) for x in measured}
-    at, under = [rows[x] for x in measured], [rows[x] for x in loads]
+    measured, loads = [0.15, 0.30, 0.40, 0.5484, 0.65, 0.7918, 0.90, 1.0], [0.30, 0.5484, 0.7918]
+    at, under = ([2 * (int(dof(x).split(":")[0]) - 1) for x in places] for places in (measured, loads))
     rest = np.linalg.solve(stiffness, np.eye(len(mass))[:, under])[at] - (shapes[at] / omega**2) @ shapes[under].T
+    ratios = tuple((BEAM.rayleigh[0] / omega + BEAM.rayleigh[1] * omega) / 2)
+    participation = tuple((0.0, 0.0, g) for g in np.tile([1.0, 0.0], len(mass) // 2) @ mass @ shapes)
     return ModalStructure(
-        frequencies=tuple(omega / (2 * np.pi)),
-        damping_ratios=tuple((BEAM.rayleigh[0] / omega + BEAM.rayleigh[1] * omega) / 2),
-        dofs=tuple(map(dof, measured)),
-        shapes=tuple(map(tuple, shapes[at])),
-        participation=tuple((0.0, 0.0, g) for g in np.tile([1.0, 0.0], len(mass) // 2) @ mass @ shapes),
-        residual_flexibility=tuple(map(tuple, rest)),
-        residual_dofs=tuple(map(dof, loads)),
-    )
+        tuple(omega / (2 * np.pi)), ratios, tuple(map(dof, measured)), tuple(map(tuple, shapes[at])),
+        participation=participation, residual_flexibility=tuple(map(tuple, rest)), residual_dofs=tuple(map(dof, loads)),
+    )  # fmt: skip
 
 
 def rig_of(structure, kind):

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 import scipy.integrate
 
+from clearance_mj import Excitation, Links, Modal, simulate
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
-from clearance_mj.engines import Links, Modal, simulate
-from clearance_mj.signals.excitation import Excitation
 
 from ..conftest import TABLE1 as RIG
 from .modal_mj import ModalMujoco
