@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from clearance_mj import ClearanceError, ExcitationError, Model, periodic
-from clearance_mj.clearance import ConstantLaw, MaxwellSlip
+from clearance_mj.clearance import ConstantLaw
+from experiments.periodic.verification import SLIDERS
 
 from ..conftest import TABLE1
 from ..refusals import assert_refused
@@ -16,8 +17,6 @@ from .test_over_level import DAMPING, SPRING, squared_force
 from .test_published import DUFFING, HARDENING, TURN
 from .test_rigs import LAW
 from .test_space_forced import SPACE
-
-SLIDERS = MaxwellSlip(springs=(1500.0, 1500.0), forces=(0.1, 0.25), elastic=1500.0, damping=3.0)
 
 
 def test_duffing_folds_meet_in_a_cusp():

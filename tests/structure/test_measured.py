@@ -13,14 +13,13 @@ from ..conftest import TABLE1
 from ..refusals import assert_refused
 
 BEAM = TABLE1.beam
-MASS = BEAM.mass_per_length * BEAM.length
 X = np.array([0.25, 0.5, 0.75, 1.0])
 LABELS = ("1:+Z", "2:-Z", "3:+Z", "4:+Z")
 SIGNS = np.array([1.0, -1.0, 1.0, 1.0])
 ZETA = 0.01
 FREQUENCY = np.arange(2.0, 250.0, 0.25)
 OMEGA = cantilever_roots(30) ** 2 * np.sqrt(BEAM.bending_stiffness / BEAM.mass_per_length) / BEAM.length**2
-SHAPES = cantilever_mode(X, 30, BEAM.length) / np.sqrt(MASS)
+SHAPES = cantilever_mode(X, 30, BEAM.length) / np.sqrt(BEAM.mass_per_length * BEAM.length)
 
 
 def frf(references=(3,), noise=0.0, quantity="acceleration/force"):

@@ -40,9 +40,8 @@ def test_frequencies_of_the_bare_shaft(measured):
     scale = np.sqrt(SHAFT.bending_stiffness / SHAFT.mass_per_length) / (2 * np.pi * SHAFT.length**2)
     elements = FiniteElements.of_shaft(SHAFT)
     squares = scipy.linalg.eigh(dense(elements.stiffness), dense(elements.mass), eigvals_only=True)[:5]
-    rows = zip(ROOTS, beam.natural_frequencies(BARE, 5), np.sqrt(squares) / (2 * np.pi))
+    rows, source = zip(ROOTS, beam.natural_frequencies(BARE, 5), np.sqrt(squares) / (2 * np.pi)), "λ² √(EI/ρA)/(2π l²)"
     for i, (root, ritz, virtual_rig) in enumerate(rows, 1):
-        source = "λ² √(EI/ρA)/(2π l²)"
         measured.equal(f"f{i} of the bare shaft, Ritz model (Hz)", ritz, root**2 * scale, source, rel=1e-9)
         measured.equal(f"f{i} of the bare shaft, virtual rig (Hz)", virtual_rig, root**2 * scale, source, rel=2e-6)
 

@@ -13,8 +13,7 @@ from experiments.testrig.fem import FiniteElements, Points
 
 from ..conftest import dense
 
-NO_GREASE = greases(())
-NO_CONTACT = integrator.Contacts(*np.zeros((5, 0)))
+NO_GREASE, NO_CONTACT = greases(()), integrator.Contacts(*np.zeros((5, 0)))
 
 
 def masses(mass, stiffness, rayleigh=(0.0, 0.0)):
@@ -65,8 +64,7 @@ def test_sdnd108b_mass_bounces_off_a_damped_support(measured):
     source = "code_aster V5.01.108"
     measured.equal("SDND108b: lift-off (s)", lift_off, 0.92403882542, source, abs=2e-9)
     for end, expected in ((1.0, -1.88214079833), (1.1, -1.81496422497)):
-        flight = end - lift_off
-        height = -2.0 + speed * flight - 5.0 * flight**2
+        height = -2.0 + speed * (end - lift_off) - 5.0 * (end - lift_off) ** 2
         measured.equal(f"SDND108b: height at {end:g} s (m)", height, expected, source, abs=1e-8)
 
 

@@ -63,45 +63,34 @@ def run(model, height, speed, steps):
     return rows.T
 
 
-def penetration(make, **impedance):
-    """Static penetration under the weight, long after a small drop."""
-    model, *contact = make(9.81, 1e-4, 0.0)
-    soften(*contact, STIFFNESS, damping(0.5), **impedance)
-    return -run(model, 0.0, 0.0, 6000)[0, -1]
-
-
 @all_models
 def test_static_penetration(make, measured):
-    """m g / k; at rest nothing of the impedance is left in it."""
-    what = f"static penetration, {name_of(make)} (m)"
-    measured.equal(what, penetration(make), MASS * 9.81 / STIFFNESS, "m g/k", rel=1e-6)
-
-
-def restitution(make, ratio, **impedance):
-    model, *contact = make(0.0, 2e-3 / OMEGA, 1e-4)
-    soften(*contact, STIFFNESS, damping(ratio), **impedance)
-    height, velocity = run(model, 1e-4, -0.5, 8000)
-    assert np.min(height) < 0 < height[-1]
-    return -velocity[-1] / velocity[0]
+    """m g / k; at rest, long after a small drop, nothing of the impedance is left in it."""
+    model, *contact = make(9.81, 1e-4, 0.0)
+    soften(*contact, STIFFNESS, damping(0.5))
+    what, penetration = f"static penetration, {name_of(make)} (m)", -run(model, 0.0, 0.0, 6000)[0, -1]
+    measured.equal(what, penetration, MASS * 9.81 / STIFFNESS, "m g/k", rel=1e-6)
 
 
 @all_models
 @pytest.mark.parametrize(("ratio", "expected"), RELEASED.items())
 def test_restitution(make, ratio, expected, measured):
     """Kelvin-Voigt contact that never pulls: exp[-(b/w)(π - atan2(2bw, w² - b²))] within 0.2 %."""
+    model, *contact = make(0.0, 2e-3 / OMEGA, 1e-4)
+    soften(*contact, STIFFNESS, damping(ratio))
+    height, velocity = run(model, 1e-4, -0.5, 8000)
+    assert np.min(height) < 0 < height[-1]
     what, source = f"restitution, {name_of(make)}, ζ = {ratio}", "closed form, release where the force is zero"
-    measured.equal(what, restitution(make, ratio), expected, source, rel=2e-3)
+    measured.equal(what, -velocity[-1] / velocity[0], expected, source, rel=2e-3)
 
 
 def ring_down_periods(make, c, **impedance):
     """Three periods of a mass that stays in contact, dt = 1e-4 s."""
-    timestep = 1e-4
-    model, *contact = make(9.81, timestep, 0.0)
+    model, *contact = make(9.81, 1e-4, 0.0)
     soften(*contact, STIFFNESS, c, **impedance)
-    height, _ = run(model, 0.0, 0.0, 5000)
-    rest = -MASS * 9.81 / STIFFNESS
+    height, rest = run(model, 0.0, 0.0, 5000)[0], -MASS * 9.81 / STIFFNESS
     up = np.flatnonzero((height[:-1] < rest) & (height[1:] >= rest))[:4]
-    return np.diff(up + (rest - height[up]) / (height[up + 1] - height[up])) * timestep
+    return np.diff(up + (rest - height[up]) / (height[up + 1] - height[up])) * 1e-4
 
 
 @all_models

@@ -14,8 +14,7 @@ from clearance_mj.beam import linear_frf
 
 from ..conftest import TABLE1 as RIG
 
-PUSHED = RIG.replace(shaker=Shaker("force", 0.3))
-LAW = ConstantLaw(2e4, 3.0)
+PUSHED, LAW = RIG.replace(shaker=Shaker("force", 0.3)), ConstantLaw(2e4, 3.0)
 FS, BAND = 2048.0, (5.0, 220.0)
 
 
@@ -37,8 +36,7 @@ def in_gap_frf(rig, kind, rms, engine):
     response = simulate(rig, Excitation(np.resize(noise(2, rms, 3), round(10.1 * FS)), FS, kind, BAND), LAW, engine)
     assert np.max(np.abs(response.displacement)) < 3e-4 and not np.any(response.contact_force)
     fifth = slice(round(8 * FS), round(10 * FS))
-    excitation, acceleration = response.excitation[fifth], response.acceleration[:, fifth]
-    response = Response(FS, excitation, acceleration, kind=kind, band=BAND)
+    response = Response(FS, response.excitation[fifth], response.acceleration[:, fifth], kind=kind, band=BAND)
     return estimate_frf(response, "H1", resolution=0.5, overlap=0, window="boxcar")
 
 

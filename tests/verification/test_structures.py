@@ -21,10 +21,8 @@ from ..conftest import TABLE1
 from ..structure.small_matrices import beam_elements
 
 BEAM = TABLE1.beam
-PUSHED = 0.30
 NODES = np.unique(np.round(np.append(np.linspace(0, BEAM.length, 81), [0.5484, 0.7918]), 9))
 MODES = 14
-ENGINE = Modal(resolution=0.2)
 LAW = ConstantLaw(7.8e3, 4.0)  # the datasheet's contact
 
 
@@ -77,14 +75,15 @@ def rig_of(structure, kind):
         return tuple(dataclasses.replace(item, position=place(item.position)) for item in items)
 
     bushings = tuple(dataclasses.replace(b, length=0.0) for b in TABLE1.bushings)
-    shaker = Shaker() if kind == "base" else Shaker("force", place(PUSHED))
+    shaker = Shaker() if kind == "base" else Shaker("force", place(0.30))
     masses = () if isinstance(structure, ModalStructure) else moved(TABLE1.masses)
     return Rig("3 ways", None, moved(bushings), moved(TABLE1.sensors), masses, shaker, structure=structure)
 
 
 @functools.cache
 def frf(structure, kind, level):
-    response = simulate(rig_of(structure, kind), random(12.0, 2048.0, (5.0, 220.0), level, 4, kind), LAW, ENGINE)
+    noise = random(12.0, 2048.0, (5.0, 220.0), level, 4, kind)
+    response = simulate(rig_of(structure, kind), noise, LAW, Modal(resolution=0.2))
     assert np.any(response.contact_force[-1])
     return estimate_frf(response, resolution=2.0).functions
 
