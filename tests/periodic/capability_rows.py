@@ -103,9 +103,7 @@ def ends_at(branch, rig, level, frequency):
 def follows_over(rig, over, ends, changed):
     """Over loads, gaps or spin a response comes to that of the changed rig."""
     (level, frequency), settings = DRIVEN[kind_of(rig)], {"n_modes": MODES, "stability": False}
-    branch = periodic.follow_response_over(
-        cm.Model(rig), over, ends, frequency, level, HARMONICS, SAMPLES, **settings
-    )  # fmt: skip
+    branch = periodic.follow_response_over(cm.Model(rig), over, ends, frequency, level, HARMONICS, SAMPLES, **settings)
     assert not branch.ended
     ends_at(branch, changed, level, frequency)
 
@@ -144,9 +142,8 @@ def along_backbone(rig):
     frequencies = np.sqrt(np.linalg.eigvalsh(inside.elastic())) / (2 * np.pi)
     assert np.abs(frequencies / curve.frequency[0] - 1).min() < 1e-6
     np.testing.assert_allclose(curve.damping, 0, atol=1e-6)
-    still = np.zeros((curve.frequency.size, 1), dtype=complex)
-    vibration = Vibration(curve.model, "force", 1, MODES, curve.frequency, still, curve.displacement,
-                          curve.clearance_displacement)  # fmt: skip
+    still, moved = np.zeros((curve.frequency.size, 1), dtype=complex), curve.clearance_displacement
+    vibration = Vibration(curve.model, "force", 1, MODES, curve.frequency, still, curve.displacement, moved)
     for i in ends_and_middle(curve):
         assert min(next(marches(vibration, i, resolution, 2)) for resolution in (0.1, 0.02)) < 1e-3
 

@@ -13,6 +13,8 @@ import clearance_mj as cm
 from clearance_mj import Bushing, Contact, Grease, Rig, RigError, Sensor, Shaker
 from clearance_mj.structure import Matrices, Mjcf
 
+from ..refusals import assert_refused
+
 POINT = '<inertial mass="1" pos="{0}" diaginertia="1e-9 1e-9 1e-9"/>'
 DOUBLE_PENDULUM = f"""<mujoco><option gravity="0 0 -9.81" integrator="RK4" timestep="5e-4"/><worldbody>
 <body name="upper"><joint name="shoulder" axis="0 1 0" damping="0.02"/>{POINT.format("0 0 -1")}
@@ -57,12 +59,9 @@ def test_double_pendulum(tmp_path, keyframe):
 
 
 def test_masses_on_springs_are_the_same_as_their_matrices(tmp_path):
-    chain = structure_of(tmp_path, CHAIN)
-    lumped = Matrices(
-        mass=[[2.0, 0.0], [0.0, 1.0]], stiffness=[[400.0, -100.0], [-100.0, 100.0]], damping=[[0.5, 0.0], [0.0, 0.0]],
-        dofs=["1:Z", "2:Z"], units="m-kg-s",
-    )  # fmt: skip
-    cases = ((chain, "m2:+Z", "m1:Z"), (lumped, "2:+Z", "1:Z"))
+    matrices = np.diag([2.0, 1.0]), [[400.0, -100.0], [-100.0, 100.0]], np.diag([0.5, 0.0])
+    lumped = Matrices("m-kg-s", None, *matrices, ["1:Z", "2:Z"])
+    cases = ((structure_of(tmp_path, CHAIN), "m2:+Z", "m1:Z"), (lumped, "2:+Z", "1:Z"))
     models = [cm.linear_model(rig_of(of, sensor, shaker=Shaker("force", at))) for of, sensor, at in cases]
     omega = np.array([3.0, 9.0, 20.0])
     for kind in ("base", "force"):
@@ -129,16 +128,14 @@ def test_clearance_between_sites_in_a_rig_file(tmp_path):
     structure = structure_of(tmp_path, DOUBLE_PENDULUM.format(spring=""))
     bushing = Bushing("tip:+X", 1e-3, 0.0, Grease(0.0), Contact(1e4, 1.0), to="elbow:+X")
     rig = rig_of(structure, shaker=Shaker(direction=(1, 0, 0))).replace(bushings=(bushing,))
-    rig.save(tmp_path / "rig.toml")
-    assert 'file = "model.xml"' in (tmp_path / "rig.toml").read_text(encoding="utf-8")
-    read = Rig.load(tmp_path / "rig.toml")
+    rig.save(file := tmp_path / "rig.toml")
+    assert 'file = "model.xml"' in file.read_text(encoding="utf-8")
+    read = Rig.load(file)
     assert read == rig and hash(read) == hash(rig) and pickle.loads(pickle.dumps(read)) == rig
     excitation = cm.excitation.random(3.0, 512, band=(0.3, 5), rms=0.5, seed=0)
     response = cm.simulate(rig, excitation, cm.ConstantLaw(1e4, 1.0), engine="modal")
-    weights = Matrices(
-        mass=[[1.0, 0.0], [0.0, 1.0]], stiffness=[[29.43, -9.81], [-9.81, 9.81]], damping=[[0.02, 0.0], [0.0, 0.0]],
-        dofs=["1:X", "2:X"], units="m-kg-s",
-    )  # fmt: skip
+    matrices = np.eye(2), [[29.43, -9.81], [-9.81, 9.81]], np.diag([0.02, 0.0])
+    weights = Matrices("m-kg-s", None, *matrices, ["1:X", "2:X"])
     bushing = dataclasses.replace(bushing, position="2:X", to="1:X")
     lumped = rig.replace(structure=weights, bushings=(bushing,), sensors=(Sensor(1, "2:+X"),))
     expected = cm.simulate(lumped, excitation, cm.ConstantLaw(1e4, 1.0), engine="modal")
@@ -164,8 +161,7 @@ FREE = '<mujoco><worldbody><body name="box"><freejoint/><geom size="0.1"/></body
     ("<mujoco><worldbdy/></mujoco>", {}, "file .*model.xml: .*worldbdy"),
 ])  # fmt: skip
 def test_models_without_an_equilibrium_are_refused(tmp_path, text, fields, message):
-    with pytest.raises(RigError, match=message):
-        structure_of(tmp_path, text, **fields)
+    assert_refused(RigError, message, structure_of, tmp_path, text, **fields)
 
 
 @pytest.mark.parametrize("point, message", [
@@ -174,8 +170,8 @@ def test_models_without_an_equilibrium_are_refused(tmp_path, text, fields, messa
     (0.3, '"0.3" is no point of a MuJoCo model, such as "tip:\\+Z"'),
 ])  # fmt: skip
 def test_points_that_do_not_exist_are_refused(tmp_path, point, message):
-    with pytest.raises(RigError, match=rf"sensors\[0\].position {message}"):
-        rig_of(structure_of(tmp_path, DOUBLE_PENDULUM.format(spring="")), point)
+    structure = structure_of(tmp_path, DOUBLE_PENDULUM.format(spring=""))
+    assert_refused(RigError, rf"sensors\[0\].position {message}", rig_of, structure, point)
 
 
 def test_free_body_without_gravity_is_free(tmp_path):

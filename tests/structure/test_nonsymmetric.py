@@ -62,10 +62,10 @@ def test_gains_with_nonsymmetric_matrices():
     model = linear_model(rig)
     k, c = np.array(rig.structure.stiffness), np.array(rig.structure.damping)
     exact = np.array([np.linalg.inv(k - w**2 * MASS * np.eye(2) + 1j * w * c)[:, 1] for w in omega])
-    rows = model.shapes(["1:Y", "1:Z"])
-    np.testing.assert_allclose(model.responses(rows, model.push()[:, None], omega)[..., 0], exact, rtol=1e-9)
-    np.testing.assert_allclose(model.static_deflection(["1:Y", "1:Z"], model.push()[None])[:, 0],
-                               np.linalg.solve(k, [0.0, 1.0]), rtol=1e-9)  # fmt: skip
+    gains = model.responses(model.shapes(["1:Y", "1:Z"]), model.push()[:, None], omega)
+    np.testing.assert_allclose(gains[..., 0], exact, rtol=1e-9)
+    static = model.static_deflection(["1:Y", "1:Z"], model.push()[None])[:, 0]
+    np.testing.assert_allclose(static, np.linalg.solve(k, [0.0, 1.0]), rtol=1e-9)
 
 
 def test_attached_masses_keep_the_cross_stiffness():

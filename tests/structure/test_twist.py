@@ -53,21 +53,21 @@ def roots(equation, highest, n):
 
 def test_points():
     assert parse_place("@0.4:RX") == ("", 0.4) and parse_place("inner@.5:-Z") == ("inner", 0.5)
-    assert parse_direction("inner@.5:-Z") == ("Z", -1) and parse_direction("@0.4:KY") == ("KY", 1)
-    assert parse_direction("12:-RZ") == ("RZ", -1) and parse_direction("inner@0.4") is None
+    directions = {"inner@.5:-Z": ("Z", -1), "@0.4:KY": ("KY", 1), "12:-RZ": ("RZ", -1), "inner@0.4": None}
+    assert {point: parse_direction(point) for point in directions} == directions
     assert moved("in@0.5:-RX", 0.25) == "in@0.75:-RX" and moved(0.5, 0.25) == 0.75
-    assert [in_other_plane(p) for p in ("@1.0:Y", "a@1.0:RZ", "@1.0:-RY", "@1.0:Z", 0.5, "a@1")] == [
-        "@1.0:Z", "a@1.0:-RY", "@1.0:RZ", "@1.0:Y", 0.5, "a@1",
-    ]  # fmt: skip
+    others = {"@1.0:Y": "@1.0:Z", "a@1.0:RZ": "a@1.0:-RY", "@1.0:-RY": "@1.0:RZ", "@1.0:Z": "@1.0:Y"}
+    assert {point: in_other_plane(point) for point in others} == others
+    assert [in_other_plane(point) for point in (0.5, "a@1")] == [0.5, "a@1"]
 
 
 def test_clamped_and_free_shaft():
     """ω = (2n - 1) π/2L √(G/ρ); Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-16."""
     exact = (2 * np.arange(1, 9) - 1) * np.pi / 2 / 1.2 * SPEED
-    np.testing.assert_allclose(twisting(shaft(Section(1.2, 0.02, 0.01)), 8, "@1.2:RX"), exact, rtol=1e-12)
-    np.testing.assert_allclose(twisting(Beam(1.2, 210e9, 7850.0, 0.03), 8, "@1.2:RX"), exact, rtol=1e-12)
-    giving = Beam(1.2, 210e9, 7850.0, 0.03, clamp=Clamp(rotation=1e4, translation=1e6))
-    np.testing.assert_allclose(twisting(giving, 8, "@1.2:RX"), exact, rtol=1e-12)
+    clamps = {}, {"clamp": Clamp(rotation=1e4, translation=1e6)}
+    beams = (Beam(1.2, 210e9, 7850.0, 0.03, **clamp) for clamp in clamps)
+    for structure in (shaft(Section(1.2, 0.02, 0.01)), *beams):
+        np.testing.assert_allclose(twisting(structure, 8, "@1.2:RX"), exact, rtol=1e-12)
 
 
 def test_free_shaft_turns_as_a_rigid_body():
@@ -78,17 +78,15 @@ def test_free_shaft_turns_as_a_rigid_body():
 def test_stepped_shaft():
     """Clamped and free, of two diameters: J1 tan(ω l2/c) tan(ω l1/c) J2/J1 = 1 from angle and torque at the step."""
     l1, l2, ratio = 0.5, 0.8, polar(0.03) / polar(0.02)
-    exact = roots(lambda w: np.cos(w * l1 / SPEED) * np.cos(w * l2 / SPEED)
-                  - ratio * np.sin(w * l1 / SPEED) * np.sin(w * l2 / SPEED), 60e3, 6)  # fmt: skip
+    t1, t2 = l1 / SPEED, l2 / SPEED
+    exact = roots(lambda w: np.cos(w * t1) * np.cos(w * t2) - ratio * np.sin(w * t1) * np.sin(w * t2), 60e3, 6)
     np.testing.assert_allclose(twisting(shaft(Section(l1, 0.02), Section(l2, 0.03)), 6, "@1.3:RX"), exact, rtol=1e-11)
 
 
 def test_two_discs_on_a_light_shaft():
     """ω = √(k (1/J1 + 1/J2)) with k = G J / L; Den Hartog, Mechanical Vibrations, 1956, section 5.2."""
-    light = shaft(
-        Section(0.5, 0.02), material=Material(210e9, 1e-3), supports=(Support(0.0, "pinned"),),
-        discs=(Disc(0.0, 1.0, 1e-3), Disc(0.5, 1.0, 4e-3, polar_inertia=5e-3)),
-    )  # fmt: skip
+    discs, held = (Disc(0.0, 1.0, 1e-3), Disc(0.5, 1.0, 4e-3, polar_inertia=5e-3)), (Support(0.0, "pinned"),)
+    light = shaft(Section(0.5, 0.02), material=Material(210e9, 1e-3), supports=held, discs=discs)
     exact = np.sqrt(SHEAR * polar(0.02) / 0.5 * (1 / 2e-3 + 1 / 5e-3))
     hz = twisting(light, 2, "@0.5:RX")
     assert hz[0] < 1e-3 * exact
@@ -105,10 +103,8 @@ def test_two_discs_on_a_heavy_shaft():
 
 def test_springs_of_twist():
     """Two discs of a rigid shaft on one spring: ω = √(k/ΣJ); a spring to the base and one between two shafts."""
-    stub = shaft(
-        Section(0.01, 0.1), material=Material(2e11, 1e-3), supports=(Support(0.0, "pinned", twist=50.0),),
-        discs=(Disc(0.0, 1.0, 1e-3),),
-    )  # fmt: skip
+    light = {"material": Material(2e11, 1e-3), "discs": (Disc(0.0, 1.0, 1e-3),)}
+    stub = shaft(Section(0.01, 0.1), supports=(Support(0.0, "pinned", twist=50.0),), **light)
     np.testing.assert_allclose(twisting(stub, 1, "@0:RX"), np.sqrt(50.0 / 2e-3), rtol=1e-6)
     parts = tuple(dataclasses.replace(stub, name=name, supports=(Support(0.0, "pinned"),)) for name in "ab")
     pair = Shafts(parts, (Spring("a@0:RX", 50.0, "b@0:RX"),))
