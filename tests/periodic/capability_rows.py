@@ -86,10 +86,10 @@ def over_frequency(rig):
 
 
 def over_level(rig):
-    (level, frequency), model = DRIVEN[kind_of(rig)], cm.Model(excited(rig))
+    (level, frequency), rig = DRIVEN[kind_of(rig)], excited(rig)
     ends, settings = (0.02 * level, level), {"n_modes": MODES, "stability": False}
-    branch = periodic.follow_response_over_level(model, frequency, ends, HARMONICS, SAMPLES, **settings)
-    ends_at(branch, model.rig, level, frequency)
+    branch = periodic.follow_response_over_level(cm.Model(rig), frequency, ends, HARMONICS, SAMPLES, **settings)
+    ends_at(branch, rig, level, frequency)
 
 
 def ends_at(branch, rig, level, frequency):

@@ -73,7 +73,7 @@ def test_teeth_under_load_touch_at_rest():
 def test_an_idler_rests_between_its_mates():
     """Each mesh carries the torque over its base radius; a small ripple leaves the teeth in contact."""
     inertias = tuple(Inertia(i, 1e-3 * i, 0.02 * i) for i in (1, 2, 3))
-    gaps, filling, stiff = np.array([1e-4, 3e-5]), Grease(0.0, 1.0), Contact(1e6)
+    gaps, filling, stiff = (1e-4, 3e-5), Grease(0.0, 1.0), Contact(1e6)
     meshes = tuple(Bushing(f"{i}:X", gap, 0.0, filling, stiff, to=f"{i + 1}:X") for i, gap in enumerate(gaps, 1))
     rig = Rig(
         "idler", None, meshes, (Sensor(1, "1:X"),), shaker=Shaker("force", "1:RX"),
@@ -82,7 +82,7 @@ def test_an_idler_rests_between_its_mates():
     branch = cm.periodic.follow_response(cm.Model(rig), 0.01, (10.0, 20.0), 5)
     assert not branch.ended and branch.stable.all()
     np.testing.assert_allclose(branch.contact_force[-1, :, 0].real, 0.6 / 0.02, rtol=1e-6)
-    np.testing.assert_allclose(branch.clearance_displacement[-1, :, 0].real, gaps + 30 / 1e6, rtol=1e-6)
+    np.testing.assert_allclose(branch.clearance_displacement[-1, :, 0].real, np.add(gaps, 30 / 1e6), rtol=1e-6)
 
 
 # Stiffness over the mesh period

@@ -180,7 +180,8 @@ def test_a_long_bushing():
 
 def test_masses_along_the_shaft():
     """The heaviest is the end of an element, where the shaft's curvature has a kink; one close to it is not."""
-    ends = ends_of_elements(masses=(PointMass(0.3, 0.02), PointMass(0.32, 0.5), PointMass(1.0, 0.4)))
+    masses = (PointMass(0.3, 0.02, "light"), PointMass(0.32, 0.5, "heavy"), PointMass(1.0, 0.4, "tip"))
+    ends = ends_of_elements(masses=masses)
     assert np.isclose(ends, 0.32).any() and not np.isclose(ends, 0.3).any()
 
 

@@ -9,13 +9,16 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.rig import Load
-
-from ..periodic.one_mass import one_mass
+from clearance_mj.rig import Bushing, Contact, Grease, Load, Rig, Sensor, Shaker
+from clearance_mj.structure import Matrices
 
 FS, MEAN = 200.0, 0.1
 RAMP, DWELL = 30, 80  # periods from one frequency to the next, and there
-TOOTH = one_mass(0.0, 0.1, loads=(Load("1:X", force=MEAN),))
+TOOTH = Rig(
+    "tooth", None, (Bushing("1:Z", 1.0, 0.0, Grease(0.0), Contact(1.0)),), (Sensor(1, "1:Z"),),
+    structure=Matrices(mass=[[1.0]], stiffness=[[0.0]], damping=[[0.1]], dofs=["1:Z"], units="m-kg-s"),
+    shaker=Shaker("force", "1:Z"), loads=(Load("1:Z", force=MEAN),),
+)  # fmt: skip
 SINGLE_SIDED = {
     1.2: (0.992652, 1.206746), 1.1: (0.951161, 1.237328), 1.0: (0.895288, 1.269254), 0.9: (0.816059, 1.305968),
     0.8: (0.700497, 1.350121), 0.7: (0.527276, 1.405209), 0.6: (0.261210, 1.476520), 0.5: (-0.140215, 1.571651),
