@@ -8,13 +8,7 @@ import pytest
 import scipy.io
 
 from clearance_mj.core.errors import RecordError
-from experiments.real.records import (
-    read_damper,
-    read_dropbear,
-    read_hammer,
-    read_stepped_sines,
-    real_folder,
-)
+from experiments.real.records import read_damper, read_dropbear, read_hammer, read_stepped_sines, real_folder
 
 NAMES = "Low G Accel\tSG_300_a\tAccel\tPinLoc\tTime"
 DROPBEAR = (

@@ -79,8 +79,7 @@ def test_a_force_moves_the_shaft_statically_as_far_as_a_spring(rig):
     """A slow force at the tip: deflection F l³/(3 EI) without bushings' forces."""
     free = replace(Truth(), grease_stiffness=0.0, film_damping=0.0, contact_stiffness=0.0)
     rig = rig.replace(
-        shaker=replace(rig.shaker, kind="force", position=1.0),
-        beam=replace(rig.beam, rayleigh=(30.0, 1e-4)),
+        shaker=replace(rig.shaker, kind="force", position=1.0), beam=replace(rig.beam, rayleigh=(30.0, 1e-4))
     )
     push = 0.05 * np.clip(np.arange(4 * FS) / FS, 0, 1)
     response = simulate_rig(rig, free, Excitation(push, FS, kind="force"), 0)
