@@ -58,8 +58,7 @@ def test_two_grooves_beside_lund_and_thomsen():
 
     def load_and_attitude(attitude, eccentricity):
         across = np.pi / 2 * np.array((1, -1)) - attitude  # the load acts at -attitude
-        on = grid(eccentricity, 1.0, tuple(across), np.radians(20))
-        outwards, along = force(on, 0.0)
+        outwards, along = force(grid(eccentricity, 1.0, tuple(across), np.radians(20)), 0.0)
         return np.hypot(outwards, along), np.arctan2(along, -outwards)
 
     eccentricity = 0.460

@@ -108,8 +108,7 @@ def test_static_preload_of_a_shaft_beyond_its_gap(side):
 def test_a_preloaded_shaft_stays_at_rest():
     b = bench(hole(position=0.6, gap=3e-4, offset=5e-4, contact=KELVIN_VOIGT))
     accelerations, displacements = shake(b, np.zeros(400))
-    assert np.abs(accelerations).max() < 1e-6
-    assert np.abs(displacements).max() < 1e-12
+    assert np.abs(accelerations).max() < 1e-6 and np.abs(displacements).max() < 1e-12
 
 
 @pytest.mark.slow
@@ -135,8 +134,7 @@ def test_maxwell_slip_loop_energy():
         force[i], _ = physics.slip(path[i] - path[i - 1], 1.0, before, elements, np.array([[0.0, 1.0]]), after, 0)
         before[:] = after
     cycle = slice(20000, None)
-    slides = yields < amplitude
-    exact = np.sum(4 * stiffness * yields * (amplitude - yields), where=slides)
+    exact = np.sum(4 * stiffness * yields * (amplitude - yields), where=yields < amplitude)
     assert np.trapezoid(force[cycle], path[cycle]) == pytest.approx(exact, rel=1e-6)
 
 
@@ -167,8 +165,7 @@ def test_linear_bench_against_its_frequency_response():
     ]
     b = bench(*holes, clamp=Clamp.longer(EI, 0.01))
     frequency, n = 32.0, 8192
-    base = np.sin(2 * np.pi * frequency * np.arange(n) / FS)
-    response, _ = shake(b, base)
+    response, _ = shake(b, np.sin(2 * np.pi * frequency * np.arange(n) / FS))
     window = slice(n - 2048, n - 512)
     tone = np.exp(-2j * np.pi * frequency * np.arange(n) / FS)[window]
     value = 2j * np.mean(response[:, window] * tone, axis=1)
@@ -206,8 +203,7 @@ def package_law(holes):
         _, damping, height, limit = h.film
         film = {"damping": damping, "film_height": height, "film_limit": limit}
         if h.slip[0]:
-            forces = tuple(k * y for k, y in zip(*h.slip))
-            greases.append(MaxwellSlip(h.slip[0], forces, h.elastic, **film))
+            greases.append(MaxwellSlip(h.slip[0], tuple(k * y for k, y in zip(*h.slip)), h.elastic, **film))
         else:
             k, beta, gamma, exponent = h.bouc_wen
             shape = {"beta": beta, "gamma": gamma, "exponent": exponent}
@@ -226,8 +222,7 @@ def test_a_family_moves_as_the_package_says(family):
     other = simulate(b.rig, base, package_law(b.holes), "modal").displacement
     assert np.abs(moved).max() > 2 * b.holes[1].gap
     whole = slice(0, int(0.9 * FS))  # the end of a record rings in the filters
-    scale = moved.std(axis=1)
-    assert np.all(np.abs(other - moved)[:, whole].max(axis=1) < 0.01 * scale)
+    assert np.all(np.abs(other - moved)[:, whole].max(axis=1) < 0.01 * moved.std(axis=1))
     np.testing.assert_allclose(other[:, whole].std(axis=1), moved[:, whole].std(axis=1), rtol=1e-3)
 
 
@@ -239,15 +234,13 @@ def test_families_lose_energy(contact, grease):
     base = np.zeros(3072)
     base[100:112] = 200.0
     _, moved = shake(find_bench(f"{contact}+{grease}+1"), base, factor=8)
-    assert np.abs(moved).max() > 3e-4
-    assert np.abs(moved[:, -512:]).max() < 0.4 * np.abs(moved).max()
+    assert np.abs(moved).max() > 3e-4 and np.abs(moved[:, -512:]).max() < 0.4 * np.abs(moved).max()
 
 
 def test_each_ignorance_alone_is_part_of_all_together():
     known, everything = make_bench(5, ()), make_bench(5)
     assert known.holes[0].gap == known.rig.bushings[0].gap
-    assert known.shaft.young_modulus == known.rig.beam.young_modulus
-    assert known.shaft.clamp is None
+    assert known.shaft.young_modulus == known.rig.beam.young_modulus and known.shaft.clamp is None
     for word, part in (("gaps", "holes"), ("sensors", "accelerometers"), ("linear", "shaft")):
         assert getattr(make_bench(5, (word,)), part) != getattr(known, part)
     assert make_bench(5, ("linear",)).shaft == everything.shaft
@@ -331,16 +324,14 @@ def test_without_probes():
 @pytest.mark.parametrize("words", [["nothing"], ["cubic+tar+3"], ["all", "--ignorance", "gaps"]])
 def test_unknown_benches_are_named(words, tmp_path, capsys):
     assert run(make.main, None, [*words, "--out", str(tmp_path / "out")]) == 2
-    assert "is unknown" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
+    assert "is unknown" in capsys.readouterr().err and not (tmp_path / "out").exists()
 
 
 def test_truth_says_what_a_named_bench_is():
     for name, build in NAMED.items():
         b = build()
         truth = b.truth()
-        assert b.name == name == truth["name"]
-        assert len(truth["shaft"]["frequencies_in_gap"]) == 5
+        assert b.name == name == truth["name"] and len(truth["shaft"]["frequencies_in_gap"]) == 5
         assert np.all(np.diff(truth["shaft"]["frequencies_in_gap"]) > 0)
 
 

@@ -43,15 +43,13 @@ def test_best_single_scale_is_that_of_the_ridge(measured):
     ratio = error[-6.8] / min(error.values())
     measured.below("Figure 4, scale 2^-6.8: error of c over the least of 7 scales", ratio, 1.2, source)
     assert max(error[-7.0], error[-6.5]) < 2.5 * error[-6.8]
-    assert min(error[-8.0], error[-6.25]) > 2 * error[-6.8]
-    assert error[-6.0] > 50 * error[-6.8]
+    assert min(error[-8.0], error[-6.25]) > 2 * error[-6.8] and error[-6.0] > 50 * error[-6.8]
     assert error[-5.0] > 1
 
 
 def test_translations_of_a_scale(measured):
     """50 T/a + 1 for T = 1, whole ones; the article prints 3200, 3800, 4400, 5200, 6400"""
-    clean = decay(SCALE_CONDITION, duration=4.55, fs=1024)
-    results = scale_study(clean, SCALE_SEQUENCES[1])
+    results = scale_study(decay(SCALE_CONDITION, duration=4.55, fs=1024), SCALE_SEQUENCES[1])
     assert [result.points for result in results] == [3201, 3806, 4526, 5382, 6401]
     for result, scale in zip(results, SCALE_SEQUENCES[1]):
         what = f"translations at scale 2^{np.log2(scale):g}"

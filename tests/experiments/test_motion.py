@@ -45,6 +45,5 @@ def test_comparison_has_each_once():
 def test_median_and_interval():
     """Of 1 … 30: order statistics 10 and 21 enclose the median with 95 % (binomial, e.g. Conover 1999, 3.2)."""
     interval = median(np.arange(1.0, 31.0))
-    assert interval.value == 15.5
-    assert (interval.low, interval.high) == (10.0, 21.0)
+    assert interval.value == 15.5 and (interval.low, interval.high) == (10.0, 21.0)
     assert scipy.stats.binom.cdf(20, 30, 0.5) - scipy.stats.binom.cdf(9, 30, 0.5) >= 0.95

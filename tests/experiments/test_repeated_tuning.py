@@ -23,8 +23,7 @@ def test_rank_correlation():
     """Kendall's τ of three ranks: 1 for the same order, 1/3 with one of three pairs turned round, -1 reversed."""
     costs = {"a": tunings_of([1.0, 2.0, 3.0]), "b": tunings_of([2.0, 1.0, 3.0]), "c": tunings_of([9.0, 5.0, 1.0])}
     tau = rank_correlations({**costs, "d": tunings_of([10.0, 20.0, 30.0])})
-    assert tau["a", "d"] == pytest.approx(1.0)
-    assert tau["a", "b"] == pytest.approx(1 / 3)
+    assert tau["a", "d"] == pytest.approx(1.0) and tau["a", "b"] == pytest.approx(1 / 3)
     assert tau["a", "c"] == pytest.approx(-1.0)
 
 
@@ -56,8 +55,7 @@ def test_goes_on_where_it_was_stopped(tmp_path):
     assert len(asked) == len(NAMES) * len(REPEATS) + 1
     assert set(tomllib.loads((tmp_path / "tuning.toml").read_text())) == {again.label for again in REPEATS}
     page = (tmp_path / "tuning.md").read_text()
-    assert "| SMC | 0.000 (1) | 1.000 (1) | 2.000 (1) |" in page
-    assert "effort 1e+05*" in page
+    assert "| SMC | 0.000 (1) | 1.000 (1) | 2.000 (1) |" in page and "effort 1e+05*" in page
 
 
 def test_table_says_how_far_costs_spread():

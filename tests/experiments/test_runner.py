@@ -110,8 +110,7 @@ def test_files_and_pages(calls, tmp_path, records):
 
 def test_what_is_there_is_kept(calls, tmp_path, records):
     first = run(tmp_path, records)
-    assert run(tmp_path, records) == first
-    assert calls == [False]
+    assert run(tmp_path, records) == first and calls == [False]
 
 
 @pytest.mark.parametrize("change", ["records", "quick", "missing file", "damaged file", "damaged record"])
@@ -178,7 +177,6 @@ def test_bad_input_is_one_line_and_status_2(arguments, words, tmp_path, capsys):
 
 def test_json_has_the_digest_of_every_file(calls, tmp_path, records, capsys):
     out = tmp_path / "out"
-    arguments = ["all", "--json", "--quiet", "--out", str(out), "--dataset", str(records)]
-    assert main(arguments) == 0
+    assert main(["all", "--json", "--quiet", "--out", str(out), "--dataset", str(records)]) == 0
     (item,) = json.loads(capsys.readouterr().out)["items"]
     assert item["files"]["small.csv"] == hashlib.sha256((out / "small.csv").read_bytes()).hexdigest()

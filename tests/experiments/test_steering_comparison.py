@@ -14,8 +14,7 @@ from experiments.steering.comparison_statistics import below, below_both, paired
 
 def test_medians_with_runs_that_left_the_path():
     """Eleven of thirty did: order statistics 10 and 21 of 1 ... 19 and infinities (Conover 1999, 3.2)."""
-    interval = median(np.r_[np.arange(1.0, 20.0), np.full(11, np.inf)])
-    assert interval == (15.5, 10.0, np.inf)
+    assert median(np.r_[np.arange(1.0, 20.0), np.full(11, np.inf)]) == (15.5, 10.0, np.inf)
     assert median(np.full(30, np.inf)) == (np.inf, np.inf, np.inf)
 
 
@@ -47,10 +46,8 @@ def test_pairs_are_of_the_same_vehicle():
     assert set(comparisons) == {(regime, new) for regime in REGIMES for new in worth}
     sliding, predictive = comparisons["friction", "smc-cm"], comparisons["friction", "mpc-cm"]
     np.testing.assert_allclose(sliding.below, 25.0)
-    assert sliding.reversals == 1.0
-    assert sliding.verdict == "better, more reversals"
-    assert predictive.verdict == "no difference"
-    assert sliding._replace(reversals=0.0).verdict == "better"
+    assert sliding.reversals == 1.0 and sliding.verdict == "better, more reversals"
+    assert predictive.verdict == "no difference" and sliding._replace(reversals=0.0).verdict == "better"
     assert sliding._replace(below=median(np.full(30, -5.0))).verdict == "worse"
 
 
@@ -72,8 +69,7 @@ def test_page_says_who_wins_and_who_left(tmp_path):
     assert "| Slalom | torque | 60 (60…60) | left (left…left) |" in text
     assert "| SMC-CM | 1 (1) | 1 (1) | 2 | 0 | 0 | 0 |" in text
     assert "| MPC-CM | 0 (0) | 0 (0) | 0 | 0 | 0 | 2 |" in text
-    assert "| MPC-CM | left/left | 30/30 |" in text
-    assert "SMC-CM 25 to 25 %; " in text
+    assert "| MPC-CM | left/left | 30/30 |" in text and "SMC-CM 25 to 25 %; " in text
     assert "MPC-CM 25" not in text
     for name in ("torque", "friction", "pairs", "effort"):
         assert (tmp_path / f"vehicle_comparison_{name}.png").read_bytes()[:4] == b"\x89PNG"
@@ -98,8 +94,7 @@ def test_runs_that_leave_the_path_are_kept(tmp_path, monkeypatch):
     monkeypatch.setattr("clearance_mj.vehicle.run.LARGEST_ERROR", 0.01)
     groups = [Group("lane-change", "torque", name, 1, "ideal") for name in ("smc", "smc-cm")]
     lost, other = steering_comparison.run_all(groups, tmp_path).to_dict("records")
-    assert "left the path" in lost["left"]
-    assert lost["peak_e_y"] == lost["servo_reversals"] == np.inf
+    assert "left the path" in lost["left"] and lost["peak_e_y"] == lost["servo_reversals"] == np.inf
     assert np.isfinite(other["peak_e_y"])
 
 

@@ -76,8 +76,7 @@ def run(path: Path, rng) -> None:
     case = json.loads(path.read_bytes())
     try:
         rig = Rig.from_dict(case["rig"], path.parent)
-        law = law_from_dict(case["law"]) if case["law"] else None
-        USES[case["use"]](rig, law)
+        USES[case["use"]](rig, law_from_dict(case["law"]) if case["law"] else None)
     except ClearanceError as error:
         raise ClearanceError(f"{path}: {error}") from None
 

@@ -100,8 +100,7 @@ def test_overlay_of_a_record(page, folder):
     assert page.inner_text("#sensors tbody tr:first-child td:last-child").endswith("dB")
     page.select_option('[id="c-excitation"]', "record: level_4_1")
     settled(page)
-    law = Model.load(folder).law
-    model = simulate(TABLE1, Dataset.load(folder).records[3].excitation(), law, "modal")
+    model = simulate(TABLE1, Dataset.load(folder).records[3].excitation(), Model.load(folder).law, "modal")
     np.testing.assert_allclose(shown(page, 1), np.abs(estimate_frf(model).value[0, 0]), rtol=1e-6)
 
 

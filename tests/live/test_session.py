@@ -61,8 +61,7 @@ def test_identified_settings_are_the_rig_and_law_that_were_given():
         ConstantLaw(6e3, 12.0, grease=grease), AmplitudeLaw([1e-4, 5e-4], [6e3, 8e3], [3.0, 9.0]),
         ContactLaw(HuntCrossley(5e5, 0.6)),
     ):  # fmt: skip
-        session = Session(Model(TABLE1, law))
-        model = build_model(Model(TABLE1, law), session.identified)
+        model = build_model(Model(TABLE1, law), Session(Model(TABLE1, law)).identified)
         rig, same = model.rig, model.law
         assert rig == TABLE1
         for of_given, of_built in zip(law.table(2)[:5], same.table(2)[:5]):
@@ -116,8 +115,7 @@ def test_impossible_settings_say_what_is_wrong(session, changes, words):
 
 def test_a_simulation_that_diverges_leaves_the_session_working(session):
     assert_refused(SimulationError, "diverged", session.show, session.setting(SHORT | {"level": 1e200}))
-    assert session.shown is None
-    assert session.show(session.setting(SHORT)).facts["values"]["level"] == 2.0
+    assert session.shown is None and session.show(session.setting(SHORT)).facts["values"]["level"] == 2.0
 
 
 def test_kinds_of_excitation(session):

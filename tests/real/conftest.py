@@ -10,8 +10,7 @@ from experiments.real.records import real_folder
 @pytest.fixture(scope="session")
 def real_data() -> Path:
     """The folder of the records, or skip."""
-    beside_project = Path(__file__).parents[3] / "shared" / "data" / "real"
-    folder = real_folder() or beside_project
+    folder = real_folder() or (Path(__file__).parents[3] / "shared" / "data" / "real")
     if not folder.is_dir():
         pytest.skip("published records are missing: name their folder in CLEARANCE_REAL_DATA (README tells the source)")
     return folder

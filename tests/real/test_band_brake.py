@@ -55,8 +55,7 @@ def test_partly_loaded_band_reloads_elastically():
     force = band_alone(charge=0.0).force(np.arange(x.size), x)
     assert force[399] > 1.4 * 0.2 * 3000
     np.testing.assert_allclose(force[400:600], force[600:][::-1], atol=1e-6)
-    virgin = 3000 * ((2.2e-3 - 1e-3) / 2e-3) ** 1.6
-    assert force[399] < 0.9 * virgin
+    assert force[399] < 0.9 * (3000 * ((2.2e-3 - 1e-3) / 2e-3) ** 1.6)
 
 
 def test_samples_between_reversals_do_not_matter():
@@ -69,14 +68,12 @@ def test_samples_between_reversals_do_not_matter():
 
 @pytest.mark.parametrize("first", [-900.0, 150.0, 1500.0])
 def test_starts_where_the_first_force_says(first):
-    known = brake(charge=float(first > 0))
-    assert known.force(TIME, MOTION, first)[0] == pytest.approx(first, rel=1e-6)
+    assert brake(charge=float(first > 0)).force(TIME, MOTION, first)[0] == pytest.approx(first, rel=1e-6)
 
 
 def test_recovered_without_noise(measured):
     truth = brake()
-    force = truth.force(TIME, MOTION, 20.0)
-    fit = band_brake(TIME, MOTION, force)
+    fit = band_brake(TIME, MOTION, truth.force(TIME, MOTION, 20.0))
     error = np.max(np.abs(fit.value / truth.value - 1))
     measured.below("band brake, no noise: largest error of 17 parameters", error, 1e-6, "the brake's own parameters")
     assert fit.nrmse < 1e-8
@@ -111,8 +108,7 @@ def test_held_and_samples_that_do_not_count():
 
 def test_travel_since_reversal():
     """A reversal of less than the least one does not count."""
-    corners = np.array([0.0, 5.0, 4.9, 8.0, 6.0])
-    x = np.interp(np.linspace(0, 4, 401), np.arange(5), corners)
+    x = np.interp(np.linspace(0, 4, 401), np.arange(5), np.array([0.0, 5.0, 4.9, 8.0, 6.0]))
     travel = travel_since_reversal(x, 0.3)
     assert travel[300] == 8.0 and travel[-1] == 2.0
     np.testing.assert_allclose(travel[100:300], np.abs(x[100:300]))

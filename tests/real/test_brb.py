@@ -73,8 +73,7 @@ def test_held_response(result, measured):
 def test_what_is_left(result):
     """Above 40 m/s² the beam stiffens, as the measurement alone shows; a joint that slips can only soften."""
     [sine] = [s for s in result["sines"] if (s.control, s.index) == ("ForceControl", 2)]
-    test = result["fit"].test
-    points = test.seen(brb.as_curve(sine))
+    points = result["fit"].test.seen(brb.as_curve(sine))
     near = sine.amplitude > 55
     middle = (sine.amplitude > 36) & (sine.amplitude < 45)
     assert points.frequency[near].mean() > points.frequency[middle].mean() + 0.1
@@ -121,5 +120,4 @@ def test_a_linear_beam_scales():
     known, other = sine("ForceControl", 0, 0.2), sine("ForceControl", 1, 0.6)
     np.testing.assert_allclose(brb.scaled(other, known), 3 * known.amplitude)
     np.testing.assert_allclose(brb.scaled(sine("ResponseControl", 1, 1.0), known), 0.2)
-    wider = dataclasses.replace(other, frequency=other.frequency - 1.05)
-    assert np.isnan(brb.scaled(wider, known)).sum() == 11
+    assert np.isnan(brb.scaled(dataclasses.replace(other, frequency=other.frequency - 1.05), known)).sum() == 11

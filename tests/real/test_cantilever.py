@@ -23,8 +23,7 @@ def test_impact_spectrum(real_data, measured):
 def test_downsampled_record(real_data):
     """README of the records: voltage, force (lb), acceleration (g) at 3.2 kHz, although its header says 51.2 kHz."""
     [segment] = read_lvm(real_data / "shaker_cantilever" / "test3_downsampled_by_16.lvm.gz")
-    assert segment.units == ("Volts", "Pounds", "g")
-    assert segment.value.shape == (3, 63041)
+    assert segment.units == ("Volts", "Pounds", "g") and segment.value.shape == (3, 63041)
     assert (segment.x.size - 1) / segment.x[-1] == pytest.approx(3200, rel=1e-4)
     assert float(segment.header["Delta_X"]) == pytest.approx(1 / 51200)
 

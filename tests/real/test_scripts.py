@@ -17,8 +17,7 @@ def test_without_the_data(script, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path / "nowhere"))
     with pytest.raises(SystemExit) as stopped:
         script.main(["--out", str(tmp_path / "out")])
-    assert stopped.value.code == 2
-    assert "CLEARANCE_REAL_DATA" in capsys.readouterr().err
+    assert stopped.value.code == 2 and "CLEARANCE_REAL_DATA" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
@@ -27,8 +26,7 @@ def test_folder_without_the_files(script, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path))
     with pytest.raises(SystemExit) as stopped:
         script.main(["--out", str(tmp_path / "out")])
-    assert stopped.value.code == 2
-    assert ": No such file" in capsys.readouterr().err
+    assert stopped.value.code == 2 and ": No such file" in capsys.readouterr().err
 
 
 def test_folder_by_name(tmp_path, monkeypatch, capsys):

@@ -90,8 +90,7 @@ def test_fitted_constants_predict_better_than_the_datasheet(finished):
 def test_summary_and_netcdf_hold_the_same_frfs(finished):
     study, out = finished
     summary = json.loads((out / "summary.json").read_text())
-    assert summary["identified_from"] == ["ramp"]
-    assert summary["synthetic"] is True
+    assert summary["identified_from"] == ["ramp"] and summary["synthetic"] is True
     assert len(summary["results"]) == 2 * (2 + 1)
     case = study.cases[-1]
     with xr.open_dataset(out / "results.nc", engine="scipy") as data:
@@ -137,8 +136,7 @@ def test_interrupted_study_goes_on_where_it_stopped(brief, tmp_path, monkeypatch
     monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", not_again))
     done.clear()
     report_study(brief, tmp_path / "out", ("modal",), METHODS, progress=False)
-    assert len(done) == 2 * 4 - 3
-    assert (tmp_path / "out" / "report.html").exists()
+    assert len(done) == 2 * 4 - 3 and (tmp_path / "out" / "report.html").exists()
 
 
 def counted(monkeypatch):
@@ -156,8 +154,7 @@ def test_a_second_study_computes_only_what_is_new(brief, tmp_path, monkeypatch, 
     done.clear()
     monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", not_again))
     again = report_study(brief, tmp_path / "out", ("modal",), METHODS, progress=False)
-    assert not done
-    assert json.dumps(again.rows()) == json.dumps(first.rows())
+    assert not done and json.dumps(again.rows()) == json.dumps(first.rows())
     for one, other in zip(first.cases, again.cases):
         np.testing.assert_array_equal(one.frf.value, other.frf.value)
         assert one.statistics == other.statistics
@@ -349,8 +346,7 @@ def test_rig_and_drawn_laws_come_out_of_the_cache(bench, finding, tmp_path, monk
     done = counted(monkeypatch)
     again = study_module.Study(Dataset.load(bench[0]), ("bench",), ("modal",), results)
     assert again.law("bench").to_dict() == first.law("bench").to_dict()
-    assert again.law("bench").rig == bench[1]
-    assert json.dumps(again.rows()) == json.dumps(first.rows())
+    assert again.law("bench").rig == bench[1] and json.dumps(again.rows()) == json.dumps(first.rows())
     band, _ = again.bands["bench"]
     assert not done
     record = again.main_record

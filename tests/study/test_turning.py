@@ -78,8 +78,7 @@ def test_frfs_are_those_of_the_modes(study):
     model, (frfs,) = linear_model(RIG, 8), matrices_of(study)
     omega = 2 * np.pi * frfs.test.frequency
     for column, axis in enumerate("yz"):
-        record = next(r for r in study.driven if r.name == f"{axis}_a")
-        of_axis = linear_model(record.tested_rig, 8)
+        of_axis = linear_model(next(r for r in study.driven if r.name == f"{axis}_a").tested_rig, 8)
         viscous = np.diag(model.damping) + 60.0 * model.gyroscopic
         expected_frf = np.array([
             of_axis.sensors_on_base
@@ -154,8 +153,7 @@ def test_orbits_are_those_of_the_model_once_run_out_is_off(study):
 def spiral(largest):
     """A run-up whose radius grows with the square of the speed, to the largest."""
     speed = np.linspace(50.0, 150.0, 60)
-    turn = np.exp(2j * np.pi * np.arange(32) / 32)
-    w = largest * (speed[:, None] / 150) ** 2 * turn
+    w = largest * (speed[:, None] / 150) ** 2 * np.exp(2j * np.pi * np.arange(32) / 32)
     return Orbits(np.cumsum(2 * np.pi / speed), speed, np.stack((w.real, w.imag), axis=1))
 
 

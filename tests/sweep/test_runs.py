@@ -55,8 +55,7 @@ def disturbed(plan, folder) -> xr.Dataset:
         os.kill(workers(first)[0], signal.SIGKILL)
         wait_for(lambda: finished(out) >= n / 2)
         left = workers(first)
-    assert finished(out) < n
-    assert not (out / "results.nc").exists()
+    assert finished(out) < n and not (out / "results.nc").exists()
     wait_for(lambda: not any(map(running, left)))
     assert finished(out) < n
     summary = undisturbed(folder)
@@ -97,8 +96,7 @@ def test_two_thousand_cases_with_a_killed_worker_and_a_killed_run(tmp_path):
     quiet = xr.load_dataset(tmp_path / "quiet" / "out" / "results.nc", engine="scipy")
     for each in (quiet, results):
         del each.attrs["provenance"]  # names the folder of the plan
-    assert results.identical(quiet)
-    assert not np.isnan(results["frf"]).any()
+    assert results.identical(quiet) and not np.isnan(results["frf"]).any()
 
 
 def kill_own_worker(case):
@@ -199,8 +197,7 @@ def test_scheduler_that_does_not_answer(small_plan, tmp_path, capsys, monkeypatc
     for address in ("tcp://127.0.0.1:9", "nonsense://x"):
         assert main([*command, address]) == 2
         error = capsys.readouterr().err
-        assert error.count("\n") == 1
-        assert f"--scheduler {address}: no scheduler answers there" in error
+        assert error.count("\n") == 1 and f"--scheduler {address}: no scheduler answers there" in error
 
 
 def test_dask_is_not_installed(small_plan, tmp_path, monkeypatch):

@@ -21,8 +21,7 @@ from .plans import DESIGN, loaded, small
 
 def test_ishigami():
     """sin x1 + 7 sin² x2 + 0.1 x3⁴ sin x1 on (-π, π): Ishigami and Homma, 1990; indices in closed form."""
-    varied = [Vary(f"rig.x{i}", low=-pi, high=pi) for i in range(3)]
-    x1, x2, x3 = Design("saltelli", 2048).points(varied).T
+    x1, x2, x3 = Design("saltelli", 2048).points([Vary(f"rig.x{i}", low=-pi, high=pi) for i in range(3)]).T
     values = np.stack((np.sin(x1) + 7 * np.sin(x2) ** 2 + 0.1 * x3**4 * np.sin(x1), x2), axis=1)
     first, total, first_interval, total_interval = sobol_indices(values, 3)
     variance = 7**2 / 8 + 0.1 * pi**4 / 5 + 0.1**2 * pi**8 / 18 + 0.5
@@ -32,8 +31,7 @@ def test_ishigami():
     np.testing.assert_allclose(total[0], known_total, atol=0.01)
     np.testing.assert_allclose((first[1], total[1]), [(0, 1, 0)] * 2, atol=0.01)
     for interval, known in ((first_interval, known_first), (total_interval, known_total)):
-        assert np.all(interval[0, 0] - 0.005 <= known)
-        assert np.all(known <= interval[1, 0] + 0.005)
+        assert np.all(interval[0, 0] - 0.005 <= known) and np.all(known <= interval[1, 0] + 0.005)
     assert np.ptp(first_interval[:, 0], axis=0).max() < 0.2
 
 
@@ -75,8 +73,7 @@ def test_first_frequency_of_a_cantilever():
     c2 = np.array([square / mean**2 - 1 for mean, square in moments])
     whole = np.prod(1 + c2)
     varied = [Vary(f"rig.beam.{name}", low=low, high=high, scale=scale) for name, (low, high, scale) in VARIED.items()]
-    values = first_frequency(*Design("saltelli", 4096).points(varied).T)
-    first, total, *_ = sobol_indices(values[:, None], 3)
+    first, total, *_ = sobol_indices(first_frequency(*Design("saltelli", 4096).points(varied).T)[:, None], 3)
     np.testing.assert_allclose(first[0], c2 / (whole - 1), atol=0.005)
     np.testing.assert_allclose(total[0], c2 * whole / (1 + c2) / (whole - 1), atol=0.005)
 

@@ -83,8 +83,7 @@ def test_paths():
 
 def test_grid_is_every_combination():
     varied = [Vary("rig.a", values=(1.0, 2.0)), Vary("rig.b", low=1, high=100, count=3, scale="log")]
-    expected = list(itertools.product((1, 2), (1, 10, 100)))
-    np.testing.assert_allclose(Design("grid").points(varied), expected)
+    np.testing.assert_allclose(Design("grid").points(varied), list(itertools.product((1, 2), (1, 10, 100))))
 
 
 def test_latin_hypercube_has_one_case_in_each_slice():
@@ -106,11 +105,9 @@ def test_saltelli_design_exchanges_one_column_at_a_time():
 
 
 def test_grid_against_simulations_made_here(rig, tmp_path):
-    plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, GRID))
-    results = run_sweep(plan, tmp_path / "out", ALONE)
+    results = run_sweep(loaded(tmp_path, text(EXCITATION, OUTPUTS, GRID)), tmp_path / "out", ALONE)
     assert list(results["varied"].values) == ["rig.bushings[1].gap", "rig.bushings.grease.stiffness"]
-    combinations = list(itertools.product((2e-4, 4e-4), (2000, 4000, 8000)))
-    np.testing.assert_allclose(results["parameter"], combinations)
+    np.testing.assert_allclose(results["parameter"], list(itertools.product((2e-4, 4e-4), (2000, 4000, 8000))))
     base = excitation.random(1.0, 1024.0, rms=2.0)
     for case, (gap, stiffness) in enumerate(results["parameter"].values.tolist()):
         grease = Grease(stiffness, damping=3.0)
@@ -177,15 +174,13 @@ def test_law_and_its_grease_vary(rig, tmp_path):
     _, law, _ = plan.case(0)
     assert (law.k.tolist(), law.c.tolist(), law.grease[0].stiffness) == ([5e3, 1e4], [3.0, 4.0], 5000.0)
     greased = rig.replace(bushings=tuple(dataclasses.replace(b, grease=law.grease[0]) for b in rig.bushings))
-    expected = beam.natural_frequencies(greased, 4)
-    np.testing.assert_allclose(plan.evaluate(0)["natural_frequency"], expected)
+    np.testing.assert_allclose(plan.evaluate(0)["natural_frequency"], beam.natural_frequencies(greased, 4))
 
 
 def test_left_out_field_and_whole_numbers_vary(tmp_path):
     vary = '[[vary]]\npath = "rig.bushings.grease.film_height"\nlow = 1e-3\nhigh = 2e-3\ncount = 2\n'
     vary += '[[vary]]\npath = "excitation.seed"\nvalues = [0, 5]'
-    plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, vary))
-    rig, law, drive = plan.case(3)
+    rig, law, drive = loaded(tmp_path, text(EXCITATION, OUTPUTS, vary)).case(3)
     assert [b.grease.film_height for b in rig.bushings] == [2e-3, 2e-3]
     assert law.k.tolist() == nominal_law(rig).k.tolist()
     np.testing.assert_array_equal(drive.value, excitation.random(1.0, 1024.0, rms=2.0, seed=5).value)
@@ -195,8 +190,7 @@ def test_case_without_results_says_why(tmp_path):
     """A contact of 1e13 N/m needs too many steps: that case alone has no results."""
     vary = '[[vary]]\npath = "rig.bushings.contact.stiffness"\nvalues = [8e3, 1e13]'
     results = run_sweep(loaded(tmp_path, text(EXCITATION, OUTPUTS, vary)), tmp_path / "out", ALONE)
-    assert results["error"].values[0] == ""
-    assert "steps per sample" in results["error"].values[1]
+    assert results["error"].values[0] == "" and "steps per sample" in results["error"].values[1]
     assert np.isnan(results["acceleration_rms"].values[1]).all()
     assert np.isfinite(results["acceleration_rms"].values[0]).all()
 
@@ -236,8 +230,7 @@ def test_finished_cases_are_not_computed_again(tmp_path, monkeypatch, size):
     assert sorted([*asked, *first[: kept * size]]) == list(range(12))
     xr.testing.assert_identical(results, alone)
     asked.clear()
-    assert run_sweep(plan, out, ALONE).identical(results)
-    assert asked == []
+    assert run_sweep(plan, out, ALONE).identical(results) and asked == []
 
 
 @pytest.mark.parametrize("damage", [lambda data: data[:-8], lambda data: bytes(len(data)), lambda data: b""])
@@ -264,8 +257,7 @@ def test_killed_between_results_and_the_end(tmp_path):
     (out / "cases").mkdir()
     for name in ("sweep_0123456789abcdef.npz", ".sweep_0123456789abcdef.npz.0a1b2c3d.npz"):
         (out / "cases" / name).write_bytes(b"left over")
-    assert run_sweep(plan, out, ALONE).identical(results)
-    assert not (out / "cases").exists()
+    assert run_sweep(plan, out, ALONE).identical(results) and not (out / "cases").exists()
     (out / "cases").mkdir()
     (out / "cases" / "notes.txt").write_text("mine")
     run_sweep(plan, out, ALONE)
@@ -302,8 +294,7 @@ def test_one_case_has_no_figure(tmp_path, capsys):
     plan, out = tmp_path / "plan.toml", tmp_path / "out"
     plan.write_text(text('[[vary]]\npath = "rig.beam.length"\nvalues = [1.1]'), encoding="utf-8")
     assert main(["sweep", str(plan), "--out", str(out), "--quiet", "--workers", "1"]) == 0
-    assert "(1 cases)" in capsys.readouterr().out
-    assert not (out / "sweep.png").exists()
+    assert "(1 cases)" in capsys.readouterr().out and not (out / "sweep.png").exists()
 
 
 def test_command(tmp_path, capsys):

@@ -84,8 +84,7 @@ def tightened(rig):
 
 def peaks(rig):
     """As many impacts as by `links`, and forces as large."""
-    psd = BAND.scaled(RMS.get(kind_of(rig), 15.0))
-    given, engines = (shaken(rig), psd, 1.0), ("links", "modal")
+    given, engines = (shaken(rig), BAND.scaled(RMS.get(kind_of(rig), 15.0)), 1.0), ("links", "modal")
     links, modal = (peaks_over_an_hour(*given, settling=0.5, engine=engine) for engine in engines)
     assert modal.impacts_per_second.sum() > 0
     np.testing.assert_allclose(modal.impacts_per_second, links.impacts_per_second, rtol=0.05)

@@ -101,16 +101,14 @@ def test_an_excitation_that_is_given_is_the_noise_of_its_psd():
     noise = noise_of(psd, 8.0, 4)
     assert noise.fs == 2048.0 and noise_of(cm.PSD([5, 900], [1, 1]), 1.0, 0).fs == 4096.0
     a, b = peaks_over_an_hour(RIG, psd, duration=3.0, seed=4), peaks_over_an_hour(RIG, noise)
-    assert a == b
-    assert "impacts per second" in str(a) and "7:+Z" in str(a)
+    assert a == b and "impacts per second" in str(a) and "7:+Z" in str(a)
 
 
 def test_few_impacts_are_said_to_be_too_few():
     peaks = peaks_over_an_hour(RIG, SHAPE.scaled(0.3), duration=5.0, limit=1.0)
     assert np.isnan(peaks.median[0]) and np.isnan(peaks.exceeded[0]) and peaks.largest[0].peaks == 0
     assert peaks.impact_probability[0] < 0.1
-    texts = [text.get_text() for ax in peaks.plot().axes for text in ax.texts]
-    assert "0 peaks: too few" in texts
+    assert "0 peaks: too few" in [text.get_text() for ax in peaks.plot().axes for text in ax.texts]
 
 
 def test_figure_shows_every_row_and_the_limit():

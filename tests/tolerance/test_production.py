@@ -91,8 +91,7 @@ def test_levels_at_a_limit_are_those_of_the_branch_over_the_level(quantity, limi
     if quantity == "penetration":
         reached = np.abs(branch.amplitude("clearance_displacement")[-1, 0]) - GAP
     else:
-        name = "clearance_displacement" if quantity == "displacement" else quantity
-        reached = branch.amplitude(name)[-1, 0]
+        reached = branch.amplitude("clearance_displacement" if quantity == "displacement" else quantity)[-1, 0]
     assert reached == pytest.approx(limit, rel=exact)
 
 

@@ -74,8 +74,7 @@ def test_sobol_indices_are_those_of_salib():
 
 
 def test_correlated_numbers_have_one_index():
-    pair = Correlation(tuple(SIZES), 0.5)
-    scatter = dataclasses.replace(scattered(), correlations=(pair,))
+    scatter = dataclasses.replace(scattered(), correlations=(Correlation(tuple(SIZES), 0.5),))
     assert_refused(ClearanceError, "power of 2", rattle_sensitivity, spring(), scatter, Sines([3 * FORCE], [SLOW]), 12)
     sensitivity = rattle_sensitivity(spring(), scatter, Sines([3 * FORCE], [SLOW]), 64, runner=ALONE)
     assert sensitivity.parameter == (", ".join(SIZES),)

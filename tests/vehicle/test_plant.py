@@ -92,8 +92,7 @@ def test_why_the_shifts_are_zeroed():
         def parameters(self):
             return setup_vehicle_parameters(2)
 
-    y = [state[1] for state in drive(Shipped(), np.zeros(10_000), 120 / 3.6)]
-    assert np.ptp(y) > 0.01
+    assert np.ptp([state[1] for state in drive(Shipped(), np.zeros(10_000), 120 / 3.6)]) > 0.01
     assert any(getattr(setup_vehicle_parameters(2).tire, name) for name in commonroad.SHIFT_PARAMETERS)
 
 

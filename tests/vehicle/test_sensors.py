@@ -152,8 +152,7 @@ def test_observer_sees_better_than_a_fix():
 
 
 def test_names_of_sensors():
-    assert get_sensors("car") is SENSORS["car"]
-    assert get_sensors(SENSORS["ideal"]) is SENSORS["ideal"]
+    assert get_sensors("car") is SENSORS["car"] and get_sensors(SENSORS["ideal"]) is SENSORS["ideal"]
     assert_refused(ManoeuvreError, 'sensors "lidar" are unknown; known: ideal, car', get_sensors, "lidar")
 
 

@@ -79,8 +79,7 @@ def test_servo_step(frequency, damping):
 def test_servo_keeps_its_rate():
     _, servo, _ = steer(Steering(rate_limit=0.4), np.repeat([0.3, -0.3, 0.0], 150), 0.0)
     assert np.abs(np.diff(servo) / STEP).max() == pytest.approx(0.4, rel=1e-9)
-    assert servo[-1] == pytest.approx(0.0, abs=1e-3)
-    assert np.ptp(servo) == pytest.approx(0.6, rel=0.1)
+    assert servo[-1] == pytest.approx(0.0, abs=1e-3) and np.ptp(servo) == pytest.approx(0.6, rel=0.1)
 
 
 def test_friction_driven_is_the_play_operator():
@@ -89,8 +88,7 @@ def test_friction_driven_is_the_play_operator():
     wheel, servo, contact = steer(steering, np.cumsum(np.random.default_rng(0).normal(0, 2e-3, 500)), 50.0)
     np.testing.assert_allclose(wheel, play(servo, HALF_GAP), atol=1e-9)
     pushed, turning = contact != 0, np.diff(wheel, prepend=0)
-    assert np.all(np.abs(turning[~pushed]) < 1e-12)
-    assert np.all(turning[pushed] * contact[pushed] > -1e-9)
+    assert np.all(np.abs(turning[~pushed]) < 1e-12) and np.all(turning[pushed] * contact[pushed] > -1e-9)
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.3, 0.6])

@@ -46,8 +46,7 @@ def test_a_history_tells_coefficient_and_what_is_left(life):
     k_low, k_high = prediction.coefficient_interval()
     assert k_low[1] < 1e-12 < k_high[1]
     assert np.median(prediction.coefficient[1]) == pytest.approx(1e-12, rel=0.15)
-    assert np.isnan(prediction.coefficient[0]).all()
-    assert "remaining life" in prediction.words()[-1]
+    assert np.isnan(prediction.coefficient[0]).all() and "remaining life" in prediction.words()[-1]
 
 
 @pytest.mark.slow
@@ -94,8 +93,7 @@ def test_intervals_of_walking_paces_hold():
         std = 0.005 * at
         gap = at + std * rng.standard_normal(at.size)
         fit = fit_wear_rate(hours, gap, std, line, slope, 0.0, (0.0, np.inf), 0.3, 1000, rng)
-        left = fit.hours_to(float(worn[-1]), rng)
-        low, high = np.quantile(left, [0.05, 0.95], method="nearest")
+        low, high = np.quantile(fit.hours_to(float(worn[-1]), rng), [0.05, 0.95], method="nearest")
         inside.append(low <= 2e5 <= high)
     assert 0.80 <= np.mean(inside) <= 0.97
 
@@ -113,8 +111,7 @@ def test_tolerances_are_spreads_and_draws():
 
 def test_identification_leaves_the_coefficient_alone():
     rig = model_of(1e-12).rig
-    with_tolerance = rig.replace(tolerances=(Tolerance("bushings.wear", "30 %"),))
-    assert priors(with_tolerance) == priors(rig)
+    assert priors(rig.replace(tolerances=(Tolerance("bushings.wear", "30 %"),))) == priors(rig)
 
 
 def history(**changes) -> GapHistory:

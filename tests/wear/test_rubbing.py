@@ -73,8 +73,7 @@ def test_a_shaft_that_whirls_in_full_contact_wears_a_round_hole():
 
 def test_a_turning_shaft_under_a_constant_load_wears_by_archard():
     """V = K F 2πR n whatever the pressure, and the shaft sinks by V/(2RL): F as the engine finds it at rest."""
-    rig = shaft()
-    model = Model(rig, ConstantLaw(1e6, 100.0))
+    model = Model(shaft(), ConstantLaw(1e6, 100.0))
     force = np.hypot(*simulate(model, still(0.1, 2048.0), engine="modal").contact_force[:, -1])
     life = predict_life(model, Marched(still(0.1, 2048.0)), "0.4 mm", hours=1.0)
     turns = 100.0 / (2 * np.pi) * HOUR  # in an hour
@@ -82,8 +81,7 @@ def test_a_turning_shaft_under_a_constant_load_wears_by_archard():
     assert life.rubbing[0, 0] == pytest.approx(force * RADIUS * 100.0, rel=1e-4)  # both ends along their own normals
     sinks = life.rate[0, 0] * 2  # gap and middle move by half of it each
     assert sinks == pytest.approx(volume / (2 * RADIUS * LENGTH), rel=1e-4)
-    on_shaft = Model(shaft(worn="shaft"), model.law)
-    even = predict_life(on_shaft, Marched(still(0.1, 2048.0)), "0.4 mm", hours=1.0)
+    even = predict_life(Model(shaft(worn="shaft"), model.law), Marched(still(0.1, 2048.0)), "0.4 mm", hours=1.0)
     assert even.rate[0, 0] == pytest.approx(volume / (2 * np.pi * RADIUS * LENGTH), rel=1e-4)
     assert not even.offset.any()
 
@@ -111,8 +109,7 @@ def test_a_shaft_that_sinks_is_relieved_exponentially():
 def test_marching_and_harmonic_balance_rub_alike():
     rig = TABLE1.replace(bushings=tuple(dataclasses.replace(b, wear=K) for b in TABLE1.bushings))
     model, sine = Model(rig), Sine(39.0, 5.0, n_harmonics=61)
-    source = sine.source(model)
-    balanced = source.first(model)
+    balanced = sine.source(model).first(model)
     marched = sine.in_time(model).source(model).first(model)
     assert balanced.kind == "periodic" and marched.kind == "marched"
     np.testing.assert_allclose(marched.power, balanced.power, rtol=1e-3)

@@ -43,8 +43,7 @@ def test_recovered_from_noise(dead_travel, measured):
     assert np.sum(deviation > 2) <= 7  # binomial(56, 0.05): more than 7 has a chance of 0.5 %
     what = f"1 % noise, {dead_travel} gap: largest error over its standard deviation, 8 noises"
     measured.below(what, deviation.max(), 4, "the element's own parameters")
-    assert all(fit.unidentified == () for fit in fits)
-    assert fits[0].nrmse == pytest.approx(0.01, rel=0.1)
+    assert all(fit.unidentified == () for fit in fits) and fits[0].nrmse == pytest.approx(0.01, rel=0.1)
 
 
 @pytest.mark.parametrize(
@@ -55,8 +54,7 @@ def test_steady_loops(exponent, reversal, z, energy, measured):
     """Closed forms for A = 1, β = γ = 1/2; found again from the loop, whose energy and reversal the fit has."""
     t = np.arange(8001) / 1000
     motion = reversal * np.sin(2 * np.pi * t)
-    truth = element(1.0, 0.0, 1.0, 1.0, exponent, 0.0, 0.0)
-    fit = bouc_wen(t, motion, truth.force(t, motion), gap=0)
+    fit = bouc_wen(t, motion, element(1.0, 0.0, 1.0, 1.0, exponent, 0.0, 0.0).force(t, motion), gap=0)
     loop = fit.force(t, motion)
     last = slice(-1001, None)
     what, source = f"fitted steady loop, n = {exponent}, X = {reversal}", "closed form, A = 1, β = γ = 1/2"
@@ -78,8 +76,7 @@ def test_reopening_gap_differs_from_fixed():
     force = {kind: element(1e3, 0.0, 0.05, 0.5, 2.0, 0.1, 0.0, kind).force(t, x) for kind in ("fixed", "reopening")}
     back = x[1001:]
     idle = back[np.abs(force["reopening"][1001:]) < 1e-9]
-    assert np.ptp(idle) == pytest.approx(0.2, abs=2e-3)
-    assert idle.min() > 0.7
+    assert np.ptp(idle) == pytest.approx(0.2, abs=2e-3) and idle.min() > 0.7
     assert force["fixed"][1001:][back > 0.3].min() == pytest.approx(-50, rel=1e-3)
 
 
@@ -87,8 +84,7 @@ def test_start_within_reopening_gap():
     """x0 from the first force gives that force back."""
     known = element(dead_travel="reopening", ratio=0.0)
     motion = MOTION + 3e-4
-    offset = known.offset_of(motion[0], 3.0)
-    assert known.force(TIME, motion, offset)[0] == pytest.approx(3.0, rel=1e-9)
+    assert known.force(TIME, motion, known.offset_of(motion[0], 3.0))[0] == pytest.approx(3.0, rel=1e-9)
     assert known.offset_of(motion[0], 0.0) == motion[0]
     with pytest.raises(RecordError, match="fixed gap"):
         element().offset_of(0.0, 1.0)

@@ -103,16 +103,14 @@ def test_deformation_of_the_joint(fit):
 def test_modes_of_the_lowest_level(records):
     """Without modes to begin with, those of the lowest level's FRFs serve, of which there are more than three."""
     fit = fit_jointed_structure(records[:2], PERIOD, joints=[None], steps=4)
-    assert len(fit.linear.frequencies) > 3
-    assert fit.error.max() < 0.05
+    assert len(fit.linear.frequencies) > 3 and fit.error.max() < 0.05
 
 
 def test_joint_between_two_responses(records):
     """A joint whose place is given is a clearance between two points; at the wrong ones it serves less well."""
     wrong = fit_jointed_structure(records[:2], PERIOD, joints=[("2:+Z", "3:+Z")], modes=MODES, steps=4)
     right = fit_jointed_structure(records[:2], PERIOD, joints=[None], modes=MODES, steps=4)
-    assert wrong.rig.bushings[0].joined == ("2:+Z", "3:+Z")
-    assert wrong.cost > 4 * right.cost
+    assert wrong.rig.bushings[0].joined == ("2:+Z", "3:+Z") and wrong.cost > 4 * right.cost
 
 
 @pytest.mark.parametrize(

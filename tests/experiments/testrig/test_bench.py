@@ -53,8 +53,7 @@ def test_imports_no_physics_of_the_package():
 def test_linear_rig_has_the_frf_of_its_matrices(rig):
     """H = 1 - N (K - ω² M + iω C)⁻¹ (-ω²) M r with the grease as a spring and damper; a pulse that dies out."""
     linear = replace(Truth(), elastic_ratio=1.0, film_height=1e6, film_damping=12.0, drift=0.0, contact_stiffness=0.0)
-    n = int(12 * FS)
-    pulse = np.zeros(n)
+    pulse = np.zeros(int(12 * FS))
     pulse[100:141] = scipy.signal.windows.hann(41)
     response = simulate_rig(rig, linear, Excitation(pulse, FS), 0)
     bins = np.arange(5 * 12, 220 * 12 + 1, 5)
@@ -71,8 +70,7 @@ def test_linear_rig_has_the_frf_of_its_matrices(rig):
         motion = np.linalg.solve(k - omega**2 * m + 1j * omega * c, -elements.inertia)
         row[:] = 1 - omega**2 * sensors @ motion
     error = np.abs(frf - expected) / np.abs(expected).max(axis=0)
-    assert error.max() < 1.5e-3
-    assert np.sqrt(np.mean(error**2)) < 2e-4
+    assert error.max() < 1.5e-3 and np.sqrt(np.mean(error**2)) < 2e-4
 
 
 def test_a_force_moves_the_shaft_statically_as_far_as_a_spring(rig):
@@ -94,21 +92,18 @@ def test_response_is_complete(runs):
     n = int(2 * FS)
     assert response.acceleration.shape == (8, n)
     assert response.displacement.shape == response.contact_force.shape == response.grease_force.shape == (2, n)
-    assert response.responses == tuple(f"{i}:+Z" for i in range(1, 9))
-    assert response.band == (5.0, 220.0)
+    assert response.responses == tuple(f"{i}:+Z" for i in range(1, 9)) and response.band == (5.0, 220.0)
     assert "synthetic" in response.provenance["source"]
 
 
 def test_contact_grows_with_the_level(runs):
     fractions = {level: run.provenance["contact_fraction"] for level, run in runs.items()}
-    assert fractions[0.3] == [0.0, 0.0]
-    assert fractions[2.0][1] >= 0.15
+    assert fractions[0.3] == [0.0, 0.0] and fractions[2.0][1] >= 0.15
     assert fractions[5.0][1] >= 0.40
 
 
 def test_peaks_stay_visible(runs):
-    assert coherence(runs[1.0]) >= 0.9
-    assert coherence(runs[5.0]) >= 0.6
+    assert coherence(runs[1.0]) >= 0.9 and coherence(runs[5.0]) >= 0.6
 
 
 def test_force_needs_a_shaker(rig):

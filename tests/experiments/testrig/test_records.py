@@ -53,8 +53,7 @@ def test_dataset_holds_the_planned_records(rig):
 
 def test_dataset_is_small():
     sizes = [file.stat().st_size for file in DATA.iterdir()]
-    assert max(sizes) < 4e6
-    assert sum(sizes) <= 30e6
+    assert max(sizes) < 4e6 and sum(sizes) <= 30e6
 
 
 def test_noise_is_one_percent_of_the_signal():
@@ -69,12 +68,10 @@ def test_single_precision_holds_every_code():
     assert np.array_equal(value.astype(np.float32).astype(float), value)
     codes = value / full_scale * 2**23
     assert np.array_equal(codes, np.rint(codes))
-    assert np.abs(value).max() < full_scale <= 2 * np.abs(value).max()
-    assert np.log2(full_scale) % 1 == 0
+    assert np.abs(value).max() < full_scale <= 2 * np.abs(value).max() and np.log2(full_scale) % 1 == 0
 
 
 def test_quantisation_is_half_a_step():
     signal = np.linspace(-1.9, 1.9, 10_001)
     value, full_scale = digitise(signal, 0.0, np.random.default_rng(0))
-    assert full_scale == 2.0
-    assert np.abs(value - signal).max() <= full_scale / 2**24
+    assert full_scale == 2.0 and np.abs(value - signal).max() <= full_scale / 2**24
