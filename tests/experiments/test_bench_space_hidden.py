@@ -17,6 +17,8 @@ from experiments.benches.space.shaft import Disc, Rotor, Support
 from experiments.benches.structure import Oscillator
 from experiments.script import run
 
+from ..refusals import assert_refused
+
 SUPPORTS, MASS, RATIO = 1e5, 1.5, 0.02
 BLOCK = Rotor(
     1.0, 0.05, 2e13, 500.0, (Disc(0.5, MASS),), (Support(0.0, SUPPORTS / 2), Support(1.0, SUPPORTS / 2)), (RATIO,)
@@ -51,16 +53,13 @@ def spectra(signals):
     return np.fft.rfft(signals * np.exp(-DECAY * time))[..., LINES]
 
 
-@pytest.mark.parametrize(
-    "structure",
-    [
-        Structure(),
-        Structure(housings=(HOUSING,)),
-        Structure(masses=(EXTRA,)),
-        Structure(springs=(SPRING,)),
-        Structure((HOUSING,), (EXTRA,), (SPRING,)),
-    ],
-)
+@pytest.mark.parametrize("structure", [
+    Structure(),
+    Structure(housings=(HOUSING,)),
+    Structure(masses=(EXTRA,)),
+    Structure(springs=(SPRING,)),
+    Structure((HOUSING,), (EXTRA,), (SPRING,)),
+])  # fmt: skip
 def test_a_block_in_grease_has_the_transfer_functions_of_block_and_housing(structure):
     """M ẍ + C ẋ + K x = f of x = (block, housing) relative to the base, with the rest under gravity K⁻¹ M g."""
     held = bool(structure.housings)
@@ -212,5 +211,4 @@ def test_names_of_structures(capsys, tmp_path):
     for name in ("rotor-2-lid", "rotor-2-", "rotor-x-mass", "rotor"):
         assert run(main, None, [name, "--out", str(tmp_path)]) == 2
         assert "housing" in capsys.readouterr().err
-    with pytest.raises(ClearanceError, match="lid"):
-        make_bench(2, "rotor", structure=["lid"])
+    assert_refused(ClearanceError, "lid", make_bench, 2, "rotor", structure=["lid"])

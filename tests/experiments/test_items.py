@@ -15,6 +15,8 @@ from experiments.article import ITEMS, Inputs
 from experiments.article.pages import markdown
 from experiments.article.published import Printed
 
+from ..refusals import assert_refused
+
 ROOT = Path(__file__).parents[2]
 NAMES = [*(f"figure_{number:02d}" for number in range(1, 11)), "table_1", "table_2"]
 DRAWN = ("figure_01", "figure_05", "figure_06")
@@ -163,8 +165,7 @@ def test_a_dataset_without_repeats(small_dataset, tmp_path):
     shutil.copytree(small_dataset, tmp_path / "one")
     listing = tmp_path / "one" / "dataset.toml"
     listing.write_text(listing.read_text().replace("level = 4.0", "level = 5.0", 1))
-    with pytest.raises(RecordError, match="needs two records"):
-        ITEMS["figure_05"].run(Inputs(tmp_path / "one"))
+    assert_refused(RecordError, "needs two records", lambda: ITEMS["figure_05"].run(Inputs(tmp_path / "one")))
 
 
 @pytest.mark.parametrize(

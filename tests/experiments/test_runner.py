@@ -21,6 +21,7 @@ from experiments.article.result import to_table
 
 from .. import processes
 from ..conftest import ROOT
+from ..refusals import assert_refused
 
 
 @pytest.fixture
@@ -154,15 +155,13 @@ def test_an_interrupted_item_is_not_taken_for_finished(calls, tmp_path, records,
 def test_files_of_others_stay(calls, tmp_path, records, name):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / name).write_text("mine")
-    with pytest.raises(ClearanceError, match=f"{name} is there and not listed as written by this version"):
-        run(tmp_path, records)
+    assert_refused(ClearanceError, f"{name} is there and not listed as written by this version", run, tmp_path, records)
     assert (tmp_path / "out" / name).read_text() == "mine"
 
 
 def test_out_is_a_file(calls, tmp_path, records):
     (tmp_path / "out").write_text("")
-    with pytest.raises(ClearanceError, match="is a file; give a folder"):
-        run(tmp_path, records)
+    assert_refused(ClearanceError, "is a file; give a folder", run, tmp_path, records)
 
 
 @pytest.mark.parametrize(

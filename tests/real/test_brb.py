@@ -9,6 +9,8 @@ import pytest
 from experiments.real import brb
 from experiments.real.records import SteppedSine
 
+from ..refusals import assert_refused
+
 
 @pytest.fixture(scope="module")
 def result(real_data):
@@ -104,8 +106,7 @@ def sine(control, index, force):
 def test_the_curve_that_is_fitted():
     sines = [sine("ResponseControl", 1, 0.2), sine("ForceControl", 2, 1.0), sine("ForceControl", 0, 0.19)]
     assert brb.fitted_sine(sines) is sines[2]
-    with pytest.raises(brb.RecordError, match="no force-controlled curve"):
-        brb.fitted_sine(sines[:1])
+    assert_refused(brb.RecordError, "no force-controlled curve", brb.fitted_sine, sines[:1])
 
 
 def test_peaks_of_a_measurement():

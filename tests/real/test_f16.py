@@ -13,6 +13,8 @@ from clearance_mj.signals.frf import FRF
 from clearance_mj.structure import modes_from_frf
 from experiments.real import f16
 
+from ..refusals import assert_refused
+
 SOURCE = "measured record, which no fit saw"
 
 
@@ -59,17 +61,13 @@ def test_tests_of_the_benchmark_have_longer_names(tmp_path):
     assert f16.record_of(tmp_path, f16.MULTISINE, 3) is None
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"samples": 9000}, "9000 samples are no whole periods"),
-        ({"Acceleration": np.ones((2, 5))}, "needs Force .n., Acceleration"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"samples": 9000}, "9000 samples are no whole periods"),
+    ({"Acceleration": np.ones((2, 5))}, "needs Force .n., Acceleration"),
+])  # fmt: skip
 def test_damaged_record(tmp_path, changes, message):
     record(tmp_path / "F16Data_FullMSine_Level1.mat", **changes)
-    with pytest.raises(RecordError, match=f"Level1.mat: {message}"):
-        f16.record_of(tmp_path, f16.MULTISINE, 1)
+    assert_refused(RecordError, f"Level1.mat: {message}", f16.record_of, tmp_path, f16.MULTISINE, 1)
 
 
 def test_joint_of_an_unknown_kind(tmp_path, capsys):

@@ -10,6 +10,8 @@ import scipy.io
 from clearance_mj.core.errors import RecordError
 from experiments.real.records import read_damper, read_dropbear, read_hammer, read_stepped_sines, real_folder
 
+from ..refusals import assert_refused
+
 NAMES = "Low G Accel\tSG_300_a\tAccel\tPinLoc\tTime"
 DROPBEAR = (
     f"C:\\test0.txt\nProgrammer - None\nStriker Velocity - 0\nSampling Frequency - 5000\nMon\n{NAMES}\nVoltage\n0.0\n\n"
@@ -32,20 +34,16 @@ def test_dropbear(tmp_path, pack):
     assert record.fs == pytest.approx(5000)
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (DROPBEAR.replace("PinLoc", "Roller"), "line 6: no column PinLoc"),
-        (DROPBEAR.replace("-2.5\t", "-2.5V\t"), "line 11: 5 numbers expected"),
-        (DROPBEAR.replace("-2.5\t0\t", "-2.5\t"), "line 11: 5 numbers expected"),
-        (DROPBEAR.replace("-2.5\t", "nan\t"), "line 11: acceleration is not finite"),
-        (DROPBEAR.replace("4.0E-4", "2.0E-4"), "line 12: the time does not rise"),
-        (DROPBEAR[:60], "9 header lines"),
-    ],
-)
+@pytest.mark.parametrize(("content", "message"), [
+    (DROPBEAR.replace("PinLoc", "Roller"), "line 6: no column PinLoc"),
+    (DROPBEAR.replace("-2.5\t", "-2.5V\t"), "line 11: 5 numbers expected"),
+    (DROPBEAR.replace("-2.5\t0\t", "-2.5\t"), "line 11: 5 numbers expected"),
+    (DROPBEAR.replace("-2.5\t", "nan\t"), "line 11: acceleration is not finite"),
+    (DROPBEAR.replace("4.0E-4", "2.0E-4"), "line 12: the time does not rise"),
+    (DROPBEAR[:60], "9 header lines"),
+])  # fmt: skip
 def test_damaged_dropbear(tmp_path, content, message):
-    with pytest.raises(RecordError, match=f"bad.txt.*{message}"):
-        read_dropbear(write(tmp_path / "bad.txt", content))
+    assert_refused(RecordError, f"bad.txt.*{message}", lambda: read_dropbear(write(tmp_path / "bad.txt", content)))
 
 
 def test_damper(tmp_path):
@@ -55,20 +53,16 @@ def test_damper(tmp_path):
     assert record.fs == 2.0
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ('{"data":\n[[0, 1,', "line 2: not JSON"),
-        ("[1, 2]", "needs"),
-        ('{"data": [[0, 1, 2]]}', "two rows"),
-        (json.dumps({"data": [*ROWS, [2.0, "x", 1.0]]}), "row 4: needs numbers"),
-        (json.dumps({"data": [*ROWS, [0.5, 1.0, 1.0]]}), "row 4: the time does not rise"),
-        (json.dumps({"data": [*ROWS, [2.0, 1.0, float("nan")]]}), "row 4: force is not finite"),
-    ],
-)
+@pytest.mark.parametrize(("content", "message"), [
+    ('{"data":\n[[0, 1,', "line 2: not JSON"),
+    ("[1, 2]", "needs"),
+    ('{"data": [[0, 1, 2]]}', "two rows"),
+    (json.dumps({"data": [*ROWS, [2.0, "x", 1.0]]}), "row 4: needs numbers"),
+    (json.dumps({"data": [*ROWS, [0.5, 1.0, 1.0]]}), "row 4: the time does not rise"),
+    (json.dumps({"data": [*ROWS, [2.0, 1.0, float("nan")]]}), "row 4: force is not finite"),
+])  # fmt: skip
 def test_damaged_damper(tmp_path, content, message):
-    with pytest.raises(RecordError, match=f"bad.json.*{message}"):
-        read_damper(write(tmp_path / "bad.json", content))
+    assert_refused(RecordError, f"bad.json.*{message}", lambda: read_damper(write(tmp_path / "bad.json", content)))
 
 
 HIT = {"time": [0.0, 0.5, 1.0], "acc1": [1.0, 2.0, 3.0], "acc2": [0.0, 0.1, 0.2], "acc3": [4.0, 5.0, 6.0]}
@@ -89,18 +83,14 @@ def test_hammer(tmp_path):
     assert record.fs == 2.0
 
 
-@pytest.mark.parametrize(
-    ("changed", "message"),
-    [
-        ({"acc2": [[]]}, "it has no acc2"),
-        ({"acc3": [1.0, 2.0]}, r"have \[3, 3, 3, 2\] samples"),
-        ({"time": [0.0, 0.5, 0.5]}, "sample 3: the time does not rise"),
-        ({"acc1": [1.0, np.nan, 2.0]}, "sample 2: acc1 is not finite"),
-    ],
-)
+@pytest.mark.parametrize(("changed", "message"), [
+    ({"acc2": [[]]}, "it has no acc2"),
+    ({"acc3": [1.0, 2.0]}, r"have \[3, 3, 3, 2\] samples"),
+    ({"time": [0.0, 0.5, 0.5]}, "sample 3: the time does not rise"),
+    ({"acc1": [1.0, np.nan, 2.0]}, "sample 2: acc1 is not finite"),
+])  # fmt: skip
 def test_damaged_hammer(tmp_path, changed, message):
-    with pytest.raises(RecordError, match=f"bad.mat.*{message}"):
-        read_hammer(hit(tmp_path / "bad.mat", **changed))
+    assert_refused(RecordError, f"bad.mat.*{message}", lambda: read_hammer(hit(tmp_path / "bad.mat", **changed)))
 
 
 def test_no_matlab_file(tmp_path):
@@ -117,19 +107,15 @@ def test_stepped_sines(tmp_path):
     np.testing.assert_array_equal(second.phase, [-1.6])
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("", "line 1: no column control"),
-        (STEPPED.replace("force_N", "F"), "line 1: no column force_N"),
-        (STEPPED.replace(",0.25,", ",x,"), "line 3: a control and 5 numbers"),
-        (STEPPED.replace(",20,-1.6", ""), "line 4: a control and 5 numbers"),
-        (STEPPED.replace(",0.25,", ",-0.25,"), "line 3: frequency, force and amplitude must be > 0"),
-    ],
-)
+@pytest.mark.parametrize(("content", "message"), [
+    ("", "line 1: no column control"),
+    (STEPPED.replace("force_N", "F"), "line 1: no column force_N"),
+    (STEPPED.replace(",0.25,", ",x,"), "line 3: a control and 5 numbers"),
+    (STEPPED.replace(",20,-1.6", ""), "line 4: a control and 5 numbers"),
+    (STEPPED.replace(",0.25,", ",-0.25,"), "line 3: frequency, force and amplitude must be > 0"),
+])  # fmt: skip
 def test_damaged_stepped_sines(tmp_path, content, message):
-    with pytest.raises(RecordError, match=f"bad.csv.*{message}"):
-        read_stepped_sines(write(tmp_path / "bad.csv", content))
+    assert_refused(RecordError, f"bad.csv.*{message}", lambda: read_stepped_sines(write(tmp_path / "bad.csv", content)))
 
 
 def test_folder(tmp_path, monkeypatch):

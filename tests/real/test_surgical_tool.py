@@ -13,6 +13,8 @@ from clearance_mj.drives import DriveRecord, fit_drive
 from experiments.real import surgical_tool
 from experiments.real.surgical_tool import COLUMNS, TOOLS, runs_of
 
+from ..refusals import assert_refused
+
 ANGLES, TORQUE = (0.45, 0.6, 0.7), 3.2  # degrees and mN m, to be below
 
 
@@ -42,8 +44,7 @@ def test_torques_as_recorded_would_give_work(folder):
     path = folder / "surgical_tool" / TOOLS[0] / "00.csv.gz"
     record = DriveRecord.read(path, {name: column.removeprefix("-") for name, column in COLUMNS.items()})
     assert record.lost_work == pytest.approx(-0.2, abs=0.02)
-    with pytest.raises(RecordError, match="counts the other way round"):
-        fit_drive([record])
+    assert_refused(RecordError, "counts the other way round", fit_drive, [record])
 
 
 @pytest.mark.slow

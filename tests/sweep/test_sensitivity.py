@@ -5,7 +5,6 @@ import json
 from math import log, pi, sqrt
 
 import numpy as np
-import pytest
 import xarray as xr
 
 from clearance_mj.cli import main
@@ -16,6 +15,7 @@ from clearance_mj.statistics.sobol import sobol_indices
 from clearance_mj.sweep import Design, Vary, run_sweep
 from clearance_mj.sweep.sensitivity import quantities, sensitivity
 
+from ..refusals import assert_refused
 from .plans import DESIGN, loaded, small
 
 
@@ -109,8 +109,7 @@ def test_peaks_and_rmse_are_among_the_quantities(tmp_path):
     assert by_quantity["RMSE (dB)"].tolist() == [0.5, 2.5, 4.5, 6.5]
     heights = 20 * np.log10(results["peak_magnitude"].values[:, 1])
     np.testing.assert_allclose(by_quantity["height of peak 2 (dB)"], heights)
-    with pytest.raises(ClearanceError, match='need the cases of a design with method "saltelli"'):
-        sensitivity(results, 4)
+    assert_refused(ClearanceError, 'need the cases of a design with method "saltelli"', sensitivity, results, 4)
 
 
 def test_case_without_results_is_named():
@@ -118,5 +117,4 @@ def test_case_without_results_is_named():
         {"natural_frequency": (("case", "mode"), np.ones((12, 1))), "error": ("case", ["", "too stiff"] + 10 * [""])},
         {"case": np.arange(12), "varied": ["rig.a"]},
     )
-    with pytest.raises(ClearanceError, match="1 have no results, first case 1: too stiff"):
-        sensitivity(results, 4)
+    assert_refused(ClearanceError, "1 have no results, first case 1: too stiff", sensitivity, results, 4)

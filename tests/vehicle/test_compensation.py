@@ -11,6 +11,7 @@ from clearance_mj.vehicle.controllers.mpc import ModelPredictive
 from clearance_mj.vehicle.controllers.smc import SlidingMode
 from clearance_mj.vehicle.manoeuvres import clothoid_arc, straight
 
+from ..refusals import assert_refused
 from .test_controller import VEHICLE
 
 TASK = Task(VEHICLE, straight(200.0), 30.0)
@@ -73,5 +74,4 @@ def test_direction_is_deaf_to_noise():
 
 @pytest.mark.parametrize("settings", [{"half_gap": -0.1}, {"half_gap": 0.1, "friction": -1.0}])
 def test_impossible_settings(settings):
-    with pytest.raises(ManoeuvreError, match=r"ClearanceModel\.\w+ must be"):
-        ClearanceModel(**settings)
+    assert_refused(ManoeuvreError, r"ClearanceModel\.\w+ must be", ClearanceModel, **settings)

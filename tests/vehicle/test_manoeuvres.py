@@ -11,6 +11,8 @@ from clearance_mj.vehicle.experiment import Case, check
 from clearance_mj.vehicle.nominal import Vehicle
 from clearance_mj.vehicle.path import lane_changes
 
+from ..refusals import assert_refused
+
 WIDTH, LENGTH = 1.61, 4.508  # m, of the vehicle
 
 
@@ -97,5 +99,4 @@ def test_needed_accelerations(name):
     (lambda: lane_changes("back", [(0, 10, 1), (5, 20, 0)], -5, 30), "no lane change from X = 5 to 20 m after 10"),
 ])  # fmt: skip
 def test_refusals(refused, message):
-    with pytest.raises(ManoeuvreError, match=message):
-        refused()
+    assert_refused(ManoeuvreError, message, refused)

@@ -13,6 +13,8 @@ from clearance_mj.vehicle.lost_motion import LostMotion, lost_motion_step
 from clearance_mj.vehicle.plant import STEP
 from clearance_mj.vehicle.steering import LEVER_ARM, STEERING_SHAFT, Steering, parse_gap
 
+from ..refusals import assert_refused
+
 HALF_GAP = np.radians(0.2)
 FIDELITIES = ("play", "modal")
 every_fidelity = pytest.mark.parametrize("fidelity", FIDELITIES)
@@ -217,8 +219,7 @@ ELSEWHERE = STEERING_SHAFT.replace(bushings=STEERING_SHAFT.bushings[:1])
     *((lambda t=t: Steering().start().advance(0.0, 0.0, t), "whole milliseconds") for t in (0.0, 0.0015, -0.01)),
 ])  # fmt: skip
 def test_refusals(refused, says):
-    with pytest.raises(ManoeuvreError, match=says):
-        refused()
+    assert_refused(ManoeuvreError, says, refused)
 
 
 def against_a_spring(steering, spring, ramp, seconds):

@@ -17,6 +17,7 @@ from clearance_mj.wear import Sine, predict_lives
 from clearance_mj.wear.coefficients import drawn_models
 
 from ..conftest import TABLE1
+from ..refusals import assert_refused
 
 SINE = Sine(9.25, 2.0, n_harmonics=5)
 
@@ -50,8 +51,7 @@ def test_a_wide_gap_drawn_has_no_life():
 
 
 def test_one_draw_is_refused():
-    with pytest.raises(ClearanceError, match="n must be 2"):
-        predict_lives(uncertain(), SINE, "x2", n=1)
+    assert_refused(ClearanceError, "n must be 2", lambda: predict_lives(uncertain(), SINE, "x2", n=1))
 
 
 @pytest.fixture
@@ -84,17 +84,14 @@ def test_the_command_predicts_what_is_left(rig_file, tmp_path, capsys):
     assert left["low_90_h"] < left["median_h"] < left["high_90_h"]
 
 
-@pytest.mark.parametrize(
-    "options, words",
-    [
-        (["--gap-limit", "0.1mm", "--level", "2", "--frequency", "9.25"], "must be above its gap"),
-        (["--gap-limit", "x2", "--level", "2", "--swept-from", "5"], "give its --frequency"),
-        (["--gap-limit", "9:+Z=x2", "--level", "2", "--frequency", "9.25"], "no one bushing has this name"),
-        (["--gap-limit", "x2", "--level", "2", "--frequency", "9.25", "--history", "h.csv", "--draws", "3"], "--draws"),
-        (["--gap-limit", "x2", "--level", "2", "--frequency", "9.25", "--history", "none.csv"], "cannot be read"),
-        (["--gap-limit", "x2", "--level", "-1", "--frequency", "9.25"], "amplitude must be > 0"),
-    ],
-)
+@pytest.mark.parametrize("options, words", [
+    (["--gap-limit", "0.1mm", "--level", "2", "--frequency", "9.25"], "must be above its gap"),
+    (["--gap-limit", "x2", "--level", "2", "--swept-from", "5"], "give its --frequency"),
+    (["--gap-limit", "9:+Z=x2", "--level", "2", "--frequency", "9.25"], "no one bushing has this name"),
+    (["--gap-limit", "x2", "--level", "2", "--frequency", "9.25", "--history", "h.csv", "--draws", "3"], "--draws"),
+    (["--gap-limit", "x2", "--level", "2", "--frequency", "9.25", "--history", "none.csv"], "cannot be read"),
+    (["--gap-limit", "x2", "--level", "-1", "--frequency", "9.25"], "amplitude must be > 0"),
+])  # fmt: skip
 def test_bad_input_is_one_line(rig_file, tmp_path, capsys, options, words):
     assert main(["life", str(rig_file), *options, "--quiet", "--out", str(tmp_path / "out")]) == 2
     said = capsys.readouterr().err

@@ -6,6 +6,8 @@ import pytest
 from clearance_mj.core.errors import RecordError
 from experiments.joints.hysteresis import BoucWenFit, bouc_wen
 
+from ...refusals import assert_refused
+
 TIME = np.linspace(0, 4, 2001)
 MOTION = 1e-3 * (np.sin(2 * np.pi * TIME) * (0.4 + 0.15 * TIME) + 0.3 * np.sin(5.4 * np.pi * TIME))
 
@@ -86,8 +88,7 @@ def test_start_within_reopening_gap():
     motion = MOTION + 3e-4
     assert known.force(TIME, motion, known.offset_of(motion[0], 3.0))[0] == pytest.approx(3.0, rel=1e-9)
     assert known.offset_of(motion[0], 0.0) == motion[0]
-    with pytest.raises(RecordError, match="fixed gap"):
-        element().offset_of(0.0, 1.0)
+    assert_refused(RecordError, "fixed gap", lambda: element().offset_of(0.0, 1.0))
 
 
 def test_sliding_of_a_linear_spring_is_not_identifiable():
@@ -108,26 +109,22 @@ def changed(a, index, value):
     return a
 
 
-@pytest.mark.parametrize(
-    ("arguments", "options", "message"),
-    [
-        ((TIME, changed(MOTION, 7, np.nan), MOTION), {}, "displacement is not finite at sample 7"),
-        ((TIME, MOTION, changed(MOTION, 9, np.inf)), {}, "force is not finite at sample 9"),
-        ((TIME, 0 * MOTION + 1, MOTION), {}, "displacement is constant at 1"),
-        ((TIME, MOTION, 0 * MOTION), {}, "force is constant at 0"),
-        ((TIME[:19], MOTION[:19], MOTION[:19]), {}, "19 samples are too short"),
-        ((TIME[:50], MOTION, MOTION), {}, "\\(n,\\) each"),
-        ((changed(TIME, 5, 0.0), MOTION, MOTION), {}, "time does not rise at sample 5"),
-        ((TIME, MOTION, MOTION), {"gap": 2e-3}, "gap of 0.002 m is larger than the motion .* mean force"),
-        ((TIME, MOTION, MOTION), {"gap": -1.0}, "gap must be >= 0"),
-        ((TIME, MOTION, MOTION), {"dead_travel": "loose"}, '"loose" is unknown; use fixed, reopening'),
-        ((TIME, np.minimum(MOTION, 4e-4), element().force(TIME, MOTION)), {}, "clipped at 0.0004 m"),
-        (([TIME], [MOTION], []), {}, "1 times, 1 displacements and 0 forces"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("arguments", "options", "message"), [
+    ((TIME, changed(MOTION, 7, np.nan), MOTION), {}, "displacement is not finite at sample 7"),
+    ((TIME, MOTION, changed(MOTION, 9, np.inf)), {}, "force is not finite at sample 9"),
+    ((TIME, 0 * MOTION + 1, MOTION), {}, "displacement is constant at 1"),
+    ((TIME, MOTION, 0 * MOTION), {}, "force is constant at 0"),
+    ((TIME[:19], MOTION[:19], MOTION[:19]), {}, "19 samples are too short"),
+    ((TIME[:50], MOTION, MOTION), {}, "\\(n,\\) each"),
+    ((changed(TIME, 5, 0.0), MOTION, MOTION), {}, "time does not rise at sample 5"),
+    ((TIME, MOTION, MOTION), {"gap": 2e-3}, "gap of 0.002 m is larger than the motion .* mean force"),
+    ((TIME, MOTION, MOTION), {"gap": -1.0}, "gap must be >= 0"),
+    ((TIME, MOTION, MOTION), {"dead_travel": "loose"}, '"loose" is unknown; use fixed, reopening'),
+    ((TIME, np.minimum(MOTION, 4e-4), element().force(TIME, MOTION)), {}, "clipped at 0.0004 m"),
+    (([TIME], [MOTION], []), {}, "1 times, 1 displacements and 0 forces"),
+])  # fmt: skip
 def test_bad_input(arguments, options, message):
-    with pytest.raises(RecordError, match=message):
-        bouc_wen(*arguments, **options)
+    assert_refused(RecordError, message, bouc_wen, *arguments, **options)
 
 
 def test_no_contact_in_the_record():

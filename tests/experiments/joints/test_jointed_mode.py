@@ -10,6 +10,8 @@ from clearance_mj.clearance.harmonic import harmonic_stiffness
 from clearance_mj.signals.free_decay import Decay, decay
 from experiments.joints.jointed_mode import ForcedCurve, ForcedTest, JointedMode, fit_jointed_mode
 
+from ...refusals import assert_refused
+
 MODE = JointedMode(80.0, 0.0012, 6e-4, 8e-3, 4e-3, 1.2e-4)
 TEST = ForcedTest(mass=1.9, residual=-0.8, shift=-0.1, phase=0.01)
 LINES = np.arange(79.0, 81.0, 0.05)
@@ -119,9 +121,6 @@ def test_draws_repeat():
 
 def test_refused():
     line = np.ones(4)
-    with pytest.raises(RecordError, match="three rows of equal length"):
-        ForcedCurve(line, line, line[:3])
-    with pytest.raises(RecordError, match="forces > 0"):
-        ForcedCurve(line, 0 * line, line)
-    with pytest.raises(RecordError, match="got 0 decays"):
-        fit_jointed_mode([], ForcedCurve(line, line, line), 1e-4)
+    assert_refused(RecordError, "three rows of equal length", ForcedCurve, line, line, line[:3])
+    assert_refused(RecordError, "forces > 0", ForcedCurve, line, 0 * line, line)
+    assert_refused(RecordError, "got 0 decays", lambda: fit_jointed_mode([], ForcedCurve(line, line, line), 1e-4))

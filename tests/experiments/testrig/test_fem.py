@@ -8,6 +8,7 @@ from clearance_mj.rig import Beam, PointMass
 from experiments.testrig.fem import FiniteElements
 
 from ...conftest import dense
+from ...refusals import assert_refused
 
 BEAM = Beam(length=0.8, young_modulus=70e9, density=2700.0, diameter=0.01)
 
@@ -70,5 +71,4 @@ def test_points_read_a_cubic_exactly():
 
 
 def test_needs_two_elements():
-    with pytest.raises(RigError, match="at least 2 elements, got 1"):
-        FiniteElements.of_shaft(BEAM, elements=1)
+    assert_refused(RigError, "at least 2 elements, got 1", FiniteElements.of_shaft, BEAM, elements=1)
