@@ -45,12 +45,8 @@ def simulated(engine):
     return run
 
 
-USES = {
-    "frequencies": frequencies,
-    "modal": simulated("modal"),
-    "links": simulated("links"),
-    "placed": placed,
-}  # What is done with a rig and a law
+USES = {"frequencies": frequencies, "modal": simulated("modal"), "links": simulated("links"), "placed": placed}
+"""What is done with a rig and a law"""
 
 
 def make(rng) -> bytes:

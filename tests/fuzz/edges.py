@@ -1,11 +1,11 @@
 """Whole commands on rigs at their edges, of every kind that ``new`` writes, and on short records of every kind."""
 
 import contextlib
-import dataclasses
 import io
 import json
 import random
 import tempfile
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -49,31 +49,29 @@ EXCITATIONS = {
 }  # fmt: skip
 
 
+def _along_y(part):
+    return replace(part, direction=(0.0, 1.0, 0.0))
+
+
 def _bushing(rig, rng, **changed):
     """The rig with one of its bushings changed."""
-    number = rng.randrange(len(rig.bushings)) if rig.bushings else 0
-    return rig.replace(bushings=tuple(
-        dataclasses.replace(b, **{k: v(b) for k, v in changed.items()}) if j == number else b
-        for j, b in enumerate(rig.bushings)
-    ))  # fmt: skip
+    bushings = [*rig.bushings]
+    if bushings:
+        number = rng.randrange(len(bushings))
+        bushings[number] = replace(bushings[number], **{k: v(bushings[number]) for k, v in changed.items()})
+    return rig.replace(bushings=tuple(bushings))
 
 
 EDGES = {
     "as written": lambda rig, rng: rig,
-    "grease 0": lambda rig, rng: _bushing(rig, rng, grease=lambda b: dataclasses.replace(b.grease, stiffness=0.0)),
-    "no grease": lambda rig, rng: _bushing(
-        rig, rng, grease=lambda b: dataclasses.replace(b.grease, stiffness=0.0, damping=0.0)
-    ),
+    "grease 0": lambda rig, rng: _bushing(rig, rng, grease=lambda b: replace(b.grease, stiffness=0.0)),
+    "no grease": lambda rig, rng: _bushing(rig, rng, grease=lambda b: replace(b.grease, stiffness=0.0, damping=0.0)),
     "offset = gap": lambda rig, rng: _bushing(rig, rng, offset=lambda b: 0.999 * b.gap),
     "no bushings": lambda rig, rng: rig.replace(bushings=()),
     "one sensor": lambda rig, rng: rig.replace(sensors=rig.sensors[:1]),
-    "no sensor along the base": lambda rig, rng: rig.replace(
-        sensors=tuple(dataclasses.replace(s, direction=(0.0, 1.0, 0.0)) for s in rig.sensors)
-    ),
-    "heavy": lambda rig, rng: rig.replace(masses=tuple(dataclasses.replace(m, mass=1e4) for m in rig.masses)),
-    "a base that moves across": lambda rig, rng: rig.replace(
-        shaker=dataclasses.replace(rig.shaker, direction=(0.0, 1.0, 0.0))
-    ),
+    "no sensor along the base": lambda rig, rng: rig.replace(sensors=tuple(map(_along_y, rig.sensors))),
+    "heavy": lambda rig, rng: rig.replace(masses=tuple(replace(m, mass=1e4) for m in rig.masses)),
+    "a base that moves across": lambda rig, rng: rig.replace(shaker=_along_y(rig.shaker)),
 }
 
 

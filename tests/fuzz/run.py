@@ -57,15 +57,11 @@ class Outcome:
     def summary(self) -> dict:
         kinds = collections.Counter(what for _, what, *_ in self.findings)
         return {
-            "inputs": self.inputs,
-            "distinct": len(self.distinct),
-            "read": self.read,
-            "refused": self.refused,
-            "kinds_of_refusal": len(self.messages),
-            **{what: kinds[what] for what in FINDINGS},
+            "inputs": self.inputs, "distinct": len(self.distinct), "read": self.read, "refused": self.refused,
+            "kinds_of_refusal": len(self.messages), **{what: kinds[what] for what in FINDINGS},
             "memory_growth_mb": round(self.growth / 2**20),
             "findings": [dict(zip(("index", "what", "detail", "file"), finding)) for finding in self.findings],
-        }
+        }  # fmt: skip
 
 
 class _Batch:

@@ -35,14 +35,9 @@ N = 6
 T = np.arange(N) / 64
 GREASE = cm.Grease(4e3, 2.0, 0.5, 1.0, 3.0, 1.0, 2.0, 5e-4, 0.3)
 RIG = cm.Rig(
-    name="small",
-    beam=cm.Beam(1.0, 7e10, 2700.0, 0.02, rayleigh=(0.5, 1e-5)),
-    bushings=(cm.Bushing(0.55, 3e-4, 0.01, GREASE, cm.Contact(8e3, 3.0)),
-              cm.Bushing(0.8, 3e-4, 0.01, GREASE, cm.Contact(8e3))),
-    sensors=(cm.Sensor(6, 0.55), cm.Sensor(7, 0.8, 0.01)),
-    masses=(cm.PointMass(0.3, 0.1, "collar"),),
-    shaker=cm.Shaker("base", 0.2),
-    description="a rig",
+    "small", cm.Beam(1.0, 7e10, 2700.0, 0.02, rayleigh=(0.5, 1e-5)),
+    (cm.Bushing(0.55, 3e-4, 0.01, GREASE, cm.Contact(8e3, 3.0)), cm.Bushing(0.8, 3e-4, 0.01, GREASE, cm.Contact(8e3))),
+    (cm.Sensor(6, 0.55), cm.Sensor(7, 0.8, 0.01)), (cm.PointMass(0.3, 0.1, "collar"),), cm.Shaker("base", 0.2), "a rig",
 )  # fmt: skip
 LAWS = (
     cm.ConstantLaw(1e4, [1.0, 2.0], grease=GREASE),
@@ -162,40 +157,17 @@ BY_HAND = {"UFF": samples_uff.uff, "CSV": csv, "LVM": lvm, "MATLAB": mat, "TDMS"
            "Excel": sheets}  # fmt: skip
 
 
-PLAN = tomllib.loads("""
-rig = "rig.toml"
-engine = { name = "modal", modes = 4 }
-[excitation]
-generator = "random"
-duration = 1
-fs = 256
-band = [5, 100]
-rms = 2
-seed = 1
-[outputs]
-resolution = 4
-frf = [7]
-natural_frequencies = 2
-[design]
-method = "latin-hypercube"
-samples = 4
-seed = 1
-[[vary]]
-path = "rig.bushings.gap"
-low = 2e-4
-high = 5e-4
-[[vary]]
-path = "excitation.rms"
-low = 0.5
-high = 5
-scale = "log"
-""")
-GRID = {
-    "rig": "rig.toml",
-    "law": "law.json",
-    "vary": [{"path": "law.k[0]", "values": [1e4, 2e4]},
-             {"path": "rig.beam.length", "low": 1.0, "high": 1.1, "count": 2}],
+PLAN = {
+    "rig": "rig.toml", "engine": {"name": "modal", "modes": 4},
+    "excitation": {"generator": "random", "duration": 1, "fs": 256, "band": [5, 100], "rms": 2, "seed": 1},
+    "outputs": {"resolution": 4, "frf": [7], "natural_frequencies": 2},
+    "design": {"method": "latin-hypercube", "samples": 4, "seed": 1},
+    "vary": [{"path": "rig.bushings.gap", "low": 2e-4, "high": 5e-4},
+             {"path": "excitation.rms", "low": 0.5, "high": 5, "scale": "log"}],
 }  # fmt: skip
+GRID = {"rig": "rig.toml", "law": "law.json",
+        "vary": [{"path": "law.k[0]", "values": [1e4, 2e4]},
+                 {"path": "rig.beam.length", "low": 1.0, "high": 1.1, "count": 2}]}  # fmt: skip
 REFERENCE = {"rig": "rig.toml", "reference": "record.uff",
              "outputs": {"band": [4.0, 24.0], "resolution": 4.0, "peaks": [[4.0, 24.0]]},
              "vary": [{"path": "rig.bushings[0].grease.stiffness", "low": 1e3, "high": 1e4}],

@@ -42,17 +42,14 @@ def uff() -> list[bytes]:
     time = {"count": N, "dof": (6, 3, 100, 3), "step": f"{1 / 64:.5e}", "unit": "g"}
     frf = {"kind": 4, "ordinate": 5, "count": 3, "axis": 18, "denominator": 12, "dof": (6, 3, 100, 3)}
     return [
-        by_hand([row], **time),
-        by_hand(uneven, spacing=0, **time),
-        by_hand(doubles, ordinate=4, **time),
-        by_hand([row], **frf),
-        units_by_hand(1e3, 1.0) + by_hand([row], **time | {"unit": "NONE"}),
+        by_hand([row], **time), by_hand(uneven, spacing=0, **time), by_hand(doubles, ordinate=4, **time),
+        by_hand([row], **frf), units_by_hand(1e3, 1.0) + by_hand([row], **time | {"unit": "NONE"}),
         units_by_hand(0, 0) + by_hand([row], **time | {"numerator": 0, "unit": "V", "dof": (0, 0, -1, 0)}),
         by_hand([row], **frf) + by_hand([row[:39]], kind=6, count=3, axis=18, dof=(6, 3, 100, 3)),
         by_hand([row], kind=9, count=N, axis=0, unit="g^2/Hz") + by_hand([row], **frf | {"kind": 3}),
         *modes_uff(),
         *("".join(f"    -1\n{kind:6d}\n{body}\n    -1\n" for kind, body in sets).encode() for sets in GEOMETRIES),
-    ]
+    ]  # fmt: skip
 
 
 _TRIAD = "{:10d}{:10d}{:10d}\nturned\n" + 4 * "{:25.16E}{:25.16E}{:25.16E}\n"
@@ -64,15 +61,11 @@ _LINE = f"{1:10d}{4:10d}{1:10d}\nline\n{1:10d}{2:10d}{0:10d}{3:10d}{0:10d}{0:10d
 _LOCAL = (
     f"{3:10d}{1:10d}{0:10d}{8:10d}{1:10d}\nlocal\n" + 3 * f"{1:13.5E}{0:13.5E}" + f"\n{0:13.5E}{1:13.5E}{0:13.5E}\n"
 )
+_PART = "1\npart\n" + _TRIAD.format(3, 0, 0, *(0, 1, 0), *(-1, 0, 0), *(0, 0, 1), *(1, 2, 3))
 GEOMETRIES = (
-    ((15, _NODES), (82, _LINE), (2412, _ELEMENTS), (18, _LOCAL)),
-    (
-        (2411, _FULL),
-        (82, _LINE),
-        (2420, "1\npart\n" + _TRIAD.format(3, 0, 0, *(0, 1, 0), *(-1, 0, 0), *(0, 0, 1), *(1, 2, 3))),
-    ),
+    ((15, _NODES), (82, _LINE), (2412, _ELEMENTS), (18, _LOCAL)), ((2411, _FULL), (82, _LINE), (2420, _PART)),
     ((1858, "0"), (2467, "1")),
-)
+)  # fmt: skip
 """Kinds and records of data sets of geometry"""
 
 

@@ -21,7 +21,11 @@ ROWS = [[0.0, 1.0, 2.0, 0, 0, 0], [0.5, -1.0, -2.0, 0, 0, 0], [1.0, 0.0, 1.0, 0,
 
 
 def write(path, content):
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    """A file of text or bytes, or MATLAB's of the hammer's hit with changes."""
+    if isinstance(content, dict):
+        scipy.io.savemat(path, {"HIdata": HIT | content})
+    else:
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
     return path
 
 
@@ -34,35 +38,11 @@ def test_dropbear(tmp_path, pack):
     assert record.fs == pytest.approx(5000)
 
 
-@pytest.mark.parametrize(("content", "message"), [
-    (DROPBEAR.replace("PinLoc", "Roller"), "line 6: no column PinLoc"),
-    (DROPBEAR.replace("-2.5\t", "-2.5V\t"), "line 11: 5 numbers expected"),
-    (DROPBEAR.replace("-2.5\t0\t", "-2.5\t"), "line 11: 5 numbers expected"),
-    (DROPBEAR.replace("-2.5\t", "nan\t"), "line 11: acceleration is not finite"),
-    (DROPBEAR.replace("4.0E-4", "2.0E-4"), "line 12: the time does not rise"),
-    (DROPBEAR[:60], "9 header lines"),
-])  # fmt: skip
-def test_damaged_dropbear(tmp_path, content, message):
-    assert_refused(RecordError, f"bad.txt.*{message}", lambda: read_dropbear(write(tmp_path / "bad.txt", content)))
-
-
 def test_damper(tmp_path):
     record = read_damper(write(tmp_path / "a.json.gz", gzip.compress(json.dumps({"data": ROWS}).encode())))
     np.testing.assert_allclose(record.displacement, [0.0254, -0.0254, 0.0])
     np.testing.assert_allclose(record.force, [8896.443, -8896.443, 4448.222], rtol=1e-6)
     assert record.fs == 2.0
-
-
-@pytest.mark.parametrize(("content", "message"), [
-    ('{"data":\n[[0, 1,', "line 2: not JSON"),
-    ("[1, 2]", "needs"),
-    ('{"data": [[0, 1, 2]]}', "two rows"),
-    (json.dumps({"data": [*ROWS, [2.0, "x", 1.0]]}), "row 4: needs numbers"),
-    (json.dumps({"data": [*ROWS, [0.5, 1.0, 1.0]]}), "row 4: the time does not rise"),
-    (json.dumps({"data": [*ROWS, [2.0, 1.0, float("nan")]]}), "row 4: force is not finite"),
-])  # fmt: skip
-def test_damaged_damper(tmp_path, content, message):
-    assert_refused(RecordError, f"bad.json.*{message}", lambda: read_damper(write(tmp_path / "bad.json", content)))
 
 
 HIT = {"time": [0.0, 0.5, 1.0], "acc1": [1.0, 2.0, 3.0], "acc2": [0.0, 0.1, 0.2], "acc3": [4.0, 5.0, 6.0]}
@@ -72,30 +52,10 @@ STEPPED = (
 )
 
 
-def hit(path, **changed):
-    scipy.io.savemat(path, {"HIdata": HIT | changed})
-    return path
-
-
 def test_hammer(tmp_path):
-    record = read_hammer(hit(tmp_path / "a.mat"))
+    record = read_hammer(write(tmp_path / "a.mat", {}))
     np.testing.assert_array_equal(record.acceleration, [HIT["acc1"], HIT["acc2"], HIT["acc3"]])
     assert record.fs == 2.0
-
-
-@pytest.mark.parametrize(("changed", "message"), [
-    ({"acc2": [[]]}, "it has no acc2"),
-    ({"acc3": [1.0, 2.0]}, r"have \[3, 3, 3, 2\] samples"),
-    ({"time": [0.0, 0.5, 0.5]}, "sample 3: the time does not rise"),
-    ({"acc1": [1.0, np.nan, 2.0]}, "sample 2: acc1 is not finite"),
-])  # fmt: skip
-def test_damaged_hammer(tmp_path, changed, message):
-    assert_refused(RecordError, f"bad.mat.*{message}", lambda: read_hammer(hit(tmp_path / "bad.mat", **changed)))
-
-
-def test_no_matlab_file(tmp_path):
-    with pytest.raises(RecordError, match=r"bad\.mat: not a whole MATLAB file"):
-        read_hammer(write(tmp_path / "bad.mat", "text, but long enough to be a header of a MATLAB file" * 8))
 
 
 def test_stepped_sines(tmp_path):
@@ -107,15 +67,33 @@ def test_stepped_sines(tmp_path):
     np.testing.assert_array_equal(second.phase, [-1.6])
 
 
-@pytest.mark.parametrize(("content", "message"), [
-    ("", "line 1: no column control"),
-    (STEPPED.replace("force_N", "F"), "line 1: no column force_N"),
-    (STEPPED.replace(",0.25,", ",x,"), "line 3: a control and 5 numbers"),
-    (STEPPED.replace(",20,-1.6", ""), "line 4: a control and 5 numbers"),
-    (STEPPED.replace(",0.25,", ",-0.25,"), "line 3: frequency, force and amplitude must be > 0"),
+@pytest.mark.parametrize(("read", "name", "content", "message"), [
+    (read_dropbear, "bad.txt", DROPBEAR.replace("PinLoc", "Roller"), "line 6: no column PinLoc"),
+    (read_dropbear, "bad.txt", DROPBEAR.replace("-2.5\t", "-2.5V\t"), "line 11: 5 numbers expected"),
+    (read_dropbear, "bad.txt", DROPBEAR.replace("-2.5\t0\t", "-2.5\t"), "line 11: 5 numbers expected"),
+    (read_dropbear, "bad.txt", DROPBEAR.replace("-2.5\t", "nan\t"), "line 11: acceleration is not finite"),
+    (read_dropbear, "bad.txt", DROPBEAR.replace("4.0E-4", "2.0E-4"), "line 12: the time does not rise"),
+    (read_dropbear, "bad.txt", DROPBEAR[:60], "9 header lines"),
+    (read_damper, "bad.json", '{"data":\n[[0, 1,', "line 2: not JSON"),
+    (read_damper, "bad.json", "[1, 2]", "needs"),
+    (read_damper, "bad.json", '{"data": [[0, 1, 2]]}', "two rows"),
+    (read_damper, "bad.json", json.dumps({"data": [*ROWS, [2.0, "x", 1.0]]}), "row 4: needs numbers"),
+    (read_damper, "bad.json", json.dumps({"data": [*ROWS, [0.5, 1.0, 1.0]]}), "row 4: the time does not rise"),
+    (read_damper, "bad.json", json.dumps({"data": [*ROWS, [2.0, 1.0, float("nan")]]}), "row 4: force is not finite"),
+    (read_hammer, "bad.mat", {"acc2": [[]]}, "it has no acc2"),
+    (read_hammer, "bad.mat", {"acc3": [1.0, 2.0]}, r"have \[3, 3, 3, 2\] samples"),
+    (read_hammer, "bad.mat", {"time": [0.0, 0.5, 0.5]}, "sample 3: the time does not rise"),
+    (read_hammer, "bad.mat", {"acc1": [1.0, np.nan, 2.0]}, "sample 2: acc1 is not finite"),
+    (read_stepped_sines, "bad.csv", "", "line 1: no column control"),
+    (read_stepped_sines, "bad.csv", STEPPED.replace("force_N", "F"), "line 1: no column force_N"),
+    (read_stepped_sines, "bad.csv", STEPPED.replace(",0.25,", ",x,"), "line 3: a control and 5 numbers"),
+    (read_stepped_sines, "bad.csv", STEPPED.replace(",20,-1.6", ""), "line 4: a control and 5 numbers"),
+    (read_stepped_sines, "bad.csv", STEPPED.replace(",0.25,", ",-0.25,"),
+     "line 3: frequency, force and amplitude must be > 0"),
+    (read_hammer, "bad.mat", "text, but long enough to be a header of a MATLAB file" * 8, "not a whole MATLAB file"),
 ])  # fmt: skip
-def test_damaged_stepped_sines(tmp_path, content, message):
-    assert_refused(RecordError, f"bad.csv.*{message}", lambda: read_stepped_sines(write(tmp_path / "bad.csv", content)))
+def test_damaged(tmp_path, read, name, content, message):
+    assert_refused(RecordError, f"{name}.*{message}", lambda: read(write(tmp_path / name, content)))
 
 
 def test_folder(tmp_path, monkeypatch):

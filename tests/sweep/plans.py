@@ -6,37 +6,16 @@ from clearance_mj.sweep import load_plan
 from ..conftest import ROOT
 
 RIG = ROOT / "models" / "table1_rig.toml"
-EXCITATION = """
-[excitation]
-generator = "random"
-duration = 1
-fs = 1024
-rms = 2
-"""
-GAP = """
-[[vary]]
-path = "rig.bushings.gap"
-low = 2e-4
-high = 5e-4
-"""
-LEVEL = """
-[[vary]]
-path = "excitation.rms"
-low = 0.5
-high = 5
-scale = "log"
-"""
-DESIGN = """
-[design]
-method = "latin-hypercube"
-samples = {samples}
-seed = 1
-"""
-OUTPUTS = """
-[outputs]
-resolution = 2
-frf = [7]
-"""
+EXCITATION = '[excitation]\ngenerator = "random"\nduration = 1\nfs = 1024\nrms = 2\n'
+GAP = '[[vary]]\npath = "rig.bushings.gap"\nlow = 2e-4\nhigh = 5e-4\n'
+LEVEL = '[[vary]]\npath = "excitation.rms"\nlow = 0.5\nhigh = 5\nscale = "log"\n'
+DESIGN = '[design]\nmethod = "latin-hypercube"\nsamples = {samples}\nseed = 1\n'
+OUTPUTS = "[outputs]\nresolution = 2\nfrf = [7]\n"
+
+
+def varied(path, values):
+    """A table of a plan: a number that takes each of some values."""
+    return f'[[vary]]\npath = "{path}"\nvalues = {values}\n'
 
 
 def text(*tables, head="", rig=RIG):
@@ -46,9 +25,8 @@ def text(*tables, head="", rig=RIG):
 
 def small(samples):
     """A plan of cheap cases."""
-    return text(
-        EXCITATION, DESIGN.format(samples=samples), OUTPUTS, GAP, LEVEL, head='engine = { name = "modal", modes = 4 }'
-    )
+    tables = EXCITATION, DESIGN.format(samples=samples), OUTPUTS, GAP, LEVEL
+    return text(*tables, head='engine = { name = "modal", modes = 4 }')
 
 
 def loaded(tmp_path, content):

@@ -13,7 +13,7 @@ from clearance_mj.sweep import run_sweep
 from clearance_mj.sweep.case import linear_frequencies, windows_around_modes
 
 from ..structures import GREASE, MASS, STIFFNESS, chain
-from .plans import EXCITATION, OUTPUTS, RIG, loaded, text
+from .plans import EXCITATION, OUTPUTS, RIG, loaded, text, varied
 
 
 def test_a_structure_of_fewer_modes_than_are_asked_for():
@@ -33,9 +33,9 @@ def test_a_sweep_in_space_has_a_number_for_each_bushing(tmp_path):
     """RMS of the displacement along both directions together, and of how much of the time it touches."""
     spatial = Rig.load(RIG).with_shape("round").replace(spin=Spin(50.0), unbalances=(Unbalance(0.5, 1e-3),))
     spatial.save(tmp_path / "rotor.toml")
-    speeds = '[[vary]]\npath = "rig.spin.speed"\nvalues = [50.0, 70.0]\n'
-    grid, head = '[design]\nmethod = "grid"\n', 'engine = { name = "modal", modes = 4 }'
-    plan = loaded(tmp_path, text(EXCITATION, grid, OUTPUTS, speeds, head=head, rig=tmp_path / "rotor.toml"))
+    tables = EXCITATION, '[design]\nmethod = "grid"\n', OUTPUTS, varied("rig.spin.speed", [50.0, 70.0])
+    head = 'engine = { name = "modal", modes = 4 }'
+    plan = loaded(tmp_path, text(*tables, head=head, rig=tmp_path / "rotor.toml"))
     swept = run_sweep(plan, tmp_path / "out", Runner(1))
     rig, law, excitation = plan.case(1)
     response = simulate(rig, excitation, law, plan.engine)

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from clearance_mj.cli import main
 from clearance_mj.core.cache import ResultCache
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.runner import Runner
@@ -190,14 +189,12 @@ def run_sweep_and(do, plan, out, scheduler):
         return run_sweep(plan, out, Runner(scheduler=scheduler))
 
 
-def test_scheduler_that_does_not_answer(small_plan, tmp_path, capsys, monkeypatch):
+def test_scheduler_that_does_not_answer(small_plan, tmp_path, refused, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("clearance_mj.core.tasks.PATIENCE", 0.5)
-    command = ["sweep", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "out"), "--quiet", "--scheduler"]
+    command = "sweep", tmp_path / "plan.toml", "--out", tmp_path / "out", "--quiet", "--scheduler"
     for address in ("tcp://127.0.0.1:9", "nonsense://x"):
-        assert main([*command, address]) == 2
-        error = capsys.readouterr().err
-        assert error.count("\n") == 1 and f"--scheduler {address}: no scheduler answers there" in error
+        assert f"--scheduler {address}: no scheduler answers there" in refused(*command, address)
 
 
 def test_dask_is_not_installed(small_plan, tmp_path, monkeypatch):

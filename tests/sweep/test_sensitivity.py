@@ -1,16 +1,14 @@
 """Sobol indices: known ones of test functions, and of natural frequencies in closed form."""
 
 import csv
-import json
 from math import log, pi, sqrt
 
 import numpy as np
 import xarray as xr
 
-from clearance_mj.cli import main
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.runner import Runner
-from clearance_mj.rig import Rig
+from clearance_mj.rig import Beam, Rig, Sensor
 from clearance_mj.statistics.sobol import sobol_indices
 from clearance_mj.sweep import Design, Vary, run_sweep
 from clearance_mj.sweep.sensitivity import quantities, sensitivity
@@ -35,12 +33,7 @@ def test_ishigami():
     assert np.ptp(first_interval[:, 0], axis=0).max() < 0.2
 
 
-CANTILEVER = {
-    "name": "cantilever",
-    "beam": {"length": 1.0, "young_modulus": 210e9, "density": 7850.0, "diameter": 0.01},
-    "bushings": [],
-    "sensors": [{"node": 1, "position": 0.5}],
-}
+CANTILEVER = Rig("cantilever", Beam(1.0, 210e9, 7850.0, 0.01), (), (Sensor(1, 0.5),))
 LENGTH, MODULUS, DENSITY = (0.92, 1.08), (1e11, 3e11), (2000.0, 9000.0)
 
 
@@ -78,9 +71,9 @@ def test_first_frequency_of_a_cantilever():
     np.testing.assert_allclose(total[0], c2 * whole / (1 + c2) / (whole - 1), atol=0.005)
 
 
-def test_sweep_of_a_cantilever(tmp_path, capsys):
+def test_sweep_of_a_cantilever(tmp_path, answer):
     """The command finds the frequencies, and the indices, of the closed form at the same points."""
-    Rig.from_dict(CANTILEVER).save(tmp_path / "rig.toml")
+    CANTILEVER.save(tmp_path / "rig.toml")
     tables = [
         f'[[vary]]\npath = "rig.beam.{name}"\nlow = {low}\nhigh = {high}\nscale = "{scale}"\n'
         for name, (low, high, scale) in VARIED.items()
@@ -88,12 +81,11 @@ def test_sweep_of_a_cantilever(tmp_path, capsys):
     design = DESIGN.format(samples=32).replace("latin-hypercube", "saltelli")
     plan = tmp_path / "plan.toml"
     plan.write_text('rig = "rig.toml"\n' + design + "".join(tables), encoding="utf-8")
-    assert main(["sweep", str(plan), "--out", str(tmp_path / "out"), "--quiet", "--json", "--workers", "1"]) == 0
+    rows = answer("sweep", plan, "--out", tmp_path / "out", "--quiet", "--workers", 1)["sensitivity"]
     results = xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy")
     known = first_frequency(*results["parameter"].values.T)
     np.testing.assert_allclose(results["natural_frequency"][:, 0], known, rtol=1e-6)
     first, total, *_ = sobol_indices(known[:, None], 3)
-    rows = json.loads(capsys.readouterr().out)["sensitivity"]
     assert len(rows) == 4 * 3
     np.testing.assert_allclose([row["first_order"] for row in rows[:3]], first[0], rtol=1e-4)
     np.testing.assert_allclose([row["total_order"] for row in rows[:3]], total[0], rtol=1e-4)

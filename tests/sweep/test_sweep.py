@@ -1,9 +1,9 @@
 """Sweeps: plans and designs, results against simulations made here, what is refused."""
 
-import dataclasses
 import itertools
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -27,41 +27,25 @@ from clearance_mj.structure import Clamp
 from clearance_mj.sweep import Design, Vary, run, run_sweep
 from clearance_mj.sweep.plan import Plan
 
-from .plans import EXCITATION, OUTPUTS, finished, loaded, small, text
+from .plans import EXCITATION, OUTPUTS, finished, loaded, small, text, varied
 
-GRID = """
-[[vary]]
-path = "rig.bushings[1].gap"
-values = [2e-4, 4e-4]
-[[vary]]
-path = "rig.bushings.grease.stiffness"
-low = 2000
-high = 8000
-count = 3
-scale = "log"
-"""
+GRID = varied("rig.bushings[1].gap", [2e-4, 4e-4])
+GRID += '[[vary]]\npath = "rig.bushings.grease.stiffness"\nlow = 2000\nhigh = 8000\ncount = 3\nscale = "log"\n'
 ALONE = Runner(1)
 
 
 def test_a_plan_of_an_identified_rig_and_its_law(rig, tmp_path):
     """The folder of both; the rig's own numbers vary, clamp and offset among them."""
     identified_rig = rig.replace(
-        beam=dataclasses.replace(rig.beam, clamp=Clamp(rotation=3e3)),
-        bushings=tuple(dataclasses.replace(b, offset=5e-5) for b in rig.bushings),
+        beam=replace(rig.beam, clamp=Clamp(rotation=3e3)),
+        bushings=tuple(replace(b, offset=5e-5) for b in rig.bushings),
     )
     law = ConstantLaw(6e3, 12.0, grease=Grease(4000.0, 5.0))
     (tmp_path / "found").mkdir()
     identified_rig.save(tmp_path / "found" / "rig.toml")
     law.save(tmp_path / "found" / "law.json")
-    varied = """
-    [[vary]]
-    path = "rig.beam.clamp.rotation"
-    values = [3e3, 1e5]
-    [[vary]]
-    path = "rig.bushings[0].offset"
-    values = [-5e-5, 5e-5]
-    """
-    plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, varied, rig="found"))
+    ranges = varied("rig.beam.clamp.rotation", [3e3, 1e5]), varied("rig.bushings[0].offset", [-5e-5, 5e-5])
+    plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, *ranges, rig="found"))
     assert plan.law == law
     case = plan.case(1)
     assert case[0] == identified_rig
@@ -82,20 +66,19 @@ def test_paths():
 
 
 def test_grid_is_every_combination():
-    varied = [Vary("rig.a", values=(1.0, 2.0)), Vary("rig.b", low=1, high=100, count=3, scale="log")]
-    np.testing.assert_allclose(Design("grid").points(varied), list(itertools.product((1, 2), (1, 10, 100))))
+    numbers = [Vary("rig.a", values=(1.0, 2.0)), Vary("rig.b", low=1, high=100, count=3, scale="log")]
+    np.testing.assert_allclose(Design("grid").points(numbers), list(itertools.product((1, 2), (1, 10, 100))))
 
 
 def test_latin_hypercube_has_one_case_in_each_slice():
-    varied = [Vary("rig.a", low=-1, high=3), Vary("rig.b", low=1, high=16, scale="log")]
-    a, b = Design("latin-hypercube", 8, seed=3).points(varied).T
-    assert sorted(np.floor((a + 1) * 2).astype(int)) == list(range(8))
-    assert sorted(np.floor(np.log2(b) * 2).astype(int)) == list(range(8))
+    numbers = [Vary("rig.a", low=-1, high=3), Vary("rig.b", low=1, high=16, scale="log")]
+    a, b = Design("latin-hypercube", 8, seed=3).points(numbers).T
+    for place in ((a + 1) * 2, np.log2(b) * 2):
+        assert sorted(np.floor(place).astype(int)) == list(range(8))
 
 
 def test_saltelli_design_exchanges_one_column_at_a_time():
-    varied = [Vary(f"rig.{name}", low=0, high=1) for name in "abc"]
-    a, b, *mixed = np.split(Design("saltelli", 4).points(varied), 5)
+    a, b, *mixed = np.split(Design("saltelli", 4).points([Vary(f"rig.{n}", low=0, high=1) for n in "abc"]), 5)
     for i, block in enumerate(mixed):
         np.testing.assert_array_equal(block[:, i], b[:, i])
         np.testing.assert_array_equal(np.delete(block, i, axis=1), np.delete(a, i, axis=1))
@@ -110,16 +93,13 @@ def test_grid_against_simulations_made_here(rig, tmp_path):
     np.testing.assert_allclose(results["parameter"], list(itertools.product((2e-4, 4e-4), (2000, 4000, 8000))))
     base = excitation.random(1.0, 1024.0, rms=2.0)
     for case, (gap, stiffness) in enumerate(results["parameter"].values.tolist()):
-        grease = Grease(stiffness, damping=3.0)
-        data = rig.to_dict()
-        for bushing in data["bushings"]:
-            bushing["grease"]["stiffness"] = stiffness
-        data["bushings"][1]["gap"] = gap
-        rig_here = rig.from_dict(data)
-        response = simulate(rig_here, base, ConstantLaw(7.8e3, 4.0, grease=grease), "modal")
-        frf = estimate_frf(response, resolution=2.0)
+        first, second = (replace(b, grease=replace(b.grease, stiffness=stiffness)) for b in rig.bushings)
+        rig_here = rig.replace(bushings=(first, replace(second, gap=gap)))
+        response = simulate(rig_here, base, ConstantLaw(7.8e3, 4.0, grease=Grease(stiffness, damping=3.0)), "modal")
         row = results.isel(case=case)
-        np.testing.assert_array_equal(row["frf"].values[0] @ (1, 1j), frf.functions[6])
+        np.testing.assert_array_equal(
+            row["frf"].values[0] @ (1, 1j), estimate_frf(response, resolution=2.0).functions[6]
+        )
         np.testing.assert_array_equal(row["acceleration_rms"], response.acceleration.std(axis=1))
         np.testing.assert_allclose(row["natural_frequency"], beam.natural_frequencies(rig_here, 4), rtol=1e-9)
         np.testing.assert_array_equal(row["contact_share"], response.contact_share)
@@ -169,18 +149,18 @@ def test_rmse_against_a_reference(small_dataset, tmp_path, kind):
 
 def test_law_and_its_grease_vary(rig, tmp_path):
     ConstantLaw([5e3, 6e3], [3.0, 4.0], grease=Grease(2000.0, 2.0)).save(tmp_path / "law.json")
-    vary = '[[vary]]\npath = "law.k[1]"\nvalues = [1e4]\n[[vary]]\npath = "law.grease.stiffness"\nvalues = [5000]'
-    plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, vary, head='law = "law.json"'))
+    ranges = varied("law.k[1]", [1e4]), varied("law.grease.stiffness", [5000])
+    plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, *ranges, head='law = "law.json"'))
     _, law, _ = plan.case(0)
     assert (law.k.tolist(), law.c.tolist(), law.grease[0].stiffness) == ([5e3, 1e4], [3.0, 4.0], 5000.0)
-    greased = rig.replace(bushings=tuple(dataclasses.replace(b, grease=law.grease[0]) for b in rig.bushings))
+    greased = rig.replace(bushings=tuple(replace(b, grease=law.grease[0]) for b in rig.bushings))
     np.testing.assert_allclose(plan.evaluate(0)["natural_frequency"], beam.natural_frequencies(greased, 4))
 
 
 def test_left_out_field_and_whole_numbers_vary(tmp_path):
     vary = '[[vary]]\npath = "rig.bushings.grease.film_height"\nlow = 1e-3\nhigh = 2e-3\ncount = 2\n'
-    vary += '[[vary]]\npath = "excitation.seed"\nvalues = [0, 5]'
-    rig, law, drive = loaded(tmp_path, text(EXCITATION, OUTPUTS, vary)).case(3)
+    seeds = varied("excitation.seed", [0, 5])
+    rig, law, drive = loaded(tmp_path, text(EXCITATION, OUTPUTS, vary, seeds)).case(3)
     assert [b.grease.film_height for b in rig.bushings] == [2e-3, 2e-3]
     assert law.k.tolist() == nominal_law(rig).k.tolist()
     np.testing.assert_array_equal(drive.value, excitation.random(1.0, 1024.0, rms=2.0, seed=5).value)
@@ -188,8 +168,8 @@ def test_left_out_field_and_whole_numbers_vary(tmp_path):
 
 def test_case_without_results_says_why(tmp_path):
     """A contact of 1e13 N/m needs too many steps: that case alone has no results."""
-    vary = '[[vary]]\npath = "rig.bushings.contact.stiffness"\nvalues = [8e3, 1e13]'
-    results = run_sweep(loaded(tmp_path, text(EXCITATION, OUTPUTS, vary)), tmp_path / "out", ALONE)
+    stiffnesses = varied("rig.bushings.contact.stiffness", [8e3, 1e13])
+    results = run_sweep(loaded(tmp_path, text(EXCITATION, OUTPUTS, stiffnesses)), tmp_path / "out", ALONE)
     assert results["error"].values[0] == "" and "steps per sample" in results["error"].values[1]
     assert np.isnan(results["acceleration_rms"].values[1]).all()
     assert np.isfinite(results["acceleration_rms"].values[0]).all()
@@ -198,8 +178,11 @@ def test_case_without_results_says_why(tmp_path):
 # What waits on disk, and going on.
 
 
-def interrupted_after(monkeypatch, count):
-    """Let a sweep be interrupted when so many cases have been computed; returns those that were asked for."""
+def interrupted_after(monkeypatch, count, plan=None, out=None):
+    """Let a sweep be interrupted when so many cases have been computed; returns those that were asked for.
+
+    A plan is run until then.
+    """
     asked, evaluate_all = [], Plan.evaluate_all
 
     def watched(plan, cases):
@@ -292,16 +275,15 @@ def test_two_sweeps_into_one_folder(tmp_path):
 
 def test_one_case_has_no_figure(tmp_path, capsys):
     plan, out = tmp_path / "plan.toml", tmp_path / "out"
-    plan.write_text(text('[[vary]]\npath = "rig.beam.length"\nvalues = [1.1]'), encoding="utf-8")
+    plan.write_text(text(varied("rig.beam.length", [1.1])), encoding="utf-8")
     assert main(["sweep", str(plan), "--out", str(out), "--quiet", "--workers", "1"]) == 0
     assert "(1 cases)" in capsys.readouterr().out and not (out / "sweep.png").exists()
 
 
-def test_command(tmp_path, capsys):
+def test_command(tmp_path, answer):
     plan, out = tmp_path / "plan.toml", tmp_path / "out"
     plan.write_text(small(6), encoding="utf-8")
-    assert main(["sweep", str(plan), "--out", str(out), "--quiet", "--json", "--workers", "1"]) == 0
-    assert json.loads(capsys.readouterr().out)["cases"] == 6
+    assert answer("sweep", plan, "--out", out, "--quiet", "--workers", 1)["cases"] == 6
     assert (out / "sweep.png").read_bytes()[:4] == b"\x89PNG"
     page = (out / "sweep.html").read_text(encoding="utf-8")
     shown = [json.loads(text) for text in re.findall(r'<script type="application/json">(.*?)</script>', page)]
