@@ -129,8 +129,7 @@ def test_gyroscopic_pairs_of_an_overhung_disc(spin):
     system[2:, 2:] = np.linalg.solve(m, np.diag([0.0, spin * polar]))  # λ² M = K + λ Ω G
     exact = np.sort(np.linalg.eigvals(system).real)
     kick = np.full(10, 50.0)
-    load = motion.Load(hammer=1.0)
-    (path,), _ = run(overhung, load=load, probes=[1.0], spin=spin, seconds=8.0, force={0: kick})
+    (path,), _ = run(overhung, load=motion.Load(hammer=1.0), probes=[1.0], spin=spin, seconds=8.0, force={0: kick})
     np.testing.assert_allclose(np.sort(lines(np.diff(path[0] + 1j * path[1]), 4)), exact, rtol=1e-3, atol=0.02)
 
 
@@ -314,8 +313,7 @@ def test_a_dataset_is_read_by_the_package(tmp_path):
     response, turning = record.response(), record.turning()
     assert response.displacement.shape == (2, record.size)
     assert turning.mean_speed == pytest.approx(record.spin.speed, rel=1e-3)
-    truth = tomllib.loads((tmp_path / "truth.toml").read_text("utf-8"))
-    assert truth["bushings"][0]["gap"] == bench.holes[0].gap
+    assert tomllib.loads((tmp_path / "truth.toml").read_text("utf-8"))["bushings"][0]["gap"] == bench.holes[0].gap
 
 
 def test_channels_of_a_shaken_shaft():

@@ -152,8 +152,7 @@ def test_film_slopes_are_its_derivatives(kind, limit):
     for x in (-6e-4, 2e-4):
         force, by_place, by_speed = physics.film(x, 0.2, film, 0)
         change = physics.film(x + 1e-9, 0.2, film, 0)[0] - physics.film(x - 1e-9, 0.2, film, 0)[0]
-        assert by_place == pytest.approx(change / 2e-9, rel=1e-5)
-        assert by_speed == pytest.approx(force / 0.2)
+        assert by_place == pytest.approx(change / 2e-9, rel=1e-5) and by_speed == pytest.approx(force / 0.2)
     assert physics.film(0.0, 1.0, film, 0)[0] == 3.0
 
 
@@ -167,8 +166,7 @@ def test_linear_bench_against_its_frequency_response():
     frequency, n = 32.0, 8192
     response, _ = shake(b, np.sin(2 * np.pi * frequency * np.arange(n) / FS))
     window = slice(n - 2048, n - 512)
-    tone = np.exp(-2j * np.pi * frequency * np.arange(n) / FS)[window]
-    value = 2j * np.mean(response[:, window] * tone, axis=1)
+    value = 2j * np.mean(response[:, window] * np.exp(-2j * np.pi * frequency * np.arange(n) / FS)[window], axis=1)
     modes = b.shaft.modes([h.position for h in holes])
     omega = 2 * np.pi * frequency
     rows = modes.at([h.position for h in holes])
@@ -275,8 +273,7 @@ def test_dataset(tmp_path, monkeypatch, capsys):
         return [("ramp", "identify", base, "words", None), ("level_2_a", "validate", base, "words", 2.0)]
 
     monkeypatch.setattr("experiments.benches.records.plans", few)
-    assert run(make.main, None, ["all", "--out", str(tmp_path)]) == 0
-    assert "bench all" in capsys.readouterr().out
+    assert run(make.main, None, ["all", "--out", str(tmp_path)]) == 0 and "bench all" in capsys.readouterr().out
     dataset, b = Dataset.load(tmp_path), NAMED["all"]()
     assert dataset.rig == b.rig
     truth = tomllib.loads((tmp_path / "truth.toml").read_text(encoding="utf-8"))
@@ -317,8 +314,7 @@ def test_sines_to_identify_from_go_through_the_band_both_ways(kind):
 
 
 def test_without_probes():
-    assert not NAMED["no-probes"]().probes
-    assert shake(NAMED["no-probes"](), np.ones(64))[1].shape == (0, 64)
+    assert not NAMED["no-probes"]().probes and shake(NAMED["no-probes"](), np.ones(64))[1].shape == (0, 64)
 
 
 @pytest.mark.parametrize("words", [["nothing"], ["cubic+tar+3"], ["all", "--ignorance", "gaps"]])
@@ -352,8 +348,7 @@ def test_benches_of_other_sensors_read_what_the_package_predicts(name, quantity)
     for one, other, sensor in zip(read, predicted, rig.sensors):
         rests = np.std(other) < 0.1 * np.std(predicted, axis=1).max()  # as a gauge at the free end does
         if sensor.quantity == quantity and quantity != "force" and not rests:  # the grease's force is another
-            assert np.corrcoef(one, other)[0, 1] > 0.97
-            assert np.std(one) == pytest.approx(np.std(other), rel=0.25)
+            assert np.corrcoef(one, other)[0, 1] > 0.97 and np.std(one) == pytest.approx(np.std(other), rel=0.25)
         assert one.any()
 
 

@@ -130,8 +130,7 @@ def test_errors_of_figures_7_and_8_follow_from_their_curves_and_are_those_of_tab
         for row in frame_of(name, f"{name}_errors").itertuples():
             curve = curves[curves["sensor"] == row.sensor]
             column = "repeat_db" if row.law == "repeat" else f"{row.law} {row.engine}_db"
-            difference = curve[column] - curve["test_db"]
-            assert np.sqrt(np.mean(difference**2)) == pytest.approx(row.rmse_db, rel=1e-3)
+            assert np.sqrt(np.mean((curve[column] - curve["test_db"]) ** 2)) == pytest.approx(row.rmse_db, rel=1e-3)
             assert table[row.law, row.engine, str(row.sensor)] == pytest.approx(row.rmse_db, rel=1e-9)
 
 
@@ -145,8 +144,7 @@ def test_means_of_figures_9_and_10_follow_from_their_curves_and_are_those_of_tab
             assert row[f"sensor_{entry['sensor']}"] == pytest.approx(entry[key], rel=1e-9)
         if not row["law"].startswith("article"):
             column = "repeat" if row["law"] == "repeat" else f"{row['law']} {row['engine']}"
-            curve = frame_of(name).query("sensor == 6")[column]
-            assert curve.mean() == pytest.approx(row["sensor_6"], rel=1e-4)
+            assert frame_of(name).query("sensor == 6")[column].mean() == pytest.approx(row["sensor_6"], rel=1e-4)
 
 
 @pytest.mark.parametrize("name", each(["figure_02", "figure_03"]))

@@ -196,8 +196,7 @@ def test_overlay_measures_agreement(small_dataset):
     numbers = session.show(session.setting({"excitation": "record: level_4_1"}))
     numbers.add(session.overlay("level_4_1", 0.5))
     record = dataset.records[3]
-    responses = record.response(), simulate(dataset.rig, record.excitation(), LAW, "modal")
-    test, model = map(estimate_frf, responses)
+    test, model = map(estimate_frf, (record.response(), simulate(dataset.rig, record.excitation(), LAW, "modal")))
     np.testing.assert_array_equal(numbers.arrays["test_magnitude"], np.abs(test.value[:, 0]))
     pair = test.value[:, 0], model.value[:, 0]
     assert numbers.facts["agreement"]["rmse_db"] == pytest.approx(rmse_db(*pair).tolist())

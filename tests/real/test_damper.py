@@ -30,8 +30,7 @@ def target(real_data):
 def predicted(records, target):
     """The band brake fitted to the characterisation records, and its force in the earthquake."""
     assert damper.PREDICT not in damper.CHARACTERISATION
-    reach = damper.motion(target)["travel"]
-    brake, (force,) = damper.fit_and_predict(damper.Task(BRAKE, records, [target], reach))
+    brake, (force,) = damper.fit_and_predict(damper.Task(BRAKE, records, [target], damper.motion(target)["travel"]))
     return brake, force
 
 

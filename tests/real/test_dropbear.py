@@ -60,8 +60,7 @@ def test_delay_and_bandwidth_of_the_tracking(omega0, centre):
     waves = np.exp(-2j * np.pi * modulation * t[inside])
     gain = 2 * np.mean((line.omega[inside] / (2 * np.pi) - centre) * waves) / depth
     gain /= 2 * np.mean(np.sin(2 * np.pi * modulation * t[inside]) * waves)
-    assert abs(gain) == pytest.approx(0.707, abs=0.03)
-    assert abs(np.angle(gain)) / (2 * np.pi * modulation) < 1e-3
+    assert abs(gain) == pytest.approx(0.707, abs=0.03) and abs(np.angle(gain)) / (2 * np.pi * modulation) < 1e-3
 
 
 def test_cantilever_limits():

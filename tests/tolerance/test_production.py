@@ -195,8 +195,7 @@ def test_another_version_of_a_plugin_is_computed_anew(tmp_path, monkeypatch):
 def test_scatter_is_by_default_the_rig_files_own():
     model = oscillator(tolerances=(Tolerance("bushings[0].gap", "3 %"), Tolerance("sensors.gain", "1 %")))
     outcome = production(model, None, Sines([9.0], [LOW]), 64, runner=ALONE)
-    assert outcome.names == ("bushings[0].gap",)
-    assert outcome.values.std() == pytest.approx(0.03 * GAP, rel=0.02)
+    assert outcome.names == ("bushings[0].gap",) and outcome.values.std() == pytest.approx(0.03 * GAP, rel=0.02)
 
 
 def test_two_workers_of_a_cluster_find_the_same_as_this_process():

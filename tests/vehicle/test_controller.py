@@ -75,8 +75,7 @@ def test_nominal_vehicle_holds_the_compliance():
     """Force of an axle whose wheels the aligning moment turns back: F = C (α - F t/k), solved for F."""
     soft = VEHICLE.with_steering(4e4)
     force = VEHICLE.cornering_front * 0.02 / (1 + VEHICLE.cornering_front * VEHICLE.trail / 4e4)
-    assert soft.cornering_front * 0.02 == pytest.approx(force)
-    assert VEHICLE.with_steering(np.inf) == VEHICLE
+    assert soft.cornering_front * 0.02 == pytest.approx(force) and VEHICLE.with_steering(np.inf) == VEHICLE
 
 
 def test_preview_ends():

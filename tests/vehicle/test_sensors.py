@@ -42,8 +42,7 @@ def test_ideal_sensors_add_white_noise_to_the_truth():
         true = Observation(0.2 * k, 0.03, -0.02, 0.3, 0.1, SPEED)
         seen = run.observe(true, Measurement(1.0, 2.0, 0.7, SPEED, 0.3, 0.1, 2.0, 0.0, 0.0), 0.05, 0.04)
         draws = [v + d * n for v, d, n in zip(true[1:5], deviations, noise.standard_normal(4))]
-        assert seen[:6] == (true.s, *draws, SPEED)
-        assert seen.signals[1:5] == (0.05, seen.yaw_rate, 2.0, SPEED)
+        assert seen[:6] == (true.s, *draws, SPEED) and seen.signals[1:5] == (0.05, seen.yaw_rate, 2.0, SPEED)
         # The position is off across the path, whose heading is 0.72, by what the lateral error is.
         off = np.subtract(seen.signals.position, (1.0, 2.0))
         np.testing.assert_allclose(off, (seen.e_y - 0.03) * np.array([-np.sin(0.72), np.cos(0.72)]), atol=1e-15)

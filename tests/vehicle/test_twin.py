@@ -87,8 +87,7 @@ def test_without_steering_nothing_is_learnt_of_the_half_gap():
     run = SteeringTwin(Vehicle.bmw320i(), assumed(1.0, 0.0), gap_drift=1e-9).start()
     for i in range(200):
         run.advance(Signals(0.01 * i, 0.0, 0.0, 0.0, 20.0))
-    assert run.estimates.posterior_over_prior[0] > 0.9
-    assert run.lost_motion.half_gap == pytest.approx(GAP, rel=0.1)
+    assert run.estimates.posterior_over_prior[0] > 0.9 and run.lost_motion.half_gap == pytest.approx(GAP, rel=0.1)
 
 
 def test_the_rigid_axle_is_found_in_that_with_a_steering():

@@ -49,8 +49,7 @@ def test_excess_makes_the_force_the_linear_models(stiffness):
         return force - car.front_load * car.tyre.force(steered - direction - force * car.trail / stiffness)
 
     force = scipy.optimize.brentq(unbalanced, -2e4, 2e4, xtol=1e-9)
-    assert force == pytest.approx(car.cornering_front * (angle - direction), rel=1e-9)
-    assert steered > 1.05 * angle
+    assert force == pytest.approx(car.cornering_front * (angle - direction), rel=1e-9) and steered > 1.05 * angle
 
 
 def test_linear_tyres_need_nothing():

@@ -45,8 +45,7 @@ def test_a_history_tells_coefficient_and_what_is_left(life):
     assert low[1] < 2 / 3 * life.life < high[1]
     assert prediction.median[1] == pytest.approx(2 / 3 * life.life, rel=0.15)
     k_low, k_high = prediction.coefficient_interval()
-    assert k_low[1] < 1e-12 < k_high[1]
-    assert np.median(prediction.coefficient[1]) == pytest.approx(1e-12, rel=0.15)
+    assert k_low[1] < 1e-12 < k_high[1] and np.median(prediction.coefficient[1]) == pytest.approx(1e-12, rel=0.15)
     assert np.isnan(prediction.coefficient[0]).all() and "remaining life" in prediction.words()[-1]
 
 

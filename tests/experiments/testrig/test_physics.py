@@ -66,8 +66,7 @@ def test_iwan_masing_loop(reversal):
     z = iwan_path([reversal, *down[1:]])
     np.testing.assert_allclose(z, backbone(reversal) - 2 * backbone((reversal - down) / 2), atol=3e-6)
     np.testing.assert_allclose(iwan_path([reversal, *down[100::100]])[1:], z[100::100], atol=1e-15)
-    up = iwan_path([reversal, *down[1:], *down[-2::-1]])[2000:]
-    energy = np.trapezoid(up, down[::-1]) + np.trapezoid(z, down)
+    energy = np.trapezoid(iwan_path([reversal, *down[1:], *down[-2::-1]])[2000:], down[::-1]) + np.trapezoid(z, down)
     sliding = YIELDS[YIELDS < reversal]
     assert energy == pytest.approx(np.sum(4 * sliding * (reversal - sliding)) / YIELDS.size, rel=1e-4)
 
@@ -85,8 +84,7 @@ def test_lugre_steady_sliding(speed):
 def test_lugre_is_a_spring_before_it_slides():
     """Canudas de Wit et al. (1995): dz/dx = 1 for small motions; z = Z_s (1 - exp(-x/Z_s)) on slow loading."""
     z, slope, rate, by_v = physics.lugre(1e-9, 1e-5, 1e-4, 0.0, 2e-4, 3e-4, 0.02)
-    assert z == pytest.approx(1e-9, rel=1e-5)
-    assert (slope, rate / 1e-4, by_v) == pytest.approx((1, 1, 1), rel=1e-5)
+    assert z == pytest.approx(1e-9, rel=1e-5) and (slope, rate / 1e-4, by_v) == pytest.approx((1, 1, 1), rel=1e-5)
     z = 0.0
     for _ in range(7):  # exact for steps of any size at one speed
         z, *_ = physics.lugre(5e-5, 1.0, 5e-5, z, 2e-4, 3e-4, 0.02)

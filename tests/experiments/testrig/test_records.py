@@ -18,8 +18,7 @@ def test_table1_is_the_rig_of_the_models():
 
 
 def test_regenerating_a_record_gives_the_same_bytes(rig, tmp_path):
-    shake = excitation.random(1.5, 2048.0, (5.0, 220.0), rms=5.0, seed=4, kind="base")
-    plan = replace(plans()[2], excitation=shake)
+    plan = replace(plans()[2], excitation=excitation.random(1.5, 2048.0, (5.0, 220.0), rms=5.0, seed=4, kind="base"))
     for folder in ("one", "two"):
         write_dataset(tmp_path / folder, rig, [take(plan, rig, Truth())])
     for file in ("rig.toml", "dataset.toml", "level_0.5_a.uff"):
