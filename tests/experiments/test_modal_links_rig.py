@@ -69,7 +69,7 @@ def test_harmonics(result):
 
 
 def test_two_motions_at_one_frequency_with_reduced_grease(result):
-    values = by(result.data[f"{NAME}_jumps"], "displacement_m", *("grease", "system", "frequency_hz", "direction"))
+    values = by(result.data[f"{NAME}_jumps"], "displacement_m", "grease", "system", "frequency_hz", "direction")
     for system in ("rig", "modal"):
         assert values["reduced", system, 9.75, "up"] > 2 * values["reduced", system, 9.75, "down"]
         for state, frequency in (("reduced", 11.0), ("as it is", 9.0), ("as it is", 12.0)):

@@ -32,9 +32,8 @@ def write(path, content):
 @pytest.mark.parametrize("pack", [str.encode, lambda text: gzip.compress(text.encode(), mtime=0)])
 def test_dropbear(tmp_path, pack):
     record = read_dropbear(write(tmp_path / "a.txt", pack(DROPBEAR)))
-    np.testing.assert_array_equal(record.acceleration, [1.5, -2.5, 3.5])
-    np.testing.assert_array_equal(record.position, [1.25, 1.5, 1.75])
-    np.testing.assert_array_equal(record.time, [0, 2e-4, 4e-4])
+    known = [1.5, -2.5, 3.5], [1.25, 1.5, 1.75], [0, 2e-4, 4e-4]
+    np.testing.assert_array_equal((record.acceleration, record.position, record.time), known)
     assert record.fs == pytest.approx(5000)
 
 
@@ -61,9 +60,7 @@ def test_hammer(tmp_path):
 def test_stepped_sines(tmp_path):
     first, second = read_stepped_sines(write(tmp_path / "a.csv", STEPPED))
     assert (first.control, first.index, second.control, second.index) == ("ForceControl", 0, "ResponseControl", 1)
-    np.testing.assert_array_equal(first.frequency, [79.5, 80])
-    np.testing.assert_array_equal(first.force, [0.2, 0.25])
-    np.testing.assert_array_equal(first.amplitude, [3.5, 8])
+    np.testing.assert_array_equal((first.frequency, first.force, first.amplitude), [[79.5, 80], [0.2, 0.25], [3.5, 8]])
     np.testing.assert_array_equal(second.phase, [-1.6])
 
 

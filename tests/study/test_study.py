@@ -274,7 +274,7 @@ def test_warnings_of_an_identification_stay_with_its_law(brief, tmp_path, monkey
     monkeypatch.setitem(METHODS_BY_NAME, "new", Method("nothing", run))
     for _ in range(2):
         with pytest.warns(IdentifiabilityWarning, match="one bushing never touches"):
-            (law,) = study_module.Study(*(Dataset.load(brief), ["new"], ["modal"], cache.ResultCache(tmp_path))).laws
+            (law,) = study_module.Study(Dataset.load(brief), ["new"], ["modal"], cache.ResultCache(tmp_path)).laws
         assert law.warnings == ("one bushing never touches",)
     assert len(runs) == 1
 

@@ -25,9 +25,8 @@ def test_ishigami():
     variance = 7**2 / 8 + 0.1 * pi**4 / 5 + 0.1**2 * pi**8 / 18 + 0.5
     s1, s2, s13 = 0.5 * (1 + 0.1 * pi**4 / 5) ** 2, 7**2 / 8, 8 * 0.1**2 * pi**8 / 225
     known_first, known_total = np.array((s1, s2, 0)) / variance, np.array((s1 + s13, s2, s13)) / variance
-    np.testing.assert_allclose(first[0], known_first, atol=0.01)
-    np.testing.assert_allclose(total[0], known_total, atol=0.01)
-    np.testing.assert_allclose((first[1], total[1]), [(0, 1, 0)] * 2, atol=0.01)
+    for indices, known in ((first, known_first), (total, known_total)):
+        np.testing.assert_allclose(indices, [known, (0, 1, 0)], atol=0.01)
     for interval, known in ((first_interval, known_first), (total_interval, known_total)):
         assert np.all(interval[0, 0] - 0.005 <= known) and np.all(known <= interval[1, 0] + 0.005)
     assert np.ptp(first_interval[:, 0], axis=0).max() < 0.2

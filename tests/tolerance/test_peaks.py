@@ -14,6 +14,13 @@ from ..refusals import assert_refused
 
 RIG = cm.Rig.load("models/table1_rig.toml")
 SHAPE = cm.PSD([5.0, 20.0, 80.0, 220.0], [0.5, 1.0, 1.0, 0.2])
+FREQUENCY = np.arange(5.0, 220.0, 0.01)
+
+
+def spread_and_rate(density):
+    """Standard deviation of a Gaussian motion of this spectral density, and its upward crossings of zero, 1/s."""
+    spread = np.sqrt(density.sum(axis=-1) * 0.01)
+    return spread, np.sqrt((density * FREQUENCY**2).sum(axis=-1) * 0.01) / spread
 
 
 def test_without_contact_it_is_rices_largest_value():
@@ -22,11 +29,8 @@ def test_without_contact_it_is_rices_largest_value():
     σ² and ν are moments of its spectrum |H|² S (S. O. Rice, 1945). With crossings both ways that are independent, the
     largest of T has the median σ √(2 ln(2νT/ln 2)); clusters of a narrow band make it a little less.
     """
-    rig, psd, step = RIG.with_gap(0.1), SHAPE.scaled(1.0), 0.01
-    frequency = np.arange(5.0, 220.0, step)
-    density = np.abs(cm.beam.linear_frf(rig, frequency)) ** 2 * psd.at(frequency)
-    spread = np.sqrt(density.sum(axis=1) * step)
-    rate = np.sqrt((density * frequency**2).sum(axis=1) * step) / spread
+    rig, psd = RIG.with_gap(0.1), SHAPE.scaled(1.0)
+    spread, rate = spread_and_rate(np.abs(cm.beam.linear_frf(rig, FREQUENCY)) ** 2 * psd.at(FREQUENCY))
     rice = spread * np.sqrt(2 * np.log(2 * rate * 3600 / np.log(2)))
     peaks = [peaks_over_an_hour(rig, psd, seed=seed, quantity="acceleration") for seed in range(5)]
     assert np.mean([(each.interval[:, 0] <= rice) & (rice <= each.interval[:, 1]) for each in peaks]) >= 0.9
@@ -46,21 +50,17 @@ def test_a_shaft_that_rests_leaves_its_wall_as_often_as_rice_says():
     spring = cm.rig.Grease(bushing.contact.stiffness, bushing.contact.damping)
     held = dataclasses.replace(bushing, gap=0.1, grease=spring)
     sensor = cm.rig.Sensor(1, bushing.position)
-    frequency, step = np.arange(5.0, 220.0, 0.01), 0.01
-    of_wall = cm.beam.linear_frf(rig.replace(bushings=(held,), sensors=(sensor,)), frequency)[0]
+    of_wall = cm.beam.linear_frf(rig.replace(bushings=(held,), sensors=(sensor,)), FREQUENCY)[0]
     psd = SHAPE.scaled(1.0)
-    density = np.abs(of_wall - 1) ** 2 * psd.at(frequency) / (2 * np.pi * frequency) ** 4
-    spread = np.sqrt(density.sum() * step)
-    rate = np.sqrt((density * frequency**2).sum() * step) / spread
+    spread, rate = spread_and_rate(np.abs(of_wall - 1) ** 2 * psd.at(FREQUENCY) / (2 * np.pi * FREQUENCY) ** 4)
     pressed = -static_equilibrium(rig).displacement[0] - bushing.gap
     level = pressed / (spread * np.sqrt(2 * np.log(rate * 3600 / np.log(2))))
     halfway = [peaks_over_an_hour(rig, psd.scaled(level), seed=seed) for seed in range(5)]
     assert np.mean([each.impact_probability for each in halfway]) == pytest.approx(0.5, abs=0.25)
     quiet, loud = (peaks_over_an_hour(rig, psd.scaled(factor * level)) for factor in (0.5, 2.0))
     assert quiet.rests.all() and not quiet.impacts_per_second.any() and quiet.impact_probability[0] < 0.1
-    assert (
-        "rests against its wall" in str(quiet) and "leaves the wall against which it rests" in summary_lines(quiet)[1]
-    )
+    assert "rests against its wall" in str(quiet)
+    assert "leaves the wall against which it rests" in summary_lines(quiet)[1]
     assert not loud.rests.any() and loud.impacts_per_second[0] > 0.1 and loud.impact_probability[0] > 0.999
 
 
@@ -88,10 +88,10 @@ def test_another_engine_finds_the_same_impacts():
 def test_a_rotor_in_a_round_clearance_is_as_its_response():
     rig = cm.Rig.load("models/rotor.toml")
     soft = cm.Contact(2e6, 50.0)  # impacts so long that a response of 2048 samples per second holds them whole
-    rig = rig.replace(bushings=(dataclasses.replace(rig.bushings[0], gap=2e-4, contact=soft),))
-    noise = noise_of(SHAPE.scaled(20.0), 2.0, 1)
+    bushing = dataclasses.replace(rig.bushings[0], gap=2e-4, contact=soft)
+    rig, noise = rig.replace(bushings=(bushing,)), noise_of(SHAPE.scaled(20.0), 2.0, 1)
     peaks = peaks_over_an_hour(rig, noise, quantity="penetration", settling=0.0)
-    bushing, (y, z) = rig.bushings[0], cm.simulate(rig, noise, engine="modal").displacement
+    y, z = cm.simulate(rig, noise, engine="modal").displacement
     depth = np.hypot(y, z + bushing.offset) - bushing.gap
     assert peaks.observed[0] == pytest.approx(depth.max(), rel=0.01)  # of the steps, and of the filtered response
 

@@ -21,9 +21,7 @@ def test_report_of_runs(tmp_path, answer, monkeypatch):
         errors = [abs(float(row["e_y_m"])) for row in csv.DictReader(file)]
     assert max(errors) == pytest.approx(model["peak_e_y"], rel=1e-6)
     page = (out / "report.html").read_text(encoding="utf-8")
-    without_comment = page.replace(
-        "/*! https://github.com/leeoniya/uPlot (v1.6.32) */", ""
-    )  # a comment of the charts' code
+    without_comment = page.replace("/*! https://github.com/leeoniya/uPlot (v1.6.32) */", "")  # of the charts' code
     names = ("http://www.w3.org", "http://purl.org", "http://creativecommons.org")  # of formats
     assert "http" not in re.sub("|".join(map(re.escape, names)), "", without_comment) and "SMC-CM" in page
     assert all((out / "figures" / f"{name}.png").read_bytes()[:4] == b"\x89PNG" for name in ("paths", "histories"))

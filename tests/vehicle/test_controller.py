@@ -26,20 +26,18 @@ CONTROLLERS = (
 )  # fmt: skip
 
 
-def right_hand_side(x, command, curvature):
-    """Single track in path coordinates with a servo, written from the forces (Rajamani, 2012, sections 2.3 and 2.5)."""
+def right_hand_side(x, command, curvature, speed=SPEED, unknown=(0.0, 0.0)):
+    """Single track in path coordinates with a servo, written from the forces (Rajamani, 2012, sections 2.3 and 2.5).
+
+    Unknown forces, N, act at the front and the rear axle.
+    """
     _, e_psi, lateral_speed, yaw_rate, angle, turning = x
     p, natural = VEHICLE, 2 * np.pi * 6.0
-    front = p.cornering_front * (angle - (lateral_speed + p.lf * yaw_rate) / SPEED)
-    rear = -p.cornering_rear * (lateral_speed - p.lr * yaw_rate) / SPEED
-    return [
-        SPEED * e_psi + lateral_speed,
-        yaw_rate - SPEED * curvature,
-        (front + rear) / p.mass - SPEED * yaw_rate,
-        (p.lf * front - p.lr * rear) / p.yaw_inertia,
-        turning,
-        natural**2 * (command - angle) - 2 * 0.7 * natural * turning,
-    ]
+    front = p.cornering_front * (angle - (lateral_speed + p.lf * yaw_rate) / speed) + unknown[0]
+    rear = -p.cornering_rear * (lateral_speed - p.lr * yaw_rate) / speed + unknown[1]
+    across, yaw = (front + rear) / p.mass - speed * yaw_rate, (p.lf * front - p.lr * rear) / p.yaw_inertia
+    servo = natural**2 * (command - angle) - 2 * 0.7 * natural * turning
+    return [speed * e_psi + lateral_speed, yaw_rate - speed * curvature, across, yaw, turning, servo]
 
 
 def solved(x, command, curvature, duration):
@@ -81,8 +79,9 @@ def test_nominal_vehicle_holds_the_compliance():
 def test_preview_ends():
     """Beyond the preview the curvature stays as it was last seen."""
     path = double_lane_change(2.5)
-    task = Task(VEHICLE, path, SPEED, preview=0.1)
-    far = task.curvature(Observation(80.0, 0.0, 0.0, 0.0, 0.0, SPEED), np.array([0.0, 0.05, 0.1, 0.3]))
+    far = Task(VEHICLE, path, SPEED, preview=0.1).curvature(
+        Observation(80.0, 0.0, 0.0, 0.0, 0.0, SPEED), np.array([0.0, 0.05, 0.1, 0.3])
+    )
     np.testing.assert_array_equal(far, path.curvature(80.0 + SPEED * np.array([0.0, 0.05, 0.1, 0.1])))
 
 

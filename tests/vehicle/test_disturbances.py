@@ -6,9 +6,9 @@ import scipy.linalg
 
 from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.vehicle.disturbances import Crosswind, CrownedRoad
-from clearance_mj.vehicle.nominal import Vehicle
 from clearance_mj.vehicle.plant import SingleTrackDrift
 
+from .test_controller import VEHICLE, right_hand_side
 from .test_plant import every_plant
 
 SPEED = 25.0
@@ -32,14 +32,11 @@ def test_first_motion_is_that_of_the_linear_single_track(plant, force, moment, g
     """Wheels straight: dv/dt = F/m + g_y and dr/dt = M/I at first, then the tyres answer.
 
     v and r after 1, 20 and, where no body rolls, 60 ms from the matrix exponential of the linear single track
-    (Rajamani, Vehicle Dynamics and Control, 2012, section 2.3), which is written out here.
+    (Rajamani, Vehicle Dynamics and Control, 2012, section 2.3), written from the forces.
     """
-    p = Vehicle.bmw320i()
-    cf, cr = p.cornering_front, p.cornering_rear
     rates = np.zeros((3, 3))
-    rates[0, :2] = -(cf + cr) / (p.mass * SPEED), (cr * p.lr - cf * p.lf) / (p.mass * SPEED) - SPEED
-    rates[1, :2] = np.array([cr * p.lr - cf * p.lf, -(cf * p.lf**2) - cr * p.lr**2]) / (p.yaw_inertia * SPEED)
-    rates[:2, 2] = force / p.mass + gravity, moment / p.yaw_inertia
+    rates[:2, :2] = np.transpose([right_hand_side(x, 0.0, 0.0, SPEED)[2:4] for x in np.eye(6)[2:4]])
+    rates[:2, 2] = force / VEHICLE.mass + gravity, moment / VEHICLE.yaw_inertia
     for steps in (1, 20) if plant.name == "multi-body" else (1, 20, 60):
         after = plant.measure(plant.advance(plant.start(SPEED), np.zeros(steps), rows(steps, force, moment, gravity)))
         expected = scipy.linalg.expm(1e-3 * steps * rates)[:2, 2]
@@ -54,7 +51,7 @@ def test_steady_hold_off_on_a_crown(plant):
     The front axle carries -m g_y l_r/L, so that the aligning moment is trail times that; the rear one -m g_y l_f/L, so
     that the vehicle drives at the sideslip m g_y l_f/(L C_r).
     """
-    p, gravity = Vehicle.bmw320i(), -0.025 * 9.81
+    p, gravity = VEHICLE, -0.025 * 9.81
     state = plant.start(SPEED)
     for _ in range(1200):
         seen = plant.measure(state)

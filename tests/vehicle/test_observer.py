@@ -8,36 +8,23 @@ import scipy.stats
 
 from clearance_mj.vehicle.controllers import Task
 from clearance_mj.vehicle.manoeuvres import straight
-from clearance_mj.vehicle.nominal import Servo, Vehicle
+from clearance_mj.vehicle.nominal import Servo
 from clearance_mj.vehicle.sensors.observer import Deviations, RunObserver, observer_model
 
+from .test_controller import VEHICLE, right_hand_side
+
 SPEED, PERIOD = 25.0, 0.01
-VEHICLE = Vehicle.bmw320i()
 TASK = Task(VEHICLE, straight(1000.0), SPEED)
 KNOWN = Deviations(2e-5, 2e-3, 0.05, 0.02, 4e-3, 0.2)
 
 
 def linear_model():
     """A, B, G of the single track with servo, offsets and Gauss-Markov forces, from the equations of motion."""
-    p, v, natural = VEHICLE, SPEED, 2 * np.pi * 6.0
 
     def rates(x, command, w):
-        _, e_psi, v_y, r, angle, turning, _, _, unknown_front, unknown_rear = x
-        front = p.cornering_front * (angle - (v_y + p.lf * r) / v) + unknown_front
-        rear = -p.cornering_rear * (v_y - p.lr * r) / v + unknown_rear
-        noise = KNOWN.force * np.sqrt(2 / KNOWN.force_time)
-        return np.array([
-            v * e_psi + v_y,
-            r,
-            (front + rear) / p.mass - v * r,
-            (p.lf * front - p.lr * rear) / p.yaw_inertia,
-            turning,
-            natural**2 * (command - angle) - 2 * 0.7 * natural * turning + KNOWN.servo * w[2],
-            0.0,
-            KNOWN.offset_drift * w[3],
-            -unknown_front / KNOWN.force_time + noise * w[0],
-            -unknown_rear / KNOWN.force_time + noise * w[1],
-        ])  # fmt: skip
+        *motion, servo = right_hand_side(x[:6], command, 0.0, SPEED, x[8:])
+        forces = -x[8:] / KNOWN.force_time + KNOWN.force * np.sqrt(2 / KNOWN.force_time) * w[:2]
+        return np.array([*motion, servo + KNOWN.servo * w[2], 0.0, KNOWN.offset_drift * w[3], *forces])
 
     A = np.column_stack([rates(e, 0.0, np.zeros(4)) for e in np.eye(10)])
     G = np.column_stack([rates(np.zeros(10), 0.0, w) for w in np.eye(4)])
@@ -129,8 +116,7 @@ def test_uncertain_age_makes_changing_measurements_uncertain():
     errors = []
     for rate in (0.0, 1.0):
         observer = RunObserver(TASK, 0.0, KNOWN._replace(age=0.005))
-        observer._rate[0] = rate
-        observer.covariance[0, 0] = 1.0
+        observer._rate[0], observer.covariance[0, 0] = rate, 1.0
         observer.measure(None, None, (0.0, 0.0))
         errors.append(observer.covariance[0, 0])
     np.testing.assert_allclose(errors, [v / (1 + v) for v in (0.02**2, 0.02**2 + 0.005**2)], rtol=1e-9)

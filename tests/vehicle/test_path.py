@@ -35,10 +35,7 @@ def test_double_lane_change_is_the_closed_form(factor):
     path = double_lane_change(factor)
     s = np.random.default_rng(0).uniform(0, path.length, 2000)
     x, y = path.position(s)
-    y_exact, heading, curvature = lane_change(x, factor)
-    np.testing.assert_allclose(y, y_exact, atol=1e-8)
-    np.testing.assert_allclose(path.heading(s), heading, atol=1e-8)
-    np.testing.assert_allclose(path.curvature(s), curvature, atol=1e-8)
+    np.testing.assert_allclose((y, path.heading(s), path.curvature(s)), lane_change(x, factor), atol=1e-8)
 
 
 def test_arc_length_of_the_double_lane_change():
@@ -70,8 +67,7 @@ def test_clothoid_is_fresnels():
     s, a = np.linspace(0, length, 301), np.sqrt(np.pi * radius * length)
     sine, cosine = fresnel(s / a)
     x, y = path.position(lead + s)
-    np.testing.assert_allclose(x - lead, a * cosine, atol=1e-9)
-    np.testing.assert_allclose(y, a * sine, atol=1e-9)
+    np.testing.assert_allclose((x - lead, y), (a * cosine, a * sine), atol=1e-9)
     np.testing.assert_allclose(path.heading(lead + s), s**2 / (2 * radius * length), atol=1e-12)
 
 
@@ -120,17 +116,15 @@ def test_impossible_sizes(make, value):
     assert_refused(ManoeuvreError, "must be > 0", make, value)
 
 
+check_feasible = manoeuvres.check_feasible
 INFEASIBLE = r"30\.1 m/s² at 120 km/h.*allows 10\.3; drive at most 70 km/h"
 
 
-@pytest.mark.parametrize(("refused", "message"), [
-    (lambda: manoeuvres.check_feasible(double_lane_change(), 120 / 3.6, 1.0489), INFEASIBLE),
-    *(
-        (lambda v=v: manoeuvres.check_feasible(straight(10.0), v, 1.0), "speed must be in 18..180")
-        for v in (0, -3, 100, np.nan)
-    ),
-    (lambda: straight(10.0).locate(float("nan"), 0.0), "not finite"),
+@pytest.mark.parametrize(("call", "arguments", "message"), [
+    (check_feasible, (double_lane_change(), 120 / 3.6, 1.0489), INFEASIBLE),
+    *((check_feasible, (straight(10.0), v, 1.0), "speed must be in 18..180") for v in (0, -3, 100, np.nan)),
+    (straight(10.0).locate, (float("nan"), 0.0), "not finite"),
 ])  # fmt: skip
-def test_refusals(refused, message):
-    manoeuvres.check_feasible(double_lane_change(), 15.0, 1.0489)
-    assert_refused(ManoeuvreError, message, refused)
+def test_refusals(call, arguments, message):
+    check_feasible(double_lane_change(), 15.0, 1.0489)
+    assert_refused(ManoeuvreError, message, call, *arguments)

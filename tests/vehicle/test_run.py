@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.core.errors import SimulationError
-from clearance_mj.vehicle.controllers.clearance_model import ClearanceModel
+from clearance_mj.vehicle.controllers import ClearanceModel
 from clearance_mj.vehicle.controllers.compensation import Compensated
 from clearance_mj.vehicle.controllers.mpc import ModelPredictive
 from clearance_mj.vehicle.controllers.smc import SlidingMode
@@ -42,10 +42,8 @@ def test_clearance_model_takes_out_most_of_the_gap():
 
 
 def test_same_seed_same_run():
-    arguments = (
-        MultiBody(), Steering(half_gap=GAP, road_moment=5.0), SlidingMode(), LANE_CHANGE, IdealSensors.inertial(),
-    )  # fmt: skip
-    first, again, other = (follow_path(*arguments, seed=seed) for seed in (3, 3, 4))
+    parts = MultiBody(), Steering(half_gap=GAP, road_moment=5.0), SlidingMode(), LANE_CHANGE, IdealSensors.inertial()
+    first, again, other = (follow_path(*parts, seed=seed) for seed in (3, 3, 4))
     assert same(first, again) and not same(first, other)
 
 
@@ -57,12 +55,9 @@ def test_steady_turn():
 
 
 def test_metrics_of_known_histories():
-    t = np.arange(5) * 0.01
-    zero = np.zeros(5)
-    e_y = np.array([0.0, 0.03, -0.04, 0.0, 0.0])
-    wheel = np.array([0.0, 0.01, 0.03, 0.02, 0.02])
-    contact = np.array([0, 1, 0, -1, 1])
-    depth = np.array([0.2, 1.5, 0.9, 3.0, 1.0])
+    t, zero = np.arange(5) * 0.01, np.zeros(5)
+    e_y, wheel = np.array([[0.0, 0.03, -0.04, 0.0, 0.0], [0.0, 0.01, 0.03, 0.02, 0.02]])
+    contact, depth = np.array([0, 1, 0, -1, 1]), np.array([0.2, 1.5, 0.9, 3.0, 1.0])
     metrics = Run(t, np.zeros((5, 2)), zero, e_y, -e_y, *[zero] * 5, 2 * wheel, wheel, contact, depth, zero).metrics()
     known = {
         "peak_e_y": 0.04, "rms_e_psi": 0.05 / np.sqrt(5), "peak_steer_rate": 2.0, "steer_variation": 0.04,

@@ -71,14 +71,12 @@ def test_a_half_gap_that_grows_is_told_from_one_that_is_wrong():
 
 def test_small_motion_is_that_of_the_linear_single_track():
     """Without moment and play: yaw rate over a held small angle is v/(L + K v²) (Pacejka 2012, section 1.3.2)."""
-    vehicle = dataclasses.replace(Vehicle.bmw320i(), trail=0.0)
-    run = SteeringTwin(vehicle, assumed(1.0, 0.0)).start()
+    p = dataclasses.replace(Vehicle.bmw320i(), trail=0.0)
+    run = SteeringTwin(p, assumed(1.0, 0.0)).start()
     point, angle = np.concatenate((run.belief.mean[:N_PARAMETERS], np.zeros(N_STATES))), 1e-5
     point[0], point[2] = math.log(1e-9), 0.0
-    servo = np.full(600, angle)
-    servo[:2] = 0.0
+    servo = np.where(np.arange(600) < 2, 0.0, angle)
     yaw_rate = simulate(point[None], servo, np.full(600, 20.0), run._known)[0, 0, -1]
-    p = vehicle
     understeer = p.mass / p.wheelbase * (p.lr / p.cornering_front - p.lf / p.cornering_rear)
     assert yaw_rate == pytest.approx(20.0 * angle / (p.wheelbase + understeer * 400.0), rel=1e-3)
 
@@ -107,13 +105,11 @@ def test_the_half_gap_wears():
 
 
 def test_what_a_twin_cannot_begin_with():
-    assert_refused(
-        ManoeuvreError, "half-gap", SteeringTwin, Vehicle.bmw320i(), assumed(1.0, 0.0)._replace(half_gap=0.0)
-    )
-    assert_refused(ManoeuvreError, "window", SteeringTwin, Vehicle.bmw320i(), assumed(1.0, 0.0), window=0.0)
+    vehicle, play = Vehicle.bmw320i(), assumed(1.0, 0.0)
+    assert_refused(ManoeuvreError, "half-gap", SteeringTwin, vehicle, play._replace(half_gap=0.0))
+    assert_refused(ManoeuvreError, "window", SteeringTwin, vehicle, play, window=0.0)
     assert_refused(ManoeuvreError, "wear", Steering, GAP, wear=1e-6, fidelity="modal")
-    task = nominal_task(single_lane_change(), 20.0)
-    known = CONTROLLERS["smc-twin"]
+    task, known = nominal_task(single_lane_change(), 20.0), CONTROLLERS["smc-twin"]
     run = known.informed(known.tuned_controller(), task, ClearancePrior(GAP, 0.0, 0.0)).start(task)
     assert_refused(ManoeuvreError, "signals", run.command, Observation(0.0, 0.0, 0.0, 0.0, 0.0, 20.0))
 

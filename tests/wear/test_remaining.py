@@ -51,11 +51,10 @@ def test_a_history_tells_coefficient_and_what_is_left(life):
 
 @pytest.mark.slow
 def test_a_longer_history_narrows_the_interval(life):
-    widths = []
-    for part_of_life in (0.2, 0.6):
-        low, high = predict_remaining(model_of(1e-12), SINE, history_of(life, part_of_life), "0.6 mm").interval()
-        widths.append(math.log(high[1] / low[1]))
-    assert widths[1] < 0.7 * widths[0]
+    histories = (history_of(life, part_of_life) for part_of_life in (0.2, 0.6))
+    intervals = (predict_remaining(model_of(1e-12), SINE, each, "0.6 mm").interval() for each in histories)
+    short, long = (math.log(high[1] / low[1]) for low, high in intervals)
+    assert long < 0.7 * short
 
 
 def line(hours):

@@ -53,8 +53,7 @@ def test_a_tilting_section_rubs_by_load_times_slip():
 @pytest.mark.parametrize("stops, moved", [("upper", (1.0, 0.0)), ("both", (0.5, -0.5))])
 def test_the_wall_that_is_touched_recedes(stops, moved):
     rig = with_wear(TABLE1, stops=stops)
-    power = np.zeros((1, 2, 6))
-    power[0, 0] = [1, 0, 1, 0, 1, 0]
+    power = np.array([[[1, 0, 1, 0, 1, 0], [0, 0, 0, 0, 0, 0]]], dtype=float)
     gap, y, z = growth_per_volume(rig, power)[0] * 2 * RADIUS * LENGTH
     assert (gap, z, y) == pytest.approx((*moved, 0))
 
@@ -89,9 +88,7 @@ def test_a_turning_shaft_under_a_constant_load_wears_by_archard():
 
 def test_a_shaft_that_sinks_is_relieved_exponentially():
     """The shaft's own stiffness takes over: F = F₀ - k h, so h = F₀/k (1 - exp(-k c t)) with dh/dt = c F."""
-    law = ConstantLaw(1e6, 100.0)
-    rig = shaft()
-    quiet = still(0.05, 2048.0)
+    rig, law, quiet = shaft(), ConstantLaw(1e6, 100.0), still(0.05, 2048.0)
 
     def load(sunk: float) -> float:
         bushing = dataclasses.replace(rig.bushings[0], gap=rig.bushings[0].gap + sunk / 2, offset=sunk / 2)
