@@ -22,8 +22,7 @@ def short(eccentricity, width, psi):
 @pytest.mark.parametrize(("turning", "squeezing"), [(1.0, 0.0), (0.0, 1.0), (0.6, -0.8)])
 def test_a_short_bearing_is_ocvirks(eccentricity, turning, squeezing):
     """Turning in closed form, and any motion by the integral over the half in which the film is pressed."""
-    width = 0.02
-    psi = np.arctan2(squeezing, turning)
+    width, psi = 0.02, np.arctan2(squeezing, turning)
     want = short(eccentricity, width, psi)
     assert force(grid(eccentricity, width), psi) == pytest.approx(want, rel=0.01, abs=0.01 * np.hypot(*want))
     if not squeezing:  # Ocvirk's integrals
@@ -42,9 +41,8 @@ def test_a_long_bearing_with_a_whole_film_is_sommerfelds(eccentricity):
 
 def test_how_far_a_short_bearing_is_from_one_of_finite_width():
     """The table of the page on structures."""
-    rows = re.findall(
-        r"^\| (0\.\d+|1\.0)((?: \| \d\.\d\d){4}) \|$", (ROOT / "docs" / "structures.md").read_text("utf-8"), re.M
-    )
+    page = (ROOT / "docs" / "structures.md").read_text("utf-8")
+    rows = re.findall(r"^\| (0\.\d+|1\.0)((?: \| \d\.\d\d){4}) \|$", page, re.M)
     assert len(rows) == 4
     for width, ratios in rows:
         for eccentricity, ratio in zip((0.2, 0.5, 0.8, 0.9), ratios.split("|")[1:]):

@@ -73,10 +73,8 @@ def test_frequencies_of_a_cantilever_and_of_a_pinned_beam():
     """Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1, of shafts too slender to shear."""
     cantilever, pinned = CANTILEVER.replace(diameter=0.005), PINNED.replace(diameter=0.005)
     of_beam = np.sqrt(cantilever.bending_stiffness / cantilever.mass_per_length) / (2 * np.pi)
-    np.testing.assert_allclose(
-        cantilever.frequencies(3), of_beam * np.array([1.875104, 4.694091, 7.854757]) ** 2, rtol=1e-3
-    )
-    np.testing.assert_allclose(pinned.frequencies(3), of_beam * (np.pi * np.arange(1, 4)) ** 2, rtol=1e-3)
+    for shaft, roots in ((cantilever, [1.875104, 4.694091, 7.854757]), (pinned, np.pi * np.arange(1, 4))):
+        np.testing.assert_allclose(shaft.frequencies(3), of_beam * np.square(roots), rtol=1e-3)
 
 
 def test_shear_and_rotary_inertia_of_a_pinned_shaft():
@@ -123,12 +121,9 @@ def test_gyroscopic_pairs_of_an_overhung_disc(spin):
     overhung = CANTILEVER.replace(density=20.0, discs=(Disc(1.0, mass, inertia, polar),))
     k = CANTILEVER.bending_stiffness * np.array([[12.0, -6.0], [-6.0, 4.0]])
     m = np.diag([mass, inertia]) + overhung.mass_per_length / 420 * np.array([[156.0, -22.0], [-22.0, 4.0]])
-    system = np.zeros((4, 4))
-    system[:2, 2:] = np.eye(2)
-    system[2:, :2] = np.linalg.solve(m, k)
-    system[2:, 2:] = np.linalg.solve(m, np.diag([0.0, spin * polar]))  # λ² M = K + λ Ω G
-    exact = np.sort(np.linalg.eigvals(system).real)
-    kick = np.full(10, 50.0)
+    gyroscopic = np.linalg.solve(m, np.diag([0.0, spin * polar]))  # λ² M = K + λ Ω G
+    system = np.block([[np.zeros((2, 2)), np.eye(2)], [np.linalg.solve(m, k), gyroscopic]])
+    exact, kick = np.sort(np.linalg.eigvals(system).real), np.full(10, 50.0)
     (path,), _ = run(overhung, load=motion.Load(hammer=1.0), probes=[1.0], spin=spin, seconds=8.0, force={0: kick})
     np.testing.assert_allclose(np.sort(lines(np.diff(path[0] + 1j * path[1]), 4)), exact, rtol=1e-3, atol=0.02)
 
@@ -181,9 +176,8 @@ def test_a_block_slides_in_its_bushing():
 
 def test_a_journal_finds_its_place_in_the_oil(tmp_path, monkeypatch):
     """Under a load and turning it rests where Reynolds' equation carries the load, seen at that eccentricity alone."""
-    monkeypatch.setattr(table, "FOLDER", tmp_path)
-    monkeypatch.setattr(table, "ECCENTRICITIES", 11)
-    monkeypatch.setattr(table, "ANGLES", 9)
+    for name, value in {"FOLDER": tmp_path, "ECCENTRICITIES": 11, "ANGLES": 9}.items():
+        monkeypatch.setattr(table, name, value)
     radius, length, gap, viscosity, spin = 0.025, 0.0125, 1e-4, 0.02, 200.0
     oil = hole(0.05, gap, length=length, radius=radius, viscosity=viscosity, contact=(1e7, 0.0, 0.0, 0.0))
     (path,), _ = run(BLOCK, [oil], motion.Load((0.0, -9.81)), [0.05], spin, 1.5)
@@ -202,8 +196,8 @@ def test_a_journal_finds_its_place_in_the_oil(tmp_path, monkeypatch):
 def test_energy_never_grows(friction):
     """Of a shaft that bounces in an oval bushing: dry friction takes it away, and nothing else does."""
     gap, k = 2e-4, 2e5
-    wall = hole(0.7, gap, oval=0.05, axis=0.4, contact=(k, 0.0, 0.0, 0.0), friction=friction, bristle=0.7 * k)
-    wall = dataclasses.replace(wall, length=0.02, offset_y=3e-5, offset_z=-6e-5)
+    shape = {"oval": 0.05, "axis": 0.4, "length": 0.02, "offset_y": 3e-5, "offset_z": -6e-5}
+    wall = hole(0.7, gap, contact=(k, 0.0, 0.0, 0.0), friction=friction, bristle=0.7 * k, **shape)
     bushings, shaft = as_arrays([wall]), CANTILEVER.replace(density=7800.0)
     scheme = motion.scheme(shaft, np.array([[0.69, 0.71]]), motion.Load(hammer=1.0), [], [0.7], STEP)
     state = motion.unloaded(scheme, bushings)
@@ -235,10 +229,8 @@ def test_slip_elements_have_no_axis_and_lose_what_a_slider_loses():
         before, after, values = np.zeros((1, 1, 2)), np.zeros((1, 1, 2)), []
         for was, now in zip(path[:-1], path[1:]):
             to, step = np.zeros((1, 10)), now - was
-            physics.grease(
-                bushings.numbers, bushings.slip, 0, now.real, now.imag, 0.0, 0.0, step.real, step.imag, before, after,
-                to, 0,
-            )  # fmt: skip
+            at = now.real, now.imag, 0.0, 0.0, step.real, step.imag
+            physics.grease(bushings.numbers, bushings.slip, 0, *at, before, after, to, 0)
             before[:] = after
             values.append(complex(*to[0, :2]))
         return np.array(values)
@@ -285,8 +277,7 @@ def test_forces_and_their_derivatives():
 
 
 def test_the_mark_passes_at_the_angle_zero():
-    spin = Spin(100.0, 20.0, 150.0)
-    time = np.arange(8192) / FS
+    spin, time = Spin(100.0, 20.0, 150.0), np.arange(8192) / FS
     angle = turned(spin, time)
     level = keyphasor(angle)
     up = np.flatnonzero((level[:-1] < 2.5) & (level[1:] >= 2.5))

@@ -20,9 +20,8 @@ from experiments.script import run
 from ..refusals import assert_refused
 
 SUPPORTS, MASS, RATIO = 1e5, 1.5, 0.02
-BLOCK = Rotor(
-    1.0, 0.05, 2e13, 500.0, (Disc(0.5, MASS),), (Support(0.0, SUPPORTS / 2), Support(1.0, SUPPORTS / 2)), (RATIO,)
-)
+HELD = tuple(Support(x, SUPPORTS / 2) for x in (0.0, 1.0))
+BLOCK = Rotor(1.0, 0.05, 2e13, 500.0, (Disc(0.5, MASS),), HELD, (RATIO,))
 """A hundred times as stiff as steel, so that it moves as a whole on its supports: it bends by 3e-4 of their motion."""
 GREASE = (2e4, 20.0)  # N/m, N s/m
 HOUSING = Oscillator(0.15, 100.0, 0.03)
@@ -30,17 +29,15 @@ EXTRA, SPRING = Disc(0.5, 0.3), Spring(0.5, 3e4, 15.0)
 GRAVITY = 9.81
 PARTS = {"housing": "housings", "mass": "masses", "spring": "springs", "bend": "bends", "coupling": "couplings",
          "creep": "creep", "whirl": "friction"}  # fmt: skip
-JEFFCOTT = Rotor(
-    1.0, 0.01, 2e11, 20.0, (Disc(0.5, 2.0),), (Support(0.0, np.inf), Support(1.0, np.inf)), (0.05,)
-)  # almost without mass of its own
+PINS = tuple(Support(x, np.inf) for x in (0.0, 1.0))
+JEFFCOTT = Rotor(1.0, 0.01, 2e11, 20.0, (Disc(0.5, 2.0),), PINS, (0.05,))  # almost without mass of its own
 SECONDS, DECAY, LINES = 1.0, 10.0, slice(5, 220)  # 1/s, of a window at whose end little is left; Hz
 
 
 def block(structure):
     """Return a bench whose shaft is the block, in grease within a gap that it never crosses."""
-    hole = Hole(
-        0.5, 0.02, 1.0, 0.0, 0.0, 0.0, 0.0, 0.025, (1.0, 0.0, 0.0, 0.0), 0.0, 1.0, GREASE[0], squeeze=(GREASE[1], 1e6)
-    )
+    numbers = 0.5, 0.02, 1.0, 0.0, 0.0, 0.0, 0.0, 0.025, (1.0, 0.0, 0.0, 0.0), 0.0, 1.0
+    hole = Hole(*numbers, GREASE[0], squeeze=(GREASE[1], 1e6))
     return dataclasses.replace(
         make_bench(1, "rotor", ()), rotor=BLOCK, holes=(hole,), stations=(Station(0.5, (1.0, 1.0), (0.0, 0.0)),),
         probes=(ProbePair(0.5, 0.0, (1.0, 1.0), ()),), unbalances=(), structure=structure,
@@ -54,21 +51,16 @@ def spectra(signals):
 
 
 @pytest.mark.parametrize("structure", [
-    Structure(),
-    Structure(housings=(HOUSING,)),
-    Structure(masses=(EXTRA,)),
-    Structure(springs=(SPRING,)),
+    Structure(), Structure(housings=(HOUSING,)), Structure(masses=(EXTRA,)), Structure(springs=(SPRING,)),
     Structure((HOUSING,), (EXTRA,), (SPRING,)),
 ])  # fmt: skip
 def test_a_block_in_grease_has_the_transfer_functions_of_block_and_housing(structure):
     """M ẍ + C ẋ + K x = f of x = (block, housing) relative to the base, with the rest under gravity K⁻¹ M g."""
-    held = bool(structure.housings)
     mass = MASS + BLOCK.mass_per_length + (EXTRA.mass if structure.masses else 0.0)
     spring, dashpot = (SPRING.stiffness, SPRING.damping) if structure.springs else (0.0, 0.0)
     modal = 2 * RATIO * np.sqrt((SUPPORTS + spring) * mass)
-    m = np.diag([mass, HOUSING.mass])
-    between = np.array([[1.0, -1.0], [-1.0, 1.0]])
-    k = np.diag([SUPPORTS + spring, HOUSING.stiffness if held else 1e15]) + GREASE[0] * between
+    m, between = np.diag([mass, HOUSING.mass]), np.array([[1.0, -1.0], [-1.0, 1.0]])
+    k = np.diag([SUPPORTS + spring, HOUSING.stiffness if structure.housings else 1e15]) + GREASE[0] * between
     c = np.diag([modal + dashpot, HOUSING.damping]) + GREASE[1] * between
 
     time = np.arange(round(SECONDS * FS)) / FS
@@ -94,12 +86,10 @@ def test_a_block_in_grease_has_the_transfer_functions_of_block_and_housing(struc
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_housing_that_does_not_give_changes_nothing(kind):
     """Of 6e10 N/m it gives by 2e-5 of what a contact of 1e6 N/m does; motion may grow that fifty times."""
-    bench = make_bench(3, kind)
-    stiff = tuple(Oscillator(0.15, 1e5, 0.05) for _ in bench.holes)
-    base = 5.0 * np.random.default_rng(1).standard_normal((2, 256))
-    spin = Spin(0.3 * bench.top_speed)
-    without = simulate(bench, base, spin=spin)
-    simulated = simulate(dataclasses.replace(bench, structure=Structure(housings=stiff)), base, spin=spin)
+    bench, base = make_bench(3, kind), 5.0 * np.random.default_rng(1).standard_normal((2, 256))
+    stiff = Structure(housings=tuple(Oscillator(0.15, 1e5, 0.05) for _ in bench.holes))
+    benches = bench, dataclasses.replace(bench, structure=stiff)
+    without, simulated = (simulate(each, base, spin=Spin(0.3 * bench.top_speed)) for each in benches)
     for name in ("acceleration", "displacement", "rest"):
         expected = getattr(without, name)
         np.testing.assert_allclose(getattr(simulated, name), expected, atol=1e-3 * np.abs(expected).max(), rtol=0)
@@ -107,7 +97,7 @@ def test_a_housing_that_does_not_give_changes_nothing(kind):
 
 def test_frequencies_of_a_pinned_shaft_with_a_mass_and_a_spring():
     """Of (K + k φφᵀ) q = ω² (1 + m φφᵀ) q in the closed modes φ of a pinned beam, of which 200 are enough for 1e-3."""
-    pinned = Rotor(1.0, 0.005, 2e11, 7800.0, (), (Support(0.0, np.inf), Support(1.0, np.inf)), (0.0,))  # hardly shears
+    pinned = Rotor(1.0, 0.005, 2e11, 7800.0, (), PINS, (0.0,))  # hardly shears
     place, mass, stiffness = 0.37, 0.015, 60.0
     n = np.arange(1, 201)
     shape = np.sqrt(2 / pinned.mass_per_length) * np.sin(n * np.pi * place)
@@ -116,23 +106,17 @@ def test_frequencies_of_a_pinned_shaft_with_a_mass_and_a_spring():
         (Structure(masses=(Disc(place, mass),)), mass, 0.0),
         (Structure(springs=(Spring(place, stiffness, 0.0),)), 0.0, stiffness),
     ):
-        square = np.linalg.eigvals(
-            np.linalg.solve(
-                np.eye(n.size) + m * np.outer(shape, shape), np.diag(pinned_square) + k * np.outer(shape, shape)
-            )
-        )
-        exact = np.sqrt(np.sort(square.real)[:3]) / (2 * np.pi)
+        at_place = np.outer(shape, shape)
+        dynamic = np.linalg.solve(np.eye(n.size) + m * at_place, np.diag(pinned_square) + k * at_place)
+        exact = np.sqrt(np.sort(np.linalg.eigvals(dynamic).real)[:3]) / (2 * np.pi)
         np.testing.assert_allclose(structure.shaft(pinned).frequencies(3), exact, rtol=1e-3)
 
 
 def turned(structure, ratio, times):
     """Amplitudes (forward, backward) of y + i z of a turning Jeffcott rotor's disc at a multiple of its turns."""
-    plain = make_bench(1, "rotor", ())
-    probe = ProbePair(0.5, 0.0, (1.0, 1.0), ())
-    bench = dataclasses.replace(
-        plain, rig=plain.rig.replace(gravity=None), rotor=JEFFCOTT, holes=(), stations=(), probes=(probe,),
-        unbalances=(), structure=structure,
-    )  # fmt: skip
+    plain, empty = make_bench(1, "rotor", ()), dict.fromkeys(("holes", "stations", "unbalances"), ())
+    parts = empty | {"rotor": JEFFCOTT, "probes": (ProbePair(0.5, 0.0, (1.0, 1.0), ()),), "structure": structure}
+    bench = dataclasses.replace(plain, rig=plain.rig.replace(gravity=None), **parts)
     speed = ratio * JEFFCOTT.modes().omega[0]
     ((y, z),) = simulate(bench, spin=Spin(speed), size=round(3 * FS)).displacement
     time = np.arange(y.size) / FS
@@ -174,8 +158,7 @@ def test_drawn_masses_and_springs_are_seen(kind, name):
     mass = sum(m.mass * modes.at([m.position])[0, 0] ** 2 for m in structured.structure.masses)
     spring = sum(s.stiffness * modes.at([s.position])[0, 0] ** 2 for s in structured.structure.springs)
     first = modes.omega[0] ** 2
-    quotient = (first + spring) / (1 + mass)
-    square = structured.scheme(1e-4).square[0]
+    quotient, square = (first + spring) / (1 + mass), structured.scheme(1e-4).square[0]
     assert 0.98 * quotient < square < quotient * (1 + 1e-9) and abs(square / first - 1) > 0.01
 
 

@@ -8,14 +8,8 @@ import pytest
 import scipy.optimize
 import scipy.signal
 
-from clearance_mj.clearance.contacts.cubic import Cubic
-from clearance_mj.clearance.contacts.hunt_crossley_1975 import HuntCrossley1975
-from clearance_mj.clearance.greases.maxwell_slip import MaxwellSlip
-from clearance_mj.clearance.law import ContactLaw
-from clearance_mj.engines import simulate
-from clearance_mj.io.dataset import Dataset
-from clearance_mj.rig import Grease
-from clearance_mj.signals import excitation
+from clearance_mj import ContactLaw, Dataset, Grease, excitation, simulate
+from clearance_mj.clearance import Cubic, HuntCrossley1975, MaxwellSlip
 from clearance_mj.signals.channel_check import check_channel
 from experiments.benches import make, motion, physics, records
 from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, NAMED, Instrument, find_bench, known, make_bench
@@ -38,18 +32,14 @@ def test_frequencies_on_an_elastic_clamp(rotation, translation, mass):
 
     def determinant(z):
         s, c, sh, ch = np.sin(z), np.cos(z), np.sinh(z), np.cosh(z)
-        rows = [
-            [-rotation * z, -(z**2), -rotation * z, z**2],
-            [-(z**3), translation, z**3, translation],
-            [-s, -c, sh, ch],
-            [-c + mass * z * s, s + mass * z * c, ch + mass * z * sh, sh + mass * z * ch],
-        ]
-        return np.linalg.det(np.array(rows)) / ch**2
+        clamp = [[-rotation * z, -(z**2), -rotation * z, z**2], [-(z**3), translation, z**3, translation]]
+        end = [[-s, -c, sh, ch], [-c + mass * z * s, s + mass * z * c, ch + mass * z * sh, sh + mass * z * ch]]
+        return np.linalg.det(np.array(clamp + end)) / ch**2
 
     grid = np.linspace(0.2, 14, 4000)
     values = np.array([determinant(z) for z in grid])
-    at = np.flatnonzero(values[:-1] * values[1:] < 0)[:4]
-    roots = np.array([scipy.optimize.brentq(determinant, grid[i], grid[i + 1]) for i in at])
+    changes = np.flatnonzero(values[:-1] * values[1:] < 0)[:4]
+    roots = np.array([scipy.optimize.brentq(determinant, grid[i], grid[i + 1]) for i in changes])
     exact = roots**2 * np.sqrt(EI / RHO_A) / (2 * np.pi)
     shaft = STEEL.replace(clamp=Clamp(rotation * EI, translation * EI), masses=((1.0, mass * RHO_A),) if mass else ())
     np.testing.assert_allclose(shaft.frequencies(4), exact, rtol=1e-5)
@@ -64,8 +54,7 @@ def test_frequencies_of_a_strip_on_a_shaft_that_hardly_moves(place, length):
 
 
 def test_a_short_strip_that_does_not_bend_is_its_mass():
-    stiff = STEEL.replace(strips=(Strip(0.9, -0.01, 0.02, 3e4),))
-    lumped = STEEL.replace(masses=((0.895, 0.02),))
+    stiff, lumped = STEEL.replace(strips=(Strip(0.9, -0.01, 0.02, 3e4),)), STEEL.replace(masses=((0.895, 0.02),))
     np.testing.assert_allclose(stiff.frequencies(3), lumped.frequencies(3), rtol=1e-3)
 
 
@@ -82,9 +71,8 @@ def hole(**changes):
 
 
 def bench(*holes, clamp=None):
-    shaft = STEEL.replace(clamp=clamp)
-    probes = tuple(Instrument(h.position, 1.0) for h in holes)
-    return dataclasses.replace(NAMED["exact"](), shaft=shaft, holes=holes, probes=probes)
+    parts = {"shaft": STEEL.replace(clamp=clamp), "probes": tuple(Instrument(h.position, 1.0) for h in holes)}
+    return dataclasses.replace(NAMED["exact"](), holes=holes, **parts)
 
 
 def rest(b):
@@ -99,9 +87,8 @@ def test_static_preload_of_a_shaft_beyond_its_gap(side):
     scheme, state, bushings = rest(b)
     flexibility = 0.6**3 / (3 * EI)
     force = 2e4 * 2e-4 / (1 + 2e4 * flexibility)
-    assert bushings.rest[0] == pytest.approx(-side * force * flexibility, rel=1e-3)
-    tip = scheme.accelerometers @ state.q
-    assert tip[0] == pytest.approx(-side * force * 0.6**2 * (3 - 0.6) / (6 * EI), rel=1e-3)
+    known = -side * force * np.array([flexibility, 0.6**2 * (3 - 0.6) / (6 * EI)])
+    assert (bushings.rest[0], (scheme.accelerometers @ state.q)[0]) == pytest.approx(known, rel=1e-3)
 
 
 @pytest.mark.slow
@@ -116,11 +103,9 @@ def test_a_preloaded_shaft_stays_at_rest():
 def test_contact_begins_at_gap_minus_and_plus_offset(offset):
     """A slow push both ways against stiff stops: the motion is limited to just beyond ±gap - offset."""
     b = bench(hole(position=0.6, length=0.0, gap=3e-4, offset=offset, contact=(1e7, 1.0, 0.0, 0.0, 50.0)))
-    time = np.arange(8192) / FS
-    push = 1.5 * np.sin(2 * np.pi * 0.25 * time)  # quasi-static: the first mode is at 6 Hz
+    push = 1.5 * np.sin(2 * np.pi * 0.25 * np.arange(8192) / FS)  # quasi-static: the first mode is at 6 Hz
     _, moved = shake(b, push)
-    assert moved.max() == pytest.approx(3e-4 - offset, abs=5e-6)
-    assert moved.min() == pytest.approx(-3e-4 - offset, abs=5e-6)
+    assert (moved.max(), moved.min()) == pytest.approx((3e-4 - offset, -3e-4 - offset), abs=5e-6)
 
 
 def test_maxwell_slip_loop_energy():
@@ -128,8 +113,7 @@ def test_maxwell_slip_loop_energy():
     stiffness, yields = np.array([1e3, 2e3, 500.0]), np.array([1e-4, 3e-4, 2e-3])
     elements, amplitude = np.array([[stiffness, yields]]), 1e-3
     path = amplitude * np.sin(np.linspace(0, 4 * np.pi, 40001))
-    before, after = np.zeros((1, 3)), np.zeros((1, 3))
-    force = np.zeros(path.size)
+    before, after, force = np.zeros((1, 3)), np.zeros((1, 3)), np.zeros(path.size)
     for i in range(1, path.size):
         force[i], _ = physics.slip(path[i] - path[i - 1], 1.0, before, elements, np.array([[0.0, 1.0]]), after, 0)
         before[:] = after
@@ -159,20 +143,17 @@ def test_film_slopes_are_its_derivatives(kind, limit):
 @pytest.mark.slow
 def test_linear_bench_against_its_frequency_response():
     """Springs and dampers alone, k + i ω c at each point on the modes' receptance, under one tone of the base."""
-    holes = [
-        hole(position=x, gap=1.0, elastic=4000.0, film=(physics.THINNING, 5.0, 1e9, 0.2)) for x in (0.5484, 0.7918)
-    ]
+    places, film = (0.5484, 0.7918), (physics.THINNING, 5.0, 1e9, 0.2)
+    holes = (hole(position=x, gap=1.0, elastic=4000.0, film=film) for x in places)
     b = bench(*holes, clamp=Clamp.longer(EI, 0.01))
     frequency, n = 32.0, 8192
     response, _ = shake(b, np.sin(2 * np.pi * frequency * np.arange(n) / FS))
     window = slice(n - 2048, n - 512)
     value = 2j * np.mean(response[:, window] * np.exp(-2j * np.pi * frequency * np.arange(n) / FS)[window], axis=1)
-    modes = b.shaft.modes([h.position for h in holes])
-    omega = 2 * np.pi * frequency
-    rows = modes.at([h.position for h in holes])
+    modes, omega = b.shaft.modes(places), 2 * np.pi * frequency
+    rows = modes.at(places)
     dynamic = np.diag(modes.omega**2 - omega**2 + 2j * omega * modes.damping * modes.omega)
-    dynamic = dynamic + rows.T @ rows * (4000 + 5j * omega)
-    q = np.linalg.solve(dynamic, -modes.participation)
+    q = np.linalg.solve(dynamic + rows.T @ rows * (4000 + 5j * omega), -modes.participation)
     exact = 1 - omega**2 * modes.at([i.position for i in b.accelerometers]) @ q
     np.testing.assert_allclose(value, exact, rtol=2e-3, atol=2e-3 * np.abs(exact).max())
 
@@ -190,14 +171,10 @@ def test_step_size():
 
 def package_law(holes):
     """A family's contact and grease in the package's terms."""
-    contacts = [
-        Cubic(h.contact[0], h.contact[2], h.contact[4])
-        if h.contact[1] == 1.0
-        else HuntCrossley1975(h.contact[0], h.contact[0] * h.contact[3], h.contact[1])
-        for h in holes
-    ]
-    greases = []
+    contacts, greases = [], []
     for h in holes:
+        k, power, stiffening, dissipation, dashpot = h.contact
+        contacts.append(Cubic(k, stiffening, dashpot) if power == 1.0 else HuntCrossley1975(k, k * dissipation, power))
         _, damping, height, limit = h.film
         film = {"damping": damping, "film_height": height, "film_limit": limit}
         if h.slip[0]:
@@ -282,10 +259,8 @@ def test_dataset(tmp_path, monkeypatch, capsys):
     # Gains and 1 % of noise on what ideal sensors at the true places would read.
     accelerations, displacements = shake(b, taken["base"])
     response = dataset.records[1].response()
-    for value, ideal, real in [
-        *zip(response.acceleration, accelerations, b.accelerometers),
-        *zip(response.displacement, displacements, b.probes),
-    ]:
+    accelerometers = zip(response.acceleration, accelerations, b.accelerometers)
+    for value, ideal, real in (*accelerometers, *zip(response.displacement, displacements, b.probes)):
         assert np.sum(value * ideal) / np.sum(ideal**2) == pytest.approx(real.gain, abs=1e-3)
         assert np.std(value - real.gain * ideal) == pytest.approx(0.01 * np.std(ideal), rel=0.1)
 
@@ -331,17 +306,17 @@ def test_truth_says_what_a_named_bench_is():
         assert np.all(np.diff(truth["shaft"]["frequencies_in_gap"]) > 0)
 
 
-@pytest.mark.parametrize(
-    ("name", "quantity"),
-    [("vibrometer", "velocity"), ("strain-gauges", "strain"), ("probes-alone", "displacement"), ("load-cell", "force")],
-)
+OTHERS = {"vibrometer": "velocity", "strain-gauges": "strain", "probes-alone": "displacement", "load-cell": "force"}
+
+
+@pytest.mark.parametrize(("name", "quantity"), OTHERS.items())
 def test_benches_of_other_sensors_read_what_the_package_predicts(name, quantity):
     """A bench whose shaft crosses no gap, so little is it shaken, beside the rig file that knows all of it."""
     bench = known(find_bench(name))
     base = excitation.random(2.0, FS, (20, 200), rms=0.02, seed=1).value
     read, _ = shake(bench, base)
     assert quantity in {s.quantity for s in bench.rig.sensors}
-    greases = [Grease(h.small_motion, h.film[1]) for h in bench.holes]
+    greases = (Grease(h.small_motion, h.film[1]) for h in bench.holes)
     bushings = [dataclasses.replace(b, grease=g) for b, g in zip(bench.rig.bushings, greases)]
     rig = bench.rig.replace(bushings=tuple(bushings))
     predicted = simulate(rig, excitation.Excitation(base, FS, "base"), engine="modal").channels
@@ -352,7 +327,7 @@ def test_benches_of_other_sensors_read_what_the_package_predicts(name, quantity)
         assert one.any()
 
 
-@pytest.mark.parametrize("name", ["vibrometer", "strain-gauges", "probes-alone", "load-cell"])
+@pytest.mark.parametrize("name", OTHERS)
 def test_benches_of_other_sensors_are_written(tmp_path, name):
     bench = find_bench(name)
     plan = records.plans(bench, short=True)[2]
@@ -364,9 +339,10 @@ def test_benches_of_other_sensors_are_written(tmp_path, name):
     assert record.response().quantities == tuple(s.quantity for s in bench.rig.sensors)
 
 
-@pytest.mark.parametrize(
-    "seed, taken", [(735, "steps_2"), pytest.param(736, "steps_1", marks=pytest.mark.slow)], ids=["probe", "impacts"]
-)
+TAKEN = [pytest.param(735, "steps_2", id="probe"), pytest.param(736, "steps_1", id="impacts", marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("seed, taken", TAKEN)
 def test_stepped_sines_are_not_taken_for_clipped(seed, taken):
     """Peaks that repeat, with noise on them, are alike by chance; both records were refused."""
     bench = make_bench(seed)

@@ -9,10 +9,8 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from clearance_mj import ContactLaw, Grease, Model
 from clearance_mj.clearance import HuntCrossley
-from clearance_mj.clearance.law import ContactLaw
-from clearance_mj.model import Model
-from clearance_mj.rig import Grease
 from clearance_mj.study import IdentifiedModel
 from experiments.article import ITEMS
 from experiments.article.modal_links_rig import GREASE_ONLY, NAME, QUICK, run

@@ -31,10 +31,8 @@ def test_settings_at_a_bound():
     low, high = CONTROLLERS["mpc"].bounds["effort"]
     settings = middle("mpc")
     assert at_bounds("mpc", settings) == [] and at_bounds("mpc", settings | {"effort": 1.01 * low}) == ["effort"]
-    assert at_bounds("mpc", settings | {"effort": high, "yaw": CONTROLLERS["mpc"].bounds["yaw"][1]}) == [
-        "yaw",
-        "effort",
-    ]
+    both = {"effort": high, "yaw": CONTROLLERS["mpc"].bounds["yaw"][1]}
+    assert at_bounds("mpc", settings | both) == ["yaw", "effort"]
 
 
 def test_goes_on_where_it_was_stopped(tmp_path):

@@ -4,6 +4,7 @@ import hashlib
 import importlib
 import json
 import sys
+from pathlib import Path
 from types import ModuleType
 
 import pandas as pd
@@ -114,23 +115,21 @@ def test_what_is_there_is_kept(calls, tmp_path, records):
     assert run(tmp_path, records) == first and calls == [False]
 
 
-@pytest.mark.parametrize("change", ["records", "quick", "missing file", "damaged file", "damaged record"])
+CHANGED = {"records": ("records/dataset.toml", "two"), "damaged file": ("out/small.csv", "x\n0.6\n"),
+           "damaged record": ("out/small.json", "\0")}  # fmt: skip
+
+
+@pytest.mark.parametrize("change", ["quick", "missing file", *CHANGED])
 def test_what_changed_is_computed_again(calls, tmp_path, records, change):
     run(tmp_path, records)
-    if change == "records":
-        (records / "dataset.toml").write_text("two")
     if change == "missing file":
         (tmp_path / "out" / "small.svg").unlink()
-    if change == "damaged file":
-        (tmp_path / "out" / "small.csv").write_text("x\n0.6\n")
-    if change == "damaged record":
-        (tmp_path / "out" / "small.json").write_bytes(b"\0")
+    elif change in CHANGED:
+        file, content = CHANGED[change]
+        (tmp_path / file).write_text(content)
     run(tmp_path, records, quick=change == "quick")
     aside = {path.name: path.read_text() for path in (tmp_path / "out").glob("*.changed")}
-    assert aside == {
-        "damaged file": {"small.csv.changed": "x\n0.6\n"},
-        "damaged record": {"small.json.changed": "\0"},
-    }.get(change, {})
+    assert aside == ({f"{Path(file).name}.changed": content} if change.startswith("damaged") else {})
     assert calls == [False, change == "quick"] and (tmp_path / "out" / "small.csv").read_text() == "x\n0.5\n"
     assert "--quick" in (tmp_path / "out" / "index.html").read_text() or change != "quick"
 

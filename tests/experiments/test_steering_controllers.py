@@ -1,12 +1,10 @@
 """Controllers that others are only compared with: dither, larger gain, adaptive inverse, and one as a plugin."""
 
-import json
 import sys
 
 import numpy as np
 import pytest
 
-from clearance_mj.cli import main
 from clearance_mj.vehicle.controllers import CONTROLLERS, DesignModel, Observation, Task, get_controller
 from clearance_mj.vehicle.controllers.smc import SlidingMode
 from clearance_mj.vehicle.experiment import GAP, Case
@@ -78,11 +76,10 @@ def test_servo_limits_the_dither():
     assert np.ptp(commands[100:]) == pytest.approx(0.4 * 0.05, rel=0.2)  # half a period of rising
 
 
-def test_runs_as_a_plugin(tmp_path, monkeypatch, capsys):
+def test_runs_as_a_plugin(tmp_path, monkeypatch, answer):
     """`--plugin` with the file of the source tree: the settings that are stored beside it hold."""
     monkeypatch.delitem(CONTROLLERS, "smc-dither")
     monkeypatch.setattr(sys, "path", list(sys.path))
-    options = ["--plugin", dither.__file__, "--controller", "smc-dither", "--speed", "72", "--json", "--quiet"]
-    assert main(["vehicle", *options, "--out", str(tmp_path / "out")]) == 0
-    assert json.loads(capsys.readouterr().out)["runs"][0]["controller"] == "smc-dither"
+    options = "--plugin", dither.__file__, "--controller", "smc-dither", "--speed", "72", "--quiet"
+    assert answer("vehicle", *options, "--out", tmp_path / "out")["runs"][0]["controller"] == "smc-dither"
     assert CONTROLLERS["smc-dither"].tuned_controller().amplitude == 0.0003775

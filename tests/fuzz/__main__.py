@@ -33,9 +33,8 @@ def main() -> int:
     if missing := set(options.reader or ()) - known.keys():
         parser.error(f"--reader {missing.pop()} is unknown; use {', '.join(known)}")
     chosen = [known[name] for name in options.reader or known]
-    outcomes = fuzz(
-        chosen, options.seed, options.out / "found", options.share, options.workers, options.first, options.count
-    )
+    extent = options.share, options.workers, options.first, options.count
+    outcomes = fuzz(chosen, options.seed, options.out / "found", *extent)
     path = options.out / "fuzz.json"
     before = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     rows = before["readers"] if before.get("seed") == options.seed else {}  # of other readers

@@ -174,9 +174,8 @@ def _option(rng, name, line):
     action = rng.choice(flags)
     line.append(action.option_strings[0])
     count = {None: 1, "+": rng.choice((1, 2)), "*": 1, "?": 1}.get(action.nargs, action.nargs)
-    line += [
-        rng.choice(list(action.choices)) if action.choices and rng.random() < 0.5 else _any(rng) for _ in range(count)
-    ]
+    for _ in range(count):
+        line.append(rng.choice(list(action.choices)) if action.choices and rng.random() < 0.5 else _any(rng))
 
 
 def _out(rng, name, line):
@@ -207,24 +206,17 @@ def _actions(name) -> list[argparse.Action]:
 def _template() -> Path:
     """Folder of whole files, and of foreign ones."""
     folder = Path(tempfile.mkdtemp(prefix="fuzz_world_"))
-    for file, data in samples.beside_plan().items():
-        (folder / file).write_bytes(data)
-    formats.write(folder / "frf.uff", samples.frf())
-    formats.write(folder / "frf.csv", samples.frf())
-    formats.write(folder / "modal.uff", samples.modal_frf())
-    (folder / "frequencies.csv").write_bytes(samples.FREQUENCIES[1])
-    (folder / "plan.toml").write_bytes(toml(samples.PLAN))
-    (folder / "data").mkdir()
     entries, files = samples.dataset()
-    for file, data in (files | {"dataset.toml": toml(entries)}).items():
-        (folder / "data" / file).write_bytes(data)
+    whole = samples.beside_plan() | {"frequencies.csv": samples.FREQUENCIES[1], "plan.toml": toml(samples.PLAN)}
+    whole |= {f"data/{file}": data for file, data in (files | {"dataset.toml": toml(entries)}).items()}
+    whole |= {f"{place}/{file}": f"{place} {file}".encode() for place in ("mine", "beside") for file in FOREIGN}
+    whole |= {f"notes.{kind}": b"the user's\n" for kind in ("nc", "json", "gif", "csv")}
+    for file, data in whole.items():
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        (folder / file).write_bytes(data)
+    for file, frf in (("frf.uff", samples.frf()), ("frf.csv", samples.frf()), ("modal.uff", samples.modal_frf())):
+        formats.write(folder / file, frf)
     write_dataset(folder / "bench", *samples.bench())
-    for place in ("mine", "beside"):
-        for file in FOREIGN:
-            (folder / place / file).parent.mkdir(parents=True, exist_ok=True)
-            (folder / place / file).write_bytes(f"{place} {file}".encode())
-    for kind in ("nc", "json", "gif", "csv"):
-        (folder / f"notes.{kind}").write_bytes(b"the user's\n")
     return folder
 
 

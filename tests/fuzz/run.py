@@ -79,10 +79,10 @@ class _Batch:
 
     def hangs(self) -> bool:
         """Whether the input at hand has had its time, of the processor, or many times that, waiting."""
-        waited = time.monotonic() - self.since
-        return waited > IDLE * self.reader.patience or (
-            waited > self.reader.patience and _processor_time(self.process.pid) - self.spent > self.reader.patience
-        )
+        waited, patience = time.monotonic() - self.since, self.reader.patience
+        if waited > IDLE * patience:
+            return True
+        return waited > patience and _processor_time(self.process.pid) - self.spent > patience
 
     def begin(self, index: int):
         """The next input is begun."""

@@ -7,11 +7,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.engines import simulate
-from clearance_mj.io.dataset import Dataset, write_dataset
-from clearance_mj.model import Model
-from clearance_mj.signals import estimate_frf, excitation
+from clearance_mj import ConstantLaw, Dataset, Model, estimate_frf, excitation, simulate, write_dataset
 
 from ..conftest import ROOT, TABLE1
 from ..contrast import FAINT_TEXTS, contrast

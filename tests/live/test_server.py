@@ -13,15 +13,12 @@ pytest.importorskip("tornado", reason="the live page needs Tornado (the extra li
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.core.errors import ClearanceError
+from clearance_mj import ClearanceError, ConstantLaw, Model, Plate
 from clearance_mj.live.figures import Numbers
 from clearance_mj.live.hear import heard
 from clearance_mj.live.server import Page
 from clearance_mj.live.session import Session
 from clearance_mj.live.wire import MAX_BYTES, packed, parsed
-from clearance_mj.model import Model
-from clearance_mj.rig import Plate
 from clearance_mj.sound import Sound, radiate, resampled
 
 from ..conftest import TABLE1
@@ -182,9 +179,8 @@ def test_what_is_shown_can_be_heard(page):
     session = page.session()
     shown = session.simulated(session.setting(SET["values"]))
     recorded = shown.response.acceleration[7]
-    expected = resampled(
-        Sound(recorded - recorded.mean(), shown.response.fs).faded(0.02).pressure, shown.response.fs, 16000.0
-    )
+    sound = Sound(recorded - recorded.mean(), shown.response.fs).faded(0.02)
+    expected = resampled(sound.pressure, shown.response.fs, 16000.0)
     np.testing.assert_allclose(answer["samples"], expected, rtol=1e-5, atol=1e-5)
     facts = {"slot": "A", "unit": "m/s²", "rate": 16000.0, "of": "the acceleration 8:+Z", "values": shown.values}
     assert {key: answer[key] for key in facts} == facts

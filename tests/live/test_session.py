@@ -5,22 +5,18 @@ import io
 import json
 import re
 import zipfile
+from unittest import mock
 
 import numpy as np
 import pytest
 
-from clearance_mj import periodic
+from clearance_mj import ClearanceError, Dataset, Grease, Model, Rig, SimulationError, periodic, simulate
 from clearance_mj.beam import linear_frf
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley
-from clearance_mj.core.errors import ClearanceError, SimulationError
-from clearance_mj.engines import simulate
-from clearance_mj.io.dataset import Dataset
 from clearance_mj.live import Session, figures, on_demand
 from clearance_mj.live.controls import build_model
 from clearance_mj.live.export import exported
 from clearance_mj.live.figures import thinned
-from clearance_mj.model import Model
-from clearance_mj.rig import Grease, Rig
 from clearance_mj.signals import csac, estimate_frf, excitation, rmse_db
 
 from ..conftest import ROOT, TABLE1, record_of
@@ -119,14 +115,11 @@ def test_a_simulation_that_diverges_leaves_the_session_working(session):
 
 
 def test_kinds_of_excitation(session):
-    def of(kind):
-        values = session.setting(SHORT | {"excitation": kind, "level": 1.0})
-        return session.simulated(values).response.provenance["excitation"]["generator"]
-
-    made = [of(k) for k in session.controls["excitation"].choices]
-    assert made == [
-        "random", "multisine", "burst_random", "level_ramp", "sweep", "sweep", "hammer", "stepped_sine",
-    ]  # fmt: skip
+    made = []
+    for kind in session.controls["excitation"].choices:
+        response = session.simulated(session.setting(SHORT | {"excitation": kind, "level": 1.0})).response
+        made.append(response.provenance["excitation"]["generator"])
+    assert made == "random multisine burst_random level_ramp sweep sweep hammer stepped_sine".split()
 
 
 def test_a_sine_shows_amplitudes(session):
@@ -234,11 +227,8 @@ def test_branch_is_that_of_periodic_response_and_can_be_cancelled(session):
     assert [p["kind"] for p in numbers.facts["special"]] == [p.kind for p in branch.special]
     assert 0 <= min(heard) and max(heard) <= 1 and len(heard) > 5
 
-    def stop(progress):
-        raise KeyError
-
     with pytest.raises(KeyError):
-        on_demand.branch(session, session.identified, 43.0, 49.0, stop)
+        on_demand.branch(session, session.identified, 43.0, 49.0, mock.Mock(side_effect=KeyError))
 
 
 def test_sweep_over_gap(session):

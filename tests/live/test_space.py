@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
-from clearance_mj.core.errors import ClearanceError
+from clearance_mj import Bushing, ClearanceError, Contact, Grease, Rig, Sensor
 from clearance_mj.live import Session, on_demand
 from clearance_mj.live.controls import build_model
 from clearance_mj.live.export import exported

@@ -42,8 +42,7 @@ def test_energy_of_a_cycle(charge, measured):
 def test_unloading_and_dead_travel():
     """From sliding it unloads along F ((r-δ)/r)^p, whatever the charge, and then has no force for 2d."""
     x = np.concatenate((np.linspace(0, 1e-2, 2001), np.linspace(1e-2, 0, 4001)[1:]))
-    back = band_alone().force(np.arange(x.size), x)[2001:]
-    fall = 1e-2 - x[2001:]
+    back, fall = band_alone().force(np.arange(x.size), x)[2001:], 1e-2 - x[2001:]
     expected = 3000 * np.clip(1 - fall / 2e-3, 0, None) ** 1.6
     np.testing.assert_allclose(back[fall <= 4e-3], expected[fall <= 4e-3], atol=1e-6)
     assert back[fall > 4.01e-3].max() < 0

@@ -26,8 +26,7 @@ def rows(result, source):
 def test_ring_down(result, measured):
     """README of the records: 80.4 to 80.6 Hz and 0.24 to 0.14 % over the decay from 32 to 1 m/s²."""
     first = result["decays"][1]
-    late = int(np.argmin(np.abs(first.amplitude - 1)))
-    source = "README of the records"
+    late, source = int(np.argmin(np.abs(first.amplitude - 1))), "README of the records"
     measured.equal("ring-down at 1 m/s²: frequency (Hz)", first.frequency[late], 80.6, source, abs=0.05)
     measured.equal("ring-down at 1 m/s²: damping (%)", 100 * first.damping[late], 0.14, source, abs=0.01)
     early = first.amplitude > 20
@@ -66,9 +65,8 @@ def test_held_response(result, measured):
     at, known = rows(result, "predicted")["ResponseControl", 1], rows(result, "measured")["ResponseControl", 1]
     source = "measured; ring-down and 0.2 N are fitted"
     measured.equal("response held at 20 m/s²: least force (N)", at["peak_force"], known["peak_force"], source, rel=0.15)
-    measured.equal(
-        "response held at 20 m/s²: frequency (Hz)", at["peak_frequency"], known["peak_frequency"], source, abs=0.11
-    )
+    what = "response held at 20 m/s²: frequency (Hz)"
+    measured.equal(what, at["peak_frequency"], known["peak_frequency"], source, abs=0.11)
     assert at["peak_frequency_low"] < known["peak_frequency"] < at["peak_frequency_high"]
 
 

@@ -27,11 +27,8 @@ def test_predicted_from_the_position_alone(result, record, count, measured):
     assert sum(r["record"] == record and r["mode"] == 1 for r in result["rows"]) >= count
     for mode in (1, 2):
         error = dropbear.median_error(result["rows"], record, mode, "predicted_Hz")
-        what, source = (
-            f"{record}: f{mode} from the roller's position, median error",
-            "spectrum; fitted on steps10_test0",
-        )
-        measured.below(what, error, 0.007, source)
+        what = f"{record}: f{mode} from the roller's position, median error"
+        measured.below(what, error, 0.007, "spectrum; fitted on steps10_test0")
 
 
 @pytest.mark.parametrize("record", ["steps10_test0", "steps10_test1", "random_dwell_set0_test0"])

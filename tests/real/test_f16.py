@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from clearance_mj.core.errors import RecordError
-from clearance_mj.signals.frf import FRF
+from clearance_mj import FRF, RecordError
 from clearance_mj.structure import modes_from_frf
 from experiments.real import f16
 

@@ -5,14 +5,11 @@ import json
 
 import pytest
 
-from clearance_mj import report
-from clearance_mj.core.errors import RecordError
+from clearance_mj import Dataset, Model, RecordError, report, write_dataset
 from clearance_mj.identify import METHODS as METHODS_BY_NAME
 from clearance_mj.identify import Identified
 from clearance_mj.identify.records.checks import IdentifiabilityWarning
 from clearance_mj.identify.registry import Method
-from clearance_mj.io.dataset import Dataset, write_dataset
-from clearance_mj.model import Model
 from clearance_mj.report import report_study
 from clearance_mj.study import study as study_module
 
@@ -34,10 +31,8 @@ def not_again(*_):
 
 def without_probes(path, folder):
     dataset = Dataset.load(path)
-    bare = [
-        dataclasses.replace(r, channels=[c for c in r.channels if c.quantity == "acceleration"])
-        for r in dataset.records
-    ]
+    channels = ([c for c in r.channels if c.quantity == "acceleration"] for r in dataset.records)
+    bare = [dataclasses.replace(r, channels=kept) for r, kept in zip(dataset.records, channels)]
     write_dataset(folder, dataset.rig, bare)
     return folder
 

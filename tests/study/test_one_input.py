@@ -5,9 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from clearance_mj import Channel, Dataset, Record
 from clearance_mj.core.notes import RecordNote
-from clearance_mj.io.channels import Channel
-from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.study.case import single_input_dataset
 
 

@@ -2,31 +2,26 @@
 
 import dataclasses
 import json
+from unittest import mock
 
 import numpy as np
 import pytest
 import scipy.stats
 import xarray as xr
 
-from clearance_mj import report
+from clearance_mj import Dataset, Model, Rig, estimate_frf, report, simulate, write_dataset
 from clearance_mj.clearance import ConstantLaw, nominal_law
 from clearance_mj.cli import main
 from clearance_mj.core import cache
 from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.core.output_folder import WORK
-from clearance_mj.engines import simulate
-from clearance_mj.estimate.estimates import Estimates
-from clearance_mj.estimate.parameter import Parameter
+from clearance_mj.estimate import Estimates, Parameter
 from clearance_mj.identify import METHODS as METHODS_BY_NAME
 from clearance_mj.identify import Identified
 from clearance_mj.identify.laws.law_misfit import DecayMisfit, LawMisfit, Stretch
 from clearance_mj.identify.records.checks import IdentifiabilityWarning
 from clearance_mj.identify.registry import Method
-from clearance_mj.io.dataset import Dataset, write_dataset
-from clearance_mj.model import Model
 from clearance_mj.report import report_study
-from clearance_mj.rig import Rig
-from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.structure import Clamp
 from clearance_mj.study import IdentifiedModel
 from clearance_mj.study import study as study_module
@@ -66,13 +61,9 @@ def test_rows_against_a_simulation_made_here(finished, brief):
     study, _ = finished
     errors = []
     dataset = Dataset.load(brief)
-    for record in dataset.validate:
-        if record.level != 4:
-            continue
-        test = estimate_frf(record.response(), resolution=0.5)
-        model = estimate_frf(
-            simulate(dataset.rig, record.excitation(), nominal_law(dataset.rig), "modal"), resolution=0.5
-        )
+    for record in (r for r in dataset.validate if r.level == 4):
+        response = simulate(dataset.rig, record.excitation(), nominal_law(dataset.rig), "modal")
+        model, test = (estimate_frf(each, resolution=0.5) for each in (response, record.response()))
         db = 20 * np.log10(np.abs(model.value) / np.abs(test.value))
         errors.append(np.mean(np.sqrt(np.mean(db**2, axis=-1))))
     row = next(r for r in study.rows() if (r["level"], r["law"], r["engine"]) == (4, "nominal", "modal"))
@@ -90,15 +81,11 @@ def test_fitted_constants_predict_better_than_the_datasheet(finished):
 def test_summary_and_netcdf_hold_the_same_frfs(finished):
     study, out = finished
     summary = json.loads((out / "summary.json").read_text())
-    assert summary["identified_from"] == ["ramp"] and summary["synthetic"] is True
-    assert len(summary["results"]) == 2 * (2 + 1)
+    assert (summary["identified_from"], summary["synthetic"], len(summary["results"])) == (["ramp"], True, 2 * (2 + 1))
     case = study.cases[-1]
     with xr.open_dataset(out / "results.nc", engine="scipy") as data:
-        kept = (
-            data.model.sel(law=case.law, engine=case.engine, record=case.record.name)
-            .squeeze()
-            .transpose("response", "frequency", "part")
-        )
+        kept = data.model.sel(law=case.law, engine=case.engine, record=case.record.name).squeeze()
+        kept = kept.transpose("response", "frequency", "part")
         np.testing.assert_array_equal(kept.values[..., 0] + 1j * kept.values[..., 1], case.frf.functions)
         assert json.loads(data.attrs["rig"])["name"] == "table1"
 
@@ -112,19 +99,17 @@ def not_again(*_):
 def quick(monkeypatch):
     """A study whose fit and report cost nothing: for tests of what surrounds them."""
     monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", lambda *_: Identified(model=Model(FEW, SMALL_LAW))))
-    monkeypatch.setattr(
-        report, "write_report", lambda study, folder, progress: (folder / "report.html").write_text("-")
-    )
+    monkeypatch.setattr(report, "write_report", lambda _, folder, progress: (folder / "report.html").write_text("-"))
 
 
 def test_interrupted_study_goes_on_where_it_stopped(brief, tmp_path, monkeypatch, quick):
     done = []
 
-    def interrupted(rig, excitation, law, engine):
+    def interrupted(*case):
         if len(done) == 3:
             raise KeyboardInterrupt
-        done.append(engine)
-        return simulate(rig, excitation, law, engine)
+        done.append(case)
+        return simulate(*case)
 
     monkeypatch.setattr(study_module, "simulate", interrupted)
     with pytest.raises(KeyboardInterrupt):
@@ -132,9 +117,8 @@ def test_interrupted_study_goes_on_where_it_stopped(brief, tmp_path, monkeypatch
     assert [p.name for p in (tmp_path / "out").iterdir()] == [WORK]
     assert len(list((tmp_path / "out" / WORK / "cache").glob("*.nc"))) == 3
 
-    monkeypatch.setattr(study_module, "simulate", lambda *a: done.append(a) or simulate(*a))
+    done = counted(monkeypatch)
     monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", not_again))
-    done.clear()
     report_study(brief, tmp_path / "out", ("modal",), METHODS, progress=False)
     assert len(done) == 2 * 4 - 3 and (tmp_path / "out" / "report.html").exists()
 
@@ -166,8 +150,7 @@ def test_a_second_study_computes_only_what_is_new(brief, tmp_path, monkeypatch, 
 def test_a_changed_record_is_simulated_again_and_identified_from_only_if_it_was_before(
     brief, tmp_path, monkeypatch, quick
 ):
-    done = counted(monkeypatch)
-    dataset = Dataset.load(brief)
+    done, dataset = counted(monkeypatch), Dataset.load(brief)
     report_study(brief, tmp_path / "out", ("modal",), METHODS, progress=False)
     records = list(dataset.records)
     i = next(i for i, r in enumerate(records) if r.name == "level_4_2")
@@ -201,13 +184,8 @@ def test_a_study_replaces_an_older_one_only_when_it_is_whole(brief, tmp_path, mo
     (out / "figures" / "annotated.png").write_text("annotated")
     before = (out / "summary.json").read_bytes()
 
-    def failing(*_):
-        raise MemoryError
-
-    with monkeypatch.context() as patch:
-        patch.setattr(study_module, "simulate", failing)
-        with pytest.raises(MemoryError):
-            report_study(brief, out, ("modal",), METHODS, progress=False)
+    with mock.patch.object(study_module, "simulate", side_effect=MemoryError), pytest.raises(MemoryError):
+        report_study(brief, out, ("modal",), METHODS, progress=False)
     assert (out / "summary.json").read_bytes() == before
     report_study(brief, out, ("modal",), METHODS, progress=False)
     assert (out / "laws" / "constant.json").exists()
@@ -363,9 +341,8 @@ def test_what_a_law_missed_widens_its_band_from_the_cache_too(bench, finding, tm
     decay = DecayMisfit("hammer", 0.5, 2.0, 60.0, np.zeros((8, 2)))
     misfit = LawMisfit(tuple(dataset.rig.sensor_labels), "m/s²", edges, (stretch,), (decay,))
     bench_law = study_module.Study(dataset, ("bench",), ("modal",)).law("bench")
-    law = IdentifiedModel.from_dict(
-        json.loads(json.dumps(dataclasses.replace(bench_law, misfit=misfit).to_dict())), TABLE1
-    )
+    stored = json.dumps(dataclasses.replace(bench_law, misfit=misfit).to_dict())
+    law = IdentifiedModel.from_dict(json.loads(stored), TABLE1)
     kept = {"engines": ["modal"], "cache": cache.ResultCache(tmp_path)}
     plain, first, again = (study_of(dataset, [of], **kept).bands["bench"][0] for of in (bench_law, law, law))
     wide = np.sqrt(first.half_width_db[1:] ** 2 - plain.half_width_db[1:] ** 2)

@@ -2,33 +2,27 @@
 
 import dataclasses
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from clearance_mj.core.errors import ClearanceError, RecordError
+from clearance_mj import FRF, ClearanceError, Dataset, Model, RecordError, linear_model
 from clearance_mj.engines.equilibrium import static_equilibrium
 from clearance_mj.identify.records.checks import IdentifiabilityWarning
-from clearance_mj.io.dataset import Dataset
-from clearance_mj.linear import linear_model
-from clearance_mj.model import Model
 from clearance_mj.report.sections import directions, turning
 from clearance_mj.report.writer import ReportWriter
 from clearance_mj.rig import Spin
-from clearance_mj.signals.directional import directional_frfs
-from clearance_mj.signals.frf import FRF
-from clearance_mj.signals.orbits import Orbits, orbits_by_turn
+from clearance_mj.signals import Orbits, directional_frfs, orbits_by_turn
 from clearance_mj.study import Study
 from clearance_mj.study.matrices import matrices_of, matrix_rows
 from clearance_mj.study.orbit_measures import compare_orbits, compare_run_ups, onset_of_contact
 from clearance_mj.study.turning import TurningComparison
 from clearance_mj.study.whirl_in_test import simulated_whirl
 
+from ..conftest import ROOT
 from .turning_rig import RIG, turning_dataset, turning_record
 
-SHIPPED = Path(__file__).parents[2] / "data" / "turning_rig"
-LABELS = ("1:+Y", "1:+Z")
+SHIPPED = ROOT / "data" / "turning_rig"
 
 
 @pytest.fixture(scope="module")
@@ -95,8 +89,7 @@ def gyroscopic_frfs(spin):
     omega = np.linspace(0.1, 8.0, 80)
     a, b = 9 - omega**2 + 0.2j * omega, 1j * omega * spin * 1.6
     value = np.array([[a, -b], [b, a]]) / (a**2 + b**2)
-    references = "200:+Y", "200:+Z"
-    return FRF(omega / (2 * np.pi), value, responses=LABELS, references=references, quantity="rotation/moment")
+    return FRF(omega / (2 * np.pi), value, None, ("1:+Y", "1:+Z"), ("200:+Y", "200:+Z"), "rotation/moment")
 
 
 @pytest.mark.parametrize("spin", [0.0, 1.5])
@@ -110,9 +103,8 @@ def test_directional_frfs_of_a_gyroscopic_disc(spin):
 
 def test_directional_frfs_mind_the_sense_of_sensors():
     frf = gyroscopic_frfs(1.5)
-    turned = FRF(
-        frf.frequency, frf.value * np.array([[[1.0]], [[-1.0]]]), None, ("1:+Y", "1:-Z"), frf.references, frf.quantity
-    )
+    value = frf.value * np.array([[[1.0]], [[-1.0]]])
+    turned = FRF(frf.frequency, value, None, ("1:+Y", "1:-Z"), frf.references, frf.quantity)
     assert directional_frfs(turned) == directional_frfs(frf)
 
 

@@ -1,13 +1,12 @@
 """A rig in space that nothing touches, and records of it that are simulated: what a study must find is known."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 
 import clearance_mj as cm
-from clearance_mj.engines import simulate
-from clearance_mj.io.channels import Channel
-from clearance_mj.io.dataset import Dataset, Record
+from clearance_mj import Channel, Dataset, Record, simulate
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker, Spin, Unbalance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
@@ -58,10 +57,8 @@ def turning_record(name, role, spin, axis=None, level=None, seed=0, duration=6.0
 def turning_dataset():
     """Two records along y and two along z at 60 rad/s, two of turning at each of two speeds, and one that rolls."""
     records = [turning_record("slow_roll", "identify", Spin(5.0), duration=4.0)]
-    for axis in "yz":
-        for seed, letter in enumerate("ab"):
-            records.append(turning_record(f"{axis}_{letter}", "validate", Spin(60.0), axis, 2.0, seed + ord(axis)))
-    for letter in "ab":
-        for speed in (100.0, 60.0):
-            records.append(turning_record(f"orbit_{speed:g}_{letter}", "validate", Spin(speed), duration=3.0))
+    for axis, (seed, letter) in itertools.product("yz", enumerate("ab")):
+        records.append(turning_record(f"{axis}_{letter}", "validate", Spin(60.0), axis, 2.0, seed + ord(axis)))
+    for letter, speed in itertools.product("ab", (100.0, 60.0)):
+        records.append(turning_record(f"orbit_{speed:g}_{letter}", "validate", Spin(speed), duration=3.0))
     return Dataset(RIG, tuple(records))

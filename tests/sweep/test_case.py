@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from clearance_mj.clearance import ConstantLaw
+from clearance_mj import ConstantLaw, simulate
 from clearance_mj.core.runner import Runner
-from clearance_mj.engines import simulate
 from clearance_mj.rig import Rig, Spin, Unbalance
 from clearance_mj.statistics import contact_statistics
 from clearance_mj.sweep import run_sweep

@@ -2,9 +2,7 @@
 
 import pytest
 
-from clearance_mj.clearance import ConstantLaw
-from clearance_mj.core.errors import ClearanceError
-from clearance_mj.rig import Grease
+from clearance_mj import ClearanceError, ConstantLaw, Grease
 
 from ..conftest import ROOT
 from .plans import DESIGN, EXCITATION, GAP, LEVEL, OUTPUTS, loaded, small, text

@@ -6,9 +6,8 @@ from math import log, pi, sqrt
 import numpy as np
 import xarray as xr
 
-from clearance_mj.core.errors import ClearanceError
+from clearance_mj import Beam, ClearanceError, Rig, Sensor
 from clearance_mj.core.runner import Runner
-from clearance_mj.rig import Beam, Rig, Sensor
 from clearance_mj.statistics.sobol import sobol_indices
 from clearance_mj.sweep import Design, Vary, run_sweep
 from clearance_mj.sweep.sensitivity import quantities, sensitivity

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
+from clearance_mj import Excitation, Plate, Sensor
 from clearance_mj.engines import static_equilibrium
-from clearance_mj.rig import Plate, Sensor
-from clearance_mj.signals.excitation import Excitation
 from clearance_mj.sound import radiate
 from clearance_mj.tolerance import Runner, Scatter, Scattered, Sines, peaks_over_an_hour, production, tighten
 from clearance_mj.tolerance.random_designs import Noise, random_production

@@ -69,8 +69,7 @@ def test_a_rate_of_independent_impacts_has_poissons_interval():
     """Jeffreys' interval of a Poisson rate: quantiles of Gamma(N + 1/2, 1/T)."""
     impacts = np.zeros(2000)
     impacts[50::100] = 1  # one in each twentieth: no scatter at all
-    interval = impact_rate(impacts, 60.0)
-    law = scipy.stats.gamma(20.5, scale=1 / 60.0)
+    interval, law = impact_rate(impacts, 60.0), scipy.stats.gamma(20.5, scale=1 / 60.0)
     assert (interval.value, interval.dispersion) == (pytest.approx(20 / 60), 1.0)
     assert (interval.low, interval.high) == (pytest.approx(law.ppf(0.05)), pytest.approx(law.ppf(0.95)))
     none = impact_rate(np.zeros(2000), 60.0)

@@ -13,8 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import norm
 
 import clearance_mj as cm
-from clearance_mj import periodic, wear
-from clearance_mj.core.errors import ClearanceError, LawError, RigError
+from clearance_mj import ClearanceError, LawError, RigError, periodic, wear
 from clearance_mj.periodic.level_branches import level_branches
 from clearance_mj.periodic.map_rows import solver_at
 from clearance_mj.rig import Grease, Tolerance
@@ -31,6 +30,9 @@ from .oscillator import DAMPING, GAP, STIFFNESS, oscillator
 
 LOW = 5.0  # Hz, far below the resonance of 15.9 Hz
 SPREAD, ALONE = 0.08, Runner(1)
+LOGNORMAL = Scatter((Scattered("bushings.gap", std="8 %", distribution="lognormal"),))
+WITHIN = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
+EXAMPLE = Scatter.load(ROOT / "models" / "scatter" / "table1.toml")
 
 
 def needed(frequency: float, gap: float = GAP) -> float:
@@ -41,9 +43,8 @@ def needed(frequency: float, gap: float = GAP) -> float:
 
 def test_the_share_that_touches_is_that_of_the_gaps_that_a_force_fills():
     """Gaps lognormal: P = Φ(ln(F/F_needed)/σ), of 512 Sobol' points, whose share misses it by less than 1/512."""
-    scatter = Scatter((Scattered("bushings.gap", std="8 %", distribution="lognormal"),))
     levels = needed(LOW) * np.exp(np.array([-0.1, 0.0, 0.1]))
-    outcome = production(oscillator(), scatter, Sines(levels, [LOW]), 512, runner=ALONE)
+    outcome = production(oscillator(), LOGNORMAL, Sines(levels, [LOW]), 512, runner=ALONE)
     assert_allclose(outcome.contact[:, 0], norm.cdf(np.array([-0.1, 0.0, 0.1]) / np.log1p(SPREAD)), atol=2 / 512)
     assert_allclose(outcome.over_level("contact"), outcome.contact[:, 0])
     assert_allclose(outcome.first_contact, needed(LOW, outcome.values[:, 0]), rtol=1e-6)
@@ -52,9 +53,8 @@ def test_the_share_that_touches_is_that_of_the_gaps_that_a_force_fills():
 
 def test_raised_from_rest_a_design_touches_where_the_free_vibration_fills_its_gap():
     """Closed form, also above the resonance at 15.9 Hz, where a second vibration touches at lower levels."""
-    scatter = Scatter((Scattered("bushings.gap", std="8 %", distribution="lognormal"),))
     levels, frequency = needed(18.0) * np.array([0.8, 0.95, 1.05]), 18.0
-    outcome = production(oscillator(), scatter, Sines(levels, [frequency]), 32, runner=ALONE)
+    outcome = production(oscillator(), LOGNORMAL, Sines(levels, [frequency]), 32, runner=ALONE)
     fills = needed(frequency, outcome.values[:, 0])
     assert_allclose(outcome.first_from_rest, fills, rtol=1e-6)
     assert_allclose(outcome.from_rest[:, 0], [np.mean(fills <= level) for level in levels])
@@ -64,11 +64,10 @@ def test_raised_from_rest_a_design_touches_where_the_free_vibration_fills_its_ga
 def test_shares_from_rest_are_those_of_marches_whose_level_is_raised_slowly():
     """Table 1's example at 45 Hz and 6 m/s²: both designs can touch, and one of them does from rest."""
     model, (frequency, level) = cm.Model(TABLE1), (45.0, 6.0)
-    scatter = Scatter.load(ROOT / "models" / "scatter" / "table1.toml")
-    outcome = production(model, scatter, Sines([level], [frequency]), 3, runner=ALONE)
+    outcome = production(model, EXAMPLE, Sines([level], [frequency]), 3, runner=ALONE)
     sine = stepped_sine(8.0, 8192.0, frequency, level, "base")
     slowly = dataclasses.replace(sine, value=sine.value * np.minimum(1, np.arange(sine.value.size) / 5 / sine.fs))
-    designs = scatter.draw(model, 3)
+    designs = EXAMPLE.draw(model, 3)
     marched = [designs.model(i).simulate(slowly, "modal").contact_force[:, -8192:].any() for i in (1, 2)]
     assert marched == [True, False] == (outcome.first_from_rest <= level)[1:].tolist()
     assert outcome.contact[0, 0] == 1.0 and outcome.from_rest[0, 0] == pytest.approx(2 / 3)
@@ -89,10 +88,8 @@ def test_levels_at_a_limit_are_those_of_the_branch_over_the_level(quantity, limi
     (level_branch,) = level_branches(solver, np.array([2 * np.pi * frequency]), 40.0, [quantity])
     level = level_branch.first_level(level_branch.values[0], limit)
     branch = periodic.follow_response_over_level(model, frequency, (1.0, level), 21, 1024, stability=False)
-    if quantity == "penetration":
-        reached = np.abs(branch.amplitude("clearance_displacement")[-1, 0]) - GAP
-    else:
-        reached = branch.amplitude("clearance_displacement" if quantity == "displacement" else quantity)[-1, 0]
+    name = "clearance_displacement" if quantity in ("penetration", "displacement") else quantity
+    reached = branch.amplitude(name)[-1, 0] - (GAP if quantity == "penetration" else 0.0)
     assert reached == pytest.approx(limit, rel=exact)
 
 
@@ -114,8 +111,7 @@ def test_a_design_does_what_its_rattle_map_says(measured):
 
 def test_a_shaft_in_space_touches_at_the_level_of_its_free_circle():
     """Jeffcott: unbalance times e ω²/|1 - ω² + i c ω| = gap; above it the rub goes on below that level."""
-    model = cm.Model(unbalanced(jeffcott()))
-    speeds = np.array([0.7, 0.9])
+    model, speeds = cm.Model(unbalanced(jeffcott())), np.array([0.7, 0.9])
     scatter = Scatter((Scattered("bushings.gap", within="10 %", distribution="uniform"),))
     outcome = production(model, scatter, Sines([1.0, 4.0], speeds * FREQUENCY / (2 * np.pi)), 2, runner=ALONE)
     free = 0.2 * speeds**2 / np.hypot(1 - speeds**2, 0.1 * speeds)
@@ -151,21 +147,19 @@ def test_a_branch_that_long_steps_lose_is_followed_with_shorter_ones(monkeypatch
     """Design 588 of the example's thousand: at 5 Hz steps of 0.15 leave the fold at 1.77 m/s² back towards rest."""
     levels, model = np.linspace(0.2, 10.0, 50), cm.Model(TABLE1)
     settings = settings_of(model, Sines(levels, [5.0, 220.0], "contact_force > 3 N"))
-    design = Scatter.load(ROOT / "models" / "scatter" / "table1.toml").draw(model, 1000).model(588)
+    design = EXAMPLE.draw(model, 1000).model(588)
     followed_branches, _ = branches_of(settings, design)
     for name, value in {"SHARES": (1.0,), "BENT": 0.002, "LONGEST": 0.02}.items():
         monkeypatch.setattr(f"clearance_mj.periodic.level_branches.{name}", value)
     known, _ = branches_of(settings, design)
     assert followed_branches.complete and known.complete
     assert_array_equal(followed_branches.crossings(levels)[0], known.crossings(levels)[0])
-    assert followed_branches.first_level(followed_branches.values[1], 3.0) == pytest.approx(
-        known.first_level(known.values[1], 3.0), rel=1e-3
-    )
+    at_limit, known_at_limit = (each.first_level(each.values[1], 3.0) for each in (followed_branches, known))
+    assert at_limit == pytest.approx(known_at_limit, rel=1e-3)
 
 
 def test_any_number_of_workers_finds_the_same_and_goes_on_where_it_stopped(tmp_path):
-    scatter = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
-    asked = scatter, Sines([5.0, 9.0, 12.0], [LOW, 14.0], "contact_force > 5 N")
+    asked = WITHIN, Sines([5.0, 9.0, 12.0], [LOW, 14.0], "contact_force > 5 N")
     alone = production(oscillator(), *asked, n_designs=20, runner=Runner(1, kept=tmp_path))
     with ThreadPoolExecutor(2) as pool:
         assert production(oscillator(), *asked, n_designs=20, runner=Runner(executor=pool)) == alone
@@ -185,7 +179,7 @@ def test_another_version_of_a_plugin_is_computed_anew(tmp_path, monkeypatch):
     plugin.__file__ = str(tmp_path / "own_grease.py")
     monkeypatch.setitem(sys.modules, plugin.__name__, plugin)
     monkeypatch.setattr(Grease, "__module__", plugin.__name__)
-    asked = Scatter((Scattered("bushings.gap", within="0.1 mm"),)), Sines([9.0], [LOW])
+    asked = WITHIN, Sines([9.0], [LOW])
     for count, text in enumerate(("stiff = 1", "stiff = 1", "stiff = 2")):
         Path(plugin.__file__).write_text(text)
         production(oscillator(), *asked, n_designs=1, runner=Runner(1, kept=tmp_path))
@@ -201,7 +195,6 @@ def test_scatter_is_by_default_the_rig_files_own():
 def test_two_workers_of_a_cluster_find_the_same_as_this_process():
     """Of sines, of random excitation and of lives, bit by bit."""
     distributed = pytest.importorskip("distributed")
-    scatter = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
     noise = Noise(cm.PSD([5.0, 50.0], [0.1, 0.1], "force"), [2.0], 3.0)
     worn = dataclasses.replace(TABLE1.bushings[1], wear=1e-12)
     rig = TABLE1.replace(bushings=(TABLE1.bushings[0], worn), tolerances=(Tolerance("bushings.gap", "2 %"),))
@@ -210,8 +203,8 @@ def test_two_workers_of_a_cluster_find_the_same_as_this_process():
     with distributed.LocalCluster(**options) as cluster:
         on_workers = [
             (
-                production(oscillator(), scatter, Sines([5.0, 9.0, 12.0], [LOW, 14.0]), 20, runner=runner),
-                repr(random_production(scatter.draw(oscillator(), 9), noise, runner=runner)),
+                production(oscillator(), WITHIN, Sines([5.0, 9.0, 12.0], [LOW, 14.0]), 20, runner=runner),
+                repr(random_production(WITHIN.draw(oscillator(), 9), noise, runner=runner)),
                 wear.predict_lives(cm.Model(rig), sine, "0.35 mm", n=3, accuracy=0.05, runner=runner),
             )
             for runner in (ALONE, Runner(scheduler=cluster.scheduler_address))
@@ -242,8 +235,7 @@ def test_a_posterior_is_a_scatter_too():
 
 
 def test_what_cannot_be_is_one_line():
-    model = oscillator()
-    gap = Scattered("bushings[0].gap", within="0.1 mm")
+    model, gap = oscillator(), Scattered("bushings[0].gap", within="0.1 mm")
     for what, words in (
         (lambda: Scatter(()), "nothing scatters"),
         (lambda: Scattered("bushings[0].gap", std="0.1"), "has no unit"),
@@ -279,7 +271,6 @@ def test_drawn_numbers_have_the_correlation_that_was_asked():
 
 
 def test_a_limit_that_no_design_reaches_is_said():
-    scatter = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
-    outcome = production(oscillator(), scatter, Sines([9.0, 12.0], [LOW], "contact_force > 1 kN"), 8, runner=ALONE)
+    outcome = production(oscillator(), WITHIN, Sines([9.0, 12.0], [LOW], "contact_force > 1 kN"), 8, runner=ALONE)
     (note,) = outcome.notes
     assert re.search(r"no design reaches that up to 12 N; the largest is [\d.e-]+ N$", note)

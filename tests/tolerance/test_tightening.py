@@ -14,9 +14,8 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import norm, qmc
 
 import clearance_mj as cm
-from clearance_mj.core.errors import ClearanceError
+from clearance_mj import ClearanceError, Contact, Grease
 from clearance_mj.report.tightening import draw_tightening, tightening_words
-from clearance_mj.rig import Contact, Grease
 from clearance_mj.statistics.sobol import sobol_indices
 from clearance_mj.structure import Matrices
 from clearance_mj.tolerance import Runner, Scatter, Sines, production, random_tightening, rattle_sensitivity, tighten
@@ -44,9 +43,8 @@ def spring() -> cm.Model:
 
 def scattered() -> Scatter:
     stds = {name: f"{100 * np.expm1(size):.12f} %" for name, size in SIZES.items()}
-    return Scatter(
-        tuple(Scattered(of, std=std, distribution="lognormal", price=PRICES[of]) for of, std in stds.items())
-    )
+    numbers = (Scattered(of, std=std, distribution="lognormal", price=PRICES[of]) for of, std in stds.items())
+    return Scatter(tuple(numbers))
 
 
 def test_sobol_indices_are_shares_of_the_variance(measured):
@@ -145,8 +143,7 @@ def test_under_random_excitation_the_answers_are_those_of_rices_formula(ratio, m
         rates = [CYCLES * np.exp(-(gap**2) / (2 * SIGMA**2)) for gap in gaps]
         touch = [-np.expm1(-3600 * rate) for rate in rates]
         seen = [rate if 60 * rate > 1 else 0.0 for rate in rates]  # in the minute that is marched
-        nothing = ((np.nan,),) * 4
-        rows = enumerate(zip(seen, touch))
+        nothing, rows = ((np.nan,),) * 4, enumerate(zip(seen, touch))
         return peaks_over_production(DesignPeaks(i, *noise.levels, (rate,), (p,), *nothing) for i, (rate, p) in rows)
 
     monkeypatch.setattr("clearance_mj.tolerance.tightening.random_production", peaks)

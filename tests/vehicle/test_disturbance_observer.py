@@ -31,8 +31,7 @@ def test_constant_disturbance_is_found():
 @pytest.mark.parametrize("bandwidth", [4.0, 16.0])
 def test_step_response(bandwidth):
     """Of ω²/(s + ω)²: 1 - (1 + ω t) exp(-ω t), sampled finely."""
-    model = DesignModel(VEHICLE, Servo(), SPEED, 2e-4)
-    t = np.arange(5000) * 2e-4
+    model, t = DesignModel(VEHICLE, Servo(), SPEED, 2e-4), np.arange(5000) * 2e-4
     expected = 1 - (1 + bandwidth * t) * np.exp(-bandwidth * t)
     np.testing.assert_allclose(observed(model, bandwidth, 1e-3, 1.0) / 1e-3, expected, atol=5e-3)
 

@@ -21,8 +21,7 @@ def rows(steps, force=0.0, moment=0.0, gravity=0.0):
 
 @every_plant
 def test_no_load_changes_no_bit(plant):
-    angles = 0.03 * np.sin(2 * np.pi * np.arange(500) / 500)
-    state = plant.start(SPEED)
+    angles, state = 0.03 * np.sin(2 * np.pi * np.arange(500) / 500), plant.start(SPEED)
     np.testing.assert_array_equal(plant.advance(state, angles, rows(500)), plant.advance(state, angles))
 
 

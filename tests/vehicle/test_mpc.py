@@ -62,8 +62,7 @@ def dense(law, seen, curvature, task):
 def test_first_command_is_that_of_a_dense_solver(rate):
     task = Task(LINEAR, clothoid_arc(), SPEED, largest_rate=rate, largest_angle=10.0)
     curvature = task.curvature(SEEN, np.arange(LAW.horizon + 1) * task.period)
-    command = LAW.start(task).command(SEEN)
-    expected = dense(LAW, SEEN, curvature, task)
+    command, expected = LAW.start(task).command(SEEN), dense(LAW, SEEN, curvature, task)
     assert command == pytest.approx(expected, abs=2e-5)
     assert (abs(expected) == pytest.approx(rate * task.period)) == (rate == 0.2)
 

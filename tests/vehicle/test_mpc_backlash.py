@@ -82,8 +82,7 @@ def rolled_out(plan, x, lost, curvature, task):
         y = C @ x - np.array([0, 0, SPEED * kappa])
         J += y @ W @ y + LAW.effort * change**2
         after = A @ x + B * change + E * kappa + D * d
-        d = np.clip(d - (after[4] - x[4]), -GAP, GAP)
-        x = after
+        d, x = np.clip(d - (after[4] - x[4]), -GAP, GAP), after
     x = x - steady_turn(curvature[-1]) + d * np.array([0, 0, 0, 0, 1, 0, 1.0])
     return J + x @ V @ x
 
@@ -97,8 +96,7 @@ def test_the_plan_taken_costs_least(s):
     curvature = task.curvature(seen, np.arange(21) * task.period)
     x = np.array([*seen[1:5], 0, 0, 0])
     cost = rolled_out(run.changes(seen), x, 0.0, curvature, task)
-    alone = run.free(seen, curvature)
-    sides = -GAP * modes(20)
+    alone, sides = run.free(seen, curvature), -GAP * modes(20)
     sides[:, 0] = 0.0
     costs = [rolled_out(alone + run.program.lost @ one, x, 0.0, curvature, task) for one in sides]
     assert cost == pytest.approx(min(costs), rel=1e-6) and cost < rolled_out(alone, x, 0.0, curvature, task)

@@ -91,8 +91,7 @@ def test_covariance_is_that_of_the_errors(driven):
     spread = np.linalg.cholesky(noise_covariance() + 1e-20 * np.eye(10))
     force, runs, total = held(PERIOD), 150, 0.0
     for seed in range(runs):
-        rng = np.random.default_rng(seed)
-        observer = RunObserver(TASK, 0.0, KNOWN, driven)
+        rng, observer = np.random.default_rng(seed), RunObserver(TASK, 0.0, KNOWN, driven)
         x = np.zeros(10)
         x[6:] = rng.standard_normal(4) * (KNOWN.yaw_rate_offset, KNOWN.acceleration_offset, KNOWN.force, KNOWN.force)
         if driven:

@@ -58,8 +58,7 @@ def test_right_hand_side_is_the_librarys(name, shifted):
 def test_runge_kutta_with_the_librarys_right_hand_side(plant):
     """The same steps in Python: wheel angle set, cruise control of 2 1/s, no steering speed."""
     original, values = RIGHT_HAND_SIDES[plant.name][2], plant.parameters
-    angles = 0.03 * np.sin(2 * np.pi * np.arange(20) / 20)
-    state = plant.start(25.0)
+    angles, state = 0.03 * np.sin(2 * np.pi * np.arange(20) / 20), plant.start(25.0)
     state[3] -= 1.0
     x = state[:-1].copy()
 

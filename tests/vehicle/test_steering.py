@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from clearance_mj import ConstantLaw, beam
+from clearance_mj import ConstantLaw, Contact, Grease, beam
 from clearance_mj.core.errors import ManoeuvreError
-from clearance_mj.rig import Contact, Grease
 from clearance_mj.vehicle.lost_motion import LostMotion, lost_motion_step
 from clearance_mj.vehicle.plant import STEP
 from clearance_mj.vehicle.steering import LEVER_ARM, STEERING_SHAFT, Steering, parse_gap

@@ -57,8 +57,7 @@ def test_cost_is_that_of_the_metrics():
     """Of one lane change, from the run's own metrics; controllers have their prior information on the clearance."""
     case = Case("smc-cm", 72.0, length_factor=1.5, regime="friction", spread=True, seed=module.FIRST_VEHICLE)
     run = drive(case, case.tuned_controller, MANOEUVRES[0].disturbance)
-    metrics = run.metrics()
-    law = get_controller("smc-cm").tuned_controller()
+    metrics, law = run.metrics(), get_controller("smc-cm").tuned_controller()
     expected = metrics["peak_e_y"] / 0.05 + metrics["rms_e_y"] / 0.015 + metrics["servo_rms_rate"] / 0.03
     expected += metrics["servo_reversals"] / run.time[-1]
     with pytest.MonkeyPatch.context() as patch:

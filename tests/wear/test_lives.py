@@ -66,8 +66,7 @@ def test_the_command_writes_table_figure_and_data(rig_file, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["life", str(rig_file), *LIMIT, "--out", str(out)]) == 0
     assert "life" in capsys.readouterr().out
-    data = json.loads((out / "life.json").read_text())
-    table = pd.read_csv(out / "life.csv")
+    data, table = json.loads((out / "life.json").read_text()), pd.read_csv(out / "life.csv")
     assert data["ended"] == "limit" and data["life_h"] == pytest.approx(table["hours"].max())
     assert table[table["bushing"] == 1]["gap_m"].max() == pytest.approx(4e-4, rel=2e-6)
     assert (out / "life.png").is_file()

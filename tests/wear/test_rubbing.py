@@ -6,8 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from clearance_mj import ConstantLaw, Model, Rig, RigError, simulate
-from clearance_mj.core.errors import ClearanceError
+from clearance_mj import ClearanceError, ConstantLaw, Model, Rig, RigError, simulate
 from clearance_mj.rig import Spin
 from clearance_mj.signals.excitation import still
 from clearance_mj.wear import Marched, Sine, predict_life

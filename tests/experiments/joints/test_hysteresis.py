@@ -57,16 +57,14 @@ def test_steady_loops(exponent, reversal, z, energy, measured):
     t = np.arange(8001) / 1000
     motion = reversal * np.sin(2 * np.pi * t)
     fit = bouc_wen(t, motion, element(1.0, 0.0, 1.0, 1.0, exponent, 0.0, 0.0).force(t, motion), gap=0)
-    loop = fit.force(t, motion)
-    last = slice(-1001, None)
+    loop, last = fit.force(t, motion), slice(-1001, None)
     what, source = f"fitted steady loop, n = {exponent}, X = {reversal}", "closed form, A = 1, β = γ = 1/2"
     measured.equal(f"{what}: z at reversal", loop[last].max(), z, source, rel=2e-4)
     measured.equal(f"{what}: energy per cycle", np.trapezoid(loop[last], motion[last]), energy, source, rel=2e-4)
 
 
 def test_several_records():
-    truth = element()
-    half = TIME.size // 2
+    truth, half = element(), TIME.size // 2
     parts = [(TIME[:half], MOTION[:half]), (TIME[:half], 1.3 * MOTION[:half])]
     fit = bouc_wen([t for t, _ in parts], [x for _, x in parts], [truth.force(t, x) for t, x in parts])
     np.testing.assert_allclose(fit.value, truth.value, rtol=1e-3)
@@ -84,8 +82,7 @@ def test_reopening_gap_differs_from_fixed():
 
 def test_start_within_reopening_gap():
     """x0 from the first force gives that force back."""
-    known = element(dead_travel="reopening", ratio=0.0)
-    motion = MOTION + 3e-4
+    known, motion = element(dead_travel="reopening", ratio=0.0), MOTION + 3e-4
     assert known.force(TIME, motion, known.offset_of(motion[0], 3.0))[0] == pytest.approx(3.0, rel=1e-9)
     assert known.offset_of(motion[0], 0.0) == motion[0]
     assert_refused(RecordError, "fixed gap", lambda: element().offset_of(0.0, 1.0))

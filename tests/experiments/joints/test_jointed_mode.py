@@ -85,16 +85,14 @@ def test_measured_points_show_the_backbone():
 
 def test_linear_mode_in_closed_form():
     """Nothing slips: 1/(m ((f0/f)² - 1 + 2jζ f0/f)) + R."""
-    mode = JointedMode(80.0, 0.002, 0.0, 0.0, 0.0, 1e-4)
-    ratio = 79.9 / LINES
+    mode, ratio = JointedMode(80.0, 0.002, 0.0, 0.0, 0.0, 1e-4), 79.9 / LINES
     known = 0.3 * (1 / (1.9 * (ratio**2 - 1 + 2j * 0.002 * ratio)) - 0.8) * np.exp(0.01j)
     np.testing.assert_allclose(TEST.response(mode, LINES, np.full(LINES.size, 0.3)), known, rtol=1e-4)
 
 
 def test_recovered_and_predicts_another_force(measured):
     """Two decays and a curve at 0.2 N, 1 % noise; then 0.6 N, whose motion no datum reached: twice as large."""
-    rng = np.random.default_rng(5)
-    amplitude = np.geomspace(1.3e-4, 4e-6, 40)
+    rng, amplitude = np.random.default_rng(5), np.geomspace(1.3e-4, 4e-6, 40)
     decays = [seen(MODE, amplitude, rng, 1e-5), seen(MODE, 0.9 * amplitude, rng, 1e-5)]
     force = np.full(LINES.size, 0.2)
     noise = 1 + 0.01 * (rng.standard_normal((2, LINES.size)) * np.array([[1], [1j]])).sum(axis=0)

@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.core.errors import RecordError
+from clearance_mj import Excitation, RecordError, Response, mac
 from clearance_mj.core.jit import jit
-from clearance_mj.signals.correlation import mac
-from clearance_mj.signals.excitation import Excitation
-from clearance_mj.signals.response import Response
 from clearance_mj.structure import ModalStructure
 from experiments.joints.jointed_structure import fit_jointed_structure
 
@@ -89,8 +86,7 @@ def test_levels_that_were_fitted(fit):
 
 def test_level_that_no_fit_saw(fit, records):
     """Between two levels over which the FRFs change by a third."""
-    unseen = record(10.5)
-    scaled = records[1].acceleration * 10.5 / LEVELS[1]
+    unseen, scaled = record(10.5), records[1].acceleration * 10.5 / LEVELS[1]
     linear = np.linalg.norm(scaled - unseen.acceleration, axis=1) / np.linalg.norm(unseen.acceleration, axis=1)
     assert relative_error(fit, unseen).max() < min(0.04, 0.2 * linear.max())
 

@@ -11,11 +11,9 @@ import functools
 import numpy as np
 import pytest
 
+from clearance_mj import Grease, Links, Modal, estimate_frf, simulate
 from clearance_mj.clearance import ContactLaw, HuntCrossley
-from clearance_mj.engines import Links, Modal, simulate
-from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import random
-from clearance_mj.signals.frf import estimate_frf
 from experiments.testrig import Truth, simulate_rig
 
 TRUTH = Truth(drift=0.0)

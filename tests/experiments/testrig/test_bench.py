@@ -8,9 +8,7 @@ import pytest
 import scipy.signal
 
 import experiments.testrig
-from clearance_mj.core.errors import ExcitationError
-from clearance_mj.signals import excitation
-from clearance_mj.signals.excitation import Excitation
+from clearance_mj import Excitation, ExcitationError, excitation
 from experiments.testrig import RIGS, Truth, simulate_rig
 from experiments.testrig.fem import FiniteElements
 
@@ -64,8 +62,7 @@ def test_linear_rig_has_the_frf_of_its_matrices(rig):
     at = elements.points([b.position for b in rig.bushings]).dense(elements.count)
     sensors = elements.points([s.position for s in rig.sensors]).dense(elements.count)
     c = rig.beam.rayleigh[0] * m + rig.beam.rayleigh[1] * k + 12.0 * at.T @ at
-    k = k + linear.grease_stiffness * at.T @ at
-    expected = np.empty_like(frf)
+    k, expected = k + linear.grease_stiffness * at.T @ at, np.empty_like(frf)
     for row, omega in zip(expected, 2 * np.pi * bins / 12):
         motion = np.linalg.solve(k - omega**2 * m + 1j * omega * c, -elements.inertia)
         row[:] = 1 - omega**2 * sensors @ motion
@@ -76,9 +73,8 @@ def test_linear_rig_has_the_frf_of_its_matrices(rig):
 def test_a_force_moves_the_shaft_statically_as_far_as_a_spring(rig):
     """A slow force at the tip: deflection F l³/(3 EI) without bushings' forces."""
     free = replace(Truth(), grease_stiffness=0.0, film_damping=0.0, contact_stiffness=0.0)
-    rig = rig.replace(
-        shaker=replace(rig.shaker, kind="force", position=1.0), beam=replace(rig.beam, rayleigh=(30.0, 1e-4))
-    )
+    shaker, beam = replace(rig.shaker, kind="force", position=1.0), replace(rig.beam, rayleigh=(30.0, 1e-4))
+    rig = rig.replace(shaker=shaker, beam=beam)
     response = simulate_rig(rig, free, Excitation(0.05 * np.clip(np.arange(4 * FS) / FS, 0, 1), FS, kind="force"), 0)
     at = rig.bushings[1].position
     expected = 0.05 * at**2 * (3 - at) / (6 * rig.beam.bending_stiffness)
@@ -86,8 +82,7 @@ def test_a_force_moves_the_shaft_statically_as_far_as_a_spring(rig):
 
 
 def test_response_is_complete(runs):
-    response = runs[0.3]
-    n = int(2 * FS)
+    response, n = runs[0.3], int(2 * FS)
     assert response.acceleration.shape == (8, n)
     assert response.displacement.shape == response.contact_force.shape == response.grease_force.shape == (2, n)
     assert response.responses == tuple(f"{i}:+Z" for i in range(1, 9)) and response.band == (5.0, 220.0)

@@ -3,8 +3,7 @@ import pytest
 import scipy.linalg
 import scipy.optimize
 
-from clearance_mj.core.errors import RigError
-from clearance_mj.rig import Beam, PointMass
+from clearance_mj import Beam, PointMass, RigError
 from experiments.testrig.fem import FiniteElements
 
 from ...conftest import dense
@@ -25,14 +24,13 @@ def hertz(roots):
 
 def test_cantilever_with_tip_mass():
     # 1 + cos cosh + μ λ (cos sinh - sin cosh) = 0, μ the tip mass over the beam's (Blevins 1979, table 8-8).
-    ratio = 0.6
-    mass = ratio * BEAM.mass_per_length * BEAM.length
 
     def equation(x):
-        return 1 + np.cos(x) * np.cosh(x) + ratio * x * (np.cos(x) * np.sinh(x) - np.sin(x) * np.cosh(x))
+        return 1 + np.cos(x) * np.cosh(x) + 0.6 * x * (np.cos(x) * np.sinh(x) - np.sin(x) * np.cosh(x))
 
     roots = [scipy.optimize.brentq(equation, a, b) for a, b in ((0.5, 1.8), (3.9, 4.6), (7.0, 7.8))]
-    elements = FiniteElements.of_shaft(BEAM, [PointMass(BEAM.length, mass)])
+    tip = PointMass(BEAM.length, 0.6 * BEAM.mass_per_length * BEAM.length)
+    elements = FiniteElements.of_shaft(BEAM, [tip])
     np.testing.assert_allclose(frequencies(elements)[:3], hertz(roots), rtol=1e-6)
 
 
@@ -54,10 +52,9 @@ def test_static_deflection(place):
 
 def test_inertia_is_the_load_of_the_shaken_clamp():
     # A shaft under its own weight w per length sags w l⁴ / (8 EI) at the tip, and m l³ / (3 EI) for a tip mass.
-    mass = 0.3
-    elements = FiniteElements.of_shaft(BEAM, [PointMass(BEAM.length, mass)])
+    mass, l = 0.3, BEAM.length
+    elements = FiniteElements.of_shaft(BEAM, [PointMass(l, mass)])
     sag = scipy.linalg.solveh_banded(elements.stiffness, elements.inertia, lower=True)[-2]
-    l = BEAM.length
     expected = (BEAM.mass_per_length * l**4 / 8 + mass * l**3 / 3) / BEAM.bending_stiffness
     assert sag == pytest.approx(expected, rel=1e-9)
 

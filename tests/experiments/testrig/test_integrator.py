@@ -28,20 +28,17 @@ def no_points():
 
 def test_one_step_solves_the_equation_of_motion(no_grease):
     """M a + C v + K u = load after a step from a random state, with Newmark's relations between u, v and a."""
-    elements = FiniteElements.of_shaft(BEAM, elements=6)
-    rng = np.random.default_rng(0)
+    elements, rng = FiniteElements.of_shaft(BEAM, elements=6), np.random.default_rng(0)
     load, h = rng.standard_normal(elements.count), 1e-4
     scheme = integrator.scheme(elements, load, no_points(), h, beta=0.3, gamma=0.6)
     motion = integrator.at_rest(elements, load, no_points(), no_grease)
     u, v, a = (rng.standard_normal(elements.count) * s for s in (1e-6, 1e-3, 1.0))
     motion.displacement[:], motion.velocity[:], motion.acceleration[:] = u, v, a
     assert integrator.step(scheme, motion, no_contact(), no_grease, 2.0)
-    m, k = dense(elements.mass), dense(elements.stiffness)
-    damping = BEAM.rayleigh[0] * m + BEAM.rayleigh[1] * k
+    m, k, new = dense(elements.mass), dense(elements.stiffness), motion.acceleration
     inner = k @ motion.displacement
-    balance = m @ motion.acceleration + damping @ motion.velocity + inner - 2.0 * load
+    balance = m @ new + (BEAM.rayleigh[0] * m + BEAM.rayleigh[1] * k) @ motion.velocity + inner - 2.0 * load
     assert np.abs(balance).max() < 1e-10 * np.abs(inner).max()
-    new = motion.acceleration
     np.testing.assert_allclose(motion.velocity, v + h * (0.4 * a + 0.6 * new), rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(motion.displacement, u + h * v + h**2 * (0.2 * a + 0.3 * new), rtol=1e-9, atol=1e-15)
 
@@ -57,17 +54,14 @@ def test_second_order(no_grease, measured):
     """Free decay of the first mode against its closed form: a quarter of the error at half the step."""
     elements = FiniteElements.of_shaft(BEAM, elements=8)
     values, shapes = scipy.linalg.eigh(dense(elements.stiffness), dense(elements.mass))
-    omega = np.sqrt(values[0])
     decay = (BEAM.rayleigh[0] + BEAM.rayleigh[1] * values[0]) / 2
-    damped = np.sqrt(values[0] - decay**2)
-    end = 5.2 * 2 * np.pi / omega
+    damped, end = np.sqrt(values[0] - decay**2), 5.2 * 2 * np.pi / np.sqrt(values[0])
     exact = np.exp(-decay * end) * (np.cos(damped * end) + decay / damped * np.sin(damped * end))
     errors = []
     for steps in (1000, 2000):
         scheme = integrator.scheme(elements, elements.inertia, no_points(), end / steps)
         motion = integrator.at_rest(elements, elements.inertia, no_points(), no_grease)
-        motion.displacement[:] = shapes[:, 0]
-        motion.acceleration[:] = -values[0] * shapes[:, 0]
+        motion.displacement[:], motion.acceleration[:] = shapes[:, 0], -values[0] * shapes[:, 0]
         for _ in range(steps):
             integrator.step(scheme, motion, no_contact(), no_grease, 0.0)
         errors.append(abs(motion.displacement[-2] / shapes[-2, 0] - exact))
@@ -99,9 +93,8 @@ def test_restitution(free_masses, no_grease, speed, dissipation, measured):
     if not kappa:
         assert after == pytest.approx(speed, rel=1e-6)
         return
-    expected = scipy.optimize.brentq(
-        lambda e: kappa * (1 + e) - np.log((1 + kappa) / (1 - kappa * e)), 1e-6, min(1, 1 / kappa) - 1e-9
-    )
+    equation = lambda e: kappa * (1 + e) - np.log((1 + kappa) / (1 - kappa * e))  # noqa: E731
+    expected = scipy.optimize.brentq(equation, 1e-6, min(1, 1 / kappa) - 1e-9)
     what = f"virtual rig, restitution at {speed} m/s, α = {dissipation} s/m"
     measured.equal(what, after / speed, expected, "κ(1 + e) = ln[(1 + κ)/(1 - κe)]", abs=1e-5)
 
@@ -167,13 +160,11 @@ def lugre_rate(model, z, v):
 def test_mass_on_grease(free_masses, hysteresis, rate, measured):
     """A mass held by the grease alone and pushed up and down, against Runge-Kutta on the equations as published."""
     truth = Truth(hysteresis=hysteresis, elastic_ratio=0.3)
-    grease, mass, push = greases([truth]), 0.7, 0.8
-    load = np.array([1.0, 0.0, 0.0, 0.0])
+    grease, mass, push, load = greases([truth]), 0.7, 0.8, np.array([1.0, 0.0, 0.0, 0.0])
     steps, end = 20000, 0.2
     scheme = integrator.scheme(free_masses, load, FIRST, end / steps)
     motion = integrator.at_rest(free_masses, load, FIRST, grease)
-    time = np.arange(1, steps + 1) * end / steps
-    displacement = np.empty(steps)
+    time, displacement = np.arange(1, steps + 1) * end / steps, np.empty(steps)
     for i, t in enumerate(time):
         assert integrator.step(scheme, motion, no_contact(), grease, push * np.sin(2 * np.pi * 11 * t))
         displacement[i] = motion.displacement[0]

@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj import identify
-from clearance_mj.engines import simulate
-from clearance_mj.io.dataset import Dataset
-from clearance_mj.signals.correlation import csac, csf, frac, rmse_db
-from clearance_mj.signals.frf import estimate_frf
+from clearance_mj import Dataset, csac, csf, estimate_frf, frac, identify, rmse_db, simulate
 from experiments.testrig import generate
 
 

@@ -95,8 +95,7 @@ def test_lugre_is_a_spring_before_it_slides():
 @pytest.mark.parametrize("x", [-4e-4, -2e-4, 1e-4, 3.5e-4])
 @pytest.mark.parametrize("v", [-0.3, 0.0, 0.2])
 @pytest.mark.parametrize(("law", "parameters"), [
-    (physics.contact, (3e-4, 2e5, 1.5, 1.5)),
-    (physics.contact, (3e-4, 2e5, 1.2, 1.5)),
+    (physics.contact, (3e-4, 2e5, 1.5, 1.5)), (physics.contact, (3e-4, 2e5, 1.2, 1.5)),
     (physics.squeeze_film, (4.0, 7.5e-4, 0.2)),
 ])  # fmt: skip
 def test_derivatives(law, parameters, x, v):

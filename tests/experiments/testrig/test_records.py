@@ -3,8 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearance_mj.io.dataset import Dataset, write_dataset
-from clearance_mj.signals import excitation
+from clearance_mj import Dataset, excitation, write_dataset
 from experiments.testrig import RIGS, Truth
 from experiments.testrig.records import digitise, plans, take
 
@@ -30,8 +29,7 @@ def test_a_record_of_the_dataset_can_be_taken_again(rig, tmp_path):
     """To the last bit on the machine that made it; elsewhere libraries may round the excitation differently."""
     plan = plans()[1]
     assert plan.name == "hammer"
-    again = take(plan, rig, Truth())
-    kept = {r.name: r for r in Dataset.load(DATA).records}["hammer"]
+    again, kept = take(plan, rig, Truth()), {r.name: r for r in Dataset.load(DATA).records}["hammer"]
     for new, old in zip(again.channels, kept.channels, strict=True):
         assert (new.name, new.node, new.quantity) == (old.name, old.node, old.quantity)
         assert np.abs(new.value - old.value).max() < 1e-4 * np.abs(old.value).max()
@@ -40,9 +38,8 @@ def test_a_record_of_the_dataset_can_be_taken_again(rig, tmp_path):
 def test_dataset_holds_the_planned_records(rig):
     data = Dataset.load(DATA)
     assert data.rig == rig
-    assert [(r.name, r.role, r.level, r.seed) for r in data.records] == [
-        (p.name, p.role, p.level, p.seed) for p in plans()
-    ]
+    kept, planned = ([(r.name, r.role, r.level, r.seed) for r in each] for each in (data.records, plans()))
+    assert kept == planned
     assert len({p.seed for p in plans()}) == len(plans())
     for record in data.records:
         assert "synthetic" in record.provenance["source"]
