@@ -1,5 +1,7 @@
 """Statistics of the items on motion control, on rows with known answers."""
 
+import itertools
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -8,18 +10,13 @@ import scipy.stats
 from clearance_mj.vehicle.experiment import CONTROLLERS, REGIMES
 from experiments.article.motion import COMPARED, comparison, median, over_seeds, reduction, seeds_table
 
+ERRORS = ("peak_e_y", "rms_e_y", "peak_e_psi", "peak_yaw_rate_error", "peak_yaw_rate", "peak_lateral_acceleration")
+
 
 def rows(value):
-    return pd.DataFrame(
-        {"controller": c, "regime": r, "seed": s}
-        | dict.fromkeys(
-            ("peak_e_y", "rms_e_y", "peak_e_psi", "peak_yaw_rate_error", "peak_yaw_rate", "peak_lateral_acceleration"),
-            value(c, s),
-        )
-        for s in range(30)
-        for r in REGIMES
-        for c in CONTROLLERS
-    )
+    cases = itertools.product(range(30), REGIMES, CONTROLLERS)
+    keys = ({"controller": name, "regime": regime, "seed": seed} for seed, regime, name in cases)
+    return pd.DataFrame(key | dict.fromkeys(ERRORS, value(key["controller"], key["seed"])) for key in keys)
 
 
 def test_reduction_is_of_the_same_seed():

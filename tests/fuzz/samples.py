@@ -40,11 +40,10 @@ RIG = cm.Rig(
     (cm.Sensor(6, 0.55), cm.Sensor(7, 0.8, 0.01)), (cm.PointMass(0.3, 0.1, "collar"),), cm.Shaker("base", 0.2), "a rig",
 )  # fmt: skip
 LAWS = (
-    cm.ConstantLaw(1e4, [1.0, 2.0], grease=GREASE),
-    cm.TimeLaw([0.0, 1.0], [[1e4, 2e4], [2e4, 3e4]], [1.0, 2.0]),
+    cm.ConstantLaw(1e4, [1.0, 2.0], grease=GREASE), cm.TimeLaw([0.0, 1.0], [[1e4, 2e4], [2e4, 3e4]], [1.0, 2.0]),
     cm.AmplitudeLaw([0.0, 1e-3, 2e-3], [1e4, 2e4, 2e4], [0.0, 1.0, 2.0], grease=[GREASE, GREASE]),
     cm.ContactLaw([HuntCrossley(1e6, 0.7), KelvinVoigt(1e4, 3.0, adhesion=True)]),
-)
+)  # fmt: skip
 
 
 def channels(n=N):

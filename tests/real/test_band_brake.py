@@ -86,10 +86,8 @@ def test_recovered_from_noise(measured):
     noise = 0.01 * force.std() * np.random.default_rng(2).standard_normal(force.size)
     fit = band_brake(TIME, MOTION, force + changed(noise, 0, 0.0))
     deviation = np.abs(fit.value - truth.value) / fit.estimates.std
-    measured.below(
-        "band brake, 1 % noise: largest error over its standard deviation", deviation.max(), 4,
-        "the brake's own parameters",
-    )  # fmt: skip
+    what = "band brake, 1 % noise: largest error over its standard deviation"
+    measured.below(what, deviation.max(), 4, "the brake's own parameters")
     assert fit.nrmse == pytest.approx(0.01, rel=0.1)
 
 

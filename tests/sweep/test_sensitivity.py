@@ -56,11 +56,9 @@ def first_frequency(length, modulus, density):
 def test_first_frequency_of_a_cantilever():
     """f ∝ l⁻² E^½ ρ^-½: of a product of independent factors with c² = Var/mean², S = c²/(Π(1 + c²) - 1) and
     S_T = c² Π_others(1 + c²) / (Π(1 + c²) - 1)."""
-    moments = (
-        power_of_uniform(*LENGTH, -2),
-        power_of_log_uniform(*MODULUS, 0.5),
-        (2 / (sqrt(DENSITY[1]) + sqrt(DENSITY[0])), log(DENSITY[1] / DENSITY[0]) / (DENSITY[1] - DENSITY[0])),
-    )
+    low, high = DENSITY
+    of_density = 2 / (sqrt(high) + sqrt(low)), log(high / low) / (high - low)
+    moments = power_of_uniform(*LENGTH, -2), power_of_log_uniform(*MODULUS, 0.5), of_density
     c2 = np.array([square / mean**2 - 1 for mean, square in moments])
     whole = np.prod(1 + c2)
     varied = [Vary(f"rig.beam.{name}", low=low, high=high, scale=scale) for name, (low, high, scale) in VARIED.items()]

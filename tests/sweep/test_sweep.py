@@ -28,10 +28,8 @@ ALONE = Runner(1)
 
 def test_a_plan_of_an_identified_rig_and_its_law(rig, tmp_path):
     """The folder of both; the rig's own numbers vary, clamp and offset among them."""
-    identified_rig = rig.replace(
-        beam=replace(rig.beam, clamp=Clamp(rotation=3e3)),
-        bushings=tuple(replace(b, offset=5e-5) for b in rig.bushings),
-    )
+    bushings = tuple(replace(b, offset=5e-5) for b in rig.bushings)
+    identified_rig = rig.replace(beam=replace(rig.beam, clamp=Clamp(rotation=3e3)), bushings=bushings)
     law = ConstantLaw(6e3, 12.0, grease=Grease(4000.0, 5.0))
     (tmp_path / "found").mkdir()
     identified_rig.save(tmp_path / "found" / "rig.toml")

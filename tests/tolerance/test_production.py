@@ -73,11 +73,10 @@ def test_shares_from_rest_are_those_of_marches_whose_level_is_raised_slowly():
     assert outcome.contact[0, 0] == 1.0 and outcome.from_rest[0, 0] == pytest.approx(2 / 3)
 
 
-@pytest.mark.parametrize(
-    "quantity, limit, exact",
-    [("contact_force", 20.0, 1e-2), ("penetration", 2e-4, 2e-3), ("displacement", 1.2e-3, 2e-3),
-     ("acceleration", 30.0, 2e-3)],
-)  # fmt: skip
+@pytest.mark.parametrize("quantity, limit, exact", [
+    ("contact_force", 20.0, 1e-2), ("penetration", 2e-4, 2e-3), ("displacement", 1.2e-3, 2e-3),
+    ("acceleration", 30.0, 2e-3),
+])  # fmt: skip
 def test_levels_at_a_limit_are_those_of_the_branch_over_the_level(quantity, limit, exact):
     """`follow_response_over_level`, with its shorter steps, comes to the limit at the same level.
 
@@ -124,12 +123,10 @@ SLIDES = Grease(STIFFNESS / 2, 5.0, elastic_ratio=0.6, beta=1e6, gamma=1e6)  # i
 SAGS = jeffcott(damping=0.2, gravity=(0.0, 0.0, -9.81 * 0.02))
 
 
-@pytest.mark.parametrize(
-    "model, levels",
-    [(oscillator(bushings=(dataclasses.replace(oscillator().rig.bushings[0], grease=SLIDES),)), (2.0, 4.0, 8.0, 12.0)),
-     (cm.Model(SAGS), (0.1, 0.2, 0.4, 0.8))],
-    ids=["grease that slides", "shaft that sags"],
-)  # fmt: skip
+@pytest.mark.parametrize("model, levels", [
+    (oscillator(bushings=(dataclasses.replace(oscillator().rig.bushings[0], grease=SLIDES),)), (2.0, 4.0, 8.0, 12.0)),
+    (cm.Model(SAGS), (0.1, 0.2, 0.4, 0.8)),
+], ids=["grease that slides", "shaft that sags"])  # fmt: skip
 def test_vibrations_that_begin_at_rest_are_those_of_the_rattle_map(model, levels):
     """Where the way to the wall is not known in closed form, or rest is off the middle."""
     frequencies = np.linspace(7.0, 20.0, 14)
@@ -255,9 +252,8 @@ def test_what_cannot_be_is_one_line():
 
 
 def test_correlations_that_contradict_each_other_are_refused():
-    numbers = tuple(Scattered(f"bushings[0].contact.{name}", std="5 %") for name in ("stiffness", "damping"))
-    numbers += (Scattered("bushings[0].gap", std="5 %"),)
-    paths = [number.of for number in numbers]
+    paths = [f"bushings[0].{name}" for name in ("contact.stiffness", "contact.damping", "gap")]
+    numbers = tuple(Scattered(path, std="5 %") for path in paths)
     pairs = tuple(Correlation((paths[i], paths[j]), r) for i, j, r in ((0, 1, 0.9), (1, 2, 0.9), (0, 2, -0.9)))
     with pytest.raises(ClearanceError, match=r"no correlation matrix .its smallest eigenvalue is -0.8"):
         Scatter(numbers, pairs).draw(oscillator(), 4)
@@ -265,7 +261,7 @@ def test_correlations_that_contradict_each_other_are_refused():
 
 def test_drawn_numbers_have_the_correlation_that_was_asked():
     numbers = (Scattered("bushings[0].gap", std="5 %"), Scattered("bushings[0].contact.stiffness", std="10 %"))
-    pair = Correlation(("bushings[0].gap", "bushings[0].contact.stiffness"), -0.7)
+    pair = Correlation(tuple(number.of for number in numbers), -0.7)
     values = Scatter(numbers, (pair,)).draw(oscillator(), 1024).values
     assert np.corrcoef(values.T)[0, 1] == pytest.approx(-0.7, abs=0.01)
 

@@ -130,8 +130,7 @@ def test_crossing_the_play():
 @pytest.mark.parametrize(("friction", "moment"), [(0.0, 100.0), (60.0, 30.0)], ids=["torque-driven", "friction-driven"])
 def test_modal_tends_to_play(friction, moment):
     """Slow command and moment: the lost motion of the two models, 10 s, differs by less than 3 % RMS."""
-    phase = 2 * np.pi * 0.1 * 0.01 * np.arange(1000)
-    lost = {}
+    phase, lost = 2 * np.pi * 0.1 * 0.01 * np.arange(1000), {}
     for fidelity in FIDELITIES:
         steering = Steering(HALF_GAP, fidelity, friction)
         wheel, servo, contact = steer(steering, 0.05 * np.sin(phase), moment * np.sin(phase + 0.3))

@@ -23,6 +23,12 @@ def seen(mode, amplitude, rng=None, noise=0.0):
     return Decay(np.arange(amplitude.size) * 0.1, amplitude, frequency * (1 + scatter[0]), damping + scatter[1])
 
 
+def curve(force, noise=1.0):
+    """The stepped sine at a force, N."""
+    forces = np.full(LINES.size, force)
+    return ForcedCurve(LINES, forces, TEST.response(MODE, LINES, forces) * noise)
+
+
 @pytest.mark.parametrize(("field", "power"), [("even", 2), ("linear", 3), ("quadratic", 4)])
 def test_energy_of_a_cycle(field, power):
     """Iwan's elements spread over x^(p-1) dx lose 4 ∫ k x (X - x) dx, which grows as X to the power of p + 2."""
@@ -76,8 +82,7 @@ def test_measured_points_show_the_backbone():
 
     The viscous part is seen at the force's frequency, up to 1.3 % off the mode's.
     """
-    curve = ForcedCurve(LINES, np.full(LINES.size, 0.5), TEST.response(MODE, LINES, np.full(LINES.size, 0.5)))
-    points = TEST.seen(curve)
+    points = TEST.seen(curve(0.5))
     frequency, damping = MODE.backbone(points.amplitude)
     np.testing.assert_allclose(points.frequency, frequency, atol=0.01)
     np.testing.assert_allclose(points.damping, damping, rtol=0.013)
@@ -96,7 +101,7 @@ def test_recovered_and_predicts_another_force(measured):
     decays = [seen(MODE, amplitude, rng, 1e-5), seen(MODE, 0.9 * amplitude, rng, 1e-5)]
     force = np.full(LINES.size, 0.2)
     noise = 1 + 0.01 * (rng.standard_normal((2, LINES.size)) * np.array([[1], [1j]])).sum(axis=0)
-    fit = fit_jointed_mode(decays, ForcedCurve(LINES, force, TEST.response(MODE, LINES, force) * noise), 1.2e-4)
+    fit = fit_jointed_mode(decays, curve(0.2, noise), 1.2e-4)
     known = np.array([*dataclasses.astuple(MODE)[:5], *dataclasses.astuple(TEST)])
     off = np.abs(fit.estimates.value - known) / fit.estimates.std
     measured.below("joint from decays and one curve: parameters' error in standard deviations", off.max(), 3, "its own")
@@ -108,11 +113,7 @@ def test_recovered_and_predicts_another_force(measured):
 
 
 def test_draws_repeat():
-    fit = fit_jointed_mode(
-        [seen(MODE, np.geomspace(1e-4, 1e-5, 20))],
-        ForcedCurve(LINES, np.full(LINES.size, 0.2), TEST.response(MODE, LINES, np.full(LINES.size, 0.2))),
-        1.2e-4,
-    )
+    fit = fit_jointed_mode([seen(MODE, np.geomspace(1e-4, 1e-5, 20))], curve(0.2), 1.2e-4)
     assert fit.draw(3, 1) == fit.draw(3, 1) != fit.draw(3, 2)
 
 
