@@ -29,8 +29,7 @@ def test_cantilever_with_tip_mass():
         return 1 + np.cos(x) * np.cosh(x) + 0.6 * x * (np.cos(x) * np.sinh(x) - np.sin(x) * np.cosh(x))
 
     roots = [scipy.optimize.brentq(equation, a, b) for a, b in ((0.5, 1.8), (3.9, 4.6), (7.0, 7.8))]
-    tip = PointMass(BEAM.length, 0.6 * BEAM.mass_per_length * BEAM.length)
-    elements = FiniteElements.of_shaft(BEAM, [tip])
+    elements = FiniteElements.of_shaft(BEAM, [PointMass(BEAM.length, 0.6 * BEAM.mass_per_length * BEAM.length)])
     np.testing.assert_allclose(frequencies(elements)[:3], hertz(roots), rtol=1e-6)
 
 

@@ -39,8 +39,7 @@ def test_dataset_holds_the_planned_records(rig):
     data = Dataset.load(DATA)
     assert data.rig == rig
     kept, planned = ([(r.name, r.role, r.level, r.seed) for r in each] for each in (data.records, plans()))
-    assert kept == planned
-    assert len({p.seed for p in plans()}) == len(plans())
+    assert kept == planned and len({p.seed for p in plans()}) == len(plans())
     for record in data.records:
         assert "synthetic" in record.provenance["source"]
         assert [c.node for c in record.channels] == [100, 1, 2, 3, 4, 5, 6, 7, 8, 6, 7]
