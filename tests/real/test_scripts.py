@@ -1,15 +1,13 @@
 """The experiments with real records run alone, and say what is missing."""
 
 import os
-from pathlib import Path
 
 import pytest
 
 from experiments.real import brb, cantilever, damper, dropbear, f16, surgical_tool
 
+from ..conftest import ROOT
 from ..processes import run
-
-ROOT = Path(__file__).parents[2]
 
 
 def refused(script, tmp_path, monkeypatch, capsys, folder, *arguments):

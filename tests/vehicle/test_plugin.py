@@ -4,7 +4,6 @@ import json
 import os
 import sys
 import textwrap
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,29 +14,11 @@ from clearance_mj.vehicle import tune as tuning
 from clearance_mj.vehicle.controllers import CONTROLLERS, Controller, Registration, get_controller, register
 from clearance_mj.vehicle.experiment import Case, run_case
 
+from ..conftest import ROOT
 from ..processes import run
 
-PLUGIN = '''
-"""Proportional control of a point ahead of the vehicle, with the steady turn's angle."""
-from dataclasses import dataclass
-from clearance_mj.vehicle.controllers import Controller, ControllerRun, Registration, limited, register
-@dataclass(frozen=True)
-class Proportional(Controller):
-    gain: float = 0.05  # rad/m
-    look_ahead: float = 15.0  # m
-    def start(self, task):
-        return ProportionalRun(self, task)
-class ProportionalRun(ControllerRun):
-    def __init__(self, settings, task):
-        self.settings, self.task, self.last = settings, task, 0.0
-    def command(self, seen):
-        turn = self.task.vehicle.wheelbase * float(self.task.curvature(seen, self.task.servo.lag))
-        angle = turn - self.settings.gain * (seen.e_y + self.settings.look_ahead * seen.e_psi)
-        self.last = limited(angle, self.last, self.task)
-        return self.last
-BOUNDS = {"gain": (1e-3, 0.1), "look_ahead": (2.0, 50.0)}
-register(Registration("proportional", "Proportional", Proportional, bounds=BOUNDS, colour="#117733", line=":"))
-'''
+PAGE = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+PLUGIN = PAGE.partition("# proportional.py\n")[2].partition("```")[0]
 COMPENSATED = """
 from clearance_mj.vehicle.controllers import with_clearance_model
 
@@ -110,7 +91,7 @@ def test_on_the_command_line(tmp_path):
             raise SystemExit(main(["vehicle", *options, *files]))
     """
     (tmp_path / "program.py").write_text(textwrap.dedent(program), encoding="utf-8")
-    done = run("program.py", cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])})
+    done = run("program.py", cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)})
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["runs"][0]["controller"] == "proportional"
 
