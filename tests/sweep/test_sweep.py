@@ -165,11 +165,8 @@ def test_case_without_results_says_why(tmp_path):
 # What waits on disk, and going on.
 
 
-def interrupted_after(monkeypatch, count, plan=None, out=None):
-    """Let a sweep be interrupted when so many cases have been computed; returns those that were asked for.
-
-    A plan is run until then.
-    """
+def interrupted_after(monkeypatch, count):
+    """Let a sweep be interrupted when so many cases have been computed; returns those that were asked for."""
     asked, evaluate_all = [], Plan.evaluate_all
 
     def watched(plan, cases):

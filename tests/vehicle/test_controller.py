@@ -79,9 +79,8 @@ def test_nominal_vehicle_holds_the_compliance():
 def test_preview_ends():
     """Beyond the preview the curvature stays as it was last seen."""
     path = double_lane_change(2.5)
-    far = Task(VEHICLE, path, SPEED, preview=0.1).curvature(
-        Observation(80.0, 0.0, 0.0, 0.0, 0.0, SPEED), np.array([0.0, 0.05, 0.1, 0.3])
-    )
+    task = Task(VEHICLE, path, SPEED, preview=0.1)
+    far = task.curvature(Observation(80.0, 0.0, 0.0, 0.0, 0.0, SPEED), np.array([0.0, 0.05, 0.1, 0.3]))
     np.testing.assert_array_equal(far, path.curvature(80.0 + SPEED * np.array([0.0, 0.05, 0.1, 0.1])))
 
 
