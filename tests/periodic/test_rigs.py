@@ -107,12 +107,21 @@ OVER = [0, 1], [1e3, 2e3], [1, 1]
 DEFAULTS = {"model": Model(TABLE1, LAW), "amplitude": 1.0, "frequency_range": (10, 20)}
 
 
+REFUSED = [
+    ({"n_samples": 84}, ClearanceError, r"samples must be 85 or more for 21 harmonics \(4 H \+ 1\), got 84"),
+    ({"n_modes": 0}, ClearanceError, "modes must be between 1 and 60"),
+    ({"model": Model(BARE, LAW)}, RigError, "rig 'table1' has no clearance"),
+    ({"model": Model(RIGID, LAW)}, RigError, "can move without any stiffness"),
+    ({"model": Model(TABLE1, TimeLaw(*OVER))}, LawError, "a law over time has no periodic vibration"),
+    ({"model": Model(TABLE1, AmplitudeLaw(*OVER))}, LawError, "a law over amplitude remembers"),
+    ({"model": Model(TABLE1, ConstantLaw([1e3] * 3, 1.0))}, LawError, "3 bushings, the rig has 2"),
+]  # by every call that finds periodic vibrations
+
+
 @pytest.mark.parametrize(("change", "error", "words"), [
     ({"n_harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
     ({"n_harmonics": 2.5}, ClearanceError, "harmonics must be a whole number"),
     ({"amplitude": (1.0, 1.0), "n_harmonics": 1}, ClearanceError, "harmonics must be 2 or more"),
-    ({"n_samples": 84}, ClearanceError, r"samples must be 85 or more for 21 harmonics \(4 H \+ 1\), got 84"),
-    ({"n_modes": 0}, ClearanceError, "modes must be between 1 and 60"),
     ({"amplitude": 0.0}, ExcitationError, "amplitude must be finite and not zero"),
     ({"amplitude": float("nan")}, ExcitationError, "amplitude must be finite"),
     ({"amplitude": "loud"}, ExcitationError, "amplitude must be a number"),
@@ -120,11 +129,7 @@ DEFAULTS = {"model": Model(TABLE1, LAW), "amplitude": 1.0, "frequency_range": (1
     ({"frequency_range": 10}, ExcitationError, "frequency_range is a pair"),
     ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),
     ({"kind": "force"}, ExcitationError, "rig 'table1' has no shaker.position"),
-    ({"model": Model(BARE, LAW)}, RigError, "rig 'table1' has no clearance"),
-    ({"model": Model(RIGID, LAW)}, RigError, "can move without any stiffness"),
-    ({"model": Model(TABLE1, TimeLaw(*OVER))}, LawError, "a law over time has no periodic vibration"),
-    ({"model": Model(TABLE1, AmplitudeLaw(*OVER))}, LawError, "a law over amplitude remembers"),
-    ({"model": Model(TABLE1, ConstantLaw([1e3] * 3, 1.0))}, LawError, "3 bushings, the rig has 2"),
+    *REFUSED,
 ])  # fmt: skip
 def test_refusals(change, error, words):
     assert_refused(error, words, periodic.follow_response, **DEFAULTS | change)
