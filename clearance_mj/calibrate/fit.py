@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -225,7 +225,8 @@ class _TargetComparison:
         if not self.paths:
             raise RigError("name at least one free parameter")
         self.keys = [keys_of(rig, path) for path in self.paths]
-        if len(set[object]().union(*self.keys)) < sum(map(len, self.keys)):
+        keys = [*chain(*self.keys)]
+        if len(set(keys)) < len(keys):
             raise RigError(f"a free parameter is named twice: {', '.join(self.paths)}")
         self.parameters = [free_parameter(rig, path, bounds) for path, bounds in free.items()]
         order = sorted((place, i) for i, b in enumerate(rig.bushings) if (place := parse_place(b.position)))

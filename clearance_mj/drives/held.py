@@ -189,7 +189,8 @@ def _fit_servo(log: ServoLog, servo: int, servos: Sequence[int], pullers: tuple[
     error = log.position[servo] - log.target[servo]
     targets = np.array([*(log.target[i] for i in servos), *away.values()])
     edges = [0, *(np.flatnonzero(np.any(np.diff(targets, axis=1), axis=0)) + 1), error.size]
-    stretched, let_go = ({i: list[float]() for i in pullers} for _ in range(2))
+    stretched: dict[int, list[float]] = {i: [] for i in pullers}
+    let_go: dict[int, list[float]] = {i: [] for i in pullers}
     rows, puller = list[int](), None
     for begin, end in zip(edges[:-1], edges[1:]):
         pulling = [i for i in pullers if away[i][begin]]

@@ -183,7 +183,7 @@ class Problem:
 
         Returns
         -------
-        Linearised
+        LinearisedResiduals
             With zeros where neither side of a difference has a model.
         """
         if self.linearise is not None:
@@ -205,9 +205,10 @@ def _quotients(centre: np.ndarray, sides: np.ndarray, widths: np.ndarray) -> np.
     Residuals of the sides are (n_sides, n, n_residuals), their distances from the centre (n_sides, n).
     """
     valid = np.isfinite(sides).all(axis=2) & (widths != 0)
-    ahead, behind, *_ = *np.where(valid[:, :, None], sides, centre), centre
-    end, start, *_ = *np.where(valid, widths, 0.0), np.zeros(widths.shape[1])
-    return (ahead - behind) / np.where(end != start, end - start, np.inf)[:, None]
+    ends, distances = np.where(valid[:, :, None], sides, centre), np.where(valid, widths, 0.0)
+    behind, start = (ends[1], distances[1]) if len(sides) > 1 else (centre, np.zeros_like(distances[0]))
+    width = distances[0] - start
+    return (ends[0] - behind) / np.where(width != 0, width, np.inf)[:, None]
 
 
 def one_by_one(function: Callable[[np.ndarray], np.ndarray]) -> Residuals:

@@ -60,11 +60,13 @@ class Dataset(HasOverview):
         if not self.records:
             raise RecordError("a dataset needs at least one record")
         # Names are file names, and some file systems do not tell "A" from "a".
-        names = [record.name.lower() for record in self.records]
-        if twice := next((r.name for i, r in enumerate(self.records) if names[i] in names[:i]), None):
-            raise RecordError(
-                f'record name "{twice}" is used twice; rename one, or delete its table in dataset.toml first'
-            )
+        seen: set[str] = set()
+        for name in (record.name for record in self.records):
+            if name.lower() in seen:
+                raise RecordError(
+                    f'record name "{name}" is used twice; rename one, or delete its table in dataset.toml first'
+                )
+            seen.add(name.lower())
 
     def _overview(self) -> Overview:
         rows = [record.row() for record in self.records[:SHOWN_RECORDS]]
