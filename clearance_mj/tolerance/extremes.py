@@ -94,7 +94,7 @@ def largest_value(
     """
     threshold, peaks = threshold_of(value, run, least)
     if peaks.size < LEAST_PEAKS:
-        return Largest(np.nan, np.nan, np.nan, threshold, peaks.size, np.nan, np.nan, np.nan, ((np.nan,) * len(limits)))
+        return Largest(np.nan, np.nan, np.nan, threshold, peaks.size, np.nan, np.nan, np.nan, (np.nan,) * len(limits))
     posterior = _Posterior(peaks - threshold, ratio)
     low, median, high = (threshold + posterior.quantile(p) for p in QUANTILES)
     exceeded = tuple(
